@@ -1,6 +1,7 @@
 //! What a robot's file says, whichever it is: links in a tree, joints, shapes, motors.
 
 use super::frame::Frame;
+use crate::joint::Drive;
 use nalgebra::{Matrix3, Vector3};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -25,6 +26,8 @@ pub struct Robot {
     pub ties: Vec<Tie>,
     /// Which joints go with others.
     pub follows: Vec<Follows>,
+    /// What acts on sums of coordinates.
+    pub sums: Vec<Sum>,
     /// Pairs of links that do not touch each other.
     pub apart: Vec<[usize; 2]>,
     /// μ of pairs of shapes that touch whatever their groups and links say: indices, the smaller one first.
@@ -323,6 +326,15 @@ pub struct Follows {
     pub offset: f64,
     /// Where it stands in the file.
     pub at: String,
+}
+
+/// What acts on `q₁ − r q₂ − q₀` in place of a tie, in the units of the first coordinate.
+#[derive(Debug, Clone)]
+pub struct Sum {
+    /// The two coordinates, r and q₀.
+    pub of: Follows,
+    /// What acts.
+    pub drive: Drive,
 }
 
 /// A pose with a name.

@@ -54,6 +54,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         actuators: Vec::new(),
         ties: Vec::new(),
         follows: Vec::new(),
+        sums: Vec::new(),
         apart: Vec::new(),
         pairs: BTreeMap::new(),
         keys: Vec::new(),

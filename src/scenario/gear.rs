@@ -1,9 +1,10 @@
 //! Gears as run.json has them.
 
-use crate::joint::{Gear, GearAxis, JointAxis};
+use crate::joint::{Drive, Gear, GearAxis, JointAxis};
 use serde::{Deserialize, Serialize};
 
-/// A gear of the model: the coordinate of the first joint is `ratio` times that of the second and `offset`.
+/// A gear of the model: the coordinate of the first joint is `ratio` times that of the second and `offset`, or a drive acts on
+/// what it is more than that.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GearModel {
     /// Indices of `joints`.
@@ -14,6 +15,9 @@ pub struct GearModel {
     pub ratio: f64,
     /// m or rad.
     pub offset: f64,
+    /// What acts in place of the tie, in the units of the first coordinate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<Drive>,
 }
 
 impl GearModel {
@@ -27,6 +31,7 @@ impl GearModel {
                 axis => JointAxis::Angular(axis - 3),
             },
         };
-        Gear::new(axis(0), axis(1), self.ratio, self.offset)
+        let gear = Gear::new(axis(0), axis(1), self.ratio, self.offset);
+        self.drive.map_or(gear, |drive| gear.with_drive(drive))
     }
 }

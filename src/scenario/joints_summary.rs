@@ -1,6 +1,6 @@
 //! What the joints of a run came to.
 
-use crate::joint::JointForce;
+use crate::joint::{Gear, JointForce};
 use crate::mechanics::State;
 use crate::simulation::Stiffness;
 use crate::world::World;
@@ -41,6 +41,14 @@ impl JointsSummary {
     pub fn add_residual(&mut self, locked: f64, drive: f64) {
         self.largest_residual_m_s = larger(self.largest_residual_m_s, locked);
         self.largest_law_residual_m_s = larger(self.largest_law_residual_m_s, drive);
+    }
+
+    /// Adds the residual of a gear: of its tie, or of its law.
+    pub fn add_gear(&mut self, gear: &Gear, residual: f64) {
+        match gear.drive() {
+            None => self.add_residual(residual, 0.0),
+            Some(_) => self.add_residual(0.0, residual),
+        }
     }
 
     /// Adds the stiffness of a step.

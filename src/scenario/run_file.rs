@@ -242,8 +242,8 @@ impl RunFile {
             for joint in &step.joints {
                 joints.add_residual(joint.residual.locked, joint.residual.drive);
             }
-            for gear in &step.gears {
-                joints.add_residual(gear.residual, 0.0);
+            for (gear, of) in step.gears.iter().zip(world.gears()) {
+                joints.add_gear(of, gear.residual);
             }
             world.follow(&scene.courses, (index + 1) as f64 * world.time_step());
             let forces: Vec<_> = step.joints.iter().map(JointRow::forces).collect();

@@ -252,6 +252,12 @@ fn gear_table(out: &mut String, gear: &GearModel, model: &Model) {
         "\n[[gears]]\njoints = [{}, {}]\naxes = [{}, {}]\nratio = {:?}\noffset = {:?}",
         first.0, second.0, first.1, second.1, gear.ratio, gear.offset
     );
+    if let Some(drive) = &gear.drive {
+        let _ = writeln!(out, "drive = {{ {} }}", drive_fields(drive).join(", "));
+        if let Some(motor) = &drive.motor {
+            let _ = writeln!(out, "motor = {{ {} }}", motor_fields(motor).join(", "));
+        }
+    }
 }
 
 /// Surfaces that move; all pieces of a name have one.
@@ -284,6 +290,19 @@ fn drive_fields(drive: &Drive) -> Vec<String> {
         }
     }
     fields
+}
+
+fn motor_fields(motor: &Motor) -> Vec<String> {
+    let fields: &[(&str, f64)] = match motor {
+        Motor::Speed { target, most } => &[("speed", *target), ("most", *most)],
+        Motor::Position { target, stiffness, damping, most } => &[
+            ("position", *target),
+            ("stiffness", *stiffness),
+            ("damping", *damping),
+            ("most", *most),
+        ],
+    };
+    fields.iter().map(|(field, value)| format!("{field} = {value:?}")).collect()
 }
 
 fn joint_table(out: &mut String, joint: &JointModel, model: &Model) {
@@ -327,12 +346,7 @@ fn joint_table(out: &mut String, joint: &JointModel, model: &Model) {
     for ((axis, _), drive) in driven.iter().zip(&joint.drives) {
         let Some(motor) = &drive.motor else { continue };
         let axis = if driven.len() == 1 { String::new() } else { format!("axis = \"{axis}\"\n") };
-        let law = match motor {
-            Motor::Speed { target, most } => format!("speed = {target:?}\nmost = {most:?}"),
-            Motor::Position { target, stiffness, damping, most } => format!(
-                "position = {target:?}\nstiffness = {stiffness:?}\ndamping = {damping:?}\nmost = {most:?}"
-            ),
-        };
+        let law = motor_fields(motor).join("\n");
         let _ = writeln!(out, "\n[[motors]]\njoint = {}\n{axis}{law}", quoted(&joint.name));
     }
 }

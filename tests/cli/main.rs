@@ -39,6 +39,7 @@ mod sizes;
 mod solve;
 mod start_index;
 mod streams;
+mod sums;
 mod support;
 mod sweep;
 #[path = "../fit/synthetic.rs"]

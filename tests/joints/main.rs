@@ -6,3 +6,4 @@ mod gears;
 mod gimbals;
 mod joints;
 mod mechanisms;
+mod sums;

@@ -9,3 +9,4 @@ mod loose;
 mod models;
 mod reading;
 mod scenes;
+mod sums;

@@ -405,10 +405,6 @@ fn tendons_hold_joints() {
             "<tendon><fixed name='c' stiffness='3'><joint joint='x' coef='1'/></fixed></tendon>",
             "pull",
         ),
-        (
-            "<tendon><fixed name='c' range='0 1'><joint joint='x' coef='1'/><joint joint='y' coef='1'/></fixed></tendon>",
-            "pull",
-        ),
         ("<tendon><fixed name='c'><joint joint='z' coef='1'/></fixed></tendon>", "no joint"),
         (
             "<tendon><fixed name='c'><joint joint='x' coef='1'/><joint joint='x' coef='-1'/></fixed></tendon>\

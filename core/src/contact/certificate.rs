@@ -246,8 +246,12 @@ impl Certifier {
             for (joint, load) in gear.loads(*force, claim.joints) {
                 joints[joint].add_loads(claim.states, &load, &mut self.loads);
             }
-            let missed = gear.residual(world, claim.next, claim.joints);
-            certificate.joint = largest(certificate.joint, missed);
+            let missed = gear.residual(world, ends, claim.joints, *force);
+            let part = match gear.drive() {
+                None => &mut certificate.joint,
+                Some(_) => &mut certificate.joint_law,
+            };
+            *part = largest(*part, missed);
         }
         for (index, (body, (_, pose))) in world.bodies().iter().zip(&self.poses).enumerate() {
             let rests = rests(index);

@@ -1,8 +1,8 @@
-//! Gears: a coordinate of one joint that follows one of another.
+//! Gears: a coordinate of one joint that follows one of another, or a law on how far it is from that.
 
-use super::{Joint, JointAxis, JointForce};
+use super::{Axis, AxisStart, Drive, Joint, JointAxis, JointForce};
 use crate::error::{Error, in_range};
-use crate::mechanics::{RigidBody, State};
+use crate::mechanics::{RigidBody, State, Wrench};
 use crate::world::World;
 use nalgebra::Vector3;
 
@@ -37,22 +37,51 @@ impl GearAxis {
 /// q₁ = r q₂ + q₀                                                           (J15)
 /// ```
 ///
-/// by a force on the first and −r times that on the second. What drives either acts besides.
+/// by a force on the first and −r times that on the second. What drives either acts besides. With a
+/// [drive](Gear::with_drive) nothing is locked: that acts on the sum
+///
+/// ```text
+/// s = q₁ − r q₂ − q₀                                                        (J17)
+/// ```
+///
+/// as it would on the coordinate of one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gear {
-    axes: [GearAxis; 2],
-    ratio: f64,
-    offset: f64,
+    pub(super) axes: [GearAxis; 2],
+    pub(super) ratio: f64,
+    pub(super) offset: f64,
+    pub(super) law: Axis,
 }
 
-/// How far a gear may be off at the start, m or rad of the first coordinate.
+/// How far a gear may be off at the start, or beyond the limits of its drive, m or rad of the first coordinate.
 pub const GEAR_AT_THE_START: f64 = 1e-6;
 
 impl Gear {
     /// The coordinate `first` is `ratio` times `second` and `offset`, in the unit of the first one.
     #[must_use]
     pub fn new(first: GearAxis, second: GearAxis, ratio: f64, offset: f64) -> Self {
-        Self { axes: [first, second], ratio, offset }
+        Self { axes: [first, second], ratio, offset, law: Axis::Locked }
+    }
+
+    /// The same with `drive` on s (J17), in the units of the first coordinate, in place of what holds s at zero: limits,
+    /// dry friction, a spring, a damper, a force, a motor. An armature of a sum is refused.
+    #[must_use]
+    pub fn with_drive(self, drive: Drive) -> Self {
+        Self { law: Axis::Free(drive), ..self }
+    }
+
+    /// What acts on s, where that is not held at zero.
+    #[must_use]
+    pub fn drive(&self) -> Option<&Drive> {
+        match &self.law {
+            Axis::Locked => None,
+            Axis::Free(drive) => Some(drive),
+        }
+    }
+
+    /// Locked, or free under a drive.
+    pub(crate) fn law(&self) -> &Axis {
+        &self.law
     }
 
     /// The axes of the first and the second coordinate.
@@ -98,6 +127,11 @@ impl Gear {
         }
         in_range("ratio of a gear", self.ratio, -1e6, 1e6, "-1e6 to 1e6")?;
         in_range("offset of a gear", self.offset, -1e6, 1e6, "-1e6 to 1e6")?;
+        self.law.check()?;
+        if self.law.has_armature() {
+            let why = "give it to the joints, each what turns with it";
+            return Err(Error::Unsupported { what: "an armature of a sum of coordinates", why });
+        }
         Ok(self)
     }
 
@@ -110,24 +144,14 @@ impl Gear {
         Some(Self { axes: [kept(self.axes[0])?, kept(self.axes[1])?], ..*self })
     }
 
-    /// The same in units of `length` (m).
-    pub(crate) fn in_units(&self, length: f64) -> Self {
-        let [first, second] = self.axes.map(|at| match at.axis {
-            JointAxis::Linear(_) => length,
-            JointAxis::Angular(_) => 1.0,
-        });
-        Self { ratio: self.ratio * second / first, offset: self.offset / first, ..*self }
-    }
-
     /// q₁ − r q₂ − q₀, m or rad.
     pub(crate) fn missed(&self, coordinates: [f64; 2]) -> f64 {
         coordinates[0] - self.ratio * coordinates[1] - self.offset
     }
 
-    /// How far it is off where the bodies are at `states` and the joints near the `angles`, m or rad of the first
-    /// coordinate.
+    /// s (J17) where the bodies are at `states` and the joints near the `angles`, m or rad.
     #[must_use]
-    pub fn error(&self, joints: &[Joint], states: &[State], angles: &[Vector3<f64>]) -> f64 {
+    pub fn coordinate(&self, joints: &[Joint], states: &[State], angles: &[Vector3<f64>]) -> f64 {
         let at = |of: GearAxis| {
             let near = angles.get(of.joint).copied().unwrap_or_default();
             of.coordinate(joints, states, &near)
@@ -135,17 +159,111 @@ impl Gear {
         self.missed(self.axes.map(at))
     }
 
-    /// How far a step of `world` to the states `next`, after which its joints have the forces and angles `of_joints`, is from
-    /// (J15), m/s; NaN where a joint has no force.
+    /// How far it is off where the bodies are at `states` and the joints near the `angles`, m or rad of the first
+    /// coordinate: s, or what s is beyond the limits of its drive.
     #[must_use]
-    pub fn residual(&self, world: &World, next: &[State], of_joints: &[JointForce]) -> f64 {
-        let angles: [_; 2] = self.axes.map(|at| of_joints.get(at.joint).map(|of| of.angles));
-        let [Some(first), Some(second)] = angles else { return f64::NAN };
-        let missed = self.missed([
-            self.axes[0].coordinate(world.joints(), next, &first),
-            self.axes[1].coordinate(world.joints(), next, &second),
-        ]);
-        self.length(world.joints(), world.bodies()) * missed.abs() / world.time_step()
+    pub fn error(&self, joints: &[Joint], states: &[State], angles: &[Vector3<f64>]) -> f64 {
+        let sum = self.coordinate(joints, states, angles);
+        match self.law {
+            Axis::Locked => sum,
+            Axis::Free(Drive { limits: Some([low, high]), .. }) => sum - sum.clamp(low, high),
+            Axis::Free(_) if sum.is_nan() => sum,
+            Axis::Free(_) => 0.0,
+        }
+    }
+
+    /// How far a step of `world` between these states, in which its joints have the forces and angles `of_joints` and this the
+    /// `force` (N or N m), is from (J15) or from the law of its drive, m/s, as a [joint's](Joint::residual); NaN where a
+    /// joint has no force.
+    #[must_use]
+    pub fn residual(
+        &self,
+        world: &World,
+        (states, next): (&[State], &[State]),
+        of_joints: &[JointForce],
+        force: f64,
+    ) -> f64 {
+        let (joints, bodies, h) = (world.joints(), world.bodies(), world.time_step());
+        let Some(angles) = self.angles(of_joints) else { return f64::NAN };
+        let end = self.between(joints, next, &angles);
+        let length = self.length(joints, bodies);
+        if self.law == Axis::Locked {
+            return length * end.abs() / h;
+        }
+        let start = self.between(joints, states, &angles);
+        let Some(response) = self.response(world, states) else { return f64::NAN };
+        // Impulses over the mass of the first body.
+        let unit = bodies[joints[self.axes[0].joint].body()].mass();
+        let graph = self.law.graph(&at_rest(start), h, (length, unit));
+        let rho = 1.0 / (length * length * unit * response);
+        let (u, p) = (length * (end - start) / h, force * h / (unit * length));
+        let missed = graph.residual(u, p, if rho.is_finite() { rho } else { 1.0 });
+        if u.is_finite() && p.is_finite() { missed } else { f64::NAN }
+    }
+
+    /// The work of its drive in a step of `world` between these states, J, as a [joint's](Joint::work); 0 of what is held.
+    pub(crate) fn work(
+        &self,
+        world: &World,
+        (states, next): (&[State], &[State]),
+        of_joints: &[JointForce],
+        force: f64,
+    ) -> f64 {
+        if self.law == Axis::Locked {
+            return 0.0;
+        }
+        let Some(angles) = self.angles(of_joints) else { return f64::NAN };
+        let before = |(at, near): (GearAxis, &Vector3<f64>)| {
+            let joint = &world.joints()[at.joint];
+            let coasted = joint.coasted(states, -world.time_step());
+            coasted.map_or(f64::NAN, |of| match at.axis {
+                JointAxis::Linear(k) => of.place[k],
+                JointAxis::Angular(k) => joint.counted(&of, near)[k],
+            })
+        };
+        let [first, second] = self.axes;
+        let came = self.missed([before((first, &angles[0])), before((second, &angles[1]))]);
+        0.5 * force * (self.between(world.joints(), next, &angles) - came)
+    }
+
+    /// s where the bodies are at `states`, and its joints near these angles.
+    fn between(&self, joints: &[Joint], states: &[State], angles: &[Vector3<f64>; 2]) -> f64 {
+        let [first, second] = self.axes;
+        self.missed([
+            first.coordinate(joints, states, &angles[0]),
+            second.coordinate(joints, states, &angles[1]),
+        ])
+    }
+
+    /// The angles of its joints at the end of a step.
+    fn angles(&self, of_joints: &[JointForce]) -> Option<[Vector3<f64>; 2]> {
+        let [first, second] = self.axes.map(|at| of_joints.get(at.joint).map(|of| of.angles));
+        Some([first?, second?])
+    }
+
+    /// How fast s becomes by an impulse of 1 along it, with nothing but its bodies to move: Σ F²/m + τ·I⁻¹ τ, over 1 kg or
+    /// 1 kg m². `None` where a body has no state.
+    fn response(&self, world: &World, states: &[State]) -> Option<f64> {
+        let mut sides: [Option<(usize, Wrench)>; 4] = [None; 4];
+        for (at, size) in self.axes.iter().zip([1.0, -self.ratio]) {
+            let joint = &world.joints()[at.joint];
+            let wrenches = joint.wrenches(states, at.axis, size)?;
+            for (body, wrench) in [Some(joint.body()), joint.other()].into_iter().zip(wrenches) {
+                let Some(body) = body else { continue };
+                let known = |side: &Option<(usize, Wrench)>| side.is_none_or(|of| of.0 == body);
+                if let Some(side) = sides.iter_mut().find(|side| known(side)) {
+                    let (_, sum) = side.get_or_insert((body, Wrench::zero()));
+                    sum.force += wrench.force;
+                    sum.torque += wrench.torque;
+                }
+            }
+        }
+        let moved = |(body, wrench): (usize, Wrench)| {
+            let of = &world.bodies()[body];
+            let turned = wrench.torque.dot(&(of.inertia_inverse() * wrench.torque));
+            wrench.force.norm_squared() / of.mass() + turned
+        };
+        Some(sides.into_iter().flatten().map(moved).sum())
     }
 
     /// What makes a speed of its first coordinate's: the [length](Joint::length) of the first joint for a turn, 1 for a
@@ -174,6 +292,11 @@ impl Gear {
     }
 }
 
+/// The start of a step from s, of which no armature asks how fast it comes.
+pub(crate) fn at_rest(coordinate: f64) -> AxisStart {
+    AxisStart { coordinate, ..AxisStart::default() }
+}
+
 /// See [`World::angles_near`].
 pub(crate) fn angles_near(
     (joints, gears): (&[Joint], &[Gear]),
@@ -186,7 +309,7 @@ pub(crate) fn angles_near(
     };
     let near = |joint: usize| near.get(joint).copied().unwrap_or_default();
     let mut angles: Vec<_> = (0..joints.len()).map(|joint| counted(joint, near(joint))).collect();
-    for gear in gears {
+    for gear in gears.iter().filter(|gear| gear.law == Axis::Locked) {
         let off = gear.error(joints, states, &angles);
         let turns = match gear.axes {
             [GearAxis { joint, axis: JointAxis::Angular(k) }, _] => Some((joint, k, -off)),

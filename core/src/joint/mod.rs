@@ -18,87 +18,34 @@
 
 mod course;
 mod drive;
+mod frame;
 mod gear;
 mod gimbal;
 mod graph;
+mod kinds;
 mod motion;
 mod piece;
+mod turn;
 mod units;
 
 pub use course::{Course, JointLoad, Knots};
 pub(crate) use drive::AxisStart;
 pub use drive::{Axis, Drive, Motor};
-pub(crate) use gear::angles_near;
+pub use frame::JointFrame;
 pub use gear::{GEAR_AT_THE_START, Gear, GearAxis};
+pub(crate) use gear::{angles_near, at_rest};
 pub use gimbal::{Hinges, Middle};
 pub use graph::Graph;
 pub(crate) use graph::Segment;
 pub(crate) use motion::Seen;
-pub(crate) use motion::Turn;
 pub use motion::{Coordinates, JointForce, JointResidual};
 pub(crate) use piece::{AxisChange, PieceChange};
+pub(crate) use turn::Turn;
 
 use crate::error::{Error, in_range};
 use crate::mechanics::quaternion::product;
 use crate::mechanics::{Pose, RigidBody, State};
-use nalgebra::{Matrix3, Vector3, Vector4};
-
-/// The frame of a joint in a body, or in the world.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub struct JointFrame {
-    /// The anchor, m, in the body's frame.
-    pub anchor: Vector3<f64>,
-    /// Joint → body, a unit quaternion (w, x, y, z). Its z axis is the axis of a hinge or a slide.
-    pub attitude: Vector4<f64>,
-}
-
-impl JointFrame {
-    /// At `anchor` (m), along the axes of the body.
-    #[must_use]
-    pub fn at(anchor: Vector3<f64>) -> Self {
-        Self { anchor, attitude: Vector4::new(1.0, 0.0, 0.0, 0.0) }
-    }
-
-    /// At `anchor` (m), with the z axis along `axis` (frame of the body, of any length but zero).
-    ///
-    /// # Errors
-    /// An axis of no length, or not finite.
-    pub fn along(anchor: Vector3<f64>, axis: Vector3<f64>) -> Result<Self, Error> {
-        let length = axis.norm();
-        in_range("length of a joint's axis", length, 1e-9, 1e9, "1e-9 to 1e9")?;
-        // The shortest turn from z: (1 + z·u, z × u), or half a turn about x.
-        let unit = axis / length;
-        let turn = Vector4::new(1.0 + unit[2], -unit[1], unit[0], 0.0);
-        let attitude = match turn.norm() > 1e-6 {
-            true => turn.normalize(),
-            false => Vector4::new(0.0, 1.0, 0.0, 0.0),
-        };
-        Ok(Self { anchor, attitude })
-    }
-
-    /// This frame of a body at `pose` as one of the world.
-    pub(crate) fn placed(&self, state: &State) -> Self {
-        let Pose { position, rotation } = state.pose();
-        let attitude = product(&state.attitude, &self.attitude);
-        Self { anchor: position + rotation * self.anchor, attitude }
-    }
-
-    /// F: joint → body.
-    #[must_use]
-    pub fn rotation(&self) -> Matrix3<f64> {
-        crate::mechanics::quaternion::rotation(&self.attitude)
-    }
-
-    pub(crate) fn checked(self) -> Result<Self, Error> {
-        for &length in &self.anchor {
-            in_range("anchor of a joint (m)", length, -1e6, 1e6, "-1e6 to 1e6")?;
-        }
-        let norm = self.attitude.norm();
-        in_range("norm of a joint's attitude", norm, 0.99, 1.01, "1, within 0.01")?;
-        Ok(Self { attitude: self.attitude / norm, ..self })
-    }
-}
+use nalgebra::{Vector3, Vector4};
 
 /// One of the axes of a joint, x, y or z by 0, 1 or 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -146,121 +93,6 @@ pub enum Turning {
 }
 
 impl Joint {
-    /// A joint of body `body` with `other`, `None` for the world, with all axes free: a start for
-    /// [`Joint::with_axes`].
-    #[must_use]
-    pub fn between(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
-        let free = [Axis::Free(Drive::NONE); 3];
-        let (linear, angular) = (free, free);
-        let push = [Vector3::zeros(); 2];
-        let (middle, length, collides, moves) = (None, None, false, false);
-        Self { body, other, frames, linear, angular, middle, length, collides, push, moves }
-    }
-
-    /// Both anchors in one place; the bodies turn freely about it.
-    #[must_use]
-    pub fn spherical(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
-        let linear = [Axis::Locked; 3];
-        Self { linear, ..Self::between(body, other, frames) }
-    }
-
-    /// A ball joint whose z axes stay within the angle `cone` (rad, 0.01 to 3.1) of each other, and which turns about
-    /// them under `twist` (rad, N m). The twist is the turn about z that is left when A's z axis is swung back to
-    /// B's the shortest way.
-    #[must_use]
-    pub fn ball(
-        body: usize,
-        other: Option<usize>,
-        frames: [JointFrame; 2],
-        cone: f64,
-        twist: Drive,
-    ) -> Self {
-        let angular = [Axis::cone(cone), Axis::Free(Drive::NONE), Axis::Free(twist)];
-        Self { angular, ..Self::spherical(body, other, frames) }
-    }
-
-    /// A universal joint, as of a cardan shaft: A turns about the x axis of its frame and the y axis of B's, which cross
-    /// at a right angle. [`Joint::with_drive`] drives its angles, [`JointAxis::Angular`] 0 and 1.
-    #[must_use]
-    pub fn universal(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
-        let free = Axis::Free(Drive::NONE);
-        Self { angular: [free, free, Axis::Locked], ..Self::spherical(body, other, frames) }
-    }
-
-    /// A gimbal: three hinges in one place, of which the first is about y of B's frame, the last about x of A's, and
-    /// the middle one about an axis z that the first carries and that is square to both. Of the angles α, β, γ about x, y
-    /// and z, under the `drives` in this order (rad, N m), A's frame is turned by
-    /// `q_y(β) ⊗ q_z(γ) ⊗ q_x(α)` against B's. Where γ is a quarter turn the first and the last axis
-    /// are one, and α and β are not told apart: a simulation cannot start there, and drives should keep it away.
-    #[must_use]
-    pub fn gimbal(
-        body: usize,
-        other: Option<usize>,
-        frames: [JointFrame; 2],
-        drives: [Drive; 3],
-    ) -> Self {
-        let angular = drives.map(Axis::Free);
-        Self { angular, middle: Some(Middle::STRAIGHT), ..Self::spherical(body, other, frames) }
-    }
-
-    /// This joint, whose turn is free about all three axes, as a [gimbal](Joint::gimbal) with this middle axis.
-    #[must_use]
-    pub fn with_middle(self, middle: Middle) -> Self {
-        Self { middle: Some(middle), ..self }
-    }
-
-    /// A hinge: they turn about the common z axis alone, under `drive` (rad, N m).
-    #[must_use]
-    pub fn revolute(
-        body: usize,
-        other: Option<usize>,
-        frames: [JointFrame; 2],
-        drive: Drive,
-    ) -> Self {
-        let angular = [Axis::Locked, Axis::Locked, Axis::Free(drive)];
-        Self { angular, ..Self::spherical(body, other, frames) }
-    }
-
-    /// A slide: A's anchor moves along the common z axis alone, under `drive` (m, N).
-    #[must_use]
-    pub fn prismatic(
-        body: usize,
-        other: Option<usize>,
-        frames: [JointFrame; 2],
-        drive: Drive,
-    ) -> Self {
-        let linear = [Axis::Locked, Axis::Locked, Axis::Free(drive)];
-        Self { linear, ..Self::fixed(body, other, frames) }
-    }
-
-    /// Slides along the common z axis under the first drive (m, N) and turns about it under the second
-    /// (rad, N m).
-    #[must_use]
-    pub fn cylindrical(
-        body: usize,
-        other: Option<usize>,
-        frames: [JointFrame; 2],
-        drives: [Drive; 2],
-    ) -> Self {
-        let linear = [Axis::Locked, Axis::Locked, Axis::Free(drives[0])];
-        Self { linear, ..Self::revolute(body, other, frames, drives[1]) }
-    }
-
-    /// A's anchor stays in the plane of B's x and y axes, and A turns about the common z axis alone.
-    #[must_use]
-    pub fn planar(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
-        let free = Axis::Free(Drive::NONE);
-        let linear = [free, free, Axis::Locked];
-        Self { linear, ..Self::revolute(body, other, frames, Drive::NONE) }
-    }
-
-    /// Both frames in one: the bodies move as one.
-    #[must_use]
-    pub fn fixed(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
-        let locked = [Axis::Locked; 3];
-        Self { linear: locked, angular: locked, ..Self::between(body, other, frames) }
-    }
-
     /// This joint with other axes: x, y, z of the anchor's place, and of the turn. Of the turn either all
     /// are locked, or x and y are, as of a [hinge](Joint::revolute), or z is, as of a
     /// [universal joint](Joint::universal), or all are free, as of a [ball](Joint::ball) or a

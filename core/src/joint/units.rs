@@ -1,6 +1,6 @@
-//! Joints in other units of mass, length and time.
+//! Joints and gears in other units of mass, length and time.
 
-use super::{Axis, Drive, Joint, JointFrame, Motor};
+use super::{Axis, Drive, Gear, Joint, JointAxis, JointFrame, Motor};
 
 /// The units of an axis: of its coordinate (m, or 1 for rad), of its force (N or N m), and of time.
 #[derive(Clone, Copy)]
@@ -46,12 +46,34 @@ impl Units {
     }
 }
 
+/// The units of the axes of places and of turns.
+fn units(mass: f64, length: f64, time: f64) -> (Units, Units) {
+    let force = mass * length / (time * time);
+    let place = Units { coordinate: length, force, time };
+    (place, Units { coordinate: 1.0, force: force * length, time })
+}
+
+impl Gear {
+    /// The same in units of `mass` (kg), `length` (m) and `time` (s).
+    pub(crate) fn in_units(&self, mass: f64, length: f64, time: f64) -> Self {
+        let (place, turn) = units(mass, length, time);
+        let [first, second] = self.axes.map(|at| match at.axis {
+            JointAxis::Linear(_) => place,
+            JointAxis::Angular(_) => turn,
+        });
+        Self {
+            ratio: self.ratio * second.coordinate / first.coordinate,
+            offset: self.offset / first.coordinate,
+            law: first.axis(self.law),
+            ..*self
+        }
+    }
+}
+
 impl Joint {
     /// The same in units of `mass` (kg), `length` (m) and `time` (s).
     pub(crate) fn in_units(&self, mass: f64, length: f64, time: f64) -> Self {
-        let force = mass * length / (time * time);
-        let place = Units { coordinate: length, force, time };
-        let turn = Units { coordinate: 1.0, force: force * length, time };
+        let (place, turn) = units(mass, length, time);
         let frame = |frame: JointFrame| JointFrame { anchor: frame.anchor / length, ..frame };
         Self {
             frames: self.frames.map(frame),

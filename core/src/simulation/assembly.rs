@@ -193,6 +193,11 @@ impl World {
             time_step,
             rotation: Rotation::Momentum,
         };
+        let gears = self.gears().iter().map(|gear| match gear.drive() {
+            None => *gear,
+            Some(drive) => gear.with_drive(kept(drive)),
+        });
+        let gears = gears.collect();
         let kept = |axes: &[Axis; 3]| {
             axes.map(|axis| match axis {
                 Axis::Locked => Axis::Locked,
@@ -204,7 +209,7 @@ impl World {
             .map(|joint| joint.clone().with_axes(kept(joint.linear()), kept(joint.angular())));
         Self::new(parameters)?
             .with_joints(joints.map(Joint::without_push).collect())?
-            .with_gears(self.gears().to_vec())
+            .with_gears(gears)
     }
 }
 

@@ -144,6 +144,11 @@ impl Judge {
             let work = seen.work(joint, (claim.states, claim.next), force, h);
             self.budgets[self.islands.of(joint.body())].gained -= work.unwrap_or(f64::NAN);
         }
+        for (gear, force) in world.gears().iter().zip(claim.gears) {
+            let body = world.joints()[gear.axes()[0].joint].body();
+            let work = gear.work(world, (claim.states, claim.next), claim.joints, *force);
+            self.budgets[self.islands.of(body)].gained -= work;
+        }
         let makes_energy =
             |of: &Budget| of.touches && of.gained > LARGEST_GAIN * of.kinetic + of.rest;
         self.budgets.iter().any(makes_energy)

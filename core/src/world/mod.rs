@@ -330,7 +330,7 @@ impl World {
             parameters,
             fixed: Vec::new(),
             joints: self.joints.iter().map(|joint| joint.in_units(mass, length, time)).collect(),
-            gears: self.gears.iter().map(|gear| gear.in_units(length)).collect(),
+            gears: self.gears.iter().map(|gear| gear.in_units(mass, length, time)).collect(),
             apart: Vec::new(),
             kept_apart: Vec::new(),
             untouched: Vec::new(),

@@ -65,8 +65,8 @@ impl Counts {
         for joint in &step.joints {
             self.joints.add_residual(joint.residual.locked, joint.residual.drive);
         }
-        for gear in &step.gears {
-            self.joints.add_residual(gear.residual, 0.0);
+        for (gear, of) in step.gears.iter().zip(world.gears()) {
+            self.joints.add_gear(of, gear.residual);
         }
         let start = &step.row.start;
         let is_step = step.row.status != StepStatus::End && !start.is_empty();

@@ -97,9 +97,12 @@ impl Assembled {
         }
     }
 
-    /// Joints that go with others; coordinates of the scene are those of the file from the reference.
+    /// Joints that go with others, and what acts on sums of them; coordinates of the scene are those of the file from the reference.
     pub(super) fn add_gears(&self, model: &mut Model) -> Result<(), String> {
-        for Follows { joints, ratio, offset, at } in &self.robot.follows {
+        let ties = self.robot.follows.iter().map(|follows| (follows, None));
+        let sums = self.robot.sums.iter().map(|sum| (&sum.of, Some(sum.drive)));
+        for (of, drive) in ties.chain(sums) {
+            let Follows { joints, ratio, offset, at } = of;
             let [first, second] = joints.map(|joint| self.axes[joint]);
             let (Some(first), Some(second)) = (first, second) else {
                 return Err(format!("{at}: one of its joints moves nothing"));
@@ -110,6 +113,7 @@ impl Assembled {
                 axes: [first.1, second.1],
                 ratio: *ratio,
                 offset: offset - own + ratio * other,
+                drive,
             });
         }
         Ok(())

@@ -1,8 +1,10 @@
 //! `<tendon>`: sums of coordinates, by which actuators pull and ties hold.
 
 use super::Reader;
+use super::defaults::Defaulted;
 use super::rest::coefficients;
-use crate::robot::model::Moves;
+use crate::joint::Drive;
+use crate::robot::model::{Follows, Moves, Sum};
 use crate::robot::xml::{Attributes, Element};
 use crate::scenario::shown;
 
@@ -30,40 +32,126 @@ pub fn find<'t>(
     }
 }
 
+/// What a tendon does by itself, along its length.
+struct Pull {
+    stiffness: f64,
+    damping: f64,
+    friction: f64,
+    rest: f64,
+}
+
+impl Pull {
+    /// The first field that says anything.
+    fn first(&self) -> Option<&'static str> {
+        let given = [
+            ("stiffness", self.stiffness),
+            ("damping", self.damping),
+            ("frictionloss", self.friction),
+        ];
+        given.into_iter().find(|(_, value)| *value != 0.0).map(|(field, _)| field)
+    }
+
+    /// The same along a coordinate of which the length is `by` times as much.
+    fn along(&self, by: f64) -> Drive {
+        let square = by * by;
+        Drive {
+            friction: self.friction * by.abs(),
+            stiffness: self.stiffness * square,
+            rest: self.rest / by,
+            damping: self.damping * square,
+            ..Drive::NONE
+        }
+    }
+}
+
+/// The smaller number first.
+fn sorted([a, b]: [f64; 2]) -> [f64; 2] {
+    [a.min(b), a.max(b)]
+}
+
 impl Reader<'_> {
-    /// All tendons. What they do of their own is refused, but for the range of one joint.
+    /// All tendons. What they do of their own acts on the sum of two coordinates; of one, or of more, all but the range of one
+    /// is refused.
     pub(super) fn read_tendons(&mut self, root: &Element) -> Result<Vec<Tendon>, String> {
         let mut tendons = Vec::new();
         for element in root.all("tendon").flat_map(|section| &section.children) {
             let read = self.defaulted(element, "")?;
-            for field in ["stiffness", "damping", "frictionloss", "armature"] {
-                if read.numbers(field)?.is_some_and(|all| all.iter().any(|one| *one != 0.0)) {
-                    return Err(
-                        element.wrong(format!("{field}: tendons that pull are not supported"))
-                    );
-                }
+            if read.number("armature")?.is_some_and(|armature| armature != 0.0) {
+                return Err(element.wrong("armature: that of tendons is not supported"));
             }
             let joints = (element.tag == "fixed").then(|| self.summed(element)).transpose()?;
             let range = self.compiler.range(&read, "range", "limited")?;
+            let range = range.filter(|_| self.flags.limits);
             let effort = self.compiler.range(&read, "actuatorfrcrange", "actuatorfrclimited")?;
-            match (range.filter(|_| self.flags.limits), joints.as_deref()) {
-                (None, _) => {}
-                (Some(range), Some(&[(joint, factor)])) => {
-                    self.limit(element, joint, range.map(|end| end / factor))?;
-                }
-                (Some(_), _) => {
-                    return Err(element.wrong("range: tendons that pull are not supported"));
-                }
-            }
             if effort.is_some() {
                 return Err(element.wrong("actuatorfrcrange of tendons is not supported"));
             }
-            if joints.is_none() {
-                self.notes.idle("tendon that does not pull");
+            let pull = self.pull(&read, joints.as_deref().unwrap_or_default())?;
+            let refused = |what: &str| {
+                let field = match (range, pull.first()) {
+                    (_, Some(field)) => field,
+                    (Some(_), None) => "range",
+                    (None, None) => return Ok(()),
+                };
+                Err(element.wrong(format!("{field}: {what}")))
+            };
+            match (joints.as_deref(), range) {
+                (Some(&[(first, by), (second, other)]), range) => {
+                    if range.is_some() || pull.first().is_some() {
+                        let of = Follows {
+                            joints: [first, second],
+                            ratio: -other / by,
+                            offset: 0.0,
+                            at: element.at(),
+                        };
+                        let limits = range.map(|range| sorted(range.map(|end| end / by)));
+                        let drive = Drive { limits, ..pull.along(by) };
+                        self.robot.sums.push(Sum { of, drive });
+                    }
+                }
+                (Some(&[(joint, factor)]), Some(range)) if pull.first().is_none() => {
+                    self.limit(element, joint, range.map(|end| end / factor))?;
+                }
+                (Some(_), _) => refused(
+                    "tendons that pull, or are limited, are supported where they are sums of two joints; give that of one to the \
+                     joint itself",
+                )?,
+                (None, _) => {
+                    refused("tendons through points of bodies that pull are not supported")?;
+                    self.notes.idle("tendon that does not pull");
+                }
             }
             tendons.push(Tendon { name: element.own("name").map(str::to_owned), joints });
         }
         Ok(tendons)
+    }
+
+    /// What a tendon of these joints does by itself.
+    fn pull(&self, read: &Defaulted<'_>, joints: &[(usize, f64)]) -> Result<Pull, String> {
+        let number = |field: &str, acts: bool| {
+            let value = read.number(field)?.unwrap_or(0.0);
+            match (0.0..=1e12).contains(&value) {
+                true => Ok(if acts { value } else { 0.0 }),
+                false => Err(read
+                    .element()
+                    .wrong(format!("{field} is {value:?}; allowed is one number of 0 to 1e12"))),
+            }
+        };
+        let stiffness = number("stiffness", self.flags.springs)?;
+        let damping = number("damping", self.flags.dampers)?;
+        let friction = number("frictionloss", self.flags.friction)?;
+        // Its length where the springs of its joints are slack, if none is given.
+        let slack = || joints.iter().map(|(joint, by)| by * self.robot.joints[*joint].rest).sum();
+        let rest = match read.numbers("springlength")?.as_deref() {
+            None | Some([] | [-1.0] | [-1.0, -1.0]) => slack(),
+            Some([rest]) => *rest,
+            Some([low, high]) if low == high || stiffness == 0.0 => *low,
+            Some(_) => {
+                let why = "springlength: springs that are slack within a range are not supported; give one number";
+                return Err(read.element().wrong(why));
+            }
+        };
+        Ok(Pull { stiffness, damping, friction, rest })
     }
 
     /// The joints and coefficients of a fixed tendon.

@@ -1,6 +1,7 @@
 //! The tables `[[gears]]`: as they are written, and what they amount to.
 
-use super::joints::Joints;
+use super::joints::{DriveEntry, Joints, MotorFields};
+use crate::joint::Drive;
 use crate::scenario::gear::GearModel;
 use serde::Deserialize;
 
@@ -14,6 +15,8 @@ pub struct GearEntry {
     axes: Option<Vec<String>>,
     ratio: Option<f64>,
     offset: Option<f64>,
+    drive: Option<DriveEntry>,
+    motor: Option<MotorFields>,
 }
 
 impl GearEntry {
@@ -52,6 +55,22 @@ impl GearEntry {
             axes: [first.1, second.1],
             ratio: self.ratio.unwrap_or(1.0),
             offset: self.offset.unwrap_or(0.0),
+            drive: self.drive()?,
         })
+    }
+
+    /// What acts on the sum, where that is not held.
+    fn drive(&self) -> Result<Option<Drive>, String> {
+        let fields = self.drive.as_ref().map(DriveEntry::drive);
+        if fields.as_ref().is_some_and(|fields| fields.start.is_some()) {
+            return Err(
+                "drive.start: it follows from where the joints are; leave it out".to_owned()
+            );
+        }
+        let motor = self.motor.as_ref().map(MotorFields::motor).transpose();
+        let motor = motor.map_err(|why| format!("motor.{why}"))?;
+        let drive = fields.map(|fields| fields.drive());
+        let driven = drive.or(motor.map(|_| Drive::NONE));
+        Ok(driven.map(|drive| Drive { motor, ..drive }))
     }
 }

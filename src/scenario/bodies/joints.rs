@@ -4,8 +4,8 @@ mod entries;
 mod motor;
 mod placed;
 
-pub use entries::JointEntry;
-pub use motor::MotorEntry;
+pub use entries::{DriveEntry, JointEntry};
+pub use motor::{MotorEntry, MotorFields};
 pub use placed::{Placed, Side, anchor_in_range};
 
 use super::build::name_of;
@@ -13,7 +13,7 @@ use crate::mechanics::quaternion::{left, rotation};
 use crate::scenario::joint::{JointKind, JointModel};
 use crate::scenario::model::BodyModel;
 use crate::scenario::shape::Place;
-use entries::{DriveEntry, DriveFields, Names};
+use entries::{DriveFields, Names};
 use nalgebra::{Vector3, Vector4};
 use placed::turned;
 use std::f64::consts::PI;

@@ -296,7 +296,8 @@ impl GearRow {
             let near = near[k].unwrap_or_default();
             gear.axes()[k].coordinate(world.joints(), states, &near)
         };
-        let residual = next.map_or(0.0, |next| gear.residual(world, next, joints));
+        let ends = next.map(|next| (states, next));
+        let residual = ends.map_or(0.0, |ends| gear.residual(world, ends, joints, force));
         Self { coordinates: [coordinate(0), coordinate(1)], force, residual }
     }
 }

@@ -92,6 +92,11 @@ impl Ties {
             }
         }
         for gear in world.gears() {
+            if gear.drive().is_some() {
+                let what = "a drive of a sum of coordinates in Ipopt's program";
+                let why = "it knows gears that are held; take the native solver";
+                return Err(Error::Unsupported { what, why });
+            }
             let length = gear.length(world.joints(), world.bodies());
             let [first, second] = gear.axes();
             let (one, two) = (ties.geared(first), ties.geared(second));

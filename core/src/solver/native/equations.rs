@@ -6,6 +6,7 @@
 //! `docs/native-solver.md`.
 
 use super::coupling::Coupling;
+use super::islands::IslandView;
 use super::law::{Answer, Gain};
 use super::policy::Policy;
 use super::tolerances::{RESTLESS, Tolerances};
@@ -268,9 +269,8 @@ pub(super) trait Equations {
     fn set_first_velocity(&self, impulses: &[Vector3<f64>], velocity: &mut Self::Velocity) {
         self.set_velocity_after(impulses, velocity);
     }
-    /// Finds where the last two steps of the `bodies` (indices of the world) lead, `previous` being the impulses p̂ of
-    /// the last one.
-    fn foresee(&mut self, _: &Step<'_>, _bodies: &[usize], _previous: &[Vector3<f64>]) {}
+    /// Finds where the last two steps of its `island` lead, `previous` being the impulses p̂ of the last one.
+    fn foresee(&mut self, _: &Step<'_>, _island: &IslandView<'_>, _previous: &[Vector3<f64>]) {}
     /// Sets the velocities and the impulses p̂ to that, with which an iteration may start, and tells how far it is from
     /// the last step's velocities, m/s. `None` where it is not known.
     fn set_foreseen(&self, _: &mut Self::Velocity, _: &mut Vec<Vector3<f64>>) -> Option<f64> {

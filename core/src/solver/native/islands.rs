@@ -25,8 +25,7 @@ pub(super) struct Islands {
     changed: Vec<bool>,
     unsettled: Vec<f64>,
     changes: Vec<(f64, f64)>,
-    /// Of every contact the force in the step before, N.
-    before: Vec<Vector3<f64>>,
+    known: KnownForces,
     /// Of every contact the force found so far in this step, N; and whether an island is to go on from them.
     found: Vec<Vector3<f64>>,
     goes_on: Vec<bool>,
@@ -103,6 +102,15 @@ impl Marked<'_> {
     }
 }
 
+/// The forces of all candidates as the steps before leave them, N.
+#[derive(Debug, Clone, Default)]
+pub(super) struct KnownForces {
+    /// Those in the step before.
+    pub(super) before: Vec<Vector3<f64>>,
+    /// To which the two steps before lead on, in a world with joints; empty elsewhere.
+    pub(super) ahead: Vec<Vector3<f64>>,
+}
+
 /// One island.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct IslandView<'a> {
@@ -116,8 +124,8 @@ pub(super) struct IslandView<'a> {
     pub(super) gears: &'a [usize],
     /// For every body of the world, its place among `bodies`.
     pub(super) places: &'a [usize],
-    /// For every candidate, its force in the step before, N.
-    pub(super) before: &'a [Vector3<f64>],
+    /// What is known of the candidates' forces from the steps before.
+    pub(super) known: &'a KnownForces,
     /// For every candidate, its force found so far in this step, N, where the island is to go on from there.
     pub(super) found: Option<&'a [Vector3<f64>]>,
     /// How much its impulses changed from the step before the last one to the last, in parts of
@@ -141,6 +149,7 @@ impl Islands {
             self.set_only_one(contacts.len());
         } else {
             self.set_many(count, contacts, step.world);
+            self.find_ahead(step, contacts);
         }
         let islands = self.bodies.len();
         self.changed.clear();
@@ -168,7 +177,7 @@ impl Islands {
         self.found.clear();
         if islands.contains(&true) {
             self.found.extend(found.iter().map(|contact| contact.force));
-            self.found.resize(self.before.len(), Vector3::zeros());
+            self.found.resize(self.known.before.len(), Vector3::zeros());
         }
     }
 
@@ -308,7 +317,7 @@ impl Islands {
 
     /// Finds the forces of the step before, of the contacts that the last call did not know.
     fn find_before(&mut self, step: &Step<'_>, (contacts, known): (&[Contact], usize)) {
-        let Self { before, previous, .. } = self;
+        let Self { known: KnownForces { before, .. }, previous, .. } = self;
         if known == 0 {
             previous.clear();
         }
@@ -318,6 +327,23 @@ impl Islands {
         before.extend(contacts[first..].iter().zip(first..).map(|(contact, place)| {
             let found = previous.find(&step.previous.contacts, &contact.key, place);
             found.map_or(Vector3::zeros(), |found| found.force)
+        }));
+    }
+
+    /// Finds where the forces of the two steps before lead. A contact that was not in both has that of the last one.
+    fn find_ahead(&mut self, step: &Step<'_>, contacts: &[Contact]) {
+        self.known.ahead.clear();
+        let Some(before) = step.earlier.filter(|_| !step.world.joints().is_empty()) else { return };
+        let Self { known: KnownForces { ahead, .. }, previous, earlier, .. } = self;
+        for index in [&mut *previous, &mut *earlier] {
+            index.clear();
+            index.reserve(contacts.len());
+        }
+        ahead.extend(contacts.iter().enumerate().map(|(place, contact)| {
+            let now = previous.find(&step.previous.contacts, &contact.key, place);
+            let before = earlier.find(&before.contacts, &contact.key, place);
+            let now = now.map_or(Vector3::zeros(), |now| now.force);
+            before.map_or(now, |before| 2.0 * now - before.force)
         }));
     }
 
@@ -393,7 +419,7 @@ impl Islands {
             joints: self.joints.get(number),
             gears: self.gears.get(number),
             places: &self.places,
-            before: &self.before,
+            known: &self.known,
             found: self.goes_on[number].then_some(&self.found),
             unsettled: self.unsettled[number],
         }

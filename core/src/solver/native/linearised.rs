@@ -23,7 +23,7 @@ mod refined;
 mod slopes;
 mod tied;
 
-use super::islands::{IslandView, Islands, Marked};
+use super::islands::{IslandView, Islands, KnownForces, Marked};
 use crate::contact::Contact;
 use crate::derivative::{EndMap, StateChange, nearest_unseen};
 use crate::error::{Error, in_range};
@@ -242,6 +242,7 @@ impl StepDerivative {
         let mut places = std::mem::take(&mut self.places);
         places.clear();
         places.resize(bodies, 0);
+        let known = KnownForces::default();
         let found = (0..bodies).try_for_each(|body| {
             if !self.alone[body] || world.is_held(body) {
                 return Ok(());
@@ -252,7 +253,7 @@ impl StepDerivative {
                 joints: &[],
                 gears: &[],
                 places: &places,
-                before: &[],
+                known: &known,
                 found: None,
                 unsettled: 0.0,
             };

@@ -250,13 +250,23 @@ impl Member {
 
     /// How far a velocity is from that at step k, as the speed of its points, m/s.
     pub(super) fn way_from_old(&self, velocity: &Velocity) -> f64 {
-        let turned = (velocity.spin - self.old.spin).amax() * self.reach;
-        (velocity.linear - self.old.linear).amax().max(turned)
+        self.way(&self.old, velocity)
+    }
+
+    /// The same from any velocity.
+    pub(super) fn way(&self, from: &Velocity, to: &Velocity) -> f64 {
+        let turned = (to.spin - from.spin).amax() * self.reach;
+        (to.linear - from.linear).amax().max(turned)
     }
 
     /// How its points turn in a step that ends with a `spin`.
     pub(super) fn turning(&self, spin: Vector3<f64>) -> Turning {
         Turning::new(&self.rotation, spin, self.time_step)
+    }
+
+    /// The same, and how its frame turns back.
+    pub(super) fn turnings(&self, spin: Vector3<f64>) -> (Turning, Turning) {
+        Turning::there_and_back(&self.rotation, spin, self.time_step)
     }
 
     /// v⁺ + Gᵀ ω̃⁺ (eq. 29): how the point with this torque map moves after the impulses.

@@ -62,8 +62,7 @@ pub(crate) use linearised::Rest;
 pub use linearised::{StepChange, StepDerivative, StepGradient};
 use nalgebra::Vector3;
 use part::{Asked, Part, Parts};
-use policy::Policy;
-use policy::Start;
+use policy::{Policy, Start};
 pub(crate) use posed::solve as solve_problem;
 pub use starts::STARTS;
 #[cfg(feature = "threads")]

@@ -2,40 +2,22 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md` and, from J on, of `docs/joints.md`.
 
+mod iterate;
+mod limit;
+
 use super::coupling::Coupling;
 use super::effort::Effort;
-use super::equations::{Determined, Elimination, Equations, Point, Residual, Velocities, reserve};
-use super::law::{Factored, NaturalMap, Piece, Pull};
+use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
+use super::law::{NaturalMap, Piece};
 use super::tolerances::{
-    CLEAR, CORRECTIONS, DETERMINED_ITERATIONS, FAST_FACTORS, JUMPS, KEPT_FACTORS, LEFT_OPEN,
-    NEWTON_ITERATIONS, ROLLING_CORRECTIONS, SETTLING, SHORTEST_STEP, SUFFICIENT_DECREASE,
-    WHOLE_STEPS,
+    FAST_FACTORS, JUMPS, NEWTON_ITERATIONS, SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
 };
 use nalgebra::Vector3;
 
+pub(super) use iterate::{Iterate, evaluate, exact_residual};
+
 /// Every coupling eliminated, and the piece that it is on.
 pub(super) type Linearised<'a, E> = (&'a [Elimination<<E as Equations>::Slope>], &'a [Piece]);
-
-/// A point of the iteration.
-#[derive(Debug, Clone)]
-pub(super) struct Iterate<E: Equations> {
-    pub(super) velocity: E::Velocity,
-    /// p̂ of every coupling, m/s, world.
-    pub(super) impulses: Vec<Vector3<f64>>,
-    /// u of every coupling (N2), kept from the last evaluation.
-    points: Vec<Vector3<f64>>,
-    /// The arguments of every coupling's projections, for the map evaluated last.
-    pulls: Vec<Pull>,
-    /// The residual of the equations of motion, which no map of the laws changes.
-    motion: Residual,
-    /// The map evaluated last, and the residual.
-    map: NaturalMap,
-    residual: Residual,
-    /// ε D p̂_0 of every coupling, m/s, where the compliance acts on changes from impulses p̂_0
-    /// (N13); empty otherwise.
-    shifts: Vec<Vector3<f64>>,
-    scratch: E::Scratch,
-}
 
 /// When an iteration ends.
 #[derive(Debug, Clone, Copy)]
@@ -212,166 +194,6 @@ impl<E: Equations> Newton<E> {
         &mut self.system
     }
 
-    /// Moves a solution of `law` to the limit of vanishing compliance (N9): the law without
-    /// compliance, every contact on the piece that `law` puts it on, and the compliance in
-    /// the matrix alone, which leaves the undetermined part of the impulses where it is.
-    /// Returns the residual of the law without compliance. The iterate must have been evaluated.
-    pub(super) fn take_limit(
-        &mut self,
-        equations: &E,
-        map: &NaturalMap,
-        iterate: &mut Iterate<E>,
-        effort: &mut Effort<'_>,
-    ) -> f64 {
-        if iterate.map != *map {
-            evaluate_again(equations, map, iterate);
-        }
-        self.find_pieces(equations, map, iterate);
-        let merit = evaluate_again(equations, &NaturalMap::EXACT, iterate);
-        // Any multiple of the compliance leaves the same part of the impulses where it is; the less of it, the more do these feel
-        // of rounding, so that what settles would not come to rest.
-        // That of the law itself, with which the matrix is factorised, goes first, where nothing gives more than it.
-        let setting = equations.setting();
-        let settles = setting.unsettled <= SETTLING;
-        let part = if settles { 1.0 } else { equations.policy().limit_compliance };
-        let first = if setting.all_give_alike { 1.0 } else { part };
-        let matrix = (map.compliance * first, map.compliance * part);
-        let most = if setting.all_give_alike { CORRECTIONS } else { ROLLING_CORRECTIONS };
-        self.correct(equations, (matrix, limit(equations), most), (merit, iterate), effort)
-    }
-
-    /// Moves a point near a solution of the law without compliance there, where the pieces are those found last, with
-    /// the compliance `matrix` in the Newton matrix, and the second one from where the first is slow, until a residual of
-    /// `limit`, by so many corrections that leave more than a small part of it. Returns the residual.
-    fn correct(
-        &mut self,
-        equations: &E,
-        ((mut matrix, least), limit, mut left): ((f64, f64), f64, u32),
-        (mut merit, iterate): (Residual, &mut Iterate<E>),
-        effort: &mut Effort<'_>,
-    ) -> f64 {
-        let enough = self::limit(equations);
-        while left > 0 {
-            if merit.largest <= limit || !effort.spend() {
-                break;
-            }
-            if !self.set_direction(equations, matrix, iterate) {
-                break;
-            }
-            self.try_step(iterate, 1.0);
-            let corrected = evaluate(equations, &NaturalMap::EXACT, &mut self.trial);
-            let good = keeps(equations, merit.largest, corrected.largest, KEPT_FACTORS);
-            let were_kept = std::mem::replace(&mut self.kept.are_good, good);
-            let changes = matrix > least && !good;
-            if changes {
-                matrix = least;
-            } else if !good {
-                left -= 1;
-            }
-            if corrected.largest >= merit.largest {
-                if (were_kept || changes) && merit.largest > enough {
-                    continue;
-                }
-                break;
-            }
-            std::mem::swap(iterate, &mut self.trial);
-            merit = corrected;
-        }
-        merit.largest
-    }
-
-    /// Solves the law without compliance, where nothing is to be selected, with the compliance `matrix` in the Newton matrix.
-    /// `evaluated` tells that the iterate was, for that law. Returns the residual; infinite where something turns out to be to
-    /// select.
-    pub(super) fn solve_determined(
-        &mut self,
-        equations: &E,
-        (evaluated, matrix, determined): (bool, f64, Determined),
-        iterate: &mut Iterate<E>,
-        effort: &mut Effort<'_>,
-    ) -> f64 {
-        // What rolls gives more across only for the rule's sake: in the matrix it would make this slow.
-        self.gives_alike = true;
-        let residual =
-            self.find_determined(equations, (evaluated, matrix, determined), iterate, effort);
-        self.gives_alike = false;
-        residual
-    }
-
-    /// The same with the compliance as it is set.
-    fn find_determined(
-        &mut self,
-        equations: &E,
-        (evaluated, matrix, determined): (bool, f64, Determined),
-        iterate: &mut Iterate<E>,
-        effort: &mut Effort<'_>,
-    ) -> f64 {
-        let (map, mut until) = (NaturalMap::EXACT, Until::converged(equations));
-        if determined == Determined::Maybe {
-            until.iterations = DETERMINED_ITERATIONS;
-        }
-        let merit = match evaluated {
-            true => iterate.residual,
-            false => evaluate(equations, &map, iterate),
-        };
-        let (converged, merit) =
-            self.go_on(equations, &map, (matrix, until), (merit, iterate), effort);
-        if !converged {
-            return f64::INFINITY;
-        }
-        self.find_pieces(equations, &map, iterate);
-        // Kept factors gain a digit or two a step, where Newton's method doubles them: not the first below the limit.
-        let limit = KEPT_FACTORS * limit(equations);
-        // What a correction does not shrink by much is rounding.
-        let by = ((matrix, matrix), limit, 1);
-        let residual = self.correct(equations, by, (merit, iterate), effort);
-        let is_selected =
-            determined == Determined::Surely || self.is_selected(equations, matrix, iterate);
-        if is_selected { residual } else { f64::INFINITY }
-    }
-
-    /// Whether the laws leave nothing of the impulses of `iterate`, a solution, open. With the response W of the rows that hold,
-    ///
-    /// ```text
-    /// r ← (W + ε E)⁻¹ ε r,   r = p̂ at first,                                   (J16)
-    /// ```
-    ///
-    /// the step from u = 0 to u = −ε r, leaves of r what W does not see, and of all else little. What is open, and would not be where
-    /// others give way, has a say too: no row may be so near to another piece of its law.
-    fn is_selected(&mut self, equations: &E, matrix: f64, iterate: &mut Iterate<E>) -> bool {
-        let mut before = largest(&iterate.impulses);
-        let clear = CLEAR * before;
-        if !iterate.pulls.iter().all(|pull| pull.clearance(equations.graphs()) > clear) {
-            return false;
-        }
-        let (enough, mut is_selected) = (LEFT_OPEN * before, false);
-        self.trial.impulses.clone_from(&iterate.impulses);
-        self.trial.points.clone_from(&iterate.points);
-        loop {
-            let Self { trial, .. } = &*self;
-            let points = iterate.points.iter_mut().zip(&trial.points).zip(&trial.impulses);
-            points.for_each(|((point, u), left)| *point = u + matrix * left);
-            evaluate_again(equations, &NaturalMap::EXACT, iterate);
-            // The factors are those of a point near it, as long as the pieces are the same.
-            self.kept.are_good = true;
-            if !self.set_direction(equations, matrix, iterate) {
-                break;
-            }
-            let Self { trial, eliminations, step, .. } = &mut *self;
-            trial.impulses.clear();
-            trial.impulses.extend(eliminations.iter().map(|of| of.impulse_step(step)));
-            let left = largest(&trial.impulses);
-            is_selected = left <= enough;
-            if is_selected || left > KEPT_FACTORS * before {
-                break;
-            }
-            before = left;
-        }
-        iterate.points.clone_from(&self.trial.points);
-        evaluate_again(equations, &NaturalMap::EXACT, iterate);
-        is_selected
-    }
-
     /// The pieces that `law`, which must be the one evaluated last, puts the contacts on.
     fn find_pieces(&mut self, equations: &E, map: &NaturalMap, iterate: &Iterate<E>) {
         self.pieces.clear();
@@ -400,7 +222,10 @@ impl<E: Equations> Newton<E> {
         if kept.are_good && kept.compliance == matrix && kept.pieces == *pieces {
             let couplings = equations.couplings().iter().zip(&mut *eliminations);
             for (index, (coupling, elimination)) in couplings.enumerate() {
-                elimination.answer.offset = answer(index, coupling).offset;
+                let of = (&coupling.rows, graphs);
+                let offset = pulls[index].offset(pieces[index], of, matrix);
+                elimination.answer.offset =
+                    offset.unwrap_or_else(|| answer(index, coupling).offset);
             }
             return equations.direction(scratch, eliminations, system, step);
         }
@@ -450,148 +275,7 @@ impl<E: Equations> Newton<E> {
     }
 }
 
-impl<E: Equations> Iterate<E> {
-    pub(super) fn new() -> Self {
-        Self {
-            velocity: E::Velocity::empty(),
-            impulses: Vec::new(),
-            points: Vec::new(),
-            pulls: Vec::new(),
-            motion: Residual::default(),
-            map: NaturalMap::EXACT,
-            residual: Residual::default(),
-            shifts: Vec::new(),
-            scratch: E::Scratch::default(),
-        }
-    }
-
-    pub(super) fn reserve(&mut self, contacts: usize) {
-        reserve(&mut self.impulses, contacts);
-        reserve(&mut self.points, contacts);
-        reserve(&mut self.pulls, contacts);
-        reserve(&mut self.shifts, contacts);
-    }
-
-    /// The largest speed of a row that an impulse holds, m/s; of the last residual's point.
-    pub(super) fn held_speed(&self, equations: &E) -> f64 {
-        self.pulls.iter().map(|pull| pull.held_speed(equations.graphs())).fold(0.0, f64::max)
-    }
-
-    /// How far every coupling is from the next piece of its law, m/s; of the last evaluation.
-    pub(super) fn margins(&self, equations: &E) -> impl Iterator<Item = f64> {
-        self.pulls.iter().map(|pull| pull.margin(equations.graphs()))
-    }
-
-    /// The gain of coupling `index` on a piece in its factors, with ε = `compliance`; of the last evaluation.
-    pub(super) fn factored(
-        &self,
-        equations: &E,
-        (index, piece): (usize, Piece),
-        compliance: f64,
-    ) -> Factored {
-        let of = (&equations.couplings()[index].rows, equations.graphs());
-        self.pulls[index].factored(piece, of, compliance)
-    }
-
-    /// u of every coupling, m/s, of the last evaluation.
-    pub(super) fn points(&self) -> &[Vector3<f64>] {
-        &self.points
-    }
-
-    /// Evaluates u of every coupling.
-    pub(super) fn evaluate_points(&mut self, equations: &E) {
-        equations.set_points(&self.velocity, &mut self.scratch, &mut self.points);
-    }
-
-    /// Has the compliance of `map` act on changes from the impulses alone (N13), from here on.
-    pub(super) fn keep_impulses(&mut self, equations: &E, map: &NaturalMap) {
-        let contacts = self.impulses.iter().zip(equations.couplings());
-        self.shifts.clear();
-        self.shifts.extend(
-            contacts.map(|(impulse, contact)| map.compliance * contact.rows.given(impulse)),
-        );
-    }
-
-    /// Has it act on the impulses again, in what is evaluated from here on.
-    pub(super) fn forget_impulses(&mut self) {
-        self.shifts.clear();
-    }
-
-    pub(super) fn is_finite(&self) -> bool {
-        let impulses = self.impulses.iter().flatten();
-        self.velocity.is_finite() && impulses.into_iter().all(|number| number.is_finite())
-    }
-
-    pub(super) fn copy_from(&mut self, other: &Self) {
-        self.velocity.copy_from(&other.velocity);
-        self.impulses.clear();
-        self.impulses.extend_from_slice(&other.impulses);
-        self.points.clear();
-        self.points.extend_from_slice(&other.points);
-        self.pulls.clear();
-        self.pulls.extend_from_slice(&other.pulls);
-        self.motion = other.motion;
-        self.map = other.map;
-        self.residual = other.residual;
-    }
-}
-
-/// The largest entry.
-fn largest(impulses: &[Vector3<f64>]) -> f64 {
-    impulses.iter().map(Vector3::amax).fold(0.0, f64::max)
-}
-
 /// Whether a step that made of a residual another one, at most a `part` of it, may be followed by one with the same factors.
 fn keeps(equations: &impl Equations, before: f64, after: f64, part: f64) -> bool {
     equations.policy().keeps_factors && after <= part * before
-}
-
-/// The residual at which the limit of vanishing compliance is reached: to rounding where the
-/// impulses are settling, because they may be kept for many steps.
-fn limit(equations: &impl Equations) -> f64 {
-    let tolerances = equations.tolerances();
-    if equations.setting().unsettled <= SETTLING { tolerances.rounding } else { tolerances.exact }
-}
-
-/// The residual of the law without compliance, m/s.
-pub(super) fn exact_residual<E: Equations>(equations: &E, iterate: &mut Iterate<E>) -> f64 {
-    evaluate(equations, &NaturalMap::EXACT, iterate).largest
-}
-
-/// The equations of motion (N1) and the natural map (N4) at a point, all as velocities.
-pub(super) fn evaluate<E: Equations>(
-    equations: &E,
-    map: &NaturalMap,
-    iterate: &mut Iterate<E>,
-) -> Residual {
-    let Iterate { velocity, impulses, points, scratch, motion, shifts, .. } = &mut *iterate;
-    *motion = equations.motion_residual(velocity, impulses, scratch);
-    equations.set_points(velocity, scratch, points);
-    for (u, shift) in points.iter_mut().zip(shifts) {
-        *u -= *shift;
-    }
-    evaluate_again(equations, map, iterate)
-}
-
-/// The same for another law at the point that was evaluated last.
-fn evaluate_again<E: Equations>(
-    equations: &E,
-    map: &NaturalMap,
-    iterate: &mut Iterate<E>,
-) -> Residual {
-    let (mut size, graphs) = (iterate.motion, equations.graphs());
-    iterate.map = *map;
-    iterate.pulls.clear();
-    let couplings = equations.couplings().iter().zip(&iterate.impulses).zip(&iterate.points);
-    for ((coupling, impulse), u) in couplings {
-        let (pull, missed) = coupling.evaluated((map, graphs), u, impulse);
-        iterate.pulls.push(pull);
-        size.add(&missed);
-    }
-    if !size.squared.is_finite() {
-        // A maximum drops NaN; a sum does not.
-        size.largest = f64::INFINITY;
-    }
-    iterate.residual = size;
-    size
 }

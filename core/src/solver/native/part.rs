@@ -107,7 +107,7 @@ impl<E: Equations> Problem<E> {
         let to_impulse = step.world.time_step() / mass;
         self.reserve(island.contacts.len() + 2 * island.joints.len() + island.gears.len());
         self.previous.clear();
-        let before = island.contacts.iter().map(|&place| island.before[place] * to_impulse);
+        let before = island.contacts.iter().map(|&place| island.known.before[place] * to_impulse);
         self.previous.extend(before);
         self.equations.extend_previous(step, &mut self.previous);
         self.found.clear();
@@ -116,7 +116,7 @@ impl<E: Equations> Problem<E> {
             self.equations.extend_previous(step, &mut self.found);
             &self.found[..]
         });
-        self.equations.foresee(step, island.bodies, &self.previous);
+        self.equations.foresee(step, island, &self.previous);
         let known = Known { previous: &self.previous, found, roughly: asked.roughly };
         self.descent.solve(&mut self.equations, known, asked.accepted, effort)
     }

@@ -38,6 +38,26 @@ impl Turning {
         Self { spin, spin_world: rotation * spin, half, shrink, sweep }
     }
 
+    /// The same, and that of the spin −ω, which has the even part of K alike.
+    #[inline]
+    pub(super) fn there_and_back(
+        rotation: &Matrix3<f64>,
+        spin: Vector3<f64>,
+        time_step: f64,
+    ) -> (Self, Self) {
+        let half = 0.5 * time_step;
+        let squared = spin.norm_squared();
+        let shrink = 1.0 / (1.0 + half * half * squared);
+        let (odd, mut even) = (spin.cross_matrix(), half * spin * spin.transpose());
+        (0..3).for_each(|k| even[(k, k)] -= half * squared);
+        let spin_world = rotation * spin;
+        let of = |spin, spin_world, k: Matrix3<f64>| {
+            let sweep = rotation * k * shrink;
+            Self { spin, spin_world, half, shrink, sweep }
+        };
+        (of(spin, spin_world, odd + even), of(-spin, -spin_world, even - odd))
+    }
+
     /// A K c of the body's point c.
     #[inline]
     pub(super) fn swept(&self, point: &Vector3<f64>) -> Vector3<f64> {

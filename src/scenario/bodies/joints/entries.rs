@@ -24,7 +24,7 @@ macro_rules! with_drive {
         }
 
         impl $name {
-            pub(super) fn drive(&self) -> DriveFields {
+            pub fn drive(&self) -> DriveFields {
                 DriveFields {
                     start: self.start,
                     limits: self.limits.map(|limits| limits.0),
@@ -70,8 +70,8 @@ with_drive!(JointEntry, "a table [[joints]] is needed" {
 });
 
 /// The fields of a drive.
-pub(super) struct DriveFields {
-    pub(super) start: Option<f64>,
+pub struct DriveFields {
+    pub start: Option<f64>,
     pub(super) limits: Option<[f64; 2]>,
     pub(super) friction: Option<f64>,
     pub(super) stiffness: Option<f64>,
@@ -104,7 +104,7 @@ impl DriveFields {
         given.into_iter().find(|(_, given)| *given).map(|(field, _)| field)
     }
 
-    pub(super) fn drive(&self) -> Drive {
+    pub fn drive(&self) -> Drive {
         let or_none = |value: Option<f64>| value.unwrap_or(0.0);
         Drive {
             limits: self.limits,

@@ -26,6 +26,40 @@ impl MotorEntry {
     }
 
     pub(super) fn motor(&self) -> Result<Motor, String> {
+        let Self { speed, position, stiffness, damping, most, .. } = *self;
+        MotorFields { speed, position, stiffness, damping, most }.motor()
+    }
+
+    /// Which drive of a joint it is on.
+    pub(super) fn place(&self, joint: &JointModel) -> Result<usize, String> {
+        if joint.kind.driven().is_empty() {
+            return Err(format!(
+                "joint: {:?} is {}; a motor needs a joint that turns about an axis or slides",
+                joint.name,
+                joint.kind.name()
+            ));
+        }
+        joint.driven_place(self.axis.as_deref()).map_err(|why| format!("axis: {why}"))
+    }
+}
+
+/// What a motor does, whatever it is on.
+#[derive(Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "{ speed = …, most = … } or { position = …, stiffness = …, most = … } is needed"
+)]
+pub struct MotorFields {
+    speed: Option<f64>,
+    position: Option<f64>,
+    stiffness: Option<f64>,
+    damping: Option<f64>,
+    most: f64,
+}
+
+impl MotorFields {
+    /// The motor.
+    pub fn motor(&self) -> Result<Motor, String> {
         let most = self.most;
         match (self.speed, self.position) {
             (Some(_), Some(_)) => {
@@ -50,17 +84,5 @@ impl MotorEntry {
                 Ok(Motor::Position { target, stiffness, damping, most })
             }
         }
-    }
-
-    /// Which drive of a joint it is on.
-    pub(super) fn place(&self, joint: &JointModel) -> Result<usize, String> {
-        if joint.kind.driven().is_empty() {
-            return Err(format!(
-                "joint: {:?} is {}; a motor needs a joint that turns about an axis or slides",
-                joint.name,
-                joint.kind.name()
-            ));
-        }
-        joint.driven_place(self.axis.as_deref()).map_err(|why| format!("axis: {why}"))
     }
 }

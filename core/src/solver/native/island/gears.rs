@@ -1,6 +1,6 @@
 //! The gears of an island as couplings of one row, which up to four bodies take part in.
 //!
-//! A gear is a sum of rows of couplings that are there: u = Σ c u_i + q̇₀, of the places and the turns of its joints. So are its
+//! A gear is a sum of rows of couplings that are there, held or under a law: u = Σ c u_i + q̇₀, of the places and the turns of its joints. So are its
 //! slopes, and its impulse is one on each of them. Equation numbers are those of `docs/joints.md`.
 
 use super::super::coupling::Coupling;
@@ -8,7 +8,7 @@ use super::super::equations::{Slope, Velocity};
 use super::super::law::{Axes, Law};
 use super::super::pair_motion::{PairSlope, stacked};
 use super::{Both, GearRow, Island, Kind, Link, Source};
-use crate::joint::{Axis, AxisStart, Drive, GearAxis, JointAxis};
+use crate::joint::{Axis, AxisStart, Drive, GearAxis, JointAxis, at_rest};
 use crate::step::{Step, StepSolution};
 use nalgebra::{Matrix3, RowVector6, Vector3, Vector6};
 
@@ -50,7 +50,7 @@ pub(super) struct Train {
     gear: usize,
     /// The coupling and the row of each coordinate, and c.
     parts: [(usize, usize, f64); 2],
-    /// q̇₀: what it is off by at the step's start, over h, m/s.
+    /// q̇₀: what it is off by at the step's start, over h, m/s; 0 under a drive.
     offset: f64,
     /// ℓ of the first coordinate.
     length: f64,
@@ -142,7 +142,8 @@ impl Island {
             (first.0, first.1, length / first.2),
             (second.0, second.1, -gear.ratio() * length / second.2),
         ];
-        let offset = length * gear.missed([first.3, second.3]) / self.time_step;
+        let (law, sum) = (gear.law(), gear.missed([first.3, second.3]));
+        let offset = length * law.offset(sum, self.time_step);
         let mut sides = Bodies::none(Vector6::zeros());
         for (coupling, row, factor) in parts {
             let (link, of) = (&self.links[coupling], &self.setting.couplings[coupling]);
@@ -164,10 +165,15 @@ impl Island {
             })
             .sum();
         let idle = Axis::Free(Drive::NONE).graph(&AxisStart::default(), 1.0, (1.0, 1.0));
-        let axes = Axes::new(&mut self.setting.graphs, |k| (k > 0).then_some(idle));
+        let own = law.free_graph(&at_rest(sum), self.time_step, (length, self.mass));
+        let axes = Axes::new(&mut self.setting.graphs, false, |k| match k {
+            0 => own,
+            _ => Some(idle),
+        });
         let kind = Kind::Gear(self.gears.len());
+        let source = Source::Drives([gear.drive().is_some(), false, false]);
         let a = self.links[parts[0].0].a;
-        self.links.push(Link { a, kind, b: None, source: Source::Drives([false; 3]) });
+        self.links.push(Link { a, kind, b: None, source });
         self.gears.push(Train { gear: index, parts, offset, length, sides });
         let response = Vector3::repeat(response);
         self.setting.admit(Coupling::of_turn(Matrix3::zeros(), &response, Law::Axes(axes)));

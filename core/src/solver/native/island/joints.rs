@@ -74,7 +74,7 @@ impl Island {
         response += member.response(&torque_map, &frame, true);
         let (h, unit) = (self.time_step, self.mass);
         let graph = |k: usize| joint.linear()[k].free_graph(&starts[k], h, (1.0, unit));
-        let axes = Axes::new(&mut self.setting.graphs, graph);
+        let axes = Axes::new(&mut self.setting.graphs, true, graph);
         let offset = Vector3::from_fn(|k, _| joint.linear()[k].offset(starts[k].coordinate, h));
         let source = Source::of(joint.linear(), joint.moves());
         self.links.push(Link { a, kind: Kind::Point, b, source });
@@ -108,7 +108,7 @@ impl Island {
         }
         let scale = (length, self.mass);
         let graph = |k: usize| joint.angular()[k].free_graph(&starts[k], h, scale);
-        let axes = Axes::new(&mut self.setting.graphs, graph);
+        let axes = Axes::new(&mut self.setting.graphs, false, graph);
         self.turns.push(turn);
         let source = Source::of(joint.angular(), joint.moves());
         let kind = Kind::Turn(self.turns.len() - 1);

@@ -14,6 +14,7 @@ use nalgebra::{Matrix3, Matrix3x6, RowVector6, Vector3, Vector6};
 
 impl Island {
     /// ∂u/∂V of a coupling.
+    #[inline]
     pub(super) fn slope(
         &self,
         (link, coupling): (&Link, &Coupling),
@@ -27,6 +28,7 @@ impl Island {
     }
 
     /// The same of one that ties two bodies at most.
+    #[inline]
     pub(super) fn pair_slope(
         &self,
         link: &Link,
@@ -69,6 +71,7 @@ impl Island {
         row
     }
 
+    #[inline]
     fn gap_slope(
         &self,
         link: &Link,

@@ -16,17 +16,21 @@ pub(in super::super) struct Axes {
     places: [u32; 3],
     /// Which of them are locked.
     locked: [bool; 3],
+    /// Whether the rows are in axes of their own, not in those in which the coupling moves.
+    turned: bool,
 }
 
 static LOCKED: Graph = Graph::locked();
 
 impl Axes {
-    /// Those of three graphs, `None` of a row that is locked; the others join the `graphs` of a step.
+    /// Those of three graphs, `None` of a row that is locked; the others join the `graphs` of a step. `turned` tells whether
+    /// the frame of the rows is another one than the identity.
     pub(in super::super) fn new(
         graphs: &mut Vec<Graph>,
+        turned: bool,
         own: impl Fn(usize) -> Option<Graph>,
     ) -> Self {
-        let mut axes = Self { places: [0; 3], locked: [true; 3] };
+        let mut axes = Self { places: [0; 3], locked: [true; 3], turned };
         for k in 0..3 {
             if let Some(graph) = own(k) {
                 axes.locked[k] = graph.is_locked();
@@ -47,6 +51,18 @@ impl Axes {
         if self.locked[k] { &LOCKED } else { &graphs[self.places[k] as usize] }
     }
 
+    /// What has these parts along the rows.
+    #[inline]
+    fn out(&self, rows: &Rows, along: Vector3<f64>) -> Vector3<f64> {
+        if self.turned { rows.frame * along } else { along }
+    }
+
+    /// The parts along the rows.
+    #[inline]
+    fn along(&self, rows: &Rows, of: Vector3<f64>) -> Vector3<f64> {
+        if self.turned { rows.frame.tr_mul(&of) } else { of }
+    }
+
     /// Whether all of them are locked.
     fn all_locked(&self) -> bool {
         self.locked == [true; 3]
@@ -65,14 +81,16 @@ pub(in super::super) struct Pull {
 }
 
 impl Pull {
+    // Not within the loops over the contacts of one body, which have none.
+    #[inline(never)]
     pub(super) fn new(
         map: &NaturalMap,
         (rows, axes): (&Rows, &Axes),
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
     ) -> Self {
-        let u = rows.frame.tr_mul(&(u + map.compliance * impulse));
-        Self { axes: *axes, u, p: rows.frame.tr_mul(impulse), rho: rows.scale }
+        let u = axes.along(rows, u + map.compliance * impulse);
+        Self { axes: *axes, u, p: axes.along(rows, *impulse), rho: rows.scale }
     }
 
     fn pull(&self, k: usize) -> f64 {
@@ -92,14 +110,14 @@ impl Pull {
     /// (p̂ − P(y))/ρ of each row.
     pub(super) fn natural_map(&self, rows: &Rows, graphs: &[Graph]) -> Vector3<f64> {
         if self.axes.all_locked() {
-            return rows.frame * self.u;
+            return self.axes.out(rows, self.u);
         }
         let asked = |k: usize| self.axes.of(graphs, k).projected(self.pull(k), self.rho[k]);
-        rows.frame
-            * self.along_rows(|k| match self.axes.locked[k] {
-                true => self.u[k],
-                false => (self.p[k] - asked(k)) / self.rho[k],
-            })
+        let missed = self.along_rows(|k| match self.axes.locked[k] {
+            true => self.u[k],
+            false => (self.p[k] - asked(k)) / self.rho[k],
+        });
+        self.axes.out(rows, missed)
     }
 
     pub(super) fn pieces(&self, graphs: &[Graph]) -> [u8; 3] {
@@ -150,11 +168,28 @@ impl Pull {
     ) -> Answer {
         if self.axes.all_locked() {
             let stiffness = 1.0 / compliance;
-            return Answer::stick(rows.frame * self.u * -stiffness, stiffness);
+            return Answer::stick(self.axes.out(rows, self.u) * -stiffness, stiffness);
         }
         let (offset, gain) = self.along_axes(pieces, graphs, compliance);
-        let gain = rows.frame * Matrix3::from_diagonal(&gain) * rows.frame.transpose();
-        Answer::full(rows.frame * offset, gain)
+        let diagonal = Matrix3::from_diagonal(&gain);
+        let gain = match self.axes.turned {
+            true => rows.frame * diagonal * rows.frame.transpose(),
+            false => diagonal,
+        };
+        Answer::full(self.axes.out(rows, offset), gain)
+    }
+
+    /// The offset of that alone.
+    pub(super) fn offset(
+        &self,
+        pieces: [u8; 3],
+        (rows, graphs): (&Rows, &[Graph]),
+        compliance: f64,
+    ) -> Vector3<f64> {
+        match self.axes.all_locked() {
+            true => self.axes.out(rows, self.u) * -(1.0 / compliance),
+            false => self.axes.out(rows, self.along_axes(pieces, graphs, compliance).0),
+        }
     }
 
     /// The gains of the `pieces` in their axes, with ε = `compliance`.

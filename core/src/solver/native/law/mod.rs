@@ -176,6 +176,20 @@ impl Pull {
         }
     }
 
+    /// The offset of that answer, where it does not need its gain.
+    #[inline]
+    pub(super) fn offset(
+        &self,
+        piece: Piece,
+        of: (&Rows, &[Graph]),
+        compliance: f64,
+    ) -> Option<Vector3<f64>> {
+        match (self, piece) {
+            (Self::Axes(pull), Piece::Axes(pieces)) => Some(pull.offset(pieces, of, compliance)),
+            _ => None,
+        }
+    }
+
     /// The gain of that answer in its factors.
     pub(super) fn factored(
         &self,

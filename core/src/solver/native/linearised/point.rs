@@ -61,7 +61,7 @@ impl LinearPoint {
         velocity.clear();
         velocity.extend(velocities);
         impulses.clear();
-        impulses.extend(view.contacts.iter().map(|&place| view.before[place] * to_impulse));
+        impulses.extend(view.contacts.iter().map(|&place| view.known.before[place] * to_impulse));
         island.extend_previous(step, impulses);
     }
 

@@ -405,7 +405,7 @@ fn coupling(
         }
         problem::Law::Rows(rows) => {
             let graph = |k: usize| rows.get(k).map_or(Graph::free(), |row| row.graph(impulse));
-            let axes = Axes::new(graphs, |k| Some(graph(k)));
+            let axes = Axes::new(graphs, true, |k| Some(graph(k)));
             let response =
                 Vector3::from_fn(|k, _| responses.get(k).map_or(1.0, |response| response * unit));
             let rows = Rows::of_joint(Matrix3::identity(), &response);

@@ -1,0 +1,63 @@
+//! The frame of a joint in a body, or in the world.
+
+use crate::error::{Error, in_range};
+use crate::mechanics::quaternion::product;
+use crate::mechanics::{Pose, State};
+use nalgebra::{Matrix3, Vector3, Vector4};
+
+/// The frame of a joint in a body, or in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub struct JointFrame {
+    /// The anchor, m, in the body's frame.
+    pub anchor: Vector3<f64>,
+    /// Joint → body, a unit quaternion (w, x, y, z). Its z axis is the axis of a hinge or a slide.
+    pub attitude: Vector4<f64>,
+}
+
+impl JointFrame {
+    /// At `anchor` (m), along the axes of the body.
+    #[must_use]
+    pub fn at(anchor: Vector3<f64>) -> Self {
+        Self { anchor, attitude: Vector4::new(1.0, 0.0, 0.0, 0.0) }
+    }
+
+    /// At `anchor` (m), with the z axis along `axis` (frame of the body, of any length but zero).
+    ///
+    /// # Errors
+    /// An axis of no length, or not finite.
+    pub fn along(anchor: Vector3<f64>, axis: Vector3<f64>) -> Result<Self, Error> {
+        let length = axis.norm();
+        in_range("length of a joint's axis", length, 1e-9, 1e9, "1e-9 to 1e9")?;
+        // The shortest turn from z: (1 + z·u, z × u), or half a turn about x.
+        let unit = axis / length;
+        let turn = Vector4::new(1.0 + unit[2], -unit[1], unit[0], 0.0);
+        let attitude = match turn.norm() > 1e-6 {
+            true => turn.normalize(),
+            false => Vector4::new(0.0, 1.0, 0.0, 0.0),
+        };
+        Ok(Self { anchor, attitude })
+    }
+
+    /// This frame of a body at `pose` as one of the world.
+    pub(crate) fn placed(&self, state: &State) -> Self {
+        let Pose { position, rotation } = state.pose();
+        let attitude = product(&state.attitude, &self.attitude);
+        Self { anchor: position + rotation * self.anchor, attitude }
+    }
+
+    /// F: joint → body.
+    #[must_use]
+    pub fn rotation(&self) -> Matrix3<f64> {
+        crate::mechanics::quaternion::rotation(&self.attitude)
+    }
+
+    pub(crate) fn checked(self) -> Result<Self, Error> {
+        for &length in &self.anchor {
+            in_range("anchor of a joint (m)", length, -1e6, 1e6, "-1e6 to 1e6")?;
+        }
+        let norm = self.attitude.norm();
+        in_range("norm of a joint's attitude", norm, 0.99, 1.01, "1, within 0.01")?;
+        Ok(Self { attitude: self.attitude / norm, ..self })
+    }
+}

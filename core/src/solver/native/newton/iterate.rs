@@ -1,0 +1,160 @@
+//! A point of the iteration, and its residuals.
+//!
+//! Equation numbers are those of `docs/native-solver.md`.
+
+use super::super::equations::{Equations, Residual, Velocities, reserve};
+use super::super::law::{Factored, NaturalMap, Piece, Pull};
+use nalgebra::Vector3;
+
+/// A point of the iteration.
+#[derive(Debug, Clone)]
+pub(in super::super) struct Iterate<E: Equations> {
+    pub(in super::super) velocity: E::Velocity,
+    /// p̂ of every coupling, m/s, world.
+    pub(in super::super) impulses: Vec<Vector3<f64>>,
+    /// u of every coupling (N2), kept from the last evaluation.
+    pub(super) points: Vec<Vector3<f64>>,
+    /// The arguments of every coupling's projections, for the map evaluated last.
+    pub(super) pulls: Vec<Pull>,
+    /// The residual of the equations of motion, which no map of the laws changes.
+    pub(super) motion: Residual,
+    /// The map evaluated last, and the residual.
+    pub(super) map: NaturalMap,
+    pub(super) residual: Residual,
+    /// ε D p̂_0 of every coupling, m/s, where the compliance acts on changes from impulses p̂_0
+    /// (N13); empty otherwise.
+    pub(super) shifts: Vec<Vector3<f64>>,
+    pub(super) scratch: E::Scratch,
+}
+
+impl<E: Equations> Iterate<E> {
+    pub(in super::super) fn new() -> Self {
+        Self {
+            velocity: E::Velocity::empty(),
+            impulses: Vec::new(),
+            points: Vec::new(),
+            pulls: Vec::new(),
+            motion: Residual::default(),
+            map: NaturalMap::EXACT,
+            residual: Residual::default(),
+            shifts: Vec::new(),
+            scratch: E::Scratch::default(),
+        }
+    }
+
+    pub(in super::super) fn reserve(&mut self, contacts: usize) {
+        reserve(&mut self.impulses, contacts);
+        reserve(&mut self.points, contacts);
+        reserve(&mut self.pulls, contacts);
+        reserve(&mut self.shifts, contacts);
+    }
+
+    /// The largest speed of a row that an impulse holds, m/s; of the last residual's point.
+    pub(in super::super) fn held_speed(&self, equations: &E) -> f64 {
+        self.pulls.iter().map(|pull| pull.held_speed(equations.graphs())).fold(0.0, f64::max)
+    }
+
+    /// How far every coupling is from the next piece of its law, m/s; of the last evaluation.
+    pub(in super::super) fn margins(&self, equations: &E) -> impl Iterator<Item = f64> {
+        self.pulls.iter().map(|pull| pull.margin(equations.graphs()))
+    }
+
+    /// The gain of coupling `index` on a piece in its factors, with ε = `compliance`; of the last evaluation.
+    pub(in super::super) fn factored(
+        &self,
+        equations: &E,
+        (index, piece): (usize, Piece),
+        compliance: f64,
+    ) -> Factored {
+        let of = (&equations.couplings()[index].rows, equations.graphs());
+        self.pulls[index].factored(piece, of, compliance)
+    }
+
+    /// u of every coupling, m/s, of the last evaluation.
+    pub(in super::super) fn points(&self) -> &[Vector3<f64>] {
+        &self.points
+    }
+
+    /// Evaluates u of every coupling.
+    pub(in super::super) fn evaluate_points(&mut self, equations: &E) {
+        equations.set_points(&self.velocity, &mut self.scratch, &mut self.points);
+    }
+
+    /// Has the compliance of `map` act on changes from the impulses alone (N13), from here on.
+    pub(in super::super) fn keep_impulses(&mut self, equations: &E, map: &NaturalMap) {
+        let contacts = self.impulses.iter().zip(equations.couplings());
+        self.shifts.clear();
+        self.shifts.extend(
+            contacts.map(|(impulse, contact)| map.compliance * contact.rows.given(impulse)),
+        );
+    }
+
+    /// Has it act on the impulses again, in what is evaluated from here on.
+    pub(in super::super) fn forget_impulses(&mut self) {
+        self.shifts.clear();
+    }
+
+    pub(in super::super) fn is_finite(&self) -> bool {
+        let impulses = self.impulses.iter().flatten();
+        self.velocity.is_finite() && impulses.into_iter().all(|number| number.is_finite())
+    }
+
+    pub(in super::super) fn copy_from(&mut self, other: &Self) {
+        self.velocity.copy_from(&other.velocity);
+        self.impulses.clear();
+        self.impulses.extend_from_slice(&other.impulses);
+        self.points.clear();
+        self.points.extend_from_slice(&other.points);
+        self.pulls.clear();
+        self.pulls.extend_from_slice(&other.pulls);
+        self.motion = other.motion;
+        self.map = other.map;
+        self.residual = other.residual;
+    }
+}
+
+/// The residual of the law without compliance, m/s.
+pub(in super::super) fn exact_residual<E: Equations>(
+    equations: &E,
+    iterate: &mut Iterate<E>,
+) -> f64 {
+    evaluate(equations, &NaturalMap::EXACT, iterate).largest
+}
+
+/// The equations of motion (N1) and the natural map (N4) at a point, all as velocities.
+pub(in super::super) fn evaluate<E: Equations>(
+    equations: &E,
+    map: &NaturalMap,
+    iterate: &mut Iterate<E>,
+) -> Residual {
+    let Iterate { velocity, impulses, points, scratch, motion, shifts, .. } = &mut *iterate;
+    *motion = equations.motion_residual(velocity, impulses, scratch);
+    equations.set_points(velocity, scratch, points);
+    for (u, shift) in points.iter_mut().zip(shifts) {
+        *u -= *shift;
+    }
+    evaluate_again(equations, map, iterate)
+}
+
+/// The same for another law at the point that was evaluated last.
+pub(super) fn evaluate_again<E: Equations>(
+    equations: &E,
+    map: &NaturalMap,
+    iterate: &mut Iterate<E>,
+) -> Residual {
+    let (mut size, graphs) = (iterate.motion, equations.graphs());
+    iterate.map = *map;
+    iterate.pulls.clear();
+    let couplings = equations.couplings().iter().zip(&iterate.impulses).zip(&iterate.points);
+    for ((coupling, impulse), u) in couplings {
+        let (pull, missed) = coupling.evaluated((map, graphs), u, impulse);
+        iterate.pulls.push(pull);
+        size.add(&missed);
+    }
+    if !size.squared.is_finite() {
+        // A maximum drops NaN; a sum does not.
+        size.largest = f64::INFINITY;
+    }
+    iterate.residual = size;
+    size
+}

@@ -1,0 +1,247 @@
+//! Laws on sums of coordinates: springs, limits, friction and motors on x₁ + 2 x₂, by closed forms and virtual work.
+
+use nalgebra::{Matrix3, Vector3, Vector4};
+use tumble::contact::certificate::{Certifier, Claim};
+use tumble::joint::{Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble::simulation::{Motion, Simulation, StepRecord, energy};
+use tumble::step::StepStatus;
+use tumble::world::{Parameters, World};
+
+const H: f64 = 1e-3;
+const MASSES: [f64; 2] = [2.0, 3.0];
+const MOMENT: f64 = 0.1;
+
+fn at(x: f64) -> State {
+    let (velocity, spin) = (Vector3::zeros(), Vector3::zeros());
+    let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    State { position: Vector3::new(x, 0.0, 0.0), attitude, velocity, spin }
+}
+
+/// Two bodies, each on an axis along z of the world of its own, under these drives.
+fn pair(drives: [Drive; 2], hinges: bool, gear: impl Fn([GearAxis; 2]) -> Gear) -> World {
+    let moments = Matrix3::from_diagonal_element(MOMENT);
+    let body = |mass| RigidBody::new(mass, moments, &[Vector3::repeat(0.05)]).unwrap();
+    let parameters = Parameters {
+        bodies: MASSES.map(body).into(),
+        ground: None,
+        gravity: Vector3::zeros(),
+        friction: 0.5,
+        time_step: H,
+        rotation: Rotation::Momentum,
+    };
+    let joint = |index: usize| {
+        let of_b = JointFrame::at(Vector3::new(index as f64, 0.0, 0.0));
+        let frames = [JointFrame::at(Vector3::zeros()), of_b];
+        match hinges {
+            true => Joint::revolute(index, None, frames, drives[index]),
+            false => Joint::prismatic(index, None, frames, drives[index]),
+        }
+    };
+    let axis = |joint| {
+        let axis = if hinges { JointAxis::Angular(2) } else { JointAxis::Linear(2) };
+        GearAxis { joint, axis }
+    };
+    let world = World::new(parameters).unwrap().with_joints(vec![joint(0), joint(1)]).unwrap();
+    world.with_gears(vec![gear([axis(0), axis(1)])]).unwrap()
+}
+
+/// Sliders with `drive` on x₁ + 2 x₂.
+fn sliders(drives: [Drive; 2], drive: Drive) -> World {
+    pair(drives, false, |[first, second]| Gear::new(first, second, -2.0, 0.0).with_drive(drive))
+}
+
+fn started(world: &World, heights: [f64; 2]) -> Simulation<'static> {
+    let mut states = vec![at(0.0), at(1.0)];
+    states.iter_mut().zip(heights).for_each(|(state, z)| state.position[2] = z);
+    Simulation::new(world.clone(), states, Motion::native(world)).unwrap()
+}
+
+fn step(simulation: &mut Simulation<'_>, record: &mut StepRecord) -> [f64; 2] {
+    simulation.step(record).unwrap();
+    assert_eq!(record.report.status, StepStatus::Converged, "{:?}", record.certificate);
+    assert!(record.certificate.residual() <= 1e-9, "{:?}", record.certificate);
+    [0, 1].map(|k| record.solution.states[k].position[2])
+}
+
+/// A spring between them: what the implicit rule makes of ṡ̇ = −κ s, κ = k (1/m₁ + 4/m₂), is
+/// s⁺ − 2 s + s⁻ = −h² κ s⁺, and no force acts along 2 m₁ x₁ − m₂ x₂.
+#[test]
+fn a_spring_on_a_sum_swings_as_its_masses_ask() {
+    let stiffness = 300.0;
+    let world = sliders([Drive::NONE; 2], Drive { stiffness, rest: 0.1, ..Drive::NONE });
+    let mut simulation = started(&world, [0.3, 0.2]);
+    let rate = stiffness * (1.0 / MASSES[0] + 4.0 / MASSES[1]);
+    let (mut before, mut now) = (0.6, 0.6);
+    let mut record = StepRecord::new();
+    let mut crossings = Vec::new();
+    for k in 0..2000_u32 {
+        let next = (2.0 * now - before) / (1.0 + H * H * rate);
+        let [x, y] = step(&mut simulation, &mut record);
+        assert!((x + 2.0 * y - 0.1 - next).abs() < 1e-11, "{k}: {} {next}", x + 2.0 * y - 0.1);
+        let still = 2.0 * MASSES[0] * x - MASSES[1] * y;
+        assert!((still - (4.0 * 0.3 - 3.0 * 0.2)).abs() < 1e-12, "{k}: {still}");
+        let force = record.solution.gears[0];
+        assert!((force + stiffness * next).abs() < 1e-8, "{k}: {force}");
+        if now * next < 0.0 {
+            crossings.push(H * (f64::from(k) + now / (now - next)));
+        }
+        (before, now) = (now, next);
+    }
+    let period =
+        2.0 * (crossings[crossings.len() - 1] - crossings[0]) / (crossings.len() - 1) as f64;
+    let expected = std::f64::consts::TAU / rate.sqrt();
+    assert!((period / expected - 1.0).abs() < 1e-3, "{period} {expected}");
+}
+
+/// A stop of the sum: a force F on the first holds against it, and twice as much pushes the second against its spring.
+#[test]
+fn a_stop_of_a_sum_shares_its_force_by_virtual_work() {
+    let pushed = Drive { force: 7.0, damping: 12.0, ..Drive::NONE };
+    let sprung = Drive { stiffness: 100.0, damping: 12.0, ..Drive::NONE };
+    let world = sliders([pushed, sprung], Drive { limits: Some([-0.5, 0.25]), ..Drive::NONE });
+    let mut simulation = started(&world, [0.0, 0.0]);
+    let mut record = StepRecord::new();
+    let mut reached = false;
+    for _ in 0..8000 {
+        let [x, y] = step(&mut simulation, &mut record);
+        assert!(x + 2.0 * y <= 0.25 + 1e-12, "{x} {y}");
+        reached |= record.solution.gears[0] < -1.0;
+        assert!(record.solution.gears[0] <= 1e-12);
+    }
+    assert!(reached);
+    let [x, y] = step(&mut simulation, &mut record);
+    // −7 along the sum is −14 on the second, whose spring holds it at −0.14 m.
+    assert!((record.solution.gears[0] + 7.0).abs() < 1e-6, "{:?}", record.solution.gears);
+    // What is slower than 3e-10 m/s comes to rest.
+    assert!((y + 0.14).abs() < 1e-8 && (x - 0.53).abs() < 1e-8, "{x} {y}");
+    // A start beyond it is refused, and brought back.
+    let states = [at(0.0), State { position: Vector3::new(1.0, 0.0, 0.2), ..at(1.0) }];
+    let error = Simulation::new(world.clone(), states.to_vec(), Motion::native(&world)).err();
+    assert!(error.unwrap().to_string().contains("gear 0"));
+    let (found, _) = world.assemble(&states).unwrap();
+    assert!(found[0].position[2] + 2.0 * found[1].position[2] <= 0.25 + 1e-6);
+}
+
+/// Dry friction of a sum holds up to its force along it, and takes as much where it slips.
+#[test]
+fn friction_of_a_sum_holds_up_to_its_force() {
+    let friction = Drive { friction: 5.0, ..Drive::NONE };
+    for (force, holds) in [(4.9, true), (5.1, false)] {
+        // F on the first and 2 F on the second push along the sum alone.
+        let drives = [force, 2.0 * force].map(|force| Drive { force, ..Drive::NONE });
+        let mut simulation = started(&sliders(drives, friction), [0.0, 0.0]);
+        let mut record = StepRecord::new();
+        for _ in 0..100 {
+            step(&mut simulation, &mut record);
+        }
+        let [x, y] = step(&mut simulation, &mut record);
+        let moved = x + 2.0 * y;
+        if holds {
+            assert!(moved.abs() < 1e-12, "{moved}");
+            assert!((record.solution.gears[0] + force).abs() < 1e-9);
+        } else {
+            let rate = (force - 5.0) * (1.0 / MASSES[0] + 4.0 / MASSES[1]);
+            let expected = 0.5 * rate * 0.101 * (0.101 + H);
+            assert!((moved - expected).abs() < 1e-10, "{moved} {expected}");
+        }
+    }
+}
+
+/// Motors: one that holds a speed of the sum, and one that pulls it to a place, each with no more than it has.
+#[test]
+fn motors_of_a_sum_do_what_they_can() {
+    let mut record = StepRecord::new();
+    let damped = [Drive { damping: 3.0, ..Drive::NONE }; 2];
+    let speed = Motor::Speed { target: 0.4, most: 1000.0 };
+    let mut simulation =
+        started(&sliders(damped, Drive { motor: Some(speed), ..Drive::NONE }), [0.0; 2]);
+    let [x, y] = step(&mut simulation, &mut record);
+    assert!((x + 2.0 * y - 0.4 * H).abs() < 1e-13);
+    for _ in 0..20_000 {
+        step(&mut simulation, &mut record);
+    }
+    // d v₁ = f, d v₂ = 2 f, v₁ + 2 v₂ = 0.4.
+    let force = record.solution.gears[0];
+    assert!((force - 3.0 * 0.4 / 5.0).abs() < 1e-9, "{force}");
+    let servo = Motor::Position { target: 0.5, stiffness: 1e4, damping: 100.0, most: 2.0 };
+    let mut simulation =
+        started(&sliders(damped, Drive { motor: Some(servo), ..Drive::NONE }), [0.0; 2]);
+    step(&mut simulation, &mut record);
+    assert_eq!(record.solution.gears[0], 2.0);
+    let mut last = [0.0; 2];
+    for _ in 0..20_000 {
+        last = step(&mut simulation, &mut record);
+    }
+    assert!((last[0] + 2.0 * last[1] - 0.5).abs() < 1e-9, "{last:?}");
+    // What is across slows down by e a second, and comes to rest where it is slower than 3e-10 m/s.
+    assert!((2.0 * last[0] - last[1]).abs() < 1e-7, "{last:?}");
+}
+
+/// Hinges: a spring on θ₁ − 3 θ₂, over many turns; torques are as 1 to −3, and energy does not grow.
+#[test]
+fn a_spring_between_hinges_counts_turns() {
+    let spring = Drive { stiffness: 2.0, ..Drive::NONE };
+    let world =
+        pair([Drive { force: 0.3, ..Drive::NONE }, Drive::NONE], true, |[first, second]| {
+            Gear::new(first, second, 3.0, 0.0).with_drive(spring)
+        });
+    let mut simulation = started(&world, [0.0, 0.0]);
+    let mut record = StepRecord::new();
+    let mut work = 0.0;
+    for k in 0..20_000 {
+        step(&mut simulation, &mut record);
+        let angles = [0, 1].map(|joint: usize| record.solution.joints[joint].angles[2]);
+        let sum = angles[0] - 3.0 * angles[1];
+        assert!((record.solution.gears[0] + 2.0 * sum).abs() < 1e-8 * (1.0 + sum.abs()), "{k}");
+        work = 0.3 * angles[0];
+        let moving = energy::total(&world, &record.solution.states) + sum * sum;
+        assert!(moving <= work * (1.0 + 1e-2) + 1e-9, "{k}: {moving} {work}");
+    }
+    // Together they turn as I₁ + I₂/9 does: 3 θ₂ = θ₁ in the mean, and the spring carries what the second takes.
+    assert!(work > 0.3 * 100.0, "{work}");
+    let turned = record.solution.joints[1].angles[2] / record.solution.joints[0].angles[2];
+    assert!((turned - 1.0 / 3.0).abs() < 1e-3, "{turned}");
+}
+
+/// A force that the law does not give, or a sum that went elsewhere, is seen in the part of laws.
+#[test]
+fn the_certificate_sees_a_wrong_force() {
+    let world = sliders([Drive::NONE; 2], Drive { stiffness: 300.0, ..Drive::NONE });
+    let mut simulation = started(&world, [0.3, 0.2]);
+    let mut record = StepRecord::new();
+    for _ in 0..10 {
+        step(&mut simulation, &mut record);
+    }
+    let judged = |force: f64| {
+        let claim = Claim {
+            states: &record.states,
+            next: &record.solution.states,
+            wrenches: &[Wrench::zero(); 2],
+            contacts: &[],
+            joints: &record.solution.joints,
+            gears: &[force],
+        };
+        Certifier::new().contact_step(&world, &claim, [])
+    };
+    let force = record.solution.gears[0];
+    assert!(judged(force).residual() < 1e-12);
+    let wrong = judged(force + 1.0);
+    // 1 N makes h (1/m₁ + 4/m₂) of speed of the sum.
+    let expected = H * (1.0 / MASSES[0] + 4.0 / MASSES[1]);
+    assert!((wrong.joint_law / expected - 1.0).abs() < 1e-2, "{} {expected}", wrong.joint_law);
+    assert_eq!(wrong.joint, judged(force).joint);
+}
+
+#[test]
+fn what_no_sum_can_have_is_refused() {
+    let world = sliders([Drive::NONE; 2], Drive::NONE);
+    let gear = world.gears()[0];
+    let refused = |drive: Drive, why: &str| {
+        let error = world.clone().with_gears(vec![gear.with_drive(drive)]).unwrap_err().to_string();
+        assert!(error.contains(why), "{error}");
+    };
+    refused(Drive { armature: 0.1, ..Drive::NONE }, "an armature of a sum");
+    refused(Drive { stiffness: -1.0, ..Drive::NONE }, "stiffness of a joint");
+    refused(Drive { limits: Some([1.0, 0.0]), ..Drive::NONE }, "upper limit");
+}

@@ -1,0 +1,129 @@
+//! Fixed tendons of MJCF that act by themselves: laws on sums of two coordinates.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble::scenario::scene::Scene;
+use tumble::scenario::settings::Settings;
+use tumble::scenario::written;
+use tumble::simulation::StepRecord;
+
+/// A slide and a hinge that a tendon pulls on; its length is 2 a − b/2.
+const MODEL: &str = r#"<mujoco>
+  <option timestep="0.001" gravity="0 0 0"/>
+  <worldbody>
+    <body><joint name="a" type="slide" axis="0 0 1" springref="0.05"/><geom size="0.1" mass="2"/></body>
+    <body pos="1 0 0"><joint name="b" type="hinge" axis="0 1 0" ref="20" springref="10"/>
+      <geom type="box" size="0.1 0.2 0.3" mass="3"/></body>
+  </worldbody>
+  <tendon>
+    <fixed name="t" stiffness="40" damping="3">
+      <joint joint="a" coef="2"/><joint joint="b" coef="-0.5"/>
+    </fixed>
+  </tendon>
+</mujoco>"#;
+
+/// Where and how fast it is.
+const AT: ([f64; 2], [f64; 2]) = ([0.13, 0.4], [0.7, -0.3]);
+
+/// `qfrc_passive` of MuJoCo 4.0.0 there, N and N m, of the tendon as it is and with springlength="0.1".
+const BY_MUJOCO: [[f64; 2]; 2] = [[-13.08131701, 3.27032925], [-6.1, 1.525]];
+
+/// Its coordinates 0.4 s later by MuJoCo 4.0.0 in steps of 1e-5 s.
+const LATER: [f64; 2] = [0.25926599, 1.03367005];
+
+fn scene_of(text: &str, settings: Settings) -> Result<Scene, String> {
+    let name = if text.starts_with('<') { "given.xml" } else { "given.toml" };
+    let read = |path: &Path, _: u64| std::fs::read(path);
+    Scene::of_text(text, Path::new(name), settings, &read).map_err(|failure| failure.to_string())
+}
+
+/// The forces on both coordinates are those of MuJoCo.
+#[test]
+fn springs_of_tendons_pull_as_mujocos() {
+    let given = MODEL.replace("damping=\"3\"", "damping=\"3\" springlength=\"0.1\"");
+    for (text, expected) in [MODEL, &given].into_iter().zip(BY_MUJOCO) {
+        let scene = scene_of(text, Settings::default()).unwrap();
+        let [gear] = scene.world.gears() else { panic!("{:?}", scene.world.gears()) };
+        let drive = gear.drive().unwrap();
+        let [q, rates] = [AT.0, AT.1];
+        // Coordinates of the scene are those of the file from the reference.
+        let reference = 20.0_f64.to_radians();
+        let sum = q[0] - gear.ratio() * (q[1] - reference) - gear.offset();
+        let rate = rates[0] - gear.ratio() * rates[1];
+        let force = -drive.stiffness * (sum - drive.rest) - drive.damping * rate;
+        for (found, expected) in [force, -gear.ratio() * force].into_iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-8, "{found} {expected}");
+        }
+    }
+}
+
+/// It moves as MuJoCo's, to first order in h, and as the scene that it is written down as.
+#[test]
+fn what_a_tendon_pulls_moves_as_mujocos() {
+    let error = |h: f64| {
+        let settings = || Settings { dt: Some(h), ..Settings::default() };
+        let scene = scene_of(MODEL, settings()).unwrap();
+        let text = written::text(&scene).unwrap();
+        assert!(text.contains("drive = { stiffness = 160.0"), "{text}");
+        let again = scene_of(&text, settings()).unwrap();
+        assert_eq!(again.world.gears(), scene.world.gears());
+        let stop = || Arc::new(AtomicBool::new(false));
+        let mut simulation = scene.simulation(&stop()).unwrap();
+        let mut states = simulation.states().to_vec();
+        let robot = &scene.robots[0];
+        robot.set_states(&AT.0, &AT.1, &mut states).unwrap();
+        simulation.set_states(&states).unwrap();
+        let mut record = StepRecord::new();
+        for _ in 0..(0.4 / h).round() as usize {
+            simulation.step(&mut record).unwrap();
+            assert!(record.certificate.residual() <= 1e-10);
+        }
+        let q = robot.coordinates(simulation.states(), &AT.0).unwrap().0;
+        q.iter().zip(LATER).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    let errors = [0.002, 0.001, 0.0005].map(error);
+    for pair in errors.windows(2) {
+        assert!((1.85..2.2).contains(&(pair[0] / pair[1])), "{errors:?}");
+    }
+    assert!(errors[2] < 0.003, "{errors:?}");
+}
+
+/// A range is one of the sum: over the first factor, whichever its sign.
+#[test]
+fn ranges_of_tendons_are_limits_of_sums() {
+    let limited = MODEL.replace("stiffness=\"40\" damping=\"3\"", "range=\"-1 0.5\"");
+    let scene = scene_of(&limited, Settings::default()).unwrap();
+    assert_eq!(scene.world.gears()[0].drive().unwrap().limits, Some([-0.5, 0.25]));
+    let turned =
+        limited.replace("coef=\"2\"", "coef=\"-2\"").replace("coef=\"-0.5\"", "coef=\"0.5\"");
+    let scene = scene_of(&turned, Settings::default()).unwrap();
+    let gear = scene.world.gears()[0];
+    assert_eq!((gear.drive().unwrap().limits, gear.ratio()), (Some([-0.25, 0.5]), 0.25));
+    let rubs = MODEL.replace("stiffness=\"40\"", "frictionloss=\"0.7\"");
+    let scene = scene_of(&rubs, Settings::default()).unwrap();
+    assert_eq!(scene.world.gears()[0].drive().unwrap().friction, 1.4);
+    // A flag takes the limit away, and nothing is left.
+    let off = limited
+        .replace("gravity=\"0 0 0\"/>", "gravity=\"0 0 0\"><flag limit=\"disable\"/></option>");
+    assert!(scene_of(&off, Settings::default()).unwrap().world.gears().is_empty());
+}
+
+/// What a sum cannot be is refused with its line.
+#[test]
+fn other_tendons_that_pull_are_refused() {
+    let third = "<joint joint=\"a\" coef=\"2\"/>";
+    let one = "<joint joint=\"b\" coef=\"-0.5\"/>";
+    for (from, to, words) in [
+        (one, "", &["line 9", "stiffness", "sums of two joints"][..]),
+        ("damping=\"3\"", "springlength=\"0 0.1\"", &["line 9", "springlength", "one number"]),
+        ("damping=\"3\"", "armature=\"0.1\"", &["line 9", "armature"]),
+        ("stiffness=\"40\"", "stiffness=\"-1\"", &["line 9", "stiffness is -1.0"]),
+        ("damping=\"3\"", "damping=\"1 2\"", &["line 9", "damping", "2 numbers"]),
+        (third, "<joint joint=\"c\" coef=\"2\"/>", &["line 10", "\"c\""]),
+    ] {
+        let why =
+            scene_of(&MODEL.replacen(from, to, 1), Settings::default()).err().unwrap_or_default();
+        assert!(words.iter().all(|word| why.contains(word)) && !why.contains('\n'), "{why:?}");
+    }
+}
