@@ -207,6 +207,11 @@ impl<E: Equations> Newton<E> {
         is_regular.then_some((&self.eliminations, &self.pieces))
     }
 
+    /// The pieces that were found last.
+    pub(super) fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
     /// The system that was factorised last.
     pub(super) fn system(&mut self) -> &mut E::System {
         &mut self.system
@@ -480,6 +485,12 @@ impl<E: Equations> Iterate<E> {
     /// How far every coupling is from the next piece of its law, m/s; of the last evaluation.
     pub(super) fn margins(&self, equations: &E) -> impl Iterator<Item = f64> {
         self.pulls.iter().map(|pull| pull.margin(equations.graphs()))
+    }
+
+    /// At least so many rows are held wherever they are, of the last evaluation.
+    pub(super) fn stiff_rows(&self, equations: &E) -> usize {
+        let rows = |pull: &Pull| pull.stiff_rows(&self.map, equations.graphs());
+        self.pulls.iter().map(rows).sum()
     }
 
     /// The gain of coupling `index` on a piece in its factors, with ε = `compliance`; of the last evaluation.
