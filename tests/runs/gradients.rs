@@ -2,10 +2,12 @@
 //! argument.
 
 mod batch;
+mod campaign;
 mod digits;
 mod joints;
 mod own;
 mod random;
+mod rest;
 
 use nalgebra::{Vector3, Vector4};
 use rand_mt::Mt;
