@@ -11,7 +11,8 @@
 //! one factorisation, and a solution of a triangular system for each change. The transposed
 //! system gives products with the transposed derivative. The compliance of the selection rule (N6) stays in
 //! the equations, at the solution that *it* has, because the limit's forces alone do not say how the undetermined
-//! part turns; from ε and 2ε the limit of the derivative is extrapolated.
+//! part turns; from ε and 2ε the limit of the derivative is extrapolated. Where rows are independent, the limit is taken at the step's own
+//! solution.
 //!
 //! Equation numbers G1, G2, … are those of `docs/gradients.md`.
 
