@@ -4,6 +4,9 @@
 //! ```text
 //! cargo run --release --example derivatives [SCENARIO.toml...]
 //! ```
+//!
+//! The first argument `step`, `linearised`, `jacobian` or `backwards` has that alone done, once and without a clock, in the function
+//! `done`: what callgrind counts with `--toggle-collect='derivatives::done'`.
 
 use std::error::Error;
 use std::path::Path;
@@ -19,6 +22,8 @@ use tumble::solver::native::StepDerivative;
 /// Each is the least of so many runs, taken in turn.
 const TURNS: usize = 7;
 const STEPS: u64 = 300;
+const HEADING: &str =
+    "scene             a step, µs   linearised   with its Jacobian   run backwards";
 
 /// What is done with each step.
 #[derive(Clone, Copy, PartialEq)]
@@ -29,14 +34,28 @@ enum Work {
     Backwards,
 }
 
+impl Work {
+    const NAMES: [(&str, Self); 4] = [
+        ("step", Self::Step),
+        ("linearised", Self::Linearise),
+        ("jacobian", Self::Jacobian),
+        ("backwards", Self::Backwards),
+    ];
+}
+
 fn timed(scene: &Scene, work: Work) -> Result<Duration, Box<dyn Error>> {
     let mut simulation =
         scene.simulation(&Arc::default()).map_err(|failure| failure.to_string())?;
+    let begun = Instant::now();
+    done(&mut simulation, STEPS.min(scene.rows - 1), work)?;
+    Ok(begun.elapsed())
+}
+
+#[inline(never)]
+fn done(simulation: &mut Simulation<'_>, steps: u64, work: Work) -> Result<(), Box<dyn Error>> {
     let bodies = simulation.states().len();
     let (mut record, mut derivative) = (StepRecord::new(), StepDerivative::new());
     let mut end = Vec::new();
-    let steps = STEPS.min(scene.rows - 1);
-    let begun = Instant::now();
     if work == Work::Backwards {
         let along = StateChange::from_array(&[1.0; StateChange::LEN]);
         simulation.gradient(&mut Run {
@@ -49,7 +68,7 @@ fn timed(scene: &Scene, work: Work) -> Result<Duration, Box<dyn Error>> {
             checkpoints: Checkpoints::default(),
             compliance: None,
         })?;
-        return Ok(begun.elapsed());
+        return Ok(());
     }
     for _ in 0..steps {
         simulation.step(&mut record)?;
@@ -62,24 +81,33 @@ fn timed(scene: &Scene, work: Work) -> Result<Duration, Box<dyn Error>> {
             derivative.by_state(body, &mut end)?;
         }
     }
-    Ok(begun.elapsed())
+    Ok(())
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let given: Vec<String> = std::env::args().skip(1).collect();
+    let mut given: Vec<String> = std::env::args().skip(1).collect();
+    let one = given.first().and_then(|word| Work::NAMES.iter().find(|(name, _)| name == word));
+    if one.is_some() {
+        given.remove(0);
+    }
     let usual = ["real-cube", "stack", "pyramid", "pile", "double-pendulum", "chain"];
     let usual = usual.map(|name| format!("scenarios/{name}.toml"));
     let files = if given.is_empty() { usual.to_vec() } else { given };
-    println!("scene             a step, µs   linearised   with its Jacobian   run backwards");
+    if one.is_none() {
+        println!("{HEADING}");
+    }
     for file in &files {
         let text = std::fs::read_to_string(file)?;
         let read = |path: &Path, _: u64| std::fs::read(path);
         let scene = Scene::of_text(&text, Path::new(file), Settings::default(), &read)
             .map_err(|failure| failure.to_string())?;
-        let works = [Work::Step, Work::Linearise, Work::Jacobian, Work::Backwards];
+        if let Some((_, work)) = one {
+            timed(&scene, *work)?;
+            continue;
+        }
         let mut least = [Duration::MAX; 4];
         for _ in 0..TURNS {
-            for (least, work) in least.iter_mut().zip(works) {
+            for (least, (_, work)) in least.iter_mut().zip(Work::NAMES) {
                 *least = timed(&scene, work)?.min(*least);
             }
         }

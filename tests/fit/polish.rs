@@ -35,11 +35,13 @@ fn found(tosses: &[Toss], plan: &Plan) -> Found {
 }
 
 /// Of each toss by every parameter, where all of the restitution is taken and the differences of both sides are within a
-/// hundredth, to a thousandth and what these are apart: a toss that tumbles bends within 1e-6, and less is the solutions' last digits,
-/// enlarged by every impact. Values beside the hidden ones, a rounded body of another size.
+/// hundredth, to 2e-4 and what these are apart: central differences, of third order of 1e-6 and of fifth order of five sizes, of which the best one counts. The last digits of the solutions, enlarged by
+/// every impact, are some 1e-9 of the loss, so that differences below 1e-5 say less, and tosses meet kinks within larger
+/// ones. Values beside the hidden ones, a rounded body of another size.
 #[test]
 fn the_slopes_of_tosses_are_their_differences() {
     const BY: f64 = 1e-6;
+    const SIZES: [f64; 5] = [1e-4, 3e-5, 1e-5, 3e-6, 1e-6];
     let tosses = tosses(&hidden(), 6, 1e-4, 1);
     let all: Vec<usize> = (0..tosses.len()).collect();
     let (mut compared, mut kinks, mut limited, mut worst) = (0, 0, 0, 0.0_f64);
@@ -64,12 +66,16 @@ fn the_slopes_of_tosses_are_their_differences() {
                     scores.iter().map(|score| loss.of(score)).collect::<Vec<_>>()
                 };
                 let ([before, here], after) = ([-BY, 0.0].map(&mut at), at(BY));
+                let wide = SIZES.map(|by| (by, [-2.0 * by, -by, by, 2.0 * by].map(&mut at)));
                 for toss in &all {
                     let sides = [here[*toss] - before[*toss], after[*toss] - here[*toss]];
                     let [left, right] = sides.map(|side| side / BY);
-                    let (difference, slope) = (0.5 * (left + right), slopes[*toss].gradient[k]);
+                    let slope = slopes[*toss].gradient[k];
+                    let differences = wide.each_ref().map(|(by, [a, b, c, d])| {
+                        (8.0 * (c[*toss] - b[*toss]) - (d[*toss] - a[*toss])) / (12.0 * by)
+                    });
                     assert!((slopes[*toss].loss - here[*toss]).abs() < 1e-12);
-                    let scale = difference.abs().max(slope.abs()).max(1.0);
+                    let scale = right.abs().max(slope.abs()).max(1.0);
                     if slopes[*toss].limited > 0 {
                         limited += 1;
                         continue;
@@ -80,12 +86,12 @@ fn the_slopes_of_tosses_are_their_differences() {
                         continue;
                     }
                     compared += 1;
-                    let off = (slope - difference).abs() - (right - left).abs();
-                    worst = worst.max(off / scale);
-                    assert!(
-                        off < 1e-3 * scale,
-                        "toss {toss} by {parameter:?}: {slope} {left} {right}"
-                    );
+                    let all = differences.into_iter().chain([0.5 * (left + right)]);
+                    let each = all.map(|difference| (slope - difference).abs() / scale);
+                    let best = each.fold(f64::INFINITY, f64::min);
+                    let off = best - (right - left).abs() / scale;
+                    worst = worst.max(best);
+                    assert!(off < 2e-4, "toss {toss} by {parameter:?}: {slope} {differences:?}");
                 }
             }
         });

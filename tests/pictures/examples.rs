@@ -48,6 +48,22 @@ fn the_thrown_cube_lies_on_the_mark() {
     assert!(numbers(line(&text, "    0"))[4] > 0.5, "{text}");
 }
 
+/// A push counts as much as the mass against it, as differences say; and on its edge a tower is a pendulum upside down.
+#[test]
+fn the_fall_of_a_tower_depends_on_what_it_must() {
+    let text = printed("tower", &[], 0);
+    let pushed = numbers(line(&text, "  10.00"));
+    let [_, tilt, by_push, difference, by_mass, friction, ..] = pushed[..] else {
+        panic!("{text}")
+    };
+    assert!((by_push - difference).abs() < 2e-5 && (by_push + by_mass).abs() < 2e-5, "{text}");
+    assert!(tilt > 0.1 && friction.abs() < 1e-9, "{text}");
+    // Of the linear pendulum: the rest of the way to the edge is e^{−pt}.
+    let (rate, last) = (numbers(line(&text, "a push of")), numbers(line(&text, "    2.4")));
+    assert!((last[3] - (0.75 * 9.81 / 0.1_f64.hypot(0.4)).sqrt()).abs() < 1e-3, "{text}");
+    assert!(rate[0] > 9.5 && rate[0] < 10.5, "{text}");
+}
+
 #[test]
 fn rollouts_have_the_numbers_of_a_loop() {
     let text = printed("rollout", &["12", "150", "3"], 0);

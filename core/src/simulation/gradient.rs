@@ -11,7 +11,7 @@ use super::{Saved, Simulation, StepRecord};
 use crate::derivative::StateChange;
 use crate::error::Error;
 use crate::mechanics::{State, Wrench};
-use crate::solver::native::{Rest, StepDerivative, StepGradient};
+use crate::solver::native::{StepDerivative, StepGradient};
 use crate::step::StepStatus;
 use crate::world::Constant;
 use nalgebra::Matrix3;
@@ -138,9 +138,12 @@ impl Simulation<'_> {
             },
             step: StepGradient::default(),
             tape: Vec::new(),
+            resting: derivative_of(run)?,
+            owed: vec![StateChange::zero(); bodies],
             end: None,
         };
         backward.go(self, run, (0, run.steps), start)?;
+        backward.settle(run)?;
         backward.add(run, 0, start.states())?;
         if let Some(end) = &backward.end {
             self.restore(end)?;
@@ -151,23 +154,21 @@ impl Simulation<'_> {
         Ok(found)
     }
 
-    /// [`Simulation::linearise`], or nothing where the step is the one that was at `rest`; whether it was.
+    /// [`Simulation::linearise`], or nothing where the step is that at rest which `resting` is of.
     fn linearise_unless(
         &self,
         record: &StepRecord,
         derivative: &mut StepDerivative,
-        rest: &mut Option<Box<Rest>>,
-    ) -> Result<bool, Error> {
+        resting: &StepDerivative,
+    ) -> Result<Found, Error> {
         let (contacts, solution) = (&record.contacts, &record.solution);
         let mut free = derivative.take_flights();
         let found = self.with_step(record, &mut free, |step| {
-            if rest.as_ref().is_some_and(|rest| rest.is(step, contacts, solution)) {
-                return Ok(true);
+            if resting.is_at_rest_in(step, contacts, solution) {
+                return Ok(Found::Rest);
             }
-            *rest = None;
-            derivative.linearise_anew(step, contacts, solution)?;
-            *rest = Rest::of(step, contacts, solution);
-            Ok(false)
+            derivative.linearise(step, contacts, solution)?;
+            Ok(if derivative.is_at_rest() { Found::NewRest } else { Found::Motion })
         });
         derivative.keep_flights(free);
         found?
@@ -189,6 +190,21 @@ impl Simulation<'_> {
     }
 }
 
+/// Of no step yet, smoothed as the run asks for.
+fn derivative_of(run: &Run<'_>) -> Result<StepDerivative, Error> {
+    run.compliance.map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)
+}
+
+/// What a step that was linearised is.
+#[derive(PartialEq)]
+enum Found {
+    Motion,
+    /// The one at rest that was known.
+    Rest,
+    /// Another one.
+    NewRest,
+}
+
 /// The backward pass.
 struct Backward {
     first: u64,
@@ -201,6 +217,10 @@ struct Backward {
     step: StepGradient,
     /// Derivatives of steps, to be used again.
     tape: Vec<(StepDerivative, StepRecord)>,
+    /// The derivative of the step at rest that was met last, and the sum of all that went back through it and is still to be
+    /// multiplied for the constants.
+    resting: StepDerivative,
+    owed: Vec<StateChange>,
     end: Option<Saved>,
 }
 
@@ -270,19 +290,22 @@ impl Backward {
         simulation.restore(start)?;
         let count = (to - from) as usize;
         while self.tape.len() < count {
-            let of = run.compliance.map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)?;
-            self.tape.push((of, StepRecord::new()));
+            self.tape.push((derivative_of(run)?, StepRecord::new()));
         }
         let mut tape = std::mem::take(&mut self.tape);
-        // Steps in which nothing moves have the derivative of the first of them.
-        let (mut rest, mut uses) = (None, Vec::with_capacity(count));
+        // Whose derivative each step has: those in which nothing moves that of the first of them.
+        let mut uses: Vec<Option<usize>> = Vec::with_capacity(count);
         let mut turned = Vec::new();
         for (k, (derivative, record)) in tape[..count].iter_mut().enumerate() {
             simulation.advance(run, record)?;
-            let is_at_rest = simulation.linearise_unless(record, derivative, &mut rest)?;
+            let found = simulation.linearise_unless(record, derivative, &self.resting)?;
             turned.extend(simulation.loads_by_turns(record).map(|(body, by)| (k, body, by)));
-            let before = uses.last().copied();
-            uses.push(before.filter(|_| is_at_rest).unwrap_or(k));
+            if found == Found::NewRest {
+                self.settle(run)?;
+                std::mem::swap(derivative, &mut self.resting);
+                uses.iter_mut().filter(|of| of.is_none()).for_each(|of| *of = Some(k));
+            }
+            uses.push((found == Found::Motion).then_some(k));
         }
         if self.end.is_none() {
             self.end = Some(simulation.save());
@@ -290,21 +313,48 @@ impl Backward {
         for (k, of) in uses.into_iter().enumerate().rev() {
             let record = &tape[k].1;
             self.add(run, record.index + 1 - self.first, &record.solution.states)?;
-            tape[of].0.pull(&self.dual, run.constants, &mut self.step)?;
+            let derivative = match of {
+                Some(of) => &mut tape[of].0,
+                None => &mut self.resting,
+            };
+            if of.is_none() && derivative.pull_at_rest(&self.dual, &mut self.step)? {
+                let owed = self.owed.iter_mut().zip(&self.dual);
+                owed.for_each(|(owed, dual)| *owed = owed.plus(1.0, dual));
+            } else {
+                derivative.pull(&self.dual, run.constants, &mut self.step)?;
+            }
             self.dual.clone_from(&self.step.states);
             // Loads that act at a point of a body turn it otherwise where it is turned.
             while let Some((_, body, by)) = turned.pop_if(|(step, ..)| *step == k) {
                 self.dual[body].turn += by.tr_mul(&self.step.wrenches[body].torque);
             }
             self.found.wrenches.push(self.step.wrenches.clone());
-            let sums = self.found.constants.iter_mut().zip(&self.step.constants);
-            for (sum, more) in sums.flat_map(|(sums, more)| sums.iter_mut().zip(more)) {
-                *sum += more;
-            }
-            let (derivative, record) = (&tape[of].0, &tape[k].1);
-            self.found.note(record, derivative);
+            self.add_constants();
+            let derivative = of.map_or(&self.resting, |of| &tape[of].0);
+            self.found.note(&tape[k].1, derivative);
         }
         self.tape = tape;
         Ok(())
+    }
+
+    /// Adds the derivatives by the constants of what went back through the step at rest: a product with the sum.
+    fn settle(&mut self, run: &Run<'_>) -> Result<(), Error> {
+        if self.owed.iter().all(|owed| *owed == StateChange::zero()) {
+            return Ok(());
+        }
+        if !run.constants.is_empty() {
+            self.resting.pull(&self.owed, run.constants, &mut self.step)?;
+            self.add_constants();
+        }
+        self.owed.fill(StateChange::zero());
+        Ok(())
+    }
+
+    /// Adds the derivatives by the constants of the last product.
+    fn add_constants(&mut self) {
+        let sums = self.found.constants.iter_mut().zip(&self.step.constants);
+        for (sum, more) in sums.flat_map(|(sums, more)| sums.iter_mut().zip(more)) {
+            *sum += more;
+        }
     }
 }

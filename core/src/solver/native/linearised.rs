@@ -11,7 +11,8 @@
 //! one factorisation, and a solution of a triangular system for each change. The transposed
 //! system gives products with the transposed derivative. The compliance of the selection rule (N6) stays in
 //! the equations, at the solution that *it* has, because the limit's forces alone do not say how the undetermined
-//! part turns; from ε and 2ε the limit of the derivative is extrapolated.
+//! part turns; from ε and 2ε the limit of the derivative is extrapolated. Where rows are independent, the limit is taken at the step's own
+//! solution.
 //!
 //! Equation numbers G1, G2, … are those of `docs/gradients.md`.
 
@@ -20,6 +21,7 @@ mod coupling;
 mod island;
 mod point;
 mod refined;
+mod rest;
 mod slopes;
 mod tied;
 
@@ -29,10 +31,11 @@ use crate::derivative::{EndMap, StateChange, nearest_unseen};
 use crate::error::{Error, in_range};
 use crate::mechanics::{State, Wrench};
 use crate::step::{Step, StepSolution};
-use crate::world::{Constant, World};
+use crate::world::Constant;
 use constants::{Constants, Shape};
 use island::LinearIsland;
 use nalgebra::{SMatrix, Vector3};
+use rest::{FEW_BODIES, Rest};
 use tied::Slots;
 
 /// A change of a step's data, lists over the bodies of the world; an empty list is no change.
@@ -89,52 +92,9 @@ pub struct StepDerivative {
     rest: Option<Box<Rest>>,
     /// Of such a step what was found of the bodies [asked](StepDerivative::by_state) for.
     at_rest: Vec<Vec<SMatrix<f64, 12, 12>>>,
+    /// How often it was asked for the product with the transposed one.
+    pulls_at_rest: usize,
 }
-
-/// A step in which nothing moved, so that the next one may be the same.
-#[derive(Debug, Clone)]
-pub(crate) struct Rest {
-    world: World,
-    wrenches: Vec<Wrench>,
-    contacts: Vec<Contact>,
-    solution: StepSolution,
-}
-
-impl Rest {
-    /// That of a step, if it is one.
-    pub(crate) fn of(
-        step: &Step<'_>,
-        contacts: &[Contact],
-        solution: &StepSolution,
-    ) -> Option<Box<Self>> {
-        (solution.states == step.states).then(|| {
-            Box::new(Self {
-                world: step.world.clone(),
-                wrenches: step.wrenches.to_vec(),
-                contacts: contacts.to_vec(),
-                solution: solution.clone(),
-            })
-        })
-    }
-
-    /// Whether a step is this one.
-    pub(crate) fn is(
-        &self,
-        step: &Step<'_>,
-        contacts: &[Contact],
-        solution: &StepSolution,
-    ) -> bool {
-        let Self { world, wrenches, contacts: own, solution: found } = self;
-        found.states == step.states
-            && found == solution
-            && wrenches == step.wrenches
-            && own == contacts
-            && world == step.world
-    }
-}
-
-/// Of worlds of so many bodies the derivatives by states of a step at rest are kept: five megabytes at most.
-const FEW_BODIES: usize = 64;
 
 /// Things that are farther apart than this part of the world's reach are no matter.
 const FARTHEST: f64 = 0.1;
@@ -187,7 +147,7 @@ impl StepDerivative {
         contacts: &[Contact],
         solution: &StepSolution,
     ) -> Result<(), Error> {
-        if self.rest.as_ref().is_some_and(|rest| rest.is(step, contacts, solution)) {
+        if self.is_at_rest_in(step, contacts, solution) {
             return Ok(());
         }
         self.linearise_anew(step, contacts, solution)?;
@@ -196,7 +156,7 @@ impl StepDerivative {
     }
 
     /// The same without a look at the last time.
-    pub(crate) fn linearise_anew(
+    fn linearise_anew(
         &mut self,
         step: &Step<'_>,
         contacts: &[Contact],
@@ -204,6 +164,7 @@ impl StepDerivative {
     ) -> Result<(), Error> {
         self.rest = None;
         self.at_rest.clear();
+        self.pulls_at_rest = 0;
         step.check(contacts)?;
         let (world, bodies) = (step.world, step.states.len());
         let sizes = [solution.states.len(), solution.contacts.len()];

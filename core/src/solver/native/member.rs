@@ -211,6 +211,16 @@ impl Member {
         (linear.into(), slope.tr_mul(&angular), wrench)
     }
 
+    /// Derivatives by F and τ, of those by v and ω where these act by the momentum alone.
+    #[cfg(feature = "save")]
+    pub(super) fn wrench_pulled(&self, velocity: &Vector3<f64>, spin: &Vector3<f64>) -> Wrench {
+        let slope = self.form.momentum_slope(&self.inertia, &self.old.spin, self.time_step);
+        let per_mass = self.time_step / self.mass;
+        // Of a body at rest the slope is its inertia over its mass.
+        let angular = slope.transpose().lu().solve(spin).unwrap_or_default();
+        Wrench { force: velocity * per_mass, torque: angular * per_mass }
+    }
+
     /// What a unit impulse along the rows of a joint makes of their speed by this body, each by itself: the
     /// rows are the columns of `frame`, and `torque_map` gives its torque.
     ///

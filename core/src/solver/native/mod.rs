@@ -57,8 +57,6 @@ use descent::Outcome;
 use equations::changes;
 use islands::{IslandView, Islands, Marked};
 pub use law::Piece;
-#[cfg(feature = "save")]
-pub(crate) use linearised::Rest;
 pub use linearised::{StepChange, StepDerivative, StepGradient};
 use nalgebra::Vector3;
 use part::{Asked, Part, Parts};

@@ -189,6 +189,11 @@ impl<E: Equations> Newton<E> {
         is_regular.then_some((&self.eliminations, &self.pieces))
     }
 
+    /// The pieces that were found last.
+    pub(super) fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
     /// The system that was factorised last.
     pub(super) fn system(&mut self) -> &mut E::System {
         &mut self.system

@@ -129,6 +129,12 @@ impl Pull {
         [piece(0), piece(1), piece(2)]
     }
 
+    /// How many of the `pieces` are vertical.
+    pub(super) fn stiff_rows(&self, pieces: [u8; 3], graphs: &[Graph]) -> usize {
+        let piece = |k: usize| self.axes.of(graphs, k).segment(usize::from(pieces[k]));
+        (0..3).filter(|&k| piece(k).is_vertical()).count()
+    }
+
     /// The nearest change of a row that is not locked.
     pub(super) fn margin(&self, graphs: &[Graph]) -> f64 {
         let free = (0..3).filter(|k| !self.axes.locked[*k]);

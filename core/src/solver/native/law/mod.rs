@@ -134,6 +134,16 @@ impl Pull {
         }
     }
 
+    /// At least so many rows are held wherever they are: not those that slip nearly sideways.
+    pub(super) fn stiff_rows(&self, map: &NaturalMap, graphs: &[Graph]) -> usize {
+        match (self, self.piece(map, graphs)) {
+            (Self::Axes(pull), Piece::Axes(pieces)) => pull.stiff_rows(pieces, graphs),
+            (_, Piece::Stick) => 3,
+            (_, Piece::Slip) => 1,
+            _ => 0,
+        }
+    }
+
     /// How far the pull is from the next piece, m/s.
     pub(super) fn margin(&self, graphs: &[Graph]) -> f64 {
         match self {

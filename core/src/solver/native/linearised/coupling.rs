@@ -24,19 +24,21 @@ pub(super) struct LinearCoupling {
     from: Matrix3<f64>,
     /// p̂.
     pub(super) impulse: Vector3<f64>,
-    /// δp̂ by δμ at fixed u.
-    pub(super) by_friction: Vector3<f64>,
+    /// By δμ at fixed u.
+    by_friction: RowsChange<1>,
     /// What μ and e follow.
     law: [LawSlopes; 2],
     is_ground: bool,
 }
 
 impl LinearCoupling {
+    /// `limit` is the ε of which the limit is taken, or 0: what the law itself makes of the impulse does not give way (G14).
     pub(super) fn new(
         step: &Step<'_>,
         (contact, placed, index): (&Contact, &Placed, usize),
         next: &[State],
         (piece, from, impulse): (Piece, &Matrix3<f64>, Vector3<f64>),
+        limit: f64,
     ) -> Self {
         let (world, key) = (step.world, &contact.key);
         let bodies = [Some(key.body), key.partner.body()];
@@ -65,7 +67,11 @@ impl LinearCoupling {
             tangent,
             from: *from,
             impulse,
-            by_friction,
+            by_friction: RowsChange {
+                motion: from.tr_mul(&by_friction) * -limit,
+                impulse: by_friction,
+                ..RowsChange::zero()
+            },
             law: world.law_slopes(key.body, key.partner),
             is_ground: key.partner == Partner::Ground,
         };
@@ -205,9 +211,8 @@ impl LinearCoupling {
         let [friction, restitution] = self.law.map(|slopes| {
             slopes.iter().map(|(constant, place, slope)| of(*constant, *place) * slope).sum::<f64>()
         });
-        let mut change = self.change((&a, &b), of(Constant::TimeStep, 0), restitution);
-        change.impulse += self.by_friction * friction;
-        change
+        let change = self.change((&a, &b), of(Constant::TimeStep, 0), restitution);
+        change.plus(friction, &self.by_friction)
     }
 
     /// The transpose.
@@ -224,7 +229,7 @@ impl LinearCoupling {
                 slopes.map(|(of, place, slope)| (of == constant).then_some((place, slope)))
             };
             for (place, slope) in of_constant(frictions).into_iter().flatten() {
-                sums[place] += by.impulse.dot(&self.by_friction) * slope;
+                sums[place] += by.dot(&self.by_friction) * slope;
             }
             if self.tangent.bounces() {
                 for (place, slope) in of_constant(restitutions).into_iter().flatten() {

@@ -8,7 +8,7 @@ use super::super::islands::IslandView;
 use super::super::member::BodyGiven;
 use super::super::tolerances::COMPLIANCE;
 use super::constants::{Constants, Shape, places, unit};
-use super::point::LinearPoint;
+use super::point::{Given, LinearPoint};
 use super::refined::Columns;
 use super::tied::Slots;
 use super::{StepChange, StepGradient};
@@ -20,14 +20,16 @@ use crate::step::Step;
 use crate::world::{Constant, World};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-/// One island at the solutions with the compliances ε and 2ε.
+/// One island at the solution, where its rows are independent or it keeps its shares, or at those with the compliances ε and 2ε.
 #[derive(Debug, Clone)]
 pub(super) struct LinearIsland {
     pub(super) bodies: Vec<usize>,
     pub(super) island: Island,
     pub(super) points: [LinearPoint; 2],
-    /// Whether the first point is all: it has no row, or the compliance is no limit.
+    /// Whether the first point is all: where its limit is taken by itself, or the compliance is no limit.
     is_one: bool,
+    /// With what each is linearised.
+    given: [Given; 2],
     /// The impulses of the solution that was found.
     found: Vec<Vector3<f64>>,
     /// (∂(angular part)/∂ω⁺)⁻¹ of a body by itself, which is all that its system has.
@@ -62,6 +64,7 @@ impl LinearIsland {
             island: Island::new(world),
             points: [LinearPoint::new(), LinearPoint::new()],
             is_one: false,
+            given: [Given { compliance: COMPLIANCE, is_limit: true }; 2],
             found: Vec::new(),
             free: None,
             placed: Vec::new(),
@@ -100,8 +103,7 @@ impl LinearIsland {
         // What rolls is selected by the law's own limit, in which one solution is left of each share.
         let rolls = !self.island.setting().all_give_alike;
         self.island.setting_mut().give_alike();
-        // Without a row no compliance is in it, and one point is enough.
-        self.is_one = smoothed.is_some() || self.island.is_plain();
+        self.is_one = true;
         self.free = match view.bodies {
             [_] if self.island.is_plain() => {
                 let [point, _] = &mut self.points;
@@ -112,31 +114,62 @@ impl LinearIsland {
         if self.free.is_some() {
             return Ok(false);
         }
-        let kept = match smoothed {
-            Some(compliance) => self.soften(step, view, compliance).map(|()| false)?,
-            None => rolls || !self.selects(step, view)?,
-        };
+        let kept = self.settle(step, view, (rolls, smoothed))?;
         self.placed.clear();
         self.placed.resize(view.contacts.len(), None);
-        let compliances = smoothed.map_or(COMPLIANCES, |compliance| [compliance, 0.0]);
-        for (point, compliance) in points(&mut self.points, self.is_one).zip(compliances) {
-            if kept {
-                point.keep(&self.island, step, view, compliance);
-            }
-            let singular = || Error::Unsupported {
-                what: "the derivative of a step whose linear system is singular",
-                why: "contacts hold each other in a way that compliance does not resolve",
-            };
-            let at = (step, contacts, view);
-            let found = point.linearise(
-                &self.island,
-                at,
-                (&mut *next, &mut self.placed, slots),
-                compliance,
-            );
-            found.ok_or_else(singular)?;
+        let at = (step, contacts, view);
+        for (point, on) in points(&mut self.points, self.is_one).zip(self.given) {
+            point.linearise(&self.island, at, (&mut *next, &mut self.placed, slots), on);
         }
-        Ok(kept && !rolls)
+        Ok(kept)
+    }
+
+    /// Moves its points to where the step is linearised, and factorises it there; whether it keeps its shares.
+    fn settle(
+        &mut self,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+        (rolls, smoothed): (bool, Option<f64>),
+    ) -> Result<bool, Error> {
+        if let Some(compliance) = smoothed {
+            self.soften(step, view, compliance)?;
+            self.given[0] = Given { compliance, is_limit: false };
+            return self.factorise().map(|()| false);
+        }
+        let limit = Given { compliance: COMPLIANCE, is_limit: true };
+        self.given[0] = limit;
+        let Self { island, points: [near, _], .. } = self;
+        let residual = near.keep(island, step, view, COMPLIANCE);
+        if rolls {
+            return self.factorise().map(|()| false);
+        }
+        // More rows than bodies have ways to move are not independent.
+        let is_solved = residual <= island.tolerances().newton;
+        if is_solved
+            && near.stiff_rows(island) <= 6 * view.bodies.len()
+            && near.factorise(island, limit).is_some()
+            && near.is_determined(island)
+        {
+            return Ok(false);
+        }
+        if self.selects(step, view)? {
+            self.is_one = self.island.is_plain();
+            self.given = COMPLIANCES.map(|compliance| Given { compliance, is_limit: false });
+            return self.factorise().map(|()| false);
+        }
+        self.points[0].keep(&self.island, step, view, COMPLIANCE);
+        self.factorise().map(|()| true)
+    }
+
+    /// Factorises the equations at its points.
+    fn factorise(&mut self) -> Result<(), Error> {
+        let found = points(&mut self.points, self.is_one)
+            .zip(self.given)
+            .try_for_each(|(point, on)| point.factorise(&self.island, on));
+        found.ok_or(Error::Unsupported {
+            what: "the derivative of a step whose linear system is singular",
+            why: "contacts hold each other in a way that compliance does not resolve",
+        })
     }
 
     /// Moves both points to the solutions with compliance; whether the solution that was found is their limit, and so
@@ -150,7 +183,7 @@ impl LinearIsland {
         if !near.solve(island, step, view, COMPLIANCES[0])? {
             return Ok(false);
         }
-        if self.is_one {
+        if island.is_plain() {
             return Ok(true);
         }
         // As far again from the solution that was found, where the second one is but for terms of second order.

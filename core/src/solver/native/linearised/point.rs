@@ -6,7 +6,7 @@ use super::super::effort::Effort;
 use super::super::equations::{Equations, Velocity};
 use super::super::island::Island;
 use super::super::islands::IslandView;
-use super::super::law::NaturalMap;
+use super::super::law::{Factored, NaturalMap};
 use super::super::newton::{Iterate, Newton, Until, evaluate};
 use super::super::part::next_state;
 use super::coupling::LinearCoupling;
@@ -19,12 +19,23 @@ use crate::mechanics::State;
 use crate::step::Step;
 use nalgebra::{Matrix3, Vector3};
 
-/// One island at a solution with compliance.
+/// With which compliance a point is linearised.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Given {
+    /// ε of the matrix, and of the law that was evaluated last.
+    pub(super) compliance: f64,
+    /// Whether its limit is taken there (G14): the law is that of changes alone.
+    pub(super) is_limit: bool,
+}
+
+/// One island at a solution, with compliance or without.
 #[derive(Debug, Clone)]
 pub(super) struct LinearPoint {
     pub(super) newton: Newton<Island>,
     pub(super) iterate: Iterate<Island>,
     pub(super) held: Held,
+    /// Of the couplings that have a gain, in its factors.
+    gains: Vec<(usize, Factored)>,
     pub(super) couplings: Vec<LinearCoupling>,
     pub(super) joints: Vec<LinearRows>,
     pub(super) gears: Vec<LinearGear>,
@@ -40,6 +51,7 @@ impl LinearPoint {
             newton: Newton::new(),
             iterate: Iterate::new(),
             held: Held::default(),
+            gains: Vec::new(),
             couplings: Vec::new(),
             joints: Vec::new(),
             gears: Vec::new(),
@@ -114,63 +126,87 @@ impl LinearPoint {
         Ok(converged || evaluate(island, &map, iterate).largest <= tolerances.newton)
     }
 
-    /// Stays at the solution that was found: compliance acts on changes alone (N13).
+    /// Stays at the solution that was found: compliance acts on changes alone (N13). Returns by how much it misses the laws, m/s.
     pub(super) fn keep(
         &mut self,
         island: &Island,
         step: &Step<'_>,
         view: &IslandView<'_>,
         compliance: f64,
-    ) {
+    ) -> f64 {
         self.begin(island, step, view);
         let map = NaturalMap::with_compliance(compliance);
         self.iterate.keep_impulses(island, &map);
-        let _ = evaluate(island, &map, &mut self.iterate);
+        let residual = evaluate(island, &map, &mut self.iterate);
         self.iterate.forget_impulses();
+        residual.largest
     }
 
-    /// Linearises the equations here, and all contacts by what they depend on.
+    /// At least so many rows are stiff here.
+    pub(super) fn stiff_rows(&self, island: &Island) -> usize {
+        self.iterate.stiff_rows(island)
+    }
+
+    /// Factorises the equations here, where ε = `compliance` has been evaluated last; `None` where they are singular.
+    pub(super) fn factorise(&mut self, island: &Island, on: Given) -> Option<()> {
+        let Given { compliance, is_limit } = on;
+        let map = NaturalMap::with_compliance(compliance);
+        let Self { newton, iterate, held, gains, .. } = self;
+        let (eliminations, pieces) = newton.linearise(island, &map, compliance, iterate)?;
+        let members = island.members().iter().zip(&iterate.velocity);
+        held.begin(members.map(|(member, velocity)| member.angular_slope(&velocity.spin)));
+        gains.clear();
+        for (index, piece) in pieces.iter().enumerate() {
+            let gain = iterate.factored(island, (index, *piece), compliance);
+            // What is open has no part in anything.
+            if gain.gains != Vector3::zeros() {
+                let of = (index, &eliminations[index].slope, &gain);
+                held.add(island, of, (compliance, is_limit));
+                gains.push((index, gain));
+            }
+        }
+        Some(())
+    }
+
+    /// Whether the rows that hold here are independent, of the system that was factorised last.
+    pub(super) fn is_determined(&mut self, island: &Island) -> bool {
+        let Self { newton, held, by_pose, .. } = self;
+        held.is_determined(island, (by_pose, newton.system()))
+    }
+
+    /// Linearises by what they depend on all contacts and joints of what was factorised.
     pub(super) fn linearise(
         &mut self,
         island: &Island,
         (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
         (next, placed, slots): (&mut [State], &mut [Option<Placed>], &Slots),
-        compliance: f64,
-    ) -> Option<()> {
-        let map = NaturalMap::with_compliance(compliance);
-        let Self { newton, iterate, held, couplings, joints, gears, .. } = self;
-        let (eliminations, pieces) = newton.linearise(island, &map, compliance, iterate)?;
-        let members = island.members().iter().zip(&iterate.velocity);
-        held.begin(members.map(|(member, velocity)| member.angular_slope(&velocity.spin)));
+        on: Given,
+    ) {
+        let Given { compliance, is_limit } = on;
+        let Self { newton, iterate, couplings, joints, gears, gains, .. } = self;
+        let (pieces, limit) = (newton.pieces(), if is_limit { compliance } else { 0.0 });
         for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
             next[body] = next_state(step, body, velocity);
         }
         couplings.clear();
-        for (index, piece) in pieces.iter().enumerate() {
-            let gain = iterate.factored(island, (index, *piece), compliance);
-            // What is open has no part in anything.
-            if gain.gains == Vector3::zeros() {
-                continue;
-            }
-            held.add(island, index, (&eliminations[index].slope, &gain));
-            let Some(place) = view.contacts.get(index) else { continue };
-            let (contact, known) = (&contacts[*place], &mut placed[index]);
+        for (index, gain) in &*gains {
+            let Some(place) = view.contacts.get(*index) else { continue };
+            let (contact, known) = (&contacts[*place], &mut placed[*index]);
             let placed = known.get_or_insert_with(|| Placed::of(step.world, contact, step.states));
-            let on = (*piece, &gain.from, iterate.impulses[index]);
-            couplings.push(LinearCoupling::new(step, (contact, placed, index), next, on));
+            let on = (pieces[*index], &gain.from, iterate.impulses[*index]);
+            couplings.push(LinearCoupling::new(step, (contact, placed, *index), next, on, limit));
         }
         if view.joints.is_empty() {
             joints.clear();
             gears.clear();
-            return Some(());
+            return;
         }
         let Iterate { velocity, impulses, .. } = &*iterate;
-        let solved = Solved { pieces, impulses, points: iterate.points(), compliance };
+        let solved = Solved { pieces, impulses, points: iterate.points(), compliance, limit };
         let of_body = |body: usize| {
             let Velocity { linear, spin } = velocity[view.places[body]];
             (linear, spin)
         };
         tied::linearise(step, island, (&solved, slots), of_body, (joints, gears));
-        Some(())
     }
 }

@@ -14,14 +14,23 @@
 //! δV = x + K⁻¹ (b − A x + Σ H D (m + J x)),   x = K⁻¹ (b + Σ H D m)                (G11)
 //! ```
 //!
-//! Transposed the same, with what the rows' motions have a part in, λ = Dᵀ Hᵀ y, kept beside y:
+//! Where the limit of vanishing compliance is taken at one point, at which compliance acts on changes alone, that residual counts what
+//! gives way from the impulse of the first solution on, û = u + ε (δp̂ − δp̂₁) with δp̂₁ = D (m + J x):
 //!
 //! ```text
-//! y = z + w,   λ = λ_z + Dᵀ Hᵀ w,   w = K⁻ᵀ (c − Aᵀ z + Σ Jᵀ λ_z),   λ_z = Dᵀ Hᵀ z,   z = K⁻ᵀ c
+//! δV = x + K⁻¹ (b − A x + Σ H D C (m + J x)),   C = E − ε D                        (G14)
+//! ```
+//!
+//! with what is left of the compliance of second order. Transposed the same, with what the rows' motions have a part in,
+//! λ = Dᵀ Hᵀ y, kept beside y:
+//!
+//! ```text
+//! y = z + w,   λ = Cᵀ λ_z + Dᵀ Hᵀ w,   w = K⁻ᵀ (c − Aᵀ z + Σ Jᵀ Cᵀ λ_z),   λ_z = Dᵀ Hᵀ z,   z = K⁻ᵀ c
 //! ```
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
+use super::super::equations::Equations;
 use super::super::island::{HeldSide, Island, IslandSlope, IslandSystem};
 use super::super::law::Factored;
 use super::slopes::RowsChange;
@@ -30,11 +39,22 @@ use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 /// What the system at a point consists of.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Held {
-    /// The couplings that have a gain, and where the sides of each end.
-    couplings: Vec<(usize, usize)>,
+    couplings: Vec<HeldRows>,
     sides: Vec<HeldSide>,
     /// Of A of every body the part that turns; the other is one.
     turning: Vec<Matrix3<f64>>,
+}
+
+/// A coupling that has a gain.
+#[derive(Debug, Clone)]
+struct HeldRows {
+    index: usize,
+    /// Where its sides end.
+    end: usize,
+    /// ε |g| of each row: 1 of what is stiff.
+    stiffness: Vector3<f64>,
+    /// C, along the rows; where no limit is taken, E.
+    again: Matrix3<f64>,
 }
 
 impl Held {
@@ -46,19 +66,67 @@ impl Held {
         self.turning.extend(turning);
     }
 
-    /// Adds a coupling of the island.
-    pub(super) fn add(&mut self, island: &Island, index: usize, of: (&IslandSlope, &Factored)) {
-        island.hold(index, of, &mut self.sides);
-        self.couplings.push((index, self.sides.len()));
+    /// Adds a coupling of the island, with ε = `compliance`, of which the limit is taken or not.
+    pub(super) fn add(
+        &mut self,
+        island: &Island,
+        (index, slope, gain): (usize, &IslandSlope, &Factored),
+        (compliance, is_limit): (f64, bool),
+    ) {
+        island.hold(index, (slope, gain), &mut self.sides);
+        let mut again = Matrix3::identity();
+        if is_limit {
+            let along = gain.from.tr_mul(&gain.to) * Matrix3::from_diagonal(&gain.gains);
+            again -= along * compliance;
+        }
+        let (end, stiffness) = (self.sides.len(), gain.gains.abs() * compliance);
+        self.couplings.push(HeldRows { index, end, stiffness, again });
     }
 
     /// The couplings with their sides.
-    fn couplings(&self) -> impl Iterator<Item = (usize, &[HeldSide])> {
+    fn couplings(&self) -> impl Iterator<Item = (&HeldRows, &[HeldSide])> {
         let mut begin = 0;
-        self.couplings.iter().map(move |&(index, end)| {
-            let sides = &self.sides[begin..end];
-            begin = end;
-            (index, sides)
+        self.couplings.iter().map(move |rows| {
+            let sides = &self.sides[begin..rows.end];
+            begin = rows.end;
+            (rows, sides)
+        })
+    }
+
+    /// Whether the system decides the impulses of all rows: what gives way from any impulses on leaves them, but for a small part
+    ///
+    /// ```text
+    /// δp̂ ← D (J δV − ε δp̂),   K δV = −ε Σ H D δp̂
+    /// ```
+    ///
+    /// The impulses are without a pattern, so that no direction is missed.
+    pub(super) fn is_determined(
+        &self,
+        island: &Island,
+        (columns, system): (&mut Columns<6>, &mut IslandSystem),
+    ) -> bool {
+        /// What is left is of second order in (G14): as much as extrapolation (G7) leaves.
+        const LEFT: f64 = 1e-4;
+        columns.begin(self.turning.len(), island.couplings().len());
+        let mut number = 0_u32;
+        for rows in &self.couplings {
+            columns.motions[rows.index] = SMatrix::from_fn(|_, _| {
+                // Parts of a turn by the golden ratio, which never meet.
+                number = number.wrapping_add(0x9E37_79B9);
+                f64::from(number) / f64::from(u32::MAX) - 0.5
+            });
+        }
+        columns.press_motions(self);
+        island.solve_all(system, (&mut columns.solved, &mut columns.values));
+        self.couplings().all(|(rows, sides)| {
+            let motions = columns.motions[rows.index].data.0.iter().enumerate();
+            motions.into_iter().all(|(column, motion)| {
+                let mut along = *motion;
+                for side in sides {
+                    side.see(&columns.solved[side.body].data.0[column], &mut along);
+                }
+                (0..3).all(|k| rows.stiffness[k] * along[k].abs() <= LEFT)
+            })
         })
     }
 }
@@ -124,12 +192,12 @@ impl<const C: usize> Columns<C> {
         }
     }
 
-    /// Solves for δV.
-    pub(super) fn solve(&mut self, island: &Island, held: &Held, system: &mut IslandSystem) {
-        let Self { rhs, motions, solved, values } = self;
+    /// b + Σ H D m, where the solutions will be.
+    fn press_motions(&mut self, held: &Held) {
+        let Self { rhs, motions, solved, .. } = self;
         solved.clone_from(rhs);
-        for (index, sides) in held.couplings() {
-            for (column, motion) in motions[index].data.0.iter().enumerate() {
+        for (rows, sides) in held.couplings() {
+            for (column, motion) in motions[rows.index].data.0.iter().enumerate() {
                 if *motion != [0.0; 3] {
                     for side in sides {
                         side.press(motion, &mut solved[side.body].data.0[column]);
@@ -137,6 +205,12 @@ impl<const C: usize> Columns<C> {
                 }
             }
         }
+    }
+
+    /// Solves for δV.
+    pub(super) fn solve(&mut self, island: &Island, held: &Held, system: &mut IslandSystem) {
+        self.press_motions(held);
+        let Self { rhs, motions, solved, values } = self;
         island.solve_all(system, (solved, values));
         for ((rhs, x), turning) in rhs.iter_mut().zip(&*solved).zip(&held.turning) {
             for (rhs, x) in rhs.data.0.iter_mut().zip(&x.data.0) {
@@ -147,12 +221,13 @@ impl<const C: usize> Columns<C> {
                 }
             }
         }
-        for (index, sides) in held.couplings() {
-            for (column, motion) in motions[index].data.0.iter().enumerate() {
+        for (rows, sides) in held.couplings() {
+            for (column, motion) in motions[rows.index].data.0.iter().enumerate() {
                 let mut along = *motion;
                 for side in sides {
                     side.see(&solved[side.body].data.0[column], &mut along);
                 }
+                let along: [f64; 3] = (rows.again * Vector3::from(along)).into();
                 for side in sides {
                     side.press(&along, &mut rhs[side.body].data.0[column]);
                 }
@@ -181,14 +256,14 @@ impl Columns<1> {
             let turned = turning.tr_mul(&z.fixed_rows::<3>(3));
             *rhs -= Vector6::new(z[0], z[1], z[2], turned[0], turned[1], turned[2]);
         }
-        for (index, sides) in held.couplings() {
-            let by = pulled(sides, solved);
+        for (rows, sides) in held.couplings() {
+            let by = rows.again.tr_mul(&pulled(sides, solved));
             sides.iter().for_each(|side| rhs[side.body] += side.rows.tr_mul(&by));
-            motions[index] = by;
+            motions[rows.index] = by;
         }
         island.solve_transposed(system, (rhs, values));
-        for (index, sides) in held.couplings() {
-            motions[index] += pulled(sides, rhs);
+        for (rows, sides) in held.couplings() {
+            motions[rows.index] += pulled(sides, rhs);
         }
         solved.iter_mut().zip(&*rhs).for_each(|(z, more)| *z += more);
     }

@@ -56,18 +56,21 @@ struct RowLaw {
     /// s; of what is vertical nothing.
     slope: f64,
     compliance: f64,
+    limit: f64,
     /// Which of the world's axes with a drive it is, and which of those with a motor.
     slots: [Option<usize>; 2],
 }
 
 impl RowLaw {
-    /// What a change of what its graph is made of makes of the motion along it, and of the impulse beside (G10).
+    /// What a change of what its graph is made of makes of the motion along it, and of the impulse beside (G10), which does not
+    /// give way where the limit is taken (G14).
     fn answer(&self, change: &AxisChange) -> (f64, f64) {
-        let Self { axis, start, time_step, scale, at, slope, compliance, .. } = self;
+        let Self { axis, start, time_step, scale, at, slope, compliance, limit, .. } = self;
         match axis.piece_change(start, *time_step, *scale, *at, change) {
             PieceChange::Speed(faster) => (-faster, 0.0),
             PieceChange::Line(value, steeper) => {
-                (0.0, (value - at.0 * steeper) / (1.0 + compliance * slope))
+                let impulse = (value - at.0 * steeper) / (1.0 + compliance * slope);
+                (-limit * impulse, impulse)
             }
         }
     }
@@ -144,6 +147,8 @@ pub(super) struct Solved<'a> {
     pub(super) impulses: &'a [Vector3<f64>],
     pub(super) points: &'a [Vector3<f64>],
     pub(super) compliance: f64,
+    /// The same where its limit is taken, otherwise 0.
+    pub(super) limit: f64,
 }
 
 impl Solved<'_> {
@@ -213,6 +218,7 @@ pub(super) fn linearise(
                     at: if on.is_vertical() { (on.u, true) } else { (u, false) },
                     slope: if on.is_vertical() { 0.0 } else { -on.dp / on.du },
                     compliance: solved.compliance,
+                    limit: solved.limit,
                     slots: slots.of(*number, axis),
                 }
             };

@@ -59,6 +59,12 @@ impl<E: Equations> Iterate<E> {
         self.pulls.iter().map(|pull| pull.margin(equations.graphs()))
     }
 
+    /// At least so many rows are held wherever they are, of the last evaluation.
+    pub(in super::super) fn stiff_rows(&self, equations: &E) -> usize {
+        let rows = |pull: &Pull| pull.stiff_rows(&self.map, equations.graphs());
+        self.pulls.iter().map(rows).sum()
+    }
+
     /// The gain of coupling `index` on a piece in its factors, with ε = `compliance`; of the last evaluation.
     pub(in super::super) fn factored(
         &self,

@@ -1,0 +1,139 @@
+//! Derivatives of steps in which nothing moved, as of bodies at rest: the next step may be the same.
+
+use super::StepDerivative;
+#[cfg(feature = "save")]
+use super::island::LinearIsland;
+#[cfg(feature = "save")]
+use super::{StepGradient, count};
+use crate::contact::Contact;
+#[cfg(feature = "save")]
+use crate::derivative::StateChange;
+#[cfg(feature = "save")]
+use crate::error::Error;
+use crate::mechanics::Wrench;
+use crate::step::{Step, StepSolution};
+use crate::world::World;
+#[cfg(feature = "save")]
+use nalgebra::SVector;
+
+/// Of worlds of so many bodies the derivatives by states of a step at rest are kept: five megabytes at most.
+pub(super) const FEW_BODIES: usize = 64;
+
+/// A step in which nothing moved, so that the next one may be the same.
+#[derive(Debug, Clone)]
+pub(super) struct Rest {
+    world: World,
+    wrenches: Vec<Wrench>,
+    contacts: Vec<Contact>,
+    solution: StepSolution,
+}
+
+impl Rest {
+    /// That of a step, if it is one.
+    pub(super) fn of(
+        step: &Step<'_>,
+        contacts: &[Contact],
+        solution: &StepSolution,
+    ) -> Option<Box<Self>> {
+        (solution.states == step.states).then(|| {
+            Box::new(Self {
+                world: step.world.clone(),
+                wrenches: step.wrenches.to_vec(),
+                contacts: contacts.to_vec(),
+                solution: solution.clone(),
+            })
+        })
+    }
+
+    /// Whether a step is this one.
+    fn is(&self, step: &Step<'_>, contacts: &[Contact], solution: &StepSolution) -> bool {
+        let Self { world, wrenches, contacts: own, solution: found } = self;
+        found.states == step.states
+            && found == solution
+            && wrenches == step.wrenches
+            && own == contacts
+            && world == step.world
+    }
+}
+
+impl StepDerivative {
+    /// Whether it is that of a step in which nothing moved, and of this one.
+    pub(crate) fn is_at_rest_in(
+        &self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        solution: &StepSolution,
+    ) -> bool {
+        self.rest.as_ref().is_some_and(|rest| rest.is(step, contacts, solution))
+    }
+}
+
+#[cfg(feature = "save")]
+impl StepDerivative {
+    /// Whether it is that of a step in which nothing moved.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.rest.is_some()
+    }
+
+    /// The same by states and wrenches, of a step at rest that is asked for often: a product with the whole matrix, and
+    /// nothing is solved. Whether that was done.
+    ///
+    /// # Errors
+    /// A list of another length than the world's.
+    pub(crate) fn pull_at_rest(
+        &mut self,
+        end: &[StateChange],
+        gradient: &mut StepGradient,
+    ) -> Result<bool, Error> {
+        /// The whole matrix takes as long as so many products for each body.
+        const ENOUGH: usize = 4;
+        let bodies = self.ends.len();
+        count("derivatives by the states at the end", end.len(), bodies)?;
+        self.pulls_at_rest += 1;
+        let islands = &self.islands[..self.count];
+        if bodies > FEW_BODIES
+            || self.pulls_at_rest <= ENOUGH * bodies
+            || !islands.iter().all(LinearIsland::moves_by_momentum)
+        {
+            return Ok(false);
+        }
+        if self.at_rest.iter().filter(|known| !known.is_empty()).count() < bodies {
+            let mut found = Vec::new();
+            (0..bodies).try_for_each(|body| self.by_state(body, &mut found))?;
+        }
+        let end = end.iter().map(|end| SVector::from(end.to_array()));
+        let end: Vec<SVector<f64, 12>> = end.collect();
+        let StepGradient { states, wrenches, constants } = gradient;
+        constants.clear();
+        states.clear();
+        states.extend(self.at_rest.iter().map(|columns| {
+            let each = columns.iter().zip(&end);
+            let sum: SVector<f64, 12> = each.map(|(by, end)| by.tr_mul(end)).sum();
+            StateChange::from_array(&sum.data.0[0])
+        }));
+        wrenches.clear();
+        wrenches.resize(bodies, Wrench::zero());
+        self.islands[..self.count].iter().for_each(|linear| linear.push_wrenches(states, wrenches));
+        Ok(true)
+    }
+}
+
+#[cfg(feature = "save")]
+impl LinearIsland {
+    /// Whether the velocities at the start have a part in its step by their momenta alone, as wrenches have: nothing bounces, and no
+    /// drive asks for a rate.
+    fn moves_by_momentum(&self) -> bool {
+        let [point, _] = &self.points;
+        let of_contacts = point.couplings.iter().map(|coupling| &coupling.slopes);
+        let mut all = of_contacts.chain(point.joints.iter().map(|rows| &rows.slopes));
+        all.all(|slopes| slopes.by_velocity.is_none())
+    }
+
+    /// What derivatives by velocities and spins make, then, of those by wrenches.
+    fn push_wrenches(&self, states: &[StateChange], wrenches: &mut [Wrench]) {
+        for (&body, member) in self.bodies.iter().zip(self.island.members()) {
+            let StateChange { velocity, spin, .. } = &states[body];
+            wrenches[body] = member.wrench_pulled(velocity, spin);
+        }
+    }
+}
