@@ -38,7 +38,7 @@ impl Joint {
     }
 
     /// A universal joint, as of a cardan shaft: A turns about the x axis of its frame and the y axis of B's, which cross
-    /// at a right angle. [`Joint::with_drive`] drives its angles, [`JointAxis::Angular`] 0 and 1.
+    /// at a right angle. [`Joint::with_drive`] drives its angles, [`JointAxis::Angular`](super::JointAxis::Angular) 0 and 1.
     #[must_use]
     pub fn universal(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let free = Axis::Free(Drive::NONE);
