@@ -1,6 +1,6 @@
 //! A cube thrown so that it comes to rest on a mark: the velocity of the throw by Gauss–Newton, with the exact derivatives of a
 //! run in which it lands, tumbles and slides. Where a step would lead to worse, because the cube falls on another
-//! face there, half of it is tried.
+//! face there, half of it is tried; where even a small part does, the cube is thrown in another way to begin with.
 //!
 //! ```text
 //! cargo run --release --example throw
@@ -18,6 +18,13 @@ use tumble::world::{Parameters, World};
 const STEPS: u64 = 900;
 /// Where it is to lie, m.
 const MARK: Vector2<f64> = Vector2::new(1.5, 0.4);
+
+/// As near it lies on it, m.
+const NEAR: f64 = 1e-9;
+/// A smaller part of a step is none.
+const SHORTEST: f64 = 0.01;
+/// Throws to begin with, m/s.
+const STARTS: [[f64; 3]; 4] = [[1.5, 0.0, 1.0], [1.5, 0.5, 1.0], [2.0, 0.5, 1.5], [1.0, 0.5, 0.5]];
 
 /// A cube thrown with this velocity, m/s.
 fn simulation(velocity: &Vector3<f64>) -> Result<Simulation<'static>, Error> {
@@ -68,15 +75,15 @@ fn slopes(velocity: &Vector3<f64>) -> Result<(Matrix2x3<f64>, f64), Error> {
     Ok((slopes, margin))
 }
 
-fn main() -> Result<(), Error> {
-    let mut velocity = Vector3::new(1.5, 0.0, 1.0);
+/// From a throw to better ones, until it lies on the mark or none is near. How far it lies from it then, m.
+fn search(mut velocity: Vector3<f64>) -> Result<f64, Error> {
     let mut missed = miss(&velocity)?;
     println!("throw  velocity, m/s             miss, m  margin, m/s");
     for throw in 0..40 {
         let (slopes, margin) = slopes(&velocity)?;
         let [x, y, z] = velocity.into();
         println!("{throw:5}  {x:.4} {y:.4} {z:.4}  {:12.1e}  {margin:11.1e}", missed.norm());
-        if missed.norm() < 1e-9 {
+        if missed.norm() < NEAR {
             break;
         }
         // The shortest change that would do if all were straight.
@@ -90,13 +97,24 @@ fn main() -> Result<(), Error> {
                 break Some((next, found));
             }
             length *= 0.5;
-            if length < 1e-6 {
+            if length < SHORTEST {
                 break None;
             }
         };
         let Some(found) = better else { break };
         (velocity, missed) = found;
     }
-    println!("it lies {:.1e} m from the mark", missed.norm());
+    Ok(missed.norm())
+}
+
+fn main() -> Result<(), Error> {
+    let mut least = f64::INFINITY;
+    for start in STARTS {
+        least = search(start.into())?.min(least);
+        if least < NEAR {
+            break;
+        }
+    }
+    println!("it lies {least:.1e} m from the mark");
     Ok(())
 }
