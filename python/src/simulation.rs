@@ -361,6 +361,9 @@ impl Simulation {
             let drive = own.drive(joint, controls).map_err(refused)?;
             simulation.set_drive(number, joint_axis(axis), drive).map_err(refused)?;
         }
+        for (gear, drive) in own.sum_drives(controls).map_err(refused)? {
+            simulation.set_gear_drive(gear, drive).map_err(refused)?;
+        }
         Ok(())
     }
 

@@ -1,7 +1,7 @@
 //! Which joint of a scene the joints of a link are, and what drives its axes.
 
 use super::frame::{from_z, of_matrix};
-use super::model::{Actuator, Joint, Moves, Robot};
+use super::model::{Actuator, Joint, Moves, Robot, Sum};
 use crate::joint::{Drive, Hinges, JointFrame, Middle, Motor};
 use crate::scenario::joint::JointKind;
 use nalgebra::{Matrix3, Vector3, Vector4};
@@ -172,10 +172,10 @@ pub fn drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, Str
         armature: joint.armature,
         ..Drive::NONE
     };
-    for (number, actuator) in robot.actuators.iter().enumerate() {
-        let control = controls.get(number).copied().unwrap_or(0.0);
+    let at = Place { reference: joint.reference, effort: joint.effort };
+    for (actuator, control) in controlled(robot, controls).filter(|(of, _)| of.sum.is_none()) {
         for (_, share) in actuator.joints.iter().filter(|(of, _)| *of == index) {
-            add_actuator((actuator, share * actuator.gear), control, joint, &mut drive)?;
+            add_actuator((actuator, share * actuator.gear), control, at, &mut drive)?;
         }
     }
     if let (Some([low, high]), None) = (joint.effort, &drive.motor) {
@@ -184,10 +184,40 @@ pub fn drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, Str
     Ok(drive)
 }
 
+/// What acts on a sum of coordinates under the `controls` of all actuators.
+///
+/// # Errors
+/// As [`drive`].
+pub fn sum_drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, String> {
+    let Sum { mut drive, .. } = robot.sums[index];
+    let at = Place { reference: 0.0, effort: None };
+    for (actuator, control) in controlled(robot, controls) {
+        if let Some((_, by)) = actuator.sum.filter(|(of, _)| *of == index) {
+            add_actuator((actuator, by * actuator.gear), control, at, &mut drive)?;
+        }
+    }
+    Ok(drive)
+}
+
+/// The actuators with their controls.
+fn controlled<'a>(
+    robot: &'a Robot,
+    controls: &'a [f64],
+) -> impl Iterator<Item = (&'a Actuator, f64)> {
+    robot.actuators.iter().zip(controls.iter().copied().chain(std::iter::repeat(0.0)))
+}
+
+/// A coordinate that actuators act on: what it is where that of the scene is zero, and what all of them together have.
+#[derive(Clone, Copy)]
+struct Place {
+    reference: f64,
+    effort: Option<[f64; 2]>,
+}
+
 fn add_actuator(
     (actuator, gear): (&Actuator, f64),
     control: f64,
-    joint: &Joint,
+    at: Place,
     drive: &mut Drive,
 ) -> Result<(), String> {
     let wrong = |why: &str| Err(format!("{}: {why}", actuator.at));
@@ -211,7 +241,7 @@ fn add_actuator(
         return Ok(());
     }
     if stiffness == 0.0 {
-        if bounds.is_some() || joint.effort.is_some() {
+        if bounds.is_some() || at.effort.is_some() {
             return wrong("forcerange: a motor that holds a speed with bounds is not supported");
         }
         drive.damping += damping;
@@ -219,11 +249,11 @@ fn add_actuator(
         return Ok(());
     }
     let within = |[low, high]: [f64; 2], [a, b]: [f64; 2]| [low.max(a), high.min(b)];
-    let bounds = match (bounds, joint.effort) {
+    let bounds = match (bounds, at.effort) {
         (Some(own), Some(all)) => Some(within(own, all)),
         (own, all) => own.or(all),
     };
-    let target = constant / stiffness - joint.reference;
+    let target = constant / stiffness - at.reference;
     if bounds.is_some() && drive.motor.is_some() {
         return wrong("joint: it has a motor with bounds already, and one is supported");
     }

@@ -14,6 +14,12 @@ impl Mass {
         inertia: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
+    /// This `part` of it, of the same form.
+    #[must_use]
+    pub fn times(&self, part: f64) -> Self {
+        Self { mass: self.mass * part, centre: self.centre, inertia: self.inertia * part }
+    }
+
     /// The same in the frame that `frame` is seen from.
     #[must_use]
     pub fn placed(&self, frame: &Frame) -> Self {

@@ -8,7 +8,7 @@ use crate::geometry::Piece;
 use crate::geometry::hull::Face;
 use crate::geometry::mesh::{Mesh, facets_of_obj, facets_of_stl};
 use crate::scenario::shown;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
@@ -39,12 +39,20 @@ pub struct Hulled {
     /// How far points of the mesh are outside of the planes of the corners' hull, m: more than 0 where the hull of all of
     /// them has more corners than a piece may have.
     pub outside: f64,
+    /// How thick its hull was made, m, where all of its points lie in one plane; 0 elsewhere.
+    pub thickened: f64,
 }
 
 impl Hulled {
-    /// What is to be said of the hull of a mesh: where it is not that of all of its points.
+    /// What is to be said of the hull of a mesh: where it is not that of its points, all of them and no others.
     pub fn note(&self, name: &str) -> Option<String> {
         let (name, count, outside) = (shown::line(name), self.corners.len(), self.outside);
+        if self.thickened > 0.0 {
+            return Some(format!(
+                "{name}: it is flat, and counts as {:.1e} m thick",
+                self.thickened
+            ));
+        }
         (outside > 0.0).then(|| {
             format!("{name}: a hull of {count} of its corners counts, the others are up to {outside:.1e} m outside")
         })
@@ -110,6 +118,9 @@ pub fn read(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Hulled
 /// The hull of triangles, counter-clockwise seen from outside, m.
 pub fn of_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Hulled, String> {
     let hulled = hull(facets.iter().flatten().map(|corner| (*corner).into()))?;
+    if hulled.thickened > 0.0 {
+        return Ok(hulled);
+    }
     let is_whole =
         hulled.outside == 0.0 && Mesh::from_facets(facets).and_then(|mesh| mesh.hull()).is_ok();
     let volume =
@@ -153,7 +164,8 @@ fn bits(point: &[f64; 3]) -> [u64; 3] {
 pub fn hull(points: impl Iterator<Item = [f64; 3]>) -> Result<Hulled, String> {
     let mut known = HashSet::new();
     let points = points.filter(|point| known.insert(bits(point)));
-    let points: Vec<_> = points.map(Vector3::from).collect();
+    let mut points: Vec<_> = points.map(Vector3::from).collect();
+    let thickened = thicken(&mut points);
     let found = match points.len() > LEAST_REDUCED && has_too_many(&points) {
         true => reduced(&points, MOST_CORNERS),
         false => match Piece::hull(&points, 0.0) {
@@ -166,7 +178,34 @@ pub fn hull(points: impl Iterator<Item = [f64; 3]>) -> Result<Hulled, String> {
     let (piece, outside) = found.map_err(|error| error.to_string())?;
     let corners = piece.core().vertices().iter().map(|&corner| corner.into()).collect();
     let volume = if outside == 0.0 { Volume::Hull } else { Volume::Unknown };
-    Ok(Hulled { corners, volume, outside })
+    let volume = if thickened > 0.0 { Volume::Unknown } else { volume };
+    Ok(Hulled { corners, volume, outside, thickened })
+}
+
+/// Points that are no farther than this part of their extent from one plane have no inside.
+const THIN: f64 = 2e-5;
+/// How thick they are made, in parts of their extent.
+const THICK: f64 = 1e-4;
+
+/// Has points that lie in one plane be those of a plate; how thick it is (m), 0 of others.
+fn thicken(points: &mut Vec<Vector3<f64>>) -> f64 {
+    if points.len() < 3 {
+        return 0.0;
+    }
+    let middle = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
+    let spread: Matrix3<f64> =
+        points.iter().map(|point| (point - middle) * (point - middle).transpose()).sum();
+    let eigen = spread.symmetric_eigen();
+    let normal = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+    let size = points.iter().map(|point| (point - middle).amax()).fold(0.0, f64::max) * 2.0;
+    let is_in_plane =
+        |point: &Vector3<f64>| (point - middle).dot(&normal).abs() <= 0.5 * THIN * size;
+    if !(size > 0.0 && points.iter().all(is_in_plane)) {
+        return 0.0;
+    }
+    let half = normal * (0.5 * THICK * size);
+    *points = points.iter().flat_map(|point| [point - half, point + half]).collect();
+    THICK * size
 }
 
 /// Fewer points than this have no hull that is too large.

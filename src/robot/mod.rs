@@ -16,6 +16,7 @@
 //! An error is one sentence with the line and the element that it is about.
 
 mod assembly;
+mod between;
 mod collada;
 mod frame;
 mod joining;
@@ -164,7 +165,7 @@ pub fn read(text: &str, reading: &Reading<'_>) -> Result<Robot, String> {
         return Err(format!("it is longer than {LARGEST_FILE} bytes"));
     }
     let root = Element::parse(text, None)?;
-    let robot = match &*root.tag {
+    let mut robot = match &*root.tag {
         "mujoco" => mjcf::read(&root, reading)?,
         "robot" => urdf::read(&root, reading)?,
         "sdf" => return Err(root.wrong("SDF is not read; URDF and MJCF are")),
@@ -181,5 +182,6 @@ pub fn read(text: &str, reading: &Reading<'_>) -> Result<Robot, String> {
             ));
         }
     }
+    between::put(&mut robot);
     Ok(robot)
 }

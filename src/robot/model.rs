@@ -55,6 +55,8 @@ pub struct Link {
     pub weightless: f64,
     /// Whether a program is to move it, as `mocap` of MJCF: it stays where it is.
     pub is_mocap: bool,
+    /// Whether it is none of the file's, but stands between two joints of the link below it, with hardly any mass.
+    pub is_between: bool,
     /// Its joints: the first one, and how many.
     pub joints: (usize, usize),
     /// Where it stands in the file, for sentences.
@@ -271,9 +273,11 @@ impl Shape {
 pub struct Actuator {
     /// What it is called.
     pub name: String,
-    /// Indices of joints, hinges or slides, and what the gear is multiplied with for each: one and 1, or those of a tendon, whose
-    /// force depends on no coordinate where they are several.
+    /// Indices of joints, hinges or slides, and what the gear is multiplied with for each: one and 1, or those of a tendon.
     pub joints: Vec<(usize, f64)>,
+    /// Of a tendon of two joints, on which the force depends, the index of its sum, and the tendon's length over that; its
+    /// coordinate x is the length.
+    pub sum: Option<(usize, f64)>,
     /// What the force and the coordinate are multiplied with.
     pub gear: f64,
     /// What the control is multiplied with.
@@ -328,7 +332,7 @@ pub struct Follows {
     pub at: String,
 }
 
-/// What acts on `q₁ − r q₂ − q₀` in place of a tie, in the units of the first coordinate.
+/// What acts on `q₁ − r q₂ − q₀` in place of a tie, in the units of the first coordinate, besides actuators.
 #[derive(Debug, Clone)]
 pub struct Sum {
     /// The two coordinates, r and q₀.

@@ -14,7 +14,7 @@ use crate::scenario::shown;
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashMap};
 
-use masses::{inertial, origin};
+use masses::{density, inertial, origin};
 use tree::{Tree, end};
 
 /// Limits of joints are no farther than this, m or rad.
@@ -30,8 +30,15 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
             "point_contacts is for MJCF; contacts of URDF rub alone as they are; leave it out",
         ));
     }
-    let root = &pruned(root, reading.left_out)?;
     let mut notes = Notes::default();
+    let mut root = pruned(root, reading.left_out)?;
+    let again = root.children.iter_mut().map(keep_first).sum::<usize>();
+    if again > 0 {
+        notes.say(format!(
+            "of what a link or a joint has twice the first counts: {again} were passed over"
+        ));
+    }
+    let root = &root;
     for child in root.children.iter().filter(|child| !["link", "joint"].contains(&&*child.tag)) {
         notes.idle(&child.tag);
     }
@@ -45,6 +52,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
             mass: Mass::NONE,
             weightless: 0.0,
             is_mocap: false,
+            is_between: false,
             joints: (0, 0),
             at: "the world".to_owned(),
         }],
@@ -73,8 +81,25 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     for joint in root.all("joint") {
         reader.read_mimic(joint)?;
     }
+    reader.fill_masses()?;
     reader.robot.notes = reader.notes.sentences();
     Ok(reader.robot)
+}
+
+/// Takes from a link or a joint what it has once already, where it has one alone; how many elements.
+fn keep_first(element: &mut Element) -> usize {
+    const ONCE: [&str; 8] =
+        ["inertial", "origin", "axis", "limit", "dynamics", "mimic", "parent", "child"];
+    let before = element.children.len();
+    let mut known: Vec<String> = Vec::new();
+    element.children.retain(|child| {
+        let is_again = known.contains(&child.tag);
+        if ONCE.contains(&&*child.tag) {
+            known.push(child.tag.clone());
+        }
+        !is_again
+    });
+    before - element.children.len()
 }
 
 /// A joint that is still to be read, with what hangs on it.
@@ -174,7 +199,8 @@ impl<'a> Reader<'a> {
         let mut todo = vec![name];
         // No link twice: each has one parent.
         while let Some(name) = todo.pop() {
-            if inertial(self.tree.links[name])?.mass > 0.0 {
+            let link = self.tree.links[name];
+            if inertial(link)?.mass > 0.0 || density(link)?.is_some() {
                 return Ok(true);
             }
             for joint in self.tree.below.get(name).into_iter().flatten() {
@@ -211,6 +237,7 @@ impl<'a> Reader<'a> {
             mass: inertial(element)?,
             weightless: 0.0,
             is_mocap: false,
+            is_between: false,
             joints: (self.robot.joints.len(), joints.len()),
             at: element.at(),
         });

@@ -2,6 +2,7 @@
 
 use crate::scenario::shown;
 use roxmltree::{Document, Node, ParsingOptions};
+use std::borrow::Cow;
 use std::rc::Rc;
 
 /// More bytes than this are no robot.
@@ -36,6 +37,7 @@ impl Element {
     /// The root element of `text`, of the included file `file`.
     pub fn parse(text: &str, file: Option<&str>) -> Result<Self, String> {
         let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
+        let text = &*without_late_declaration(text);
         let document = Document::parse_with_options(text, options).map_err(|error| {
             let line = error.pos().row;
             let hint = if text.contains("xacro:") { XACRO } else { "it is no XML" };
@@ -128,6 +130,16 @@ impl Element {
         }
         words.into_iter().map(number).collect()
     }
+}
+
+/// `text` with blanks in place of an XML declaration that is not at its beginning, as many readers pass over it.
+fn without_late_declaration(text: &str) -> Cow<'_, str> {
+    let begun = text.trim_start();
+    let end = begun.find("?>").filter(|_| begun.starts_with("<?xml") && begun.len() < text.len());
+    let Some(end) = end else { return Cow::Borrowed(text) };
+    let blank = |c: char| if c == '\n' { c } else { ' ' };
+    let (head, rest) = text.split_at(text.len() - begun.len() + end + "?>".len());
+    Cow::Owned(head.chars().map(blank).chain(rest.chars()).collect())
 }
 
 fn within(file: Option<&str>) -> String {

@@ -251,3 +251,33 @@ fn what_no_sum_can_have_is_refused() {
     let error = simulation.linearise(&record, &mut StepDerivative::new()).unwrap_err().to_string();
     assert!(error.contains("the derivative by a drive of a sum"), "{error}");
 }
+
+/// A drive of a sum that is set in mid-run acts from the next step on, and is saved; a gear that is held has none.
+#[test]
+fn a_drive_of_a_sum_is_set_in_mid_run() {
+    let force = |force: f64| Drive { force, ..Drive::NONE };
+    let world = sliders([Drive::NONE; 2], force(0.5));
+    let mut simulation = started(&world, [0.0; 2]);
+    let mut record = StepRecord::new();
+    step(&mut simulation, &mut record);
+    assert!((record.solution.gears[0] - 0.5).abs() < 1e-12);
+    simulation.set_gear_drive(0, force(-2.0)).unwrap();
+    let saved = simulation.save();
+    step(&mut simulation, &mut record);
+    assert!((record.solution.gears[0] + 2.0).abs() < 1e-12);
+    let mut other = started(&world, [0.0; 2]);
+    other
+        .restore(&tumble::simulation::Saved::from_bytes(&saved.to_bytes().unwrap()).unwrap())
+        .unwrap();
+    let mut again = StepRecord::new();
+    step(&mut other, &mut again);
+    assert_eq!(again.solution, record.solution);
+    let armed = Drive { armature: 1.0, ..Drive::NONE };
+    for (gear, drive, words) in [(1, force(1.0), "gear"), (0, armed, "armature")] {
+        let why = simulation.set_gear_drive(gear, drive).unwrap_err().to_string();
+        assert!(why.contains(words), "{why}");
+    }
+    let held = pair([Drive::NONE; 2], false, |[first, second]| Gear::new(first, second, -2.0, 0.0));
+    let why = started(&held, [0.0; 2]).set_gear_drive(0, force(1.0)).unwrap_err().to_string();
+    assert!(why.contains("held"), "{why}");
+}

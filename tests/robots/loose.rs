@@ -266,3 +266,75 @@ fn the_points_of_collada_are_where_its_nodes_put_them() {
         assert!(why.contains(words) && why.contains("box.dae"), "{to}: {why}");
     }
 }
+
+/// Of what a link has twice the first counts; masses that are not given, or are by a density, follow from the shapes, and so
+/// do inertias that are none. Each is said.
+#[test]
+fn masses_that_are_not_given_follow_from_the_shapes() {
+    let whole = "<box size='0.2 0.3 0.4'/>";
+    let moments = |mass: f64| [0.25, 0.2, 0.13].map(|squares| mass * squares / 12.0);
+    let of = |inertial: &str, name: &str| {
+        let solid = shape(whole, "0.1 0 0");
+        let parts = [
+            link("world", 0.0, ""),
+            format!("<link name='{name}'>{inertial}{solid}</link>"),
+            joint("continuous", ["world", name], "0 0 0", "<axis xyz='0 1 0'/><axis xyz='1 0 0'/>"),
+        ];
+        robot(AIR, &format!("<robot name='r'>{}</robot>", parts.concat()))
+    };
+    let twice = "<inertial><mass value='3'/><inertia ixx='1' iyy='1' izz='1'/></inertial><inertial><mass value='9'/></inertial>";
+    let scene = of(twice, "a");
+    assert_eq!(scene.world.bodies()[0].mass(), 3.0);
+    // An axis and a mass.
+    assert!(said(&scene, "the first counts: 2 were"), "{:?}", scene.notes());
+    for (inertial, mass, words) in [
+        ("", 24.0, "1000 kg/m³: 1"),
+        ("<inertial><density value='50'/></inertial>", 1.2, ""),
+        (
+            "<inertial><mass value='3'/><inertia ixx='0' iyy='0' izz='0'/></inertial>",
+            3.0,
+            "none have that of",
+        ),
+        (
+            "<inertial><origin xyz='0.1 0 0'/><mass value='3'/><inertia ixx='1' iyy='1' izz='0'/></inertial>",
+            3.0,
+            "none have that of",
+        ),
+    ] {
+        let scene = of(inertial, "a");
+        let body = &scene.world.bodies()[0];
+        assert!((body.mass() - mass).abs() < 1e-12, "{inertial}: {}", body.mass());
+        for (found, known) in body.inertia().diagonal().iter().zip(moments(mass)) {
+            assert!((found - known).abs() < 1e-12 * mass, "{inertial}: {found} {known}");
+        }
+        assert!(said(&scene, words), "{inertial}: {:?}", scene.notes());
+    }
+}
+
+/// A declaration after a comment or blanks, as many files have it; lines are counted as they are.
+#[test]
+fn a_late_declaration_is_passed_over() {
+    let urdf =
+        format!("\n\n  <?xml version='1.0'\n ?>\n<robot name='r'>{}</robot>", link("a", 1.0, ""));
+    assert_eq!(robot(AIR, &urdf).bodies.len(), 1);
+    let why = scene(AIR, &[("robot.urdf", &urdf.replace("value='1'", "value='one'"))]).err();
+    assert!(why.as_deref().is_some_and(|why| why.contains("line 5")), "{why:?}");
+}
+
+/// A mesh whose points lie in one plane touches as a plate of a ten-thousandth of its extent, which is said.
+#[test]
+fn a_flat_mesh_is_a_plate() {
+    let flat = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
+    let mesh = shape("<mesh filename='flat.obj'/>", "-0.5 -0.5 0");
+    let urdf = format!("<robot name='r'>{}</robot>", link("a", 1.0, &mesh));
+    let scene = scene(GROUND, &[("robot.urdf", &urdf), ("flat.obj", flat)]).unwrap();
+    assert!(
+        said(&scene, "flat.obj: it is flat, and counts as 1.0e-4 m thick"),
+        "{:?}",
+        scene.notes()
+    );
+    let pieces = scene.world.bodies()[0].pieces();
+    let heights =
+        pieces.iter().flat_map(|piece| piece.core().vertices()).map(|corner| corner.z.abs());
+    assert!(heights.into_iter().all(|height| (height - 5e-5).abs() < 1e-12));
+}

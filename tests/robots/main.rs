@@ -1,5 +1,6 @@
 //! Robots from URDF and MJCF files.
 
+mod between;
 mod broken;
 mod details;
 mod found;

@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 
 /// An axis of a joint of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct GearAxis {
     /// The index of the joint.
     pub joint: usize,
@@ -46,6 +47,7 @@ impl GearAxis {
 ///
 /// as it would on the coordinate of one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Gear {
     pub(super) axes: [GearAxis; 2],
     pub(super) ratio: f64,
@@ -127,12 +129,38 @@ impl Gear {
         }
         in_range("ratio of a gear", self.ratio, -1e6, 1e6, "-1e6 to 1e6")?;
         in_range("offset of a gear", self.offset, -1e6, 1e6, "-1e6 to 1e6")?;
+        self.check_law()?;
+        Ok(self)
+    }
+
+    fn check_law(&self) -> Result<(), Error> {
         self.law.check()?;
         if self.law.has_armature() {
             let why = "give it to the joints, each what turns with it";
             return Err(Error::Unsupported { what: "an armature of a sum of coordinates", why });
         }
-        Ok(self)
+        Ok(())
+    }
+
+    /// Sets the drive of one that has a drive; what is refused leaves the one before.
+    pub(crate) fn set_drive(&mut self, drive: Drive) -> Result<(), Error> {
+        if self.law == Axis::Locked {
+            let why = "a drive acts on a sum in place of what holds it";
+            return Err(Error::Unsupported { what: "a drive of a gear that is held", why });
+        }
+        let set = self.with_drive(drive);
+        set.check_law()?;
+        *self = set;
+        Ok(())
+    }
+
+    /// What of it no simulation changes: without its drive.
+    #[cfg(feature = "save")]
+    pub(crate) fn lasting(&self) -> Self {
+        match self.law {
+            Axis::Locked => *self,
+            Axis::Free(_) => self.with_drive(Drive::NONE),
+        }
     }
 
     /// The same where of the joints those stay that are marked; `None` where one of its own does not.

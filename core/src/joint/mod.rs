@@ -49,6 +49,7 @@ use nalgebra::{Vector3, Vector4};
 
 /// One of the axes of a joint, x, y or z by 0, 1 or 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum JointAxis {
     /// Of the anchor's place.
     Linear(usize),

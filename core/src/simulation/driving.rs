@@ -122,6 +122,19 @@ impl Simulation<'_> {
         self.set_drive(joint, axis, drive)
     }
 
+    /// Sets what acts on the sum of a gear with a [drive](crate::joint::Gear::with_drive) in the steps to come, in place of the
+    /// drive before, as [`Simulation::set_drive`] does of an axis.
+    ///
+    /// # Errors
+    /// A gear that is not there, or whose sum is held; a drive out of range, or with an armature. The drive before it stays.
+    pub fn set_gear_drive(&mut self, gear: usize, drive: Drive) -> Result<(), Error> {
+        let allowed = "an index of a gear";
+        let count = Error::Count { field: "gear", count: gear, allowed };
+        self.world.gears_mut().get_mut(gear).ok_or(count)?.set_drive(drive)?;
+        self.scratch.rest.end();
+        Ok(())
+    }
+
     /// Sets forces along the axes of joint `joint` over time, counted from step 0, besides those of its
     /// drives. A step has their mean, as of a [load](Simulation::set_load).
     ///

@@ -13,7 +13,7 @@ use super::driving::Driving;
 use super::{MOST_STEPS, Outside, Simulation};
 use crate::contact::Memory;
 use crate::error::Error;
-use crate::joint::Joint;
+use crate::joint::{Gear, Joint};
 use crate::mechanics::load::Polyline;
 use crate::mechanics::{Load, State};
 use crate::step::StepSolution;
@@ -26,10 +26,11 @@ use std::fmt::{self, Write as _};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Saved {
     /// The digest of what of the world no simulation changes, and what this one did: which bodies are held, how
-    /// the joints are set, which surfaces move.
+    /// the joints and gears are set, which surfaces move.
     world: u64,
     held: Vec<bool>,
     joints: Vec<Joint>,
+    gears: Vec<Gear>,
     surfaces: Vec<(Partner, Vector3<f64>)>,
     index: u64,
     taken_back: bool,
@@ -48,7 +49,7 @@ pub struct Saved {
 /// What the bytes begin with.
 const MAGIC: [u8; 8] = *b"tumble-l";
 /// The number of the format: another one where the same numbers stand for something else.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 /// Magic word, format and length.
 const HEADER: usize = 8 + 4 + 8;
 /// The checksum.
@@ -154,6 +155,7 @@ impl Saved {
             && pasts.into_iter().flatten().all(is_whole)
             && self.search.fits(world)
             && self.joints.iter().map(Joint::lasting).eq(world.joints().iter().map(Joint::lasting))
+            && self.gears.iter().map(Gear::lasting).eq(world.gears().iter().map(Gear::lasting))
             && self.driving.fits(&self.joints)
             && (self.held.is_empty() || self.held.len() == bodies);
         match is_possible {
@@ -183,6 +185,7 @@ impl Simulation<'_> {
             world: self.digest(),
             held: self.world.held().to_vec(),
             joints: self.world.joints().to_vec(),
+            gears: self.world.gears().to_vec(),
             surfaces: self.world.surfaces().to_vec(),
             index: self.index,
             taken_back: self.taken_back,
@@ -207,7 +210,8 @@ impl Simulation<'_> {
     /// does not know. The simulation then stays where it was.
     pub fn restore(&mut self, saved: &Saved) -> Result<(), Error> {
         saved.check(&self.world, self.digest())?;
-        let world = self.world.with_changes(&saved.held, &saved.joints, &saved.surfaces)?;
+        let ties = (&*saved.joints, &*saved.gears);
+        let world = self.world.with_changes(&saved.held, ties, &saved.surfaces)?;
         self.motion.recall(&world, &saved.solver)?;
         self.world = world;
         self.scratch.rest.end();

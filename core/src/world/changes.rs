@@ -3,7 +3,7 @@
 use super::laws::Pairs;
 use super::{Partner, World};
 use crate::error::{Error, all_in_range};
-use crate::joint::{Joint, Knots};
+use crate::joint::{Gear, Joint, Knots};
 use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
 
@@ -46,16 +46,17 @@ impl World {
     #[cfg(feature = "save")]
     pub(crate) fn lasting(&self) -> Self {
         let joints = self.joints.iter().map(Joint::lasting).collect();
-        Self { held: Vec::new(), surfaces: Vec::new(), joints, ..self.clone() }
+        let gears = self.gears.iter().map(Gear::lasting).collect();
+        Self { held: Vec::new(), surfaces: Vec::new(), joints, gears, ..self.clone() }
     }
 
-    /// This world with what a simulation had changed of it: which bodies are held, the joints as they
+    /// This world with what a simulation had changed of it: which bodies are held, the joints and gears as they
     /// were set, and the surfaces that moved.
     #[cfg(feature = "save")]
     pub(crate) fn with_changes(
         &self,
         held: &[bool],
-        joints: &[Joint],
+        (joints, gears): (&[Joint], &[Gear]),
         surfaces: &[(Partner, Vector3<f64>)],
     ) -> Result<Self, Error> {
         let mut world = self.clone().holding(held)?;
@@ -66,7 +67,7 @@ impl World {
         for (known, joint) in world.joints.iter_mut().zip(joints) {
             *known = joint.clone().checked(world.parameters.bodies.len())?;
         }
-        Ok(world)
+        world.with_gears(gears.to_vec())
     }
 
     /// The velocities of surfaces, each of an owner.
@@ -178,6 +179,11 @@ impl World {
     /// The joints, for a simulation to set what drives them.
     pub(crate) fn joints_mut(&mut self) -> &mut [Joint] {
         &mut self.joints
+    }
+
+    /// The gears, for a simulation to set what drives them.
+    pub(crate) fn gears_mut(&mut self) -> &mut [Gear] {
+        &mut self.gears
     }
 
     /// Has the frames in the world of these joints, which hold a body there in all their axes, be where their

@@ -179,7 +179,9 @@ impl Assembled {
             return Ok((Shape::Pieces(touching), note, true));
         }
         let own = |shape: &&RobotShape| self.links[shape.link].0 == Some(place);
-        let seen = all(&mut self.robot.shapes.iter().filter(own))?;
+        let mut seen = all(&mut self.robot.shapes.iter().filter(own))?;
+        // For the eye.
+        fit(&mut seen).map_err(wrong)?;
         let pieces = if seen.is_empty() { vec![equivalent(mass)] } else { seen };
         Ok((Shape::Pieces(pieces), None, false))
     }

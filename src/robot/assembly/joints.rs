@@ -2,7 +2,7 @@
 
 use super::{Assembled, Carried, Placing, place_of};
 use crate::robot::frame::Frame;
-use crate::robot::joining::{Joined, drive, joined};
+use crate::robot::joining::{Joined, drive, joined, sum_drive};
 use crate::robot::model::{Follows, Tie};
 use crate::scenario::gear::GearModel;
 use crate::scenario::joint::{JointKind, JointModel};
@@ -98,16 +98,20 @@ impl Assembled {
     }
 
     /// Joints that go with others, and what acts on sums of them; coordinates of the scene are those of the file from the reference.
-    pub(super) fn add_gears(&self, model: &mut Model) -> Result<(), String> {
+    pub(super) fn add_gears(&mut self, model: &mut Model) -> Result<(), String> {
+        let first = model.gears.len() + self.robot.follows.len();
+        self.sums = first..first + self.robot.sums.len();
         let ties = self.robot.follows.iter().map(|follows| (follows, None));
-        let sums = self.robot.sums.iter().map(|sum| (&sum.of, Some(sum.drive)));
-        for (of, drive) in ties.chain(sums) {
+        let sums = self.robot.sums.iter().enumerate().map(|(index, sum)| (&sum.of, Some(index)));
+        for (of, sum) in ties.chain(sums) {
             let Follows { joints, ratio, offset, at } = of;
             let [first, second] = joints.map(|joint| self.axes[joint]);
             let (Some(first), Some(second)) = (first, second) else {
                 return Err(format!("{at}: one of its joints moves nothing"));
             };
             let [own, other] = joints.map(|joint| self.robot.joints[joint].reference);
+            let drive =
+                sum.map(|index| sum_drive(&self.robot, index, &self.controls)).transpose()?;
             model.gears.push(GearModel {
                 joints: [first.0, second.0],
                 axes: [first.1, second.1],

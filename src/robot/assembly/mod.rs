@@ -7,7 +7,7 @@ mod states;
 mod touching;
 
 use super::frame::Frame;
-use super::joining::drive;
+use super::joining::{drive, sum_drive};
 use super::model::{Follows, Key, Moves, Robot, Shape as RobotShape};
 use crate::joint::Drive;
 use crate::mechanics::State;
@@ -71,6 +71,8 @@ pub struct Assembled {
     carriers: Vec<usize>,
     /// Of each joint the joint of the scene and which of the six axes it is.
     axes: Vec<Option<(usize, usize)>>,
+    /// The gears of the scene that its sums are.
+    sums: Range<usize>,
     /// The fixed pieces of the scene that are its file's.
     fixed: Range<usize>,
     /// The joints of the scene that are its ties.
@@ -116,6 +118,7 @@ impl Assembled {
             links,
             carriers: robot.carriers(),
             axes: vec![None; robot.joints.len()],
+            sums: 0..0,
             fixed: model.fixed.len()..model.fixed.len(),
             ties: 0..0,
             is_alone: placing.has_ground,
@@ -330,6 +333,15 @@ impl Assembled {
     /// None of a robot that was put into a scene; as [`Assembled::new`].
     pub fn drive(&self, joint: usize, controls: &[f64]) -> Result<Drive, String> {
         drive(&self.robot, joint, controls)
+    }
+
+    /// The gears of the scene that act on sums of coordinates, each with its drive under these controls.
+    ///
+    /// # Errors
+    /// As [`Assembled::drive`].
+    pub fn sum_drives(&self, controls: &[f64]) -> Result<Vec<(usize, Drive)>, String> {
+        let sums = self.sums.clone().enumerate();
+        sums.map(|(sum, gear)| Ok((gear, sum_drive(&self.robot, sum, controls)?))).collect()
     }
 }
 

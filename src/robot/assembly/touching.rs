@@ -136,7 +136,14 @@ impl Assembled {
     /// Whether two links are of one body or tied by a joint, so that they do not touch: what hangs on the world does.
     fn are_neighbours(&self, a: usize, b: usize) -> bool {
         let (a, b) = (self.carriers[a], self.carriers[b]);
-        let parent = |link: usize| self.carriers[self.robot.links[link].parent];
+        let links = &self.robot.links;
+        let parent = |link: usize| {
+            let mut above = self.carriers[links[link].parent];
+            while links[above].is_between {
+                above = self.carriers[links[above].parent];
+            }
+            above
+        };
         // MJCF lets what hangs on the world touch it, URDF does not.
         let hangs = (a != 0 && b != 0) || !self.robot.options.has_world;
         a == b

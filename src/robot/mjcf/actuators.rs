@@ -34,7 +34,7 @@ impl Reader<'_> {
     pub(super) fn read_actuators(
         &mut self,
         section: &Element,
-        tendons: &[Tendon],
+        tendons: &mut [Tendon],
     ) -> Result<(), String> {
         for element in &section.children {
             let read = self.defaulted(element, "")?;
@@ -62,18 +62,22 @@ impl Reader<'_> {
                 _ => &[],
             };
             read.refuse_others(&[&READ[..], own].concat(), &["lengthrange", "nsample", "interp"])?;
-            let joints = match read.get("tendon") {
-                Some(name) => tendons::find(tendons, element, "tendon", name)?.to_vec(),
-                None => vec![(self.driven(&read)?, 1.0)],
+            let (tendon, joints) = match read.get("tendon") {
+                Some(name) => {
+                    let (place, joints) = tendons::find(tendons, element, "tendon", name)?;
+                    (Some(place), joints.to_vec())
+                }
+                None => (None, vec![(self.driven(&read)?, 1.0)]),
             };
             if joints.is_empty() {
                 return Err(
                     element.wrong("tendon: it is of no joint, and the actuator drives nothing")
                 );
             }
-            if joints.len() > 1 && (bias[1], bias[2]) != (0.0, 0.0) {
+            let depends = tendon.filter(|_| joints.len() > 1 && (bias[1], bias[2]) != (0.0, 0.0));
+            if depends.is_some() && joints.len() > 2 {
                 return Err(element.wrong(
-                    "tendon: actuators of several joints whose force depends on where they are, or how fast, are not supported",
+                    "tendon: actuators of more than two joints whose force depends on where they are, or how fast, are not supported",
                 ));
             }
             let gear = read.numbers("gear")?.and_then(|all| all.first().copied()).unwrap_or(1.0);
@@ -103,10 +107,12 @@ impl Reader<'_> {
             if !self.flags.actuators {
                 continue;
             }
+            let sum = depends.and_then(|place| self.sum_of(&mut tendons[place]));
             let index = self.robot.actuators.len();
             self.robot.actuators.push(Actuator {
                 name: element.own("name").map_or(format!("actuator-{index}"), str::to_owned),
                 joints,
+                sum,
                 gear,
                 gain,
                 bias,

@@ -32,6 +32,7 @@ impl Reader<'_> {
             mass: Mass::NONE,
             weightless: 0.0,
             is_mocap: false,
+            is_between: false,
             joints: (0, 0),
             at: "the world".to_owned(),
         });
@@ -89,6 +90,7 @@ impl Reader<'_> {
             mass: Mass::NONE,
             weightless: body.bounded("gravcomp", 0.0, [-1e3, 1e3])?,
             is_mocap,
+            is_between: false,
             joints: (self.robot.joints.len(), 0),
             at: body.at(),
         });

@@ -126,12 +126,12 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     for contact in sections("contact") {
         reader.read_contact(contact)?;
     }
-    let tendons = reader.read_tendons(&root)?;
+    let mut tendons = reader.read_tendons(&root)?;
     for equality in sections("equality") {
         reader.read_equality(equality, &tendons)?;
     }
     for actuator in sections("actuator") {
-        reader.read_actuators(actuator, &tendons)?;
+        reader.read_actuators(actuator, &mut tendons)?;
     }
     for keys in sections("keyframe") {
         reader.read_keys(keys)?;

@@ -12,20 +12,23 @@ use crate::scenario::shown;
 pub struct Tendon {
     name: Option<String>,
     joints: Option<Vec<(usize, f64)>>,
+    /// The index of the sum that acts as it does.
+    sum: Option<usize>,
+    at: String,
 }
 
-/// The joints of a fixed tendon.
+/// A fixed tendon: its place, and its joints.
 pub fn find<'t>(
     tendons: &'t [Tendon],
     element: &Element,
     field: &str,
     name: &str,
-) -> Result<&'t [(usize, f64)], String> {
-    let found = tendons.iter().find(|tendon| tendon.name.as_deref() == Some(name));
+) -> Result<(usize, &'t [(usize, f64)]), String> {
+    let found = tendons.iter().position(|tendon| tendon.name.as_deref() == Some(name));
     let name = shown::line(name);
-    match found.map(|tendon| tendon.joints.as_deref()) {
-        Some(Some(joints)) => Ok(joints),
-        Some(None) => Err(element.wrong(format!(
+    match found.map(|place| (place, tendons[place].joints.as_deref())) {
+        Some((place, Some(joints))) => Ok((place, joints)),
+        Some((_, None)) => Err(element.wrong(format!(
             "{field}: {name:?} goes through points of bodies, and does nothing here; tendons of joints alone can be used"
         ))),
         None => Err(element.wrong(format!("{field}: there is no tendon {name:?}"))),
@@ -95,18 +98,14 @@ impl Reader<'_> {
                 };
                 Err(element.wrong(format!("{field}: {what}")))
             };
+            let mut sum = None;
             match (joints.as_deref(), range) {
-                (Some(&[(first, by), (second, other)]), range) => {
+                (Some(&[first, second]), range) => {
                     if range.is_some() || pull.first().is_some() {
-                        let of = Follows {
-                            joints: [first, second],
-                            ratio: -other / by,
-                            offset: 0.0,
-                            at: element.at(),
-                        };
+                        let by = first.1;
                         let limits = range.map(|range| sorted(range.map(|end| end / by)));
                         let drive = Drive { limits, ..pull.along(by) };
-                        self.robot.sums.push(Sum { of, drive });
+                        sum = Some(self.add_sum([first, second], drive, element.at()));
                     }
                 }
                 (Some(&[(joint, factor)]), Some(range)) if pull.first().is_none() => {
@@ -121,9 +120,28 @@ impl Reader<'_> {
                     self.notes.idle("tendon that does not pull");
                 }
             }
-            tendons.push(Tendon { name: element.own("name").map(str::to_owned), joints });
+            let (name, at) = (element.own("name").map(str::to_owned), element.at());
+            tendons.push(Tendon { name, joints, sum, at });
         }
         Ok(tendons)
+    }
+
+    /// Adds what acts on the sum of two coordinates over the first coefficient; its index.
+    fn add_sum(&mut self, joints: [(usize, f64); 2], drive: Drive, at: String) -> usize {
+        let [(first, by), (second, other)] = joints;
+        let of = Follows { joints: [first, second], ratio: -other / by, offset: 0.0, at };
+        self.robot.sums.push(Sum { of, drive });
+        self.robot.sums.len() - 1
+    }
+
+    /// The sum that a tendon of two joints acts on, and its length over that; made where there is none. `None` of other tendons.
+    pub(super) fn sum_of(&mut self, tendon: &mut Tendon) -> Option<(usize, f64)> {
+        let [first, second] = tendon.joints.as_deref()?[..] else { return None };
+        let joints = [first, second];
+        let new = || self.add_sum(joints, Drive::NONE, tendon.at.clone());
+        let index = tendon.sum.unwrap_or_else(new);
+        tendon.sum = Some(index);
+        Some((index, first.1))
     }
 
     /// What a tendon of these joints does by itself.
@@ -202,10 +220,10 @@ impl Reader<'_> {
         tendons: &[Tendon],
     ) -> Result<(), String> {
         let [constant, ratio] = coefficients(element, element.get("tendon2").is_some())?;
-        let own = find(tendons, element, "tendon1", element.needed("tendon1")?)?;
+        let (_, own) = find(tendons, element, "tendon1", element.needed("tendon1")?)?;
         let other = element.get("tendon2").map(|name| find(tendons, element, "tendon2", name));
         let mut sum = own.to_vec();
-        for (joint, factor) in other.transpose()?.unwrap_or_default() {
+        for (joint, factor) in other.transpose()?.map(|(_, joints)| joints).unwrap_or_default() {
             match sum.iter_mut().find(|(known, _)| known == joint) {
                 Some((_, sum)) => *sum -= ratio * factor,
                 None => sum.push((*joint, -ratio * factor)),

@@ -1,6 +1,9 @@
 //! Places and masses in a URDF file.
 
+use super::Reader;
+use crate::robot::between::carried;
 use crate::robot::frame::{Frame, about, left_times};
+use crate::robot::mass::solid;
 use crate::robot::model::Mass;
 use crate::robot::xml::{Attributes, Element};
 use nalgebra::{Matrix3, Vector3, Vector4};
@@ -8,6 +11,9 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 /// `<inertial>`; nothing where there is none.
 pub(super) fn inertial(link: &Element) -> Result<Mass, String> {
     let Some(inertial) = link.one("inertial")? else { return Ok(Mass::NONE) };
+    if density(link)?.is_some() {
+        return Ok(Mass::NONE);
+    }
     let mass = inertial.one("mass")?.ok_or_else(|| inertial.wrong("<mass> is needed"))?;
     mass.needed("value")?;
     let mass = mass.bounded("value", 0.0, [0.0, 1e9])?;
@@ -21,6 +27,73 @@ pub(super) fn inertial(link: &Element) -> Result<Mass, String> {
         }
     };
     Ok(Mass { mass, centre: Vector3::zeros(), inertia }.placed(&origin(inertial)?))
+}
+
+/// `<density>` (kg/m³) of an `<inertial>` without a mass: the mass is that of the shapes that touch.
+pub(super) fn density(link: &Element) -> Result<Option<f64>, String> {
+    let Some(inertial) = link.one("inertial")? else { return Ok(None) };
+    let given = inertial.one("density")?.filter(|_| inertial.all("mass").next().is_none());
+    given
+        .map(|density| {
+            density.needed("value")?;
+            density.bounded("value", 0.0, [1e-6, 1e9])
+        })
+        .transpose()
+}
+
+/// Of what is said of no mass at all, kg/m³.
+const USUAL_DENSITY: f64 = 1000.0;
+
+impl Reader<'_> {
+    /// Gives what has to have a mass one that follows from the shapes that touch: links with a density; those that move, with
+    /// all that is fixed to them, without any mass; and those of which the inertia is none.
+    pub(super) fn fill_masses(&mut self) -> Result<(), String> {
+        let carriers = self.robot.carriers();
+        for link in 1..self.robot.links.len() {
+            let element = self.tree.links[&*self.robot.links[link].name];
+            if let Some(density) = density(element)? {
+                let shapes = self.solid(link)?;
+                self.robot.links[link].mass = shapes.times(density);
+            }
+        }
+        let (mut dense, mut spread) = (0, 0);
+        for (index, mass) in carried(&self.robot).into_iter().enumerate().skip(1) {
+            let has_inertia = mass.inertia.symmetric_eigenvalues().min() > 0.0;
+            if has_inertia || self.robot.links[index].joints.1 == 0 {
+                continue;
+            }
+            for link in (index..carriers.len()).filter(|link| carriers[*link] == index) {
+                let shapes = self.solid(link)?;
+                let own = &mut self.robot.links[link].mass;
+                if mass.mass == 0.0 && shapes.mass > 0.0 {
+                    *own = shapes.times(USUAL_DENSITY);
+                    dense += 1;
+                } else if own.mass > 0.0 && shapes.mass > 0.0 {
+                    own.inertia = shapes.inertia * (own.mass / shapes.mass);
+                    spread += 1;
+                }
+            }
+        }
+        if dense > 0 {
+            self.notes.say(format!("links that move without a mass have that of their shapes at {USUAL_DENSITY} kg/m³: {dense}"));
+        }
+        if spread > 0 {
+            self.notes.say(format!(
+                "links whose inertia is none have that of their mass within their shapes: {spread}"
+            ));
+        }
+        Ok(())
+    }
+
+    /// What the shapes of a link that touch weigh at 1 kg/m³.
+    fn solid(&self, link: usize) -> Result<Mass, String> {
+        let own = self.robot.shapes.iter().filter(|shape| shape.link == link);
+        let parts = own.map(|shape| {
+            let solid = solid(&shape.form).map_err(|why| format!("{}: {why}", shape.at))?;
+            Ok(solid.placed(&shape.frame))
+        });
+        Ok(Mass::sum(&parts.collect::<Result<Vec<_>, String>>()?))
+    }
 }
 
 /// `<origin>`: a place, and turns about x, y and z that stay, one after the other.
