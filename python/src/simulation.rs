@@ -338,13 +338,27 @@ impl Simulation {
         damping: f64,
         most: f64,
     ) -> PyResult<()> {
-        let motor = match (speed, position) {
-            (Some(target), _) => Some(Motor::Speed { target, most }),
-            (None, Some(target)) => Some(Motor::Position { target, stiffness, damping, most }),
-            (None, None) => None,
-        };
+        let motor = motor((speed, position), (stiffness, damping), most);
         let simulation = &mut self.moved().simulation;
         simulation.set_motor(joint, joint_axis(axis), motor).map_err(refused)
+    }
+
+    /// The same of the sum of a gear with a drive.
+    #[pyo3(signature = (gear, speed, position, stiffness, damping, most))]
+    fn put_gear_motor(
+        &mut self,
+        gear: usize,
+        speed: Option<f64>,
+        position: Option<f64>,
+        stiffness: f64,
+        damping: f64,
+        most: f64,
+    ) -> PyResult<()> {
+        let motor = motor((speed, position), (stiffness, damping), most);
+        let simulation = &mut self.moved().simulation;
+        let drive = simulation.world().gears().get(gear).and_then(Gear::drive);
+        let drive = Drive { motor, ..drive.copied().unwrap_or_default() };
+        simulation.set_gear_drive(gear, drive).map_err(refused)
     }
 
     /// Has a robot's actuators drive its joints under these controls (A,), as its file says.
@@ -502,5 +516,18 @@ impl Drop for Simulation {
         if self.has_lost_threads() {
             self.move_by(Motion::Floating);
         }
+    }
+}
+
+/// The motor that holds a speed or pulls to a position; none where neither is given.
+fn motor(
+    (speed, position): (Option<f64>, Option<f64>),
+    (stiffness, damping): (f64, f64),
+    most: f64,
+) -> Option<Motor> {
+    match (speed, position) {
+        (Some(target), _) => Some(Motor::Speed { target, most }),
+        (None, Some(target)) => Some(Motor::Position { target, stiffness, damping, most }),
+        (None, None) => None,
     }
 }

@@ -150,6 +150,37 @@ def test_controls_drive_actuators():
         robot.controls = [1.0]
 
 
+GRIPPER = """<mujoco><option timestep="0.001" gravity="0 0 0"/><worldbody>
+<body><joint name="l" type="slide" axis="0 1 0"/><geom size="0.02" mass="0.1"/></body>
+<body pos="1 0 0"><joint name="r" type="slide" axis="0 1 0"/><geom size="0.02" mass="0.3"/></body></worldbody>
+<tendon><fixed name="split"><joint joint="l" coef="0.5"/><joint joint="r" coef="0.5"/></fixed></tendon>
+<actuator><position name="grip" tendon="split" kp="100" kv="20" forcerange="-2 2"/></actuator></mujoco>"""
+
+
+def test_controls_close_a_gripper(tmp_path):
+    (tmp_path / "gripper.xml").write_text(GRIPPER)
+    simulation = tumble.load(tmp_path / "gripper.xml").simulate()
+    simulation.robot.controls = [0.04]
+    assert simulation.step().ok
+    # The same force on each.
+    light, heavy = simulation.robot.q
+    assert light > 0.0 and light == pytest.approx(3.0 * heavy, rel=1e-9)
+    assert simulation.run(3000).residuals.max() <= 1e-9
+    assert simulation.robot.q.mean() == pytest.approx(0.04, abs=1e-6)
+    again = pickle.loads(pickle.dumps(simulation))
+    simulation.set_gear_motor(0, position=-0.01, stiffness=100.0, damping=20.0, most=5.0)
+    again.set_gear_motor(0)
+    last = simulation.robot.q.copy()
+    assert simulation.run(3000).residuals.max() <= 1e-9 and again.run(3000).residuals.max() <= 1e-9
+    # q_l - r q_r of the gear has the ratio -1.
+    assert simulation.robot.q.sum() == pytest.approx(-0.01, abs=1e-6)
+    np.testing.assert_allclose(again.robot.q, last, atol=1e-6)
+    with pytest.raises(tumble.TumbleError, match="gear"):
+        simulation.set_gear_motor(3)
+    with pytest.raises(tumble.TumbleError, match="most"):
+        simulation.set_gear_motor(0, speed=1.0)
+
+
 def test_several_and_copies():
     table = {"file": "quadruped.urdf", "position": [0, 0, 0.6]}
     scene = tumble.Scene(

@@ -243,12 +243,25 @@ class Simulation(CoreSimulation):
         pulls to ``position`` (m or rad) with ``stiffness`` and ``damping``, with up to the force or torque
         ``most``; without either, none. ``axis`` is "slide", "turn", "x", "y", "turn_x", "turn_y" or "turn_z", of a
         joint that has several."""
-        if speed is not None and position is not None:
-            raise TumbleError("speed: either speed or position can be given")
-        if (speed is not None or position is not None) and most is None:
-            raise TumbleError("most: the force or torque of the motor, N or N m, is needed")
         number, place = self._axis(joint, axis)
-        self.put_motor(number, place, speed, position, stiffness, damping, most or 0.0)
+        most = _most(speed, position, most)
+        self.put_motor(number, place, speed, position, stiffness, damping, most)
+
+    def set_gear_motor(
+        self,
+        gear: int,
+        *,
+        speed: Optional[float] = None,
+        position: Optional[float] = None,
+        stiffness: float = 0.0,
+        damping: float = 0.0,
+        most: Optional[float] = None,
+    ) -> None:
+        """Gives the sum of coordinates of a gear that has a drive, by its place in ``scene.gears``, another motor in the
+        steps to come, as ``set_motor`` does of a joint, in the units of the gear's first coordinate."""
+        gear = whole("gear", gear, 0)
+        most = _most(speed, position, most)
+        self.put_gear_motor(gear, speed, position, stiffness, damping, most)
 
     def set_force(self, joint: str, force: float, *, axis: Optional[str] = None) -> None:
         """Sets the constant force (N) or torque (N m) of a joint along or about its axis in the steps to
@@ -311,3 +324,12 @@ def _states(scene: Scene, states: Any) -> Any:
 def _shapes(shape: Any, bodies: int) -> Any:
     """The shape, and the same without the axis of the bodies where there is one body."""
     return [shape, shape[:-2] + shape[-1:]] if bodies == 1 else [shape]
+
+
+def _most(speed: Optional[float], position: Optional[float], most: Optional[float]) -> float:
+    """What a motor has, of one that is given whole."""
+    if speed is not None and position is not None:
+        raise TumbleError("speed: either speed or position can be given")
+    if (speed is not None or position is not None) and most is None:
+        raise TumbleError("most: the force or torque of the motor, N or N m, is needed")
+    return most or 0.0

@@ -160,6 +160,15 @@ class CoreSimulation:
         damping: float,
         most: float,
     ) -> None: ...
+    def put_gear_motor(
+        self,
+        gear: int,
+        speed: Optional[float],
+        position: Optional[float],
+        stiffness: float,
+        damping: float,
+        most: float,
+    ) -> None: ...
     def put_controls(self, robot: CoreRobot, controls: Floats) -> None: ...
     def put_force(self, joint: int, axis: int, force: float) -> None: ...
     @property
