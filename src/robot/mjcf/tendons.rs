@@ -17,13 +17,16 @@ pub struct Tendon {
     at: String,
 }
 
+/// A sum of coordinates: indices of joints, and their coefficients.
+type Summands = [(usize, f64)];
+
 /// A fixed tendon: its place, and its joints.
 pub fn find<'t>(
     tendons: &'t [Tendon],
     element: &Element,
     field: &str,
     name: &str,
-) -> Result<(usize, &'t [(usize, f64)]), String> {
+) -> Result<(usize, &'t Summands), String> {
     let found = tendons.iter().position(|tendon| tendon.name.as_deref() == Some(name));
     let name = shown::line(name);
     match found.map(|place| (place, tendons[place].joints.as_deref())) {
@@ -145,7 +148,7 @@ impl Reader<'_> {
     }
 
     /// What a tendon of these joints does by itself.
-    fn pull(&self, read: &Defaulted<'_>, joints: &[(usize, f64)]) -> Result<Pull, String> {
+    fn pull(&self, read: &Defaulted<'_>, joints: &Summands) -> Result<Pull, String> {
         let number = |field: &str, acts: bool| {
             let value = read.number(field)?.unwrap_or(0.0);
             match (0.0..=1e12).contains(&value) {
