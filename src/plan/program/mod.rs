@@ -13,6 +13,7 @@ mod goal;
 mod joint;
 mod law;
 mod motion;
+mod shift;
 mod solve;
 mod staged;
 mod summed;

@@ -2,6 +2,7 @@
 
 use super::candidates::{candidates, missing};
 use super::law::Rows;
+use super::shift::Shift;
 use super::staged::PlanNlp;
 use crate::contact::{Contact, ContactKey};
 use crate::error::Error;
@@ -213,7 +214,8 @@ pub(crate) fn solve(
         },
     };
     let stopped = Cell::new(false);
-    let mut watched = Watched { program, told, watch, stopped: &stopped };
+    let shift = Shift::new(program.hessian_pattern(), program.variables());
+    let mut watched = Watched { program, shift, told, watch, stopped: &stopped };
     let mut solver = Solver::new(&watched, options).map_err(failed)?;
     let outcome = solver.solve(&mut watched, &bounds, &start).map_err(failed)?;
     let (status, iterations) = (outcome.status, outcome.iterations);
@@ -235,6 +237,7 @@ fn failed(error: IpoptError) -> PlanError {
 /// A program as Ipopt's wrapper takes it, with who watches.
 struct Watched<'a, 'p, 'w> {
     program: &'a PlanNlp<'p>,
+    shift: Shift,
     told: Told<'a>,
     watch: &'a mut Watch<'w>,
     stopped: &'a Cell<bool>,
@@ -242,6 +245,7 @@ struct Watched<'a, 'p, 'w> {
 
 impl NonlinearProgram for Watched<'_, '_, '_> {
     fn keep_going(&mut self, iteration: &Iteration) -> bool {
+        self.shift.follow((!iteration.in_restoration).then_some(iteration.regularization));
         let progress = Progress {
             leg: self.told.leg,
             iteration: self.told.done + u64::from(iteration.iteration),
@@ -266,7 +270,7 @@ impl NonlinearProgram for Watched<'_, '_, '_> {
     }
 
     fn hessian_pattern(&self) -> &SparsityPattern {
-        self.program.hessian_pattern()
+        self.shift.pattern()
     }
 
     fn objective(&mut self, x: &[f64]) -> f64 {
@@ -286,6 +290,7 @@ impl NonlinearProgram for Watched<'_, '_, '_> {
     }
 
     fn hessian(&mut self, x: &[f64], factor: f64, multipliers: &[f64], values: &mut [f64]) {
-        self.program.hessian(x, factor, multipliers, values);
+        let program = self.program;
+        self.shift.fill(values, |own| program.hessian(x, factor, multipliers, own));
     }
 }
