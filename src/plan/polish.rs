@@ -11,7 +11,7 @@
 //! nothing, and the plan is the replay to rounding.
 
 use super::program::{
-    NESTED_DISSECTION, PlanNlp, Solved, Told, UNSCALED, or_refused, solve, usual_cost,
+    MINIMUM_FILL, PlanNlp, Solved, Told, UNSCALED, or_refused, solve, usual_cost,
 };
 use super::{EXACTLY, Leg, LegEnd, PlanError, Problem, Replay, Watch};
 use crate::ipopt::{BarrierStrategy, Options, ReturnStatus};
@@ -145,7 +145,7 @@ impl Polish {
                     (Forces::Selected, _) => 1e-8,
                 },
                 bound_push: 1e-8,
-                mumps_pivot_order: NESTED_DISSECTION,
+                mumps_pivot_order: MINIMUM_FILL,
                 mumps_scaling: UNSCALED,
                 ..Options::default()
             };

@@ -21,4 +21,4 @@ mod summed;
 pub use solve::{ProgramLeg, Smoothing};
 pub use staged::PlanNlp;
 
-pub(super) use solve::{NESTED_DISSECTION, Solved, Told, UNSCALED, or_refused, solve, usual_cost};
+pub(super) use solve::{MINIMUM_FILL, Solved, Told, UNSCALED, or_refused, solve, usual_cost};

@@ -127,7 +127,7 @@ impl ProgramLeg {
                 max_iterations: self.most_iterations,
                 barrier: BarrierStrategy::Adaptive,
                 initial_barrier: if stage == 0 && smoothing.delta > NEAR { 0.1 } else { 1e-4 },
-                mumps_pivot_order: NESTED_DISSECTION,
+                mumps_pivot_order: MINIMUM_FILL,
                 mumps_scaling: UNSCALED,
                 ..Options::default()
             };
@@ -166,8 +166,9 @@ pub(crate) fn or_refused(
     }
 }
 
-/// MUMPS's ordering for programs of many stages: METIS. The one for small problems fills them.
-pub(crate) const NESTED_DISSECTION: u32 = 5;
+/// MUMPS's ordering for programs of many stages: approximate minimum fill. With that of minimum degree, for small problems, more pivots are
+/// put off; METIS is not in Debian's MUMPS, which takes this one in its place.
+pub(crate) const MINIMUM_FILL: u32 = 2;
 
 /// MUMPS's matrix as it is. With MUMPS's own scaling an iteration of `stop.toml` takes up to 0.3 s in place of 10 ms: nearly all of it in dense
 /// products of large fronts, as where pivots are put off from front to front.
