@@ -8,7 +8,7 @@ use std::fmt;
 /// How far the own run of the leg that found a plan may be from its replay for the plan to be exact, m.
 pub const EXACTLY: f64 = 1e-9;
 
-/// By which part of its cost a plan may be worse that is exact.
+/// By which part of its cost a plan may be worse that is exact, or of what it costs to miss all by their tolerances.
 const WORTH: f64 = 1e-6;
 
 /// What is to be said of a plan, by its replay.
@@ -105,7 +105,7 @@ impl Problem {
                     let confirmed = report.other_modes == Some(0)
                         && report.apart.is_some_and(|apart| apart <= EXACTLY);
                     // A confirmed plan is worth a little.
-                    let cost = best.cost * (1.0 + WORTH) + f64::MIN_POSITIVE;
+                    let cost = best.cost + WORTH * (best.cost + self.cost_of_tolerances());
                     let confirms =
                         confirmed && replay.meets() == best.meets() && replay.cost <= cost;
                     if replay.is_better(&best) || confirms {
@@ -129,6 +129,13 @@ impl Problem {
         };
         let reason = self.reason(&best, &reports);
         Ok(Plan { status, replay: best, legs: reports, own, apart, reason })
+    }
+
+    /// What it costs to miss every target and every row to keep by its tolerance.
+    fn cost_of_tolerances(&self) -> f64 {
+        let targets = self.targets().iter().map(|of| of.weight * of.tolerance * of.tolerance);
+        let keeps = self.keeps().iter().map(|of| of.weight * of.tolerance * of.tolerance);
+        targets.chain(keeps).sum()
     }
 
     /// Why a replay is no plan: in one sentence what is missed, what is at its bounds, and what the last leg said.

@@ -11,9 +11,9 @@
 //! nothing, and the plan is the replay to rounding.
 
 use super::program::{
-    NESTED_DISSECTION, PlanNlp, Solved, Told, UNSCALED, or_refused, solve, usual_cost,
+    MINIMUM_FILL, PlanNlp, Solved, Told, UNSCALED, or_refused, solve, usual_cost,
 };
-use super::{Leg, LegEnd, PlanError, Problem, Replay, Watch};
+use super::{EXACTLY, Leg, LegEnd, PlanError, Problem, Replay, Watch};
 use crate::ipopt::{BarrierStrategy, Options, ReturnStatus};
 
 /// The leg `polish`.
@@ -29,6 +29,21 @@ pub struct Polish {
     /// How often the compliance is moved to the forces of the end.
     pub anchored: usize,
 }
+
+/// The forces at which the compliance of a program gives nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Forces {
+    /// None, as in the rule that selects.
+    Selected,
+    /// Those of the replay: it is a point of the program to rounding. Less is moved, and the optimum is that of forces near these.
+    OfTheRun,
+}
+
+/// The barrier about a run: forces that are just above 0 are not pushed off it by more than the run is moved for.
+const AT_THE_RUN: f64 = 1e-11;
+
+/// The replay of a program's end, whether it was solved, and whether to go on.
+type Round = (Replay, bool, bool);
 
 impl Default for Polish {
     fn default() -> Self {
@@ -80,27 +95,57 @@ impl Polish {
         Ok(end)
     }
 
-    /// One program with the modes of `at`, and those about its forces: the replay of its end, whether it was solved, and
-    /// whether to go on. None where it was stopped at once.
+    /// The programs with the modes of `at`; where Ipopt does not solve the first, again about the forces of `at` itself, and
+    /// that counts where it is solved and its replay is no worse.
     fn round(
         &self,
         problem: &Problem,
         at: &Replay,
         watch: &mut Watch<'_>,
         end: &mut LegEnd,
-    ) -> Result<Option<(Replay, bool, bool)>, PlanError> {
+    ) -> Result<Option<Round>, PlanError> {
+        let before = end.clone();
+        let first = self.solve_about(Forces::Selected, problem, at, watch, end)?;
+        let Some((known, false, true)) = &first else { return Ok(first) };
+        let mut again = LegEnd { iterations: end.iterations, runs: end.runs, ..before };
+        let second = self.solve_about(Forces::OfTheRun, problem, at, watch, &mut again)?;
+        if second.as_ref().is_some_and(|(replay, solved, _)| *solved && !known.is_better(replay)) {
+            *end = again;
+            return Ok(second);
+        }
+        (end.iterations, end.runs) = (again.iterations, again.runs);
+        Ok(first)
+    }
+
+    /// One program with the modes of `at`, and those about its forces: the replay of its end, whether it was solved, and
+    /// whether to go on. None where it was stopped at once.
+    fn solve_about(
+        &self,
+        forces: Forces,
+        problem: &Problem,
+        at: &Replay,
+        watch: &mut Watch<'_>,
+        end: &mut LegEnd,
+    ) -> Result<Option<Round>, PlanError> {
         let mut program = PlanNlp::with_modes(problem, at, self.compliance)?;
         program.set_factor(1.0 / usual_cost(problem, at)?);
         let mut solved = Solved { x: program.point_of(at), multipliers: None };
+        if forces == Forces::OfTheRun {
+            program.anchor(&solved.x);
+        }
         let mut last = None;
         for pass in 0..=self.anchored {
             let options = Options {
                 tolerance: 1e-9,
                 max_iterations: self.most_iterations,
                 barrier: BarrierStrategy::Monotone,
-                initial_barrier: if pass == 0 { 1e-6 } else { 1e-8 },
+                initial_barrier: match (forces, pass) {
+                    (Forces::OfTheRun, _) => AT_THE_RUN,
+                    (Forces::Selected, 0) => 1e-6,
+                    (Forces::Selected, _) => 1e-8,
+                },
                 bound_push: 1e-8,
-                mumps_pivot_order: NESTED_DISSECTION,
+                mumps_pivot_order: MINIMUM_FILL,
                 mumps_scaling: UNSCALED,
                 ..Options::default()
             };
@@ -129,7 +174,8 @@ impl Polish {
                 end.modes = Some(at.modes.clone());
                 let same = replay.modes.others(&at.modes) == 0;
                 last = Some((replay, apart, is_solved, !stopped));
-                if is_solved && same && !stopped {
+                let is_enough = forces == Forces::OfTheRun && apart <= EXACTLY;
+                if is_solved && same && !stopped && !is_enough {
                     program.anchor(&solved.x);
                     continue;
                 }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::plan::file::ProblemFile;
 use tumble::plan::program::{PlanNlp, ProgramLeg, Smoothing};
-use tumble::plan::{DrivePart, Leg, Plan, PlanStatus, Polish, Problem, Side, Watch};
+use tumble::plan::{DrivePart, Leg, Plan, PlanStatus, Polish, Problem, Shoot, Side, Watch};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::sparsity::SparsityPattern;
@@ -461,6 +461,18 @@ fn a_plate_is_lifted_to_its_stop() {
     // It swings back and then forwards, against friction both times, and at last it rests.
     assert!(sides.contains(&Side::Least) && sides.contains(&Side::Most), "{sides:?}");
     assert_eq!(sides.last(), Some(&Side::Between));
+}
+
+/// Near a speed that `sample` finds. Some contacts of the boxes only just press: a barrier that pushes them off their bounds moves the
+/// boxes far away, and the polish is that about the run's own forces.
+#[test]
+fn a_hit_ends_at_its_place() {
+    let problem = shipped("hit.toml");
+    let legs: [Box<dyn Leg>; 2] = [Box::new(Shoot::default()), Box::new(Polish::default())];
+    let found = plan(&problem, &[5.7076, -0.62877], &legs);
+    assert_eq!(found.status, PlanStatus::Exact, "{} {:?}", found.reason, found.legs);
+    let end = found.replay.states[75][1].position;
+    assert!((end.x - 1.0).hypot(end.y - 0.1) < 1e-8, "{end}");
 }
 
 /// Where a face slides as it turns, the laws leave the shares of its forces open, and an optimiser moves the end by them: every step

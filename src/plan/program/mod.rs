@@ -13,6 +13,7 @@ mod goal;
 mod joint;
 mod law;
 mod motion;
+mod shift;
 mod solve;
 mod staged;
 mod summed;
@@ -20,4 +21,4 @@ mod summed;
 pub use solve::{ProgramLeg, Smoothing};
 pub use staged::PlanNlp;
 
-pub(super) use solve::{NESTED_DISSECTION, Solved, Told, UNSCALED, or_refused, solve, usual_cost};
+pub(super) use solve::{MINIMUM_FILL, Solved, Told, UNSCALED, or_refused, solve, usual_cost};

@@ -2,6 +2,7 @@
 
 use super::candidates::{candidates, missing};
 use super::law::Rows;
+use super::shift::Shift;
 use super::staged::PlanNlp;
 use crate::contact::{Contact, ContactKey};
 use crate::error::Error;
@@ -126,7 +127,7 @@ impl ProgramLeg {
                 max_iterations: self.most_iterations,
                 barrier: BarrierStrategy::Adaptive,
                 initial_barrier: if stage == 0 && smoothing.delta > NEAR { 0.1 } else { 1e-4 },
-                mumps_pivot_order: NESTED_DISSECTION,
+                mumps_pivot_order: MINIMUM_FILL,
                 mumps_scaling: UNSCALED,
                 ..Options::default()
             };
@@ -165,8 +166,9 @@ pub(crate) fn or_refused(
     }
 }
 
-/// MUMPS's ordering for programs of many stages: METIS. The one for small problems fills them.
-pub(crate) const NESTED_DISSECTION: u32 = 5;
+/// MUMPS's ordering for programs of many stages: approximate minimum fill. With that of minimum degree, for small problems, more pivots are
+/// put off; METIS is not in Debian's MUMPS, which takes this one in its place.
+pub(crate) const MINIMUM_FILL: u32 = 2;
 
 /// MUMPS's matrix as it is. With MUMPS's own scaling an iteration of `stop.toml` takes up to 0.3 s in place of 10 ms: nearly all of it in dense
 /// products of large fronts, as where pivots are put off from front to front.
@@ -213,7 +215,8 @@ pub(crate) fn solve(
         },
     };
     let stopped = Cell::new(false);
-    let mut watched = Watched { program, told, watch, stopped: &stopped };
+    let shift = Shift::new(program.hessian_pattern(), program.variables());
+    let mut watched = Watched { program, shift, told, watch, stopped: &stopped };
     let mut solver = Solver::new(&watched, options).map_err(failed)?;
     let outcome = solver.solve(&mut watched, &bounds, &start).map_err(failed)?;
     let (status, iterations) = (outcome.status, outcome.iterations);
@@ -235,6 +238,7 @@ fn failed(error: IpoptError) -> PlanError {
 /// A program as Ipopt's wrapper takes it, with who watches.
 struct Watched<'a, 'p, 'w> {
     program: &'a PlanNlp<'p>,
+    shift: Shift,
     told: Told<'a>,
     watch: &'a mut Watch<'w>,
     stopped: &'a Cell<bool>,
@@ -242,6 +246,7 @@ struct Watched<'a, 'p, 'w> {
 
 impl NonlinearProgram for Watched<'_, '_, '_> {
     fn keep_going(&mut self, iteration: &Iteration) -> bool {
+        self.shift.follow((!iteration.in_restoration).then_some(iteration.regularization));
         let progress = Progress {
             leg: self.told.leg,
             iteration: self.told.done + u64::from(iteration.iteration),
@@ -266,7 +271,7 @@ impl NonlinearProgram for Watched<'_, '_, '_> {
     }
 
     fn hessian_pattern(&self) -> &SparsityPattern {
-        self.program.hessian_pattern()
+        self.shift.pattern()
     }
 
     fn objective(&mut self, x: &[f64]) -> f64 {
@@ -286,6 +291,7 @@ impl NonlinearProgram for Watched<'_, '_, '_> {
     }
 
     fn hessian(&mut self, x: &[f64], factor: f64, multipliers: &[f64], values: &mut [f64]) {
-        self.program.hessian(x, factor, multipliers, values);
+        let program = self.program;
+        self.shift.fill(values, |own| program.hessian(x, factor, multipliers, own));
     }
 }
