@@ -4,6 +4,7 @@
 mod batch;
 mod campaign;
 mod digits;
+mod draw;
 mod joints;
 mod own;
 mod random;
@@ -520,11 +521,12 @@ fn every_argument_in_every_regime() {
         all.compared += tally.compared;
         all.left_out += tally.left_out;
         all.kinks += tally.kinks;
+        all.scattered += tally.scattered;
         all.missed.extend(tally.missed);
     }
     println!("{} compared, {} left out, {} kinks", all.compared, all.left_out, all.kinks);
     assert!(all.missed.is_empty(), "{}", all.missed.join("\n"));
-    assert!(all.compared > 200 && 20 * all.kinks < all.compared);
+    assert!(all.compared > 200 && 20 * all.kinks < all.compared && all.scattered == 0);
 }
 
 /// The derivative of where the tutorial's cube ends, backwards over a run that slides, tips and lands, against forward
