@@ -143,13 +143,13 @@ impl Simulation {
             1 => content.motion(&content.world).map_err(refused)?,
             _ => content.motion_on(threads).map_err(in_python)?,
         };
-        let simulation = simulation::Simulation::new(content.world.clone(), starts, motion);
+        let start_index = index.unwrap_or(content.start_index);
+        // What is driven is where it is then.
+        let begun = Content { start_index, ..(*content).clone() };
+        let simulation = simulation::Simulation::new(begun.world_at(start_index), starts, motion);
         let named = |error: Error| refused(content.naming(&error));
         let mut simulation = simulation.map_err(named)?;
-        content.prepare(&mut simulation).map_err(named)?;
-        if let Some(index) = index {
-            simulation.set_index(index).map_err(refused)?;
-        }
+        begun.prepare(&mut simulation).map_err(named)?;
         let interrupt = Arc::new(AtomicBool::new(false));
         simulation.interrupt_by(Arc::clone(&interrupt));
         let running = Mutex::new(Running {
