@@ -53,11 +53,11 @@ fn distance(piece: &Piece, part: Part, point: &Vector3<f64>) -> f64 {
     (point - from - along * share).norm()
 }
 
-/// How far a part is from a plane that is above its piece, n·x = d, m; ∞ of one that is not there.
-fn off_plane(piece: &Piece, part: Part, features: &Features) -> f64 {
+/// The heights of a part's ends over a plane that is above its piece, n·x = d, m; ∞ of one that is not there.
+fn heights(piece: &Piece, part: Part, features: &Features) -> [f64; 2] {
     let normal = features.frame.column(2);
-    let height = |end: Vector3<f64>| (normal.dot(&end) + piece.radius() - features.offset).abs();
-    ends(piece, part).map_or(f64::INFINITY, |ends| height(ends[0]).min(height(ends[1])))
+    let height = |end: Vector3<f64>| normal.dot(&end) + piece.radius() - features.offset;
+    ends(piece, part).map_or([f64::INFINITY; 2], |ends| ends.map(height))
 }
 
 /// Whether the point of a contact may be the foot of a corner of something fixed on a plane of the body: then it
@@ -89,10 +89,15 @@ pub(super) fn check(
     if features.curved.is_some() {
         return Ok(());
     }
-    let most = if turned { BAND } else { EXACT } * size(own);
-    if of_own.is_some_and(|part| distance(own, part, &features.point) > most)
-        || of_theirs.is_some_and(|part| off_plane(theirs, part, features) > EXACT * size(theirs))
-    {
+    // A foot is as far from an edge as the face is off the axis that it was seen along.
+    let off = |part| !turned && distance(own, part, &features.point) > EXACT * size(own);
+    // An edge of the plane's owner lies in it, a fixed one may go through it.
+    let off_plane = |part| {
+        let [a, b] = heights(theirs, part, features);
+        let through = turned && a * b <= 0.0;
+        !through && a.abs().min(b.abs()) > EXACT * size(theirs)
+    };
+    if of_own.is_some_and(off) || of_theirs.is_some_and(off_plane) {
         return Err(ELSEWHERE);
     }
     Ok(())

@@ -78,7 +78,7 @@ impl ContactRow {
     }
 
     /// Whether the `contact` of this row, between bodies at `states` that move by up to `moved` (m) in the step, is
-    /// where the features that its key names were over each other. True of what is no plane of a piece.
+    /// where the features that its key names were over each other. True of what is no plane of a piece, or of something round.
     ///
     /// # Errors
     /// Features that are elsewhere.
@@ -93,6 +93,9 @@ impl ContactRow {
         let (pose, other) = (states[self.body].pose(), self.partner.body());
         let other = other.map_or(FIXED, |index| states[index].pose());
         let pieces = self.pieces(world, &pair)?;
+        if pieces.0.radius() + pieces.1.radius() > 0.0 {
+            return Ok(());
+        }
         let seen = |point: Vector3<f64>| other.rotation.tr_mul(&(point - other.position));
         let point = seen(pose.position + contact.arm);
         named::check_start((&contact.key, &pair), &contact.features, pieces, &point, moved)
@@ -159,12 +162,13 @@ impl ContactRow {
         let seen = other.rotation.tr_mul(&(centre - other.position));
         let offset = normal.dot(&seen) - self.radius - self.gap;
         let (key, least) = (self.key.between(self.body, self.partner), EXACT * size(own));
-        let band = match named::may_be_turned(&key, &pair) {
-            true => BAND * size(theirs).min(size(own)),
-            false => EXACT * size(theirs),
+        let sharp = own.radius() + theirs.radius() == 0.0;
+        let band = match sharp && !named::may_be_turned(&key, &pair) {
+            true => EXACT * size(theirs),
+            false => BAND * size(theirs).min(size(own)),
         };
         let beyond = outside(own, &point) - (own.radius() - self.radius);
-        if beyond > least || own.radius() == self.radius && beyond < -least.max(band) {
+        if beyond > least {
             return Err("has a point that its body does not have");
         }
         if (support(theirs, &normal) - offset).abs() > band {
@@ -172,7 +176,8 @@ impl ContactRow {
         }
         let plane = Plane::new(normal, 0.0).map_err(|_| "has a normal that is no unit vector")?;
         let features = Features::of_plane(point, self.radius, *plane.frame(), offset);
-        self.named(world, features, (own, theirs))
+        // Where something is round, whose the point is depends on the radii, and rims have planes of their own.
+        if sharp { self.named(world, features, (own, theirs)) } else { Ok(features) }
     }
 
     /// `features`, if they are those that the key names.
