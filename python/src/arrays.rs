@@ -27,6 +27,19 @@ pub fn numbers<'a>(name: &str, array: &'a PyReadonlyArrayDyn<'_, f64>) -> PyResu
     array.as_slice().map_err(|_| refused(format!("{name}: an array in C order is needed")))
 }
 
+/// The same of an array that must have `count` numbers.
+pub fn as_many<'a>(
+    name: &str,
+    array: &'a PyReadonlyArrayDyn<'_, f64>,
+    count: Option<usize>,
+) -> PyResult<&'a [f64]> {
+    let all = numbers(name, array)?;
+    match count == Some(all.len()) {
+        true => Ok(all),
+        false => Err(refused(format!("{name}: there are {}, too many or too few", all.len()))),
+    }
+}
+
 /// States as (N, 13).
 pub fn of_states<'py>(py: Python<'py>, states: &[State]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let mut numbers = Vec::with_capacity(13 * states.len());

@@ -95,6 +95,10 @@ impl Columns {
         rows: impl Iterator<Item = R>,
     ) -> PyResult<()> {
         let count = self.pairs.all.len();
+        if count == 0 {
+            return Ok(());
+        }
+        // What looks for other borrowers takes longer than what is written.
         let mut all = self.numbers.all.bind(py).try_readwrite()?;
         let mut left = all.as_slice_mut()?;
         let [points, normals, forces, slips, sizes, gaps] = NUMBERS.map(|(_, width)| {

@@ -1,6 +1,6 @@
 //! A running simulation.
 
-use crate::arrays::{numbers, of_states, to_states};
+use crate::arrays::{as_many, numbers, of_states, to_states};
 use crate::errors::{of_step, refused};
 use crate::last_step::LastStep;
 use crate::recording::{JOINT_COLUMNS, NO_STEP, Recording, add_forces};
@@ -143,13 +143,13 @@ impl Simulation {
             1 => content.motion(&content.world).map_err(refused)?,
             _ => content.motion_on(threads).map_err(in_python)?,
         };
-        let simulation = simulation::Simulation::new(content.world.clone(), starts, motion);
+        let start_index = index.unwrap_or(content.start_index);
+        // What is driven is where it is then.
+        let begun = Content { start_index, ..(*content).clone() };
+        let simulation = simulation::Simulation::new(begun.world_at(start_index), starts, motion);
         let named = |error: Error| refused(content.naming(&error));
         let mut simulation = simulation.map_err(named)?;
-        content.prepare(&mut simulation).map_err(named)?;
-        if let Some(index) = index {
-            simulation.set_index(index).map_err(refused)?;
-        }
+        begun.prepare(&mut simulation).map_err(named)?;
         let interrupt = Arc::new(AtomicBool::new(false));
         simulation.interrupt_by(Arc::clone(&interrupt));
         let running = Mutex::new(Running {
@@ -304,7 +304,9 @@ impl Simulation {
         let Self { running, interrupt, threads, .. } = self;
         let running = running.get_mut().unwrap_or_else(PoisonError::into_inner);
         if let Some(wrenches) = &wrenches {
-            running.set_wrenches(numbers("wrenches", wrenches)?).map_err(|e| refused(&e))?;
+            let count = 6 * running.simulation.states().len();
+            let wrenches = as_many("wrenches", wrenches, Some(count))?;
+            running.set_wrenches(wrenches).map_err(|e| refused(&e))?;
         }
         let of_few = running.simulation.states().len() <= MANY_BODIES;
         let is_short = running.took.map_or(of_few, |took| took < SHORT);
@@ -449,7 +451,9 @@ impl Simulation {
         self.leave_lost_threads()?;
         let Self { running, interrupt, content, .. } = self;
         let running = running.get_mut().unwrap_or_else(PoisonError::into_inner);
-        let pushes = wrenches.as_ref().map(|array| numbers("wrenches", array)).transpose()?;
+        let count = (6 * running.simulation.states().len()).checked_mul(steps);
+        let pushes =
+            wrenches.as_ref().map(|array| as_many("wrenches", array, count)).transpose()?;
         let done = AtomicU64::new(0);
         let progress = progress.as_ref();
         let watched = Watched { interrupt, done: &done, total: steps as u64, progress };

@@ -34,6 +34,21 @@ def test_a_tray_goes_its_way_and_the_cube_with_it():
     assert run.stiffness.shape == (450,) and "stiffness" in run.steps_to_pandas()
 
 
+def test_states_of_a_driven_scene_are_a_start_at_their_index():
+    scene = tray()
+    simulation = scene.simulate()
+    for _ in range(150):
+        simulation.step()
+    other = tumble.Simulation(scene, simulation.states, index=150)
+    assert other.index == 150
+    for one in (simulation, other):
+        one.run(100)
+    np.testing.assert_allclose(other.states, simulation.states, atol=1e-9)
+    np.testing.assert_allclose(other.states[0, 0], way(250), atol=1e-13)
+    with pytest.raises(tumble.TumbleError, match="tray-drive is .* off at the start"):
+        tumble.Simulation(scene, simulation.states, index=10)
+
+
 def test_a_belt_takes_a_cube_to_its_speed():
     belt = {"name": "belt", "box": [4, 1, 0.1], "position": [1.5, 0, -0.05]}
     cube = {**CUBE, "position": [0, 0, 0.05]}

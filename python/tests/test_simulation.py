@@ -96,6 +96,22 @@ def test_odd_input_is_named(call, words):
         call(block().simulate())
 
 
+@pytest.mark.parametrize(
+    ("call", "raised", "words"),
+    [
+        (lambda s: tumble.Simulation("drop"), TypeError, "scene is str; tumble.Scene is needed"),
+        (lambda s: tumble.rollout(3, steps=2), TypeError, "scene is int; tumble.Scene"),
+        (lambda s: tumble.Trajectory.from_csv({}, "."), TypeError, "scene is dict; tumble.Scene"),
+        (lambda s: s.run(2).page(s), TypeError, "other is Simulation; tumble.Trajectory"),
+        (lambda s: s.record(3, np.zeros(0)), tumble.TumbleError, "wrenches: there are 0"),
+        (lambda s: s.advance(np.zeros(5)), tumble.TumbleError, "wrenches: there are 5"),
+    ],
+)
+def test_what_is_another_thing_is_named(call, raised, words):
+    with pytest.raises(raised, match=words):
+        call(block().simulate())
+
+
 def test_ctrl_c_ends_a_run_at_once():
     simulation = block([1, 0, 0]).simulate()
     pressed = []

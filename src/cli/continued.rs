@@ -205,7 +205,7 @@ fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
 }
 
 /// How the contact steps of a run are posed and solved; `None` without a ground.
-fn contact_of(solver: &SolverSettings) -> Result<Option<SolverChoice>, Failure> {
+pub fn contact_of(solver: &SolverSettings) -> Result<Option<SolverChoice>, Failure> {
     if solver.name == "rk4" {
         return Ok(None);
     }

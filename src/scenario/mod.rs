@@ -11,6 +11,7 @@ mod body;
 mod changed;
 pub mod choices;
 pub mod colour;
+mod drawn;
 pub mod failure;
 pub mod fields;
 mod file;

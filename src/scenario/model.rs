@@ -2,6 +2,7 @@
 //!
 //! A simulation and its verification make their worlds here, of the same numbers.
 
+pub use super::drawn::DrawnModel;
 use super::gear::GearModel;
 use super::joint::JointModel;
 use super::shape::{Place, PlacedForm, Shape};
@@ -113,6 +114,9 @@ pub struct BodyModel {
     pub look: Option<usize>,
     /// Where it starts.
     pub start: BodyStart,
+    /// What of that the seed drew; none of a start that is told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drawn: Option<DrawnModel>,
 }
 
 /// Of the centre of mass, world; the spin in the body's frame.

@@ -10,6 +10,7 @@ use super::joints_summary::{JointsSummary, Taut, TautJoint};
 use super::kept::Kept;
 use super::model::Model;
 use super::scene::{OutputFormat, Scene};
+use super::shown;
 use super::solver_choice::{IPOPT_VERSION, SolverChoice};
 use crate::mechanics::State;
 use crate::simulation::scene as tutorial;
@@ -187,7 +188,11 @@ impl RunFile {
     pub fn of(scene: &Scene, run: &Ended<'_>) -> Result<Self, Failure> {
         let climbs = scene.contact.as_ref().is_some_and(SolverChoice::climbs);
         let (tables, one) = match &scene.format {
-            OutputFormat::Tables(model) => (Some(model), None),
+            OutputFormat::Tables(model) => {
+                let mut model = Model::clone(model);
+                model.keep_draws_of(scene.seed);
+                (Some(model), None)
+            }
             OutputFormat::Trajectory => (None, Some((&scene.starts[0], &scene.loads[0]))),
         };
         Ok(Self {
@@ -198,15 +203,15 @@ impl RunFile {
             changed: scene.changed.clone(),
             seed: scene.seed,
             parameters: one.map(|(_, load)| RunParameters::of(&scene.world, load, scene.rows)),
-            drawn: tables.map(|_| scene.drawn),
-            steps: tables.map(|_| scene.rows),
+            drawn: tables.as_ref().map(Model::is_drawn),
+            steps: tables.as_ref().map(|_| scene.rows),
             start_index: scene.start_index,
-            model: tables.map(|model| Model::clone(model)),
             kept: Kept::default(),
-            solver: SolverSettings::of(scene)?,
+            solver: SolverSettings::of(scene.contact.as_ref(), &scene.world)?,
             start: one.map(|(state, _)| StartState::of(state, scene.drawn)),
             summary: SummaryFile::of(run, climbs),
-            largest_overlap_m: tables.map(|_| run.largest_overlap),
+            largest_overlap_m: tables.as_ref().map(|_| run.largest_overlap),
+            model: tables,
             joints: run.joints,
             taut_joints: run.taut.joints(scene.world.time_step()),
         })
@@ -260,6 +265,8 @@ impl RunFile {
         if let Some(model) = &mut file.model {
             file.steps = Some(rows.len() as u64);
             model.start_at(&first.states, first.row.index as f64 * scene.world.time_step())?;
+            model.keep_draws_of(scene.seed);
+            file.drawn = Some(model.is_drawn());
         }
         if let Some(parameters) = &mut file.parameters {
             parameters.steps = rows.len() as u64;
@@ -269,6 +276,17 @@ impl RunFile {
             *start = StartState::of(state, is_drawn);
         }
         Ok(Some(file))
+    }
+
+    /// What is wrong with what the file says was drawn from the seed into the starts of a model's bodies.
+    #[must_use]
+    pub fn drawn_otherwise(&self) -> Option<String> {
+        let model = self.model.as_ref()?;
+        if self.drawn != Some(model.is_drawn()) {
+            return Some("drawn is not what its bodies say of their starts".to_owned());
+        }
+        let (seed, body) = (self.seed, shown::line(model.drawn_otherwise(self.seed)?));
+        Some(format!("the seed {seed} draws another start of {body} than its own"))
     }
 
     /// The seed, where anything of the start was drawn from it.

@@ -1,5 +1,6 @@
 //! `tumble verify`: status words, the program's columns and run.json, each held against the rows.
 
+use super::scenario::run_scenario;
 use super::support::{End, Table, contact_run, run, simulate};
 use super::verify::{changed, verify};
 use serde_json::{Value, json};
@@ -88,6 +89,101 @@ fn run_json_of_other_rows_is_found_and_named() {
             json["summary"]["certificate_max_m_s"] = Value::Null;
         }),
         ("done of 240 rows", |json| json["outcome"] = json!("done")),
+    ];
+    for (words, change) in cases {
+        let end = with_run_json(change);
+        assert_eq!((end.code, end.stderr.as_str()), (Some(1), ""), "{words}: {end:?}");
+        assert!(end.stdout.contains(words), "{words}: {end:?}");
+    }
+}
+
+/// Starts in the world and from the ground, alone, in a grid and in a ring, of attitudes and of places.
+const DRAWN: &str = r#"
+steps = 5
+seed = 7
+[ground]
+friction = 0.5
+normal = [0.1, 0.0, 1.0]
+[[bodies]]
+name = "thrown"
+box = 0.2
+mass = 1.0
+position = [0.0, 0.0, 3.0]
+attitude = "random"
+jitter = [0.0, 0.3, 0.1]
+copies = { count = [2, 1, 1], step = [2.0, 0.0, 0.0] }
+[[bodies]]
+name = "told"
+sphere = 0.1
+mass = 1.0
+position = [0.0, 0.0, 6.0]
+[[bodies]]
+name = "seen"
+box = [0.1, 0.2, 0.3]
+mass = 1.0
+frame = "ground"
+position = [0.0, 2.0, 3.0]
+jitter = 0.1
+ring = { count = 3, degrees = 30 }
+"#;
+
+/// A seed must draw the starts that it is said to have drawn, in a run and in one that goes on.
+#[test]
+fn a_seed_of_several_bodies_draws_their_starts() {
+    let (end, directory) = run_scenario(DRAWN, &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let out = directory.path().join("out");
+    let path = out.join("run.json");
+    let steps = out.join("steps.csv");
+    let verify = || run(&["verify", steps.to_str().unwrap()]);
+    assert_eq!(verify().code, Some(0), "{:?}", verify());
+    let end = run(&["--continue", out.to_str().unwrap(), "--steps", "9", "--quiet"]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    assert_eq!(verify().code, Some(0), "{:?}", verify());
+
+    let text = fs::read_to_string(&path).unwrap();
+    type Change = fn(&mut Value);
+    let cases: [(&str, Change); 6] = [
+        ("the seed 8 draws another start of thrown-0", |json| json["seed"] = json!(8)),
+        ("another start of seen-1", |json| {
+            json["model"]["bodies"][4]["drawn"]["jitter"] = json!([0.2, 0.1, 0.1]);
+        }),
+        ("another start of thrown-1", |json| {
+            json["model"]["bodies"][1]["drawn"]["position"][0] = json!(2.5);
+        }),
+        ("another start of seen-0", |json| {
+            json["model"]["bodies"][3]["drawn"]["ground"] = json!(false);
+        }),
+        ("drawn is not what", |json| json["drawn"] = json!(false)),
+        ("another start of thrown-1", |json| {
+            json["model"]["bodies"][0]["drawn"] = Value::Null;
+        }),
+    ];
+    for (words, change) in cases {
+        let mut json: Value = serde_json::from_str(&text).unwrap();
+        change(&mut json);
+        fs::write(&path, json.to_string()).unwrap();
+        let end = verify();
+        assert_eq!((end.code, end.stderr.as_str()), (Some(1), ""), "{words}: {end:?}");
+        assert!(end.stdout.contains(words), "{words}: {end:?}");
+    }
+}
+
+/// What a known solver is said to be, and its counts, must be what it is; so must a box's corners.
+#[test]
+fn settings_that_the_solver_does_not_have_are_named() {
+    type Change = fn(&mut Value);
+    let cases: [(&str, Change); 6] = [
+        ("accepted_residual_m_s is 0.01; this solver holds its steps to", |json| {
+            json["solver"]["accepted_residual_m_s"] = json!(0.01);
+        }),
+        ("solver.detection: sight is none of", |json| json["solver"]["detection"] = json!("sight")),
+        ("solver.on_failure: hope is none of", |json| json["solver"]["on_failure"] = json!("hope")),
+        ("solver.formulation is not that", |json| json["solver"]["preset"] = json!("tutorial")),
+        ("summary.rungs are not", |json| json["summary"]["rungs"] = json!({ "zero": 1 })),
+        ("not the corners of a box", |json| {
+            json["parameters"]["contact_points"][0][1] = json!(-0.25);
+        }),
     ];
     for (words, change) in cases {
         let end = with_run_json(change);

@@ -143,6 +143,58 @@ fn a_contact_with_the_ground_has_the_radius_of_its_point_and_no_index() {
     }
 }
 
+/// Every letter and number of a key, of contacts of all kinds: each is another contact's.
+#[test]
+fn a_key_of_other_features_is_found() {
+    let contacts = Table::parse(&files()[1]);
+    let keys = contacts.texts("key");
+    let count = keys.len();
+    for row in [0, count / 3, count / 2, 2 * count / 3, count - 1] {
+        let key = keys[row];
+        for (at, old) in key.char_indices() {
+            let new = match old {
+                '0'..='8' => char::from(old as u8 + 1),
+                'A' => 'B',
+                'B' => 'A',
+                'E' => 'V',
+                _ => continue,
+            };
+            let mut other = key.to_owned();
+            other.replace_range(at..=at, &new.to_string());
+            let end = verify_changed("contacts.csv", |table| {
+                let column = table.column("key");
+                table.rows[row][column] = other.clone();
+            });
+            assert_eq!(end.code, Some(1), "row {row}, {key} to {other}: {end:?}");
+        }
+    }
+}
+
+/// Of every column of every table a first number, one in the middle and the last; but for `start`, of which a word
+/// of the solver's is as good as another.
+#[test]
+fn no_column_can_be_changed_unnoticed() {
+    for name in &FILES[..3] {
+        let place = FILES.iter().position(|file| file == name).unwrap();
+        let table = Table::parse(&files()[place]);
+        let columns = table.header.iter().enumerate().filter(|(_, column)| *column != "start");
+        for (at, column) in columns {
+            for row in [0, table.rows.len() / 2, table.rows.len() - 1] {
+                let old = &table.rows[row][at];
+                let new = match (old.parse::<u64>(), old.parse::<f64>()) {
+                    (Ok(count), _) => (count + 1).to_string(),
+                    (_, Ok(number)) => (number * 1.001 + 1e-5).to_string(),
+                    _ if column == "key" => continue,
+                    _ => "retried".to_owned(),
+                };
+                let end = verify_changed(name, |table| table.rows[row][at] = new.clone());
+                let found = matches!(end.code, Some(1 | 2));
+                assert!(found, "{name}, row {row}, {column}: {old} to {new}: {end:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn rows_missing_double_or_out_of_order_are_refused_with_table_and_line() {
     type Change = fn(&mut Table);

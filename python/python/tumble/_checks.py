@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 from numbers import Real
 from operator import index
-from typing import Any, List, Mapping
+from typing import Any, List, Mapping, Type, TypeVar
 
 from ._tumble import TumbleError
+
+Kind = TypeVar("Kind")
 
 LARGEST_WHOLE = 2**63 - 1
 """More than this no table of a scene and no count can have."""
@@ -25,6 +27,13 @@ def whole(name: str, value: Any, least: int, most: int = LARGEST_WHOLE) -> int:
         upwards = "" if most == LARGEST_WHOLE and number < most else f" to {most}"
         raise TumbleError(f"{name} is {value!r}; a whole number from {least}{upwards} is needed")
     return number
+
+
+def made(name: str, value: Any, kind: Type[Kind]) -> Kind:
+    """``value``, if it is one of tumble's."""
+    if not isinstance(value, kind):
+        raise TypeError(f"{name} is {type(value).__name__}; tumble.{kind.__name__} is needed")
+    return value
 
 
 def real(name: str, value: Any) -> float:

@@ -7,7 +7,7 @@ from math import prod
 from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Tuple
 
 from ._arrays import apart, numbers, output
-from ._checks import room, whole
+from ._checks import made, room, whole
 from ._gradients import RolloutDerivatives, compliance_of, constant_names
 from ._progress import Progress, callback
 from ._scene import Scene
@@ -264,6 +264,7 @@ def batch_of(
     parameters: Optional[Mapping[str, Any]],
 ) -> Batch:
     """A batch of what a caller gave, if it is one."""
+    scene = made("scene", scene, Scene)
     if parameters is not None and not isinstance(parameters, Mapping):
         raise TypeError(
             f"parameters is {type(parameters).__name__}; a dictionary of arrays by name is needed"

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Tuple, Type, Union
 
 from ._arrays import numbers
-from ._checks import room, whole
+from ._checks import made, room, whole
 from ._files import written
 from ._progress import Progress, callback
 from ._robot import Robot
@@ -68,7 +68,7 @@ class Simulation(CoreSimulation):
     def __new__(
         cls, scene: Scene, states: Any = None, *, threads: int = 1, index: Optional[int] = None
     ) -> "Simulation":
-        threads = whole("threads", threads, 1)
+        scene, threads = made("scene", scene, Scene), whole("threads", threads, 1)
         if index is not None:
             index = whole("index", index, 0, _MOST_STEPS)
         if states is not None:

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, Optional, Tuple, Union
 
-from ._checks import whole
+from ._checks import made, whole
 from ._files import written
 from ._progress import Progress, callback
 from ._scene import Scene
@@ -297,7 +297,7 @@ class Trajectory:
         """Reads the tables that to_csv or the command line has written of a run of ``scene``, or of a
         part of one; or trajectory.csv, the one table that the command line writes of a run of ``[body]``,
         in its folder or by its own name."""
-        folder = Path(folder)
+        scene, folder = made("scene", scene, Scene), Path(folder)
         of_one = folder if folder.is_file() else folder / _OF_ONE
         if of_one.is_file():
             trajectory = cls(scene, Recording.of_trajectory(scene, of_one.read_bytes()))
@@ -364,9 +364,9 @@ class Trajectory:
 
     def page(self, other: Optional["Trajectory"] = None) -> str:
         """The motion as one HTML page that plays it and loads nothing, beside that of ``other``."""
-        for run in (self, other):
-            if run is not None:
-                run._need_contacts("the page")
+        runs = [self] if other is None else [self, made("other", other, Trajectory)]
+        for run in runs:
+            run._need_contacts("the page")
         return self.recording.page(None if other is None else other.recording)
 
     def view(self, path: Optional[Location] = None, other: Optional["Trajectory"] = None) -> Any:

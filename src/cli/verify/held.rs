@@ -1,12 +1,15 @@
 //! What run.json says of a run, held against the run's rows.
 
+use crate::cli::continued::contact_of;
 use crate::cli::joints_summary::{JointsSummary, Taut, TautJoint};
+use crate::cli::outcome::Failure;
 use crate::cli::recording::{Recording, Step};
 use crate::cli::run::End;
-use crate::cli::run_file::RunFile;
+use crate::cli::run_file::{RunFile, RunParameters, SolverSettings};
 use crate::cli::shown;
 use std::collections::BTreeMap;
 use tumble::mechanics::State;
+use tumble::scenario::solver_choice::IPOPT_VERSION;
 use tumble::simulation::random::random_attitude;
 use tumble::simulation::summary::{Counted, RunSummary};
 use tumble::step::StepStatus;
@@ -84,6 +87,7 @@ impl Counts {
     pub fn differences(&self, recording: &Recording<'_>, taut: &Taut) -> Vec<String> {
         let Some(run) = &recording.run else { return Vec::new() };
         let mut found = self.of_start(run, recording.world.ground());
+        found.extend(of_solver(&run.solver, &recording.world));
         if recording.kept().every > 1 {
             found.extend(self.beyond_counts(run));
             found.extend(self.of_length(run, self.span()));
@@ -101,6 +105,10 @@ impl Counts {
         let is_same = |(a, b): (&State, &State)| is_same_state(a, b);
         if starts.len() != self.starts.len() || !starts.iter().zip(&self.starts).all(is_same) {
             found.push("the start is another than that of the first row".to_owned());
+        }
+        found.extend(run.drawn_otherwise());
+        if run.parameters.as_ref().is_some_and(RunParameters::is_no_box) {
+            found.push("parameters.contact_points are not the corners of a box".to_owned());
         }
         let random = run.start.as_ref().filter(|start| start.random);
         let (Some(start), Some(first)) = (random, self.starts.first()) else { return found };
@@ -192,7 +200,16 @@ impl Counts {
         found.extend(numbers.map(|(name, said, found)| {
             format!("{name} is {}; the rows have {}", shown_number(said), shown_number(found))
         }));
-        if run.model.is_some() && !said.rungs.is_empty() && said.rungs != self.rungs {
+        let steps = said.rungs.values().fold(0_u64, |sum, count| sum.saturating_add(*count));
+        let are_same = match run.model {
+            Some(_) => said.rungs == self.rungs,
+            // The table of one body has no starts. A wild step may have met nothing.
+            None => {
+                let contact_steps = counted.contact_steps();
+                (contact_steps.saturating_sub(counted.wild)..=contact_steps).contains(&steps)
+            }
+        };
+        if !said.rungs.is_empty() && !are_same {
             found.push("summary.rungs are not the starts of the rows".to_owned());
         }
         found
@@ -209,6 +226,40 @@ impl Counts {
             format!("the outcome is {outcome} of {asked} rows; there are {rows}")
         })
     }
+}
+
+/// What a file says of a solver of tumble that this solver is not: settings that it does not have, and steps that
+/// count as solved with more of a residual than it leaves.
+fn of_solver(said: &SolverSettings, world: &World) -> Option<String> {
+    // Of a build without Ipopt there is nothing to hold its settings against.
+    let is_known = ["native", "rk4"].contains(&&*said.name);
+    if !is_known && (said.name != "ipopt" || IPOPT_VERSION.is_empty()) {
+        return None;
+    }
+    let made = contact_of(said).and_then(|choice| SolverSettings::of(choice.as_ref(), world));
+    let made = match made {
+        Ok(made) => made,
+        Err(Failure::Input(why)) => return Some(why),
+        Err(other) => return Some(format!("solver: {other}")),
+    };
+    let same = |said: &Option<String>, made: &Option<String>| said.is_none() || said == made;
+    let others = [
+        ("name", said.name == made.name),
+        ("formulation", same(&said.formulation, &made.formulation)),
+        ("detection", same(&said.detection, &made.detection)),
+        ("on_failure", same(&said.on_failure, &made.on_failure)),
+        ("tol", said.tol.is_none() || said.tol == made.tol),
+        ("max_iter", said.max_iter.is_none() || said.max_iter == made.max_iter),
+    ];
+    if let Some((field, _)) = others.into_iter().find(|(_, same)| !same) {
+        return Some(format!("solver.{field} is not that of its other settings"));
+    }
+    let promised = made.accepted_residual_m_s.unwrap_or_default();
+    let most = said.accepted_residual_m_s.filter(|most| *most > promised * (1.0 + SAME))?;
+    let [most, promised] = [most, promised].map(shown::number);
+    Some(format!(
+        "solver.accepted_residual_m_s is {most}; this solver holds its steps to {promised}"
+    ))
 }
 
 fn shown_number(number: Option<f64>) -> String {

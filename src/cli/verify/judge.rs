@@ -9,6 +9,7 @@
 
 mod joints;
 mod lost;
+mod rows;
 
 use crate::cli::joints_summary::Taut;
 use crate::cli::outcome::Failure;
@@ -151,7 +152,7 @@ impl Judge {
         let wrenches = self.wrenches(step.index(), states);
         let touching = match step {
             Step::Trajectory(row) => self.of_points(row, next, &wrenches),
-            Step::Tables(step) => self.of_rows(step, next),
+            Step::Tables(step) => self.of_rows(step, next, &wrenches),
         };
         let Touching { contacts, forces, joints, gears, wrong } = &touching;
         let claim = Claim { states, next, wrenches: &wrenches, contacts, joints, gears };
@@ -210,6 +211,7 @@ impl Judge {
                     && step.joints.iter().all(of_joint)
                     && row.iterations == 0
                     && row.start.is_empty()
+                    && row.restitution_share == 1.0
                     && numbers.copied().all(|number| number == 0.0)
             }
         };
@@ -338,28 +340,6 @@ impl Judge {
         };
         let forces = row.forces().collect();
         Touching { contacts, forces, ..Touching::default() }
-    }
-
-    /// The contacts and the forces of joints that the tables have.
-    fn of_rows(&self, step: &TableStep, next: &[State]) -> Touching {
-        let joints = self.world.joints().iter().zip(&step.joints).map(|(joint, row)| {
-            let at = joint.coordinates(next);
-            let unknown = Vector3::repeat(f64::NAN);
-            let angles = at.map_or(unknown, |at| joint.counted(&at, &row.turns));
-            JointForce { force: row.force, torque: row.torque, angles }
-        });
-        let gears = step.gears.iter().map(|gear| gear.force).collect();
-        let mut touching = Touching { joints: joints.collect(), gears, ..Touching::default() };
-        for (number, row) in step.contacts.iter().enumerate() {
-            match row.contact(&self.world, &step.states) {
-                Ok(contact) => touching.contacts.push(contact),
-                Err(why) => {
-                    touching.wrong.get_or_insert_with(|| format!("its contact {number} {why}"));
-                }
-            }
-            touching.forces.push(row.force);
-        }
-        touching
     }
 
     /// What of a step is not what its tables say, and how deep pieces overlap after it, m.

@@ -78,6 +78,7 @@ impl Assembled {
                     label: None,
                     look: look.take(),
                     start: start.clone(),
+                    drawn: None,
                 };
                 let made = body.rigid_body(&model.shapes[index]);
                 made.map_err(|error| wrong(error.to_string()))?;

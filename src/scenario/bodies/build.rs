@@ -14,6 +14,7 @@ use super::refused::field_of;
 use crate::contact::Plane;
 use crate::mechanics::{Load, Rotation, State};
 use crate::scenario::choices::Frame;
+use crate::scenario::drawn::{DrawnModel, state_at};
 use crate::scenario::fields::Numbers;
 use crate::scenario::model::{
     ApartModel, BodyModel, BodyStart, FixedModel, Model, PartnerModel, SurfaceModel,
@@ -236,6 +237,7 @@ impl Builder<'_> {
             }),
             label: entry.label.take(),
             start: BodyStart::of(&State::from_vector(&SVector::zeros())),
+            drawn: None,
         };
         template.rigid_body(&shape).map_err(|error| named(field_of(&error)))?;
         if index == self.model.shapes.len() {
@@ -244,17 +246,16 @@ impl Builder<'_> {
         let count = copies.len();
         let mut partners = Vec::new();
         for (number, copied) in copies.into_iter().enumerate() {
-            let Copied { mut place, turned } = copied;
-            if attitude.is_none() {
-                place.attitude = self.draws.attitude().into();
-                self.drawn = true;
-            }
-            for (coordinate, size) in place.position.iter_mut().zip(jitter) {
-                if size > 0.0 {
-                    *coordinate += size * (2.0 * self.draws.unit() - 1.0);
-                    self.drawn = true;
-                }
-            }
+            let Copied { place, turned } = copied;
+            let drawn = DrawnModel {
+                position: place.position,
+                attitude: attitude.map(|_| place.attitude),
+                jitter,
+                ground: entry.frame == Some(Frame::Ground),
+            };
+            let place = drawn.place(&mut self.draws);
+            let drawn = drawn.draws().then_some(drawn);
+            self.drawn |= drawn.is_some();
             let velocity = turned.rotation()
                 * entry.velocity.map_or(Vector3::zeros(), |velocity| velocity.0.into());
             let spin = entry.spin.map_or(Vector3::zeros(), |spin| spin.0.into());
@@ -265,7 +266,7 @@ impl Builder<'_> {
             let usual = ("body", self.model.bodies.len());
             let name = name_of(entry.name.as_deref(), usual, (number, count));
             partners.push(PartnerModel::Body(self.model.bodies.len()));
-            self.model.bodies.push(BodyModel { name, start, ..template.clone() });
+            self.model.bodies.push(BodyModel { name, start, drawn, ..template.clone() });
         }
         self.register(entry.name, partners).map_err(named)
     }
@@ -313,13 +314,12 @@ impl Builder<'_> {
         (velocity, spin): (Vector3<f64>, Vector3<f64>),
         centre: &Vector3<f64>,
     ) -> Result<State, String> {
-        let position = Vector3::from(place.position) + place.rotation() * centre;
-        let state = State { position, attitude: place.attitude.into(), velocity, spin };
-        match (frame, &self.plane) {
-            (Some(Frame::World) | None, _) => Ok(state),
-            (Some(Frame::Ground), Some(plane)) => Ok(plane.state_to_world(&state)),
-            (Some(Frame::Ground), None) => Err(NO_GROUND.to_owned()),
-        }
+        let ground = match (frame, &self.plane) {
+            (Some(Frame::World) | None, _) => None,
+            (Some(Frame::Ground), Some(plane)) => Some(plane),
+            (Some(Frame::Ground), None) => return Err(NO_GROUND.to_owned()),
+        };
+        Ok(state_at(ground, place, (velocity, spin), centre))
     }
 
     fn shape(&self, at: &str, entry: &mut BodyEntry) -> Result<Shape, String> {

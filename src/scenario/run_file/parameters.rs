@@ -5,7 +5,6 @@ use super::super::failure::Failure;
 use super::super::fields::{Exactly, Numbers, by_rows, matrix, numbers};
 use super::super::parameters::{LoadParameters, PlaneParameters, unnamed_rotation};
 use super::super::physics::plane;
-use super::super::scene::Scene;
 use super::super::settings::Settings;
 use super::super::solver_choice::SolverChoice;
 use crate::mechanics::body::box_corners;
@@ -79,19 +78,32 @@ impl RunParameters {
         }
     }
 
+    fn points(&self) -> Vec<Vector3<f64>> {
+        self.contact_points.iter().map(|c| c.0.into()).collect()
+    }
+
+    /// Half of the sides of the box whose corners the points are, m, if the file says so of them and they are.
+    fn half_sides(&self) -> Option<Vector3<f64>> {
+        let points = self.points();
+        let half = points.iter().fold(Vector3::zeros(), |half: Vector3<f64>, c| half.sup(&c.abs()));
+        (self.is_box && points == box_corners(&half)).then_some(half)
+    }
+
+    /// Whether the points are said to be the corners of a box, and are not.
+    #[must_use]
+    pub fn is_no_box(&self) -> bool {
+        self.is_box && self.half_sides().is_none()
+    }
+
     /// As settings, under which flags may be laid.
     ///
     /// # Errors
     /// A load or a plane that cannot be.
     pub fn settings(&self) -> Result<Settings, Failure> {
         let load = self.load.as_ref().map_or(Ok(Load::none()), LoadParameters::load)?;
-        let points: Vec<Vector3<f64>> = self.contact_points.iter().map(|c| c.0.into()).collect();
-        let half = points.iter().fold(Vector3::zeros(), |half: Vector3<f64>, c| half.sup(&c.abs()));
         // Whatever is said of them, points that are no corners are points.
-        let shape = match self.is_box && points == box_corners(&half) {
-            true => Shape::Box(2.0 * half),
-            false => Shape::Points(points),
-        };
+        let shape = self.half_sides().map(|half| Shape::Box(2.0 * half));
+        let shape = shape.unwrap_or_else(|| Shape::Points(self.points()));
         Ok(Settings {
             dt: Some(self.dt),
             rotation: Some(self.rotation),
@@ -141,12 +153,15 @@ pub struct SolverSettings {
 }
 
 impl SolverSettings {
-    pub(super) fn of(scene: &Scene) -> Result<Self, Failure> {
-        let contact = scene.contact.as_ref();
+    /// Those of a choice for `world`; of free motion without one.
+    ///
+    /// # Errors
+    /// A solver that is not made for the world.
+    pub fn of(contact: Option<&SolverChoice>, world: &World) -> Result<Self, Failure> {
         let program = contact.and_then(SolverChoice::program);
-        let solver = contact.map(|contact| contact.solver(&scene.world)).transpose()?;
+        let solver = contact.map(|contact| contact.solver(world)).transpose()?;
         Ok(Self {
-            name: scene.solver().to_owned(),
+            name: contact.map_or("rk4", SolverChoice::solver_name).to_owned(),
             preset: contact.and_then(|contact| Some(contact.preset?.name().to_owned())),
             formulation: program.map(|(name, ..)| name.to_owned()),
             detection: contact.map(|contact| contact.detection.name().to_owned()),

@@ -31,6 +31,7 @@
 //! that read back to the same double.
 
 mod key;
+mod named;
 mod read;
 mod rebuild;
 mod write;

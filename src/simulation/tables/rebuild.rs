@@ -7,11 +7,12 @@
 //! a = A_Aᵀ (p − r_A + ρ n),   n_B = A_Bᵀ n,   d = n_B·A_Bᵀ (p + ρ n − r_B) − ρ − φ
 //! ```
 //!
-//! A row could claim any point and plane, so both are held against the shapes: the point must be in
-//! the piece that it is of, and the plane must touch the piece that it is of.
+//! A row could claim any point and plane, so both are held against the shapes: the point must be on
+//! the piece that it is of, the plane must touch the piece that it is of, and both must have the features that the
+//! key names ([`super::named`]).
 
-use super::ContactRow;
-use crate::contact::{Contact, Features, Partner, Plane, round};
+use super::{ContactRow, named};
+use crate::contact::{Contact, Features, PairFeatures, Partner, Plane, round};
 use crate::geometry::{Feature, Piece};
 use crate::mechanics::{Pose, State};
 use crate::world::World;
@@ -22,11 +23,15 @@ pub type Misplaced = &'static str;
 
 /// What rounding, and the tolerances of the search for features, leave of a length, in parts of the
 /// piece's size.
-const EXACT: f64 = 1e-6;
+pub(super) const EXACT: f64 = 1e-6;
 /// A fixed face's corner may be above the body's face by the band of the search.
-const BAND: f64 = crate::contact::detection::CONTACT_BAND + EXACT;
+pub(super) const BAND: f64 = crate::contact::detection::CONTACT_BAND + EXACT;
 /// Of a normal's length and of a recorded vector.
 const UNIT: f64 = 1e-9;
+
+/// Where something fixed is.
+const FIXED: Pose = Pose { position: Vector3::new(0.0, 0.0, 0.0), rotation: IDENTITY };
+const IDENTITY: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
 
 impl ContactRow {
     /// The contact of this row between bodies at `states`.
@@ -72,6 +77,30 @@ impl ContactRow {
         Ok(contact)
     }
 
+    /// Whether the `contact` of this row, between bodies at `states` that move by up to `moved` (m) in the step, is
+    /// where the features that its key names were over each other. True of what is no plane of a piece, or of something round.
+    ///
+    /// # Errors
+    /// Features that are elsewhere.
+    pub fn is_there(
+        &self,
+        contact: &Contact,
+        world: &World,
+        states: &[State],
+        moved: f64,
+    ) -> Result<(), Misplaced> {
+        let (Some(pair), None) = (self.key.pair, contact.features.curved) else { return Ok(()) };
+        let (pose, other) = (states[self.body].pose(), self.partner.body());
+        let other = other.map_or(FIXED, |index| states[index].pose());
+        let pieces = self.pieces(world, &pair)?;
+        if pieces.0.radius() + pieces.1.radius() > 0.0 {
+            return Ok(());
+        }
+        let seen = |point: Vector3<f64>| other.rotation.tr_mul(&(point - other.position));
+        let point = seen(pose.position + contact.arm);
+        named::check_start((&contact.key, &pair), &contact.features, pieces, &point, moved)
+    }
+
     /// The point that the key names, against the ground.
     fn on_ground(&self, world: &World) -> Result<Features, Misplaced> {
         let points = world.bodies()[self.body].contact_points();
@@ -86,6 +115,24 @@ impl ContactRow {
         Ok(Features::of_plane(point.position, point.radius, *ground.frame(), ground.offset()))
     }
 
+    /// The pieces that the key names.
+    fn pieces<'a>(
+        &self,
+        world: &'a World,
+        pair: &PairFeatures,
+    ) -> Result<named::Pieces<'a>, Misplaced> {
+        let own = world.bodies()[self.body].pieces().get(pair.pieces.0);
+        let own = own.ok_or("is of a piece that is not there")?;
+        let theirs = match self.partner {
+            Partner::Body(index) => world.bodies()[index].pieces().get(pair.pieces.1),
+            Partner::Fixed(index) if pair.pieces.1 == 0 => {
+                world.fixed().get(index).map(|fixed| &fixed.piece)
+            }
+            Partner::Fixed(_) | Partner::Ground => None,
+        };
+        Ok((own, theirs.ok_or("is with a piece that is not there")?))
+    }
+
     /// Point and plane as the row has them, held against the pieces that the key names.
     fn on_piece(
         &self,
@@ -94,24 +141,16 @@ impl ContactRow {
         other: Option<&Pose>,
     ) -> Result<Features, Misplaced> {
         let pair = self.key.pair.ok_or("has a key without pieces")?;
-        let own = world.bodies()[self.body].pieces().get(pair.pieces.0);
-        let own = own.ok_or("is of a piece that is not there")?;
-        let theirs = match self.partner {
-            Partner::Body(index) => world.bodies()[index].pieces().get(pair.pieces.1),
-            Partner::Fixed(index) => world.fixed().get(index).map(|fixed| &fixed.piece),
-            Partner::Ground => None,
-        };
-        let theirs = theirs.ok_or("is with a piece that is not there")?;
-        let fixed = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
-        let other_pose = other.unwrap_or(&fixed);
+        let (own, theirs) = self.pieces(world, &pair)?;
+        let other_pose = other.unwrap_or(&FIXED);
         if let Feature::Round(part, other) = pair.feature
             && pair.plane == 0
         {
             let normal = other_pose.rotation.tr_mul(&self.normal);
             let features = round((own, theirs), (part, other), &normal);
-            return features
-                .filter(|features| features.radius == self.radius)
-                .ok_or("is of features that its pieces do not have");
+            let features = features.filter(|features| features.radius == self.radius);
+            let features = features.ok_or("is of features that its pieces do not have")?;
+            return self.named(world, features, (own, theirs));
         }
         if own.core().faces().is_empty() && theirs.core().faces().is_empty() {
             return Err("has a key of faces, which its pieces do not have");
@@ -122,20 +161,41 @@ impl ContactRow {
         let normal = other.rotation.tr_mul(&self.normal);
         let seen = other.rotation.tr_mul(&(centre - other.position));
         let offset = normal.dot(&seen) - self.radius - self.gap;
-        if outside(own, &point) > own.radius() - self.radius + EXACT * size(own) {
+        let (key, least) = (self.key.between(self.body, self.partner), EXACT * size(own));
+        let sharp = own.radius() + theirs.radius() == 0.0;
+        let band = match sharp && !named::may_be_turned(&key, &pair) {
+            true => EXACT * size(theirs),
+            false => BAND * size(theirs).min(size(own)),
+        };
+        let beyond = outside(own, &point) - (own.radius() - self.radius);
+        if beyond > least {
             return Err("has a point that its body does not have");
         }
-        let above = support(theirs, &normal) - offset;
-        if above.abs() > BAND * size(theirs).min(size(own)) {
+        if (support(theirs, &normal) - offset).abs() > band {
             return Err("has a plane that its partner does not have");
         }
         let plane = Plane::new(normal, 0.0).map_err(|_| "has a normal that is no unit vector")?;
-        Ok(Features::of_plane(point, self.radius, *plane.frame(), offset))
+        let features = Features::of_plane(point, self.radius, *plane.frame(), offset);
+        // Where something is round, whose the point is depends on the radii, and rims have planes of their own.
+        if sharp { self.named(world, features, (own, theirs)) } else { Ok(features) }
+    }
+
+    /// `features`, if they are those that the key names.
+    fn named(
+        &self,
+        world: &World,
+        features: Features,
+        pieces: named::Pieces<'_>,
+    ) -> Result<Features, Misplaced> {
+        let pair = self.key.pair.ok_or("has a key without pieces")?;
+        let (key, body) = (self.key.between(self.body, self.partner), &world.bodies()[self.body]);
+        named::check(&key, &pair, &features, pieces, body)?;
+        Ok(features)
     }
 }
 
 /// ℓ, m: the reach of a piece from its own middle.
-fn size(piece: &Piece) -> f64 {
+pub(super) fn size(piece: &Piece) -> f64 {
     piece.core().reach() + piece.radius()
 }
 

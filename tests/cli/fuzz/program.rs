@@ -239,7 +239,10 @@ fn arguments_that_are_no_text_end_in_one_of_the_documented_ways() {
 /// Valid arguments, however absurd, give a file that can be read again.
 #[test]
 fn a_run_of_any_valid_arguments_writes_a_file_that_can_be_read() {
-    let number = |low: f64, high: f64| (low.ln()..high.ln()).prop_map(f64::exp);
+    // A power of e may be above its end by rounding.
+    let number = |low: f64, high: f64| {
+        (low.ln()..high.ln()).prop_map(move |power| power.exp().clamp(low, high))
+    };
     let numbers = (number(1e-6, 0.1), number(1e-9, 1e9), number(6e-7, 1e6), number(2e-6, 2e4));
     let motion = proptest::array::uniform6(-1e5..1e5_f64);
     let rest = (numbers, 0.0..10.0_f64, -1e3..1e3_f64, motion, any::<bool>());

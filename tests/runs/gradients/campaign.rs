@@ -1,6 +1,7 @@
 //! Derivatives of drawn scenes: boxes that lie on slopes with more corners than they need, stacks on them, mechanisms with motors
 //! that stand on something, and bodies of hardly any inertia.
 
+use super::draw::Draw;
 use super::{Tally, compare, step};
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3, Vector4};
 use rand_mt::Mt;
@@ -9,17 +10,7 @@ use tumble::joint::{Drive, Joint, JointFrame, Motor};
 use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::world::{Constant, Parameters, World};
 
-struct Draw(Mt);
-
 impl Draw {
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * f64::from(self.0.next_u32()) / f64::from(u32::MAX)
-    }
-
-    fn vector(&mut self, size: f64) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| self.within(-size, size))
-    }
-
     fn world(&mut self, bodies: Vec<RigidBody>, normal: Vector3<f64>, h: f64) -> World {
         World::new(Parameters {
             bodies,

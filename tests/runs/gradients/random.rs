@@ -1,6 +1,7 @@
 //! Derivatives at the edge of what they claim: random shapes that meet each other or what is fixed, thin, small, heavy,
 //! light and spinning, with rebounds and on belts; and the same bodies in another order.
 
+use super::draw::Draw;
 use super::{Tally, apart, compare, directions, size, step};
 use nalgebra::{Vector3, Vector4};
 use rand_mt::Mt;
@@ -11,18 +12,7 @@ use tumble::mechanics::{RigidBody, Rotation, State, quaternion};
 use tumble::solver::native::{StepChange, StepDerivative};
 use tumble::world::{Fixed, Parameters, World};
 
-/// Numbers of a fixed sequence.
-struct Draw(Mt);
-
 impl Draw {
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * f64::from(self.0.next_u32()) / f64::from(u32::MAX)
-    }
-
-    fn vector(&mut self, size: f64) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| self.within(-size, size))
-    }
-
     /// A box, a rounded box, a capsule or a ball of about `size` (m), as thin as a thirtieth of it.
     fn piece(&mut self, size: f64) -> Piece {
         let half = Vector3::from_fn(|_, _| size * self.within(0.03, 0.6));
@@ -158,6 +148,7 @@ fn shapes_that_meet_in_every_way() {
     );
     assert!(tally.missed.is_empty(), "{}", tally.missed.join("\n"));
     assert!(tally.compared > 8 * PAIRS && 20 * tally.kinks < tally.compared);
+    assert_eq!(tally.scattered, 0);
 }
 
 /// δX⁺, where no kink is near and every feature is known.

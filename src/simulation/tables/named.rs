@@ -1,0 +1,122 @@
+//! Whether a contact of two pieces is where the features are that its key names.
+//!
+//! Point and plane are fixed in their bodies' frames for a step, so what the key names of the point's owner is
+//! at the point and what it names of the plane's owner is in the plane, exactly, wherever the bodies were when
+//! they were found. Along the plane they were over each other there: at the step's start they are so but for
+//! what the bodies move in the step.
+
+use super::rebuild::{BAND, EXACT, Misplaced, size};
+use crate::contact::{ContactKey, Features, PairFeatures, Partner};
+use crate::geometry::{Feature, Part, Piece, Side};
+use crate::mechanics::RigidBody;
+use nalgebra::Vector3;
+
+const ELSEWHERE: &str = "is not where the features of its key are";
+
+/// The pieces of a contact, the point's owner first.
+pub(super) type Pieces<'a> = (&'a Piece, &'a Piece);
+
+/// What the key names of the point's owner and of the plane's; a vertex is one piece's alone.
+fn parts(key: &ContactKey, pair: &PairFeatures) -> (Option<Part>, Option<Part>) {
+    let (of_a, of_b) = match pair.feature {
+        Feature::Vertex(Side::A, vertex) => (Some(Part::Vertex(vertex)), None),
+        Feature::Vertex(Side::B, vertex) => (None, Some(Part::Vertex(vertex))),
+        Feature::Edges(a, b) => (Some(Part::Edge(a)), Some(Part::Edge(b))),
+        Feature::Vertices(a, b) => (Some(Part::Vertex(a)), Some(Part::Vertex(b))),
+        Feature::Round(a, b) => (Some(a), Some(b)),
+    };
+    // The pieces of a pair are in the order of the bodies, and what is fixed is last.
+    match key.partner {
+        Partner::Body(other) if other < key.body => (of_b, of_a),
+        _ => (of_a, of_b),
+    }
+}
+
+/// The ends of a part of a piece's core, m, the same twice of a vertex.
+fn ends(piece: &Piece, part: Part) -> Option<[Vector3<f64>; 2]> {
+    let vertices = match part {
+        Part::Vertex(vertex) => [vertex; 2],
+        Part::Edge(edge) => piece.core().edges().get(edge as usize)?.vertices,
+    };
+    let [from, to] = vertices.map(|vertex| piece.core().vertices().get(vertex as usize).copied());
+    Some([from?, to?])
+}
+
+/// How far a point is from a part, m; ∞ from one that is not there.
+fn distance(piece: &Piece, part: Part, point: &Vector3<f64>) -> f64 {
+    let Some([from, to]) = ends(piece, part) else { return f64::INFINITY };
+    let along = to - from;
+    let share = match along.norm_squared() {
+        0.0 => 0.0,
+        square => ((point - from).dot(&along) / square).clamp(0.0, 1.0),
+    };
+    (point - from - along * share).norm()
+}
+
+/// The heights of a part's ends over a plane that is above its piece, n·x = d, m; ∞ of one that is not there.
+fn heights(piece: &Piece, part: Part, features: &Features) -> [f64; 2] {
+    let normal = features.frame.column(2);
+    let height = |end: Vector3<f64>| normal.dot(&end) + piece.radius() - features.offset;
+    ends(piece, part).map_or([f64::INFINITY; 2], |ends| ends.map(height))
+}
+
+/// Whether the point of a contact may be the foot of a corner of something fixed on a plane of the body: then it
+/// is the plane that has the corner.
+pub(super) fn may_be_turned(key: &ContactKey, pair: &PairFeatures) -> bool {
+    matches!(key.partner, Partner::Fixed(_)) && parts(key, pair).1.is_some()
+}
+
+/// Holds point, plane and contact point against the parts that the key names.
+pub(super) fn check(
+    key: &ContactKey,
+    pair: &PairFeatures,
+    features: &Features,
+    (own, theirs): Pieces<'_>,
+    body: &RigidBody,
+) -> Result<(), Misplaced> {
+    let (of_own, of_theirs) = parts(key, pair);
+    let turned = may_be_turned(key, pair);
+    let first = |part| match part {
+        Part::Vertex(vertex) => Some(vertex),
+        Part::Edge(edge) => Some(own.core().edges().get(edge as usize)?.vertices[0]),
+    };
+    let point_of = |vertex: u32| body.point_of(pair.pieces.0, vertex as usize);
+    let named = of_own.map_or(Some(0), first).map(point_of);
+    if named != Some(key.point) && !(turned && key.point == point_of(0)) {
+        return Err("has a key of another contact point than that of its features");
+    }
+    // Of round features all follows from these.
+    if features.curved.is_some() {
+        return Ok(());
+    }
+    // A foot is as far from an edge as the face is off the axis that it was seen along.
+    let off = |part| !turned && distance(own, part, &features.point) > EXACT * size(own);
+    // An edge of the plane's owner lies in it, a fixed one may go through it.
+    let off_plane = |part| {
+        let [a, b] = heights(theirs, part, features);
+        let through = turned && a * b <= 0.0;
+        !through && a.abs().min(b.abs()) > EXACT * size(theirs)
+    };
+    if of_own.is_some_and(off) || of_theirs.is_some_and(off_plane) {
+        return Err(ELSEWHERE);
+    }
+    Ok(())
+}
+
+/// Holds what the key names of the plane's owner against where it is at the step's start: `seen` is the touching
+/// point there, in the frame of the plane's owner; `moved` (m) is what the bodies move.
+pub(super) fn check_start(
+    (key, pair): (&ContactKey, &PairFeatures),
+    features: &Features,
+    (own, theirs): Pieces<'_>,
+    seen: &Vector3<f64>,
+    moved: f64,
+) -> Result<(), Misplaced> {
+    let near = BAND * size(own).min(size(theirs)) + moved;
+    let normal = features.frame.column(2);
+    let foot = seen - normal * (normal.dot(seen) - features.offset + theirs.radius());
+    match parts(key, pair).1.is_some_and(|part| distance(theirs, part, &foot) > near) {
+        true => Err(ELSEWHERE),
+        false => Ok(()),
+    }
+}

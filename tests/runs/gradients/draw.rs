@@ -1,0 +1,17 @@
+//! What drawn scenes are drawn by.
+
+use nalgebra::Vector3;
+use rand_mt::Mt;
+
+/// Numbers of a fixed sequence.
+pub struct Draw(pub Mt);
+
+impl Draw {
+    pub fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * f64::from(self.0.next_u32()) / f64::from(u32::MAX)
+    }
+
+    pub fn vector(&mut self, size: f64) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| self.within(-size, size))
+    }
+}
