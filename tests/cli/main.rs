@@ -51,4 +51,5 @@ mod threads;
 mod tutorial;
 mod validated;
 mod verify;
+mod verify_fixed;
 mod view;

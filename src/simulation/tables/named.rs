@@ -76,31 +76,63 @@ pub(super) fn check(
 ) -> Result<(), Misplaced> {
     let (of_own, of_theirs) = parts(key, pair);
     let turned = may_be_turned(key, pair);
-    let first = |part| match part {
-        Part::Vertex(vertex) => Some(vertex),
-        Part::Edge(edge) => Some(own.core().edges().get(edge as usize)?.vertices[0]),
-    };
-    let point_of = |vertex: u32| body.point_of(pair.pieces.0, vertex as usize);
-    let named = of_own.map_or(Some(0), first).map(point_of);
-    if named != Some(key.point) && !(turned && key.point == point_of(0)) {
-        return Err("has a key of another contact point than that of its features");
-    }
+    check_point(key, pair, (own, body), turned)?;
     // Of round features all follows from these.
     if features.curved.is_some() {
         return Ok(());
     }
     // A foot is as far from an edge as the face is off the axis that it was seen along.
     let off = |part| !turned && distance(own, part, &features.point) > EXACT * size(own);
-    // An edge of the plane's owner lies in it, a fixed one may go through it.
-    let off_plane = |part| {
-        let [a, b] = heights(theirs, part, features);
-        let through = turned && a * b <= 0.0;
-        !through && a.abs().min(b.abs()) > EXACT * size(theirs)
-    };
+    let off_plane = |part| is_off_plane(theirs, part, features, turned);
     if of_own.is_some_and(off) || of_theirs.is_some_and(off_plane) {
         return Err(ELSEWHERE);
     }
     Ok(())
+}
+
+/// Whether a part is nowhere in a plane that is above its piece: an edge of the plane's owner lies in it, a fixed one, of a
+/// plane that is `turned`, may go through it.
+fn is_off_plane(piece: &Piece, part: Part, features: &Features, turned: bool) -> bool {
+    let [a, b] = heights(piece, part, features);
+    let through = turned && a * b <= 0.0;
+    !through && a.abs().min(b.abs()) > EXACT * size(piece)
+}
+
+/// Holds the contact point of a key against the part of its own piece that it names, or, where it may, against the piece's first
+/// one.
+fn check_point(
+    key: &ContactKey,
+    pair: &PairFeatures,
+    (own, body): (&Piece, &RigidBody),
+    may_be_first: bool,
+) -> Result<(), Misplaced> {
+    let first = |part| match part {
+        Part::Vertex(vertex) => Some(vertex),
+        Part::Edge(edge) => Some(own.core().edges().get(edge as usize)?.vertices[0]),
+    };
+    let point_of = |vertex: u32| body.point_of(pair.pieces.0, vertex as usize);
+    let named = parts(key, pair).0.map_or(Some(0), first).map(point_of);
+    match named == Some(key.point) || may_be_first && key.point == point_of(0) {
+        true => Ok(()),
+        false => Err("has a key of another contact point than that of its features"),
+    }
+}
+
+/// The same where something is round: whose the point is depends on the radii, and rims have planes of their own; a plane of the
+/// body's, if the contact may have one, is held against the part of the fixed piece that the key names.
+pub(super) fn check_round(
+    key: &ContactKey,
+    pair: &PairFeatures,
+    features: &Features,
+    (own, theirs): Pieces<'_>,
+    body: &RigidBody,
+) -> Result<(), Misplaced> {
+    check_point(key, pair, (own, body), true)?;
+    let part = parts(key, pair).1.filter(|_| may_be_turned(key, pair));
+    match part.is_some_and(|part| is_off_plane(theirs, part, features, true)) {
+        true => Err(ELSEWHERE),
+        false => Ok(()),
+    }
 }
 
 /// Holds what the key names of the plane's owner against where it is at the step's start: `seen` is the touching

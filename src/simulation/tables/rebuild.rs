@@ -26,6 +26,8 @@ pub type Misplaced = &'static str;
 pub(super) const EXACT: f64 = 1e-6;
 /// A fixed face's corner may be above the body's face by the band of the search.
 pub(super) const BAND: f64 = crate::contact::detection::CONTACT_BAND + EXACT;
+/// The sine of what a face may lean over another one of which it touches edges or corners.
+const LEAN: f64 = 0.1;
 /// Of a normal's length and of a recorded vector.
 const UNIT: f64 = 1e-9;
 
@@ -161,12 +163,16 @@ impl ContactRow {
         let normal = other.rotation.tr_mul(&self.normal);
         let seen = other.rotation.tr_mul(&(centre - other.position));
         let offset = normal.dot(&seen) - self.radius - self.gap;
-        let (key, least) = (self.key.between(self.body, self.partner), EXACT * size(own));
+        let key = self.key.between(self.body, self.partner);
         let sharp = own.radius() + theirs.radius() == 0.0;
-        let band = match sharp && !named::may_be_turned(&key, &pair) {
-            true => EXACT * size(theirs),
-            false => BAND * size(theirs).min(size(own)),
+        let near = BAND * size(theirs).min(size(own));
+        let (least, band) = match (named::may_be_turned(&key, &pair), sharp) {
+            // A plane of the body's leans over the fixed piece, and the foot is as far beside the body as it leans over the gap.
+            (true, _) => (LEAN * (near + self.gap.abs()), near + LEAN * 2.0 * size(theirs)),
+            (false, true) => (0.0, EXACT * size(theirs)),
+            (false, false) => (0.0, near),
         };
+        let least = least + EXACT * size(own);
         let beyond = outside(own, &point) - (own.radius() - self.radius);
         if beyond > least {
             return Err("has a point that its body does not have");
@@ -176,8 +182,19 @@ impl ContactRow {
         }
         let plane = Plane::new(normal, 0.0).map_err(|_| "has a normal that is no unit vector")?;
         let features = Features::of_plane(point, self.radius, *plane.frame(), offset);
-        // Where something is round, whose the point is depends on the radii, and rims have planes of their own.
-        if sharp { self.named(world, features, (own, theirs)) } else { Ok(features) }
+        match sharp {
+            true => self.named(world, features, (own, theirs)),
+            false => {
+                named::check_round(
+                    &key,
+                    &pair,
+                    &features,
+                    (own, theirs),
+                    &world.bodies()[self.body],
+                )?;
+                Ok(features)
+            }
+        }
     }
 
     /// `features`, if they are those that the key names.
