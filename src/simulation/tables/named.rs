@@ -127,8 +127,15 @@ pub(super) fn check_round(
     (own, theirs): Pieces<'_>,
     body: &RigidBody,
 ) -> Result<(), Misplaced> {
-    check_point(key, pair, (own, body), true)?;
-    let part = parts(key, pair).1.filter(|_| may_be_turned(key, pair));
+    let (of_own, of_theirs) = parts(key, pair);
+    let is_not_of = |piece: &Piece, part| ends(piece, part).is_none();
+    if of_own.is_some_and(|part| is_not_of(own, part))
+        || of_theirs.is_some_and(|part| is_not_of(theirs, part))
+    {
+        return Err("is of features that its pieces do not have");
+    }
+    check_point(key, pair, (own, body), matches!(key.partner, Partner::Fixed(_)))?;
+    let part = of_theirs.filter(|_| may_be_turned(key, pair));
     match part.is_some_and(|part| is_off_plane(theirs, part, features, true)) {
         true => Err(ELSEWHERE),
         false => Ok(()),
