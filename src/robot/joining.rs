@@ -4,6 +4,7 @@ use super::frame::{from_z, of_matrix};
 use super::model::{Actuator, Joint, Moves, Robot, Sum};
 use crate::joint::{Drive, Hinges, JointFrame, Middle, Motor};
 use crate::scenario::joint::JointKind;
+use crate::scenario::shown;
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// Directions that differ by less are parallel, or at a right angle.
@@ -189,10 +190,18 @@ pub fn drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, Str
 /// # Errors
 /// As [`drive`].
 pub fn sum_drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, String> {
-    let Sum { mut drive, .. } = robot.sums[index];
+    let Sum { of, mut drive } = robot.sums[index].clone();
     let at = Place { reference: 0.0, effort: None };
+    let bounded = of.joints.into_iter().find(|joint| robot.joints[*joint].effort.is_some());
     for (actuator, control) in controlled(robot, controls) {
         if let Some((_, by)) = actuator.sum.filter(|(of, _)| *of == index) {
+            if let Some(joint) = bounded {
+                let name = shown::line(&robot.joints[joint].name);
+                return Err(format!(
+                    "{}: tendon: {name:?} bounds what all its actuators have together, and this one pulls on two joints by where they are",
+                    actuator.at
+                ));
+            }
             add_actuator((actuator, by * actuator.gear), control, at, &mut drive)?;
         }
     }

@@ -165,15 +165,12 @@ pub fn hull(points: impl Iterator<Item = [f64; 3]>) -> Result<Hulled, String> {
     let mut known = HashSet::new();
     let points = points.filter(|point| known.insert(bits(point)));
     let mut points: Vec<_> = points.map(Vector3::from).collect();
-    let thickened = thicken(&mut points);
-    let found = match points.len() > LEAST_REDUCED && has_too_many(&points) {
-        true => reduced(&points, MOST_CORNERS),
-        false => match Piece::hull(&points, 0.0) {
-            Err(Error::Count { .. }) if points.len() > LEAST_REDUCED => {
-                reduced(&points, MOST_CORNERS)
-            }
-            whole => whole.map(|piece| (piece, 0.0)),
+    let (found, thickened) = match whole_or_reduced(&points) {
+        Err(why) => match thicken(&mut points) {
+            0.0 => (Err(why), 0.0),
+            thick => (whole_or_reduced(&points), thick),
         },
+        found => (found, 0.0),
     };
     let (piece, outside) = found.map_err(|error| error.to_string())?;
     let corners = piece.core().vertices().iter().map(|&corner| corner.into()).collect();
@@ -182,7 +179,18 @@ pub fn hull(points: impl Iterator<Item = [f64; 3]>) -> Result<Hulled, String> {
     Ok(Hulled { corners, volume, outside, thickened })
 }
 
-/// Points that are no farther than this part of their extent from one plane have no inside.
+/// The hull of the points, or, of too many, of some of them; how far the others are outside of its planes (m).
+fn whole_or_reduced(points: &[Vector3<f64>]) -> Result<(Piece, f64), Error> {
+    if points.len() > LEAST_REDUCED && has_too_many(points) {
+        return reduced(points, MOST_CORNERS);
+    }
+    match Piece::hull(points, 0.0) {
+        Err(Error::Count { .. }) if points.len() > LEAST_REDUCED => reduced(points, MOST_CORNERS),
+        whole => whole.map(|piece| (piece, 0.0)),
+    }
+}
+
+/// Points within this part of their extent have no inside if they have no hull.
 const THIN: f64 = 2e-5;
 /// How thick they are made, in parts of their extent.
 const THICK: f64 = 1e-4;

@@ -311,7 +311,7 @@ fn masses_that_are_not_given_follow_from_the_shapes() {
     }
 }
 
-/// A declaration after a comment or blanks, as many files have it; lines are counted as they are.
+/// A declaration after blanks, as some files have it; lines are counted as they are.
 #[test]
 fn a_late_declaration_is_passed_over() {
     let urdf =
@@ -337,4 +337,8 @@ fn a_flat_mesh_is_a_plate() {
     let heights =
         pieces.iter().flat_map(|piece| piece.core().vertices()).map(|corner| corner.z.abs());
     assert!(heights.into_iter().all(|height| (height - 5e-5).abs() < 1e-12));
+    // What is barely no plane is as it is.
+    let thin = flat.replace("f 1 2 3", "v 0.5 0.5 1.5e-5\nf 1 2 3\nf 1 5 2");
+    let scene = self::scene(GROUND, &[("robot.urdf", &urdf), ("flat.obj", &thin)]).unwrap();
+    assert!(!said(&scene, "it is flat"), "{:?}", scene.notes());
 }

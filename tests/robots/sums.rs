@@ -189,4 +189,8 @@ fn position_actuators_of_tendons_are_motors_of_sums() {
         .replace("</fixed>", "<joint joint=\"t\" coef=\"1\"/></fixed>");
     let why = scene_of(&third, Settings::default()).err().unwrap_or_default();
     assert!(why.contains("more than two joints"), "{why}");
+    // What bounds the force of one joint says nothing of a pull on two.
+    let bounded = GRIPPER.replace("name=\"r\"", "name=\"r\" actuatorfrcrange=\"-1 1\"");
+    let why = scene_of(&bounded, Settings::default()).err().unwrap_or_default();
+    assert!(why.contains("line 9") && why.contains("\"r\" bounds"), "{why}");
 }
