@@ -154,7 +154,9 @@ impl ContactRow {
             let features = features.ok_or("is of features that its pieces do not have")?;
             return self.named(world, features, (own, theirs));
         }
-        if own.core().faces().is_empty() && theirs.core().faces().is_empty() {
+        // Round features have planes too, from the first one on that would have let them through.
+        let is_round = matches!(pair.feature, Feature::Round(..));
+        if !is_round && own.core().faces().is_empty() && theirs.core().faces().is_empty() {
             return Err("has a key of faces, which its pieces do not have");
         }
         let other = other_pose;
