@@ -102,7 +102,7 @@ fn settings(args: &AnimationArgs, format: Format) -> Settings {
     Settings {
         speed: args.gif_speed.unwrap_or(default.speed),
         size: args.gif_size.unwrap_or(default.size),
-        view: args.camera.unwrap_or(default.view),
+        view: args.camera,
         format,
     }
 }

@@ -79,36 +79,63 @@ impl Extent {
 }
 
 /// The window of each frame, or one for all: `moving` has what moves in each frame, of whose
-/// bodies the largest reaches `reach` (slopes). The stillest one is taken unless another shows what
+/// bodies the largest reaches `reach` (slopes), and `followed` the place in the view that goes with it, and how that goes
+/// without jerks. The stillest one is taken unless another shows what
 /// moves much larger; one that follows needs something that stands still to be seen against.
-pub fn windows(moving: &[Extent], reach: f64, has_ground: bool) -> Vec<Window> {
+pub fn windows(
+    moving: &[Extent],
+    reach: f64,
+    followed: &[[[f64; 2]; 2]],
+    has_ground: bool,
+) -> Vec<Window> {
     let least = CONTEXT * reach;
     let all = moving.iter().fold(Extent::NONE, |all, one| all.and(one));
     let mut still = Window::about(&all, least);
     if still.half * NEARER > Window::WHOLE.half {
         still = Window::WHOLE;
     }
-    let followed = followed(moving, least);
+    let following = following(moving, least, followed);
     // In this order what is no number stays still.
-    if has_ground && followed[0].half * NEARER <= still.half { followed } else { vec![still] }
+    if has_ground && following[0].half * NEARER <= still.half { following } else { vec![still] }
 }
 
-fn followed(moving: &[Extent], least: f64) -> Vec<Window> {
-    let places: Vec<_> = moving.iter().map(|one| Window::about(one, least).middle).collect();
-    let smooth = |k: usize| {
-        let weight = |at: usize| (SMOOTH + 1 - at.abs_diff(SMOOTH)) as f64;
-        // Beyond its ends the film stands still.
-        let place = |at: usize| places[(k + at).saturating_sub(SMOOTH).min(places.len() - 1)];
-        let near = 0..=2 * SMOOTH;
-        let all: f64 = near.clone().map(weight).sum();
-        let mean = |axis: usize| near.clone().map(|at| weight(at) * place(at)[axis]).sum::<f64>();
-        Window { middle: [mean(0) / all, mean(1) / all], half: least }
+/// Windows that go where `followed` goes without jerks, and with what is about it.
+fn following(moving: &[Extent], least: f64, followed: &[[[f64; 2]; 2]]) -> Vec<Window> {
+    let off = |(one, [place, _]): (&Extent, &[[f64; 2]; 2])| {
+        let middle = Window::about(one, least).middle;
+        std::array::from_fn::<_, 2, _>(|axis| middle[axis] - place[axis])
     };
-    let mut windows: Vec<_> = (0..places.len()).map(smooth).collect();
+    let offs = smooth(&moving.iter().zip(followed).map(off).collect::<Vec<_>>());
+    let window = |([_, place], off): (&[[f64; 2]; 2], &[f64; 2])| Window {
+        middle: std::array::from_fn(|axis| place[axis] + off[axis]),
+        half: least,
+    };
+    let mut windows: Vec<_> = followed.iter().zip(&offs).map(window).collect();
     let needed = windows.iter().zip(moving).map(|(window, one)| window.needed(one));
     let half = needed.fold(least, f64::max);
     windows.iter_mut().for_each(|window| window.half = half);
     windows
+}
+
+/// Places frame by frame, without jerks: what goes straight on stays as it is.
+pub fn smooth<const N: usize>(places: &[[f64; N]]) -> Vec<[f64; N]> {
+    let last = places.len().saturating_sub(1);
+    // Beyond its ends it goes on as it is within: as far there from the end, on its other side.
+    let place = |at: usize, axis: usize| {
+        if at < SMOOTH {
+            2.0 * places[0][axis] - places[(SMOOTH - at).min(last)][axis]
+        } else if at > SMOOTH + last {
+            2.0 * places[last][axis] - places[(2 * last + SMOOTH).saturating_sub(at)][axis]
+        } else {
+            places[at - SMOOTH][axis]
+        }
+    };
+    let weight = |at: usize| (SMOOTH + 1 - at.abs_diff(SMOOTH)) as f64;
+    let all: f64 = (0..=2 * SMOOTH).map(weight).sum();
+    let mean = |k: usize, axis: usize| {
+        (0..=2 * SMOOTH).map(|at| weight(at) * place(k + at, axis)).sum::<f64>() / all
+    };
+    (0..places.len()).map(|k| std::array::from_fn(|axis| mean(k, axis))).collect()
 }
 
 #[cfg(test)]
@@ -124,12 +151,29 @@ mod tests {
         places.iter().map(square).collect()
     }
 
+    /// The windows of squares about places, each followed itself.
+    fn windows_of(places: &[[f64; 2]], half: f64, has_ground: bool) -> Vec<Window> {
+        let gone = smooth(places);
+        let followed: Vec<_> = places.iter().zip(&gone).map(|(at, to)| [*at, *to]).collect();
+        windows(&squares(places, half), half, &followed, has_ground)
+    }
+
+    #[test]
+    fn what_goes_straight_on_is_in_the_middle_from_beginning_to_end() {
+        for frames in [1, 2, 9, 40] {
+            let places: Vec<_> = (0..frames).map(|k| [0.3 * f64::from(k) - 1.0, 0.2]).collect();
+            for (at, to) in places.iter().zip(smooth(&places)) {
+                assert!((0..2).all(|k| (at[k] - to[k]).abs() < 1e-12), "{frames}: {at:?} {to:?}");
+            }
+        }
+    }
+
     #[test]
     fn a_long_way_is_followed_without_jerks_and_nothing_leaves_the_picture() {
         // Along a line, then at once along another, as after an impact.
         let place = |k: usize| [0.002 * k as f64 - 0.2, 0.003 * (k as f64 - 100.0).abs() - 0.1];
-        let moving = squares(&(0..200).map(place).collect::<Vec<_>>(), 0.004);
-        let windows = windows(&moving, 0.004, true);
+        let places: Vec<_> = (0..200).map(place).collect();
+        let (moving, windows) = (squares(&places, 0.004), windows_of(&places, 0.004, true));
         assert_eq!(windows.len(), 200);
         assert!(windows.iter().all(|window| window.half == windows[0].half));
         for (window, one) in windows.iter().zip(&moving) {
@@ -148,8 +192,7 @@ mod tests {
     #[test]
     fn what_stays_in_a_corner_is_shown_through_a_smaller_window_that_stands_still() {
         let places: Vec<_> = (0..60).map(|k| [0.1 + 0.0005 * f64::from(k), -0.1]).collect();
-        let moving = squares(&places, 0.01);
-        let near = windows(&moving, 0.01, true);
+        let (moving, near) = (squares(&places, 0.01), windows_of(&places, 0.01, true));
         assert_eq!(near.len(), 1);
         assert!(near[0].half < HALF_VIEW / 3.0 && near[0].needed(&moving[59]) <= near[0].half);
     }
@@ -157,7 +200,7 @@ mod tests {
     #[test]
     fn without_need_or_without_ground_the_camera_stands_still() {
         let places: Vec<_> = (0..60).map(|k| [0.007 * f64::from(k) - 0.2, 0.0]).collect();
-        assert_eq!(windows(&squares(&places, 0.06), 0.06, true), [Window::WHOLE]);
-        assert_eq!(windows(&squares(&places, 0.005), 0.005, false), [Window::WHOLE]);
+        assert_eq!(windows_of(&places, 0.06, true), [Window::WHOLE]);
+        assert_eq!(windows_of(&places, 0.005, false), [Window::WHOLE]);
     }
 }

@@ -9,8 +9,9 @@ pub struct Settings {
     pub speed: f64,
     /// Width and height, pixels.
     pub size: u16,
-    /// Where the camera stands.
-    pub view: View,
+    /// Where the camera stands. `None`: where [`View::default`] says, or higher above the horizon where what stands
+    /// still hides from there what moves.
+    pub view: Option<View>,
     /// What the file is.
     pub format: Format,
 }
@@ -27,7 +28,7 @@ pub enum Format {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { speed: 1.0, size: 800, view: View::default(), format: Format::Gif }
+        Self { speed: 1.0, size: 800, view: None, format: Format::Gif }
     }
 }
 

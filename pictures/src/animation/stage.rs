@@ -1,10 +1,10 @@
 //! One frame: floor, shadows, bodies, forces, clock.
 
 use super::arrows::{self, Arrow};
-use super::camera::Camera;
+use super::camera::{Camera, View};
 use super::canvas::Canvas;
 use super::floor::{Floor, Light};
-use super::framing::{Extent, Window, windows};
+use super::framing::{Extent, Window, smooth, windows};
 use super::lettering;
 use super::palette::{self, BACKGROUND, Hue};
 use super::pins::{self, Pin};
@@ -24,6 +24,14 @@ const LABEL: f32 = 13.0;
 
 /// Of a body's size: what moves less all the time stands still.
 const UNMOVED: f64 = 0.1;
+
+/// Heights of the camera above the horizon that are tried, degrees, where none is asked for.
+const HEIGHTS: [f64; 4] = [20.0, 35.0, 50.0, 65.0];
+
+/// So much of what moves may be hidden from a height, in so many of the frames, in sketches of so many pixels.
+const HIDDEN: f64 = 0.05;
+const SKETCHES: usize = 12;
+const SKETCH: u16 = 120;
 
 /// What one frame shows, in the ground's frame.
 pub struct Moment {
@@ -66,10 +74,15 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// A stage on which all `moments` are in view, aimed at the first. `None` if the picture has
-    /// no size.
+    /// A stage on which all `moments` are in view, aimed at the first, seen from where what moves is seen if nothing
+    /// else is asked for. `None` if the picture has no size.
     pub fn new(film: &Film, settings: &Settings, moments: &[Moment]) -> Option<Self> {
-        let light = Light::for_azimuth(settings.view.azimuth);
+        let view = settings.view.map_or_else(|| open_view(film, settings, moments), Some)?;
+        Self::seen_from(view, film, settings, moments)
+    }
+
+    fn seen_from(view: View, film: &Film, settings: &Settings, moments: &[Moment]) -> Option<Self> {
+        let light = Light::for_azimuth(view.azimuth);
         let to_ground = film.to_ground();
         let actors = actors(film);
         let mut points = Vec::new();
@@ -82,7 +95,7 @@ impl Stage {
         let tips = moments.iter().flat_map(|moment| &moment.arrows).map(|arrow| arrow.to);
         points.extend(tips.chain(floor.iter().flat_map(Floor::corners)));
         let turn = to_ground.rotation.to_rotation_matrix();
-        let mut camera = Camera::fit(settings.view, &turn, settings.size, &points);
+        let mut camera = Camera::fit(view, &turn, settings.size, &points);
         let (windows, distance) = framed(&camera, &actors, moments, floor.is_some());
         camera.window = windows[0];
         if camera.window.half < Window::WHOLE.half {
@@ -144,14 +157,8 @@ impl Stage {
             floor.paint_shadows(canvas, &self.camera, &spans.collect::<Vec<_>>());
         }
         self.raster.clear();
-        let poses: Vec<_> = poses().collect();
-        for (actor, pose) in self.actors.iter().zip(poses) {
-            let (camera, raster) = (&self.camera, &mut self.raster);
-            let Actor { hue, reach, .. } = *actor;
-            let mut easel = Easel { raster, camera, light: self.light, unit, hue, reach };
-            for look in &actor.looks {
-                easel.look(look, pose);
-            }
+        for (place, pose) in poses().copied().enumerate().collect::<Vec<_>>() {
+            self.paint_actor(place, &pose, unit);
         }
         // What the bodies hide, the bodies, what stands before them.
         let (hidden, seen): (Vec<_>, Vec<_>) = moment.arrows.iter().partition(|arrow| {
@@ -165,6 +172,34 @@ impl Stage {
             self.paint_labels(canvas, font, moment);
             self.paint_clock(canvas, font, moment.time);
         }
+    }
+
+    fn paint_actor(&mut self, place: usize, pose: &Isometry3<f64>, unit: f64) {
+        let (camera, raster, actor) = (&self.camera, &mut self.raster, &self.actors[place]);
+        let Actor { hue, reach, .. } = *actor;
+        let mut easel = Easel { raster, camera, light: self.light, unit, hue, reach };
+        for look in &actor.looks {
+            easel.look(look, pose);
+        }
+    }
+
+    /// The part of those that move whose middles what stands still hides, over some of the moments.
+    fn hidden(&mut self, moments: &[Moment]) -> f64 {
+        let moving = moving(&self.actors, moments);
+        let (mut hidden, mut all) = (0.0, 0.0);
+        for k in (0..moments.len()).step_by(moments.len().div_ceil(SKETCHES)) {
+            self.aim(k);
+            self.raster.clear();
+            let (still, pose) = (self.actors.len() - 1, self.to_ground);
+            self.paint_actor(still, &pose, 1.0);
+            for &body in &moving {
+                let spot = self.camera.spot(&moments[k].poses[body].translation.vector);
+                let room = BEHIND * self.actors[body].reach;
+                hidden += f64::from(u8::from(self.raster.hides(spot, room)));
+                all += 1.0;
+            }
+        }
+        hidden / all
     }
 
     /// The label of a body stands above it.
@@ -200,14 +235,29 @@ impl Actor {
     }
 }
 
-/// The window of each frame on the bodies that move, or on all where none does, and how far these
-/// are from the camera, m.
-fn framed(
-    camera: &Camera,
-    actors: &[Actor],
-    moments: &[Moment],
-    has_ground: bool,
-) -> (Vec<Window>, f64) {
+/// The view from the lowest height from which what moves is seen, or from that from which most of it is. `None` where
+/// there is no picture.
+fn open_view(film: &Film, settings: &Settings, moments: &[Moment]) -> Option<View> {
+    let views = HEIGHTS.map(|elevation| View { elevation, ..View::default() });
+    if film.fixed.is_empty() {
+        return Some(views[0]);
+    }
+    let settings = Settings { size: SKETCH, ..*settings };
+    let (mut best, mut least) = (views[0], f64::INFINITY);
+    for view in views {
+        let hidden = Stage::seen_from(view, film, &settings, moments)?.hidden(moments);
+        if hidden < least {
+            (best, least) = (view, hidden);
+        }
+        if least <= HIDDEN {
+            break;
+        }
+    }
+    Some(best)
+}
+
+/// The bodies that move, or all where none does.
+fn moving(actors: &[Actor], moments: &[Moment]) -> Vec<usize> {
     let first = &moments[0].poses;
     let moves = |b: &usize| {
         let way = |moment: &Moment| {
@@ -218,10 +268,18 @@ fn framed(
         };
         moments.iter().any(|moment| way(moment) > UNMOVED * actors[*b].reach)
     };
-    let mut moving: Vec<usize> = (0..first.len()).filter(moves).collect();
-    if moving.is_empty() {
-        moving = (0..first.len()).collect();
-    }
+    let moving: Vec<usize> = (0..first.len()).filter(moves).collect();
+    if moving.is_empty() { (0..first.len()).collect() } else { moving }
+}
+
+/// The window of each frame on the bodies that move, and how far these are from the camera, m.
+fn framed(
+    camera: &Camera,
+    actors: &[Actor],
+    moments: &[Moment],
+    has_ground: bool,
+) -> (Vec<Window>, f64) {
+    let moving = moving(actors, moments);
     let (mut reach, mut distance) = (0.0f64, 0.0);
     let extents: Vec<_> = moments
         .iter()
@@ -236,8 +294,17 @@ fn framed(
             })
         })
         .collect();
+    // Straight on in space is not straight on in the view.
+    let middle = |moment: &Moment| -> [f64; 3] {
+        let places = moving.iter().map(|&b| moment.poses[b].translation.vector);
+        (places.sum::<Vector3<f64>>() / moving.len() as f64).into()
+    };
+    let middles: Vec<_> = moments.iter().map(middle).collect();
+    let in_view = |place: &[f64; 3]| camera.slopes(&Vector3::from(*place)).0;
+    let followed: Vec<_> =
+        middles.iter().zip(smooth(&middles)).map(|(at, to)| [in_view(at), in_view(&to)]).collect();
     let distance = distance / (moments.len() * moving.len()) as f64;
-    (windows(&extents, reach, has_ground), distance)
+    (windows(&extents, reach, &followed, has_ground), distance)
 }
 
 /// The bodies, and what stands still.

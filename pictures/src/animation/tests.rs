@@ -125,7 +125,7 @@ fn other_views_and_other_bodies_are_drawn_too() {
     let mut film = falling_cube(300);
     let views = [(200.0, 0.0), (0.0, 90.0), (-720.0, 45.0)];
     for (azimuth, elevation) in views {
-        let view = View { azimuth, elevation };
+        let view = Some(View { azimuth, elevation });
         let bytes = bytes(&film, &Settings { size: 120, view, speed: 10.0, ..Settings::default() });
         assert_eq!(pictures(&bytes, 120).len(), 3);
     }

@@ -139,7 +139,7 @@ pub struct AnimationArgs {
     #[arg(long, value_name = "PIXELS", value_parser = values::pixels, allow_hyphen_values = true)]
     pub gif_size: Option<u16>,
     /// Where the animation is seen from: degrees about the vertical, from x towards y, and
-    /// degrees above the horizon, 0 to 90 [default: -32,20].
+    /// degrees above the horizon, 0 to 90 [default: -32,20, or higher where what stands still hides what moves].
     #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = values::view, allow_hyphen_values = true)]
     pub camera: Option<View>,
 }
