@@ -2,6 +2,7 @@
 
 use crate::arrays::shaped;
 use numpy::{PyArray1, PyArrayMethods};
+use pyo3::buffer::PyBuffer;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -59,6 +60,8 @@ struct Pairs {
 /// The numbers of contacts in one array, a column after the other.
 struct Numbers {
     all: Py<PyArray1<f64>>,
+    /// Its memory, once it was written to again.
+    memory: PyOnceLock<PyBuffer<f64>>,
     /// Views of it, the columns that were read, which cannot be written to.
     made: [PyOnceLock<Py<PyAny>>; NUMBERS.len()],
 }
@@ -78,45 +81,16 @@ impl Columns {
         all: Vec<(usize, Partner)>,
         rows: impl Iterator<Item = R>,
         names: Arc<Names>,
-    ) -> PyResult<Self> {
-        let width: usize = NUMBERS.iter().map(|(_, width)| width).sum();
-        let numbers = PyArray1::zeros(py, width * all.len(), false).unbind();
-        let numbers = Numbers { all: numbers, made: [const { PyOnceLock::new() }; NUMBERS.len()] };
+    ) -> Self {
+        let mut numbers = Vec::new();
+        fill(&mut numbers, all.len(), rows);
+        let numbers = Numbers {
+            all: PyArray1::from_vec(py, numbers).unbind(),
+            memory: PyOnceLock::new(),
+            made: [const { PyOnceLock::new() }; NUMBERS.len()],
+        };
         let pairs = Arc::new(Pairs { all, made: [const { PyOnceLock::new() }; 2] });
-        let columns = Self { names, pairs, numbers };
-        columns.fill(py, rows)?;
-        Ok(columns)
-    }
-
-    /// Writes the numbers of as many contacts into the array.
-    fn fill<R: Borrow<ContactRow>>(
-        &self,
-        py: Python<'_>,
-        rows: impl Iterator<Item = R>,
-    ) -> PyResult<()> {
-        let count = self.pairs.all.len();
-        if count == 0 {
-            return Ok(());
-        }
-        // What looks for other borrowers takes longer than what is written.
-        let mut all = self.numbers.all.bind(py).try_readwrite()?;
-        let mut left = all.as_slice_mut()?;
-        let [points, normals, forces, slips, sizes, gaps] = NUMBERS.map(|(_, width)| {
-            let (column, rest) = std::mem::take(&mut left).split_at_mut(width * count);
-            left = rest;
-            column
-        });
-        for (place, row) in rows.take(count).enumerate() {
-            let row = row.borrow();
-            let three = 3 * place..3 * place + 3;
-            points[three.clone()].copy_from_slice(row.point.as_slice());
-            normals[three.clone()].copy_from_slice(row.normal.as_slice());
-            forces[three.clone()].copy_from_slice(row.force.as_slice());
-            slips[three].copy_from_slice(row.slip.as_slice());
-            sizes[place] = row.normal.dot(&row.force);
-            gaps[place] = row.gap;
-        }
-        Ok(())
+        Self { names, pairs, numbers }
     }
 
     /// Those of a step. Where they are between the same as others, these columns are theirs.
@@ -125,22 +99,32 @@ impl Columns {
         record: &StepRecord,
         names: &Arc<Names>,
         others: Option<&Self>,
-    ) -> PyResult<Self> {
+    ) -> Self {
         let (all, rows) = (pairs(record).collect(), ContactRow::of(record));
-        let mut columns = Self::of(py, all, rows, Arc::clone(names))?;
+        let mut columns = Self::of(py, all, rows, Arc::clone(names));
         if let Some(others) = others.filter(|others| others.pairs.all == columns.pairs.all) {
             columns.pairs = Arc::clone(&others.pairs);
         }
-        Ok(columns)
+        columns
     }
 
     /// Becomes those of another step, if they are between the same and nobody but one has the array of these or a view of
-    /// it: whether they did. That one has each column once.
-    pub fn become_those_of(&self, py: Python<'_>, record: &StepRecord) -> PyResult<bool> {
+    /// it: whether they did. That one has each column once. `numbers` is room for what is written.
+    pub fn become_those_of(
+        &self,
+        py: Python<'_>,
+        record: &StepRecord,
+        numbers: &mut Vec<f64>,
+    ) -> PyResult<bool> {
+        let count = self.pairs.all.len();
         let are_same = self.pairs.all.iter().copied().eq(pairs(record));
         let is_free = are_same && self.numbers.is_free(py);
-        if is_free {
-            self.fill(py, ContactRow::of(record))?;
+        if is_free && count > 0 {
+            let memory = || PyBuffer::get(self.numbers.all.bind(py).as_any());
+            // numpy's own loans take longer than what is written.
+            let memory = self.numbers.memory.get_or_try_init(py, memory)?;
+            fill(numbers, count, ContactRow::of(record));
+            memory.copy_from_slice(py, numbers)?;
         }
         Ok(is_free)
     }
@@ -202,8 +186,34 @@ impl Numbers {
     fn is_free(&self, py: Python<'_>) -> bool {
         let mut made = self.made.iter().filter_map(|made| made.get(py));
         let count = made.clone().count() as isize;
+        let memory = isize::from(self.memory.get(py).is_some());
         // Of a view, this one and that of whom they are for.
-        holders(&self.all, py) == 1 + count && made.all(|view| holders(view, py) <= 2)
+        holders(&self.all, py) == 1 + memory + count && made.all(|view| holders(view, py) <= 2)
+    }
+}
+
+/// The numbers of `count` contacts, a column after the other.
+fn fill<R: Borrow<ContactRow>>(
+    numbers: &mut Vec<f64>,
+    count: usize,
+    rows: impl Iterator<Item = R>,
+) {
+    numbers.resize(count * NUMBERS.iter().map(|(_, width)| width).sum::<usize>(), 0.0);
+    let mut left = &mut numbers[..];
+    let [points, normals, forces, slips, sizes, gaps] = NUMBERS.map(|(_, width)| {
+        let (column, rest) = std::mem::take(&mut left).split_at_mut(width * count);
+        left = rest;
+        column
+    });
+    for (place, row) in rows.take(count).enumerate() {
+        let row = row.borrow();
+        let three = 3 * place..3 * place + 3;
+        points[three.clone()].copy_from_slice(row.point.as_slice());
+        normals[three.clone()].copy_from_slice(row.normal.as_slice());
+        forces[three.clone()].copy_from_slice(row.force.as_slice());
+        slips[three].copy_from_slice(row.slip.as_slice());
+        sizes[place] = row.normal.dot(&row.force);
+        gaps[place] = row.gap;
     }
 }
 

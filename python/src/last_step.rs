@@ -13,11 +13,17 @@ pub struct LastStep {
     record: StepRecord,
     /// The names of whom contacts are with, once they were asked for.
     names: Option<Arc<Names>>,
-    /// The contacts that were asked for last, and those before, to be written anew when nobody has them.
-    told: [Option<Told>; 2],
+    /// Contacts that were asked for, the last ones first, to be written anew when nobody has them.
+    told: Vec<Told>,
     /// Whether the first of these are those of the record.
     is_told: bool,
+    /// Room for the numbers of contacts.
+    numbers: Vec<f64>,
 }
+
+/// So many contacts that were asked for are kept: those between the same as these need not be made. A body that is
+/// thrown comes back to few: on so many corners, or on none.
+const KEPT: usize = 8;
 
 /// Contacts that were asked for.
 struct Told {
@@ -35,17 +41,23 @@ impl Told {
     }
 
     /// Becomes those of another step, if nobody has them: whether they did.
-    fn become_those_of(&self, py: Python<'_>, record: &StepRecord) -> PyResult<bool> {
+    fn become_those_of(
+        &self,
+        py: Python<'_>,
+        record: &StepRecord,
+        numbers: &mut Vec<f64>,
+    ) -> PyResult<bool> {
         // The columns are the contacts' too.
         let is_free = holders(&self.contacts, py) == 1 && holders(&self.columns, py) == 2;
-        Ok(is_free && self.columns.get().become_those_of(py, record)?)
+        Ok(is_free && self.columns.get().become_those_of(py, record, numbers)?)
     }
 }
 
 impl LastStep {
     /// Before the first one.
     pub fn none() -> Self {
-        Self { record: StepRecord::new(), names: None, told: [None, None], is_told: false }
+        let record = StepRecord::new();
+        Self { record, names: None, told: Vec::new(), is_told: false, numbers: Vec::new() }
     }
 
     pub fn record(&self) -> &StepRecord {
@@ -65,31 +77,34 @@ impl LastStep {
 
     /// The same, of other bodies.
     pub fn change_bodies(&mut self) -> &mut StepRecord {
-        (self.names, self.told) = (None, [None, None]);
+        self.names = None;
+        self.told.clear();
         self.change()
     }
 
     /// The contacts by column.
     pub fn contacts(&mut self, py: Python<'_>, content: &Content) -> PyResult<Py<PyAny>> {
-        if let Some(told) = self.told[0].as_ref().filter(|_| self.is_told) {
-            return Ok(told.contacts.clone_ref(py));
+        let Self { record, told, names, is_told, numbers } = self;
+        if !*is_told {
+            let mut again = None;
+            for (place, told) in told.iter().enumerate() {
+                if told.become_those_of(py, record, numbers)? {
+                    again = Some(place);
+                    break;
+                }
+            }
+            if let Some(place) = again {
+                told[..=place].rotate_right(1);
+            } else {
+                let names = names.get_or_insert_with(|| Arc::new(Names::of(py, content)));
+                let others = told.first().map(|told| told.columns.get());
+                let made = Told::of(py, Columns::of_step(py, record, names, others))?;
+                told.truncate(KEPT - 1);
+                told.insert(0, made);
+            }
+            *is_told = true;
         }
-        let Self { record, told: [last, before], names, is_told } = self;
-        let is_again = |told: &Option<Told>| match told {
-            Some(told) => told.become_those_of(py, record),
-            None => Ok(false),
-        };
-        // Who reads them step by step has the last ones still.
-        if is_again(before)? {
-            std::mem::swap(last, before);
-        } else if !is_again(last)? {
-            let names = names.get_or_insert_with(|| Arc::new(Names::of(py, content)));
-            let others = last.as_ref().map(|last| last.columns.get());
-            let told = Told::of(py, Columns::of_step(py, record, names, others)?)?;
-            *before = last.replace(told);
-        }
-        *is_told = true;
-        let Some(told) = last else { return Ok(py.None()) };
-        Ok(told.contacts.clone_ref(py))
+        // What is told has been put first.
+        Ok(told.first().map_or_else(|| py.None(), |told| told.contacts.clone_ref(py)))
     }
 }

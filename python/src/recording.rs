@@ -304,7 +304,7 @@ impl Recording {
         let rows = self.rows.iter().flat_map(|step| &step.contacts);
         let pairs = rows.clone().map(|row| (row.body, row.partner)).collect();
         let names = Arc::new(Names::of(py, &self.content));
-        let contacts = Columns::of(py, pairs, rows, names)?;
+        let contacts = Columns::of(py, pairs, rows, names);
         for name in COLUMNS {
             columns.set_item(name, contacts.column(py, name)?)?;
         }
@@ -363,11 +363,11 @@ impl Recording {
         py: Python<'py>,
         speed: f64,
         size: u16,
-        camera: (f64, f64),
+        camera: Option<(f64, f64)>,
         png: bool,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyBytes>> {
-        let view = View { azimuth: camera.0, elevation: camera.1 };
+        let view = camera.map(|(azimuth, elevation)| View { azimuth, elevation });
         let format = if png { Format::Png } else { Format::Gif };
         let settings = Settings { speed, size, view, format };
         let film = self.film()?;

@@ -34,8 +34,9 @@ const MANY_BODIES: usize = 4;
 /// a small step, and nobody waits to end it.
 const SHORT: Duration = Duration::from_millis(1);
 
-/// What a saved state has besides: of the last step its start, its contacts and its solution.
-type Notes<'a> = (&'a str, Vec<State>, Vec<Contact>, StepSolution);
+/// What a saved state has besides: of the last step its start, its contacts and its solution; and what Python's side
+/// of it keeps, in words of its own.
+type Notes<'a> = (&'a str, Vec<State>, Vec<Contact>, StepSolution, &'a str);
 
 /// What these begin with.
 const NOTES: &str = "python";
@@ -162,18 +163,19 @@ impl Simulation {
         Ok(Self { content, running, interrupt, threads, process })
     }
 
-    /// Where it is, as bytes.
-    fn saved<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+    /// Where it is, as bytes, and `kept` besides.
+    fn saved_with<'py>(&mut self, py: Python<'py>, kept: &str) -> PyResult<Bound<'py, PyBytes>> {
         let Running { simulation, last, .. } = self.running();
         let record = last.record();
-        let notes = (NOTES, &record.states, &record.contacts, &record.solution);
+        let notes = (NOTES, &record.states, &record.contacts, &record.solution, kept);
         let notes = to_bytes(&notes).map_err(refused)?;
         let saved = simulation.save().with_notes(notes).to_bytes().map_err(refused)?;
         Ok(PyBytes::new(py, &saved))
     }
 
-    /// Goes on from where the bytes of `saved`, or of the command line's state.bin, are.
-    fn go_on(&mut self, bytes: &[u8]) -> PyResult<()> {
+    /// Goes on from where the bytes of `saved_with`, or of the command line's state.bin, are: what was kept besides, or
+    /// nothing.
+    fn go_on(&mut self, bytes: &[u8]) -> PyResult<String> {
         let saved = Saved::from_bytes(bytes).map_err(refused)?;
         let Running { simulation, last, is_of_scene, .. } = self.running();
         *is_of_scene = false;
@@ -181,13 +183,15 @@ impl Simulation {
         let record = last.change_bodies();
         *record = StepRecord::new();
         // What the command line saves tells nothing of the last step.
-        if let Ok((NOTES, states, contacts, solution)) = from_bytes::<Notes<'_>>(saved.notes())
+        if let Ok((NOTES, states, contacts, solution, kept)) =
+            from_bytes::<Notes<'_>>(saved.notes())
             && states.len() == simulation.states().len()
             && contacts.iter().all(|contact: &Contact| contact.key.body < states.len())
         {
             *record = StepRecord { states, contacts, solution, ..StepRecord::new() };
+            return Ok(kept.to_owned());
         }
-        Ok(())
+        Ok(String::new())
     }
 
     /// Sets the states (N, 13) now.

@@ -127,6 +127,7 @@ def test_the_caller_s_memory_is_written_to(scene):
         ),
         ({"controls": np.zeros((1, 4, 6)), "steps": 5}, "steps is 5; the controls have 4"),
         ({"steps": None}, "steps is None"),
+        ({"parameters": {1: [0.3]}}, "parameters: 1 is no name of a constant"),
         ({"parameters": {"mu": [0.3]}}, '"mu" is none; there are friction'),
         ({"parameters": {"mass": [1.0, 2.0]}}, r"parameters\['mass'\] has shape \(2,\)"),
         ({"parameters": {"friction": [0.3, -0.5]}}, "rollout 1: coefficient of friction is -0.5"),

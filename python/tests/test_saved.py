@@ -54,6 +54,39 @@ def test_copies_go_on_alike(after):
     same(simulation, pickle.loads(kept))
 
 
+def test_a_robot_keeps_its_turns_gains_and_targets(tmp_path):
+    (tmp_path / "wheel.xml").write_text(WHEEL)
+    simulation = tumble.load(tmp_path / "wheel.xml").simulate()
+    robot = simulation.robot
+    robot["hub"].hold_speed(10.0, most=50.0)
+    for _ in range(500):
+        simulation.step()
+        robot.q
+    robot.set_gains(stiffness=80.0, damping=3.0, most=60.0)
+    robot["hub"].target = 11.0
+    robot.controls = [0.5]
+    assert robot.q[0] > 2 * np.pi
+    simulation.save(tmp_path / "state.bin")
+    others = [copy.copy(simulation), pickle.loads(pickle.dumps(simulation))]
+    others.append(tumble.Simulation.restore(simulation.scene, tmp_path / "state.bin"))
+    for other in others:
+        assert other.robot["hub"].target == 11.0
+        np.testing.assert_array_equal(other.robot.q, robot.q)
+        np.testing.assert_array_equal(other.robot.controls, [0.5])
+    for which in (simulation, *others):
+        which.robot["hub"].target = 9.0
+    for other in others:
+        same(other, pickle.loads(pickle.dumps(simulation)))
+
+
+WHEEL = """
+<mujoco>
+  <worldbody><body><joint name="hub" axis="0 0 1"/><geom type="box" size=".3 .2 .1" mass="2"/></body></worldbody>
+  <actuator><motor joint="hub"/></actuator>
+</mujoco>
+"""
+
+
 def test_another_process_goes_on(tmp_path):
     simulation = heap().simulate()
     for _ in range(120):

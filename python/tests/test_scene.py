@@ -152,6 +152,8 @@ def test_ipopt_is_there_or_says_that_it_is_not():
         ({"fixed": [0.3]}, r"fixed\[0\] is 0.3; a dictionary"),
         ({"bodies": CUBE}, "bodies is .* a list of dictionaries"),
         ({"ground": 0.3}, "ground is 0.3; a dictionary"),
+        ({"bodies": [{**CUBE, "mass": 10**5000}]}, "mass is a whole number of 16610 bits"),
+        ({"bodies": [{**CUBE, "name": "\ud800"}]}, "half of a surrogate pair"),
         ({"bodies": [{**CUBE, "mass": 2**63}]}, r"bodies\[0\].mass is 9223372036854775808; a whole"),
     ],
 )

@@ -85,6 +85,9 @@ def test_a_simulation_goes_on_from_states():
         (lambda s: s.run(3, np.zeros((2, 6))), r"wrenches has shape \(2, 6\); \(3, 1, 6\)"),
         (lambda s: s.run(-1), "steps is -1"),
         (lambda s: s.run(1.5), "steps is 1.5"),
+        (lambda s: s.run(True), "steps is True; a whole number"),
+        (lambda s: s.run(10**5000), "steps is a whole number of 16610 bits"),
+        (lambda s: s.remove_body(True), "body is True"),
         (lambda s: s.scene.simulate(np.zeros(12)), r"states has shape \(12,\)"),
         (lambda s: s.scene.simulate(np.zeros(13)), "norm of the attitude quaternion is 0.0"),
         (lambda s: s.scene.simulate([0, 0, 0.1, 1, *[0] * 6, 1e6, 0, 0]), r"spin \(rad/s\)"),
@@ -94,6 +97,11 @@ def test_a_simulation_goes_on_from_states():
 def test_odd_input_is_named(call, words):
     with pytest.raises(tumble.TumbleError, match=words):
         call(block().simulate())
+
+
+def test_mistyped_names_are_refused():
+    with pytest.raises(AttributeError, match="indx"):
+        block().simulate().indx = 5
 
 
 @pytest.mark.parametrize(

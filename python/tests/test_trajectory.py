@@ -120,11 +120,24 @@ def test_a_notebook_shows_the_page(run):
         (lambda r: r.gif(size=10), "size is 10; allowed is 100 to 2000"),
         (lambda r: r.gif(speed=0), "speed is 0"),
         (lambda r: r.gif(camera=(0, 100)), "an elevation from 0 to 90"),
+        (lambda r: r.gif(camera=(0,)), r"camera has shape \(1,\); \(2,\) is needed"),
+        (lambda r: r.gif(speed="fast"), "speed is 'fast'; a number"),
+        (lambda r: r.view("run.gif"), "run.gif: a name that ends in .html"),
     ],
 )
 def test_odd_pictures_are_named(run, call, words):
     with pytest.raises(tumble.TumbleError, match=words):
         call(run)
+
+
+def test_what_was_recorded_does_not_change(run):
+    with pytest.raises(AttributeError, match="states: a trajectory cannot be changed"):
+        run.states = 0
+
+
+def test_a_file_that_cannot_be_written_is_named(run, tmp_path):
+    with pytest.raises(FileNotFoundError, match="none/page.html"):
+        run.view(tmp_path / "none" / "page.html")
 
 
 def test_parts_and_rows(run):

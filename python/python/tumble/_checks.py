@@ -17,15 +17,22 @@ _USUAL_MEMORY = 1 << 40
 """Bytes, where the system does not say how much it has."""
 
 
+def shown(value: Any) -> str:
+    """``value`` in a sentence, however large it is."""
+    if isinstance(value, int) and value.bit_length() > 200:
+        return f"a whole number of {value.bit_length()} bits"
+    return repr(value)
+
+
 def whole(name: str, value: Any, least: int, most: int = LARGEST_WHOLE) -> int:
-    """``value`` as a whole number from ``least`` to ``most``, numpy's too."""
+    """``value`` as a whole number from ``least`` to ``most``, numpy's too; True is none."""
     try:
-        number = index(value)
+        number = least - 1 if isinstance(value, bool) else index(value)
     except TypeError:
         number = least - 1
     if not least <= number <= most:
         upwards = "" if most == LARGEST_WHOLE and number < most else f" to {most}"
-        raise TumbleError(f"{name} is {value!r}; a whole number from {least}{upwards} is needed")
+        raise TumbleError(f"{name} is {shown(value)}; a whole number from {least}{upwards} is needed")
     return number
 
 
@@ -38,9 +45,13 @@ def made(name: str, value: Any, kind: Type[Kind]) -> Kind:
 
 def real(name: str, value: Any) -> float:
     """``value`` as a number, numpy's too."""
-    if not isinstance(value, Real):
-        raise TumbleError(f"{name} is {value!r}; a number is needed")
-    return float(value)
+    try:
+        number = float(value) if isinstance(value, Real) else None
+    except OverflowError:
+        number = None
+    if number is None:
+        raise TumbleError(f"{name} is {shown(value)}; a number is needed")
+    return number
 
 
 def tables(name: str, value: Any, instead: str = "") -> List[Mapping[str, Any]]:

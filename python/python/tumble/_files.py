@@ -7,11 +7,15 @@ from pathlib import Path
 
 
 def written(path: Path, content: bytes) -> Path:
-    """Writes a file under a temporary name and renames it."""
+    """Writes a file under a temporary name and renames it. What fails has the file's name."""
     # Where it is needed: it takes long to import.
     import tempfile
 
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    except OSError as error:
+        error.filename = os.fspath(path)
+        raise
     try:
         with os.fdopen(handle, "wb") as stream:
             stream.write(content)

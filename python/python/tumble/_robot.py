@@ -33,6 +33,12 @@ class RobotJoint:
     holds a speed (``hold_speed``); ``force`` acts besides. In m and N of a slide, rad and N m of a hinge.
     """
 
+    # A name that is mistyped is refused.
+    __slots__ = (
+        *("name", "range", "stiffness", "damping", "most"),
+        *("_robot", "_axis", "_at", "_rate", "_reference", "_target"),
+    )
+
     name: str
     """What the file calls it."""
     range: Optional[Tuple[float, float]]
@@ -85,6 +91,15 @@ class RobotJoint:
             put(*self._axis, None, place, self.stiffness, self.damping, most)
         self._target = None if target is None else float(target)
 
+    @property
+    def _motor(self) -> List[Optional[float]]:
+        """Stiffness, damping and force of its motor, and its target, as they are said here."""
+        return [self.stiffness, self.damping, self.most, self._target]
+
+    @_motor.setter
+    def _motor(self, motor: List[Any]) -> None:
+        self.stiffness, self.damping, self.most, self._target = motor
+
     def hold_speed(self, speed: float, most: Optional[float] = None) -> None:
         """Has its motor hold a speed with up to the force ``most``, that of the file if none is given."""
         most = self._most(self.most if most is None else most)
@@ -119,6 +134,8 @@ class Robot(CoreRobot):
         robot["knee"].target = -1.5
         simulation.step()
     """
+
+    __slots__ = ("simulation", "_near", "_controls", "_handles", "__weakref__")
 
     simulation: "Simulation"
     """What it is in."""
@@ -162,6 +179,20 @@ class Robot(CoreRobot):
         for joint in self.slides_and_hinges:
             joint.stiffness, joint.damping = stiffness, damping
             joint.most = joint.most if most is None else most
+
+    @property
+    def _kept(self) -> Dict[str, Any]:
+        """What it knows that the simulation does not, as JSON has it: where its joints were seen last, with their
+        turns, its controls, and by joint what its motor has and pulls to."""
+        motors = {name: joint._motor for name, joint in self._handles.items()}
+        return {"near": self._near.tolist(), "controls": self._controls.tolist(), "motors": motors}
+
+    def _keep(self, kept: Dict[str, Any]) -> None:
+        """Has what another one had ``kept``, whose motors the simulation has already."""
+        self._near = numbers("near", kept["near"], self._near.shape)
+        self._controls = numbers("controls", kept["controls"], self._controls.shape)
+        for name, motor in kept["motors"].items():
+            self[name]._motor = motor
 
     def _now(self) -> Tuple["Floats", "Floats"]:
         q, v = self.coordinates(self.simulation.states, self._near)

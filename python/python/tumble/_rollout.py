@@ -327,7 +327,9 @@ def _of_steps(name: str, given: Any, count: int) -> Optional["Floats"]:
     return None if given is None else numbers(name, given, ("B", "T", count))
 
 
-def _parameter(name: str, value: Any, scene: Scene) -> "Floats":
+def _parameter(name: Any, value: Any, scene: Scene) -> "Floats":
+    if not isinstance(name, str):
+        raise TumbleError(f"parameters: {name!r} is no name of a constant; as \"friction\" is needed")
     shape = parameter_shape(name, scene)
     return numbers(f"parameters[{name!r}]", value, ("B", *shape))
 

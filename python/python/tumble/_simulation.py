@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -59,6 +60,9 @@ class Simulation(CoreSimulation):
     It can be pickled and copied: what comes of it goes on with the same numbers, to the last bit.
     """
 
+    # A name that is mistyped is refused.
+    __slots__ = ("_scene", "_threads", "_changed", "_robots", "__weakref__")
+
     _scene: Scene
     _threads: int
     _changed: bool
@@ -100,8 +104,13 @@ class Simulation(CoreSimulation):
 
     def save(self, path: Union[str, "os.PathLike[str]"]) -> Path:
         """Writes where the simulation is: index, states, forces, wrenches, and what detection and
-        solver remember. The scene is not in it: see restore."""
+        solver remember; of robots the turns of their joints, their targets and gains. The scene is not in it: see
+        restore."""
         return written(Path(path), self.saved())
+
+    def saved(self) -> bytes:
+        """What save writes."""
+        return self.saved_with(json.dumps({name: robot._kept for name, robot in self._robots.items()}))
 
     def __reduce__(self) -> Any:
         """A simulation goes to another process as its scene and its state."""
@@ -312,7 +321,8 @@ class Simulation(CoreSimulation):
 
 def _restored(kind: Type[Simulation], scene: Scene, threads: int, content: bytes) -> Simulation:
     simulation = kind(scene, threads=threads)
-    simulation.go_on(content)
+    for name, kept in json.loads(simulation.go_on(content) or "{}").items():
+        simulation.robots[name]._keep(kept)
     return simulation
 
 

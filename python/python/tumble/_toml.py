@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Mapping
 
-from ._checks import LARGEST_WHOLE
+from ._checks import LARGEST_WHOLE, shown
 from ._tumble import TumbleError
 
 
@@ -21,6 +21,8 @@ def _key(key: Any) -> str:
 
 
 def _string(text: str) -> str:
+    if any("\ud800" <= c <= "\udfff" for c in text):
+        raise TumbleError(f"{text!r} is no text: half of a surrogate pair is in it")
     inner = "".join(
         f"\\u{ord(c):04x}" if ord(c) < 32 or c in '"\\' or ord(c) == 127 else c for c in text
     )
@@ -37,7 +39,7 @@ def _value(name: str, value: Any) -> str:
         return _string(value)
     if isinstance(value, int) and not -LARGEST_WHOLE <= value <= LARGEST_WHOLE:
         raise TumbleError(
-            f"{name} is {value}; a whole number below 2^63 is needed, or a real number, as {value:.2e}"
+            f"{name} is {shown(value)}; a whole number below 2^63 is needed, or a real number, as 1e19"
         )
     if isinstance(value, (int, float)):
         return repr(value)

@@ -9,7 +9,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, Optional, Tuple, Union
 
-from ._checks import made, whole
+from ._arrays import numbers
+from ._checks import made, real, whole
 from ._files import written
 from ._progress import Progress, callback
 from ._scene import Scene
@@ -51,9 +52,15 @@ class Trajectory:
     as a page that can be played.
     """
 
+    _scene: Scene
+    _recording: Recording
+
     def __init__(self, scene: Scene, recording: Recording) -> None:
-        self._scene = scene
-        self._recording = recording
+        self.__dict__.update(_scene=scene, _recording=recording)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Refused: what was recorded does not change."""
+        raise AttributeError(f"{name}: a trajectory cannot be changed")
 
     @property
     def scene(self) -> Scene:
@@ -338,28 +345,31 @@ class Trajectory:
         *,
         speed: float = 1.0,
         size: int = 480,
-        camera: Tuple[float, float] = (-60.0, 20.0),
+        camera: Optional[Tuple[float, float]] = None,
         progress: Progress = False,
     ) -> Any:
         """The motion as an animation: ``speed`` times real time, ``size`` pixels wide, seen from
-        ``camera`` (azimuth and elevation, degrees). Written to ``path``, a GIF or, where that
+        ``camera`` (azimuth and elevation, degrees; without, from azimuth -32 and the lowest of some elevations, from
+        20 on, from which what moves is seen). Written to ``path``, a GIF or, where that
         ends in .png or .apng, an animated PNG in full colour; without, an object comes back that
         a notebook shows."""
         ends = Path(path).suffix if path is not None else ".gif"
         if ends not in (".gif", ".png", ".apng"):
             raise TumbleError(f"{path}: a name that ends in .gif, .png or .apng is needed")
-        if not 1e-4 <= speed <= 1e4:
+        if not 1e-4 <= real("speed", speed) <= 1e4:
             raise TumbleError(f"speed is {speed}; allowed is 0.0001 to 10000")
         if not 100 <= whole("size", size, 0) <= 2000:
             raise TumbleError(f"size is {size}; allowed is 100 to 2000")
-        azimuth, elevation = camera
-        if not (abs(azimuth) <= 360.0 and 0.0 <= elevation <= 90.0):
-            raise TumbleError(
-                f"camera is {camera}; an azimuth from -360 to 360 and an elevation from 0 to 90 "
-                "degrees are needed"
-            )
+        view = None
+        if camera is not None:
+            azimuth, elevation = view = tuple(map(float, numbers("camera", camera, (2,))))
+            if not (abs(azimuth) <= 360.0 and 0.0 <= elevation <= 90.0):
+                raise TumbleError(
+                    f"camera is {camera}; an azimuth from -360 to 360 and an elevation from 0 to 90 "
+                    "degrees are needed"
+                )
         png = ends != ".gif"
-        content = self.recording.gif(speed, size, (azimuth, elevation), png, callback(progress))
+        content = self.recording.gif(speed, size, view, png, callback(progress))
         return Picture("image/gif", content) if path is None else written(Path(path), content)
 
     def page(self, other: Optional["Trajectory"] = None) -> str:
@@ -370,7 +380,9 @@ class Trajectory:
         return self.recording.page(None if other is None else other.recording)
 
     def view(self, path: Optional[Location] = None, other: Optional["Trajectory"] = None) -> Any:
-        """The page, written to ``path``, or as an object that a notebook shows."""
+        """The page, written to ``path``, whose name ends in .html, or as an object that a notebook shows."""
+        if path is not None and Path(path).suffix not in (".html", ".htm"):
+            raise TumbleError(f"{path}: a name that ends in .html is needed")
         page = self.page(other)
         return Page(page) if path is None else written(Path(path), page.encode())
 
