@@ -34,9 +34,9 @@ const MANY_BODIES: usize = 4;
 /// a small step, and nobody waits to end it.
 const SHORT: Duration = Duration::from_millis(1);
 
-/// What a saved state has besides: of the last step its start, its contacts and its solution; and what Python's side
-/// of it keeps, in words of its own.
-type Notes<'a> = (&'a str, Vec<State>, Vec<Contact>, StepSolution, &'a str);
+/// What a saved state has besides: of the last step its start, its contacts and its solution; whether nothing moved it but
+/// what the scene says; and what Python's side of it keeps, in words of its own.
+type Notes<'a> = (&'a str, Vec<State>, Vec<Contact>, StepSolution, Option<bool>, &'a str);
 
 /// What these begin with.
 const NOTES: &str = "python";
@@ -59,13 +59,15 @@ struct Running {
     last: LastStep,
     /// How long the last single step took.
     took: Option<Duration>,
-    /// Whether nothing moved it so far but what the scene says.
-    is_of_scene: bool,
+    /// Whether nothing moved it so far but what the scene says; `None` where nobody knows.
+    is_of_scene: Option<bool>,
 }
 
 impl Running {
     fn set_wrenches(&mut self, numbers: &[f64]) -> Result<(), Error> {
-        self.is_of_scene &= numbers.iter().all(|number| *number == 0.0);
+        if numbers.iter().any(|number| *number != 0.0) {
+            self.is_of_scene = Some(false);
+        }
         numbers.chunks_exact(6).enumerate().try_for_each(|(body, six)| {
             let (force, torque) = six.split_at(3);
             let wrench = Wrench {
@@ -157,7 +159,7 @@ impl Simulation {
             simulation,
             last: LastStep::none(),
             took: None,
-            is_of_scene: true,
+            is_of_scene: Some(true),
         });
         let (threads, process) = (threads.get() > 1, std::process::id());
         Ok(Self { content, running, interrupt, threads, process })
@@ -165,9 +167,9 @@ impl Simulation {
 
     /// Where it is, as bytes, and `kept` besides.
     fn saved_with<'py>(&mut self, py: Python<'py>, kept: &str) -> PyResult<Bound<'py, PyBytes>> {
-        let Running { simulation, last, .. } = self.running();
+        let Running { simulation, last, is_of_scene, .. } = self.running();
         let record = last.record();
-        let notes = (NOTES, &record.states, &record.contacts, &record.solution, kept);
+        let notes = (NOTES, &record.states, &record.contacts, &record.solution, *is_of_scene, kept);
         let notes = to_bytes(&notes).map_err(refused)?;
         let saved = simulation.save().with_notes(notes).to_bytes().map_err(refused)?;
         Ok(PyBytes::new(py, &saved))
@@ -178,20 +180,23 @@ impl Simulation {
     fn go_on(&mut self, bytes: &[u8]) -> PyResult<String> {
         let saved = Saved::from_bytes(bytes).map_err(refused)?;
         let Running { simulation, last, is_of_scene, .. } = self.running();
-        *is_of_scene = false;
+        *is_of_scene = None;
         simulation.restore(&saved).map_err(refused)?;
         let record = last.change_bodies();
         *record = StepRecord::new();
         // What the command line saves tells nothing of the last step.
-        if let Ok((NOTES, states, contacts, solution, kept)) =
+        let Ok((NOTES, states, contacts, solution, is_known, kept)) =
             from_bytes::<Notes<'_>>(saved.notes())
-            && states.len() == simulation.states().len()
+        else {
+            return Ok(String::new());
+        };
+        *is_of_scene = is_known;
+        if states.len() == simulation.states().len()
             && contacts.iter().all(|contact: &Contact| contact.key.body < states.len())
         {
             *record = StepRecord { states, contacts, solution, ..StepRecord::new() };
-            return Ok(kept.to_owned());
         }
-        Ok(String::new())
+        Ok(kept.to_owned())
     }
 
     /// Sets the states (N, 13) now.
@@ -466,7 +471,7 @@ impl Simulation {
             rows: Vec::new(),
             forces: Vec::new(),
             has_contacts: contacts,
-            is_of_scene: true,
+            is_of_scene: running.is_of_scene,
         };
         let ended = watched.run(py, || running.run(steps, pushes, &mut recording, &done));
         let ended = ended.and_then(|ended| ended.map_err(|error| of_step(&error)));
@@ -489,7 +494,7 @@ impl Simulation {
     /// What runs, moved by more than the scene says.
     fn moved(&mut self) -> &mut Running {
         let running = self.running();
-        running.is_of_scene = false;
+        running.is_of_scene = Some(false);
         running
     }
 

@@ -130,8 +130,10 @@ def test_what_changed_is_copied_and_pickled(tmp_path):
         np.testing.assert_array_equal(other.run(80).states, run.states)
     kept = pickle.loads(pickle.dumps(run))
     np.testing.assert_array_equal(kept.states, run.states)
-    # Tables go out and in; no run.json says what moved.
-    assert [file.name for file in run.to_csv(tmp_path / "run")] == ["states.csv", "contacts.csv", "steps.csv"]
+    # Tables go out and in; run.json says that more moved them.
+    tables = run.to_csv(tmp_path / "run")
+    assert [file.name for file in tables] == ["states.csv", "contacts.csv", "steps.csv", "run.json"]
+    assert '"pushed": true' in tables[-1].read_text()
     read = tumble.Trajectory.from_csv(simulation.scene, tmp_path / "run")
     np.testing.assert_array_equal(read.states, run.states)
     assert len(run.page()) > 1000

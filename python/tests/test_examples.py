@@ -114,15 +114,18 @@ def test_the_command_line_verifies_and_shows_the_tables_of_a_run(root, tmp_path)
     starts[:, 7] = np.linspace(0.0, 0.1, len(starts))
     scene.simulate(starts).run(40).to_csv(tmp_path / "stack")
     assert tumbled("verify", str(tmp_path / "stack" / "states.csv")).returncode == 0
-    # What the scene does not know moves it: no run.json says otherwise.
+    # What the scene does not know moves it: run.json says so, and the run is shown, and not verified.
     simulation = scene.simulate()
     pushes = np.zeros((len(starts), 6))
     pushes[-1, 0] = 1.0
     simulation.step(pushes)
     scene.simulate().run(5, np.broadcast_to(pushes, (5, *pushes.shape))).to_csv(tmp_path / "stack")
-    assert files("stack") == ["contacts.csv", "states.csv", "steps.csv"]
     simulation.run(5).to_csv(tmp_path / "moved")
-    assert "run.json" not in files("moved")
+    for name in ("stack", "moved"):
+        states = str(tmp_path / name / "states.csv")
+        done = tumbled("verify", states)
+        assert done.returncode == 2 and "more moved it than its run.json says" in done.stderr
+        assert tumbled("view", states, "--quiet").returncode == 0
     # What begins later is told by the index of its first row, also of hinges that have turned more than once.
     simulation = tumble.load(root / "scenarios" / "slider-crank.toml", start_index=70).simulate()
     first, later = simulation.run(1200), simulation.run(300)

@@ -209,11 +209,11 @@ def tumbled(tmp_path):
     if program is None:
         pytest.skip("TUMBLE does not name the program of the command line")
 
-    def run(name, *arguments):
+    def run(name, *arguments, code=0):
         folder = tmp_path / name
         command = [program, *arguments, "--out", str(folder)]
         end = subprocess.run(command, capture_output=True, text=True, timeout=120)
-        assert end.returncode == 0, end.stderr
+        assert end.returncode == code, end.stderr
         return folder
 
     return run
@@ -314,7 +314,48 @@ def test_the_command_line_takes_runs_of_one_body(tumbled, tmp_path, text):
         for column, numbers in part.contacts.items():
             np.testing.assert_array_equal(read.contacts[column], numbers)
         assert part[0] is not None and part.time[0] == pytest.approx(0.002 * start)
-    # What pushed it otherwise is in no run.json.
+    # What pushed it otherwise is in no run.json, which says so: it can be shown, and not verified.
     simulation = scene.simulate()
-    assert not any("run" in file.name for file in simulation.run(9, np.ones((9, 6))).to_csv(tmp_path / "all"))
-    assert not (tmp_path / "all" / "run.json").exists()
+    simulation.run(9, np.ones((9, 6))).to_csv(tmp_path / "all")
+    for command, code in (("view", 0), ("plot", 0), ("gif", 0), ("verify", 2)):
+        end = subprocess.run(
+            [program, command, str(tmp_path / "all" / "trajectory.csv")], capture_output=True, text=True, timeout=120
+        )
+        assert end.returncode == code, end.stdout + end.stderr
+        assert code == 0 or "more moved it than its run.json says" in end.stderr
+
+
+def test_a_copy_knows_whether_something_pushed_it(tmp_path):
+    simulation = tumble.drop().simulate()
+    for pushed in (False, True):
+        if pushed:
+            simulation.step(np.ones(6))
+        copy.copy(simulation).run(5).to_csv(tmp_path)
+        assert ('"pushed": true' in (tmp_path / "run.json").read_text()) is pushed
+    # Tables do not say it.
+    read = tumble.Trajectory.from_csv(simulation.scene, tmp_path)
+    read.to_csv(tmp_path)
+    assert not (tmp_path / "run.json").exists()
+
+
+def test_a_folder_has_the_files_of_one_run(tmp_path):
+    tumble.drop().run(5).to_csv(tmp_path)
+    (tmp_path / ".tumble-a1B2c3.tmp").touch()
+    (tmp_path / "notes.txt").touch()
+    block = tumble.Scene([{"box": 0.2, "mass": 1.0, "position": [0, 0, 0.1]}], {"friction": 0.5})
+    written = block.run(5).to_csv(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"notes.txt", *(path.name for path in written)}
+    tumble.Trajectory.from_csv(block, tmp_path)
+    with pytest.raises(tumble.TumbleError, match=r"t_s = 0.002, and the scene's step is 0.001 s"):
+        slower = tumble.Scene(
+            [{"box": 0.2, "mass": 1.0, "position": [0, 0, 0.1]}], {"friction": 0.5}, time_step=0.001
+        )
+        tumble.Trajectory.from_csv(slower, tmp_path)
+
+
+def test_a_run_of_the_tutorial_s_settings_reads(tumbled):
+    """Ipopt under these holds attitudes to their unit length to its tolerance alone."""
+    folder = tumbled("tutorial", "--preset", "tutorial", "--steps", "300", code=3)
+    read = tumble.Trajectory.from_csv(tumble.drop(), folder)
+    assert 1e-5 < np.abs(np.linalg.norm(read.attitudes, axis=-1) - 1).max() < 1e-2
+

@@ -6,6 +6,10 @@ use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
+/// What files of pictures, pages and tables end in: a folder that is so called is a mistake, unless it is there.
+const FILES: [&str; 10] =
+    ["png", "svg", "pdf", "gif", "apng", "mp4", "html", "csv", "json", "parquet"];
+
 /// A directory that is written to. As long as this lives, no run of another process writes there;
 /// the system itself ends the claim with the process, and no file stands for it.
 pub struct OutputDirectory {
@@ -34,6 +38,10 @@ impl OutputDirectory {
         path: &Path,
         lock: impl Fn(&File) -> Result<(), TryLockError>,
     ) -> Result<Self, Failure> {
+        let ends = path.extension().and_then(std::ffi::OsStr::to_str).unwrap_or_default();
+        if FILES.contains(&ends) && !path.is_dir() {
+            return Err(names_a_file(path));
+        }
         fs::create_dir_all(path).map_err(|error| cannot_be_made(path, &error))?;
         // A directory that cannot be opened to be read can still be written to; and there are
         // file systems without locks. Each file is whole all the same.
@@ -110,6 +118,11 @@ fn cannot_be_removed(path: &Path, error: &io::Error) -> Failure {
         "{} is of an earlier run and cannot be removed: {error}",
         shown::path(path)
     ))
+}
+
+fn names_a_file(path: &Path) -> Failure {
+    let path = shown::path(path);
+    Failure::Input(format!("--out {path} is the name of a file; that of a folder is needed"))
 }
 
 fn in_use(path: &Path) -> Failure {

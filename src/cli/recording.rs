@@ -373,8 +373,8 @@ fn refuse_lonely_table(file: &Path, run_path: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Input(format!(
-        "{}: a table of several bodies needs the run.json of its run beside it; {} is not there, or \
-         is no such file",
+        "{}: a table of several bodies needs the run.json of its run beside it; {} is not there, or not one of \
+         such tables",
         shown::path(file),
         shown::path(run_path)
     )))

@@ -48,6 +48,10 @@ pub struct RunFile {
     /// That of Ipopt; empty where tumble was built without.
     #[serde(default)]
     pub ipopt_version: String,
+    /// Whether more moved the bodies than the file says: wrenches, motors or states that were set on the way. Such a run
+    /// can be shown, and not be verified.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub pushed: bool,
     /// What the scene is called.
     pub scene: String,
     /// The settings of the scene for which flags gave other values.
@@ -199,6 +203,7 @@ impl RunFile {
             outcome: run.outcome.to_owned(),
             tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
             ipopt_version: IPOPT_VERSION.to_owned(),
+            pushed: false,
             scene: scene.name.clone(),
             changed: scene.changed.clone(),
             seed: scene.seed,

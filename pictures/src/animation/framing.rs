@@ -119,23 +119,24 @@ fn following(moving: &[Extent], least: f64, followed: &[[[f64; 2]; 2]]) -> Vec<W
 
 /// Places frame by frame, without jerks: what goes straight on stays as it is.
 pub fn smooth<const N: usize>(places: &[[f64; N]]) -> Vec<[f64; N]> {
-    let last = places.len().saturating_sub(1);
-    // Beyond its ends it goes on as it is within: as far there from the end, on its other side.
-    let place = |at: usize, axis: usize| {
-        if at < SMOOTH {
-            2.0 * places[0][axis] - places[(SMOOTH - at).min(last)][axis]
-        } else if at > SMOOTH + last {
-            2.0 * places[last][axis] - places[(2 * last + SMOOTH).saturating_sub(at)][axis]
-        } else {
-            places[at - SMOOTH][axis]
-        }
+    let half = SMOOTH as isize;
+    let weight = |off: isize| (half + 1 - off.abs()) as f64;
+    let all: f64 = (-half..=half).map(weight).sum();
+    let mean = |k: isize, axis: usize| {
+        (-half..=half).map(|off| weight(off) * place(places, k + off, axis)).sum::<f64>() / all
     };
-    let weight = |at: usize| (SMOOTH + 1 - at.abs_diff(SMOOTH)) as f64;
-    let all: f64 = (0..=2 * SMOOTH).map(weight).sum();
-    let mean = |k: usize, axis: usize| {
-        (0..=2 * SMOOTH).map(|at| weight(at) * place(k + at, axis)).sum::<f64>() / all
-    };
-    (0..places.len()).map(|k| std::array::from_fn(|axis| mean(k, axis))).collect()
+    (0..places.len()).map(|k| std::array::from_fn(|axis| mean(k as isize, axis))).collect()
+}
+
+/// A place, also beyond the ends: as far there from the end as within, on its other side.
+fn place<const N: usize>(places: &[[f64; N]], at: isize, axis: usize) -> f64 {
+    let last = places.len() as isize - 1;
+    match at {
+        _ if last <= 0 => places[0][axis],
+        ..0 => 2.0 * places[0][axis] - place(places, -at, axis),
+        _ if at > last => 2.0 * places[last as usize][axis] - place(places, 2 * last - at, axis),
+        _ => places[at as usize][axis],
+    }
 }
 
 #[cfg(test)]

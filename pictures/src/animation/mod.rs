@@ -77,7 +77,7 @@ pub fn animate(
 }
 
 /// The first moment of `film` as PNG, `size` pixels across, with the camera as near as it can
-/// with that moment in view; `None` where no picture can show it.
+/// with that moment and all that stands still in view; `None` where no picture can show it.
 pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {
     let film = Film {
         title: String::new(),
@@ -91,6 +91,7 @@ pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {
     let settings = Settings { size, ..Settings::default() };
     let moments = moments(&film, &settings).ok()?;
     let mut stage = Stage::new(&film, &settings, &moments)?;
+    stage.show_all();
     let mut canvas = stage.empty().clone();
     stage.paint(&mut canvas, &moments[0]);
     canvas.png()

@@ -123,7 +123,15 @@ impl Stage {
 
     /// Turns to what frame `k` shows.
     pub fn aim(&mut self, k: usize) {
-        let window = self.windows[k.min(self.windows.len() - 1)];
+        self.look_through(self.windows[k.min(self.windows.len() - 1)]);
+    }
+
+    /// Turns to everything.
+    pub fn show_all(&mut self) {
+        self.look_through(Window::WHOLE);
+    }
+
+    fn look_through(&mut self, window: Window) {
         if window != self.camera.window {
             self.camera.window = window;
             self.paint_floor();
@@ -184,7 +192,7 @@ impl Stage {
     }
 
     /// The part of those that move whose middles what stands still hides, over some of the moments.
-    fn hidden(&mut self, moments: &[Moment]) -> f64 {
+    pub(super) fn hidden(&mut self, moments: &[Moment]) -> f64 {
         let moving = moving(&self.actors, moments);
         let (mut hidden, mut all) = (0.0, 0.0);
         for k in (0..moments.len()).step_by(moments.len().div_ceil(SKETCHES)) {

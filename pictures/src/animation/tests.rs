@@ -200,6 +200,33 @@ fn what_moves_among_much_that_stands_still_fills_a_tenth_of_the_picture_at_least
     }
 }
 
+/// A wall between the camera and a body that falls behind it: from 20 degrees it hides the body, from higher not. What is
+/// asked for is not changed.
+#[test]
+fn what_stands_still_does_not_hide_what_moves() {
+    let mut film = falling_cube(300);
+    let View { azimuth, .. } = View::default();
+    let (sin, cos) = azimuth.to_radians().sin_cos();
+    // Towards the camera, and of a height that hides what is behind it from less than 40 degrees.
+    let wall = |k: usize| {
+        let across = 0.5 * k as f64 - 10.0;
+        let foot = Vector3::new(5.0 * cos - across * sin, 5.0 * sin + across * cos, 0.0);
+        let pieces = (0..12).map(|level| {
+            let centre = foot + Vector3::z() * (0.45 * f64::from(level));
+            Piece::Sphere { centre, radius: 0.45 }
+        });
+        Fixed { name: String::new(), pieces: pieces.collect() }
+    };
+    film.fixed = (0..40).map(wall).collect();
+    let hidden = |view| {
+        let settings = Settings { size: 200, view, ..Settings::default() };
+        let moments = moments(&film, &settings).unwrap();
+        Stage::new(&film, &settings, &moments).unwrap().hidden(&moments)
+    };
+    assert!(hidden(Some(View::default())) > 0.5);
+    assert!(hidden(None) <= 0.05);
+}
+
 #[test]
 fn a_long_throw_is_followed_over_a_grid_that_is_seen() {
     let mut film = falling_cube(1500);

@@ -26,7 +26,7 @@ pub const PANELS_OF_SEVERAL: [PanelMaker; 4] = [
 
 /// The statuses that are marked, and their colours.
 const MARKED: [(Status, &str); 4] = [
-    (Status::Retried, "#e69f00"),
+    (Status::Retried, "#5a6675"),
     (Status::Fallback, "#8250c4"),
     (Status::Wild, "#b4377f"),
     (Status::Failed, "#cf222e"),

@@ -68,13 +68,23 @@ def tables(name: str, value: Any, instead: str = "") -> List[Mapping[str, Any]]:
 
 
 def room(what: str, size: int) -> None:
-    """Raises MemoryError where ``what`` takes more bytes than the machine has."""
+    """Raises MemoryError where ``what`` takes more bytes than the machine has, or than its limits leave the process."""
     try:
         most = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):
         most = _USUAL_MEMORY
+    try:
+        import resource
+
+        limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+        with open("/proc/self/statm", encoding="ascii") as statm:
+            used = int(statm.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+        most = min(most, limit - used) if limit >= 0 else most
+    except (ImportError, OSError, ValueError):
+        # A system that has no such limits, or does not say what is used of them.
+        pass
     if size > most:
         raise MemoryError(
-            f"{what} take at least {size / 1e9:.3g} GB of memory; this machine has "
+            f"{what} take at least {size / 1e9:.3g} GB of memory; this process may have "
             f"{most / 1e9:.3g} GB"
         )

@@ -156,7 +156,8 @@ class Scene(CoreScene):
         """Writes the scene as a scenario file, which load and the command line read.
 
         What keywords have changed in a file is in no text: such a scene is refused, but for the
-        seed of one that names none. Files of meshes are looked for beside ``path``.
+        seed of one that names none. Files of meshes and robots are looked for beside ``path``: a
+        scene whose files are not there is refused.
         """
         text, _, settings = self._source
         given = {name: value for name, value in settings.items() if value is not None}

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, Optional, 
 
 from ._arrays import numbers
 from ._checks import made, real, whole
-from ._files import written
+from ._files import folder_of_a_run, written
 from ._progress import Progress, callback
 from ._scene import Scene
 from ._tumble import STATUSES, Recording, TumbleError
@@ -31,6 +31,12 @@ STATE_COLUMNS = "x_m y_m z_m qw qx qy qz vx_m_s vy_m_s vz_m_s wx_rad_s wy_rad_s 
 _TABLES = ("states", "contacts", "steps", "joints", "gears")
 
 _OF_ONE = "trajectory.csv"
+
+_OF_RUNS = {
+    *("run.json", "state.bin"),
+    *(f"{name}.{form}" for name in ("trajectory", *_TABLES, "ends") for form in ("csv", "parquet")),
+}
+"""The names of the files of a run: those of another one are none of this."""
 
 _JOINT_COLUMNS = {
     "place": ("", "_m"),
@@ -283,21 +289,16 @@ class Trajectory:
         gears gears.csv, which read back to the same doubles; and run.json, with which the command line verifies and shows them.
         Of a scene written with ``[body]`` this is the run.json of a table more, trajectory.csv, as the command line writes both.
 
-        A run.json says what was simulated: there is none, and one of before is removed, where more moved it
-        than the scene says (wrenches, motors or states set on the way, bodies that came or went)."""
+        Where more moved the run than the scene says (wrenches, motors or states set on the way, bodies that came or
+        went), the run.json says that (``pushed``): the command line shows such a run and cannot verify it. Files
+        of another run in the folder are removed first."""
         self._need_contacts("to_csv")
-        folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        tables = zip(_TABLES, self.recording.tables())
-        files = [written(folder / f"{name}.csv", table) for name, table in tables]
-        of_one = self.recording.trajectory()
-        if of_one is not None:
-            files.append(written(folder / _OF_ONE, of_one))
-        run = self.recording.run_json()
-        if run is None:
-            (folder / "run.json").unlink(missing_ok=True)
-            return files
-        return [*files, written(folder / "run.json", run)]
+        folder, recording = Path(folder), self.recording
+        files: Dict[str, Optional[bytes]] = {f"{name}.csv": table for name, table in zip(_TABLES, recording.tables())}
+        files.update({_OF_ONE: recording.trajectory(), "run.json": recording.run_json()})
+        with folder_of_a_run(folder, _OF_RUNS):
+            given = ((name, content) for name, content in files.items() if content is not None)
+            return [written(folder / name, content) for name, content in given]
 
     @classmethod
     def from_csv(cls, scene: Scene, folder: Location) -> "Trajectory":
@@ -360,9 +361,10 @@ class Trajectory:
             raise TumbleError(f"speed is {speed}; allowed is 0.0001 to 10000")
         if not 100 <= whole("size", size, 0) <= 2000:
             raise TumbleError(f"size is {size}; allowed is 100 to 2000")
-        view = None
+        view: Optional[Tuple[float, float]] = None
         if camera is not None:
-            azimuth, elevation = view = tuple(map(float, numbers("camera", camera, (2,))))
+            azimuth, elevation = map(float, numbers("camera", camera, (2,)))
+            view = (azimuth, elevation)
             if not (abs(azimuth) <= 360.0 and 0.0 <= elevation <= 90.0):
                 raise TumbleError(
                     f"camera is {camera}; an azimuth from -360 to 360 and an elevation from 0 to 90 "

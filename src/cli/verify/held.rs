@@ -90,6 +90,9 @@ impl Counts {
         found.extend(of_solver(&run.solver, &recording.world));
         if recording.kept().every > 1 {
             found.extend(self.beyond_counts(run));
+            found.extend(of_sums(run));
+            let accepted = recording.accepted().unwrap_or(f64::INFINITY);
+            found.extend(of_promise(run, accepted));
             found.extend(self.of_length(run, self.span()));
             return found;
         }
@@ -264,6 +267,35 @@ fn of_solver(said: &SolverSettings, world: &World) -> Option<String> {
 
 fn shown_number(number: Option<f64>) -> String {
     number.map_or("null".to_owned(), shown::number)
+}
+
+/// Where the counts of a run.json do not add up to its steps.
+fn of_sums(run: &RunFile) -> Option<String> {
+    let said = &run.summary;
+    let solved = [said.converged, said.retried, said.fallback, said.wild, said.failed];
+    let sum = |counts: &[u64]| counts.iter().fold(0_u64, |sum, count| sum.saturating_add(*count));
+    let (steps, ways) = (sum(&[said.free_steps, said.contact_steps]), sum(&solved));
+    if steps.saturating_add(1) != said.rows {
+        let rows = said.rows;
+        return Some(format!("summary.rows is {rows}; free steps and contact steps are {steps}"));
+    }
+    (ways != said.contact_steps).then(|| {
+        let steps = said.contact_steps;
+        format!("summary.contact_steps is {steps}; those of each status together are {ways}")
+    })
+}
+
+/// A residual that no solved step has, where every step is said to be solved.
+fn of_promise(run: &RunFile, accepted: f64) -> Option<String> {
+    let said = &run.summary;
+    let largest = said.certificate_max_m_s.filter(|largest| *largest > accepted)?;
+    (said.failed == 0 && said.wild == 0).then(|| {
+        let [largest, accepted] = [Some(largest), Some(accepted)].map(shown_number);
+        let promised = format!("solved steps have {accepted} at most");
+        format!(
+            "summary.certificate_max_m_s is {largest}; {promised}, and all are counted as solved"
+        )
+    })
 }
 
 /// Whether the joints that are said to have been too stiff are others than those of the rows, `taut`. What is computed again has

@@ -80,10 +80,16 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     report(&recording, &judge, &findings, &counts)
 }
 
-/// A step is judged by the state before and after it and by all its forces: a run of which tables were left out cannot
+/// A step is judged by what moved it, by the state before and after it and by all its forces: a run of which tables were left out cannot
 /// be. Of one that does not keep every step those that it keeps are, by the states after them in the table of these.
 fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
     let (kept, place) = (recording.kept(), recording.place());
+    if recording.run.as_ref().is_some_and(|run| run.pushed) {
+        return Err(Failure::Input(format!(
+            "{place} cannot be verified: more moved it than its run.json says (`pushed`): wrenches, motors or states that \
+             were set on the way"
+        )));
+    }
     let world = &recording.world;
     let ends = usize::from(kept.every > 1);
     let counts = [1, 1, 1, world.joints().len(), world.gears().len(), ends];

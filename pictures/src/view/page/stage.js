@@ -30,7 +30,10 @@ class Stage {
     this.compass = new Compass();
     this.figure = element("figure", { class: "stage" });
     if (hasGraphics) this.figure.append(this.canvas, this.names, this.compass.picture, this.caption);
-    else this.figure.append(...members.map(stillOf), this.caption);
+    else {
+      this.figure.append(...members.map(stillOf), this.caption);
+      this.figure.classList.add("plain");
+    }
     if (isPair) {
       for (const run of members) {
         const key = element("span", { class: "key" }, run.name);
@@ -136,7 +139,7 @@ class Stage {
     this.points?.look({ colour: colours.edge, rim: colours.edge, width: 7 });
     this.arms?.look({ colour: colours.faint, width: 2 });
     const [seam, seen] = this.arrows.seen;
-    this.arrows.hidden[0].look({ colour: colours.force, width: 2.8, alpha: 0.2 });
+    this.arrows.hidden[0].look({ colour: colours.force, width: 2.8, alpha: 0.5 });
     seam.look({ colour: colours.seam, width: 2.8, seam: 1.1 });
     seen.look({ colour: colours.force, width: 2.8 });
     const ring = { colour: colours.sky, rim: colours.force, width: 8 };
