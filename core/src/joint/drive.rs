@@ -151,6 +151,14 @@ impl Axis {
         matches!(self, Self::Free(drive) if drive.armature > 0.0)
     }
 
+    /// The range of its coordinate, if it has one.
+    pub(super) fn limits(&self) -> Option<[f64; 2]> {
+        match self {
+            Self::Locked => None,
+            Self::Free(drive) => drive.limits,
+        }
+    }
+
     /// Whether nothing is said of it.
     pub(crate) fn is_idle(&self) -> bool {
         *self == Self::Free(Drive::NONE)
