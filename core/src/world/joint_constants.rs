@@ -2,7 +2,7 @@
 
 use super::{Constant, World};
 use crate::error::Error;
-use crate::joint::{Axis, Drive, Joint, JointAxis, Motor};
+use crate::joint::{Axis, Drive, Gear, Joint, JointAxis, Motor};
 use nalgebra::Vector3;
 
 impl World {
@@ -21,6 +21,14 @@ impl World {
             self.joints()[*joint].drive(*axis).is_some_and(|drive| drive.motor.is_some())
         };
         self.driven_axes().into_iter().filter(has_motor).collect()
+    }
+
+    /// The gears whose sums have a motor, by their indices.
+    #[must_use]
+    pub fn gear_motors(&self) -> Vec<usize> {
+        let has_motor = |gear: &Gear| gear.drive().is_some_and(|drive| drive.motor.is_some());
+        let gears = self.gears().iter().enumerate();
+        gears.filter(|(_, gear)| has_motor(gear)).map(|(gear, _)| gear).collect()
     }
 
     /// This world with what is `given` of its joints.
