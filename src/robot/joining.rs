@@ -243,35 +243,36 @@ fn add_actuator(
         drive.force += bounds.map_or(constant, |[low, high]| constant.clamp(low, high));
         return Ok(());
     }
-    if stiffness == 0.0 {
-        if bounds.is_some() || at.effort.is_some() {
-            return wrong("forcerange: a motor that holds a speed with bounds is not supported");
-        }
-        drive.damping += damping;
-        drive.force += constant;
-        return Ok(());
-    }
     let within = |[low, high]: [f64; 2], [a, b]: [f64; 2]| [low.max(a), high.min(b)];
     let bounds = match (bounds, at.effort) {
         (Some(own), Some(all)) => Some(within(own, all)),
         (own, all) => own.or(all),
     };
-    let target = constant / stiffness - at.reference;
-    if bounds.is_some() && drive.motor.is_some() {
-        return wrong("joint: it has a motor with bounds already, and one is supported");
-    }
     let Some([low, high]) = bounds else {
+        drive.damping += damping;
+        if stiffness == 0.0 {
+            drive.force += constant;
+            return Ok(());
+        }
         // A spring more: k (x − a) + l (x − b) = (k + l) (x − (k a + l b)/(k + l)).
+        let target = constant / stiffness - at.reference;
         let both = drive.stiffness + stiffness;
         drive.rest = (drive.stiffness * drive.rest + stiffness * target) / both;
         drive.stiffness = both;
-        drive.damping += damping;
         return Ok(());
     };
+    if drive.motor.is_some() {
+        return wrong("joint: it has a motor with bounds already, and one is supported");
+    }
     // Between bounds that are not each other's opposites: around their middle.
     let (middle, most) = (0.5 * (low + high), (0.5 * (high - low)).max(0.0));
-    let target = target - middle / stiffness;
     drive.force += middle;
-    drive.motor = Some(Motor::Position { target, stiffness, damping, most });
+    drive.motor = Some(match stiffness == 0.0 {
+        true => Motor::Damper { target: (constant - middle) / damping, damping, most },
+        false => {
+            let target = constant / stiffness - at.reference - middle / stiffness;
+            Motor::Position { target, stiffness, damping, most }
+        }
+    });
     Ok(())
 }

@@ -50,6 +50,15 @@ fn error(text: &str, figures: &Value, h: f64) -> f64 {
     let steps = (figures["duration"].as_f64().unwrap() / h).round() as usize;
     let mut simulation = simulation(&scene);
     set(&scene, &mut simulation, (&q, &v));
+    let robot = &scene.robots[0];
+    if let Some(controls) = robot.robot().keys.first().and_then(|key| key.controls.as_ref()) {
+        for index in 0..robot.robot().joints.len() {
+            let Some((joint, axis)) = robot.axis(index) else { continue };
+            let axis =
+                if axis < 3 { JointAxis::Linear(axis) } else { JointAxis::Angular(axis - 3) };
+            simulation.set_drive(joint, axis, robot.drive(index, controls).unwrap()).unwrap();
+        }
+    }
     let again = scene_of(&written::text(&scene).unwrap(), Some(h)).unwrap();
     for (again, own) in again.world.joints().iter().zip(scene.world.joints()) {
         assert_eq!((again.linear(), again.angular()), (own.linear(), own.angular()));

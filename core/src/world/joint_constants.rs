@@ -104,6 +104,7 @@ impl Constant {
     fn get(self, drive: &Drive) -> f64 {
         let (target, stiffness, damping, most) = match drive.motor {
             Some(Motor::Speed { target, most }) => (target, 0.0, 0.0, most),
+            Some(Motor::Damper { target, damping, most }) => (target, 0.0, damping, most),
             Some(Motor::Position { target, stiffness, damping, most }) => {
                 (target, stiffness, damping, most)
             }
@@ -130,13 +131,33 @@ impl Constant {
             (Self::Armature, _) => drive.armature = number,
             (
                 Self::MotorTarget,
-                Some(Motor::Speed { target, .. } | Motor::Position { target, .. }),
+                Some(
+                    Motor::Speed { target, .. }
+                    | Motor::Position { target, .. }
+                    | Motor::Damper { target, .. },
+                ),
             ) => *target = number,
-            (Self::MotorMost, Some(Motor::Speed { most, .. } | Motor::Position { most, .. })) => {
+            (
+                Self::MotorMost,
+                Some(
+                    Motor::Speed { most, .. }
+                    | Motor::Position { most, .. }
+                    | Motor::Damper { most, .. },
+                ),
+            ) => {
                 *most = number;
             }
             (Self::MotorStiffness, Some(Motor::Position { stiffness, .. })) => *stiffness = number,
-            (Self::MotorDamping, Some(Motor::Position { damping, .. })) => *damping = number,
+            (
+                Self::MotorDamping,
+                Some(Motor::Position { damping, .. } | Motor::Damper { damping, .. }),
+            ) => *damping = number,
+            (Self::MotorStiffness, Some(Motor::Damper { .. })) if number != 0.0 => {
+                return Err(Error::Unsupported {
+                    what: "a stiffness of a motor that pulls to a speed",
+                    why: "motors that pull to a position have one; give 0 for others",
+                });
+            }
             (Self::MotorStiffness | Self::MotorDamping, Some(Motor::Speed { .. }))
                 if number != 0.0 =>
             {
