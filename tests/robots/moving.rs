@@ -4,13 +4,14 @@ use serde_json::Value;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::joint::{Axis, JointAxis, Turning};
+use tumble::joint::{Axis, Gear, GearAxis, JointAxis, Turning};
 use tumble::mechanics::State;
 use tumble::robot::model::Moves;
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::scenario::written;
 use tumble::simulation::{Simulation, StepRecord};
+use tumble::solver::native::StepDerivative;
 
 fn scene_of(text: &str, h: Option<f64>) -> Result<Scene, String> {
     let name = if text.trim_start().starts_with('<') { "given.xml" } else { "given.toml" };
@@ -165,6 +166,19 @@ fn a_damped_box_comes_to_rest_on_the_ground() {
     step(&mut simulation, 1500);
     let state = simulation.states()[0];
     assert!((state.position.z - 0.1).abs() < 1e-9 && state.velocity.norm() < 1e-9, "{state:?}");
+}
+
+/// Neither a derivative nor a gear knows such a turn.
+#[test]
+fn derivatives_and_gears_of_a_turn_in_any_way_are_refused() {
+    let scene = scene_of(&ball(r#"<joint type="ball" damping="0.5"/>"#), None).unwrap();
+    let mut simulation = simulation(&scene);
+    let record = step(&mut simulation, 1);
+    let found = simulation.linearise(&record, &mut StepDerivative::new());
+    assert!(found.unwrap_err().to_string().contains("turn it in any way"));
+    let [x, y] = [0, 1].map(|k| GearAxis { joint: 0, axis: JointAxis::Angular(k) });
+    let why = scene.world.clone().with_gears(vec![Gear::new(x, y, 1.0, 0.0)]).unwrap_err();
+    assert!(why.to_string().contains("no coordinate of its own"), "{why}");
 }
 
 /// What has no meaning is refused in a sentence.
