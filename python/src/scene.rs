@@ -151,6 +151,12 @@ impl Scene {
         self.axes(self.content.world.motors())
     }
 
+    /// The gears whose sums have a motor, by their places in `gears`.
+    #[getter]
+    fn motor_gears(&self) -> Vec<usize> {
+        self.content.world.gear_motors()
+    }
+
     /// Of each gear the joint that follows and the one that it follows, by their names.
     #[getter]
     fn gears(&self) -> Vec<(String, String)> {

@@ -532,13 +532,14 @@ impl Drop for Simulation {
     }
 }
 
-/// The motor that holds a speed or pulls to a position; none where neither is given.
+/// The motor that holds a speed, or pulls to it with a damping, or to a position; none where neither is given.
 fn motor(
     (speed, position): (Option<f64>, Option<f64>),
     (stiffness, damping): (f64, f64),
     most: f64,
 ) -> Option<Motor> {
     match (speed, position) {
+        (Some(target), _) if damping > 0.0 => Some(Motor::Damper { target, damping, most }),
         (Some(target), _) => Some(Motor::Speed { target, most }),
         (None, Some(target)) => Some(Motor::Position { target, stiffness, damping, most }),
         (None, None) => None,

@@ -177,6 +177,13 @@ def test_controls_close_a_gripper(tmp_path):
     np.testing.assert_allclose(again.robot.q, last, atol=1e-6)
     with pytest.raises(tumble.TumbleError, match="gear"):
         simulation.set_gear_motor(3)
+    scene = simulation.scene
+    assert (scene.motor_axes, scene.motor_gears) == ([], [0])
+    # The sum q_l + q_r goes to each rollout's own.
+    targets = np.array([0.03, -0.05])
+    ends = tumble.rollout(scene, motors=np.repeat(targets[:, None, None], 3000, axis=1)).states[:, -1]
+    starts = tumble.load(tmp_path / "gripper.xml").simulate().states
+    np.testing.assert_allclose((ends - starts)[:, :, 1].sum(axis=1), targets, atol=1e-6)
     with pytest.raises(tumble.TumbleError, match="most"):
         simulation.set_gear_motor(0, speed=1.0)
 

@@ -171,6 +171,12 @@ fn shares(drive: &Drive, total: f64, motion: &AxisMotion, response: f64) -> [Sha
             shares[2] = Some((DrivePart::Motor, side(pull, most), force));
             rest -= force;
         }
+        Some(Motor::Damper { target, damping, most }) => {
+            let pull = damping * (target - speed);
+            let force = pull.clamp(-most, most);
+            shares[2] = Some((DrivePart::Motor, side(pull, most), force));
+            rest -= force;
+        }
     }
     if let Some([low, high]) = drive.limits {
         // What holds a speed has its whole force where it slips; where it rests, any up to that.

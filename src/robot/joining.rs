@@ -25,10 +25,10 @@ pub struct Joined {
     pub axes: Vec<usize>,
 }
 
-/// The joint that `joints` are; `None` of a link that flies.
+/// The joint that `joints` are; `None` of a link that flies, and that nothing resists.
 ///
 /// # Errors
-/// Joints that are none; what resists a free joint or a ball.
+/// Joints that are none; a ball with a range.
 pub fn joined(joints: &[Joint]) -> Result<Option<Joined>, String> {
     let along = |axis: &Vector3<f64>| from_z(axis);
     let made = |kind, anchor, attitude, axes: &[usize]| Joined {
@@ -41,14 +41,20 @@ pub fn joined(joints: &[Joint]) -> Result<Option<Joined>, String> {
     let still = Vector4::new(1.0, 0.0, 0.0, 0.0);
     Ok(Some(match joints {
         [joint] => match joint.moves {
+            Moves::Free if !joint.resists() => return Ok(None),
             Moves::Free => {
-                refuse_resisted(joint)?;
-                return Ok(None);
+                if joint.stiffness > 0.0 && joint.friction > 0.0 {
+                    return Err(format!(
+                        "{}: a free joint with both stiffness and frictionloss is not supported",
+                        joint.at
+                    ));
+                }
+                made(JointKind::Free, Some(Vector3::zeros()), still, &[0; 6])
             }
-            Moves::Ball => {
-                refuse_resisted(joint)?;
-                made(JointKind::Spherical, Some(joint.anchor), still, &[])
+            Moves::Ball if joint.range.is_some() => {
+                return Err(format!("{}: a ball with a range is not supported", joint.at));
             }
+            Moves::Ball => made(JointKind::Spherical, Some(joint.anchor), still, &[0; 3]),
             Moves::Hinge => made(JointKind::Revolute, Some(joint.anchor), along(&joint.axis), &[0]),
             Moves::Slide => made(JointKind::Prismatic, None, along(&joint.axis), &[0]),
         },
@@ -144,20 +150,8 @@ fn of_axes(x: &Vector3<f64>, y: &Vector3<f64>) -> Vector4<f64> {
     of_matrix(&Matrix3::from_columns(&[*x, y, x.cross(&y)]))
 }
 
-fn refuse_resisted(joint: &Joint) -> Result<(), String> {
-    let resists = [joint.damping, joint.friction, joint.armature, joint.stiffness];
-    if resists.iter().all(|one| *one == 0.0) && joint.range.is_none() {
-        return Ok(());
-    }
-    let kind = if joint.moves == Moves::Free { "free joint" } else { "ball" };
-    Err(format!(
-        "{}: a {kind} with a range, stiffness, damping, friction or armature is not supported",
-        joint.at
-    ))
-}
-
-/// What acts on the axis of a slide or a hinge under the `controls` of all actuators: coordinates are those of a
-/// scene, from the reference.
+/// What acts on the axis of a slide or a hinge, or on each of a ball or a free joint, under the `controls` of all actuators:
+/// coordinates are those of a scene, from the reference.
 ///
 /// # Errors
 /// Motors that no one axis can have, or that push the farther it goes.
@@ -249,35 +243,36 @@ fn add_actuator(
         drive.force += bounds.map_or(constant, |[low, high]| constant.clamp(low, high));
         return Ok(());
     }
-    if stiffness == 0.0 {
-        if bounds.is_some() || at.effort.is_some() {
-            return wrong("forcerange: a motor that holds a speed with bounds is not supported");
-        }
-        drive.damping += damping;
-        drive.force += constant;
-        return Ok(());
-    }
     let within = |[low, high]: [f64; 2], [a, b]: [f64; 2]| [low.max(a), high.min(b)];
     let bounds = match (bounds, at.effort) {
         (Some(own), Some(all)) => Some(within(own, all)),
         (own, all) => own.or(all),
     };
-    let target = constant / stiffness - at.reference;
-    if bounds.is_some() && drive.motor.is_some() {
-        return wrong("joint: it has a motor with bounds already, and one is supported");
-    }
     let Some([low, high]) = bounds else {
+        drive.damping += damping;
+        if stiffness == 0.0 {
+            drive.force += constant;
+            return Ok(());
+        }
         // A spring more: k (x − a) + l (x − b) = (k + l) (x − (k a + l b)/(k + l)).
+        let target = constant / stiffness - at.reference;
         let both = drive.stiffness + stiffness;
         drive.rest = (drive.stiffness * drive.rest + stiffness * target) / both;
         drive.stiffness = both;
-        drive.damping += damping;
         return Ok(());
     };
+    if drive.motor.is_some() {
+        return wrong("joint: it has a motor with bounds already, and one is supported");
+    }
     // Between bounds that are not each other's opposites: around their middle.
     let (middle, most) = (0.5 * (low + high), (0.5 * (high - low)).max(0.0));
-    let target = target - middle / stiffness;
     drive.force += middle;
-    drive.motor = Some(Motor::Position { target, stiffness, damping, most });
+    drive.motor = Some(match stiffness == 0.0 {
+        true => Motor::Damper { target: (constant - middle) / damping, damping, most },
+        false => {
+            let target = constant / stiffness - at.reference - middle / stiffness;
+            Motor::Position { target, stiffness, damping, most }
+        }
+    });
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use super::mass::enclosed;
 use super::model::{Look, Mass, Surface};
-use super::{Reading, collada, msh};
+use super::{Reading, collada, gltf, msh};
 use crate::error::Error;
 use crate::geometry::Piece;
 use crate::geometry::hull::Face;
@@ -76,10 +76,10 @@ fn facets(
         "stl" => facets_of_stl(&reading.bytes(name, LARGEST_MESH)?),
         "obj" => facets_of_obj(&reading.text(name, LARGEST_MESH)?),
         "msh" => msh::facets(&reading.bytes(name, LARGEST_MESH)?),
+        "glb" => Ok(gltf::facets(&reading.bytes(name, LARGEST_MESH)?).map_err(|why| odd(&why))?),
         "dae" => return Err(odd(&"of .dae the corners alone are read, and no triangles")),
         _ => {
-            let why =
-                "only .stl, .obj, .msh and .dae are read; convert it, or give boxes or capsules";
+            let why = "only .stl, .obj, .msh, .glb and .dae are read; convert it, or give boxes or capsules";
             return Err(odd(&why));
         }
     };

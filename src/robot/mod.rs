@@ -19,6 +19,7 @@ mod assembly;
 mod between;
 mod collada;
 mod frame;
+mod gltf;
 mod joining;
 mod left_out;
 mod mass;

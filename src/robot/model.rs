@@ -133,6 +133,12 @@ pub struct Joint {
 }
 
 impl Joint {
+    /// Whether anything acts on it by itself.
+    #[must_use]
+    pub fn resists(&self) -> bool {
+        [self.damping, self.friction, self.armature, self.stiffness].iter().any(|one| *one != 0.0)
+    }
+
     /// One without anything that acts on it.
     pub(crate) fn bare(name: String, link: usize, moves: Moves, at: String) -> Self {
         let (anchor, axis) = (Vector3::zeros(), Vector3::z());

@@ -185,7 +185,7 @@ impl<'a> Reader<'a> {
         let is_one = |joint: &Joint| matches!(joint.moves, Moves::Hinge | Moves::Slide);
         let Some([below]) = self.tree.below.get(name).map(Vec::as_slice) else { return Ok(None) };
         let touches = self.tree.links[name].all("collision").next().is_some();
-        let moves = !matches!(below.own("type"), Some("fixed" | "floating"));
+        let moves = !matches!(below.own("type"), Some("fixed" | "floating" | "spherical"));
         let passes = moves
             && !touches
             && !joints.is_empty()
@@ -268,7 +268,7 @@ impl<'a> Reader<'a> {
         let axis = element.one("axis")?.map(|axis| axis.exactly::<3>("xyz")).transpose()?.flatten();
         let axis = Vector3::from(axis.unwrap_or([1.0, 0.0, 0.0]));
         let length = axis.norm();
-        let moves = !matches!(kind, "fixed" | "floating");
+        let moves = !matches!(kind, "fixed" | "floating" | "spherical");
         if moves && length <= 1e-12 {
             return Err(element.wrong("axis: it has no length"));
         }
@@ -278,6 +278,7 @@ impl<'a> Reader<'a> {
         let joints = match kind {
             "fixed" => Vec::new(),
             "floating" => vec![bare(name, Moves::Free)],
+            "spherical" => vec![self.driven(element, bare(name, Moves::Ball), false)?],
             "revolute" => vec![self.driven(element, one(Moves::Hinge), true)?],
             "continuous" => vec![self.driven(element, one(Moves::Hinge), false)?],
             "prismatic" => vec![self.driven(element, one(Moves::Slide), true)?],
@@ -292,7 +293,7 @@ impl<'a> Reader<'a> {
             }
             _ => {
                 return Err(element.wrong(
-                    "type: fixed, revolute, continuous, prismatic, floating or planar is needed",
+                    "type: fixed, revolute, continuous, prismatic, planar, spherical or floating is needed",
                 ));
             }
         };
@@ -351,12 +352,14 @@ impl<'a> Reader<'a> {
         let (low, high) =
             (limit.number("lower")?.unwrap_or(0.0), limit.number("upper")?.unwrap_or(0.0));
         if limited && low > high {
-            return Err(
-                limit.wrong(format!("lower is {low:?} and upper {high:?}; lower must not be more"))
-            );
+            self.notes.say(format!(
+                "{}: lower is more than upper, as Bullet has it where there are no limits",
+                limit.at()
+            ));
         }
         // What is farther away than the solver's largest number is no limit.
-        joint.range = limited.then_some([low, high].map(|limit| limit.clamp(-FARTHEST, FARTHEST)));
+        let range = [low, high].map(|limit| limit.clamp(-FARTHEST, FARTHEST));
+        joint.range = (limited && low <= high).then_some(range);
         let effort = limit.bounded("effort", 0.0, [0.0, 1e12])?;
         joint.effort = (effort > 0.0).then_some([-effort, effort]);
         if limit.get("velocity").is_some() {

@@ -35,8 +35,8 @@ pub struct Batch<'a> {
     /// What pushes each body in every step, (B or 1, T, N, 6): a force (N, world) and a torque
     /// (N m, body); empty for none.
     pub controls: &'a [f64],
-    /// What each [motor](World::motors) holds or pulls to in every step, in place of its target: (B or 1, T, M), m/s, rad/s, m or
-    /// rad; empty for the world's own.
+    /// What each [motor](World::motors), and after these each of a [sum](World::gear_motors), holds or pulls to in every step, in
+    /// place of its target: (B or 1, T, M), m/s, rad/s, m or rad; empty for the world's own.
     pub motors: &'a [f64],
     /// Forces along each [axis](World::driven_axes) that a drive can act on in every step, besides its drive: (B or 1, T, D), N
     /// or N m; empty for none.
@@ -90,7 +90,8 @@ impl Batch<'_> {
         let controls = self.controls.len();
         let fits = controls == 0 || shared(size(&[t, n, 6]), controls);
         count("numbers in the controls", controls, "(B or 1, T, N, 6), or none", fits)?;
-        let [axes, motors] = [self.world.driven_axes().len(), self.world.motors().len()];
+        let axes = self.world.driven_axes().len();
+        let motors = self.world.motors().len() + self.world.gear_motors().len();
         let length = self.motors.len();
         let fits = length == 0 || shared(size(&[t, motors]), length);
         count("numbers for motors", length, "(B or 1, T, M), or none", fits)?;
@@ -160,22 +161,27 @@ impl Batch<'_> {
     }
 }
 
-/// What drives a rollout in every step: the axes of its joints, and which of them have motors.
+/// What drives a rollout in every step: the axes of its joints, which of them have motors, and which gears have one of their
+/// sum.
 pub(super) struct Driven {
     /// The rollout's world, with the drives that it began with.
     own: World,
     axes: Vec<(usize, JointAxis)>,
     motors: Vec<(usize, JointAxis)>,
+    gears: Vec<usize>,
 }
 
 impl Driven {
     /// What differs from step to step in `batch`.
     fn of(batch: &Batch<'_>, own: World) -> Self {
-        let or_none = |of: &[f64], axes: Vec<_>| if of.is_empty() { Vec::new() } else { axes };
+        fn or_none<T>(of: &[f64], axes: Vec<T>) -> Vec<T> {
+            if of.is_empty() { Vec::new() } else { axes }
+        }
         Self {
             own,
             axes: or_none(batch.joint_forces, batch.world.driven_axes()),
             motors: or_none(batch.motors, batch.world.motors()),
+            gears: or_none(batch.motors, batch.world.gear_motors()),
         }
     }
 
@@ -203,11 +209,16 @@ impl Driven {
             let set = Drive { force, ..drive(simulation.world(), (joint, axis)) };
             simulation.set_drive(joint, axis, set)?;
         }
-        for (&(joint, axis), target) in self.motors.iter().zip(now(batch.motors, self.motors.len()))
-        {
+        let targets = now(batch.motors, self.motors.len() + self.gears.len());
+        for (&(joint, axis), target) in self.motors.iter().zip(targets) {
             let set = drive(simulation.world(), (joint, axis));
             let motor = set.motor.map(|motor| motor.to(*target));
             simulation.set_drive(joint, axis, Drive { motor, ..set })?;
+        }
+        for (&gear, target) in self.gears.iter().zip(targets.iter().skip(self.motors.len())) {
+            let set = simulation.world().gears()[gear].drive().copied().unwrap_or_default();
+            let motor = set.motor.map(|motor| motor.to(*target));
+            simulation.set_gear_drive(gear, Drive { motor, ..set })?;
         }
         Ok(())
     }

@@ -51,8 +51,8 @@
 //! Beside these arrays, the caller's, a call takes the memory of one simulation a thread, and of its
 //! [`Report`]: thousands of rollouts of small worlds take no more than some.
 //!
-//! B rollouts of T steps of N bodies, of which M axes of joints have [motors](crate::world::World::motors) and D can be
-//! [driven](crate::world::World::driven_axes), the last index fastest.
+//! B rollouts of T steps of N bodies, of which D axes of joints can be [driven](crate::world::World::driven_axes) and M have
+//! [motors](crate::world::World::motors), those of [sums](crate::world::World::gear_motors) behind them; the last index fastest.
 
 mod batch;
 #[cfg(feature = "save")]

@@ -21,7 +21,9 @@ pub enum JointKind {
     Sliding,
     /// Slides along three axes, without a turn.
     Gantry,
-    /// Turns about its anchor in any way.
+    /// Moves in any way; drives act along the axes of the second body's frame, and along the parts of its turn.
+    Free,
+    /// Turns about its anchor in any way, under drives of the parts of its turn about the axes of the first body's frame.
     Spherical,
     /// The same within a cone, and under a drive of the twist.
     Ball,
@@ -56,9 +58,10 @@ impl JointKind {
             Self::Planar => &[("x", 0), ("y", 1), TURN],
             Self::Sliding => &[("x", 0), ("y", 1)],
             Self::Gantry => &[("x", 0), ("y", 1), ("z", 2)],
+            Self::Free => &[("x", 0), ("y", 1), ("z", 2), TURN_X, TURN_Y, TURN_Z],
             Self::Universal => &[TURN_X, TURN_Y],
-            Self::Gimbal => &[TURN_X, TURN_Y, TURN_Z],
-            Self::Spherical | Self::Fixed => &[],
+            Self::Gimbal | Self::Spherical => &[TURN_X, TURN_Y, TURN_Z],
+            Self::Fixed => &[],
         }
     }
 
@@ -72,6 +75,7 @@ impl JointKind {
             Self::Planar => "planar",
             Self::Sliding => "sliding",
             Self::Gantry => "gantry",
+            Self::Free => "free",
             Self::Spherical => "spherical",
             Self::Ball => "ball",
             Self::Universal => "universal",
@@ -83,17 +87,21 @@ impl JointKind {
     /// Whether it has an axis, or more: whether its frames are more than their anchors.
     #[must_use]
     pub fn has_axis(self) -> bool {
-        !matches!(self, Self::Spherical | Self::Fixed)
+        !matches!(self, Self::Free | Self::Spherical | Self::Fixed)
+    }
+
+    /// Whether it turns in any way, without angles of its own.
+    #[must_use]
+    pub fn turns_in_any_way(self) -> bool {
+        matches!(self, Self::Free | Self::Spherical)
     }
 
     /// The six axes under these drives, of a ball joint within the cone (rad).
     fn axes(self, drives: &[Drive], cone: Option<f64>) -> [Axis; 6] {
         let mut axes = [Axis::Locked; 6];
-        let turns_freely = match self {
-            Self::Spherical | Self::Ball => 3..6,
-            _ => 0..0,
-        };
-        axes[turns_freely].fill(Axis::Free(Drive::NONE));
+        if self == Self::Ball {
+            axes[3..6].fill(Axis::Free(Drive::NONE));
+        }
         if let (Self::Ball, Some(cone)) = (self, cone) {
             axes[3] = Axis::Free(Drive { limits: Some([0.0, cone]), ..Drive::NONE });
         }

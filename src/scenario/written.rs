@@ -301,6 +301,9 @@ fn motor_fields(motor: &Motor) -> Vec<String> {
             ("damping", *damping),
             ("most", *most),
         ],
+        Motor::Damper { target, damping, most } => {
+            &[("speed", *target), ("damping", *damping), ("most", *most)]
+        }
     };
     fields.iter().map(|(field, value)| format!("{field} = {value:?}")).collect()
 }

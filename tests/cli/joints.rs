@@ -457,7 +457,7 @@ const BROKEN: &[(&str, &str, &[&str])] = &[
     ("type = \"fixed\"", "type = \"fixed\"\ncolour = 1.0", &["colour"]),
     ("type = \"prismatic\"", "type = \"cylindrical\"", &["(rail).start", "`slide`, `turn`"]),
     ("joint = \"shoulder\"", "joint = \"elbow\"", &["motors[0] (elbow).joint", "elbow"]),
-    ("joint = \"shoulder\"", "joint = \"ball\"", &["motors[0] (ball).joint", "spherical"]),
+    ("joint = \"shoulder\"", "joint = \"ball\"", &["motors[0] (ball).axis", "`turn_x`"]),
     ("speed = -2.0", "speed = -2.0\naxis = \"slide\"", &["motors[0] (shoulder).axis", "`turn`"]),
     ("speed = -2.0", "", &["motors[0] (shoulder).speed", "position"]),
     ("speed = -2.0", "speed = -2.0\nposition = 1.0", &["motors[0] (shoulder).speed", "either"]),

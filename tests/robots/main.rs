@@ -3,11 +3,13 @@
 mod between;
 mod broken;
 mod details;
+mod formats;
 mod found;
 mod gears;
 mod looks;
 mod loose;
 mod models;
+mod moving;
 mod reading;
 mod scenes;
 mod sums;

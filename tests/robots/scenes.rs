@@ -239,7 +239,7 @@ fn wrong_files_are_refused_by_line() {
             "line 2, <geom>: colour",
         ),
         (
-            "<mujoco><worldbody><body name='b'><joint name='j' type='ball' damping='1'/><geom size='1'/></body></worldbody></mujoco>",
+            "<mujoco><worldbody><body name='b'><joint name='j' type='ball' range='0 1' limited='true'/><geom size='1'/></body></worldbody></mujoco>",
             "a ball with",
         ),
         (

@@ -517,6 +517,45 @@ fn motors_are_driven_in_rollouts() {
     assert!(run(&Batch { joint_forces: &forces[1..], ..batch }, 1).is_err());
 }
 
+/// Those of motors of sums stand behind those of axes.
+#[test]
+fn motors_of_sums_are_driven_in_rollouts() {
+    use tumble::joint::{Drive, Gear, GearAxis, JointAxis, Motor};
+    const T: usize = 40;
+    let servo = Motor::Position { target: 0.0, stiffness: 40.0, damping: 1.0, most: 3.0 };
+    let axes = [JointAxis::Angular(2), JointAxis::Linear(2)];
+    let [first, second] = [0, 1].map(|joint| GearAxis { joint, axis: axes[joint] });
+    let sum = Gear::new(first, second, -2.0, 0.0);
+    let sum = sum.with_drive(Drive { motor: Some(servo), ..Drive::NONE });
+    let (world, starts) = (driven_world().with_gears(vec![sum]).unwrap(), driven_starts());
+    assert_eq!(world.gear_motors(), [0]);
+    let motors: Vec<_> = (0..2 * T).map(|k| (0.1 * k as f64).sin()).collect();
+    let batch = Batch { steps: T, motors: &motors, ..batch(&world, &starts, 1) };
+    let found = run(&batch, 1).unwrap();
+    let motion = Motion::native(&world);
+    let mut simulation = Simulation::new(world.clone(), batch_states(&starts), motion).unwrap();
+    let mut record = StepRecord::new();
+    for (step, targets) in motors.chunks(2).enumerate() {
+        simulation
+            .set_motor(
+                0,
+                axes[0],
+                world.joints()[0].drive(axes[0]).unwrap().motor.map(|motor| motor.to(targets[0])),
+            )
+            .unwrap();
+        let motor = Some(servo.to(targets[1]));
+        simulation.set_gear_drive(0, Drive { motor, ..Drive::NONE }).unwrap();
+        simulation.step(&mut record).unwrap();
+        let numbers = numbers(simulation.states());
+        assert_eq!(found.states[step * 26..][..26], numbers[..]);
+    }
+    assert!(
+        found.states[26 * (T - 1)..]
+            != run(&Batch { motors: &[], ..batch }, 1).unwrap().states[26 * (T - 1)..]
+    );
+    assert!(run(&Batch { motors: &motors[..T], ..batch }, 1).is_err());
+}
+
 fn batch_states(numbers: &[f64]) -> Vec<State> {
     let state = |numbers: &[f64]| {
         State::from_vector(&nalgebra::SVector::<f64, 13>::from_column_slice(numbers))

@@ -61,6 +61,15 @@ pub enum Motor {
         /// N or N m.
         most: f64,
     },
+    /// It pulls to a speed with a damping, with up to this force.
+    Damper {
+        /// The speed that it pulls to, m/s or rad/s.
+        target: f64,
+        /// N s/m or N m s/rad.
+        damping: f64,
+        /// N or N m.
+        most: f64,
+    },
 }
 
 impl Motor {
@@ -72,6 +81,7 @@ impl Motor {
             Self::Position { stiffness, damping, most, .. } => {
                 Self::Position { target, stiffness, damping, most }
             }
+            Self::Damper { damping, most, .. } => Self::Damper { target, damping, most },
         }
     }
 }
@@ -124,6 +134,11 @@ impl Drive {
                 in_range("damping of a motor", damping, 0.0, MOST, "0 to 1e12")?;
                 in_range("most force of a motor", most, 0.0, MOST, "0 to 1e12")?;
             }
+            Some(Motor::Damper { target, damping, most }) => {
+                in_range("speed of a motor", target, -1e6, 1e6, "-1e6 to 1e6")?;
+                in_range("damping of a motor", damping, 0.0, MOST, "0 to 1e12")?;
+                in_range("most force of a motor", most, 0.0, MOST, "0 to 1e12")?;
+            }
         }
         Ok(())
     }
@@ -149,6 +164,14 @@ impl Axis {
     /// Whether it has an armature.
     pub(crate) fn has_armature(&self) -> bool {
         matches!(self, Self::Free(drive) if drive.armature > 0.0)
+    }
+
+    /// The range of its coordinate, if it has one.
+    pub(super) fn limits(&self) -> Option<[f64; 2]> {
+        match self {
+            Self::Locked => None,
+            Self::Free(drive) => drive.limits,
+        }
     }
 
     /// Whether nothing is said of it.
@@ -204,6 +227,10 @@ impl Axis {
             Some(Motor::Position { target, stiffness, damping, most }) => {
                 let (slope, at_zero) = pull(stiffness, damping, target);
                 sum.add_ramp(at_zero, slope, most * to_impulse);
+            }
+            Some(Motor::Damper { target, damping, most }) => {
+                let slope = damping * to_impulse / length;
+                sum.add_ramp(damping * target * to_impulse, slope, most * to_impulse);
             }
         }
         if let Some([low, high]) = drive.limits {

@@ -1,6 +1,6 @@
 //! Gears: a coordinate of one joint that follows one of another, or a law on how far it is from that.
 
-use super::{Axis, AxisStart, Drive, Joint, JointAxis, JointForce};
+use super::{Axis, AxisStart, Drive, Joint, JointAxis, JointForce, Turning};
 use crate::error::{Error, in_range};
 use crate::mechanics::{RigidBody, State, Wrench};
 use crate::world::World;
@@ -118,7 +118,9 @@ impl Gear {
             let [along, about] = of.bears();
             let bears = match axis {
                 JointAxis::Linear(k) => along.get(k).copied().filter(|_| of.holds_place()),
-                JointAxis::Angular(k) => about.get(k).copied(),
+                JointAxis::Angular(k) => {
+                    about.get(k).copied().filter(|_| of.turning() != Turning::Driven)
+                }
             };
             if bears != Some(true) {
                 return Err(unsupported("a gear on an axis that has no coordinate of its own"));

@@ -15,7 +15,8 @@ impl Joint {
         Self { body, other, frames, linear, angular, middle, length, collides, push, moves }
     }
 
-    /// Both anchors in one place; the bodies turn freely about it.
+    /// Both anchors in one place; the bodies turn freely about it, or under drives of all three axes
+    /// ([`Turning::Driven`](super::Turning::Driven)).
     #[must_use]
     pub fn spherical(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let linear = [Axis::Locked; 3];

@@ -81,13 +81,15 @@ pub struct Joint {
 pub enum Turning {
     /// Any way: no angular rows.
     Free,
+    /// Any way, under drives along the parts of its turn (J18) about the axes of A's frame.
+    Driven,
     /// About z alone.
     Hinge,
     /// About x of A's frame and y of B's.
     Universal,
     /// About these and a third axis that is square to both.
     Gimbal,
-    /// Any way, within a cone of the z axes or under a drive of the twist about z.
+    /// Any way, within a cone of the z axes and under a drive of the twist about z.
     Ball,
     /// Not at all.
     Locked,
@@ -97,7 +99,8 @@ impl Joint {
     /// This joint with other axes: x, y, z of the anchor's place, and of the turn. Of the turn either all
     /// are locked, or x and y are, as of a [hinge](Joint::revolute), or z is, as of a
     /// [universal joint](Joint::universal), or all are free, as of a [ball](Joint::ball) or a
-    /// [gimbal](Joint::gimbal).
+    /// [gimbal](Joint::gimbal); drives of one that is neither, without limits, act along the parts of its turn
+    /// ([`Turning::Driven`]).
     #[must_use]
     pub fn with_axes(self, linear: [Axis; 3], angular: [Axis; 3]) -> Self {
         Self { linear, angular, ..self }
@@ -258,10 +261,13 @@ impl Joint {
             [Axis::Free(_), Axis::Free(_), Axis::Free(_)] if self.middle.is_some() => {
                 Turning::Gimbal
             }
+            [Axis::Free(Drive { limits: Some(_), .. }), Axis::Free(_), Axis::Free(_)] => {
+                Turning::Ball
+            }
             [Axis::Free(_), Axis::Free(_), Axis::Free(_)]
                 if !self.angular.iter().all(Axis::is_idle) =>
             {
-                Turning::Ball
+                Turning::Driven
             }
             _ => Turning::Free,
         }
@@ -316,7 +322,7 @@ impl Joint {
     /// everything or nothing is.
     pub(crate) fn nearer_frame(&self, states: &[State], part: f64) -> Option<JointFrame> {
         let is_held = self.linear == [Axis::Locked; 3]
-            && matches!(self.turning(), Turning::Locked | Turning::Free);
+            && matches!(self.turning(), Turning::Locked | Turning::Free | Turning::Driven);
         let [own, theirs] = self.frames;
         if !is_held {
             return None;
@@ -362,7 +368,7 @@ impl Joint {
 
     /// Whether its turn is one of those that there are.
     fn check_turn(&self) -> Result<(), Error> {
-        let [x, y, z] = &self.angular;
+        let [x, y, _] = &self.angular;
         match self.turning() {
             Turning::Gimbal => self.middle().check(),
             _ if self.middle.is_some() => Err(Error::Unsupported {
@@ -373,13 +379,9 @@ impl Joint {
             Turning::Ball => {
                 let allowed =
                     "a ball joint takes a cone, the upper limit of its x axis, and a drive about z";
-                let Axis::Free(Drive { limits: Some([_, most]), .. }) = x else {
-                    let bare = x.is_idle() && y.is_idle();
-                    let (what, why) = ("a drive about x or y of a ball joint", allowed);
-                    return if bare { Ok(()) } else { Err(Error::Unsupported { what, why }) };
-                };
-                in_range("cone of a ball joint (rad)", *most, 0.01, 3.1, "0.01 to 3.1")?;
-                match *x == Axis::cone(*most) && y.is_idle() && *z != Axis::Locked {
+                let most = x.limits().map_or(f64::NAN, |[_, most]| most);
+                in_range("cone of a ball joint (rad)", most, 0.01, 3.1, "0.01 to 3.1")?;
+                match *x == Axis::cone(most) && y.is_idle() {
                     true => Ok(()),
                     false => {
                         let what = "a drive about x or y of a ball joint";
@@ -387,6 +389,11 @@ impl Joint {
                     }
                 }
             }
+            Turning::Driven if self.angular.iter().all(|axis| axis.limits().is_none()) => Ok(()),
+            Turning::Driven => Err(Error::Unsupported {
+                what: "limits about an axis of a joint that turns in any way",
+                why: "such a turn has none but a cone about z, from 0, the limits of its x axis alone",
+            }),
             Turning::Free if self.angular.iter().all(Axis::is_idle) => Ok(()),
             Turning::Free => Err(Error::Unsupported {
                 what: "a joint whose turn is neither locked, nor about its z axis alone, nor free",

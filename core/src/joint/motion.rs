@@ -74,7 +74,7 @@ impl Joint {
 
     /// The turns about the axes, rad: of what is locked, what it is off by; of a hinge its angle about z; of a
     /// gimbal and a universal joint the angles (J13); of a ball joint with a cone its swing, 0, and its twist; of what
-    /// turns freely, the turn as a vector, of up to half a turn. Angles are those nearest to `near`: of a hinge
+    /// turns in any way, the turn as a vector, of up to half a turn. Angles are those nearest to `near`: of a hinge
     /// θ = 2 atan2(Q_z, Q_w) + 2πn.
     #[must_use]
     pub fn turns(&self, at: &Coordinates, near: &Vector3<f64>) -> Vector3<f64> {
@@ -83,7 +83,7 @@ impl Joint {
         let about_z = || nearest(2.0 * libm::atan2(at.turn[3], at.turn[0]), near[2]);
         let angles = || gimbal::angles(&at.turn, near, &self.middle());
         match turning {
-            Turning::Free => vector_of(&at.turn),
+            Turning::Free | Turning::Driven => vector_of(&at.turn),
             Turning::Locked => off(),
             Turning::Hinge => {
                 let off = off();
@@ -117,7 +117,9 @@ impl Joint {
         time_step: f64,
     ) -> (Vector3<f64>, Vector3<f64>) {
         let turned = match self.turning() {
-            Turning::Free => vector_of(&(product(&conjugated(&at.turn), &after.turn))),
+            Turning::Free | Turning::Driven => {
+                vector_of(&(product(&conjugated(&at.turn), &after.turn)))
+            }
             _ => {
                 let start = self.turns(at, near);
                 self.turns(after, &start) - start
@@ -135,7 +137,7 @@ impl Joint {
         let linear = self.linear.iter().zip(&at.place).filter(|(axis, _)| locked(axis));
         let place = linear.map(|(_, l)| l.abs()).fold(0.0, f64::max);
         let turn = match self.turning() {
-            Turning::Free | Turning::Ball | Turning::Gimbal => 0.0,
+            Turning::Free | Turning::Driven | Turning::Ball | Turning::Gimbal => 0.0,
             turning => {
                 let aside = aside(turning, &at.turn);
                 let angular = self.angular.iter().zip(&aside).filter(|(axis, _)| locked(axis));
@@ -182,12 +184,26 @@ impl Joint {
     ) -> [[AxisStart; 3]; 2] {
         let rates = match self.linear.iter().chain(&self.angular).any(Axis::has_armature) {
             true => self.coasted(states, -time_step).map(|before| {
-                let turned = angles - self.counted(&before, angles);
+                let turned = self.turned((&before, &self.counted(&before, angles)), (at, angles));
                 ((at.place - before.place) / time_step, turned / time_step)
             }),
             false => None,
         };
         self.starts_at((at, angles), rates.unwrap_or_default())
+    }
+
+    /// How far each axis of its turn goes from where it is at `at` to `end`, both with their [angles](Joint::counted), rad:
+    /// of what turns in any way under drives 2 (Q* ⊗ Q⁺)'s imaginary part (J18).
+    fn turned(
+        &self,
+        (at, angles): (&Coordinates, &Vector3<f64>),
+        (end, after): (&Coordinates, &Vector3<f64>),
+    ) -> Vector3<f64> {
+        if self.turning() != Turning::Driven {
+            return after - angles;
+        }
+        let turn = product(&conjugated(&at.turn), &end.turn);
+        turn.fixed_rows::<3>(1) * (2.0_f64).copysign(turn[0])
     }
 
     /// The same where the rates at which it comes are known, of the place (m/s) and of the turn (rad/s).
@@ -295,11 +311,12 @@ fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
     along * (sign * 2.0 * libm::atan2(sine, turn[0].abs()) / sine)
 }
 
-/// R: of a hinge the part of the turn Q about z, of what cannot turn ±1.
+/// R: of a hinge the part of the turn Q about z, of what turns in any way under drives Q, of what cannot turn ±1.
 pub(super) fn twist(turning: Turning, turn: &Vector4<f64>) -> Vector4<f64> {
     let about = Vector4::new(turn[0], 0.0, 0.0, turn[3]);
     match turning {
         Turning::Hinge | Turning::Ball if about.norm() > 0.0 => about.normalize(),
+        Turning::Driven => *turn,
         _ => Vector4::new(if turn[0] < 0.0 { -1.0 } else { 1.0 }, 0.0, 0.0, 0.0),
     }
 }

@@ -85,6 +85,17 @@ impl Axis {
                     pull((stiffness, damping, target), by);
                 }
             }
+            Some(Motor::Damper { target, damping, most }) => {
+                let pulls = damping * (target - u / length);
+                if pulls.abs() > most {
+                    held += pulls.signum() * (change.most + most * longer);
+                } else {
+                    // Beside a damper at rest the constant force of its speed.
+                    held +=
+                        change.motor_damping * target + damping * (change.target + target * longer);
+                    pull((0.0, damping, 0.0), (0.0, change.motor_damping, 0.0));
+                }
+            }
         }
         let armature = drive.armature * change.rate + change.armature * start.rate;
         PieceChange::Line(

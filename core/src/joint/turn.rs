@@ -18,7 +18,7 @@ use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
 /// u = ℓ 2 (E_x, E_y, E_z)/h;   of a hinge u_z = ℓ 2 atan2(E_z, E_w)/h             (J4)
 /// ```
 ///
-/// With R = ±1 a gimbal has u = ℓ (α⁺ − α_k, β⁺ − β_k, γ⁺ − γ_k)/h of the angles (J13) of E, a universal joint the same of
+/// With R = Q_k what turns in any way has u = ℓ 2 (E_x, E_y, E_z)/h too (J18). With R = ±1 a gimbal has u = ℓ (α⁺ − α_k, β⁺ − β_k, γ⁺ − γ_k)/h of the angles (J13) of E, a universal joint the same of
 /// α and β, and u_z = ℓ 2 (E_x E_y + E_w E_z)/h, the cosine of the angle between its axes, and
 /// with R as of a hinge a ball joint u_x = ℓ (σ⁺ − σ_k)/h (J11), of the angle
 /// σ = 2 atan2(√(E_x² + E_y²), √(E_w² + E_z²)) between its z axes.
@@ -124,7 +124,7 @@ impl Turn {
         let e = self.at(spin, other).e;
         let turned = || libm::atan2(e[3], e[0]);
         let half = match self.turning {
-            Turning::Locked | Turning::Free => Vector3::new(e[1], e[2], e[3]),
+            Turning::Locked | Turning::Free | Turning::Driven => Vector3::new(e[1], e[2], e[3]),
             Turning::Hinge => Vector3::new(e[1], e[2], turned()),
             Turning::Ball => Vector3::new(0.5 * (swing(&e) - self.swing), e[2], turned()),
             Turning::Gimbal => 0.5 * (self.angles_at(&e) - self.angles),
@@ -174,7 +174,7 @@ impl Turn {
         };
         let angles = || gimbal::slopes(e, self.angles_at(e)[2], &self.middle, by);
         let rows = match self.turning {
-            Turning::Locked | Turning::Free => [row(1), row(2), row(3)],
+            Turning::Locked | Turning::Free | Turning::Driven => [row(1), row(2), row(3)],
             Turning::Hinge => [row(1), row(2), turned()],
             Turning::Ball => [by.tr_mul(&swinging(e)).transpose(), row(2), turned()],
             Turning::Gimbal => angles(),

@@ -32,6 +32,11 @@ impl Units {
                 damping: self.damping(damping),
                 most: most / force,
             },
+            Motor::Damper { target, damping, most } => Motor::Damper {
+                target: target * time / coordinate,
+                damping: self.damping(damping),
+                most: most / force,
+            },
         });
         Axis::Free(Drive {
             limits: drive.limits.map(|ends| ends.map(|end| end / coordinate)),

@@ -2,7 +2,7 @@
 
 use super::{Constant, World};
 use crate::error::Error;
-use crate::joint::{Axis, Drive, Joint, JointAxis, Motor};
+use crate::joint::{Axis, Drive, Gear, Joint, JointAxis, Motor};
 use nalgebra::Vector3;
 
 impl World {
@@ -21,6 +21,14 @@ impl World {
             self.joints()[*joint].drive(*axis).is_some_and(|drive| drive.motor.is_some())
         };
         self.driven_axes().into_iter().filter(has_motor).collect()
+    }
+
+    /// The gears whose sums have a motor, by their indices.
+    #[must_use]
+    pub fn gear_motors(&self) -> Vec<usize> {
+        let has_motor = |gear: &Gear| gear.drive().is_some_and(|drive| drive.motor.is_some());
+        let gears = self.gears().iter().enumerate();
+        gears.filter(|(_, gear)| has_motor(gear)).map(|(gear, _)| gear).collect()
     }
 
     /// This world with what is `given` of its joints.
@@ -96,6 +104,7 @@ impl Constant {
     fn get(self, drive: &Drive) -> f64 {
         let (target, stiffness, damping, most) = match drive.motor {
             Some(Motor::Speed { target, most }) => (target, 0.0, 0.0, most),
+            Some(Motor::Damper { target, damping, most }) => (target, 0.0, damping, most),
             Some(Motor::Position { target, stiffness, damping, most }) => {
                 (target, stiffness, damping, most)
             }
@@ -122,13 +131,33 @@ impl Constant {
             (Self::Armature, _) => drive.armature = number,
             (
                 Self::MotorTarget,
-                Some(Motor::Speed { target, .. } | Motor::Position { target, .. }),
+                Some(
+                    Motor::Speed { target, .. }
+                    | Motor::Position { target, .. }
+                    | Motor::Damper { target, .. },
+                ),
             ) => *target = number,
-            (Self::MotorMost, Some(Motor::Speed { most, .. } | Motor::Position { most, .. })) => {
+            (
+                Self::MotorMost,
+                Some(
+                    Motor::Speed { most, .. }
+                    | Motor::Position { most, .. }
+                    | Motor::Damper { most, .. },
+                ),
+            ) => {
                 *most = number;
             }
             (Self::MotorStiffness, Some(Motor::Position { stiffness, .. })) => *stiffness = number,
-            (Self::MotorDamping, Some(Motor::Position { damping, .. })) => *damping = number,
+            (
+                Self::MotorDamping,
+                Some(Motor::Position { damping, .. } | Motor::Damper { damping, .. }),
+            ) => *damping = number,
+            (Self::MotorStiffness, Some(Motor::Damper { .. })) if number != 0.0 => {
+                return Err(Error::Unsupported {
+                    what: "a stiffness of a motor that pulls to a speed",
+                    why: "motors that pull to a position have one; give 0 for others",
+                });
+            }
             (Self::MotorStiffness | Self::MotorDamping, Some(Motor::Speed { .. }))
                 if number != 0.0 =>
             {

@@ -113,8 +113,8 @@ def rollout(
         (body).
     :param controls: (B, T, N, 6) or (1, T, N, 6); of one body also (B, T, 6) or (1, T, 6): force
         (N, world) and torque (N m, body) in each step, besides gravity and the scene's loads.
-    :param motors: (B, T, M) or (1, T, M): what each motor of ``scene.motor_axes`` holds or pulls to in each
-        step, in place of its target.
+    :param motors: (B, T, M) or (1, T, M): what each motor of ``scene.motor_axes``, and after these each of
+        ``scene.motor_gears``, holds or pulls to in each step, in place of its target.
     :param joint_forces: (B, T, D) or (1, T, D): a force (N or N m) along each axis of
         ``scene.driven_axes`` in each step, besides its drive.
     :param steps: T, where nothing of each step says it.
@@ -277,7 +277,7 @@ def batch_of(
     ]
     given = {
         "controls": pushes,
-        "motors": _of_steps("motors", motors, len(scene.motor_axes)),
+        "motors": _of_steps("motors", motors, len(scene.motor_axes) + len(scene.motor_gears)),
         "joint_forces": _of_steps("joint_forces", joint_forces, len(scene.driven_axes)),
     }
     timed = {name: array for name, array in given.items() if array is not None}

@@ -248,8 +248,8 @@ class Simulation(CoreSimulation):
         most: Optional[float] = None,
         axis: Optional[str] = None,
     ) -> None:
-        """Gives a joint another motor in the steps to come: one that holds ``speed`` (m/s or rad/s), or
-        pulls to ``position`` (m or rad) with ``stiffness`` and ``damping``, with up to the force or torque
+        """Gives a joint another motor in the steps to come: one that holds ``speed`` (m/s or rad/s), or with a
+        ``damping`` pulls to it, or pulls to ``position`` (m or rad) with ``stiffness`` and ``damping``, with up to the force or torque
         ``most``; without either, none. ``axis`` is "slide", "turn", "x", "y", "turn_x", "turn_y" or "turn_z", of a
         joint that has several."""
         number, place = self._axis(joint, axis)

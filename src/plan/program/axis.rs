@@ -216,6 +216,15 @@ impl AxisLaw {
                 };
                 part(DrivePart::Motor, &follows, [-most, most]);
             }
+            Some(Motor::Damper { target, damping, most }) => {
+                let (d, most) = (damped(damping), most / force);
+                let follows = |f: usize| {
+                    let terms = [(f, 1.0), (END, d / h), (START, -d / h)];
+                    let pulled = Affine::of(-d * target * time / coordinate, &terms);
+                    (Affine::of(0.0, &[(f, 1.0)]), pulled)
+                };
+                part(DrivePart::Motor, &follows, [-most, most]);
+            }
         }
         self.rows.push(Row { form: Form::Straight(total), bounds: ZERO });
     }

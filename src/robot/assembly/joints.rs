@@ -1,7 +1,8 @@
 //! What holds the bodies of a robot together.
 
 use super::{Assembled, Carried, Placing, place_of};
-use crate::robot::frame::Frame;
+use crate::joint::Drive;
+use crate::robot::frame::{Frame, conjugated};
 use crate::robot::joining::{Joined, drive, joined, sum_drive};
 use crate::robot::model::{Follows, Tie};
 use crate::scenario::gear::GearModel;
@@ -25,7 +26,12 @@ impl Assembled {
             let anchor = anchor.unwrap_or(centre);
             let (other, frame) = self.links[self.robot.links[link].parent];
             let outer = frame.then(&self.robot.links[link].frame);
-            let [attitude, of_above] = attitudes;
+            let [attitude, mut of_above] = attitudes;
+            // What flies is held along the axes of the file's world, by a spring from where it is placed.
+            let flies = kind == JointKind::Free;
+            if flies && self.robot.joints[first].stiffness == 0.0 {
+                of_above = conjugated(&self.robot.links[link].frame.attitude);
+            }
             let above = Frame {
                 position: outer.point(&anchor),
                 attitude: outer.then(&turned(of_above)).attitude,
@@ -52,7 +58,8 @@ impl Assembled {
                 ));
             }
             let index = model.joints.len();
-            for ((_, axis), joint) in kind.driven().iter().zip(&axes) {
+            let counted = kind.driven().iter().zip(&axes).filter(|_| !kind.turns_in_any_way());
+            for ((_, axis), joint) in counted {
                 self.axes[first + joint] = Some((index, *axis));
             }
             let drives = drives.collect::<Result<_, _>>()?;
@@ -66,7 +73,7 @@ impl Assembled {
                     place_of(&above),
                 ],
                 length: None,
-                collide: false,
+                collide: flies,
                 cone: None,
                 middle,
                 drives,
@@ -206,7 +213,7 @@ impl Assembled {
                 collide: true,
                 cone: None,
                 middle: None,
-                drives: Vec::new(),
+                drives: vec![Drive::NONE; kind.driven().len()],
                 course: None,
             });
         }

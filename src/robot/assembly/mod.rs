@@ -15,6 +15,7 @@ use crate::scenario::model::Model;
 use crate::scenario::shape::Place;
 use crate::scenario::shown;
 use nalgebra::{Vector3, Vector4};
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// How a robot is put into a scene.
@@ -64,6 +65,8 @@ const LONGEST_NAME: usize = 40;
 pub struct Assembled {
     robot: Robot,
     prefix: String,
+    /// What names of the file that are too long are called in the scene.
+    long_names: BTreeMap<String, String>,
     bodies: Vec<Carried>,
     /// Of each link its place in `bodies`, none of what is fixed, and where it is in that link.
     links: Vec<(Option<usize>, Frame)>,
@@ -122,6 +125,7 @@ impl Assembled {
             fixed: model.fixed.len()..model.fixed.len(),
             ties: 0..0,
             is_alone: placing.has_ground,
+            long_names: long_names(&robot, &placing.prefix),
             controls,
             coordinates,
             robot,
@@ -147,19 +151,8 @@ impl Assembled {
     /// What something of the file is called in the scene: as there, with `_` for all that names of a scene cannot have, and without
     /// the middle of a long one.
     fn named(&self, name: &str) -> String {
-        let fits = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
-        let fitting = |c: char| if fits(c) { c } else { '_' };
-        let name: String = self.prefix.chars().chain(name.chars()).map(fitting).collect();
-        match name.len() {
-            0 => "_".to_owned(),
-            1..=LONGEST_NAME if name == "ground" => "ground_".to_owned(),
-            1..=LONGEST_NAME => name,
-            length => format!(
-                "{}..{}",
-                &name[..LONGEST_NAME / 2 - 1],
-                &name[length + 1 - LONGEST_NAME / 2..]
-            ),
-        }
+        let own = self.long_names.get(name).cloned();
+        own.unwrap_or_else(|| fitting(&self.prefix, name, ".."))
     }
 
     /// Says what of the file is called otherwise in the scene.
@@ -427,6 +420,45 @@ fn refuse_beyond(robot: &Robot, places: &[(usize, usize)], q: &[f64]) -> Result<
 
 /// What rounding may take a joint beyond its range that goes with one at its limit, m or rad.
 const AT_LIMIT: f64 = 1e-9;
+
+/// A name as a scene can have it: with `_` for what it cannot have, and `middle` in place of that of a long one.
+fn fitting(prefix: &str, name: &str, middle: &str) -> String {
+    let fits = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+    let fitting = |c: char| if fits(c) { c } else { '_' };
+    let name: String = prefix.chars().chain(name.chars()).map(fitting).collect();
+    match name.len() {
+        0 => "_".to_owned(),
+        1..=LONGEST_NAME if name == "ground" => "ground_".to_owned(),
+        1..=LONGEST_NAME => name,
+        length => {
+            let kept = LONGEST_NAME - middle.len();
+            format!("{}{middle}{}", &name[..kept / 2], &name[length - kept.div_ceil(2)..])
+        }
+    }
+}
+
+/// What names of links, joints and shapes that are too long are called in a scene, each otherwise: a number stands in the middle
+/// of those that would be alike.
+fn long_names(robot: &Robot, prefix: &str) -> BTreeMap<String, String> {
+    let links = robot.links.iter().map(|link| &link.name);
+    let names = links.chain(robot.joints.iter().map(|joint| &joint.name));
+    let names = names.chain(robot.shapes.iter().map(|shape| &shape.name));
+    let mut known = BTreeMap::new();
+    let mut taken = BTreeSet::new();
+    for name in names.filter(|name| prefix.chars().count() + name.chars().count() > LONGEST_NAME) {
+        if known.contains_key(name) {
+            continue;
+        }
+        let numbered = (2..).map(|number: usize| format!(".{number}."));
+        let mut middles = std::iter::once("..".to_owned()).chain(numbered);
+        let own = middles.find_map(|middle| {
+            let own = fitting(prefix, name, &middle);
+            taken.insert(own.clone()).then_some(own)
+        });
+        known.extend(own.map(|own| (name.clone(), own)));
+    }
+    known
+}
 
 fn place_of(frame: &Frame) -> Place {
     Place { position: frame.position.into(), attitude: frame.attitude.into() }

@@ -248,10 +248,11 @@ impl Reader<'_> {
             }
             self.timed.push((index, two));
         }
-        if read.word("actuatorgravcomp", &SWITCH)? == Some(true) {
-            return Err(element.wrong("actuatorgravcomp is not supported"));
-        }
         joint.effort = self.compiler.range(&read, "actuatorfrcrange", "actuatorfrclimited")?;
+        // The weight is held up whoever is said to do it, but where that has bounds.
+        if read.word("actuatorgravcomp", &SWITCH)? == Some(true) && joint.effort.is_some() {
+            return Err(element.wrong("actuatorgravcomp is not supported beside actuatorfrcrange"));
+        }
         self.robot.joints.push(joint);
         let joints = &mut self.robot.links[link].joints;
         joints.1 += 1;

@@ -223,7 +223,8 @@ impl Compiler {
     }
 
     /// Turns one after the other: about axes that turn along (small letters), or that stay.
-    fn euler(&self, angles: [f64; 3]) -> Vector4<f64> {
+    /// The turn by three angles in the order that the file has.
+    pub fn euler(&self, angles: [f64; 3]) -> Vector4<f64> {
         let mut attitude = Frame::identity().attitude;
         for (letter, angle) in self.sequence.into_iter().zip(angles) {
             let axis = match letter.to_ascii_lowercase() {

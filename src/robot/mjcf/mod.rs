@@ -9,6 +9,7 @@ mod compiler;
 mod contacts;
 mod defaults;
 mod includes;
+mod replicated;
 mod rest;
 mod shapes;
 mod tendons;
@@ -81,8 +82,9 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         );
     }
     root.refuse_others(&["model"], &["xmlns", "schemaLocation"])?;
-    let sections = |tag: &'static str| root.all(tag);
     let compiler = Compiler::of(&root)?;
+    let root = replicated::replicated(&root, &compiler)?;
+    let sections = |tag: &'static str| root.all(tag);
     let classes = Classes::of(&root)?;
     let mut notes = Notes::default();
     let (options, flags) = rest::options(&root, &mut notes)?;

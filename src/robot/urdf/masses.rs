@@ -14,7 +14,8 @@ pub(super) fn inertial(link: &Element) -> Result<Mass, String> {
     if density(link)?.is_some() {
         return Ok(Mass::NONE);
     }
-    let mass = inertial.one("mass")?.ok_or_else(|| inertial.wrong("<mass> is needed"))?;
+    // What says no mass has that of its shapes, if it moves.
+    let Some(mass) = inertial.one("mass")? else { return Ok(Mass::NONE) };
     mass.needed("value")?;
     let mass = mass.bounded("value", 0.0, [0.0, 1e9])?;
     let inertia = match inertial.one("inertia")? {

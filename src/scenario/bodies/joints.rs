@@ -207,6 +207,17 @@ impl JointEntry {
                 return idle(field);
             }
         }
+        let turns = self.tables().into_iter().filter(|(name, _)| name.starts_with("turn_"));
+        for (name, table) in turns.filter(|_| kind.turns_in_any_way()) {
+            let given = table.as_ref().map(DriveEntry::drive);
+            let given =
+                given.map_or((false, false), |of| (of.start.is_some(), of.limits.is_some()));
+            match given {
+                (true, _) => return idle(&format!("{name}.start")),
+                (_, true) => return idle(&format!("{name}.limits")),
+                _ => {}
+            }
+        }
         if let Some(field) = self.drive().first()
             && driven.len() != 1
         {
@@ -247,12 +258,13 @@ impl JointEntry {
     }
 
     /// The tables of drives, by their names.
-    fn tables(&self) -> [(&'static str, &Option<DriveEntry>); 7] {
+    fn tables(&self) -> [(&'static str, &Option<DriveEntry>); 8] {
         [
             ("slide", &self.slide),
             ("turn", &self.turn),
             ("x", &self.x),
             ("y", &self.y),
+            ("z", &self.z),
             ("turn_x", &self.turn_x),
             ("turn_y", &self.turn_y),
             ("turn_z", &self.turn_z),

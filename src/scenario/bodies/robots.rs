@@ -153,10 +153,14 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<Built, String> {
         surfaces: Vec::new(),
         apart: Vec::new(),
     };
-    if robot.joints.is_empty() && robot.options.has_world {
-        return Err("there is nothing in it that could move: give a body <freejoint/> or a joint, or put it among other things \
-                    by [[robots]]"
-            .to_owned());
+    if robot.joints.is_empty() {
+        let way = match robot.options.has_world {
+            true => "give a body <freejoint/> or a joint",
+            false => "a root that is not fixed and has a mass flies",
+        };
+        return Err(format!(
+            "there is nothing in it that could move: {way}, or put it among other things by [[robots]]"
+        ));
     }
     let mut model = empty();
     let mut assembled = Assembled::new(robot.clone(), &placing, &mut model)?;

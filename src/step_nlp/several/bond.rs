@@ -124,6 +124,10 @@ pub(super) fn laws(
                 laws.push(Law::within(value / slope, slope.recip(), most / length, strong));
             }
         }
+        Some(Motor::Damper { target, damping, most }) if most > 0.0 && damping > 0.0 => {
+            let yields = length * length / damping;
+            laws.push(Law::within(target * length, yields, most / length, strong));
+        }
         _ => {}
     }
     if let Some([low, high]) = drive.limits {

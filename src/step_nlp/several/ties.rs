@@ -136,6 +136,11 @@ impl Ties {
         if is_turn && joint.turning() == Turning::Free {
             return Ok(());
         }
+        if is_turn && joint.turning() == Turning::Driven {
+            let what = "drives of a turn in any way in Ipopt's program";
+            let why = "it knows those of hinges, gimbals and cones; take the native solver";
+            return Err(Error::Unsupported { what, why });
+        }
         let (of, push) = match is_turn {
             false => (&joint.linear()[k], joint.push()[0][k]),
             true => (&joint.angular()[k], joint.push()[1][k]),

@@ -111,6 +111,26 @@ fn a_slide_by_the_constants_of_its_drive() {
         (Constant::JointStiffness, by(H * (rest - x), H * H)),
     ];
     check(drive(most), &held);
+    // A motor that pulls to a speed w, N = m v + h d_m (w − v⁺), and the same with all it has.
+    let damper = |most| {
+        let motor = Motor::Damper { target, damping: dm, most };
+        Drive { motor: Some(motor), ..Drive::NONE }
+    };
+    let (below, above) = (MASS + H * dm, MASS * v + H * dm * target);
+    let by = |n: f64, d: f64| n / below - above / below * d / below;
+    let end = check(
+        damper(1e3),
+        &[
+            (Constant::MotorTarget, by(H * dm, 0.0)),
+            (Constant::MotorDamping, by(H * target, H)),
+            (Constant::MotorMost, 0.0),
+            (Constant::TimeStep, by(dm * target, dm)),
+        ],
+    );
+    assert!((end - above / below).abs() < 1e-12);
+    let held = [(Constant::MotorMost, H / MASS), (Constant::MotorDamping, 0.0)];
+    let end = check(damper(0.01), &held);
+    assert!((end - v - H * 0.01 / MASS).abs() < 1e-12);
     // At the speed that a motor holds, and at a stop, nothing counts but these.
     let speed = Motor::Speed { target: 0.2, most: 1e3 };
     let held = Drive { motor: Some(speed), stiffness: k, ..Drive::NONE };

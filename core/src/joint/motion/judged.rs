@@ -154,7 +154,14 @@ impl Seen {
             Axis::Locked => 0.0,
             Axis::Free(_) => force.torque[k],
         });
-        let mut about = torque.dot(&(end - came));
+        let way = match joint.turning() {
+            Turning::Driven => {
+                let came = joint.turned((before, came), (at, angles));
+                came + joint.turned((at, angles), (after, end))
+            }
+            _ => end - came,
+        };
+        let mut about = torque.dot(&way);
         if matches!(joint.turning(), Turning::Gimbal | Turning::Universal) {
             let turn = Turn::new(joint, (at, angles), time_step, 1.0);
             let spins = |body: usize| Some(states.get(body)?.spin + next.get(body)?.spin);
@@ -221,7 +228,8 @@ impl Seen {
             };
             *part = largest(*part, if is_finite { missed } else { f64::NAN });
         };
-        let rates = ((at.place - before.place) / h, (angles - came) / h);
+        let turned = joint.turned((before, came), (at, angles));
+        let rates = ((at.place - before.place) / h, turned / h);
         let [places, turns] = joint.starts_at((at, angles), rates);
         let length = joint.length(bodies);
         for (k, axis) in joint.linear.iter().enumerate() {
@@ -233,10 +241,11 @@ impl Seen {
         }
         if joint.turning() != Turning::Free {
             let aside = aside(joint.turning(), &after.turn);
+            let turned = joint.turned((at, angles), (after, end));
             for (k, axis) in joint.angular.iter().enumerate() {
                 let u = match axis {
                     Axis::Locked => length * 2.0 * aside[k] / h,
-                    Axis::Free(_) => length * (end[k] - angles[k]) / h,
+                    Axis::Free(_) => length * turned[k] / h,
                 };
                 add(axis, &turns[k], (u, force.torque[k]), length, JointAxis::Angular(k));
             }

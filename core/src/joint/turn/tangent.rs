@@ -92,7 +92,7 @@ impl Turn {
         let number = |k: usize| Jet::number(k, e);
         let turned = || Jet::argument(&number(0), &number(3));
         match self.turning {
-            Turning::Locked | Turning::Free => [number(1), number(2), number(3)],
+            Turning::Locked | Turning::Free | Turning::Driven => [number(1), number(2), number(3)],
             Turning::Hinge => [number(1), number(2), turned()],
             Turning::Ball => {
                 let along = Jet::size(&number(0), &number(3));
@@ -134,7 +134,7 @@ impl Turn {
             Turning::Ball => k == 0,
             Turning::Gimbal => true,
             Turning::Universal => k < 2,
-            Turning::Locked | Turning::Free | Turning::Hinge => false,
+            Turning::Locked | Turning::Free | Turning::Driven | Turning::Hinge => false,
         }
     }
 

@@ -64,6 +64,7 @@ with_drive!(JointEntry, "a table [[joints]] is needed" {
     turn: Option<DriveEntry>,
     x: Option<DriveEntry>,
     y: Option<DriveEntry>,
+    z: Option<DriveEntry>,
     turn_x: Option<DriveEntry>,
     turn_y: Option<DriveEntry>,
     turn_z: Option<DriveEntry>,

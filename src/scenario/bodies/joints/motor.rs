@@ -67,14 +67,13 @@ impl MotorFields {
             }
             (None, None) => Err("speed: `speed` or `position` is needed".to_owned()),
             (Some(target), None) => {
-                let idle =
-                    [("stiffness", self.stiffness.is_some()), ("damping", self.damping.is_some())];
-                match idle.into_iter().find(|(_, given)| *given) {
-                    Some((field, _)) => {
-                        Err(format!("{field} has no meaning with `speed`; leave it out"))
-                    }
-                    None => Ok(Motor::Speed { target, most }),
+                if self.stiffness.is_some() {
+                    return Err("stiffness has no meaning with `speed`; leave it out".to_owned());
                 }
+                Ok(match self.damping {
+                    None => Motor::Speed { target, most },
+                    Some(damping) => Motor::Damper { target, damping, most },
+                })
             }
             (None, Some(target)) => {
                 let Some(stiffness) = self.stiffness else {

@@ -1,0 +1,190 @@
+//! What stands in files of robots in other ways: copies, meshes of glTF, names that are long, joints as Bullet has them.
+
+use std::io;
+use std::path::Path;
+use tumble::robot::model::{Form, Moves, Robot};
+use tumble::robot::{Reading, read};
+use tumble::scenario::scene::Scene;
+use tumble::scenario::settings::Settings;
+
+fn robot_of(text: &str, files: &[(&str, &[u8])]) -> Result<Robot, String> {
+    let read_file = |path: &Path, _: u64| {
+        let found = files.iter().find(|(name, _)| Path::new(name) == path);
+        found.map(|(_, bytes)| bytes.to_vec()).ok_or(io::ErrorKind::NotFound.into())
+    };
+    read(text, &Reading { read: &read_file, ..Reading::none() })
+}
+
+fn scene_of(text: &str) -> Result<Scene, String> {
+    let read = |path: &Path, _: u64| std::fs::read(path);
+    let name = if text.contains("<mujoco") { "given.xml" } else { "given.urdf" };
+    Scene::of_text(text, Path::new(name), Settings::default(), &read)
+        .map_err(|failure| failure.to_string())
+}
+
+/// Copies have numbers behind their names, with as many digits as the last one.
+#[test]
+fn what_is_replicated_has_numbers_behind_its_names() {
+    let text = r#"<mujoco><worldbody><replicate count="11" offset="1 0 0" sep="-">
+        <body name="ball"><freejoint name="flies"/><geom size="0.1"/></body>
+        </replicate></worldbody></mujoco>"#;
+    let robot = robot_of(text, &[]).unwrap();
+    let names: Vec<_> = robot.links.iter().skip(1).map(|link| &*link.name).collect();
+    assert_eq!((names.len(), names[0], names[10]), (11, "ball-00", "ball-10"));
+    assert_eq!(robot.joints[3].name, "flies-03");
+    assert_eq!(robot.links[10].frame.position, nalgebra::Vector3::new(9.0, 0.0, 0.0));
+    for (count, why) in [("0", "count"), ("2.5", "a whole number"), ("1e9", "count")] {
+        let text = text.replace("count=\"11\"", &format!("count=\"{count}\""));
+        assert!(robot_of(&text, &[]).unwrap_err().contains(why), "{count}");
+    }
+    let nested = text.replace("<body", "<replicate count=\"60000\"><body");
+    let nested = nested.replace("</body>", "</body></replicate>");
+    assert!(robot_of(&nested, &[]).unwrap_err().contains("more than 200000 elements"));
+}
+
+/// The bytes of a file of a tetrahedron of 4 corners, within a node that moves and mirrors it, within one that turns it
+/// about z by a quarter.
+fn tetrahedron() -> Vec<u8> {
+    let corners: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0];
+    let triangles: [u16; 12] = [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2];
+    let mut data: Vec<u8> = corners.iter().flat_map(|number| number.to_le_bytes()).collect();
+    data.extend(triangles.iter().flat_map(|number| number.to_le_bytes()));
+    let mut json = r#"{"scene":0,"scenes":[{"nodes":[0]}],
+        "nodes":[{"children":[1],"rotation":[0,0,0.7071067811865476,0.7071067811865476]},
+                 {"mesh":0,"translation":[0.5,0,0],"scale":[-1,1,1]}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"},
+                     {"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}],
+        "bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24}],
+        "buffers":[{"byteLength":72}]}"#
+        .as_bytes()
+        .to_vec();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let word = |number: usize| u32::try_from(number).unwrap().to_le_bytes();
+    let mut bytes = [*b"glTF", word(2), word(28 + json.len() + data.len())].concat();
+    bytes.extend([word(json.len()), *b"JSON"].concat());
+    bytes.extend(&json);
+    bytes.extend([word(data.len()), *b"BIN\0"].concat());
+    bytes.extend(&data);
+    bytes
+}
+
+const WITH_MESH: &str = "<robot name='m'><link name='a'><inertial><density value='2'/></inertial>\
+    <collision><geometry><mesh filename='a.glb'/></geometry></collision></link></robot>";
+
+/// The corners are where the nodes have them, and the mass is that of the volume, ⅙ · 1 · 2 · 3.
+#[test]
+fn meshes_of_gltf_stand_where_their_nodes_are() {
+    let bytes = tetrahedron();
+    let robot = robot_of(WITH_MESH, &[("a.glb", &bytes)]).unwrap();
+    let Form::Hull(corners) = &robot.shapes[0].form else { panic!("{:?}", robot.shapes) };
+    // (x, y, z) → (½ − x, y, z) → (−y, ½ − x, z).
+    let expected = [[0.0, 0.5, 0.0], [0.0, -0.5, 0.0], [-2.0, 0.5, 0.0], [0.0, 0.5, 3.0]];
+    assert_eq!(corners.len(), 4);
+    for point in expected {
+        let is_near =
+            |corner: &[f64; 3]| corner.iter().zip(point).all(|(a, b)| (a - b).abs() < 1e-15);
+        assert!(corners.iter().any(is_near), "{point:?} {corners:?}");
+    }
+    assert!((robot.links[1].mass.mass - 2.0).abs() < 1e-14, "{:?}", robot.links[1].mass);
+}
+
+/// Files that are cut or of which a byte is another one come to a mesh or to a sentence that names them.
+#[test]
+fn odd_files_of_gltf_are_refused_in_a_sentence() {
+    let bytes = tetrahedron();
+    let try_one = |bytes: &[u8]| {
+        if let Err(why) = robot_of(WITH_MESH, &[("a.glb", bytes)]) {
+            assert!(why.contains("a.glb") && !why.contains('\n'), "{why}");
+        }
+    };
+    for end in 0..bytes.len() {
+        assert!(robot_of(WITH_MESH, &[("a.glb", &bytes[..end])]).is_err(), "{end}");
+        try_one(&bytes[..end]);
+    }
+    for at in 0..bytes.len() {
+        for byte in [0, b'9', b'-', b'"', 255] {
+            let mut other = bytes.clone();
+            other[at] = byte;
+            try_one(&other);
+        }
+    }
+    for (from, to, why) in [
+        ("\"scene\"", "\"extensionsRequired\":[\"draco\"],\"scene\"", "draco"),
+        ("\"indices\":1", "\"indices\":7", "there is no accessor 7"),
+        ("\"indices\":1", "\"mode\":1,\"indices\":1", "lists of triangles"),
+        ("[{\"nodes\":[0]}]", "[{\"nodes\":[3]}]", "there is no node 3"),
+        ("\"children\":[1]", "\"children\":[0]", "deep in each other"),
+        ("\"count\":4", "\"count\":9", "beyond the end"),
+    ] {
+        let length =
+            usize::try_from(u32::from_le_bytes(bytes[12..16].try_into().unwrap())).unwrap();
+        let json = String::from_utf8(bytes[20..20 + length].to_vec()).unwrap();
+        let changed = json.replace(from, to).into_bytes();
+        let mut other = bytes[..12].to_vec();
+        other.extend(u32::try_from(changed.len()).unwrap().to_le_bytes());
+        other.extend(b"JSON");
+        other.extend(&changed);
+        other.extend(&bytes[20 + length..]);
+        let found = robot_of(WITH_MESH, &[("a.glb", &other)]).err().unwrap_or_default();
+        assert!(found.contains(why), "{why}: {found}");
+    }
+}
+
+/// Of links that stand between, and whose names are long, each has a name of its own.
+#[test]
+fn names_that_are_cut_stay_apart() {
+    let joint = |name: &str, axis: &str, z: f64| {
+        format!("<joint name='{name}_of_the_left_ankle_of_the_robot' axis='{axis}' pos='0 0 {z}'/>")
+    };
+    let text = format!(
+        "<mujoco><worldbody><body name='a_foot_with_a_rather_long_name'>{}{}{}<geom size='0.1'/></body></worldbody></mujoco>",
+        joint("pitch", "0 1 0", 0.0),
+        joint("roll", "1 0 0.5", 0.1),
+        joint("yaw", "0 0.1 1", 0.2),
+    );
+    let scene = scene_of(&text).unwrap();
+    let mut names = scene.bodies.clone();
+    names.sort();
+    names.dedup();
+    assert_eq!(names.len(), 3, "{:?}", scene.bodies);
+    assert!(names.iter().all(|name| name.len() <= 40), "{names:?}");
+}
+
+/// A spherical joint is a ball; limits of which the lower one is more are none, and a sentence says so; what is said to weigh nothing
+/// weighs what its shapes do.
+#[test]
+fn joints_of_urdf_are_read_as_bullet_has_them() {
+    let link = |name: &str, inertial: &str| {
+        format!(
+            "<link name='{name}'>{inertial}<collision><geometry><sphere radius='0.1'/></geometry></collision></link>"
+        )
+    };
+    let joint = |name: &str, kind: &str, child: &str, rest: &str| {
+        format!(
+            "<joint name='{name}' type='{kind}'><parent link='world'/><child link='{child}'/>{rest}</joint>"
+        )
+    };
+    let text = ["<robot name='r'><link name='world'/>".to_owned()]
+        .into_iter()
+        .chain([
+            link("a", "<inertial><inertia ixx='0' iyy='0' izz='0'/></inertial>"),
+            link("b", "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial>"),
+            joint("ball", "spherical", "a", "<dynamics damping='0.5'/>"),
+            joint("slide", "prismatic", "b", "<limit lower='1' upper='-1'/>"),
+            "</robot>".to_owned(),
+        ])
+        .collect::<String>();
+    let robot = robot_of(&text, &[]).unwrap();
+    let [ball, slide] = &robot.joints[..] else { panic!("{:?}", robot.joints) };
+    assert_eq!((ball.moves, ball.damping), (Moves::Ball, 0.5));
+    assert_eq!((slide.moves, slide.range), (Moves::Slide, None));
+    assert!(
+        robot.notes.iter().any(|note| note.contains("lower is more than upper")),
+        "{:?}",
+        robot.notes
+    );
+    let mass = robot.links[ball.link].mass.mass;
+    let expected = 1000.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-3;
+    assert!((mass - expected).abs() < 1e-12 * expected, "{mass}");
+}

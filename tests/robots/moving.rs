@@ -1,0 +1,202 @@
+//! Robots in motion: where MuJoCo has them after a while (`data/generate/robots_moving.py`), and what resists free joints and balls.
+
+use serde_json::Value;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble::joint::{Axis, Gear, GearAxis, JointAxis, Turning};
+use tumble::mechanics::State;
+use tumble::robot::model::Moves;
+use tumble::scenario::scene::Scene;
+use tumble::scenario::settings::Settings;
+use tumble::scenario::written;
+use tumble::simulation::{Simulation, StepRecord};
+use tumble::solver::native::StepDerivative;
+
+fn scene_of(text: &str, h: Option<f64>) -> Result<Scene, String> {
+    let name = if text.trim_start().starts_with('<') { "given.xml" } else { "given.toml" };
+    let read = |path: &Path, _: u64| std::fs::read(path);
+    let settings = Settings { dt: h, ..Settings::default() };
+    Scene::of_text(text, Path::new(name), settings, &read).map_err(|failure| failure.to_string())
+}
+
+fn simulation(scene: &Scene) -> Simulation<'static> {
+    scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap()
+}
+
+fn set(scene: &Scene, simulation: &mut Simulation<'_>, (q, v): (&[f64], &[f64])) {
+    let mut states = simulation.states().to_vec();
+    scene.robots[0].set_states(q, v, &mut states).unwrap();
+    simulation.set_states(&states).unwrap();
+}
+
+fn step(simulation: &mut Simulation<'_>, steps: usize) -> StepRecord {
+    let mut record = StepRecord::new();
+    for _ in 0..steps {
+        simulation.step(&mut record).unwrap();
+        assert!(record.certificate.residual() <= 1e-9, "{:?}", record.certificate);
+    }
+    record
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
+}
+
+/// How far the coordinates are from MuJoCo's, with steps of h; also of the scene that it is written down as.
+fn error(text: &str, figures: &Value, h: f64) -> f64 {
+    let scene = scene_of(text, Some(h)).unwrap();
+    let (q, v, expected) =
+        (numbers(&figures["q"]), numbers(&figures["v"]), numbers(&figures["later"]));
+    let steps = (figures["duration"].as_f64().unwrap() / h).round() as usize;
+    let mut simulation = simulation(&scene);
+    set(&scene, &mut simulation, (&q, &v));
+    let robot = &scene.robots[0];
+    if let Some(controls) = robot.robot().keys.first().and_then(|key| key.controls.as_ref()) {
+        for index in 0..robot.robot().joints.len() {
+            let Some((joint, axis)) = robot.axis(index) else { continue };
+            let axis =
+                if axis < 3 { JointAxis::Linear(axis) } else { JointAxis::Angular(axis - 3) };
+            simulation.set_drive(joint, axis, robot.drive(index, controls).unwrap()).unwrap();
+        }
+    }
+    let again = scene_of(&written::text(&scene).unwrap(), Some(h)).unwrap();
+    for (again, own) in again.world.joints().iter().zip(scene.world.joints()) {
+        assert_eq!((again.linear(), again.angular()), (own.linear(), own.angular()));
+        assert_eq!((again.turning(), again.collides()), (own.turning(), own.collides()));
+    }
+    step(&mut simulation, steps);
+    let found = scene.robots[0].coordinates(simulation.states(), &q).unwrap().0;
+    // The attitudes q and −q are one.
+    let robot = scene.robots[0].robot();
+    let attitude = robot.joints.iter().zip(robot.places()).find_map(|(joint, (place, _))| {
+        let first = match joint.moves {
+            Moves::Free => place + 3,
+            Moves::Ball => place,
+            Moves::Slide | Moves::Hinge => return None,
+        };
+        Some(first..first + 4)
+    });
+    let attitude = attitude.unwrap_or_default();
+    let along: f64 = attitude.clone().map(|k| found[k] * expected[k]).sum();
+    let sign = |k: usize| if attitude.contains(&k) && along < 0.0 { -1.0 } else { 1.0 };
+    let off = found.iter().zip(&expected).enumerate();
+    off.map(|(k, (a, b))| (a - sign(k) * b).abs()).fold(0.0, f64::max)
+}
+
+/// Each of them ends where MuJoCo has it, to first order in h.
+#[test]
+fn robots_move_as_mujocos() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/robots");
+    let figures = std::fs::read_to_string(data.join("moving.json")).unwrap();
+    let figures: Value = serde_json::from_str(&figures).unwrap();
+    for (name, figures) in figures.as_object().unwrap() {
+        let text = std::fs::read_to_string(data.join("moving").join(name)).unwrap();
+        let errors = [0.002, 0.001, 0.0005].map(|h| error(&text, figures, h));
+        for pair in errors.windows(2) {
+            assert!((1.85..2.2).contains(&(pair[0] / pair[1])), "{name}: {errors:?}");
+        }
+        assert!(errors[2] < 0.004, "{name}: {errors:?}");
+    }
+}
+
+fn ball(joint: &str) -> String {
+    format!(
+        r#"<mujoco><option gravity="0 0 0" timestep="0.001"/><worldbody>
+        <body name="ball">{joint}<geom size="0.1" mass="2"/></body></worldbody></mujoco>"#
+    )
+}
+
+/// A damped sphere: v = v₀ (1 + h d/m)⁻ⁿ, which goes to exp(−d t/m), and the same of its spin with ⅖ m r² in place of m, but for a part
+/// of (h ω)²: a row is 2/h times the sine of half of the turn.
+#[test]
+fn a_free_sphere_slows_down_as_its_damper_has_it() {
+    let scene = scene_of(&ball(r#"<joint type="free" damping="0.5"/>"#), None).unwrap();
+    let [joint] = scene.world.joints() else { panic!("{:?}", scene.world.joints()) };
+    assert_eq!(joint.turning(), Turning::Driven);
+    let mut simulation = simulation(&scene);
+    let v = [3.0, -4.0, 12.0, 0.3, -0.4, 1.2];
+    set(&scene, &mut simulation, (&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], &v));
+    let (h, d, m) = (1e-3, 0.5, 2.0);
+    let inertia = 0.4 * m * 0.01;
+    for n in 1..=20 {
+        step(&mut simulation, 1);
+        let State { velocity, spin, .. } = simulation.states()[0];
+        let slower = (1.0_f64 + h * d / m).powi(-n);
+        let turning = (1.0_f64 + h * d / inertia).powi(-n);
+        for k in 0..3 {
+            assert!((velocity[k] - v[k] * slower).abs() < 1e-12, "{velocity:?}");
+            assert!((spin[k] - v[3 + k] * turning).abs() < 1e-6 * turning, "{n}: {spin:?}");
+        }
+    }
+}
+
+/// Dry friction of a ball holds what is below it about each axis, and takes as much where it turns.
+#[test]
+fn a_ball_with_dry_friction_holds_still_or_slows_down_evenly() {
+    let of = |force: f64| {
+        let text = ball(r#"<joint type="ball" frictionloss="0.02"/>"#);
+        let scene = scene_of(&text, None).unwrap();
+        let mut simulation = simulation(&scene);
+        let joint = scene.world.joints()[0].clone();
+        let Axis::Free(drive) = joint.angular()[1] else { panic!("{joint:?}") };
+        let pushed = tumble::joint::Drive { force, ..drive };
+        simulation.set_drive(0, JointAxis::Angular(1), pushed).unwrap();
+        step(&mut simulation, 100);
+        simulation.states()[0].spin
+    };
+    assert_eq!(of(0.019).norm(), 0.0);
+    // (τ − τ_f) t/I, to the square of h ω.
+    let spin = of(0.03).y;
+    let expected = 0.01 * 0.1 / (0.4 * 2.0 * 0.01);
+    assert!((spin - expected).abs() < 1e-6 * expected, "{spin} {expected}");
+}
+
+/// What flies touches the ground all the same.
+#[test]
+fn a_damped_box_comes_to_rest_on_the_ground() {
+    let scene = scene_of(
+        r#"<mujoco><worldbody><geom type="plane" size="1 1 1"/>
+        <body name="box" pos="0 0 0.3" euler="30 20 10"><joint type="free" damping="0.01"/>
+          <geom type="box" size="0.1 0.1 0.1" mass="1"/></body></worldbody></mujoco>"#,
+        None,
+    )
+    .unwrap();
+    let mut simulation = simulation(&scene);
+    step(&mut simulation, 1500);
+    let state = simulation.states()[0];
+    assert!((state.position.z - 0.1).abs() < 1e-9 && state.velocity.norm() < 1e-9, "{state:?}");
+}
+
+/// Neither a derivative nor a gear knows such a turn.
+#[test]
+fn derivatives_and_gears_of_a_turn_in_any_way_are_refused() {
+    let scene = scene_of(&ball(r#"<joint type="ball" damping="0.5"/>"#), None).unwrap();
+    let mut simulation = simulation(&scene);
+    let record = step(&mut simulation, 1);
+    let found = simulation.linearise(&record, &mut StepDerivative::new());
+    assert!(found.unwrap_err().to_string().contains("turn it in any way"));
+    let [x, y] = [0, 1].map(|k| GearAxis { joint: 0, axis: JointAxis::Angular(k) });
+    let why = scene.world.clone().with_gears(vec![Gear::new(x, y, 1.0, 0.0)]).unwrap_err();
+    assert!(why.to_string().contains("no coordinate of its own"), "{why}");
+}
+
+/// What has no meaning is refused in a sentence.
+#[test]
+fn what_a_turn_in_any_way_has_not_is_refused() {
+    let file = ball(r#"<joint name="j" type="ball" range="0 1" limited="true"/>"#);
+    let why = scene_of(&file, None).err().unwrap();
+    assert!(why.contains("a ball with a range"), "{why}");
+    let table = |fields: &str| {
+        let text = format!(
+            "[ground]\nfriction = 0.5\n[[bodies]]\nname = \"a\"\nsphere = 0.1\nmass = 1.0\nposition = [0, 0, 1]\n[[joints]]\nname = \"j\"\nbodies = \"a\"\nanchor = [0, 0, 1]\n{fields}"
+        );
+        scene_of(&text, None).map(|_| ()).err().unwrap_or_default()
+    };
+    assert_eq!(table("type = \"spherical\"\nturn_x = { damping = 1.0 }"), "");
+    assert_eq!(table("type = \"free\"\nz = { damping = 1.0, limits = [0.0, 1.0] }"), "");
+    let why = table("type = \"spherical\"\nturn_x = { limits = [0.0, 1.0] }");
+    assert!(why.contains("turn_x.limits has no meaning of a spherical joint"), "{why}");
+    let why = table("type = \"free\"\nturn_z = { start = 1.0 }");
+    assert!(why.contains("turn_z.start has no meaning of a free joint"), "{why}");
+}
