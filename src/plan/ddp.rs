@@ -30,6 +30,9 @@ pub(super) const ROUGH: [f64; 3] = [0.1, 1e-3, 1.0];
 /// α, until a run is cheaper.
 const PARTS: [f64; 3] = [1.0, 0.3, 0.1];
 
+/// Of so many steps the derivatives are held until they are passages, of which one is a hundredth as large.
+const AT_ONCE: usize = 128;
+
 /// Numbers of the state of a body.
 const LEN: usize = StateChange::LEN;
 
@@ -105,23 +108,33 @@ impl Stages {
             Some(rough) => StepDerivative::smoothed(ROUGH[rough])?,
             None => StepDerivative::new(),
         };
-        let (states, tape) = problem.taped(controls, Some(like), trials.interrupt)?;
+        let (scales, constants) = (scales(problem), Constants::of(problem));
+        let mut passages = vec![to_start(problem, controls, &scales, &constants)];
+        let mut tape: Vec<(usize, Tape)> = Vec::with_capacity(AT_ONCE);
+        let turn = |tape: &mut Vec<(usize, Tape)>, passages: &mut Vec<Passage>| {
+            let all = std::mem::take(tape).into_par_iter().map(|(step, tape)| {
+                let choices = choices_in(problem, step, controls, &constants);
+                passage(tape, choices, problem.scene.starts.len(), &scales, &constants)
+            });
+            passages.extend(all.collect::<Result<Vec<_>, PlanError>>()?);
+            Ok::<_, PlanError>(())
+        };
+        let mut take = |step: Tape| {
+            tape.push((passages.len() + tape.len() - 1, step));
+            if tape.len() == AT_ONCE { turn(&mut tape, &mut passages) } else { Ok(()) }
+        };
+        let (states, all) = problem.taped(controls, Some(like), &mut take, trials.interrupt)?;
+        turn(&mut tape, &mut passages)?;
         trials.runs += 1;
-        let Some(tape) = tape else { return Ok(None) };
-        let scales = scales(problem);
+        if !all {
+            return Ok(None);
+        }
         let x = DVector::from_column_slice(controls).component_div(&scales);
         let mut rows = vec![Vec::new(); states.len()];
         for row in &problem.rows_of(&states) {
             let (value, body, after, by) = problem.row(row, &states);
             rows[after].push((value, body, by));
         }
-        let constants = Constants::of(problem);
-        let mut passages = vec![to_start(problem, controls, &scales, &constants)];
-        let steps = tape.into_par_iter().enumerate().map(|(step, tape)| {
-            let choices = choices_in(problem, step, controls, &constants);
-            passage(tape, choices, states[0].len(), &scales, &constants)
-        });
-        passages.extend(steps.collect::<Result<Vec<_>, PlanError>>()?);
         let count = x.len();
         let mut stages = Self {
             room: Room::of(problem, &x),

@@ -241,7 +241,8 @@ impl Shoot {
         Ok(format!("{} iterations", self.iterations))
     }
 
-    /// The model about the run under `controls`, by exact derivatives (0) or by the rougher ones of this index; none where its steps have no such derivatives.
+    /// The model about the run under `controls`, by exact derivatives (0) or by the rougher ones of this index; none where its steps
+    /// have no such.
     fn model(
         &self,
         controls: &[f64],

@@ -77,13 +77,18 @@ impl Problem {
         differences: bool,
         interrupt: &Arc<AtomicBool>,
     ) -> Result<(Slopes, u64), PlanError> {
-        let (states, tape) =
-            self.taped(controls, (!differences).then(StepDerivative::new), interrupt)?;
+        let mut tape = Vec::with_capacity(if differences { 0 } else { self.steps() });
+        let mut take = |step| {
+            tape.push(step);
+            Ok(())
+        };
+        let like = (!differences).then(StepDerivative::new);
+        let (states, all) = self.taped(controls, like, &mut take, interrupt)?;
         let rows = self.rows_of(&states);
         let values = self.values(&rows, &states);
         let mut by = DMatrix::zeros(rows.len(), controls.len());
-        let refused = tape.is_none();
-        if let Some(mut tape) = tape {
+        let refused = !all;
+        if all {
             for (index, row) in rows.iter().enumerate() {
                 let numbers = self.pulled(row, &states, &mut tape, controls)?;
                 by.row_mut(index).copy_from(&numbers.transpose());
@@ -100,30 +105,30 @@ impl Problem {
         Ok((Slopes { rows: values, by }, runs))
     }
 
-    /// The states of the run under `controls`, and what every step has for a pass backwards: derivatives as `like` is one. None
-    /// where none are wanted, and where a step has no such derivative.
+    /// The states of the run under `controls`; `take` is given what every step has for a pass backwards, of derivatives as `like` is one. Whether
+    /// it was given that of all steps: not where none are wanted, and where a step has no such derivative.
     pub(super) fn taped(
         &self,
         controls: &[f64],
         like: Option<StepDerivative>,
+        take: &mut dyn FnMut(Tape) -> Result<(), PlanError>,
         interrupt: &Arc<AtomicBool>,
-    ) -> Result<(Vec<Vec<State>>, Option<Vec<Tape>>), PlanError> {
+    ) -> Result<(Vec<Vec<State>>, bool), PlanError> {
         let mut states = vec![self.starts(controls)];
-        let mut tape = like.as_ref().map(|_| Vec::with_capacity(self.steps()));
+        let mut like = like;
         self.simulate(controls, Some(interrupt), &mut |simulation, _, record| {
             states.push(simulation.states().to_vec());
-            let (Some(known), Some(like)) = (&mut tape, &like) else { return Ok(()) };
-            let mut derivative = like.clone();
+            let Some(mut derivative) = like.clone() else { return Ok(()) };
             match simulation.linearise(record, &mut derivative) {
                 Ok(()) => {
-                    known.push(self.tape(known.len(), derivative, &record.states, controls));
+                    take(self.tape(states.len() - 2, derivative, &record.states, controls))?;
                 }
                 Err(Error::Interrupted) => return Err(PlanError::Interrupted),
-                Err(_) => tape = None,
+                Err(_) => like = None,
             }
             Ok(())
         })?;
-        Ok((states, tape))
+        Ok((states, like.is_some()))
     }
 
     /// The rows of a run: all of the targets, and those to keep that are not kept.
