@@ -63,6 +63,9 @@ struct Gains {
     held: Vec<usize>,
 }
 
+/// Makes the gains of what is chosen, of the cost by states, what holds and what is chosen, and where the last of these begin.
+type Choosing<'a> = dyn FnMut(&[usize], &Value, usize) -> Option<Gains> + 'a;
+
 /// The model about a run.
 pub(super) struct Stages {
     /// In parts of the bounds.
@@ -165,10 +168,7 @@ impl Stages {
 
     /// The pass backwards: at the start of every passage `choose` is told what is chosen there, the cost (P29) by states, what holds and what
     /// is chosen, in this order, and where the last of these begin. The gains of all passages, unless it has none for one.
-    fn backwards(
-        &self,
-        choose: &mut dyn FnMut(&[usize], &Value, usize) -> Option<Gains>,
-    ) -> Option<Vec<Gains>> {
+    fn backwards(&self, choose: &mut Choosing<'_>) -> Option<Vec<Gains>> {
         let states = LEN * self.states[0].len();
         let mut value = Value {
             matrix: DMatrix::zeros(states, states),
