@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 use tumble::plan::file::ProblemFile;
 use tumble::plan::program::{PlanNlp, ProgramLeg, Smoothing};
-use tumble::plan::{Leg, Polish, Problem, Progress, Replay, Shoot, Watch};
+use tumble::plan::{Leg, Method, Polish, Problem, Progress, Replay, Shoot, Watch};
 
 /// Seconds of one call of each of the program's functions at the start of a problem, with its size.
 fn pace(name: &str, problem: &Problem, replay: &Replay) {
@@ -60,6 +60,10 @@ fn main() {
                 "program" => Box::new(ProgramLeg::default()),
                 "polish" => Box::new(Polish::default()),
                 "shoot" => Box::new(Shoot::default()),
+                "ddp" => {
+                    let method = Method::DynamicProgramming;
+                    Box::new(Shoot { method, ..Shoot::default() })
+                }
                 _ => Box::new(file.sample),
             };
             let interrupt = Arc::new(AtomicBool::new(false));

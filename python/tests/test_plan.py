@@ -27,6 +27,15 @@ def test_the_speed_that_stops_is_that_of_the_sum():
     assert plan.run.states[0] == pytest.approx(plan.starts)
 
 
+def test_a_box_at_rest_is_pulled_to_its_place_stage_by_stage():
+    force = {"kind": "force", "x": [-20, 20]}
+    target = {"x": 0.5, "speed": 0, "tolerance": {"position": 1e-3, "speed": 1e-2}}
+    plan = tumble.plan(box(), 40, [force], target, legs=["ddp"])
+    assert plan.ok and set(plan.legs) == {"ddp"}
+    assert abs(plan.run.positions[-1, 0, 0] - 0.5) < 1e-3
+    assert not tumble.plan(box(), 40, [force], target, legs=["shoot"]).ok
+
+
 def test_a_plan_runs_again_to_the_bit():
     target = {"position": [0.3, 0.05], "speed": 0, "tolerance": {"position": 0.01, "speed": 0.05}}
     scene = box()

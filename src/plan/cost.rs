@@ -3,7 +3,7 @@
 use super::PlanError;
 use super::control::Control;
 use super::keep::Keep;
-use super::problem::Problem;
+use super::problem::{Choose, Problem};
 use super::replay::Miss;
 use super::target::Target;
 use crate::mechanics::State;
@@ -75,8 +75,18 @@ impl Problem {
         controls: &[f64],
         interrupt: Option<&Arc<AtomicBool>>,
     ) -> Result<RunCost, PlanError> {
+        self.run_cost_choosing(&mut controls.to_vec(), &mut |_, _, _| {}, interrupt)
+    }
+
+    /// The same of controls that are chosen on the way.
+    pub(super) fn run_cost_choosing(
+        &self,
+        controls: &mut [f64],
+        choose: &mut Choose<'_>,
+        interrupt: Option<&Arc<AtomicBool>>,
+    ) -> Result<RunCost, PlanError> {
         let (mut after, mut task, mut unsolved) = (0, 0.0, 0);
-        self.simulate(controls, interrupt, &mut |simulation, _, record| {
+        self.simulate_choosing(controls, choose, interrupt, &mut |simulation, _, record| {
             after += 1;
             task += self.cost_after(after, simulation.states());
             let status = record.report.status;

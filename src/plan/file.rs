@@ -4,7 +4,7 @@ mod control;
 mod tables;
 mod target;
 
-use super::{Leg, PlanError, Problem, Sample, Shoot};
+use super::{Leg, Method, PlanError, Problem, Sample, Shoot};
 use crate::scenario::failure::Failure;
 use crate::scenario::fields::Numbers;
 use crate::scenario::scene::Scene;
@@ -46,8 +46,10 @@ pub enum Start {
 pub enum LegName {
     /// [`Sample`].
     Sample,
-    /// [`Shoot`].
+    /// [`Shoot`], all controls at once.
     Shoot,
+    /// [`Shoot`], stage by stage.
+    Ddp,
     /// [`ProgramLeg`](super::program::ProgramLeg).
     #[cfg(feature = "ipopt")]
     Program,
@@ -57,12 +59,13 @@ pub enum LegName {
 }
 
 impl LegName {
-    /// The leg, which draws as `sample` says and shoots as `shoot` does.
+    /// The leg, which draws as `sample` says and shoots as `shoot` does, by the method that its word says.
     #[must_use]
     pub fn leg(self, sample: Sample, shoot: Shoot) -> Box<dyn Leg> {
         match self {
             Self::Sample => Box::new(sample),
-            Self::Shoot => Box::new(shoot),
+            Self::Shoot => Box::new(Shoot { method: Method::LevenbergMarquardt, ..shoot }),
+            Self::Ddp => Box::new(Shoot { method: Method::DynamicProgramming, ..shoot }),
             #[cfg(feature = "ipopt")]
             Self::Program => Box::new(super::program::ProgramLeg::default()),
             #[cfg(feature = "ipopt")]
@@ -136,8 +139,9 @@ impl ProblemFile {
         if sample.knots == 0 || sample.rounds == 0 || sample.runs == Some(0) {
             return Err("search: runs, knots and rounds of 1 or more are needed".to_owned());
         }
-        let usual = Shoot::default().iterations;
-        let shoot = Shoot { iterations: search.iterations.map_or(usual, u64::from) };
+        let usual = Shoot::default();
+        let shoot =
+            Shoot { iterations: search.iterations.map_or(usual.iterations, u64::from), ..usual };
         let time = search.time;
         if time.is_some_and(|time| !(time > 0.0 && time.is_finite())) {
             return Err("search.time: a number above 0 is needed".to_owned());

@@ -9,8 +9,10 @@
 //! `docs/planning.md` derives the problem and the legs; equation numbers P1, P2, … are its.
 
 mod axis;
+mod boxed;
 mod control;
 mod cost;
+mod ddp;
 pub mod file;
 mod find;
 mod held;
@@ -40,7 +42,7 @@ pub use polish::Polish;
 pub use problem::{Problem, Variable};
 pub use replay::{Miss, Replay};
 pub use sample::Sample;
-pub use shoot::Shoot;
+pub use shoot::{Method, Shoot};
 pub use target::{Row, Target, TargetKind};
 
 use crate::error::Error;

@@ -19,7 +19,7 @@ use crate::ipopt::{BarrierStrategy, Options, ReturnStatus};
 /// The leg `polish`.
 #[derive(Debug, Clone)]
 pub struct Polish {
-    /// Iterations of one program, at most.
+    /// Iterations of one program, at most, together with those of the second one where the first is not solved.
     pub most_iterations: u32,
     /// How often modes are read off a replay.
     pub rounds: usize,
@@ -41,6 +41,9 @@ enum Forces {
 
 /// The barrier about a run: forces that are just above 0 are not pushed off it by more than the run is moved for.
 const AT_THE_RUN: f64 = 1e-11;
+
+/// Which part of the iterations is kept for the second program: it begins at a point of it, and takes few or none.
+const FOR_THE_SECOND: u32 = 8;
 
 /// The replay of a program's end, whether it was solved, and whether to go on.
 type Round = (Replay, bool, bool);
@@ -104,11 +107,15 @@ impl Polish {
         watch: &mut Watch<'_>,
         end: &mut LegEnd,
     ) -> Result<Option<Round>, PlanError> {
-        let before = end.clone();
-        let first = self.solve_about(Forces::Selected, problem, at, watch, end)?;
+        let (before, began) = (end.clone(), end.iterations);
+        let most = self.most_iterations;
+        let kept = most / FOR_THE_SECOND;
+        let first = self.solve_about((Forces::Selected, most - kept), problem, at, watch, end)?;
         let Some((known, false, true)) = &first else { return Ok(first) };
         let mut again = LegEnd { iterations: end.iterations, runs: end.runs, ..before };
-        let second = self.solve_about(Forces::OfTheRun, problem, at, watch, &mut again)?;
+        let taken = u32::try_from(end.iterations - began).unwrap_or(most);
+        let left = most.saturating_sub(taken).max(kept);
+        let second = self.solve_about((Forces::OfTheRun, left), problem, at, watch, &mut again)?;
         if second.as_ref().is_some_and(|(replay, solved, _)| *solved && !known.is_better(replay)) {
             *end = again;
             return Ok(second);
@@ -117,11 +124,11 @@ impl Polish {
         Ok(first)
     }
 
-    /// One program with the modes of `at`, and those about its forces: the replay of its end, whether it was solved, and
-    /// whether to go on. None where it was stopped at once.
+    /// One program with the modes of `at`, and those about its forces, each of so many iterations at most: the replay of its end,
+    /// whether it was solved, and whether to go on. None where it was stopped at once.
     fn solve_about(
         &self,
-        forces: Forces,
+        (forces, most_iterations): (Forces, u32),
         problem: &Problem,
         at: &Replay,
         watch: &mut Watch<'_>,
@@ -137,7 +144,7 @@ impl Polish {
         for pass in 0..=self.anchored {
             let options = Options {
                 tolerance: 1e-9,
-                max_iterations: self.most_iterations,
+                max_iterations: most_iterations,
                 barrier: BarrierStrategy::Monotone,
                 initial_barrier: match (forces, pass) {
                     (Forces::OfTheRun, _) => AT_THE_RUN,

@@ -70,6 +70,9 @@ impl Variable {
 pub(super) type Visit<'a> =
     dyn FnMut(&Simulation<'_>, &[Wrench], &StepRecord) -> Result<(), PlanError> + 'a;
 
+/// Sets the controls of a step before it, of the states at its start; those of pieces that have begun count no more, nor do starts and constants.
+pub(super) type Choose<'a> = dyn FnMut(usize, &[State], &mut [f64]) + 'a;
+
 impl Problem {
     /// Checks the problem.
     ///
@@ -393,6 +396,17 @@ impl Problem {
         interrupt: Option<&Arc<AtomicBool>>,
         visit: &mut Visit<'_>,
     ) -> Result<(), PlanError> {
+        self.simulate_choosing(&mut controls.to_vec(), &mut |_, _, _| {}, interrupt, visit)
+    }
+
+    /// The same under controls that are chosen on the way, within their bounds. It is the run under what they are at its end.
+    pub(super) fn simulate_choosing(
+        &self,
+        controls: &mut [f64],
+        choose: &mut Choose<'_>,
+        interrupt: Option<&Arc<AtomicBool>>,
+        visit: &mut Visit<'_>,
+    ) -> Result<(), PlanError> {
         let world = self.world(controls)?;
         let motion = self.scene.motion(&world)?;
         let mut simulation = Simulation::new(world, self.starts(controls), motion)?;
@@ -405,6 +419,7 @@ impl Problem {
         }
         let (mut record, mut wrenches) = (StepRecord::new(), Vec::new());
         for step in 0..self.steps {
+            choose(step, simulation.states(), controls);
             self.wrenches(step, simulation.states(), controls, &mut wrenches);
             self.held(step, &mut wrenches);
             for (body, wrench) in wrenches.iter().enumerate() {

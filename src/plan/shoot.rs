@@ -1,36 +1,65 @@
 //! Shooting: the controls alone are unknown, every iterate is a run of the simulator, and derivatives are exact.
 //!
-//! Levenberg's and Marquardt's method within bounds. With the rows ρ of a run, their derivatives J (P5), both in parts of the
-//! bounds, and the efforts E,
+//! One loop for two models of the cost about a run. That of Levenberg and Marquardt has all controls at once: with the rows ρ of a
+//! run, their derivatives J (P5), both in parts of the bounds, and the efforts E,
 //!
 //! ```text
 //! (JᵀJ + E + κ D) d = −(Jᵀρ + E x),   x + d within its bounds                        (P6)
 //! ```
 //!
-//! where variables whose bound the step would pass are put on it and the others solved for again. Of several κ the one
-//! counts whose *run* is cheapest: beyond a kink the derivative knows nothing. Where none is, differences of runs take its
-//! place for an iteration. Where no derivative moves anything, as of a body that sticks, it ends at once and says so.
+//! where variables whose bound the step would pass are put on it and the others solved for again. That of differential dynamic
+//! programming (`ddp.rs`) has those of one stage after the other, and how they follow the states. Of several κ the one
+//! counts whose *run* is cheapest: beyond a kink the derivative knows nothing. Where none is, rougher derivatives take the place of the
+//! exact ones for an iteration. Where no derivative moves anything, as of a body that sticks, it ends at once and says so.
 
+use super::boxed::{Quadratic, Room};
+use super::ddp::{ROUGH, Stages};
 use super::leg::{Leg, LegEnd, Progress, Watch};
+use super::slopes::Slopes;
 use super::{PlanError, Problem, Replay};
 use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Shooting by exact derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shoot {
     /// The most iterations.
     pub iterations: u64,
+    /// What an iteration takes its step from.
+    pub method: Method,
+}
+
+/// What an iteration of a shooting takes its step from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// All controls as one vector, after Levenberg and Marquardt: the leg `shoot`. Where no step is cheaper, differences of runs.
+    LevenbergMarquardt,
+    /// Controls stage by stage with feedback of the states, within their bounds: the leg `ddp`, after Tassa, Mansard and Todorov
+    /// (2014). Where no step is cheaper, and where no derivative moves anything, derivatives of steps with compliance.
+    DynamicProgramming,
+}
+
+impl Method {
+    /// How many kinds of rougher derivatives there are.
+    fn roughest(self) -> usize {
+        match self {
+            Self::LevenbergMarquardt => 1,
+            Self::DynamicProgramming => ROUGH.len(),
+        }
+    }
+
+    /// Whether rougher derivatives may move something where these move nothing: those of steps with compliance do, differences do not.
+    fn goes_on_after(self, rough: usize) -> bool {
+        self == Self::DynamicProgramming && rough < self.roughest()
+    }
 }
 
 impl Default for Shoot {
     fn default() -> Self {
-        Self { iterations: 100 }
+        Self { iterations: 100, method: Method::LevenbergMarquardt }
     }
 }
-
-/// Of D in (P6), what every variable has at least, in parts of the largest: those that move nothing must not move
-/// without end.
-const LEAST_DAMPING: f64 = 1e-9;
 
 /// What κ is tried, in parts of the last that was good.
 const TRIED: [f64; 4] = [0.1, 1.0, 10.0, 100.0];
@@ -39,23 +68,70 @@ const TRIED: [f64; 4] = [0.1, 1.0, 10.0, 100.0];
 const LARGEST_DAMPING: f64 = 1e10;
 
 /// A control that over all of its bounds would move the rows by less than this part of them moves nothing.
-const NOTHING: f64 = 1e-6;
+pub(super) const NOTHING: f64 = 1e-6;
 
 /// Two iterations that make the cost less by no more than this part of it are the end.
 const LITTLE: f64 = 1e-10;
 
-/// More numbers than this are not sought: (P6) is a matrix of their square.
+/// More numbers than this are not sought at once: (P6) is a matrix of their square.
 const MOST: usize = 4000;
 
-/// More entries than this J does not have.
+/// More entries than this J does not have, nor do the derivatives of all steps.
 const MOST_ENTRIES: usize = 1 << 27;
+
+/// A model of the cost about a run.
+pub(super) trait Model {
+    /// The largest derivative of the cost that a step within the bounds can follow, in parts of these.
+    fn projected(&self) -> f64;
+
+    /// Whether a variable moves the rows: over all of its bounds by more than [`NOTHING`] of them.
+    fn moves(&self) -> bool;
+
+    /// The controls that it comes to with this κ, and the cost of their run, where that is below `cost`.
+    fn tried(
+        &self,
+        kappa: f64,
+        cost: f64,
+        trials: &mut Trials<'_>,
+    ) -> Result<Option<(Vec<f64>, f64)>, PlanError>;
+}
+
+/// Runs that are made to see what they cost.
+pub(super) struct Trials<'a> {
+    pub problem: &'a Problem,
+    pub interrupt: &'a Arc<AtomicBool>,
+    /// How many there were.
+    pub runs: u64,
+}
+
+impl Trials<'_> {
+    /// What the run costs whose controls `choose` sets on its way.
+    pub(super) fn cost(
+        &mut self,
+        controls: &mut [f64],
+        choose: &mut super::problem::Choose<'_>,
+    ) -> Result<f64, PlanError> {
+        self.runs += 1;
+        match self.problem.run_cost_choosing(controls, choose, Some(self.interrupt)) {
+            Ok(cost) => Ok(cost.judged()),
+            Err(PlanError::Step(_)) => Ok(f64::INFINITY),
+            Err(error) => Err(error),
+        }
+    }
+}
 
 impl Leg for Shoot {
     fn name(&self) -> &'static str {
-        "shoot"
+        match self.method {
+            Method::LevenbergMarquardt => "shoot",
+            Method::DynamicProgramming => "ddp",
+        }
     }
 
     fn check(&self, problem: &Problem) -> Result<(), PlanError> {
+        if self.method == Method::DynamicProgramming {
+            return Stages::check(problem, MOST_ENTRIES);
+        }
         let count = problem.variables().len();
         if count > MOST {
             return Err(PlanError::Problem(format!(
@@ -96,33 +172,28 @@ impl Shoot {
         end: &mut LegEnd,
         watch: &mut Watch<'_>,
     ) -> Result<String, PlanError> {
-        let variables = problem.variables();
-        if variables.is_empty() {
+        if problem.variables().is_empty() {
             return Ok("there is nothing to look for".to_owned());
         }
-        let scales = DVector::from_iterator(variables.len(), variables.iter().map(|v| v.scale()));
-        let efforts = variables.iter().zip(&scales).map(|(v, scale)| v.effort * scale * scale);
-        let efforts = DVector::from_iterator(variables.len(), efforts);
+        let mut trials = Trials { problem, interrupt: watch.interrupt, runs: 1 };
         let mut cost = problem.run_cost(&end.controls, Some(watch.interrupt))?.judged();
-        end.runs += 1;
-        let (mut damping, mut little, mut differences) = (1e-3, 0, false);
+        let (mut damping, mut little, mut rough) = (1e-3, 0, 0);
         for iteration in 0..self.iterations {
-            let (slopes, runs) = problem.slopes(&end.controls, differences, watch.interrupt)?;
-            end.runs += runs;
-            end.iterations = iteration + 1;
-            let mut by = slopes.by;
-            for (mut column, scale) in by.column_iter_mut().zip(&scales) {
-                column *= *scale;
-            }
-            let x = DVector::from_column_slice(&end.controls).component_div(&scales);
-            let gradient = by.tr_mul(&slopes.rows) + efforts.component_mul(&x);
-            let mut matrix = by.tr_mul(&by);
-            for (k, effort) in efforts.iter().enumerate() {
-                matrix[(k, k)] += effort;
-            }
-            let room = Room::of(problem, &x);
-            if room.projected(&gradient) <= 1e-14 * (1.0 + cost) {
-                let moves = by.amax() > NOTHING * slopes.rows.norm();
+            let model = self.model(&end.controls, rough, &mut trials)?;
+            (end.runs, end.iterations) = (trials.runs, iteration + 1);
+            let Some(model) = model else {
+                if rough == self.method.roughest() {
+                    return Ok("steps of the run have no derivatives".to_owned());
+                }
+                rough += 1;
+                continue;
+            };
+            if model.projected() <= 1e-14 * (1.0 + cost) {
+                let moves = model.moves();
+                if !moves && cost > 1e-20 && self.method.goes_on_after(rough) {
+                    rough += 1;
+                    continue;
+                }
                 return Ok(if cost <= 1e-20 {
                     "everything is reached".to_owned()
                 } else if moves {
@@ -133,23 +204,15 @@ impl Shoot {
                         .to_owned()
                 });
             }
-            let quadratic = Quadratic { matrix: &matrix, gradient: &gradient };
             let found = loop {
                 let mut best: Option<(Vec<f64>, f64, f64)> = None;
                 for factor in TRIED {
                     let kappa = damping * factor;
-                    let Some(step) = quadratic.step(kappa, &room) else { continue };
-                    let next = (&x + step).component_mul(&scales);
-                    let next = problem.clipped(next.as_slice())?;
-                    end.runs += 1;
-                    let next_cost = match problem.run_cost(&next, Some(watch.interrupt)) {
-                        Ok(cost) => cost.judged(),
-                        Err(PlanError::Step(_)) => f64::INFINITY,
-                        Err(error) => return Err(error),
-                    };
-                    if next_cost < best.as_ref().map_or(cost, |best| best.1) {
+                    let least = best.as_ref().map_or(cost, |best| best.1);
+                    if let Some((next, next_cost)) = model.tried(kappa, least, &mut trials)? {
                         best = Some((next, next_cost, kappa));
                     }
+                    end.runs = trials.runs;
                 }
                 if best.is_some() || damping > LARGEST_DAMPING {
                     break best;
@@ -157,14 +220,14 @@ impl Shoot {
                 damping *= 1e3;
             };
             let Some((controls, next_cost, kappa)) = found else {
-                if differences {
+                if rough == self.method.roughest() {
                     return Ok("no step along the derivative makes the cost less".to_owned());
                 }
-                // At a kink, and where features are not known as functions of the poses, differences see more.
-                (differences, damping) = (true, 1e-3);
+                // At a kink, and where features are not known as functions of the poses, rougher derivatives see more.
+                (rough, damping) = (rough + 1, 1e-3);
                 continue;
             };
-            differences = false;
+            rough = 0;
             little = if cost - next_cost <= LITTLE * cost { little + 1 } else { 0 };
             (end.controls, cost, damping) = (controls, next_cost, kappa.max(1e-12));
             let progress = Progress { leg: self.name(), iteration, cost, controls: &end.controls };
@@ -177,79 +240,90 @@ impl Shoot {
         }
         Ok(format!("{} iterations", self.iterations))
     }
-}
 
-/// How far every variable may go, in parts of its bounds.
-struct Room {
-    down: DVector<f64>,
-    up: DVector<f64>,
-}
-
-impl Room {
-    fn of(problem: &Problem, x: &DVector<f64>) -> Self {
-        let count = x.len();
-        let far = |end: usize| {
-            let bounds = problem.variables().iter().map(|v| v.bounds[end] / v.scale());
-            DVector::from_iterator(count, bounds.zip(x).map(|(bound, x)| bound - x))
-        };
-        Self { down: far(0), up: far(1) }
-    }
-
-    /// Whether the variable can go on against the gradient.
-    fn is_free(&self, k: usize, gradient: f64) -> bool {
-        let edge = 1e-12;
-        !(gradient > 0.0 && self.down[k] > -edge || gradient < 0.0 && self.up[k] < edge)
-    }
-
-    /// The largest component of the gradient that a step within the bounds can follow.
-    fn projected(&self, gradient: &DVector<f64>) -> f64 {
-        let free = gradient.iter().enumerate().filter(|(k, g)| self.is_free(*k, **g));
-        free.map(|(_, g)| g.abs()).fold(0.0, f64::max)
-    }
-}
-
-/// The quadratic model of the cost.
-struct Quadratic<'a> {
-    matrix: &'a DMatrix<f64>,
-    gradient: &'a DVector<f64>,
-}
-
-impl Quadratic<'_> {
-    /// The step of (P6) with this κ: variables whose bounds it would pass are put on them, until none is.
-    fn step(&self, kappa: f64, room: &Room) -> Option<DVector<f64>> {
-        let count = self.gradient.len();
-        let largest = self.matrix.diagonal().amax();
-        let damping = |k: usize| kappa * self.matrix[(k, k)].max(LEAST_DAMPING * largest);
-        let mut step = DVector::zeros(count);
-        let mut free: Vec<usize> =
-            (0..count).filter(|&k| room.is_free(k, self.gradient[k])).collect();
-        while !free.is_empty() {
-            let put = self.matrix * &step;
-            let right = free.iter().map(|&k| -self.gradient[k] - put[k]);
-            let right = DVector::from_iterator(free.len(), right);
-            let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| {
-                let (i, j) = (free[i], free[j]);
-                self.matrix[(i, j)] + if i == j { damping(i) } else { 0.0 }
-            });
-            let solved = matrix.cholesky()?.solve(&right);
-            let mut beyond = false;
-            let mut left = Vec::with_capacity(free.len());
-            for (&k, &d) in free.iter().zip(&solved) {
-                if d < room.down[k] || d > room.up[k] {
-                    step[k] = d.clamp(room.down[k], room.up[k]);
-                    beyond = true;
-                } else {
-                    left.push(k);
-                }
+    /// The model about the run under `controls`, by exact derivatives (0) or by the rougher ones of this index; none where its steps
+    /// have no such.
+    fn model(
+        &self,
+        controls: &[f64],
+        rough: usize,
+        trials: &mut Trials<'_>,
+    ) -> Result<Option<Box<dyn Model>>, PlanError> {
+        Ok(match self.method {
+            Method::LevenbergMarquardt => Some(Box::new(Whole::of(controls, rough > 0, trials)?)),
+            Method::DynamicProgramming => {
+                let stages = Stages::of(controls, rough, trials)?;
+                stages.map(|stages| Box::new(stages) as Box<dyn Model>)
             }
-            if !beyond {
-                for (&k, &d) in free.iter().zip(&solved) {
-                    step[k] = d;
-                }
-                break;
-            }
-            free = left;
+        })
+    }
+}
+
+/// The lengths of all bounds.
+pub(super) fn scales(problem: &Problem) -> DVector<f64> {
+    let variables = problem.variables();
+    DVector::from_iterator(variables.len(), variables.iter().map(|v| v.scale()))
+}
+
+/// What the efforts cost in parts of the bounds.
+pub(super) fn efforts(problem: &Problem, scales: &DVector<f64>) -> DVector<f64> {
+    let efforts = problem.variables().iter().zip(scales);
+    DVector::from_iterator(scales.len(), efforts.map(|(v, scale)| v.effort * scale * scale))
+}
+
+/// The model of (P6).
+struct Whole {
+    x: DVector<f64>,
+    scales: DVector<f64>,
+    matrix: DMatrix<f64>,
+    gradient: DVector<f64>,
+    room: Room,
+    moves: bool,
+}
+
+impl Whole {
+    fn of(controls: &[f64], differences: bool, trials: &mut Trials<'_>) -> Result<Self, PlanError> {
+        let problem = trials.problem;
+        let scales = scales(problem);
+        let efforts = efforts(problem, &scales);
+        let (slopes, runs) = problem.slopes(controls, differences, trials.interrupt)?;
+        trials.runs += runs;
+        let Slopes { rows, mut by } = slopes;
+        for (mut column, scale) in by.column_iter_mut().zip(&scales) {
+            column *= *scale;
         }
-        step.iter().all(|d| d.is_finite()).then_some(step)
+        let x = DVector::from_column_slice(controls).component_div(&scales);
+        let gradient = by.tr_mul(&rows) + efforts.component_mul(&x);
+        let mut matrix = by.tr_mul(&by);
+        for (k, effort) in efforts.iter().enumerate() {
+            matrix[(k, k)] += effort;
+        }
+        let room = Room::of(problem, &x);
+        let moves = by.amax() > NOTHING * rows.norm();
+        Ok(Self { x, scales, matrix, gradient, room, moves })
+    }
+}
+
+impl Model for Whole {
+    fn projected(&self) -> f64 {
+        self.room.projected(&self.gradient)
+    }
+
+    fn moves(&self) -> bool {
+        self.moves
+    }
+
+    fn tried(
+        &self,
+        kappa: f64,
+        cost: f64,
+        trials: &mut Trials<'_>,
+    ) -> Result<Option<(Vec<f64>, f64)>, PlanError> {
+        let quadratic = Quadratic { matrix: &self.matrix, gradient: &self.gradient };
+        let Some(step) = quadratic.step(kappa, &self.room) else { return Ok(None) };
+        let next = (&self.x + step).component_mul(&self.scales);
+        let mut next = trials.problem.clipped(next.as_slice())?;
+        let found = trials.cost(&mut next, &mut |_, _, _| {})?;
+        Ok((found < cost).then_some((next, found)))
     }
 }

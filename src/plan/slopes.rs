@@ -27,7 +27,7 @@ use std::sync::atomic::AtomicBool;
 
 /// A row of a run: of which state, and what it is there.
 #[derive(Debug, Clone, Copy)]
-enum RowOf {
+pub(super) enum RowOf {
     /// A row of a target.
     Target(usize, usize),
     /// A row to keep, which is not kept after so many steps.
@@ -47,7 +47,7 @@ pub(super) struct Slopes {
 const DIFFERENCE: f64 = 3e-4;
 
 /// What one step has for the pass backwards.
-struct Tape {
+pub(super) struct Tape {
     derivative: StepDerivative,
     /// What acts on bodies and follows the controls or the states: controls that push, motors on both of their bodies, loads at a point.
     acting: Vec<Acting>,
@@ -77,26 +77,18 @@ impl Problem {
         differences: bool,
         interrupt: &Arc<AtomicBool>,
     ) -> Result<(Slopes, u64), PlanError> {
-        let mut tape = Vec::with_capacity(self.steps());
-        let mut states = vec![self.starts(controls)];
-        let mut refused = differences;
-        self.simulate(controls, Some(interrupt), &mut |simulation, _, record| {
-            states.push(simulation.states().to_vec());
-            if refused {
-                return Ok(());
-            }
-            let mut derivative = StepDerivative::new();
-            match simulation.linearise(record, &mut derivative) {
-                Ok(()) => tape.push(self.tape(tape.len(), derivative, &record.states, controls)),
-                Err(Error::Interrupted) => return Err(PlanError::Interrupted),
-                Err(_) => refused = true,
-            }
+        let mut tape = Vec::with_capacity(if differences { 0 } else { self.steps() });
+        let mut take = |step| {
+            tape.push(step);
             Ok(())
-        })?;
+        };
+        let like = (!differences).then(StepDerivative::new);
+        let (states, all) = self.taped(controls, like, &mut take, interrupt)?;
         let rows = self.rows_of(&states);
         let values = self.values(&rows, &states);
         let mut by = DMatrix::zeros(rows.len(), controls.len());
-        if !refused {
+        let refused = !all;
+        if all {
             for (index, row) in rows.iter().enumerate() {
                 let numbers = self.pulled(row, &states, &mut tape, controls)?;
                 by.row_mut(index).copy_from(&numbers.transpose());
@@ -113,8 +105,34 @@ impl Problem {
         Ok((Slopes { rows: values, by }, runs))
     }
 
+    /// The states of the run under `controls`; `take` is given what every step has for a pass backwards, of derivatives as `like` is one. Whether
+    /// it was given that of all steps: not where none are wanted, and where a step has no such derivative.
+    pub(super) fn taped(
+        &self,
+        controls: &[f64],
+        like: Option<StepDerivative>,
+        take: &mut dyn FnMut(Tape) -> Result<(), PlanError>,
+        interrupt: &Arc<AtomicBool>,
+    ) -> Result<(Vec<Vec<State>>, bool), PlanError> {
+        let mut states = vec![self.starts(controls)];
+        let mut like = like;
+        self.simulate(controls, Some(interrupt), &mut |simulation, _, record| {
+            states.push(simulation.states().to_vec());
+            let Some(mut derivative) = like.clone() else { return Ok(()) };
+            match simulation.linearise(record, &mut derivative) {
+                Ok(()) => {
+                    take(self.tape(states.len() - 2, derivative, &record.states, controls))?;
+                }
+                Err(Error::Interrupted) => return Err(PlanError::Interrupted),
+                Err(_) => like = None,
+            }
+            Ok(())
+        })?;
+        Ok((states, like.is_some()))
+    }
+
     /// The rows of a run: all of the targets, and those to keep that are not kept.
-    fn rows_of(&self, states: &[Vec<State>]) -> Vec<RowOf> {
+    pub(super) fn rows_of(&self, states: &[Vec<State>]) -> Vec<RowOf> {
         let mut rows = Vec::new();
         for (index, target) in self.targets().iter().enumerate() {
             let count = target.kind.rows(&states[target.after][target.body]).len();
@@ -131,7 +149,11 @@ impl Problem {
     }
 
     /// A row with its value, body, state and slope.
-    fn row(&self, row: &RowOf, states: &[Vec<State>]) -> (f64, usize, usize, StateChange) {
+    pub(super) fn row(
+        &self,
+        row: &RowOf,
+        states: &[Vec<State>],
+    ) -> (f64, usize, usize, StateChange) {
         match *row {
             RowOf::Target(index, row) => {
                 let target = &self.targets()[index];
@@ -210,53 +232,29 @@ impl Problem {
         let mut found = DVector::zeros(controls.len());
         let mut dual = vec![StateChange::zero(); states[0].len()];
         dual[body] = by;
-        let constants: Vec<(usize, Constant)> = self.constants().collect();
-        let asked: Vec<Constant> = constants.iter().map(|(_, constant)| *constant).collect();
+        let constants = Constants::of(self);
         let mut gradient = StepGradient::default();
         for step in tape[..after].iter_mut().rev() {
-            step.derivative.pull(&dual, &asked, &mut gradient)?;
-            dual.clone_from(&gradient.states);
-            for of in &step.acting {
-                let by = &gradient.wrenches[of.body];
-                for (place, slope) in &of.by {
-                    found[*place] += by.force.dot(&slope.force) + by.torque.dot(&slope.torque);
-                }
-                for Follows { body, by_place, by_turn } in &of.follows {
-                    let pulled = |[force, torque]: &[Matrix3<f64>; 2]| {
-                        force.tr_mul(&by.force) + torque.tr_mul(&by.torque)
-                    };
-                    dual[*body].position += pulled(by_place);
-                    dual[*body].turn += pulled(by_turn);
-                }
-            }
-            for ((place, constant), numbers) in constants.iter().zip(&gradient.constants) {
-                let unit = constant.from_one_number(&self.scene.world, 1.0);
-                let none = constant.from_one_number(&self.scene.world, 0.0);
-                let pairs = numbers.iter().zip(unit.iter().zip(none));
-                found[*place] += pairs.map(|(by, (one, none))| by * (one - none)).sum::<f64>();
-            }
+            step.pull(&mut dual, &constants, &mut gradient, found.as_mut_slice())?;
         }
+        for (place, body, slope) in self.start_slopes(controls) {
+            found[place] += dual[body].dot(&slope);
+        }
+        Ok(found)
+    }
+
+    /// How the start follows the variables that are of it: their places, the body, its change.
+    pub(super) fn start_slopes(&self, controls: &[f64]) -> Vec<(usize, usize, StateChange)> {
+        let mut slopes = Vec::new();
         for (index, control) in self.controls().iter().enumerate() {
             let ControlKind::Start { body, .. } = control.kind else { continue };
             let (numbers, places) = self.numbers(index, 0, controls);
             for (k, place) in places.iter().enumerate() {
                 let slope = control.kind.start_slope(&numbers, k);
-                if let (Some(place), Some(slope)) = (place, slope) {
-                    found[*place] += dual[body].dot(&slope);
-                }
+                slopes.extend(place.zip(slope).map(|(place, slope)| (place, body, slope)));
             }
         }
-        Ok(found)
-    }
-
-    /// The variables that are constants of the world.
-    fn constants(&self) -> impl Iterator<Item = (usize, Constant)> + '_ {
-        self.variables().iter().enumerate().filter_map(|(place, variable)| {
-            match self.controls()[variable.control].kind {
-                ControlKind::Constant(constant) => Some((place, constant)),
-                _ => None,
-            }
-        })
+        slopes
     }
 
     /// The central difference of the rows by one variable.
@@ -279,6 +277,67 @@ impl Problem {
             Ok::<_, PlanError>(self.values(rows, &states))
         };
         Ok((moved(by)? - moved(-by)?) / (2.0 * by))
+    }
+}
+
+/// The variables that are constants of the world.
+pub(super) struct Constants {
+    asked: Vec<Constant>,
+    /// Of each its place, and how its numbers follow the one that is looked for.
+    places: Vec<(usize, Vec<f64>)>,
+}
+
+impl Constants {
+    pub(super) fn of(problem: &Problem) -> Self {
+        let (mut asked, mut places) = (Vec::new(), Vec::new());
+        for (place, variable) in problem.variables().iter().enumerate() {
+            let ControlKind::Constant(constant) = problem.controls()[variable.control].kind else {
+                continue;
+            };
+            let of = |number| constant.from_one_number(&problem.scene.world, number);
+            let slopes = of(1.0).iter().zip(of(0.0)).map(|(one, none)| one - none).collect();
+            asked.push(constant);
+            places.push((place, slopes));
+        }
+        Self { asked, places }
+    }
+
+    /// Their places among the variables.
+    pub(super) fn places(&self) -> impl Iterator<Item = usize> + '_ {
+        self.places.iter().map(|(place, _)| *place)
+    }
+}
+
+impl Tape {
+    /// One step backwards: `dual`, the derivatives of a number by the states at the step's end, become those by the states at its
+    /// start, and what controls do in the step is added to `found`, those by all variables (P5).
+    pub(super) fn pull(
+        &mut self,
+        dual: &mut Vec<StateChange>,
+        constants: &Constants,
+        gradient: &mut StepGradient,
+        found: &mut [f64],
+    ) -> Result<(), PlanError> {
+        self.derivative.pull(dual, &constants.asked, gradient)?;
+        dual.clone_from(&gradient.states);
+        for of in &self.acting {
+            let by = &gradient.wrenches[of.body];
+            for (place, slope) in &of.by {
+                found[*place] += by.force.dot(&slope.force) + by.torque.dot(&slope.torque);
+            }
+            for Follows { body, by_place, by_turn } in &of.follows {
+                let pulled = |[force, torque]: &[Matrix3<f64>; 2]| {
+                    force.tr_mul(&by.force) + torque.tr_mul(&by.torque)
+                };
+                dual[*body].position += pulled(by_place);
+                dual[*body].turn += pulled(by_turn);
+            }
+        }
+        for ((place, slopes), numbers) in constants.places.iter().zip(&gradient.constants) {
+            let pairs = numbers.iter().zip(slopes);
+            found[*place] += pairs.map(|(by, slope)| by * slope).sum::<f64>();
+        }
+        Ok(())
     }
 }
 
@@ -333,7 +392,7 @@ const DIFFERENCES: [(f64, f64); 4] =
 const MOVED: f64 = 1e-3;
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::file::ProblemFile;
     use super::*;
     use crate::scenario::scene::Scene;
@@ -397,10 +456,8 @@ mod tests {
         weight = 1
         ";
 
-    /// Central differences of runs that slide throughout, of 3e-4 of the bounds: twelve steps that are known to 3e-11 m/s
-    /// leave 4e-6 of them where the bounds are 0.2 m apart.
-    #[test]
-    fn derivatives_by_controls_are_those_of_differences() {
+    /// The problem, and controls within its bounds.
+    pub(in super::super) fn pushed_box() -> (Problem, Vec<f64>) {
         let read = |_: &Path, _: u64| Ok(Vec::new());
         let path = Path::new("box.toml");
         let scene = Scene::of_text(SCENE, path, Settings::default(), &read).unwrap();
@@ -414,7 +471,15 @@ mod tests {
                 of.bounds[0] + way * of.scale()
             }
         });
-        let controls: Vec<f64> = inside.collect();
+        let controls = inside.collect();
+        (problem, controls)
+    }
+
+    /// Central differences of runs that slide throughout, of 3e-4 of the bounds: twelve steps that are known to 3e-11 m/s
+    /// leave 4e-6 of them where the bounds are 0.2 m apart.
+    #[test]
+    fn derivatives_by_controls_are_those_of_differences() {
+        let (problem, controls) = pushed_box();
         let interrupt = Arc::new(AtomicBool::new(false));
         let (exact, runs) = problem.slopes(&controls, false, &interrupt).unwrap();
         let (other, _) = problem.slopes(&controls, true, &interrupt).unwrap();

@@ -1,11 +1,12 @@
 //! Plans: answers in closed form, what an optimiser would cheat with, what cannot be, and that a plan is its replay.
 
 mod motors;
+mod stages;
 
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::plan::file::ProblemFile;
+use tumble::plan::file::{LegName, ProblemFile};
 use tumble::plan::{
     Leg, Mode, Plan, PlanError, PlanStatus, Problem, Progress, Sample, Shoot, Watch,
 };
@@ -179,16 +180,19 @@ fn plans_replay_as_scenes() {
 /// What was drawn and found does not depend on the number of threads.
 #[test]
 fn plans_are_the_same_on_any_number_of_threads() {
-    let mut file = shipped("push.toml");
-    file.sample.runs = Some(400);
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| planned(&file))
-    };
-    let (one, three) = (on(1), on(3));
-    assert_eq!(one.replay.controls, three.replay.controls);
-    assert_eq!(one.replay.cost.to_bits(), three.replay.cost.to_bits());
-    assert_eq!(one.legs[0].runs, three.legs[0].runs);
+    for legs in [vec![LegName::Sample, LegName::Shoot], vec![LegName::Ddp]] {
+        let mut file = shipped("push.toml");
+        file.sample.runs = Some(400);
+        file.legs = legs;
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| planned(&file))
+        };
+        let (one, three) = (on(1), on(3));
+        assert_eq!(one.replay.controls, three.replay.controls);
+        assert_eq!(one.replay.cost.to_bits(), three.replay.cost.to_bits());
+        assert_eq!(one.legs[0].runs, three.legs[0].runs);
+    }
 }
 
 /// Benchmarks that were seen to be reachable, from starts without forces.
@@ -253,18 +257,19 @@ fn a_box_is_thrown_onto_any_side_at_any_place() {
 /// Pushes to a pose and throws onto a side at random: nine of ten have a plan that replays, from no force at all.
 #[test]
 fn random_pushes_and_throws_are_planned() {
-    campaign(5, 5);
+    campaign(5, 5, &[LegName::Sample, LegName::Shoot]);
 }
 
 /// A hundred of them.
 #[test]
 #[ignore = "minutes"]
 fn a_hundred_random_pushes_and_throws_are_planned() {
-    campaign(11, 50);
+    campaign(11, 50, &[LegName::Sample, LegName::Shoot]);
 }
 
-/// So many pushes and as many throws.
-fn campaign(mut state: u64, pairs: usize) {
+/// So many pushes, and as many throws where the legs draw: a throw from no throw at all falls where it is, and no derivative turns it over.
+fn campaign(mut state: u64, pairs: usize, legs: &[LegName]) {
+    let throws = legs.contains(&LegName::Sample);
     let clock = std::time::Instant::now();
     let mut draw = |low: f64, high: f64| {
         state =
@@ -314,8 +319,10 @@ fn campaign(mut state: u64, pairs: usize) {
             speed = 0
             "
         );
-        for (kind, scene, problem) in [("push", BOX, push), ("throw", above.as_str(), throw)] {
-            let file = told(scene, &problem);
+        let both = [("push", BOX, push), ("throw", above.as_str(), throw)];
+        for (kind, scene, problem) in both.into_iter().take(1 + usize::from(throws)) {
+            let mut file = told(scene, &problem);
+            file.legs = legs.to_vec();
             let plan = planned(&file);
             // What is said of a plan is what another run of its controls comes to.
             let again = file.problem.replay(&plan.replay.controls).unwrap();

@@ -124,7 +124,8 @@ def plan(
         )
 
     ``start`` is the ``controls`` of another plan of the same problem, None for no forces. ``states`` (N, 13) is where the bodies
-    start, None for where the scene has them: to plan again from where they have come to. ``legs`` come one after the other, each
+    start, None for where the scene has them: to plan again from where they have come to. ``legs``, of ``"sample"``, ``"shoot"``,
+    ``"ddp"`` (and, built with Ipopt, ``"program"``, ``"polish"``), come one after the other, each
     from the best replay so far; the plan does not depend on the number of ``threads``, None for one a core. ``runs`` are the most of a
     sampling, ``iterations`` those of a shooting. ``time`` (s) and
     Ctrl-C end a search; after a time the best so far is the plan. Raises TumbleError for what is no problem.

@@ -35,7 +35,7 @@ pub(super) struct Tie {
     /// The axes of the frames in A and in B.
     axes: [[Turned; 3]; 2],
     /// Whether z of the turn is an angle.
-    is_hinge: bool,
+    pub(super) is_hinge: bool,
     /// ℓ.
     pub(super) length: f64,
 }
@@ -137,7 +137,7 @@ impl Tie {
     /// ```text
     /// ∂²atan2(s, c) = ((c ∂²s − s ∂²c) + (2 s c (∂c ∂cᵀ − ∂s ∂sᵀ) + (s² − c²) (∂s ∂cᵀ + ∂c ∂sᵀ))/n)/n,   n = s² + c²
     /// ```
-    fn curvature(&self, axis: usize, at: At) -> Curvature {
+    pub(super) fn curvature(&self, axis: usize, at: At) -> Curvature {
         if axis < ANGULAR {
             return self.sight.curvature(axis, at);
         }
@@ -273,7 +273,13 @@ impl Tie {
     }
 
     /// Adds the slopes of a coordinate, where the states have these first columns.
-    fn add(&self, axis: usize, at: At, (a, b): (usize, Option<usize>), slope: &mut Slope) {
+    pub(super) fn add(
+        &self,
+        axis: usize,
+        at: At,
+        (a, b): (usize, Option<usize>),
+        slope: &mut Slope,
+    ) {
         let component = self.component(axis, at);
         let is_place = axis < ANGULAR;
         for k in (0..3).filter(|&k| is_place && (b.is_some() || self.sight.moves(axis, k))) {

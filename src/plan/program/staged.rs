@@ -6,6 +6,7 @@
 //! ```
 
 mod functions;
+mod geared;
 mod point;
 mod pushed;
 mod starts;
@@ -13,7 +14,7 @@ mod starts;
 mod tests;
 mod tied;
 
-use super::axis::AxisLaw;
+use super::axis::{AxisLaw, FORCE};
 use super::candidates::candidates;
 use super::contact::Meeting;
 use super::joint::Held;
@@ -30,6 +31,7 @@ use crate::sparsity::SparsityPattern;
 use crate::step_nlp::layout::STATE;
 use crate::step_nlp::several::touch::Touch;
 use crate::world::World;
+use geared::{Mesh, Meshed, meshes};
 use nalgebra::Vector3;
 use point::Read;
 use starts::part_of;
@@ -44,6 +46,7 @@ pub struct PlanNlp<'p> {
     motions: Vec<Motion>,
     meetings: Vec<Meeting>,
     joints: Joints,
+    gears: Vec<Mesh>,
     stages: Vec<Stage>,
     /// The column of X_0.
     first: usize,
@@ -71,6 +74,7 @@ struct Stage {
     contacts: Vec<Placed>,
     /// The axes of every joint that have a law.
     axes: Vec<Vec<Held>>,
+    gears: Vec<Meshed>,
     /// Loads of the scene, constant over the step, in the program's units.
     loads: Vec<Wrench>,
     /// Columns of the slacks of the problem's keeps, and their rows.
@@ -123,12 +127,14 @@ impl<'p> PlanNlp<'p> {
         let world = units.world(own);
         let motions: Vec<_> = world.bodies().iter().map(|body| Motion::new(&world, body)).collect();
         let joints = Joints::new(problem, &units)?;
+        let gears = meshes(problem, &joints)?;
         let mut program = Self {
             problem,
             units,
             motions,
             meetings: Vec::new(),
             joints,
+            gears,
             stages: Vec::with_capacity(problem.steps()),
             first: 0,
             columns: vec![usize::MAX; problem.variables().len()],
@@ -329,6 +335,7 @@ impl<'p> PlanNlp<'p> {
             placed.push(Placed { key: contact.key, meeting, law, columns, row });
         }
         let axes = self.lay_axes(step, h, laws);
+        let gears = self.lay_gears(h, laws);
         let problem = self.problem;
         self.lay_controls(|kind, control, knot| {
             let begins = step == 0 || problem.knot(control, step - 1) != knot;
@@ -338,7 +345,8 @@ impl<'p> PlanNlp<'p> {
             .map(|_| (self.add_variables(1, [0.0, f64::INFINITY]), self.add_rows(1, true)))
             .collect();
         let loads = self.loads(step, &replay.states[step]);
-        self.stages.push(Stage { end, rows: motion_rows, contacts: placed, axes, loads, keeps });
+        let rows = motion_rows;
+        self.stages.push(Stage { end, rows, contacts: placed, axes, gears, loads, keeps });
         Ok(())
     }
 
@@ -394,10 +402,12 @@ impl<'p> PlanNlp<'p> {
         }
     }
 
-    /// The laws of all axes.
+    /// The laws of all axes and gears.
     fn each_law(&mut self) -> impl Iterator<Item = &mut AxisLaw> {
-        let axes = self.stages.iter_mut().flat_map(|stage| stage.axes.iter_mut().flatten());
-        axes.map(|held| &mut held.law)
+        self.stages.iter_mut().flat_map(|stage| {
+            let axes = stage.axes.iter_mut().flatten().map(|held| &mut held.law);
+            axes.chain(stage.gears.iter_mut().map(|meshed| &mut meshed.law))
+        })
     }
 
     /// Makes the forces at `x` those at which the compliance gives nothing.
@@ -412,6 +422,9 @@ impl<'p> PlanNlp<'p> {
         for held in self.stages.iter_mut().flat_map(|stage| stage.axes.iter_mut().flatten()) {
             held.law.anchor = held.numbers(x);
         }
+        for meshed in self.stages.iter_mut().flat_map(|stage| &mut stage.gears) {
+            meshed.law.anchor[FORCE] = x[meshed.column];
+        }
     }
 }
 
@@ -422,12 +435,6 @@ fn refused<T>(why: &str) -> Result<T, PlanError> {
 /// Refuses what the program does not know.
 fn check(problem: &Problem) -> Result<(), PlanError> {
     let (scene, world) = (problem.scene(), &problem.scene().world);
-    if !world.gears().is_empty() {
-        return refused("its scene has gears");
-    }
-    if !scene.courses.is_empty() {
-        return refused("a joint of its scene moves along a course");
-    }
     if world.has_surfaces() {
         return refused("its scene has surfaces that move");
     }

@@ -156,6 +156,7 @@ impl<'p> PlanNlp<'p> {
             for (tie, tied) in self.each_tie(step, &read) {
                 tie.add_rows(&tied, rows);
             }
+            self.add_gear_rows(step, &read, rows);
             for (keep, &(column, row)) in self.problem.keeps().iter().zip(&stage.keeps) {
                 let length = self.units.length();
                 let place = read.states[step + 1][keep.body].position * length;
@@ -193,6 +194,7 @@ impl<'p> PlanNlp<'p> {
             for (tie, tied) in self.each_tie(step, read) {
                 tie.emit_slopes(&tied, sink);
             }
+            self.emit_gear_slopes(step, read, sink);
             for (keep, &(slack, row)) in self.problem.keeps().iter().zip(&stage.keeps) {
                 let place = read.states[step + 1][keep.body].position * self.units.length();
                 let slope = keep.kind.at(&place).1;
@@ -258,6 +260,7 @@ impl<'p> PlanNlp<'p> {
             for (tie, tied) in self.each_tie(step, read) {
                 tie.emit_curvatures(&tied, y, sink);
             }
+            self.emit_gear_curvatures(step, (read, y), sink);
             for (keep, &(_, row)) in self.problem.keeps().iter().zip(&stage.keeps) {
                 let length = self.units.length();
                 let place = read.states[step + 1][keep.body].position * length;

@@ -45,6 +45,7 @@ impl PlanNlp<'_> {
             }
         }
         self.place_axes(replay, &mut x);
+        self.place_gears(replay, &mut x);
         x
     }
 
@@ -115,6 +116,7 @@ impl PlanNlp<'_> {
         let stage = |stage: &Stage| stage.contacts.iter().map(contact).collect();
         Read {
             axes: self.read_axes(x, &states),
+            gears: self.read_gears(x, &states),
             states,
             controls: self.controls(x),
             contacts: self.stages.iter().map(stage).collect(),
@@ -131,4 +133,6 @@ pub(super) struct Read {
     pub contacts: Vec<Vec<[f64; 4]>>,
     /// The numbers of the axes of every joint, of each step.
     pub axes: Vec<Vec<Vec<Numbers>>>,
+    /// Those of every gear, of each step.
+    pub gears: Vec<Vec<Numbers>>,
 }

@@ -5,32 +5,41 @@ use super::super::axis::{
 };
 use super::super::joint::{ANGULAR, At, Held, Tie, Tied};
 use super::{AxisRows, Laws, PlanNlp, Read, refused};
-use crate::joint::{Axis, JointAxis};
+use crate::joint::{Axis, Joint, JointAxis};
 use crate::mechanics::State;
 use crate::plan::axis::{AXES, axis_of, coasted};
 use crate::plan::{AxisMode, ControlKind, PlanError, Problem, Replay, Side as BoundedSide};
 use crate::solver::ipopt::units::Units;
 use crate::step_nlp::several::touch::Place;
+use nalgebra::Vector3;
 
 /// What of the joints is the same in all steps, one each.
 #[derive(Default)]
 pub(super) struct Joints {
-    ties: Vec<Tie>,
+    /// Each as it is in every step, of those whose frame in the world moves, and in all steps otherwise.
+    ties: Vec<Vec<Tie>>,
     /// Of the place and of the turn.
-    units: Vec<[AxisUnits; 2]>,
+    pub(super) units: Vec<[AxisUnits; 2]>,
     /// The controls that drive their axes: which control, which axis.
     motors: Vec<Vec<(usize, usize)>>,
     /// The speeds of the axes before the first step.
     speeds: Vec<Numbers>,
+    /// Those whose frames in the world move, in every step.
+    moved: Vec<Vec<Joint>>,
 }
 
 impl Joints {
     pub(super) fn new(problem: &Problem, units: &Units) -> Result<Self, PlanError> {
         let scene = problem.scene();
         let mut joints = Self::default();
+        let moved = courses(problem);
         for (index, joint) in scene.world.joints().iter().enumerate() {
             let length = joint.length(scene.world.bodies());
-            let Some(tie) = Tie::new(joint, length, units.length()) else {
+            let own =
+                std::iter::once(joint).filter(|_| moved[index].is_empty()).chain(&moved[index]);
+            let ties: Option<Vec<_>> =
+                own.map(|joint| Tie::new(joint, length, units.length())).collect();
+            let Some(ties) = ties else {
                 let name = scene.joints.get(index).map_or("a joint", |name| name);
                 return refused(&format!(
                     "joint {name:?} turns about two axes or three, or within a cone"
@@ -50,7 +59,7 @@ impl Joints {
             };
             let motors = problem.controls().iter().enumerate().flat_map(drives).collect();
             let start = joint.coordinates(&scene.starts);
-            let angles = start.map(|at| joint.counted(&at, &nalgebra::Vector3::zeros()));
+            let angles = start.map(|at| joint.counted(&at, &Vector3::zeros()));
             let angles = angles.unwrap_or_default();
             let own = coasted(joint, &scene.starts, scene.world.time_step(), &angles);
             let mut speeds = Numbers::zeros();
@@ -58,17 +67,57 @@ impl Joints {
                 speeds[k] = own.0[k] * place.time / place.coordinate;
                 speeds[ANGULAR + k] = own.1[k] * turn.time / turn.coordinate;
             }
-            joints.ties.push(tie);
+            joints.ties.push(ties);
             joints.units.push([place, turn]);
             joints.motors.push(motors);
             joints.speeds.push(speeds);
         }
+        joints.moved = moved;
         Ok(joints)
+    }
+
+    /// The torque of a joint in a step from `states` about the axes of A (N m): of a frame that moves, from which the joint is off at the step's
+    /// start, not what its axes there have.
+    fn torque(
+        &self,
+        index: usize,
+        step: usize,
+        states: &[State],
+        own: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let Some(joint) = self.moved[index].get(step) else { return *own };
+        let about = |k: usize| joint.wrenches(states, JointAxis::Angular(k), own[k]);
+        let sum = (0..3).filter_map(about).map(|[on_a, _]| on_a.torque).sum::<Vector3<f64>>();
+        joint.frames()[0].rotation().tr_mul(&sum)
+    }
+
+    /// A joint as it is in a step.
+    pub(super) fn tie(&self, index: usize, step: usize) -> &Tie {
+        let ties = &self.ties[index];
+        &ties[step.min(ties.len() - 1)]
     }
 }
 
+/// The joints whose frames in the world move, in every step where these are at its end: as the simulator has them throughout the step. Of
+/// others, none.
+fn courses(problem: &Problem) -> Vec<Vec<Joint>> {
+    let scene = problem.scene();
+    let mut world = scene.world.clone();
+    let mut moved = vec![Vec::new(); world.joints().len()];
+    if scene.courses.is_empty() {
+        return moved;
+    }
+    for step in 1..=problem.steps() as u64 {
+        world.follow(&scene.courses, (scene.start_index + step) as f64 * world.time_step());
+        for (joint, _) in &scene.courses {
+            moved[*joint].push(world.joints()[*joint].clone());
+        }
+    }
+    moved
+}
+
 /// 0 to 2 of the place, 3 to 5 of the turn.
-fn number_of(axis: JointAxis) -> usize {
+pub(super) fn number_of(axis: JointAxis) -> usize {
     match axis {
         JointAxis::Linear(k) => k,
         JointAxis::Angular(k) => ANGULAR + k,
@@ -129,7 +178,7 @@ impl<'p> PlanNlp<'p> {
         for (step, stage) in self.stages.iter().enumerate() {
             let mut of_step = Vec::with_capacity(stage.axes.len());
             for (index, axes) in stage.axes.iter().enumerate() {
-                let tie = &self.joints.ties[index];
+                let tie = self.joints.tie(index, step);
                 let numbers = |held: &Held| {
                     let mut numbers = held.numbers(x);
                     let near = &mut last[index][held.axis];
@@ -156,8 +205,8 @@ impl<'p> PlanNlp<'p> {
         step: usize,
         read: &'a Read,
     ) -> impl Iterator<Item = (&'a Tie, Tied<'a>)> {
-        let joints = self.joints.ties.iter().zip(&self.stages[step].axes).enumerate();
-        joints.map(move |(index, (tie, axes))| {
+        self.stages[step].axes.iter().enumerate().map(move |(index, axes)| {
+            let tie = self.joints.tie(index, step);
             let numbers = &read.axes[step][index];
             let mut tied = Tied {
                 a: self.side(step, tie.body, read),
@@ -180,6 +229,7 @@ impl<'p> PlanNlp<'p> {
                     places[0].map(|place| (self.columns[place], self.scales[place] / unit));
                 tied.add_force(axis, values[0] / unit, column);
             }
+            self.add_gear_forces((step, index), read, &mut tied);
             (tie, tied)
         })
     }
@@ -189,11 +239,12 @@ impl<'p> PlanNlp<'p> {
         for (step, stage) in self.stages.iter().enumerate() {
             for (index, axes) in stage.axes.iter().enumerate() {
                 let Some(force) = replay.records[step].solution.joints.get(index) else { continue };
+                let torque = self.joints.torque(index, step, &replay.states[step], &force.torque);
                 for held in axes {
                     let (name, unit) =
                         (AXES[held.axis], self.joints.units[index][held.axis / ANGULAR].force);
                     let k = held.axis % ANGULAR;
-                    let total = if held.axis < ANGULAR { force.force[k] } else { force.torque[k] };
+                    let total = if held.axis < ANGULAR { force.force[k] } else { torque[k] };
                     if let Some(column) = held.columns[FORCE] {
                         x[column] = total / unit;
                     }
@@ -226,7 +277,7 @@ pub(super) fn has_armature(problem: &Problem) -> bool {
 }
 
 /// The poses of a joint's bodies.
-fn at(tie: &Tie, states: &[State]) -> At {
+pub(super) fn at(tie: &Tie, states: &[State]) -> At {
     let place = |body: usize| Place::of(&states[body]);
     (place(tie.body), tie.other.map(place))
 }

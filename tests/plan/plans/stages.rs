@@ -1,0 +1,154 @@
+//! The leg `ddp`: closed forms within bounds, starts at which nothing moves, and what it is told to do.
+
+use super::{assert_replays, campaign, plan, shipped, told};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use tumble::plan::file::LegName;
+use tumble::plan::{Leg, Method, Plan, PlanStatus, Problem, Progress, Shoot, Watch};
+
+fn ddp() -> Shoot {
+    Shoot { method: Method::DynamicProgramming, ..Shoot::default() }
+}
+
+fn by_stages(problem: &Problem) -> Plan {
+    plan(problem, &problem.zero(), &[Box::new(ddp())])
+}
+
+/// A body in free flight is moved by h²/m (N − k) by the force of step k, and a force of a piece by the sum over it. With one target of
+/// weight w and e an effort a step, what is least is
+///
+/// ```text
+/// u = μ Σ a / count  within its bounds,   μ = w (d − Σ a u)/e
+/// ```
+#[test]
+fn a_flight_has_the_least_effort_within_bounds() {
+    let scene = "
+        time_step = 0.02
+        [ground]
+        none = true
+        friction = 0.5
+        [[bodies]]
+        box = [0.3, 0.3, 0.2]
+        mass = 1.5
+        position = [0, 0, 5]
+        ";
+    let (h, mass, weight, effort) = (0.02, 1.5, 100.0, 1e-4_f64);
+    for (steps, knots, most) in [(40, 40, 50.0), (40, 40, 9.0), (40, 7, 50.0), (31, 6, 9.0)] {
+        let text = format!(
+            "steps = {steps}
+            [[controls]]
+            kind = \"force\"
+            x = [-1, {most}]
+            knots = {knots}
+            [target]
+            x = 2
+            weight = {{ position = {weight} }}
+            [cost]
+            effort = {effort}
+            "
+        );
+        let file = told(scene, &text);
+        let found = by_stages(&file.problem);
+        let u = &found.replay.controls;
+        let place = found.replay.states[steps][0].position[0];
+        let share = weight * (2.0 - place) / effort;
+        let mut at_bounds = 0;
+        for (knot, u) in u.iter().enumerate() {
+            let piece = file.problem.steps_of(0, knot);
+            let count = piece.len() as f64;
+            let moved: f64 = piece.map(|k| h * h / mass * (steps - k) as f64).sum();
+            let wanted = (share * moved / count).clamp(-1.0, most);
+            at_bounds += usize::from(wanted == most);
+            // What the last iterations leave undone: the cost is less by no more than 1e-10 of it.
+            assert!(
+                (u - wanted).abs() < 1e-4 * most,
+                "{steps} {knots} {most} {knot}: {u} {wanted}"
+            );
+        }
+        assert_eq!(at_bounds > 0, most < 10.0, "{at_bounds}");
+        assert_replays(&file, &found);
+    }
+}
+
+/// From no force at all, where nothing moves and exact derivatives are zero.
+#[test]
+fn what_sticks_is_moved() {
+    for name in ["slide.toml", "uphill.toml", "push.toml", "planar-push.toml", "lift.toml"] {
+        let file = shipped(name);
+        let zero = file.problem.zero();
+        let least = plan(&file.problem, &zero, &[Box::new(Shoot::default())]);
+        assert_eq!(least.status, PlanStatus::Missed);
+        let found = by_stages(&file.problem);
+        assert_eq!(found.status, PlanStatus::Replayed, "{name}: {}", found.reason);
+        assert_eq!(found.legs[0].name, "ddp");
+        assert!(found.replay.residual < 1e-9, "{name}");
+    }
+}
+
+/// What no control moves, whatever gives way, is said to be so.
+#[test]
+fn what_nothing_moves_is_said() {
+    let scene = "
+        time_step = 0.02
+        [ground]
+        friction = 0.4
+        [[bodies]]
+        name = \"box\"
+        box = [0.3, 0.3, 0.2]
+        mass = 1.0
+        position = [0, 0, 0.1]
+        [[bodies]]
+        name = \"other\"
+        box = [0.3, 0.3, 0.2]
+        mass = 1.0
+        position = [2, 0, 0.1]
+        ";
+    let text = "
+        steps = 10
+        [[controls]]
+        kind = \"force\"
+        body = \"other\"
+        x = [-9, 9]
+        [target]
+        body = \"box\"
+        x = 1
+        ";
+    let found = by_stages(&told(scene, text).problem);
+    assert_eq!(found.status, PlanStatus::Missed);
+    assert!(found.reason.contains("all derivatives are zero"), "{}", found.reason);
+}
+
+/// Pushes at random, from no force at all.
+#[test]
+fn random_pushes_are_planned() {
+    campaign(5, 5, &[LegName::Ddp]);
+}
+
+/// Fifty of them.
+#[test]
+#[ignore = "minutes"]
+fn fifty_random_pushes_are_planned() {
+    campaign(11, 50, &[LegName::Ddp]);
+}
+
+/// It ends where it is told to, with what it has; an interrupt ends it within an iteration.
+#[test]
+fn it_ends_where_it_is_told_to() {
+    let file = shipped("push.toml");
+    let zero = file.problem.zero();
+    let legs: [Box<dyn Leg>; 1] = [Box::new(ddp())];
+    let interrupt = Arc::new(AtomicBool::new(false));
+    let mut best = f64::INFINITY;
+    for raises in [false, true] {
+        let mut progress = |progress: &Progress<'_>| {
+            best = progress.cost;
+            let ends = progress.iteration >= 7;
+            interrupt.store(ends && raises, std::sync::atomic::Ordering::Relaxed);
+            !ends || raises
+        };
+        let mut watch = Watch { interrupt: &interrupt, progress: &mut progress };
+        let found = file.problem.plan(&zero, &legs, &mut watch).unwrap();
+        assert!(found.legs[0].iterations < 12, "{}", found.legs[0].iterations);
+        assert_eq!(found.replay.cost, best);
+    }
+}
