@@ -99,6 +99,21 @@ def test_odd_input_is_named(call, words):
         call(block().simulate())
 
 
+def test_memory_that_the_process_may_not_have_is_refused():
+    """A limit as batch systems set it: an allocation that fails there ends the interpreter."""
+    program = (
+        "import resource, tumble\n"
+        "scene = tumble.Scene([{'box': 0.2, 'mass': 1.0, 'position': [0, 0, 0.1]}], {'friction': 0.5})\n"
+        "resource.setrlimit(resource.RLIMIT_AS, (1200 << 20, 1200 << 20))\n"
+        "try:\n"
+        "    scene.simulate().run(6_000_000)\n"
+        "except MemoryError as error:\n"
+        "    print(error)\n"
+    )
+    end = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    assert end.returncode == 0 and "6000000 recorded steps of 1 body take" in end.stdout, end.stderr
+
+
 def test_mistyped_names_are_refused():
     with pytest.raises(AttributeError, match="indx"):
         block().simulate().indx = 5

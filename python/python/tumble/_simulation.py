@@ -321,8 +321,10 @@ class Simulation(CoreSimulation):
 
 def _restored(kind: Type[Simulation], scene: Scene, threads: int, content: bytes) -> Simulation:
     simulation = kind(scene, threads=threads)
-    for name, kept in json.loads(simulation.go_on(content) or "{}").items():
-        simulation.robots[name]._keep(kept)
+    kept = json.loads(simulation.go_on(content) or "{}")
+    # What a robot of another name kept is of nobody here.
+    for name in kept.keys() & simulation.robots.keys():
+        simulation.robots[name]._keep(kept[name])
     return simulation
 
 
