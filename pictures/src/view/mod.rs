@@ -24,7 +24,7 @@ const PLOTTER: &str = include_str!("vendor/uPlot.iife.min.js");
 const DRAWER_LICENCE: &str = include_str!("vendor/LICENSE-three");
 const DRAWER: &str = include_str!("vendor/three.iife.min.js");
 /// In the order of what needs what.
-const SCRIPTS: [&str; 18] = [
+const SCRIPTS: [&str; 19] = [
     include_str!("page/vectors.js"),
     include_str!("page/numbers.js"),
     include_str!("page/runs.js"),
@@ -36,6 +36,7 @@ const SCRIPTS: [&str; 18] = [
     include_str!("page/solids.js"),
     include_str!("page/overlays.js"),
     include_str!("page/occlusion.js"),
+    include_str!("page/pace.js"),
     include_str!("page/stage.js"),
     include_str!("page/scenery.js"),
     include_str!("page/plots.js"),

@@ -136,6 +136,37 @@ fn a_hundred_bodies_play_and_are_chosen() {
     browser.assert_quiet();
 }
 
+/// Where frames take long, the motion is painted with fewer pixels; what stands still has all of them.
+#[test]
+fn a_slow_machine_keeps_pace() {
+    if !is_installed() {
+        return;
+    }
+    let pages = Pages::new();
+    let browser = Browser::start(800, 600);
+    browser.open(&pages.drop());
+    // Frames by a clock of the test's own, so many milliseconds apart.
+    browser.run(
+        "window.queue = []; window.requestAnimationFrame = (call) => queue.push(call); \
+         let now = performance.now(); \
+         window.pass = (count, apart) => { for (let k = 0; k < count; k += 1) { \
+           now += apart; queue.splice(0).forEach((call) => call(now)); } \
+           return document.querySelector('.stage canvas').width; }",
+    );
+    let pass = |count, apart| browser.run(&format!("return pass({count}, {apart})"));
+    // The page waits for no frame but these.
+    let play = || browser.run("document.getElementById('play').click()");
+    let all = pass(1, 10);
+    play();
+    assert_eq!(pass(30, 10), all);
+    let few = pass(9, 50);
+    assert!(few.as_u64() < all.as_u64(), "{few} of {all} pixels across");
+    assert_eq!(pass(30, 10), few, "it changes to and fro");
+    play();
+    assert_eq!(pass(2, 10), all);
+    browser.assert_quiet();
+}
+
 #[test]
 fn odd_runs_have_working_pages_too() {
     if !is_installed() {

@@ -12,6 +12,7 @@ const clock = (t) => fixed(t, clockDecimals);
 let time = 0;
 let speed = 1;
 let isPlaying = false;
+const pace = new Pace();
 let lastTick = 0;
 // The time that the views show.
 let painted = 0;
@@ -69,7 +70,8 @@ function paint() {
     show.anchor = isNear ? middle : camera.target;
     camera.fittedTo = fit;
   }
-  for (const stage of shown) stage.paint(camera, time, isPlaying ? painted : time, show);
+  const [before, detail] = isPlaying ? [painted, pace.detail] : [time, FULL];
+  for (const stage of shown) stage.paint(camera, time, before, show, detail);
   painted = time;
   for (const plot of plots) plot.move(time);
   showState(state, time, lastChosen());
@@ -95,6 +97,7 @@ function setTime(wanted) {
 function advance(now) {
   if (!isPlaying) return;
   setTime(time + Math.min(0.1, (now - lastTick) / 1000) * speed);
+  pace.after(now - lastTick);
   lastTick = now;
   if (time >= duration) play(false);
   else requestAnimationFrame(advance);
@@ -104,6 +107,8 @@ function play(wanted) {
   isPlaying = wanted && duration > 0;
   $("play").classList.toggle("playing", isPlaying);
   $("play").setAttribute("aria-label", isPlaying ? "Pause" : "Play");
+  // What is still is painted in full.
+  repaint();
   if (!isPlaying) return;
   if (time >= duration) setTime(0);
   lastTick = performance.now();

@@ -22,6 +22,8 @@ function readLink() {
 // The views as one picture, side by side, with the time.
 function savePicture() {
   const shown = stages.filter(isShown);
+  // In full, also while the motion plays.
+  for (const stage of shown) stage.paint(camera, time, time, show, FULL);
   const room = Math.round(34 * devicePixelRatio);
   const made = document.createElement("canvas");
   made.width = shown.reduce((sum, { canvas }) => sum + canvas.width, 0);

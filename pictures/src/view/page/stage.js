@@ -152,14 +152,14 @@ class Stage {
   }
 
   // Paints what stands at `time`, with the mean forces since `before`: while the time runs,
-  // an impact of one step is then seen whichever frames are painted.
-  paint(camera, time, before, show) {
+  // an impact of one step is then seen whichever frames are painted. `detail` is one of DETAILS.
+  paint(camera, time, before, show, detail) {
     put(this.remark, this.remarks(time, show));
     const [width, height] = this.size;
     if (!hasGraphics || width === 0 || height === 0) return;
     if (!this.renderer) this.prepare();
     if (this.isStale) this.recolour(show);
-    this.resize(width, height);
+    this.resize(width, height, detail);
     this.aim(camera, time, show, width, height);
     const forces = { hidden: [], seen: [] };
     const touched = { hidden: [], seen: [] };
@@ -222,14 +222,14 @@ class Stage {
     this.joints.axes.set(tied.axes);
     this.castShadows(drawn);
     const isAbove = this.floor?.look(eye) ?? true;
-    this.sun.castShadow = isAbove;
+    this.sun.castShadow = isAbove && detail.shadows;
     this.renderer.render(this.scene, this.eye);
     this.compass.turn(camera);
     this.write(time, show);
   }
 
-  resize(width, height) {
-    const ratio = Math.min(MOST_PIXELS, window.devicePixelRatio || 1);
+  resize(width, height, { share }) {
+    const ratio = share * Math.min(MOST_PIXELS, window.devicePixelRatio || 1);
     if (this.drawnSize === `${width} ${height} ${ratio}`) return;
     this.drawnSize = `${width} ${height} ${ratio}`;
     this.renderer.setPixelRatio(ratio);
