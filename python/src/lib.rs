@@ -11,6 +11,7 @@ mod problem;
 mod recording;
 mod robot;
 mod rollout;
+mod running;
 mod scene;
 mod simulation;
 mod watch;

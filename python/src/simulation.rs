@@ -3,8 +3,9 @@
 use crate::arrays::{as_many, numbers, of_states, to_states};
 use crate::errors::{of_step, refused};
 use crate::last_step::LastStep;
-use crate::recording::{JOINT_COLUMNS, NO_STEP, Recording, add_forces};
+use crate::recording::{JOINT_COLUMNS, NO_STEP, Recording};
 use crate::robot::Robot;
+use crate::running::Running;
 use crate::scene::{Scene, in_python, read};
 use crate::watch::Watched;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
@@ -13,17 +14,17 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tumble::contact::Contact;
 use tumble::error::Error;
 use tumble::joint::{Axis, Drive, Gear, JointAxis, Motor};
-use tumble::mechanics::{State, Wrench};
+use tumble::mechanics::State;
 use tumble::scenario::joint::JointModel;
 use tumble::scenario::scene::Scene as Content;
 use tumble::simulation::save::{Saved, from_bytes, to_bytes};
-use tumble::simulation::tables::{JointRow, TableStep};
+use tumble::simulation::tables::JointRow;
 use tumble::simulation::{self, Motion, StepRecord};
 use tumble::step::StepSolution;
 
@@ -52,76 +53,6 @@ pub struct Simulation {
     threads: bool,
     /// The process whose they are: a fork has none of them.
     process: u32,
-}
-
-struct Running {
-    simulation: simulation::Simulation<'static>,
-    last: LastStep,
-    /// How long the last single step took.
-    took: Option<Duration>,
-    /// Whether nothing moved it so far but what the scene says; `None` where nobody knows.
-    is_of_scene: Option<bool>,
-}
-
-impl Running {
-    fn set_wrenches(&mut self, numbers: &[f64]) -> Result<(), Error> {
-        if numbers.iter().any(|number| *number != 0.0) {
-            self.is_of_scene = Some(false);
-        }
-        numbers.chunks_exact(6).enumerate().try_for_each(|(body, six)| {
-            let (force, torque) = six.split_at(3);
-            let wrench = Wrench {
-                force: nalgebra::Vector3::from_column_slice(force),
-                torque: nalgebra::Vector3::from_column_slice(torque),
-            };
-            self.simulation.set_wrench(body, wrench)
-        })
-    }
-
-    /// A step; `rests` is whether it begins at rest.
-    fn step(&mut self, rests: bool) -> Result<(), Error> {
-        let Self { simulation, last, .. } = self;
-        // One that rests on has the contacts of the one before, to the last bit.
-        let taken = simulation.step(last.repeat());
-        if !(taken.is_ok() && rests && simulation.rests()) {
-            last.change();
-        }
-        taken
-    }
-
-    /// `steps` steps into `recording`, with the wrenches of each where some are given.
-    fn run(
-        &mut self,
-        steps: usize,
-        wrenches: Option<&[f64]>,
-        recording: &mut Recording,
-        done: &AtomicU64,
-    ) -> Result<(), Error> {
-        recording.rows.reserve(steps.min(1 << 20) + 1);
-        let width = 6 * self.simulation.states().len();
-        for step in 0..steps {
-            if let Some(wrenches) = wrenches {
-                self.set_wrenches(&wrenches[step * width..][..width])?;
-            }
-            self.simulation.step(self.last.change())?;
-            let mut row = TableStep::of(self.simulation.world(), self.last.record());
-            add_forces(&row, &mut recording.forces);
-            if !recording.has_contacts {
-                row.contacts = Vec::new();
-                row.row.contacts = 0;
-            }
-            recording.rows.push(row);
-            done.fetch_add(1, Ordering::Relaxed);
-        }
-        Ok(())
-    }
-
-    /// The state now, as the last row of a recording.
-    fn end(&self) -> TableStep {
-        let mut end = StepRecord::new();
-        self.simulation.end(&mut end);
-        TableStep::of(self.simulation.world(), &end)
-    }
 }
 
 #[pymethods]
