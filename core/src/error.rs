@@ -1,6 +1,6 @@
 //! Errors of the model: input out of range, with the field and the range in them.
 
-use crate::world::Partner;
+use crate::world::partner::Partner;
 
 /// Why a model, state or step was refused. Each message names the field, what was
 /// given and what is allowed.

@@ -12,11 +12,11 @@
 //! blame.
 
 use super::error::FitError;
-use super::loss::Loss;
+use super::loss::{Loss, TossScore};
 use super::model::{Model, ParameterValues};
 use super::protocol::Protocol;
 use super::recording::Toss;
-use super::rollout::{TossScore, rollout_from};
+use super::rollout::rollout_from;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::left;
 use nalgebra::{Vector3, Vector4};

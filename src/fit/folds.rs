@@ -1,10 +1,12 @@
 //! Cross-validation: a fit on some tosses, judged by the others.
 
 use super::error::FitError;
+use super::evaluator::{Evaluator, Query};
+use super::loss::TossScore;
 use super::model::ParameterValues;
+use super::plan::Plan;
 use super::recording::Toss;
-use super::rollout::{Evaluator, Query, TossScore};
-use super::search::{Found, Plan};
+use super::search::Found;
 use crate::mechanics::State;
 use rand_mt::Mt;
 

@@ -1,6 +1,21 @@
 //! The loss: one number for how far simulated tosses are from recorded ones.
 
-use super::rollout::TossScore;
+/// How far a simulated toss is from the recorded one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TossScore {
+    /// The mean over frames of |Δr| / length.
+    pub position: f64,
+    /// The mean over frames of the angle between the attitudes, rad.
+    pub rotation: f64,
+    /// The angle at the last frame, rad: about 90° or 180° on another face.
+    pub end: f64,
+    /// Steps taken, and those of them that failed.
+    pub steps: u32,
+    /// Steps that did not converge.
+    pub failed: u32,
+    /// The largest residual of a step, m/s.
+    pub residual: f64,
+}
 
 /// How the errors of tosses become one number.
 ///

@@ -3,13 +3,13 @@
 //!
 //! ```text
 //! bytes ─ recording ─ Toss ─┐
-//! World ─ model ── ParameterValues ──┴─ rollout ─ TossScore ─ loss ─ search ─ neighbourhood
+//! World ─ model ── ParameterValues ──┴─ rollout ─ TossScore ─ loss ─ evaluator ─ search ─ neighbourhood
 //! ```
 //!
 //! [`recording`] reads tosses and refuses what cannot be one. [`protocol`] says where a simulation
-//! starts and how it is compared. [`model`] names the parameters. [`rollout`] simulates every toss
-//! on all threads of the caller's rayon pool, every step with its certificate, and counts the steps
-//! that failed. [`search`] looks for the values of least [`loss`], [`polish`] goes on from there by the
+//! starts and how it is compared. [`model`] names the parameters. [`rollout`] simulates a toss,
+//! every step with its certificate, and counts the steps that failed; [`evaluator`] does so with many, on all threads of the
+//! caller's rayon pool. [`search`] looks by its [`plan`] for the values of least [`loss`], [`polish`] goes on from there by the
 //! [`slopes`] of every toss, [`neighbourhood`] says how well
 //! they are known, [`folds`] how they do on tosses that were kept back,
 //! [`ensemble`] how far the noise of the starts carries.
@@ -22,10 +22,12 @@
 
 pub mod ensemble;
 pub mod error;
+pub mod evaluator;
 pub mod folds;
 pub mod loss;
 pub mod model;
 pub mod neighbourhood;
+pub mod plan;
 pub mod polish;
 pub mod protocol;
 pub mod recording;
@@ -34,8 +36,9 @@ pub mod search;
 pub mod slopes;
 
 pub use error::FitError;
-pub use loss::Loss;
+pub use evaluator::{Evaluator, Query, ScoreMemory};
+pub use loss::{Loss, TossScore};
 pub use model::{Constant, Model, ParameterValues, SOUGHT, sought};
+pub use plan::{Plan, Sought};
 pub use protocol::Protocol;
 pub use recording::Toss;
-pub use rollout::{Evaluator, Query, ScoreMemory, TossScore};

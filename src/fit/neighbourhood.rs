@@ -15,9 +15,10 @@
 //! these is the interval.
 
 use super::error::FitError;
+use super::evaluator::{Evaluator, Query};
+use super::loss::TossScore;
 use super::model::{ParameterValues, usual_reach};
-use super::rollout::{Evaluator, Query, TossScore};
-use super::search::{Plan, Sought};
+use super::plan::{Plan, Sought};
 use nalgebra::{DMatrix, DVector};
 use rand_mt::Mt;
 

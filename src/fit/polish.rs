@@ -20,9 +20,9 @@
 //! is to doubt. The bootstrap looks farther.
 
 use super::error::FitError;
+use super::evaluator::{Evaluator, Query};
 use super::model::{Constant, ParameterValues};
-use super::rollout::{Evaluator, Query};
-use super::search::Plan;
+use super::plan::Plan;
 use nalgebra::{DMatrix, DVector};
 
 /// What the steps came to.

@@ -1,6 +1,6 @@
 //! Rows that are to hold after every step.
 
-use super::problem::FARTHEST;
+use super::target::FARTHEST;
 use nalgebra::{Matrix3, Vector3};
 
 /// The least width of a wall, m: its second derivative goes with the square of it.

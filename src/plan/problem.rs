@@ -20,9 +20,6 @@ use checks::{check_control, has_body, odd, sets_alike};
 /// More steps than this are no plan.
 const MOST_STEPS: usize = 100_000;
 
-/// No length of a problem is more, m: no state is farther away.
-pub(super) const FARTHEST: f64 = 1e6;
-
 /// A scene, for how many steps, what may be chosen, and what is to come of it. The cost that is made least is, with the
 /// weights of each,
 ///

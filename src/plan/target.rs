@@ -1,10 +1,12 @@
 //! What the states are to be after so many steps.
 
-use super::problem::FARTHEST;
 use crate::derivative::StateChange;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::{self, rotation};
 use nalgebra::{Vector3, Vector4};
+
+/// No length of a problem is more, m: no state is farther away.
+pub(super) const FARTHEST: f64 = 1e6;
 
 /// No state is faster, m/s and rad/s.
 const FASTEST: f64 = 1e5;

@@ -36,7 +36,7 @@ pub use assembly::{Assembled, Placing, USUAL_SIDES};
 pub use frame::Frame;
 pub use xml::LARGEST_FILE;
 
-use crate::scenario::ReadFile;
+use crate::scenario::bodies::entries::ReadFile;
 use crate::scenario::shown;
 use model::Robot;
 use std::collections::BTreeMap;

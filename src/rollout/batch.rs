@@ -1,7 +1,7 @@
 //! What goes into a batch of rollouts and what comes out, and whether it fits.
 
-use super::run::Watch;
 use super::varied::{Varied, varied};
+use super::watch::Watch;
 use crate::error::Error;
 use crate::joint::{Course, Drive, JointAxis, Knots};
 use crate::mechanics::{Load, State, Wrench};

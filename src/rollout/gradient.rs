@@ -3,7 +3,8 @@
 //! Each is [`Simulation::gradient`](crate::simulation::Simulation::gradient) of its rollout; what is said there holds here.
 
 use super::batch::{Batch, of};
-use super::run::{RolloutError, Watch, hand_out};
+use super::run::{RolloutError, hand_out};
+use super::watch::Watch;
 use crate::derivative::StateChange;
 use crate::error::Error;
 use crate::mechanics::{State, Wrench};

@@ -59,9 +59,11 @@ mod batch;
 mod gradient;
 mod run;
 mod varied;
+mod watch;
 
 pub use batch::{Batch, Outputs};
 #[cfg(feature = "save")]
 pub use gradient::{By, Cotangents, Gradients, Noted, gradients};
-pub use run::{Report, RolloutError, Tally, Unsolved, Watch, roll_out};
+pub use run::{Report, RolloutError, Tally, Unsolved, roll_out};
 pub use varied::{Constant, Varied};
+pub use watch::Watch;

@@ -1,25 +1,17 @@
 //! The rollouts themselves, on as many threads as are given.
 
 use super::batch::{Batch, Outputs};
+use super::watch::Watch;
 use crate::error::Error;
 use crate::simulation::{Simulation, StepRecord};
 use crate::step::StepStatus;
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 
 /// Steps between two reports of progress.
 const CHUNK: usize = 64;
-
-/// How others follow a batch and end it.
-#[derive(Debug, Default, Clone, Copy)]
-pub struct Watch<'a> {
-    /// Ends the batch soon after it is raised, within a step of each rollout.
-    pub interrupt: Option<&'a Arc<AtomicBool>>,
-    /// Steps done so far, of all rollouts; it grows in chunks.
-    pub done: Option<&'a AtomicU64>,
-}
 
 /// A step without an answer that counts.
 #[derive(Debug, Clone, Copy, PartialEq)]

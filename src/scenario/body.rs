@@ -2,8 +2,9 @@
 
 use super::choices::{Attitude, Frame, SolverName};
 use super::failure::{Failure, refuse_flags};
-use super::scene::{OutputFormat, Scene, USUAL_SEED};
+use super::scene::{OutputFormat, Scene};
 use super::settings::Settings;
+use super::settings::USUAL_SEED;
 use super::solver_choice::{self, SolverChoice};
 use super::{physics, shown};
 use crate::contact::detection::CONTACT_BAND;

@@ -6,7 +6,7 @@
 //! [`Scene`](scene::Scene), in whichever notation it is written: `[body]` (`body.rs`) or `[[bodies]]`
 //! (`bodies/`).
 
-mod bodies;
+pub(crate) mod bodies;
 mod body;
 mod changed;
 pub mod choices;

@@ -70,9 +70,6 @@ pub enum OutputFormat {
     Tables(Box<Model>),
 }
 
-/// The seed where none is given.
-pub const USUAL_SEED: u32 = 42;
-
 impl Scene {
     /// The scene of the scenario `path`, whose text is `text`, under `flags`. The native solver
     /// solves it where neither says who does. The files of meshes are read by `read`.

@@ -14,6 +14,9 @@ use crate::world::Plane;
 use nalgebra::{Matrix3, Vector3};
 use std::path::PathBuf;
 
+/// The seed where none is given.
+pub const USUAL_SEED: u32 = 42;
+
 /// All that can be told; `None` where it is not.
 #[derive(Debug, Default)]
 pub struct Settings {

@@ -3,8 +3,9 @@
 use super::synthetic::{SUBSTEPS, model, tosses};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::fit::rollout::{Forgetful, Query};
-use tumble::fit::search::{Found, Plan, Sought};
+use tumble::fit::evaluator::{Forgetful, Query};
+use tumble::fit::plan::{Plan, Sought};
+use tumble::fit::search::Found;
 use tumble::fit::{Constant, Evaluator, Loss, ParameterValues, Protocol, SOUGHT, Toss};
 
 fn hidden() -> ParameterValues {

@@ -4,10 +4,12 @@ use super::synthetic::{RATE, SUBSTEPS, model, tosses};
 use rayon::ThreadPoolBuilder;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use tumble::fit::evaluator::{Forgetful, Query};
 use tumble::fit::folds::parts;
 use tumble::fit::neighbourhood::Neighbourhood;
-use tumble::fit::rollout::{Forgetful, Query, rollout};
-use tumble::fit::search::{Found, Plan, Sought};
+use tumble::fit::plan::{Plan, Sought};
+use tumble::fit::rollout::rollout;
+use tumble::fit::search::Found;
 use tumble::fit::{Constant, Evaluator, FitError, Loss, Model, ParameterValues, Protocol, Toss};
 
 fn plan(model: &Model, parameters: &[Constant], evaluations: usize) -> Plan {

@@ -7,7 +7,7 @@ pub mod constants;
 mod joint_constants;
 mod law_constants;
 mod laws;
-mod partner;
+pub(crate) mod partner;
 pub mod plane;
 
 pub(crate) use changes::without;

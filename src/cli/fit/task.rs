@@ -7,7 +7,7 @@ use crate::cli::outcome::Failure;
 use crate::cli::{input, scenario, shown};
 use std::path::Path;
 use tumble::fit::neighbourhood::Neighbourhood;
-use tumble::fit::search::{Plan, Sought};
+use tumble::fit::plan::{Plan, Sought};
 use tumble::fit::{Constant, Model, ParameterValues, Protocol};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;

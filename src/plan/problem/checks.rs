@@ -2,8 +2,8 @@
 
 use super::super::PlanError;
 use super::super::control::{Control, ControlKind};
-use super::FARTHEST;
 use crate::joint::JointAxis;
+use crate::plan::target::FARTHEST;
 use crate::world::{Constant, World};
 
 /// The constants that may be looked for: what a scene's model has as a number of its own.

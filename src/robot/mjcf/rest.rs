@@ -3,7 +3,7 @@
 use super::Reader;
 use super::compiler::SWITCH;
 use super::defaults::Defaulted;
-use super::tendons::Tendon;
+use super::tendons::{Tendon, coefficients};
 use super::usual_options;
 use crate::robot::frame::Frame;
 use crate::robot::model::{Follows, Key, Moves, Options, Tie};
@@ -280,22 +280,4 @@ impl Reader<'_> {
         }
         Ok(())
     }
-}
-
-/// The constant of what is held and, where it `goes` with something else, the ratio; more is refused.
-pub(super) fn coefficients(element: &Element, goes: bool) -> Result<[f64; 2], String> {
-    let given = element.numbers("polycoef")?.unwrap_or_default();
-    if given.len() > 5 {
-        return Err(element.wrong("polycoef: up to 5 numbers are needed"));
-    }
-    let mut all = [0.0, 1.0, 0.0, 0.0, 0.0];
-    all[..given.len()].copy_from_slice(&given);
-    let [constant, ratio, higher @ ..] = all;
-    if goes && higher != [0.0; 3] {
-        return Err(element.wrong(
-            "polycoef: joints that go with each other by more than a ratio are not supported; \
-             the last three numbers must be 0",
-        ));
-    }
-    Ok([constant, ratio])
 }

@@ -3,7 +3,7 @@
 mod names;
 
 use super::Entries;
-use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies};
+use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies, name_of};
 use super::driven::SurfaceEntry;
 use super::entries::{
     BodyEntry, Files, FixedEntry, Jitter, LookEntry, PieceEntry, SurfaceTable, Turned, plain,
@@ -21,8 +21,7 @@ use crate::scenario::model::{
 };
 use crate::scenario::parameters::LoadParameters;
 use crate::scenario::physics::plane as plane_parameters;
-use crate::scenario::scene::USUAL_SEED;
-use crate::scenario::settings::Settings;
+use crate::scenario::settings::{Settings, USUAL_SEED};
 use crate::scenario::shape::{Form, Place, PlacedForm, Shape};
 use crate::scenario::shown::checked_name;
 use crate::scenario::tables::LoadTable;
@@ -446,20 +445,6 @@ impl Builder<'_> {
              {LARGEST_MASS_RATIO:e} are tested, and allowed",
             heavy.name, heavy.mass, light.name, light.mass
         ))
-    }
-}
-
-/// The name of a copy, the `number`-th of `count`: the entry's, or else of what kind it is and its
-/// index.
-pub fn name_of(
-    given: Option<&str>,
-    (kind, index): (&str, usize),
-    (number, count): (usize, usize),
-) -> String {
-    match (given, count) {
-        (None, _) => format!("{kind}-{index}"),
-        (Some(name), 1) => name.to_owned(),
-        (Some(name), _) => format!("{name}-{number}"),
     }
 }
 

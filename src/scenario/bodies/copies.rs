@@ -69,3 +69,17 @@ pub fn copies(
     };
     (0..ring.count).map(turned).collect()
 }
+
+/// The name of a copy, the `number`-th of `count`: the entry's, or else of what kind it is and its
+/// index.
+pub fn name_of(
+    given: Option<&str>,
+    (kind, index): (&str, usize),
+    (number, count): (usize, usize),
+) -> String {
+    match (given, count) {
+        (None, _) => format!("{kind}-{index}"),
+        (Some(name), 1) => name.to_owned(),
+        (Some(name), _) => format!("{name}-{number}"),
+    }
+}

@@ -8,7 +8,7 @@ pub use entries::{DriveEntry, JointEntry};
 pub use motor::{MotorEntry, MotorFields};
 pub use placed::{Placed, Side, anchor_in_range};
 
-use super::build::name_of;
+use super::copies::name_of;
 use crate::mechanics::quaternion::{left, rotation};
 use crate::scenario::joint::{JointKind, JointModel};
 use crate::scenario::model::BodyModel;

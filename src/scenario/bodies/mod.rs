@@ -15,8 +15,8 @@ mod starts;
 
 use super::failure::{Failure, refuse_flags};
 use super::physics::violent_load;
-use super::scene::{OutputFormat, Scene, USUAL_SEED};
-use super::settings::Settings;
+use super::scene::{OutputFormat, Scene};
+use super::settings::{Settings, USUAL_SEED};
 use super::solver_choice::SolverChoice;
 use crate::contact::detection::CONTACT_BAND;
 use crate::contact::{Candidates, Overlap};

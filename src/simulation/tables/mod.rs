@@ -37,8 +37,8 @@ mod rebuild;
 mod write;
 
 pub use key::KeyText;
+pub use named::Misplaced;
 pub use read::{ContactRow, GearRow, JointRow, StepRow, TableStep, TablesReader};
-pub use rebuild::Misplaced;
 pub use write::TablesWriter;
 
 use std::fmt;

@@ -5,11 +5,25 @@
 //! they were found. Along the plane they were over each other there: at the step's start they are so but for
 //! what the bodies move in the step.
 
-use super::rebuild::{BAND, EXACT, Misplaced, size};
 use crate::contact::{ContactKey, Features, PairFeatures, Partner};
 use crate::geometry::{Feature, Part, Piece, Side};
 use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
+
+/// Why a row is of no contact of the world, in words that follow "the contact".
+pub type Misplaced = &'static str;
+
+/// What rounding, and the tolerances of the search for features, leave of a length, in parts of the
+/// piece's size.
+pub(super) const EXACT: f64 = 1e-6;
+
+/// A fixed face's corner may be above the body's face by the band of the search.
+pub(super) const BAND: f64 = crate::contact::detection::CONTACT_BAND + EXACT;
+
+/// ℓ, m: the reach of a piece from its own middle.
+pub(super) fn size(piece: &Piece) -> f64 {
+    piece.core().reach() + piece.radius()
+}
 
 const ELSEWHERE: &str = "is not where the features of its key are";
 

@@ -11,21 +11,14 @@
 //! the piece that it is of, the plane must touch the piece that it is of, and both must have the features that the
 //! key names ([`super::named`]).
 
-use super::{ContactRow, named};
+use super::ContactRow;
+use super::named::{self, BAND, EXACT, Misplaced, size};
 use crate::contact::{Contact, Features, PairFeatures, Partner, Plane, round};
 use crate::geometry::{Feature, Piece};
 use crate::mechanics::{Pose, State};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
-/// Why a row is of no contact of the world, in words that follow "the contact".
-pub type Misplaced = &'static str;
-
-/// What rounding, and the tolerances of the search for features, leave of a length, in parts of the
-/// piece's size.
-pub(super) const EXACT: f64 = 1e-6;
-/// A fixed face's corner may be above the body's face by the band of the search.
-pub(super) const BAND: f64 = crate::contact::detection::CONTACT_BAND + EXACT;
 /// The sine of what a face may lean over another one of which it touches edges or corners.
 const LEAN: f64 = 0.1;
 /// Of a normal's length and of a recorded vector.
@@ -211,11 +204,6 @@ impl ContactRow {
         named::check(&key, &pair, &features, pieces, body)?;
         Ok(features)
     }
-}
-
-/// ℓ, m: the reach of a piece from its own middle.
-pub(super) fn size(piece: &Piece) -> f64 {
-    piece.core().reach() + piece.radius()
 }
 
 /// How far a point is outside a piece's core, m, at least; 0 or less inside.
