@@ -11,9 +11,9 @@ use super::proximal::Proximal;
 use super::starts;
 use super::sweeps::sweep;
 use super::tolerances::{
-    COMPLIANCE, COMPLIANCES, DETERMINED, FIRST_PROXIMAL, FIRST_SWEEPS, FORESEEN, MANY_CONTACTS,
-    MOVED, NEWTON_ITERATIONS, PROXIMAL_SHARPNESSES, SAME_ENERGY, SAME_SOLUTIONS, SETTLED,
-    SHARPNESSES, SHORTEST_FACTOR, STANDING_ITERATIONS, STICK_MARGINS,
+    COMPLIANCE, COMPLIANCES, DETERMINED, FIRST_PROXIMAL, FIRST_SWEEPS, FORESEEN, FOUND,
+    LED_ITERATIONS, MANY_CONTACTS, MOVED, PROXIMAL_SHARPNESSES, SAME_ENERGY, SAME_SOLUTIONS,
+    SETTLED, SHARPNESSES, SHORTEST_FACTOR, STANDING_ITERATIONS, STICK_MARGINS,
 };
 use nalgebra::Vector3;
 
@@ -183,8 +183,9 @@ impl<E: Equations> Descent<E> {
                     Some(residual) => Reached { residual, selected: true },
                     None => match start {
                         Start::Kept => self.keep(equations, &[(FIRST_PROXIMAL, 1.0)], effort),
-                        Start::Moved | Start::Found => self.keep(equations, &MOVED, effort),
-                        Start::Led => self.lead(equations, NEWTON_ITERATIONS, effort),
+                        Start::Moved => self.keep(equations, &MOVED, effort),
+                        Start::Found => self.keep(equations, &FOUND, effort),
+                        Start::Led => self.lead(equations, LED_ITERATIONS, effort),
                         Start::Structure => self.stand(equations, effort),
                         Start::Best(compliance) => {
                             self.keep(equations, &[(compliance, 1.0)], effort)

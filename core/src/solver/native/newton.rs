@@ -10,11 +10,12 @@ use super::effort::Effort;
 use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
 use super::law::{NaturalMap, Piece};
 use super::tolerances::{
-    FAST_FACTORS, JUMPS, NEWTON_ITERATIONS, SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
+    CROWD_JUMPS, CROWD_SHORTEST_STEP, FAST_FACTORS, JUMPS, NEWTON_ITERATIONS,
+    PROXIMAL_SHORTEST_STEP, SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
 };
 use nalgebra::Vector3;
 
-pub(super) use iterate::{Iterate, evaluate, exact_residual};
+pub(super) use iterate::{Iterate, evaluate, evaluate_again, exact_residual};
 
 /// Every coupling eliminated, and the piece that it is on.
 pub(super) type Linearised<'a, E> = (&'a [Elimination<<E as Equations>::Slope>], &'a [Piece]);
@@ -104,8 +105,9 @@ impl<E: Equations> Newton<E> {
     ) -> (bool, Residual) {
         let tolerances = equations.tolerances();
         // Without compliance the iteration is near a solution, and to stay there.
+        let jumps = if in_crowd(equations) { CROWD_JUMPS } else { JUMPS };
         let (mut whole_steps, mut jumps) =
-            (WHOLE_STEPS, if map.compliance > 0.0 { JUMPS } else { 0 });
+            (WHOLE_STEPS, if map.compliance > 0.0 { jumps } else { 0 });
         self.kept.are_good = false;
         for _ in 0..until.iterations {
             if merit.largest <= until.residual {
@@ -154,12 +156,12 @@ impl<E: Equations> Newton<E> {
     /// û = u + ε D (p̂ − p̂_0)                                                   (N13)
     /// ```
     ///
-    /// Returns whether it converged.
+    /// `evaluated` tells that the iterate was, for any law. Returns whether it converged.
     pub(super) fn solve_from_here(
         &mut self,
         equations: &E,
         map: &NaturalMap,
-        until: Until,
+        (until, evaluated): (Until, bool),
         iterate: &mut Iterate<E>,
         effort: &mut Effort<'_>,
     ) -> bool {
@@ -167,7 +169,12 @@ impl<E: Equations> Newton<E> {
         iterate.keep_impulses(equations, map);
         self.trial.shifts.clear();
         self.trial.shifts.extend_from_slice(&iterate.shifts);
-        let converged = self.solve(equations, map, (compliance, until), iterate, effort);
+        let merit = match evaluated {
+            true => evaluate_again(equations, map, iterate),
+            false => evaluate(equations, map, iterate),
+        };
+        let by = (compliance, until);
+        let (converged, _) = self.go_on(equations, map, by, (merit, iterate), effort);
         iterate.forget_impulses();
         self.trial.forget_impulses();
         converged
@@ -253,8 +260,13 @@ impl<E: Equations> Newton<E> {
         iterate: &mut Iterate<E>,
         merit: &Residual,
     ) -> Option<Residual> {
+        let shortest = match (in_crowd(equations), iterate.shifts.is_empty()) {
+            (false, _) => SHORTEST_STEP,
+            (true, true) => CROWD_SHORTEST_STEP,
+            (true, false) => PROXIMAL_SHORTEST_STEP,
+        };
         let mut length = 1.0;
-        while length >= SHORTEST_STEP {
+        while length >= shortest {
             self.try_step(iterate, length);
             let trial = evaluate(equations, map, &mut self.trial);
             if trial.squared < (1.0 - SUFFICIENT_DECREASE * length) * merit.squared {
@@ -278,6 +290,11 @@ impl<E: Equations> Newton<E> {
             .map(|(impulse, contact)| impulse + length * contact.impulse_step(step));
         trial.impulses.extend(moved);
     }
+}
+
+/// Whether it is a crowd, of which what leads nowhere is given up sooner.
+fn in_crowd<E: Equations>(equations: &E) -> bool {
+    E::MAY_BE_TIED && equations.policy().follows(equations.couplings().len())
 }
 
 /// Whether a step that made of a residual another one, at most a `part` of it, may be followed by one with the same factors.

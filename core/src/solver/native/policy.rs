@@ -194,7 +194,7 @@ static SELECTED: Policy = Policy { takes_any: false, ..POSED };
 
 const CROWDED: usize = 64;
 /// With up to so many contacts the last impulses mostly lead to the selected solution, also where they change.
-const FOLLOWED: usize = 32;
+const FOLLOWED: usize = 16;
 /// With up to so many the selected solution is sought, once the impulses are known by another way.
 const LED: usize = 128;
 /// From nothing Newton's method finds the forces of a structure with up to so many contacts as soon as an interior point does (10

@@ -31,6 +31,9 @@ pub(super) const LEAST_COMPLIANCE: f64 = 1e-10;
 /// the last ones by a third of themselves (the median of settling heaps of 100 boxes) are far for 10⁻⁵, and
 /// with 0.1 and 10 half the iterations do. Where that leads nowhere, as in one step of nine, the second does.
 pub(super) const MOVED: [(f64, f64); 2] = [(0.1, 10.0), (0.01, 1.0)];
+/// The same from impulses found in this step, to which contacts have come since: from these 0.01 leads on (0.1 takes three proximal
+/// steps more, and goes back).
+pub(super) const FOUND: [(f64, f64); 2] = [(0.01, 10.0), (0.01, 1.0)];
 /// Impulses that changed by more than this part change on, and a crowd's are sought [so](MOVED).
 pub(super) const RESTLESS: f64 = 1e-3;
 /// What ε is multiplied by after a proximal step that took Newton's method at most
@@ -44,6 +47,12 @@ pub(super) const PROXIMAL_EFFORT: u32 = 10;
 /// parts of the residual so far: nothing is gained by more.
 pub(super) const PROXIMAL_ITERATIONS: u32 = 15;
 pub(super) const PROXIMAL_SHARE: f64 = 1e-2;
+/// The same in a crowd: what Newton's method has to gain there comes by pieces, not by squares.
+pub(super) const CROWD_SHARE: f64 = 0.05;
+/// The most easy proximal steps of a crowd for which ε stays as it is after steps that failed; fewer once one leaves no more
+/// than this part of the residual.
+pub(super) const LONGEST_WAIT: u32 = 16;
+pub(super) const WORTH_MORE: f64 = 0.1;
 /// Proximal steps from one start, and after it is solved, towards rounding.
 pub(super) const MOST_PROXIMAL_STEPS: u32 = 300;
 pub(super) const MOST_REFINEMENTS: u32 = 3;
@@ -93,6 +102,8 @@ pub(super) const SAME_SOLUTIONS: u32 = 3;
 pub(super) const SAME_ENERGY: f64 = 1e-6;
 /// Iterations of Newton's method from one start.
 pub(super) const NEWTON_ITERATIONS: u32 = 40;
+/// The same in a crowd from impulses that are nearly a solution: what takes more mostly leads nowhere.
+pub(super) const LED_ITERATIONS: u32 = 15;
 /// The same from the interior point of a structure, where some four are enough.
 pub(super) const STANDING_ITERATIONS: u32 = 10;
 /// ε in the Newton matrix where nothing is to be selected: the root of what doubles resolve, so that as much is lost by it
@@ -123,8 +134,14 @@ pub(super) const WHOLE_STEPS: u32 = 6;
 /// Whole Newton steps that may be taken anywhere when a search along the direction finds nothing
 /// better: contacts that change places, as those of a rolling rim, make the residual grow on the way.
 pub(super) const JUMPS: u32 = 8;
+/// The same in a crowd.
+pub(super) const CROWD_JUMPS: u32 = 2;
 /// A step shorter than this fraction of Newton's is a stall.
 pub(super) const SHORTEST_STEP: f64 = 1e-4;
+/// The same in a crowd, where steps shorter than 1/16 gain a fiftieth and a third of all evaluations went into looking for them; and
+/// in a proximal step of one.
+pub(super) const CROWD_SHORTEST_STEP: f64 = 0.1;
+pub(super) const PROXIMAL_SHORTEST_STEP: f64 = 0.03;
 /// The part of the decrease that the linear model promises which a step must bring (Armijo).
 pub(super) const SUFFICIENT_DECREASE: f64 = 1e-4;
 

@@ -12,7 +12,7 @@ pub(in super::super) struct Iterate<E: Equations> {
     pub(in super::super) velocity: E::Velocity,
     /// p̂ of every coupling, m/s, world.
     pub(in super::super) impulses: Vec<Vector3<f64>>,
-    /// u of every coupling (N2), kept from the last evaluation.
+    /// u of every coupling (N2), kept from the last evaluation; without shifts.
     pub(super) points: Vec<Vector3<f64>>,
     /// The arguments of every coupling's projections, for the map evaluated last.
     pub(super) pulls: Vec<Pull>,
@@ -133,21 +133,21 @@ pub(in super::super) fn evaluate<E: Equations>(
     map: &NaturalMap,
     iterate: &mut Iterate<E>,
 ) -> Residual {
-    let Iterate { velocity, impulses, points, scratch, motion, shifts, .. } = &mut *iterate;
+    let Iterate { velocity, impulses, points, scratch, motion, .. } = &mut *iterate;
     *motion = equations.motion_residual(velocity, impulses, scratch);
     equations.set_points(velocity, scratch, points);
-    for (u, shift) in points.iter_mut().zip(shifts) {
-        *u -= *shift;
-    }
     evaluate_again(equations, map, iterate)
 }
 
 /// The same for another law at the point that was evaluated last.
-pub(super) fn evaluate_again<E: Equations>(
+pub(in super::super) fn evaluate_again<E: Equations>(
     equations: &E,
     map: &NaturalMap,
     iterate: &mut Iterate<E>,
 ) -> Residual {
+    if !iterate.shifts.is_empty() {
+        return evaluate_shifted(equations, map, iterate);
+    }
     let (mut size, graphs) = (iterate.motion, equations.graphs());
     iterate.map = *map;
     iterate.pulls.clear();
@@ -159,6 +159,30 @@ pub(super) fn evaluate_again<E: Equations>(
     }
     if !size.squared.is_finite() {
         // A maximum drops NaN; a sum does not.
+        size.largest = f64::INFINITY;
+    }
+    iterate.residual = size;
+    size
+}
+
+/// The same where compliance acts on changes: a function of its own, so that what has none pays for none.
+#[inline(never)]
+fn evaluate_shifted<E: Equations>(
+    equations: &E,
+    map: &NaturalMap,
+    iterate: &mut Iterate<E>,
+) -> Residual {
+    let (mut size, graphs) = (iterate.motion, equations.graphs());
+    iterate.map = *map;
+    iterate.pulls.clear();
+    let points = iterate.points.iter().zip(&iterate.shifts);
+    let couplings = equations.couplings().iter().zip(&iterate.impulses).zip(points);
+    for ((coupling, impulse), (u, shift)) in couplings {
+        let (pull, missed) = coupling.evaluated((map, graphs), &(*u - *shift), impulse);
+        iterate.pulls.push(pull);
+        size.add(&missed);
+    }
+    if !size.squared.is_finite() {
         size.largest = f64::INFINITY;
     }
     iterate.residual = size;

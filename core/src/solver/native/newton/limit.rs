@@ -9,8 +9,7 @@ use super::super::tolerances::{
     CLEAR, CORRECTIONS, DETERMINED_ITERATIONS, KEPT_FACTORS, LEFT_OPEN, ROLLING_CORRECTIONS,
     SETTLING,
 };
-use super::iterate::evaluate_again;
-use super::{Iterate, Newton, Until, evaluate, keeps};
+use super::{Iterate, Newton, Until, evaluate, evaluate_again, keeps};
 use nalgebra::Vector3;
 
 impl<E: Equations> Newton<E> {
