@@ -201,9 +201,8 @@ impl Island {
                 Gain::Full(gain) => gain * slope,
             };
             for (row, share, torque_map) in self.sides(of) {
-                let linear = gained * -share;
-                let turning = torque_map * linear;
-                blocks.add_rows(&self.pattern, (row, *column), (&linear, &turning));
+                let rows = (&gained, -share, torque_map);
+                blocks.add_rows(&self.pattern, (row, *column), rows);
             }
         }
     }
