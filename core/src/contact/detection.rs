@@ -96,9 +96,6 @@ pub fn admit_missed(
     index.reserve(contacts.capacity());
     let of_bodies = states.iter().zip(next).take(world.bodies().len());
     for (body, (state, next)) in of_bodies.enumerate() {
-        if world.bodies()[body].contact_points().is_empty() {
-            continue;
-        }
         for (point, height) in world.heights(body, &next.pose()).enumerate() {
             let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
             if height < -depth && index.find(contacts, &key, contacts.len()).is_none() {

@@ -68,22 +68,17 @@ impl BlockSystem {
         *self.target(pattern, row, column) += block;
     }
 
-    /// Adds f P over G f P to the block (row, column), of three rows P with the factor f and the map G.
-    #[inline]
+    /// Adds three rows over three others to the block (row, column).
     pub(super) fn add_rows(
         &mut self,
         pattern: &Pattern,
         (row, column): (usize, usize),
-        (rows, factor, map): (&Matrix3x6<f64>, f64, &Matrix3<f64>),
+        (above, below): (&Matrix3x6<f64>, &Matrix3x6<f64>),
     ) {
-        let (block, map) = (self.target(pattern, row, column), &map.data.0);
-        for (to, rows) in block.data.0.iter_mut().zip(&rows.data.0) {
-            let along = rows.map(|entry| entry * factor);
-            for i in 0..3 {
-                let turning = map[0][i] * along[0] + map[1][i] * along[1] + map[2][i] * along[2];
-                to[i] += along[i];
-                to[3 + i] += turning;
-            }
+        let block = self.target(pattern, row, column);
+        for (k, to) in block.data.0.iter_mut().enumerate() {
+            (0..3).for_each(|i| to[i] += above.data.0[k][i]);
+            (0..3).for_each(|i| to[3 + i] += below.data.0[k][i]);
         }
     }
 

@@ -201,8 +201,9 @@ impl Island {
                 Gain::Full(gain) => gain * slope,
             };
             for (row, share, torque_map) in self.sides(of) {
-                let rows = (&gained, -share, torque_map);
-                blocks.add_rows(&self.pattern, (row, *column), rows);
+                let linear = gained * -share;
+                let turning = torque_map * linear;
+                blocks.add_rows(&self.pattern, (row, *column), (&linear, &turning));
             }
         }
     }
