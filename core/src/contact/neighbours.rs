@@ -71,6 +71,8 @@ pub(super) struct Neighbours {
     meetings: Vec<Meeting>,
     met: Vec<f64>,
     passed: bool,
+    /// Whether no two of the pieces may touch.
+    is_apart: bool,
     sweep: Sweep,
     /// The contacts of the step that is looked at, by their pieces.
     index: PieceIndex,

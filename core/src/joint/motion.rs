@@ -342,8 +342,15 @@ pub(super) fn crossing(turn: &Vector4<f64>) -> f64 {
 
 /// The imaginary part of R* ⊗ Q: what is turned about what is locked, half of the angle.
 fn aside(turning: Turning, turn: &Vector4<f64>) -> Vector3<f64> {
-    if turning == Turning::Universal {
-        return Vector3::new(0.0, 0.0, crossing(turn));
+    let [w, x, y, z] = turn.data.0[0];
+    let size = (w * w + z * z).sqrt();
+    match turning {
+        Turning::Universal => return Vector3::new(0.0, 0.0, crossing(turn)),
+        // R = (w, 0, 0, z)/√(w² + z²).
+        Turning::Hinge | Turning::Ball if size > 0.0 => {
+            return Vector3::new((w * x + z * y) / size, (w * y - z * x) / size, 0.0);
+        }
+        _ => {}
     }
     let rest = product(&conjugated(&twist(turning, turn)), turn);
     rest.fixed_rows::<3>(1).into_owned()

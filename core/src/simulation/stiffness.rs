@@ -140,15 +140,17 @@ impl Stiffness {
     fn add(&mut self, joint: &Joint, force: &JointForce, states: &[State]) {
         let [of_a, of_b] = joint.frames();
         let turned = |body: usize| rotation(&states[body].attitude);
-        let frame = of_b.rotation();
-        let along = joint.other().map_or(frame, |other| turned(other) * frame) * force.force;
-        let sides = [(Some(joint.body()), of_a, along), (joint.other(), of_b, -along)];
-        for (body, frame, force) in sides {
-            let Some(body) = body else { continue };
-            let (force, lever) = (turned(body).tr_mul(&force), frame.anchor);
+        let mut add = |body: usize, force: Vector3<f64>, lever: &Vector3<f64>| {
             let across = force * lever.transpose();
             self.of[body] +=
-                Matrix3::identity() * force.dot(&lever) - 0.5 * (across + across.transpose());
+                Matrix3::identity() * force.dot(lever) - 0.5 * (across + across.transpose());
+        };
+        // In the frame of B, in the world's, in that of A.
+        let of_other = of_b.rotation() * force.force;
+        let along = joint.other().map_or(of_other, |other| turned(other) * of_other);
+        add(joint.body(), turned(joint.body()).tr_mul(&along), &of_a.anchor);
+        if let Some(other) = joint.other() {
+            add(other, -of_other, &of_b.anchor);
         }
         let holds = joint.linear().iter().all(|axis| *axis == Axis::Locked);
         if holds && joint.other().is_none() {

@@ -51,7 +51,11 @@ impl World {
     #[inline(never)]
     fn is_open(&self, body: usize, partner: Partner) -> bool {
         let is_apart = || self.apart.binary_search(&ordered(body, partner)).is_ok();
-        let is_open = |body: usize| !self.is_held(body) && !self.untouched.contains(&body);
-        is_open(body) && partner.body().is_none_or(is_open) && !is_apart()
+        self.touches(body) && partner.body().is_none_or(|body| self.touches(body)) && !is_apart()
+    }
+
+    /// Whether the body `body` may touch anything.
+    pub(crate) fn touches(&self, body: usize) -> bool {
+        !self.is_held(body) && self.untouched.binary_search(&body).is_err()
     }
 }

@@ -79,6 +79,12 @@ impl Neighbours {
             self.proxies[self.bodies.len()..].iter().map(|proxy| placed(world, poses, *proxy));
         let fixed: Vec<_> = fixed.map(|(piece, pose)| Aabb::of(piece, pose)).collect();
         self.sweep.set_fixed(&fixed);
+        let of_bodies = self.proxies[..self.bodies.len()].iter().enumerate();
+        let mut touching = of_bodies.filter(|(index, _)| world.touches(self.bodies[*index]));
+        self.is_apart = touching.all(|(index, proxy)| {
+            let others = self.proxies[index + 1..].iter();
+            others.map(|other| other.owner).all(|other| !may_meet(world, proxy.owner, other))
+        });
     }
 
     /// The broad phase: boxes around where the pieces are and were, and in between, and the pairs that
@@ -95,16 +101,7 @@ impl Neighbours {
         std::mem::swap(pairs, spare);
         pairs.clear();
         sweep.pairs(boxes, |i, j| {
-            let owners = (proxies[i].owner, proxies[j].owner);
-            let kept_apart = match owners {
-                (Owner::Body(a), Owner::Body(b)) => !world.may_touch(a, Partner::Body(b)),
-                (Owner::Body(body), Owner::Fixed(fixed))
-                | (Owner::Fixed(fixed), Owner::Body(body)) => {
-                    !world.may_touch(body, Partner::Fixed(fixed))
-                }
-                (Owner::Fixed(_), Owner::Fixed(_)) => true,
-            };
-            if owners.0 != owners.1 && !kept_apart {
+            if may_meet(world, proxies[i].owner, proxies[j].owner) {
                 let known = spare.binary_search_by(|pair| pair.proxies.cmp(&(i, j)));
                 pairs.push(known.map_or_else(
                     |_| Neighbour {
@@ -118,5 +115,18 @@ impl Neighbours {
                 ));
             }
         });
+    }
+}
+
+/// Whether pieces of two things may touch: of two that are not fixed both, nor one, nor kept apart.
+fn may_meet(world: &World, a: Owner, b: Owner) -> bool {
+    match (a, b) {
+        (Owner::Body(one), Owner::Body(other)) => {
+            one != other && world.may_touch(one, Partner::Body(other))
+        }
+        (Owner::Body(body), Owner::Fixed(fixed)) | (Owner::Fixed(fixed), Owner::Body(body)) => {
+            world.may_touch(body, Partner::Fixed(fixed))
+        }
+        (Owner::Fixed(_), Owner::Fixed(_)) => false,
     }
 }

@@ -14,6 +14,9 @@ impl Neighbours {
             return false;
         }
         let listed = self.lists(world);
+        if listed && self.is_apart {
+            return false;
+        }
         if listed && self.memory.end == states {
             return true;
         }
@@ -35,6 +38,9 @@ impl Neighbours {
             return false;
         }
         let listed = self.lists(world);
+        if listed && self.is_apart {
+            return false;
+        }
         // What was looked at last is in its boxes.
         let Self { memory: Memory { from, end, .. }, begin, poses, .. } = self;
         let begun = listed && (*from == states || *end == states);

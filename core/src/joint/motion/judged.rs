@@ -184,16 +184,18 @@ impl Seen {
         let [a, b] = &self.frames;
         let (along, about) = match axis {
             JointAxis::Linear(k) => (rotation(&b.attitude).column(k).into_owned(), None),
-            JointAxis::Angular(k) => {
-                let turned = self.torque_map.column(k) * length;
-                (Vector3::zeros(), Some(rotation(&states[joint.body].attitude) * turned))
-            }
+            JointAxis::Angular(k) => (Vector3::zeros(), Some(self.torque_map.column(k) * length)),
         };
         let mut response = 0.0;
         for body in [Some(joint.body), joint.other].into_iter().flatten() {
             let (Some(of), Some(state)) = (bodies.get(body), states.get(body)) else { return 1.0 };
-            let torque = about.unwrap_or_else(|| (a.anchor - state.position).cross(&along));
-            let torque = rotation(&state.attitude).tr_mul(&torque);
+            let seen = |torque: &Vector3<f64>| rotation(&state.attitude).tr_mul(torque);
+            let torque = match about {
+                // In the frame of A.
+                Some(torque) if body == joint.body => torque,
+                Some(torque) => seen(&(rotation(&states[joint.body].attitude) * torque)),
+                None => seen(&(a.anchor - state.position).cross(&along)),
+            };
             let turns = torque.dot(&(of.inertia_inverse() * torque));
             response += unit * (along.norm_squared() / of.mass() + turns);
         }

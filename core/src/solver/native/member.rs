@@ -221,21 +221,15 @@ impl Member {
         Wrench { force: velocity * per_mass, torque: angular * per_mass }
     }
 
-    /// What a unit impulse along the rows of a joint makes of their speed by this body, each by itself: the
-    /// rows are the columns of `frame`, and `torque_map` gives its torque.
+    /// What a unit impulse along the rows of a joint makes of their speed by this body, each by itself: the columns of
+    /// `torques` are what it turns the body with, t_k.
     ///
     /// ```text
-    /// w_k = M/m (1 + t_k·Î⁻¹ t_k),   t_k = G e_k;   without the 1 where it is a torque alone
+    /// w_k = M/m (1 + t_k·Î⁻¹ t_k);   without the 1 where it is a torque alone
     /// ```
-    pub(super) fn response(
-        &self,
-        torque_map: &Matrix3<f64>,
-        frame: &Matrix3<f64>,
-        pushes: bool,
-    ) -> Vector3<f64> {
-        let torques = torque_map * frame;
-        let turned = self.inertia_inverse * torques;
+    pub(super) fn response(&self, torques: &Matrix3<f64>, pushes: bool) -> Vector3<f64> {
         let along = if pushes { 1.0 } else { 0.0 };
+        let turned = self.inertia_inverse * torques;
         Vector3::from_fn(|k, _| self.share * (along + torques.column(k).dot(&turned.column(k))))
     }
 
@@ -317,12 +311,17 @@ impl Member {
         }
     }
 
-    /// Makes the velocities zero where they were at most `rest` (m/s) and are.
-    pub(super) fn rest(&self, rest: f64, velocity: &mut Velocity) {
+    /// Whether the velocities were at most `rest` (m/s) and are.
+    pub(super) fn is_slow(&self, rest: f64, velocity: &Velocity) -> bool {
         let slow = |velocity: &Velocity| {
             velocity.linear.amax().max(velocity.spin.amax() * self.reach) <= rest
         };
-        if slow(velocity) && slow(&self.old) {
+        slow(velocity) && slow(&self.old)
+    }
+
+    /// Makes them zero where they are so slow.
+    pub(super) fn rest(&self, rest: f64, velocity: &mut Velocity) {
+        if self.is_slow(rest, velocity) {
             *velocity = Velocity::zero();
         }
     }

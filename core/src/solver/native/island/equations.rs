@@ -153,8 +153,12 @@ impl Equations for Island {
                 self.members[index].keep_along(normal, exact, &mut velocity[index]);
             }
         }
-        for (member, velocity) in self.members.iter().zip(velocity) {
-            member.rest(rest, velocity);
+        // What joints tie moves together or not at all: one of two at rest would take its joint apart.
+        let slow = |(member, velocity): (&Member, &Velocity)| member.is_slow(rest, velocity);
+        if self.joints.is_empty() || self.members.iter().zip(&*velocity).all(slow) {
+            for (member, velocity) in self.members.iter().zip(velocity) {
+                member.rest(rest, velocity);
+            }
         }
     }
 

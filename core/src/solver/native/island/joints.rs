@@ -8,7 +8,7 @@ use super::{Island, Kind, Link, Other, Source};
 use crate::contact::torque_map_of;
 use crate::joint::{AxisStart, Coordinates, Joint, JointForce, Turn, Turning};
 use crate::step::{Step, StepSolution};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 /// Where a joint of the world is in its island.
 #[derive(Debug, Clone, Copy)]
@@ -68,10 +68,10 @@ impl Island {
             let arm = member.position + arm - other.position;
             frame = other.rotation * frame;
             let torque_map = torque_map_of(&other.rotation.tr_mul(&arm), &other.rotation);
-            response += other.response(&torque_map, &frame, true);
+            response += other.response(&(torque_map * frame), true);
             Other { index, torque_map, arm }
         });
-        response += member.response(&torque_map, &frame, true);
+        response += member.response(&(torque_map * frame), true);
         let (h, unit) = (self.time_step, self.mass);
         let graph = |k: usize| joint.linear()[k].free_graph(&starts[k], h, (1.0, unit));
         let axes = Axes::new(&mut self.setting.graphs, true, graph);
@@ -93,13 +93,13 @@ impl Island {
     ) -> usize {
         let h = self.time_step;
         let turn = Turn::new(joint, at, h, length);
-        let (torque_map, unit) = (turn.torque_map(), Matrix3::identity());
+        let torque_map = turn.torque_map();
         let member = &self.members[a];
-        let mut response = member.response(&torque_map, &unit, false);
+        let mut response = member.response(&torque_map, false);
         let b = b.map(|index| {
             let other = &self.members[index];
             let torque_map = other.rotation.tr_mul(&(member.rotation * torque_map));
-            response += other.response(&torque_map, &unit, false);
+            response += other.response(&torque_map, false);
             Other { index, torque_map, arm: Vector3::zeros() }
         });
         // Where nothing acts about an axis its row may turn nothing: its scale is that of z.
@@ -145,7 +145,11 @@ impl Island {
         let to_force = self.mass / self.time_step;
         for at in &self.joints {
             let of = &step.world.joints()[at.joint];
-            let end = of.coordinates(&solution.states);
+            // What turns freely counts nothing.
+            let end = match at.turn {
+                Some(_) => of.coordinates(&solution.states),
+                None => None,
+            };
             let end = end.map_or(at.angles, |end| of.counted(&end, &at.angles));
             let mut force = JointForce::none(end);
             if let Some(k) = at.place {

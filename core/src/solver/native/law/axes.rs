@@ -16,7 +16,7 @@ pub(in super::super) struct Axes {
     places: [u32; 3],
     /// Which of them are locked.
     locked: [bool; 3],
-    /// Whether the rows are in axes of their own, not in those in which the coupling moves.
+    /// Whether the rows are in axes of their own, not in those in which the coupling moves. Where all are locked, any axes will do.
     turned: bool,
 }
 
@@ -38,6 +38,7 @@ impl Axes {
                 graphs.push(graph);
             }
         }
+        axes.turned &= !axes.all_locked();
         axes
     }
 
@@ -69,7 +70,8 @@ impl Axes {
     }
 }
 
-/// The arguments of the projections of three rows, y = p̂ − ρ û, in their axes.
+/// The arguments of the projections of three rows, y = p̂ − ρ û, in their axes; those of three that are locked in the axes in which
+/// the coupling moves.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Pull {
     axes: Axes,
@@ -103,6 +105,10 @@ impl Pull {
 
     /// P(y) (J3) of each row.
     pub(super) fn projected(&self, rows: &Rows, graphs: &[Graph]) -> Vector3<f64> {
+        if self.axes.all_locked() {
+            let slowed = rows.frame.tr_mul(&self.u).component_mul(&self.rho);
+            return self.p - rows.frame * slowed;
+        }
         let graph = |k: usize| self.axes.of(graphs, k);
         rows.frame * self.along_rows(|k| graph(k).projected(self.pull(k), self.rho[k]))
     }
@@ -150,14 +156,16 @@ impl Pull {
         bent.map(margin).fold(f64::INFINITY, f64::min)
     }
 
-    /// The largest speed of a row that a stop or friction holds.
+    /// The largest speed of a row that a stop or friction holds. That of a locked one is where its joint ends over h, and adds
+    /// nothing up from step to step.
     pub(super) fn held_speed(&self, graphs: &[Graph]) -> f64 {
+        let held = (0..3).filter(|k| !self.axes.locked[*k]);
         let speed = |k: usize| {
             let graph = self.axes.of(graphs, k);
             let segment = graph.segment(graph.piece(self.pull(k), self.rho[k]));
             if segment.is_vertical() { (self.u[k] - segment.u).abs() } else { 0.0 }
         };
-        (0..3).map(speed).fold(0.0, f64::max)
+        held.map(speed).fold(0.0, f64::max)
     }
 
     /// The `pieces` linearised and solved for the impulse, with ε = `compliance`. Of the piece through (u₀, p₀)
