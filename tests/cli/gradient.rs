@@ -54,7 +54,9 @@ fn derivatives_are_the_differences_of_runs() {
         let csv = fs::read_to_string(directory.path().join("gradient.csv")).unwrap();
         assert_eq!(csv.lines().count(), rows.len() + 1);
         assert!(csv.starts_with("argument,component,part,unit,derivative,difference\n"));
-        assert!(end.stdout.contains("nearest kink"), "{}", end.stdout);
+        // Free hinges without limits have no other piece.
+        let bends = name == "real-cube.toml";
+        assert_eq!(end.stdout.contains("nearest kink"), bends, "{}", end.stdout);
     }
 }
 
@@ -131,7 +133,7 @@ fn what_bodies_pairs_and_joints_have_of_their_own() {
 fn gears_rests_and_limits_by_their_joints() {
     let directory = TempDir::new().unwrap();
     let scene = directory.path().join("rails.toml");
-    let text = "steps = 40\ntime_step = 0.01\n\
+    let text = "steps = 40\ntime_step = 0.01\n[ground]\nnone = true\nfriction = 0.3\n\
                 [[bodies]]\nname = \"first\"\nbox = 0.2\nmass = 1\nposition = [0, 0, 1]\nvelocity = [0.5, 0, 0]\n\
                 [[bodies]]\nname = \"second\"\nbox = 0.2\nmass = 2\nposition = [0, 3, 1]\nvelocity = [1, 0, 0]\n\
                 [[joints]]\nname = \"rail\"\ntype = \"prismatic\"\nbodies = [\"first\"]\naxis = [1, 0, 0]\nanchor = [0, 0, 1]\n\
