@@ -15,7 +15,7 @@
 //! that of (P6): the diagonal of JᵀJ + E, which the same pass backwards has where all choices are kept as they are.
 
 use super::boxed::{LEAST_DAMPING, Room, least_in_box};
-use super::shoot::{Model, NOTHING, Trials, efforts, scales};
+use super::shoot::{Centre, Model, NOTHING, Trials, efforts, scales};
 use super::slopes::{Constants, Tape};
 use super::{PlanError, Problem};
 use crate::derivative::StateChange;
@@ -68,20 +68,16 @@ type Choosing<'a> = dyn FnMut(&[usize], &Value, usize) -> Option<Gains> + 'a;
 
 /// The model about a run.
 pub(super) struct Stages {
+    centre: Centre,
     /// In parts of the bounds.
-    x: DVector<f64>,
-    scales: DVector<f64>,
     efforts: DVector<f64>,
-    room: Room,
     states: Vec<Vec<State>>,
     /// Values and slopes of the rows of every state.
     rows: Vec<Vec<(f64, usize, StateChange)>>,
     /// To the start, then those of all steps.
     passages: Vec<Passage>,
-    gradient: DVector<f64>,
     /// D.
     damping: DVector<f64>,
-    moves: bool,
 }
 
 impl Stages {
@@ -139,14 +135,11 @@ impl Stages {
             rows[after].push((value, body, by));
         }
         let count = x.len();
+        let (room, gradient) = (Room::of(problem, &x), DVector::zeros(count));
         let mut stages = Self {
-            room: Room::of(problem, &x),
             efforts: efforts(problem, &scales),
-            gradient: DVector::zeros(count),
             damping: DVector::zeros(count),
-            moves: false,
-            x,
-            scales,
+            centre: Centre { x, scales, room, gradient, moves: false },
             states,
             rows,
             passages,
@@ -161,8 +154,8 @@ impl Stages {
         });
         let by_rows = (&damping - &stages.efforts).max().max(0.0).sqrt();
         let all = stages.rows.iter().flatten().map(|(value, ..)| value * value).sum::<f64>();
-        stages.moves = by_rows > NOTHING * all.sqrt();
-        (stages.gradient, stages.damping) = (gradient, damping);
+        stages.centre.moves = by_rows > NOTHING * all.sqrt();
+        (stages.centre.gradient, stages.damping) = (gradient, damping);
         Ok(Some(stages))
     }
 
@@ -181,7 +174,7 @@ impl Stages {
             value = value.before(passage);
             let first = value.gradient.len() - passage.chosen.len();
             for (k, &choice) in passage.chosen.iter().enumerate() {
-                value.gradient[first + k] += self.efforts[choice] * self.x[choice];
+                value.gradient[first + k] += self.efforts[choice] * self.centre.x[choice];
                 value.matrix[(first + k, first + k)] += self.efforts[choice];
             }
             let mut gains = choose(&passage.chosen, &value, first)?;
@@ -205,7 +198,8 @@ impl Stages {
             let of = |far: &DVector<f64>| {
                 DVector::from_iterator(count, chosen.iter().map(|&choice| far[choice]))
             };
-            let (low, high) = (of(&self.room.down), of(&self.room.up));
+            let Room { down, up } = &self.centre.room;
+            let (low, high) = (of(down), of(up));
             let found = least_in_box(&matrix, &gradient, (&low, &high))?;
             let mut by = DMatrix::zeros(count, first);
             if let Some(factor) = found.factor {
@@ -228,7 +222,8 @@ impl Stages {
         trials: &mut Trials<'_>,
     ) -> Result<(Vec<f64>, f64), PlanError> {
         let bounds = trials.problem.variables();
-        let mut controls: Vec<f64> = self.x.component_mul(&self.scales).as_slice().to_vec();
+        let Centre { x, scales, .. } = &self.centre;
+        let mut controls: Vec<f64> = x.component_mul(scales).as_slice().to_vec();
         let set = |passage: usize, states: Option<&[State]>, controls: &mut [f64]| {
             let chosen = &self.passages[passage].chosen;
             if chosen.is_empty() {
@@ -240,13 +235,12 @@ impl Stages {
                 let pairs = self.states[passage - 1].iter().zip(states);
                 let changes =
                     pairs.flat_map(|(from, to)| StateChange::between(from, to).to_array());
-                let others = held.iter().map(|&of| controls[of] / self.scales[of] - self.x[of]);
+                let others = held.iter().map(|&of| controls[of] / scales[of] - x[of]);
                 moved += by * DVector::from_iterator(by.ncols(), changes.chain(others));
             }
             for (&choice, moved) in chosen.iter().zip(&moved) {
                 let [low, high] = bounds[choice].bounds;
-                controls[choice] =
-                    ((self.x[choice] + moved) * self.scales[choice]).clamp(low, high);
+                controls[choice] = ((x[choice] + moved) * scales[choice]).clamp(low, high);
             }
         };
         set(0, None, &mut controls);
@@ -262,12 +256,8 @@ impl Stages {
 }
 
 impl Model for Stages {
-    fn projected(&self) -> f64 {
-        self.room.projected(&self.gradient)
-    }
-
-    fn moves(&self) -> bool {
-        self.moves
+    fn centre(&self) -> &Centre {
+        &self.centre
     }
 
     fn tried(
@@ -445,31 +435,43 @@ mod tests {
     /// with J by rows; and gradient and D are those of J. Pushes of three knots and torques of two, a start, constants.
     #[test]
     fn stages_make_the_step_of_all_controls_at_once() {
-        let (problem, controls) = pushed_box();
+        make_the_step_of_all_controls_at_once(12);
+    }
+
+    /// The same where derivatives are made passages of before the run is at its end, and where the last are as many.
+    #[test]
+    fn stages_of_more_steps_than_are_held_at_once() {
+        make_the_step_of_all_controls_at_once(2 * AT_ONCE + 44);
+        make_the_step_of_all_controls_at_once(2 * AT_ONCE);
+    }
+
+    fn make_the_step_of_all_controls_at_once(steps: usize) {
+        let (problem, controls) = pushed_box(steps);
         let interrupt = Arc::new(AtomicBool::new(false));
         let mut trials = Trials { problem: &problem, interrupt: &interrupt, runs: 0 };
         let mut stages = Stages::of(&controls, 0, &mut trials).unwrap().unwrap();
         let (slopes, _) = problem.slopes(&controls, false, &interrupt).unwrap();
         let mut by = slopes.by;
-        for (mut column, scale) in by.column_iter_mut().zip(&stages.scales) {
+        assert_eq!(stages.passages.len(), steps + 1);
+        for (mut column, scale) in by.column_iter_mut().zip(&stages.centre.scales) {
             column *= *scale;
         }
         // Constants have no effort of their own; a little of it makes the step one.
         stages.efforts.apply(|effort| *effort += 1e-3);
         let efforts = &stages.efforts;
         let matrix = by.tr_mul(&by) + DMatrix::from_diagonal(efforts);
-        let gradient = by.tr_mul(&slopes.rows) + efforts.component_mul(&stages.x);
+        let gradient = by.tr_mul(&slopes.rows) + efforts.component_mul(&stages.centre.x);
         let near = |a: &DVector<f64>, b: &DVector<f64>| (a - b).amax() < 1e-9 * b.amax();
-        let plain = &gradient - &stages.x * 1e-3;
-        assert!(near(&stages.gradient, &plain), "{} {plain}", stages.gradient);
+        let plain = &gradient - &stages.centre.x * 1e-3;
+        assert!(near(&stages.centre.gradient, &plain), "{} {plain}", stages.centre.gradient);
         let diagonal = matrix.diagonal().add_scalar(-1e-3);
         assert!(near(&stages.damping, &diagonal), "{} {diagonal}", stages.damping);
-        assert!(stages.moves);
+        assert!(stages.centre.moves);
         let wanted = matrix.cholesky().unwrap().solve(&-gradient);
 
         let count = wanted.len();
-        stages.room.down.fill(-1e3);
-        stages.room.up.fill(1e3);
+        stages.centre.room.down.fill(-1e3);
+        stages.centre.room.up.fill(1e3);
         let gains = stages.gains(0.0).unwrap();
         let mut found = DVector::from_element(count, f64::NAN);
         let mut change = DVector::<f64>::zeros(0);

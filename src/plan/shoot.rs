@@ -79,13 +79,29 @@ const MOST: usize = 4000;
 /// More entries than this J does not have, nor do the derivatives of all steps.
 const MOST_ENTRIES: usize = 1 << 27;
 
+/// The run that a model is about: its controls, how far these may go, and what the cost does there, in parts of their bounds.
+pub(super) struct Centre {
+    pub x: DVector<f64>,
+    /// The lengths of all bounds.
+    pub scales: DVector<f64>,
+    pub room: Room,
+    /// The derivatives of the cost.
+    pub gradient: DVector<f64>,
+    /// Whether a variable moves the rows: over all of its bounds by more than [`NOTHING`] of them.
+    pub moves: bool,
+}
+
+impl Centre {
+    /// The largest derivative of the cost that a step within the bounds can follow.
+    fn projected(&self) -> f64 {
+        self.room.projected(&self.gradient)
+    }
+}
+
 /// A model of the cost about a run.
 pub(super) trait Model {
-    /// The largest derivative of the cost that a step within the bounds can follow, in parts of these.
-    fn projected(&self) -> f64;
-
-    /// Whether a variable moves the rows: over all of its bounds by more than [`NOTHING`] of them.
-    fn moves(&self) -> bool;
+    /// What it is about.
+    fn centre(&self) -> &Centre;
 
     /// The controls that it comes to with this κ, and the cost of their run, where that is below `cost`.
     fn tried(
@@ -188,8 +204,8 @@ impl Shoot {
                 rough += 1;
                 continue;
             };
-            if model.projected() <= 1e-14 * (1.0 + cost) {
-                let moves = model.moves();
+            if model.centre().projected() <= 1e-14 * (1.0 + cost) {
+                let moves = model.centre().moves;
                 if !moves && cost > 1e-20 && self.method.goes_on_after(rough) {
                     rough += 1;
                     continue;
@@ -273,12 +289,8 @@ pub(super) fn efforts(problem: &Problem, scales: &DVector<f64>) -> DVector<f64> 
 
 /// The model of (P6).
 struct Whole {
-    x: DVector<f64>,
-    scales: DVector<f64>,
+    centre: Centre,
     matrix: DMatrix<f64>,
-    gradient: DVector<f64>,
-    room: Room,
-    moves: bool,
 }
 
 impl Whole {
@@ -300,17 +312,13 @@ impl Whole {
         }
         let room = Room::of(problem, &x);
         let moves = by.amax() > NOTHING * rows.norm();
-        Ok(Self { x, scales, matrix, gradient, room, moves })
+        Ok(Self { centre: Centre { x, scales, room, gradient, moves }, matrix })
     }
 }
 
 impl Model for Whole {
-    fn projected(&self) -> f64 {
-        self.room.projected(&self.gradient)
-    }
-
-    fn moves(&self) -> bool {
-        self.moves
+    fn centre(&self) -> &Centre {
+        &self.centre
     }
 
     fn tried(
@@ -319,9 +327,10 @@ impl Model for Whole {
         cost: f64,
         trials: &mut Trials<'_>,
     ) -> Result<Option<(Vec<f64>, f64)>, PlanError> {
-        let quadratic = Quadratic { matrix: &self.matrix, gradient: &self.gradient };
-        let Some(step) = quadratic.step(kappa, &self.room) else { return Ok(None) };
-        let next = (&self.x + step).component_mul(&self.scales);
+        let Centre { x, scales, room, gradient, .. } = &self.centre;
+        let quadratic = Quadratic { matrix: &self.matrix, gradient };
+        let Some(step) = quadratic.step(kappa, room) else { return Ok(None) };
+        let next = (x + step).component_mul(scales);
         let mut next = trials.problem.clipped(next.as_slice())?;
         let found = trials.cost(&mut next, &mut |_, _, _| {})?;
         Ok((found < cost).then_some((next, found)))

@@ -415,7 +415,7 @@ pub(super) mod tests {
 
     const PROBLEM: &str = "
         scene = \"-\"
-        steps = 12
+        steps = STEPS
         [[controls]]
         kind = \"push\"
         face = \"-x\"
@@ -456,12 +456,14 @@ pub(super) mod tests {
         weight = 1
         ";
 
-    /// The problem, and controls within its bounds.
-    pub(in super::super) fn pushed_box() -> (Problem, Vec<f64>) {
+    /// The problem of so many steps, and controls within its bounds.
+    pub(in super::super) fn pushed_box(steps: usize) -> (Problem, Vec<f64>) {
         let read = |_: &Path, _: u64| Ok(Vec::new());
         let path = Path::new("box.toml");
         let scene = Scene::of_text(SCENE, path, Settings::default(), &read).unwrap();
-        let problem = ProblemFile::of_scene_text(scene, PROBLEM).unwrap().problem;
+        let problem =
+            ProblemFile::of_scene_text(scene, &PROBLEM.replace("STEPS", &steps.to_string()));
+        let problem = problem.unwrap().problem;
         let zero = problem.zero();
         let inside = zero.iter().zip(problem.variables()).enumerate().map(|(k, (value, of))| {
             let way = 0.3 + 0.1 * (k as f64).sin();
@@ -479,7 +481,7 @@ pub(super) mod tests {
     /// leave 4e-6 of them where the bounds are 0.2 m apart.
     #[test]
     fn derivatives_by_controls_are_those_of_differences() {
-        let (problem, controls) = pushed_box();
+        let (problem, controls) = pushed_box(12);
         let interrupt = Arc::new(AtomicBool::new(false));
         let (exact, runs) = problem.slopes(&controls, false, &interrupt).unwrap();
         let (other, _) = problem.slopes(&controls, true, &interrupt).unwrap();

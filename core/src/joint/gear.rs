@@ -3,7 +3,7 @@
 use super::{Axis, AxisStart, Drive, Joint, JointAxis, JointForce, Turning};
 use crate::error::{Error, in_range};
 use crate::mechanics::{RigidBody, State, Wrench};
-use crate::world::World;
+use crate::world::{Constant, World};
 use nalgebra::Vector3;
 
 /// An axis of a joint of the world.
@@ -154,6 +154,15 @@ impl Gear {
         set.check_law()?;
         *self = set;
         Ok(())
+    }
+
+    /// Sets r or q₀, for constants of the world to set.
+    pub(crate) fn set(&mut self, constant: Constant, number: f64) {
+        match constant {
+            Constant::GearRatio => self.ratio = number,
+            Constant::GearOffset => self.offset = number,
+            _ => {}
+        }
     }
 
     /// What of it no simulation changes: without its drive.

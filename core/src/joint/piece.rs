@@ -15,8 +15,11 @@ pub(crate) struct AxisChange {
     /// Of constants of its [`Drive`].
     pub(crate) friction: f64,
     pub(crate) stiffness: f64,
+    pub(crate) rest: f64,
     pub(crate) damping: f64,
+    pub(crate) force: f64,
     pub(crate) armature: f64,
+    pub(crate) limits: [f64; 2],
     /// Of constants of its [`Motor`].
     pub(crate) target: f64,
     pub(crate) motor_stiffness: f64,
@@ -58,14 +61,14 @@ impl Axis {
             return PieceChange::Speed(drive.corner_change((u, x), (length, h), change));
         }
         let to_impulse = h / (unit * length);
-        let (mut value, mut slope) = ((drive.force + start.push) * longer, 0.0);
+        let (mut value, mut slope) = (change.force + (drive.force + start.push) * longer, 0.0);
         // δ of k (x* − x) c and of (k h + d) c/ℓ, over c.
         let mut pull = |(k, d, target): (f64, f64, f64), (dk, dd, dtarget): (f64, f64, f64)| {
             value += dk * (target - x) + k * (dtarget - change.coordinate + (target - x) * longer);
             slope += (dk * h + dd + (2.0 * k * h + d) * longer) / length;
         };
         let spring = (drive.stiffness, drive.damping, drive.rest);
-        pull(spring, (change.stiffness, change.damping, 0.0));
+        pull(spring, (change.stiffness, change.damping, change.rest));
         let mut held = 0.0;
         let side = |is_left: bool| if is_left { 1.0 } else { -1.0 };
         if drive.friction > 0.0 || change.friction != 0.0 {
@@ -114,10 +117,10 @@ impl Drive {
         change: &AxisChange,
     ) -> f64 {
         // Which of them it is: the nearest.
-        let stops = self.limits.into_iter().flatten();
-        let stop = stops.map(|at| length * (at - x) / h).map(|at| {
-            let slower = -length * change.coordinate / h - at * change.time_step / h;
-            (at, slower)
+        let stops = self.limits.into_iter().flatten().zip(change.limits);
+        let stop = stops.map(|(limit, moved)| {
+            let at = length * (limit - x) / h;
+            (at, length * (moved - change.coordinate) / h - at * change.time_step / h)
         });
         let friction = (self.friction > 0.0).then_some((0.0, 0.0));
         let motor = match self.motor {

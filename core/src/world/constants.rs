@@ -22,9 +22,11 @@ use nalgebra::{Matrix3, Vector3};
 /// | `Gravity` | g, m/s², world, three | \|g\| |
 /// | `Ground` | how far the ground is moved along its normal, m | the same |
 /// | `TimeStep` | h, s | h |
-/// | `JointFriction`, `JointStiffness`, `JointDamping`, `Armature` | of each [axis](World::driven_axes) that a drive can act on | times the world's own |
+/// | `JointFriction`, `JointStiffness`, `JointRest`, `JointDamping`, `JointForce`, `Armature` | of each [axis](World::driven_axes) that a drive can act on | times the world's own |
+/// | `JointLimits` | both of each axis that is [limited](World::limited_axes), (L, 2) | times the world's own |
 /// | `MotorTarget`, `MotorStiffness`, `MotorDamping`, `MotorMost` | of each [motor](World::motors) | times the world's own |
 /// | `Anchor` | of each joint in A and in B, m, (J, 2, 3) | times the world's own |
+/// | `GearRatio`, `GearOffset` | of each [gear](World::gears) | times the world's own |
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Constant {
     /// μ of the world. A body or piece that has a coefficient of its own keeps it.
@@ -59,10 +61,17 @@ pub enum Constant {
     JointFriction,
     /// The stiffness of the spring of each of these, N/m or N m/rad.
     JointStiffness,
+    /// Where that spring is slack, m or rad.
+    JointRest,
     /// The damping of each, N s/m or N m s/rad.
     JointDamping,
+    /// The constant force of each, N or N m.
+    JointForce,
     /// The armature of each, kg or kg m².
     Armature,
+    /// The lower and the upper limit of each axis that is [limited](World::limited_axes), m or rad. The lower one of a cone
+    /// stays 0.
+    JointLimits,
     /// What each [motor](World::motors) holds or pulls to: m/s, rad/s, m or rad.
     MotorTarget,
     /// The stiffness of each, 0 of one that holds a speed.
@@ -73,11 +82,15 @@ pub enum Constant {
     MotorMost,
     /// The anchors of each joint in the frames of A and of B, or of the world, m.
     Anchor,
+    /// r of each [gear](crate::joint::Gear), in the units of its first coordinate over those of its second.
+    GearRatio,
+    /// q₀ of each, m or rad.
+    GearOffset,
 }
 
 impl Constant {
     /// All of them.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 28] = [
         Self::Friction,
         Self::Restitution,
         Self::BodyFriction,
@@ -94,13 +107,18 @@ impl Constant {
         Self::TimeStep,
         Self::JointFriction,
         Self::JointStiffness,
+        Self::JointRest,
         Self::JointDamping,
+        Self::JointForce,
         Self::Armature,
+        Self::JointLimits,
         Self::MotorTarget,
         Self::MotorStiffness,
         Self::MotorDamping,
         Self::MotorMost,
         Self::Anchor,
+        Self::GearRatio,
+        Self::GearOffset,
     ];
 
     /// The word of the command line, of files and of arrays.
@@ -123,13 +141,18 @@ impl Constant {
             Self::TimeStep => "time_step",
             Self::JointFriction => "joint_friction",
             Self::JointStiffness => "joint_stiffness",
+            Self::JointRest => "joint_rest",
             Self::JointDamping => "joint_damping",
+            Self::JointForce => "joint_force",
             Self::Armature => "armature",
+            Self::JointLimits => "joint_limits",
             Self::MotorTarget => "motor_target",
             Self::MotorStiffness => "motor_stiffness",
             Self::MotorDamping => "motor_damping",
             Self::MotorMost => "motor_most",
             Self::Anchor => "anchor",
+            Self::GearRatio => "gear_ratio",
+            Self::GearOffset => "gear_offset",
         }
     }
 

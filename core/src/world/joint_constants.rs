@@ -14,7 +14,15 @@ impl World {
         joints.flat_map(|(joint, of)| of.driven_axes().map(move |axis| (joint, axis))).collect()
     }
 
-    /// Those M of them that have a motor.
+    /// The L axes of joints that have limits, each with the index of its joint, in the same order; of a ball joint with a cone that is
+    /// its x axis, from 0 to the cone.
+    #[must_use]
+    pub fn limited_axes(&self) -> Vec<(usize, JointAxis)> {
+        let joints = self.joints().iter().enumerate();
+        joints.flat_map(|(joint, of)| of.limited_axes().map(move |axis| (joint, axis))).collect()
+    }
+
+    /// Those M of the [driven axes](World::driven_axes) that have a motor.
     #[must_use]
     pub fn motors(&self) -> Vec<(usize, JointAxis)> {
         let has_motor = |(joint, axis): &(usize, JointAxis)| {
@@ -37,12 +45,25 @@ impl World {
         given: impl Fn(Constant) -> Option<&'a [f64]>,
     ) -> Result<Self, Error> {
         let (axes, motors, bodies) = (self.driven_axes(), self.motors(), self.bodies().len());
+        let limited = self.limited_axes();
         for constant in Constant::ALL.into_iter().filter(|constant| constant.is_of_joints()) {
             let Some(numbers) = given(constant) else { continue };
             if constant == Constant::Anchor {
                 let anchors = self.joints.iter_mut().flat_map(Joint::frames_mut);
                 for (frame, anchor) in anchors.zip(numbers.chunks_exact(3)) {
                     frame.anchor = Vector3::from_column_slice(anchor);
+                }
+                continue;
+            }
+            if constant.is_of_gears() {
+                for (gear, number) in self.gears.iter_mut().zip(numbers) {
+                    gear.set(constant, *number);
+                }
+                continue;
+            }
+            if constant == Constant::JointLimits {
+                for (&(joint, axis), number) in limited.iter().zip(numbers.chunks_exact(2)) {
+                    self.joints[joint].drive_mut(axis)?.limits = Some([number[0], number[1]]);
                 }
                 continue;
             }
@@ -54,23 +75,36 @@ impl World {
         }
         self.joints =
             self.joints.into_iter().map(|joint| joint.checked(bodies)).collect::<Result<_, _>>()?;
+        let gears = self.gears.into_iter().map(|gear| gear.checked(&self.joints));
+        self.gears = gears.collect::<Result<_, _>>()?;
         Ok(self)
     }
 }
 
 impl Constant {
-    /// Whether it is one of joints.
+    /// Whether it is one of joints or of gears.
     #[must_use]
     pub fn is_of_joints(self) -> bool {
-        self == Self::Anchor || self.is_of_drives()
+        self == Self::Anchor || self.is_of_gears() || self.is_of_drives()
     }
 
-    /// Whether it is one of what drives them, a number of each axis or motor.
+    /// Whether it is one of gears.
+    pub(crate) fn is_of_gears(self) -> bool {
+        matches!(self, Self::GearRatio | Self::GearOffset)
+    }
+
+    /// Whether it is one of what drives them, a number of each axis or motor, or two of each range.
     pub(crate) fn is_of_drives(self) -> bool {
         self.is_of_motors()
             || matches!(
                 self,
-                Self::JointFriction | Self::JointStiffness | Self::JointDamping | Self::Armature
+                Self::JointFriction
+                    | Self::JointStiffness
+                    | Self::JointRest
+                    | Self::JointDamping
+                    | Self::JointForce
+                    | Self::Armature
+                    | Self::JointLimits
             )
     }
 
@@ -85,6 +119,8 @@ impl Constant {
     pub(super) fn joint_shape(self, world: &World) -> Vec<usize> {
         match self {
             Self::Anchor => vec![world.joints().len(), 2, 3],
+            Self::JointLimits => vec![world.limited_axes().len(), 2],
+            of if of.is_of_gears() => vec![world.gears().len()],
             of if of.is_of_motors() => vec![world.motors().len()],
             _ => vec![world.driven_axes().len()],
         }
@@ -96,9 +132,20 @@ impl Constant {
             let frames = world.joints().iter().flat_map(Joint::frames);
             return frames.flat_map(|frame| <[f64; 3]>::from(frame.anchor)).collect();
         }
-        let slots = if self.is_of_motors() { world.motors() } else { world.driven_axes() };
+        if self.is_of_gears() {
+            return world.gears().iter().map(|gear| gear.get(self)).collect();
+        }
+        let slots = match self {
+            Self::JointLimits => world.limited_axes(),
+            of if of.is_of_motors() => world.motors(),
+            _ => world.driven_axes(),
+        };
         let drive = |(joint, axis): (usize, JointAxis)| world.joints()[joint].drive(axis);
-        slots.into_iter().filter_map(drive).map(|drive| self.get(drive)).collect()
+        let drives = slots.into_iter().filter_map(drive);
+        if self == Self::JointLimits {
+            return drives.filter_map(|drive| drive.limits).flatten().collect();
+        }
+        drives.map(|drive| self.get(drive)).collect()
     }
 
     fn get(self, drive: &Drive) -> f64 {
@@ -113,7 +160,9 @@ impl Constant {
         match self {
             Self::JointFriction => drive.friction,
             Self::JointStiffness => drive.stiffness,
+            Self::JointRest => drive.rest,
             Self::JointDamping => drive.damping,
+            Self::JointForce => drive.force,
             Self::Armature => drive.armature,
             Self::MotorTarget => target,
             Self::MotorStiffness => stiffness,
@@ -127,7 +176,9 @@ impl Constant {
         match (self, &mut drive.motor) {
             (Self::JointFriction, _) => drive.friction = number,
             (Self::JointStiffness, _) => drive.stiffness = number,
+            (Self::JointRest, _) => drive.rest = number,
             (Self::JointDamping, _) => drive.damping = number,
+            (Self::JointForce, _) => drive.force = number,
             (Self::Armature, _) => drive.armature = number,
             (
                 Self::MotorTarget,
@@ -172,12 +223,24 @@ impl Constant {
     }
 }
 
+impl Gear {
+    fn get(&self, constant: Constant) -> f64 {
+        if constant == Constant::GearRatio { self.ratio() } else { self.offset() }
+    }
+}
+
 impl Joint {
     /// Its axes that drives can act on.
     pub(crate) fn driven_axes(&self) -> impl Iterator<Item = JointAxis> {
         let [along, about] = self.bears();
         let along = (0..3).filter(move |k| along[*k]).map(JointAxis::Linear);
         along.chain((0..3).filter(move |k| about[*k]).map(JointAxis::Angular))
+    }
+
+    /// Its axes that have limits.
+    pub(crate) fn limited_axes(&self) -> impl Iterator<Item = JointAxis> {
+        let all = (0..3).map(JointAxis::Linear).chain((0..3).map(JointAxis::Angular));
+        all.filter(|axis| self.drive(*axis).is_some_and(|drive| drive.limits.is_some()))
     }
 
     /// The drive of a free axis.

@@ -124,8 +124,9 @@ def rollout(
         pieces and pairs have of their own ``body_friction``, ``body_restitution``, ``fixed_friction``,
         ``pair_friction`` and ``pair_restitution`` (B, as many as the scene gives), in the scene's order, pairs by
         their bodies; of joints ``joint_friction``,
-        ``joint_stiffness``, ``joint_damping`` and ``armature`` (B, D), ``motor_target``, ``motor_stiffness``,
-        ``motor_damping`` and ``motor_most`` (B, M), ``anchor`` (B, J, 2, 3).
+        ``joint_stiffness``, ``joint_rest``, ``joint_damping``, ``joint_force`` and ``armature`` (B, D),
+        ``joint_limits`` (B, L, 2) of the axes that have limits, ``motor_target``, ``motor_stiffness``,
+        ``motor_damping`` and ``motor_most`` (B, M), ``anchor`` (B, J, 2, 3), ``gear_ratio`` and ``gear_offset`` (B, G).
     :param threads: at most so many; all cores without.
     :param out: arrays to write to, by name: ``states``, ``forces``, ``residuals``, ``status``.
     :param gradients: the derivatives of a number that each rollout decides by its states after each step,

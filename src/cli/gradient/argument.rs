@@ -40,7 +40,13 @@ impl Argument {
             Self::Constant(Constant::Size) => "",
             Self::Constant(constant) if constant.is_of_laws() => "",
             Self::Constant(Constant::Anchor) => "m",
-            Self::Constant(Constant::JointFriction | Constant::MotorMost) => "N or N m",
+            Self::Constant(
+                Constant::JointFriction | Constant::JointForce | Constant::MotorMost,
+            ) => "N or N m",
+            Self::Constant(Constant::JointRest | Constant::JointLimits | Constant::GearOffset) => {
+                "m or rad"
+            }
+            Self::Constant(Constant::GearRatio) => "m or rad a m or rad",
             Self::Constant(Constant::JointStiffness | Constant::MotorStiffness) => "N/m or N m/rad",
             Self::Constant(Constant::JointDamping | Constant::MotorDamping) => "N s/m or N m s/rad",
             Self::Constant(Constant::Armature) => "kg or kg m²",

@@ -52,8 +52,19 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
         | Constant::MotorMost => axis(world.motors()[component]),
         Constant::JointFriction
         | Constant::JointStiffness
+        | Constant::JointRest
         | Constant::JointDamping
+        | Constant::JointForce
         | Constant::Armature => axis(world.driven_axes()[component]),
+        Constant::JointLimits => {
+            let of = axis(world.limited_axes()[component / 2]);
+            format!("{of}, {}", ["lower", "upper"][component % 2])
+        }
+        Constant::GearRatio | Constant::GearOffset => {
+            let [first, second] =
+                world.gears()[component].axes().map(|at| axis((at.joint, at.axis)));
+            format!("{first}, with {second}")
+        }
         Constant::Friction | Constant::Restitution | Constant::Ground | Constant::TimeStep => {
             String::new()
         }

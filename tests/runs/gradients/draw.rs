@@ -1,6 +1,6 @@
 //! What drawn scenes are drawn by.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector4};
 use rand_mt::Mt;
 
 /// Numbers of a fixed sequence.
@@ -13,5 +13,14 @@ impl Draw {
 
     pub fn vector(&mut self, size: f64) -> Vector3<f64> {
         Vector3::from_fn(|_, _| self.within(-size, size))
+    }
+
+    /// Between −1 and 1.
+    pub fn unit(&mut self) -> f64 {
+        self.within(-1.0, 1.0)
+    }
+
+    pub fn attitude(&mut self) -> Vector4<f64> {
+        Vector4::from_fn(|_, _| self.unit()).normalize()
     }
 }

@@ -1,6 +1,7 @@
 //! Derivatives by what bodies, pairs and joints have of their own: coefficients, against closed forms; anchors of every
 //! joint, against central differences.
 
+use super::draw::Draw;
 use super::{Tally, compare, on_a_slope, step};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use rand_mt::Mt;
@@ -139,22 +140,6 @@ fn coefficients_are_set_where_they_are_read() {
     assert!(world.with_constants(&both[1..]).is_err());
 }
 
-struct Draw(Mt);
-
-impl Draw {
-    fn unit(&mut self) -> f64 {
-        f64::from(self.0.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
-    }
-
-    fn vector(&mut self, size: f64) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| size * self.unit())
-    }
-
-    fn attitude(&mut self) -> Vector4<f64> {
-        Vector4::from_fn(|_, _| self.unit()).normalize()
-    }
-}
-
 /// Every kind of joint between two bodies, or of one and the world.
 fn kinds(
     body: usize,
@@ -187,7 +172,7 @@ fn kinds(
 }
 
 /// A frame of a body at `state` that is where `frame` of the world is.
-fn seen_from(state: &State, frame: &JointFrame) -> JointFrame {
+pub(super) fn seen_from(state: &State, frame: &JointFrame) -> JointFrame {
     let anchor = state.pose().rotation.tr_mul(&(frame.anchor - state.position));
     let back = Vector4::new(1.0, -1.0, -1.0, -1.0).component_mul(&state.attitude);
     JointFrame { anchor, attitude: quaternion::left(&back) * frame.attitude }

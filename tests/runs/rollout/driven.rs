@@ -41,8 +41,19 @@ fn driven_starts() -> Vec<f64> {
 /// Constants of joints are read as they are set, in their shapes, and are those of the drives.
 #[test]
 fn constants_of_joints_are_those_of_their_drives() {
-    use tumble::joint::{Axis, JointAxis, Motor};
+    use tumble::joint::{Axis, Drive, Gear, GearAxis, JointAxis, Motor};
     let world = driven_world();
+    let mut joints = world.joints().to_vec();
+    let slide = Drive {
+        rest: 0.3,
+        limits: Some([-0.5, 0.4]),
+        ..*joints[1].drive(JointAxis::Linear(2)).unwrap()
+    };
+    joints[1] = joints[1].clone().with_drive(JointAxis::Linear(2), slide).unwrap();
+    let axis = |joint, axis| GearAxis { joint, axis };
+    let gear = Gear::new(axis(1, JointAxis::Linear(2)), axis(0, JointAxis::Angular(2)), 1.5, 0.2);
+    let world = world.with_joints(joints).unwrap().with_gears(vec![gear]).unwrap();
+    assert_eq!(world.limited_axes(), [(1, JointAxis::Linear(2))]);
     assert_eq!(
         world.driven_axes(),
         [(0, JointAxis::Angular(2)), (1, JointAxis::Linear(2)), (1, JointAxis::Angular(2))]
@@ -51,7 +62,12 @@ fn constants_of_joints_are_those_of_their_drives() {
     for (constant, numbers) in [
         (Constant::JointFriction, vec![0.01, 0.1, 0.0]),
         (Constant::JointStiffness, vec![0.0, 50.0, 0.0]),
+        (Constant::JointRest, vec![0.0, 0.3, 0.0]),
         (Constant::JointDamping, vec![0.0, 0.3, 0.0]),
+        (Constant::JointForce, vec![0.0, 0.5, 0.0]),
+        (Constant::JointLimits, vec![-0.5, 0.4]),
+        (Constant::GearRatio, vec![1.5]),
+        (Constant::GearOffset, vec![0.2]),
         (Constant::Armature, vec![0.02, 0.0, 0.0]),
         (Constant::MotorTarget, vec![0.2]),
         (Constant::MotorStiffness, vec![20.0]),
@@ -59,7 +75,7 @@ fn constants_of_joints_are_those_of_their_drives() {
         (Constant::MotorMost, vec![30.0]),
     ] {
         assert_eq!(constant.of(&world), numbers, "{constant:?}");
-        assert_eq!(constant.shape(&world), [numbers.len()]);
+        assert_eq!(constant.shape(&world).iter().product::<usize>(), numbers.len());
         assert!(constant.is_of_joints());
         let twice = constant.from_one_number(&world, 2.0);
         let set = world.with_constants(&[(constant, &twice)]).unwrap();
@@ -69,26 +85,35 @@ fn constants_of_joints_are_those_of_their_drives() {
             assert_eq!(other.of(&set), other.of(&world), "{constant:?} {other:?}");
         }
         let wrong = world.with_constants(&[(constant, &vec![-1.0; numbers.len()])]);
-        assert_eq!(wrong.is_ok(), constant == Constant::MotorTarget, "{constant:?}");
+        let any = [
+            Constant::MotorTarget,
+            Constant::JointRest,
+            Constant::JointForce,
+            // Both ends in one place.
+            Constant::JointLimits,
+            Constant::GearRatio,
+            Constant::GearOffset,
+        ];
+        assert_eq!(wrong.is_ok(), any.contains(&constant), "{constant:?}");
     }
     assert_eq!(Constant::Anchor.shape(&world), [2, 2, 3]);
     let anchors: Vec<_> = (0..12).map(|k| 0.1 * f64::from(k)).collect();
     let set = world.with_constants(&[(Constant::Anchor, &anchors)]).unwrap();
     assert_eq!(set.joints()[1].frames()[0].anchor.as_slice(), &anchors[6..9]);
-    let gear = tumble::joint::Gear::new(
-        tumble::joint::GearAxis { joint: 1, axis: JointAxis::Linear(2) },
-        tumble::joint::GearAxis { joint: 0, axis: JointAxis::Angular(2) },
-        1.0,
-        0.0,
-    );
-    let geared = world.clone().with_gears(vec![gear]).unwrap();
-    let set = geared.with_constants(&[(Constant::MotorMost, &[1.0])]).unwrap();
-    assert_eq!(set.gears(), geared.gears());
+    assert_eq!(Constant::JointLimits.shape(&world), [1, 2]);
+    for (constant, wrong) in [
+        (Constant::JointLimits, &[0.4, -0.5][..]),
+        (Constant::JointRest, &[0.0, f64::NAN, 0.0]),
+        (Constant::GearRatio, &[1e7]),
+        (Constant::GearOffset, &[f64::INFINITY]),
+    ] {
+        assert!(world.with_constants(&[(constant, wrong)]).is_err(), "{constant:?}");
+    }
     // A motor that holds a speed has no stiffness to set.
     let mut joints = world.joints().to_vec();
     let motor = Some(Motor::Speed { target: 1.0, most: 2.0 });
     let Axis::Free(drive) = joints[0].angular()[2] else { unreachable!() };
-    let drive = tumble::joint::Drive { motor, ..drive };
+    let drive = Drive { motor, ..drive };
     joints[0] = joints[0].clone().with_drive(JointAxis::Angular(2), drive).unwrap();
     let fast = world.with_joints(joints).unwrap();
     assert!(fast.with_constants(&[(Constant::MotorStiffness, &[0.0])]).is_ok());

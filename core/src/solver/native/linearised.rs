@@ -18,6 +18,7 @@
 
 mod constants;
 mod coupling;
+mod geared;
 mod island;
 mod point;
 mod refined;
@@ -181,9 +182,9 @@ impl StepDerivative {
         self.shapes.clear();
         self.shapes.extend(world.bodies().iter().map(Shape::of));
         self.slots.set(world);
-        self.widths = Constant::ALL.map(|constant| match constant.is_of_drives() {
-            true => self.slots.width(constant),
-            false => constant.width(world),
+        self.widths = Constant::ALL.map(|constant| match constant {
+            of if of.is_of_drives() || of.is_of_gears() => self.slots.width(of),
+            of => of.width(world),
         });
         (self.count, self.unknown, self.kept) = (0, 0, false);
         (self.margin, self.room) = (f64::INFINITY, f64::INFINITY);

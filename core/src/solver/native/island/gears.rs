@@ -61,7 +61,8 @@ pub(super) struct Train {
 impl Train {
     /// Its row, as the coupling in this place.
     pub(super) fn row(&self, coupling: usize) -> GearRow {
-        GearRow { coupling, parts: self.parts, offset: self.offset }
+        let Self { gear, parts, offset, length, .. } = *self;
+        GearRow { coupling, gear, parts, offset, length }
     }
 
     /// The bodies that it acts on, and what an impulse of one is there: M/m times force and torque.

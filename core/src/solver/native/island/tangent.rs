@@ -12,12 +12,15 @@ use nalgebra::{Matrix3, Matrix3x6, Matrix6x3, SMatrix, Vector3, Vector6};
 /// The row of a gear.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct GearRow {
-    /// Its coupling.
+    /// Its coupling, and its index in the world.
     pub(in super::super) coupling: usize,
+    pub(in super::super) gear: usize,
     /// Of each coordinate its coupling, the row there, and the factor of that row's speed.
     pub(in super::super) parts: [(usize, usize, f64); 2],
     /// What it is off by at the step's start, over h, m/s.
     pub(in super::super) offset: f64,
+    /// ℓ of the first coordinate, m of a turn.
+    pub(in super::super) length: f64,
 }
 
 /// What the rows of a coupling see of a body of it, and what a motion along them makes of the right-hand sides of that body's

@@ -288,7 +288,9 @@ impl LinearIsland {
                     one.add(island, rows.coupling, &rows.by_constants(constants.numbers));
                 }
                 for gear in &*gears {
-                    one.add(island, gear.coupling, &gear.by_constants(constants.numbers));
+                    for (coupling, change) in gear.by_constants(constants.numbers) {
+                        one.add(island, coupling, &change);
+                    }
                 }
             }
             match free {
@@ -406,7 +408,8 @@ impl LinearIsland {
             for gear in &*gears {
                 let by = one.pulled(island, gear.coupling);
                 gear.pull(&by, &mut gradient.states);
-                gear.pull_constants(&by, constants, &mut gradient.constants);
+                let pulled = |coupling: usize| one.pulled(island, coupling);
+                gear.pull_constants(pulled, constants, &mut gradient.constants);
             }
             for coupling in &*couplings {
                 let by = one.pulled(island, coupling.index);

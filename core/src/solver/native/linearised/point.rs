@@ -10,8 +10,9 @@ use super::super::law::{Factored, NaturalMap};
 use super::super::newton::{Iterate, Newton, Until, evaluate};
 use super::super::part::next_state;
 use super::coupling::LinearCoupling;
+use super::geared::LinearGear;
 use super::refined::{Columns, Held};
-use super::tied::{self, LinearGear, LinearRows, Slots, Solved};
+use super::tied::{self, LinearRows, Slots, Solved};
 use crate::contact::Contact;
 use crate::derivative::Placed;
 use crate::error::Error;
@@ -207,6 +208,6 @@ impl LinearPoint {
             let Velocity { linear, spin } = velocity[view.places[body]];
             (linear, spin)
         };
-        tied::linearise(step, island, (&solved, slots), of_body, (joints, gears));
+        tied::linearise(step, island, (&solved, slots), (of_body, next), (joints, gears));
     }
 }

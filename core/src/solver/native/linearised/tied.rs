@@ -1,5 +1,5 @@
-//! What joints and gears hold, linearised by the states at the start of the step by the constants of
-//! their drives, and by their anchors.
+//! What joints hold, linearised by the states at the start of the step, by the constants of
+//! their drives, and by their anchors; gears are sums of their rows.
 //!
 //! At fixed V⁺ the impulse along row k of a joint changes by what its piece asks for (J5), with ε the compliance,
 //!
@@ -9,14 +9,18 @@
 //!
 //! and the impulse acts where and how its bodies have it then. Equation numbers are those of `docs/gradients.md`.
 
-use super::super::island::{GearRow, Island, JointPlace};
+use super::super::island::{Island, JointPlace};
 use super::super::law::Piece;
+use super::constants::unit;
+use super::geared::{LinearGear, TiedRows};
 use super::slopes::{RowsChange, Slopes};
-use crate::derivative::{JointTangent, RowsTangent, StateChange};
+use crate::derivative::{JointTangent, RowsTangent};
 use crate::joint::{Axis, AxisChange, AxisStart, JointAxis, PieceChange, Segment};
+use crate::mechanics::State;
 use crate::step::Step;
 use crate::world::{Constant, World};
 use nalgebra::{Matrix3, RowSVector, SMatrix, Vector3, Vector6};
+use std::ops::Range;
 
 /// The impulse of three rows of a joint, linearised.
 #[derive(Debug, Clone)]
@@ -33,16 +37,6 @@ pub(super) struct LinearRows {
     laws: [RowLaw; 3],
 }
 
-/// The row of a gear, linearised: its motion, by the poses of the bodies of its two coordinates.
-#[derive(Debug, Clone)]
-pub(super) struct LinearGear {
-    pub(super) coupling: usize,
-    by_pose: [([Option<usize>; 2], RowSVector<f64, 12>); 2],
-    by_time_step: f64,
-    /// By the anchors of the joints that have them.
-    by_anchors: [(usize, RowSVector<f64, 6>); 2],
-}
-
 /// A row on a piece of its law.
 #[derive(Debug, Clone, Copy)]
 struct RowLaw {
@@ -57,8 +51,7 @@ struct RowLaw {
     slope: f64,
     compliance: f64,
     limit: f64,
-    /// Which of the world's axes with a drive it is, and which of those with a motor.
-    slots: [Option<usize>; 2],
+    slots: AxisSlots,
 }
 
 impl RowLaw {
@@ -77,67 +70,107 @@ impl RowLaw {
 
     /// The numbers of constants that are its own, as a change.
     fn given(&self, of: &impl Fn(Constant, usize) -> f64) -> Option<AxisChange> {
-        let [axis, motor] = self.slots;
-        let axis = axis?;
-        let of_motor = |constant| motor.map_or(0.0, |motor| of(constant, motor));
+        if self.slots == AxisSlots::default() {
+            return None;
+        }
+        let number = |constant| self.places(constant).map(|place| of(constant, place)).sum();
+        let limit =
+            |side| self.slots.limits.map_or(0.0, |at| of(Constant::JointLimits, 2 * at + side));
         Some(AxisChange {
-            friction: of(Constant::JointFriction, axis),
-            stiffness: of(Constant::JointStiffness, axis),
-            damping: of(Constant::JointDamping, axis),
-            armature: of(Constant::Armature, axis),
-            target: of_motor(Constant::MotorTarget),
-            motor_stiffness: of_motor(Constant::MotorStiffness),
-            motor_damping: of_motor(Constant::MotorDamping),
-            most: of_motor(Constant::MotorMost),
+            friction: number(Constant::JointFriction),
+            stiffness: number(Constant::JointStiffness),
+            rest: number(Constant::JointRest),
+            damping: number(Constant::JointDamping),
+            force: number(Constant::JointForce),
+            armature: number(Constant::Armature),
+            limits: [limit(0), limit(1)],
+            target: number(Constant::MotorTarget),
+            motor_stiffness: number(Constant::MotorStiffness),
+            motor_damping: number(Constant::MotorDamping),
+            most: number(Constant::MotorMost),
             ..AxisChange::default()
         })
     }
 
-    /// Its place among the numbers of a constant.
-    fn slot(&self, constant: Constant) -> Option<usize> {
-        match constant {
-            of if of.is_of_motors() => self.slots[1],
-            of if of.is_of_drives() => self.slots[0],
+    /// Its places among the numbers of a constant.
+    fn places(&self, constant: Constant) -> Range<usize> {
+        let AxisSlots { axis, motor, limits } = self.slots;
+        let found = match constant {
+            Constant::JointLimits => return limits.map_or(0..0, |at| 2 * at..2 * at + 2),
+            of if of.is_of_motors() => motor,
+            of if of.is_of_drives() => axis,
             _ => None,
-        }
+        };
+        found.map_or(0..0, |place| place..place + 1)
     }
+}
+
+/// Which of the world's axes that drives can act on it is, of those with a motor, and of those with limits.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct AxisSlots {
+    axis: Option<usize>,
+    motor: Option<usize>,
+    limits: Option<usize>,
 }
 
 /// The places of the axes of joints among the numbers of constants.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Slots {
-    /// Of all with a drive the joint, the axis and, of those with a motor, the place among these.
-    axes: Vec<(usize, JointAxis, Option<usize>)>,
+    /// Of all that have any the joint and the axis.
+    axes: Vec<(usize, JointAxis, AxisSlots)>,
+    /// How many there are of each, and of gears.
+    driven: usize,
+    motors: usize,
+    limited: usize,
+    gears: usize,
 }
 
 impl Slots {
     pub(super) fn set(&mut self, world: &World) {
         self.axes.clear();
-        let mut motors = 0;
+        let (mut driven, mut motors, mut limited) = (0, 0, 0);
         for (joint, of) in world.joints().iter().enumerate() {
-            for axis in of.driven_axes() {
-                let has = of.drive(axis).is_some_and(|drive| drive.motor.is_some());
-                self.axes.push((joint, axis, has.then_some(motors)));
-                motors += usize::from(has);
+            let [along, about] = of.bears();
+            let along = (0..3).map(|k| (JointAxis::Linear(k), along[k]));
+            for (axis, bears) in along.chain((0..3).map(|k| (JointAxis::Angular(k), about[k]))) {
+                let Some(drive) = of.drive(axis) else { continue };
+                let slots = AxisSlots {
+                    axis: next(bears, &mut driven),
+                    motor: next(bears && drive.motor.is_some(), &mut motors),
+                    limits: next(drive.limits.is_some(), &mut limited),
+                };
+                if slots != AxisSlots::default() {
+                    self.axes.push((joint, axis, slots));
+                }
             }
         }
+        (self.driven, self.motors, self.limited) = (driven, motors, limited);
+        self.gears = world.gears().len();
     }
 
-    /// How many numbers a constant of drives has.
+    /// How many numbers a constant of drives or of gears has.
     pub(super) fn width(&self, constant: Constant) -> usize {
         match constant {
-            of if of.is_of_motors() => self.axes.iter().filter(|(.., has)| has.is_some()).count(),
-            _ => self.axes.len(),
+            Constant::JointLimits => 2 * self.limited,
+            of if of.is_of_gears() => self.gears,
+            of if of.is_of_motors() => self.motors,
+            _ => self.driven,
         }
     }
 
-    /// That of an axis, and of its motor.
-    fn of(&self, joint: usize, axis: JointAxis) -> [Option<usize>; 2] {
+    /// Those of an axis.
+    fn of(&self, joint: usize, axis: JointAxis) -> AxisSlots {
         let first = self.axes.partition_point(|(known, ..)| *known < joint);
-        let own = self.axes[first..].iter().take_while(|(known, ..)| *known == joint);
-        let found = own.enumerate().find(|(_, (_, known, _))| *known == axis);
-        found.map_or([None; 2], |(place, (.., motor))| [Some(first + place), *motor])
+        let mut own = self.axes[first..].iter().take_while(|(known, ..)| *known == joint);
+        own.find(|(_, known, _)| *known == axis).map_or(AxisSlots::default(), |(.., slots)| *slots)
     }
+}
+
+/// The next place, where it has one.
+fn next(has: bool, count: &mut usize) -> Option<usize> {
+    let place = has.then_some(*count);
+    *count += usize::from(has);
+    place
 }
 
 /// What of the solution the rows of an island are linearised at.
@@ -159,22 +192,13 @@ impl Solved<'_> {
     }
 }
 
-/// Rows of a joint, of which gears may be made.
-struct TiedRows {
-    coupling: usize,
-    joint: usize,
-    bodies: [Option<usize>; 2],
-    /// ℓ, m.
-    length: f64,
-    of: RowsTangent,
-}
-
-/// Linearises what joints and gears of an island hold; `velocity` has V⁺ of bodies of the world.
+/// Linearises what joints and gears of an island hold; `velocity` has V⁺ of bodies of the world, `next` their states
+/// at the end.
 pub(super) fn linearise(
     step: &Step<'_>,
     island: &Island,
     (solved, slots): (&Solved<'_>, &Slots),
-    velocity: impl Fn(usize) -> (Vector3<f64>, Vector3<f64>),
+    (velocity, next): (impl Fn(usize) -> (Vector3<f64>, Vector3<f64>), &[State]),
     (rows, gears): (&mut Vec<LinearRows>, &mut Vec<LinearGear>),
 ) {
     rows.clear();
@@ -224,11 +248,13 @@ pub(super) fn linearise(
             };
             let laws = [law(0), law(1), law(2)];
             rows.push(LinearRows::new((coupling, *number), bodies, &of, (frame, laws)));
-            tangents.push(TiedRows { coupling, joint: *number, bodies, length, of });
+            let (joint, angles) = (*number, *angles);
+            tangents.push(TiedRows { coupling, joint, angles, bodies, length, frame, of });
         }
     }
     for row in island.gear_rows() {
-        gears.extend(LinearGear::new(&row, &tangents, step));
+        let impulse = solved.impulses[row.coupling][0];
+        gears.extend(LinearGear::new(&row, &tangents, (step, next, impulse)));
     }
 }
 
@@ -329,115 +355,24 @@ impl LinearRows {
                 add_anchors(self.joint, &moved, sums);
             }
             for (k, law) in self.laws.iter().enumerate() {
-                let Some(place) = law.slot(constant) else { continue };
-                let unit = |of: Constant, _: usize| if of == constant { 1.0 } else { 0.0 };
-                let Some((motion, impulse)) = law.given(&unit).map(|given| law.answer(&given))
-                else {
-                    continue;
-                };
-                sums[place] += by.motion[k] * motion + along[k] * impulse;
-            }
-        }
-    }
-}
-
-impl LinearGear {
-    /// The row u = ℓ (q₁⁺ − r q₂⁺ − q₀)/h of which the coordinates are rows of joints.
-    fn new(row: &GearRow, tangents: &[TiedRows], step: &Step<'_>) -> Option<Self> {
-        let h = step.world.time_step();
-        let mut by_time_step = -row.offset / h;
-        let mut of_part = |(coupling, k, factor): (usize, usize, f64)| {
-            let tied = tangents.iter().find(|tied| tied.coupling == coupling)?;
-            let (of, share) = (&tied.of, tied.length / h);
-            by_time_step += factor * of.by_time_step[k];
-            let slopes = (of.motion.row(k) + of.coordinates.row(k) * share) * factor;
-            let by_anchors = of.anchors.as_ref().map_or_else(RowSVector::zeros, |of| {
-                (of.motion.row(k) + of.coordinates.row(k) * share) * factor
-            });
-            Some(((tied.bodies, slopes), (tied.joint, by_anchors)))
-        };
-        let [a, b] = [of_part(row.parts[0])?, of_part(row.parts[1])?];
-        let (by_pose, by_anchors) = ([a.0, b.0], [a.1, b.1]);
-        Some(Self { coupling: row.coupling, by_pose, by_time_step, by_anchors })
-    }
-
-    /// A change of its motion alone.
-    fn along(motion: f64) -> RowsChange<1> {
-        RowsChange { motion: Vector3::x() * motion, ..RowsChange::zero() }
-    }
-
-    /// By changes of states.
-    pub(super) fn pushed(&self, states: &[StateChange]) -> RowsChange<1> {
-        let mut along = 0.0;
-        for (bodies, row) in &self.by_pose {
-            for (side, body) in bodies.iter().enumerate() {
-                let Some(state) = body.map(|body| &states[body]) else { continue };
-                along += row.fixed_columns::<3>(6 * side).tr_dot(&state.position)
-                    + row.fixed_columns::<3>(6 * side + 3).tr_dot(&state.turn);
-            }
-        }
-        Self::along(along)
-    }
-
-    /// By the pose of a body of the world.
-    pub(super) fn by_state(&self, body: usize) -> Option<RowsChange<6>> {
-        let mut found = None;
-        for (bodies, row) in &self.by_pose {
-            for side in (0..2).filter(|side| bodies[*side] == Some(body)) {
-                let columns = found.get_or_insert_with(RowsChange::<6>::zero);
-                let mut part = columns.motion.row_mut(0);
-                part += row.fixed_columns::<6>(6 * side);
-            }
-        }
-        found
-    }
-
-    /// By changes of constants.
-    pub(super) fn by_constants(&self, of: &impl Fn(Constant, usize) -> f64) -> RowsChange<1> {
-        let moved = self.by_anchors.iter().map(|(joint, row)| row.tr_dot(&anchors_of(*joint, of)));
-        Self::along(self.by_time_step * of(Constant::TimeStep, 0) + moved.sum::<f64>())
-    }
-
-    /// The transpose.
-    pub(super) fn pull(&self, by: &RowsChange<1>, states: &mut [StateChange]) {
-        let along = by.motion[0];
-        for (bodies, row) in &self.by_pose {
-            for (side, body) in bodies.iter().enumerate() {
-                let Some(state) = body.map(|body| &mut states[body]) else { continue };
-                state.position += row.fixed_columns::<3>(6 * side).transpose() * along;
-                state.turn += row.fixed_columns::<3>(6 * side + 3).transpose() * along;
-            }
-        }
-    }
-
-    /// The transpose.
-    pub(super) fn pull_constants(
-        &self,
-        by: &RowsChange<1>,
-        constants: &[Constant],
-        sums: &mut [Vec<f64>],
-    ) {
-        let along = by.motion[0];
-        for (&constant, sums) in constants.iter().zip(sums) {
-            match constant {
-                Constant::TimeStep => sums[0] += along * self.by_time_step,
-                Constant::Anchor => {
-                    for (joint, row) in &self.by_anchors {
-                        add_anchors(*joint, &(row.transpose() * along), sums);
-                    }
+                for place in law.places(constant) {
+                    let given = law.given(&unit(constant, place));
+                    let Some((motion, impulse)) = given.map(|given| law.answer(&given)) else {
+                        continue;
+                    };
+                    sums[place] += by.motion[k] * motion + along[k] * impulse;
                 }
-                _ => {}
             }
         }
     }
 }
 
 /// The changes of the anchors of a joint, in A and in B.
-fn anchors_of(joint: usize, of: &impl Fn(Constant, usize) -> f64) -> Vector6<f64> {
+pub(super) fn anchors_of(joint: usize, of: &impl Fn(Constant, usize) -> f64) -> Vector6<f64> {
     Vector6::from_fn(|k, _| of(Constant::Anchor, 6 * joint + k))
 }
 
 /// Adds derivatives by them.
-fn add_anchors(joint: usize, moved: &Vector6<f64>, sums: &mut [f64]) {
+pub(super) fn add_anchors(joint: usize, moved: &Vector6<f64>, sums: &mut [f64]) {
     sums[6 * joint..].iter_mut().zip(moved.iter()).for_each(|(sum, moved)| *sum += moved);
 }

@@ -56,7 +56,7 @@ impl<E: Equations> Iterate<E> {
 
     /// How far every coupling is from the next piece of its law, m/s; of the last evaluation.
     pub(in super::super) fn margins(&self, equations: &E) -> impl Iterator<Item = f64> {
-        self.pulls.iter().map(|pull| pull.margin(equations.graphs()))
+        self.pulls.iter().map(|pull| pull.clearance(equations.graphs()))
     }
 
     /// At least so many rows are held wherever they are, of the last evaluation.
