@@ -1,7 +1,7 @@
 //! What does not touch: pairs that are kept apart, and bodies that touch nothing.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::contact::Plane;
+use tumble::contact::{Candidates, Detection, Plane};
 use tumble::geometry::Piece;
 use tumble::joint::{Joint, JointFrame};
 use tumble::mechanics::{RigidBody, Rotation, State};
@@ -45,6 +45,20 @@ fn fallen(world: World, heights: &[f64]) -> Vec<f64> {
         assert!(record.certificate.residual() <= 1e-9);
     }
     simulation.states().iter().map(|state| state.position[2]).collect()
+}
+
+/// What was found for one world says nothing of another with the same pieces, in which others may touch.
+#[test]
+fn candidates_of_one_world_serve_another() {
+    let together = world(2);
+    let apart = together.clone().with_apart(1, Partner::Body(0)).unwrap();
+    let states = [at(0.1), at(0.3)];
+    let mut candidates = Candidates::new();
+    for (world, count) in [(&together, 2), (&apart, 1), (&together, 2), (&apart, 1)] {
+        candidates.find(Detection::default(), world, &states, &states);
+        assert_eq!(candidates.contacts().len(), count);
+        candidates.clear();
+    }
 }
 
 #[test]

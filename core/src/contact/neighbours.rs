@@ -71,8 +71,9 @@ pub(super) struct Neighbours {
     meetings: Vec<Meeting>,
     met: Vec<f64>,
     passed: bool,
-    /// Whether no two of the pieces may touch.
+    /// Whether no two of the pieces may touch, and the world's separations that it is of.
     is_apart: bool,
+    separations: (Vec<(usize, Partner)>, Vec<usize>, Vec<bool>),
     sweep: Sweep,
     /// The contacts of the step that is looked at, by their pieces.
     index: PieceIndex,

@@ -54,6 +54,11 @@ impl World {
         self.touches(body) && partner.body().is_none_or(|body| self.touches(body)) && !is_apart()
     }
 
+    /// What keeps pairs from touching each other: pairs, bodies that touch nothing, and whether each body is held.
+    pub(crate) fn separations(&self) -> (&[(usize, Partner)], &[usize], &[bool]) {
+        (&self.apart, &self.untouched, &self.held)
+    }
+
     /// Whether the body `body` may touch anything.
     pub(crate) fn touches(&self, body: usize) -> bool {
         !self.is_held(body) && self.untouched.binary_search(&body).is_err()

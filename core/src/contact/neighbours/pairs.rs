@@ -79,6 +79,26 @@ impl Neighbours {
             self.proxies[self.bodies.len()..].iter().map(|proxy| placed(world, poses, *proxy));
         let fixed: Vec<_> = fixed.map(|(piece, pose)| Aabb::of(piece, pose)).collect();
         self.sweep.set_fixed(&fixed);
+        self.separate(world);
+    }
+
+    /// Whether no two of the pieces, which are those of the world, may touch.
+    pub(super) fn are_apart(&mut self, world: &World) -> bool {
+        let (pairs, untouched, held) = &self.separations;
+        if (&pairs[..], &untouched[..], &held[..]) != world.separations() {
+            self.separate(world);
+        }
+        self.is_apart
+    }
+
+    fn separate(&mut self, world: &World) {
+        let (pairs, untouched, held) = world.separations();
+        self.separations.0.clear();
+        self.separations.0.extend_from_slice(pairs);
+        self.separations.1.clear();
+        self.separations.1.extend_from_slice(untouched);
+        self.separations.2.clear();
+        self.separations.2.extend_from_slice(held);
         let of_bodies = self.proxies[..self.bodies.len()].iter().enumerate();
         let mut touching = of_bodies.filter(|(index, _)| world.touches(self.bodies[*index]));
         self.is_apart = touching.all(|(index, proxy)| {

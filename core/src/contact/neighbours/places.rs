@@ -14,7 +14,7 @@ impl Neighbours {
             return false;
         }
         let listed = self.lists(world);
-        if listed && self.is_apart {
+        if listed && self.are_apart(world) {
             return false;
         }
         if listed && self.memory.end == states {
@@ -38,7 +38,7 @@ impl Neighbours {
             return false;
         }
         let listed = self.lists(world);
-        if listed && self.is_apart {
+        if listed && self.are_apart(world) {
             return false;
         }
         // What was looked at last is in its boxes.
