@@ -15,7 +15,7 @@
 //! that of (P6): the diagonal of JᵀJ + E, which the same pass backwards has where all choices are kept as they are.
 
 use super::boxed::{LEAST_DAMPING, Room, least_in_box};
-use super::shoot::{Centre, Model, NOTHING, Trials, efforts, scales};
+use super::model::{Centre, Model, NOTHING, Trials, efforts, scales};
 use super::slopes::{Constants, Tape};
 use super::{PlanError, Problem};
 use crate::derivative::StateChange;

@@ -19,6 +19,7 @@ mod held;
 mod keep;
 mod leg;
 mod mode;
+mod model;
 #[cfg(feature = "ipopt")]
 mod polish;
 mod problem;

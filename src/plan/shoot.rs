@@ -15,11 +15,10 @@
 use super::boxed::{Quadratic, Room};
 use super::ddp::{ROUGH, Stages};
 use super::leg::{Leg, LegEnd, Progress, Watch};
+use super::model::{Centre, Model, NOTHING, Trials, efforts, scales};
 use super::slopes::Slopes;
 use super::{PlanError, Problem, Replay};
 use nalgebra::{DMatrix, DVector};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 /// Shooting by exact derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,9 +66,6 @@ const TRIED: [f64; 4] = [0.1, 1.0, 10.0, 100.0];
 /// The last κ: then no step along the derivative makes the cost less.
 const LARGEST_DAMPING: f64 = 1e10;
 
-/// A control that over all of its bounds would move the rows by less than this part of them moves nothing.
-pub(super) const NOTHING: f64 = 1e-6;
-
 /// Two iterations that make the cost less by no more than this part of it are the end.
 const LITTLE: f64 = 1e-10;
 
@@ -78,63 +74,6 @@ const MOST: usize = 4000;
 
 /// More entries than this J does not have, nor do the derivatives of all steps.
 const MOST_ENTRIES: usize = 1 << 27;
-
-/// The run that a model is about: its controls, how far these may go, and what the cost does there, in parts of their bounds.
-pub(super) struct Centre {
-    pub x: DVector<f64>,
-    /// The lengths of all bounds.
-    pub scales: DVector<f64>,
-    pub room: Room,
-    /// The derivatives of the cost.
-    pub gradient: DVector<f64>,
-    /// Whether a variable moves the rows: over all of its bounds by more than [`NOTHING`] of them.
-    pub moves: bool,
-}
-
-impl Centre {
-    /// The largest derivative of the cost that a step within the bounds can follow.
-    fn projected(&self) -> f64 {
-        self.room.projected(&self.gradient)
-    }
-}
-
-/// A model of the cost about a run.
-pub(super) trait Model {
-    /// What it is about.
-    fn centre(&self) -> &Centre;
-
-    /// The controls that it comes to with this κ, and the cost of their run, where that is below `cost`.
-    fn tried(
-        &self,
-        kappa: f64,
-        cost: f64,
-        trials: &mut Trials<'_>,
-    ) -> Result<Option<(Vec<f64>, f64)>, PlanError>;
-}
-
-/// Runs that are made to see what they cost.
-pub(super) struct Trials<'a> {
-    pub problem: &'a Problem,
-    pub interrupt: &'a Arc<AtomicBool>,
-    /// How many there were.
-    pub runs: u64,
-}
-
-impl Trials<'_> {
-    /// What the run costs whose controls `choose` sets on its way.
-    pub(super) fn cost(
-        &mut self,
-        controls: &mut [f64],
-        choose: &mut super::problem::Choose<'_>,
-    ) -> Result<f64, PlanError> {
-        self.runs += 1;
-        match self.problem.run_cost_choosing(controls, choose, Some(self.interrupt)) {
-            Ok(cost) => Ok(cost.judged()),
-            Err(PlanError::Step(_)) => Ok(f64::INFINITY),
-            Err(error) => Err(error),
-        }
-    }
-}
 
 impl Leg for Shoot {
     fn name(&self) -> &'static str {
@@ -273,18 +212,6 @@ impl Shoot {
             }
         })
     }
-}
-
-/// The lengths of all bounds.
-pub(super) fn scales(problem: &Problem) -> DVector<f64> {
-    let variables = problem.variables();
-    DVector::from_iterator(variables.len(), variables.iter().map(|v| v.scale()))
-}
-
-/// What the efforts cost in parts of the bounds.
-pub(super) fn efforts(problem: &Problem, scales: &DVector<f64>) -> DVector<f64> {
-    let efforts = problem.variables().iter().zip(scales);
-    DVector::from_iterator(scales.len(), efforts.map(|(v, scale)| v.effort * scale * scale))
 }
 
 /// The model of (P6).

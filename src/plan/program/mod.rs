@@ -14,11 +14,13 @@ mod joint;
 mod law;
 mod motion;
 mod shift;
+mod smoothing;
 mod solve;
 mod staged;
 mod summed;
 
-pub use solve::{ProgramLeg, Smoothing};
+pub use smoothing::Smoothing;
+pub use solve::ProgramLeg;
 pub use staged::PlanNlp;
 
 pub(super) use solve::{MINIMUM_FILL, Solved, Told, UNSCALED, or_refused, solve, usual_cost};

@@ -1,8 +1,8 @@
 //! The path of programs.
 
 use super::candidates::{candidates, missing};
-use super::law::Rows;
 use super::shift::Shift;
+use super::smoothing::Smoothing;
 use super::staged::PlanNlp;
 use crate::contact::{Contact, ContactKey};
 use crate::error::Error;
@@ -13,27 +13,6 @@ use crate::ipopt::{
 use crate::plan::{Leg, LegEnd, PlanError, Problem, Progress, Replay, Watch};
 use crate::sparsity::SparsityPattern;
 use std::cell::Cell;
-
-/// The smoothing of one program of the path.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Smoothing {
-    /// δ, of weights times the program's unit of speed.
-    pub delta: f64,
-    /// ε: the compliance of every contact, a part of the speed that its impulse would give a body of mean mass.
-    pub compliance: f64,
-}
-
-impl Smoothing {
-    /// ε_f = 0.1 √δ, weights: what the friction force's norm is smoothed by.
-    fn norm(&self) -> f64 {
-        0.1 * self.delta.sqrt()
-    }
-
-    /// The rows of all contacts.
-    pub(super) fn rows(&self) -> Rows {
-        Rows::Smoothed { delta: self.delta, norm: self.norm() }
-    }
-}
 
 /// The leg `program`.
 #[derive(Debug, Clone)]

@@ -20,7 +20,7 @@ use super::contact::Meeting;
 use super::joint::Held;
 use super::law::{Law, NORMAL, Rows};
 use super::motion::Motion;
-use super::solve::Smoothing;
+use super::smoothing::Smoothing;
 use super::summed::Summed;
 use crate::contact::{Contact, ContactKey};
 use crate::ipopt::Bounds;

@@ -1,6 +1,6 @@
 //! Pattern and values are one sequence.
 
-use super::super::solve::Smoothing;
+use super::super::smoothing::Smoothing;
 use super::PlanNlp;
 use crate::plan::file::ProblemFile;
 use crate::scenario::scene::Scene;
