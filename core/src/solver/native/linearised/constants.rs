@@ -5,7 +5,7 @@ use crate::derivative::Given;
 use crate::mechanics::RigidBody;
 use crate::world::Constant;
 use crate::world::constants::extents;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3, Vector6};
 use std::ops::Range;
 
 /// What constants of a body are counted from.
@@ -95,4 +95,14 @@ pub(super) fn side_places(constant: Constant, body: usize, bounces: bool) -> Ran
 /// One number of one constant changes by 1.
 pub(super) fn unit(constant: Constant, place: usize) -> impl Fn(Constant, usize) -> f64 {
     move |of, at| if of == constant && at == place { 1.0 } else { 0.0 }
+}
+
+/// The changes of the anchors of a joint, in A and in B.
+pub(super) fn anchors_of(joint: usize, of: &impl Fn(Constant, usize) -> f64) -> Vector6<f64> {
+    Vector6::from_fn(|k, _| of(Constant::Anchor, 6 * joint + k))
+}
+
+/// Adds derivatives by them.
+pub(super) fn add_anchors(joint: usize, moved: &Vector6<f64>, sums: &mut [f64]) {
+    sums[6 * joint..].iter_mut().zip(moved.iter()).for_each(|(sum, moved)| *sum += moved);
 }

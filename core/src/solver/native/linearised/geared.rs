@@ -9,8 +9,8 @@
 //! Equation numbers are those of `docs/gradients.md`.
 
 use super::super::island::GearRow;
+use super::constants::{add_anchors, anchors_of};
 use super::slopes::RowsChange;
-use super::tied::{add_anchors, anchors_of};
 use crate::derivative::{RowsTangent, StateChange};
 use crate::mechanics::State;
 use crate::step::Step;

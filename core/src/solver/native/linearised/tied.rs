@@ -11,7 +11,7 @@
 
 use super::super::island::{Island, JointPlace};
 use super::super::law::Piece;
-use super::constants::unit;
+use super::constants::{add_anchors, anchors_of, unit};
 use super::geared::{LinearGear, TiedRows};
 use super::slopes::{RowsChange, Slopes};
 use crate::derivative::{JointTangent, RowsTangent};
@@ -365,14 +365,4 @@ impl LinearRows {
             }
         }
     }
-}
-
-/// The changes of the anchors of a joint, in A and in B.
-pub(super) fn anchors_of(joint: usize, of: &impl Fn(Constant, usize) -> f64) -> Vector6<f64> {
-    Vector6::from_fn(|k, _| of(Constant::Anchor, 6 * joint + k))
-}
-
-/// Adds derivatives by them.
-pub(super) fn add_anchors(joint: usize, moved: &Vector6<f64>, sums: &mut [f64]) {
-    sums[6 * joint..].iter_mut().zip(moved.iter()).for_each(|(sum, moved)| *sum += moved);
 }
