@@ -28,7 +28,8 @@ struct Seen {
     run: Run,
     /// The force under each box of each step, as a share of the weight above.
     shares: Vec<Vec<f64>>,
-    /// The largest difference between two corners under one box, as a share of their mean.
+    /// The largest difference between two points under one box, as a share of a quarter of the force: where a box has moved by
+    /// a micrometre, a corner is two points, as its edges cross those of the box below.
     uneven: f64,
     /// The longest way of a box, m.
     way: f64,
@@ -65,7 +66,7 @@ impl Tower {
             let most = corners.iter().copied().fold(0.0, f64::max);
             let least = corners.iter().copied().fold(f64::INFINITY, f64::min);
             shares.push(corners.iter().sum::<f64>() / weight);
-            uneven = uneven.max((most - least) * corners.len() as f64 / weight);
+            uneven = uneven.max((most - least) * CORNERS / weight);
         }
         (shares, uneven)
     }
@@ -136,6 +137,9 @@ fn stack(inputs: &Inputs, laboratory: &mut Laboratory<'_>) -> Solved {
 /// What the laws alone allow: four forces with the sum N and no moment about the middle are ¼ N ± t
 /// with t ≤ ¼ N, and differ by 2 t, twice their mean.
 const UNEVEN: f64 = 2.0;
+
+/// Of a box.
+const CORNERS: f64 = 4.0;
 
 /// What the limit of vanishing compliances may leave of a difference between equal forces: the
 /// least compliance that the native solver takes it from is 1e-9, and the limit is nearer still.

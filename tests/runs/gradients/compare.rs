@@ -259,10 +259,9 @@ pub fn compare(
                 continue;
             }
         }
-        // Where the sides have different slopes there is none: a kink that no margin tells.
-        if kinked && best > 1e-6 {
+        if best > 1e-6 {
             // Impulses may change by more than velocities do, as all links of a chain pull at one: a margin of the smallest
-            // difference's size tells the kink.
+            // difference's size tells the kink, also one that both sides are beyond.
             let pushed = [2.0 * last, -2.0 * last].into_iter().filter_map(|by| {
                 let there = beside(world, states, &along, by)?;
                 Some(2.0 * impulses_apart(world, &base, &there))
@@ -271,6 +270,9 @@ pub fn compare(
                 tally.left_out += 1;
                 continue;
             }
+        }
+        // Where the sides have different slopes there is none: a kink that no margin tells.
+        if kinked && best > 1e-6 {
             tally.kinks += 1;
             let margins = [derivative.margin(), derivative.feature_margin()];
             println!("a kink: {at}, {}: {best:.1e}, margins {margins:?}", along.name);

@@ -232,7 +232,9 @@ pub(super) fn linearise(
             let law = |k: usize| {
                 let on = solved.segment(island, coupling, k);
                 let p = &solved.impulses[coupling];
-                let u = frame.column(k).dot(&(solved.points[coupling] + p * solved.compliance));
+                // Where its limit is taken, compliance acts on changes alone.
+                let given = p * (solved.compliance - solved.limit);
+                let u = frame.column(k).dot(&(solved.points[coupling] + given));
                 let axis = if about { JointAxis::Angular(k) } else { JointAxis::Linear(k) };
                 RowLaw {
                     axis: axes[k],
