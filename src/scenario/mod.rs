@@ -36,6 +36,7 @@ pub mod shape;
 pub mod shown;
 pub mod solver_choice;
 mod tables;
+mod told;
 pub mod written;
 
 pub use bodies::entries::ReadFile;

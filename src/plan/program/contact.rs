@@ -10,7 +10,8 @@ use crate::mechanics::State;
 use crate::mechanics::quaternion::rotated_point_forms;
 use crate::step_nlp::entries::EntrySink;
 use crate::step_nlp::layout::{ATTITUDE, POSITION, SPIN};
-use crate::step_nlp::several::touch::{Component, Curvature, Forms, Place, Touch, rows, weighted};
+use crate::step_nlp::several::component::{Component, Curvature, Forms, Place, rows, weighted};
+use crate::step_nlp::several::touch::Touch;
 pub(super) use load::{Acts, Arm, Pull};
 use nalgebra::{Matrix3x4, SMatrix, Vector3, Vector4};
 

@@ -5,7 +5,7 @@ use crate::mechanics::quaternion::{left, right, rotated_point_forms};
 use crate::plan::TargetKind;
 use crate::solver::ipopt::units::Units;
 use crate::step_nlp::layout::{ATTITUDE, POSITION, SPIN, VELOCITY};
-use crate::step_nlp::several::touch::rows;
+use crate::step_nlp::several::component::rows;
 use nalgebra::{Matrix4, Matrix4x3, RowVector4, Vector3, Vector4};
 
 /// The sum of the squares of a target's rows, as a function of one part of a state.

@@ -19,7 +19,8 @@ use super::contact::{Acts, Arm, Bend, Pull, Side, Slope, Turned};
 use crate::joint::{Axis, Drive, Joint};
 use crate::step_nlp::entries::EntrySink;
 use crate::step_nlp::layout::{ATTITUDE, POSITION};
-use crate::step_nlp::several::touch::{Component, Curvature, Place, Sight, weighted};
+use crate::step_nlp::several::component::{Component, Curvature, Place, weighted};
+use crate::step_nlp::several::touch::Sight;
 use nalgebra::{Matrix4, Vector3, Vector4};
 
 /// A joint between A and B, or the world.

@@ -1,16 +1,15 @@
 //! The tutorial's program as Ipopt gets it: which of its variables a contact has, and its bounds.
 
-use super::program::Place;
 use crate::contact::Contact;
 use crate::ipopt::Bounds;
 use crate::step_nlp::layout::{Layout, STATE};
-use crate::step_nlp::several::{Friction, Normal};
+use crate::step_nlp::several::{ContactVariables, Friction, Normal};
 
 /// The variables of `contact`.
-pub(super) fn place(layout: Layout, contact: &Contact) -> Place {
+pub(super) fn place(layout: Layout, contact: &Contact) -> ContactVariables {
     let [fx, fy, fz, s1, s2, slip_speed] = layout.contact_variables(contact.key.point);
     let friction = Friction { force: [fx, fy], slack: s2, slip_speed };
-    Place { normal: Normal { first: fz, second: s1 }, friction: Some(friction) }
+    ContactVariables { normal: Normal { first: fz, second: s1 }, friction: Some(friction) }
 }
 
 /// The tutorial's bounds (eq. 17) where the points that are `active` take part: X⁺, f_x and f_y

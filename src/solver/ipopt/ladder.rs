@@ -2,7 +2,8 @@
 //! rungs, each with its reason, the last of which always holds.
 
 use super::memory::Multipliers;
-use super::posing::{Posed, solve_posed};
+use super::posed::Posed;
+use super::posing::{posed_in, solve_posed};
 use super::program::{Attempted, Effort, Hold, StartMultipliers};
 use super::start::{ProgramStart, set_joints};
 use super::{IpoptSolver, Rung, missed_depth};
@@ -158,7 +159,7 @@ impl Ladder {
         let (contacts, native) = (candidates.contacts(), &self.native_solution);
         let IpoptSolver { program, memory, posed, start, end, .. } = &mut self.ipopt;
         let units = program.units;
-        *posed = Posed::in_step(program, step, contacts, depth);
+        *posed = posed_in(program, step, contacts, depth);
         let mut multipliers = StartMultipliers::Estimated;
         match rung {
             Rung::Warm => {
@@ -168,10 +169,12 @@ impl Ladder {
                     return Ok(None);
                 };
                 multipliers = StartMultipliers::Known(known);
-                start.set_previous(step, contacts, memory, &units);
+                start.set_previous(step, contacts, memory.point(step.previous), &units);
                 start.coast(step, posed);
             }
-            Rung::Previous => start.set_previous(step, contacts, memory, &units),
+            Rung::Previous => {
+                start.set_previous(step, contacts, memory.point(step.previous), &units)
+            }
             Rung::NativeStart => {
                 multipliers = StartMultipliers::Zero;
                 start.set_solution(step, contacts, native, &units);

@@ -9,6 +9,7 @@
 mod clamped;
 mod ladder;
 mod memory;
+mod posed;
 mod posing;
 mod program;
 mod rung;
@@ -27,7 +28,8 @@ use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::step_nlp::{ProgramPoint, StepNlp};
 use crate::world::World;
 use memory::IpoptMemory;
-use posing::{Posed, solve_posed};
+use posed::Posed;
+use posing::{posed_in, solve_posed};
 use program::{Effort, Hold, Program, StartMultipliers};
 use start::ProgramStart;
 #[cfg(feature = "save")]
@@ -271,7 +273,7 @@ impl IpoptSolver {
     ) -> Result<StepReport, Error> {
         let Self { program, memory, posed, start, end, accepted } = self;
         let (limit, depth) = (program.max_iterations(), missed_depth(step, *accepted));
-        *posed = Posed::in_step(program, step, candidates.contacts(), depth);
+        *posed = posed_in(program, step, candidates.contacts(), depth);
         let effort = Effort { limit, depth, tightness: 1.0, hold: Hold::NOT };
         let from = (start, StartMultipliers::Estimated);
         let attempted = solve_posed(program, step, from, effort, (candidates, posed), end)?;
@@ -305,7 +307,8 @@ impl StepSolver for IpoptSolver {
     ) -> Result<StepReport, Error> {
         self.begin(step, candidates.contacts())?;
         let Self { program, memory, start, .. } = self;
-        start.set_previous(step, candidates.contacts(), memory, &program.units);
+        let known = memory.point(step.previous);
+        start.set_previous(step, candidates.contacts(), known, &program.units);
         self.solve_from_start(step, candidates, solution)
     }
 

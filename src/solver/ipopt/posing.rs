@@ -9,65 +9,28 @@
 //! obeys the contact law, whether it was posed or not. Bodies without such a contact are in free flight.
 //! The tutorial's program is posed with all candidates.
 
+use super::posed::Posed;
 use super::program::{Attempted, Effort, Hold, Program, StartMultipliers};
 use super::start::{Poses, ProgramStart};
-use crate::contact::{Candidates, Contact, ContactKey, KeyIndex, Partner};
+use crate::contact::{Candidates, Contact, KeyIndex, Partner};
 use crate::error::Error;
 use crate::step::{ContactForce, Step};
 
-/// The bodies and contacts that take part, indices of the world and of the candidates, both in
-/// ascending order.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Posed {
-    pub(super) bodies: Vec<usize>,
-    pub(super) contacts: Vec<usize>,
-}
-
-impl Posed {
-    /// What `program` is posed with in `step`: a contact that free flight leaves open by no more than
-    /// `near` (m) counts as closed.
-    pub(super) fn in_step(
-        program: &Program,
-        step: &Step<'_>,
-        candidates: &[Contact],
-        near: f64,
-    ) -> Self {
-        let (free, mut index) = (Poses::of(step.states, step.free), KeyIndex::new());
-        Self::of(step, candidates, |place, contact| {
-            let mut before = || index.find(&step.previous.contacts, &contact.key, place);
-            let rests = matches!(contact.key.partner, Partner::Body(_))
-                && before().is_some_and(ContactForce::carries_force);
-            program.is_tutorials() || rests || free.gap(contact) <= near
-        })
-    }
-
-    /// The candidates of which `takes_part` is true, and their bodies; and all that joints tie.
-    pub(super) fn of(
-        step: &Step<'_>,
-        candidates: &[Contact],
-        mut takes_part: impl FnMut(usize, &Contact) -> bool,
-    ) -> Self {
-        let taken = candidates.iter().enumerate().filter(|(at, contact)| takes_part(*at, contact));
-        let (mut bodies, mut contacts) = (Vec::new(), Vec::new());
-        for (index, contact) in taken {
-            contacts.push(index);
-            bodies.extend(contact.key.bodies());
-        }
-        let tied = step.world.joints().iter();
-        bodies.extend(tied.flat_map(|joint| [Some(joint.body()), joint.other()]).flatten());
-        bodies.sort_unstable();
-        bodies.dedup();
-        Self { bodies, contacts }
-    }
-
-    fn has(&self, index: usize) -> bool {
-        self.contacts.binary_search(&index).is_ok()
-    }
-
-    /// Which features touch.
-    pub(super) fn keys(&self, candidates: &[Contact]) -> Vec<ContactKey> {
-        self.contacts.iter().map(|&index| candidates[index].key).collect()
-    }
+/// What `program` is posed with in `step`: a contact that free flight leaves open by no more than
+/// `near` (m) counts as closed.
+pub(super) fn posed_in(
+    program: &Program,
+    step: &Step<'_>,
+    candidates: &[Contact],
+    near: f64,
+) -> Posed {
+    let (free, mut index) = (Poses::of(step.states, step.free), KeyIndex::new());
+    Posed::of(step, candidates, |place, contact| {
+        let mut before = || index.find(&step.previous.contacts, &contact.key, place);
+        let rests = matches!(contact.key.partner, Partner::Body(_))
+            && before().is_some_and(ContactForce::carries_force);
+        program.is_tutorials() || rests || free.gap(contact) <= near
+    })
 }
 
 /// Solves `step` with what is `posed`, from `start`, and again with the contacts that it missed, in

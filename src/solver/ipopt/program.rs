@@ -1,7 +1,7 @@
 //! One solve of the step's program by Ipopt: contacts, start and limit in, a point out.
 
 use super::memory::Multipliers;
-use super::posing::Posed;
+use super::posed::Posed;
 use super::start::{ContactValues, ProgramStart};
 use super::units::Units;
 use super::{BODY, Formulation, clamped};
@@ -12,7 +12,7 @@ use crate::joint::JointAxis;
 use crate::mechanics::{State, Wrench};
 use crate::sparsity::SparsityPattern;
 use crate::step::Step;
-use crate::step_nlp::several::{Friction, Layout, Normal, PosedStep, SeveralNlp};
+use crate::step_nlp::several::{ContactVariables, Layout, PosedStep, SeveralNlp};
 use crate::step_nlp::{SMOOTHING, StepNlp};
 use crate::world::World;
 use nalgebra::{SVector, Vector3};
@@ -46,7 +46,7 @@ struct Scratch {
     contacts: Vec<Contact>,
     /// The turns of the joints at step k, rad.
     angles: Vec<Vector3<f64>>,
-    places: Vec<Place>,
+    places: Vec<ContactVariables>,
     x: Vec<f64>,
     zeros: Vec<f64>,
 }
@@ -110,13 +110,6 @@ impl Attempted {
         let status = ReturnStatus::SolveSucceeded;
         Self { converged: true, iterations: 0, status, multipliers: None }
     }
-}
-
-/// The variables of a contact.
-#[derive(Clone, Copy)]
-pub(super) struct Place {
-    pub(super) normal: Normal,
-    pub(super) friction: Option<Friction>,
 }
 
 impl Program {
@@ -213,10 +206,7 @@ impl Program {
                 let forces = posed.contacts.iter().map(|&index| start.values[index].force);
                 nlp.anchor((effort.hold.friction, effort.hold.normal), forces);
                 let layout = nlp.layout();
-                places.extend(
-                    (0..layout.contacts())
-                        .map(|i| Place { normal: layout.normal(i), friction: layout.friction(i) }),
-                );
+                places.extend((0..layout.contacts()).map(|i| layout.contact(i)));
                 let bounds = bounds(&nlp);
                 (Nlp::Reduced(Box::new(nlp)), bounds, bodies)
             }
@@ -312,7 +302,7 @@ impl Scratch {
 struct Part<'a> {
     bodies: &'a [usize],
     contacts: &'a [usize],
-    places: &'a [Place],
+    places: &'a [ContactVariables],
 }
 
 /// The variables of a body that takes part as number `place`: the same in both programs.

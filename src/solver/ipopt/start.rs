@@ -1,8 +1,7 @@
 //! Points of the program, told by bodies and candidates, so that they outlive it: where Ipopt starts
 //! and where it ends.
 
-use super::memory::IpoptMemory;
-use super::posing::Posed;
+use super::posed::Posed;
 use super::units::Units;
 use crate::contact::{Contact, KeyIndex, Partner};
 use crate::joint::JointForce;
@@ -57,17 +56,17 @@ impl ProgramStart {
         self.gears.extend_from_slice(&solution.gears);
     }
 
-    /// Makes this X at step k with the contacts' values of the last solution.
+    /// Makes this X at step k with the contacts' values of the last solution, which is `known` as a point.
     pub(super) fn set_previous(
         &mut self,
         step: &Step<'_>,
         candidates: &[Contact],
-        memory: &IpoptMemory,
+        known: Option<&Self>,
         units: &Units,
     ) {
         self.reset(step.states, candidates.len());
         self.take_joints(step.previous);
-        let (before, known) = (&step.previous.contacts, memory.point(step.previous));
+        let before = &step.previous.contacts;
         let mut index = KeyIndex::new();
         self.whole.extend(known.iter().flat_map(|known| &known.whole));
         for (place, contact) in candidates.iter().enumerate() {

@@ -9,7 +9,8 @@
 //!
 //! and angles are arguments of pairs of numbers that are linear in E (eqs. J11, J14).
 
-use super::touch::{Component, Curvature, Forms, Place, Seen};
+use super::component::{Component, Curvature, Forms, Place};
+use super::touch::Seen;
 use crate::joint::{Joint, JointAxis, Turning};
 use crate::mechanics::State;
 use crate::mechanics::quaternion::{left, product, right, rotated_point_forms};

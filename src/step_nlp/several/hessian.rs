@@ -7,7 +7,7 @@
 use super::super::entries::EntrySink;
 use super::super::layout::{ATTITUDE, ATTITUDE_ROWS, POSITION, SPIN, SPIN_ROWS};
 use super::SeveralNlp;
-use super::touch::{Curvature, Place};
+use super::component::{Curvature, Place};
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector2, Vector3, Vector4};
 
 /// What two bodies i < j that touch or are tied have with each other.

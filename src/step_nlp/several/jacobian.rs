@@ -4,7 +4,8 @@ use super::super::entries::EntrySink;
 use super::super::layout::{
     ATTITUDE, ATTITUDE_ROWS, POSITION, POSITION_ROWS, SPIN, SPIN_ROWS, VELOCITY, VELOCITY_ROWS,
 };
-use super::touch::{Component, Place, Side};
+use super::component::{Component, Place};
+use super::touch::Side;
 use super::{Friction, SeveralNlp};
 use nalgebra::Matrix2;
 

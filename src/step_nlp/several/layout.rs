@@ -37,6 +37,15 @@ pub struct Friction {
     pub slip_speed: usize,
 }
 
+/// The variables of a contact.
+#[derive(Debug, Clone, Copy)]
+pub struct ContactVariables {
+    /// The normal force and its slack.
+    pub normal: Normal,
+    /// Those of the friction, if it has any.
+    pub friction: Option<Friction>,
+}
+
 /// The rows of a contact's friction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrictionRows {
@@ -109,6 +118,12 @@ impl Layout {
     #[must_use]
     pub fn state(&self, body: usize) -> Range<usize> {
         STATE.end * body..STATE.end * (body + 1)
+    }
+
+    /// The variables of contact `i`.
+    #[must_use]
+    pub fn contact(&self, i: usize) -> ContactVariables {
+        ContactVariables { normal: self.normal(i), friction: self.friction(i) }
     }
 
     /// The normal force of contact `i` and its slack.

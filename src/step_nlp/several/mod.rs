@@ -24,6 +24,7 @@
 //! entries, as the tutorial's are.
 
 mod bond;
+pub(crate) mod component;
 mod coordinate;
 mod hessian;
 mod jacobian;
@@ -32,7 +33,7 @@ mod round;
 mod ties;
 pub(crate) mod touch;
 
-pub use layout::{Friction, FrictionRows, Layout, Normal};
+pub use layout::{ContactVariables, Friction, FrictionRows, Layout, Normal};
 
 use super::entries::{PatternSink, ValueSink};
 use super::gyroscopic::Gyroscopic;
@@ -45,9 +46,10 @@ use crate::mechanics::quaternion::attitude_map;
 use crate::mechanics::{State, Wrench};
 use crate::sparsity::SparsityPattern;
 use crate::world::World;
+use component::Place;
 use nalgebra::{Matrix3, Matrix4x3, SVector, Vector2, Vector3};
 use ties::Ties;
-use touch::{Place, Touch};
+use touch::Touch;
 
 /// One step that the program is of; lists go over the bodies of the world.
 #[derive(Debug, Clone, Copy)]

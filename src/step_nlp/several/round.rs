@@ -9,7 +9,7 @@
 //! s and t move with the bodies. Because they are the best ones they do not count in the first
 //! derivatives; in the second they do.
 
-use super::touch::{Component, Curvature, Forms, Place, rows, weighted};
+use super::component::{Component, Curvature, Forms, Place, rows, weighted};
 use crate::contact::Contact;
 use crate::contact::curved::{Core, Reach, shortest_way};
 use crate::mechanics::quaternion::rotated_point_forms;

@@ -9,8 +9,8 @@
 
 use super::PosedStep;
 use super::bond::{Act, Bond, Law, Start, laws};
+use super::component::{Component, Place};
 use super::coordinate::Coordinate;
-use super::touch::{Component, Place};
 use crate::error::Error;
 use crate::joint::{Axis, Drive, GearAxis, JointAxis, JointForce, Turning};
 use crate::mechanics::quaternion::attitude_map;

@@ -1,14 +1,12 @@
 //! One contact of the program: what is constant in a step, and the three components of its motion
 //! with their derivatives.
 
+use super::component::{Component, Curvature, Forms, Place, rows, weighted};
 use super::round::Round;
 use crate::contact::{Contact, torque_map_of};
 use crate::mechanics::quaternion::{rotated_point_forms, rotation};
 use crate::mechanics::{RigidBody, State};
-use nalgebra::{Matrix2x3, Matrix3, Matrix3x4, Matrix4, Vector2, Vector3, Vector4};
-
-/// Q_x, Q_y, Q_z of a vector (eq. 3).
-pub(crate) type Forms = [Matrix4<f64>; 3];
+use nalgebra::{Matrix2x3, Matrix3, Matrix3x4, Vector2, Vector3, Vector4};
 
 /// One side of a contact.
 #[derive(Debug, Clone)]
@@ -46,56 +44,6 @@ pub(crate) struct Touch {
     pub(crate) normal: Vector3<f64>,
     /// e c_n⁻, m/s (eq. 29); 0 where the contact does not bounce.
     pub(crate) rebound: f64,
-}
-
-/// Where a body is in the program: r⁺ and q⁺, which need not have unit length.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Place {
-    pub(crate) position: Vector3<f64>,
-    pub(crate) attitude: Vector4<f64>,
-}
-
-impl Place {
-    pub(crate) fn of(state: &State) -> Self {
-        Self { position: state.position, attitude: state.attitude }
-    }
-}
-
-/// g = m·s, the component along a direction e of B of a point c of A, seen from B (eq. 24), and
-/// what its derivatives are made of.
-///
-/// ```text
-/// m = A(q_B) e,   s = r_A + A(q_A) c − r_B,   g = m·s
-/// ∂g/∂r_A = m = −∂g/∂r_B,   ∂g/∂q_A = J_Aᵀ m,   ∂g/∂q_B = J_Bᵀ s           (eq. D7)
-/// ```
-///
-/// with J_A the rows (Q_k(c) q_A)ᵀ and J_B the rows (Q_k(e) q_B)ᵀ. (Of round features: eq. D12.)
-pub(crate) struct Component {
-    pub(crate) value: f64,
-    /// ∂g/∂r_A.
-    pub(crate) by_position: Vector3<f64>,
-    /// ∂g/∂q_A.
-    pub(crate) by_a: Vector4<f64>,
-    /// ∂g/∂q_B.
-    pub(crate) by_b: Vector4<f64>,
-}
-
-/// The second derivatives of a [`Component`] (eq. D8, D13); those by r_B are the negative of those by
-/// r_A.
-#[derive(Default)]
-pub(crate) struct Curvature {
-    /// ∂²g/∂q_A².
-    pub(crate) aa: Matrix4<f64>,
-    /// ∂²g/∂q_B².
-    pub(crate) bb: Matrix4<f64>,
-    /// ∂²g/∂q_A ∂q_B.
-    pub(crate) ab: Matrix4<f64>,
-    /// ∂²g/∂r_A ∂q_A.
-    pub(crate) position_a: Matrix3x4<f64>,
-    /// ∂²g/∂r_A ∂q_B.
-    pub(crate) position_b: Matrix3x4<f64>,
-    /// ∂²g/∂r_A².
-    pub(crate) positions: Matrix3<f64>,
 }
 
 impl Touch {
@@ -312,17 +260,6 @@ impl Seen {
             ..Curvature::default()
         }
     }
-}
-
-/// Σ w_k Q_k.
-pub(crate) fn weighted(forms: &Forms, weights: &Vector3<f64>) -> Matrix4<f64> {
-    forms.iter().zip(weights).map(|(form, weight)| form * *weight).sum()
-}
-
-/// The rows (Q_k q)ᵀ.
-pub(crate) fn rows(forms: &Forms, q: &Vector4<f64>) -> Matrix3x4<f64> {
-    let [x, y, z] = [0, 1, 2].map(|k| (forms[k] * q).transpose());
-    Matrix3x4::from_rows(&[x, y, z])
 }
 
 /// `[y_B]× A_Bᵀ`: the torque (frame of B) of an impulse (world) at the touching point.

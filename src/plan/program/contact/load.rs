@@ -4,7 +4,7 @@ use super::{Side, Turned, put_symmetric_block};
 use crate::mechanics::State;
 use crate::step_nlp::entries::EntrySink;
 use crate::step_nlp::layout::{ATTITUDE, POSITION, SPIN_ROWS, VELOCITY_ROWS};
-use crate::step_nlp::several::touch::weighted;
+use crate::step_nlp::several::component::weighted;
 use nalgebra::{Matrix3, Matrix3x4, SMatrix, Vector3, Vector4};
 
 /// A point of A at which forces along three directions of B act, on both bodies.

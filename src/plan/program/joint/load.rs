@@ -4,7 +4,7 @@ use super::super::contact::{Turned, put_symmetric_block};
 use super::{Tie, Tied};
 use crate::step_nlp::entries::EntrySink;
 use crate::step_nlp::layout::{ATTITUDE, SPIN_ROWS};
-use crate::step_nlp::several::touch::weighted;
+use crate::step_nlp::several::component::weighted;
 use nalgebra::{Matrix3x4, Vector3};
 
 impl Tie {

@@ -7,7 +7,7 @@ use crate::mechanics::quaternion::rotated_point_forms;
 use crate::plan::{Applied, Axes, ControlKind};
 use crate::step_nlp::entries::EntrySink;
 use crate::step_nlp::layout::{SPIN_ROWS, VELOCITY_ROWS};
-use crate::step_nlp::several::touch::{rows, weighted};
+use crate::step_nlp::several::component::{rows, weighted};
 use nalgebra::{Matrix3x4, Vector3};
 
 /// What a control puts on a body in a step.

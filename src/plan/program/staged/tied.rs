@@ -10,7 +10,7 @@ use crate::mechanics::State;
 use crate::plan::axis::{AXES, axis_of, coasted};
 use crate::plan::{AxisMode, ControlKind, PlanError, Problem, Replay, Side as BoundedSide};
 use crate::solver::ipopt::units::Units;
-use crate::step_nlp::several::touch::Place;
+use crate::step_nlp::several::component::Place;
 use nalgebra::Vector3;
 
 /// What of the joints is the same in all steps, one each.
