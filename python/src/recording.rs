@@ -8,7 +8,9 @@ use crate::watch::Watched;
 use nalgebra::Vector3;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyDict};
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -17,7 +19,7 @@ use tumble::film::{self, Cast, Keys, Role};
 use tumble::joint::{JointForce, JointResidual};
 use tumble::mechanics::State;
 use tumble::scenario::model::BodyModel;
-use tumble::scenario::run_file::RunFile;
+use tumble::scenario::run_file::{RunFile, checksum_of};
 use tumble::scenario::scene::{OutputFormat, Scene as Content};
 use tumble::simulation::StepRecord;
 use tumble::simulation::tables::{
@@ -213,7 +215,12 @@ impl Recording {
 
     /// The run.json beside the tables, which says whether something moved the run that the scene does not know; None
     /// where nobody knows, and of a run without contacts.
-    fn run_json<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyBytes>>> {
+    /// `tables` are those beside it, by their files' names.
+    fn run_json<'py>(
+        &self,
+        py: Python<'py>,
+        tables: BTreeMap<String, PyBackedBytes>,
+    ) -> PyResult<Option<Bound<'py, PyBytes>>> {
         let Some(is_of_scene) = self.is_of_scene.filter(|_| self.has_contacts) else {
             return Ok(None);
         };
@@ -221,6 +228,9 @@ impl Recording {
             return Ok(None);
         };
         file.pushed = !is_of_scene;
+        let of_table =
+            |(name, table): (String, PyBackedBytes)| Ok((name, checksum_of(&table[..])?));
+        file.checksums = tables.into_iter().map(of_table).collect::<PyResult<_>>()?;
         Ok(Some(PyBytes::new(py, file.text().map_err(in_python)?.as_bytes())))
     }
 

@@ -140,6 +140,10 @@ fn read_state(path: &Path) -> Result<(Saved, Notes), Failure> {
 /// Refuses rows that do not end where the state is: those of another run, or tampered with.
 fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
     let mut rows = Recording::of_run(path, run)?;
+    if let Some(changed) = rows.changed_files()?.first() {
+        let why = format!("{changed}; a run goes on from its own rows");
+        return Err(Failure::Input(format!("--continue: {why}")));
+    }
     while let Some(step) = rows.next_step()? {
         if step.status() != StepStatus::End {
             continue;

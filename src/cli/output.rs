@@ -41,10 +41,19 @@ impl PendingFile {
         Ok(Self { path, temporary })
     }
 
+    /// The name that it will have in its directory.
+    pub fn name(&self) -> String {
+        self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
+    /// The file, to write to.
+    pub fn open(&self) -> Result<File, Failure> {
+        self.temporary.reopen().map_err(|error| self.failed(&error))
+    }
+
     /// A buffered stream into the file.
     pub fn stream(&self) -> Result<BufWriter<File>, Failure> {
-        let file = self.temporary.reopen().map_err(|error| self.failed(&error))?;
-        Ok(BufWriter::new(file))
+        self.open().map(BufWriter::new)
     }
 
     /// Writes all of the file, down to the disk: a full one must be noticed before the file

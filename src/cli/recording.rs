@@ -2,11 +2,12 @@
 
 use super::args::PhysicsArgs;
 use super::choices::SceneName;
+use super::file_names::{TRAJECTORY, file_of};
 use super::kept::{Form, Kept};
 use super::names::FileKind;
 use super::outcome::{Failure, refuse_flags};
 use super::output::directory_of;
-use super::run_file::{self, RunFile, RunParameters, SolverSettings};
+use super::run_file::{self, RunFile, RunParameters, Seal, SolverSettings, checksum_of};
 use super::scene::of_physics;
 use super::{input, shown};
 use std::fs::File;
@@ -329,6 +330,37 @@ impl<'a> Recording<'a> {
             Rows::Trajectory(_) => shown::path(self.path),
             Rows::Tables(_) => shown::path(directory_of(None, self.path)),
         }
+    }
+
+    /// What was changed in the files after the run wrote them, by their checksums in run.json; nothing where that has none.
+    pub fn changed_files(&self) -> Result<Vec<String>, Failure> {
+        let Some(run) = &self.run else { return Ok(Vec::new()) };
+        let mut found = Vec::new();
+        if run.seal == Seal::Broken {
+            found.push(
+                "run.json was changed after it was written: its checksum is another".to_owned(),
+            );
+        }
+        let of_one = file_of(TRAJECTORY, Form::Csv);
+        for (name, expected) in &run.checksums {
+            let path = match self.rows {
+                // It may have been given another name.
+                Rows::Trajectory(_) if *name == of_one => self.path.to_owned(),
+                Rows::Tables(_) if *name != of_one => self.path.with_file_name(name),
+                _ => continue,
+            };
+            let shown = shown::path(&path);
+            let checksum = input::open(&path)
+                .and_then(checksum_of)
+                .map_err(|error| Failure::Input(format!("{shown} cannot be read: {error}")))?;
+            if checksum != *expected {
+                let expected = shown::line(expected);
+                found.push(format!(
+                    "{shown} was changed after the run wrote it: its checksum is {checksum}, run.json says {expected}"
+                ));
+            }
+        }
+        Ok(found)
     }
 
     /// The file that has a row for each step.

@@ -64,9 +64,9 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let outputs = (&mut writer, exported.as_mut());
     let run = run::run(&scene, &mut simulation, run, &interrupt, outputs, args.quiet)?;
 
-    let mut files = writer.finish()?;
+    let (mut files, checksums) = writer.finish()?;
     let mut run_file = RunFile::of(&scene, &run.ended())?;
-    run_file.kept = kept;
+    (run_file.kept, run_file.checksums) = (kept, checksums);
     run_json.write(run_file.text()?.as_bytes())?;
     state.write(&continued::state_of(&simulation, &run)?)?;
     files.extend([run_json, state]);

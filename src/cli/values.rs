@@ -143,7 +143,8 @@ pub fn sides(text: &str) -> Result<Vector3<f64>, String> {
 
 pub fn gravity(text: &str) -> Result<Vector3<f64>, String> {
     match numbers(text).as_deref() {
-        Some(&[g]) => Ok(Vector3::new(0.0, 0.0, -g)),
+        // Without any, 0 and not -0.
+        Some(&[g]) => Ok(Vector3::new(0.0, 0.0, 0.0 - g)),
         Some(&[x, y, z]) => Ok(Vector3::new(x, y, z)),
         _ => Err("one finite number (downwards) or three X,Y,Z are needed".to_owned()),
     }

@@ -8,13 +8,14 @@ use super::output::PendingFile;
 use super::scene::{OutputFormat, Scene};
 use super::{input, shown};
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, BufWriter, Write};
+use std::io::{self, BufRead, BufReader, BufWriter, IntoInnerError, Write};
 use std::path::{Path, PathBuf};
+use tumble::scenario::run_file::{Checksums, Summed};
 use tumble::simulation::StepRecord;
 use tumble::simulation::tables::{Streams, Table, TablesWriter};
 use tumble::simulation::trajectory::TrajectoryWriter;
 
-type Stream = BufWriter<File>;
+type Stream = BufWriter<Summed<File>>;
 
 /// What writes the rows of one format.
 enum Rows {
@@ -50,7 +51,7 @@ impl RunWriter {
         // Of a file with so many rows a step, or any number.
         let mut open = |name: &str, rows: Option<usize>| {
             let file = PendingFile::create(out, &file_of(name, kept.form))?;
-            let mut stream = file.stream()?;
+            let mut stream = BufWriter::new(Summed::new(file.open()?));
             if let Some(Written { directory, steps }) = written {
                 let steps = kept.rows(steps + 1) - 1;
                 let lines = rows.map(|rows| 1 + rows as u64 * steps);
@@ -120,20 +121,24 @@ impl RunWriter {
         written.map_err(|error| self.files[0].failed(&error))
     }
 
-    /// Everything down to the disk: a full one must be noticed before the files get their names.
-    pub fn finish(self) -> Result<Vec<PendingFile>, Failure> {
+    /// The files and their checksums, everything down to the disk: a full one must be noticed before the files
+    /// get their names.
+    pub fn finish(self) -> Result<(Vec<PendingFile>, Checksums), Failure> {
         let streams = match self.rows {
             Rows::Trajectory(rows) => rows.finish().map(|stream| vec![stream]),
             Rows::Tables(rows) => {
                 rows.finish().map(|Streams { states, contacts, steps, joints, gears, ends }| {
-                    let some = [contacts, joints, gears, ends].into_iter().flatten();
-                    [states, steps].into_iter().chain(some).collect()
+                    // As they were opened.
+                    let all = [Some(states), contacts, Some(steps), joints, gears, ends];
+                    all.into_iter().flatten().collect()
                 })
             }
         };
-        let written = streams.and_then(|streams| streams.into_iter().try_for_each(to_disk));
-        written.map_err(|error| self.files[0].failed(&error))?;
-        Ok(self.files)
+        let sums = streams
+            .and_then(|streams| streams.into_iter().map(to_disk).collect::<io::Result<Vec<_>>>());
+        let sums = sums.map_err(|error| self.files[0].failed(&error))?;
+        let checksums = self.files.iter().map(PendingFile::name).zip(sums).collect();
+        Ok((self.files, checksums))
     }
 }
 
@@ -155,7 +160,8 @@ fn copy_lines(from: &Path, lines: Option<u64>, to: &mut Stream) -> Result<(), Fa
     })
 }
 
-fn to_disk(mut stream: Stream) -> io::Result<()> {
-    stream.flush()?;
-    stream.get_ref().sync_all()
+fn to_disk(stream: Stream) -> io::Result<String> {
+    let (file, checksum) = stream.into_inner().map_err(IntoInnerError::into_error)?.finish();
+    file.sync_all()?;
+    Ok(checksum)
 }

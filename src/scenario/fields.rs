@@ -29,7 +29,8 @@ impl Gravity {
     /// g, m/s², world.
     pub fn vector(self) -> Vector3<f64> {
         match self {
-            Self::Downwards(g) => Vector3::new(0.0, 0.0, -g),
+            // Without any, 0 and not -0.
+            Self::Downwards(g) => Vector3::new(0.0, 0.0, 0.0 - g),
             Self::Vector(vector) => vector.0.into(),
         }
     }

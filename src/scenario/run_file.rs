@@ -1,8 +1,10 @@
 //! `run.json`: what made the rows, and what came of it.
 
+mod checksums;
 mod parameters;
 mod reading;
 
+pub use checksums::{Checksums, Seal, Summed, checksum_of};
 pub use parameters::{RunParameters, SolverSettings, StartState};
 
 use super::failure::Failure;
@@ -93,6 +95,12 @@ pub struct RunFile {
     /// The joints that were too stiff for the time step in two steps running, with the time step that would do.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub taut_joints: Vec<TautJoint>,
+    /// Of the tables, by their files' names. A run.json has one of itself too, its last field.
+    #[serde(default, skip_serializing_if = "Checksums::is_empty")]
+    pub checksums: Checksums,
+    /// Whether what was read is as it was written.
+    #[serde(skip)]
+    pub seal: Seal,
 }
 
 /// The part of a run.json that says which format it is of.
@@ -219,6 +227,8 @@ impl RunFile {
             model: tables,
             joints: run.joints,
             taut_joints: run.taut.joints(scene.world.time_step()),
+            checksums: Checksums::new(),
+            seal: Seal::None,
         })
     }
 
@@ -323,12 +333,12 @@ impl RunFile {
         }
     }
 
-    /// The file's text.
+    /// The file's text, with its checksum.
     ///
     /// # Errors
     /// None for what [`RunFile::of`] made.
     pub fn text(&self) -> Result<String, Failure> {
-        json(self)
+        Ok(checksums::sealed(&json(self)?))
     }
 }
 

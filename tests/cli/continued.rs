@@ -1,6 +1,6 @@
 //! `--continue`: a run in parts leaves what a run in one go leaves, byte for byte.
 
-use super::support::{everything_in, run};
+use super::support::{everything_in, run, unseal};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -129,6 +129,7 @@ fn without_steps_the_rows_that_were_asked_for_are_made() {
     // A run that ended early has fewer rows than its run.json asks for.
     places.run(&["--solver", "native", "--steps", "120"], "early");
     let file = places.path("early").join("run.json");
+    unseal(&file);
     let json = fs::read_to_string(&file).unwrap().replace("\"steps\": 120", "\"steps\": 300");
     fs::write(file, json).unwrap();
     let end = run(&["--continue", &places.text("early")]);
@@ -200,6 +201,7 @@ fn what_cannot_be_continued_is_refused_in_a_sentence() {
 
     // Another world, and rows that end elsewhere.
     let json = places.path("run").join("run.json");
+    unseal(&json);
     let text = fs::read_to_string(&json).unwrap();
     fs::write(&json, text.replace("\"mu\": 0.3", "\"mu\": 0.31")).unwrap();
     refused(&on, &["state.bin", "another world"]);

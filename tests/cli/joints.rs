@@ -1,7 +1,7 @@
 //! Scenes with joints from the command line: their tables, what verifies, and what is refused.
 
 use super::scenario::run_scenario;
-use super::support::{End, Table, everything_in, run};
+use super::support::{End, Table, everything_in, run, unseal};
 use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -84,6 +84,7 @@ fn files() -> &'static [String; 5] {
         let mut names = [&FILES[..], &["state.bin"]].concat();
         names.sort_unstable();
         assert!(found.iter().map(|file| file.to_str().unwrap()).eq(names), "{found:?}");
+        unseal(&out.join("run.json"));
         FILES.map(|name| fs::read_to_string(out.join(name)).unwrap())
     })
 }

@@ -1,6 +1,6 @@
 //! `--every`, `--tables` and `--format`: which rows a run leaves, and in which form.
 
-use super::support::run;
+use super::support::{run, unseal};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use std::fs::{self, File};
@@ -154,6 +154,7 @@ fn steps_that_are_kept_are_verified_by_themselves() {
         let later = of("states.csv", "all", &|k| k % 7 == 1 && k < 119);
         assert_eq!(of("ends.csv", "some", &|_| true), later);
         // Another end is no end of its step.
+        unseal(&runs.path("some", "run.json"));
         let lines = runs.lines("some", "ends.csv");
         let mut fields: Vec<_> = lines[20].split(',').map(str::to_owned).collect();
         fields[10] = "0.25".to_owned();
@@ -179,6 +180,7 @@ fn run_json_is_held_against_the_steps_that_are_kept() {
     let verify = || run(&["verify", &states]);
     assert_eq!(verify().code, Some(0));
     let file = runs.path("some", "run.json");
+    unseal(&file);
     let whole = fs::read_to_string(&file).unwrap();
     let said: serde_json::Value = serde_json::from_str(&whole).unwrap();
     let [free, touching] =

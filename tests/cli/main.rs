@@ -1,5 +1,6 @@
 //! The command line end to end, in temporary directories: files, exit codes, messages.
 
+mod changed_files;
 #[path = "../common/mod.rs"]
 mod common;
 mod continued;

@@ -1,7 +1,7 @@
 //! `tumble verify` on the tables of several bodies that somebody has changed.
 
 use super::scenario::run_scenario;
-use super::support::{End, Table, run, simulate};
+use super::support::{End, Table, run, simulate, unseal};
 use std::fs;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -48,7 +48,9 @@ fn files() -> &'static [String; 4] {
     RUN.get_or_init(|| {
         let (end, directory) = run_scenario(SCENE, &[]);
         assert_eq!(end.code, Some(0), "{end:?}");
-        FILES.map(|name| fs::read_to_string(directory.path().join("out").join(name)).unwrap())
+        let out = directory.path().join("out");
+        unseal(&out.join("run.json"));
+        FILES.map(|name| fs::read_to_string(out.join(name)).unwrap())
     })
 }
 
@@ -392,6 +394,7 @@ fn a_failed_step_of_huge_forces_verifies_as_failed() {
     writer.write(&record).unwrap();
     drop(writer.finish().unwrap());
 
+    unseal(&done.path("run.json"));
     let mut json = done.run_json();
     let converged = json["summary"]["converged"].clone();
     json["summary"]["failed"] = converged;

@@ -111,13 +111,25 @@ pub const FAILING_RUN: [&str; 14] = [
     "10",
 ];
 
-/// The two files of [`CONTACT_RUN`], simulated once.
+/// A run.json without its checksums, which every change would break: what else notices one is asked.
+pub fn unsealed(run_json: &str) -> String {
+    let at = run_json.find(",\n  \"checksums\": {").expect("checksums, the last of a run.json");
+    format!("{}\n}}\n", &run_json[..at])
+}
+
+/// Takes the checksums from the run.json `path`.
+pub fn unseal(path: &Path) {
+    let text = fs::read_to_string(path).unwrap();
+    fs::write(path, unsealed(&text)).unwrap();
+}
+
+/// The two files of [`CONTACT_RUN`], simulated once, run.json without checksums.
 pub fn contact_run() -> &'static (String, String) {
     static RUN: OnceLock<(String, String)> = OnceLock::new();
     RUN.get_or_init(|| {
         let run = simulate(&CONTACT_RUN);
         assert_eq!(run.end.code, Some(0), "{:?}", run.end);
-        (run.csv(), fs::read_to_string(run.path("run.json")).unwrap())
+        (run.csv(), unsealed(&fs::read_to_string(run.path("run.json")).unwrap()))
     })
 }
 

@@ -294,8 +294,11 @@ class Trajectory:
         of another run in the folder are removed first."""
         self._need_contacts("to_csv")
         folder, recording = Path(folder), self.recording
-        files: Dict[str, Optional[bytes]] = {f"{name}.csv": table for name, table in zip(_TABLES, recording.tables())}
-        files.update({_OF_ONE: recording.trajectory(), "run.json": recording.run_json()})
+        tables = {f"{name}.csv": table for name, table in zip(_TABLES, recording.tables())}
+        of_one = recording.trajectory()
+        if of_one is not None:
+            tables[_OF_ONE] = of_one
+        files: Dict[str, Optional[bytes]] = {**tables, "run.json": recording.run_json(tables)}
         with folder_of_a_run(folder, _OF_RUNS):
             given = ((name, content) for name, content in files.items() if content is not None)
             return [written(folder / name, content) for name, content in given]

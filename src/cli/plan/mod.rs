@@ -68,14 +68,16 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         let why = "the run of the plan's scene is not its replay: this is a fault of tumble";
         return Err(Failure::Other(why.to_owned()));
     }
-    let mut files = writer.finish()?;
+    let (mut files, checksums) = writer.finish()?;
     let mut file = |name: &str, bytes: &[u8]| {
         let file = PendingFile::create(&out, name)?;
         file.write(bytes)?;
         files.push(file);
         Ok::<_, Failure>(())
     };
-    file("run.json", RunFile::of(&scene, &run.ended())?.text()?.as_bytes())?;
+    let mut run_file = RunFile::of(&scene, &run.ended())?;
+    run_file.checksums = checksums;
+    file("run.json", run_file.text()?.as_bytes())?;
     file(continued::FILE, &continued::state_of(&simulation, &run)?)?;
     let [csv, json, html, toml] = OF_PLANS;
     file(csv, &controls::table(problem, &plan.replay.controls)?)?;

@@ -8,6 +8,7 @@ use super::args::VerifyArgs;
 use super::outcome::{Failure, Outcome};
 use super::output::say;
 use super::recording::{Recording, Step};
+use super::run_file::Seal;
 use held::Counts;
 use judge::{Judge, Verified};
 use std::fmt::Write as _;
@@ -117,6 +118,7 @@ fn report(
     counts: &Counts,
 ) -> Result<Outcome, Failure> {
     let differences = counts.differences(recording, &judge.taut);
+    let changed = recording.changed_files()?;
     let model = recording.run.as_ref().and_then(|run| run.model.as_ref());
     let mut text = format!("{}: {} steps", recording.place(), findings.steps);
     let every = recording.kept().every;
@@ -129,6 +131,13 @@ fn report(
     text.push('\n');
     if !recording.note().is_empty() {
         let _ = writeln!(text, "  note: {}", recording.note());
+    }
+    if recording.run.as_ref().is_some_and(|run| run.checksums.is_empty() || run.seal == Seal::None)
+    {
+        let _ = writeln!(
+            text,
+            "  note: run.json has no checksums: changes that obey the physics are not seen"
+        );
     }
     let _ = writeln!(text, "  status `failed`: {}", findings.failed);
     let between = match &recording.run {
@@ -157,6 +166,12 @@ fn report(
     for difference in &differences {
         let _ = writeln!(text, "    {difference}");
     }
+    if !changed.is_empty() {
+        let _ = writeln!(text, "  files that are not what the run wrote:");
+    }
+    for change in &changed {
+        let _ = writeln!(text, "    {change}");
+    }
     if !findings.worst.is_empty() {
         let _ = writeln!(text, "  worst steps:");
     }
@@ -178,7 +193,7 @@ fn report(
         };
     }
     say(&text)?;
-    Ok(if differing > 0 || !differences.is_empty() {
+    Ok(if differing > 0 || !differences.is_empty() || !changed.is_empty() {
         Outcome::Mismatch
     } else if findings.failed + findings.inexact + between > 0 {
         Outcome::Unconverged

@@ -1,5 +1,6 @@
 //! A run.json that is read.
 
+use super::checksums::seal_of;
 use super::{Failure, Kind, RunFile};
 use crate::scenario::{fields, shown};
 use std::io;
@@ -31,7 +32,8 @@ impl RunFile {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(odd(&error)),
         };
-        let file: Self = fields::json(&text).map_err(|why| odd(&why))?;
+        let mut file: Self = fields::json(&text).map_err(|why| odd(&why))?;
+        file.seal = seal_of(&text);
         if let Some(field) = file.missing() {
             return Err(odd(&format!("missing field `{field}`")));
         }

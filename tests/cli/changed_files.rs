@@ -1,0 +1,105 @@
+//! Files of a run that were changed afterwards in a way that obeys the physics: their checksums in run.json are others.
+
+use super::scenario::run_scenario;
+use super::support::{End, Table, run, unseal};
+use std::fs;
+use std::path::Path;
+
+/// A box that slides, and one that stays in the air.
+const SCENE: &str = r#"
+steps = 30
+ground = { friction = 0.3 }
+[[bodies]]
+name = "slider"
+mass = 2.0
+box = [1.0, 1.0, 1.0]
+position = [0.0, 0.0, 0.5]
+velocity = [1.0, 0.0, 0.0]
+[[bodies]]
+name = "thrown"
+mass = 1.0
+sphere = 0.2
+position = [3.0, 0.0, 2.0]
+"#;
+
+fn verify(out: &Path) -> End {
+    run(&["verify", out.join("steps.csv").to_str().unwrap()])
+}
+
+/// Changes a cell of row `row` of a table.
+fn change(path: &Path, column: &str, row: usize, value: &str) {
+    let mut table = Table::parse(&fs::read_to_string(path).unwrap());
+    let column = table.column(column);
+    assert_ne!(table.rows[row][column], value);
+    table.rows[row][column] = value.to_owned();
+    fs::write(path, table.text()).unwrap();
+}
+
+#[test]
+fn what_no_equation_notices_the_checksums_do() {
+    let (end, directory) = run_scenario(SCENE, &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let out = directory.path().join("out");
+    let whole = verify(&out);
+    assert_eq!(whole.code, Some(0), "{whole:?}");
+    assert!(!whole.stdout.contains("checksum"), "{whole:?}");
+
+    // Another start that the solver has, in a step that is solved from either.
+    let steps = out.join("steps.csv");
+    let before = fs::read_to_string(&steps).unwrap();
+    let table = Table::parse(&before);
+    let starts = table.texts("start");
+    let (row, other) = if starts[20] == "zero" { (20, "previous") } else { (20, "zero") };
+    change(&steps, "start", row, other);
+    let found = verify(&out);
+    assert_eq!((found.code, found.stderr.as_str()), (Some(1), ""), "{found:?}");
+    assert!(found.stdout.contains("steps that are not what the rows say: 0"), "{found:?}");
+    assert!(found.stdout.contains("steps.csv was changed after the run wrote it"), "{found:?}");
+    let folder = out.to_str().unwrap();
+    let refused = run(&["--continue", folder, "--steps", "40"]);
+    refused.assert_refused(2, &["--continue", "steps.csv", "checksum", "its own rows"]);
+    fs::write(&steps, &before).unwrap();
+    assert_eq!(verify(&out).code, Some(0));
+
+    // A constant that no row shows.
+    let run_json = out.join("run.json");
+    let text = fs::read_to_string(&run_json).unwrap();
+    for (from, to) in [("\"thrown\"", "\"dropped\""), ("\n}\n", "\n\n}\n")] {
+        assert!(text.contains(from));
+        fs::write(&run_json, text.replace(from, to)).unwrap();
+        let found = verify(&out);
+        assert_eq!((found.code, found.stderr.as_str()), (Some(1), ""), "{found:?}");
+        assert!(found.stdout.contains("run.json was changed after it was written"), "{found:?}");
+    }
+    // The clock's figure is another in every run.
+    let clock = text.lines().find(|line| line.contains("\"solve_seconds\"")).unwrap();
+    fs::write(&run_json, text.replace(clock, "    \"solve_seconds\": 1.5")).unwrap();
+    assert_eq!(verify(&out).code, Some(0));
+
+    fs::write(&run_json, &text).unwrap();
+    unseal(&run_json);
+    let silent = verify(&out);
+    assert_eq!(silent.code, Some(0), "{silent:?}");
+    assert!(silent.stdout.contains("note: run.json has no checksums"), "{silent:?}");
+}
+
+/// The one table of a run of one body may be called otherwise; left out rows are in the checksums too.
+#[test]
+fn a_table_of_one_body_has_its_checksum() {
+    let (end, directory) = run_scenario(
+        "steps = 40\n[ground]\nfriction = 0.3\n[body]\nmass = 1\nbox = [1, 1, 1]\n[start]\nposition = [0, 0, 0.6]\n",
+        &["--solver", "native"],
+    );
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let out = directory.path().join("out");
+    let renamed = out.join("mine.csv");
+    fs::rename(out.join("trajectory.csv"), &renamed).unwrap();
+    let verify = || run(&["verify", renamed.to_str().unwrap()]);
+    assert_eq!(verify().code, Some(0), "{:?}", verify());
+    // The same number, written otherwise.
+    let text = fs::read_to_string(&renamed).unwrap();
+    fs::write(&renamed, text.replacen("\n0,0", "\n0,-0", 1)).unwrap();
+    let found = verify();
+    assert_eq!(found.code, Some(1), "{found:?}");
+    assert!(found.stdout.contains("mine.csv was changed after the run wrote it"), "{found:?}");
+}
