@@ -98,15 +98,15 @@ impl Factors {
         let mut rows = places.map(|place| columns.each_ref().map(|column| column[place]));
         for i in 0..6 {
             let known = rows[i];
-            for k in i + 1..6 {
-                (0..C).for_each(|c| rows[k][c] -= self.columns[i][k] * known[c]);
+            for (row, lower) in rows.iter_mut().zip(&self.columns[i]).skip(i + 1) {
+                (0..C).for_each(|c| row[c] -= lower * known[c]);
             }
         }
         for i in (0..6).rev() {
             rows[i].iter_mut().for_each(|entry| *entry /= self.columns[i][i]);
             let known = rows[i];
-            for k in 0..i {
-                (0..C).for_each(|c| rows[k][c] -= self.columns[i][k] * known[c]);
+            for (row, upper) in rows.iter_mut().zip(&self.columns[i]).take(i) {
+                (0..C).for_each(|c| row[c] -= upper * known[c]);
             }
         }
         for (c, column) in columns.iter_mut().enumerate() {
