@@ -98,16 +98,16 @@ impl Factors {
         let mut rows = places.map(|place| columns.each_ref().map(|column| column[place]));
         for i in 0..6 {
             let known = rows[i];
-            for (row, lower) in rows.iter_mut().zip(&self.columns[i]).skip(i + 1) {
-                (0..C).for_each(|c| row[c] -= lower * known[c]);
-            }
+            (i + 1..6).for_each(|k| {
+                (0..C).for_each(|c| rows[k][c] -= self.columns[i][k] * known[c]);
+            });
         }
         for i in (0..6).rev() {
             rows[i].iter_mut().for_each(|entry| *entry /= self.columns[i][i]);
             let known = rows[i];
-            for (row, upper) in rows.iter_mut().zip(&self.columns[i]).take(i) {
-                (0..C).for_each(|c| row[c] -= upper * known[c]);
-            }
+            (0..i).for_each(|k| {
+                (0..C).for_each(|c| rows[k][c] -= self.columns[i][k] * known[c]);
+            });
         }
         for (c, column) in columns.iter_mut().enumerate() {
             *column = rows.each_ref().map(|row| row[c]);
