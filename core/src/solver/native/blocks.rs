@@ -13,7 +13,7 @@ use super::fronts::Fronts;
 use super::pattern::Pattern;
 use super::plan::Plan;
 use super::six::{Factors, subtract_product};
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, SMatrix, Vector6};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 
 /// The matrix, and its factors in its place after [`BlockSystem::factorise`]:
 ///
@@ -65,21 +65,7 @@ impl BlockSystem {
         (row, column): (usize, usize),
         block: &Matrix6<f64>,
     ) {
-        *self.target(pattern, row, column) += block;
-    }
-
-    /// Adds three rows over three others to the block (row, column).
-    pub(super) fn add_rows(
-        &mut self,
-        pattern: &Pattern,
-        (row, column): (usize, usize),
-        (above, below): (&Matrix3x6<f64>, &Matrix3x6<f64>),
-    ) {
-        let block = self.target(pattern, row, column);
-        for (k, to) in block.data.0.iter_mut().enumerate() {
-            (0..3).for_each(|i| to[i] += above.data.0[k][i]);
-            (0..3).for_each(|i| to[3 + i] += below.data.0[k][i]);
-        }
+        *self.block_of(pattern, (row, column)) += block;
     }
 
     /// Adds to the last three rows and columns of the block (row, column).
@@ -89,14 +75,18 @@ impl BlockSystem {
         (row, column): (usize, usize),
         turning: &Matrix3<f64>,
     ) {
-        let block = self.target(pattern, row, column);
+        let block = self.block_of(pattern, (row, column));
         for (to, from) in block.data.0[3..].iter_mut().zip(&turning.data.0) {
             (0..3).for_each(|i| to[3 + i] += from[i]);
         }
     }
 
-    /// The block of two bodies, to be added to.
-    fn target(&mut self, pattern: &Pattern, row: usize, column: usize) -> &mut Matrix6<f64> {
+    /// The block (row, column), which must be of the pattern, to be added to.
+    pub(super) fn block_of(
+        &mut self,
+        pattern: &Pattern,
+        (row, column): (usize, usize),
+    ) -> &mut Matrix6<f64> {
         let Some(plan) = pattern.plan() else {
             return self.block(pattern, pattern.order.place(row), pattern.order.place(column));
         };

@@ -8,7 +8,7 @@ mod limit;
 use super::coupling::Coupling;
 use super::effort::Effort;
 use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
-use super::law::{NaturalMap, Piece};
+use super::law::{Answer, NaturalMap, Piece};
 use super::tolerances::{
     CROWD_JUMPS, CROWD_SHORTEST_STEP, FAST_FACTORS, JUMPS, NEWTON_ITERATIONS,
     PROXIMAL_SHORTEST_STEP, SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
@@ -234,10 +234,11 @@ impl<E: Equations> Newton<E> {
         if kept.are_good && kept.compliance == matrix && kept.pieces == *pieces {
             let couplings = equations.couplings().iter().zip(&mut *eliminations);
             for (index, (coupling, elimination)) in couplings.enumerate() {
-                let of = (&coupling.rows, graphs);
-                let offset = pulls[index].offset(pieces[index], of, matrix);
-                elimination.answer.offset =
-                    offset.unwrap_or_else(|| answer(index, coupling).offset);
+                let alike = (gives_alike && !coupling.rows.give_alike())
+                    .then(|| coupling.rows.giving_alike());
+                let of = (alike.as_ref().unwrap_or(&coupling.rows), graphs);
+                let Answer { offset, gain } = &mut elimination.answer;
+                *offset = pulls[index].offset(pieces[index], of, &impulses[index], (matrix, gain));
             }
             return equations.direction(scratch, eliminations, system, step);
         }

@@ -87,10 +87,31 @@ impl Factors {
         }
     }
 
-    /// The same for every column of a block.
+    /// The same for every column of a block, for all of them at once.
     #[inline]
     pub(super) fn solve_block<const C: usize>(&self, block: &mut SMatrix<f64, 6, C>) {
-        block.data.0.iter_mut().for_each(|column| self.solve(column));
+        let mut places = [0, 1, 2, 3, 4, 5];
+        for (k, &row) in self.rows.iter().enumerate() {
+            places.swap(k, row);
+        }
+        let columns = &mut block.data.0;
+        let mut rows = places.map(|place| columns.each_ref().map(|column| column[place]));
+        for i in 0..6 {
+            let known = rows[i];
+            (i + 1..6).for_each(|k| {
+                (0..C).for_each(|c| rows[k][c] -= self.columns[i][k] * known[c]);
+            });
+        }
+        for i in (0..6).rev() {
+            rows[i].iter_mut().for_each(|entry| *entry /= self.columns[i][i]);
+            let known = rows[i];
+            (0..i).for_each(|k| {
+                (0..C).for_each(|c| rows[k][c] -= self.columns[i][k] * known[c]);
+            });
+        }
+        for (c, column) in columns.iter_mut().enumerate() {
+            *column = rows.each_ref().map(|row| row[c]);
+        }
     }
 
     /// Aᵀ x = b: Uᵀ, then Lᵀ, then Pᵀ.

@@ -58,6 +58,20 @@ impl Turning {
         (of(spin, spin_world, odd + even), of(-spin, -spin_world, even - odd))
     }
 
+    /// A K c of one point c, without A K.
+    #[inline]
+    pub(super) fn swept_once(
+        rotation: &Matrix3<f64>,
+        spin: &Vector3<f64>,
+        time_step: f64,
+        point: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let half = 0.5 * time_step;
+        let shrink = 1.0 / (1.0 + half * half * spin.norm_squared());
+        let turned = spin.cross(point);
+        rotation * ((turned + spin.cross(&turned) * half) * shrink)
+    }
+
     /// A K c of the body's point c.
     #[inline]
     pub(super) fn swept(&self, point: &Vector3<f64>) -> Vector3<f64> {

@@ -17,18 +17,19 @@ use super::{Both, Island, IslandSlope, Kind};
 use crate::step::Step;
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
 
-/// Memory of an evaluation: residuals, and how the bodies turn and turn back.
+/// Memory of an evaluation: residuals, and, where no joints tie them, how the bodies turn and turn back.
 #[derive(Debug, Clone, Default)]
 pub(in super::super) struct IslandScratch {
     residuals: Vec<Velocity>,
     turnings: Vec<Both>,
 }
 
-/// The linear system, and the velocities by their places in it.
+/// The linear system, the velocities by their places in it, and how bodies that joints tie turn where it is made.
 #[derive(Debug, Clone, Default)]
 pub(in super::super) struct IslandSystem {
     pub(super) blocks: BlockSystem,
     values: Vec<Vector6<f64>>,
+    turnings: Vec<Both>,
 }
 
 impl Equations for Island {
@@ -201,19 +202,24 @@ impl Equations for Island {
         scratch: &mut IslandScratch,
         points: &mut Vec<Vector3<f64>>,
     ) {
+        points.clear();
+        if !self.joints.is_empty() {
+            let count = self.links.len() - self.gears.len();
+            // Of what joints tie most rows are theirs, and most points are not linearised at.
+            points.extend((0..count).map(|index| self.point_at(index, velocity)));
+            // Gears come last: what they tie is known.
+            for gear in &self.gears {
+                points.push(gear.u(&self.setting.couplings, |index| points[index]));
+            }
+            return;
+        }
         let turnings = &mut scratch.turnings;
         self.set_turnings(velocity, turnings);
-        points.clear();
-        let count = self.links.len() - self.gears.len();
-        let couplings = self.links.iter().zip(&self.setting.couplings).take(count);
+        let couplings = self.links.iter().zip(&self.setting.couplings);
         points.extend(couplings.map(|(link, coupling)| {
             let b = link.b.as_ref().map(|other| &turnings[other.index]);
             self.point_velocity((link, coupling), velocity, (&turnings[link.a], b))
         }));
-        // Gears come last: what they tie is known.
-        for gear in &self.gears {
-            points.push(gear.u(&self.setting.couplings, |index| points[index]));
-        }
     }
 
     fn linearise(
@@ -223,7 +229,14 @@ impl Equations for Island {
         eliminations: &mut Vec<Elimination<IslandSlope>>,
         system: &mut IslandSystem,
     ) -> bool {
-        let (blocks, turnings) = (&mut system.blocks, &at.scratch.turnings);
+        let IslandSystem { blocks, turnings, .. } = system;
+        let turnings = match self.joints.is_empty() {
+            true => &at.scratch.turnings,
+            false => {
+                self.set_turnings(at.velocity, turnings);
+                &*turnings
+            }
+        };
         blocks.begin(&self.pattern);
         for (index, (member, velocity)) in self.members.iter().zip(at.velocity).enumerate() {
             let mut diagonal = Matrix6::identity();
@@ -254,7 +267,7 @@ impl Equations for Island {
         system: &mut IslandSystem,
         step: &mut Vec<Velocity>,
     ) -> bool {
-        let IslandSystem { blocks, values } = system;
+        let IslandSystem { blocks, values, .. } = system;
         values.clear();
         values.resize(self.members.len(), Vector6::zeros());
         for (index, residual) in scratch.residuals.iter().enumerate() {

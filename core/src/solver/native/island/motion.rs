@@ -142,13 +142,35 @@ impl Island {
 
     /// u of coupling `index` (N2).
     pub(super) fn point_at(&self, index: usize, velocity: &[Velocity]) -> Vector3<f64> {
-        let link = &self.links[index];
+        let (link, coupling) = (&self.links[index], &self.setting.couplings[index]);
         if let Some(u) = self.turned_velocity(link, velocity) {
             return u;
         }
+        if link.kind == Kind::Point && !coupling.is_contact() {
+            return self.anchor_velocity((link, coupling), velocity);
+        }
         let turnings = |body: usize| Both::of(&self.members[body], &velocity[body]);
         let (a, b) = (turnings(link.a), link.b.as_ref().map(|other| turnings(other.index)));
-        self.point_velocity((link, &self.setting.couplings[index]), velocity, (&a, b.as_ref()))
+        self.point_velocity((link, coupling), velocity, (&a, b.as_ref()))
+    }
+
+    /// The same of a joint's anchor, (N10) point by point.
+    fn anchor_velocity(
+        &self,
+        (link, coupling): (&Link, &Coupling),
+        velocity: &[Velocity],
+    ) -> Vector3<f64> {
+        let swept = |index: usize, spin: &Vector3<f64>, point: &Vector3<f64>| {
+            Turning::swept_once(&self.members[index].rotation, spin, self.time_step, point)
+        };
+        let of_a = &velocity[link.a];
+        let moved = of_a.linear + swept(link.a, &of_a.spin, &coupling.lever.centre);
+        let Some(other) = &link.b else { return moved + coupling.offset };
+        let of_b = &velocity[other.index];
+        let relative = moved - of_b.linear;
+        let arm = other.arm + relative * self.time_step;
+        let seen = self.members[other.index].rotation.tr_mul(&arm);
+        relative + swept(other.index, &-of_b.spin, &seen) + coupling.offset
     }
 
     /// The same of a joint's turn.

@@ -194,16 +194,41 @@ impl Island {
         if !of.0.pushes() {
             return self.add_turning_gain(of, (&answer.gain, slope), blocks);
         }
-        for (column, slope) in std::iter::once(&slope.a).chain(slope.b.as_ref()) {
-            let gained = match &answer.gain {
-                Gain::Zero => continue,
-                Gain::Spring(stiffness) => slope * -stiffness,
-                Gain::Full(gain) => gain * slope,
+        let gained = |slope: &Matrix3x6<f64>| match &answer.gain {
+            Gain::Zero => None,
+            Gain::Spring(stiffness) => Some(slope * -stiffness),
+            Gain::Full(gain) => Some(gain * slope),
+        };
+        let ((a, by_a), b) = (&slope.a, slope.b.as_ref());
+        let Some(by_a) = gained(by_a) else { return };
+        let b = b.and_then(|(b, by_b)| Some((*b, gained(by_b)?)));
+        // ∂u/∂v_B = −∂u/∂v_A of points (N11).
+        let opposite = if of.0.kind == Kind::Point && !of.1.bounces() { 3 } else { 0 };
+        for (row, share, torque_map) in self.sides(of) {
+            let [x, y, z] = &torque_map.data.0;
+            let column = |gained: &[f64; 3]| {
+                let [l, m, n] = gained.map(|entry| entry * -share);
+                let turned = |k: usize| x[k] * l + y[k] * m + z[k] * n;
+                [l, m, n, turned(0), turned(1), turned(2)]
             };
-            for (row, share, torque_map) in self.sides(of) {
-                let linear = gained * -share;
-                let turning = torque_map * linear;
-                blocks.add_rows(&self.pattern, (row, *column), (&linear, &turning));
+            let mut left = [[0.0; 6]; 3];
+            let block = blocks.block_of(&self.pattern, (row, *a));
+            for (k, (to, gained)) in block.data.0.iter_mut().zip(&by_a.data.0).enumerate() {
+                let more = column(gained);
+                (0..6).for_each(|i| to[i] += more[i]);
+                if k < 3 {
+                    left[k] = more;
+                }
+            }
+            let Some((b, by_b)) = &b else { continue };
+            let block = blocks.block_of(&self.pattern, (row, *b));
+            for (to, less) in block.data.0.iter_mut().zip(&left[..opposite]) {
+                (0..6).for_each(|i| to[i] -= less[i]);
+            }
+            let columns = block.data.0.iter_mut().zip(&by_b.data.0);
+            for (to, gained) in columns.skip(opposite) {
+                let more = column(gained);
+                (0..6).for_each(|i| to[i] += more[i]);
             }
         }
     }

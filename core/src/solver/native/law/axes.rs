@@ -127,10 +127,10 @@ impl Pull {
     }
 
     pub(super) fn pieces(&self, graphs: &[Graph]) -> [u8; 3] {
-        // A locked row has one piece, on both sides of its corner.
-        let piece = |k: usize| match self.axes.locked[k] {
-            true => 0,
-            false => self.axes.of(graphs, k).piece(self.pull(k), self.rho[k]) as u8,
+        // A locked row has one piece, on both sides of its corner, and so has every straight line.
+        let piece = |k: usize| match self.axes.of(graphs, k) {
+            graph if graph.is_straight() => 0,
+            graph => graph.piece(self.pull(k), self.rho[k]) as u8,
         };
         [piece(0), piece(1), piece(2)]
     }

@@ -174,6 +174,25 @@ impl Pull {
         )
     }
 
+    /// The offset of that beside the `gain` D of another point, whose direction t is another one:
+    ///
+    /// ```text
+    /// μ (γ − û_n/ε) t − û_n/ε n  →  μ γ t + D n û_n
+    /// ```
+    ///
+    /// What û_n/ε presses, D δu takes back along the old t: along the new one their difference would be an impulse.
+    pub(super) fn slip_offset(
+        &self,
+        rows: &Rows,
+        compliance: f64,
+        gain: &Matrix3<f64>,
+    ) -> Vector3<f64> {
+        let Slip { t, s, n, across, .. } = self.slip(rows, compliance);
+        let along = self.friction * self.gamma - t.dot(&self.beta);
+        let sideways = -s.dot(&self.beta) / across;
+        along * t + sideways * s + gain * (n * self.u_n)
+    }
+
     /// The axes of the slip piece, and its numbers along them.
     #[inline(always)]
     fn slip(&self, rows: &Rows, compliance: f64) -> Slip {

@@ -186,17 +186,23 @@ impl Pull {
         }
     }
 
-    /// The offset of that answer, where it does not need its gain.
+    /// The offset of that answer beside the `gain` of another point on the same piece, which is kept.
     #[inline]
     pub(super) fn offset(
         &self,
         piece: Piece,
-        of: (&Rows, &[Graph]),
-        compliance: f64,
-    ) -> Option<Vector3<f64>> {
-        match (self, piece) {
-            (Self::Axes(pull), Piece::Axes(pieces)) => Some(pull.offset(pieces, of, compliance)),
-            _ => None,
+        (rows, graphs): (&Rows, &[Graph]),
+        impulse: &Vector3<f64>,
+        (compliance, gain): (f64, &Gain),
+    ) -> Vector3<f64> {
+        match (self, piece, gain) {
+            (Self::Axes(pull), Piece::Axes(pieces), _) => {
+                pull.offset(pieces, (rows, graphs), compliance)
+            }
+            (Self::Cone(pull), Piece::Slip, Gain::Full(gain)) => {
+                pull.slip_offset(rows, compliance, gain)
+            }
+            _ => self.answer(piece, (rows, graphs), impulse, compliance).offset,
         }
     }
 
