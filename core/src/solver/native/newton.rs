@@ -8,7 +8,7 @@ mod limit;
 use super::coupling::Coupling;
 use super::effort::Effort;
 use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
-use super::law::{NaturalMap, Piece};
+use super::law::{Answer, NaturalMap, Piece};
 use super::tolerances::{
     CROWD_JUMPS, CROWD_SHORTEST_STEP, FAST_FACTORS, JUMPS, NEWTON_ITERATIONS,
     PROXIMAL_SHORTEST_STEP, SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
@@ -193,6 +193,22 @@ impl<E: Equations> Newton<E> {
         self.find_pieces(equations, map, iterate);
         self.kept.are_good = false;
         let is_regular = self.set_direction(equations, matrix, iterate);
+        is_regular.then_some((&self.eliminations, &self.pieces))
+    }
+
+    /// The same with what `answer` makes of every coupling in place of the law's answers; the pieces are the law's.
+    pub(super) fn linearise_as(
+        &mut self,
+        equations: &E,
+        map: &NaturalMap,
+        answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
+        iterate: &Iterate<E>,
+    ) -> Option<Linearised<'_, E>> {
+        self.find_pieces(equations, map, iterate);
+        self.kept.are_good = false;
+        let Iterate { velocity, points, scratch, .. } = iterate;
+        let at = Point { velocity, points, scratch };
+        let is_regular = equations.linearise(at, answer, &mut self.eliminations, &mut self.system);
         is_regular.then_some((&self.eliminations, &self.pieces))
     }
 
