@@ -66,7 +66,7 @@ fn done(simulation: &mut Simulation<'_>, steps: u64, work: Work) -> Result<(), B
             },
             constants: &[],
             checkpoints: Checkpoints::default(),
-            compliance: None,
+            smoothing: None,
         })?;
         return Ok(());
     }

@@ -114,7 +114,7 @@ fn slopes(torques: &Torques, steps: u64) -> Result<(Torques, f64), Error> {
         },
         constants: &[],
         checkpoints: Checkpoints::default(),
-        compliance: None,
+        smoothing: None,
     })?;
     let mut slopes = Torques::zeros();
     for (k, wrenches) in found.wrenches.iter().enumerate().take(COUNT * WINDOW as usize) {

@@ -67,7 +67,7 @@ fn slopes(velocity: &Vector3<f64>) -> Result<(Matrix2x3<f64>, f64), Error> {
             by_states: &mut |k, _| (k == STEPS).then(|| vec![end]),
             constants: &[],
             checkpoints: Checkpoints::default(),
-            compliance: None,
+            smoothing: None,
         })?;
         slopes.row_mut(row).copy_from(&found.states[0].velocity.transpose());
         margin = found.margin.0;

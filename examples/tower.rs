@@ -76,7 +76,7 @@ fn parts(force: f64, steps: u64) -> Result<([f64; 5], f64), Error> {
         by_states: &mut |k, _| (k == steps).then(|| vec![along]),
         constants: &CONSTANTS,
         checkpoints: Checkpoints::default(),
-        compliance: None,
+        smoothing: None,
     })?;
     let pushed = &found.wrenches[..PUSHED as usize];
     let by_push: f64 = pushed.iter().map(|wrenches| wrenches[0].force[0]).sum();

@@ -10,7 +10,7 @@ use tumble::error::Error;
 use tumble::mechanics::{State, Wrench};
 use tumble::scenario::scene::Scene as Content;
 use tumble::simulation::{Checkpoints, Run, Simulation, StepRecord};
-use tumble::solver::native::{StepChange, StepDerivative};
+use tumble::solver::native::{Smoothing, StepChange, StepDerivative};
 use tumble::world::Constant;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -45,16 +45,26 @@ pub fn constants_of(names: &[String]) -> PyResult<Vec<Constant>> {
     names.iter().map(of_name).collect()
 }
 
+/// What derivatives are smoothed by, from its name and its size.
+pub fn smoothing_of(given: Option<(String, f64)>) -> PyResult<Option<Smoothing>> {
+    match given {
+        None => Ok(None),
+        Some((name, size)) if name == "compliance" => Ok(Some(Smoothing::Compliance(size))),
+        Some((name, size)) if name == "central_path" => Ok(Some(Smoothing::CentralPath(size))),
+        Some((name, _)) => Err(refused(format!("{name}: compliance or central_path is needed"))),
+    }
+}
+
 /// The Jacobian of one step.
 #[pyfunction]
-#[pyo3(signature = (scene, states, pushes, by, compliance))]
+#[pyo3(signature = (scene, states, pushes, by, smoothing))]
 pub fn jacobian<'py>(
     py: Python<'py>,
     scene: PyRef<'_, Scene>,
     states: PyReadonlyArrayDyn<'_, f64>,
     pushes: Option<PyReadonlyArrayDyn<'_, f64>>,
     by: Vec<String>,
-    compliance: Option<f64>,
+    smoothing: Option<(String, f64)>,
 ) -> PyResult<Found<'py>> {
     let (content, constants) = (&scene.content, constants_of(&by)?);
     let (world, bodies) = (&content.world, content.world.bodies().len());
@@ -65,7 +75,8 @@ pub fn jacobian<'py>(
             simulation.set_wrench(body, wrench).map_err(|error| of_step(&error))?;
         }
     }
-    let derivative = compliance.map_or(Ok(StepDerivative::new()), StepDerivative::smoothed);
+    let smoothing = smoothing_of(smoothing)?;
+    let derivative = smoothing.map_or(Ok(StepDerivative::new()), StepDerivative::smoothed);
     let mut derivative = derivative.map_err(|error| of_step(&error))?;
     let mut record = StepRecord::new();
     simulation.step(&mut record).map_err(|error| of_step(&error))?;
@@ -144,7 +155,7 @@ struct Change {
 /// The product of the transposed derivative of a run with derivatives by its end.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
-#[pyo3(signature = (scene, states, controls, steps, by_end, by, compliance))]
+#[pyo3(signature = (scene, states, controls, steps, by_end, by, smoothing))]
 pub fn vjp<'py>(
     py: Python<'py>,
     scene: PyRef<'_, Scene>,
@@ -153,8 +164,9 @@ pub fn vjp<'py>(
     steps: u64,
     by_end: PyReadonlyArrayDyn<'_, f64>,
     by: Vec<String>,
-    compliance: Option<f64>,
+    smoothing: Option<(String, f64)>,
 ) -> PyResult<Found<'py>> {
+    let smoothing = smoothing_of(smoothing)?;
     let (content, constants) = (&scene.content, constants_of(&by)?);
     let (world, bodies) = (&content.world, content.world.bodies().len());
     let start = to_states("states", &states)?;
@@ -178,7 +190,7 @@ pub fn vjp<'py>(
             by_states: &mut by_states,
             constants: &constants,
             checkpoints: Checkpoints::default(),
-            compliance,
+            smoothing,
         };
         let found = simulation.gradient(&mut run)?;
         Ok((found, simulation.states().to_vec()))

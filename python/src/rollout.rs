@@ -2,7 +2,7 @@
 
 use crate::arrays::{numbers, shaped};
 use crate::errors::{of_step, refused};
-use crate::gradient::constants_of;
+use crate::gradient::{constants_of, smoothing_of};
 use crate::scene::Scene;
 use crate::watch::Watched;
 use numpy::{Element, PyArrayDyn, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
@@ -136,7 +136,7 @@ type Derivatives<'py> = (Vec<Bound<'py, PyArrayDyn<f64>>>, Vec<([f64; 2], [u64; 
 /// The derivatives of the numbers that the rollouts of a batch decide, where `cotangents` are their derivatives by the states
 /// after each step, (B or 1, T, N, 12), or by the ends.
 #[pyfunction]
-#[pyo3(signature = (inputs, threads, cotangents, of_ends, by, compliance))]
+#[pyo3(signature = (inputs, threads, cotangents, of_ends, by, smoothing))]
 pub fn rollout_gradients<'py>(
     py: Python<'py>,
     inputs: Inputs<'_>,
@@ -144,13 +144,13 @@ pub fn rollout_gradients<'py>(
     cotangents: PyReadonlyArrayDyn<'_, f64>,
     of_ends: bool,
     by: Vec<String>,
-    compliance: Option<f64>,
+    smoothing: Option<(String, f64)>,
 ) -> PyResult<Derivatives<'py>> {
-    let constants = constants_of(&by)?;
+    let (constants, smoothing) = (constants_of(&by)?, smoothing_of(smoothing)?);
     let (threads, numbers) = (of_threads(threads)?, numbers("gradients", &cotangents)?);
     let cotangents = if of_ends { Cotangents::Ends(numbers) } else { Cotangents::States(numbers) };
     let found = on_batch(py, &inputs, None, |batch, watch| {
-        gradients(batch, cotangents, By { constants: &constants, compliance }, threads, watch)
+        gradients(batch, cotangents, By { constants: &constants, smoothing }, threads, watch)
     })?;
     let (world, rollouts, steps) = (&inputs.0.content.world, inputs.1, inputs.2);
     let bodies = world.bodies().len();

@@ -85,6 +85,26 @@ def test_with_compliance_what_sticks_creeps():
         resting.jacobian(compliance=3.0)
 
 
+def test_on_the_central_path_what_is_near_is_felt():
+    near = tumble.Scene(bodies=[{"box": 0.2, "mass": 2.0, "position": [0, 0, 0.1004]}], ground={"friction": 0.5})
+    exact, central = near.jacobian(), near.jacobian(central_path=1e-2)
+    # The height has no part in free flight; lower it is pushed more.
+    assert exact["states"][0, 8, 0, 2] == 0.0 and central["states"][0, 8, 0, 2] < -1e-3
+    # By velocities a part of them, and by the same number as backwards.
+    assert 0.0 < central["states"][0, 8, 0, 8] < 1.0
+    along = np.zeros((1, 12))
+    along[0, 8] = 1.0
+    back = near.vjp(along, steps=1, central_path=1e-2)
+    assert np.allclose(back["states"][0], central["states"][0, 8, 0], rtol=1e-9, atol=1e-9)
+    with pytest.raises(tumble.TumbleError, match="central path of a derivative"):
+        near.jacobian(central_path=0.0)
+    with pytest.raises(tumble.TumbleError, match="one of both"):
+        near.vjp(along, central_path=1e-2, compliance=1e-2)
+    starts = near.states[None]
+    found = tumble.rollout(near, starts, steps=1, gradients=along[None], central_path=1e-2)
+    assert np.allclose(found.gradients["states"][0], back["states"], rtol=1e-12)
+
+
 def test_what_is_refused():
     scene = sliding()
     with pytest.raises(tumble.TumbleError, match="by: \"colour\" is none; there are states, wrenches, friction"):

@@ -20,7 +20,7 @@ use super::slopes::{Constants, Tape};
 use super::{PlanError, Problem};
 use crate::derivative::StateChange;
 use crate::mechanics::State;
-use crate::solver::native::{StepDerivative, StepGradient};
+use crate::solver::native::{Smoothing, StepDerivative, StepGradient};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -104,7 +104,7 @@ impl Stages {
     ) -> Result<Option<Self>, PlanError> {
         let problem = trials.problem;
         let like = match rough.checked_sub(1) {
-            Some(rough) => StepDerivative::smoothed(ROUGH[rough])?,
+            Some(rough) => StepDerivative::smoothed(Smoothing::Compliance(ROUGH[rough]))?,
             None => StepDerivative::new(),
         };
         let (scales, constants) = (scales(problem), Constants::of(problem));

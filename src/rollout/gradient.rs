@@ -9,6 +9,7 @@ use crate::derivative::StateChange;
 use crate::error::Error;
 use crate::mechanics::{State, Wrench};
 use crate::simulation::{Checkpoints, Run, RunGradient, Simulation};
+use crate::solver::native::Smoothing;
 use crate::world::Constant;
 use std::num::NonZeroUsize;
 
@@ -26,8 +27,8 @@ pub enum Cotangents<'a> {
 pub struct By<'a> {
     /// The constants.
     pub constants: &'a [Constant],
-    /// That of the steps whose derivatives are taken: see [`Run::compliance`].
-    pub compliance: Option<f64>,
+    /// That of the steps whose derivatives are taken: see [`Run::smoothing`].
+    pub smoothing: Option<Smoothing>,
 }
 
 /// Derivatives of the number of each rollout.
@@ -117,7 +118,7 @@ fn check(batch: &Batch<'_>, cotangents: Cotangents<'_>) -> Result<(), Error> {
 fn one(
     batch: &Batch<'_>,
     cotangents: Cotangents<'_>,
-    By { constants: by, compliance }: By<'_>,
+    By { constants: by, smoothing }: By<'_>,
     (rollout, watch): (usize, Watch<'_>),
 ) -> Result<RunGradient, Error> {
     let (mut simulation, driven) = batch.simulation(rollout, watch)?;
@@ -149,7 +150,7 @@ fn one(
         by_states: &mut by_states,
         constants: &asked,
         checkpoints: Checkpoints::default(),
-        compliance,
+        smoothing,
     };
     let mut found = simulation.gradient(&mut run)?;
     if let Some(by_inertia) = held.then(|| found.constants.pop()).flatten() {

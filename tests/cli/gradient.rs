@@ -199,13 +199,15 @@ fn a_shape_that_cannot_vary_is_refused() {
 
 #[test]
 fn what_cannot_be_differentiated_is_refused() {
-    let cases: [(&[&str], &[&str]); 9] = [
+    let cases: [(&[&str], &[&str]); 11] = [
         (&["--of", "x", "--by", "joint_friction"], &["joint_friction", "of its own"]),
         (&["--of", "x", "--by", "colour"], &["--by: \"colour\" is none", "velocity", "friction"]),
         (&["--of", "x", "--body", "nobody"], &["--body nobody"]),
         (&["--of", "x", "--differences", "-1"], &["--differences", "above 0"]),
         (&["--of", "w"], &["--of", "distance"]),
         (&["--of", "x", "--compliance", "3"], &["--compliance", "1e-9 to 1"]),
+        (&["--of", "x", "--central-path", "0"], &["--central-path", "1e-6 to 10 m/s"]),
+        (&["--of", "x", "--compliance", "0.1", "--central-path", "1"], &["cannot be used with"]),
         (&["--of", "x", "--sweep", "force=0..1"], &["--sweep force=0..1", "force.x=0..20"]),
         (&["--of", "x", "--sweep", "friction=0.5..0.1"], &["--sweep", "friction=0.1..0.6"]),
         (&["--of", "x", "--sweep", "friction=-1..2"], &["friction"]),
@@ -255,7 +257,8 @@ fn a_sweep_shows_where_a_block_breaks_away() {
         lines.map(numbers).collect::<Vec<_>>()
     };
     let (exact, smoothed) = (sweep(&["--differences", "1e-5"]), sweep(&["--compliance", "0.01"]));
-    assert_eq!((exact.len(), smoothed.len()), (21, 21));
+    let central = sweep(&["--central-path", "0.003"]);
+    assert_eq!((exact.len(), smoothed.len(), central.len()), (21, 21, 21));
     let way = 0.5 * steps * (steps + 1.0) * h * h;
     for (row, soft) in exact.iter().zip(&smoothed) {
         let [force, value, derivative] = [row[0], row[1], row[2]].map(Option::unwrap);
@@ -268,5 +271,12 @@ fn a_sweep_shows_where_a_block_breaks_away() {
         assert!((row[3].unwrap() - slope).abs() < 1e-6);
         assert_eq!(soft[1].unwrap(), value);
         assert!(soft[2].unwrap() > 2e-7, "{force} {soft:?}");
+    }
+    // Below the edge it already rises, and above it rises on to the exact one: no kink.
+    let slopes: Vec<f64> = central.iter().map(|row| row[2].unwrap()).collect();
+    assert!(slopes.iter().all(|slope| *slope > 0.0 && *slope < way / 2.0), "{slopes:?}");
+    assert!(slopes.windows(2).all(|pair| pair[0] < pair[1]), "{slopes:?}");
+    for (row, exact) in central.iter().zip(&exact) {
+        assert_eq!(row[1], exact[1]);
     }
 }

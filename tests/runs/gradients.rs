@@ -3,6 +3,7 @@
 
 mod batch;
 mod campaign;
+mod central;
 mod compare;
 mod digits;
 mod draw;
@@ -22,7 +23,7 @@ use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
-use tumble::solver::native::{StepChange, StepDerivative, StepGradient};
+use tumble::solver::native::{Smoothing, StepChange, StepDerivative, StepGradient};
 use tumble::step::StepStatus;
 use tumble::world::{Constant, Parameters, World};
 
@@ -114,7 +115,6 @@ fn what_sticks_has_no_derivative_by_a_push() {
     assert!(along_the_slope(&scene, angle, &[(Constant::Friction, &[1.0])]).abs() < 1e-11);
 }
 
-/// ⟨w, J v⟩ = ⟨Jᵀ w, v⟩ in every scene, by every argument at once.
 /// Pushed along the ground, what sticks with a compliance creeps: of four corners u = −ε p̂ each, m v = h F + Σ m p̂, so that
 /// v = h F/m ε/(4 + ε). Pressed down, it gives way in the same way.
 #[test]
@@ -122,7 +122,7 @@ fn with_compliance_what_sticks_creeps() {
     let (world, states) = on_a_slope(0.0, 0.5, 0.0);
     let (simulation, base) = step(&world, &states, &[]).unwrap();
     for compliance in [1e-6, 1e-3, 1e-1] {
-        let mut derivative = StepDerivative::smoothed(compliance).unwrap();
+        let mut derivative = StepDerivative::smoothed(Smoothing::Compliance(compliance)).unwrap();
         simulation.linearise(&base, &mut derivative).unwrap();
         let mut pushed = |force: Vector3<f64>, torque: Vector3<f64>| {
             let wrenches = [Wrench { force, torque }];
@@ -139,15 +139,20 @@ fn with_compliance_what_sticks_creeps() {
         assert!(along.spin.norm() <= 1e-9 * expected / 0.1, "{along:?}");
         let down = pushed(-Vector3::z(), Vector3::zeros());
         assert!((down.velocity[2] + expected).abs() <= 1e-9 * expected, "{down:?}");
-        assert_eq!(derivative.compliance(), Some(compliance));
+        assert_eq!(derivative.smoothing(), Some(Smoothing::Compliance(compliance)));
     }
     for refused in [0.0, -1.0, 2.0, f64::NAN] {
-        assert!(StepDerivative::smoothed(refused).is_err());
+        assert!(StepDerivative::smoothed(Smoothing::Compliance(refused)).is_err());
     }
 }
 
 #[test]
 fn the_transposed_product_is_that_of_the_same_matrix() {
+    transposes(&StepDerivative::new());
+}
+
+/// ⟨w, J v⟩ = ⟨Jᵀ w, v⟩ in every scene, by every argument at once.
+fn transposes(derivative: &StepDerivative) {
     let mut twister = Mt::new(3);
     let mut draw = || f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
     for name in [
@@ -164,7 +169,7 @@ fn the_transposed_product_is_that_of_the_same_matrix() {
         let scene = scenario(&format!("{name}.toml"));
         let mut run = scene.simulation(&Default::default()).unwrap();
         let mut record = StepRecord::new();
-        let (mut derivative, mut gradient) = (StepDerivative::new(), StepGradient::default());
+        let (mut derivative, mut gradient) = (derivative.clone(), StepGradient::default());
         for k in 0..scene.rows.min(300) - 1 {
             run.step(&mut record).unwrap();
             if k % 60 != 30 {
@@ -291,7 +296,7 @@ fn a_run_backwards() {
             by_states: &mut by_states,
             constants: &[Constant::Friction, Constant::Gravity],
             checkpoints,
-            compliance: None,
+            smoothing: None,
         };
         let found = simulation.gradient(&mut run).unwrap();
         assert_eq!(simulation.index(), steps);
@@ -345,7 +350,7 @@ fn a_run_under_a_load_that_acts_at_a_point() {
         by_states: &mut by_states,
         constants: &[Constant::Mass, Constant::Gravity],
         checkpoints: Checkpoints { steps: 90, saved: 3 },
-        compliance: None,
+        smoothing: None,
     });
     let found = found.unwrap();
     let close = |found: f64, difference: f64| {

@@ -11,7 +11,7 @@ use super::{Saved, Simulation, StepRecord};
 use crate::derivative::StateChange;
 use crate::error::Error;
 use crate::mechanics::{State, Wrench};
-use crate::solver::native::{StepDerivative, StepGradient};
+use crate::solver::native::{Smoothing, StepDerivative, StepGradient};
 use crate::step::StepStatus;
 use crate::world::Constant;
 use nalgebra::Matrix3;
@@ -52,9 +52,9 @@ pub struct Run<'f> {
     pub constants: &'f [Constant],
     /// What may be kept.
     pub checkpoints: Checkpoints,
-    /// With a compliance the derivatives of the steps are [smoothed](StepDerivative::smoothed): the run is the exact one,
+    /// With it the derivatives of the steps are [smoothed](StepDerivative::smoothed): the run is the exact one,
     /// and what is found no derivative of it but a direction where the exact one has none.
-    pub compliance: Option<f64>,
+    pub smoothing: Option<Smoothing>,
 }
 
 /// The derivatives of a number by what a run started from.
@@ -192,7 +192,7 @@ impl Simulation<'_> {
 
 /// Of no step yet, smoothed as the run asks for.
 fn derivative_of(run: &Run<'_>) -> Result<StepDerivative, Error> {
-    run.compliance.map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)
+    run.smoothing.map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)
 }
 
 /// What a step that was linearised is.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Tuple
 
 from ._rollout import batch_of, rollout
 from ._tumble import PARAMETERS, TumbleError
@@ -33,9 +33,9 @@ class Differentiable:
         scene: "Scene",
         steps: Optional[int],
         threads: Optional[int],
-        compliance: Optional[float] = None,
+        smoothing: Optional[Tuple[str, float]] = None,
     ):
-        self.scene, self.steps, self.threads, self.compliance = scene, steps, threads, compliance
+        self.scene, self.steps, self.threads, self.smoothing = scene, steps, threads, smoothing
 
     def _arguments(self, arrays: Mapping[str, Any]) -> Dict[str, Any]:
         own = dict(arrays)
@@ -68,7 +68,7 @@ class Differentiable:
             ],
             axis=-1,
         )
-        found = batch.gradients(duals, None, self.threads, self.compliance).by
+        found = batch.gradients(duals, None, self.threads, self.smoothing).by
         start = found.pop("states")
         turning = _turning(np.broadcast_to(batch.starts, (batch.rollouts, *batch.starts.shape[1:]))[..., 3:7])
         by_attitude = 2.0 * np.einsum("...ij,...j->...i", turning, start[..., 3:6])

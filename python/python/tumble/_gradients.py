@@ -80,14 +80,17 @@ def jacobian(
     *,
     by: Iterable[str] = (),
     compliance: Optional[float] = None,
+    central_path: Optional[float] = None,
 ) -> Derivatives:
     """The derivative of one step of ``scene`` from ``states`` (N, 13), by them (N, 12, N, 12), by wrenches
     (N, 12, N, 6) and by the constants named in ``by``, (N, 12) and the constant's own shape. With a ``compliance`` (1e-9 to 1) it is that of a
-    step in which contacts give way: a direction for a search where the exact derivative is zero."""
+    step in which contacts give way, with a ``central_path`` (1e-6 to 10 m/s) of one on the central path of an interior point, whose products of
+    force and gap are its square: a direction for a search where the exact derivative is zero."""
     names = constant_names(by)
     count = len(scene.bodies)
     pushes = None if wrenches is None else _of_bodies("wrenches", wrenches, (count, 6))
-    found = _tumble.jacobian(scene, _states(scene, states), pushes, names, compliance_of(compliance))
+    smoothing = smoothing_of(compliance, central_path)
+    found = _tumble.jacobian(scene, _states(scene, states), pushes, names, smoothing)
     return _derivatives(found, ["states", "wrenches", *names])
 
 
@@ -100,11 +103,12 @@ def vjp(
     steps: Optional[int] = None,
     by: Iterable[str] = (),
     compliance: Optional[float] = None,
+    central_path: Optional[float] = None,
 ) -> Derivatives:
     """The derivatives of one number by what a run of ``steps`` began with, where ``cotangents`` (N, 12) are
     its derivatives by the states at the end: by ``states`` (N, 12), by ``controls`` (T, N, 6) and by the constants
     named in ``by``. One pass backwards, however many there are. Without ``steps`` those of the controls, or one. With a
-    ``compliance`` the derivatives of the exact run's steps are those of ``jacobian``."""
+    ``compliance`` or a ``central_path`` the derivatives of the exact run's steps are those of ``jacobian``."""
     names = constant_names(by)
     count = len(scene.bodies)
     pushes = None
@@ -117,7 +121,8 @@ def vjp(
         pushes = pushes.reshape(len(pushes), count, 6)
     length = whole("steps", steps if steps is not None else 1 if pushes is None else len(pushes), 1, 9_999_999)
     duals = _of_bodies("cotangents", cotangents, (count, 12))
-    found = _tumble.vjp(scene, _states(scene, states), pushes, length, duals, names, compliance_of(compliance))
+    smoothing = smoothing_of(compliance, central_path)
+    found = _tumble.vjp(scene, _states(scene, states), pushes, length, duals, names, smoothing)
     return _derivatives(found, ["states", "controls", *names])
 
 
@@ -135,9 +140,14 @@ def _states(scene: "Scene", states: Any) -> "Floats":
     return scene.states if states is None else _of_bodies("states", states, (count, 13))
 
 
-def compliance_of(compliance: Optional[float]) -> Optional[float]:
-    """A number, or none."""
-    return None if compliance is None else float(numbers("compliance", compliance, ()))
+def smoothing_of(compliance: Optional[float], central_path: Optional[float]) -> Optional[Tuple[str, float]]:
+    """What derivatives are smoothed by: its name and its size."""
+    given = [(name, by) for name, by in (("compliance", compliance), ("central_path", central_path)) if by is not None]
+    if len(given) > 1:
+        raise _tumble.TumbleError("compliance and central_path are given; one of both smooths derivatives")
+    for name, by in given:
+        return name, float(numbers(name, by, ()))
+    return None
 
 
 def constant_names(by: Iterable[str]) -> List[str]:

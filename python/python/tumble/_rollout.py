@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Dict, Iterable, List, Mapping, NamedTuple
 
 from ._arrays import apart, numbers, output
 from ._checks import made, room, whole
-from ._gradients import RolloutDerivatives, compliance_of, constant_names
+from ._gradients import RolloutDerivatives, constant_names, smoothing_of
 from ._progress import Progress, callback
 from ._scene import Scene
 from ._tumble import STATUSES, TumbleError, parameter_shape
@@ -102,6 +102,7 @@ def rollout(
     gradients: Any = None,
     by: Optional[Iterable[str]] = None,
     compliance: Optional[float] = None,
+    central_path: Optional[float] = None,
     progress: Progress = False,
 ) -> Rollouts:
     """Simulates a scene of N bodies B times over T steps, on all cores.
@@ -135,6 +136,7 @@ def rollout(
         controls and by constants, one pass backwards through each rollout.
     :param by: the constants to differentiate by; without, those of ``parameters`` that have derivatives.
     :param compliance: smoothed derivatives of the exact rollouts' steps, as of ``Scene.jacobian``.
+    :param central_path: the same, smoothed by the central path.
     :param progress: called with steps done and all steps; True writes them to stderr.
     :raises MemoryError: for arrays of more bytes than the machine has.
     :raises TumbleError: for arrays of a wrong shape or dtype or with NaN, by name, and for the
@@ -144,7 +146,7 @@ def rollout(
 
     if out is not None and not isinstance(out, Mapping):
         raise TypeError(f"out is {type(out).__name__}; a dictionary of arrays by name is needed")
-    for name, given in (("by", by), ("compliance", compliance)):
+    for name, given in (("by", by), ("compliance", compliance), ("central_path", central_path)):
         if gradients is None and given is not None:
             raise TypeError(f"{name} is given without gradients")
     batch = batch_of(scene, initial_states, controls, motors, joint_forces, steps, parameters)
@@ -191,7 +193,7 @@ def rollout(
     done._batch = batch
     if gradients is not None:
         duals = gradients(done.states) if callable(gradients) else gradients
-        done.gradients = batch.gradients(duals, by, threads, compliance)
+        done.gradients = batch.gradients(duals, by, threads, smoothing_of(compliance, central_path))
     return done
 
 
@@ -226,7 +228,7 @@ class Batch(NamedTuple):
         duals: Any,
         by: Optional[Iterable[str]],
         threads: Optional[int],
-        compliance: Optional[float] = None,
+        smoothing: Optional[Tuple[str, float]] = None,
     ) -> RolloutDerivatives:
         """The derivatives where those by the states are ``duals``."""
         import numpy as np
@@ -239,8 +241,8 @@ class Batch(NamedTuple):
         given = [name for name, _ in self.values]
         names = given if by is None else constant_names(by)
         room("the derivatives by controls", 48 * self.rollouts * self.steps * bodies)
-        of_ends, soft = array.ndim == 3, compliance_of(compliance)
-        found, noted = _gradients(self.inputs(), _threads(threads), array, of_ends, names, soft)
+        of_ends = array.ndim == 3
+        found, noted = _gradients(self.inputs(), _threads(threads), array, of_ends, names, smoothing)
         margins, at, counts = (np.array(of) for of in zip(*noted))
         unsolved, unknown, kept, limited = counts.T
         return RolloutDerivatives(

@@ -207,14 +207,16 @@ class Scene(CoreScene):
         *,
         by: Iterable[str] = (),
         compliance: Optional[float] = None,
+        central_path: Optional[float] = None,
     ) -> "Derivatives":
         """The derivative of one step from ``states`` (N, 13; the scene's start without) under ``wrenches`` (N, 6):
         ``["states"]`` (N, 12, N, 12), ``["wrenches"]`` (N, 12, N, 6), and those by the constants named in
-        ``by``, such as "friction" or "mass". With a ``compliance`` (1e-9 to 1) it is that of a step in which contacts give way:
-        a direction for a search where the exact derivative is zero. See Derivatives."""
+        ``by``, such as "friction" or "mass". With a ``compliance`` (1e-9 to 1) it is that of a step in which contacts give way,
+        with a ``central_path`` (1e-6 to 10 m/s) of one on the central path of an interior point, whose products of force and gap are its
+        square: a direction for a search where the exact derivative is zero. See Derivatives."""
         from ._gradients import jacobian
 
-        return jacobian(self, states, wrenches, by=by, compliance=compliance)
+        return jacobian(self, states, wrenches, by=by, compliance=compliance, central_path=central_path)
 
     def vjp(
         self,
@@ -225,14 +227,16 @@ class Scene(CoreScene):
         steps: Optional[int] = None,
         by: Iterable[str] = (),
         compliance: Optional[float] = None,
+        central_path: Optional[float] = None,
     ) -> "Derivatives":
         """The derivatives of one number by what a run of ``steps`` began with, where ``cotangents`` (N, 12) are its
         derivatives by the states at the end: ``["states"]`` (N, 12), ``["controls"]`` (T, N, 6), and those by
-        the constants named in ``by``. With a ``compliance`` the derivatives of the steps are smoothed, the run is the exact
+        the constants named in ``by``. With a ``compliance`` or a ``central_path`` the derivatives of the steps are smoothed, the run is the exact
         one. See Derivatives."""
         from ._gradients import vjp
 
-        return vjp(self, cotangents, states, controls, steps=steps, by=by, compliance=compliance)
+        smoothing = {"compliance": compliance, "central_path": central_path}
+        return vjp(self, cotangents, states, controls, steps=steps, by=by, **smoothing)
 
     def __repr__(self) -> str:
         bodies = len(self.bodies)

@@ -253,14 +253,14 @@ def rollout(
     progress: Progress,
 ) -> Tuple[List[int], List[int], List[Tuple[int, int, str, float]]]: ...
 def rollout_gradients(
-    inputs: _Inputs, threads: int, cotangents: Floats, of_ends: bool, by: List[str], compliance: Optional[float]
+    inputs: _Inputs, threads: int, cotangents: Floats, of_ends: bool, by: List[str], smoothing: Optional[Tuple[str, float]]
 ) -> Tuple[List[Floats], List[Tuple[List[float], List[int], List[int]]]]: ...
 def parameter_shape(name: str, scene: CoreScene) -> List[int]: ...
 
 _Derivatives = Tuple[Floats, List[Floats], List[float], List[int], List[int]]
 
 def jacobian(
-    scene: CoreScene, states: Floats, pushes: Optional[Floats], by: List[str], compliance: Optional[float]
+    scene: CoreScene, states: Floats, pushes: Optional[Floats], by: List[str], smoothing: Optional[Tuple[str, float]]
 ) -> _Derivatives: ...
 def vjp(
     scene: CoreScene,
@@ -269,7 +269,7 @@ def vjp(
     steps: int,
     by_end: Floats,
     by: List[str],
-    compliance: Optional[float],
+    smoothing: Optional[Tuple[str, float]],
 ) -> _Derivatives: ...
 
 _Entries = Tuple[int, int, List[int], List[int], Floats]

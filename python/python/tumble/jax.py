@@ -15,6 +15,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Mapping, Optional
 
 from ._autodiff import Differentiable, names_of
+from ._gradients import smoothing_of
 
 try:
     import jax
@@ -33,18 +34,19 @@ def rollout(
     steps: Optional[int] = None,
     parameters: Optional[Mapping[str, Any]] = None,
     compliance: Optional[float] = None,
+    central_path: Optional[float] = None,
     threads: Optional[int] = None,
 ) -> Any:
     """The states after each step, (B, T, N, 13), as a differentiable function of arrays: arguments are those of
     ``tumble.rollout``. An attitude's derivative is along the unit quaternions. With a
-    ``compliance`` derivatives are smoothed, as those of ``Scene.jacobian``; the states are the exact ones.
+    ``compliance`` or a ``central_path`` derivatives are smoothed, as those of ``Scene.jacobian``; the states are the exact ones.
 
     :raises TumbleError: as ``tumble.rollout``; of numbers, jax
         raises it as an error of its own where it comes from a compiled function.
     """
     import numpy as np
 
-    of = Differentiable(scene, steps, threads, compliance)
+    of = Differentiable(scene, steps, threads, smoothing_of(compliance, central_path))
     names = names_of(initial_states, controls, parameters)
     given = {"initial_states": initial_states, "controls": controls, **(parameters or {})}
     operands = {name: jax.numpy.asarray(given[name], float) for name in names}

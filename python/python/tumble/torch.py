@@ -14,6 +14,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Mapping, Optional
 
 from ._autodiff import Differentiable, names_of
+from ._gradients import smoothing_of
 
 try:
     import torch
@@ -54,15 +55,16 @@ def rollout(
     steps: Optional[int] = None,
     parameters: Optional[Mapping[str, Any]] = None,
     compliance: Optional[float] = None,
+    central_path: Optional[float] = None,
     threads: Optional[int] = None,
 ) -> Any:
     """The states after each step, a tensor (B, T, N, 13) of float64 on the CPU, as a differentiable function of tensors:
     arguments are those of ``tumble.rollout``. An attitude's derivative is along the unit quaternions. With a
-    ``compliance`` derivatives are smoothed, as those of ``Scene.jacobian``; the states are the exact ones.
+    ``compliance`` or a ``central_path`` derivatives are smoothed, as those of ``Scene.jacobian``; the states are the exact ones.
 
     :raises TumbleError: as ``tumble.rollout``.
     """
     names = names_of(initial_states, controls, parameters)
     given = {"initial_states": initial_states, "controls": controls, **(parameters or {})}
     tensors = [torch.as_tensor(given[name]) for name in names]
-    return _Rollout.apply(Differentiable(scene, steps, threads, compliance), names, *tensors)
+    return _Rollout.apply(Differentiable(scene, steps, threads, smoothing_of(compliance, central_path)), names, *tensors)

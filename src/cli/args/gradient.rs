@@ -42,6 +42,16 @@ pub struct GradientArgs {
     /// direction for a search where the exact ones are zero.
     #[arg(long, value_name = "COMPLIANCE", value_parser = values::number, allow_hyphen_values = true)]
     pub compliance: Option<f64>,
+    /// Smoothed derivatives: of the run's steps from the same states with contacts on the central path of an interior point, whose
+    /// products of force and gap are this speed squared, 1e-6 to 10 m/s. No kinks and no plateaus; what is near is felt.
+    #[arg(
+        long,
+        value_name = "SPEED",
+        value_parser = values::number,
+        allow_hyphen_values = true,
+        conflicts_with = "compliance"
+    )]
+    pub central_path: Option<f64>,
     /// The number and its derivative while one number of an argument goes through a range, in sweep.csv and as a picture
     /// (sweep.svg, sweep.png): friction=0.1..0.6, force.x=0..20. Turns are from the start's attitude.
     #[arg(

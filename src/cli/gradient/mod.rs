@@ -21,7 +21,7 @@ use task::{Row, Stop, Task};
 use tumble::mechanics::Wrench;
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
-use tumble::solver::native::StepDerivative;
+use tumble::solver::native::{Smoothing, StepDerivative};
 
 /// What gradient.json says.
 #[derive(Debug, Serialize)]
@@ -34,6 +34,10 @@ struct Report<'a> {
     /// Of smoothed derivatives, which are those of other steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     compliance: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    central_path_m_s: Option<f64>,
+    #[serde(skip)]
+    smoothing: Option<Smoothing>,
     /// m/s, and the step that it is of; null where nothing is near.
     margin: Option<(f64, u64)>,
     feature_margin: Option<(f64, u64)>,
@@ -47,6 +51,17 @@ struct Report<'a> {
     derivatives: &'a [Row],
 }
 
+/// What the derivatives are smoothed by.
+fn smoothing(args: &GradientArgs) -> Result<Option<Smoothing>, Failure> {
+    let compliance = args.compliance.map(|by| ("--compliance", Smoothing::Compliance(by)));
+    let central = args.central_path.map(|by| ("--central-path", Smoothing::CentralPath(by)));
+    let Some((flag, smoothing)) = compliance.or(central) else { return Ok(None) };
+    match StepDerivative::smoothed(smoothing) {
+        Ok(_) => Ok(Some(smoothing)),
+        Err(error) => Err(Failure::Input(format!("{flag}: {error}"))),
+    }
+}
+
 /// `tumble gradient`.
 pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
     let arguments = arguments("--by", &args.by)?;
@@ -56,10 +71,7 @@ pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
             "--differences: a size above 0 and below 1 is needed".to_owned(),
         ));
     }
-    if let Some(compliance) = args.compliance {
-        StepDerivative::smoothed(compliance)
-            .map_err(|error| Failure::Input(format!("--compliance: {error}")))?;
-    }
+    let smoothing = smoothing(args)?;
     let text = read_text(&args.file)?;
     let flags = Settings {
         seed: args.seed,
@@ -75,9 +87,8 @@ pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
     let body = body_of(&scene, args.body.as_deref())?;
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let (of, compliance) = (args.of, args.compliance);
-    let push = Wrench::zero();
-    let task = Task { scene: &scene, body, of, compliance, push, interrupt: &interrupt };
+    let (of, push) = (args.of, Wrench::zero());
+    let task = Task { scene: &scene, body, of, smoothing, push, interrupt: &interrupt };
     if let Some(range) = range {
         return sweep::run(args, &task, range);
     }
@@ -94,6 +105,8 @@ pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
         steps: scene.rows - 1,
         value,
         compliance: args.compliance,
+        central_path_m_s: args.central_path,
+        smoothing,
         margin: near(found.margin),
         feature_margin: near(found.feature_margin),
         unsolved: found.unsolved,
@@ -151,11 +164,8 @@ fn table(rows: &[Row]) -> String {
 fn described(report: &Report<'_>) -> String {
     let Report { of, body, steps, value, .. } = report;
     let mut text = format!("{of} of {body} after {steps} steps: {value}\n");
-    if let Some(compliance) = report.compliance {
-        let _ = writeln!(
-            text,
-            "  smoothed by a compliance of {compliance}: of other steps than the run's"
-        );
+    if let Some(smoothing) = report.smoothing {
+        let _ = writeln!(text, "  smoothed by {smoothing}: of other steps than the run's");
     }
     for Row { argument, part, unit, derivative, difference, .. } in report.derivatives {
         let per = if unit.is_empty() { String::new() } else { format!(" per {unit}") };

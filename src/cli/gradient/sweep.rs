@@ -31,8 +31,7 @@ pub fn run(args: &GradientArgs, task: &Task<'_>, range: Range) -> Result<Outcome
     let of = |part: fn(&Point) -> f64| points.iter().map(part).collect::<Vec<f64>>();
     let unit = args.of.unit();
     let quantity = format!("{} of {} ({unit})", name_of(args.of), task.scene.bodies[task.body]);
-    let smoothed =
-        args.compliance.map_or(String::new(), |c| format!(", smoothed by a compliance of {c}"));
+    let smoothed = task.smoothing.map_or(String::new(), |by| format!(", smoothed by {by}"));
     let picture = sweep(&Sweep {
         heading: &format!(
             "{}: {} after {} steps",

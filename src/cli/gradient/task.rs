@@ -13,6 +13,7 @@ use tumble::error::Error;
 use tumble::mechanics::{RigidBody, State, Wrench};
 use tumble::scenario::scene::Scene;
 use tumble::simulation::{Checkpoints, Run, RunGradient, Simulation, StepRecord};
+use tumble::solver::native::Smoothing;
 use tumble::step::StepStatus;
 use tumble::world::Constant;
 
@@ -57,7 +58,7 @@ pub struct Task<'a> {
     pub scene: &'a Scene,
     pub body: usize,
     pub of: Quantity,
-    pub compliance: Option<f64>,
+    pub smoothing: Option<Smoothing>,
     /// What pushes the body through all steps.
     pub push: Wrench,
     pub interrupt: &'a Arc<AtomicBool>,
@@ -92,7 +93,7 @@ impl Task<'_> {
             by_states: &mut by_states,
             constants: &constants,
             checkpoints: Checkpoints::default(),
-            compliance: self.compliance,
+            smoothing: self.smoothing,
         };
         let mut found = simulation.gradient(&mut run)?;
         // The distance is from where it started.

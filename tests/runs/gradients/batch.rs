@@ -81,7 +81,7 @@ impl Slides {
         let threads = NonZeroUsize::new(threads).unwrap();
         let cotangents = Cotangents::States(cotangents);
         let watch = Watch::default();
-        let by = By { constants: &by, compliance: None };
+        let by = By { constants: &by, smoothing: None };
         self.with_batch(|batch| gradients(batch, cotangents, by, threads, watch)).unwrap()
     }
 }
@@ -144,7 +144,7 @@ fn what_a_batch_refuses() {
     let slides = Slides::new();
     let refused = |cotangents: Cotangents<'_>| {
         let (threads, watch) = (NonZeroUsize::MIN, Watch::default());
-        let by = By { constants: &[], compliance: None };
+        let by = By { constants: &[], smoothing: None };
         let found = slides.with_batch(|batch| gradients(batch, cotangents, by, threads, watch));
         found.unwrap_err().error
     };
@@ -189,7 +189,7 @@ fn a_gradient_that_fails_leaves_the_simulation_where_it_was() {
         by_states: &mut |_, _| None,
         constants: &[],
         checkpoints: Checkpoints::default(),
-        compliance: None,
+        smoothing: None,
     };
     assert_eq!(simulation.gradient(&mut run), Err(Error::Interrupted));
     assert_eq!((simulation.index(), simulation.states()), (0, &states[..]));

@@ -84,7 +84,7 @@ fn a_slide_in_small_steps_backwards() {
                 },
                 constants: &[Constant::Size],
                 checkpoints: Checkpoints::default(),
-                compliance: None,
+                smoothing: None,
             })
             .unwrap();
         let by_place = &found.states[0].position;

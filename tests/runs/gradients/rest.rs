@@ -28,7 +28,7 @@ fn a_run_that_comes_to_rest() {
             by_states: &mut |k, _| by_states(k),
             constants: &constants,
             checkpoints: Checkpoints::default(),
-            compliance: None,
+            smoothing: None,
         })
         .unwrap();
     let mut run = scene.simulation(&Default::default()).unwrap();

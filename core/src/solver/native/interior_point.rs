@@ -90,6 +90,51 @@ impl<E: Equations> InteriorPoint<E> {
         }
     }
 
+    /// Brings `iterate` to where every product is `kappa` (m²/s²), from a centred start as before: a point of the central path.
+    /// Whether it came there.
+    pub(super) fn centre(
+        &mut self,
+        equations: &E,
+        (scale, kappa): (f64, f64),
+        iterate: &mut Iterate<E>,
+        effort: &mut Effort<'_>,
+    ) -> bool {
+        /// What products may miss, as a part of κ.
+        const CENTRED: f64 = 1e-10;
+        /// Above so many κ the products are brought down as for a solution.
+        const FAR: f64 = 4.0;
+        self.start(equations, scale, iterate);
+        let tolerance = equations.tolerances().rounding;
+        for _ in 0..MOST_ITERATIONS {
+            let off = self.barriers.iter().map(|at| at.off_centre(kappa)).fold(0.0, f64::max);
+            if off <= CENTRED * kappa && self.error(equations, iterate) <= tolerance {
+                return true;
+            }
+            if !effort.spend() || !self.predict(equations, iterate) {
+                return false;
+            }
+            let gap = self.complementarity(0.0);
+            let aim = if gap > FAR * kappa {
+                let after = self.complementarity(self.longest_step());
+                ((after / gap).clamp(0.0, 1.0).powi(3) * gap).max(kappa)
+            } else {
+                // Newton's method, without what the predictor has of second order.
+                self.steps.iter_mut().for_each(|step| *step = step.nothing());
+                kappa
+            };
+            if !self.correct(equations, aim) {
+                return false;
+            }
+            self.advance(equations, iterate, self.longest_step());
+        }
+        false
+    }
+
+    /// The variables of coupling `index`.
+    pub(super) fn barrier(&self, index: usize) -> &Barrier {
+        &self.barriers[index]
+    }
+
     /// The centred start; returns the speed scale.
     fn start(&mut self, equations: &E, scale: f64, iterate: &mut Iterate<E>) -> f64 {
         let couplings = equations.couplings();

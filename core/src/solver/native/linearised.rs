@@ -61,6 +61,29 @@ pub struct StepGradient {
     pub constants: Vec<Vec<f64>>,
 }
 
+/// A step that is smoother than the exact one from the same states.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Smoothing {
+    /// Every contact and every row of a joint gives way by this compliance ε (N6), û = u + ε p̂ with p̂ the impulse over the
+    /// island's mean mass. What sticks creeps, and what presses gives way; kinks stay, and what is open by more than
+    /// it gives way is not felt.
+    Compliance(f64),
+    /// Every contact is on the central path of (N7), of products κ = σ² with this speed σ, m/s: normal impulse over the island's mean
+    /// mass times gap speed, and the same of the friction within its cone. What presses by p̂ stays σ²/p̂ off, what is open by a
+    /// speed u is pushed by σ²/u, as far as it is a contact of the step: there are no kinks but of joints, and no plateaus. Joints
+    /// hold as they do.
+    CentralPath(f64),
+}
+
+impl std::fmt::Display for Smoothing {
+    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Compliance(compliance) => write!(to, "a compliance of {compliance}"),
+            Self::CentralPath(speed) => write!(to, "the central path at {speed} m/s"),
+        }
+    }
+}
+
 /// The derivative of the last step that it was [made](StepDerivative::linearise) for. Keeps its memory.
 #[derive(Debug, Clone, Default)]
 pub struct StepDerivative {
@@ -87,8 +110,8 @@ pub struct StepDerivative {
     room: f64,
     unknown: usize,
     kept: bool,
-    /// That of the step that is differentiated in place of the exact one.
-    compliance: Option<f64>,
+    /// By what the step that is differentiated differs from the exact one.
+    smoothing: Option<Smoothing>,
     /// What it is the derivative of, where nothing moved.
     rest: Option<Box<Rest>>,
     /// Of such a step what was found of the bodies [asked](StepDerivative::by_state) for.
@@ -107,16 +130,22 @@ impl StepDerivative {
         Self::default()
     }
 
-    /// Of steps with compliance: of the step from the same states in which every contact and every row of a joint gives
-    /// way by `compliance` (N6), û = u + ε p̂ with p̂ the impulse over the island's mean mass. What sticks then creeps, and what
-    /// presses gives way, so that there are derivatives where the exact ones are zero: a direction for a search, and
-    /// those of another step.
+    /// Of steps from the same states that are smoother than the exact ones, so that there are derivatives where those of the exact
+    /// ones are zero: a direction for a search, and derivatives of another step.
     ///
     /// # Errors
-    /// A compliance outside 1e-9…1.
-    pub fn smoothed(compliance: f64) -> Result<Self, Error> {
-        in_range("compliance of a derivative", compliance, 1e-9, 1.0, "1e-9 to 1")?;
-        Ok(Self { compliance: Some(compliance), ..Self::default() })
+    /// A compliance outside 1e-9…1, a speed outside 1e-6…10 m/s.
+    pub fn smoothed(smoothing: Smoothing) -> Result<Self, Error> {
+        match smoothing {
+            Smoothing::Compliance(compliance) => {
+                in_range("compliance of a derivative", compliance, 1e-9, 1.0, "1e-9 to 1")?;
+            }
+            Smoothing::CentralPath(speed) => {
+                let range = "1e-6 to 10 m/s";
+                in_range("central path of a derivative", speed, 1e-6, 10.0, range)?;
+            }
+        }
+        Ok(Self { smoothing: Some(smoothing), ..Self::default() })
     }
 
     /// Memory for the free flights of a step.
@@ -129,10 +158,10 @@ impl StepDerivative {
         self.flights = memory;
     }
 
-    /// The compliance of what is differentiated; none of the exact step.
+    /// By what the step that is differentiated differs from the exact one; `None` of that itself.
     #[must_use]
-    pub fn compliance(&self) -> Option<f64> {
-        self.compliance
+    pub fn smoothing(&self) -> Option<Smoothing> {
+        self.smoothing
     }
 
     /// Makes this the derivative of `step`, whose `solution` was found, by whichever solver, with these
@@ -141,7 +170,7 @@ impl StepDerivative {
     ///
     /// # Errors
     /// Lists that do not belong together; an island whose linear system is singular, or that has no solution with the
-    /// [compliance](StepDerivative::smoothed) asked for; an interrupt.
+    /// [smoothing](StepDerivative::smoothed) asked for; an interrupt.
     pub fn linearise(
         &mut self,
         step: &Step<'_>,
@@ -245,15 +274,18 @@ impl StepDerivative {
         let linear = &mut self.islands[self.count];
         self.count += 1;
         let at = (step, contacts, view);
-        let kept = linear.linearise(at, (&mut self.next, &self.slots), self.compliance)?;
+        let kept = linear.linearise(at, (&mut self.next, &self.slots), self.smoothing)?;
         self.kept |= kept;
         let (point, h) = (&linear.points[0], step.world.time_step());
-        if self.compliance.is_some() {
+        if self.smoothing.is_some() {
             for (&body, end) in view.bodies.iter().zip(&point.iterate.velocity) {
                 self.ends[body] = Some(EndMap::new(&end.linear, &end.spin, h));
             }
         }
-        self.margin = self.margin.min(linear.margin());
+        // On the central path no contact has a kink.
+        let is_central = matches!(self.smoothing, Some(Smoothing::CentralPath(_)));
+        let smooth = if is_central { view.contacts.len() } else { 0 };
+        self.margin = self.margin.min(linear.margin(smooth));
         let pressing = point.couplings.iter().filter(|coupling| coupling.presses());
         self.room = pressing.map(|c| c.tangent.room() / h).fold(self.room, f64::min);
         self.unknown +=

@@ -57,7 +57,7 @@ use descent::Outcome;
 use equations::changes;
 use islands::{IslandView, Islands, Marked};
 pub use law::Piece;
-pub use linearised::{StepChange, StepDerivative, StepGradient};
+pub use linearised::{Smoothing, StepChange, StepDerivative, StepGradient};
 use nalgebra::Vector3;
 use part::{Asked, Part, Parts};
 use policy::{Policy, Start};

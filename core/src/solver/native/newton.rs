@@ -196,6 +196,22 @@ impl<E: Equations> Newton<E> {
         is_regular.then_some((&self.eliminations, &self.pieces))
     }
 
+    /// The same with what `answer` makes of every coupling in place of the law's answers; the pieces are the law's.
+    pub(super) fn linearise_as(
+        &mut self,
+        equations: &E,
+        map: &NaturalMap,
+        answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
+        iterate: &Iterate<E>,
+    ) -> Option<Linearised<'_, E>> {
+        self.find_pieces(equations, map, iterate);
+        self.kept.are_good = false;
+        let Iterate { velocity, points, scratch, .. } = iterate;
+        let at = Point { velocity, points, scratch };
+        let is_regular = equations.linearise(at, answer, &mut self.eliminations, &mut self.system);
+        is_regular.then_some((&self.eliminations, &self.pieces))
+    }
+
     /// The pieces that were found last.
     pub(super) fn pieces(&self) -> &[Piece] {
         &self.pieces

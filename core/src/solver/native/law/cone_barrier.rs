@@ -119,17 +119,26 @@ impl ConeBarrier {
         predictor: &Self,
         u: &Vector3<f64>,
     ) -> Option<(Vector3<f64>, Matrix3<f64>, Pending)> {
-        let friction = self.friction;
         let targets = self.targets(kappa, predictor);
         let gap_error = self.speeds() - u - COMPLIANCE * self.impulse();
-        let pending = Pending { gap_error, dual_target: targets.dual };
+        let (offset, gain) = self.solved(&targets, &gap_error)?;
+        Some((offset, gain, Pending { gap_error, dual_target: targets.dual }))
+    }
+
+    /// (N7) linearised with these right-hand sides, solved for the impulse: offset and gain by δu.
+    fn solved(
+        &self,
+        targets: &Targets,
+        gap_error: &Vector3<f64>,
+    ) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+        let friction = self.friction;
         // s δγ + γ δs = r_a with δs = δu_z + ε δγ − e_z.
         let across = self.gap + COMPLIANCE * self.normal;
         let normal_offset = (targets.gap + self.normal * gap_error[2]) / across;
         let normal_gain = -self.normal / across;
         if friction <= 0.0 {
             let gain = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, normal_gain));
-            return Some((Vector3::new(0.0, 0.0, normal_offset), gain, pending));
+            return Some((Vector3::new(0.0, 0.0, normal_offset), gain));
         }
         // δψ = (r_b − μψ δγ − η·δβ − β·δη)/(μγ), put into
         // μη δγ + μγ δη + β δψ + ψ δβ = r_c with δη = δu_xy + ε δβ − e_xy.
@@ -157,8 +166,31 @@ impl ConeBarrier {
                 0.0,
                 normal_gain,
             ),
-            pending,
         ))
+    }
+
+    /// The largest of what the products here miss of κ, m²/s², beyond the rounding of what they are sums of.
+    pub(super) fn off_centre(&self, kappa: f64) -> f64 {
+        /// As a part of the summands.
+        const ROUNDING: f64 = 1e-14;
+        let Targets { gap, dual, slip } = self.targets(kappa, &Self::ZERO);
+        if self.friction <= 0.0 {
+            // There is but the one product.
+            return gap.abs();
+        }
+        let radius = self.friction * self.normal;
+        let of_dual = radius * self.dual + self.tangential.norm() * self.slip.norm();
+        let of_slip = radius * self.slip.norm() + self.dual * self.tangential.norm();
+        let missed = [(dual.abs(), of_dual), (slip.amax(), of_slip)];
+        let beyond = missed.map(|(missed, summands)| missed - ROUNDING * summands);
+        beyond.into_iter().fold(gap.abs(), f64::max)
+    }
+
+    /// δp̂ by δμ where the rows move as they do: (N7) has −γψ δμ and −γη δμ on the right.
+    pub(super) fn by_friction(&self) -> Option<Vector3<f64>> {
+        let (dual, slip) = (-self.normal * self.dual, -self.normal * self.slip);
+        let (offset, _) = self.solved(&Targets { gap: 0.0, dual, slip }, &Vector3::zeros())?;
+        Some(offset)
     }
 
     /// The step of all variables of this contact for the steps of its impulse and of its point,

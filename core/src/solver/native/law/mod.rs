@@ -271,6 +271,22 @@ impl Barrier {
         }
     }
 
+    /// The largest of what the products miss of κ, m²/s².
+    pub(super) fn off_centre(&self, kappa: f64) -> f64 {
+        match self {
+            Self::Cone(cone) => cone.off_centre(kappa),
+            Self::Axes(_) => 0.0,
+        }
+    }
+
+    /// δp̂ by δμ on the central path, in the axes of the rows; `None` of rows that do not rub.
+    pub(super) fn by_friction(&self) -> Option<Vector3<f64>> {
+        match self {
+            Self::Cone(cone) => cone.by_friction(),
+            Self::Axes(_) => None,
+        }
+    }
+
     /// The step of all variables for those of the impulse and of the rows' motion, in their axes.
     pub(super) fn step(
         &self,

@@ -32,12 +32,17 @@ pub(super) struct LinearCoupling {
 }
 
 impl LinearCoupling {
-    /// `limit` is the ε of which the limit is taken, or 0: what the law itself makes of the impulse does not give way (G14).
+    /// Of a point of the central path `by_friction` is δp̂ by δμ. `limit` is the ε of which the limit is taken, or 0: what the law itself makes of the impulse does not give way (G14).
     pub(super) fn new(
         step: &Step<'_>,
         (contact, placed, index): (&Contact, &Placed, usize),
         next: &[State],
-        (piece, from, impulse): (Piece, &Matrix3<f64>, Vector3<f64>),
+        (piece, by_friction, from, impulse): (
+            Piece,
+            Option<Vector3<f64>>,
+            &Matrix3<f64>,
+            Vector3<f64>,
+        ),
         limit: f64,
     ) -> Self {
         let (world, key) = (step.world, &contact.key);
@@ -47,7 +52,7 @@ impl LinearCoupling {
         let pressed = n.dot(&impulse);
         let across = |v: &Vector3<f64>| v - n * n.dot(v);
         // Along the friction, or against the slip where there is none.
-        let by_friction = match piece {
+        let by_friction = by_friction.unwrap_or_else(|| match piece {
             Piece::Slip => {
                 let along = match contact.law.friction > 0.0 {
                     true => across(&impulse),
@@ -56,7 +61,7 @@ impl LinearCoupling {
                 along.try_normalize(0.0).unwrap_or_default() * pressed
             }
             _ => Vector3::zeros(),
-        };
+        });
         let rotation = |body: Option<usize>| {
             body.map_or(Matrix3::identity(), |body| step.states[body].pose().rotation)
         };

@@ -11,7 +11,7 @@ use super::constants::{Constants, Shape, places, unit};
 use super::point::{Given, LinearPoint};
 use super::refined::Columns;
 use super::tied::Slots;
-use super::{StepChange, StepGradient};
+use super::{Smoothing, StepChange, StepGradient};
 use crate::contact::Contact;
 use crate::derivative::{EndMap, Placed, StateChange};
 use crate::error::Error;
@@ -38,6 +38,11 @@ pub(super) struct LinearIsland {
     /// How the features of its contacts follow the bodies, where it was asked.
     placed: Vec<Option<Placed>>,
 }
+
+const SINGULAR: Error = Error::Unsupported {
+    what: "the derivative of a step whose linear system is singular",
+    why: "contacts hold each other in a way that compliance does not resolve",
+};
 
 /// The points that count.
 fn points(all: &mut [LinearPoint; 2], is_one: bool) -> impl Iterator<Item = &mut LinearPoint> {
@@ -78,7 +83,7 @@ impl LinearIsland {
         &mut self,
         (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
         (next, slots): (&mut [State], &Slots),
-        smoothed: Option<f64>,
+        smoothed: Option<Smoothing>,
     ) -> Result<bool, Error> {
         self.bodies.clear();
         self.bodies.extend_from_slice(view.bodies);
@@ -135,12 +140,19 @@ impl LinearIsland {
         &mut self,
         step: &Step<'_>,
         view: &IslandView<'_>,
-        (rolls, smoothed): (bool, Option<f64>),
+        (rolls, smoothed): (bool, Option<Smoothing>),
     ) -> Result<bool, Error> {
-        if let Some(compliance) = smoothed {
-            self.soften(step, view, compliance)?;
-            self.given[0] = Given { compliance, is_limit: false };
-            return self.factorise().map(|()| false);
+        match smoothed {
+            Some(Smoothing::Compliance(compliance)) => {
+                self.soften(step, view, compliance)?;
+                self.given[0] = Given { compliance, is_limit: false };
+                return self.factorise().map(|()| false);
+            }
+            Some(Smoothing::CentralPath(speed)) => {
+                self.given[0] = Given { compliance: COMPLIANCE, is_limit: false };
+                return self.centre(step, view, speed * speed).map(|()| false);
+            }
+            None => {}
         }
         let limit = Given { compliance: COMPLIANCE, is_limit: true };
         self.given[0] = limit;
@@ -172,10 +184,18 @@ impl LinearIsland {
         let found = points(&mut self.points, self.is_one)
             .zip(self.given)
             .try_for_each(|(point, on)| point.factorise(&self.island, on));
-        found.ok_or(Error::Unsupported {
-            what: "the derivative of a step whose linear system is singular",
-            why: "contacts hold each other in a way that compliance does not resolve",
-        })
+        found.ok_or(SINGULAR)
+    }
+
+    /// Moves the first point to that of the central path where products are `kappa` (m²/s²), and factorises it there.
+    fn centre(&mut self, step: &Step<'_>, view: &IslandView<'_>, kappa: f64) -> Result<(), Error> {
+        let Self { island, points: [point, _], .. } = self;
+        if !point.centre(island, step, view, kappa)? {
+            let what = "the derivative at this point of the central path";
+            let why = "the point was not found; another speed is needed";
+            return Err(Error::Unsupported { what, why });
+        }
+        point.factorise_centred(island).ok_or(SINGULAR)
     }
 
     /// Moves both points to the solutions with compliance; whether the solution that was found is their limit, and so
@@ -234,13 +254,14 @@ impl LinearIsland {
         Err(Error::Unsupported { what: "the derivative with this compliance", why })
     }
 
-    /// How far its rows are from the next pieces of their laws, m/s: the least.
-    pub(super) fn margin(&self) -> f64 {
+    /// How far its rows are from the next pieces of their laws, m/s: the least, without those of its first couplings that
+    /// are `smooth`.
+    pub(super) fn margin(&self, smooth: usize) -> f64 {
         match self.free {
             Some(_) => f64::INFINITY,
             None => {
                 let margins = self.points[0].iterate.margins(&self.island);
-                margins.fold(f64::INFINITY, f64::min)
+                margins.skip(smooth).fold(f64::INFINITY, f64::min)
             }
         }
     }

@@ -2,13 +2,16 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
+use super::super::coupling::Coupling;
 use super::super::effort::Effort;
 use super::super::equations::{Equations, Velocity};
+use super::super::interior_point::InteriorPoint;
 use super::super::island::Island;
 use super::super::islands::IslandView;
-use super::super::law::{Factored, NaturalMap};
+use super::super::law::{Answer, Factored, NaturalMap, Piece};
 use super::super::newton::{Iterate, Newton, Until, evaluate};
 use super::super::part::next_state;
+use super::super::tolerances::COMPLIANCE;
 use super::coupling::LinearCoupling;
 use super::geared::LinearGear;
 use super::refined::{Columns, Held};
@@ -35,8 +38,12 @@ pub(super) struct LinearPoint {
     pub(super) newton: Newton<Island>,
     pub(super) iterate: Iterate<Island>,
     pub(super) held: Held,
+    /// Where it is a point of the central path, its barriers.
+    interior: InteriorPoint<Island>,
     /// Of the couplings that have a gain, in its factors.
     gains: Vec<(usize, Factored)>,
+    /// Of contacts on the central path, δp̂ by δμ, world.
+    by_friction: Vec<Vector3<f64>>,
     pub(super) couplings: Vec<LinearCoupling>,
     pub(super) joints: Vec<LinearRows>,
     pub(super) gears: Vec<LinearGear>,
@@ -52,7 +59,9 @@ impl LinearPoint {
             newton: Newton::new(),
             iterate: Iterate::new(),
             held: Held::default(),
+            interior: InteriorPoint::new(),
             gains: Vec::new(),
+            by_friction: Vec::new(),
             couplings: Vec::new(),
             joints: Vec::new(),
             gears: Vec::new(),
@@ -127,6 +136,30 @@ impl LinearPoint {
         Ok(converged || evaluate(island, &map, iterate).largest <= tolerances.newton)
     }
 
+    /// Finds the point of the central path where all products are `kappa` (m²/s²); whether it did.
+    pub(super) fn centre(
+        &mut self,
+        island: &Island,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+        kappa: f64,
+    ) -> Result<bool, Error> {
+        /// Multiples of the momentum that starts press with.
+        const SCALES: [f64; 5] = [1.0, 0.1, 10.0, 0.01, 100.0];
+        for scale in SCALES {
+            self.begin(island, step, view);
+            let mut effort = Effort::new(step, view.bodies.len(), view.contacts.len());
+            effort.begin_start(u32::MAX);
+            let Self { interior, iterate, .. } = self;
+            let is_there = interior.centre(island, (scale, kappa), iterate, &mut effort);
+            effort.check()?;
+            if is_there {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
     /// Stays at the solution that was found: compliance acts on changes alone (N13). Returns by how much it misses the laws, m/s.
     pub(super) fn keep(
         &mut self,
@@ -152,7 +185,8 @@ impl LinearPoint {
     pub(super) fn factorise(&mut self, island: &Island, on: Given) -> Option<()> {
         let Given { compliance, is_limit } = on;
         let map = NaturalMap::with_compliance(compliance);
-        let Self { newton, iterate, held, gains, .. } = self;
+        let Self { newton, iterate, held, gains, by_friction, .. } = self;
+        by_friction.clear();
         let (eliminations, pieces) = newton.linearise(island, &map, compliance, iterate)?;
         let members = island.members().iter().zip(&iterate.velocity);
         held.begin(members.map(|(member, velocity)| member.angular_slope(&velocity.spin)));
@@ -163,6 +197,44 @@ impl LinearPoint {
             if gain.gains != Vector3::zeros() {
                 let of = (index, &eliminations[index].slope, &gain);
                 held.add(island, of, (compliance, is_limit));
+                gains.push((index, gain));
+            }
+        }
+        Some(())
+    }
+
+    /// Factorises the equations here, on the central path: gains of contacts are those of (N7), which are nowhere nothing, those of
+    /// joints the laws' own. `None` where they are singular.
+    pub(super) fn factorise_centred(&mut self, island: &Island) -> Option<()> {
+        let map = NaturalMap::with_compliance(COMPLIANCE);
+        let Self { newton, iterate, held, interior, gains, by_friction, .. } = self;
+        evaluate(island, &map, iterate);
+        let graphs = island.graphs();
+        // (N7) in the axes of the rows: of contacts alone, as joints have no interior.
+        let gain = |index: usize, u: &Vector3<f64>| {
+            let (barrier, frame) = (interior.barrier(index), &island.couplings()[index].rows.frame);
+            let aim = (0.0, &barrier.nothing());
+            let (_, gain, _) = barrier.eliminate(aim, &frame.tr_mul(u), graphs)?;
+            Some((frame, gain, barrier.by_friction()))
+        };
+        let answer = |index: usize, _: &Coupling, u: &Vector3<f64>| {
+            let (frame, gain, _) = gain(index, u)?;
+            Some(Answer::full(Vector3::zeros(), frame * gain * frame.transpose()))
+        };
+        let (eliminations, pieces) = newton.linearise_as(island, &map, answer, iterate)?;
+        let members = island.members().iter().zip(&iterate.velocity);
+        held.begin(members.map(|(member, velocity)| member.angular_slope(&velocity.spin)));
+        gains.clear();
+        by_friction.clear();
+        for (index, piece) in pieces.iter().enumerate() {
+            let (frame, gain, rubs) = gain(index, &iterate.points()[index])?;
+            by_friction.push(frame * rubs.unwrap_or_default());
+            let gain = match piece {
+                Piece::Axes(_) => iterate.factored(island, (index, *piece), COMPLIANCE),
+                _ => Factored { to: frame * gain, gains: Vector3::repeat(1.0), from: *frame },
+            };
+            if gain.gains != Vector3::zeros() {
+                held.add(island, (index, &eliminations[index].slope, &gain), (COMPLIANCE, false));
                 gains.push((index, gain));
             }
         }
@@ -184,7 +256,7 @@ impl LinearPoint {
         on: Given,
     ) {
         let Given { compliance, is_limit } = on;
-        let Self { newton, iterate, couplings, joints, gears, gains, .. } = self;
+        let Self { newton, iterate, couplings, joints, gears, gains, by_friction, .. } = self;
         let (pieces, limit) = (newton.pieces(), if is_limit { compliance } else { 0.0 });
         for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
             next[body] = next_state(step, body, velocity);
@@ -194,7 +266,8 @@ impl LinearPoint {
             let Some(place) = view.contacts.get(*index) else { continue };
             let (contact, known) = (&contacts[*place], &mut placed[*index]);
             let placed = known.get_or_insert_with(|| Placed::of(step.world, contact, step.states));
-            let on = (pieces[*index], &gain.from, iterate.impulses[*index]);
+            let rubs = by_friction.get(*index).copied();
+            let on = (pieces[*index], rubs, &gain.from, iterate.impulses[*index]);
             couplings.push(LinearCoupling::new(step, (contact, placed, *index), next, on, limit));
         }
         if view.joints.is_empty() {
