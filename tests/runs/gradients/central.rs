@@ -1,8 +1,9 @@
 //! Derivatives on the central path: a heavy-turning ball on the ground, whose products are solved by hand, and the exact step's as its
 //! limit.
 
-use super::{on_a_slope, step, transposes};
+use super::{on_a_slope, scenario, step, transposes};
 use nalgebra::{Matrix3, Vector3, Vector4};
+use std::path::Path;
 use tumble::contact::Plane;
 use tumble::derivative::StateChange;
 use tumble::geometry::Piece;
@@ -172,6 +173,36 @@ fn its_limit_is_the_exact_derivative() {
 #[test]
 fn transposed_it_is_the_same_matrix() {
     transposes(&StepDerivative::smoothed(Smoothing::CentralPath(1e-3)).unwrap());
+}
+
+/// Whatever touches, rests, rolls or is held, there is a point of the path in every step, between masses that differ by much too.
+#[test]
+fn every_shipped_scene_has_points_of_the_path() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let mut names: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| name.ends_with(".toml") && name != "floating.toml")
+        .collect();
+    names.sort();
+    assert!(names.len() > 20, "{names:?}");
+    for name in names {
+        let scene = scenario(&name);
+        let mut run = scene.simulation(&Default::default()).unwrap();
+        let mut record = StepRecord::new();
+        for k in 0..scene.rows.min(120) - 1 {
+            run.step(&mut record).unwrap();
+            if k % 40 != 20 {
+                continue;
+            }
+            for speed in [1e-4, 1e-3, 1e-2] {
+                let mut derivative =
+                    StepDerivative::smoothed(Smoothing::CentralPath(speed)).unwrap();
+                let found = run.linearise(&record, &mut derivative);
+                assert!(found.is_ok(), "{name} {k} {speed}: {found:?}");
+            }
+        }
+    }
 }
 
 #[test]

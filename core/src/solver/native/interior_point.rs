@@ -104,12 +104,16 @@ impl<E: Equations> InteriorPoint<E> {
         /// Above so many κ the products are brought down as for a solution.
         const FAR: f64 = 4.0;
         self.start(equations, scale, iterate);
-        let tolerance = equations.tolerances().rounding;
+        let (tolerances, mut before) = (equations.tolerances(), f64::INFINITY);
         for _ in 0..MOST_ITERATIONS {
             let off = self.barriers.iter().map(|at| at.off_centre(kappa)).fold(0.0, f64::max);
-            if off <= CENTRED * kappa && self.error(equations, iterate) <= tolerance {
+            let error = self.error(equations, iterate);
+            // Between masses that differ by much, rounding is above its usual bound.
+            let is_least = error <= tolerances.newton && error > 0.5 * before;
+            if off <= CENTRED * kappa && (error <= tolerances.rounding || is_least) {
                 return true;
             }
+            before = error;
             if !effort.spend() || !self.predict(equations, iterate) {
                 return false;
             }
