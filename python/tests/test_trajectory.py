@@ -309,6 +309,7 @@ def test_the_command_line_takes_runs_of_one_body(tumbled, tmp_path, text):
             table = str(folder / "trajectory.csv")
             end = subprocess.run([program, command, table], capture_output=True, text=True, timeout=120)
             assert end.returncode == 0, end.stdout + end.stderr
+            assert "checksum" not in end.stdout
         read = tumble.Trajectory.from_csv(scene, folder)
         np.testing.assert_array_equal(read.states, part.states)
         for column, numbers in part.contacts.items():

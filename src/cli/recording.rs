@@ -336,10 +336,14 @@ impl<'a> Recording<'a> {
     pub fn changed_files(&self) -> Result<Vec<String>, Failure> {
         let Some(run) = &self.run else { return Ok(Vec::new()) };
         let mut found = Vec::new();
-        if run.seal == Seal::Broken {
-            found.push(
+        match run.seal {
+            Seal::Broken => found.push(
                 "run.json was changed after it was written: its checksum is another".to_owned(),
-            );
+            ),
+            Seal::None if !run.checksums.is_empty() => found.push(
+                "run.json was changed after it was written: it has lost its checksum".to_owned(),
+            ),
+            _ => {}
         }
         let of_one = file_of(TRAJECTORY, Form::Csv);
         for (name, expected) in &run.checksums {

@@ -71,6 +71,17 @@ fn what_no_equation_notices_the_checksums_do() {
         assert_eq!((found.code, found.stderr.as_str()), (Some(1), ""), "{found:?}");
         assert!(found.stdout.contains("run.json was changed after it was written"), "{found:?}");
     }
+    // Its own checksum, or those of the tables, taken out.
+    let at = text.rfind(",\n  \"checksum\": ").unwrap();
+    fs::write(&run_json, format!("{}\n}}\n", &text[..at])).unwrap();
+    let found = verify(&out);
+    assert_eq!(found.code, Some(1), "{found:?}");
+    assert!(found.stdout.contains("it has lost its checksum"), "{found:?}");
+    let sums = text.find(",\n  \"checksums\": {").unwrap();
+    fs::write(&run_json, format!("{}{}", &text[..sums], &text[at..])).unwrap();
+    let found = verify(&out);
+    assert_eq!(found.code, Some(1), "{found:?}");
+    assert!(found.stdout.contains("its checksum is another"), "{found:?}");
     // The clock's figure is another in every run.
     let clock = text.lines().find(|line| line.contains("\"solve_seconds\"")).unwrap();
     fs::write(&run_json, text.replace(clock, "    \"solve_seconds\": 1.5")).unwrap();

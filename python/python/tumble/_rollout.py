@@ -149,6 +149,7 @@ def rollout(
     for name, given in (("by", by), ("compliance", compliance), ("central_path", central_path)):
         if gradients is None and given is not None:
             raise TypeError(f"{name} is given without gradients")
+    smoothing = smoothing_of(compliance, central_path)
     batch = batch_of(scene, initial_states, controls, motors, joint_forces, steps, parameters)
     rollouts, length, bodies = batch.rollouts, batch.steps, len(scene.bodies)
     shapes = {
@@ -193,7 +194,7 @@ def rollout(
     done._batch = batch
     if gradients is not None:
         duals = gradients(done.states) if callable(gradients) else gradients
-        done.gradients = batch.gradients(duals, by, threads, smoothing_of(compliance, central_path))
+        done.gradients = batch.gradients(duals, by, threads, smoothing)
     return done
 
 

@@ -132,7 +132,7 @@ fn report(
     if !recording.note().is_empty() {
         let _ = writeln!(text, "  note: {}", recording.note());
     }
-    if recording.run.as_ref().is_some_and(|run| run.checksums.is_empty() || run.seal == Seal::None)
+    if recording.run.as_ref().is_some_and(|run| run.checksums.is_empty() && run.seal == Seal::None)
     {
         let _ = writeln!(
             text,

@@ -131,6 +131,79 @@ fn a_ball_on_the_central_path_has_its_derivatives() {
     }
 }
 
+/// Where it bounces, (29) has e times the speed before in the gap's place: δv⁺ = δv + δγ with γ (c + (1 + ε) γ) = κ and c = (1 + e) v − h g.
+#[test]
+fn a_ball_that_bounces_has_its_derivatives() {
+    let (restitution, z) = (0.5, -1.0);
+    let (world, states) = ball(0.0, Vector3::new(0.0, 0.0, z), 0.0);
+    let scene = (world.with_restitution(restitution).unwrap(), states);
+    for speed in [1e-3, 1e-1] {
+        let (mut derivative, _, record) = centred(&scene, speed);
+        assert!((record.solution.states[0].velocity[2] - 0.5).abs() < 1e-9);
+        let kappa = speed * speed;
+        let after = |z: f64, e: f64| {
+            let c = z - H * G + e * z;
+            z - H * G + impulse(c, 1.0, 0.0, kappa).0
+        };
+        let by = 1e-5;
+        let fast = StateChange { velocity: Vector3::z(), ..StateChange::zero() };
+        let (one, mut found) = ([1.0], Vec::new());
+        let change = StepChange { states: &[fast], ..StepChange::default() };
+        derivative.push(&change, &mut found).unwrap();
+        let slope = (after(z + by, restitution) - after(z - by, restitution)) / (2.0 * by);
+        assert!((found[0].velocity[2] - slope).abs() < 1e-7, "{found:?} {slope}");
+        let constants: [(Constant, &[f64]); 1] = [(Constant::Restitution, &one)];
+        let change = StepChange { constants: &constants, ..StepChange::default() };
+        derivative.push(&change, &mut found).unwrap();
+        let slope = (after(z, restitution + by) - after(z, restitution - by)) / (2.0 * by);
+        assert!((found[0].velocity[2] - slope).abs() < 1e-7, "{found:?} {slope}");
+    }
+}
+
+/// Two balls of which one is up to ten thousand times as heavy, in either order, without gravity: impulses are over M, the geometric mean of
+/// both masses, so that γ (c + (w + ε) γ) = κ with c the speed at which they part and w = M/m₁ + M/m₂.
+#[test]
+fn two_balls_push_each_other_by_their_mean_mass() {
+    for masses in [[2.0, 2.0], [0.01, 100.0], [100.0, 0.01]] {
+        let of = |mass: f64| RigidBody::solid(mass, &[Piece::sphere(0.1).unwrap()]).unwrap().0;
+        let parameters = Parameters {
+            bodies: masses.map(of).to_vec(),
+            ground: None,
+            gravity: Vector3::zeros(),
+            friction: 0.0,
+            time_step: H,
+            rotation: Rotation::Momentum,
+        };
+        let state = |x: f64, speed: f64| State {
+            position: Vector3::new(x, 0.0, 0.0),
+            attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+            velocity: Vector3::new(speed, 0.0, 0.0),
+            spin: Vector3::zeros(),
+        };
+        let scene = (World::new(parameters).unwrap(), vec![state(0.0, 0.3), state(0.2, -0.1)]);
+        let speed = 1e-2;
+        let (mut derivative, ..) = centred(&scene, speed);
+        let mean = (masses[0] * masses[1]).sqrt();
+        let (kappa, c) = (speed * speed, -0.4);
+        let response = mean / masses[0] + mean / masses[1] + COMPLIANCE;
+        // dγ/dc = −γ/(c + 2 w γ).
+        let root = f64::sqrt(c * c + 4.0 * response * kappa);
+        let by_parting = -(root - c) / (2.0 * response) / root;
+        let fast = StateChange { velocity: Vector3::x(), ..StateChange::zero() };
+        let (states, mut found) = ([fast, StateChange::zero()], Vec::new());
+        derivative
+            .push(&StepChange { states: &states, ..StepChange::default() }, &mut found)
+            .unwrap();
+        // The first goes on, they part slower, and are pushed apart by more.
+        let pushed = -by_parting * mean;
+        let expected = [1.0 - pushed / masses[0], pushed / masses[1]];
+        for (found, expected) in found.iter().zip(expected) {
+            let off = (found.velocity[0] - expected).abs();
+            assert!(off <= 1e-9 * expected.abs().max(1.0), "{masses:?}: {found:?} {expected}");
+        }
+    }
+}
+
 /// Before it touches it is pushed already, and more the nearer it is: what the exact step does not know.
 #[test]
 fn the_ground_is_felt_from_above() {

@@ -240,3 +240,48 @@ struct Slip {
     turn: f64,
     stiffness: f64,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COMPLIANCE: f64 = 1e-6;
+
+    /// A slipping contact that presses by 0.02 m/s along `direction` (rad), and moves on by u_n along its normal.
+    fn slipping(direction: f64, u_n: f64) -> (Rows, Pull, Vector3<f64>) {
+        let rows = Rows::of_contact(Matrix3::identity(), (2.0, 1.5));
+        let (sin, cos) = direction.sin_cos();
+        let impulse = Vector3::new(-0.006 * cos, -0.006 * sin, 0.02);
+        let u = Vector3::new(0.3 * cos, 0.3 * sin, u_n);
+        let map = NaturalMap::with_compliance(COMPLIANCE);
+        let pull = Pull::new(&map, (&rows, &Cone { friction: 0.3 }), &u, &impulse);
+        (rows, pull, impulse)
+    }
+
+    /// Beside its own gain it is the offset of the answer.
+    #[test]
+    fn an_offset_beside_its_own_gain_is_the_answers() {
+        let (rows, pull, _) = slipping(0.7, 1e-4);
+        let (offset, gain) = pull.linearise_slip(&rows, COMPLIANCE);
+        let found = pull.slip_offset(&rows, COMPLIANCE, &gain);
+        assert!((found - offset).norm() <= 1e-13 * offset.norm(), "{found} {offset}");
+    }
+
+    /// Beside the gain of another direction, what the normal's own motion presses is taken back whole where that motion is:
+    /// no part of û_n/ε, a thousand times the impulse here, is left along either direction.
+    #[test]
+    fn an_offset_beside_another_gain_makes_no_impulse_of_compliance() {
+        let u_n = 1e-5;
+        let (rows, pull, impulse) = slipping(0.7, u_n);
+        let (_, before, _) = slipping(0.6, 0.0);
+        let (_, kept) = before.linearise_slip(&rows, COMPLIANCE);
+        let back = -rows.normal() * pull.u_n;
+        let found = pull.slip_offset(&rows, COMPLIANCE, &kept) + kept * back;
+        assert!(found.norm() <= 1e-9 * u_n / COMPLIANCE + impulse.norm(), "{found}");
+        let fresh = pull.linearise_slip(&rows, COMPLIANCE).0 + kept * back;
+        assert!(
+            fresh.norm() > 10.0 * impulse.norm(),
+            "as it would be with the answer's own: {fresh}"
+        );
+    }
+}
