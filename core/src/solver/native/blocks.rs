@@ -127,20 +127,25 @@ impl BlockSystem {
             self.close(plan);
             return self.fronts.factorise(plan);
         }
-        self.pivots.clear();
-        for pivot in 0..pattern.order.len() {
-            let Some(factors) = Factors::new(&self.diagonal[pivot]) else { return false };
-            let row = pattern.order.row(pivot);
-            for upper in &mut self.upper[row.clone()] {
+        let Self { diagonal, pivots, upper, lower, .. } = self;
+        pivots.clear();
+        for (pivot, row) in (0..pattern.order.len()).map(|pivot| (pivot, pattern.order.row(pivot)))
+        {
+            let Some(factors) = Factors::new(&diagonal[pivot]) else { return false };
+            // What is updated is in later rows.
+            let (upper, later_upper) = upper.split_at_mut(row.end);
+            let (lower, later_lower) = lower.split_at_mut(row.end);
+            for upper in &mut upper[row.clone()] {
                 factors.solve_block(upper);
             }
-            self.pivots.push(factors);
+            pivots.push(factors);
+            let mut updated = pattern.order.updated(pivot);
             for i in row.clone() {
-                let (below, lower) = (pattern.order.column(i), self.lower[i]);
-                for j in row.clone() {
-                    let upper = self.upper[j];
-                    let block = self.block(pattern, below, pattern.order.column(j));
-                    subtract_product(block, &lower, &upper);
+                subtract_product(&mut diagonal[pattern.order.column(i)], &lower[i], &upper[i]);
+                for (j, block) in (i + 1..row.end).zip(&mut updated) {
+                    let later = block - row.end;
+                    subtract_product(&mut later_upper[later], &lower[i], &upper[j]);
+                    subtract_product(&mut later_lower[later], &lower[j], &upper[i]);
                 }
             }
         }

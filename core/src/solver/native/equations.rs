@@ -357,4 +357,6 @@ pub(super) struct Point<'a, E: Equations + ?Sized> {
     pub(super) velocity: &'a E::Velocity,
     pub(super) points: &'a [Vector3<f64>],
     pub(super) scratch: &'a E::Scratch,
+    /// By how much slopes may be off, in parts of themselves: those of a point before are kept that are.
+    pub(super) slack: f64,
 }

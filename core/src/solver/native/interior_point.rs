@@ -187,7 +187,7 @@ impl<E: Equations> InteriorPoint<E> {
         equations.set_points(velocity, scratch, points);
         pending.clear();
         let linearised = equations.linearise(
-            Point { velocity, points, scratch },
+            Point { velocity, points, scratch, slack: 0.0 },
             |index, coupling, u| {
                 let (barrier, frame) = (&barriers[index], &coupling.rows.frame);
                 let aim = (0.0, &barrier.nothing());

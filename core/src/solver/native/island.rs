@@ -9,6 +9,7 @@ mod energy;
 mod equations;
 mod gears;
 mod joints;
+mod kept_slopes;
 mod motion;
 mod slopes;
 mod tangent;
@@ -79,6 +80,8 @@ struct Other {
 #[derive(Debug, Clone)]
 pub(super) struct Island {
     time_step: f64,
+    /// How many problems were begun: the number of this one.
+    begun: u64,
     /// M, kg.
     mass: f64,
     members: Vec<Member>,
@@ -108,6 +111,7 @@ impl Island {
     pub(super) fn new(world: &World) -> Self {
         Self {
             time_step: world.time_step(),
+            begun: 0,
             mass: 1.0,
             members: Vec::new(),
             setting: Setting::new(Tolerances::of(world, 0.0)),
@@ -129,6 +133,7 @@ impl Island {
     pub(super) fn begin(&mut self, step: &Step<'_>, indices: &[usize], unsettled: f64) {
         let bodies = step.world.bodies();
         self.time_step = step.world.time_step();
+        self.begun += 1;
         let logarithms: f64 = indices.iter().map(|&index| libm::log(bodies[index].mass())).sum();
         self.mass = libm::exp(logarithms / indices.len() as f64);
         self.members.clear();

@@ -263,14 +263,20 @@ impl Member {
         (to.linear - from.linear).amax().max(turned)
     }
 
+    /// By how much it turns and moves otherwise in the step, in parts of a radian and of its reach.
+    pub(super) fn turns_by(&self, from: &Velocity, to: &Velocity) -> f64 {
+        self.way(from, to) * self.time_step / self.reach
+    }
+
     /// How its points turn in a step that ends with a `spin`.
     pub(super) fn turning(&self, spin: Vector3<f64>) -> Turning {
         Turning::new(&self.rotation, spin, self.time_step)
     }
 
     /// The same, and how its frame turns back.
-    pub(super) fn turnings(&self, spin: Vector3<f64>) -> (Turning, Turning) {
-        Turning::there_and_back(&self.rotation, spin, self.time_step)
+    #[inline]
+    pub(super) fn set_turnings(&self, spin: &Vector3<f64>, both: (&mut Turning, &mut Turning)) {
+        Turning::set_there_and_back(&self.rotation, spin, self.time_step, both);
     }
 
     /// v⁺ + Gᵀ ω̃⁺ (eq. 29): how the point with this torque map moves after the impulses.

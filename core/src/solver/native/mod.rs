@@ -208,7 +208,7 @@ impl NativeSolver {
                 };
             }
         }
-        let depth = deepest_miss(step, &self.reached, self.loosened());
+        let depth = deepest_miss(step, &self.reached, (self.loosened(), false));
         candidates.admit_missed(step.world, step.states, &self.reached, depth)
     }
 
@@ -268,14 +268,14 @@ impl NativeSolver {
         loop {
             let more = self.solve_islands(step, candidates.contacts(), roughly, solution)?;
             iterations = iterations.saturating_add(more);
-            let loosened = self.loosened();
+            let (loosened, is_rough) = (self.loosened(), self.ends.iter().any(|end| end.rough));
             let reached = self.reached(step, solution);
-            let depth = deepest_miss(step, reached, loosened);
+            let depth = deepest_miss(step, reached, (loosened, is_rough));
             let missed = candidates.admit_missed(step.world, step.states, reached, depth);
             let contacts = candidates.contacts();
             if missed {
                 self.find_islands(step, contacts, Marked::NONE, solution);
-            } else if self.ends.iter().any(|end| end.rough) {
+            } else if is_rough {
                 // They are known: now to the end.
                 roughly = false;
                 let mut rough = std::mem::take(&mut self.rough);
@@ -375,8 +375,8 @@ impl End {
 
 /// How deep a body may be in another at the end of the step before the contact counts as
 /// missed, m: what no certificate sees of steps that may have `loosened` times the usual residual, or what rounding
-/// leaves of a gap.
-fn deepest_miss(step: &Step<'_>, next: &[State], loosened: f64) -> f64 {
+/// leaves of a gap; more where a crowd `is_rough`.
+fn deepest_miss(step: &Step<'_>, next: &[State], (loosened, is_rough): (f64, bool)) -> f64 {
     let world = step.world;
     // Without a ground a gap may be along any direction.
     let (normal, arm, offset) = match world.ground() {
@@ -389,7 +389,9 @@ fn deepest_miss(step: &Step<'_>, next: &[State], loosened: f64) -> f64 {
         rounding = rounding.max(lost);
         speed = speed.max(free.velocity.norm() + free.spin.norm() * body.reach());
     }
-    rounding.max(loosened * Tolerances::of(world, speed).missed * world.time_step())
+    let tolerances = Tolerances::of(world, speed).loosened(loosened);
+    let missed = if is_rough { tolerances.missed_roughly } else { tolerances.missed };
+    rounding.max(missed * world.time_step())
 }
 
 impl StepSolver for NativeSolver {

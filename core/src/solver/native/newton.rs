@@ -10,7 +10,7 @@ use super::effort::Effort;
 use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
 use super::law::{Answer, NaturalMap, Piece};
 use super::tolerances::{
-    CROWD_JUMPS, CROWD_SHORTEST_STEP, FAST_FACTORS, JUMPS, NEWTON_ITERATIONS,
+    CROWD_JUMPS, CROWD_SHORTEST_STEP, FAST_FACTORS, JUMPS, KEPT_SLOPES, NEWTON_ITERATIONS,
     PROXIMAL_SHORTEST_STEP, SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
 };
 use nalgebra::Vector3;
@@ -207,7 +207,7 @@ impl<E: Equations> Newton<E> {
         self.find_pieces(equations, map, iterate);
         self.kept.are_good = false;
         let Iterate { velocity, points, scratch, .. } = iterate;
-        let at = Point { velocity, points, scratch };
+        let at = Point { velocity, points, scratch, slack: 0.0 };
         let is_regular = equations.linearise(at, answer, &mut self.eliminations, &mut self.system);
         is_regular.then_some((&self.eliminations, &self.pieces))
     }
@@ -237,7 +237,9 @@ impl<E: Equations> Newton<E> {
         let Iterate { velocity, impulses, points, pulls, scratch, .. } = iterate;
         let gives_alike = self.gives_alike;
         let Self { step, pieces, eliminations, system, kept, .. } = self;
-        let (at, graphs) = (Point { velocity, points, scratch }, equations.graphs());
+        let keeps = in_crowd(equations) && !iterate.shifts.is_empty();
+        let slack = if keeps { KEPT_SLOPES * matrix } else { 0.0 };
+        let (at, graphs) = (Point { velocity, points, scratch, slack }, equations.graphs());
         let answer = |index: usize, coupling: &Coupling| {
             let alike;
             let mut rows = &coupling.rows;

@@ -17,6 +17,9 @@ pub(super) struct Order {
     /// For each place, in ascending order, the later places that it is coupled to when its turn
     /// comes.
     later: Vec<usize>,
+    /// Which blocks the elimination of a place updates beside the diagonal: those of every two of its row; and where they begin.
+    updates: Vec<usize>,
+    first_updates: Vec<usize>,
     neighbours: Vec<Vec<usize>>,
     /// Of each node, the node whose neighbours it was last found among.
     marks: Vec<usize>,
@@ -95,6 +98,29 @@ impl Order {
         for place in 0..nodes {
             self.later[self.starts[place]..self.starts[place + 1]].sort_unstable();
         }
+        self.updates.clear();
+        self.first_updates.clear();
+    }
+
+    /// Finds the [updates](Self::updated) of all places.
+    pub(super) fn find_updates(&mut self) {
+        self.updates.clear();
+        self.first_updates.clear();
+        for place in 0..self.len() {
+            self.first_updates.push(self.updates.len());
+            let row = self.row(place);
+            for i in row.clone() {
+                for j in i + 1..row.end {
+                    self.updates.push(self.find(self.later[i], self.later[j]));
+                }
+            }
+        }
+    }
+
+    /// Which blocks the elimination of a place updates beside those of the diagonal: that of the first two of its row, of the first
+    /// and third, and so on.
+    pub(super) fn updated(&self, place: usize) -> impl Iterator<Item = usize> + '_ {
+        self.updates[self.first_updates[place]..].iter().copied()
     }
 
     /// How many nodes there are.

@@ -6,7 +6,7 @@ use super::coupling::{Coupling, Lever};
 use super::equations::Velocity;
 use super::fixed_motion::rolling;
 use super::turning::Turning;
-use nalgebra::{Matrix3, Matrix3x6, Vector3, Vector6};
+use nalgebra::{ArrayStorage, Matrix3, Matrix3x6, Vector3, Vector6};
 
 /// The motion of a pair's touching point, seen from B.
 ///
@@ -99,6 +99,10 @@ pub(super) struct PairSlope {
 }
 
 impl PairSlope {
+    /// That of a row that no velocity moves.
+    pub(super) const NONE: Self =
+        Self { a: (0, Matrix3x6::from_array_storage(ArrayStorage([[0.0; 3]; 6]))), b: None };
+
     #[inline]
     pub(super) fn point_step(&self, change: &[Velocity]) -> Vector3<f64> {
         let by = |(index, slope): &(usize, Matrix3x6<f64>)| slope * stacked(&change[*index]);

@@ -25,6 +25,9 @@ impl Pattern {
             let updates: usize = each.map(|blocks| blocks * blocks).sum();
             let is_worth_it = updates > HEAVY * bodies;
             self.plan = is_worth_it.then(|| Box::new(Plan::of(&self.order, &vec![6; bodies])));
+            if self.plan.is_none() {
+                self.order.find_updates();
+            }
         }
     }
 

@@ -124,6 +124,9 @@ pub(super) const KEPT_FACTORS: f64 = 0.1;
 /// The same while Newton's method is still far: digits that come more slowly cost more than a new matrix. (Of an ant under random drives
 /// instructions within a step are 0.84 of those with the part above.)
 pub(super) const FAST_FACTORS: f64 = 0.01;
+/// Slopes of couplings are kept from one matrix of a proximal step to the next while they change by no more than this part of
+/// the compliance in it: the velocities then miss a solution of Newton's method by no more than this part of the step.
+pub(super) const KEPT_SLOPES: f64 = 1e-3;
 /// Corrections towards the limit of vanishing compliance; one nearly always suffices. Those that leave little enough for the
 /// [factors to be kept](KEPT_FACTORS) are not counted.
 pub(super) const CORRECTIONS: u32 = 3;
@@ -159,6 +162,9 @@ const LEVEL: f64 = 5e-10;
 /// To this a crowd is solved as long as contacts come to it: points are then off by 2·10⁻⁶ m in a step of
 /// 2 ms, which hardly changes what they meet, and the iterations to it are a tenth of those to the end.
 const ROUGH: f64 = 1e-3;
+/// What such a solution lets overlap at less than this speed is not looked at: it is within what the solution itself misses, and
+/// found in the end.
+const MISSED_ROUGHLY: f64 = 0.1 * ROUGH;
 const REST: f64 = 3e-10;
 /// Speeds are rounded to this part of themselves, sixteen roundings.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
@@ -186,6 +192,8 @@ pub(super) struct Tolerances {
     pub(super) near: f64,
     /// A point that goes down through the ground at this speed was missed by detection.
     pub(super) missed: f64,
+    /// The same where a crowd is solved well enough to say which contacts it has.
+    pub(super) missed_roughly: f64,
     /// A gap that one step opens or closes at this speed counts as none.
     pub(super) level: f64,
     /// What was at rest and would move at most at this speed stays at rest.
@@ -206,6 +214,7 @@ impl Tolerances {
             whole_steps: 1e-5 * scale,
             near: 1e-4 * scale,
             missed: 1e-10 * scale,
+            missed_roughly: MISSED_ROUGHLY * scale,
             level: 0.0,
             rest: EXACT * scale,
         }
@@ -227,6 +236,7 @@ impl Tolerances {
             whole_steps: 0.1 * near,
             near,
             missed: 1e-10 * scale,
+            missed_roughly: MISSED_ROUGHLY * scale,
             level: 0.0,
             rest: 0.0,
         }
@@ -257,6 +267,7 @@ impl Tolerances {
             whole_steps: self.whole_steps.max(solved),
             near: self.near.max(solved),
             missed: factor * self.missed,
+            missed_roughly: self.missed_roughly.max(factor * self.missed),
             level: factor * self.level,
             rest: factor * self.rest,
         }

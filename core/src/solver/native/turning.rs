@@ -38,24 +38,35 @@ impl Turning {
         Self { spin, spin_world: rotation * spin, half, shrink, sweep }
     }
 
-    /// The same, and that of the spin −ω, which has the even part of K alike.
+    /// That of what does not turn.
+    pub(super) const STILL: Self = Self {
+        spin: Vector3::new(0.0, 0.0, 0.0),
+        spin_world: Vector3::new(0.0, 0.0, 0.0),
+        half: 0.0,
+        shrink: 1.0,
+        sweep: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    };
+
+    /// Sets the first of `both` to the same, and the second to that of the spin −ω, which has the even part of K alike. In their
+    /// place: they are large.
     #[inline]
-    pub(super) fn there_and_back(
+    pub(super) fn set_there_and_back(
         rotation: &Matrix3<f64>,
-        spin: Vector3<f64>,
+        spin: &Vector3<f64>,
         time_step: f64,
-    ) -> (Self, Self) {
+        (there, back): (&mut Self, &mut Self),
+    ) {
         let half = 0.5 * time_step;
         let squared = spin.norm_squared();
         let shrink = 1.0 / (1.0 + half * half * squared);
         let (odd, mut even) = (spin.cross_matrix(), half * spin * spin.transpose());
         (0..3).for_each(|k| even[(k, k)] -= half * squared);
         let spin_world = rotation * spin;
-        let of = |spin, spin_world, k: Matrix3<f64>| {
-            let sweep = rotation * k * shrink;
-            Self { spin, spin_world, half, shrink, sweep }
-        };
-        (of(spin, spin_world, odd + even), of(-spin, -spin_world, even - odd))
+        (there.spin, there.spin_world) = (*spin, spin_world);
+        (back.spin, back.spin_world) = (-spin, -spin_world);
+        (there.half, there.shrink, back.half, back.shrink) = (half, shrink, half, shrink);
+        there.sweep = rotation * (odd + even) * shrink;
+        back.sweep = rotation * (even - odd) * shrink;
     }
 
     /// A K c of one point c, without A K.

@@ -10,12 +10,13 @@ use super::super::equations::{
 use super::super::islands::IslandView;
 use super::super::law::{Answer, Gain};
 use super::super::member::Member;
-use super::super::pair_motion::{PairSlope, stacked};
+use super::super::pair_motion::stacked;
 use super::super::policy::Policy;
 use super::super::tolerances::Tolerances;
+use super::kept_slopes::KeptSlopes;
 use super::{Both, Island, IslandSlope, Kind};
 use crate::step::Step;
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
 /// Memory of an evaluation: residuals, and, where no joints tie them, how the bodies turn and turn back.
 #[derive(Debug, Clone, Default)]
@@ -30,6 +31,7 @@ pub(in super::super) struct IslandSystem {
     pub(super) blocks: BlockSystem,
     values: Vec<Vector6<f64>>,
     turnings: Vec<Both>,
+    slopes: KeptSlopes,
 }
 
 impl Equations for Island {
@@ -229,7 +231,7 @@ impl Equations for Island {
         eliminations: &mut Vec<Elimination<IslandSlope>>,
         system: &mut IslandSystem,
     ) -> bool {
-        let IslandSystem { blocks, turnings, .. } = system;
+        let IslandSystem { blocks, turnings, slopes, .. } = system;
         let turnings = match self.joints.is_empty() {
             true => &at.scratch.turnings,
             false => {
@@ -244,17 +246,26 @@ impl Equations for Island {
             diagonal.fixed_view_mut::<3, 3>(3, 3).copy_from(&slope);
             blocks.add(&self.pattern, (index, index), &diagonal);
         }
-        eliminations.clear();
+        if !slopes.follow((self.begun, &self.members), at.velocity, at.slack) {
+            eliminations.clear();
+        }
         let couplings = self.setting.couplings.iter().zip(at.points);
         for (index, ((coupling, u), link)) in couplings.zip(&self.links).enumerate() {
             let Some(answer) = answer(index, coupling, u) else { return false };
-            let slope = match answer.gain {
-                Gain::Zero => {
-                    IslandSlope::Pair(PairSlope { a: (link.a, Matrix3x6::zeros()), b: None })
-                }
-                _ => self.slope((link, coupling), at.velocity, turnings),
+            let is_asked = !matches!(answer.gain, Gain::Zero);
+            let is_known = slopes.are_of(index, (link, coupling), is_asked);
+            let slope = match is_asked && !is_known {
+                true => Some(self.slope((link, coupling), at.velocity, turnings)),
+                false => None,
             };
-            eliminations.push(Elimination { answer, slope });
+            match (eliminations.get_mut(index), slope) {
+                (Some(known), Some(slope)) => *known = Elimination { answer, slope },
+                (Some(known), None) => known.answer = answer,
+                (None, slope) => {
+                    let slope = slope.unwrap_or(IslandSlope::NONE);
+                    eliminations.push(Elimination { answer, slope });
+                }
+            }
             self.add_gain((link, coupling), &eliminations[index], blocks);
         }
         blocks.factorise(&self.pattern)

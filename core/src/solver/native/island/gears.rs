@@ -97,6 +97,11 @@ pub(in super::super) enum IslandSlope {
     Gear(GearSlope),
 }
 
+impl IslandSlope {
+    /// That of what does not answer to the velocities.
+    pub(super) const NONE: Self = Self::Pair(PairSlope::NONE);
+}
+
 /// That of the row of a gear.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct GearSlope(Bodies<RowVector6<f64>>);

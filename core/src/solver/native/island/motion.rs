@@ -103,9 +103,10 @@ impl Island {
 
     /// Those of all bodies.
     pub(super) fn set_turnings(&self, velocity: &[Velocity], turnings: &mut Vec<Both>) {
-        let bodies = self.members.iter().zip(velocity);
-        turnings.clear();
-        turnings.extend(bodies.map(|(member, velocity)| Both::of(member, velocity)));
+        turnings.resize(self.members.len(), Both::STILL);
+        for ((member, velocity), both) in self.members.iter().zip(velocity).zip(turnings) {
+            member.set_turnings(&velocity.spin, (&mut both.there, &mut both.back));
+        }
     }
 
     /// The motion of a coupling whose plane is a body's, which turn as told.
@@ -249,8 +250,12 @@ pub(super) struct Both {
 }
 
 impl Both {
+    /// Those of what does not turn.
+    const STILL: Self = Self { there: Turning::STILL, back: Turning::STILL };
+
     pub(super) fn of(member: &Member, velocity: &Velocity) -> Self {
-        let (there, back) = member.turnings(velocity.spin);
-        Self { there, back }
+        let mut both = Self::STILL;
+        member.set_turnings(&velocity.spin, (&mut both.there, &mut both.back));
+        both
     }
 }
