@@ -23,9 +23,11 @@ impl TrajectoryRow {
             let share = [self.restitution_share];
             set_rebounds(world, &states, &free, &share, &mut contacts);
             if contacts.iter().any(Contact::bounces) {
+                let pushes = contacts.iter().zip(self.forces());
+                let pushed = pushes.map(|(contact, force)| contact.pushed_by(world, &force)).sum();
                 for (contact, force) in contacts.iter_mut().zip(self.forces()) {
                     let presses = contact.normal().dot(&force) > 0.0;
-                    let closes = contact.could_close(world, &states, next);
+                    let closes = contact.could_close(world, &states, next, pushed);
                     contact.struck = presses && closes && contact.may_be_struck();
                 }
                 set_rebounds(world, &states, &free, &share, &mut contacts);

@@ -126,6 +126,35 @@ fn pairs_bounce_by_their_own_coefficients() {
     assert!(end.stdout.contains("bounces as none"), "{end:?}");
 }
 
+/// Boxes that fall on each other and on the ground and bounce: impulses close contacts that were parting and stay open in the end.
+#[test]
+fn boxes_that_strike_each_other_verify() {
+    for (restitution, spin) in [(0.1, 1.0), (0.3, 4.0), (0.5, -3.0), (0.8, 2.0)] {
+        let mut scene =
+            format!("steps = 250\n[ground]\nfriction = 0.5\nrestitution = {restitution}\n");
+        for i in 0..4 {
+            let (mass, aside, height) = (i + 1, 0.05 * f64::from(i), 0.3 + 0.35 * f64::from(i));
+            scene += &format!(
+                "[[bodies]]\nname = \"b{i}\"\nbox = [0.2, 0.{}, 0.3]\nmass = {mass}.0\n\
+                 position = [{aside}, 0, {height}]\nvelocity = [0.3, -0.5, -2]\n\
+                 spin = [{spin}, 2, {}]\n",
+                i + 1,
+                3 - i
+            );
+        }
+        let (end, directory) = run_scenario(&scene, &[]);
+        assert_eq!(end.code, Some(0), "{end:?}");
+        let out = directory.path().join("out");
+        let contacts = Table::parse(&fs::read_to_string(out.join("contacts.csv")).unwrap());
+        assert!(
+            contacts.numbers("rebound_m_s").iter().any(|rebound| *rebound < 0.0),
+            "none struck"
+        );
+        let end = run(&["verify", out.join("states.csv").to_str().unwrap()]);
+        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
+    }
+}
+
 #[test]
 fn wrong_entries_of_pairs_are_named() {
     let cases = [

@@ -33,7 +33,7 @@
 //! simulation takes a part of e, the largest at which W ≤ 0, where it would be
 //! positive.
 
-use super::{Contact, Partner};
+use super::{Contact, Partner, Response};
 use crate::mechanics::{RigidBody, State};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -140,12 +140,28 @@ impl Contact {
     }
 
     /// Whether the contact is no farther open than its points could move in the step `states` → `next` of
-    /// `world`, at the speeds before and after: what an impulse may have closed within it.
+    /// `world`, at the speeds before and after and at `pushed` (m/s), what the impulses on its bodies make of them: what one of
+    /// them may have closed within it, before others held that back.
     #[must_use]
-    pub fn could_close(&self, world: &World, states: &[State], next: &[State]) -> bool {
+    pub fn could_close(
+        &self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+        pushed: f64,
+    ) -> bool {
         let before = self.arriving_velocity(world, states).norm();
         let after = self.departing_velocity(world, states, next).norm();
-        self.gap <= world.time_step() * (before + after)
+        self.gap <= world.time_step() * (before + after + pushed)
+    }
+
+    /// How fast the impulse of `force` (N) alone moves the points of the contact apart or along each other, m/s, at most: h |f|/m
+    /// times both of its [responses](Contact::response).
+    #[must_use]
+    pub fn pushed_by(&self, world: &World, force: &Vector3<f64>) -> f64 {
+        let mass = world.bodies().get(self.key.body).map_or(f64::NAN, RigidBody::mass);
+        let Response { normal, tangential } = self.response;
+        world.time_step() * force.norm() / mass * (normal + tangential)
     }
 
     /// The motion that the law of the contact speaks of, m/s, world, where `u` is its

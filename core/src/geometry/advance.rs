@@ -101,13 +101,21 @@ pub fn travel(a: &Moving<'_>, b: &Moving<'_>) -> f64 {
 }
 
 /// Whether two pieces overlap by no more than `depth` (m) anywhere on their ways, as far as the axis that
-/// `hint` remembers from their ends can tell: quick, and enough for most of what touches.
+/// `hint` remembers can tell, as it is at the end or going from the start's to the end's: quick, and enough for most of what
+/// touches.
 #[must_use]
 pub fn stays_clear(a: &Moving<'_>, b: &Moving<'_>, depth: f64, hint: &Hint) -> bool {
-    let Some(axis) = hint.axis_from(a.ends.1) else { return false };
-    let ends = gap_along(a.at_start(), b.at_start(), &axis);
-    let ends = ends.min(gap_along(a.at_end(), b.at_end(), &axis));
-    ends - sagging(a, b, &axis) >= -depth
+    let Some(axis) = hint.axis_between(a.at_end(), b.at_end()) else { return false };
+    let end = gap_along(a.at_end(), b.at_end(), &axis);
+    let stands = end.min(gap_along(a.at_start(), b.at_start(), &axis));
+    if stands - sagging(a, b, &axis) >= -depth {
+        return true;
+    }
+    let Some(before) = hint.axis_between(a.at_start(), b.at_start()) else { return false };
+    let change = axis - before;
+    let turns = end.min(gap_along(a.at_start(), b.at_start(), &before));
+    // A mean of both axes is shorter than they are.
+    turns - turning(a, b, 1.0, &change) >= -depth * (1.0 - 0.125 * change.norm_squared())
 }
 
 /// The first place on the way of two pieces where they overlap by `depth` (m, above 0).

@@ -17,6 +17,7 @@ const EQUAL: f64 = 1e-7;
 
 /// What spans an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Kind {
     FaceA(usize),
     FaceB(usize),

@@ -69,13 +69,14 @@ pub fn manifold(
     pair.place(scratch);
     let tie = Tie { within: MERGE * pair.size(), to: plane_of };
     let axis = best_axis(&pair, scratch, reach + radii, tie);
-    hint.axis = axis.map(|axis| axis.normal);
+    hint.set(axis.map(|axis| axis.normal), axis.map(|axis| axis.kind));
     if let Some(axis) = axis.filter(|axis| axis.gap - radii > reach) {
         return axis.gap - radii;
     }
     let mut meeting = Meeting { pair, scratch, reach, plane_of, out, points: None };
     let gap = meeting.find(axis);
-    hint.axis = Some(meeting.normal(axis));
+    let spanned = meeting.shortest().is_none();
+    hint.set(Some(meeting.normal(axis)), axis.filter(|_| spanned).map(|axis| axis.kind));
     gap - radii
 }
 
@@ -148,10 +149,14 @@ impl Meeting<'_, '_> {
         points.distance()
     }
 
+    /// The direction of the shortest line, where it is known and has one.
+    fn shortest(&self) -> Option<Vector3<f64>> {
+        self.points.and_then(|points| self.pair.direction(&points.a, &points.b))
+    }
+
     /// The direction from A to B: along the shortest line where it is known and has one.
     fn normal(&self, axis: Option<Axis>) -> Vector3<f64> {
-        let shortest = self.points.and_then(|points| self.pair.direction(&points.a, &points.b));
-        shortest
+        self.shortest()
             .or(axis.map(|axis| axis.normal))
             .unwrap_or_else(|| across_cores(&self.pair, self.scratch))
     }

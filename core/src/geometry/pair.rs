@@ -1,6 +1,8 @@
 //! Two pieces in one frame: that of A. The difference of the positions is taken first, so that
 //! a pair far from the world's origin loses no digits.
 
+use super::axes::{Kind, PARALLEL};
+use super::segment::span;
 use super::{Hull, Piece};
 use crate::mechanics::Pose;
 use nalgebra::{Matrix3, Vector3};
@@ -29,8 +31,10 @@ pub struct Scratch {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Hint {
-    /// The last axis, unit, frame of A, from A to B.
-    pub(super) axis: Option<Vector3<f64>>,
+    /// The last axis, unit, frame of A, from A to B, where the pieces were then.
+    axis: Option<Vector3<f64>>,
+    /// What spanned it, where features did: it turns with them.
+    kind: Option<Kind>,
 }
 
 impl Hint {
@@ -38,6 +42,34 @@ impl Hint {
     #[must_use]
     pub fn axis_from(&self, pose: &Pose) -> Option<Vector3<f64>> {
         self.axis.map(|axis| pose.rotation * axis)
+    }
+
+    /// The same axis where the same features span it now.
+    #[must_use]
+    pub(super) fn axis_between(&self, a: Placed<'_>, b: Placed<'_>) -> Option<Vector3<f64>> {
+        self.axis_of(&Pair::new(a, b)).map(|axis| a.1.rotation * axis)
+    }
+
+    /// The same, frame of A.
+    fn axis_of(&self, pair: &Pair<'_>) -> Option<Vector3<f64>> {
+        let before = self.axis?;
+        let now = self.kind.and_then(|kind| match kind {
+            Kind::FaceA(_) => None,
+            Kind::FaceB(face) => Some(pair.rotation * -pair.b.faces().get(face)?.normal),
+            Kind::Edges(a, b) => {
+                let along_a = span(pair.a.vertices(), pair.a.edges().get(a)?).1;
+                let along_b = span(pair.b.vertices(), pair.b.edges().get(b)?).1;
+                let across = along_a.cross(&(pair.rotation * along_b));
+                across.try_normalize(PARALLEL * along_a.norm() * along_b.norm())
+            }
+        });
+        // Edges do not say which way.
+        Some(now.map_or(before, |now| if now.dot(&before) < 0.0 { -now } else { now }))
+    }
+
+    /// Remembers an axis, unit, frame of A, from A to B, and what spans it, where features do.
+    pub(super) fn set(&mut self, axis: Option<Vector3<f64>>, kind: Option<Kind>) {
+        (self.axis, self.kind) = (axis, kind);
     }
 }
 
@@ -97,7 +129,7 @@ impl<'a> Pair<'a> {
     pub fn quick_gap(&self, hint: &Hint) -> f64 {
         let between = self.rotation * self.b.centre() + self.shift - self.a.centre();
         let balls = between.norm() - self.a.reach() - self.b.reach();
-        hint.axis.map_or(balls, |axis| balls.max(self.gap_along(&axis)))
+        hint.axis_of(self).map_or(balls, |axis| balls.max(self.gap_along(&axis)))
     }
 
     /// A point of A's frame in the frame of B.

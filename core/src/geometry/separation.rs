@@ -1,6 +1,6 @@
 //! How far two pieces are apart, or how deep they overlap.
 
-use super::axes::{Tie, best_axis};
+use super::axes::{Kind, Tie, best_axis};
 use super::closest::closest;
 use super::pair::{Hint, Pair, Placed, Scratch};
 use super::touch::Side;
@@ -28,8 +28,8 @@ pub fn separation(
     scratch: &mut Scratch,
 ) -> Separation {
     let pair = Pair::new(a, b);
-    let (distance, axis) = exact(&pair, scratch);
-    hint.axis = Some(axis);
+    let (distance, axis, kind) = exact(&pair, scratch);
+    hint.set(Some(axis), kind);
     Separation { distance: distance - pair.radii(), axis: a.1.rotation * axis }
 }
 
@@ -42,21 +42,22 @@ pub fn overlap(a: Placed<'_>, b: Placed<'_>, hint: &mut Hint, scratch: &mut Scra
     (-separation(a, b, hint, scratch).distance).max(0.0)
 }
 
-/// The separation of the cores, m, and its axis (unit, frame of A).
-fn exact(pair: &Pair<'_>, scratch: &mut Scratch) -> (f64, Vector3<f64>) {
+/// The separation of the cores, m, its axis (unit, frame of A), and what spans that, where features do.
+fn exact(pair: &Pair<'_>, scratch: &mut Scratch) -> (f64, Vector3<f64>, Option<Kind>) {
     pair.place(scratch);
     let tie = Tie { within: 0.0, to: Side::A };
     let axis = best_axis(pair, scratch, f64::INFINITY, tie);
     if let Some(axis) = axis.filter(|axis| axis.exact) {
-        return (axis.gap, axis.normal);
+        return (axis.gap, axis.normal, Some(axis.kind));
     }
     let points = closest(pair, scratch, axis.as_ref().map(|axis| &axis.normal));
     let distance = points.distance();
     // Rounded to nothing, a distance has no direction; then the axis has.
     if distance > 1e-12 * pair.size() {
-        return (distance, (points.b - points.a) / distance);
+        return (distance, (points.b - points.a) / distance, None);
     }
-    (distance, axis.map_or_else(|| across_cores(pair, scratch), |axis| axis.normal))
+    let normal = axis.map_or_else(|| across_cores(pair, scratch), |axis| axis.normal);
+    (distance, normal, axis.map(|axis| axis.kind))
 }
 
 /// A direction across two cores without faces that touch: across both segments, or across the

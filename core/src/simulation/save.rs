@@ -49,7 +49,7 @@ pub struct Saved {
 /// What the bytes begin with.
 const MAGIC: [u8; 8] = *b"tumble-l";
 /// The number of the format: another one where the same numbers stand for something else.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 /// Magic word, format and length.
 const HEADER: usize = 8 + 4 + 8;
 /// The checksum.

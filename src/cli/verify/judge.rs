@@ -354,7 +354,7 @@ impl Judge {
         let (states, row, contacts) = (&step.states[..], &step.row, &touching.contacts);
         let (complete, mut differs) = (touching.wrong.is_none(), touching.wrong.clone());
         let mut differ = |what: String| differs = differs.take().or(Some(what));
-        if self.has_another_rebound(contacts, (states, next), wrenches, row.restitution_share) {
+        if self.has_another_rebound(touching, (states, next), wrenches, row.restitution_share) {
             differ("a contact of it bounces as none of the world does".to_owned());
         }
         let slip_lost = self.lost_in(contacts, states, next);
@@ -404,7 +404,7 @@ impl Judge {
     /// faster than all of it does.
     fn has_another_rebound(
         &self,
-        contacts: &[Contact],
+        Touching { contacts, forces, .. }: &Touching,
         (states, next): (&[State], &[State]),
         wrenches: &[Wrench],
         share: f64,
@@ -417,11 +417,17 @@ impl Judge {
         let rounding = self.lost_in(contacts, states, &free);
         let range =
             |contact: &Contact| [share, 1.0].map(|s| contact.rebound_of(world, states, &free, s));
+        let mut pushed = vec![0.0; states.len()];
+        for (contact, force) in contacts.iter().zip(forces) {
+            let speed = contact.pushed_by(world, force);
+            contact.key.bodies().for_each(|body| pushed[body] += speed);
+        }
         // What another's impulse closes: only where one arrives, and what was near enough.
         let arrives = contacts.iter().any(|contact| range(contact)[1] > 0.0);
         contacts.iter().any(|contact| {
             let mut ends = range(contact);
-            let may_be_struck = arrives && contact.could_close(world, states, next);
+            let pushed = contact.key.bodies().map(|body| pushed[body]).sum();
+            let may_be_struck = arrives && contact.could_close(world, states, next, pushed);
             if ends[1] == 0.0 && contact.bounces() && may_be_struck {
                 ends = range(&Contact { struck: true, ..*contact });
             }

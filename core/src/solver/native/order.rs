@@ -28,15 +28,15 @@ pub(super) struct Order {
 }
 
 impl Order {
-    /// Makes this that of so many `nodes` with blocks at the `pairs` of different ones, which may come
-    /// more than once. Returns whether anything changed.
+    /// Makes this that of so many `nodes` with blocks at the `pairs`, which may come
+    /// more than once; those of a node with itself are no others than its own. Returns whether anything changed.
     pub(super) fn set(
         &mut self,
         nodes: usize,
         pairs: impl Iterator<Item = (usize, usize)>,
     ) -> bool {
         self.wanted.clear();
-        self.wanted.extend(pairs.map(|(i, j)| (i.min(j), i.max(j))));
+        self.wanted.extend(pairs.filter(|(i, j)| i != j).map(|(i, j)| (i.min(j), i.max(j))));
         self.wanted.sort_unstable();
         self.wanted.dedup();
         if self.places.len() != nodes || self.wanted != self.pairs {
