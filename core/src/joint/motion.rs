@@ -182,13 +182,23 @@ impl Joint {
         (at, angles): (&Coordinates, &Vector3<f64>),
         time_step: f64,
     ) -> [[AxisStart; 3]; 2] {
-        let rates = match self.linear.iter().chain(&self.angular).any(Axis::has_armature) {
-            true => self.coasted(states, -time_step).map(|before| {
-                let turned = self.turned((&before, &self.counted(&before, angles)), (at, angles));
-                ((at.place - before.place) / time_step, turned / time_step)
-            }),
-            false => None,
-        };
+        match self.linear.iter().chain(&self.angular).any(Axis::has_armature) {
+            true => self.starts_with_rates(states, (at, angles), time_step),
+            false => self.starts_at((at, angles), <_>::default()),
+        }
+    }
+
+    /// The same with the rates at which they come also where no armature asks for them: a change of one does.
+    pub(crate) fn starts_with_rates(
+        &self,
+        states: &[State],
+        (at, angles): (&Coordinates, &Vector3<f64>),
+        time_step: f64,
+    ) -> [[AxisStart; 3]; 2] {
+        let rates = self.coasted(states, -time_step).map(|before| {
+            let turned = self.turned((&before, &self.counted(&before, angles)), (at, angles));
+            ((at.place - before.place) / time_step, turned / time_step)
+        });
         self.starts_at((at, angles), rates.unwrap_or_default())
     }
 

@@ -34,6 +34,25 @@ fn on_a_slide(drive: Drive) -> (World, Vec<State>) {
     (world, vec![state])
 }
 
+/// One of nothing so far adds to the mass what it comes with, too: of v⁺ = (m + I) v/(m + I + h d) by I.
+#[test]
+fn a_slide_by_an_armature_that_it_does_not_have() {
+    let damping = 3.0;
+    let (world, states) = on_a_slide(Drive { damping, ..Drive::NONE });
+    let (simulation, record) = step(&world, &states, &[]).unwrap();
+    let mut derivative = StepDerivative::new();
+    simulation.linearise(&record, &mut derivative).unwrap();
+    let constants = [(Constant::Armature, &[1.0][..])];
+    let mut end = Vec::new();
+    derivative
+        .push(&StepChange { constants: &constants, ..StepChange::default() }, &mut end)
+        .unwrap();
+    let below = MASS + H * damping;
+    let expected = 0.7 * (1.0 / below - MASS / (below * below));
+    let found = end[0].velocity[2];
+    assert!((found - expected).abs() < 1e-9 * expected, "{found} {expected}");
+}
+
 /// v⁺ and its derivatives by the constants, of v⁺ = N/D with
 ///
 /// ```text
