@@ -344,6 +344,15 @@ impl Simulation {
         crate::arrays::shaped(py, (0..bodies).flat_map(force).collect(), &[bodies, 3])
     }
 
+    /// The angles of the joints now, rad, with all their turns: (J, 3).
+    #[getter]
+    fn joint_angles<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let simulation = &self.running().simulation;
+        let angles: Vec<f64> = simulation.joint_angles().flatten().copied().collect();
+        let joints = angles.len() / 3;
+        crate::arrays::shaped(py, angles, &[joints, 3])
+    }
+
     /// Where the joints are now, and how they moved and what they carried over the last step, by column: (J, 3)
     /// each.
     #[getter]

@@ -124,8 +124,13 @@ impl Simulation<'_> {
         self.digest.take();
     }
 
-    /// The angles of joints, rad.
+    /// The angles of every joint now, rad, with the turns that were made since the start
+    /// ([`Joint::counted`](crate::joint::Joint::counted)).
+    pub fn joint_angles(&self) -> impl Iterator<Item = &Vector3<f64>> {
+        self.now.joints.iter().map(|joint| &joint.angles)
+    }
+
     fn angles(&self) -> Vec<Vector3<f64>> {
-        self.now.joints.iter().map(|joint| joint.angles).collect()
+        self.joint_angles().copied().collect()
     }
 }

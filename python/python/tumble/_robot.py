@@ -135,11 +135,12 @@ class Robot(CoreRobot):
         simulation.step()
     """
 
-    __slots__ = ("simulation", "_near", "_controls", "_handles", "__weakref__")
+    __slots__ = ("simulation", "_near", "_hinges", "_controls", "_handles", "__weakref__")
 
     simulation: "Simulation"
     """What it is in."""
     _near: "Floats"
+    _hinges: Tuple[List[Any], ...]
     _controls: "Floats"
     _handles: Dict[str, RobotJoint]
 
@@ -147,6 +148,10 @@ class Robot(CoreRobot):
         self = super().__new__(cls, simulation.scene, index)
         self.simulation = simulation
         self._near = self.start
+        # Where the angles of hinges are in q, which of the simulation's they are, and what that counts from.
+        found = [(joint, self.axis(k)) for k, joint in enumerate(self.joint_list) if joint[1] == "hinge"]
+        hinges = [(joint[2], *axis, joint[4]) for joint, axis in found if axis is not None]
+        self._hinges = tuple(list(column) for column in zip(*hinges)) if hinges else ([], [], [], [])
         self._handles = {}
         self._controls = self.first_controls
         return self
@@ -195,13 +200,19 @@ class Robot(CoreRobot):
             self[name]._motor = motor
 
     def _now(self) -> Tuple["Floats", "Floats"]:
-        q, v = self.coordinates(self.simulation.states, self._near)
+        places, joints, axes, references = self._hinges
+        near = self._near.copy()
+        if places:
+            # Behind the three of its place.
+            angles = self.simulation.joint_angles[joints, [axis - 3 for axis in axes]]
+            near[places] = angles + references
+        q, v = self.coordinates(self.simulation.states, near)
         self._near = q
         return q, v
 
     @property
     def q(self) -> "Floats":
-        """The coordinates now, (Q,): angles with their turns, counted from one look to the next."""
+        """The coordinates now, (Q,): angles of hinges with all their turns, as the simulation and motors count them."""
         return self._now()[0]
 
     @q.setter
@@ -218,7 +229,10 @@ class Robot(CoreRobot):
         self.set(self.q, v)
 
     def set(self, q: Any, v: Any = None) -> None:
-        """Puts the robot at coordinates and rates, at rest without these."""
+        """Puts the robot at coordinates and rates, at rest without these.
+
+        Of angles the turns that the simulation has counted are those nearest to where it was: a hinge that is put elsewhere goes
+        no whole turn there."""
         positions, rates = self.counts
         q = numbers("q", q, (positions,))
         v = numbers("v", [0.0] * rates if v is None else v, (rates,))
