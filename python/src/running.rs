@@ -4,10 +4,21 @@ use crate::last_step::LastStep;
 use crate::recording::{Recording, add_forces};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
+use tumble::contact::Contact;
 use tumble::error::Error;
-use tumble::mechanics::Wrench;
+use tumble::mechanics::{State, Wrench};
+use tumble::scenario::scene::Scene;
+use tumble::simulation::save::{Saved, from_bytes, to_bytes};
 use tumble::simulation::tables::TableStep;
-use tumble::simulation::{self, StepRecord};
+use tumble::simulation::{self, Motion, StepRecord};
+use tumble::step::StepSolution;
+
+/// What a saved state has besides: of the last step its start, its contacts and its solution; whether nothing moved it but
+/// what the scene says; and what Python's side of it keeps, in words of its own.
+type Notes<'a> = (&'a str, Vec<State>, Vec<Contact>, StepSolution, Option<bool>, &'a str);
+
+/// What these begin with.
+const NOTES: &str = "python";
 
 /// A simulation and its last step.
 pub struct Running {
@@ -20,6 +31,39 @@ pub struct Running {
 }
 
 impl Running {
+    /// One of `scene`, moved by `motion`, that goes on from where `saved` is, of [`Running::saved_with`] or of the
+    /// command line; and what was kept besides, or nothing.
+    pub fn restored(
+        scene: &Scene,
+        motion: Motion<'static>,
+        saved: &Saved,
+    ) -> Result<(Self, String), Error> {
+        let simulation = simulation::Simulation::restored(scene.world.clone(), motion, saved)?;
+        let mut running = Self { simulation, last: LastStep::none(), took: None, is_of_scene: None };
+        // What the command line saves tells nothing of the last step.
+        let Ok((NOTES, states, contacts, solution, is_of_scene, kept)) =
+            from_bytes::<Notes<'_>>(saved.notes())
+        else {
+            return Ok((running, String::new()));
+        };
+        running.is_of_scene = is_of_scene;
+        if states.len() == running.simulation.states().len()
+            && contacts.iter().all(|contact: &Contact| contact.key.body < states.len())
+        {
+            let record = StepRecord { states, contacts, solution, ..StepRecord::new() };
+            *running.last.change_bodies() = record;
+        }
+        Ok((running, kept.to_owned()))
+    }
+
+    /// Where it is, and `kept` besides, as bytes.
+    pub fn saved_with(&mut self, kept: &str) -> Result<Vec<u8>, Error> {
+        let record = self.last.record();
+        let (states, contacts, solution) = (&record.states, &record.contacts, &record.solution);
+        let notes = to_bytes(&(NOTES, states, contacts, solution, self.is_of_scene, kept))?;
+        self.simulation.save().with_notes(notes).to_bytes()
+    }
+
     /// Pushes all bodies from now on by these wrenches, six numbers of each.
     pub fn set_wrenches(&mut self, numbers: &[f64]) -> Result<(), Error> {
         if numbers.iter().any(|number| *number != 0.0) {

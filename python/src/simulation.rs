@@ -17,16 +17,14 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
-use tumble::contact::Contact;
 use tumble::error::Error;
 use tumble::joint::{Axis, Drive, Gear, JointAxis, Motor};
 use tumble::mechanics::State;
 use tumble::scenario::joint::JointModel;
 use tumble::scenario::scene::Scene as Content;
-use tumble::simulation::save::{Saved, from_bytes, to_bytes};
+use tumble::simulation::save::Saved;
 use tumble::simulation::tables::JointRow;
 use tumble::simulation::{self, Motion, StepRecord};
-use tumble::step::StepSolution;
 
 /// More bodies than this may take long for a first step, so that it must be possible to end it.
 const MANY_BODIES: usize = 4;
@@ -34,13 +32,6 @@ const MANY_BODIES: usize = 4;
 /// After a step that took no longer the next one is taken on the caller's own thread: another one costs more than
 /// a small step, and nobody waits to end it.
 const SHORT: Duration = Duration::from_millis(1);
-
-/// What a saved state has besides: of the last step its start, its contacts and its solution; whether nothing moved it but
-/// what the scene says; and what Python's side of it keeps, in words of its own.
-type Notes<'a> = (&'a str, Vec<State>, Vec<Contact>, StepSolution, Option<bool>, &'a str);
-
-/// What these begin with.
-const NOTES: &str = "python";
 
 /// A running simulation of a scene.
 #[pyclass(subclass, name = "CoreSimulation", module = "tumble._tumble")]
@@ -53,81 +44,69 @@ pub struct Simulation {
     threads: bool,
     /// The process whose they are: a fork has none of them.
     process: u32,
+    /// What was kept besides in what it was restored from, until it is asked for.
+    kept: String,
 }
 
 #[pymethods]
 impl Simulation {
     /// A simulation from the scene's start, or from states (N, 13), at step `index` or the
-    /// scene's, on up to `threads` threads.
+    /// scene's, or from where the bytes `saved` of `saved_with`, or of the command line's state.bin, are; on up to
+    /// `threads` threads.
     #[new]
-    #[pyo3(signature = (scene, states=None, threads=1, index=None))]
+    #[pyo3(signature = (scene, states=None, threads=1, index=None, saved=None))]
     fn new(
         scene: PyRef<'_, Scene>,
         states: Option<PyReadonlyArrayDyn<'_, f64>>,
         threads: usize,
         index: Option<u64>,
+        saved: Option<&[u8]>,
     ) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
-        let starts = match &states {
-            None => content.starts.clone(),
-            Some(states) => to_states("states", states)?,
-        };
         let threads = NonZeroUsize::new(threads).ok_or_else(|| refused("threads: 1 or more"))?;
         let motion = match threads.get() {
             1 => content.motion(&content.world).map_err(refused)?,
             _ => content.motion_on(threads).map_err(in_python)?,
         };
-        let start_index = index.unwrap_or(content.start_index);
-        // What is driven is where it is then.
-        let begun = Content { start_index, ..(*content).clone() };
-        let simulation = simulation::Simulation::new(begun.world_at(start_index), starts, motion);
-        let named = |error: Error| refused(content.naming(&error));
-        let mut simulation = simulation.map_err(named)?;
-        begun.prepare(&mut simulation).map_err(named)?;
+        let (mut running, kept) = match saved {
+            Some(saved) => {
+                let saved = Saved::from_bytes(saved).map_err(refused)?;
+                Running::restored(&content, motion, &saved).map_err(refused)?
+            }
+            None => {
+                let starts = match &states {
+                    None => content.starts.clone(),
+                    Some(states) => to_states("states", states)?,
+                };
+                let start_index = index.unwrap_or(content.start_index);
+                // What is driven is where it is then.
+                let begun = Content { start_index, ..(*content).clone() };
+                let world = begun.world_at(start_index);
+                let named = |error: Error| refused(content.naming(&error));
+                let simulation = simulation::Simulation::new(world, starts, motion);
+                let mut simulation = simulation.map_err(named)?;
+                begun.prepare(&mut simulation).map_err(named)?;
+                let last = LastStep::none();
+                let running = Running { simulation, last, took: None, is_of_scene: Some(true) };
+                (running, String::new())
+            }
+        };
         let interrupt = Arc::new(AtomicBool::new(false));
-        simulation.interrupt_by(Arc::clone(&interrupt));
-        let running = Mutex::new(Running {
-            simulation,
-            last: LastStep::none(),
-            took: None,
-            is_of_scene: Some(true),
-        });
+        running.simulation.interrupt_by(Arc::clone(&interrupt));
+        let running = Mutex::new(running);
         let (threads, process) = (threads.get() > 1, std::process::id());
-        Ok(Self { content, running, interrupt, threads, process })
+        Ok(Self { content, running, interrupt, threads, process, kept })
     }
 
     /// Where it is, as bytes, and `kept` besides.
     fn saved_with<'py>(&mut self, py: Python<'py>, kept: &str) -> PyResult<Bound<'py, PyBytes>> {
-        let Running { simulation, last, is_of_scene, .. } = self.running();
-        let record = last.record();
-        let notes = (NOTES, &record.states, &record.contacts, &record.solution, *is_of_scene, kept);
-        let notes = to_bytes(&notes).map_err(refused)?;
-        let saved = simulation.save().with_notes(notes).to_bytes().map_err(refused)?;
+        let saved = self.running().saved_with(kept).map_err(refused)?;
         Ok(PyBytes::new(py, &saved))
     }
 
-    /// Goes on from where the bytes of `saved_with`, or of the command line's state.bin, are: what was kept besides, or
-    /// nothing.
-    fn go_on(&mut self, bytes: &[u8]) -> PyResult<String> {
-        let saved = Saved::from_bytes(bytes).map_err(refused)?;
-        let Running { simulation, last, is_of_scene, .. } = self.running();
-        *is_of_scene = None;
-        simulation.restore(&saved).map_err(refused)?;
-        let record = last.change_bodies();
-        *record = StepRecord::new();
-        // What the command line saves tells nothing of the last step.
-        let Ok((NOTES, states, contacts, solution, is_known, kept)) =
-            from_bytes::<Notes<'_>>(saved.notes())
-        else {
-            return Ok(String::new());
-        };
-        *is_of_scene = is_known;
-        if states.len() == simulation.states().len()
-            && contacts.iter().all(|contact: &Contact| contact.key.body < states.len())
-        {
-            *record = StepRecord { states, contacts, solution, ..StepRecord::new() };
-        }
-        Ok(kept.to_owned())
+    /// What was kept besides in what it was restored from.
+    fn kept_besides(&mut self) -> String {
+        std::mem::take(&mut self.kept)
     }
 
     /// Sets the states (N, 13) now.

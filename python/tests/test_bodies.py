@@ -141,6 +141,24 @@ def test_what_changed_is_copied_and_pickled(tmp_path):
         simulation.scene.save(tmp_path / "scene.toml")
 
 
+def test_what_lies_within_a_held_body_is_copied_and_pickled(tmp_path):
+    lower, upper = cube("lower", [0, 0, 0.1]), cube("upper", [0, 0, 0.5])
+    simulation = scene([lower, upper]).simulate()
+    simulation.hold("lower")
+    # Nothing touches what is held.
+    simulation.run(150)
+    simulation.add_body(cube("late", [3, 0, 1]))
+    simulation.run(10)
+    others = [copy.copy(simulation), pickle.loads(pickle.dumps(simulation))]
+    simulation.save(tmp_path / "state.bin")
+    others.append(tumble.Simulation.restore(simulation.scene, tmp_path / "state.bin"))
+    run = simulation.run(20)
+    for other in others:
+        np.testing.assert_array_equal(other.run(20).states, run.states)
+        with pytest.raises(tumble.TumbleError, match="lower"):
+            other.release("lower")
+
+
 def test_joints_go_with_their_body_where_that_is_said():
     rod = {"box": [0.1, 0.1, 0.4], "mass": 1.0}
     rods = [{**rod, "name": f"rod-{k}", "position": [0, 0, 2 - 0.4 * k]} for k in range(3)]

@@ -111,10 +111,13 @@ impl<'a> Recording<'a> {
             refuse_lonely_table(path, &run_path)
         })?;
         let given = flags.given();
-        if run.as_ref().is_some_and(|run| run.model.is_some()) {
+        if let Some(run) = run.as_ref().filter(|run| run.model.is_some()) {
             let flags: Vec<_> = given.iter().map(|flag| (*flag, true)).collect();
             refuse_flags("a run of several bodies, whose run.json says all", &flags)?;
-            refuse_another_file(path)?;
+            // Tables of another form are refused with that word.
+            if run.kept.form == Form::Csv {
+                refuse_another_file(path)?;
+            }
         }
         Self::of(path, run, (of_physics(flags)?, &given))
     }

@@ -57,7 +57,7 @@ impl Problem {
     #[must_use]
     pub fn effort_of(&self, controls: &[f64]) -> f64 {
         let pairs = self.variables().iter().zip(controls);
-        let free: f64 = pairs.map(|(variable, value)| variable.effort * value * value).sum();
+        let free = pairs.map(|(variable, value)| variable.effort * value * value);
         let fixed = |control: &Control| {
             let components = control.bounds.iter().enumerate();
             let of = |(k, bounds): (usize, &[f64; 2])| {
@@ -66,7 +66,8 @@ impl Problem {
             };
             control.effort * self.steps as f64 * components.map(of).sum::<f64>()
         };
-        free + self.controls().iter().map(fixed).sum::<f64>()
+        // An empty sum is -0, and nothing is spent then.
+        0.0 + free.sum::<f64>() + self.controls().iter().map(fixed).sum::<f64>()
     }
 
     /// The run under `controls`, which are within their bounds, as its cost alone.

@@ -276,6 +276,9 @@ fn what_cannot_be_is_refused() {
     runs.refused(&["verify", &file], &["Parquet", "CSV is needed"]);
     let folder = runs.text("binary", "");
     runs.refused(&["--continue", &folder, "--steps", "30"], &["Parquet", "CSV is needed"]);
+    runs.run("tables", &["--scenario", &bodies, "--steps", "5", "--format", "parquet"]);
+    let table = runs.text("tables", "states.parquet");
+    runs.refused(&["verify", &table], &["Parquet", "CSV is needed"]);
     // A later run in CSV does not leave them behind.
     runs.run("binary", &["--solver", "native", "--steps", "20"]);
     assert!(!Path::new(&file).exists());

@@ -133,6 +133,27 @@ fn a_state_goes_back_in_the_same_simulation() {
     assert!(steps(&mut simulation, 30) == first);
 }
 
+/// What is held is touched by nothing: others come to be where none may start.
+#[test]
+fn what_lies_within_a_held_body_goes_on_too() {
+    let scene = scenario("stack.toml", Settings::default());
+    let mut whole = simulation(&scene);
+    whole.hold_body(1, true).unwrap();
+    steps(&mut whole, 150);
+    let motion = || scene.motion(&scene.world).unwrap();
+    let states = whole.states().to_vec();
+    let start = Simulation::new(scene.world.clone(), states, motion());
+    assert!(matches!(start, Err(Error::Overlap { .. })));
+    let saved = Saved::from_bytes(&whole.save().to_bytes().unwrap()).unwrap();
+    let mut again = Simulation::restored(scene.world.clone(), motion(), &saved).unwrap();
+    assert_eq!(again.index(), 150);
+    assert!(steps(&mut again, 30) == steps(&mut whole, 30));
+    // Nothing of another world.
+    let pyramid = scenario("pyramid.toml", Settings::default());
+    let other = Simulation::restored(pyramid.world.clone(), motion(), &saved);
+    assert!(matches!(other, Err(Error::Saved(_))));
+}
+
 #[test]
 fn wrenches_that_were_set_and_a_step_that_was_taken_back_are_of_the_state() {
     let scene = scenario("stack.toml", Settings::default());

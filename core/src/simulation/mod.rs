@@ -195,18 +195,28 @@ impl<'a> Simulation<'a> {
         let mut candidates = Candidates::new();
         let touches = matches!(motion, Motion::Contact { .. });
         start::check(&world, (&states, &[]), touches, &mut candidates, |_| true)?;
-        if !touches && !world.joints().is_empty() {
+        Self::at(world, &states, motion, candidates)
+    }
+
+    /// At rest from all that was before, in `states`, one a body, wherever they are.
+    fn at(
+        world: World,
+        states: &[State],
+        motion: Motion<'a>,
+        candidates: Candidates,
+    ) -> Result<Self, Error> {
+        if matches!(motion, Motion::Floating) && !world.joints().is_empty() {
             return Err(Error::Unsupported {
                 what: "joints of a floating body",
                 why: "the Runge-Kutta method knows no forces; use the contact step",
             });
         }
-        let angles = world.angles_near(&states, &[]).into_iter();
+        let angles = world.angles_near(states, &[]).into_iter();
         let joints = angles.map(JointForce::none).collect();
         let gears = vec![0.0; world.gears().len()];
-        let now = StepSolution { joints, gears, ..StepSolution::free(&states) };
+        let now = StepSolution { joints, gears, ..StepSolution::free(states) };
         Ok(Self {
-            outside: vec![Outside::nothing(); bodies],
+            outside: vec![Outside::nothing(); world.bodies().len()],
             world,
             motion,
             driving: driving::Driving::default(),

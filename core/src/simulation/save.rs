@@ -10,8 +10,8 @@
 //! checksum of all of it. Numbers keep their bits.
 
 use super::driving::Driving;
-use super::{MOST_STEPS, Outside, Simulation};
-use crate::contact::Memory;
+use super::{MOST_STEPS, Motion, Outside, Simulation};
+use crate::contact::{Candidates, Memory};
 use crate::error::Error;
 use crate::joint::{Gear, Joint};
 use crate::mechanics::load::Polyline;
@@ -176,7 +176,20 @@ impl Outside {
     }
 }
 
-impl Simulation<'_> {
+impl<'a> Simulation<'a> {
+    /// A simulation of `world`, moved by `motion`, that goes on from where `saved` was saved
+    /// ([`Simulation::restore`]). No start is asked for: with bodies held a run may have come to where none may
+    /// begin.
+    ///
+    /// # Errors
+    /// As [`Simulation::restore`]; joints without the contact step.
+    pub fn restored(world: World, motion: Motion<'a>, saved: &Saved) -> Result<Self, Error> {
+        saved.check(&world, digest(&world))?;
+        let mut simulation = Self::at(world, saved.states(), motion, Candidates::new())?;
+        simulation.restore(saved)?;
+        Ok(simulation)
+    }
+
     /// Where the simulation is, to go on from there later: in this simulation, or in another one of the
     /// same world.
     #[must_use]
@@ -227,13 +240,15 @@ impl Simulation<'_> {
     }
 
     fn digest(&self) -> u64 {
-        *self.digest.get_or_init(|| {
-            let mut hash = Fnv::NONE;
-            // What is written to takes everything.
-            let _ = write!(hash, "{:?}", self.world.lasting());
-            hash.0
-        })
+        *self.digest.get_or_init(|| digest(&self.world))
     }
+}
+
+fn digest(world: &World) -> u64 {
+    let mut hash = Fnv::NONE;
+    // What is written to takes everything.
+    let _ = write!(hash, "{:?}", world.lasting());
+    hash.0
 }
 
 /// The hash of Fowler, Noll and Vo, FNV-1a, of 64 bits.

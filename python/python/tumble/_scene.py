@@ -271,7 +271,8 @@ def load(
     ``name/rest`` (without it, the first folder that has it, from that of the file upwards), ``leave_out`` names what of it is as if it were
     not there (["tendon", "body:goal", "@condim"]), and ``point_contacts`` has contacts of condim 4 and 6 rub alone. Raises OSError where the file cannot be read, TumbleError where it is no scene.
     """
-    most = _LARGEST_ROBOT if os.fspath(path).endswith((".urdf", ".xml")) else _LARGEST_FILE
+    path = os.fsdecode(path)
+    most = _LARGEST_ROBOT if path.endswith((".urdf", ".xml")) else _LARGEST_FILE
     with open(path, "rb") as stream:
         content = stream.read(most + 1)
     if len(content) > most:

@@ -6,7 +6,7 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Tuple, Type, Union
+from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Tuple, Union
 
 from ._arrays import numbers
 from ._checks import made, room, whole
@@ -78,11 +78,25 @@ class Simulation(CoreSimulation):
         if states is not None:
             states = _states(scene, states)
         self = super().__new__(cls, scene, states, threads, index)
+        self._begin(scene, threads)
+        return self
+
+    def _begin(self, scene: Scene, threads: int) -> None:
         self._scene = scene
         self._threads = threads
         self._changed = False
         prefixes = enumerate(scene.robots)
         self._robots = {prefix: Robot(self, index) for index, prefix in prefixes}
+
+    @classmethod
+    def _restored(cls, scene: Scene, threads: int, saved: bytes) -> "Simulation":
+        scene, threads = made("scene", scene, Scene), whole("threads", threads, 1)
+        self = super().__new__(cls, scene, None, threads, None, saved)
+        self._begin(scene, threads)
+        kept = json.loads(self.kept_besides() or "{}")
+        # What a robot of another name kept is of nobody here.
+        for name in kept.keys() & self.robots.keys():
+            self.robots[name]._keep(kept[name])
         return self
 
     @classmethod
@@ -98,7 +112,7 @@ class Simulation(CoreSimulation):
         with open(path, "rb") as stream:
             content = stream.read()
         try:
-            return _restored(cls, scene, threads, content)
+            return cls._restored(scene, threads, content)
         except TumbleError as error:
             raise TumbleError(f"{os.fspath(path)}: {error}") from None
 
@@ -114,10 +128,10 @@ class Simulation(CoreSimulation):
 
     def __reduce__(self) -> Any:
         """A simulation goes to another process as its scene and its state."""
-        return _restored, (type(self), self.scene, self._threads, self.saved())
+        return type(self)._restored, (self.scene, self._threads, self.saved())
 
     def __copy__(self) -> "Simulation":
-        return _restored(type(self), self.scene, self._threads, self.saved())
+        return type(self)._restored(self.scene, self._threads, self.saved())
 
     def __deepcopy__(self, memo: Any) -> "Simulation":
         # A scene never changes.
@@ -317,15 +331,6 @@ class Simulation(CoreSimulation):
 
     def __repr__(self) -> str:
         return f"<tumble.Simulation of {self.scene.name!r} at k = {self.index}, t = {self.time} s>"
-
-
-def _restored(kind: Type[Simulation], scene: Scene, threads: int, content: bytes) -> Simulation:
-    simulation = kind(scene, threads=threads)
-    kept = json.loads(simulation.go_on(content) or "{}")
-    # What a robot of another name kept is of nobody here.
-    for name in kept.keys() & simulation.robots.keys():
-        simulation.robots[name]._keep(kept[name])
-    return simulation
 
 
 def _states(scene: Scene, states: Any) -> Any:
