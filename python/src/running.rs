@@ -39,7 +39,8 @@ impl Running {
         saved: &Saved,
     ) -> Result<(Self, String), Error> {
         let simulation = simulation::Simulation::restored(scene.world.clone(), motion, saved)?;
-        let mut running = Self { simulation, last: LastStep::none(), took: None, is_of_scene: None };
+        let mut running =
+            Self { simulation, last: LastStep::none(), took: None, is_of_scene: None };
         // What the command line saves tells nothing of the last step.
         let Ok((NOTES, states, contacts, solution, is_of_scene, kept)) =
             from_bytes::<Notes<'_>>(saved.notes())

@@ -13,6 +13,7 @@ mod gif;
 mod gradient;
 mod input;
 mod inspect;
+mod label;
 mod outcome;
 mod output;
 mod pages;

@@ -13,7 +13,8 @@
 
 use super::error::FitError;
 use super::loss::{Loss, TossScore};
-use super::model::{Model, ParameterValues};
+use super::model::Model;
+use super::parameter::ParameterValues;
 use super::protocol::Protocol;
 use super::recording::Toss;
 use super::rollout::rollout_from;
@@ -68,6 +69,10 @@ pub fn ensembles(
     if members == 0 {
         return Err(FitError::Request("an ensemble needs a member".to_owned()));
     }
+    if !model.is_of_tosses() {
+        let why = "an ensemble is of the starts of tosses; a recording of several bodies has none";
+        return Err(FitError::Request(why.to_owned()));
+    }
     let one = |(index, toss): (usize, &Toss)| {
         let mut draws = Mt::new(seed.wrapping_add(index as u32).wrapping_mul(0x9e37_79b9));
         let start = protocol.start(toss);
@@ -78,8 +83,8 @@ pub fn ensembles(
                 _ => varied(&start, protocol.start_frame(toss), toss.rate, noise, &mut draws),
             };
             let mut end = start.position;
-            let each = |state: &State| end = state.position;
-            let found = rollout_from(&start, model, protocol, values, toss, interrupt, each)?;
+            let each = |states: &[State]| end = states[0].position;
+            let found = rollout_from(&[start], model, protocol, values, toss, interrupt, each)?;
             scores.push(found);
             ends.push(end);
         }

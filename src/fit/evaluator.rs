@@ -2,7 +2,8 @@
 
 use super::error::FitError;
 use super::loss::{Loss, TossScore};
-use super::model::{Constant, Model, ParameterValues};
+use super::model::Model;
+use super::parameter::{Parameter, ParameterValues};
 use super::protocol::Protocol;
 use super::recording::Toss;
 use super::rollout::rollout;
@@ -127,7 +128,7 @@ impl<'a> Evaluator<'a> {
     pub fn slopes(
         &mut self,
         query: &Query<'_>,
-        parameters: &[Constant],
+        parameters: &[Parameter],
         loss: Loss,
     ) -> Result<Vec<TossSlopes>, FitError> {
         let protocol = Protocol { substeps: query.substeps, ..self.protocol.clone() };

@@ -3,7 +3,7 @@
 use super::error::FitError;
 use super::evaluator::{Evaluator, Query};
 use super::loss::TossScore;
-use super::model::ParameterValues;
+use super::parameter::ParameterValues;
 use super::plan::Plan;
 use super::recording::Toss;
 use super::search::Found;

@@ -3,11 +3,11 @@
 /// How far a simulated toss is from the recorded one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TossScore {
-    /// The mean over frames of |Δr| / length.
+    /// The mean over frames and bodies of |Δr| / length.
     pub position: f64,
-    /// The mean over frames of the angle between the attitudes, rad.
+    /// The mean over frames and bodies of the angle between the attitudes, rad.
     pub rotation: f64,
-    /// The angle at the last frame, rad: about 90° or 180° on another face.
+    /// The largest angle of a body at the last frame, rad: about 90° or 180° on another face.
     pub end: f64,
     /// Steps taken, and those of them that failed.
     pub steps: u32,

@@ -1,13 +1,13 @@
 //! Parameters from recorded motion: which friction, rounding or inertia makes simulated tosses of
-//! a body go like recorded ones?
+//! a body go like recorded ones; which masses, dampings or springs a mechanism that was filmed?
 //!
 //! ```text
 //! bytes ─ recording ─ Toss ─┐
 //! World ─ model ── ParameterValues ──┴─ rollout ─ TossScore ─ loss ─ evaluator ─ search ─ neighbourhood
 //! ```
 //!
-//! [`recording`] reads tosses and refuses what cannot be one. [`protocol`] says where a simulation
-//! starts and how it is compared. [`model`] names the parameters. [`rollout`] simulates a toss,
+//! [`recording`] reads tosses, and runs of several bodies, and refuses what cannot be one. [`protocol`] says where a
+//! simulation starts and how it is compared. [`model`] is what is simulated, [`parameter`] names its numbers. [`rollout`] simulates a toss,
 //! every step with its certificate, and counts the steps that failed; [`evaluator`] does so with many, on all threads of the
 //! caller's rayon pool. [`search`] looks by its [`plan`] for the values of least [`loss`], [`polish`] goes on from there by the
 //! [`slopes`] of every toss, [`neighbourhood`] says how well
@@ -27,6 +27,7 @@ pub mod folds;
 pub mod loss;
 pub mod model;
 pub mod neighbourhood;
+pub mod parameter;
 pub mod plan;
 pub mod polish;
 pub mod protocol;
@@ -38,7 +39,8 @@ pub mod slopes;
 pub use error::FitError;
 pub use evaluator::{Evaluator, Query, ScoreMemory};
 pub use loss::{Loss, TossScore};
-pub use model::{Constant, Model, ParameterValues, SOUGHT, sought};
+pub use model::{Constant, Model, SOUGHT, sought};
+pub use parameter::{Parameter, ParameterValues};
 pub use plan::{Plan, Sought};
 pub use protocol::Protocol;
 pub use recording::Toss;

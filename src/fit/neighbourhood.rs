@@ -17,7 +17,7 @@
 use super::error::FitError;
 use super::evaluator::{Evaluator, Query};
 use super::loss::TossScore;
-use super::model::{ParameterValues, usual_reach};
+use super::parameter::ParameterValues;
 use super::plan::{Plan, Sought};
 use nalgebra::{DMatrix, DVector};
 use rand_mt::Mt;
@@ -97,7 +97,7 @@ impl Neighbourhood {
         for _ in 0..points {
             let place: Vec<f64> = (0..n).map(|_| 2.0 * unit(&mut draws) - 1.0).collect();
             let values = plan.sought.iter().zip(&boxes).zip(&place).fold(
-                *centre,
+                centre.clone(),
                 |values, ((sought, [low, high]), u)| {
                     values.with(sought.parameter, 0.5 * (low + high) + 0.5 * (high - low) * u)
                 },
@@ -149,7 +149,7 @@ fn unit(draws: &mut Mt) -> f64 {
 /// What is looked at around a value, within the bounds.
 fn around(sought: &Sought, centre: &ParameterValues) -> [f64; 2] {
     let value = centre.get(sought.parameter);
-    let half = usual_reach(sought.parameter, value, sought.bounds);
+    let half = sought.usual_reach(value);
     [(value - half).max(sought.bounds[0]), (value + half).min(sought.bounds[1])]
 }
 

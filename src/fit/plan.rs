@@ -2,15 +2,35 @@
 
 use super::error::FitError;
 use super::loss::Loss;
-use super::model::{Constant, ParameterValues};
+use super::model::Constant;
+use super::parameter::{Parameter, ParameterValues};
 
 /// A parameter that is looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sought {
     /// Which.
-    pub parameter: Constant,
+    pub parameter: Parameter,
     /// Where it may lie.
     pub bounds: [f64; 2],
+}
+
+impl Sought {
+    /// How far around a found value the loss is looked at: as far as it is smooth. It is sharpest in the friction of the world.
+    pub(super) fn usual_reach(&self, value: f64) -> f64 {
+        self.share(0.1 * value.max(0.05))
+    }
+
+    /// The first step of a search, where nothing is known but the bounds: a sixth of their distance, and no more than a
+    /// fifth of the friction at the `start`.
+    pub(super) fn usual_step(&self, start: f64) -> f64 {
+        self.share(0.2 * start.max(0.05))
+    }
+
+    /// A sixth of the bounds' distance, of the friction no more than `most`.
+    fn share(&self, most: f64) -> f64 {
+        let share = (self.bounds[1] - self.bounds[0]) / 6.0;
+        if self.parameter == Constant::Friction.into() { share.min(most) } else { share }
+    }
 }
 
 /// What a search does.
@@ -48,9 +68,16 @@ impl Plan {
         }
         for (index, Sought { parameter, bounds: [low, high] }) in self.sought.iter().enumerate() {
             let name = parameter.name();
-            super::model::sought(name).map_err(FitError::Request)?;
-            if self.sought[..index].iter().any(|other| other.parameter == *parameter) {
+            let is_twice = |other: &Sought| {
+                let (other, one) = (other.parameter, *parameter);
+                let overlaps = other.number.is_none() || one.number.is_none();
+                other.constant == one.constant && (overlaps || other.number == one.number)
+            };
+            if self.sought[..index].iter().any(is_twice) {
                 return refused(format!("{name} is named twice"));
+            }
+            if start.get(*parameter).is_nan() {
+                return refused(format!("{name} has no value to start from"));
             }
             if !(low.is_finite() && high.is_finite() && low < high) {
                 return refused(format!("{name}: {low} to {high} are no bounds"));

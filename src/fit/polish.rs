@@ -21,7 +21,7 @@
 
 use super::error::FitError;
 use super::evaluator::{Evaluator, Query};
-use super::model::{Constant, ParameterValues};
+use super::parameter::{Parameter, ParameterValues};
 use super::plan::Plan;
 use nalgebra::{DMatrix, DVector};
 
@@ -39,15 +39,29 @@ pub struct Polish {
     /// Of the gradient at the end the largest derivative, of the loss by a parameter over its bounds' distance, of what is on no
     /// bound.
     pub slope: f64,
-    /// C, by the parameters that are sought, in their order; NaN of one that is held on its bound, of one that the tosses say nothing of,
-    /// and of all where the loss does not bend upwards.
+    /// C, by the parameters that are sought, in their order; NaN of one that is held on its bound, of one that the tosses do not show,
+    /// and of all where the loss does not bend upwards, or of a single toss.
     pub covariance: DMatrix<f64>,
+    /// How far the motions go with each parameter, to first order over its bounds' distance, in the unit of a toss' error: below
+    /// [`Polish::SHOWN`] the tosses do not show it.
+    pub shown: Vec<f64>,
     /// Why the steps ended where a toss has no slopes.
     pub ended: Option<String>,
     /// Simulated steps of the last slopes of which the derivative is none.
     pub blind: u32,
     /// Those that took a part of their restitution, which is taken for a constant.
     pub limited: u32,
+}
+
+impl Polish {
+    /// Of what moves less than this with a parameter nothing is left beside rounding.
+    pub const SHOWN: f64 = 1e-7;
+
+    /// Whether the tosses show a parameter, by its place among those that are sought; also where nobody knows.
+    #[must_use]
+    pub fn shows(&self, parameter: usize) -> bool {
+        self.shown.get(parameter).is_none_or(|shown| *shown >= Self::SHOWN)
+    }
 }
 
 /// The slopes of all tosses together.
@@ -57,6 +71,8 @@ struct Mean {
     bend: DMatrix<f64>,
     /// Σ gₜ gₜᵀ/T².
     scatter: DMatrix<f64>,
+    shown: DVector<f64>,
+    tosses: usize,
     blind: u32,
     limited: u32,
 }
@@ -113,7 +129,7 @@ impl Mean {
     fn covariance(&self, held: &[bool]) -> DMatrix<f64> {
         let free = free(&self.matrix, held);
         let mut full = DMatrix::from_element(held.len(), held.len(), f64::NAN);
-        if free.is_empty() {
+        if free.is_empty() || self.tosses < 2 {
             return full;
         }
         let Some(bend) = scaled(&self.bend, &free, &self.matrix).cholesky() else { return full };
@@ -144,7 +160,8 @@ impl Plan {
         const STILL: f64 = 1e-12;
         const MOST_DAMPING: f64 = 1e8;
         let substeps = evaluator.protocol().substeps;
-        let parameters: Vec<Constant> = self.sought.iter().map(|sought| sought.parameter).collect();
+        let parameters: Vec<Parameter> =
+            self.sought.iter().map(|sought| sought.parameter).collect();
         let width = |k: usize| self.sought[k].bounds[1] - self.sought[k].bounds[0];
         let (before, mut taken, mut tried, mut last) = (loss, 0, 0, 0.0);
         let mut damping = 1e-3;
@@ -162,6 +179,7 @@ impl Plan {
                         last,
                         slope: f64::NAN,
                         covariance: unknown,
+                        shown: Vec::new(),
                         ended: Some(error.to_string()),
                         blind: 0,
                         limited: 0,
@@ -170,16 +188,23 @@ impl Plan {
                 }
                 Err(error) => return Err(error),
             };
-            let held = held(self, &values, &mean.gradient);
+            let shown: Vec<f64> =
+                mean.shown.iter().enumerate().map(|(k, shown)| shown * width(k)).collect();
+            let mut held = held(self, &values, &mean.gradient);
+            for (held, shown) in held.iter_mut().zip(&shown) {
+                *held |= *shown < Polish::SHOWN;
+            }
             let mut is_less = false;
             while tried < self.polish && damping <= MOST_DAMPING && !is_less {
                 let step = step(&mean, &held, damping);
-                let wanted =
-                    self.sought.iter().zip(step.iter()).fold(values, |to, (sought, step)| {
+                let wanted = self.sought.iter().zip(step.iter()).fold(
+                    values.clone(),
+                    |to, (sought, step)| {
                         let [low, high] = sought.bounds;
                         let value = (values.get(sought.parameter) + step).clamp(low, high);
                         to.with(sought.parameter, value)
-                    });
+                    },
+                );
                 let change = parameters.iter().enumerate().map(|(k, &parameter)| {
                     (wanted.get(parameter) - values.get(parameter)).abs() / width(k)
                 });
@@ -215,6 +240,7 @@ impl Plan {
                     last,
                     slope,
                     covariance,
+                    shown,
                     ended,
                     blind,
                     limited,
@@ -227,7 +253,7 @@ impl Plan {
     fn mean(
         &self,
         query: &Query<'_>,
-        parameters: &[Constant],
+        parameters: &[Parameter],
         evaluator: &mut Evaluator<'_>,
     ) -> Result<Mean, FitError> {
         let all = evaluator.slopes(query, parameters, self.loss)?;
@@ -237,6 +263,8 @@ impl Plan {
             matrix: DMatrix::zeros(count, count),
             bend: DMatrix::zeros(count, count),
             scatter: DMatrix::zeros(count, count),
+            shown: DVector::zeros(count),
+            tosses: all.len(),
             blind: 0,
             limited: 0,
         };
@@ -245,6 +273,7 @@ impl Plan {
             mean.matrix += &toss.matrix * each;
             mean.bend += &toss.bend * each;
             mean.scatter += &toss.gradient * toss.gradient.transpose() * (each * each);
+            mean.shown += &toss.shown * each;
             mean.blind += toss.blind;
             mean.limited += toss.limited;
         }

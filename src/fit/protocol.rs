@@ -1,5 +1,5 @@
-//! Where a simulated toss starts, and how it is compared: the protocol after Acosta, Yang and Posa,
-//! "Validating robotics simulators on real-world impacts", IEEE RA-L 7(3), 2022.
+//! Where a simulation starts, and how it is compared: of tosses by the protocol after Acosta, Yang and Posa,
+//! "Validating robotics simulators on real-world impacts", IEEE RA-L 7(3), 2022; of several bodies from the first frame on.
 
 use super::model::Model;
 use super::recording::Toss;
@@ -10,16 +10,28 @@ use nalgebra::{SVector, Vector3, Vector4};
 /// fit could better its score by starting elsewhere.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Protocol {
-    /// The height of the centre below which the body may touch, m: the half diagonal of its box.
-    pub touch_height: f64,
+    /// Where simulations start.
+    pub begin: Begin,
     /// The length that distances are told in, m: the longest side.
     pub length: f64,
-    /// g, m/s², for the start.
-    pub gravity: f64,
-    /// Frames that a simulation starts before the one that may touch.
-    pub lead: usize,
     /// Substeps of a frame: h = 1 / (rate · substeps).
     pub substeps: usize,
+}
+
+/// Where a simulation starts.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Begin {
+    /// In the first frame, as it is recorded.
+    AtFirst,
+    /// A little before the body may touch, with velocities of all frames before.
+    AtTouch {
+        /// The height of the centre below which the body may touch, m: the half diagonal of its box.
+        height: f64,
+        /// g, m/s².
+        gravity: f64,
+        /// So many frames before the one that may touch.
+        lead: usize,
+    },
 }
 
 /// From this frame on there are enough before it to refit the velocities.
@@ -29,26 +41,37 @@ impl Protocol {
     /// The protocol of a scene.
     #[must_use]
     pub fn new(model: &Model, substeps: usize) -> Self {
-        let half = model.extents();
-        Self {
-            touch_height: half.norm(),
-            length: 2.0 * half.max(),
-            gravity: model.gravity().norm(),
-            lead: 3,
-            substeps,
-        }
+        let begin = match model.is_of_tosses() {
+            false => Begin::AtFirst,
+            true => {
+                let (height, gravity) = (model.extents().norm(), model.gravity().norm());
+                Begin::AtTouch { height, gravity, lead: 3 }
+            }
+        };
+        Self { begin, length: model.length(), substeps }
     }
 
-    /// The frame that a simulation starts from: `lead` before the first whose centre is at the
+    /// The frame that a simulation starts from: the first one, or `lead` before the first whose centre is at the
     /// touch height or below, the first frame at the earliest.
     #[must_use]
     pub fn start_frame(&self, toss: &Toss) -> usize {
-        let low = |frame: &State| frame.position.z <= self.touch_height;
+        let Begin::AtTouch { height, lead, .. } = self.begin else { return 0 };
+        let low = |frame: &State| frame.position.z <= height;
         let touch = toss.frames.iter().position(low).unwrap_or(0);
-        touch.saturating_sub(self.lead).min(toss.frames.len().saturating_sub(2))
+        touch.saturating_sub(lead).min(toss.frames.len().saturating_sub(2))
     }
 
-    /// The start of a simulation at frame `i`, `start_frame`. Recorded velocities are backward
+    /// The states that a simulation starts from, one a body: the recorded ones of the first frame, or
+    /// [`Protocol::start`].
+    #[must_use]
+    pub fn starts(&self, toss: &Toss) -> Vec<State> {
+        match self.begin {
+            Begin::AtFirst => toss.frame(0).to_vec(),
+            Begin::AtTouch { .. } => vec![self.start(toss)],
+        }
+    }
+
+    /// The start of a toss at frame `i`, `start_frame`. Recorded velocities are backward
     /// differences, median filtered; where there are four frames before it they are found anew from
     /// all of them, with t_k = k / rate:
     ///
@@ -66,6 +89,7 @@ impl Protocol {
         let Some(&(mut state)) = frames.get(i) else {
             return State::from_vector(&SVector::repeat(f64::NAN));
         };
+        let Begin::AtTouch { gravity, .. } = self.begin else { return state };
         if i < LEAST_FRAMES {
             return state;
         }
@@ -74,8 +98,8 @@ impl Protocol {
         let mean = (frames[i - 1].position - frames[0].position) / time(i - 1);
         state.velocity.x = mean.x;
         state.velocity.y = mean.y;
-        let height = |k: usize| frames[k].position.z + 0.5 * self.gravity * time(k).powi(2);
-        state.velocity.z = slope((0..i).map(|k| (time(k), height(k)))) - self.gravity * time(i - 1);
+        let height = |k: usize| frames[k].position.z + 0.5 * gravity * time(k).powi(2);
+        state.velocity.z = slope((0..i).map(|k| (time(k), height(k)))) - gravity * time(i - 1);
         state
     }
 }

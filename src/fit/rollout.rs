@@ -2,17 +2,18 @@
 
 use super::error::FitError;
 use super::loss::TossScore;
-use super::model::{Model, ParameterValues};
+use super::model::Model;
+use super::parameter::ParameterValues;
 use super::protocol::{Protocol, turn_between};
 use super::recording::Toss;
 use crate::error::Error;
 use crate::mechanics::State;
-use crate::simulation::{Motion, Simulation, StepRecord};
+use crate::simulation::{Simulation, StepRecord};
 use crate::step::StepStatus;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Simulates one toss from its start to the end of its recording. `each` sees the simulated state
+/// Simulates one toss from its start to the end of its recording. `each` sees the simulated states, one a body,
 /// at every frame from the start on.
 ///
 /// # Errors
@@ -23,27 +24,27 @@ pub fn rollout(
     values: &ParameterValues,
     toss: &Toss,
     interrupt: &Arc<AtomicBool>,
-    each: impl FnMut(&State),
+    each: impl FnMut(&[State]),
 ) -> Result<TossScore, FitError> {
-    rollout_from(&protocol.start(toss), model, protocol, values, toss, interrupt, each)
+    rollout_from(&protocol.starts(toss), model, protocol, values, toss, interrupt, each)
 }
 
-/// The same from another `start`.
+/// The same from other `starts`, one a body.
 ///
 /// # Errors
 /// As [`rollout`].
 pub fn rollout_from(
-    start: &State,
+    starts: &[State],
     model: &Model,
     protocol: &Protocol,
     values: &ParameterValues,
     toss: &Toss,
     interrupt: &Arc<AtomicBool>,
-    mut each: impl FnMut(&State),
+    mut each: impl FnMut(&[State]),
 ) -> Result<TossScore, FitError> {
-    follow(start, (model, protocol, values), toss, interrupt, &mut |seen| {
-        if let Seen::Frame(_, state) = seen {
-            each(state);
+    follow(starts, (model, protocol, values), toss, interrupt, &mut |seen| {
+        if let Seen::Frame(_, states) = seen {
+            each(states);
         }
         Ok(())
     })
@@ -53,13 +54,13 @@ pub fn rollout_from(
 pub(super) enum Seen<'a> {
     /// A step that was taken.
     Step(&'a Simulation<'static>, &'a StepRecord),
-    /// A recorded frame, and the simulated one.
-    Frame(&'a State, &'a State),
+    /// A recorded frame, and the simulated one, a state a body.
+    Frame(&'a [State], &'a [State]),
 }
 
-/// Simulates a toss from `start`, and shows every step and every frame.
+/// Simulates a toss from `starts`, and shows every step and every frame.
 pub(super) fn follow(
-    start: &State,
+    starts: &[State],
     (model, protocol, values): (&Model, &Protocol, &ParameterValues),
     toss: &Toss,
     interrupt: &Arc<AtomicBool>,
@@ -76,16 +77,16 @@ pub(super) fn follow(
         let why = "has no frames; one or more are needed".to_owned();
         return Err(FitError::Toss { toss: toss.name.clone(), why });
     }
+    model.check(toss)?;
     let time_step = 1.0 / (toss.rate * protocol.substeps as f64);
-    let world = model.world(values, time_step).map_err(refused)?;
-    let motion = Motion::native(&world);
-    let mut simulation = Simulation::new(world, [*start], motion).map_err(refused)?;
+    let times = (toss.begin, time_step);
+    let mut simulation = model.simulation(values, times, starts).map_err(refused)?;
     simulation.interrupt_by(Arc::clone(interrupt));
     let mut record = StepRecord::new();
     let first = protocol.start_frame(toss);
     let mut score =
         TossScore { position: 0.0, rotation: 0.0, end: 0.0, steps: 0, failed: 0, residual: 0.0 };
-    for (k, recorded) in toss.frames.iter().enumerate().skip(first) {
+    for k in first..toss.count() {
         for _ in 0..if k > first { protocol.substeps } else { 0 } {
             simulation.step(&mut record).map_err(refused)?;
             score.steps += 1;
@@ -93,14 +94,18 @@ pub(super) fn follow(
             score.residual = score.residual.max(record.certificate.residual());
             each(Seen::Step(&simulation, &record)).map_err(refused)?;
         }
-        let state = simulation.state();
-        score.position += (state.position - recorded.position).norm();
-        score.end = turn_between(&recorded.attitude, &state.attitude).norm();
-        score.rotation += score.end;
-        each(Seen::Frame(recorded, state)).map_err(refused)?;
+        let (recorded, states) = (toss.frame(k), simulation.states());
+        score.end = 0.0;
+        for (recorded, state) in recorded.iter().zip(states) {
+            let turn = turn_between(&recorded.attitude, &state.attitude).norm();
+            score.position += (state.position - recorded.position).norm();
+            score.rotation += turn;
+            score.end = score.end.max(turn);
+        }
+        each(Seen::Frame(recorded, states)).map_err(refused)?;
     }
-    let frames = (toss.frames.len() - first) as f64;
-    score.position /= frames * protocol.length;
-    score.rotation /= frames;
+    let compared = (toss.bodies * (toss.count() - first)) as f64;
+    score.position /= compared * protocol.length;
+    score.rotation /= compared;
     Ok(score)
 }

@@ -8,7 +8,7 @@
 
 use super::error::FitError;
 use super::evaluator::{Evaluator, Query};
-use super::model::{ParameterValues, usual_step};
+use super::parameter::ParameterValues;
 use super::plan::Plan;
 use super::polish::Polish;
 use cmaes::{CMAESOptions, DVector};
@@ -36,10 +36,10 @@ pub struct Found {
 impl Plan {
     /// ParameterValues from a point: coordinates in steps from the start.
     fn values(&self, start: &ParameterValues, point: &[f64]) -> (ParameterValues, f64) {
-        let (mut values, mut outside) = (*start, 0.0);
+        let (mut values, mut outside) = (start.clone(), 0.0);
         for (sought, coordinate) in self.sought.iter().zip(point) {
             let (from, [low, high]) = (start.get(sought.parameter), sought.bounds);
-            let step = usual_step(sought.parameter, from, sought.bounds);
+            let step = sought.usual_step(from);
             let wanted = from + step * coordinate;
             let value = wanted.clamp(low, high);
             outside += (wanted - value).abs() / step;
@@ -100,8 +100,11 @@ impl Plan {
         }
         let task = task.into_inner();
         let (point, loss) = task.best;
-        let (found, loss) =
-            if loss < at_start { (self.values(start, &point).0, loss) } else { (*start, at_start) };
+        let (found, loss) = if loss < at_start {
+            (self.values(start, &point).0, loss)
+        } else {
+            (start.clone(), at_start)
+        };
         let (found, loss, polish) = match self.polish {
             0 => (found, loss, None),
             _ => {

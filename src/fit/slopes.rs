@@ -1,6 +1,6 @@
 //! How the errors of tosses change with the values: by the derivative of every step, pushed forwards.
 //!
-//! With a and b, the distance and the turn of a frame in the loss' units, the error of a toss of F frames is
+//! With a and b, the distance and the turn of a body in a frame in the loss' units, the error of a toss of F frames, times bodies, is
 //!
 //! ```text
 //! e = Σ (|a| + |b|)/F,   ∂e = Σ (â·∂a + b̂·∂b)/F,
@@ -21,7 +21,8 @@
 
 use super::error::FitError;
 use super::loss::{ANGLE, DISTANCE, Loss};
-use super::model::{Constant, Model, ParameterValues};
+use super::model::{Constant, Model};
+use super::parameter::{Parameter, ParameterValues};
 use super::protocol::{Protocol, turn_between};
 use super::recording::Toss;
 use super::rollout::{Seen, follow};
@@ -42,6 +43,8 @@ pub struct TossSlopes {
     pub matrix: DMatrix<f64>,
     /// H: how the loss bends.
     pub bend: DMatrix<f64>,
+    /// How far the motion goes with each parameter: Σ (|∂a| + |∂b|)/F.
+    pub shown: DVector<f64>,
     /// Steps of which the derivative is none: that failed or are wild, or touch in a way that is not known as a function of
     /// the poses.
     pub blind: u32,
@@ -58,21 +61,22 @@ const LEAST: f64 = 1e-9;
 /// As [`rollout`](super::rollout::rollout); a step that has no derivative.
 pub fn slopes(
     (model, protocol): (&Model, &Protocol),
-    (values, parameters, loss): (&ParameterValues, &[Constant], Loss),
+    (values, parameters, loss): (&ParameterValues, &[Parameter], Loss),
     toss: &Toss,
     interrupt: &Arc<AtomicBool>,
 ) -> Result<TossSlopes, FitError> {
     let count = parameters.len();
-    let ways: Vec<(Constant, Vec<f64>)> =
-        parameters.iter().map(|&parameter| (parameter, model.slope(parameter, values))).collect();
+    let ways: Vec<Vec<(Constant, Vec<f64>)>> =
+        parameters.iter().map(|&parameter| model.slope(parameter, values)).collect();
     let mut derivative = StepDerivative::new();
-    let mut moving = vec![vec![StateChange::zero()]; count];
+    let mut moving = vec![vec![StateChange::zero(); toss.bodies]; count];
     let mut next = Vec::new();
     let mut found = TossSlopes {
         loss: 0.0,
         gradient: DVector::zeros(count),
         matrix: DMatrix::zeros(count, count),
         bend: DMatrix::zeros(count, count),
+        shown: DVector::zeros(count),
         blind: 0,
         limited: 0,
     };
@@ -82,39 +86,47 @@ pub fn slopes(
             let unsolved = matches!(record.report.status.name(), "failed" | "wild");
             found.blind += u32::from(unsolved || derivative.unknown() > 0);
             found.limited += u32::from(record.restitution_share < 1.0);
-            for (moving, (constant, way)) in moving.iter_mut().zip(&ways) {
-                let constants = [(*constant, &way[..])];
+            for (moving, ways) in moving.iter_mut().zip(&ways) {
+                let constants: Vec<_> =
+                    ways.iter().map(|(constant, way)| (*constant, &way[..])).collect();
                 let change = StepChange { states: moving, wrenches: &[], constants: &constants };
                 derivative.push(&change, &mut next)?;
                 std::mem::swap(moving, &mut next);
             }
             Ok(())
         }
-        Seen::Frame(recorded, state) => {
-            let turn = turn_between(&recorded.attitude, &state.attitude);
-            let to_turn = turn_slope(&turn);
-            let part = |of: &dyn Fn(&StateChange) -> Vector3<f64>| {
-                Matrix3xX::from_columns(&moving.iter().map(|c| of(&c[0])).collect::<Vec<_>>())
-            };
-            let place = (state.position - recorded.position) / (protocol.length * DISTANCE);
-            let by_place = part(&|change| change.position / (protocol.length * DISTANCE));
-            let by_turn = part(&|change| to_turn * change.turn / ANGLE);
-            for (error, by) in [(place, by_place), (turn / ANGLE, by_turn)] {
-                let size = error.norm().max(LEAST);
-                let along = by.tr_mul(&error) / size;
-                let square = by.tr_mul(&by);
-                found.bend += (&square - &along * along.transpose()) / size;
-                found.matrix += square / size;
-                found.gradient += along;
+        Seen::Frame(recorded, states) => {
+            for (body, (recorded, state)) in recorded.iter().zip(states).enumerate() {
+                let turn = turn_between(&recorded.attitude, &state.attitude);
+                let to_turn = turn_slope(&turn);
+                let part = |of: &dyn Fn(&StateChange) -> Vector3<f64>| {
+                    let columns: Vec<_> = moving.iter().map(|change| of(&change[body])).collect();
+                    Matrix3xX::from_columns(&columns)
+                };
+                let place = (state.position - recorded.position) / (protocol.length * DISTANCE);
+                let by_place = part(&|change| change.position / (protocol.length * DISTANCE));
+                let by_turn = part(&|change| to_turn * change.turn / ANGLE);
+                for (error, by) in [(place, by_place), (turn / ANGLE, by_turn)] {
+                    for (shown, by) in found.shown.iter_mut().zip(by.column_iter()) {
+                        *shown += by.norm();
+                    }
+                    let size = error.norm().max(LEAST);
+                    let along = by.tr_mul(&error) / size;
+                    let square = by.tr_mul(&by);
+                    found.bend += (&square - &along * along.transpose()) / size;
+                    found.matrix += square / size;
+                    found.gradient += along;
+                }
             }
             Ok(())
         }
     };
-    let start = protocol.start(toss);
-    let score = follow(&start, (model, protocol, values), toss, interrupt, &mut each)?;
-    let frames = (toss.frames.len() - protocol.start_frame(toss)) as f64;
+    let starts = protocol.starts(toss);
+    let score = follow(&starts, (model, protocol, values), toss, interrupt, &mut each)?;
+    let frames = (toss.bodies * (toss.count() - protocol.start_frame(toss))) as f64;
     let share = loss.slope(&score) / frames;
     found.loss = loss.of(&score);
+    found.shown /= frames;
     found.bend *= share;
     found.bend +=
         &found.gradient * found.gradient.transpose() * (loss.bend(&score) / (frames * frames));

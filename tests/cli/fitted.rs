@@ -172,9 +172,10 @@ fn the_found_scenario_simulates_what_was_scored() {
     let protocol = tumble::fit::Protocol::new(&model, 4);
     let mut k = 0;
     let flag = Default::default();
-    tumble::fit::rollout::rollout(&model, &protocol, &values, &toss, &flag, |state| {
+    tumble::fit::rollout::rollout(&model, &protocol, &values, &toss, &flag, |states| {
         let row = rows[4 * k];
-        let off = (0..3).map(|axis| (row[axis] - state.position[axis]).abs()).fold(0.0, f64::max);
+        let off = (0..3).map(|axis| (row[axis] - states[0].position[axis]).abs());
+        let off = off.fold(0.0, f64::max);
         // The same steps; the file has all digits.
         assert!(off < 1e-9, "frame {k}: {off}");
         k += 1;
@@ -244,4 +245,146 @@ fn wrong_input_gets_a_sentence() {
     let good = fs::read_to_string(bench.path("tosses/some.csv")).unwrap();
     fs::write(bench.path("tosses/twice.csv"), good).unwrap();
     bench.refused(&ok, "twice.csv: toss 0 is in another file too");
+}
+
+const PENDULUM: &str = "
+steps = 201
+time_step = 0.005
+
+[ground]
+none = true
+friction = 0.5
+
+[[bodies]]
+name = \"upper\"
+box = [0.5, 0.05, 0.05]
+mass = 1.0
+position = [0.25, 0, 1]
+touches = false
+
+[[bodies]]
+name = \"lower\"
+box = [0.5, 0.05, 0.05]
+mass = 0.6
+position = [0.75, 0, 1]
+touches = false
+
+[[joints]]
+name = \"shoulder\"
+type = \"revolute\"
+bodies = [\"upper\"]
+anchor = [0, 0, 1]
+axis = [0, 1, 0]
+damping = 0.02
+
+[[joints]]
+name = \"elbow\"
+type = \"revolute\"
+bodies = [\"lower\", \"upper\"]
+anchor = [0.5, 0, 1]
+axis = [0, 1, 0]
+damping = 0.05
+friction = 0.1
+";
+
+/// A folder with a pendulum and the run of one with other constants.
+fn recorded_pendulum() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("pendulum.toml"), PENDULUM).unwrap();
+    let hidden = PENDULUM
+        .replace("damping = 0.02", "damping = 0.07")
+        .replace("damping = 0.05", "damping = 0.03")
+        .replace("friction = 0.1", "friction = 0.18")
+        .replace("mass = 0.6", "mass = 0.75");
+    fs::write(folder.path().join("hidden.toml"), hidden).unwrap();
+    tumble(&folder, &["--scenario", "hidden.toml", "--out", "run", "--every", "4", "--quiet"])
+        .assert()
+        .success();
+    folder
+}
+
+fn tumble(folder: &TempDir, arguments: &[&str]) -> Command {
+    let mut command = Command::cargo_bin("tumble").unwrap();
+    command.current_dir(folder.path()).args(arguments);
+    command
+}
+
+/// The fit of a run of several bodies finds what it was made with, and writes a scenario that goes like the run.
+#[test]
+fn the_constants_of_joints_and_bodies_are_found() {
+    let folder = recorded_pendulum();
+    let names = "joint_damping:shoulder,joint_damping:elbow, joint_friction:elbow,mass:lower";
+    let fit = ["fit", "pendulum.toml", "run", "--parameters", names, "--substeps", "4"];
+    let mut command = tumble(&folder, &fit);
+    command.args(["--bounds", "joint_damping:shoulder=0:0.2", "--polish", "30", "--out", "fit"]);
+    let said = command.args(["--evaluations", "100"]).assert().success();
+    let said = String::from_utf8(said.get_output().stdout.clone()).unwrap();
+    assert!(said.starts_with("1 recording, 51 frames") && said.contains("mass:lower"), "{said}");
+    assert!(!said.contains("bootstrap") && !said.contains("face"), "{said}");
+    let text = fs::read_to_string(folder.path().join("fit/fit.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let hidden = [
+        ("joint_damping:shoulder", 0.07, "N s/m or N m s/rad"),
+        ("joint_damping:elbow", 0.03, "N s/m or N m s/rad"),
+        ("joint_friction:elbow", 0.18, "N or N m"),
+        ("mass:lower", 0.75, "kg"),
+    ];
+    for (found, (name, value, unit)) in json["parameters"].as_array().unwrap().iter().zip(hidden) {
+        assert_eq!((found["name"].as_str(), found["unit"].as_str()), (Some(name), Some(unit)));
+        let off = (found["value"].as_f64().unwrap() - value).abs();
+        assert!(off < 1e-9 && found["standard_error"].is_null(), "{found}");
+    }
+    // Like the run, row by row.
+    let again = ["--scenario", "fit/fitted.toml", "--out", "again", "--every", "4", "--quiet"];
+    tumble(&folder, &again).assert().success();
+    let states = |run: &str| -> Vec<f64> {
+        let text = fs::read_to_string(folder.path().join(run).join("states.csv")).unwrap();
+        let cells = text.lines().skip(1).flat_map(|line| line.split(',').skip(3));
+        cells.map(|cell| cell.parse().unwrap()).collect()
+    };
+    let (run, again) = (states("run"), states("again"));
+    assert_eq!(run.len(), again.len());
+    let off = run.iter().zip(&again).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-8, "{off}");
+    let page = fs::read_to_string(folder.path().join("fit/fit.html")).unwrap();
+    assert!(page.contains("run, ") && page.contains("joint_friction:elbow"));
+}
+
+#[test]
+fn a_fit_of_several_bodies_refuses_by_name() {
+    let folder = recorded_pendulum();
+    let refused = |more: &[&str], sentence: &str| {
+        let mut command = tumble(&folder, &["fit", "pendulum.toml"]);
+        let output = command.args(more).assert().code(2).get_output().stderr.clone();
+        let text = String::from_utf8(output).unwrap();
+        assert!(text.contains(sentence) && text.lines().count() == 1, "{text} / {sentence}");
+        assert!(!folder.path().join("out").exists());
+    };
+    let by = |name: &'static str| ["run", "--parameters", name];
+    refused(
+        &by("joint_damping:wrist"),
+        "\"wrist\" is none of its numbers; there are shoulder; elbow",
+    );
+    refused(&by("gravity:up"), "there are x; y; z");
+    refused(&by("friction:upper"), "friction: the world has one alone; leave `:upper` out");
+    refused(&by("dampness"), "\"dampness\" is no parameter; there are friction, restitution");
+    refused(&by("gear_ratio"), "gear_ratio: the scene has none that could vary");
+    refused(&by("joint_stiffness:elbow"), "--bounds joint_stiffness:elbow=LOW:HIGH is needed");
+    refused(&by("mass,mass:upper"), "mass[0] is named twice");
+    refused(&by("size"), "size: shapes stay");
+    refused(&by("time_step"), "time_step: the time step is that of the recordings");
+    refused(
+        &["run", "--parameters", "mass", "--ensemble", "5"],
+        "an ensemble is of the starts of tosses",
+    );
+    refused(
+        &["run", "--parameters", "mass", "--bounds", "mass:upper=1:2"],
+        "mass:upper is not looked for",
+    );
+    refused(&["run", "--parameters", "mass", "--set", "mass:upper=-1"], "mass");
+    refused(&["run/contacts.csv", "--parameters", "mass"], "the table has no column");
+    refused(
+        &["run/run.json", "--parameters", "mass"],
+        "is no recording by its name; .csv or .csv.gz",
+    );
 }

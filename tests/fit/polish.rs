@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use tumble::fit::evaluator::{Forgetful, Query};
 use tumble::fit::plan::{Plan, Sought};
 use tumble::fit::search::Found;
-use tumble::fit::{Constant, Evaluator, Loss, ParameterValues, Protocol, SOUGHT, Toss};
+use tumble::fit::{Constant, Evaluator, Loss, Parameter, ParameterValues, Protocol, SOUGHT, Toss};
 
 fn hidden() -> ParameterValues {
     let values = model().values().with(Constant::Friction, 0.25);
@@ -23,9 +23,10 @@ fn with<T>(tosses: &[Toss], task: impl FnOnce(&mut Evaluator<'_>) -> T) -> T {
 
 fn plan(parameters: &[Constant], evaluations: usize, polish: usize) -> Plan {
     let model = model();
-    let sought = parameters
-        .iter()
-        .map(|&parameter| Sought { parameter, bounds: model.usual_bounds(parameter) });
+    let sought = parameters.iter().map(|&parameter| Sought {
+        parameter: parameter.into(),
+        bounds: model.usual_bounds(parameter).unwrap(),
+    });
     let (sought, loss) = (sought.collect(), Loss::Robust);
     Plan { sought, loss, evaluations, rounds: 2, polish, seed: 3 }
 }
@@ -55,13 +56,13 @@ fn the_slopes_of_tosses_are_their_differences() {
             .with(Constant::Inertia, 1.1);
         with(&tosses, |evaluator| {
             let query = Query { values: &values, substeps: SUBSTEPS, tosses: &all };
-            let slopes = evaluator.slopes(&query, &SOUGHT, loss).unwrap();
+            let slopes = evaluator.slopes(&query, &SOUGHT.map(Parameter::from), loss).unwrap();
             for (k, parameter) in SOUGHT.into_iter().enumerate() {
                 if parameter == Constant::Restitution && restitution == 0.0 {
                     continue;
                 }
                 let mut at = |by: f64| {
-                    let values = values.with(parameter, values.get(parameter) + by);
+                    let values = values.clone().with(parameter, values.get(parameter) + by);
                     let query = Query { values: &values, substeps: SUBSTEPS, tosses: &all };
                     let scores = evaluator.evaluate(&query).unwrap();
                     scores.iter().map(|score| loss.of(score)).collect::<Vec<_>>()

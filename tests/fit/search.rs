@@ -13,9 +13,10 @@ use tumble::fit::search::Found;
 use tumble::fit::{Constant, Evaluator, FitError, Loss, Model, ParameterValues, Protocol, Toss};
 
 fn plan(model: &Model, parameters: &[Constant], evaluations: usize) -> Plan {
-    let sought = parameters
-        .iter()
-        .map(|&parameter| Sought { parameter, bounds: model.usual_bounds(parameter) });
+    let sought = parameters.iter().map(|&parameter| Sought {
+        parameter: parameter.into(),
+        bounds: model.usual_bounds(parameter).unwrap(),
+    });
     let (sought, loss) = (sought.collect(), Loss::Robust);
     Plan { sought, loss, evaluations, rounds: 2, polish: 0, seed: 3 }
 }
@@ -156,7 +157,7 @@ fn tosses_that_are_not_there_are_refused() {
     let (model, hidden) = (model(), hidden());
     let protocol = Protocol::new(&model, SUBSTEPS);
     let recorded = tosses(&hidden, 2, 0.0, 0);
-    let empty = Toss { name: "empty".to_owned(), rate: RATE, frames: Vec::new() };
+    let empty = Toss::new("empty", RATE, Vec::new());
     let flag = || Arc::new(AtomicBool::new(false));
     let evaluate = |tosses: &[Toss], asked: &[usize]| {
         let mut memory = Forgetful;

@@ -76,7 +76,7 @@ pub fn tosses(values: &ParameterValues, count: usize, noise: f64, outliers: usiz
                 let turn = nalgebra::Vector4::new(1.0, turn.x, turn.y, turn.z).normalize();
                 frame.attitude = left(&frame.attitude) * turn;
             }
-            Toss { name: format!("{index}"), rate: RATE, frames }.checked().unwrap()
+            Toss::new(format!("{index}"), RATE, frames).checked().unwrap()
         })
         .collect()
 }

@@ -83,7 +83,7 @@ fn shares(
     let mut chart = Chart::new(
         Axis::linear(0.0, most, 0.0, 6),
         Axis::linear(0.0, 100.0, 0.0, 5),
-        (name, "share of tosses below (%)"),
+        (name, "share of recordings below (%)"),
     );
     let curve = |errors: &[f64]| {
         let step = 100.0 / errors.len() as f64;
@@ -96,7 +96,7 @@ fn shares(
         keys = line_key(BEFORE, "start") + &keys;
     }
     chart.line(SIMULATED, curve(&found));
-    chart.figure(&format!("{name}: share of tosses below"), &keys)
+    chart.figure(&format!("{name}: share of recordings below"), &keys)
 }
 
 /// Distributions of the errors, and both errors of each toss.
@@ -114,9 +114,12 @@ pub fn errors(report: &Report) -> String {
         let class = if toss.other_face { "ipopt" } else { "native" };
         chart.dot(class, DOT, (toss.position[1], toss.rotation[1]));
     }
-    let keys =
-        dot_key("native", DOT, "the same face") + &dot_key("ipopt", DOT, "another face at the end");
-    position + &rotation + &chart.figure("both errors of every toss", &keys)
+    let [same, other] = match report.is_of_several {
+        true => ["at most 45° apart at the end", "more"],
+        false => ["the same face", "another face at the end"],
+    };
+    let keys = dot_key("native", DOT, same) + &dot_key("ipopt", DOT, other);
+    position + &rotation + &chart.figure("both errors of every recording", &keys)
 }
 
 /// The least loss over the evaluations.

@@ -16,6 +16,11 @@ const READING: &str = "Each toss is simulated from shortly before it touches the
     Which face a toss comes to rest on can hang on the last digits of its start: a toss that ends \
     more than 45° off is counted as on another face.";
 
+/// The same of several bodies.
+const READING_SEVERAL: &str = "Each recording is simulated from its first frame to its end. Its errors are the means over frames \
+    and bodies of the distance of the centres, in parts of the longest side of a body, and of the angle between the \
+    attitudes. The charts of a recording are those of the body that is farthest off.";
+
 /// What is said of the style of another face's toss beside that of all pages.
 const RING: &str = "circle.ipopt { fill: none; stroke: var(--ipopt); stroke-width: 1.8; }\n";
 
@@ -33,8 +38,9 @@ pub fn page(report: &Report) -> String {
     let _ = write!(
         html,
         "<p>{} steps simulated: <strong class=\"{class}\">{verdict}</strong>.</p>\n\
-         <p>{READING}</p>\n",
-        report.steps
+         <p>{}</p>\n",
+        report.steps,
+        if report.is_of_several { READING_SEVERAL } else { READING }
     );
     html.push_str(&means(report));
     if !report.parameters.is_empty() {
@@ -51,19 +57,18 @@ pub fn page(report: &Report) -> String {
         "<section id=\"errors\">\n<h2>Errors</h2>\n<div class=\"charts\">\n{}</div>\n</section>\n",
         charts::errors(report)
     );
-    motions(&mut html, "usual", "Usual tosses, from good to bad", &report.usual);
-    motions(&mut html, "worst", "The tosses that go wrong most", &report.worst);
+    let usual = ("usual", "Usual recordings, from good to bad");
+    motions(&mut html, usual, &report.usual, report.is_of_several);
+    let worst = ("worst", "The recordings that go wrong most");
+    motions(&mut html, worst, &report.worst, report.is_of_several);
     html.push_str("</body>\n</html>\n");
     html
 }
 
 fn means(report: &Report) -> String {
-    let columns = [
-        ("values", false),
-        ("mean distance, %", true),
-        ("mean angle, °", true),
-        ("on another face", true),
-    ];
+    let elsewhere = elsewhere(report);
+    let columns =
+        [("values", false), ("mean distance, %", true), ("mean angle, °", true), (elsewhere, true)];
     let mut rows = String::new();
     for mean in &report.means {
         let [faces, tosses] = mean.other_face;
@@ -73,10 +78,15 @@ fn means(report: &Report) -> String {
             escape(&mean.name),
             number("mean distance, %", &format!("{:.2}", mean.position)),
             number("mean angle, °", &format!("{:.2}", mean.rotation)),
-            number("on another face", &format!("{faces} of {tosses}"))
+            number(elsewhere, &format!("{faces} of {tosses}"))
         );
     }
     table(&columns, &rows)
+}
+
+/// What those are that end with another attitude.
+fn elsewhere(report: &Report) -> &'static str {
+    if report.is_of_several { "more than 45° apart" } else { "on another face" }
 }
 
 fn parameters(report: &Report) -> String {
@@ -106,7 +116,7 @@ fn parameters(report: &Report) -> String {
     table(&columns, &rows)
 }
 
-fn motions(html: &mut String, id: &str, title: &str, motions: &[Motion]) {
+fn motions(html: &mut String, (id, title): (&str, &str), motions: &[Motion], is_of_several: bool) {
     if motions.is_empty() {
         return;
     }
@@ -114,7 +124,8 @@ fn motions(html: &mut String, id: &str, title: &str, motions: &[Motion]) {
     for motion in motions {
         let _ = write!(
             html,
-            "<h3>Toss {}</h3>\n<p>{}</p>\n<div class=\"charts\">\n{}</div>\n",
+            "<h3>{} {}</h3>\n<p>{}</p>\n<div class=\"charts\">\n{}</div>\n",
+            if is_of_several { "Recording" } else { "Toss" },
             escape(&motion.name),
             escape(&motion.words),
             charts::motion(motion)
@@ -141,6 +152,7 @@ mod tests {
         Report {
             program: words("tumble"),
             scene: words("cube <b>"),
+            is_of_several: false,
             facts: vec![words("3 tosses")],
             parameters: vec![Parameter {
                 name: words("friction"),
@@ -175,6 +187,14 @@ mod tests {
         }
         assert_eq!(page.matches("<svg viewBox=\"0 0 440").count(), 4 + 8);
         assert_eq!(page.matches("circle class=\"ipopt\" cx").count(), 3 + 1);
+    }
+
+    #[test]
+    fn of_several_bodies_no_face_is_spoken_of() {
+        let facts = vec!["2 recordings".to_owned()];
+        let page = page(&Report { is_of_several: true, facts, ..report() });
+        assert!(page.contains("farthest off") && page.contains("more than 45° apart"));
+        assert!(!page.contains("face") && !page.to_lowercase().contains("toss"));
     }
 
     #[test]

@@ -7,6 +7,8 @@ pub struct Report {
     pub program: String,
     /// The scene.
     pub scene: String,
+    /// Whether recordings are of several bodies, and not of one that is thrown.
+    pub is_of_several: bool,
     /// Facts in words: the data, the protocol, the search.
     pub facts: Vec<String>,
     /// What was looked for; empty where values were only scored.
@@ -51,7 +53,7 @@ pub struct Means {
     pub position: f64,
     /// The angle, degrees.
     pub rotation: f64,
-    /// How many end on another face, and of how many.
+    /// How many end on another face, or more than 45° apart, and of how many.
     pub other_face: [usize; 2],
 }
 
@@ -62,7 +64,7 @@ pub struct Toss {
     pub position: [f64; 2],
     /// The angle, degrees; the same.
     pub rotation: [f64; 2],
-    /// Whether it ends on another face with the values found.
+    /// Whether it ends on another face, or more than 45° apart, with the values found.
     pub other_face: bool,
 }
 

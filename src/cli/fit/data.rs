@@ -6,7 +6,7 @@ use crate::cli::{input, shown};
 use std::fs;
 use std::path::{Path, PathBuf};
 use tumble::fit::FitError;
-use tumble::fit::recording::{Toss, read_csv, read_torch};
+use tumble::fit::recording::{Toss, read_bodies, read_csv, read_torch};
 
 /// More bytes than this are no recording.
 const LARGEST_FILE: u64 = 1 << 28;
@@ -36,22 +36,23 @@ impl Data {
     }
 }
 
-/// Reads the recordings at `path`; `rate` is that of files that do not say.
-pub fn read(path: &Path, rate: f64) -> Result<Data, Failure> {
+/// Reads the recordings at `path`, of one body or of these `bodies`; `rate` is that of files that do not say.
+pub fn read(path: &Path, rate: f64, bodies: Option<&[String]>) -> Result<Data, Failure> {
     let mut data = Data { tosses: Vec::new(), files: Vec::new(), digest: 0xcbf2_9ce4_8422_2325 };
-    for file in files(path)? {
+    for file in files(path, bodies.is_some())? {
         let name = shown::path(&file);
         let bytes = input::bytes(&file, LARGEST_FILE)
             .map_err(|error| Failure::Input(format!("{name} cannot be read: {error}")))?;
         for byte in &bytes {
             data.digest = (data.digest ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
         }
-        let tosses = match kind(&file) {
-            Some(Kind::Tensor) => {
+        let tosses = match (kind(&file), bodies) {
+            (_, Some(bodies)) => read_bodies(&bytes, bodies, &called(&file)),
+            (Some(Kind::Tensor), None) => {
                 let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
                 read_torch(&bytes, &stem.unwrap_or_default(), rate).map(|toss| vec![toss])
             }
-            Some(Kind::Table) | None => read_csv(&bytes),
+            (Some(Kind::Table) | None, None) => read_csv(&bytes),
         };
         let tosses = tosses.map_err(|error| Failure::Input(format!("{name}: {error}")))?;
         data.files.push((name.clone(), data.tosses.len()));
@@ -83,31 +84,55 @@ fn kind(path: &Path) -> Option<Kind> {
     }
 }
 
-/// The file itself, or the recordings in a folder: in the order of the numbers in their names.
-fn files(path: &Path) -> Result<Vec<PathBuf>, Failure> {
+/// The table of states in the folder of a run of several bodies.
+const STATES: &str = "states.csv";
+
+/// What the recording of a file without a column for it is called: as the file, or the folder of the run that it is of.
+fn called(file: &Path) -> String {
+    let is_of_run = file.file_name().is_some_and(|name| name == STATES);
+    let folder = file.parent().filter(|_| is_of_run);
+    let name = match folder.and_then(Path::file_name) {
+        Some(folder) => folder,
+        None => file.file_name().unwrap_or_default(),
+    };
+    let name = name.to_string_lossy();
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    name.strip_suffix(".csv").unwrap_or(name).to_owned()
+}
+
+/// The file itself, or the recordings in a folder: in the order of the numbers in their names. Of `several` bodies the folder of
+/// a run is its table of states, and may be in the folder.
+fn files(path: &Path, several: bool) -> Result<Vec<PathBuf>, Failure> {
     let name = shown::path(path);
     let cannot = |error: std::io::Error| Failure::Input(format!("{name} cannot be read: {error}"));
     if !fs::metadata(path).map_err(cannot)?.is_dir() {
-        if kind(path).is_none() {
-            let why = "is no recording by its name; .csv, .csv.gz or .pt is needed";
-            return Err(Failure::Input(format!("{name} {why}")));
+        let (is_one, needed) = match (kind(path), several) {
+            (kind, false) => (kind.is_some(), ".csv, .csv.gz or .pt"),
+            (kind, true) => (kind == Some(Kind::Table), ".csv or .csv.gz"),
+        };
+        if !is_one {
+            let why = format!("{name} is no recording by its name; {needed} is needed");
+            return Err(Failure::Input(why));
         }
         return Ok(vec![path.to_owned()]);
+    }
+    if several && path.join(STATES).is_file() {
+        return Ok(vec![path.join(STATES)]);
     }
     let mut files = Vec::new();
     for entry in fs::read_dir(path).map_err(cannot)? {
         let file = entry.map_err(cannot)?.path();
+        let of_run = file.join(STATES);
         if kind(&file).is_some() && file.is_file() {
             files.push(file);
+        } else if several && of_run.is_file() {
+            files.push(of_run);
         }
     }
     if files.is_empty() {
         let why = "has no recordings: no file .csv, .csv.gz or .pt";
         return Err(Failure::Input(format!("{name} {why}")));
     }
-    files.sort_by_key(|file| {
-        let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-        (stem.and_then(|stem| stem.parse::<u64>().ok()), file.clone())
-    });
+    files.sort_by_key(|file| (called(file).parse::<u64>().ok(), file.clone()));
     Ok(files)
 }

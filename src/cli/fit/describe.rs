@@ -1,16 +1,18 @@
 //! What a fit says on the terminal.
 
 use super::files::polish;
+use super::names;
 use super::results::{Mean, Results};
 use super::task::Task;
 use std::fmt::Write as _;
+use tumble::fit::Toss;
 
 /// The summary.
 pub fn describe(task: &Task, results: &Results) -> String {
-    let frames: usize = task.data.tosses.iter().map(|toss| toss.frames.len()).sum();
+    let frames: usize = task.data.tosses.iter().map(Toss::count).sum();
     let mut text = format!(
-        "{} tosses, {frames} frames, from {} file{}\n",
-        task.data.tosses.len(),
+        "{}, {frames} frames, from {} file{}\n",
+        task.recordings(),
         task.data.files(),
         if task.data.files() == 1 { "" } else { "s" }
     );
@@ -20,13 +22,19 @@ pub fn describe(task: &Task, results: &Results) -> String {
         let _ = write!(
             text,
             "  {:<12} {:<9} from {}",
-            parameter.name(),
+            names::name(parameter, &task.scene),
             short(value),
             short(task.start.get(parameter))
         );
+        let unit = names::unit_of(parameter);
+        if !unit.is_empty() {
+            let _ = write!(text, " {unit}");
+        }
         if let Some(polish) = polish(results) {
             let error = polish.covariance[(place, place)].sqrt();
-            if error.is_finite() {
+            if !polish.shows(place) {
+                text.push_str(", which the recordings do not show");
+            } else if error.is_finite() {
                 let _ = write!(text, " ± {} by its slope", short(error));
             }
         }
@@ -39,9 +47,6 @@ pub fn describe(task: &Task, results: &Results) -> String {
                 let _ = write!(text, " ({percent:.0} % on the border of what was looked at)");
             }
         }
-        if !parameter.unit().is_empty() {
-            let _ = write!(text, " {}", parameter.unit());
-        }
         if sought.bounds.contains(&value) {
             text.push_str(", on its bound");
         }
@@ -50,8 +55,11 @@ pub fn describe(task: &Task, results: &Results) -> String {
     let mut line = |name: &str, mean: Mean, of: usize| {
         let _ = writeln!(
             text,
-            "  {name:<12} position {:.2} %, rotation {:.2}°, {} of {of} on another face",
-            mean.position, mean.rotation, mean.other_face
+            "  {name:<12} position {:.2} %, rotation {:.2}°, {} of {of} {}",
+            mean.position,
+            mean.rotation,
+            mean.other_face,
+            task.ended_elsewhere()
         );
     };
     let count = task.data.tosses.len();

@@ -1,5 +1,6 @@
 //! The files of a fit: what was found as JSON, every toss as CSV, and a scenario with the values.
 
+use super::names;
 use super::results::{Mean, OTHER_FACE, Results};
 use super::task::Task;
 use crate::cli::outcome::Failure;
@@ -8,13 +9,20 @@ use nalgebra::{DMatrix, Vector3};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
+use tumble::contact::Plane;
 use tumble::fit::neighbourhood::Smoothed;
 use tumble::fit::polish::Polish;
-use tumble::fit::{Constant, ParameterValues, SOUGHT};
+use tumble::fit::protocol::Begin;
+use tumble::fit::{Constant, Parameter, ParameterValues, Protocol, Toss};
+use tumble::scenario::model::Model;
+use tumble::scenario::scene::Scene;
+use tumble::scenario::written;
 
 /// fit.json.
 pub fn json(task: &Task, results: &Results) -> Result<String, Failure> {
-    let parameters = SOUGHT.map(|parameter| self::parameter(task, results, parameter));
+    let all = results.values.all().iter();
+    let parameters: Vec<_> =
+        all.map(|(parameter, _)| self::parameter(task, results, *parameter)).collect();
     let smoothed = results.neighbourhood.as_ref().map(|around| {
         let percent = |s: Smoothed| {
             json!({ "value": 100.0 * s.value, "roughness": 100.0 * s.roughness })
@@ -43,17 +51,11 @@ pub fn json(task: &Task, results: &Results) -> Result<String, Failure> {
     let found = results.found.as_ref();
     let file = json!({
         "tumble_version": env!("CARGO_PKG_VERSION"),
-        "scene": task.scene,
+        "scene": task.file,
         "tosses": task.data.tosses.len(),
-        "frames": task.data.tosses.iter().map(|toss| toss.frames.len()).sum::<usize>(),
+        "frames": task.data.tosses.iter().map(Toss::count).sum::<usize>(),
         "data_digest": format!("{:016x}", task.data.digest),
-        "protocol": {
-            "touch_height_m": task.protocol.touch_height,
-            "length_m": task.protocol.length,
-            "gravity_m_s2": task.protocol.gravity,
-            "lead_frames": task.protocol.lead,
-            "substeps": task.protocol.substeps,
-        },
+        "protocol": protocol(task),
         "loss": task.plan.loss.name(),
         "seed": task.plan.seed,
         "parameters": parameters,
@@ -92,6 +94,17 @@ pub fn json(task: &Task, results: &Results) -> Result<String, Failure> {
     Ok(text)
 }
 
+fn protocol(task: &Task) -> Value {
+    let Protocol { begin, length, substeps } = &task.protocol;
+    let mut object = json!({ "length_m": length, "substeps": substeps });
+    if let Begin::AtTouch { height, gravity, lead } = begin {
+        object["touch_height_m"] = json!(height);
+        object["gravity_m_s2"] = json!(gravity);
+        object["lead_frames"] = json!(lead);
+    }
+    object
+}
+
 fn pretty(value: &impl Serialize) -> Result<String, Failure> {
     serde_json::to_string_pretty(value)
         .map_err(|error| Failure::Other(format!("fit.json cannot be written: {error}")))
@@ -108,7 +121,8 @@ fn mean(mean: Mean) -> Value {
 
 fn values(task: &Task, values: &ParameterValues) -> Value {
     let sought = task.plan.sought.iter().map(|sought| sought.parameter);
-    sought.map(|parameter| (parameter.name().to_owned(), json!(values.get(parameter)))).collect()
+    let named = |parameter| (names::name(parameter, &task.scene), json!(values.get(parameter)));
+    sought.map(named).collect()
 }
 
 /// What Gauss–Newton steps made of the search.
@@ -121,12 +135,12 @@ fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
 }
 
-fn parameter(task: &Task, results: &Results, parameter: Constant) -> Value {
+fn parameter(task: &Task, results: &Results, parameter: Parameter) -> Value {
     let place = task.plan.sought.iter().position(|sought| sought.parameter == parameter);
     let value = results.values.get(parameter);
     let mut object = json!({
-        "name": parameter.name(),
-        "unit": parameter.unit(),
+        "name": names::name(parameter, &task.scene),
+        "unit": names::unit_of(parameter),
         "sought": place.is_some(),
         "start": task.start.get(parameter),
         "value": value,
@@ -137,6 +151,7 @@ fn parameter(task: &Task, results: &Results, parameter: Constant) -> Value {
         object["on_bound"] = json!(bounds.contains(&value));
         if let Some(polish) = polish(results) {
             object["standard_error"] = json!(polish.covariance[(place, place)].sqrt());
+            object["shown_over_bounds"] = json!(polish.shown.get(place));
         }
         if let Some(around) = &results.neighbourhood {
             let interval = &around.intervals[place];
@@ -176,7 +191,7 @@ pub fn table(task: &Task, results: &Results) -> Result<String, Failure> {
             text,
             "{},{},{},{},{},{},{},{},{},{kept},{},{},{}",
             quoted(&toss.name),
-            toss.frames.len(),
+            toss.count(),
             task.protocol.start_frame(toss),
             100.0 * score.position,
             score.rotation.to_degrees(),
@@ -192,14 +207,50 @@ pub fn table(task: &Task, results: &Results) -> Result<String, Failure> {
     Ok(text)
 }
 
-/// fitted.toml: the scene with the found values, from the start of the first toss.
-pub fn scenario(task: &Task, results: &Results) -> String {
+/// fitted.toml: the scene with the found values, from the start of the first recording.
+pub fn scenario(task: &Task, results: &Results) -> Result<String, Failure> {
+    match task.model.ground() {
+        Some(ground) => Ok(thrown(task, results, ground)),
+        None => several(task, results),
+    }
+}
+
+/// The scene of several bodies with the found values.
+fn several(task: &Task, results: &Results) -> Result<String, Failure> {
+    let (scene, toss) = (&task.scene, &task.data.tosses[0]);
+    let Some(model) = scene.model() else { return Err(Failure::needed("bodies")) };
+    let substeps = task.protocol.substeps;
+    let dt = 1.0 / (toss.rate * substeps as f64);
+    let world = task.model.world(&results.values, dt)?;
+    let mut model = Model { dt, ..model.clone() }.with_constants_of(&world);
+    let start_index = (toss.begin / dt).round() as u64;
+    let begin = start_index as f64 * dt;
+    let mut there = world;
+    there.follow(&scene.courses, begin);
+    let starts = tumble::fit::Model::fitting(&there, &task.protocol.starts(toss))?;
+    model.start_at(&starts, begin)?;
+    let rows = ((toss.count() - 1) * substeps) as u64 + 1;
+    let fitted = Scene { name: "fitted".to_owned(), rows, start_index, ..scene.clone() };
+    let text = written::text(&fitted.with_model(model)?)?;
+    let name = one_line(&toss.name);
+    Ok(format!(
+        "# Found by `tumble fit`: what fit.json says, as a scenario. It starts like {name} of the data,\n# and each \
+         {substeps} steps are one frame.\n\n{text}"
+    ))
+}
+
+/// A name without what would end a line.
+fn one_line(name: &str) -> String {
+    name.chars().filter(|letter| !letter.is_control()).collect()
+}
+
+/// The scene of one body that is thrown on a ground with the found values.
+fn thrown(task: &Task, results: &Results, ground: &Plane) -> String {
     let (model, values, toss) = (&task.model, &results.values, &task.data.tosses[0]);
     let substeps = task.protocol.substeps;
     let frames = toss.frames.len() - task.protocol.start_frame(toss);
     let start = task.protocol.start(toss);
     let gravity = model.gravity() * (values.get(Constant::Gravity) / model.gravity().norm());
-    let ground = model.ground();
     let corners: Vec<_> = model.corners(values).iter().map(list).collect();
     let inertia = model.inertia(values);
     let rows: Vec<_> = (0..3).map(|row| list(&inertia.row(row).transpose())).collect();
@@ -216,7 +267,7 @@ pub fn scenario(task: &Task, results: &Results) -> String {
          offset = {offset:?}\n\n\
          [[bodies]]\nname = \"body\"\n{shape}mass = {mass:?}\ninertia = [{rows}]\n\
          position = {position}\nattitude = {attitude:?}\nvelocity = {velocity}\nspin = {spin}\n",
-        name = toss.name.chars().filter(|c| !c.is_control()).collect::<String>(),
+        name = one_line(&toss.name),
         steps = (frames - 1) * substeps + 1,
         h = 1.0 / (toss.rate * substeps as f64),
         gravity = list(&gravity),

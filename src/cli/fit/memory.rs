@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use tumble::fit::{FitError, Query, SOUGHT, ScoreMemory, TossScore};
+use tumble::fit::{FitError, Query, ScoreMemory, TossScore};
 
 /// The name of the file.
 const NAME: &str = "fit-state.jsonl";
@@ -26,10 +26,15 @@ struct Head {
 /// What was asked, and the scores of each toss: position, rotation, end, steps, failed, residual.
 #[derive(Serialize, Deserialize, PartialEq)]
 struct Entry {
-    values: [f64; SOUGHT.len()],
+    values: Vec<f64>,
     substeps: usize,
     tosses: usize,
     scores: Vec<(f64, f64, f64, u32, u32, f64)>,
+}
+
+/// The bits of the values of a query.
+fn bits(query: &Query<'_>) -> impl Iterator<Item = u64> {
+    query.values.all().iter().map(|(_, value)| value.to_bits())
 }
 
 /// Evaluations in the order in which they are made.
@@ -128,7 +133,7 @@ impl FileMemory {
 impl ScoreMemory for FileMemory {
     fn recall(&mut self, query: &Query<'_>) -> Option<Vec<TossScore>> {
         let entry = self.known.pop_front()?;
-        let same = entry.values.map(f64::to_bits) == query.values.0.map(f64::to_bits)
+        let same = entry.values.iter().map(|value| value.to_bits()).eq(bits(query))
             && entry.substeps == query.substeps
             && entry.tosses == query.tosses.len()
             && entry.scores.len() == entry.tosses;
@@ -162,7 +167,7 @@ impl ScoreMemory for FileMemory {
         }
         let row = |s: &TossScore| (s.position, s.rotation, s.end, s.steps, s.failed, s.residual);
         let entry = Entry {
-            values: query.values.0,
+            values: query.values.all().iter().map(|(_, value)| *value).collect(),
             substeps: query.substeps,
             tosses: query.tosses.len(),
             scores: scores.iter().map(row).collect(),

@@ -4,6 +4,7 @@ mod data;
 mod describe;
 mod files;
 mod memory;
+mod names;
 mod page;
 mod results;
 mod task;
@@ -60,7 +61,7 @@ pub fn run(args: &FitArgs) -> Result<Outcome, Failure> {
     let texts = [
         files::json(&task, &results)?,
         files::table(&task, &results)?,
-        files::scenario(&task, &results),
+        files::scenario(&task, &results)?,
         page::page(&task, &results),
     ];
     let mut written = Vec::new();

@@ -1,9 +1,13 @@
 //! The report page of a fit: what `tumble_pictures::fit` draws, from what was found.
 
+use super::describe::short;
+use super::files;
+use super::names;
 use super::results::{Mean, OTHER_FACE, Results};
 use super::task::Task;
-use tumble::fit::TossScore;
 use tumble::fit::protocol::turn_between;
+use tumble::fit::{Toss, TossScore};
+use tumble::mechanics::State;
 use tumble_pictures::fit::{self, Means, Motion, Parameter, Report};
 
 /// Tosses that are shown of each kind.
@@ -40,7 +44,8 @@ pub fn page(task: &Task, results: &Results) -> String {
     };
     fit::page(&Report {
         program: format!("tumble {}", env!("CARGO_PKG_VERSION")),
-        scene: task.scene.clone(),
+        scene: task.file.clone(),
+        is_of_several: !task.model.is_of_tosses(),
         facts: facts(task, results),
         parameters: parameters(task, results),
         means,
@@ -64,9 +69,9 @@ fn row(name: &str, scores: &[TossScore]) -> Means {
 }
 
 fn facts(task: &Task, results: &Results) -> Vec<String> {
-    let frames: usize = task.data.tosses.iter().map(|toss| toss.frames.len()).sum();
+    let frames: usize = task.data.tosses.iter().map(Toss::count).sum();
     let mut facts = vec![
-        format!("{} tosses, {frames} frames", task.data.tosses.len()),
+        format!("{}, {frames} frames", task.recordings()),
         format!("{} substeps a frame", task.protocol.substeps),
     ];
     if let Some(found) = &results.found {
@@ -113,6 +118,14 @@ fn parameters(task: &Task, results: &Results) -> Vec<Parameter> {
         let value = results.values.get(parameter);
         let interval = around.map(|around| around.intervals[place]);
         let mut notes = Vec::new();
+        if let Some(polish) = files::polish(results) {
+            let error = polish.covariance[(place, place)].sqrt();
+            if !polish.shows(place) {
+                notes.push("the recordings do not show it".to_owned());
+            } else if error.is_finite() {
+                notes.push(format!("± {} by its slope", short(error)));
+            }
+        }
         if sought.bounds.contains(&value) {
             notes.push("on its bound".to_owned());
         }
@@ -122,10 +135,10 @@ fn parameters(task: &Task, results: &Results) -> Vec<Parameter> {
                 100.0 * interval.on_border
             ));
         }
-        let unit = parameter.unit();
-        let name = parameter.name();
+        let unit = names::unit_of(parameter);
+        let name = names::name(parameter, &task.scene);
         Parameter {
-            name: if unit.is_empty() { name.to_owned() } else { format!("{name}, {unit}") },
+            name: if unit.is_empty() { name } else { format!("{name}, {unit}") },
             start: task.start.get(parameter),
             value,
             interval: interval.map(|i| [i.quantiles[0], i.quantiles[4]]),
@@ -135,23 +148,51 @@ fn parameters(task: &Task, results: &Results) -> Vec<Parameter> {
     one.collect()
 }
 
-/// A toss beside its simulation, in numbers and words.
-fn motion(task: &Task, results: &Results, index: usize) -> Motion {
+/// The states of one body of a toss, recorded from the start of the simulation on, and simulated.
+type Beside<'a> = (Vec<&'a State>, Vec<&'a State>);
+
+/// The body of a toss whose simulation is farthest off, and its states.
+fn farthest<'a>(task: &'a Task, results: &'a Results, index: usize) -> (usize, Beside<'a>) {
     let (toss, simulated) = (&task.data.tosses[index], &results.motions[index]);
     let first = task.protocol.start_frame(toss);
+    let of = |body: usize| -> Beside<'a> {
+        let recorded = (first..toss.count()).map(|frame| &toss.frame(frame)[body]);
+        (recorded.collect(), simulated.iter().skip(body).step_by(toss.bodies).collect())
+    };
+    let off = |(recorded, simulated): &Beside<'_>| {
+        let pairs = recorded.iter().zip(simulated);
+        pairs.map(|(a, b)| (a.position - b.position).norm()).sum::<f64>()
+    };
+    let all = (0..toss.bodies).map(|body| (body, of(body)));
+    let farther = |most: (usize, Beside<'a>), other: (usize, Beside<'a>)| {
+        if off(&other.1) > off(&most.1) { other } else { most }
+    };
+    all.reduce(farther).unwrap_or_default()
+}
+
+/// A toss beside its simulation, in numbers and words.
+fn motion(task: &Task, results: &Results, index: usize) -> Motion {
+    let toss = &task.data.tosses[index];
+    let (body, (_, simulated)) = farthest(task, results, index);
+    let first = task.protocol.start_frame(toss);
     let nothing = [f64::NAN; 3];
-    let at = |frame: usize| frame.checked_sub(first).map(|k| &simulated[k]);
+    let at = |frame: usize| frame.checked_sub(first).map(|k| simulated[k]);
+    let recorded = |frame: usize| &toss.frame(frame)[body];
     let angle = |frame: usize| {
         at(frame).map_or(f64::NAN, |state| {
-            turn_between(&toss.frames[frame].attitude, &state.attitude).norm().to_degrees()
+            turn_between(&recorded(frame).attitude, &state.attitude).norm().to_degrees()
         })
     };
-    let frames = 0..toss.frames.len();
+    let frames = 0..toss.count();
+    let name = match toss.bodies {
+        1 => toss.name.clone(),
+        _ => format!("{}, {}", toss.name, task.scene.bodies[body]),
+    };
     Motion {
-        name: toss.name.clone(),
+        name,
         words: words(task, results, index),
         times: frames.clone().map(|frame| frame as f64 / toss.rate).collect(),
-        recorded: toss.frames.iter().map(|state| state.position.into()).collect(),
+        recorded: frames.clone().map(|frame| recorded(frame).position.into()).collect(),
         simulated: frames
             .clone()
             .map(|frame| at(frame).map_or(nothing, |state| state.position.into()))
@@ -165,10 +206,10 @@ const APART: f64 = 0.1;
 
 /// How a toss goes wrong.
 fn words(task: &Task, results: &Results, index: usize) -> String {
-    let (toss, simulated) = (&task.data.tosses[index], &results.motions[index]);
+    let toss = &task.data.tosses[index];
     let score = &results.scores[index];
-    let first = task.protocol.start_frame(toss);
-    let pairs = || toss.frames[first..].iter().zip(simulated);
+    let (_, (recorded, simulated)) = farthest(task, results, index);
+    let pairs = || recorded.iter().zip(&simulated);
     let mut words = format!(
         "Mean distance {:.1} %, mean angle {:.1}°. ",
         100.0 * score.position,
@@ -187,10 +228,11 @@ fn words(task: &Task, results: &Results, index: usize) -> String {
         }
         None => words += "The motions never part by 10 % or 10°. ",
     }
-    if let (Some(recorded), Some(state)) = (toss.frames.last(), simulated.last()) {
-        let begin = toss.frames[first].position;
-        let way = (recorded.position - begin).xy();
-        let off = (state.position - recorded.position).xy();
+    if let (Some(begin), Some(end), Some(state)) =
+        (recorded.first(), recorded.last(), simulated.last())
+    {
+        let way = (end.position - begin.position).xy();
+        let off = (state.position - end.position).xy();
         let along = off.dot(&way) / way.norm().max(f64::MIN_POSITIVE);
         let aside = (off.norm_squared() - along * along).max(0.0).sqrt();
         let far = if along > 0.0 { "too far" } else { "too short" };
@@ -200,9 +242,10 @@ fn words(task: &Task, results: &Results, index: usize) -> String {
             1000.0 * along.abs(),
             1000.0 * way.norm(),
             1000.0 * aside,
-            score.end.to_degrees()
+            turn_between(&end.attitude, &state.attitude).norm().to_degrees()
         );
-        words += if score.end > OTHER_FACE { ": on another face." } else { "." };
+        let is_elsewhere = task.model.is_of_tosses() && score.end > OTHER_FACE;
+        words += if is_elsewhere { ": on another face." } else { "." };
     }
     words
 }

@@ -42,7 +42,7 @@ pub struct Results {
     /// Over all evaluations.
     pub steps: u64,
     pub failed: u64,
-    /// The simulated states of every toss with the found values, a frame each.
+    /// The simulated states of every toss with the found values, of each frame those of all bodies.
     pub motions: Vec<Vec<State>>,
 }
 
@@ -86,16 +86,17 @@ impl Results {
         let score = |values: &ParameterValues, evaluator: &mut Evaluator<'_>| {
             evaluator.evaluate(&Query { values, substeps, tosses: &all })
         };
-        let (mut values, mut found, mut neighbourhood) = (task.start, None, None);
+        let (mut values, mut found, mut neighbourhood) = (task.start.clone(), None, None);
         let scores_at_start = score(&values, &mut evaluator)?;
         let mut scores = scores_at_start.clone();
         let mut folds = Vec::new();
         if task.is_search() {
             let best = task.plan.search(&task.start, &mut evaluator, &all)?;
-            values = best.values;
+            values = best.values.clone();
             found = Some(best);
             scores = score(&values, &mut evaluator)?;
-            if task.neighbours > 0 {
+            // Of one recording there is no other sample.
+            if task.neighbours > 0 && tosses.len() > 1 {
                 let plan = &task.plan;
                 let around = Neighbourhood::look(plan, &values, task.neighbours, &mut evaluator)?;
                 neighbourhood = Some(around);
@@ -111,8 +112,8 @@ impl Results {
         for toss in tosses {
             let mut motion = Vec::new();
             let (model, protocol) = (&task.model, &task.protocol);
-            tumble::fit::rollout::rollout(model, protocol, &values, toss, interrupt, |state| {
-                motion.push(*state);
+            tumble::fit::rollout::rollout(model, protocol, &values, toss, interrupt, |states| {
+                motion.extend_from_slice(states);
             })?;
             motions.push(motion);
         }

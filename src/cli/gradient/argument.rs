@@ -1,6 +1,7 @@
 //! What a number is differentiated by.
 
-use super::super::outcome::Failure;
+use crate::cli::label::unit;
+use crate::cli::outcome::Failure;
 use tumble::world::Constant;
 
 /// What a number is differentiated by.
@@ -35,23 +36,7 @@ impl Argument {
     pub fn unit(&self) -> &'static str {
         match self {
             Self::Start(_, unit, _) | Self::Push(_, unit, _) => unit,
-            Self::Constant(Constant::Mass) => "kg",
-            Self::Constant(Constant::Inertia) => "kg m²",
-            Self::Constant(Constant::Size) => "",
-            Self::Constant(constant) if constant.is_of_laws() => "",
-            Self::Constant(Constant::Anchor) => "m",
-            Self::Constant(
-                Constant::JointFriction | Constant::JointForce | Constant::MotorMost,
-            ) => "N or N m",
-            Self::Constant(Constant::JointRest | Constant::JointLimits | Constant::GearOffset) => {
-                "m or rad"
-            }
-            Self::Constant(Constant::GearRatio) => "m or rad a m or rad",
-            Self::Constant(Constant::JointStiffness | Constant::MotorStiffness) => "N/m or N m/rad",
-            Self::Constant(Constant::JointDamping | Constant::MotorDamping) => "N s/m or N m s/rad",
-            Self::Constant(Constant::Armature) => "kg or kg m²",
-            Self::Constant(Constant::MotorTarget) => "m, rad, m/s or rad/s",
-            Self::Constant(constant) => constant.unit(),
+            Self::Constant(constant) => unit(*constant),
         }
     }
 

@@ -1,7 +1,6 @@
 //! `tumble gradient`: derivatives of a number that a run decides.
 
 mod argument;
-mod label;
 mod sweep;
 mod task;
 

@@ -3,7 +3,7 @@
 use super::super::args::Quantity;
 use super::super::outcome::Failure;
 use super::argument::Argument;
-use super::label::label;
+use crate::cli::label::label;
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::sync::Arc;

@@ -39,10 +39,10 @@ impl Toss {
     /// that are not those of the positions, or spins not those of the attitudes, with what they
     /// look like: millimetres, degrees, the world's frame, another order of the quaternion.
     pub fn checked(mut self) -> Result<Self, FitError> {
-        if self.frames.len() < LEAST_FRAMES {
+        if self.count() < LEAST_FRAMES {
             return self.refused(format!(
                 "it has {} frames; {LEAST_FRAMES} or more are needed",
-                self.frames.len()
+                self.count()
             ));
         }
         if !(1.0..=1e5).contains(&self.rate) {
@@ -67,26 +67,27 @@ impl Toss {
             }
             self.frames[row].attitude /= norm;
         }
-        for row in 1..self.frames.len() {
-            let [a, b] = [&self.frames[row - 1].attitude, &self.frames[row].attitude];
+        let bodies = self.bodies;
+        for row in bodies..self.frames.len() {
+            let [a, b] = [&self.frames[row - bodies].attitude, &self.frames[row].attitude];
             let turn = turn_between(a, b).norm().to_degrees();
             if turn > 120.0 {
                 let why = format!("it turns by {turn:.0}° from one frame to the next: a gap?");
                 return self.row(row, why);
             }
         }
-        self.check_velocities()?;
-        self.check_spins()?;
+        for body in 0..bodies {
+            self.check_velocities(body)?;
+            self.check_spins(body)?;
+        }
         Ok(self)
     }
 
     /// Velocities against differences of positions.
-    fn check_velocities(&self) -> Result<(), FitError> {
-        let beside: Vec<Beside> = self
-            .frames
-            .windows(2)
-            .map(|two| (two[1].velocity, (two[1].position - two[0].position) * self.rate))
-            .collect();
+    fn check_velocities(&self, body: usize) -> Result<(), FitError> {
+        let one = |(a, b): (&State, &State)| (b.velocity, (b.position - a.position) * self.rate);
+        let beside: Vec<Beside> =
+            self.of_body(body).zip(self.of_body(body).skip(1)).map(one).collect();
         let Some(misfit) = misfit(&beside, SLOW) else { return Ok(()) };
         let why = match ratio(&beside) {
             _ if misfit <= APART => return Ok(()),
@@ -96,19 +97,19 @@ impl Toss {
             }
             _ => "m, m/s and the right rate are needed",
         };
-        self.refused(format!("the velocities are not those of the positions: {why}"))
+        let of = self.of_one(body);
+        self.refused(format!("the velocities{of} are not those of the positions: {why}"))
     }
 
     /// Spins against differences of attitudes.
-    fn check_spins(&self) -> Result<(), FitError> {
+    fn check_spins(&self, body: usize) -> Result<(), FitError> {
         let beside = |spin: &dyn Fn(&State) -> Vector3<f64>,
                       attitude: &dyn Fn(&State) -> Vector4<f64>|
          -> Vec<Beside> {
-            let one = |two: &[State]| {
-                let turn = turn_between(&attitude(&two[0]), &attitude(&two[1]));
-                (spin(&two[1]), turn * self.rate)
+            let one = |(a, b): (&State, &State)| {
+                (spin(b), turn_between(&attitude(a), &attitude(b)) * self.rate)
             };
-            self.frames.windows(2).map(one).collect()
+            self.of_body(body).zip(self.of_body(body).skip(1)).map(one).collect()
         };
         let own_spin = |state: &State| state.spin;
         let own_attitude = |state: &State| state.attitude;
@@ -155,7 +156,13 @@ impl Toss {
                  rate are needed"
             }
         };
-        self.refused(format!("the spins are not those of the attitudes: {why}"))
+        let of = self.of_one(body);
+        self.refused(format!("the spins{of} are not those of the attitudes: {why}"))
+    }
+
+    /// Which of several bodies is meant.
+    fn of_one(&self, body: usize) -> String {
+        if self.bodies == 1 { String::new() } else { format!(" of body {body}") }
     }
 
     /// Whether a body with these `corners` (centres, m, body frame) and `radius` (m) can have made

@@ -8,7 +8,7 @@ use nalgebra::SVector;
 use std::io::{Cursor, Read};
 
 /// The columns of a state, in the order of [`State::to_vector`].
-const STATE: [&str; State::LEN] = [
+pub(super) const STATE: [&str; State::LEN] = [
     "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s",
     "wy_rad_s", "wz_rad_s",
 ];
@@ -25,11 +25,14 @@ const MOST_BYTES: u64 = 1 << 30;
 /// # Errors
 /// What is no such table, with the toss and the row; as [`Toss::checked`].
 pub fn read_csv(bytes: &[u8]) -> Result<Vec<Toss>, FitError> {
-    let plain = Cursor::new(bytes);
-    if bytes.starts_with(&GZIP) {
-        tosses(MultiGzDecoder::new(plain).take(MOST_BYTES))
-    } else {
-        tosses(plain)
+    tosses(plain(bytes))
+}
+
+/// The bytes of a table, of which `bytes` may be compressed by gzip.
+pub(super) fn plain<'a>(bytes: &'a [u8]) -> Box<dyn Read + 'a> {
+    match bytes.starts_with(&GZIP) {
+        true => Box::new(MultiGzDecoder::new(Cursor::new(bytes)).take(MOST_BYTES)),
+        false => Box::new(Cursor::new(bytes)),
     }
 }
 
@@ -77,7 +80,7 @@ fn tosses(stream: impl Read) -> Result<Vec<Toss>, FitError> {
                 let why = "its rows do not follow each other".to_owned();
                 return Err(FitError::Toss { toss: name.to_owned(), why });
             }
-            tosses.push(Toss { name: name.to_owned(), rate: 0.0, frames: Vec::new() });
+            tosses.push(Toss::new(name, 0.0, Vec::new()));
         }
         let row = times.len();
         let number = |column: usize, what: &str| {
@@ -113,9 +116,10 @@ fn tosses(stream: impl Read) -> Result<Vec<Toss>, FitError> {
 const LATE: f64 = 0.01;
 
 /// Gives the last toss its rate, and checks it.
-fn finish(tosses: &mut Vec<Toss>, times: &[f64]) -> Result<(), FitError> {
+pub(super) fn finish(tosses: &mut Vec<Toss>, times: &[f64]) -> Result<(), FitError> {
     let Some(mut toss) = tosses.pop() else { return Ok(()) };
     let (first, last) = (times[0], times[times.len() - 1]);
+    toss.begin = first;
     toss.rate = (times.len() - 1) as f64 / (last - first);
     if times.len() > 1 {
         for (row, time) in times.iter().enumerate() {

@@ -20,7 +20,7 @@ const MOST_BYTES: u64 = 1 << 26;
 pub fn read_torch(bytes: &[u8], name: &str, rate: f64) -> Result<Toss, FitError> {
     let frames =
         frames(bytes).map_err(|why| FitError::File(format!("it is no tensor of a toss: {why}")))?;
-    Toss { name: name.to_owned(), rate, frames }.checked()
+    Toss::new(name, rate, frames).checked()
 }
 
 fn frames(bytes: &[u8]) -> Result<Vec<State>, String> {

@@ -1,4 +1,4 @@
-//! What a number of a constant belongs to, in the scene's words.
+//! What a number of a constant belongs to, in the scene's words, and what it is in.
 
 use tumble::joint::JointAxis;
 use tumble::scenario::scene::Scene;
@@ -68,5 +68,24 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
         Constant::Friction | Constant::Restitution | Constant::Ground | Constant::TimeStep => {
             String::new()
         }
+    }
+}
+
+/// The unit of a number of a constant; none of a factor.
+pub fn unit(constant: Constant) -> &'static str {
+    match constant {
+        Constant::Mass => "kg",
+        Constant::Inertia => "kg m²",
+        Constant::Size => "",
+        constant if constant.is_of_laws() => "",
+        Constant::Anchor => "m",
+        Constant::JointFriction | Constant::JointForce | Constant::MotorMost => "N or N m",
+        Constant::JointRest | Constant::JointLimits | Constant::GearOffset => "m or rad",
+        Constant::GearRatio => "m or rad a m or rad",
+        Constant::JointStiffness | Constant::MotorStiffness => "N/m or N m/rad",
+        Constant::JointDamping | Constant::MotorDamping => "N s/m or N m s/rad",
+        Constant::Armature => "kg or kg m²",
+        Constant::MotorTarget => "m, rad, m/s or rad/s",
+        constant => constant.unit(),
     }
 }
