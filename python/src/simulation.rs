@@ -19,7 +19,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tumble::error::Error;
 use tumble::joint::{Axis, Drive, Gear, JointAxis, Motor};
-use tumble::mechanics::State;
 use tumble::scenario::joint::JointModel;
 use tumble::scenario::scene::Scene as Content;
 use tumble::simulation::save::Saved;
