@@ -12,6 +12,7 @@ mod laws;
 mod own;
 mod random;
 mod rest;
+mod sums;
 
 use compare::{Direction, Tally, apart, compare, difference, directions, size};
 use nalgebra::{Vector3, Vector4};

@@ -12,9 +12,9 @@ use tumble::mechanics::{RigidBody, Rotation, State, quaternion};
 use tumble::solver::native::{StepChange, StepDerivative, StepGradient};
 use tumble::world::{Constant, Parameters, World};
 
-const H: f64 = 0.005;
+pub const H: f64 = 0.005;
 
-fn world(bodies: Vec<RigidBody>, gravity: Vector3<f64>) -> World {
+pub fn world(bodies: Vec<RigidBody>, gravity: Vector3<f64>) -> World {
     let parameters = Parameters {
         bodies,
         ground: None,
@@ -113,7 +113,7 @@ fn shifted(at: &JointFrame, along: f64, turn: Vector4<f64>) -> JointFrame {
 }
 
 /// Two bodies on joints with the world, one of six pairs of them, and the gears between these.
-fn mechanism(kind: usize, draw: &mut Draw) -> (World, Vec<State>) {
+pub fn mechanism(kind: usize, draw: &mut Draw) -> (World, Vec<State>) {
     let mut state = || State {
         position: draw.vector(0.5),
         attitude: draw.attitude(),

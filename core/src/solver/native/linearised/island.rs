@@ -104,10 +104,6 @@ impl LinearIsland {
             self.island.admit_joint(step, joint, |body| view.places[body]);
         }
         for &gear in view.gears {
-            if step.world.gears()[gear].drive().is_some() {
-                let why = "a gear that is held, and drives of the coordinates of joints, have one";
-                return Err(Error::Unsupported { what: "the derivative by a drive of a sum", why });
-            }
             self.island.admit_gear(step, gear);
         }
         self.island.tie();

@@ -15,7 +15,7 @@ use super::constants::{add_anchors, anchors_of, unit};
 use super::geared::{LinearGear, TiedRows};
 use super::slopes::{RowsChange, Slopes};
 use crate::derivative::{JointTangent, RowsTangent};
-use crate::joint::{Axis, AxisChange, AxisStart, JointAxis, PieceChange, Segment};
+use crate::joint::{Axis, AxisChange, AxisStart, JointAxis, PieceChange, Segment, at_rest};
 use crate::mechanics::State;
 use crate::step::Step;
 use crate::world::{Constant, World};
@@ -39,7 +39,7 @@ pub(super) struct LinearRows {
 
 /// A row on a piece of its law.
 #[derive(Debug, Clone, Copy)]
-struct RowLaw {
+pub(super) struct RowLaw {
     axis: Axis,
     start: AxisStart,
     time_step: f64,
@@ -55,9 +55,35 @@ struct RowLaw {
 }
 
 impl RowLaw {
+    /// That of row k of a coupling, of an axis that begins so in a step of h (s), with ℓ and M.
+    fn new(
+        (solved, island): (&Solved<'_>, &Island),
+        (coupling, k): (usize, usize),
+        (axis, start): (&Axis, &AxisStart),
+        (time_step, scale): (f64, (f64, f64)),
+        slots: AxisSlots,
+    ) -> Self {
+        let on = solved.segment(island, coupling, k);
+        let p = &solved.impulses[coupling];
+        // Where its limit is taken, compliance acts on changes alone.
+        let given = p * (solved.compliance - solved.limit);
+        let u = island.rows(coupling).column(k).dot(&(solved.points[coupling] + given));
+        Self {
+            axis: *axis,
+            start: *start,
+            time_step,
+            scale,
+            at: if on.is_vertical() { (on.u, true) } else { (u, false) },
+            slope: if on.is_vertical() { 0.0 } else { -on.dp / on.du },
+            compliance: solved.compliance,
+            limit: solved.limit,
+            slots,
+        }
+    }
+
     /// What a change of what its graph is made of makes of the motion along it, and of the impulse beside (G10), which does not
     /// give way where the limit is taken (G14).
-    fn answer(&self, change: &AxisChange) -> (f64, f64) {
+    pub(super) fn answer(&self, change: &AxisChange) -> (f64, f64) {
         let Self { axis, start, time_step, scale, at, slope, compliance, limit, .. } = self;
         match axis.piece_change(start, *time_step, *scale, *at, change) {
             PieceChange::Speed(faster) => (-faster, 0.0),
@@ -230,23 +256,10 @@ pub(super) fn linearise(
             };
             let Some(of) = of else { continue };
             let law = |k: usize| {
-                let on = solved.segment(island, coupling, k);
-                let p = &solved.impulses[coupling];
-                // Where its limit is taken, compliance acts on changes alone.
-                let given = p * (solved.compliance - solved.limit);
-                let u = frame.column(k).dot(&(solved.points[coupling] + given));
                 let axis = if about { JointAxis::Angular(k) } else { JointAxis::Linear(k) };
-                RowLaw {
-                    axis: axes[k],
-                    start: starts[k],
-                    time_step: h,
-                    scale: (length, island.mass()),
-                    at: if on.is_vertical() { (on.u, true) } else { (u, false) },
-                    slope: if on.is_vertical() { 0.0 } else { -on.dp / on.du },
-                    compliance: solved.compliance,
-                    limit: solved.limit,
-                    slots: slots.of(*number, axis),
-                }
+                let (at, scale) = ((coupling, k), (length, island.mass()));
+                let own = slots.of(*number, axis);
+                RowLaw::new((solved, island), at, (&axes[k], &starts[k]), (h, scale), own)
             };
             let laws = [law(0), law(1), law(2)];
             rows.push(LinearRows::new((coupling, *number), bodies, &of, (frame, laws)));
@@ -256,7 +269,14 @@ pub(super) fn linearise(
     }
     for row in island.gear_rows() {
         let impulse = solved.impulses[row.coupling][0];
-        gears.extend(LinearGear::new(&row, &tangents, (step, next, impulse)));
+        let law = |sum: f64| {
+            let axis = step.world.gears()[row.gear].law();
+            let scale = (step.world.time_step(), (row.length, island.mass()));
+            let at = (row.coupling, 0);
+            let none = AxisSlots::default();
+            RowLaw::new((solved, island), at, (axis, &at_rest(sum)), scale, none)
+        };
+        gears.extend(LinearGear::new(&row, (&tangents, &law), (step, next, impulse)));
     }
 }
 
