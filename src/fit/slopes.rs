@@ -27,8 +27,9 @@ use super::protocol::{Protocol, turn_between};
 use super::recording::Toss;
 use super::rollout::{Seen, follow};
 use crate::derivative::StateChange;
+use crate::mechanics::quaternion::turn_slope;
 use crate::solver::native::{StepChange, StepDerivative};
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3xX, Vector3};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -133,22 +134,6 @@ pub fn slopes(
     found.gradient *= share;
     found.matrix *= share;
     Ok(found)
-}
-
-/// What a turn φ = log(q) changes by where q is turned further by δθ (rad, body): with φ = |φ|,
-///
-/// ```text
-/// δφ = (E + ½ [φ]× + (1/φ² − (1 + cos φ)/(2 φ sin φ)) [φ]×²) δθ
-/// ```
-fn turn_slope(turn: &Vector3<f64>) -> Matrix3<f64> {
-    let (angle, cross) = (turn.norm(), turn.cross_matrix());
-    // Of small angles the first terms of its series; at half a turn the second term is 0.
-    let share = if angle < 1e-3 {
-        1.0 / 12.0 + angle * angle / 720.0
-    } else {
-        (1.0 - 0.5 * angle / libm::tan(0.5 * angle)) / (angle * angle)
-    };
-    Matrix3::identity() + cross * 0.5 + cross * cross * share
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ mod own;
 mod random;
 mod rest;
 mod sums;
+mod turns;
 
 use compare::{Direction, Tally, apart, compare, difference, directions, size};
 use nalgebra::{Vector3, Vector4};

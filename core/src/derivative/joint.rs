@@ -8,7 +8,7 @@
 mod tests;
 
 use super::EndMap;
-use crate::joint::{Axis, Joint, Turn};
+use crate::joint::{Axis, Joint, Turn, Turning};
 use crate::mechanics::{Pose, State};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -293,6 +293,11 @@ impl<'a> JointTangent<'a> {
             let counted = joint.counted(&was, angles);
             let before = Turn::new(joint, (&was, &counted), h, length);
             let still = Vector3::zeros();
+            if joint.turning() == Turning::Driven {
+                let (turned, [now, then]) = turn.turned_since(&before);
+                let then = by_turns(&then.map(|slopes| -slopes));
+                return Some(self.rates((&by_turns(&now), &turned), (&then, &still)));
+            }
             let before = by_turns(&before.tangent(&still, Some(&still), &still).angles);
             Some(self.rates((&coordinates, angles), (&before, &counted)))
         });

@@ -312,7 +312,7 @@ fn between(a: &JointFrame, b: &JointFrame) -> Coordinates {
 }
 
 /// The axis of a turn (w, x, y, z), times its angle of up to π, rad.
-fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
+pub(super) fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
     let along = turn.fixed_rows::<3>(1).into_owned();
     let (sine, sign) = (along.norm(), if turn[0] < 0.0 { -1.0 } else { 1.0 });
     if sine == 0.0 {

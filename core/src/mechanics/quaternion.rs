@@ -69,6 +69,23 @@ pub fn attitude_map(q: &Vector4<f64>) -> Matrix4x3<f64> {
     )
 }
 
+/// What a turn φ = log(q), its axis times its angle of up to π (rad), changes by where q is turned further by δθ (rad, body):
+///
+/// ```text
+/// δφ = (E + ½ [φ]× + (1/φ² − (1 + cos φ)/(2 φ sin φ)) [φ]×²) δθ
+/// ```
+#[must_use]
+pub fn turn_slope(turn: &Vector3<f64>) -> Matrix3<f64> {
+    let (angle, cross) = (turn.norm(), turn.cross_matrix());
+    // Of small angles the first terms of its series; at half a turn the second term is 0.
+    let share = if angle < 1e-3 {
+        1.0 / 12.0 + angle * angle / 720.0
+    } else {
+        (1.0 - 0.5 * angle / libm::tan(0.5 * angle)) / (angle * angle)
+    };
+    Matrix3::identity() + cross * 0.5 + cross * cross * share
+}
+
 /// A(q) = Hᵀ L(q) R(q)ᵀ H (eq. 2): the rotation matrix body → world for a unit
 /// quaternion, |q|² times it in general.
 #[must_use]

@@ -4,7 +4,8 @@
 //! Equation numbers are those of `docs/gradients.md`.
 
 use super::{At, Turn, Turning, right};
-use crate::mechanics::quaternion::{attitude_map, left};
+use crate::joint::motion::vector_of;
+use crate::mechanics::quaternion::{attitude_map, left, product, turn_slope};
 use nalgebra::{Matrix3, Matrix4, Matrix4x3, RowVector3, Vector3, Vector4};
 
 /// What a pair of numbers counts at least, so that derivatives stay finite.
@@ -21,6 +22,11 @@ pub(crate) struct TurnTangent {
     pub(crate) torque: [Matrix3<f64>; 2],
     /// ∂u/∂h, m/s².
     pub(crate) by_time_step: Vector3<f64>,
+}
+
+/// q to q*.
+fn conjugation() -> Matrix4<f64> {
+    Matrix4::from_diagonal(&Vector4::new(1.0, -1.0, -1.0, -1.0))
 }
 
 /// A function of (w, x, y, z) at a point, with its first and second derivatives.
@@ -138,6 +144,31 @@ impl Turn {
         }
     }
 
+    /// δQ by turns of A and of B, rad, each in its body's frame.
+    fn attitudes(&self) -> [Matrix4x3<f64>; 2] {
+        let by_b = self.frames.1.map_or_else(Matrix4x3::zeros, |frame| {
+            right(&self.start).fixed_columns::<3>(1) * frame.transpose() * -0.5
+        });
+        [attitude_map(&self.start) * self.frames.0.transpose() * 0.5, by_b]
+    }
+
+    /// What turns in any way under drives has turned since `before`, w = 2 (P* ⊗ Q)'s imaginary part (J18), rad; and what it changes by
+    /// with turns of A and of B now, and before:
+    ///
+    /// ```text
+    /// δw = 2 (P* ⊗ δQ + δP* ⊗ Q)'s imaginary part
+    /// ```
+    pub(crate) fn turned_since(&self, before: &Self) -> (Vector3<f64>, [[Matrix3<f64>; 2]; 2]) {
+        let from = conjugation() * before.start;
+        let way = product(&from, &self.start);
+        let sign = 2.0_f64.copysign(way[0]);
+        let (now, then) = (left(&from), right(&self.start) * conjugation());
+        let imaginary = |of: Matrix4x3<f64>| -> Matrix3<f64> { of.fixed_rows::<3>(1) * sign };
+        let now = self.attitudes().map(|turned| imaginary(now * turned));
+        let then = before.attitudes().map(|turned| imaginary(then * turned));
+        (way.fixed_rows::<3>(1) * sign, [now, then])
+    }
+
     /// The rows' changes where the bodies turn at the step's start and end it with these spins (rad/s), and with an impulse
     /// `along` the rows. With the turns α of A and β of B as vectors of their joint's frames, φ the halves of (J4), and of what has a
     /// twist ψ = ½ θ,
@@ -147,6 +178,12 @@ impl Turn {
     /// δE = R* ⊗ (1, −a_B) ⊗ δQ ⊗ (1, a_A)/n − δψ (0, 0, 0, 1) ⊗ E
     /// δu = ℓ 2/h (∇φ(E) δE − ∇φ(E₀) δE₀ of what is counted from E₀ = R* ⊗ Q)
     /// δ(G p) = ℓ F_A ((L(δE₀) H)ᵀ g + (L(E₀) H)ᵀ ∇g δE₀),   g = Σ p_k ∇φ_k(E₀)             (G9)
+    /// ```
+    ///
+    /// What turns in any way under drives is counted from Q, and along A's axes whatever Q is:
+    ///
+    /// ```text
+    /// δE = Q* ⊗ (1, −a_B) ⊗ δQ ⊗ (1, a_A)/n + δQ* ⊗ Q ⊗ E,   δE₀ = 0                     (G18)
     /// ```
     pub(crate) fn tangent(
         &self,
@@ -165,15 +202,24 @@ impl Turn {
         let pushed = pushed.fold(nothing, Jet::plus);
         let rolled = |of: &Vector4<f64>| Vector4::new(-of[3], -of[2], of[1], of[0]);
         let twists = matches!(self.turning, Turning::Hinge | Turning::Ball);
+        let is_driven = self.turning == Turning::Driven;
+        // Of δQ its conjugate times Q ⊗ E; and twice its part along A's axes, of Q* ⊗ δQ, as a change of φ.
+        let counted_from = right(&product(q, &e)) * conjugation();
+        let by_turn = turn_slope(&vector_of(q)) * back.fixed_rows::<3>(1) * 2.0;
         let about = q[0] * q[0] + q[3] * q[3];
         let of_side = |turned: &Matrix4x3<f64>| {
             let mut twisted = RowVector3::zeros();
             if twists && about > 0.0 {
                 twisted = (turned.row(3) * q[0] - turned.row(0) * q[3]) / about;
             }
-            let end = moved * turned - rolled(&e) * twisted;
-            let start = back * turned - rolled(&self.rest) * twisted;
+            let mut end = moved * turned - rolled(&e) * twisted;
+            let mut start = back * turned - rolled(&self.rest) * twisted;
             let (mut motion, mut angles) = (Matrix3::zeros(), Matrix3::zeros());
+            if is_driven {
+                end += counted_from * turned;
+                start = Matrix4x3::zeros();
+                angles = by_turn * turned;
+            }
             for k in 0..3 {
                 let mut row = at_end[k].slope.transpose() * end;
                 if self.counts(k) {
@@ -194,12 +240,9 @@ impl Turn {
             }
             (motion, angles, self.frames.0 * torque * length)
         };
-        let by_a = attitude_map(q) * self.frames.0.transpose() * 0.5;
+        let [by_a, by_b] = self.attitudes();
         let of_a = of_side(&by_a);
-        let of_b = self.frames.1.map(|frame| {
-            let by_b = right(q).fixed_columns::<3>(1) * frame.transpose() * -0.5;
-            of_side(&by_b)
-        });
+        let of_b = self.frames.1.map(|_| of_side(&by_b));
         let zero = Matrix3::zeros();
         let of_b = of_b.unwrap_or((zero, zero, zero));
         let (by_spin, by_other) = self.slopes(spin, other);

@@ -15,7 +15,6 @@ use super::{Smoothing, StepChange, StepGradient};
 use crate::contact::Contact;
 use crate::derivative::{EndMap, Placed, StateChange};
 use crate::error::Error;
-use crate::joint::Turning;
 use crate::mechanics::State;
 use crate::step::Step;
 use crate::world::{Constant, World};
@@ -96,11 +95,6 @@ impl LinearIsland {
             }
         }
         for &joint in view.joints {
-            if step.world.joints()[joint].turning() == Turning::Driven {
-                let what = "the derivative of a joint whose drives turn it in any way";
-                let why = "drives of places, and of hinges, gimbals, cones and twists, have one";
-                return Err(Error::Unsupported { what, why });
-            }
             self.island.admit_joint(step, joint, |body| view.places[body]);
         }
         for &gear in view.gears {
