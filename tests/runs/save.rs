@@ -73,6 +73,7 @@ fn goes_on_alike(scene: &Scene, count: u64, cuts: &[u64], after: u64) {
         assert_eq!(to_bytes(&read).unwrap(), to_bytes(&state).unwrap());
         let mut again = simulation(scene);
         again.restore(&read).unwrap();
+        assert!(to_bytes(&again.save()).unwrap() == to_bytes(&read).unwrap(), "saved again");
         let from = usize::try_from(state.index()).unwrap();
         let left = after.min(count - state.index());
         for (place, step) in steps(&mut again, left).iter().enumerate() {
@@ -100,6 +101,28 @@ fn a_heap_that_bounces_and_falls_goes_on_to_its_end() {
     let flags = Settings { restitution: Some(0.6), ..Settings::default() };
     let scene = scenario("pile.toml", flags);
     goes_on_alike(&scene, 420, &[60, 150, 300], 420);
+}
+
+/// Joints along axes whose numbers no rounding leaves alone: the same when they are restored.
+#[test]
+fn joints_along_any_axes_are_the_same_again() {
+    let mut draws = rand_mt::Mt::new(4);
+    let mut draw = || 2.0 * f64::from(draws.next_u32()) / f64::from(u32::MAX) - 1.0;
+    for number in 0..60 {
+        let kind = ["revolute", "prismatic", "spherical", "cylindrical"][number % 4];
+        let [turn, axis] = [4, 3].map(|n| (0..n).map(|_| draw()).collect::<Vec<_>>());
+        let norm = turn.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let turn: Vec<f64> = turn.iter().map(|x| x / norm).collect();
+        let axis = if kind == "spherical" { String::new() } else { format!("axis = {axis:?}") };
+        let text = format!(
+            "steps = 100\n[ground]\nfriction = 0.5\n\
+             [[bodies]]\nname = \"a\"\nbox = 0.2\nmass = 1.0\nposition = [0, 0, 0.6]\nattitude = {turn:?}\n\
+             [[bodies]]\nname = \"b\"\nbox = 0.2\nmass = 1.0\nposition = [1, 0, 0.6]\n\
+             [[joints]]\nname = \"joint\"\ntype = \"{kind}\"\nbodies = [\"a\", \"b\"]\nanchor = [0.5, 0.1, 0.6]\n{axis}\n"
+        );
+        let scene = Scene::of_text(&text, Path::new("scene.toml"), Settings::default(), &read);
+        goes_on_alike(&scene.unwrap(), 50, &[0, 1, 30], 50);
+    }
 }
 
 #[test]

@@ -58,6 +58,9 @@ impl JointFrame {
         }
         let norm = self.attitude.norm();
         in_range("norm of a joint's attitude", norm, 0.99, 1.01, "1, within 0.01")?;
-        Ok(Self { attitude: self.attitude / norm, ..self })
+        // A unit quaternion to rounding keeps its bits, so that a joint is the same again when it is restored or read.
+        let is_unit = (norm - 1.0).abs() <= 4.0 * f64::EPSILON;
+        let attitude = if is_unit { self.attitude } else { self.attitude / norm };
+        Ok(Self { attitude, ..self })
     }
 }
