@@ -103,6 +103,39 @@ fn a_heap_that_bounces_and_falls_goes_on_to_its_end() {
     goes_on_alike(&scene, 420, &[60, 150, 300], 420);
 }
 
+/// Where bodies have come, gone or are held and nothing was searched since, the search goes on with what it knows.
+#[test]
+fn what_the_search_knows_outlasts_a_change_of_bodies() {
+    fn add(run: &mut Simulation<'_>) {
+        let (body, mut state) = (run.world().bodies()[0].clone(), run.states()[0]);
+        state.position.x += 3.0;
+        run.add_body(body, state).unwrap();
+    }
+    let changes: [(&str, fn(&mut Simulation<'_>)); 4] = [
+        ("stack", add),
+        ("stack", |run| drop(run.remove_body(4).unwrap())),
+        ("stack", |run| run.hold_body(0, true).unwrap()),
+        ("real-cube", |run| {
+            run.hold_body(0, true).unwrap();
+            add(run);
+        }),
+    ];
+    for (name, change) in changes {
+        let scene = scenario(&format!("{name}.toml"), Settings::default());
+        let mut whole = simulation(&scene);
+        steps(&mut whole, 600.min(scene.rows - 1));
+        change(&mut whole);
+        let saved = whole.save();
+        let world = whole.world().clone();
+        let motion = Motion::native(&world);
+        let mut again = Simulation::restored(world, motion, &saved).unwrap();
+        for _ in 0..5 {
+            assert!(steps(&mut again, 4) == steps(&mut whole, 4), "{name}");
+            assert!(to_bytes(&again.save()).unwrap() == to_bytes(&whole.save()).unwrap(), "{name}");
+        }
+    }
+}
+
 /// Joints along axes whose numbers no rounding leaves alone: the same when they are restored.
 #[test]
 fn joints_along_any_axes_are_the_same_again() {

@@ -22,7 +22,7 @@ use super::{Contact, Partner};
 use crate::geometry::{Scratch, Side, Sweep, Touch, bound, manifold};
 use crate::mechanics::{Pose, State, Way};
 use crate::world::World;
-use places::{is_of, set_poses};
+use places::set_poses;
 use std::ops::Range;
 
 /// Pieces touch where they are apart by no more than this part of the smaller one's reach:
@@ -315,16 +315,13 @@ impl Neighbours {
     /// Goes on from `memory`, which must fit `world` ([`Memory::fits`]).
     pub(super) fn recall(&mut self, world: &World, memory: &Memory) {
         self.memory.copy_from(memory);
-        if !is_of(world, &self.memory.end) {
+        if self.memory.start.is_empty() && self.memory.end.is_empty() {
             // Nothing was searched.
             self.proxies.clear();
             return;
         }
-        set_poses(&mut self.poses, &self.memory.end);
-        set_poses(&mut self.begin, &self.memory.from);
-        if !self.lists(world) {
-            self.list_pieces(world);
-        }
+        // As after a change of bodies where what was searched is to be searched anew.
+        self.change(world, |_| ());
     }
 }
 

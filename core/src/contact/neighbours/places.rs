@@ -83,7 +83,7 @@ impl Neighbours {
 }
 
 /// Whether pieces of `world` can touch anything but the ground, and `states` has one state a body.
-pub(super) fn is_of(world: &World, states: &[State]) -> bool {
+fn is_of(world: &World, states: &[State]) -> bool {
     let bodies = world.bodies();
     has_pairs(world)
         && states.len() == bodies.len()
