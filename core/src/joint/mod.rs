@@ -183,6 +183,19 @@ impl Joint {
         &self.angular
     }
 
+    /// The axes of its turn as they act: a swing is never below zero, which is no stop but what an angle is, so that of a cone
+    /// the upper limit alone acts. A stop there would hold axes that are in one line.
+    #[must_use]
+    pub(crate) fn acting_axes(&self) -> [Axis; 3] {
+        let mut axes = self.angular;
+        if self.turning() == Turning::Ball
+            && let Axis::Free(Drive { limits: Some([low, _]), .. }) = &mut axes[0]
+        {
+            *low = f64::NEG_INFINITY;
+        }
+        axes
+    }
+
     /// Whether its bodies touch each other.
     #[must_use]
     pub fn collides(&self) -> bool {

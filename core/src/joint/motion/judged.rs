@@ -244,7 +244,7 @@ impl Seen {
         if joint.turning() != Turning::Free {
             let aside = aside(joint.turning(), &after.turn);
             let turned = joint.turned((at, angles), (after, end));
-            for (k, axis) in joint.angular.iter().enumerate() {
+            for (k, axis) in joint.acting_axes().iter().enumerate() {
                 let u = match axis {
                     Axis::Locked => length * 2.0 * aside[k] / h,
                     Axis::Free(_) => length * turned[k] / h,

@@ -107,7 +107,8 @@ impl Island {
             response[k] = response[2];
         }
         let scale = (length, self.mass);
-        let graph = |k: usize| joint.angular()[k].free_graph(&starts[k], h, scale);
+        let acting = joint.acting_axes();
+        let graph = |k: usize| acting[k].free_graph(&starts[k], h, scale);
         let axes = Axes::new(&mut self.setting.graphs, false, graph);
         self.turns.push(turn);
         let source = Source::of(joint.angular(), joint.moves());

@@ -240,9 +240,10 @@ pub(super) fn linearise(
         let tangent = JointTangent::new(joint, step.states, h, velocities);
         let Some(at) = joint.coordinates(step.states) else { continue };
         let starts = joint.starts_with_rates(step.states, (&at, angles), h);
+        let acting = joint.acting_axes();
         let own = [
             at_place.map(|coupling| (coupling, 1.0, joint.linear(), &starts[0])),
-            turn.map(|coupling| (coupling, *length, joint.angular(), &starts[1])),
+            turn.map(|coupling| (coupling, *length, &acting, &starts[1])),
         ];
         for (about, (coupling, length, axes, starts)) in
             own.into_iter().enumerate().filter_map(|(about, own)| own.map(|own| (about == 1, own)))

@@ -1,0 +1,105 @@
+//! Ball joints with a cone: within it they are balls, whichever way they turn and from wherever they begin.
+
+use nalgebra::{Matrix3, Vector3, Vector4};
+use tumble::contact::certificate::{Certifier, Claim};
+use tumble::joint::{Drive, Joint, JointFrame};
+use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble::simulation::{Motion, Simulation, StepRecord};
+use tumble::world::{Parameters, World};
+
+const H: f64 = 0.002;
+
+/// Two bodies side by side, B turned by `tilt` (rad) about y, free but for the joint of these frames.
+fn pair(joint: Joint) -> World {
+    let body = || {
+        let inertia = Matrix3::from_diagonal(&Vector3::new(2e-3, 3e-3, 4e-3));
+        RigidBody::new(1.0, inertia, &[Vector3::repeat(0.01)]).unwrap()
+    };
+    let (ground, gravity) = (None, Vector3::zeros());
+    let bodies = vec![body(), body()];
+    let rotation = Rotation::Momentum;
+    let parameters = Parameters { bodies, ground, gravity, friction: 0.5, time_step: H, rotation };
+    let world = World::new(parameters).unwrap().with_joints(vec![joint]).unwrap();
+    world.with_untouched(0).unwrap().with_untouched(1).unwrap()
+}
+
+fn states() -> Vec<State> {
+    let at = |x: f64| State {
+        position: Vector3::new(x, 0.0, 0.0),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+    };
+    vec![at(0.0), at(0.4)]
+}
+
+/// Frames between the bodies along `axis` whose z axes are at the angle `swing` (rad) from each other.
+fn frames(axis: Vector3<f64>, swing: f64) -> [JointFrame; 2] {
+    let a = JointFrame::along(Vector3::new(0.2, 0.0, 0.0), axis).unwrap();
+    let b = JointFrame::along(Vector3::new(-0.2, 0.0, 0.0), axis).unwrap();
+    let turn = Vector4::new((0.5 * swing).cos(), (0.5 * swing).sin(), 0.0, 0.0);
+    let attitude = tumble::mechanics::quaternion::left(&b.attitude) * turn;
+    [a, JointFrame { attitude, ..b }]
+}
+
+fn run(joint: Joint, torque: Vector3<f64>, steps: usize) -> (Vec<State>, f64) {
+    let world = pair(joint);
+    let motion = Motion::native(&world);
+    let mut simulation = Simulation::new(world, states(), motion).unwrap();
+    simulation.set_wrench(0, Wrench { force: Vector3::zeros(), torque }).unwrap();
+    let (mut record, mut residual) = (StepRecord::new(), 0.0_f64);
+    for _ in 0..steps {
+        simulation.step(&mut record).unwrap();
+        residual = residual.max(record.certificate.residual());
+    }
+    (simulation.states().to_vec(), residual)
+}
+
+/// A swing is never less than none: nothing keeps axes that are in one line there, and nothing is struck where they pass.
+#[test]
+fn within_its_cone_it_is_a_ball() {
+    for axis in [Vector3::x(), Vector3::y(), Vector3::z(), Vector3::new(0.3, -0.5, 0.8)] {
+        for torque in [Vector3::x(), Vector3::y(), Vector3::z(), Vector3::new(0.3, 0.5, 0.2)] {
+            for swing in [0.0, 1e-3, -0.02, 0.02] {
+                let torque = torque * 0.05;
+                let [a, b] = frames(axis, swing);
+                let ball = Joint::ball(0, Some(1), [a, b], 1.5, Drive::NONE);
+                let (free, _) = run(Joint::spherical(0, Some(1), [a, b]), torque, 60);
+                let (within, residual) = run(ball, torque, 60);
+                for (free, within) in free.iter().zip(&within) {
+                    let off = (free.to_vector() - within.to_vector()).amax();
+                    assert!(off < 1e-10, "{axis:?} {torque:?} {swing}: {off:.1e}");
+                }
+                assert!(residual < 1e-9);
+            }
+        }
+    }
+}
+
+/// Nor does the certificate take a torque that keeps them there.
+#[test]
+fn a_torque_that_keeps_axes_in_one_line_breaks_the_law() {
+    let world = pair(Joint::ball(0, Some(1), frames(Vector3::y(), 0.0), 1.5, Drive::NONE));
+    let motion = Motion::native(&world);
+    let mut simulation = Simulation::new(world.clone(), states(), motion).unwrap();
+    let mut record = StepRecord::new();
+    simulation.step(&mut record).unwrap();
+    let wrenches = [Wrench::zero(); 2];
+    let judged = |torque: f64| {
+        let mut joints = record.solution.joints.clone();
+        joints[0].torque[0] = torque;
+        let claim = Claim {
+            states: &record.states,
+            next: &record.solution.states,
+            wrenches: &wrenches,
+            contacts: &[],
+            joints: &joints,
+            gears: &[],
+        };
+        Certifier::new().contact_step(&world, &claim, [])
+    };
+    assert!(judged(0.0).residual() < 1e-12);
+    for torque in [0.01, -0.01] {
+        assert!(judged(torque).joint_law > 1e-3, "{torque}: {:?}", judged(torque));
+    }
+}
