@@ -111,7 +111,8 @@ fn what_the_search_knows_outlasts_a_change_of_bodies() {
         state.position.x += 3.0;
         run.add_body(body, state).unwrap();
     }
-    let changes: [(&str, fn(&mut Simulation<'_>)); 4] = [
+    type Change = fn(&mut Simulation<'_>);
+    let changes: [(&str, Change); 4] = [
         ("stack", add),
         ("stack", |run| drop(run.remove_body(4).unwrap())),
         ("stack", |run| run.hold_body(0, true).unwrap()),

@@ -69,6 +69,9 @@ pub(crate) struct ContactTangent {
     motion: Vector3<f64>,
     /// Where it bounces and the rebound is what counts.
     rebound: Option<Rebound>,
+    /// How far the rows of its gap and of its rebound are from each other, m/s, where it has both: the nearer to zero counts. Of one that
+    /// is struck the rebound may be that of a speed of nothing.
+    between: f64,
 }
 
 /// The way of a contact's point over a step: m, world.
@@ -155,7 +158,29 @@ impl ContactTangent {
         let share = contact.rebound / coming;
         let rebound = counts.then_some(Rebound { plain, share, coming, left });
         let way = Way::new(contact, (&a, &b), h);
-        Self { contact: *contact, time_step: h, placed: *placed, a, b, way, motion, rebound }
+        let between = match contact.struck || contact.bounces() {
+            true => {
+                let parting = contact.departing_velocity(world, states, next);
+                (contact.normal().dot(&(parting - plain)) - contact.rebound).abs()
+            }
+            false => f64::INFINITY,
+        };
+        Self {
+            contact: *contact,
+            time_step: h,
+            placed: *placed,
+            a,
+            b,
+            way,
+            motion,
+            rebound,
+            between,
+        }
+    }
+
+    /// How far it is from where the other one of its two rows counts, m/s; ∞ where it has one.
+    pub(crate) fn between_rows(&self) -> f64 {
+        self.between
     }
 
     /// u, m/s, world.

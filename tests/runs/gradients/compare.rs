@@ -249,7 +249,8 @@ pub fn compare(
         }
         if best > 1e-6 {
             let scatter = scatter(world, (states, &base.solution.states), &along, &found);
-            if best * scale_of_best < scatter {
+            // Of solutions that are off by so much the difference is off by (8 + 8 + 1 + 1)/12 of it, over its size.
+            if best * scale_of_best < 1.5 * scatter {
                 println!(
                     "scatter: {at}, {}: {best:.1e} of {:.1e}",
                     along.name,

@@ -140,8 +140,8 @@ fn drawn_mechanisms_under_drives_of_sums() {
                 let ends = (&states[..], &base.solution.states[..]);
                 let Some((expected, _)) = difference(&world, ends, &along, by) else { continue };
                 let (scale, off) = (size(&expected).max(1e-3), apart(&found, &expected));
-                // Solutions are exact to 1e-13 m/s here.
-                let rounding = 4e-13 / by;
+                // Where dry friction holds three axes, solutions scatter by 5e-12 m/s.
+                let rounding = 1e-11 / by;
                 assert!(off < 1e-6 * scale + rounding, "{at}: {off:.1e} of {scale}");
                 worst = worst.max(off / scale);
                 compared[which] += 1;

@@ -245,13 +245,16 @@ impl LinearIsland {
     }
 
     /// How far its rows are from the next pieces of their laws, m/s: the least, without those of its first couplings that
-    /// are `smooth`.
+    /// are `smooth`; and what bounces from where another of its rows counts.
     pub(super) fn margin(&self, smooth: usize) -> f64 {
         match self.free {
             Some(_) => f64::INFINITY,
             None => {
-                let margins = self.points[0].iterate.margins(&self.island);
-                margins.skip(smooth).fold(f64::INFINITY, f64::min)
+                let point = &self.points[0];
+                let pieces = point.iterate.margins(&self.island).skip(smooth);
+                let pressing = point.couplings.iter().filter(|coupling| coupling.presses());
+                let rows = pressing.map(|coupling| coupling.tangent.between_rows());
+                pieces.chain(rows).fold(f64::INFINITY, f64::min)
             }
         }
     }
