@@ -290,7 +290,8 @@ def batch_of(
     rollouts = max([*sizes.values(), *(len(value) for _, value in values)])
     for name, size in sizes.items():
         if size not in (1, rollouts):
-            raise TumbleError(f"{name} has {size} rollouts; 1 or {rollouts} are needed")
+            needed = "1 or more" if rollouts == 1 else f"1 or {rollouts}"
+            raise TumbleError(f"{name} has {size} rollouts; {needed} are needed")
     for name, value in values:
         if len(value) != rollouts:
             raise TumbleError(
