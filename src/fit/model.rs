@@ -324,24 +324,25 @@ impl Model {
         self.world.with_constants(&given)
     }
 
-    /// `starts`, one a body, as a simulation of `world`, one of this model, can begin: where joints do not fit brought together
+    /// A simulation of `world`, one of this model, from `starts`, one a body; where joints do not fit these are brought together first
     /// ([`World::assemble`]).
     ///
     /// # Errors
     /// What no simulation begins from.
-    pub fn fitting(world: &World, starts: &[State]) -> Result<Vec<State>, Error> {
-        let begun =
-            Simulation::new(world.clone(), starts.iter().copied(), Motion::native(world)).map(drop);
-        match begun {
+    pub fn begun(world: &World, starts: &[State]) -> Result<Simulation<'static>, Error> {
+        let from = |starts: &[State]| {
+            Simulation::new(world.clone(), starts.iter().copied(), Motion::native(world))
+        };
+        match from(starts) {
             Err(Error::JointApart { .. } | Error::JointBeyond { .. } | Error::GearApart { .. }) => {
-                Ok(world.assemble(starts)?.0)
+                from(&world.assemble(starts)?.0)
             }
-            begun => begun.map(|()| starts.to_vec()),
+            begun => begun,
         }
     }
 
-    /// A simulation with these values and `time_step` (s) from `starts`, at the time `begin` (s) to the nearest step. States
-    /// are those of [`Model::fitting`].
+    /// A simulation with these values and `time_step` (s) from `starts`, at the time `begin` (s) to the nearest step
+    /// ([`Model::begun`]).
     pub(super) fn simulation(
         &self,
         values: &ParameterValues,
@@ -350,14 +351,11 @@ impl Model {
     ) -> Result<Simulation<'static>, Error> {
         let mut world = self.world(values, time_step)?;
         if self.is_of_tosses() {
-            let motion = Motion::native(&world);
-            return Simulation::new(world, starts.iter().copied(), motion);
+            return Self::begun(&world, starts);
         }
         let index = (begin / time_step).round() as u64;
         world.follow(&self.courses, index as f64 * time_step);
-        let starts = Self::fitting(&world, starts)?;
-        let motion = Motion::native(&world);
-        let mut simulation = Simulation::new(world, starts, motion)?;
+        let mut simulation = Self::begun(&world, starts)?;
         simulation.set_index(index)?;
         for (body, load) in self.loads.iter().enumerate() {
             simulation.set_load(body, load.clone())?;

@@ -62,6 +62,17 @@ impl ParameterValues {
         self
     }
 
+    /// A constant that has a value as a whole, and others of its numbers, which then contradict each other.
+    #[must_use]
+    pub fn contradicted(&self) -> Option<Constant> {
+        let whole = self.0.iter().filter(|(parameter, _)| parameter.number.is_none());
+        let is_divided = |constant: Constant| {
+            let of = |known: &Parameter| known.constant == constant && known.number.is_some();
+            self.0.iter().any(|(known, _)| of(known))
+        };
+        whole.map(|(parameter, _)| parameter.constant).find(|constant| is_divided(*constant))
+    }
+
     /// All of them, in the order in which they were first given.
     #[must_use]
     pub fn all(&self) -> &[(Parameter, f64)] {

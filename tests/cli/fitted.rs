@@ -370,7 +370,12 @@ fn a_fit_of_several_bodies_refuses_by_name() {
     refused(&by("dampness"), "\"dampness\" is no parameter; there are friction, restitution");
     refused(&by("gear_ratio"), "gear_ratio: the scene has none that could vary");
     refused(&by("joint_stiffness:elbow"), "--bounds joint_stiffness:elbow=LOW:HIGH is needed");
-    refused(&by("mass,mass:upper"), "mass[0] is named twice");
+    refused(&by("mass,mass:upper"), "mass is given as a whole and by one of its numbers");
+    refused(
+        &["run", "--parameters", "mass:upper", "--set", "mass=1.1"],
+        "mass is given as a whole and by one of its numbers",
+    );
+    refused(&by("mass:upper,mass:upper"), "mass[0] is named twice");
     refused(&by("size"), "size: shapes stay");
     refused(&by("time_step"), "time_step: the time step is that of the recordings");
     refused(

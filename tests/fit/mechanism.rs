@@ -65,11 +65,12 @@ fn hung(angles: [f64; 2]) -> Vec<State> {
     angles.map(one).to_vec()
 }
 
-/// What `model` does with these values from `starts` at the time `begin` (s) on, with `noise` (m, and rad for 0.2 m).
+/// What `model` does with these values under a `load` of the second body from `starts` at the time `begin` (s) on, with `noise` (m, and rad for 0.2 m).
 fn recorded(
     model: &Model,
     values: &ParameterValues,
     (name, begin, starts): (&str, f64, &[State]),
+    load: Load,
     noise: f64,
 ) -> Toss {
     let step = 1.0 / (RATE * SUBSTEPS as f64);
@@ -77,10 +78,7 @@ fn recorded(
     let motion = Motion::native(&world);
     let mut simulation = Simulation::new(world, starts.to_vec(), motion).unwrap();
     simulation.set_index((begin / step).round() as u64).unwrap();
-    // What is pulled is recorded later.
-    if begin > 0.0 {
-        simulation.set_load(1, pushed()).unwrap();
-    }
+    simulation.set_load(1, load).unwrap();
     let (mut record, mut frames) = (StepRecord::new(), starts.to_vec());
     while frames.len() < FRAMES * starts.len() {
         for _ in 0..SUBSTEPS {
@@ -112,7 +110,9 @@ const STARTS: [(&str, f64, [f64; 2]); 3] =
 
 fn swings(values: &ParameterValues, noise: f64) -> Vec<Toss> {
     let model = pendulum();
-    let one = |(name, begin, angles)| recorded(&model, values, (name, begin, &hung(angles)), noise);
+    let one = |(name, begin, angles)| {
+        recorded(&model, values, (name, begin, &hung(angles)), pushed(), noise)
+    };
     STARTS.map(one).to_vec()
 }
 
@@ -239,8 +239,9 @@ fn what_the_recordings_do_not_show_is_said() {
     let free = [0, 1].map(|k| number(Constant::JointDamping, k));
     let undamped = free.iter().fold(ParameterValues::default(), |v, p| v.with(*p, 0.0));
     let alone = Model::of_bodies(world, vec![Load::none(), Load::none()], vec![]).unwrap();
-    let tosses = STARTS
-        .map(|(name, _, angles)| recorded(&alone, &undamped, (name, 0.0, &hung(angles)), 0.0));
+    let tosses = STARTS.map(|(name, _, angles)| {
+        recorded(&alone, &undamped, (name, 0.0, &hung(angles)), Load::none(), 0.0)
+    });
     let world = alone.world(&undamped, 0.001).unwrap();
     let alone = Model::of_bodies(world, vec![Load::none(), Load::none()], vec![]).unwrap();
     let found = found(&alone, &tosses, &parameters.map(|p| (p, [0.0, 2.0])));
@@ -271,7 +272,7 @@ fn a_sliding_stack_gives_both_frictions_back() {
     let hidden = wanted.iter().fold(ParameterValues::default(), |v, (p, value)| v.with(*p, *value));
     let one = |speed: f64| {
         let starts = [at(0.05, speed), at(0.15, speed + 0.3)];
-        recorded(&model, &hidden, (&format!("{speed}"), 0.0, &starts), 0.0)
+        recorded(&model, &hidden, (&format!("{speed}"), 0.0, &starts), Load::none(), 0.0)
     };
     let tosses = [1.0, 1.3].map(one);
     let bounds = wanted.map(|(parameter, _)| (parameter, model.usual_bounds(parameter).unwrap()));

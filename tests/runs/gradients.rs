@@ -15,7 +15,7 @@ mod rest;
 mod sums;
 mod turns;
 
-use compare::{Direction, Tally, apart, compare, difference, directions, size};
+use compare::{Direction, Tally, apart, compare, difference, directions, size, transposed};
 use nalgebra::{Vector3, Vector4};
 use rand_mt::Mt;
 use std::path::Path;
@@ -25,7 +25,7 @@ use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
-use tumble::solver::native::{Smoothing, StepChange, StepDerivative, StepGradient};
+use tumble::solver::native::{Smoothing, StepChange, StepDerivative};
 use tumble::step::StepStatus;
 use tumble::world::{Constant, Parameters, World};
 
@@ -171,44 +171,15 @@ fn transposes(derivative: &StepDerivative) {
         let scene = scenario(&format!("{name}.toml"));
         let mut run = scene.simulation(&Default::default()).unwrap();
         let mut record = StepRecord::new();
-        let (mut derivative, mut gradient) = (derivative.clone(), StepGradient::default());
+        let mut derivative = derivative.clone();
         for k in 0..scene.rows.min(300) - 1 {
             run.step(&mut record).unwrap();
             if k % 60 != 30 {
                 continue;
             }
             run.linearise(&record, &mut derivative).unwrap();
-            let w: Vec<StateChange> = record
-                .states
-                .iter()
-                .map(|_| StateChange::from_array(&std::array::from_fn(|_| draw())))
-                .collect();
-            derivative.pull(&w, &Constant::ALL, &mut gradient).unwrap();
-            for along in directions(&scene.world, &mut draw) {
-                let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
-                let (states, wrenches) = (&along.states, &along.wrenches);
-                let mut end = Vec::new();
-                derivative
-                    .push(&StepChange { states, wrenches, constants: &constants }, &mut end)
-                    .unwrap();
-                let there: f64 = w.iter().zip(&end).map(|(w, end)| w.dot(end)).sum();
-                let by_states = gradient.states.iter().zip(states).map(|(g, s)| g.dot(s));
-                let by_wrenches = gradient.wrenches.iter().zip(wrenches);
-                let by_wrenches =
-                    by_wrenches.map(|(g, w)| g.force.dot(&w.force) + g.torque.dot(&w.torque));
-                let by_constants = constants.iter().map(|(constant, numbers)| {
-                    let place = Constant::ALL.iter().position(|c| c == constant).unwrap();
-                    gradient.constants[place].iter().zip(*numbers).map(|(g, n)| g * n).sum::<f64>()
-                });
-                let here = by_states.chain(by_wrenches).chain(by_constants).sum::<f64>();
-                // Of sums of numbers up to the size of the products.
-                let scale = size(&w) * (size(&end) + 1e-3);
-                assert!(
-                    (there - here).abs() <= 1e-7 * scale,
-                    "{name} {k} {}: {there} {here}",
-                    along.name
-                );
-            }
+            let all = directions(&scene.world, &mut draw);
+            transposed(&mut derivative, &all, &mut draw, &format!("{name} {k}"), 1e-7);
         }
     }
 }

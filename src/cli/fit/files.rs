@@ -227,8 +227,8 @@ fn several(task: &Task, results: &Results) -> Result<String, Failure> {
     let begin = start_index as f64 * dt;
     let mut there = world;
     there.follow(&scene.courses, begin);
-    let starts = tumble::fit::Model::fitting(&there, &task.protocol.starts(toss))?;
-    model.start_at(&starts, begin)?;
+    let begun = tumble::fit::Model::begun(&there, &task.protocol.starts(toss))?;
+    model.start_at(begun.states(), begin)?;
     let rows = ((toss.count() - 1) * substeps) as u64 + 1;
     let fitted = Scene { name: "fitted".to_owned(), rows, start_index, ..scene.clone() };
     let text = written::text(&fitted.with_model(model)?)?;

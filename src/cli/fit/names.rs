@@ -27,6 +27,11 @@ pub fn parameter(text: &str, scene: &Scene, model: &Model) -> Result<Parameter, 
     // What cannot be looked for at all is said first.
     model.parameter(constant, None)?;
     let labels = labels(constant, scene);
+    if labels.iter().filter(|label| *label == of).count() > 1 {
+        return Err(format!(
+            "{name}: {of:?} is of several of its numbers, which no name tells apart"
+        ));
+    }
     match labels.iter().position(|label| label == of) {
         Some(number) => model.parameter(constant, Some(number)),
         None if labels.iter().all(String::is_empty) => {

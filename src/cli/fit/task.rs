@@ -52,6 +52,13 @@ impl Task {
         for (text, value) in &args.set {
             start = start.with(named("set", text)?, *value);
         }
+        if let Some(constant) = start.contradicted() {
+            let name = constant.name();
+            let why = format!(
+                "{name} is given as a whole and by one of its numbers; one of the two is needed"
+            );
+            return Err(Failure::Input(why));
+        }
         let mut sought = Vec::new();
         for parameter in wanted {
             let given = bounds.iter().rfind(|(bounded, _)| *bounded == parameter);

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use tumble::derivative::StateChange;
 use tumble::mechanics::{RigidBody, State, Wrench};
 use tumble::simulation::StepRecord;
-use tumble::solver::native::{StepChange, StepDerivative};
+use tumble::solver::native::{StepChange, StepDerivative, StepGradient};
 use tumble::world::{Constant, World};
 
 /// An argument of a step, and a direction in it.
@@ -162,6 +162,37 @@ pub fn size(changes: &[StateChange]) -> f64 {
 pub fn apart(a: &[StateChange], b: &[StateChange]) -> f64 {
     let difference: Vec<_> = a.iter().zip(b).map(|(a, b)| a.plus(-1.0, b)).collect();
     size(&difference)
+}
+
+/// ⟨w, J v⟩ = ⟨Jᵀ w, v⟩ along all of these, to the part `exact` of sums of numbers up to the size of the products.
+pub fn transposed(
+    derivative: &mut StepDerivative,
+    all: &[Direction],
+    draw: &mut impl FnMut() -> f64,
+    at: &str,
+    exact: f64,
+) {
+    let one = |_: &StateChange| StateChange::from_array(&std::array::from_fn(|_| draw()));
+    let w: Vec<StateChange> = all[0].states.iter().map(one).collect();
+    let mut gradient = StepGradient::default();
+    derivative.pull(&w, &Constant::ALL, &mut gradient).unwrap();
+    for along in all {
+        let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
+        let (states, wrenches) = (&along.states[..], &along.wrenches[..]);
+        let mut end = Vec::new();
+        derivative.push(&StepChange { states, wrenches, constants: &constants }, &mut end).unwrap();
+        let there: f64 = w.iter().zip(&end).map(|(w, end)| w.dot(end)).sum();
+        let by_states = gradient.states.iter().zip(states).map(|(g, s)| g.dot(s));
+        let by_wrenches = gradient.wrenches.iter().zip(wrenches);
+        let by_wrenches = by_wrenches.map(|(g, w)| g.force.dot(&w.force) + g.torque.dot(&w.torque));
+        let by_constants = constants.iter().map(|(constant, numbers)| {
+            let place = Constant::ALL.iter().position(|c| c == constant).unwrap();
+            gradient.constants[place].iter().zip(*numbers).map(|(g, n)| g * n).sum::<f64>()
+        });
+        let here = by_states.chain(by_wrenches).chain(by_constants).sum::<f64>();
+        let scale = size(&w) * (size(&end) + 1e-3);
+        assert!((there - here).abs() <= exact * scale, "{at}, {}: {there} {here}", along.name);
+    }
 }
 
 /// What a step's derivative is compared by.

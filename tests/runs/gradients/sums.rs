@@ -3,7 +3,7 @@
 
 use super::draw::Draw;
 use super::laws::{self, mechanism};
-use super::{Direction, apart, difference, size, step};
+use super::{Direction, apart, difference, size, step, transposed};
 use nalgebra::Vector3;
 use rand_mt::Mt;
 use tumble::derivative::StateChange;
@@ -77,34 +77,6 @@ fn directions(world: &World, states: &[State], draw: &mut Draw) -> Vec<Direction
     all
 }
 
-/// ⟨w, J v⟩ = ⟨Jᵀ w, v⟩ along all of these.
-pub fn transposed(derivative: &mut StepDerivative, all: &[Direction], draw: &mut Draw) {
-    let bodies = all[0].states.len();
-    let one = |_| StateChange::from_array(&std::array::from_fn(|_| draw.unit()));
-    let dual: Vec<StateChange> = (0..bodies).map(one).collect();
-    let mut gradient = StepGradient::default();
-    derivative.pull(&dual, &Constant::ALL, &mut gradient).unwrap();
-    for along in all {
-        let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
-        let (states, wrenches) = (&along.states[..], &along.wrenches[..]);
-        let mut found = Vec::new();
-        derivative
-            .push(&StepChange { states, wrenches, constants: &constants }, &mut found)
-            .unwrap();
-        let forward: f64 = dual.iter().zip(&found).map(|(w, end)| w.dot(end)).sum();
-        let by_states = gradient.states.iter().zip(states).map(|(g, s)| g.dot(s));
-        let by_wrenches = gradient.wrenches.iter().zip(wrenches);
-        let by_wrenches = by_wrenches.map(|(g, w)| g.force.dot(&w.force) + g.torque.dot(&w.torque));
-        let by_constants = constants.iter().map(|(constant, numbers)| {
-            let place = Constant::ALL.iter().position(|c| c == constant).unwrap();
-            gradient.constants[place].iter().zip(*numbers).map(|(g, n)| g * n).sum::<f64>()
-        });
-        let back: f64 = by_states.chain(by_wrenches).chain(by_constants).sum();
-        let off = (forward - back).abs();
-        assert!(off < 1e-9 * size(&found).max(1.0), "{}: {forward} and {back}", along.name);
-    }
-}
-
 /// By everything that such a drive answers to.
 #[test]
 fn drawn_mechanisms_under_drives_of_sums() {
@@ -124,7 +96,13 @@ fn drawn_mechanisms_under_drives_of_sums() {
         simulation.linearise(&base, &mut derivative).unwrap();
         let h = world.time_step();
         let all = directions(&world, &states, &mut draw);
-        transposed(&mut derivative, &all, &mut draw);
+        transposed(
+            &mut derivative,
+            &all,
+            &mut || draw.unit(),
+            &format!("{number}, {regime}"),
+            1e-9,
+        );
         for along in all {
             let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
             let (changes, wrenches) = (&along.states, &along.wrenches);

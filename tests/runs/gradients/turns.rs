@@ -4,8 +4,7 @@
 use super::draw::Draw;
 use super::laws;
 use super::own::seen_from;
-use super::sums::transposed;
-use super::{Direction, Tally, apart, compare, difference, directions, size, step};
+use super::{Direction, Tally, apart, compare, difference, directions, size, step, transposed};
 use nalgebra::Vector3;
 use rand_mt::Mt;
 use tumble::derivative::StateChange;
@@ -85,7 +84,8 @@ fn free_joints_under_drives() {
         let (simulation, base) = step(&world, &states, &[]).unwrap();
         let mut derivative = StepDerivative::new();
         simulation.linearise(&base, &mut derivative).unwrap();
-        transposed(&mut derivative, &directions(&world, &mut unit), &mut draw);
+        let all = directions(&world, &mut unit);
+        transposed(&mut derivative, &all, &mut unit, &format!("{number}, drives {which}"), 1e-9);
     }
     println!(
         "{} compared, {} left out, {} kinks, {} scattered, worst {:.1e}",

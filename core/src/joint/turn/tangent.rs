@@ -202,10 +202,11 @@ impl Turn {
         let pushed = pushed.fold(nothing, Jet::plus);
         let rolled = |of: &Vector4<f64>| Vector4::new(-of[3], -of[2], of[1], of[0]);
         let twists = matches!(self.turning, Turning::Hinge | Turning::Ball);
-        let is_driven = self.turning == Turning::Driven;
         // Of δQ its conjugate times Q ⊗ E; and twice its part along A's axes, of Q* ⊗ δQ, as a change of φ.
-        let counted_from = right(&product(q, &e)) * conjugation();
-        let by_turn = turn_slope(&vector_of(q)) * back.fixed_rows::<3>(1) * 2.0;
+        let driven = (self.turning == Turning::Driven).then(|| {
+            let counted_from = right(&product(q, &e)) * conjugation();
+            (counted_from, turn_slope(&vector_of(q)) * back.fixed_rows::<3>(1) * 2.0)
+        });
         let about = q[0] * q[0] + q[3] * q[3];
         let of_side = |turned: &Matrix4x3<f64>| {
             let mut twisted = RowVector3::zeros();
@@ -215,7 +216,7 @@ impl Turn {
             let mut end = moved * turned - rolled(&e) * twisted;
             let mut start = back * turned - rolled(&self.rest) * twisted;
             let (mut motion, mut angles) = (Matrix3::zeros(), Matrix3::zeros());
-            if is_driven {
+            if let Some((counted_from, by_turn)) = &driven {
                 end += counted_from * turned;
                 start = Matrix4x3::zeros();
                 angles = by_turn * turned;
