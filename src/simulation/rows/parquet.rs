@@ -1,5 +1,5 @@
-//! Rows as Parquet: columns of whole numbers (INT64), of numbers (DOUBLE) and of texts, none of which is ever
-//! empty of a value, in row groups of some megabytes, uncompressed.
+//! Rows as Parquet: columns of whole numbers (INT64), of numbers (DOUBLE) and of texts, in row groups of some
+//! megabytes, uncompressed. A text that is empty is no value, as readers of CSV have it.
 
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::column::writer::ColumnWriter;
@@ -23,7 +23,8 @@ const TEXTS: [&str; 4] = ["status", "start", "partner", "key"];
 enum Column {
     Whole(Vec<i64>),
     Numbers(Vec<f64>),
-    Texts(Vec<ByteArray>),
+    /// Those that are not empty, and of every cell 1 where it is not.
+    Texts(Vec<ByteArray>, Vec<i16>),
 }
 
 impl Column {
@@ -32,19 +33,21 @@ impl Column {
         let name = name.trim_end_matches(|c: char| c.is_ascii_digit());
         match name {
             _ if WHOLE.contains(&name) => Self::Whole(Vec::new()),
-            _ if TEXTS.contains(&name) => Self::Texts(Vec::new()),
+            _ if TEXTS.contains(&name) => Self::Texts(Vec::new(), Vec::new()),
             _ => Self::Numbers(Vec::new()),
         }
     }
 
     fn field(&self, name: &str) -> Result<Type, ParquetError> {
-        let (kind, meaning) = match self {
-            Self::Whole(_) => (Physical::INT64, None),
-            Self::Numbers(_) => (Physical::DOUBLE, None),
-            Self::Texts(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
+        let (kind, meaning, repetition) = match self {
+            Self::Whole(_) => (Physical::INT64, None, Repetition::REQUIRED),
+            Self::Numbers(_) => (Physical::DOUBLE, None, Repetition::REQUIRED),
+            Self::Texts(..) => {
+                (Physical::BYTE_ARRAY, Some(LogicalType::String), Repetition::OPTIONAL)
+            }
         };
         let field = Type::primitive_type_builder(name, kind).with_logical_type(meaning);
-        field.with_repetition(Repetition::REQUIRED).build()
+        field.with_repetition(repetition).build()
     }
 }
 
@@ -97,8 +100,11 @@ impl<W: Write + Send> ParquetRows<W> {
     }
 
     pub fn text(&mut self, value: &[u8]) {
-        if let Some(Column::Texts(values)) = self.next() {
-            values.push(ByteArray::from(value.to_vec()));
+        if let Some(Column::Texts(values, levels)) = self.next() {
+            levels.push(i16::from(!value.is_empty()));
+            if !value.is_empty() {
+                values.push(ByteArray::from(value.to_vec()));
+            }
         }
     }
 
@@ -123,9 +129,13 @@ impl<W: Write + Send> ParquetRows<W> {
                         writer.write_batch(values, None, None)?;
                         values.clear();
                     }
-                    (ColumnWriter::ByteArrayColumnWriter(writer), Column::Texts(values)) => {
-                        writer.write_batch(values, None, None)?;
+                    (
+                        ColumnWriter::ByteArrayColumnWriter(writer),
+                        Column::Texts(values, levels),
+                    ) => {
+                        writer.write_batch(values, Some(levels), None)?;
                         values.clear();
+                        levels.clear();
                     }
                     _ => return Err(ParquetError::General("a column of another kind".to_owned())),
                 }
@@ -173,7 +183,7 @@ mod tests {
         for k in 0..count {
             rows.whole(k as u64);
             rows.number(value(k));
-            rows.text(if k % 2 == 0 { b"free" } else { "schön, \"ja\"".as_bytes() });
+            rows.text(if k % 3 == 0 { b"" } else { "schön, \"ja\"".as_bytes() });
             rows.whole(1);
             rows.end_row().unwrap();
         }
@@ -184,8 +194,8 @@ mod tests {
             let row = row.unwrap();
             assert_eq!(row.get_long(0).unwrap(), k as i64);
             assert_eq!(row.get_double(1).unwrap().to_bits(), value(k).to_bits());
-            let status = if k % 2 == 0 { "free" } else { "schön, \"ja\"" };
-            assert_eq!(row.get_string(2).unwrap(), status);
+            assert_eq!(row.get_string(2).is_ok(), k % 3 != 0);
+            row.get_string(2).into_iter().for_each(|text| assert_eq!(text, "schön, \"ja\""));
             assert_eq!(row.get_long(3).unwrap(), 1);
             found += 1;
         }
