@@ -50,6 +50,7 @@ class Scene:
     file: Path | None = None
     seed: int | None = None
     moves: bool = True  # whether anything should move
+    untimed: int = 0  # steps before those that are timed
 
     @property
     def box(self) -> Box:
@@ -184,6 +185,8 @@ def stacks(count: int, steps: int) -> Scene:
         boxes=tuple(boxes),
         friction=0.5,
         moves=False,
+        # First steps have scenes of their own.
+        untimed=20,
     )
 
 

@@ -21,6 +21,9 @@ const CERTIFIED: f64 = 1e-9;
 struct Request {
     #[serde(flatten)]
     scene: Scene,
+    /// Steps before those that are timed, counted and kept.
+    #[serde(default)]
+    untimed: usize,
     /// Whether to keep the states; a timed run does not.
     record: bool,
     /// Whether to time each step although they are not kept.
@@ -64,6 +67,9 @@ fn main() -> Result<(), Failure> {
     let mut simulation = request.scene.begin(&world, solver)?;
     let mut record = StepRecord::new();
     let mut outcome = Outcome::default();
+    for _ in 0..request.untimed {
+        simulation.step(&mut record)?;
+    }
     if request.record {
         outcome.states.push(rows(simulation.states()));
     }

@@ -43,8 +43,10 @@ class Drake(Engine):
 
     def time(self, scene: Scene) -> float:
         simulator = self.begin(scene)[0]
+        before = scene.untimed * scene.step_seconds
+        simulator.AdvanceTo(before)
         clock = time.process_time()
-        simulator.AdvanceTo(scene.seconds)
+        simulator.AdvanceTo(before + scene.seconds)
         return time.process_time() - clock
 
     def record(self, scene: Scene) -> Motion:

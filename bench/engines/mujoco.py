@@ -37,8 +37,13 @@ class Mujoco(Engine):
 
     def time(self, scene: Scene) -> float:
         model, data, state = self.begin(scene)
+        warm = None
+        if scene.untimed:
+            mujoco.mj_step(model, data, nstep=scene.untimed)
+            mujoco.mj_getState(model, data, state, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+            warm = data.qacc_warmstart.copy()
         clock = time.process_time()
-        rollout.rollout(model, data, state, nstep=scene.steps)
+        rollout.rollout(model, data, state, nstep=scene.steps, initial_warmstart=warm)
         return time.process_time() - clock
 
     def record(self, scene: Scene) -> Motion:

@@ -35,7 +35,8 @@ class Rapier(Engine):
 
     def simulate(self, scene: Scene, record: bool) -> dict:
         """Runs the program on the scene."""
-        return ask(BINARY, scene.request() | {"parameters": self.parameters, "record": record})
+        asked = {"parameters": self.parameters, "untimed": scene.untimed, "record": record}
+        return ask(BINARY, scene.request() | asked)
 
 
 def engines() -> list[Engine]:

@@ -87,7 +87,8 @@ class Several(Engine):
 
     def simulate(self, scene: Scene, record: bool) -> dict:
         """Runs the program on the scene."""
-        return ask(LIBRARY, scene.request() | {"record": record})
+        asked = {"untimed": scene.untimed, "record": record}
+        return ask(LIBRARY, scene.request() | asked)
 
 
 def column_block(rows: list[dict[str, str]], names: list[str]) -> np.ndarray:

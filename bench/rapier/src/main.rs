@@ -11,6 +11,8 @@ type Failure = Box<dyn std::error::Error>;
 /// What to simulate.
 #[derive(Deserialize)]
 struct Scene {
+    /// Steps before those that are timed.
+    untimed: usize,
     steps: usize,
     step_seconds: f64,
     friction: f64,
@@ -81,6 +83,9 @@ fn main() -> Result<(), Failure> {
             }
         }
     } else {
+        for _ in 0..scene.untimed {
+            setup.world.step();
+        }
         let start = clock();
         for _ in 0..scene.steps {
             setup.world.step();
