@@ -149,6 +149,44 @@ function roundSurface({ vertices, radius }) {
   return surface;
 }
 
+// The ball and the box that all others are stretched from, 2 m across.
+const UNIT_BALL = { vertices: [[0, 0, 0]], faces: [], radius: 1, is_mesh: false };
+const UNIT_BOX = {
+  vertices: [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [1, 2, 4].map((bit) => (i & bit ? 1 : -1))),
+  faces: [
+    { vertices: [1, 3, 7, 5], normal: [1, 0, 0] },
+    { vertices: [0, 4, 6, 2], normal: [-1, 0, 0] },
+    { vertices: [2, 6, 7, 3], normal: [0, 1, 0] },
+    { vertices: [0, 1, 5, 4], normal: [0, -1, 0] },
+    { vertices: [4, 5, 7, 6], normal: [0, 0, 1] },
+    { vertices: [0, 2, 3, 1], normal: [0, 0, -1] },
+  ],
+  radius: 0,
+  is_mesh: false,
+};
+// How far a stretched corner may be from one of the box.
+const SAME_CORNER = 1e-6;
+
+// A piece as a `shape` that is stretched along each axis and then moved to its `middle`: a ball or a box along the body's axes as
+// the one that all are stretched from, any other as it is.
+function stretched(piece) {
+  const { vertices, faces, radius, is_mesh: isMesh } = piece;
+  const asItIs = { shape: piece, middle: [0, 0, 0], stretch: [1, 1, 1] };
+  if (isMesh) return asItIs;
+  if (vertices.length === 1 && faces.length === 0) {
+    return { shape: UNIT_BALL, middle: vertices[0], stretch: [radius, radius, radius] };
+  }
+  if (vertices.length !== 8 || faces.length !== 6 || radius > 0) return asItIs;
+  const ends = [0, 1, 2].map((axis) => {
+    const along = vertices.map((vertex) => vertex[axis]);
+    return [Math.min(...along), Math.max(...along)];
+  });
+  const middle = ends.map(([low, high]) => 0.5 * (low + high));
+  const stretch = ends.map(([low, high]) => 0.5 * (high - low));
+  const isCorner = (x, axis) => Math.abs(Math.abs((x - middle[axis]) / stretch[axis]) - 1) < SAME_CORNER;
+  return vertices.every((vertex) => vertex.every(isCorner)) ? { shape: UNIT_BOX, middle, stretch } : asItIs;
+}
+
 // The surface of a piece.
 function pieceGeometry(piece) {
   const surface = piece.faces.length > 0 ? hullSurface(piece) : roundSurface(piece);

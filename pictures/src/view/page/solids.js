@@ -1,5 +1,5 @@
 // Bodies and what stands still, as three.js draws them: of each distinct shape one mesh with an
-// instance for each piece.
+// instance for each piece; boxes are one shape, and balls.
 
 // How wide the lines on a surface are, pixels; of a chosen body.
 const LINE_WIDTHS = [1.1, 2.4];
@@ -55,18 +55,20 @@ class Solids {
     const shapes = new Map();
     things.forEach(({ pieces }, thing) => {
       for (const piece of pieces) {
-        const name = JSON.stringify(piece);
-        if (!shapes.has(name)) shapes.set(name, { piece, owners: [] });
+        const { shape, middle, stretch } = stretched(piece);
+        const name = JSON.stringify(shape);
+        if (!shapes.has(name)) shapes.set(name, { shape, owners: [], forms: [] });
         shapes.get(name).owners.push(thing);
+        shapes.get(name).forms.push({ middle, stretch });
       }
     });
-    this.meshes = [...shapes.values()].map(({ piece, owners }) => {
-      const geometry = pieceGeometry(piece);
+    this.meshes = [...shapes.values()].map(({ shape, owners, forms }) => {
+      const geometry = pieceGeometry(shape);
       const chosen = new THREE.InstancedBufferAttribute(new Float32Array(owners.length), 1);
       geometry.setAttribute("chosen", chosen);
       const mesh = new THREE.InstancedMesh(geometry, this.material, owners.length);
       Object.assign(mesh, { castShadow: true, receiveShadow: true, frustumCulled: false });
-      mesh.userData = { owners, chosen };
+      mesh.userData = { owners, forms, chosen };
       return mesh;
     });
   }
@@ -91,7 +93,8 @@ class Solids {
   place(poses) {
     for (const mesh of this.meshes) {
       const { array } = mesh.instanceMatrix;
-      mesh.userData.owners.forEach((thing, i) => matrixOf(poses[thing], array, 16 * i));
+      const { owners, forms } = mesh.userData;
+      owners.forEach((thing, i) => matrixOf(poses[thing], forms[i], array, 16 * i));
       mesh.instanceMatrix.needsUpdate = true;
     }
   }
@@ -111,8 +114,8 @@ class Solids {
   }
 }
 
-// The matrix of a pose, by columns; of none all 0, which draws nothing.
-function matrixOf(pose, into, at) {
+// The matrix of a pose and of what is stretched and moved before it, by columns; of no pose all 0, which draws nothing.
+function matrixOf(pose, { middle, stretch }, into, at) {
   if (pose === null) {
     into.fill(0, at, at + 16);
     return;
@@ -127,6 +130,12 @@ function matrixOf(pose, into, at) {
   into[at + 8] = 2 * (x * z + w * y);
   into[at + 9] = 2 * (y * z - w * x);
   into[at + 10] = 1 - 2 * (x * x + y * y);
-  into.set(pose.place, at + 12);
+  for (let row = 0; row < 3; row += 1) {
+    const turned = [0, 4, 8].map((column) => into[at + column + row]);
+    into[at + 12 + row] = pose.place[row] + dot(turned, middle);
+    [0, 4, 8].forEach((column, axis) => {
+      into[at + column + row] *= stretch[axis];
+    });
+  }
   into[at + 15] = 1;
 }
