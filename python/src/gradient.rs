@@ -68,6 +68,12 @@ pub fn jacobian<'py>(
 ) -> PyResult<Found<'py>> {
     let (content, constants) = (&scene.content, constants_of(&by)?);
     let (world, bodies) = (&content.world, content.world.bodies().len());
+    for constant in &constants {
+        // What cannot be set cannot vary.
+        world
+            .with_constants(&[(*constant, &constant.of(world))])
+            .map_err(|error| of_step(&error))?;
+    }
     let mut simulation =
         begin(content, to_states("states", &states)?).map_err(|error| of_step(&error))?;
     if let Some(pushes) = &pushes {

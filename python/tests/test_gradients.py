@@ -113,6 +113,10 @@ def test_what_is_refused():
         scene.jacobian(by="friction")
     with pytest.raises(tumble.TumbleError, match="cotangents has shape"):
         scene.vjp(np.zeros(3))
+    ball = tumble.Scene([{"name": "ball", "sphere": 0.1, "mass": 1.0, "position": [0, 0, 0.1]}], {"friction": 0.5})
+    for size in ("size", "radius"):
+        with pytest.raises(tumble.TumbleError, match="size and radius: a body that keeps its shape"):
+            ball.jacobian(by=[size])
     with pytest.raises(tumble.TumbleError, match="controls are of 3 steps; 4 are needed"):
         scene.vjp(np.zeros((1, 12)), controls=np.zeros((3, 1, 6)), steps=4)
     with pytest.raises(tumble.TumbleError, match="Runge-Kutta"):

@@ -52,6 +52,19 @@ def test_a_plan_runs_again_to_the_bit():
     np.testing.assert_array_equal(on.run.states, plan.run.states)
 
 
+def test_wrenches_are_those_of_the_controls_alone():
+    scene = tumble.Scene(
+        [{"name": "a", "box": 0.2, "mass": 1.0, "position": [0, 0, 0.1], "load": {"force": [2, 0, 0]}}],
+        {"friction": 0.4},
+        time_step=0.01,
+    )
+    force = {"kind": "force", "x": [-10, 10], "y": [-10, 10], "knots": 6}
+    plan = tumble.plan(scene, 60, [force], {"position": [0.1, -0.2]}, runs=60, legs=["sample"])
+    np.testing.assert_allclose(plan.wrenches[:, 0, 0], plan.columns["force.x"], atol=1e-14)
+    again = scene.simulate().run(60, plan.wrenches)
+    np.testing.assert_allclose(again.states, plan.run.states, atol=1e-12)
+
+
 def test_a_plan_begins_where_the_bodies_are():
     scene = box()
     simulation = box(velocity=[1, 0, 0]).simulate()

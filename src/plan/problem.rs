@@ -340,6 +340,26 @@ impl Problem {
         }
     }
 
+    /// Of these wrenches of `step` what the controls put on the bodies: without the loads of the scene.
+    pub(super) fn without_loads(
+        &self,
+        step: usize,
+        states: &[State],
+        wrenches: &[Wrench],
+    ) -> Vec<Wrench> {
+        let (h, index) = (self.scene.world.time_step(), self.scene.start_index + step as u64);
+        let bodies = wrenches.iter().zip(&self.pushed).zip(&self.scene.loads).zip(states);
+        let each = bodies.map(|(((wrench, pushed), load), state)| match pushed {
+            false => Wrench::zero(),
+            true if load.is_none() => *wrench,
+            true => {
+                let own = load.wrench(index, h, &state.attitude);
+                Wrench { force: wrench.force - own.force, torque: wrench.torque - own.torque }
+            }
+        });
+        each.collect()
+    }
+
     /// These wrenches of `step` as the simulator applies them: to rounding, as loads that hold them have them for their
     /// means.
     fn held(&self, step: usize, wrenches: &mut [Wrench]) {

@@ -18,7 +18,7 @@ pub struct Replay {
     pub records: Vec<StepRecord>,
     /// The states, one list a step and one at the end.
     pub states: Vec<Vec<State>>,
-    /// What acted on each body in each step, gravity and contacts apart.
+    /// What the controls put on each body in each step.
     pub wrenches: Vec<Vec<Wrench>>,
     /// The modes of contacts and of the drives of joints.
     pub modes: Modes,
@@ -121,9 +121,9 @@ impl Problem {
         let controls = replay.controls.clone();
         self.simulate(&controls, interrupt, &mut |simulation, wrenches, record| {
             replay.states.push(record.states.clone());
-            replay.wrenches.push(wrenches.to_vec());
-            let modes = modes_of(simulation.world(), record);
             let step = replay.records.len();
+            replay.wrenches.push(self.without_loads(step, &record.states, wrenches));
+            let modes = modes_of(simulation.world(), record);
             for of in &modes {
                 if replay.margin.is_none_or(|(least, _)| of.margin < least) {
                     replay.margin = Some((of.margin, step));

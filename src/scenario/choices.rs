@@ -1,6 +1,7 @@
 //! What flags and fields of scenario files may name: the values that are no plain numbers.
 
 use crate::contact::detection::Detection;
+use crate::mechanics::quaternion::unit;
 use crate::simulation::random::random_attitude;
 use crate::simulation::scene::TutorialScene;
 #[cfg(feature = "ipopt")]
@@ -60,7 +61,7 @@ impl Attitude {
     pub fn given(quaternion: Vector4<f64>) -> Result<Self, String> {
         // In this order NaN is refused as well.
         if quaternion.norm() >= 1e-6 && quaternion.amax() <= 1e6 {
-            Ok(Self::Given(quaternion.normalize()))
+            Ok(Self::Given(unit(quaternion)))
         } else {
             Err("a quaternion W,X,Y,Z of a length from 1e-6 to 1e6 is needed".to_owned())
         }

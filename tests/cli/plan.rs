@@ -68,6 +68,62 @@ fn a_plan_runs_again_to_the_byte() {
     assert_eq!(end.code, Some(0), "{end:?}");
 }
 
+const ARM: &str = "
+time_step = 0.005
+[ground]
+none = true
+friction = 0.5
+[[bodies]]
+name = \"arm\"
+box = [0.4, 0.06, 0.05]
+density = 700.0
+position = [0.1, 0.2, 1.3]
+attitude = { axis = [0.3, -1.0, 0.4], degrees = 37.0 }
+[[bodies]]
+name = \"tip\"
+box = [0.3, 0.04, 0.05]
+mass = 0.4
+position = [0.6, 0.1, 1.5]
+attitude = [0.7071067811865475, -0.7071067811865475, 0.0, 0.0]
+[[joints]]
+name = \"shoulder\"
+type = \"universal\"
+bodies = \"arm\"
+anchor = [0.0, 0.2, 1.25]
+axis = [0.2, 1.0, -0.3]
+[[joints]]
+name = \"elbow\"
+type = \"revolute\"
+bodies = [\"tip\", \"arm\"]
+anchor = [0.45, 0.15, 1.45]
+axis = [0.3, 1.0, 0.1]
+damping = 0.01
+";
+
+/// Joints about any axes of bodies that are turned: the scene that was written has the same
+/// frames, to the last bit.
+#[test]
+fn a_plan_by_a_motor_is_a_scene_too() {
+    let directory = tempfile::tempdir().unwrap();
+    fs::write(directory.path().join("arm.toml"), ARM).unwrap();
+    let file = directory.path().join("problem.toml");
+    let problem = "scene = \"arm.toml\"\nsteps = 40\n[[controls]]\nkind = \"motor\"\njoint = \"elbow\"\nforce = [-3, 3]\nknots = 8\n\
+        [target]\nbody = \"tip\"\nx = 0.9\n[search]\nlegs = [\"sample\"]\nruns = 40\n";
+    fs::write(&file, problem).unwrap();
+    let problem = file.to_string_lossy().into_owned();
+    let [first, scene] =
+        ["first", "scene"].map(|name| directory.path().join(name).to_string_lossy().into_owned());
+    let end = run(&["plan", &problem, "--out", &first]);
+    assert_eq!(end.code, Some(3), "{end:?}");
+    let end = run(&["--scenario", &format!("{first}/scene.toml"), "--out", &scene]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    for table in ["states.csv", "joints.csv", "steps.csv"] {
+        let [first, scene] =
+            [&first, &scene].map(|of| text(PathBuf::from(format!("{of}/{table}"))));
+        assert!(first == scene, "{table}");
+    }
+}
+
 /// One body in its own notation is written in that: a point mass that was pushed and moved.
 #[test]
 fn a_plan_of_one_body_is_a_scene_too() {

@@ -9,6 +9,7 @@ mod digits;
 mod draw;
 mod joints;
 mod laws;
+mod loops;
 mod own;
 mod random;
 mod rest;

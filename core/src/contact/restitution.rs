@@ -132,6 +132,22 @@ impl Contact {
         self.rebound != 0.0
     }
 
+    /// How far the step is from where the contact begins or ceases to bounce, m/s: how fast it arrives above the speed from which on it bounces, and
+    /// how far open or closed free flight to `free` leaves it, over h. Infinite of what has no restitution, or is struck.
+    pub(crate) fn bounce_margin(&self, world: &World, states: &[State], free: &[State]) -> f64 {
+        if self.struck || self.law.restitution == 0.0 {
+            return f64::INFINITY;
+        }
+        let coming = -self.normal().dot(&self.arriving_velocity(world, states));
+        let faster = coming - world.rebound_speed();
+        let closer = self.free_gap(free).map_or(f64::INFINITY, |gap| -gap / world.time_step());
+        // Both have to be positive: what is not has to become so, or else the first that would not be any more counts.
+        match faster.min(closer) {
+            least if least > 0.0 => least,
+            _ => (-faster).max(-closer).max(0.0),
+        }
+    }
+
     /// Whether the contact, if it presses in a step in which its island bounces, is
     /// [struck](Contact::struck): it has restitution, and no rebound so far.
     #[must_use]

@@ -135,6 +135,15 @@ pub fn rotated_point_forms(c: &Vector3<f64>) -> [Matrix4<f64>; 3] {
     ]
 }
 
+/// The unit quaternion along `q`, not zero: q/|q|, or `q` itself where it is one to rounding, so that what was written and is read
+/// again has the same bits.
+#[must_use]
+pub fn unit(q: Vector4<f64>) -> Vector4<f64> {
+    /// Of a quotient the norm's square is off by this at most.
+    const ROUNDING: f64 = 1e-15;
+    if (q.norm_squared() - 1.0).abs() <= ROUNDING { q } else { q.normalize() }
+}
+
 /// The attitude after the rotation h ω of the semi-implicit step (eq. 8b):
 /// normalise(q + ½ h L(q) H ω).
 #[must_use]
@@ -197,6 +206,13 @@ mod tests {
             prop_assert!((left(&q) * pure() - attitude_map(&q)).norm() < 1e-14);
             let a = pure().transpose() * left(&q) * right(&q).transpose() * pure();
             prop_assert!((rotation(&q) - a).norm() < 1e-14);
+        }
+
+        #[test]
+        fn what_is_a_unit_quaternion_stays_as_it_is(q in quaternion()) {
+            let once = unit(q);
+            prop_assert!((once - q / q.norm()).norm() < 1e-15);
+            prop_assert_eq!(unit(once), once);
         }
 
         #[test]

@@ -1,6 +1,7 @@
 //! The tables of `[[bodies]]` and what goes with them, as they are written.
 
 use crate::geometry::mesh::{parse_obj, parse_stl};
+use crate::mechanics::quaternion::unit;
 use crate::scenario::choices::Frame;
 use crate::scenario::colour::{Colour, Label};
 use crate::scenario::fields::{Exactly, Numbers};
@@ -199,7 +200,7 @@ impl Turned {
             Self::Quaternion(given) => {
                 let quaternion = nalgebra::Vector4::from(given.0);
                 if quaternion.norm() >= 1e-6 && quaternion.amax() <= 1e6 {
-                    Ok(Some(quaternion.normalize().into()))
+                    Ok(Some(unit(quaternion).into()))
                 } else {
                     Err("a quaternion of a length from 1e-6 to 1e6 is needed".to_owned())
                 }

@@ -10,6 +10,7 @@ pub use placed::{Placed, Side, anchor_in_range};
 
 use super::copies::name_of;
 use crate::mechanics::quaternion::{left, rotation};
+use crate::scenario::fields::Numbers;
 use crate::scenario::joint::{JointKind, JointModel};
 use crate::scenario::model::BodyModel;
 use crate::scenario::shape::Place;
@@ -322,7 +323,21 @@ impl JointEntry {
         if let Some(anchor) = &self.anchor_b {
             of_b.anchor = b.placed(&anchor.0.into(), &still).anchor;
         }
-        Ok([a.seen(&of_a), b.seen(&of_b)])
+        // What is given in a side's own frame stays as it is, so that a scene that was written goes on with the same bits.
+        let exactly = |side: &Side<'_>,
+                       placed,
+                       anchor: Option<&Numbers<3>>,
+                       attitude: Option<Vector4<f64>>| {
+            let seen = side.seen(placed);
+            Place {
+                position: anchor.map_or(seen.position, |anchor| side.from_centre(&anchor.0)),
+                attitude: attitude.map_or(seen.attitude, Vector4::into),
+            }
+        };
+        Ok([
+            exactly(a, &of_a, self.anchor_a.as_ref(), in_a),
+            exactly(b, &of_b, self.anchor_b.as_ref(), in_b),
+        ])
     }
 
     /// The frame of B at the start, against which that of A has its coordinates `start`.

@@ -252,6 +252,9 @@ impl StepDerivative {
         });
         self.places = places;
         found?;
+        for contact in contacts {
+            self.margin = self.margin.min(contact.bounce_margin(world, step.states, step.free));
+        }
         let h = world.time_step();
         let beyond = (self.margin * h).min(FARTHEST * world.reach());
         let unseen = nearest_unseen(world, &solution.states, contacts, beyond);
@@ -288,13 +291,20 @@ impl StepDerivative {
         self.margin = self.margin.min(linear.margin(smooth));
         let pressing = point.couplings.iter().filter(|coupling| coupling.presses());
         self.room = pressing.map(|c| c.tangent.room() / h).fold(self.room, f64::min);
+        // However small such changes are, some of what sticks slips.
+        if !linear.follows_poses {
+            self.room = 0.0;
+        }
+        if !linear.follows_velocities {
+            self.margin = 0.0;
+        }
         self.unknown +=
             point.couplings.iter().filter(|c| c.presses() && !c.tangent.is_known()).count();
         Ok(())
     }
 
     /// How far the step is from its next kink, m/s: of every contact how far the next piece of its law is, in the
-    /// contact's own scale, and of what was no contact how far it is apart at the end, over h. Infinite where
+    /// contact's own scale, and from beginning or ceasing to bounce; of what was no contact how far it is apart at the end, over h. Infinite where
     /// nothing is near. Where it is small against what a change of the data moves, the derivative
     /// is that of one side.
     #[must_use]
@@ -304,7 +314,8 @@ impl StepDerivative {
 
     /// The same of the features of the contacts that press, m/s: how far the points are inside their faces, and from
     /// the ends of their edges, over h. A kink of what moves or stretches the bodies at the start of the step; 0
-    /// where boxes of the same width stand flush on each other.
+    /// where boxes of the same width stand flush on each other, and where bodies stick in a loop of contacts that cannot follow every such change:
+    /// however small it is, some of them slip.
     #[must_use]
     pub fn feature_margin(&self) -> f64 {
         self.room

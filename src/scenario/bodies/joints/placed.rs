@@ -48,6 +48,11 @@ impl<'a> Side<'a> {
         Placed { anchor, attitude: left(&self.start.attitude) * attitude }
     }
 
+    /// A place of the shape, from the centre of mass.
+    pub fn from_centre(&self, place: &[f64; 3]) -> [f64; 3] {
+        (Vector3::from(*place) - self.centre).into()
+    }
+
     /// A frame of the world, in the body's.
     pub fn seen(&self, placed: &Placed) -> Place {
         let position =

@@ -9,7 +9,7 @@ use super::super::member::BodyGiven;
 use super::super::tolerances::COMPLIANCE;
 use super::constants::{Constants, Shape, places, unit};
 use super::point::{Given, LinearPoint};
-use super::refined::Columns;
+use super::refined::{Columns, Drawn};
 use super::tied::Slots;
 use super::{Smoothing, StepChange, StepGradient};
 use crate::contact::Contact;
@@ -26,6 +26,8 @@ pub(super) struct LinearIsland {
     pub(super) bodies: Vec<usize>,
     pub(super) island: Island,
     pub(super) points: [LinearPoint; 2],
+    /// Whether rows are independent.
+    is_determined: bool,
     /// Whether the first point is all: where its limit is taken by itself, or the compliance is no limit.
     is_one: bool,
     /// With what each is linearised.
@@ -36,6 +38,11 @@ pub(super) struct LinearIsland {
     free: Option<Matrix3<f64>>,
     /// How the features of its contacts follow the bodies, where it was asked.
     placed: Vec<Option<Placed>>,
+    /// Whether the rows that hold can follow any changes of the bodies' poses, and of their velocities.
+    pub(super) follows_poses: bool,
+    pub(super) follows_velocities: bool,
+    /// Memory: such changes, of all bodies of the world.
+    moved: Vec<StateChange>,
 }
 
 const SINGULAR: Error = Error::Unsupported {
@@ -59,6 +66,9 @@ fn weighed(
 /// ε and 2ε.
 const COMPLIANCES: [f64; 2] = [COMPLIANCE, 2.0 * COMPLIANCE];
 
+/// A compliance that leaves half of the digits of the system, where rows are nearly dependent.
+const FINE: f64 = 1e-8;
+
 /// What the results at the two compliances are multiplied with.
 const WEIGHTS: [f64; 2] = [2.0, -1.0];
 
@@ -68,11 +78,15 @@ impl LinearIsland {
             bodies: Vec::new(),
             island: Island::new(world),
             points: [LinearPoint::new(), LinearPoint::new()],
+            is_determined: false,
             is_one: false,
             given: [Given { compliance: COMPLIANCE, is_limit: true }; 2],
             found: Vec::new(),
             free: None,
             placed: Vec::new(),
+            follows_poses: true,
+            follows_velocities: true,
+            moved: Vec::new(),
         }
     }
 
@@ -105,6 +119,7 @@ impl LinearIsland {
         let rolls = !self.island.setting().all_give_alike;
         self.island.setting_mut().give_alike();
         self.is_one = true;
+        (self.follows_poses, self.follows_velocities) = (true, true);
         self.free = match view.bodies {
             [_] if self.island.is_plain() => {
                 let [point, _] = &mut self.points;
@@ -122,7 +137,45 @@ impl LinearIsland {
         for (point, on) in points(&mut self.points, self.is_one).zip(self.given) {
             point.linearise(&self.island, at, (&mut *next, &mut self.placed, slots), on);
         }
+        if smoothed.is_none() && !self.is_determined {
+            self.probe(step);
+        }
         Ok(kept)
+    }
+
+    /// Finds out which changes the rows that hold can follow: whether with drawn ones they hold as they did. Rows that are independent follow all. What
+    /// sticks asks more than that bodies go back where they were, and what bounces that they leave as they came.
+    fn probe(&mut self, step: &Step<'_>) {
+        /// What is left of motions that rows can follow is of the order of the compliance.
+        const LEFT: f64 = 1e-3;
+        let Self { bodies, island, points: [point, _], moved, .. } = self;
+        let bounces = point.couplings.iter().any(|coupling| coupling.tangent.bounces());
+        let mut follows = |is_pose: bool| {
+            moved.clear();
+            moved.resize(step.states.len(), StateChange::zero());
+            let mut draws = Drawn::default();
+            for &body in &*bodies {
+                let of = &step.world.bodies()[body];
+                // A turn moves what is in the body as far as its place does.
+                let across = libm::sqrt(of.mass() / of.inertia().trace());
+                let mut draw = || Vector3::from_fn(|_, _| draws.next());
+                let (place, turn) = (draw(), draw() * across);
+                let zero = StateChange::zero();
+                moved[body] = match is_pose {
+                    true => StateChange { position: place, turn, ..zero },
+                    false => StateChange { velocity: place, spin: turn, ..zero },
+                };
+            }
+            let change = StepChange { states: moved, ..StepChange::default() };
+            let gravity = step.world.gravity();
+            point.change((island, bodies), &change, |_| BodyGiven::nothing(), gravity);
+            let LinearPoint { newton, held, one, .. } = &mut *point;
+            let pushed = one.motions.iter().map(|motion| motion.amax()).fold(0.0, f64::max);
+            one.solve(island, held, newton.system());
+            one.left(held) <= LEFT * if is_pose { pushed } else { 1.0 }
+        };
+        self.follows_poses = follows(true);
+        self.follows_velocities = !bounces || follows(false);
     }
 
     /// Moves its points to where the step is linearised, and factorises it there; whether it keeps its shares.
@@ -132,6 +185,7 @@ impl LinearIsland {
         view: &IslandView<'_>,
         (rolls, smoothed): (bool, Option<Smoothing>),
     ) -> Result<bool, Error> {
+        self.is_determined = false;
         match smoothed {
             Some(Smoothing::Compliance(compliance)) => {
                 self.soften(step, view, compliance)?;
@@ -144,21 +198,25 @@ impl LinearIsland {
             }
             None => {}
         }
-        let limit = Given { compliance: COMPLIANCE, is_limit: true };
-        self.given[0] = limit;
         let Self { island, points: [near, _], .. } = self;
         let residual = near.keep(island, step, view, COMPLIANCE);
-        if rolls {
-            return self.factorise().map(|()| false);
-        }
+        let is_solved = rolls || residual <= island.tolerances().newton;
         // More rows than bodies have ways to move are not independent.
-        let is_solved = residual <= island.tolerances().newton;
-        if is_solved
-            && near.stiff_rows(island) <= 6 * view.bodies.len()
-            && near.factorise(island, limit).is_some()
-            && near.is_determined(island)
-        {
-            return Ok(false);
+        if is_solved && near.stiff_rows(island) <= 6 * view.bodies.len() {
+            // What hardly decides anything at one compliance does at a smaller one.
+            for compliance in [COMPLIANCE, FINE] {
+                let on = Given { compliance, is_limit: true };
+                near.keep(island, step, view, compliance);
+                if near.factorise(island, on).is_some() && near.is_determined(island) {
+                    (self.is_determined, self.given[0]) = (true, on);
+                    return Ok(false);
+                }
+            }
+        }
+        self.given[0] = Given { compliance: COMPLIANCE, is_limit: true };
+        if rolls {
+            self.points[0].keep(&self.island, step, view, COMPLIANCE);
+            return self.factorise().map(|()| false);
         }
         if self.selects(step, view)? {
             self.is_one = self.island.is_plain();
@@ -268,32 +326,12 @@ impl LinearIsland {
     ) {
         let Self { bodies, island, points: all, is_one, free, .. } = self;
         for (point, weight) in weighed(all, *is_one) {
-            let LinearPoint { newton, iterate, held, couplings, joints, gears, one, .. } = point;
-            one.begin(bodies.len(), island.couplings().len());
-            for (place, &body) in bodies.iter().enumerate() {
-                let mut given = constants
-                    .as_ref()
-                    .map_or(BodyGiven::nothing(), |constants| constants.body(body));
-                if let Some(state) = change.states.get(body) {
-                    (given.velocity, given.spin) = (state.velocity, state.spin);
-                }
-                if let Some(wrench) = change.wrenches.get(body) {
-                    given.wrench = *wrench;
-                }
-                let velocity = &iterate.velocity[place];
-                one.rhs[place] = island.members()[place].change(velocity, &given, gravity);
-            }
-            if !change.states.is_empty() {
-                for coupling in &*couplings {
-                    one.add(island, coupling.index, &coupling.slopes.pushed(change.states));
-                }
-                for rows in &*joints {
-                    one.add(island, rows.coupling, &rows.slopes.pushed(change.states));
-                }
-                for gear in &*gears {
-                    one.add(island, gear.coupling, &gear.pushed(change.states));
-                }
-            }
+            let given = |body: usize| {
+                let of = constants.as_ref();
+                of.map_or(BodyGiven::nothing(), |constants| constants.body(body))
+            };
+            point.change((island, bodies), change, given, gravity);
+            let LinearPoint { newton, held, couplings, joints, gears, one, .. } = point;
             if let Some(constants) = &constants {
                 for coupling in &*couplings {
                     one.add(island, coupling.index, &coupling.by_constants(constants));

@@ -9,9 +9,11 @@ use super::super::interior_point::InteriorPoint;
 use super::super::island::Island;
 use super::super::islands::IslandView;
 use super::super::law::{Answer, Factored, NaturalMap, Piece};
+use super::super::member::BodyGiven;
 use super::super::newton::{Iterate, Newton, Until, evaluate};
 use super::super::part::next_state;
 use super::super::tolerances::COMPLIANCE;
+use super::StepChange;
 use super::coupling::LinearCoupling;
 use super::geared::LinearGear;
 use super::refined::{Columns, Held};
@@ -239,6 +241,41 @@ impl LinearPoint {
             }
         }
         Some(())
+    }
+
+    /// Puts on the right-hand sides of `one` what a change of states and wrenches makes, and what is `given` to each body beside.
+    pub(super) fn change(
+        &mut self,
+        (island, bodies): (&Island, &[usize]),
+        change: &StepChange<'_>,
+        given: impl Fn(usize) -> BodyGiven,
+        gravity: &Vector3<f64>,
+    ) {
+        let Self { iterate, couplings, joints, gears, one, .. } = self;
+        one.begin(bodies.len(), island.couplings().len());
+        for (place, &body) in bodies.iter().enumerate() {
+            let mut given = given(body);
+            if let Some(state) = change.states.get(body) {
+                (given.velocity, given.spin) = (state.velocity, state.spin);
+            }
+            if let Some(wrench) = change.wrenches.get(body) {
+                given.wrench = *wrench;
+            }
+            let velocity = &iterate.velocity[place];
+            one.rhs[place] = island.members()[place].change(velocity, &given, gravity);
+        }
+        if change.states.is_empty() {
+            return;
+        }
+        for coupling in &*couplings {
+            one.add(island, coupling.index, &coupling.slopes.pushed(change.states));
+        }
+        for rows in &*joints {
+            one.add(island, rows.coupling, &rows.slopes.pushed(change.states));
+        }
+        for gear in &*gears {
+            one.add(island, gear.coupling, &gear.pushed(change.states));
+        }
     }
 
     /// Whether the rows that hold here are independent, of the system that was factorised last.

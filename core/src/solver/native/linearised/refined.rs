@@ -21,12 +21,14 @@
 //! δV = x + K⁻¹ (b − A x + Σ H D C (m + J x)),   C = E − ε D                        (G14)
 //! ```
 //!
-//! with what is left of the compliance of second order. Transposed the same, with what the rows' motions have a part in,
-//! λ = Dᵀ Hᵀ y, kept beside y:
+//! with what is left of the compliance of second order. Where the rows are nearly dependent that is not little, and as many
+//! solutions follow as it takes: with what the impulses δp̂ = D s are of, s₁ = m + J x₁,
 //!
 //! ```text
-//! y = z + w,   λ = Cᵀ λ_z + Dᵀ Hᵀ w,   w = K⁻ᵀ (c − Aᵀ z + Σ Jᵀ Cᵀ λ_z),   λ_z = Dᵀ Hᵀ z,   z = K⁻ᵀ c
+//! xₖ₊₁ = xₖ + K⁻¹ (b − A xₖ + Σ H D (m + J xₖ − ε D sₖ)),   sₖ₊₁ = m + J xₖ₊₁ − ε D sₖ          (G19)
 //! ```
+//!
+//! of which the first is (G14). Transposed the same in the other order, with what the rows' motions have a part in, λ, kept beside y.
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
@@ -43,6 +45,8 @@ pub(super) struct Held {
     sides: Vec<HeldSide>,
     /// Of A of every body the part that turns; the other is one.
     turning: Vec<Matrix3<f64>>,
+    /// How many solutions follow the first.
+    passes: usize,
 }
 
 /// A coupling that has a gain.
@@ -53,8 +57,8 @@ struct HeldRows {
     end: usize,
     /// ε |g| of each row: 1 of what is stiff.
     stiffness: Vector3<f64>,
-    /// C, along the rows; where no limit is taken, E.
-    again: Matrix3<f64>,
+    /// ε D, along the rows; where no limit is taken, nothing.
+    gives: Matrix3<f64>,
 }
 
 impl Held {
@@ -64,6 +68,7 @@ impl Held {
         self.sides.clear();
         self.turning.clear();
         self.turning.extend(turning);
+        self.passes = 1;
     }
 
     /// Adds a coupling of the island, with ε = `compliance`, of which the limit is taken or not.
@@ -74,13 +79,13 @@ impl Held {
         (compliance, is_limit): (f64, bool),
     ) {
         island.hold(index, (slope, gain), &mut self.sides);
-        let mut again = Matrix3::identity();
+        let mut gives = Matrix3::zeros();
         if is_limit {
             let along = gain.from.tr_mul(&gain.to) * Matrix3::from_diagonal(&gain.gains);
-            again -= along * compliance;
+            gives = along * compliance;
         }
         let (end, stiffness) = (self.sides.len(), gain.gains.abs() * compliance);
-        self.couplings.push(HeldRows { index, end, stiffness, again });
+        self.couplings.push(HeldRows { index, end, stiffness, gives });
     }
 
     /// The couplings with their sides.
@@ -93,7 +98,8 @@ impl Held {
         })
     }
 
-    /// Whether the system decides the impulses of all rows: what gives way from any impulses on leaves them, but for a small part
+    /// Whether the system decides the impulses of all rows, and how many solutions have to follow the first (G19): what gives way from
+    /// any impulses on leaves them, but for a part that is less each time,
     ///
     /// ```text
     /// δp̂ ← D (J δV − ε δp̂),   K δV = −ε Σ H D δp̂
@@ -101,33 +107,48 @@ impl Held {
     ///
     /// The impulses are without a pattern, so that no direction is missed.
     pub(super) fn is_determined(
-        &self,
+        &mut self,
         island: &Island,
         (columns, system): (&mut Columns<6>, &mut IslandSystem),
     ) -> bool {
-        /// What is left is of second order in (G14): as much as extrapolation (G7) leaves.
-        const LEFT: f64 = 1e-4;
+        /// What may be left of the drawn impulses after the first solution, if one follows; and after the last.
+        const FEW: f64 = 1e-6;
+        const LEFT: f64 = 1e-12;
+        /// What is left has to be less than this part of what was, each time.
+        const LESS: f64 = 0.1;
+        /// Solutions that may follow the first.
+        const MOST: usize = 12;
         columns.begin(self.turning.len(), island.couplings().len());
-        let mut number = 0_u32;
+        let mut draws = Drawn::default();
         for rows in &self.couplings {
-            columns.motions[rows.index] = SMatrix::from_fn(|_, _| {
-                // Parts of a turn by the golden ratio, which never meet.
-                number = number.wrapping_add(0x9E37_79B9);
-                f64::from(number) / f64::from(u32::MAX) - 0.5
-            });
+            columns.motions[rows.index] = SMatrix::from_fn(|_, _| draws.next());
         }
-        columns.press_motions(self);
-        island.solve_all(system, (&mut columns.solved, &mut columns.values));
-        self.couplings().all(|(rows, sides)| {
-            let motions = columns.motions[rows.index].data.0.iter().enumerate();
-            motions.into_iter().all(|(column, motion)| {
-                let mut along = *motion;
-                for side in sides {
-                    side.see(&columns.solved[side.body].data.0[column], &mut along);
-                }
-                (0..3).all(|k| rows.stiffness[k] * along[k].abs() <= LEFT)
-            })
-        })
+        let mut before = f64::INFINITY;
+        for passes in 0..=MOST {
+            let left = columns.give_way(self, island, system);
+
+            if left <= if passes == 0 { FEW } else { LEFT } {
+                self.passes = passes.max(1);
+                return true;
+            }
+            // What does not become less is decided by nothing.
+            if left > LESS * before {
+                return false;
+            }
+            before = left;
+        }
+        false
+    }
+}
+
+/// Numbers from −½ to ½ without a pattern: parts of a turn by the golden ratio, which never meet.
+#[derive(Default)]
+pub(super) struct Drawn(u32);
+
+impl Drawn {
+    pub(super) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9);
+        f64::from(self.0) / f64::from(u32::MAX) - 0.5
     }
 }
 
@@ -159,11 +180,16 @@ pub(super) struct Columns<const C: usize> {
     /// δV, or y.
     pub(super) solved: Vec<SMatrix<f64, 6, C>>,
     values: Vec<SMatrix<f64, 6, C>>,
+    /// b, or c, where more than one solution follows the first.
+    begun: Vec<SMatrix<f64, 6, C>>,
+    /// s of (G19), or what it is by.
+    given: Vec<SMatrix<f64, 3, C>>,
 }
 
 impl<const C: usize> Columns<C> {
     pub(super) fn new() -> Self {
-        Self { rhs: Vec::new(), motions: Vec::new(), solved: Vec::new(), values: Vec::new() }
+        let (rhs, solved, values, begun) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { rhs, motions: Vec::new(), solved, values, begun, given: Vec::new() }
     }
 
     /// Nothing on the right.
@@ -207,38 +233,85 @@ impl<const C: usize> Columns<C> {
         }
     }
 
+    /// Has rows give way from impulses of which the motions are −ε δp̂, and leaves those of what is left of them; the largest.
+    fn give_way(&mut self, held: &Held, island: &Island, system: &mut IslandSystem) -> f64 {
+        self.rhs.iter_mut().for_each(|rhs| rhs.fill(0.0));
+        self.press_motions(held);
+        let Self { motions, solved, values, .. } = self;
+        island.solve_all(system, (solved, values));
+        let mut largest = 0.0_f64;
+        for (rows, sides) in held.couplings() {
+            for (column, motion) in motions[rows.index].data.0.iter_mut().enumerate() {
+                for side in sides {
+                    side.see(&solved[side.body].data.0[column], motion);
+                }
+                *motion = (rows.gives * -Vector3::from(*motion)).into();
+                largest = motion.iter().fold(largest, |most, x| most.max(x.abs()));
+            }
+        }
+        largest
+    }
+
     /// Solves for δV.
     pub(super) fn solve(&mut self, island: &Island, held: &Held, system: &mut IslandSystem) {
         self.press_motions(held);
-        let Self { rhs, motions, solved, values } = self;
+        let Self { rhs, motions, solved, values, begun, given } = self;
         island.solve_all(system, (solved, values));
-        for ((rhs, x), turning) in rhs.iter_mut().zip(&*solved).zip(&held.turning) {
-            for (rhs, x) in rhs.data.0.iter_mut().zip(&x.data.0) {
-                let turned = turning * Vector3::new(x[3], x[4], x[5]);
-                for k in 0..3 {
-                    rhs[k] -= x[k];
-                    rhs[3 + k] -= turned[k];
+        let goes_on = held.passes > 1;
+        if goes_on {
+            given.clear();
+            given.resize(motions.len(), SMatrix::zeros());
+            begun.clone_from(rhs);
+        }
+        for pass in 0..held.passes {
+            if pass > 0 {
+                rhs.clone_from(begun);
+            }
+            for ((rhs, x), turning) in rhs.iter_mut().zip(&*solved).zip(&held.turning) {
+                for (rhs, x) in rhs.data.0.iter_mut().zip(&x.data.0) {
+                    let turned = turning * Vector3::new(x[3], x[4], x[5]);
+                    for k in 0..3 {
+                        rhs[k] -= x[k];
+                        rhs[3 + k] -= turned[k];
+                    }
                 }
             }
-        }
-        for (rows, sides) in held.couplings() {
-            for (column, motion) in motions[rows.index].data.0.iter().enumerate() {
-                let mut along = *motion;
-                for side in sides {
-                    side.see(&solved[side.body].data.0[column], &mut along);
-                }
-                let along: [f64; 3] = (rows.again * Vector3::from(along)).into();
-                for side in sides {
-                    side.press(&along, &mut rhs[side.body].data.0[column]);
+            for (rows, sides) in held.couplings() {
+                for (column, motion) in motions[rows.index].data.0.iter().enumerate() {
+                    let mut along = *motion;
+                    for side in sides {
+                        side.see(&solved[side.body].data.0[column], &mut along);
+                    }
+                    let along = Vector3::from(along);
+                    let mut by = along;
+                    if goes_on {
+                        let given = &mut given[rows.index].data.0[column];
+                        by -= rows.gives * Vector3::from(*given);
+                        *given = by.into();
+                    }
+                    let along: [f64; 3] = (along - rows.gives * by).into();
+                    for side in sides {
+                        side.press(&along, &mut rhs[side.body].data.0[column]);
+                    }
                 }
             }
+            island.solve_all(system, (rhs, values));
+            solved.iter_mut().zip(&*rhs).for_each(|(x, more)| *x += more);
         }
-        island.solve_all(system, (rhs, values));
-        solved.iter_mut().zip(&*rhs).for_each(|(x, more)| *x += more);
     }
 }
 
 impl Columns<1> {
+    /// What of the motions of rows that are stiff the solution does not take back, m/s: the largest.
+    pub(super) fn left(&self, held: &Held) -> f64 {
+        let left = |(rows, sides): (&HeldRows, &[HeldSide])| {
+            let mut along: [f64; 3] = self.motions[rows.index].into();
+            sides.iter().for_each(|side| side.see(&self.solved[side.body].data.0[0], &mut along));
+            Vector3::from(along).component_mul(&rows.stiffness).amax()
+        };
+        held.couplings().map(left).fold(0.0, f64::max)
+    }
+
     /// Solves the transposed system: for y, and λ in the place of the motions.
     pub(super) fn solve_transposed(
         &mut self,
@@ -246,26 +319,38 @@ impl Columns<1> {
         held: &Held,
         system: &mut IslandSystem,
     ) {
-        let Self { rhs, motions, solved, values } = self;
+        let Self { rhs, motions, solved, values, begun: z, given } = self;
         let pulled = |sides: &[HeldSide], values: &[Vector6<f64>]| -> Vector3<f64> {
             sides.iter().map(|side| side.effect.tr_mul(&values[side.body])).sum()
         };
-        solved.clone_from(rhs);
-        island.solve_transposed(system, (solved, values));
-        for ((rhs, z), turning) in rhs.iter_mut().zip(&*solved).zip(&held.turning) {
-            let turned = turning.tr_mul(&z.fixed_rows::<3>(3));
-            *rhs -= Vector6::new(z[0], z[1], z[2], turned[0], turned[1], turned[2]);
-        }
-        for (rows, sides) in held.couplings() {
-            let by = rows.again.tr_mul(&pulled(sides, solved));
-            sides.iter().for_each(|side| rhs[side.body] += side.rows.tr_mul(&by));
-            motions[rows.index] = by;
+        solved.clear();
+        solved.resize(rhs.len(), Vector6::zeros());
+        motions.iter_mut().for_each(|by| *by = Vector3::zeros());
+        given.clear();
+        given.resize(motions.len(), Vector3::zeros());
+        // From the last solution to the second: on the right is what the one that was there has a part in.
+        for _ in 0..held.passes {
+            z.clone_from(rhs);
+            island.solve_transposed(system, (z, values));
+            solved.iter_mut().zip(&*z).for_each(|(sum, z)| *sum += z);
+            for ((rhs, z), turning) in rhs.iter_mut().zip(&*z).zip(&held.turning) {
+                let turned = turning.tr_mul(&z.fixed_rows::<3>(3));
+                *rhs -= Vector6::new(z[0], z[1], z[2], turned[0], turned[1], turned[2]);
+            }
+            for (rows, sides) in held.couplings() {
+                let by = pulled(sides, z);
+                let by_given = given[rows.index] - rows.gives.tr_mul(&by);
+                given[rows.index] = rows.gives.tr_mul(&-by_given);
+                let by = by + by_given;
+                sides.iter().for_each(|side| rhs[side.body] += side.rows.tr_mul(&by));
+                motions[rows.index] += by;
+            }
         }
         island.solve_transposed(system, (rhs, values));
         for (rows, sides) in held.couplings() {
             motions[rows.index] += pulled(sides, rhs);
         }
-        solved.iter_mut().zip(&*rhs).for_each(|(z, more)| *z += more);
+        solved.iter_mut().zip(&*rhs).for_each(|(sum, z)| *sum += z);
     }
 
     /// What the solution of the transposed system makes derivatives by changes of the rows of a coupling.
