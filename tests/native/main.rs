@@ -25,4 +25,5 @@ mod symmetric;
 mod take_back;
 #[path = "../common/toss.rs"]
 mod toss;
+mod wide_cones;
 mod wrong_input;

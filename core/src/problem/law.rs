@@ -74,12 +74,11 @@ impl Law {
         }
         for row in &rows {
             let RowLaw::Box { least, most } = *row else { continue };
-            if !(least <= most && least.is_finite() && most.is_finite()) {
-                let what = "the least impulse of a box";
-                let allowed = "a finite number that is at most the greatest";
+            all_in_range("a bound of a box", &[least, most])?;
+            if least > most {
+                let (what, allowed) = ("the least impulse of a box", "at most the greatest");
                 return Err(ProblemError::OutOfRange { what, value: least, allowed });
             }
-            all_in_range("a bound of a box", &[least, most])?;
         }
         Ok(Self::Rows(rows))
     }

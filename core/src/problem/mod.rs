@@ -36,6 +36,7 @@ mod matrix;
 mod measure;
 mod of_step;
 mod solution;
+mod wide;
 
 pub use error::ProblemError;
 pub use law::{Law, RowLaw};
@@ -209,13 +210,14 @@ impl ContactProblem {
 
     /// Solves it.
     ///
-    /// Where nothing solves it, the [solution](Solution) says so, and has the best point that was found.
+    /// Where nothing solves it, the [solution](Solution) says so, and has the best point that was found, no impulses among them. Coefficients of
+    /// friction beyond 1000 are lowered first. Not all problems with coefficients beyond 10⁵ are solved.
     ///
     /// # Errors
     /// Options that cannot be; a start that has not as many numbers as there are rows; an interrupt.
     pub fn solve(&self, options: &SolveOptions<'_>) -> Result<Solution, ProblemError> {
         options.check(self)?;
-        crate::solver::native::solve_problem(self, options)
+        self.solve_in_turn(options)
     }
 }
 

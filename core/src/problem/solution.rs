@@ -84,6 +84,15 @@ impl Solution {
         self.residual <= self.asked
     }
 
+    /// The same impulses as a solution of another problem with as many rows.
+    pub(super) fn of_problem(self, problem: &ContactProblem) -> Self {
+        let Self { impulses, asked, iterations, parts, start, selected, .. } = self;
+        let evaluation = problem.evaluate(&impulses);
+        let found = Self::of(impulses, evaluation, asked);
+        let selected = selected && found.is_solved();
+        Self { iterations, parts, start, selected, ..found }
+    }
+
     /// That of impulses, with nothing said of how they were found.
     pub(crate) fn of(impulses: Vec<f64>, evaluation: Evaluation, asked: f64) -> Self {
         let Evaluation { velocities, body_velocities, residual, relative_error } = evaluation;

@@ -330,7 +330,7 @@ impl JointEntry {
                        attitude: Option<Vector4<f64>>| {
             let seen = side.seen(placed);
             Place {
-                position: anchor.map_or(seen.position, |anchor| side.from_centre(&anchor.0)),
+                position: anchor.map_or(seen.position, |anchor| side.relative_to_centre(&anchor.0)),
                 attitude: attitude.map_or(seen.attitude, Vector4::into),
             }
         };

@@ -49,7 +49,7 @@ impl<'a> Side<'a> {
     }
 
     /// A place of the shape, from the centre of mass.
-    pub fn from_centre(&self, place: &[f64; 3]) -> [f64; 3] {
+    pub fn relative_to_centre(&self, place: &[f64; 3]) -> [f64; 3] {
         (Vector3::from(*place) - self.centre).into()
     }
 
