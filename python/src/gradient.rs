@@ -68,12 +68,10 @@ pub fn jacobian<'py>(
 ) -> PyResult<Found<'py>> {
     let (content, constants) = (&scene.content, constants_of(&by)?);
     let (world, bodies) = (&content.world, content.world.bodies().len());
-    for constant in &constants {
-        // What cannot be set cannot vary.
-        world
-            .with_constants(&[(*constant, &constant.of(world))])
-            .map_err(|error| of_step(&error))?;
-    }
+    // What cannot be set cannot vary.
+    let values: Vec<_> = constants.iter().map(|constant| (*constant, constant.of(world))).collect();
+    let values: Vec<_> = values.iter().map(|(constant, value)| (*constant, &value[..])).collect();
+    world.with_constants(&values).map_err(|error| of_step(&error))?;
     let mut simulation =
         begin(content, to_states("states", &states)?).map_err(|error| of_step(&error))?;
     if let Some(pushes) = &pushes {

@@ -60,7 +60,7 @@ def test_wrenches_are_those_of_the_controls_alone():
     )
     force = {"kind": "force", "x": [-10, 10], "y": [-10, 10], "knots": 6}
     plan = tumble.plan(scene, 60, [force], {"position": [0.1, -0.2]}, runs=60, legs=["sample"])
-    np.testing.assert_allclose(plan.wrenches[:, 0, 0], plan.columns["force.x"], atol=1e-14)
+    np.testing.assert_allclose(plan.wrenches[:, 0, 0], plan.columns["a.force.x"], atol=1e-14)
     again = scene.simulate().run(60, plan.wrenches)
     np.testing.assert_allclose(again.states, plan.run.states, atol=1e-12)
 
