@@ -7,14 +7,15 @@
 //! as a [budget](Checkpoints) of memory allows; where it does not hold a stretch of steps at a time, stretches are
 //! divided again. What was run is the same to the last bit with derivatives and without.
 
-use super::{Saved, Simulation, StepRecord};
+mod backward;
+
+use super::{Saved, Simulation};
 use crate::derivative::StateChange;
 use crate::error::Error;
 use crate::mechanics::{State, Wrench};
-use crate::solver::native::{Smoothing, StepDerivative, StepGradient};
-use crate::step::StepStatus;
+use crate::solver::native::{Smoothing, StepDerivative};
 use crate::world::Constant;
-use nalgebra::Matrix3;
+use backward::{Backward, Taken};
 
 /// How much the backward pass may keep at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,9 +32,6 @@ impl Default for Checkpoints {
         Self { steps: 300, saved: 300 }
     }
 }
-
-/// Derivatives of so few steps at a time are as fast as any number, and their memory stays near.
-const FEW: u64 = 16;
 
 /// Derivatives of a number by the states after so many steps.
 pub type ByStates<'f> = dyn FnMut(u64, &[State]) -> Option<Vec<StateChange>> + 'f;
@@ -83,19 +81,18 @@ pub struct RunGradient {
 
 impl RunGradient {
     /// Notes what is to be said of a step.
-    fn note(&mut self, record: &StepRecord, derivative: &StepDerivative) {
+    fn note(&mut self, step: &Taken, derivative: &StepDerivative) {
         let smaller = |most: &mut (f64, u64), margin: f64| {
             if margin < most.0 {
-                *most = (margin, record.index);
+                *most = (margin, step.index);
             }
         };
         smaller(&mut self.margin, derivative.margin());
         smaller(&mut self.feature_margin, derivative.feature_margin());
-        let is_solved = !matches!(record.report.status, StepStatus::Failed | StepStatus::Wild);
-        self.unsolved += u64::from(!is_solved);
+        self.unsolved += u64::from(!step.is_solved);
         self.unknown += u64::from(derivative.unknown() > 0);
         self.kept += u64::from(derivative.keeps_shares());
-        self.limited += u64::from(record.restitution_share < 1.0);
+        self.limited += u64::from(step.is_limited);
     }
 }
 
@@ -121,240 +118,8 @@ impl Simulation<'_> {
             // What cannot vary has no derivative.
             self.world().with_constants(&[(*constant, &constant.of(self.world()))])?;
         }
-        let first = self.index();
-        let bodies = self.world().bodies().len();
-        let infinite = (f64::INFINITY, first);
-        let saved = run.checkpoints.saved.max(2) as u64;
-        let mut backward = Backward {
-            first,
-            stretch: run.steps.div_ceil(saved).max(FEW).min(run.checkpoints.steps.max(1) as u64),
-            saved,
-            dual: vec![StateChange::zero(); bodies],
-            found: RunGradient {
-                constants: run.constants.iter().map(|c| vec![0.0; c.width(self.world())]).collect(),
-                margin: infinite,
-                feature_margin: infinite,
-                ..RunGradient::default()
-            },
-            step: StepGradient::default(),
-            tape: Vec::new(),
-            resting: derivative_of(run)?,
-            owed: vec![StateChange::zero(); bodies],
-            end: None,
-        };
+        let mut backward = Backward::begin(run, self.index(), self.world())?;
         backward.go(self, run, (0, run.steps), start)?;
-        backward.settle(run)?;
-        backward.add(run, 0, start.states())?;
-        if let Some(end) = &backward.end {
-            self.restore(end)?;
-        }
-        let mut found = backward.found;
-        found.states = backward.dual;
-        found.wrenches.reverse();
-        Ok(found)
-    }
-
-    /// [`Simulation::linearise`], or nothing where the step is that at rest which `resting` is of.
-    fn linearise_unless(
-        &self,
-        record: &StepRecord,
-        derivative: &mut StepDerivative,
-        resting: &StepDerivative,
-    ) -> Result<Found, Error> {
-        let (contacts, solution) = (&record.contacts, &record.solution);
-        let mut free = derivative.take_flights();
-        let found = self.with_step(record, &mut free, |step| {
-            if resting.is_at_rest_in(step, contacts, solution) {
-                return Ok(Found::Rest);
-            }
-            derivative.linearise(step, contacts, solution)?;
-            Ok(if derivative.is_at_rest() { Found::NewRest } else { Found::Motion })
-        });
-        derivative.keep_flights(free);
-        found?
-    }
-
-    /// Of the bodies with loads that act beside their centres in a step, how the torques follow their turns, N m/rad, body.
-    fn loads_by_turns(&self, record: &StepRecord) -> impl Iterator<Item = (usize, Matrix3<f64>)> {
-        let h = self.world().time_step();
-        let each = self.outside.iter().zip(&record.states).enumerate();
-        each.filter_map(move |(body, (outside, state))| {
-            Some((body, outside.load.torque_by_turn(record.index, h, &state.attitude)?))
-        })
-    }
-
-    /// One step of `run`.
-    fn advance(&mut self, run: &mut Run<'_>, record: &mut StepRecord) -> Result<(), Error> {
-        (run.before)(self)?;
-        self.step(record)
-    }
-}
-
-/// Of no step yet, smoothed as the run asks for.
-fn derivative_of(run: &Run<'_>) -> Result<StepDerivative, Error> {
-    run.smoothing.map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)
-}
-
-/// What a step that was linearised is.
-#[derive(PartialEq)]
-enum Found {
-    Motion,
-    /// The one at rest that was known.
-    Rest,
-    /// Another one.
-    NewRest,
-}
-
-/// The backward pass.
-struct Backward {
-    first: u64,
-    /// How many steps are linearised at a time, and how many simulations may be saved.
-    stretch: u64,
-    saved: u64,
-    /// The derivatives by the states that the pass is at.
-    dual: Vec<StateChange>,
-    found: RunGradient,
-    step: StepGradient,
-    /// Derivatives of steps, to be used again.
-    tape: Vec<(StepDerivative, StepRecord)>,
-    /// The derivative of the step at rest that was met last, and the sum of all that went back through it and is still to be
-    /// multiplied for the constants.
-    resting: StepDerivative,
-    owed: Vec<StateChange>,
-    end: Option<Saved>,
-}
-
-impl Backward {
-    /// Adds the derivatives by the `states` after so many steps.
-    fn add(&mut self, run: &mut Run<'_>, steps: u64, states: &[State]) -> Result<(), Error> {
-        let Some(by_states) = (run.by_states)(steps, states) else { return Ok(()) };
-        let (field, count) = ("derivatives by states", by_states.len());
-        if count != self.dual.len() {
-            return Err(Error::Count { field, count, allowed: "one a body" });
-        }
-        for (dual, more) in self.dual.iter_mut().zip(&by_states) {
-            *dual = dual.plus(1.0, more);
-        }
-        Ok(())
-    }
-
-    /// Goes through the steps `from`…`to` backwards; `start` is where the first of them begins.
-    fn go(
-        &mut self,
-        simulation: &mut Simulation<'_>,
-        run: &mut Run<'_>,
-        (from, to): (u64, u64),
-        start: &Saved,
-    ) -> Result<(), Error> {
-        let count = to - from;
-        if count <= self.stretch {
-            return self.leaf(simulation, run, (from, to), start);
-        }
-        // As few stretches as fill the memory, or all that there are.
-        let parts = count.div_ceil(self.stretch).min(self.saved);
-        let length = count.div_ceil(parts);
-        let mut record = StepRecord::new();
-        let mut starts = vec![(from, start.clone())];
-        simulation.restore(start)?;
-        for k in from..to {
-            if k > from && (k - from).is_multiple_of(length) {
-                starts.push((k, simulation.save()));
-            }
-            // The last part runs when it is differentiated.
-            if k >= from + (parts - 1) * length {
-                break;
-            }
-            simulation.advance(run, &mut record)?;
-        }
-        let saved = self.saved;
-        self.saved = (saved.saturating_sub(parts)).max(2);
-        let mut end = to;
-        while let Some((k, start)) = starts.pop() {
-            if k < end {
-                self.go(simulation, run, (k, end), &start)?;
-            }
-            end = k;
-        }
-        self.saved = saved;
-        Ok(())
-    }
-
-    /// The steps of one stretch: forwards with their derivatives, then backwards.
-    fn leaf(
-        &mut self,
-        simulation: &mut Simulation<'_>,
-        run: &mut Run<'_>,
-        (from, to): (u64, u64),
-        start: &Saved,
-    ) -> Result<(), Error> {
-        simulation.restore(start)?;
-        let count = (to - from) as usize;
-        while self.tape.len() < count {
-            self.tape.push((derivative_of(run)?, StepRecord::new()));
-        }
-        let mut tape = std::mem::take(&mut self.tape);
-        // Whose derivative each step has: those in which nothing moves that of the first of them.
-        let mut uses: Vec<Option<usize>> = Vec::with_capacity(count);
-        let mut turned = Vec::new();
-        for (k, (derivative, record)) in tape[..count].iter_mut().enumerate() {
-            simulation.advance(run, record)?;
-            let found = simulation.linearise_unless(record, derivative, &self.resting)?;
-            turned.extend(simulation.loads_by_turns(record).map(|(body, by)| (k, body, by)));
-            if found == Found::NewRest {
-                self.settle(run)?;
-                std::mem::swap(derivative, &mut self.resting);
-                uses.iter_mut().filter(|of| of.is_none()).for_each(|of| *of = Some(k));
-            }
-            uses.push((found == Found::Motion).then_some(k));
-        }
-        if self.end.is_none() {
-            self.end = Some(simulation.save());
-        }
-        for (k, of) in uses.into_iter().enumerate().rev() {
-            let record = &tape[k].1;
-            self.add(run, record.index + 1 - self.first, &record.solution.states)?;
-            let derivative = match of {
-                Some(of) => &mut tape[of].0,
-                None => &mut self.resting,
-            };
-            if of.is_none() && derivative.pull_at_rest(&self.dual, &mut self.step)? {
-                let owed = self.owed.iter_mut().zip(&self.dual);
-                owed.for_each(|(owed, dual)| *owed = owed.plus(1.0, dual));
-            } else {
-                derivative.pull(&self.dual, run.constants, &mut self.step)?;
-            }
-            self.dual.clone_from(&self.step.states);
-            // Loads that act at a point of a body turn it otherwise where it is turned.
-            while let Some((_, body, by)) = turned.pop_if(|(step, ..)| *step == k) {
-                self.dual[body].turn += by.tr_mul(&self.step.wrenches[body].torque);
-            }
-            self.found.wrenches.push(self.step.wrenches.clone());
-            self.add_constants();
-            let derivative = of.map_or(&self.resting, |of| &tape[of].0);
-            self.found.note(&tape[k].1, derivative);
-        }
-        self.tape = tape;
-        Ok(())
-    }
-
-    /// Adds the derivatives by the constants of what went back through the step at rest: a product with the sum.
-    fn settle(&mut self, run: &Run<'_>) -> Result<(), Error> {
-        if self.owed.iter().all(|owed| *owed == StateChange::zero()) {
-            return Ok(());
-        }
-        if !run.constants.is_empty() {
-            self.resting.pull(&self.owed, run.constants, &mut self.step)?;
-            self.add_constants();
-        }
-        self.owed.fill(StateChange::zero());
-        Ok(())
-    }
-
-    /// Adds the derivatives by the constants of the last product.
-    fn add_constants(&mut self) {
-        let sums = self.found.constants.iter_mut().zip(&self.step.constants);
-        for (sum, more) in sums.flat_map(|(sums, more)| sums.iter_mut().zip(more)) {
-            *sum += more;
-        }
+        backward.end(self, run, start)
     }
 }

@@ -29,6 +29,8 @@ pub(super) struct Rest {
     wrenches: Vec<Wrench>,
     contacts: Vec<Contact>,
     last: Option<Came>,
+    /// Whether the last step was the one before it again.
+    stays: bool,
     /// Whether the solver repeats itself.
     repeats: bool,
     /// The bodies for whose islands the step at hand is the last one again, and after it those that were left so.
@@ -60,9 +62,15 @@ struct Came {
 impl Rest {
     /// Something is changed from outside: the next step is another one.
     pub(super) fn end(&mut self) {
-        (self.last, self.begins, self.none_told) = (None, false, false);
+        (self.last, self.begins, self.none_told, self.stays) = (None, false, false, false);
         self.bodies.clear();
         self.loads.clear();
+    }
+
+    /// Whether the last step was the one before it again, to the last bit.
+    #[cfg(feature = "save")]
+    pub(super) fn stays(&self) -> bool {
+        self.stays
     }
 
     /// Whether the step to come may be the last one again.
@@ -142,7 +150,7 @@ impl Rest {
         solver: &dyn StepSolver,
         wrenches: &[Wrench],
     ) {
-        self.last = None;
+        (self.last, self.stays) = (None, false);
         let repeats = before.is_some_and(|before| !moves(now, before) && is_same(now, before));
         // One body by itself is all that can rest.
         self.repeats = (repeats || wrenches.len() > 1) && solver.repeats();
@@ -177,6 +185,7 @@ impl Simulation<'_> {
         record.contacts.clear();
         record.contacts.extend_from_slice(&rest.contacts);
         // This solution and those before are one.
+        self.scratch.rest.stays = true;
         self.taken_back = false;
         self.index += 1;
         true

@@ -1,16 +1,36 @@
 //! The derivative of a run in which things come to rest, against products step by step.
 
 use super::{scenario, size};
+use nalgebra::Vector3;
 use tumble::derivative::StateChange;
+use tumble::error::Error;
 use tumble::mechanics::Wrench;
-use tumble::simulation::{Checkpoints, Run, StepRecord};
+use tumble::simulation::{Checkpoints, Run, Simulation, StepRecord};
 use tumble::solver::native::{StepDerivative, StepGradient};
 use tumble::world::Constant;
 
-/// A run goes back through its steps at rest with one matrix, and sums up for the constants; each step alone is solved anew.
+const STEPS: u64 = 400;
+
+/// Pushes the box on top in steps 170 to 172, if it is pushed at all.
+fn push(simulation: &mut Simulation<'_>, is_pushed: bool) -> Result<(), Error> {
+    let force = if is_pushed && (170..173).contains(&simulation.index()) { 2.0 } else { 0.0 };
+    let top = simulation.states().len() - 1;
+    simulation.set_wrench(top, Wrench { force: Vector3::new(force, 0.0, 0.0), ..Wrench::zero() })
+}
+
+/// A run goes back through its steps at rest with one matrix, without them being run again, and sums up for the constants; each step alone
+/// is solved anew. What is pushed wakes, and comes to rest again.
 #[test]
-fn a_run_that_comes_to_rest() {
-    const STEPS: u64 = 400;
+fn runs_that_come_to_rest() {
+    let few = [(7, 3), (40, 5)].map(|(steps, saved)| Checkpoints { steps, saved });
+    for checkpoints in [Checkpoints::default()].into_iter().chain(few) {
+        [false, true]
+            .into_iter()
+            .for_each(|is_pushed| a_run_that_comes_to_rest(checkpoints, is_pushed));
+    }
+}
+
+fn a_run_that_comes_to_rest(checkpoints: Checkpoints, is_pushed: bool) {
     let scene = scenario("stack.toml");
     let constants = [Constant::Mass, Constant::Friction, Constant::Gravity, Constant::TimeStep];
     let mut run = scene.simulation(&Default::default()).unwrap();
@@ -24,10 +44,10 @@ fn a_run_that_comes_to_rest() {
     let found = run
         .gradient(&mut Run {
             steps: STEPS,
-            before: &mut |_| Ok(()),
+            before: &mut |simulation: &mut Simulation<'_>| push(simulation, is_pushed),
             by_states: &mut |k, _| by_states(k),
             constants: &constants,
-            checkpoints: Checkpoints::default(),
+            checkpoints,
             smoothing: None,
         })
         .unwrap();
@@ -35,6 +55,7 @@ fn a_run_that_comes_to_rest() {
     let mut steps: Vec<StepDerivative> = Vec::new();
     let (mut record, mut at_rest) = (StepRecord::new(), 0);
     for _ in 0..STEPS {
+        push(&mut run, is_pushed).unwrap();
         run.step(&mut record).unwrap();
         let mut alone = StepDerivative::new();
         run.linearise(&record, &mut alone).unwrap();

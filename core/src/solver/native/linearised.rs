@@ -104,7 +104,7 @@ pub struct StepDerivative {
     next: Vec<State>,
     flights: Vec<State>,
     /// Derivatives by V⁺.
-    by_velocity: Vec<(Vector3<f64>, Vector3<f64>)>,
+    by_velocity: Vec<ByVelocity>,
     gravity: Vector3<f64>,
     margin: f64,
     room: f64,
@@ -116,9 +116,14 @@ pub struct StepDerivative {
     rest: Option<Box<Rest>>,
     /// Of such a step what was found of the bodies [asked](StepDerivative::by_state) for.
     at_rest: Vec<Vec<SMatrix<f64, 12, 12>>>,
+    /// Of all bodies the transposed slopes of V⁺ in it, once they were asked for.
+    pulling: Vec<Vec<SMatrix<f64, 12, 6>>>,
     /// How often it was asked for the product with the transposed one.
     pulls_at_rest: usize,
 }
+
+/// Derivatives by v⁺ and ω⁺ of a body.
+type ByVelocity = (Vector3<f64>, Vector3<f64>);
 
 /// Things that are farther apart than this part of the world's reach are no matter.
 const FARTHEST: f64 = 0.1;
@@ -194,6 +199,7 @@ impl StepDerivative {
     ) -> Result<(), Error> {
         self.rest = None;
         self.at_rest.clear();
+        self.pulling.clear();
         self.pulls_at_rest = 0;
         step.check(contacts)?;
         let (world, bodies) = (step.world, step.states.len());
@@ -401,6 +407,33 @@ impl StepDerivative {
         Ok(())
     }
 
+    /// What of a product with the transposed derivative goes through the ends of the bodies' own flights: by V⁺ of each, and by h.
+    fn begin_pull(
+        &mut self,
+        end: &[StateChange],
+        gradient: &mut StepGradient,
+    ) -> Result<(Vec<ByVelocity>, f64), Error> {
+        let bodies = self.ends.len();
+        count("derivatives by the states at the end", end.len(), bodies)?;
+        let StepGradient { states, wrenches, constants } = gradient;
+        states.clear();
+        constants.clear();
+        wrenches.clear();
+        wrenches.resize(bodies, Wrench::zero());
+        let mut by_velocity = std::mem::take(&mut self.by_velocity);
+        by_velocity.clear();
+        let mut by_time_step = 0.0;
+        for (end, map) in end.iter().zip(&self.ends) {
+            let zero = (Vector3::zeros(), Vector3::zeros());
+            let (start, velocity, longer) =
+                map.as_ref().map_or((*end, zero, 0.0), |map| map.pull(end));
+            states.push(start);
+            by_velocity.push(velocity);
+            by_time_step += longer;
+        }
+        Ok((by_velocity, by_time_step))
+    }
+
     /// The derivatives of a number by the step's data where `end` are those by X⁺: the product with the
     /// transposed derivative. `constants` are those asked for.
     ///
@@ -412,25 +445,9 @@ impl StepDerivative {
         constants: &[Constant],
         gradient: &mut StepGradient,
     ) -> Result<(), Error> {
-        let bodies = self.ends.len();
-        count("derivatives by the states at the end", end.len(), bodies)?;
-        gradient.states.clear();
-        gradient.wrenches.clear();
-        gradient.wrenches.resize(bodies, Wrench::zero());
+        let (by_velocity, by_time_step) = self.begin_pull(end, gradient)?;
         let widths = constants.iter().map(|constant| vec![0.0; self.width(*constant)]);
-        gradient.constants.clear();
         gradient.constants.extend(widths);
-        let mut by_velocity = std::mem::take(&mut self.by_velocity);
-        by_velocity.clear();
-        let mut by_time_step = 0.0;
-        for (end, map) in end.iter().zip(&self.ends) {
-            let zero = (Vector3::zeros(), Vector3::zeros());
-            let (start, velocity, longer) =
-                map.as_ref().map_or((*end, zero, 0.0), |map| map.pull(end));
-            gradient.states.push(start);
-            by_velocity.push(velocity);
-            by_time_step += longer;
-        }
         for (constant, numbers) in constants.iter().zip(&mut gradient.constants) {
             if *constant == Constant::TimeStep {
                 numbers[0] += by_time_step;

@@ -2,9 +2,9 @@
 
 use super::StepDerivative;
 #[cfg(feature = "save")]
-use super::island::LinearIsland;
+use super::StepGradient;
 #[cfg(feature = "save")]
-use super::{StepGradient, count};
+use super::island::LinearIsland;
 use crate::contact::Contact;
 #[cfg(feature = "save")]
 use crate::derivative::StateChange;
@@ -13,8 +13,6 @@ use crate::error::Error;
 use crate::mechanics::Wrench;
 use crate::step::{Step, StepSolution};
 use crate::world::World;
-#[cfg(feature = "save")]
-use nalgebra::SVector;
 
 /// Of worlds of so many bodies the derivatives by states of a step at rest are kept: five megabytes at most.
 pub(super) const FEW_BODIES: usize = 64;
@@ -88,7 +86,6 @@ impl StepDerivative {
         /// The whole matrix takes as long as so many products for each body.
         const ENOUGH: usize = 4;
         let bodies = self.ends.len();
-        count("derivatives by the states at the end", end.len(), bodies)?;
         self.pulls_at_rest += 1;
         let islands = &self.islands[..self.count];
         if bodies > FEW_BODIES
@@ -97,22 +94,27 @@ impl StepDerivative {
         {
             return Ok(false);
         }
-        if self.at_rest.iter().filter(|known| !known.is_empty()).count() < bodies {
-            let mut found = Vec::new();
-            (0..bodies).try_for_each(|body| self.by_state(body, &mut found))?;
+        if self.pulling.is_empty() {
+            let (mut found, mut pulling) = (Vec::new(), Vec::with_capacity(bodies));
+            for body in 0..bodies {
+                self.by_state(body, &mut found)?;
+                let slopes = found.iter().map(|end| end.fixed_rows::<6>(6).transpose());
+                pulling.push(slopes.collect());
+            }
+            self.pulling = pulling;
         }
-        let end = end.iter().map(|end| SVector::from(end.to_array()));
-        let end: Vec<SVector<f64, 12>> = end.collect();
-        let StepGradient { states, wrenches, constants } = gradient;
-        constants.clear();
-        states.clear();
-        states.extend(self.at_rest.iter().map(|columns| {
-            let each = columns.iter().zip(&end);
-            let sum: SVector<f64, 12> = each.map(|(by, end)| by.tr_mul(end)).sum();
-            StateChange::from_array(&sum.data.0[0])
-        }));
-        wrenches.clear();
-        wrenches.resize(bodies, Wrench::zero());
+        let (by_velocity, _) = self.begin_pull(end, gradient)?;
+        let StepGradient { states, wrenches, .. } = gradient;
+        for (state, columns) in states.iter_mut().zip(&self.pulling) {
+            let mut sums = state.to_array();
+            for (by, (linear, spin)) in columns.iter().zip(&by_velocity) {
+                for (column, by_velocity) in by.data.0.iter().zip(linear.iter().chain(spin)) {
+                    (0..12).for_each(|k| sums[k] += column[k] * by_velocity);
+                }
+            }
+            *state = StateChange::from_array(&sums);
+        }
+        self.by_velocity = by_velocity;
         self.islands[..self.count].iter().for_each(|linear| linear.push_wrenches(states, wrenches));
         Ok(true)
     }
