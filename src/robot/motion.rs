@@ -231,11 +231,23 @@ fn solved(
     point: &Vector3<f64>,
     (velocity, spin): &(Vector3<f64>, Vector3<f64>),
 ) -> DVector<f64> {
+    /// Screws of which each has more than this part of itself across those before.
+    const INDEPENDENT: f64 = 1e-6;
     let columns = DMatrix::from_fn(6, screws.len(), |row, column| match row {
         0..3 => screws[column].at(point)[row],
         _ => screws[column].axis[row - 3],
     });
     let wanted = DVector::from_fn(6, |row, _| if row < 3 { velocity[row] } else { spin[row - 3] });
+    // Where several singular values are equal, as those of a ball are, they are found to 1e-4 only.
+    let triangular = columns.clone().qr();
+    let r = triangular.r();
+    let (least, most) = (r.diagonal().abs().min(), r.diagonal().abs().max());
+    if screws.len() <= 6 && least > INDEPENDENT * most {
+        let along = triangular.q().tr_mul(&wanted);
+        if let Some(found) = r.solve_upper_triangular(&along) {
+            return found;
+        }
+    }
     let found = columns.svd(true, true).solve(&wanted, 1e-12);
     found.unwrap_or_else(|_| DVector::zeros(screws.len()))
 }

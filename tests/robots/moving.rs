@@ -10,6 +10,7 @@ use tumble::robot::model::Moves;
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::scenario::written;
+use tumble::simulation::random::Draws;
 use tumble::simulation::{Simulation, StepRecord};
 
 fn scene_of(text: &str, h: Option<f64>) -> Result<Scene, String> {
@@ -229,4 +230,52 @@ fn what_a_turn_in_any_way_has_not_is_refused() {
     assert!(why.contains("turn_x.limits has no meaning of a spherical joint"), "{why}");
     let why = table("type = \"free\"\nturn_z = { start = 1.0 }");
     assert!(why.contains("turn_z.start has no meaning of a free joint"), "{why}");
+}
+
+/// Coordinates and rates are those that were set: of balls, free joints, three hinges that meet, and hinges that nearly lie in a line.
+#[test]
+fn rates_are_read_back() {
+    let hinges = |axes: [&str; 3]| {
+        axes.map(|axis| format!("<joint type=\"hinge\" axis=\"{axis}\" pos=\"0.01 0.02 -0.03\"/>"))
+            .concat()
+    };
+    let ball = "<joint type=\"ball\" pos=\"0.0001 0.006 0.08\"/>".to_owned();
+    let gimbal = hinges(["1 0 0", "0 1 0", "0 0 1"]);
+    for joints in [ball, "<freejoint/>".to_owned(), gimbal] {
+        let geom = r#"<geom type="box" size="0.1 0.2 0.3" mass="1" contype="0" conaffinity="0"/>"#;
+        let text = format!(
+            r#"<mujoco><worldbody><body name="a" pos="0 0 1">{joints}{geom}
+            <body name="b" pos="0.1 0.2 0.3"><joint type="slide" axis="1 2 3"/>{geom}</body></body></worldbody></mujoco>"#
+        );
+        let scene = scene_of(&text, None).unwrap();
+        let robot = &scene.robots[0];
+        let mut states = scene.starts.clone();
+        let (start, rates) = robot.coordinates(&states, robot.start()).unwrap();
+        let mut draws = Draws::new(7);
+        for _ in 0..500 {
+            let mut draw = || 2.0 * draws.unit() - 1.0;
+            let mut q: Vec<f64> = start.iter().map(|_| draw()).collect();
+            let v: Vec<f64> = rates.iter().map(|_| draw()).collect();
+            if q.len() > v.len() {
+                let first = q.len() - 5;
+                let length = q[first..first + 4].iter().map(|x| x * x).sum::<f64>().sqrt();
+                q[first..first + 4].iter_mut().for_each(|x| *x /= length);
+            }
+            robot.set_states(&q, &v, &mut states).unwrap();
+            let (at, fast) = robot.coordinates(&states, &q).unwrap();
+            // Of the attitudes q and −q.
+            let apart = |sign: f64| {
+                let each = at.iter().zip(&q).enumerate();
+                each.map(|(k, (a, b))| {
+                    let is_attitude = q.len() > v.len() && (q.len() - 5..q.len() - 1).contains(&k);
+                    (if is_attitude { sign * a } else { *a } - b).abs()
+                })
+                .fold(0.0, f64::max)
+            };
+            let off = apart(1.0).min(apart(-1.0));
+            assert!(off <= 1e-14, "{joints}: {at:?} {q:?}");
+            let off = fast.iter().zip(&v).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(off <= 1e-13, "{joints}: {fast:?} {v:?}, by {off}");
+        }
+    }
 }
