@@ -3,13 +3,14 @@
 use crate::arrays::{numbers, of_states, shaped, to_states};
 use crate::errors::refused;
 use crate::scene::Scene;
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, Vector3, Vector4};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use std::sync::Arc;
-use tumble::robot::Assembled;
 use tumble::robot::model::Moves;
 use tumble::robot::motion::{LinkMotion, Motion};
+use tumble::robot::sensors::Site;
+use tumble::robot::{Assembled, Frame};
 use tumble::scenario::scene::Scene as Content;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -252,4 +253,57 @@ impl Robot {
         let [place, turn] = self.at(&q, None)?.jacobian(link, &Vector3::from(point));
         Ok((by_rows(py, &place)?, by_rows(py, &turn)?))
     }
+
+    /// How a site moves, a frame at a point of a link with an attitude there, where the bodies are at states (N, 13).
+    fn site_motion<'py>(
+        &self,
+        py: Python<'py>,
+        place: Place,
+        states: PyReadonlyArrayDyn<'py, f64>,
+    ) -> PyResult<Vec<Array<'py>>> {
+        let links = self.own().links_at(&to_states("states", &states)?).map_err(refused)?;
+        let moving = site(place)?.motion(&links).map_err(refused)?;
+        [
+            moving.frame.position.as_slice(),
+            moving.frame.attitude.as_slice(),
+            moving.velocity.as_slice(),
+            moving.spin.as_slice(),
+        ]
+        .into_iter()
+        .map(|numbers| shaped(py, numbers.to_vec(), &[numbers.len()]))
+        .collect()
+    }
+
+    /// What a gyroscope and an accelerometer there read of a step from states (N, 13) to others.
+    fn site_inertial<'py>(
+        &self,
+        py: Python<'py>,
+        place: Place,
+        start: PyReadonlyArrayDyn<'py, f64>,
+        end: PyReadonlyArrayDyn<'py, f64>,
+    ) -> PyResult<(Array<'py>, Array<'py>)> {
+        let links = |name, states| -> PyResult<_> {
+            self.own().links_at(&to_states(name, states)?).map_err(refused)
+        };
+        let (site, world) = (site(place)?, &self.content.world);
+        let (start, end) = (links("before", &start)?, links("after", &end)?);
+        let gyroscope = site.gyroscope(&end).map_err(refused)?;
+        let read =
+            site.accelerometer([&start, &end], world.time_step(), world.gravity()).map_err(refused);
+        let three = |of: Vector3<f64>| shaped(py, vec![of[0], of[1], of[2]], &[3]);
+        Ok((three(gyroscope)?, three(read?)?))
+    }
+}
+
+/// A link, a point of it (m), and an attitude there.
+pub type Place = (usize, [f64; 3], [f64; 4]);
+
+/// The frame at a place.
+pub fn site((link, point, attitude): Place) -> PyResult<Site> {
+    let attitude = Vector4::from(attitude);
+    if attitude.norm().is_nan() || attitude.norm() < 1e-12 {
+        return Err(refused("attitude: four numbers are needed that are not all zero"));
+    }
+    let frame = Frame { position: point.into(), attitude: attitude.normalize() };
+    Ok(Site { link, frame })
 }

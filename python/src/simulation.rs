@@ -4,7 +4,7 @@ use crate::arrays::{as_many, numbers, of_states, to_states};
 use crate::errors::{of_step, refused};
 use crate::last_step::LastStep;
 use crate::recording::{JOINT_COLUMNS, NO_STEP, Recording};
-use crate::robot::Robot;
+use crate::robot::{Robot, site};
 use crate::running::Running;
 use crate::scene::{Scene, in_python, read};
 use crate::watch::Watched;
@@ -24,6 +24,7 @@ use tumble::scenario::scene::Scene as Content;
 use tumble::simulation::save::Saved;
 use tumble::simulation::tables::JointRow;
 use tumble::simulation::{self, Motion, StepRecord};
+use tumble::world::Partner;
 
 /// More bodies than this may take long for a first step, so that it must be possible to end it.
 const MANY_BODIES: usize = 4;
@@ -353,6 +354,57 @@ impl Simulation {
             columns.set_item(name, crate::arrays::shaped(py, numbers, &[rows.len(), 3])?)?;
         }
         Ok(columns)
+    }
+
+    /// The states at the start and the end of the last step, (N, 13) each; nothing before the first one.
+    #[getter]
+    fn last_states<'py>(
+        &mut self,
+        py: Python<'py>,
+    ) -> PyResult<Option<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)>> {
+        let record = self.running().last.record();
+        if record.states.is_empty() {
+            return Ok(None);
+        }
+        Ok(Some((of_states(py, &record.states)?, of_states(py, &record.solution.states)?)))
+    }
+
+    /// The normal forces of the last step's contacts on the bodies that a link of a robot moves with, N: with one partner alone, and so
+    /// many metres about a point of the link, if these are given.
+    fn touched(
+        &mut self,
+        robot: PyRef<'_, Robot>,
+        link: usize,
+        partner: Option<&str>,
+        within: Option<([f64; 3], f64)>,
+    ) -> PyResult<f64> {
+        let named = |partner: &str| {
+            let content = &self.content;
+            let place = |names: &[String]| names.iter().position(|name| name == partner);
+            match partner {
+                "ground" => Some(Partner::Ground),
+                _ => place(&content.bodies)
+                    .map(Partner::Body)
+                    .or_else(|| place(&content.fixed).map(Partner::Fixed)),
+            }
+        };
+        let partner = partner
+            .map(|partner| {
+                named(partner)
+                    .ok_or_else(|| refused(format!("partner: nothing is called {partner:?}")))
+            })
+            .transpose()?;
+        let within = within
+            .map(|(point, radius)| {
+                Ok::<_, PyErr>((site((link, point, [1.0, 0.0, 0.0, 0.0]))?, radius))
+            })
+            .transpose()?;
+        let record = self.running().last.record();
+        if record.states.is_empty() {
+            return Ok(0.0);
+        }
+        let within = within.as_ref().map(|(site, radius)| (site, *radius));
+        robot.own().touch(record, link, partner, within).map_err(refused)
     }
 
     /// The contacts of the last step by column, as Trajectory.contacts has them, without k. They stay those of

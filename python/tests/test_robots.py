@@ -236,3 +236,75 @@ def test_several_and_copies():
         each.run(20)
     np.testing.assert_array_equal(simulation.states, other.states)
     np.testing.assert_array_equal(simulation.states, third.states)
+
+
+def test_sensors_at_rest():
+    """What lies still feels its weight: upwards in the accelerometer, and in its feet."""
+    simulation = standing().simulate()
+    robot = simulation.robot
+    robot.set_gains(stiffness=80.0, damping=2.0, most=25.0)
+    for joint in robot.slides_and_hinges:
+        joint.target = joint.coordinate
+    with pytest.raises(tumble.TumbleError, match="no step"):
+        robot.imu("trunk")
+    assert robot.touch("fl_foot") == 0.0
+    simulation.run(4000)
+    turned = np.sqrt(0.5) * np.array([1, 1, 0, 0])
+    read = robot.imu("trunk", point=[0.1, 0.0, 0.05], attitude=turned)
+    up = robot.site("trunk", attitude=turned)
+    np.testing.assert_allclose(read.gyroscope, 0.0, atol=1e-9)
+    w, x, y, z = up.attitude
+    third_row = [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
+    np.testing.assert_allclose(read.accelerometer, 9.81 * np.array(third_row), atol=1e-6)
+    forces = sum(force[2] for (_, other), force in robot.contact_forces.items() if other == "ground")
+    felt = [robot.touch(link, "ground") for link in robot.links]
+    by_body = {body: touch for body, touch in zip(robot.bodies, felt) if body is not None}
+    assert abs(sum(by_body.values()) - forces) < 1e-9 * forces
+    name = max(zip(felt, robot.links))[1]
+    assert robot.touch(name, point=[0, 0, 0], radius=10.0) == robot.touch(name) > 0
+    assert robot.touch(name, point=[0, 0, 5], radius=1.0) == 0.0 == robot.touch(name, "trunk")
+    for arguments, match in [
+        ({"partner": "moon"}, "moon"),
+        ({"point": [0, 0, 0]}, "radius"),
+        ({"point": [0, 0, 0], "radius": -1.0}, "radius"),
+    ]:
+        with pytest.raises(tumble.TumbleError, match=match):
+            robot.touch(name, **arguments)
+    with pytest.raises(tumble.TumbleError, match="attitude"):
+        robot.site(name, attitude=[0, 0, 0, 0])
+
+
+def test_sensors_in_motion(tmp_path):
+    """A falling box feels no acceleration at its centre; an arm that turns with ω feels ω² r inwards."""
+    box = "<geom type='box' size='.1 .2 .3' mass='1'/>"
+    (tmp_path / "box.xml").write_text(
+        f"<mujoco><option timestep='0.001'/><worldbody><body name='b' pos='0 0 5'><freejoint/>{box}</body></worldbody></mujoco>"
+    )
+    simulation = tumble.load(tmp_path / "box.xml").simulate()
+    robot = simulation.robot
+    robot.v = [1, 2, 3, 0.5, -1, 2]
+    run = simulation.run(50)
+    np.testing.assert_allclose(robot.imu("b").accelerometer, 0.0, atol=1e-11)
+    read = robot.imu("b", before=run.states[9], after=run.states[10])
+    np.testing.assert_allclose(read.gyroscope, run.states[10, 0, 10:], atol=1e-14)
+    now = robot.site("b", [0.1, 0.2, 0.3])
+    later = robot.site("b", [0.1, 0.2, 0.3], states=simulation.run(1).states[-1])
+    np.testing.assert_allclose((later.position - now.position) / 1e-3, later.velocity, atol=5e-3)
+    (tmp_path / "arm.xml").write_text(
+        "<mujoco><option timestep='0.0001' gravity='0 0 0'/><worldbody><body name='arm' pos='0 0 5'><joint name='pivot' axis='0 0 1'/>"
+        "<geom type='capsule' size='.05' fromto='0 0 0 1 0 0' mass='1'/></body></worldbody></mujoco>"
+    )
+    simulation = tumble.load(tmp_path / "arm.xml").simulate()
+    robot = simulation.robot
+    robot.v = [3.0]
+    run = simulation.run(10000)
+    read = robot.imu("arm", [0.8, 0, 0])
+    np.testing.assert_allclose(read.accelerometer, [-9 * 0.8, 0, 0], atol=9 * 0.8 * 3 * 1e-4)
+    np.testing.assert_allclose(read.gyroscope, [0, 0, 3], atol=3 * (3e-4) ** 2)
+    # By names of joints, and with all turns.
+    table = robot.to_pandas(run)
+    assert list(table.columns) == ["k", "time_s", "pivot", "pivot.rate"] and len(table) == 10001
+    np.testing.assert_allclose(table["pivot"], 3 * table["time_s"], atol=1e-3)
+    free = tumble.load(tmp_path / "box.xml").simulate()
+    table = free.robot.to_pandas(free.run(2))
+    assert table.columns[2].endswith(".x") and table.columns[-1].endswith(".wz") and table.shape == (3, 15)

@@ -29,6 +29,7 @@ pub mod model;
 pub mod motion;
 mod msh;
 mod notes;
+pub mod sensors;
 mod urdf;
 mod xml;
 

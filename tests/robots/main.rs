@@ -12,4 +12,5 @@ mod models;
 mod moving;
 mod reading;
 mod scenes;
+mod sensors;
 mod sums;

@@ -13,14 +13,14 @@ use tumble::scenario::written;
 use tumble::simulation::random::Draws;
 use tumble::simulation::{Simulation, StepRecord};
 
-fn scene_of(text: &str, h: Option<f64>) -> Result<Scene, String> {
+pub(super) fn scene_of(text: &str, h: Option<f64>) -> Result<Scene, String> {
     let name = if text.trim_start().starts_with('<') { "given.xml" } else { "given.toml" };
     let read = |path: &Path, _: u64| std::fs::read(path);
     let settings = Settings { dt: h, ..Settings::default() };
     Scene::of_text(text, Path::new(name), settings, &read).map_err(|failure| failure.to_string())
 }
 
-fn simulation(scene: &Scene) -> Simulation<'static> {
+pub(super) fn simulation(scene: &Scene) -> Simulation<'static> {
     scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap()
 }
 
@@ -30,7 +30,7 @@ fn set(scene: &Scene, simulation: &mut Simulation<'_>, (q, v): (&[f64], &[f64]))
     simulation.set_states(&states).unwrap();
 }
 
-fn step(simulation: &mut Simulation<'_>, steps: usize) -> StepRecord {
+pub(super) fn step(simulation: &mut Simulation<'_>, steps: usize) -> StepRecord {
     let mut record = StepRecord::new();
     for _ in 0..steps {
         simulation.step(&mut record).unwrap();

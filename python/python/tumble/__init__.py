@@ -15,7 +15,7 @@ from ._contacts import Contacts
 from ._gradients import Derivatives, RolloutDerivatives
 from ._plan import Miss, Plan, plan
 from ._problem import ContactProblem, ContactSolution
-from ._robot import Links, Robot, RobotJoint
+from ._robot import Inertial, Links, Robot, RobotJoint, Site
 from ._rollout import Rollouts, Unsolved, rollout
 from ._scene import Scene, drop, floating, load
 from ._simulation import Simulation, Step
@@ -30,6 +30,7 @@ __all__ = [
     "ContactSolution",
     "Contacts",
     "Derivatives",
+    "Inertial",
     "Links",
     "Miss",
     "Page",
@@ -41,6 +42,7 @@ __all__ = [
     "Rollouts",
     "Scene",
     "Simulation",
+    "Site",
     "Step",
     "Trajectory",
     "TumbleError",

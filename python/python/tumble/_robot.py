@@ -9,8 +9,11 @@ from ._checks import whole
 from ._tumble import CoreRobot, TumbleError
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from ._arrays import Floats
     from ._simulation import Simulation
+    from ._trajectory import Trajectory
 
 
 class Links(NamedTuple):
@@ -24,6 +27,28 @@ class Links(NamedTuple):
     """(L, 3), of the same, m/s, world."""
     spins: "Floats"
     """(L, 3), rad/s, world."""
+
+
+class Site(NamedTuple):
+    """How a frame on a link moves."""
+
+    position: "Floats"
+    """(3,), m, world."""
+    attitude: "Floats"
+    """(4,), w, x, y, z, site to world."""
+    velocity: "Floats"
+    """(3,), of its origin, m/s, world."""
+    spin: "Floats"
+    """(3,), rad/s, world."""
+
+
+class Inertial(NamedTuple):
+    """What an inertial measurement unit reads."""
+
+    gyroscope: "Floats"
+    """(3,), the spin, rad/s, in its frame."""
+    accelerometer: "Floats"
+    """(3,), the acceleration over a step without gravity, m/s², in its frame: g upwards at rest."""
 
 
 class RobotJoint:
@@ -291,6 +316,94 @@ class Robot(CoreRobot):
         controls = numbers("controls", controls, (len(self.actuators),))
         self.simulation.put_controls(self, controls)
         self._controls = controls
+
+    def site(
+        self,
+        link: Union[int, str],
+        point: Any = (0.0, 0.0, 0.0),
+        attitude: Any = (1.0, 0.0, 0.0, 0.0),
+        *,
+        states: Any = None,
+    ) -> Site:
+        """How a site moves: a frame at a point of a link (m) with an attitude there (w, x, y, z), now, or where the
+        bodies of the scene are at ``states`` (N, 13)."""
+        states = self.simulation.states if states is None else self._states("states", states)
+        return Site(*self.site_motion(self._site(link, point, attitude), states))
+
+    def imu(
+        self,
+        link: Union[int, str],
+        point: Any = (0.0, 0.0, 0.0),
+        attitude: Any = (1.0, 0.0, 0.0, 0.0),
+        *,
+        before: Any = None,
+        after: Any = None,
+    ) -> Inertial:
+        """What gyroscope and accelerometer of a site read of the last step, or of one from the states ``before`` to those ``after``,
+        (N, 13) each, as ``run.states[k]`` and ``run.states[k + 1]``: in a step contacts act as impulses, so that the acceleration is what it did to
+        the velocity of the site, over h. Of the first step after velocities were set it lacks half of what turning makes."""
+        if (before is None) != (after is None):
+            raise TumbleError("before and after: the states of both are needed, or none")
+        if before is None:
+            last = self.simulation.last_states
+            if last is None:
+                raise TumbleError("imu: no step was taken yet; give before and after")
+            before, after = last
+        before, after = self._states("before", before), self._states("after", after)
+        return Inertial(*self.site_inertial(self._site(link, point, attitude), before, after))
+
+    def touch(
+        self,
+        link: Union[int, str],
+        partner: Optional[str] = None,
+        *,
+        point: Any = None,
+        radius: Optional[float] = None,
+    ) -> float:
+        """The sum of the normal forces of the last step on a link, N, and on what is fixed to it: of contacts with ``partner`` alone (a body of the
+        scene, "ground", or what is fixed), and no farther than ``radius`` from ``point`` (m, frame of the link), where these are given."""
+        if (point is None) != (radius is None):
+            raise TumbleError("point and radius: both are needed, or none")
+        within = None
+        if point is not None:
+            x, y, z = (float(x) for x in numbers("point", point, (3,)))
+            size = float(numbers("radius", radius, ()))
+            if size <= 0.0:
+                raise TumbleError(f"radius is {size}; a number above 0 is needed")
+            within = ([x, y, z], size)
+        return self.simulation.touched(self, self.link(link), partner, within)
+
+    def to_pandas(self, run: "Trajectory") -> "pd.DataFrame":
+        """The coordinates and rates of a run of its scene, a row a state: k, time_s, of each slide and hinge its name
+        (m or rad, with all turns of the run) and ``NAME.rate``, of free joints and balls ``NAME.x`` to ``NAME.qz`` and the rates
+        ``NAME.vx`` to ``NAME.wz``."""
+        import numpy as np
+        import pandas as pd
+
+        q, v, near = [], [], self.start
+        for states in run.states:
+            near, rates = self.coordinates(np.ascontiguousarray(states), near)
+            q.append(near)
+            v.append(rates)
+        places, rates_of = ("x", "y", "z"), ("vx", "vy", "vz")
+        turns, spins = ("qw", "qx", "qy", "qz"), ("wx", "wy", "wz")
+        words = {"free": (places + turns, rates_of + spins), "ball": (turns, spins)}
+        table: Dict[str, Any] = {"k": run._steps["k"], "time_s": run.time}
+        all_q, all_v = np.array(q), np.array(v)
+        for name, kind, at, rate, _ in self.joint_list:
+            if kind in words:
+                for first, numbers_of, parts in zip((at, rate), (all_q, all_v), words[kind]):
+                    table.update({f"{name}.{part}": numbers_of[:, first + i] for i, part in enumerate(parts)})
+            else:
+                table[name], table[f"{name}.rate"] = all_q[:, at], all_v[:, rate]
+        return pd.DataFrame(table)
+
+    def _site(self, link: Union[int, str], point: Any, attitude: Any) -> Tuple[int, List[float], List[float]]:
+        place = [float(x) for x in numbers("point", point, (3,))]
+        return self.link(link), place, [float(x) for x in numbers("attitude", attitude, (4,))]
+
+    def _states(self, name: str, states: Any) -> "Floats":
+        return numbers(name, states, (len(self.simulation.bodies), 13))
 
     @property
     def contact_forces(self) -> Dict[Tuple[str, str], "Floats"]:

@@ -100,6 +100,13 @@ struct Carried {
     parts: Vec<Vec<usize>>,
 }
 
+impl Carried {
+    /// Whether a body of the scene is one of its own.
+    fn has(&self, body: usize) -> bool {
+        (self.body..self.body + self.parts.len()).contains(&body)
+    }
+}
+
 impl Assembled {
     /// Puts `robot` into the model of a scene.
     ///
@@ -220,11 +227,16 @@ impl Assembled {
         Some(self.bodies[place].body)
     }
 
+    /// Whether a body of the scene is one of those that a link moves with.
+    #[must_use]
+    pub fn moves_with(&self, link: usize, body: usize) -> bool {
+        let place = self.links.get(link).and_then(|(place, _)| *place);
+        place.is_some_and(|place| self.bodies[place].has(body))
+    }
+
     /// Whether a body of the scene is one of its links.
     pub(crate) fn has_body(&self, body: usize) -> bool {
-        let of =
-            |carried: &Carried| (carried.body..carried.body + carried.parts.len()).contains(&body);
-        self.bodies.iter().any(of)
+        self.bodies.iter().any(|carried| carried.has(body))
     }
 
     /// Whether a fixed piece of the scene is of its file.

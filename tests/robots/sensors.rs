@@ -1,0 +1,76 @@
+//! What sensors on links read, by closed forms.
+
+use super::moving::{scene_of, simulation, step};
+use nalgebra::{Vector3, Vector4};
+use tumble::robot::Frame;
+use tumble::robot::sensors::Site;
+use tumble::simulation::{Simulation, StepRecord};
+use tumble::world::Partner;
+
+/// What an accelerometer and a gyroscope read of a step.
+fn read(
+    scene: &tumble::scenario::scene::Scene,
+    record: &StepRecord,
+    site: &Site,
+) -> [Vector3<f64>; 2] {
+    let robot = &scene.robots[0];
+    let links =
+        [&record.states, &record.solution.states].map(|states| robot.links_at(states).unwrap());
+    let h = scene.world.time_step();
+    let read = site.accelerometer([&links[0], &links[1]], h, scene.world.gravity()).unwrap();
+    [read, site.gyroscope(&links[1]).unwrap()]
+}
+
+/// An arm that turns with ω about z: ω² r inwards, against gravity, and ω along z; all in the frame of the site, which is turned.
+#[test]
+fn an_arm_that_turns() {
+    let (h, omega, r) = (1e-4, 3.0, 0.8);
+    let text = r#"<mujoco><option gravity="0 0 -10"/><worldbody><body name="arm" pos="0 0 5"><joint axis="0 0 1"/>
+        <geom type="capsule" size="0.05" fromto="0 0 0 1 0 0" mass="1"/></body></worldbody></mujoco>"#;
+    let scene = scene_of(text, Some(h)).unwrap();
+    let mut simulation: Simulation<'_> = simulation(&scene);
+    let mut states = simulation.states().to_vec();
+    scene.robots[0].set_states(&[0.0], &[omega], &mut states).unwrap();
+    simulation.set_states(&states).unwrap();
+    let record = step(&mut simulation, 5000);
+    let link = scene.robots[0].robot().link("arm").unwrap();
+    let half = 0.5_f64.sqrt();
+    // x stays, y is up.
+    let attitude = Vector4::new(half, half, 0.0, 0.0);
+    let site = Site { link, frame: Frame { position: Vector3::new(r, 0.0, 0.0), attitude } };
+    let [pulled, spin] = read(&scene, &record, &site);
+    let expected = Vector3::new(-omega * omega * r, 10.0, 0.0);
+    // The mean over a step is at its middle.
+    let turned = omega * omega * r * omega * h;
+    assert!((pulled - expected).amax() < turned, "{pulled}");
+    // Turns are solved but for a part of (h ω)².
+    let part = omega * (h * omega).powi(2);
+    assert!((spin - Vector3::new(0.0, omega, 0.0)).amax() < part, "{spin}");
+    assert!(Site { link: 7, ..site }.motion(&[]).is_err());
+}
+
+/// A ball of 2 kg on the ground under one of 1 kg: what touches it from below and from above, and near its lowest point.
+#[test]
+fn a_ball_is_touched() {
+    let text = r#"<mujoco><option gravity="0 0 -10"/><worldbody><geom type="plane" size="1 1 1"/>
+        <body name="low" pos="0 0 0.1"><joint type="slide" axis="0 0 1"/><geom size="0.1" mass="2"/></body>
+        <body name="high" pos="0 0 0.3"><joint type="slide" axis="0 0 1"/><geom size="0.1" mass="1"/></body>
+        </worldbody></mujoco>"#;
+    let scene = scene_of(text, Some(0.001)).unwrap();
+    let record = step(&mut simulation(&scene), 20);
+    let robot = &scene.robots[0];
+    let [low, high] = ["low", "high"].map(|name| robot.robot().link(name).unwrap());
+    let foot = Site { link: low, frame: Frame::at(Vector3::new(0.0, 0.0, -0.1)) };
+    let other = Partner::Body(robot.body(high).unwrap());
+    for (partner, within, expected) in [
+        (None, None, 40.0),
+        (Some(Partner::Ground), None, 30.0),
+        (Some(other), None, 10.0),
+        (None, Some((&foot, 0.05)), 30.0),
+        (Some(other), Some((&foot, 0.05)), 0.0),
+    ] {
+        let felt = robot.touch(&record, low, partner, within).unwrap();
+        assert!((felt - expected).abs() < 1e-8, "{partner:?}: {felt}");
+    }
+    assert!((robot.touch(&record, high, None, None).unwrap() - 10.0).abs() < 1e-8);
+}
