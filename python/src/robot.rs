@@ -258,11 +258,11 @@ impl Robot {
     fn site_motion<'py>(
         &self,
         py: Python<'py>,
-        place: Place,
+        site: Place,
         states: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<Vec<Array<'py>>> {
         let links = self.own().links_at(&to_states("states", &states)?).map_err(refused)?;
-        let moving = site(place)?.motion(&links).map_err(refused)?;
+        let moving = at_place(site)?.motion(&links).map_err(refused)?;
         [
             moving.frame.position.as_slice(),
             moving.frame.attitude.as_slice(),
@@ -278,14 +278,14 @@ impl Robot {
     fn site_inertial<'py>(
         &self,
         py: Python<'py>,
-        place: Place,
+        site: Place,
         start: PyReadonlyArrayDyn<'py, f64>,
         end: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
         let links = |name, states| -> PyResult<_> {
             self.own().links_at(&to_states(name, states)?).map_err(refused)
         };
-        let (site, world) = (site(place)?, &self.content.world);
+        let (site, world) = (at_place(site)?, &self.content.world);
         let (start, end) = (links("before", &start)?, links("after", &end)?);
         let gyroscope = site.gyroscope(&end).map_err(refused)?;
         let read =
@@ -299,7 +299,7 @@ impl Robot {
 pub type Place = (usize, [f64; 3], [f64; 4]);
 
 /// The frame at a place.
-pub fn site((link, point, attitude): Place) -> PyResult<Site> {
+pub fn at_place((link, point, attitude): Place) -> PyResult<Site> {
     let attitude = Vector4::from(attitude);
     if attitude.norm().is_nan() || attitude.norm() < 1e-12 {
         return Err(refused("attitude: four numbers are needed that are not all zero"));

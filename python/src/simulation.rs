@@ -4,7 +4,7 @@ use crate::arrays::{as_many, numbers, of_states, to_states};
 use crate::errors::{of_step, refused};
 use crate::last_step::LastStep;
 use crate::recording::{JOINT_COLUMNS, NO_STEP, Recording};
-use crate::robot::{Robot, site};
+use crate::robot::{Robot, at_place};
 use crate::running::Running;
 use crate::scene::{Scene, in_python, read};
 use crate::watch::Watched;
@@ -25,6 +25,8 @@ use tumble::simulation::save::Saved;
 use tumble::simulation::tables::JointRow;
 use tumble::simulation::{self, Motion, StepRecord};
 use tumble::world::Partner;
+
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// More bodies than this may take long for a first step, so that it must be possible to end it.
 const MANY_BODIES: usize = 4;
@@ -358,10 +360,7 @@ impl Simulation {
 
     /// The states at the start and the end of the last step, (N, 13) each; nothing before the first one.
     #[getter]
-    fn last_states<'py>(
-        &mut self,
-        py: Python<'py>,
-    ) -> PyResult<Option<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)>> {
+    fn last_states<'py>(&mut self, py: Python<'py>) -> PyResult<Option<(Array<'py>, Array<'py>)>> {
         let record = self.running().last.record();
         if record.states.is_empty() {
             return Ok(None);
@@ -396,7 +395,7 @@ impl Simulation {
             .transpose()?;
         let within = within
             .map(|(point, radius)| {
-                Ok::<_, PyErr>((site((link, point, [1.0, 0.0, 0.0, 0.0]))?, radius))
+                Ok::<_, PyErr>((at_place((link, point, [1.0, 0.0, 0.0, 0.0]))?, radius))
             })
             .transpose()?;
         let record = self.running().last.record();

@@ -75,7 +75,7 @@ pub struct RunGradient {
     pub unknown: u64,
     /// Steps in which shares of forces were [kept](StepDerivative::keeps_shares).
     pub kept: u64,
-    /// Steps that took a [part](StepRecord::restitution_share) of their restitution, which is taken for a constant.
+    /// Steps that took a [part](super::StepRecord::restitution_share) of their restitution, which is taken for a constant.
     pub limited: u64,
 }
 
