@@ -66,7 +66,7 @@ fn weighed(
 /// ε and 2ε.
 const COMPLIANCES: [f64; 2] = [COMPLIANCE, 2.0 * COMPLIANCE];
 
-/// The compliance on changes where the limit is taken at one point: it leaves the system half of its digits.
+/// A compliance that leaves half of the digits of the system, where rows are nearly dependent.
 const FINE: f64 = 1e-8;
 
 /// What the results at the two compliances are multiplied with.
@@ -203,11 +203,14 @@ impl LinearIsland {
         let is_solved = rolls || residual <= island.tolerances().newton;
         // More rows than bodies have ways to move are not independent.
         if is_solved && near.stiff_rows(island) <= 6 * view.bodies.len() {
-            let on = Given { compliance: FINE, is_limit: true };
-            near.keep(island, step, view, FINE);
-            if near.factorise(island, on).is_some() && near.is_determined(island) {
-                (self.is_determined, self.given[0]) = (true, on);
-                return Ok(false);
+            // What hardly decides anything at one compliance does at a smaller one.
+            for compliance in [COMPLIANCE, FINE] {
+                let on = Given { compliance, is_limit: true };
+                near.keep(island, step, view, compliance);
+                if near.factorise(island, on).is_some() && near.is_determined(island) {
+                    (self.is_determined, self.given[0]) = (true, on);
+                    return Ok(false);
+                }
             }
         }
         self.given[0] = Given { compliance: COMPLIANCE, is_limit: true };

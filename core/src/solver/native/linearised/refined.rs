@@ -105,15 +105,15 @@ impl Held {
     /// δp̂ ← D (J δV − ε δp̂),   K δV = −ε Σ H D δp̂
     /// ```
     ///
-    /// The impulses are without a pattern, so that no direction is missed. What is left after the first solution and one that follows is its square.
+    /// The impulses are without a pattern, so that no direction is missed.
     pub(super) fn is_determined(
         &mut self,
         island: &Island,
-        (columns, system): (&mut Columns<1>, &mut IslandSystem),
+        (columns, system): (&mut Columns<6>, &mut IslandSystem),
     ) -> bool {
         /// What may be left of the drawn impulses after the first solution, if one follows; and after the last.
-        const FEW: f64 = 1e-5;
-        const LEFT: f64 = 1e-10;
+        const FEW: f64 = 1e-6;
+        const LEFT: f64 = 1e-12;
         /// What is left has to be less than this part of what was, each time.
         const LESS: f64 = 0.1;
         /// Solutions that may follow the first.
