@@ -66,7 +66,7 @@ fn weighed(
 /// ε and 2ε.
 const COMPLIANCES: [f64; 2] = [COMPLIANCE, 2.0 * COMPLIANCE];
 
-/// A compliance that leaves half of the digits of the system, where rows are nearly dependent.
+/// The compliance on changes where the limit is taken at one point: it leaves the system half of its digits.
 const FINE: f64 = 1e-8;
 
 /// What the results at the two compliances are multiplied with.
@@ -203,14 +203,11 @@ impl LinearIsland {
         let is_solved = rolls || residual <= island.tolerances().newton;
         // More rows than bodies have ways to move are not independent.
         if is_solved && near.stiff_rows(island) <= 6 * view.bodies.len() {
-            // What hardly decides anything at one compliance does at a smaller one.
-            for compliance in [COMPLIANCE, FINE] {
-                let on = Given { compliance, is_limit: true };
-                near.keep(island, step, view, compliance);
-                if near.factorise(island, on).is_some() && near.is_determined(island) {
-                    (self.is_determined, self.given[0]) = (true, on);
-                    return Ok(false);
-                }
+            let on = Given { compliance: FINE, is_limit: true };
+            near.keep(island, step, view, FINE);
+            if near.factorise(island, on).is_some() && near.is_determined(island) {
+                (self.is_determined, self.given[0]) = (true, on);
+                return Ok(false);
             }
         }
         self.given[0] = Given { compliance: COMPLIANCE, is_limit: true };

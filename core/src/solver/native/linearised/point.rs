@@ -280,8 +280,8 @@ impl LinearPoint {
 
     /// Whether the rows that hold here are independent, of the system that was factorised last.
     pub(super) fn is_determined(&mut self, island: &Island) -> bool {
-        let Self { newton, held, by_pose, .. } = self;
-        held.is_determined(island, (by_pose, newton.system()))
+        let Self { newton, held, one, .. } = self;
+        held.is_determined(island, (one, newton.system()))
     }
 
     /// Linearises by what they depend on all contacts and joints of what was factorised.
