@@ -83,6 +83,16 @@ impl Robot {
         self.own().robot().notes.clone()
     }
 
+    /// Of its file's sites the names, links and frames there.
+    #[getter]
+    fn site_list(&self) -> Vec<(String, Place)> {
+        let place = |Site { link, frame }: &Site| -> Place {
+            (*link, frame.position.into(), frame.attitude.into())
+        };
+        let sites = &self.own().robot().sites;
+        sites.iter().map(|named| (named.name.clone(), place(&named.site))).collect()
+    }
+
     /// The names of its links, the world first.
     #[getter]
     fn links(&self) -> Vec<String> {

@@ -292,7 +292,8 @@ def test_sensors_in_motion(tmp_path):
     np.testing.assert_allclose((later.position - now.position) / 1e-3, later.velocity, atol=5e-3)
     (tmp_path / "arm.xml").write_text(
         "<mujoco><option timestep='0.0001' gravity='0 0 0'/><worldbody><body name='arm' pos='0 0 5'><joint name='pivot' axis='0 0 1'/>"
-        "<geom type='capsule' size='.05' fromto='0 0 0 1 0 0' mass='1'/></body></worldbody></mujoco>"
+        "<geom type='capsule' size='.05' fromto='0 0 0 1 0 0' mass='1'/>"
+        "<site name='tip' pos='.8 0 0'/></body></worldbody></mujoco>"
     )
     simulation = tumble.load(tmp_path / "arm.xml").simulate()
     robot = simulation.robot
@@ -301,6 +302,9 @@ def test_sensors_in_motion(tmp_path):
     read = robot.imu("arm", [0.8, 0, 0])
     np.testing.assert_allclose(read.accelerometer, [-9 * 0.8, 0, 0], atol=9 * 0.8 * 3 * 1e-4)
     np.testing.assert_allclose(read.gyroscope, [0, 0, 3], atol=3 * (3e-4) ** 2)
+    assert robot.sites == {"tip": ("arm", [0.8, 0, 0], [1, 0, 0, 0])}
+    for own, named in zip(read, robot.imu(*robot.sites["tip"])):
+        np.testing.assert_array_equal(own, named)
     # By names of joints, and with all turns.
     table = robot.to_pandas(run)
     assert list(table.columns) == ["k", "time_s", "pivot", "pivot.rate"] and len(table) == 10001

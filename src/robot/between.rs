@@ -126,12 +126,13 @@ pub fn carried(robot: &Robot) -> Vec<Mass> {
 
 /// Has all that stands in links of the file stand in them where they are now.
 fn follow(robot: &mut Robot, places: &[usize]) {
-    let Robot { links, joints, shapes, looks, ties, apart, .. } = robot;
+    let Robot { links, joints, shapes, looks, sites, ties, apart, .. } = robot;
     // The last of `shapes` are those of the links between, which know where they are.
     let added = links.iter().filter(|link| link.is_between).count();
     let known = shapes.len() - added;
     shapes[..known].iter_mut().for_each(|shape| shape.link = places[shape.link]);
     looks.iter_mut().for_each(|look| look.link = places[look.link]);
+    sites.iter_mut().for_each(|named| named.site.link = places[named.site.link]);
     for (index, link) in links.iter().enumerate() {
         let (first, count) = link.joints;
         joints[first..first + count].iter_mut().for_each(|joint| joint.link = index);

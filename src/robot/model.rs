@@ -20,6 +20,8 @@ pub struct Robot {
     pub shapes: Vec<Shape>,
     /// What links look like; those that have none here look like their shapes.
     pub looks: Vec<Look>,
+    /// Frames on links that have names.
+    pub sites: Vec<NamedSite>,
     /// What drives joints.
     pub actuators: Vec<Actuator>,
     /// What else holds links together.
@@ -61,6 +63,24 @@ pub struct Link {
     pub joints: (usize, usize),
     /// Where it stands in the file, for sentences.
     pub at: String,
+}
+
+/// A frame on a link, where something is measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Site {
+    /// The number of the link, 0 being the world.
+    pub link: usize,
+    /// In the frame of the link.
+    pub frame: Frame,
+}
+
+/// A frame of which the file says a name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedSite {
+    /// What it is called.
+    pub name: String,
+    /// Where it is.
+    pub site: Site,
 }
 
 /// Mass, centre and inertia of a link.
@@ -397,6 +417,12 @@ impl Robot {
     #[must_use]
     pub fn link(&self, name: &str) -> Option<usize> {
         self.links.iter().position(|link| link.name == name)
+    }
+
+    /// The site of a name.
+    #[must_use]
+    pub fn site(&self, name: &str) -> Option<&Site> {
+        self.sites.iter().find(|named| named.name == name).map(|named| &named.site)
     }
 
     /// The joint of a name.

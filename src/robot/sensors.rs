@@ -10,20 +10,13 @@
 //! R being the attitude of its frame at the end. At rest it reads g upwards. Velocities are means over their steps; in the first step after they were set,
 //! where v is that of a moment, half of what turning makes is not in it.
 
+pub use super::model::{NamedSite, Site};
+
+use super::Assembled;
 use super::motion::LinkMotion;
-use super::{Assembled, Frame};
 use crate::simulation::StepRecord;
 use crate::world::Partner;
 use nalgebra::Vector3;
-
-/// Where something is measured: a frame on a link.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Site {
-    /// The number of the link, 0 being the world.
-    pub link: usize,
-    /// In the frame of the link.
-    pub frame: Frame,
-}
 
 impl Site {
     /// How it moves: where its frame is, its spin, and the velocity of its origin, world.

@@ -59,6 +59,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         joints: Vec::new(),
         shapes: Vec::new(),
         looks: Vec::new(),
+        sites: Vec::new(),
         actuators: Vec::new(),
         ties: Vec::new(),
         follows: Vec::new(),

@@ -74,3 +74,49 @@ fn a_ball_is_touched() {
     }
     assert!((robot.touch(&record, high, None, None).unwrap() - 10.0).abs() < 1e-8);
 }
+
+/// Sites of a file: in a frame that is turned, of a class, between two points, in the world, and of a body with a link between its joints. z of what is between
+/// two points is from the second to the first.
+#[test]
+fn sites_of_a_file() {
+    let text = r#"<mujoco><default><default class="tip"><site pos="0 0 2"/></default></default><worldbody>
+        <site name="home" pos="1 2 3"/>
+        <body name="base" pos="0 0 1"><joint axis="0 1 0"/><joint pos="0.3 0.2 0"/><geom size="0.1" mass="1"/>
+        <frame pos="0 1 0" euler="90 0 0" childclass="tip"><site name="up"/><site name="own" pos="1 0 0" euler="0 0 90"/></frame>
+        <site name="along" fromto="1 0 0 3 0 0" size="0.1" type="capsule"/><site rgba="1 0 0 1"/></body></worldbody></mujoco>"#;
+    let scene = scene_of(text, Some(0.001)).unwrap();
+    let robot = scene.robots[0].robot();
+    let links = scene.robots[0].links_at(&scene.starts).unwrap();
+    assert!(robot.links.iter().any(|link| link.is_between));
+    let names: Vec<_> = robot.sites.iter().map(|named| named.name.as_str()).collect();
+    assert_eq!(names, ["home", "up", "own", "along"]);
+    // Where it is, and its axes x and z.
+    for (name, place, x, z) in [
+        ("home", [1.0, 2.0, 3.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+        ("up", [0.0, -1.0, 1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]),
+        ("own", [1.0, 1.0, 1.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]),
+        ("along", [2.0, 0.0, 1.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]),
+    ] {
+        let site = robot.site(name).unwrap();
+        let link = if name == "home" { "world" } else { "base" };
+        assert_eq!(robot.links[site.link].name, link);
+        let frame = site.motion(&links).unwrap().frame;
+        let rotation = frame.rotation();
+        for (found, expected) in [
+            (frame.position, place),
+            (rotation.column(0).into(), x),
+            (rotation.column(2).into(), z),
+        ] {
+            assert!((found - Vector3::from(expected)).amax() < 1e-12, "{name}: {found}");
+        }
+    }
+    assert!(robot.notes.iter().any(|note| note.contains("site without a name")));
+    for (from, to, why) in [
+        ("name=\"up\"", "name=\"home\"", "given twice"),
+        ("3 0 0\" size", "1 0 0\" size", "apart"),
+        ("type=\"capsule\"", "kind=\"capsule\"", "kind"),
+    ] {
+        let refused = scene_of(&text.replace(from, to), None).err().unwrap();
+        assert!(refused.contains(why), "{refused}");
+    }
+}

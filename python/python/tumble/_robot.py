@@ -317,6 +317,13 @@ class Robot(CoreRobot):
         self.simulation.put_controls(self, controls)
         self._controls = controls
 
+    @property
+    def sites(self) -> Dict[str, Tuple[str, List[float], List[float]]]:
+        """The sites of an MJCF file by their names: the link, the point there (m), and the attitude (w, x, y, z), so that
+        ``robot.imu(*robot.sites["imu"])`` reads what is there."""
+        links = self.links
+        return {name: (links[link], point, attitude) for name, (link, point, attitude) in self.site_list}
+
     def site(
         self,
         link: Union[int, str],

@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 const MOST_LINKS: usize = 2000;
 
 /// What has no part in the motion.
-const IDLE: [&str; 3] = ["site", "camera", "light"];
+const IDLE: [&str; 2] = ["camera", "light"];
 
 /// Where the children of a body stand: the body, their frame in it, and the class that they have.
 #[derive(Clone)]
@@ -128,6 +128,7 @@ impl Reader<'_> {
                 "geom" => self.read_shape(child, (within.link, &within.frame), within.class)?,
                 "body" => below.push((child, within.clone())),
                 "joint" | "freejoint" => self.read_joint(child, within)?,
+                "site" => self.read_site(child, (within.link, &within.frame), within.class)?,
                 "inertial" if within.link > 0 && element.tag == "body" => {}
                 "frame" => {
                     child.refuse_others(

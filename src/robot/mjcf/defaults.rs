@@ -12,6 +12,7 @@ fn kind(tag: &str) -> Option<&'static str> {
     match tag {
         "geom" => Some("geom"),
         "joint" => Some("joint"),
+        "site" => Some("site"),
         "mesh" => Some("mesh"),
         "equality" => Some("equality"),
         "tendon" => Some("tendon"),
@@ -23,7 +24,7 @@ fn kind(tag: &str) -> Option<&'static str> {
 }
 
 /// What defaults are of besides.
-const IDLE: [&str; 5] = ["site", "camera", "light", "material", "skin"];
+const IDLE: [&str; 4] = ["camera", "light", "material", "skin"];
 
 /// The name of the class that is not named.
 const MAIN: &str = "main";

@@ -12,6 +12,7 @@ mod includes;
 mod replicated;
 mod rest;
 mod shapes;
+mod sites;
 mod tendons;
 
 use super::Reading;
@@ -94,6 +95,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         joints: Vec::new(),
         shapes: Vec::new(),
         looks: Vec::new(),
+        sites: Vec::new(),
         actuators: Vec::new(),
         ties: Vec::new(),
         follows: Vec::new(),

@@ -2,7 +2,8 @@
 
 use super::Reader;
 use super::defaults::Defaulted;
-use crate::robot::frame::{Frame, from_z};
+use super::sites::ends;
+use crate::robot::frame::Frame;
 use crate::robot::mass::solid;
 use crate::robot::meshes::{self, Volume};
 use crate::robot::model::{Form, Look, Mass, Seen, Shape};
@@ -194,12 +195,7 @@ impl Reader<'_> {
             }
             None => Err(element.wrong(format!("size: {} numbers are needed", index + 1))),
         };
-        if let Some([a, b, c, d, e, f]) = read.exactly::<6>("fromto")? {
-            let (from, to) = (Vector3::new(a, b, c), Vector3::new(d, e, f));
-            let half = 0.5 * (to - from).norm();
-            if !(1e-6..=1e4).contains(&half) {
-                return Err(element.wrong("fromto: two points 2e-6 to 2e4 m apart are needed"));
-            }
+        if let Some((frame, half)) = ends(read)? {
             let radius = size(0)?;
             let form = match kind {
                 Kind::Capsule => Form::Capsule(half, radius),
@@ -212,8 +208,7 @@ impl Reader<'_> {
                     );
                 }
             };
-            let attitude = from_z(&(from - to).normalize());
-            return Ok((form, Frame { position: (from + to) * 0.5, attitude }, Volume::Hull));
+            return Ok((form, frame, Volume::Hull));
         }
         let three = || Ok::<_, String>(Vector3::new(size(0)?, size(1)?, size(2)?));
         let mut volume = Volume::Hull;
