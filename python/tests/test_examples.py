@@ -1,4 +1,4 @@
-"""The examples, run; the cluster's two, with a worker that is lost."""
+"""Runs the examples; the Dask one also with a lost worker."""
 
 import os
 import runpy
@@ -135,31 +135,3 @@ def test_the_command_line_verifies_and_shows_the_tables_of_a_run(root, tmp_path)
         run.to_csv(tmp_path / f"part-{number}")
         done = tumbled("verify", str(tmp_path / f"part-{number}" / "states.csv"))
         assert done.returncode == 0, done.stdout + done.stderr
-
-
-def test_the_slurm_script_makes_the_bytes_of_one_run(root, tmp_path):
-    program = os.environ.get("TUMBLE") or shutil.which("tumble")
-    if program is None:
-        pytest.skip("TUMBLE does not name the program of the command line")
-    script = root / "examples" / "slurm" / "sweep.sbatch"
-
-    def job(out, task, count):
-        environment = {
-            **os.environ,
-            "TUMBLE": program,
-            "SWEEP_SCENARIO": str(root / "scenarios" / "drop.toml"),
-            "SWEEP_TOSSES": "40",
-            "SWEEP_OUT": str(out),
-            "SLURM_ARRAY_TASK_ID": str(task),
-            "SLURM_ARRAY_TASK_COUNT": str(count),
-            "SLURM_CPUS_PER_TASK": "1",
-        }
-        subprocess.run([str(script)], env=environment, check=True, timeout=120)
-
-    for task in (3, 1, 2):
-        job(tmp_path / "array", task, 3)
-    job(tmp_path / "one", 1, 1)
-    for name in ("array", "one"):
-        subprocess.run([program, "merge", str(tmp_path / name), "--quiet"], check=True)
-    table = (tmp_path / "array" / "sweep.csv").read_bytes()
-    assert table == (tmp_path / "one" / "sweep.csv").read_bytes() and table.count(b"\n") == 41

@@ -105,6 +105,37 @@ def test_on_the_central_path_what_is_near_is_felt():
     assert np.allclose(found.gradients["states"][0], back["states"], rtol=1e-12)
 
 
+def pushed_block(force, smoothing):
+    """Final x of a block after 50 steps of a steady push, and its derivative by the push."""
+    block = {"box": [0.4, 0.4, 0.1], "mass": 2.0, "position": [0, 0, 0.05]}
+    scene = tumble.Scene(bodies=[block], ground={"friction": 0.25})
+    controls = np.zeros((50, 1, 6))
+    controls[:, 0, 0] = force
+    along = np.zeros((1, 12))
+    along[0, 0] = 1.0
+    found = scene.vjp(along, controls=controls, **smoothing)
+    return found.ends[0, 0], found["controls"][:, 0, 0].sum()
+
+
+def test_a_push_breaks_a_block_away():
+    """It sticks up to mu m g; above, x = (F/m - mu g) n (n + 1) h^2 / 2."""
+    steps, h, g, mass, friction = 50, 0.002, 9.81, 2.0, 0.25
+    travel = steps * (steps + 1) * h * h / 2
+    forces = np.linspace(0, 10, 21)
+    exact = np.array([pushed_block(force, {}) for force in forces])
+    sliding = forces > friction * mass * g
+    assert np.allclose(exact[:, 0], np.where(sliding, travel * (forces / mass - friction * g), 0), rtol=0, atol=1e-9)
+    assert np.allclose(exact[:, 1], np.where(sliding, travel / mass, 0), rtol=0, atol=1e-9)
+    soft = np.array([pushed_block(force, {"compliance": 0.01}) for force in forces])
+    central = np.array([pushed_block(force, {"central_path": 0.003}) for force in forces])
+    # Smoothing changes the derivative and not the run.
+    assert np.array_equal(soft[:, 0], exact[:, 0]) and np.array_equal(central[:, 0], exact[:, 0])
+    assert (soft[:, 1] > 2e-7).all()
+    # On the central path the derivative has no kink: it rises towards the exact one.
+    assert (central[:, 1] > 0).all() and (central[:, 1] < travel / mass).all()
+    assert (np.diff(central[:, 1]) > 0).all()
+
+
 def test_what_is_refused():
     scene = sliding()
     with pytest.raises(tumble.TumbleError, match="by: \"colour\" is none; there are states, wrenches, friction"):

@@ -27,7 +27,6 @@ mod scene;
 mod signals;
 mod simulate;
 mod solve;
-mod sweep;
 mod validate;
 mod values;
 mod verify;
@@ -62,8 +61,6 @@ pub fn run() -> Result<Outcome, Failure> {
         Some(Command::Plan(args)) => plan::run(&args),
         Some(Command::Validate(args)) => validate::run(&args),
         Some(Command::Solve(args)) => solve::run(&args),
-        Some(Command::Sweep(args)) => sweep::run(&args),
-        Some(Command::Merge(args)) => sweep::merge(&args),
     }
 }
 

@@ -70,22 +70,6 @@ pub fn count(text: &str) -> Result<usize, String> {
     integer(text, 0, 10_000_000, "0 to 10000000")
 }
 
-pub fn points(text: &str) -> Result<usize, String> {
-    integer(text, 2, 10_000, "2 to 10000")
-}
-
-pub fn tosses(text: &str) -> Result<u32, String> {
-    integer(text, 1, 100_000_000, "1 to 100000000")
-}
-
-/// The i-th of n shares, i/n.
-pub fn shard(text: &str) -> Result<(u32, u32), String> {
-    let number = |text: &str| integer(text, 1, 1_000_000, "").ok();
-    let pair = text.split_once('/').and_then(|(i, n)| Some((number(i)?, number(n)?)));
-    let shard = pair.filter(|(i, n)| i <= n);
-    shard.ok_or_else(|| "i/n, with i from 1 to n, n up to 1000000, is needed".to_owned())
-}
-
 pub fn seed(text: &str) -> Result<u32, String> {
     integer(text, 0, u32::MAX, "0 to 4294967295")
 }

@@ -172,7 +172,6 @@ const REFUSED: [(&[&str], &[&str]); 121] = [
     (&["--threads", "1025"], &["--threads", "1025", "1 to 1024"]),
     (&["--threads", "-2"], &["--threads", "-2", "1 to 1024"]),
     (&["--threads", "all"], &["--threads", "all", "1 to 1024"]),
-    (&["sweep", "x.toml", "--tosses", "5", "--threads", "0"], &["--threads", "1 to 1024"]),
     (&["--out"], &["--out"]),
     (&["--quiet=yes"], &["--quiet"]),
     (&["--wrong"], &["--wrong"]),

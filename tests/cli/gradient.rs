@@ -199,7 +199,7 @@ fn a_shape_that_cannot_vary_is_refused() {
 
 #[test]
 fn what_cannot_be_differentiated_is_refused() {
-    let cases: [(&[&str], &[&str]); 11] = [
+    let cases: [(&[&str], &[&str]); 8] = [
         (&["--of", "x", "--by", "joint_friction"], &["joint_friction", "of its own"]),
         (&["--of", "x", "--by", "colour"], &["--by: \"colour\" is none", "velocity", "friction"]),
         (&["--of", "x", "--body", "nobody"], &["--body nobody"]),
@@ -208,9 +208,6 @@ fn what_cannot_be_differentiated_is_refused() {
         (&["--of", "x", "--compliance", "3"], &["--compliance", "1e-9 to 1"]),
         (&["--of", "x", "--central-path", "0"], &["--central-path", "1e-6 to 10 m/s"]),
         (&["--of", "x", "--compliance", "0.1", "--central-path", "1"], &["cannot be used with"]),
-        (&["--of", "x", "--sweep", "force=0..1"], &["--sweep force=0..1", "force.x=0..20"]),
-        (&["--of", "x", "--sweep", "friction=0.5..0.1"], &["--sweep", "friction=0.1..0.6"]),
-        (&["--of", "x", "--sweep", "friction=-1..2"], &["friction"]),
     ];
     for (args, words) in cases {
         let (directory, end) = gradient("slope.toml", args);
@@ -229,54 +226,4 @@ fn what_ipopt_solves_is_refused() {
     fs::write(&file, format!("{text}\n[solver]\nname = \"ipopt\"\n")).unwrap();
     let (_, end) = gradient(file.to_str().unwrap(), &["--of", "x", "--steps", "3"]);
     end.assert_refused(2, &["solver", "native"]);
-}
-
-/// A block on the ground is pushed harder and harder: it stays until μ m g, and then goes x = ½ (F/m − μ g) n (n + 1) h². A
-/// smoothed derivative feels the push before.
-#[test]
-fn a_sweep_shows_where_a_block_breaks_away() {
-    let directory = TempDir::new().unwrap();
-    let file = directory.path().join("block.toml");
-    let text = "[[bodies]]\nname = \"block\"\nbox = [0.4, 0.4, 0.1]\nmass = 2\nposition = [0, 0, 0.05]\n\
-                [ground]\nfriction = 0.25\n";
-    fs::write(&file, text).unwrap();
-    let file = file.to_str().unwrap();
-    let (steps, h, g) = (50.0, 0.002, 9.81);
-    let sweep = |more: &[&str]| {
-        let args = ["--of", "x", "--steps", "50", "--sweep", "force.x=0..10", "--points", "21"];
-        let (directory, end) = gradient(file, &[&args[..], more].concat());
-        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""));
-        for picture in ["sweep.svg", "sweep.png"] {
-            assert!(fs::metadata(directory.path().join(picture)).unwrap().len() > 2000);
-        }
-        let csv = fs::read_to_string(directory.path().join("sweep.csv")).unwrap();
-        let mut lines = csv.lines();
-        assert_eq!(lines.next(), Some("at,value,derivative,difference,margin,unsolved"));
-        let numbers =
-            |line: &str| line.split(',').map(|n| n.parse().ok()).collect::<Vec<Option<f64>>>();
-        lines.map(numbers).collect::<Vec<_>>()
-    };
-    let (exact, smoothed) = (sweep(&["--differences", "1e-5"]), sweep(&["--compliance", "0.01"]));
-    let central = sweep(&["--central-path", "0.003"]);
-    assert_eq!((exact.len(), smoothed.len(), central.len()), (21, 21, 21));
-    let way = 0.5 * steps * (steps + 1.0) * h * h;
-    for (row, soft) in exact.iter().zip(&smoothed) {
-        let [force, value, derivative] = [row[0], row[1], row[2]].map(Option::unwrap);
-        // Far from its edge: μ m g = 4.905 N, with a difference of 1e-5 N beside it.
-        let moves = force > 0.25 * 2.0 * g;
-        let expected = if moves { way * (force / 2.0 - 0.25 * g) } else { 0.0 };
-        assert!((value - expected).abs() < 1e-9, "{force} {value} {expected}");
-        let slope = if moves { way / 2.0 } else { 0.0 };
-        assert!((derivative - slope).abs() < 1e-9, "{force} {derivative} {slope}");
-        assert!((row[3].unwrap() - slope).abs() < 1e-6);
-        assert_eq!(soft[1].unwrap(), value);
-        assert!(soft[2].unwrap() > 2e-7, "{force} {soft:?}");
-    }
-    // Below the edge it already rises, and above it rises on to the exact one: no kink.
-    let slopes: Vec<f64> = central.iter().map(|row| row[2].unwrap()).collect();
-    assert!(slopes.iter().all(|slope| *slope > 0.0 && *slope < way / 2.0), "{slopes:?}");
-    assert!(slopes.windows(2).all(|pair| pair[0] < pair[1]), "{slopes:?}");
-    for (row, exact) in central.iter().zip(&exact) {
-        assert_eq!(row[1], exact[1]);
-    }
 }

@@ -44,7 +44,6 @@ mod start_index;
 mod streams;
 mod sums;
 mod support;
-mod sweep;
 #[path = "../fit/synthetic.rs"]
 mod synthetic;
 mod tampering;

@@ -1,4 +1,4 @@
-//! A trajectory as curves over time: two sheets of panels, as SVG and as PNG; and a number over what was varied.
+//! A trajectory as curves over time: two sheets of panels, as SVG and as PNG.
 
 pub(super) mod axes;
 pub(super) mod curve;
@@ -10,12 +10,10 @@ pub(super) mod panel;
 mod png;
 pub(super) mod scale;
 mod svg;
-mod sweep;
 pub(super) mod thin;
 
 pub(crate) use panel::{Panel, PanelMaker, Series};
 pub(crate) use scale::{Axis, Kind, Transform};
-pub use sweep::{Sweep, sweep};
 pub(crate) use thin::thin_rows;
 
 use crate::film::Film;

@@ -52,26 +52,7 @@ pub struct GradientArgs {
         conflicts_with = "compliance"
     )]
     pub central_path: Option<f64>,
-    /// The number and its derivative while one number of an argument goes through a range, in sweep.csv and as a picture
-    /// (sweep.svg, sweep.png): friction=0.1..0.6, force.x=0..20. Turns are from the start's attitude.
-    #[arg(
-        long,
-        value_name = "ARGUMENT=FROM..TO",
-        conflicts_with = "by",
-        allow_hyphen_values = true
-    )]
-    pub sweep: Option<String>,
-    /// Values of the sweep.
-    #[arg(
-        long,
-        value_name = "COUNT",
-        default_value_t = 101,
-        value_parser = values::points,
-        requires = "sweep",
-        allow_hyphen_values = true
-    )]
-    pub points: usize,
-    /// Directory for gradient.csv and gradient.json, or for those of the sweep, made if it is not there.
+    /// Directory for gradient.csv and gradient.json; created if missing.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
     /// No table.

@@ -7,7 +7,6 @@ mod plan;
 mod shared;
 mod simulate;
 mod solve;
-mod sweep;
 mod validate;
 
 pub use files::{ConvertArgs, GifArgs, InspectArgs, PlotArgs, VerifyArgs, ViewArgs};
@@ -17,7 +16,6 @@ pub use plan::PlanArgs;
 pub use shared::{AnimationArgs, PhysicsArgs};
 pub use simulate::SimulateArgs;
 pub use solve::{Rule, SolveArgs};
-pub use sweep::{MergeArgs, SweepArgs};
 pub use validate::{Solvers, ValidateArgs};
 
 use clap::{Parser, Subcommand};
@@ -70,10 +68,6 @@ pub enum Command {
     Validate(ValidateArgs),
     /// Solve contact problems by themselves, from files in Siconos' text form: a table, and the solutions as CSV.
     Solve(SolveArgs),
-    /// Simulate a scenario with many seeds, or one share of them: a row a toss.
-    Sweep(SweepArgs),
-    /// Make one table of a sweep of which all shares are done: DIR/sweep.csv.
-    Merge(MergeArgs),
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! `tumble gradient`: derivatives of a number that a run decides.
 
 mod argument;
-mod sweep;
 mod task;
 
 use super::args::{GradientArgs, Quantity};
@@ -11,13 +10,12 @@ use super::output::{PendingFile, quoted, say};
 use super::scenario::read_text;
 use super::signals::raise_on_signals;
 use super::{input, shown};
-use argument::{Range, arguments};
+use argument::arguments;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use task::{Row, Stop, Task};
-use tumble::mechanics::Wrench;
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::solver::native::{Smoothing, StepDerivative};
@@ -64,7 +62,6 @@ fn smoothing(args: &GradientArgs) -> Result<Option<Smoothing>, Failure> {
 /// `tumble gradient`.
 pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
     let arguments = arguments("--by", &args.by)?;
-    let range = args.sweep.as_deref().map(Range::of).transpose()?;
     if args.differences.is_some_and(|by| !(by > 0.0 && by < 1.0)) {
         return Err(Failure::Input(
             "--differences: a size above 0 and below 1 is needed".to_owned(),
@@ -86,11 +83,7 @@ pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
     let body = body_of(&scene, args.body.as_deref())?;
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let (of, push) = (args.of, Wrench::zero());
-    let task = Task { scene: &scene, body, of, smoothing, push, interrupt: &interrupt };
-    if let Some(range) = range {
-        return sweep::run(args, &task, range);
-    }
+    let task = Task { scene: &scene, body, of: args.of, smoothing, interrupt: &interrupt };
     let (value, found, rows) = match task.derivatives(&arguments, args.differences) {
         Ok(found) => found,
         Err(Stop::Interrupted) => return Ok(Outcome::Interrupted),

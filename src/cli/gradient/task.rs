@@ -59,8 +59,6 @@ pub struct Task<'a> {
     pub body: usize,
     pub of: Quantity,
     pub smoothing: Option<Smoothing>,
-    /// What pushes the body through all steps.
-    pub push: Wrench,
     pub interrupt: &'a Arc<AtomicBool>,
 }
 
@@ -77,7 +75,6 @@ impl Task<'_> {
             return Err(Failure::Input(format!("{}: the scene {why}", none.name())).into());
         }
         let mut simulation = self.scene.simulation(self.interrupt)?;
-        simulation.set_wrench(self.body, self.push)?;
         let start = simulation.states().to_vec();
         let mut before = |_: &mut Simulation<'_>| Ok(());
         let mut by_states = |k: u64, states: &[State]| {
@@ -177,13 +174,13 @@ impl Task<'_> {
     }
 
     /// The scene and the push where one number of an argument is `by` more.
-    pub fn shifted(
+    fn shifted(
         &self,
         argument: &Argument,
         component: usize,
         by: f64,
     ) -> Result<(Scene, Wrench), Stop> {
-        let (mut scene, mut push) = (self.scene.clone(), self.push);
+        let (mut scene, mut push) = (self.scene.clone(), Wrench::zero());
         match *argument {
             Argument::Start(.., from) => {
                 let mut change = [0.0; StateChange::LEN];
@@ -205,24 +202,6 @@ impl Task<'_> {
             }
         }
         Ok((scene, push))
-    }
-
-    /// What one number of an argument is in the scene; 0 of turns, which are from there.
-    pub fn own(&self, argument: &Argument, component: usize) -> Option<f64> {
-        match *argument {
-            Argument::Start(.., from) => {
-                let start = &self.scene.starts[self.body];
-                Some(match from {
-                    0 => start.position[component],
-                    3 => 0.0,
-                    6 => start.velocity[component],
-                    _ => start.spin[component],
-                })
-            }
-            Argument::Push(.., 0) => Some(self.push.force[component]),
-            Argument::Push(..) => Some(self.push.torque[component]),
-            Argument::Constant(constant) => constant.of(&self.scene.world).get(component).copied(),
-        }
     }
 
     fn mechanics(&self) -> &RigidBody {
