@@ -13,9 +13,6 @@ const HEIGHT: f64 = 290.0;
 /// Columns that curves over time are thinned to.
 const COLUMNS: usize = 160;
 
-/// How big a chart is.
-pub const SIZE: (f64, f64) = (WIDTH, HEIGHT);
-
 /// A chart in the making.
 pub struct Chart {
     axes: Axes,
@@ -100,11 +97,6 @@ impl Chart {
     pub fn dot(&mut self, class: &str, radius: f64, point: (f64, f64)) {
         self.body += &dot(class, radius, self.axes.place(point));
         self.body.push('\n');
-    }
-
-    /// The chart as a part of a picture, `y` below its top; what stands around it says how classes are drawn.
-    pub fn part(self, y: f64) -> String {
-        format!("<g transform=\"translate(0 {y})\">\n{}</g>\n", self.body)
     }
 
     /// The figure, with its caption, which is markup.

@@ -97,10 +97,3 @@ fn what_is_wrong_with_a_law_on_a_sum_is_said_in_one_sentence() {
         end.assert_refused(2, words);
     }
 }
-
-/// Ipopt's programs know gears that are held alone, and say so.
-#[test]
-fn ipopt_refuses_laws_on_sums() {
-    let (end, _) = run_scenario(SUMMED, &["--solver", "ipopt"]);
-    end.assert_refused(2, &["a drive of a sum of coordinates", "native"]);
-}

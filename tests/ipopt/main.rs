@@ -6,8 +6,6 @@ mod casadi;
 #[path = "../common/mod.rs"]
 mod common;
 mod derivatives;
-mod joint_derivatives;
-mod joints;
 mod ladder;
 mod native_point;
 #[path = "../common/points.rs"]

@@ -187,8 +187,7 @@ fn pose(
         })
         .collect();
     let bodies: Vec<_> = (0..states.len()).collect();
-    let step =
-        PosedStep { world, states, wrenches, angles: &[], bodies: &bodies, contacts: &contacts };
+    let step = PosedStep { world, states, wrenches, bodies: &bodies, contacts: &contacts };
     let mut nlp = SeveralNlp::new(&step, smoothing).unwrap();
     nlp.anchor((yielding, 0.3), numbers.iter().map(|u| Vector3::new(*u, -*u, 2.0 * u)));
     let layout = nlp.layout().clone();
@@ -259,8 +258,7 @@ proptest! {
                 world: &world,
                 states,
                 wrenches,
-                angles: &[],
-                bodies: &[0],
+                    bodies: &[0],
                 contacts: &contacts,
             };
         let nlp = SeveralNlp::new(&step, 0.5).unwrap();

@@ -78,14 +78,3 @@ pub enum Quantity {
     /// ½ m v² + ½ ω·I ω, J, with the file's mass and inertia also where they are differentiated by.
     KineticEnergy,
 }
-
-impl Quantity {
-    /// Its unit.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::X | Self::Y | Self::Z | Self::Distance => "m",
-            Self::Vx | Self::Vy | Self::Vz | Self::Speed => "m/s",
-            Self::KineticEnergy => "J",
-        }
-    }
-}

@@ -106,7 +106,6 @@ impl PointFile {
             world: &world,
             states: &states,
             wrenches: &wrenches,
-            angles: &[],
             bodies: &all,
             contacts: &contacts,
         };

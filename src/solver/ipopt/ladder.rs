@@ -5,7 +5,7 @@ use super::memory::Multipliers;
 use super::posed::Posed;
 use super::posing::{posed_in, solve_posed};
 use super::program::{Attempted, Effort, Hold, StartMultipliers};
-use super::start::{ProgramStart, set_joints};
+use super::start::ProgramStart;
 use super::{IpoptSolver, Rung, missed_depth};
 use crate::contact::certificate::{Certifier, Claim};
 use crate::contact::{Candidates, Contact, Partner, rounding};
@@ -178,8 +178,7 @@ impl Ladder {
             Rung::NativeStart => {
                 multipliers = StartMultipliers::Zero;
                 start.set_solution(step, contacts, native, &units);
-                *posed =
-                    Posed::of(step, contacts, |index, _| native.contacts[index].carries_force());
+                *posed = Posed::of(contacts, |index, _| native.contacts[index].carries_force());
             }
             Rung::FreeFlight => start.reset(step.free, contacts.len()),
             Rung::SharedWeight => start.share_weight(step, (contacts, posed), &units),
@@ -263,8 +262,8 @@ impl Ladder {
     /// The residual of the rung tried last, m/s.
     fn residual(&mut self, step: &Step<'_>, contacts: &[Contact]) -> f64 {
         let (states, wrenches, tried) = (step.states, step.wrenches, &self.tried);
-        let (next, joints, gears) = (&tried.states, &tried.joints, &tried.gears);
-        let claim = Claim { states, next, wrenches, contacts, joints, gears };
+        let next = &tried.states;
+        let claim = Claim { states, next, wrenches, contacts, joints: &[], gears: &[] };
         self.certifier.contact_step(step.world, &claim, self.tried.forces()).residual()
     }
 }
@@ -290,7 +289,6 @@ impl StepSolver for Ladder {
         self.ipopt.begin(step, candidates.contacts())?;
         // Where no rung has an end to show, free flight is at least a motion.
         self.best.set_free(step.free);
-        set_joints(step, (&[], &[]), &mut self.best);
         self.best_end.reset(step.free, 0);
         self.multipliers = None;
         let most = self.ipopt.program.max_iterations();

@@ -25,6 +25,7 @@ use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options, Scaling
 #[cfg(feature = "save")]
 use crate::simulation::save::{from_bytes, to_bytes};
 use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use crate::step_nlp::several::SeveralNlp;
 use crate::step_nlp::{ProgramPoint, StepNlp};
 use crate::world::World;
 use memory::IpoptMemory;
@@ -148,8 +149,7 @@ impl IpoptSolver {
             );
             return Err(Error::Solver { solver: "Ipopt", why });
         }
-        if world.has_surfaces() {
-            let why = "the world has surfaces that move, which its programs do not know; `native` takes them";
+        if let Some(why) = SeveralNlp::unsuitable(world) {
             return Err(Error::Solver { solver: "Ipopt", why: why.to_owned() });
         }
         Ok(Self {

@@ -1,7 +1,6 @@
 //! Which bodies and contacts of a step its program has.
 
 use crate::contact::{Contact, ContactKey};
-use crate::step::Step;
 
 /// The bodies and contacts that take part, indices of the world and of the candidates, both in
 /// ascending order.
@@ -12,9 +11,8 @@ pub(super) struct Posed {
 }
 
 impl Posed {
-    /// The candidates of which `takes_part` is true, and their bodies; and all that joints tie.
+    /// The candidates of which `takes_part` is true, and their bodies.
     pub(super) fn of(
-        step: &Step<'_>,
         candidates: &[Contact],
         mut takes_part: impl FnMut(usize, &Contact) -> bool,
     ) -> Self {
@@ -24,8 +22,6 @@ impl Posed {
             contacts.push(index);
             bodies.extend(contact.key.bodies());
         }
-        let tied = step.world.joints().iter();
-        bodies.extend(tied.flat_map(|joint| [Some(joint.body()), joint.other()]).flatten());
         bodies.sort_unstable();
         bodies.dedup();
         Self { bodies, contacts }

@@ -25,7 +25,7 @@ pub(super) fn posed_in(
     near: f64,
 ) -> Posed {
     let (free, mut index) = (Poses::of(step.states, step.free), KeyIndex::new());
-    Posed::of(step, candidates, |place, contact| {
+    Posed::of(candidates, |place, contact| {
         let mut before = || index.find(&step.previous.contacts, &contact.key, place);
         let rests = matches!(contact.key.partner, Partner::Body(_))
             && before().is_some_and(ContactForce::carries_force);
@@ -56,9 +56,8 @@ pub(super) fn solve_posed(
         candidates.admit_missed(step.world, step.states, &end.states, depth);
         let contacts = candidates.contacts();
         let poses = Poses::of(step.states, &end.states);
-        let wider = Posed::of(step, contacts, |index, contact| {
-            posed.has(index) || poses.gap(contact) < -depth
-        });
+        let wider =
+            Posed::of(contacts, |index, contact| posed.has(index) || poses.gap(contact) < -depth);
         if wider == *posed {
             break;
         }

@@ -8,7 +8,6 @@ use super::{BODY, Formulation, clamped};
 use crate::contact::Contact;
 use crate::error::Error;
 use crate::ipopt::{self, Bounds, NonlinearProgram, Options, Progress, ReturnStatus, Solver};
-use crate::joint::JointAxis;
 use crate::mechanics::{State, Wrench};
 use crate::sparsity::SparsityPattern;
 use crate::step::Step;
@@ -44,17 +43,10 @@ struct Scratch {
     states: Vec<State>,
     wrenches: Vec<Wrench>,
     contacts: Vec<Contact>,
-    /// The turns of the joints at step k, rad.
-    angles: Vec<Vector3<f64>>,
     places: Vec<ContactVariables>,
     x: Vec<f64>,
     zeros: Vec<f64>,
 }
-
-/// What a force of a joint costs that differs from that of the start, in squares of the program's unit of length: so little that
-/// slacks gain next to nothing by it (with 1e-6 residuals of an arm that friction holds are fifty times what they are without), and enough to
-/// decide what the rows leave open.
-const TIED_STIFFNESS: f64 = 1e-8;
 
 /// How far a program holds on to the forces of the start.
 #[derive(Clone, Copy)]
@@ -182,9 +174,9 @@ impl Program {
     ) -> Result<Attempted, Error> {
         let Self { world, units, tutorial, options, prepared, scratch } = self;
         scratch.take(step, (candidates, posed), units);
-        let Scratch { states, wrenches, contacts, angles, places, x, zeros } = scratch;
+        let Scratch { states, wrenches, contacts, places, x, zeros } = scratch;
         places.clear();
-        let (mut nlp, bounds, bodies) = match tutorial {
+        let (nlp, bounds, bodies) = match tutorial {
             Some(nlp) => {
                 let mut active = vec![0.0; nlp.layout().contacts()];
                 for contact in contacts.iter() {
@@ -197,11 +189,7 @@ impl Program {
             }
             None => {
                 let bodies = posed.bodies.as_slice();
-                if !step.world.joints().is_empty() {
-                    // Drives and frames may be others than in the step before.
-                    *world = units.world(step.world);
-                }
-                let posed_step = PosedStep { world, states, wrenches, angles, bodies, contacts };
+                let posed_step = PosedStep { world, states, wrenches, bodies, contacts };
                 let mut nlp = SeveralNlp::new(&posed_step, SMOOTHING)?;
                 let forces = posed.contacts.iter().map(|&index| start.values[index].force);
                 nlp.anchor((effort.hold.friction, effort.hold.normal), forces);
@@ -214,12 +202,6 @@ impl Program {
         let (variables, rows) = (bounds.lower.len(), bounds.constraint_lower.len());
         let part = Part { bodies, contacts: &posed.contacts, places };
         gather(part, start, units, variables, x);
-        if let Nlp::Reduced(nlp) = &mut nlp {
-            let joints: Vec<_> = start.joints.iter().map(|force| units.joint(force)).collect();
-            let gears: Vec<_> = gear_forces(world, &start.gears, units.force(), units.length());
-            nlp.set_ties(&joints, &gears, x);
-            nlp.anchor_ties(TIED_STIFFNESS, x);
-        }
         zeros.clear();
         zeros.resize(variables.max(rows), 0.0);
         let start = match multipliers {
@@ -259,13 +241,7 @@ impl Program {
             scatter(part, found.x, units, end);
             match &program.nlp {
                 Nlp::Clamped(_) => end.whole.extend_from_slice(found.x),
-                Nlp::Reduced(nlp) => {
-                    normalise(step.free, end);
-                    let (joints, gears) = nlp.tie_forces(found.x);
-                    end.joints.extend(joints.iter().map(|force| units.si_joint(force)));
-                    let (force, length) = (1.0 / units.force(), 1.0 / units.length());
-                    end.gears = gear_forces(world, &gears, force, length);
-                }
+                Nlp::Reduced(_) => normalise(step.free, end),
             }
         }
         if outcome.status == ReturnStatus::UserRequestedStop {
@@ -292,8 +268,6 @@ impl Scratch {
         self.contacts.clear();
         let contacts = posed.contacts.iter().map(|&index| units.contact(&candidates[index]));
         self.contacts.extend(contacts);
-        self.angles.clear();
-        self.angles.extend(step.previous.joints.iter().map(|last| last.angles));
     }
 }
 
@@ -371,17 +345,7 @@ fn normalise(free: &[State], end: &mut ProgramStart) {
     }
 }
 
-/// The `forces` of the gears of `world`, each over the unit of its first coordinate.
-fn gear_forces(world: &World, forces: &[f64], force: f64, length: f64) -> Vec<f64> {
-    let units = world.gears().iter().map(|gear| match gear.axes()[0].axis {
-        JointAxis::Linear(_) => force,
-        JointAxis::Angular(_) => force * length,
-    });
-    forces.iter().zip(units).map(|(of, unit)| of / unit).collect()
-}
-
-/// States, friction forces and what is locked free, forces of joints within their bounds, the other variables ≥ 0,
-/// equations = 0, inequalities ≥ 0.
+/// States and friction forces free, the other variables ≥ 0, equations = 0, inequalities ≥ 0.
 fn bounds(nlp: &SeveralNlp) -> Bounds {
     let layout = nlp.layout();
     let (n, m) = (layout.variables(), layout.constraints());
@@ -392,13 +356,7 @@ fn bounds(nlp: &SeveralNlp) -> Bounds {
         constraint_upper: vec![f64::INFINITY; m],
     };
     bounds.lower[layout.free()].fill(f64::NEG_INFINITY);
-    for (variable, [low, high]) in nlp.tied_forces() {
-        bounds.lower[variable] = low.unwrap_or(f64::NEG_INFINITY);
-        bounds.upper[variable] = high.unwrap_or(f64::INFINITY);
-    }
-    for row in nlp.equations() {
-        bounds.constraint_upper[row] = 0.0;
-    }
+    bounds.constraint_upper[..layout.equalities()].fill(0.0);
     bounds
 }
 

@@ -4,7 +4,6 @@
 use super::posed::Posed;
 use super::units::Units;
 use crate::contact::{Contact, KeyIndex, Partner};
-use crate::joint::JointForce;
 use crate::mechanics::quaternion::advance;
 use crate::mechanics::{Pose, State};
 use crate::step::{ContactForce, Step, StepSolution};
@@ -30,9 +29,6 @@ pub(super) struct ContactValues {
 pub(super) struct ProgramStart {
     pub(super) states: Vec<State>,
     pub(super) values: Vec<ContactValues>,
-    /// The forces of the joints of the world (SI) without their angles, and of its gears; none where they are not known.
-    pub(super) joints: Vec<JointForce>,
-    pub(super) gears: Vec<f64>,
     /// All variables of the tutorial's program, also those of points that are no candidates: where few
     /// are free, Ipopt relaxes the bounds that clamp them, and the next start has what it leaves.
     pub(super) whole: Vec<f64>,
@@ -45,15 +41,7 @@ impl ProgramStart {
         self.states.extend_from_slice(states);
         self.values.clear();
         self.values.resize(candidates, ContactValues::default());
-        self.joints.clear();
-        self.gears.clear();
         self.whole.clear();
-    }
-
-    /// Takes the forces of the joints and gears of `solution`.
-    fn take_joints(&mut self, solution: &StepSolution) {
-        self.joints.extend_from_slice(&solution.joints);
-        self.gears.extend_from_slice(&solution.gears);
     }
 
     /// Makes this X at step k with the contacts' values of the last solution, which is `known` as a point.
@@ -65,7 +53,6 @@ impl ProgramStart {
         units: &Units,
     ) {
         self.reset(step.states, candidates.len());
-        self.take_joints(step.previous);
         let before = &step.previous.contacts;
         let mut index = KeyIndex::new();
         self.whole.extend(known.iter().flat_map(|known| &known.whole));
@@ -121,7 +108,6 @@ impl ProgramStart {
         units: &Units,
     ) {
         self.reset(&solution.states, candidates.len());
-        self.take_joints(solution);
         let poses = Poses::of(step.states, &solution.states);
         for ((contact, force), slot) in
             candidates.iter().zip(&solution.contacts).zip(&mut self.values)
@@ -168,33 +154,7 @@ impl ProgramStart {
                 slip: u - normal * normal.dot(&u),
             }
         }));
-        set_joints(step, (&self.joints, &self.gears), solution);
     }
-}
-
-/// Gives `solution` the forces of the joints and gears of the world, none where they are not known, with the angles of
-/// its states.
-pub(super) fn set_joints(
-    step: &Step<'_>,
-    (forces, gears): (&[JointForce], &[f64]),
-    solution: &mut StepSolution,
-) {
-    let world = step.world;
-    solution.joints.clear();
-    for (index, joint) in world.joints().iter().enumerate() {
-        let before = step.previous.joints.get(index).map_or(Vector3::zeros(), |last| last.angles);
-        let counted = |states: &[State], near: &Vector3<f64>| {
-            joint.coordinates(states).map_or(*near, |at| joint.counted(&at, near))
-        };
-        let angles = counted(&solution.states, &counted(step.states, &before));
-        let none = JointForce::none(angles);
-        solution
-            .joints
-            .push(forces.get(index).map_or(none, |force| JointForce { angles, ..*force }));
-    }
-    solution.gears.clear();
-    let gears = (0..world.gears().len()).map(|index| gears.get(index).copied().unwrap_or(0.0));
-    solution.gears.extend(gears);
 }
 
 /// The values of a contact with `force` that ends with the gap `gap` (m).

@@ -15,7 +15,6 @@
 //! rounding.
 
 use crate::contact::{Contact, Features};
-use crate::joint::JointForce;
 use crate::mechanics::{State, Wrench};
 use crate::world::World;
 
@@ -116,18 +115,6 @@ impl Units {
             force: wrench.force / self.force(),
             torque: wrench.torque / (self.force() * self.length),
         }
-    }
-
-    /// The force of a joint, in these units.
-    pub(crate) fn joint(&self, of: &JointForce) -> JointForce {
-        let (force, torque) = (self.force(), self.force() * self.length);
-        JointForce { force: of.force / force, torque: of.torque / torque, ..*of }
-    }
-
-    /// The force of a joint in these units, in SI units.
-    pub(crate) fn si_joint(&self, of: &JointForce) -> JointForce {
-        let (force, torque) = (self.force(), self.force() * self.length);
-        JointForce { force: of.force * force, torque: of.torque * torque, ..*of }
     }
 
     /// A contact, in these units.

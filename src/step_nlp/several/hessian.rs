@@ -7,10 +7,10 @@
 use super::super::entries::EntrySink;
 use super::super::layout::{ATTITUDE, ATTITUDE_ROWS, POSITION, SPIN, SPIN_ROWS};
 use super::SeveralNlp;
-use super::component::{Curvature, Place};
+use super::component::Curvature;
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector2, Vector3, Vector4};
 
-/// What two bodies i < j that touch or are tied have with each other.
+/// Second derivatives of two touching bodies i < j by each other's poses.
 struct Pair {
     bodies: (usize, usize),
     /// q_j × q_i.
@@ -60,18 +60,6 @@ impl SeveralNlp {
             sink.put(of.second, of.second, 2.0 * objective_factor);
             self.emit_friction_block(x, objective_factor, multipliers, i, sink);
         }
-        for (force, _) in self.held() {
-            sink.put(force, force, 2.0 * self.tied_stiffness * objective_factor);
-        }
-        let first = self.layout.untied();
-        for bond in &self.ties.bonds {
-            for bound in bond.bounds() {
-                let (beside, slack) = (first + bound.beside, first + bound.slack);
-                let product = -bound.sign * multipliers[first + bound.row];
-                sink.put(beside, first + bond.variable, product);
-                sink.put(slack, slack, 2.0 * objective_factor);
-            }
-        }
     }
 
     /// The curvatures (eq. D8) of slips and gaps with the multipliers of their rows: those of eq.
@@ -95,30 +83,15 @@ impl SeveralNlp {
                 poses.add((a, b), &curvature, weight);
             }
         }
-        let at = |body: usize| Place::of(&self.next_state(x, body));
-        for bond in &self.ties.bonds {
-            let by_speed = multipliers[self.layout.untied() + bond.row] / self.time_step;
-            for (coordinate, weight) in &bond.along {
-                let coordinate = &self.ties.coordinates[*coordinate];
-                let (a, b) = coordinate.bodies;
-                let curvature = coordinate.curvature((at(a), b.map(at)));
-                poses.add((a, b), &curvature, weight * by_speed);
-            }
-        }
         poses
     }
 
-    /// The pairs of bodies that touch or are tied, without values.
+    /// The pairs of bodies that touch, without values.
     fn pairs(&self) -> Vec<Pair> {
         let mut pairs: Vec<Pair> = Vec::new();
-        let touching = self.touches.iter().map(|touch| {
-            let bodies = (touch.a.body, touch.b.as_ref().map(|b| b.body));
-            (bodies, true, touch.is_round())
-        });
-        let tied = self.ties.coordinates.iter();
-        let tied = tied.map(|coordinate| (coordinate.bodies, coordinate.is_place(), false));
-        for (bodies, is_place, is_round) in touching.chain(tied) {
-            let (a, Some(b)) = bodies else { continue };
+        for touch in &self.touches {
+            let (a, Some(b)) = (touch.a.body, touch.b.as_ref().map(|b| b.body)) else { continue };
+            let is_round = touch.is_round();
             let bodies = (a.min(b), a.max(b));
             let place = pairs.binary_search_by(|pair| pair.bodies.cmp(&bodies));
             let place = place.unwrap_or_else(|place| {
@@ -133,10 +106,10 @@ impl SeveralNlp {
                 place
             });
             let pair = &mut pairs[place];
-            if is_place && (a < b || is_round) {
+            if a < b || is_round {
                 pair.first_moves = Some(Matrix3x4::zeros());
             }
-            if is_place && (a > b || is_round) {
+            if a > b || is_round {
                 pair.second_moves = Some(Matrix3x4::zeros());
             }
             if is_round {

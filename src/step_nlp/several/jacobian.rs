@@ -4,7 +4,7 @@ use super::super::entries::EntrySink;
 use super::super::layout::{
     ATTITUDE, ATTITUDE_ROWS, POSITION, POSITION_ROWS, SPIN, SPIN_ROWS, VELOCITY, VELOCITY_ROWS,
 };
-use super::component::{Component, Place};
+use super::component::Component;
 use super::touch::Side;
 use super::{Friction, SeveralNlp};
 use nalgebra::Matrix2;
@@ -24,41 +24,6 @@ impl SeveralNlp {
             self.emit_normal_rows(x, i, sink);
             if let Some(friction) = self.layout.friction(i) {
                 self.emit_friction_rows(x, i, friction, sink);
-            }
-        }
-        self.emit_ties(x, sink);
-    }
-
-    /// (36) of all bonds, and eqs. 8c and 8d by their forces.
-    fn emit_ties(&self, x: &[f64], sink: &mut impl EntrySink) {
-        let first = self.layout.untied();
-        for bond in &self.ties.bonds {
-            let (force, row) = (first + bond.variable, first + bond.row);
-            for act in &bond.acts {
-                let body = self.layout.state(act.body).start;
-                for k in 0..3 {
-                    sink.put(body + VELOCITY_ROWS.start + k, force, act.velocity[k]);
-                    sink.put(body + SPIN_ROWS.start + k, force, act.spin[k]);
-                }
-            }
-            let slopes = self.ties.slopes(&bond.along, |body| Place::of(&self.next_state(x, body)));
-            let per_second = 1.0 / self.time_step;
-            for (body, (by_position, by_attitude)) in slopes {
-                let body = self.layout.state(body).start;
-                if self.ties.moves(bond) {
-                    let by_position = by_position.iter().map(|slope| slope * per_second);
-                    sink.put_row(row, body + POSITION.start, by_position);
-                }
-                let by_attitude = by_attitude.iter().map(|slope| slope * per_second);
-                sink.put_row(row, body + ATTITUDE.start, by_attitude);
-            }
-            sink.put(row, force, bond.law.yields);
-            for bound in bond.bounds() {
-                let (beside, slack) = (first + bound.beside, first + bound.slack);
-                sink.put(row, beside, -bound.sign);
-                sink.put(first + bound.row, force, -bound.sign * x[beside]);
-                sink.put(first + bound.row, beside, -bound.room(x[force]));
-                sink.put(first + bound.row, slack, 1.0);
             }
         }
     }

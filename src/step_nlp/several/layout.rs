@@ -13,8 +13,6 @@ pub struct Layout {
     rubbing: Vec<Option<usize>>,
     /// How many contacts have friction.
     rough: usize,
-    /// How many variables and rows joints and gears have, after all others.
-    tied: (usize, usize),
 }
 
 /// The variables of a contact, or its rows.
@@ -69,13 +67,7 @@ impl Layout {
             })
         };
         let rubbing = friction.into_iter().map(number).collect();
-        Self { bodies, rubbing, rough, tied: (0, 0) }
-    }
-
-    /// The same with `variables` and `rows` of joints and gears after all others.
-    #[must_use]
-    pub(super) fn with_ties(self, variables: usize, rows: usize) -> Self {
-        Self { tied: (variables, rows), ..self }
+        Self { bodies, rubbing, rough }
     }
 
     /// n.
@@ -90,22 +82,16 @@ impl Layout {
         self.rubbing.len()
     }
 
-    /// 13 n + 6 K where all contacts have friction, four less for each that has none; and those of joints.
+    /// 13 n + 6 K where all contacts have friction, four less for each that has none.
     #[must_use]
     pub fn variables(&self) -> usize {
-        self.untied() + self.tied.0
+        STATE.end * self.bodies + 2 * self.contacts() + 4 * self.rough
     }
 
-    /// As many rows as variables, but of joints.
+    /// The number of rows: that of the variables.
     #[must_use]
     pub fn constraints(&self) -> usize {
-        self.untied() + self.tied.1
-    }
-
-    /// Variables, and rows, without those of joints, which come after them.
-    #[must_use]
-    pub fn untied(&self) -> usize {
-        STATE.end * self.bodies + 2 * self.contacts() + 4 * self.rough
+        self.variables()
     }
 
     /// The number of equations of motion and friction, which come first.

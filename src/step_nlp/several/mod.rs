@@ -19,18 +19,14 @@
 //! contacts that take part are in it, so that no row needs a flag; the rows |q⁺|² = 1, which the
 //! dynamics imply, are left out, and so is all of friction where μ = 0. For one body on the ground
 //! the rows are those of the reduced program (section 6 of `docs/formulation.md`), number for
-//! number. Joints and gears add their own rows behind all others (eq. 36), forces along coordinates of which each has a
-//! law: what is locked is an equation, drives are complementarities. Its matrices are written once, as a sequence of
-//! entries, as the tutorial's are.
+//! number. Worlds with joints are not supported. Its matrices are written once, as a sequence of entries, as the
+//! tutorial's are.
 
-mod bond;
 pub(crate) mod component;
-mod coordinate;
 mod hessian;
 mod jacobian;
 mod layout;
 mod round;
-mod ties;
 pub(crate) mod touch;
 
 pub use layout::{ContactVariables, Friction, FrictionRows, Layout, Normal};
@@ -41,14 +37,12 @@ use super::kernels::{Normalised, SmoothForce};
 use super::layout::{ATTITUDE_ROWS, POSITION_ROWS, SPIN_ROWS, VELOCITY_ROWS};
 use crate::contact::Contact;
 use crate::error::{Error, in_range};
-use crate::joint::JointForce;
 use crate::mechanics::quaternion::attitude_map;
 use crate::mechanics::{State, Wrench};
 use crate::sparsity::SparsityPattern;
 use crate::world::World;
 use component::Place;
 use nalgebra::{Matrix3, Matrix4x3, SVector, Vector2, Vector3};
-use ties::Ties;
 use touch::Touch;
 
 /// One step that the program is of; lists go over the bodies of the world.
@@ -60,10 +54,7 @@ pub struct PosedStep<'a> {
     pub states: &'a [State],
     /// External wrenches, without gravity.
     pub wrenches: &'a [Wrench],
-    /// The turns of the joints of the world at step k, rad, from which those are counted; those nearest to zero
-    /// of joints without any.
-    pub angles: &'a [Vector3<f64>],
-    /// The bodies that take part, indices of the world in ascending order; those that joints tie all do.
+    /// The bodies that take part, indices of the world in ascending order.
     pub bodies: &'a [usize],
     /// The contacts that take part, between those bodies and with what is fixed.
     pub contacts: &'a [Contact],
@@ -78,14 +69,10 @@ pub struct SeveralNlp {
     smoothing: f64,
     members: Vec<Member>,
     touches: Vec<Touch>,
-    ties: Ties,
     /// κ, m/s a N, and f_0 of every contact.
     yielding: Vec<(f64, Vector3<f64>)>,
     /// σ, m²: what a normal force costs that differs from f_0.
     stiffness: f64,
-    /// The same of forces of joints that no law bounds, and these forces f_0, N, one a bond.
-    tied_stiffness: f64,
-    tied_anchors: Vec<f64>,
     layout: Layout,
     jacobian_pattern: SparsityPattern,
     hessian_pattern: SparsityPattern,
@@ -110,21 +97,31 @@ struct Member {
 }
 
 impl SeveralNlp {
+    /// Why the program cannot have steps of `world`, if it cannot.
+    #[must_use]
+    pub fn unsuitable(world: &World) -> Option<&'static str> {
+        if !world.joints().is_empty() {
+            Some("joints and gears are not supported; choose the native solver")
+        } else if world.has_surfaces() {
+            Some("moving surfaces are not supported; choose the native solver")
+        } else {
+            None
+        }
+    }
+
     /// The program of `step` with the smoothing ε (N).
     ///
     /// # Errors
-    /// A smoothing outside 1e-12…1 N, a world with surfaces that move, a body of a joint or of a contact that does not take
-    /// part.
+    /// A smoothing outside 1e-12…1 N, a world with joints or moving surfaces, a body of a contact that does not take part.
     pub fn new(step: &PosedStep<'_>, smoothing: f64) -> Result<Self, Error> {
         in_range("smoothing epsilon (N)", smoothing, 1e-12, 1.0, "1e-12 to 1")?;
         let (world, h) = (step.world, step.world.time_step());
-        if world.has_surfaces() {
-            let why = "it knows no surfaces that move; give a world without";
+        if let Some(why) = Self::unsuitable(world) {
             return Err(Error::Unsupported { what: "the program of several bodies", why });
         }
         let place = |body: usize| {
             let missing = Error::Count {
-                field: "body of a contact or a joint",
+                field: "body of a contact",
                 count: body,
                 allowed: "a body that takes part in the program",
             };
@@ -168,29 +165,15 @@ impl SeveralNlp {
             }
             touches.push(touch);
         }
-        let ties = Ties::new(step, place)?;
-        for ((member, push), &index) in members.iter_mut().zip(&ties.pushes).zip(step.bodies) {
-            let body = &world.bodies()[index];
-            member.push += h * push.force / body.mass();
-            member.twist += h * (body.inertia_inverse() * push.torque);
-        }
-        for coordinate in &ties.coordinates {
-            if let (_, Some(b)) = coordinate.bodies {
-                members[b].holds = members[b].holds || coordinate.is_place();
-            }
-        }
         let rough = touches.iter().map(|touch| touch.friction > 0.0);
-        let layout = Layout::new(members.len(), rough).with_ties(ties.variables, ties.rows);
+        let layout = Layout::new(members.len(), rough);
         let mut nlp = Self {
             time_step: h,
             smoothing,
             yielding: vec![(0.0, Vector3::zeros()); touches.len()],
             stiffness: 0.0,
-            tied_stiffness: 0.0,
-            tied_anchors: vec![0.0; ties.bonds.len()],
             members,
             touches,
-            ties,
             layout,
             jacobian_pattern: SparsityPattern::new(),
             hessian_pattern: SparsityPattern::new(),
@@ -248,28 +231,21 @@ impl SeveralNlp {
     /// s1ᵀs1 + s2ᵀs2 (eq. 16) and what is added to it (eq. 27) at the point `x`, N²m² + W².
     #[must_use]
     pub fn objective(&self, x: &[f64]) -> f64 {
-        let slacks = self.slacks().chain(self.tied_slacks());
-        let slacks: f64 = slacks.map(|slack| x[slack] * x[slack]).sum();
+        let slacks: f64 = self.slacks().map(|slack| x[slack] * x[slack]).sum();
         let anchored = self.yielding.iter().enumerate();
         let apart = anchored.map(|(i, (_, force))| x[self.layout.normal(i).first] - force[2]);
-        let tied = self.held().map(|(force, anchor)| (x[force] - anchor) * (x[force] - anchor));
-        slacks
-            + self.stiffness * apart.map(|apart| apart * apart).sum::<f64>()
-            + self.tied_stiffness * tied.sum::<f64>()
+        slacks + self.stiffness * apart.map(|apart| apart * apart).sum::<f64>()
     }
 
     /// The gradient of the objective at the point `x`, one number per variable.
     pub fn gradient(&self, x: &[f64], gradient: &mut [f64]) {
         gradient.fill(0.0);
-        for slack in self.slacks().chain(self.tied_slacks()) {
+        for slack in self.slacks() {
             gradient[slack] = 2.0 * x[slack];
         }
         for (i, (_, force)) in self.yielding.iter().enumerate() {
             let normal = self.layout.normal(i).first;
             gradient[normal] = 2.0 * self.stiffness * (x[normal] - force[2]);
-        }
-        for (force, anchor) in self.held() {
-            gradient[force] = 2.0 * self.tied_stiffness * (x[force] - anchor);
         }
     }
 
@@ -280,38 +256,12 @@ impl SeveralNlp {
         })
     }
 
-    /// Adds `stiffness` (m²) Σ (f − f_0)² to the objective, over the forces of what joints hold, with f_0 those at the point
-    /// `x`: what is held more often than it needs leaves them open, and without this they grow among each other without
-    /// end. It is 0 until this is called, and nothing where the forces are f_0.
-    pub fn anchor_ties(&mut self, stiffness: f64, x: &[f64]) {
-        let first = self.layout.untied();
-        self.tied_stiffness = stiffness;
-        for (anchor, bond) in self.tied_anchors.iter_mut().zip(&self.ties.bonds) {
-            *anchor = x[first + bond.variable];
-        }
-    }
-
-    /// The forces of what joints hold: the variable of each and its f_0.
-    fn held(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let first = self.layout.untied();
-        let bonds = self.ties.bonds.iter().zip(&self.tied_anchors);
-        let held = bonds.filter(|(bond, _)| bond.law.is_held());
-        held.map(move |(bond, anchor)| (first + bond.variable, *anchor))
-    }
-
-    /// The slacks of joints.
-    fn tied_slacks(&self) -> impl Iterator<Item = usize> + '_ {
-        let bounds = self.ties.bonds.iter().flat_map(bond::Bond::bounds);
-        bounds.map(|bound| self.layout.untied() + bound.slack)
-    }
-
     /// All constraint rows at the point `x`, in the layout's order.
     pub fn constraints(&self, x: &[f64], rows: &mut [f64]) {
         self.dynamics_rows(x, rows);
         for i in 0..self.touches.len() {
             self.contact_rows(x, i, rows);
         }
-        self.tied_rows(x, rows);
     }
 
     /// The Jacobian's values at the point `x` in the order of its pattern, as many as it has
@@ -389,57 +339,6 @@ impl SeveralNlp {
         let room = touch.friction * x[of.first] - force.norm;
         rows[row.cone] = room;
         rows[row.complementarity] = x[friction.slack] - x[friction.slip_speed] * room;
-    }
-
-    /// (36) of all bonds, and what their forces change of the velocities.
-    fn tied_rows(&self, x: &[f64], rows: &mut [f64]) {
-        let first = self.layout.untied();
-        let (of, at) = (&x[first..], |body: usize| Place::of(&self.next_state(x, body)));
-        for bond in &self.ties.bonds {
-            let force = of[bond.variable];
-            for act in &bond.acts {
-                let rows = &mut rows[self.layout.state(act.body)];
-                for k in 0..3 {
-                    rows[VELOCITY_ROWS.start + k] += act.velocity[k] * force;
-                    rows[SPIN_ROWS.start + k] += act.spin[k] * force;
-                }
-            }
-            let law = &bond.law;
-            let mut missed = self.ties.speed(bond, at) + law.yields * force - law.target;
-            for bound in bond.bounds() {
-                missed -= bound.sign * of[bound.beside];
-                rows[first + bound.row] = of[bound.slack] - of[bound.beside] * bound.room(force);
-            }
-            rows[first + bond.row] = missed;
-        }
-    }
-
-    /// The forces along joints: the variable of each, and the bounds (N) that it has.
-    pub fn tied_forces(&self) -> impl Iterator<Item = (usize, [Option<f64>; 2])> + '_ {
-        let first = self.layout.untied();
-        let bonds = self.ties.bonds.iter();
-        bonds.map(move |bond| (first + bond.variable, [bond.law.low, bond.law.high]))
-    }
-
-    /// The rows that are equations; the others are ≥ 0.
-    pub fn equations(&self) -> impl Iterator<Item = usize> + '_ {
-        let first = self.layout.untied();
-        let tied = self.ties.bonds.iter().map(move |bond| first + bond.row);
-        (0..self.layout.equalities()).chain(tied)
-    }
-
-    /// Sets the variables of joints and gears in the point `x`, of which the states count, to those of their `forces`
-    /// (N, N m; none, or one each).
-    pub fn set_ties(&self, forces: &[JointForce], gears: &[f64], x: &mut [f64]) {
-        let states: Vec<_> = (0..self.members.len()).map(|body| self.next_state(x, body)).collect();
-        let at = |body: usize| Place::of(&states[body]);
-        self.ties.set((forces, gears), at, &mut x[self.layout.untied()..]);
-    }
-
-    /// The forces of all joints of the world, N and N m, without their angles, and of its gears, at the point `x`.
-    #[must_use]
-    pub fn tie_forces(&self, x: &[f64]) -> (Vec<JointForce>, Vec<f64>) {
-        self.ties.forces(&x[self.layout.untied()..])
     }
 
     /// What the spins add to the slip of a rounded feature, m/s (eq. 10a, 10b).

@@ -65,7 +65,7 @@ impl Input {
             world: &world,
             states: &states,
             wrenches: &wrenches,
-            angles: &[],
+
             bodies: &all,
             contacts: &contacts,
         };
