@@ -1,6 +1,6 @@
 """Bare contact problems of a folder: tumble, and solvers of local problems, as performance profiles.
 
-examples/bare_problems.rs reads and solves the files, and writes what bench/peers read; a peer solves those of contacts with three rows, from
+bench/measure/src/bin/bare_problems.rs reads and solves the files, and writes what bench/peers read; a peer solves those of contacts with three rows, from
 no impulses.
 """
 
@@ -15,7 +15,7 @@ import local
 import numpy as np
 from tables import table
 
-PROGRAM = os.environ.get("BENCH_BARE", "target/release/examples/bare_problems")
+PROGRAM = os.environ.get("BENCH_BARE", "target/release/bare_problems")
 OWN = {"any": "tumble", "rule": "tumble, by its rule"}
 SOLVED = 1e-9  # m/s
 # A solver has solved so many problems within so many times the time of the fastest one.

@@ -1,7 +1,7 @@
 """Local problems: what solvers of W p + q = u with Coulomb's law take for the problems of tumble's
 own steps, beside what tumble takes for the whole step.
 
-examples/local_problems.rs writes the problems; bench/peers has a program for each peer.
+bench/measure/src/bin/local_problems.rs writes the problems; bench/peers has a program for each peer.
 """
 
 import json
@@ -17,7 +17,7 @@ import numpy as np
 import scene
 from tables import table
 
-PROBLEMS = os.environ.get("BENCH_LOCAL", "target/release/examples/local_problems")
+PROBLEMS = os.environ.get("BENCH_LOCAL", "target/release/local_problems")
 PEERS = Path(__file__).resolve().parent / "peers"
 # Siconos is Debian's python3-siconos, for Debian's own Python.
 PROGRAMS = {

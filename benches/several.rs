@@ -3,7 +3,7 @@
 //! `cargo bench --bench several`. At rest the first steps, which find the contacts, are left out;
 //! of the pile there are two parts, when boxes meet first and when most of them lie.
 
-#[path = "../examples/boxes/mod.rs"]
+#[path = "../bench/measure/src/lib.rs"]
 mod boxes;
 
 use boxes::Scene;

@@ -27,7 +27,7 @@ use tumble::simulation::tables::{
 };
 use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow, TrajectoryWriter};
 use tumble::step::StepStatus;
-use tumble_pictures::animation::{Format, Settings, View, animate};
+use tumble_pictures::animation::{Settings, View, animate};
 use tumble_pictures::plot::{self, Sheet};
 use tumble_pictures::view::page;
 use tumble_pictures::{Fact, Film};
@@ -384,19 +384,17 @@ impl Recording {
         Ok(PyBytes::new(py, &png))
     }
 
-    /// The motion as an animated PNG, or as a GIF.
+    /// The motion as a GIF.
     fn gif<'py>(
         &self,
         py: Python<'py>,
         speed: f64,
         size: u16,
         camera: Option<(f64, f64)>,
-        png: bool,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyBytes>> {
         let view = camera.map(|(azimuth, elevation)| View { azimuth, elevation });
-        let format = if png { Format::Png } else { Format::Gif };
-        let settings = Settings { speed, size, view, format };
+        let settings = Settings { speed, size, view };
         let film = self.film()?;
         let (flag, done) = (Arc::new(AtomicBool::new(false)), AtomicU64::new(0));
         let follow = |frame, _| {

@@ -7,8 +7,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// What files of pictures, pages and tables end in: a folder that is so called is a mistake, unless it is there.
-const FILES: [&str; 10] =
-    ["png", "svg", "pdf", "gif", "apng", "mp4", "html", "csv", "json", "parquet"];
+const FILES: [&str; 9] = ["png", "svg", "pdf", "gif", "mp4", "html", "csv", "json", "zst"];
 
 /// A directory that is written to. As long as this lives, no run of another process writes there;
 /// the system itself ends the claim with the process, and no file stands for it.

@@ -3,8 +3,7 @@
 use super::kept::Form;
 use tumble::simulation::tables::Table;
 
-/// A GIF and an animated PNG.
-pub const ANIMATIONS: [&str; 2] = ["animation.gif", "animation.png"];
+pub const ANIMATION: &str = "animation.gif";
 pub const PLOTS: [&str; 4] = ["plot.png", "plot.svg", "plot-energy.png", "plot-energy.svg"];
 pub const VIEW: &str = "view.html";
 /// What a plan writes beside the files of a run.
@@ -17,19 +16,19 @@ pub const TRAJECTORY: &str = "trajectory";
 pub fn file_of(table: &str, form: Form) -> String {
     match form {
         Form::Csv => format!("{table}.csv"),
-        Form::Parquet => format!("{table}.parquet"),
+        Form::Zstd => format!("{table}.csv.zst"),
     }
 }
 
 /// The names of the files of rows, of both formats and forms.
 fn row_files() -> impl Iterator<Item = String> {
     let names = [TRAJECTORY].into_iter().chain(Table::ALL.map(Table::name));
-    names.flat_map(|name| [Form::Csv, Form::Parquet].map(|form| file_of(name, form)))
+    names.flat_map(|name| [Form::Csv, Form::Zstd].map(|form| file_of(name, form)))
 }
 
 /// The names of all that a run or a plan may write.
 pub fn of_runs() -> impl Iterator<Item = String> {
-    let others = ANIMATIONS.into_iter().chain(PLOTS).chain([VIEW]).chain(OF_PLANS);
+    let others = PLOTS.into_iter().chain([ANIMATION, VIEW]).chain(OF_PLANS);
     row_files().chain(others.map(str::to_owned))
 }
 

@@ -1,8 +1,8 @@
-//! `tumble gif`, and `--gif` and `--apng` of a simulation: a trajectory file as an animation.
+//! `tumble gif`, and `--gif` of a simulation: a trajectory file as an animation.
 
 use super::args::{AnimationArgs, GifArgs, SimulateArgs};
 use super::directory::OutputDirectory;
-use super::file_names::ANIMATIONS;
+use super::file_names::ANIMATION;
 use super::film::film;
 use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, Voice, directory_of, progress_bar};
@@ -15,7 +15,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_pictures::Film;
-use tumble_pictures::animation::{AnimationError, Format, Settings, animate, frame_count};
+use tumble_pictures::animation::{AnimationError, Settings, animate, frame_count};
 
 /// Rows that an animation may be made of: they are all in memory, 0.6 kB each.
 pub const MOST_ROWS: usize = 500_000;
@@ -24,7 +24,7 @@ pub const MOST_ROWS: usize = 500_000;
 pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let (out, name, format) = target(args)?;
+    let (out, name) = target(args)?;
     let recording = Recording::open(&args.file, &args.physics)?;
     let note = recording.note_line();
     let Some(film) = film(recording, MOST_ROWS, &interrupt)? else {
@@ -33,7 +33,7 @@ pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     let directory = OutputDirectory::for_pictures(out)?;
     let mut voice = Voice::new(args.quiet);
     let place = (&directory, name);
-    let outcome = match write(&film, place, format, &args.animation, &mut voice, &interrupt)? {
+    let outcome = match write(&film, place, &args.animation, &mut voice, &interrupt)? {
         Outcome::Done if film.has_failed() => Outcome::Unconverged,
         outcome => outcome,
     };
@@ -41,69 +41,47 @@ pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     voice.end(outcome)
 }
 
-/// The directory and the name that the animation gets, and what it is.
-fn target(args: &GifArgs) -> Result<(&Path, &str, Format), Failure> {
-    let format = if args.apng { Format::Png } else { Format::Gif };
+/// The directory and the file name of the animation.
+fn target(args: &GifArgs) -> Result<(&Path, &str), Failure> {
     let named = args.out.as_deref().filter(|out| {
         let bytes = out.as_os_str().as_encoded_bytes();
         out.extension().is_some() && !bytes.ends_with(b"/") && !out.is_dir()
     });
     let Some(out) = named else {
-        return Ok((directory_of(args.out.as_deref(), &args.file), name(format), format));
+        return Ok((directory_of(args.out.as_deref(), &args.file), ANIMATION));
     };
     let refused =
         |needed: &str| Failure::Input(format!("--out {}: {needed} is needed", shown::path(out)));
-    let format = match out.extension().and_then(OsStr::to_str) {
-        Some("png" | "apng") => Format::Png,
-        Some("gif") if args.apng => {
-            return Err(refused("with --apng a name that ends in .png or .apng"));
-        }
-        Some("gif") => Format::Gif,
-        _ => return Err(refused("a name that ends in .gif, .png or .apng, or a directory,")),
-    };
+    if out.extension().and_then(OsStr::to_str) != Some("gif") {
+        return Err(refused("a name that ends in .gif, or a directory,"));
+    }
     let name = out.file_name().and_then(OsStr::to_str);
     let name = name.ok_or_else(|| refused("a name of letters that are Unicode"))?;
-    Ok((directory_of(None, out), name, format))
-}
-
-/// The name of an animation that has none of its own.
-pub fn name(format: Format) -> &'static str {
-    let [gif, png] = ANIMATIONS;
-    match format {
-        Format::Gif => gif,
-        Format::Png => png,
-    }
-}
-
-/// The animations that a simulation is to leave.
-pub fn formats(args: &SimulateArgs) -> impl Iterator<Item = Format> + use<> {
-    let asked = [args.gif.then_some(Format::Gif), args.apng.then_some(Format::Png)];
-    asked.into_iter().flatten()
+    Ok((directory_of(None, out), name))
 }
 
 /// Refuses, before a simulation of so many `rows`, what would be refused after it.
 pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failure> {
     let animation = &args.animation;
-    if formats(args).next().is_none() {
+    if !args.gif {
         let flags = [
             ("--gif-speed", animation.gif_speed.is_some()),
             ("--gif-size", animation.gif_size.is_some()),
             ("--camera", animation.camera.is_some()),
         ];
-        return refuse_flags("a simulation without --gif and --apng", &flags);
+        return refuse_flags("a simulation without --gif", &flags);
     }
     let duration = (rows - 1) as f64 * time_step;
-    frame_count(duration, settings(animation, Format::Gif).speed).map_err(refused)?;
+    frame_count(duration, settings(animation).speed).map_err(refused)?;
     Ok(())
 }
 
-fn settings(args: &AnimationArgs, format: Format) -> Settings {
+fn settings(args: &AnimationArgs) -> Settings {
     let default = Settings::default();
     Settings {
         speed: args.gif_speed.unwrap_or(default.speed),
         size: args.gif_size.unwrap_or(default.size),
         view: args.camera,
-        format,
     }
 }
 
@@ -111,7 +89,6 @@ fn settings(args: &AnimationArgs, format: Format) -> Settings {
 pub fn write(
     film: &Film,
     (out, name): (&OutputDirectory, &str),
-    format: Format,
     args: &AnimationArgs,
     voice: &mut Voice,
     interrupt: &AtomicBool,
@@ -127,7 +104,7 @@ pub fn write(
             ControlFlow::Continue(())
         }
     };
-    let animation = match animate(film, &settings(args, format), progress) {
+    let animation = match animate(film, &settings(args), progress) {
         Ok(animation) => animation,
         Err(AnimationError::Interrupted) => return Ok(Outcome::Interrupted),
         Err(error) => return Err(refused(error)),
@@ -145,7 +122,7 @@ fn refused(error: AnimationError) -> Failure {
         AnimationError::TooLong { .. } => {
             Failure::Input(format!("{error}; a larger --gif-speed makes fewer"))
         }
-        AnimationError::Gif(_) | AnimationError::Png(_) => Failure::Other(error.to_string()),
+        AnimationError::Gif(_) => Failure::Other(error.to_string()),
         AnimationError::TooFar | AnimationError::Interrupted => Failure::Input(error.to_string()),
     }
 }

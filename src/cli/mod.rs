@@ -27,6 +27,7 @@ mod scene;
 mod signals;
 mod simulate;
 mod solve;
+mod table_file;
 mod validate;
 mod values;
 mod verify;

@@ -2,6 +2,7 @@
 
 use super::args::SimulateArgs;
 use super::directory::OutputDirectory;
+use super::file_names::ANIMATION;
 use super::film::film;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice};
@@ -14,7 +15,6 @@ use std::sync::atomic::AtomicBool;
 pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failure> {
     for (flag, asked, picture, most) in [
         ("--gif", args.gif, "an animation", gif::MOST_ROWS),
-        ("--apng", args.apng, "an animation", gif::MOST_ROWS),
         ("--plot", args.plot, "a plot", plot::MOST_ROWS),
         ("--html", args.html, "a page", view::MOST_ROWS),
     ] {
@@ -65,14 +65,9 @@ impl Pictures {
             voice.say(&written);
         }
         if let Some((args, out)) = animated {
-            for format in gif::formats(args) {
-                let name = gif::name(format);
-                let made =
-                    gif::write(&film, (out, name), format, &args.animation, voice, interrupt)?;
-                if matches!(made, Outcome::Interrupted) {
-                    return Ok(false);
-                }
-            }
+            let place = (out, ANIMATION);
+            let made = gif::write(&film, place, &args.animation, voice, interrupt)?;
+            return Ok(!matches!(made, Outcome::Interrupted));
         }
         Ok(true)
     }

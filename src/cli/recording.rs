@@ -9,8 +9,8 @@ use super::outcome::{Failure, refuse_flags};
 use super::output::directory_of;
 use super::run_file::{self, RunFile, RunParameters, Seal, SolverSettings, checksum_of};
 use super::scene::of_physics;
+use super::table_file::TableSource;
 use super::{input, shown};
-use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::{Path, PathBuf};
 use tumble::contact::Detection;
@@ -44,8 +44,8 @@ pub struct Recording<'a> {
 
 /// What reads the rows of one format.
 enum Rows {
-    Trajectory(Box<TrajectoryReader<File>>),
-    Tables(Box<TablesReader<File>>),
+    Trajectory(Box<TrajectoryReader<TableSource>>),
+    Tables(Box<TablesReader<TableSource>>),
 }
 
 /// A step as the files of one format have it.
@@ -114,10 +114,7 @@ impl<'a> Recording<'a> {
         if let Some(run) = run.as_ref().filter(|run| run.model.is_some()) {
             let flags: Vec<_> = given.iter().map(|flag| (*flag, true)).collect();
             refuse_flags("a run of several bodies, whose run.json says all", &flags)?;
-            // Tables of another form are refused with that word.
-            if run.kept.form == Form::Csv {
-                refuse_another_file(path)?;
-            }
+            refuse_another_file(path, run.kept.form)?;
         }
         Self::of(path, run, (of_physics(flags)?, &given))
     }
@@ -135,13 +132,6 @@ impl<'a> Recording<'a> {
         let run_path = path.with_file_name("run.json");
         let first = run.as_ref().map_or(0, |run| run.start_index);
         let kept = run.as_ref().map(|run| run.kept.clone()).unwrap_or_default();
-        if kept.form != Form::Csv {
-            return Err(Failure::Input(format!(
-                "{}: the rows of its run are Parquet (kept.form in run.json), and CSV is needed here; \
-                 run it without --format parquet",
-                shown::path(path)
-            )));
-        }
         if let Some(model) = run.as_ref().and_then(|run| run.model.as_ref()) {
             let wrong = |failure: Failure| match failure {
                 Failure::Setting { name, why } => {
@@ -153,12 +143,12 @@ impl<'a> Recording<'a> {
             let loads = model.loads().map_err(wrong)?;
             let courses = model.courses().map_err(wrong)?;
             let some = |of: Table, count: usize| {
-                (count > 0 && kept.has(of)).then(|| table(path, of)).transpose()
+                (count > 0 && kept.has(of)).then(|| table(path, of, kept.form)).transpose()
             };
             let streams = Streams {
-                states: table(path, Table::States)?,
+                states: table(path, Table::States, kept.form)?,
                 contacts: some(Table::Contacts, 1)?,
-                steps: table(path, Table::Steps)?,
+                steps: table(path, Table::Steps, kept.form)?,
                 joints: some(Table::Joints, world.joints().len())?,
                 gears: some(Table::Gears, world.gears().len())?,
                 ends: some(Table::Ends, 1)?,
@@ -169,7 +159,7 @@ impl<'a> Recording<'a> {
             let rows = Rows::Tables(Box::new(reader.from_index(first).every(kept.every)));
             return Ok(Self { path, rows, run, world, loads, courses });
         }
-        let file = input::open(path).map_err(|error| odd_trajectory(path, &error))?;
+        let file = TableSource::open(path).map_err(|error| odd_trajectory(path, &error))?;
         let reader = TrajectoryReader::new(file).map_err(|error| odd_trajectory(path, &error))?;
         let known = run.as_ref().and_then(|run| run.parameters.as_ref());
         let made = match known {
@@ -348,7 +338,7 @@ impl<'a> Recording<'a> {
             ),
             _ => {}
         }
-        let of_one = file_of(TRAJECTORY, Form::Csv);
+        let of_one = file_of(TRAJECTORY, run.kept.form);
         for (name, expected) in &run.checksums {
             let path = match self.rows {
                 // It may have been given another name.
@@ -374,7 +364,9 @@ impl<'a> Recording<'a> {
     pub fn steps_file(&self) -> PathBuf {
         match self.rows {
             Rows::Trajectory(_) => self.path.to_owned(),
-            Rows::Tables(_) => self.path.with_file_name(format!("{}.csv", Table::Steps)),
+            Rows::Tables(_) => {
+                self.path.with_file_name(file_of(Table::Steps.name(), self.kept().form))
+            }
         }
     }
 }
@@ -394,9 +386,9 @@ fn odd_tables(file: &Path, why: &dyn std::fmt::Display) -> Failure {
     Failure::Input(format!("the tables in {folder} cannot be read: {why}"))
 }
 
-fn table(beside: &Path, table: Table) -> Result<File, Failure> {
-    let path = beside.with_file_name(format!("{table}.csv"));
-    input::open(&path)
+fn table(beside: &Path, table: Table, form: Form) -> Result<TableSource, Failure> {
+    let path = beside.with_file_name(file_of(table.name(), form));
+    TableSource::open(&path)
         .map_err(|error| Failure::Input(format!("{} cannot be read: {error}", shown::path(&path))))
 }
 
@@ -406,7 +398,7 @@ fn refuse_lonely_table(file: &Path, run_path: &Path) -> Result<(), Failure> {
         [false, true].map(|joints| Table::ALL.map(|table| table.columns(joints).join(",")));
     let mut first = String::new();
     // What cannot be read is no table, and is refused where it is read.
-    let start = input::open(file).map(|file| file.take(LONGEST_HEADER));
+    let start = TableSource::open(file).map(|file| file.take(LONGEST_HEADER));
     let _ = start.and_then(|start| BufReader::new(start).read_line(&mut first));
     if !headers.iter().flatten().any(|header| header == first.trim_end()) {
         return Ok(());
@@ -420,8 +412,8 @@ fn refuse_lonely_table(file: &Path, run_path: &Path) -> Result<(), Failure> {
 }
 
 /// The run.json beside a file says nothing of one that is no table of its run.
-fn refuse_another_file(file: &Path) -> Result<(), Failure> {
-    let names = Table::ALL.map(|table| format!("{table}.csv"));
+fn refuse_another_file(file: &Path, form: Form) -> Result<(), Failure> {
+    let names = Table::ALL.map(|table| file_of(table.name(), form));
     let name = file.file_name().unwrap_or_default();
     if names.iter().any(|table| name == table.as_str()) {
         return Ok(());

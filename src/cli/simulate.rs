@@ -5,7 +5,7 @@ use super::continued::{self, Continued};
 use super::describe::describe;
 use super::directory::OutputDirectory;
 use super::exported::Exported;
-use super::kept::{Form, Kept};
+use super::kept::Kept;
 use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, Voice};
 use super::pictures::{self, Pictures};
@@ -84,7 +84,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     voice.say(&text);
     // What ended the run does not end the pictures of it, but what comes after does.
     interrupt.store(false, Ordering::Relaxed);
-    let animated = (args.gif || args.apng) && run.end != End::Interrupted;
+    let animated = args.gif && run.end != End::Interrupted;
     let animated = animated.then_some((args, &out));
     let open = || Recording::of_run(&written[0], run_file);
     let drawn = pictures.draw(open, animated, &mut voice, &interrupt)?;
@@ -108,12 +108,5 @@ fn check_kept(args: &SimulateArgs, scene: &Scene, kept: &Kept) -> Result<(), Fai
         let why = "the table ends is of a run that leaves out rows; give --every or --substeps too";
         return Err(Failure::setting("tables", why));
     }
-    let drawn = [("--plot", args.plot), ("--gif", args.gif), ("--apng", args.apng)];
-    match kept.form {
-        Form::Csv => Ok(()),
-        Form::Parquet => refuse_flags(
-            "--format parquet, of which tumble draws no pictures",
-            &[&drawn[..], &[("--html", args.html)]].concat(),
-        ),
-    }
+    Ok(())
 }

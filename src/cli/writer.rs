@@ -2,25 +2,23 @@
 
 use super::directory::OutputDirectory;
 use super::file_names::{TRAJECTORY, file_of};
-use super::kept::{Form, Kept};
+use super::kept::Kept;
 use super::outcome::Failure;
 use super::output::PendingFile;
 use super::scene::{OutputFormat, Scene};
-use super::{input, shown};
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, BufWriter, IntoInnerError, Write};
+use super::shown;
+use super::table_file::{TableSink, TableSource};
+use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use tumble::scenario::run_file::{Checksums, Summed};
+use tumble::scenario::run_file::Checksums;
 use tumble::simulation::StepRecord;
 use tumble::simulation::tables::{Streams, Table, TablesWriter};
 use tumble::simulation::trajectory::TrajectoryWriter;
 
-type Stream = BufWriter<Summed<File>>;
-
 /// What writes the rows of one format.
 enum Rows {
-    Trajectory(Box<TrajectoryWriter<Stream>>),
-    Tables(Box<TablesWriter<Stream>>),
+    Trajectory(Box<TrajectoryWriter<TableSink>>),
+    Tables(Box<TablesWriter<TableSink>>),
 }
 
 /// Writes the rows of a run, and gives the files their names when all are written.
@@ -51,7 +49,8 @@ impl RunWriter {
         // Of a file with so many rows a step, or any number.
         let mut open = |name: &str, rows: Option<usize>| {
             let file = PendingFile::create(out, &file_of(name, kept.form))?;
-            let mut stream = BufWriter::new(Summed::new(file.open()?));
+            let mut stream =
+                TableSink::new(file.open()?, kept.form).map_err(|error| file.failed(&error))?;
             if let Some(Written { directory, steps }) = written {
                 let steps = kept.rows(steps + 1) - 1;
                 let lines = rows.map(|rows| 1 + rows as u64 * steps);
@@ -65,10 +64,10 @@ impl RunWriter {
         let rows = match scene.format {
             OutputFormat::Trajectory => {
                 let stream = open(TRAJECTORY, Some(1))?;
-                let rows = match kept.form {
-                    Form::Csv if goes_on => TrajectoryWriter::after(stream, world),
-                    Form::Csv => TrajectoryWriter::new(stream, world),
-                    Form::Parquet => TrajectoryWriter::parquet(stream, world),
+                let rows = if goes_on {
+                    TrajectoryWriter::after(stream, world)
+                } else {
+                    TrajectoryWriter::new(stream, world)
                 };
                 rows.map(|rows| Rows::Trajectory(Box::new(rows.every(every, first))))
             }
@@ -88,10 +87,10 @@ impl RunWriter {
                 let ends = is_there(Table::Ends, scene.bodies.len());
                 let ends = ends.map(|count| open(Table::Ends.name(), Some(count))).transpose()?;
                 let streams = Streams { states, contacts, steps, joints, gears, ends };
-                let rows = match kept.form {
-                    Form::Csv if goes_on => Ok(TablesWriter::after(streams, world)),
-                    Form::Csv => TablesWriter::new(streams, world),
-                    Form::Parquet => TablesWriter::parquet(streams, world),
+                let rows = if goes_on {
+                    Ok(TablesWriter::after(streams, world))
+                } else {
+                    TablesWriter::new(streams, world)
                 };
                 rows.map(|rows| {
                     let rows = rows.driven(scene.courses.clone()).every(every, first);
@@ -134,8 +133,9 @@ impl RunWriter {
                 })
             }
         };
-        let sums = streams
-            .and_then(|streams| streams.into_iter().map(to_disk).collect::<io::Result<Vec<_>>>());
+        let sums = streams.and_then(|streams| {
+            streams.into_iter().map(TableSink::finish).collect::<io::Result<Vec<_>>>()
+        });
         let sums = sums.map_err(|error| self.files[0].failed(&error))?;
         let checksums = self.files.iter().map(PendingFile::name).zip(sums).collect();
         Ok((self.files, checksums))
@@ -143,9 +143,9 @@ impl RunWriter {
 }
 
 /// Copies the first `lines` of the file `from`, or all of it.
-fn copy_lines(from: &Path, lines: Option<u64>, to: &mut Stream) -> Result<(), Failure> {
+fn copy_lines(from: &Path, lines: Option<u64>, to: &mut TableSink) -> Result<(), Failure> {
     let mut copy = || -> io::Result<()> {
-        let mut from = BufReader::new(input::open(from)?);
+        let mut from = BufReader::new(TableSource::open(from)?);
         let Some(lines) = lines else { return io::copy(&mut from, to).map(drop) };
         let mut line = Vec::new();
         for _ in 0..lines {
@@ -158,10 +158,4 @@ fn copy_lines(from: &Path, lines: Option<u64>, to: &mut Stream) -> Result<(), Fa
     copy().map_err(|error| {
         Failure::Other(format!("the rows of {} cannot be copied: {error}", shown::path(from)))
     })
-}
-
-fn to_disk(stream: Stream) -> io::Result<String> {
-    let (file, checksum) = stream.into_inner().map_err(IntoInnerError::into_error)?.finish();
-    file.sync_all()?;
-    Ok(checksum)
 }

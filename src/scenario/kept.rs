@@ -23,11 +23,11 @@ pub struct Kept {
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Form {
-    /// Text, which everything reads, tumble too.
+    /// Text.
     #[default]
     Csv,
-    /// Binary columns for pandas and polars. tumble itself reads none.
-    Parquet,
+    /// The same text compressed by Zstandard.
+    Zstd,
 }
 
 impl Default for Kept {

@@ -1,7 +1,4 @@
-//! The rows of one table, cell by cell, into a stream: as CSV, or in blocks as Parquet.
-
-#[cfg(feature = "parquet")]
-mod parquet;
+//! The rows of one table as CSV, cell by cell, into a stream.
 
 use crate::step::StepStatus;
 use std::fmt::Display;
@@ -32,101 +29,26 @@ impl Kept {
     }
 }
 
-/// A table that is being written.
-pub(crate) enum RowWriter<W: Write + Send> {
-    Csv(CsvRows<W>),
-    #[cfg(feature = "parquet")]
-    Parquet(Box<parquet::ParquetRows<W>>),
-}
-
-impl<W: Write + Send> RowWriter<W> {
-    /// As CSV, which begins with the names of the columns.
-    pub fn csv<'a>(stream: W, columns: impl IntoIterator<Item = &'a str>) -> Self {
-        let mut rows = CsvRows::new(stream);
-        columns.into_iter().for_each(|column| rows.text(column));
-        rows.end();
-        Self::Csv(rows)
-    }
-
-    /// As CSV that goes on where a header and maybe rows stand in the stream already.
-    pub fn csv_after(stream: W) -> Self {
-        Self::Csv(CsvRows::new(stream))
-    }
-
-    /// As Parquet.
-    #[cfg(feature = "parquet")]
-    pub fn parquet<'a>(stream: W, columns: impl IntoIterator<Item = &'a str>) -> io::Result<Self> {
-        Ok(Self::Parquet(Box::new(parquet::ParquetRows::new(stream, columns)?)))
-    }
-
-    /// A whole number; Parquet has none above 2⁶³ − 1, nor has any run.
-    pub fn whole(&mut self, value: u64) {
-        match self {
-            Self::Csv(rows) => rows.whole(value),
-            #[cfg(feature = "parquet")]
-            Self::Parquet(rows) => rows.whole(value),
-        }
-    }
-
-    pub fn number(&mut self, value: f64) {
-        match self {
-            Self::Csv(rows) => rows.number(value),
-            #[cfg(feature = "parquet")]
-            Self::Parquet(rows) => rows.number(value),
-        }
-    }
-
-    pub fn numbers<'a>(&mut self, values: impl IntoIterator<Item = &'a f64>) {
-        values.into_iter().for_each(|value| self.number(*value));
-    }
-
-    pub fn text(&mut self, value: &str) {
-        match self {
-            Self::Csv(rows) => rows.text(value),
-            #[cfg(feature = "parquet")]
-            Self::Parquet(rows) => rows.text(value.as_bytes()),
-        }
-    }
-
-    /// What is shown without a comma, a quote or a line's end.
-    pub fn word(&mut self, value: &impl Display) {
-        match self {
-            Self::Csv(rows) => rows.word(value),
-            #[cfg(feature = "parquet")]
-            Self::Parquet(rows) => rows.text(value.to_string().as_bytes()),
-        }
-    }
-
-    /// Ends the row.
-    pub fn end_row(&mut self) -> io::Result<()> {
-        match self {
-            Self::Csv(rows) => rows.end_row(),
-            #[cfg(feature = "parquet")]
-            Self::Parquet(rows) => rows.end_row(),
-        }
-    }
-
-    /// Everything into the stream, which is given back flushed.
-    pub fn finish(self) -> io::Result<W> {
-        match self {
-            Self::Csv(rows) => rows.finish(),
-            #[cfg(feature = "parquet")]
-            Self::Parquet(rows) => rows.finish(),
-        }
-    }
-}
-
-/// Rows as CSV: numbers with the fewest digits that read back to the same double, texts in quotes where
-/// they need them.
-pub(crate) struct CsvRows<W> {
+/// Writes the rows of one table as CSV: numbers with the fewest digits that read back to the same double, texts in
+/// quotes where they need them.
+pub(crate) struct RowWriter<W> {
     stream: W,
     buffer: Vec<u8>,
     number: zmij::Buffer,
     whole: itoa::Buffer,
 }
 
-impl<W: Write> CsvRows<W> {
-    fn new(stream: W) -> Self {
+impl<W: Write> RowWriter<W> {
+    /// Starts a table with the names of its `columns`.
+    pub fn new<'a>(stream: W, columns: impl IntoIterator<Item = &'a str>) -> Self {
+        let mut rows = Self::after(stream);
+        columns.into_iter().for_each(|column| rows.text(column));
+        rows.end();
+        rows
+    }
+
+    /// Continues a table whose header the stream has already.
+    pub fn after(stream: W) -> Self {
         let buffer = Vec::with_capacity(BUFFER + BUFFER / 4);
         Self { stream, buffer, number: zmij::Buffer::new(), whole: itoa::Buffer::new() }
     }
@@ -136,11 +58,11 @@ impl<W: Write> CsvRows<W> {
         self.buffer.push(b',');
     }
 
-    fn whole(&mut self, value: u64) {
+    pub fn whole(&mut self, value: u64) {
         self.cell(|rows| rows.buffer.extend_from_slice(rows.whole.format(value).as_bytes()));
     }
 
-    fn number(&mut self, value: f64) {
+    pub fn number(&mut self, value: f64) {
         // Most numbers of a contact that carries nothing.
         if value.to_bits() == 0 {
             self.buffer.extend_from_slice(b"0.0,");
@@ -160,7 +82,11 @@ impl<W: Write> CsvRows<W> {
         });
     }
 
-    fn text(&mut self, value: &str) {
+    pub fn numbers<'a>(&mut self, values: impl IntoIterator<Item = &'a f64>) {
+        values.into_iter().for_each(|value| self.number(*value));
+    }
+
+    pub fn text(&mut self, value: &str) {
         self.cell(|rows| match value.contains(['"', ',', '\n', '\r']) {
             true => {
                 let quoted = value.replace('"', "\"\"");
@@ -172,7 +98,8 @@ impl<W: Write> CsvRows<W> {
         });
     }
 
-    fn word(&mut self, value: &impl Display) {
+    /// Adds a cell whose text has no comma, quote or line end.
+    pub fn word(&mut self, value: &impl Display) {
         self.cell(|rows| {
             // Nothing fails that is written to memory.
             let _ = write!(rows.buffer, "{value}");
@@ -185,7 +112,8 @@ impl<W: Write> CsvRows<W> {
         }
     }
 
-    fn end_row(&mut self) -> io::Result<()> {
+    /// Ends the row.
+    pub fn end_row(&mut self) -> io::Result<()> {
         self.end();
         if self.buffer.len() < BUFFER {
             return Ok(());
@@ -195,7 +123,8 @@ impl<W: Write> CsvRows<W> {
         written
     }
 
-    fn finish(mut self) -> io::Result<W> {
+    /// Writes what is buffered and returns the flushed stream.
+    pub fn finish(mut self) -> io::Result<W> {
         self.stream.write_all(&self.buffer)?;
         self.stream.flush()?;
         Ok(self.stream)
@@ -207,7 +136,7 @@ mod tests {
     use super::*;
 
     fn written(cells: impl FnOnce(&mut RowWriter<Vec<u8>>)) -> String {
-        let mut rows = RowWriter::csv_after(Vec::new());
+        let mut rows = RowWriter::after(Vec::new());
         cells(&mut rows);
         rows.end_row().unwrap();
         String::from_utf8(rows.finish().unwrap()).unwrap()

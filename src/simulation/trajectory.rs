@@ -63,7 +63,7 @@ pub fn header(contacts: usize, bounce: bool) -> Vec<String> {
 }
 
 /// Writes a trajectory of one body row by row.
-pub struct TrajectoryWriter<W: Write + Send> {
+pub struct TrajectoryWriter<W: Write> {
     rows: RowWriter<W>,
     world: World,
     kept: Kept,
@@ -73,7 +73,7 @@ pub struct TrajectoryWriter<W: Write + Send> {
     carrying: Vec<bool>,
 }
 
-impl<W: Write + Send> TrajectoryWriter<W> {
+impl<W: Write> TrajectoryWriter<W> {
     /// Writes the header of a trajectory of the one body of `world`.
     ///
     /// # Errors
@@ -81,18 +81,7 @@ impl<W: Write + Send> TrajectoryWriter<W> {
     /// [tables](crate::simulation::tables::TablesWriter); the stream's.
     pub fn new(stream: W, world: &World) -> io::Result<Self> {
         let columns = columns(world)?;
-        Self::of(RowWriter::csv(stream, columns.iter().map(String::as_str)), world)
-    }
-
-    /// The same as Parquet, which pandas and polars read: the same columns, whole numbers, numbers and texts by
-    /// themselves. Rows go to the stream in blocks of some megabytes.
-    ///
-    /// # Errors
-    /// As [`TrajectoryWriter::new`].
-    #[cfg(feature = "parquet")]
-    pub fn parquet(stream: W, world: &World) -> io::Result<Self> {
-        let columns = columns(world)?;
-        Self::of(RowWriter::parquet(stream, columns.iter().map(String::as_str))?, world)
+        Self::of(RowWriter::new(stream, columns.iter().map(String::as_str)), world)
     }
 
     /// Goes on where the header stands in the stream already, and maybe rows.
@@ -100,7 +89,7 @@ impl<W: Write + Send> TrajectoryWriter<W> {
     /// # Errors
     /// A world of several bodies.
     pub fn after(stream: W, world: &World) -> io::Result<Self> {
-        Self::of(RowWriter::csv_after(stream), world)
+        Self::of(RowWriter::after(stream), world)
     }
 
     fn of(rows: RowWriter<W>, world: &World) -> io::Result<Self> {

@@ -1,9 +1,7 @@
 //! `--every`, `--tables` and `--format`: which rows a run leaves, and in which form.
 
 use super::support::{run, unseal};
-use parquet::file::reader::{FileReader, SerializedFileReader};
-use parquet::record::Field;
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -269,29 +267,24 @@ fn what_cannot_be_is_refused() {
     refused(&["--scenario", &bodies, "--tables", "ends"], &["ends", "--every"]);
     refused(&["--tables", "steps"], &["tables", "one table"]);
     refused(&["--tables", "stairs"], &["stairs", "states"]);
-    refused(&["--format", "arrow"], &["arrow", "parquet"]);
-    refused(&["--format", "parquet", "--gif"], &["--format parquet", "gif"]);
-    runs.run("binary", &["--solver", "native", "--steps", "20", "--format", "parquet"]);
-    let file = runs.text("binary", "trajectory.parquet");
-    runs.refused(&["verify", &file], &["Parquet", "CSV is needed"]);
-    let folder = runs.text("binary", "");
-    runs.refused(&["--continue", &folder, "--steps", "30"], &["Parquet", "CSV is needed"]);
-    runs.run("tables", &["--scenario", &bodies, "--steps", "5", "--format", "parquet"]);
-    let table = runs.text("tables", "states.parquet");
-    runs.refused(&["verify", &table], &["Parquet", "CSV is needed"]);
-    // A later run in CSV does not leave them behind.
-    runs.run("binary", &["--solver", "native", "--steps", "20"]);
+    refused(&["--format", "arrow"], &["arrow", "zstd"]);
+    runs.run("compressed", &["--solver", "native", "--steps", "20", "--format", "zstd"]);
+    let file = runs.text("compressed", "trajectory.csv.zst");
+    fs::write(&file, b"no frame of Zstandard").unwrap();
+    runs.refused(&["verify", &file], &["trajectory.csv.zst", "cannot be read"]);
+    // A later run in CSV removes it.
+    runs.run("compressed", &["--solver", "native", "--steps", "20"]);
     assert!(!Path::new(&file).exists());
-    let run_file = runs.path("binary", "run.json");
+    let run_file = runs.path("compressed", "run.json");
     let text = fs::read_to_string(&run_file).unwrap();
     let broken = text.replacen("\"solver\"", "\"kept\": {\"every\": 0}, \"solver\"", 1);
     fs::write(&run_file, broken).unwrap();
-    runs.refused(&["verify", &runs.text("binary", "trajectory.csv")], &["kept.every"]);
+    runs.refused(&["verify", &runs.text("compressed", "trajectory.csv")], &["kept.every"]);
 }
 
-/// Parquet has the names and the values of CSV, number for number.
+/// Compressed tables have the text of plain ones, and every command reads them.
 #[test]
-fn parquet_says_what_csv_says() {
+fn compressed_tables_are_the_plain_ones() {
     let runs = Runs::new();
     let marbles = scenario("marbles");
     let bar = scenario("four-bar");
@@ -300,36 +293,23 @@ fn parquet_says_what_csv_says() {
         (&["--scenario", &marbles, "--steps", "120"], &["states", "contacts", "steps"]),
         (&["--scenario", &bar, "--steps", "60"], &["states", "contacts", "steps", "joints"]),
     ];
+    let bytes = |run: &str, file: &str| fs::read(runs.path(run, file)).unwrap();
     for (args, tables) in cases {
-        runs.run("csv", args);
-        runs.run("parquet", &[args, &["--format", "parquet"]].concat());
+        runs.run("plain", args);
+        runs.run("whole", &[args, &["--format", "zstd"]].concat());
+        runs.run("parts", &[args, &["--steps", "40", "--format", "zstd"]].concat());
+        let steps = args[args.iter().position(|arg| *arg == "--steps").unwrap() + 1];
+        runs.run("parts", &["--continue", &runs.text("parts", ""), "--steps", steps]);
         for table in tables {
-            let mut csv =
-                csv::Reader::from_path(runs.path("csv", &format!("{table}.csv"))).unwrap();
-            let file = File::open(runs.path("parquet", &format!("{table}.parquet"))).unwrap();
-            let file = SerializedFileReader::new(file).unwrap();
-            let names: Vec<_> = csv.headers().unwrap().iter().map(str::to_owned).collect();
-            let mut rows = file.get_row_iter(None).unwrap();
-            for record in csv.records() {
-                let (record, row) = (record.unwrap(), rows.next().unwrap().unwrap());
-                for ((name, field), (text, expected)) in
-                    row.get_column_iter().zip(record.iter().zip(&names))
-                {
-                    assert_eq!(name, expected, "{table}");
-                    let is_same = match field {
-                        Field::Long(value) => text.parse() == Ok(*value),
-                        Field::Double(value) => {
-                            text.parse().is_ok_and(|it: f64| it.to_bits() == value.to_bits())
-                        }
-                        Field::Str(value) => text == value && !text.is_empty(),
-                        // What readers of CSV make of it, too.
-                        Field::Null => text.is_empty(),
-                        _ => false,
-                    };
-                    assert!(is_same, "{table}, {name}: {field:?}, {text}");
-                }
-            }
-            assert!(rows.next().is_none(), "{table}");
+            let compressed = format!("{table}.csv.zst");
+            let text = zstd::decode_all(&bytes("whole", &compressed)[..]).unwrap();
+            assert!(text == bytes("plain", &format!("{table}.csv")), "{table}");
+            assert!(bytes("parts", &compressed) == bytes("whole", &compressed), "{table}");
+        }
+        let file = runs.text("whole", &format!("{}.csv.zst", tables[0]));
+        for command in [&["verify"][..], &["view"], &["plot"], &["gif", "--gif-size", "100"]] {
+            let end = run(&[command, &[&file]].concat());
+            assert_eq!(end.code, Some(0), "{command:?}: {end:?}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! A trajectory as an animation: a GIF or an animated PNG.
+//! A trajectory as an animated GIF.
 //!
 //! Thirty frames a second; the bodies, their shadows, the contact forces and the clock. The camera
 //! stands still, as near as it can with everything in view; what would be small there is shown
@@ -32,7 +32,7 @@ mod timing;
 mod tests;
 
 pub use camera::View;
-pub use settings::{AnimationError, Format, Settings};
+pub use settings::{AnimationError, Settings};
 pub use timing::frame_count;
 
 use crate::film::{Body, Film, Partner};
@@ -59,20 +59,20 @@ pub fn animate(
     mut progress: impl FnMut(u64, u64) -> ControlFlow<()>,
 ) -> Result<Vec<u8>, AnimationError> {
     let moments = moments(film, settings)?;
-    let frames = moments.len() as u32;
     let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(&mut bytes, film, settings.format, settings.size, frames)?;
+    let mut encoder = Encoder::new(&mut bytes, film, settings.size)?;
     let mut stage = Stage::new(film, settings, &moments).ok_or(AnimationError::TooFar)?;
     let mut canvas = stage.empty().clone();
     for (k, moment) in moments.iter().enumerate() {
-        if progress(k as u64, frames.into()).is_break() {
+        if progress(k as u64, moments.len() as u64).is_break() {
             return Err(AnimationError::Interrupted);
         }
         stage.aim(k);
         stage.paint(&mut canvas, moment);
         encoder.add(k as u64, &canvas)?;
     }
-    encoder.finish()?;
+    // The trailer is written when the encoder goes.
+    drop(encoder);
     Ok(bytes)
 }
 

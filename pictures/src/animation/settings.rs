@@ -12,23 +12,11 @@ pub struct Settings {
     /// Where the camera stands. `None`: where [`View::default`] says, or higher above the horizon where what stands
     /// still hides from there what moves.
     pub view: Option<View>,
-    /// What the file is.
-    pub format: Format,
-}
-
-/// What an animation is encoded as.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Format {
-    /// With a palette of 255 colours at most; shown everywhere.
-    #[default]
-    Gif,
-    /// In full colour; what knows no animated PNG shows the first frame.
-    Png,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { speed: 1.0, size: 800, view: None, format: Format::Gif }
+        Self { speed: 1.0, size: 800, view: None }
     }
 }
 
@@ -49,12 +37,9 @@ pub enum AnimationError {
     /// The progress callback said so.
     #[error("interrupted")]
     Interrupted,
-    /// The encoder of GIFs failed.
+    /// The GIF encoder failed.
     #[error("the animation cannot be encoded: {0}")]
     Gif(#[from] gif::EncodingError),
-    /// The encoder of PNGs failed.
-    #[error("the animation cannot be encoded: {0}")]
-    Png(#[from] png::EncodingError),
 }
 
 /// Coordinates beyond this are not drawn, m.

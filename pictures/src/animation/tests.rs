@@ -4,7 +4,7 @@ use super::arrows::Arrow;
 use super::framing::Window;
 use super::palette::{BACKGROUND, Colour, FORCE, GROUND, INK, LINE};
 use super::stage::Stage;
-use super::{AnimationError, Format, Settings, View, animate, moments};
+use super::{AnimationError, Settings, View, animate, moments};
 use crate::film::{Film, Fixed};
 use crate::samples::{falling_cube, floating_cube};
 use crate::shape::Piece;
@@ -252,35 +252,6 @@ fn a_long_throw_is_followed_over_a_grid_that_is_seen() {
         let lines = picture.iter().filter(is_line).count();
         let ground = picture.iter().filter(|&&pixel| near(pixel, GROUND)).count();
         assert!(lines > 200 && ground > 20_000, "{lines} {ground}");
-    }
-}
-
-#[test]
-fn a_png_shows_every_frame_as_it_was_painted() {
-    let film = falling_cube(300);
-    let settings = Settings { size: 200, format: Format::Png, ..Settings::default() };
-    let moments = moments(&film, &settings).unwrap();
-    let mut stage = Stage::new(&film, &settings, &moments).unwrap();
-    let mut canvas = stage.empty().clone();
-    let bytes = bytes(&film, &settings);
-    let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
-    let animation = reader.info().animation_control.unwrap();
-    assert_eq!((animation.num_frames as usize, animation.num_plays), (moments.len(), 0));
-    let mut screen = vec![[0; 3]; 200 * 200];
-    let mut part = vec![0; reader.output_buffer_size().unwrap()];
-    for moment in &moments {
-        let size = reader.next_frame(&mut part).unwrap().buffer_size();
-        let frame = *reader.info().frame_control().unwrap();
-        assert_eq!((frame.delay_num, frame.delay_den), (1, 30));
-        for (i, pixel) in part[..size].chunks_exact(4).enumerate() {
-            let (x, y) = (i as u32 % frame.width, i as u32 / frame.width);
-            if pixel[3] != 0 {
-                let place = (frame.y_offset + y) * 200 + frame.x_offset + x;
-                screen[place as usize] = [pixel[0], pixel[1], pixel[2]];
-            }
-        }
-        stage.paint(&mut canvas, moment);
-        assert!(canvas.colours().eq(screen.iter().copied()));
     }
 }
 

@@ -34,7 +34,7 @@ _OF_ONE = "trajectory.csv"
 
 _OF_RUNS = {
     *("run.json", "state.bin"),
-    *(f"{name}.{form}" for name in ("trajectory", *_TABLES, "ends") for form in ("csv", "parquet")),
+    *(f"{name}.{form}" for name in ("trajectory", *_TABLES, "ends") for form in ("csv", "csv.zst")),
 }
 """The names of the files of a run: those of another one are none of this."""
 
@@ -354,12 +354,11 @@ class Trajectory:
     ) -> Any:
         """The motion as an animation: ``speed`` times real time, ``size`` pixels wide, seen from
         ``camera`` (azimuth and elevation, degrees; without, from azimuth -32 and the lowest of some elevations, from
-        20 on, from which what moves is seen). Written to ``path``, a GIF or, where that
-        ends in .png or .apng, an animated PNG in full colour; without, an object comes back that
-        a notebook shows."""
+        20 on, from which what moves is seen). Written to ``path``, a GIF; without a path, the result is an object that a
+        notebook shows."""
         ends = Path(path).suffix if path is not None else ".gif"
-        if ends not in (".gif", ".png", ".apng"):
-            raise TumbleError(f"{path}: a name that ends in .gif, .png or .apng is needed")
+        if ends != ".gif":
+            raise TumbleError(f"{path}: a name that ends in .gif is needed")
         if not 1e-4 <= real("speed", speed) <= 1e4:
             raise TumbleError(f"speed is {speed}; allowed is 0.0001 to 10000")
         if not 100 <= whole("size", size, 0) <= 2000:
@@ -373,8 +372,7 @@ class Trajectory:
                     f"camera is {camera}; an azimuth from -360 to 360 and an elevation from 0 to 90 "
                     "degrees are needed"
                 )
-        png = ends != ".gif"
-        content = self.recording.gif(speed, size, view, png, callback(progress))
+        content = self.recording.gif(speed, size, view, callback(progress))
         return Picture("image/gif", content) if path is None else written(Path(path), content)
 
     def page(self, other: Optional["Trajectory"] = None) -> str:

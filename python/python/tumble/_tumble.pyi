@@ -244,7 +244,6 @@ class Recording:
         speed: float,
         size: int,
         camera: Optional[Tuple[float, float]],
-        png: bool,
         progress: Progress,
     ) -> bytes: ...
     def page(self, other: Optional[Recording] = None) -> str: ...

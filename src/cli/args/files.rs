@@ -11,13 +11,10 @@ pub struct GifArgs {
     /// before them.
     #[arg(value_name = "FILE.csv")]
     pub file: PathBuf,
-    /// Directory for animation.gif, made if it is not there, or the name of the file: of a GIF if it ends in
-    /// .gif, of an animated PNG if it ends in .png or .apng [default: the directory of FILE.csv].
+    /// Directory for animation.gif, created if missing, or a file name that ends in .gif [default: the directory of
+    /// FILE.csv].
     #[arg(long, value_name = "DIR|FILE")]
     pub out: Option<PathBuf>,
-    /// An animated PNG, in full colour, instead of the GIF: animation.png.
-    #[arg(long)]
-    pub apng: bool,
     #[command(flatten)]
     pub animation: AnimationArgs,
     #[command(flatten)]

@@ -117,8 +117,8 @@ pub struct SimulateArgs {
     /// `tumble verify` judges those that it keeps.
     #[arg(long, value_enum, value_delimiter = ',', value_name = "TABLE,…")]
     pub tables: Option<Vec<Table>>,
-    /// The form of the files of rows. Parquet is for pandas, polars and the like, and takes less time; tumble
-    /// itself reads CSV alone, for `verify`, --continue and pictures [default: csv].
+    /// Format of the tables: CSV, or CSV compressed by Zstandard (states.csv.zst), about a tenth of the bytes. Every
+    /// command reads both [default: csv].
     #[arg(long, value_enum)]
     pub format: Option<Form>,
     /// Directory for the files, made if it is not there [default: out, with --continue its own].
@@ -135,9 +135,6 @@ pub struct SimulateArgs {
     /// Also draw the motion: OUT/animation.gif.
     #[arg(long)]
     pub gif: bool,
-    /// Also draw the motion in full colour, as an animated PNG: OUT/animation.png.
-    #[arg(long)]
-    pub apng: bool,
     /// Also make a page that plays the motion in any browser: OUT/view.html.
     #[arg(long)]
     pub html: bool,

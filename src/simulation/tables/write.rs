@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use std::io::{self, Write};
 
 /// Writes the tables of a run step by step.
-pub struct TablesWriter<W: Write + Send> {
+pub struct TablesWriter<W: Write> {
     tables: Streams<RowWriter<W>>,
     world: World,
     /// How joints' frames in the world move.
@@ -20,7 +20,7 @@ pub struct TablesWriter<W: Write + Send> {
     kept: Kept,
 }
 
-impl<W: Write + Send> TablesWriter<W> {
+impl<W: Write> TablesWriter<W> {
     /// Writes the headers of a run in `world`.
     ///
     /// # Errors
@@ -28,21 +28,8 @@ impl<W: Write + Send> TablesWriter<W> {
     pub fn new(streams: Streams<W>, world: &World) -> io::Result<Self> {
         let tied = !world.joints().is_empty();
         let columns = |table: Table| table.columns(tied).iter().copied();
-        let csv = |table, stream| Ok::<_, io::Error>(RowWriter::csv(stream, columns(table)));
+        let csv = |table, stream| Ok::<_, io::Error>(RowWriter::new(stream, columns(table)));
         Ok(Self::of(streams.each(csv)?, world))
-    }
-
-    /// The same as Parquet, which pandas and polars read: the same columns, whole numbers, numbers and texts by
-    /// themselves. Rows go to the streams in blocks of some megabytes.
-    ///
-    /// # Errors
-    /// The streams'.
-    #[cfg(feature = "parquet")]
-    pub fn parquet(streams: Streams<W>, world: &World) -> io::Result<Self> {
-        let tied = !world.joints().is_empty();
-        let columns = |table: Table| table.columns(tied).iter().copied();
-        let parquet = |table, stream| RowWriter::parquet(stream, columns(table));
-        Ok(Self::of(streams.each(parquet)?, world))
     }
 
     /// Goes on where the headers stand in the streams already, and maybe rows.
@@ -50,12 +37,12 @@ impl<W: Write + Send> TablesWriter<W> {
     pub fn after(streams: Streams<W>, world: &World) -> Self {
         let Streams { states, contacts, steps, joints, gears, ends } = streams;
         let tables = Streams {
-            states: RowWriter::csv_after(states),
-            contacts: contacts.map(RowWriter::csv_after),
-            steps: RowWriter::csv_after(steps),
-            joints: joints.map(RowWriter::csv_after),
-            gears: gears.map(RowWriter::csv_after),
-            ends: ends.map(RowWriter::csv_after),
+            states: RowWriter::after(states),
+            contacts: contacts.map(RowWriter::after),
+            steps: RowWriter::after(steps),
+            joints: joints.map(RowWriter::after),
+            gears: gears.map(RowWriter::after),
+            ends: ends.map(RowWriter::after),
         };
         Self::of(tables, world)
     }
@@ -156,7 +143,7 @@ impl<W: Write + Send> TablesWriter<W> {
     }
 }
 
-fn write_states<W: Write + Send>(
+fn write_states<W: Write>(
     table: &mut RowWriter<W>,
     row: &StepRow,
     states: &[State],
@@ -171,7 +158,7 @@ fn write_states<W: Write + Send>(
     Ok(())
 }
 
-fn write_contact<W: Write + Send>(
+fn write_contact<W: Write>(
     table: &mut RowWriter<W>,
     (k, index): (u64, usize),
     contact: &ContactRow,

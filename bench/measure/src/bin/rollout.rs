@@ -1,7 +1,7 @@
 //! Rollouts of the tutorial's cube from many starts: how fast they are beside a plain loop over
 //! simulations, and that the numbers are the same.
 //!
-//! `cargo run --release --example rollout --features rollout` or, for other numbers of rollouts,
+//! `cargo run --release -p tumble-measure --bin rollout` or, for other numbers of rollouts,
 //! steps and threads, `… -- 2000 500 4`
 //!
 //! Exit code 3 if a step did not converge, 1 if a number differs, 2 for a bad argument.

@@ -1,6 +1,6 @@
 //! How many steps of heaps are solved, and from which start: other seeds than those of any test.
 //!
-//! `cargo run --release --example heaps` or, for another number of seeds, steps of a run and first seed,
+//! `cargo run --release -p tumble-measure --bin heaps` or, for another number of seeds, steps of a run and first seed,
 //! `… -- 16 2500 101`; with the name of a scene (`boxes`, `sticks`, `balls`, `mixed`, `ratio`, `dense`,
 //! `wall`) behind them, that scene alone.
 //!

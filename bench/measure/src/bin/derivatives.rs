@@ -2,7 +2,7 @@
 //! by states too, and of a pass backwards through the run, as multiples of the run's own.
 //!
 //! ```text
-//! cargo run --release --example derivatives [SCENARIO.toml...]
+//! cargo run --release -p tumble-measure --bin derivatives [SCENARIO.toml...]
 //! ```
 //!
 //! The first argument `step`, `linearised`, `jacobian` or `backwards` has that alone done, once and without a clock, in the function

@@ -1,15 +1,13 @@
 //! Several boxes by tumble, for `scripts/bench`: a scene as JSON on standard input, what became
 //! of it as JSON on standard output.
 
-mod boxes;
-
-use boxes::Scene;
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 use tumble::mechanics::State;
 use tumble::simulation::StepRecord;
 use tumble::solver::native::NativeSolver;
 use tumble::step::StepStatus;
+use tumble_measure::Scene;
 
 type Failure = Box<dyn std::error::Error>;
 

@@ -1,7 +1,7 @@
 //! What each setting of the Ipopt path does to the drop scene: the table of
 //! `docs/ipopt-path.md`.
 //!
-//! `cargo run --release --example ipopt_path -- 42 0` takes about a minute a seed.
+//! `cargo run --release -p tumble-measure --bin ipopt_path -- 42 0` takes about a minute a seed.
 
 use std::process::ExitCode;
 use std::time::Instant;

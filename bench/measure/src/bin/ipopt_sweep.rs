@@ -1,7 +1,7 @@
 //! The Ipopt path away from the tutorial's numbers: the drop scene with other friction, mass,
 //! inertia, load and size, a row of `docs/ipopt-path.md` each.
 //!
-//! `cargo run --release --example ipopt_sweep -- 42 1 7` takes about a minute a seed.
+//! `cargo run --release -p tumble-measure --bin ipopt_sweep -- 42 1 7` takes about a minute a seed.
 
 use nalgebra::{Matrix3, Vector3};
 use std::process::ExitCode;

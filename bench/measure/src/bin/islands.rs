@@ -1,7 +1,7 @@
 //! How long steps of many islands take on one thread and on several, how much of that is the
 //! solver's, and that the numbers are the same.
 //!
-//! `cargo run --release --example islands --features threads` or, for another number of threads and
+//! `cargo run --release -p tumble-measure --bin islands` or, for another number of threads and
 //! of islands in each scene, `… -- 4 300`
 //!
 //! Exit code 3 if a step did not converge, 1 if a number differs, 2 for a bad argument.

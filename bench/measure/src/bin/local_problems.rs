@@ -17,9 +17,6 @@
 //! of tumble's step, W (3n × 3n), q (3n), μ (n), and the impulses of the step before (3n) as
 //! doubles.
 
-mod boxes;
-
-use boxes::Scene;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rustix::time::{ClockId, clock_gettime};
 use serde::Deserialize;
@@ -31,6 +28,7 @@ use tumble::simulation::StepRecord;
 use tumble::solver::native::NativeSolver;
 use tumble::step::StepSolution;
 use tumble::world::World;
+use tumble_measure::Scene;
 
 type Failure = Box<dyn std::error::Error>;
 
