@@ -1,10 +1,9 @@
-//! Quadratic models within bounds: how far variables may go, and the steps of both shootings.
+//! Quadratic models within bounds, and their steps.
 
 use super::Problem;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Of D in (P6), what every variable has at least, in parts of the largest: those that move nothing must not move
-/// without end.
+/// Least entry of D in (P5), relative to the largest: it bounds the step of a variable that moves no row.
 pub(super) const LEAST_DAMPING: f64 = 1e-9;
 
 /// How far every variable may go, in parts of its bounds.
@@ -43,7 +42,7 @@ pub(super) struct Quadratic<'a> {
 }
 
 impl Quadratic<'_> {
-    /// The step of (P6) with this κ: variables whose bounds it would pass are put on them, until none is.
+    /// Step of (P5) with this κ: variables that would pass a bound are set to it, until none would.
     pub(super) fn step(&self, kappa: f64, room: &Room) -> Option<DVector<f64>> {
         let count = self.gradient.len();
         let largest = self.matrix.diagonal().amax();

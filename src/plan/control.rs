@@ -227,26 +227,6 @@ impl ControlKind {
         }
     }
 
-    /// Its second derivatives that are not zero, by pairs of components, the first index no less than the second.
-    #[must_use]
-    pub fn curvatures(&self, numbers: &[f64]) -> Vec<(usize, usize, Applied)> {
-        let Self::Push(push) = self else { return Vec::new() };
-        let place = push.place(numbers);
-        let mut all = Vec::new();
-        for i in 0..5 {
-            for j in 0..=i {
-                let by_both = push.force_curvature(i, j);
-                let torque = place.cross(&by_both)
-                    + push.place_slope(i).cross(&push.force_slope(numbers, j))
-                    + push.place_slope(j).cross(&push.force_slope(numbers, i));
-                if by_both != Vector3::zeros() || torque != Vector3::zeros() {
-                    all.push((i, j, Applied { axes: Axes::Body, force: by_both, torque }));
-                }
-            }
-        }
-        all
-    }
-
     /// How a start follows its component `k`, where its numbers are `numbers`.
     #[must_use]
     pub fn start_slope(&self, numbers: &[f64], k: usize) -> Option<StateChange> {
@@ -305,13 +285,6 @@ impl Push {
             (_, Some(friction)) => Vector3::ith(k, friction * numbers[0]),
         };
         self.frame * along
-    }
-
-    fn force_curvature(&self, i: usize, j: usize) -> Vector3<f64> {
-        match (self.friction, i.min(j), i.max(j)) {
-            (Some(friction), 0, k @ (1 | 2)) => self.frame * Vector3::ith(k, friction),
-            _ => Vector3::zeros(),
-        }
     }
 
     /// Where it acts, m, body.
@@ -409,7 +382,7 @@ mod tests {
 
     /// Polynomials of third degree: central differences of 1e-4 miss their slopes by some 1e-8.
     #[test]
-    fn slopes_and_curvatures_are_those_of_differences() {
+    fn slopes_agree_with_differences() {
         for kind in kinds() {
             let count = kind.components().len();
             let numbers = &NUMBERS[..count];
@@ -419,22 +392,12 @@ mod tests {
                 numbers[k] += by;
                 numbers
             };
-            let curvatures = kind.curvatures(numbers);
             for k in 0..count {
                 let (up, down) = (moved(k, 1e-4), moved(k, -1e-4));
                 let slope = kind.slopes(numbers)[k];
                 let (a, b) = (wrench(&up), wrench(&down));
                 assert!(((a.force - b.force) / 2e-4 - slope.force).amax() < 1e-7, "{kind:?}");
                 assert!(((a.torque - b.torque) / 2e-4 - slope.torque).amax() < 1e-7, "{kind:?}");
-                for j in 0..count {
-                    let (a, b) = (kind.slopes(&up)[j], kind.slopes(&down)[j]);
-                    let both = (k.max(j), k.min(j));
-                    let found = curvatures.iter().find(|(i, j, _)| (*i, *j) == both);
-                    let zero = (Vector3::zeros(), Vector3::zeros());
-                    let (force, torque) = found.map_or(zero, |(.., c)| (c.force, c.torque));
-                    assert!(((a.force - b.force) / 2e-4 - force).amax() < 1e-7, "{kind:?}");
-                    assert!(((a.torque - b.torque) / 2e-4 - torque).amax() < 1e-7, "{kind:?}");
-                }
             }
         }
     }

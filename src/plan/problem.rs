@@ -3,7 +3,7 @@
 mod checks;
 
 use super::control::{Applied, Control, ControlKind};
-use super::keep::Keep;
+use super::path_constraint::PathConstraint;
 use super::target::Target;
 use super::{PlanError, held};
 use crate::joint::{Joint, JointAxis};
@@ -20,11 +20,12 @@ use checks::{check_control, has_body, odd, sets_alike};
 /// More steps than this are no plan.
 const MOST_STEPS: usize = 100_000;
 
-/// A scene, for how many steps, what may be chosen, and what is to come of it. The cost that is made least is, with the
-/// weights of each,
+/// A planning problem: a scene, its number of steps, controls, targets and path constraints.
+///
+/// The plan minimises the cost
 ///
 /// ```text
-/// J = Σ_targets w |rows(X_after)|² + Σ_keeps w Σ_k min(0, g(r_k))² + Σ_controls e Σ_k |u_k|²      (P1)
+/// J = Σ_targets w |rows(X_after)|² + Σ_path w Σ_k min(0, g(r_k))² + Σ_controls e Σ_k |u_k|²      (P1)
 /// ```
 #[derive(Clone)]
 pub struct Problem {
@@ -32,7 +33,7 @@ pub struct Problem {
     pub(super) steps: usize,
     controls: Vec<Control>,
     targets: Vec<Target>,
-    keeps: Vec<Keep>,
+    path_constraints: Vec<PathConstraint>,
     variables: Vec<Variable>,
     /// The first variable of each control.
     offsets: Vec<usize>,
@@ -76,14 +77,14 @@ impl Problem {
     /// # Errors
     /// [`PlanError::Problem`]: no steps or too many; a body, joint or axis that is not there; bounds that are none;
     /// more knots than steps; a constant that is not looked for; two controls of one name, or of the same start or
-    /// constant; targets and rows to keep beyond what a state can be; tolerances and weights that are not above 0;
+    /// constant; targets and path constraints beyond the reach of a state; tolerances and weights that are not above 0;
     /// nothing to reach.
     pub fn new(
         scene: Scene,
         steps: usize,
         controls: Vec<Control>,
         targets: Vec<Target>,
-        keeps: Vec<Keep>,
+        path_constraints: Vec<PathConstraint>,
     ) -> Result<Self, PlanError> {
         if !(1..=MOST_STEPS).contains(&steps) {
             return odd(format!("steps: {steps} is given; 1 to {MOST_STEPS} are allowed"));
@@ -99,8 +100,8 @@ impl Problem {
                 return odd(format!("controls: {first:?} and {second:?} {why}"));
             }
         }
-        if targets.is_empty() && keeps.is_empty() {
-            return odd("targets: there is none, so that there is nothing to plan for".to_owned());
+        if targets.is_empty() && path_constraints.is_empty() {
+            return odd("targets: none are given, so there is nothing to plan for; a [target] or [[path_constraints]] is needed".to_owned());
         }
         let bodies = scene.world.bodies().len();
         let positive = |of: &str, name: &str, what: &str, value: f64| {
@@ -120,13 +121,13 @@ impl Problem {
             positive("target", name, "tolerance", *tolerance)?;
             positive("target", name, "weight", *weight)?;
         }
-        for Keep { name, body, kind, tolerance, weight } in &keeps {
-            has_body("keep", name, *body, bodies)?;
+        for PathConstraint { name, body, kind, tolerance, weight } in &path_constraints {
+            has_body("path constraint", name, *body, bodies)?;
             if let Err(why) = kind.check() {
-                return odd(format!("keep {name:?}: {why}"));
+                return odd(format!("path constraint {name:?}: {why}"));
             }
-            positive("keep", name, "tolerance", *tolerance)?;
-            positive("keep", name, "weight", *weight)?;
+            positive("path constraint", name, "tolerance", *tolerance)?;
+            positive("path constraint", name, "weight", *weight)?;
         }
         let (mut variables, mut offsets) = (Vec::new(), Vec::new());
         let mut pushed = vec![false; bodies];
@@ -154,7 +155,7 @@ impl Problem {
             }
         }
         let scene = Scene { rows: steps as u64 + 1, ..scene };
-        Ok(Self { scene, steps, controls, targets, keeps, variables, offsets, pushed })
+        Ok(Self { scene, steps, controls, targets, path_constraints, variables, offsets, pushed })
     }
 
     /// What is simulated.
@@ -181,10 +182,10 @@ impl Problem {
         &self.targets
     }
 
-    /// What is to hold after every step.
+    /// Path constraints.
     #[must_use]
-    pub fn keeps(&self) -> &[Keep] {
-        &self.keeps
+    pub fn path_constraints(&self) -> &[PathConstraint] {
+        &self.path_constraints
     }
 
     /// The numbers that are looked for, in the order of the vector of controls: by controls, then by pieces, then by

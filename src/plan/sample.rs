@@ -1,11 +1,13 @@
-//! Sampling: CMA-ES over a few pieces of every control, by runs of the simulator on all threads of the caller's rayon pool.
+//! Sampling: CMA-ES over a few pieces of each control, by runs on all threads of the caller's rayon pool.
 //!
-//! It asks for ranks of runs alone, so that plateaus and kinks are no matter to it, and with few numbers it finds which
-//! way to go at all: over the edge or not, before the wall or behind. Each round begins at the best so far, the first
-//! wide, each next narrower and with more pieces; between the first and the last, one that has no more pieces than the one before, of a best
-//! that misses, looks elsewhere. What was drawn is decided by the seed, whatever the number of threads.
+//! The method compares costs only, so plateaus and kinks do not stop it. With few variables it decides the rough course of
+//! a plan: over an edge or not, before a wall or behind it. A tenth of the runs is scattered over the bounds. Each round of
+//! CMA-ES then starts at the best controls so far; the first is wide, and each next one is narrower with more pieces.
+//!
+//! A middle round without more pieces than the previous one starts elsewhere if the best controls still miss. The seed
+//! determines all draws, on any number of threads.
 
-use super::leg::{Leg, LegEnd, Progress, Watch};
+use super::stage::{Progress, Stage, StageResult, Watch};
 use super::{PlanError, Problem, Replay};
 use cmaes::{CMAESOptions, DVector};
 use rayon::prelude::*;
@@ -15,13 +17,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Sampling by CMA-ES.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// Of what is drawn.
+    /// Seed of the draws.
     pub seed: u64,
-    /// The most runs; without a number 200 for each that is looked for, and 2000 more.
+    /// Largest number of runs; by default 200 for each variable, and 2000 more.
     pub runs: Option<u64>,
-    /// The most pieces of each control in the first round.
+    /// Largest number of pieces of each control in the first round.
     pub knots: usize,
-    /// How many rounds.
+    /// Number of rounds.
     pub rounds: u32,
 }
 
@@ -44,9 +46,13 @@ const SCATTERED: f64 = 0.1;
 /// More numbers than this are not drawn at once: CMA-ES takes a matrix of their square apart, again and again.
 const MOST: usize = 2000;
 
-impl Leg for Sample {
+impl Stage for Sample {
     fn name(&self) -> &'static str {
         "sample"
+    }
+
+    fn is_fallback(&self) -> bool {
+        true
     }
 
     fn check(&self, problem: &Problem) -> Result<(), PlanError> {
@@ -68,11 +74,11 @@ impl Leg for Sample {
         problem: &Problem,
         from: &Replay,
         watch: &mut Watch<'_>,
-    ) -> Result<LegEnd, PlanError> {
+    ) -> Result<StageResult, PlanError> {
         let mut best = (from.controls.clone(), judged(problem, &from.controls, watch)?);
-        let mut end = LegEnd { controls: best.0.clone(), ..LegEnd::default() };
+        let mut end = StageResult { controls: best.0.clone(), ..StageResult::default() };
         if problem.variables().is_empty() {
-            end.message = "there is nothing to look for".to_owned();
+            end.message = "the problem has no variables".to_owned();
             return Ok(end);
         }
         let rounds = self.rounds.max(1);
@@ -126,7 +132,7 @@ impl Sample {
         &self,
         problem: &Problem,
         which: Range<u64>,
-        end: &mut LegEnd,
+        end: &mut StageResult,
         watch: &mut Watch<'_>,
     ) -> Result<Option<(Vec<f64>, f64)>, PlanError> {
         let count = which.end - which.start;
@@ -165,7 +171,7 @@ impl Sample {
             _ if watch.is_interrupted() => "interrupted".to_owned(),
             (None, Some(why)) => format!("no run could be made: {why}"),
             (Some([least, most]), _) if count > 1 && most - least <= 1e-9 * most => {
-                format!("none of {count} runs within the bounds moved what is to be reached")
+                format!("none of {count} runs within the bounds moved a target")
             }
             _ => String::new(),
         };
@@ -179,7 +185,7 @@ impl Sample {
         (round, last): (u32, u64),
         (from, width): (Vec<f64>, f64),
         best: &mut (Vec<f64>, f64),
-        end: &mut LegEnd,
+        end: &mut StageResult,
         watch: &mut Watch<'_>,
     ) -> Result<(), PlanError> {
         let coarse = Coarse::of(problem, self.knots_in(round), from);
@@ -220,7 +226,7 @@ impl Sample {
                 }
             }
             let progress = Progress {
-                leg: self.name(),
+                stage: self.name(),
                 iteration: end.iterations,
                 cost: best.1,
                 controls: &best.0,

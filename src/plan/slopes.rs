@@ -1,14 +1,14 @@
 //! The rows of a run, and their derivatives by the controls.
 //!
-//! The rows of (P1), each times the root of its weight, follow the controls through every step: with the derivatives of a step by
-//! its states, wrenches and constants (`docs/gradients.md`) and those of the wrenches by state and controls,
+//! The rows of (P1), times the roots of their weights, depend on the controls through every step. With the derivatives of a
+//! step by states, wrenches and constants (`docs/gradients.md`), and those of the wrenches by states and controls:
 //!
 //! ```text
-//! λ_N = ∂ρ/∂X_N,   λ_k = ∂ρ/∂X_k + S_Xᵀ λ_{k+1} + W_Xᵀ S_Wᵀ λ_{k+1},   ∂ρ/∂u = Σ_k W_uᵀ S_Wᵀ λ_{k+1}   (P5)
+//! λ_N = ∂ρ/∂X_N,   λ_k = ∂ρ/∂X_k + S_Xᵀ λ_{k+1} + W_Xᵀ S_Wᵀ λ_{k+1},   ∂ρ/∂u = Σ_k W_uᵀ S_Wᵀ λ_{k+1}   (P4)
 //! ```
 //!
-//! one pass backwards for each row, with the steps linearised once for all of them. Where a step has no derivative,
-//! everything is differenced, two runs a variable.
+//! Each row takes one backward pass over the steps, which are linearised once. If a step has no derivative, all derivatives
+//! are central differences of two runs for each variable.
 
 use super::control::ControlKind;
 use super::problem::motor_wrenches;
@@ -25,13 +25,13 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// A row of a run: of which state, and what it is there.
+/// A residual of a run that the cost has squared.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum RowOf {
-    /// A row of a target.
+    /// A target, by its index, and one of its rows.
     Target(usize, usize),
-    /// A row to keep, which is not kept after so many steps.
-    Keep(usize, usize),
+    /// A path constraint, by its index, that is violated after this number of steps.
+    PathConstraint(usize, usize),
 }
 
 /// A run with its rows and their derivatives.
@@ -70,7 +70,7 @@ struct Follows {
 }
 
 impl Problem {
-    /// The rows of the run under `controls` and their derivatives, exact ones or `differences`; how many runs it took.
+    /// Rows of the run of `controls` and their derivatives, exact or by `differences`, with the number of runs.
     pub(super) fn slopes(
         &self,
         controls: &[f64],
@@ -131,17 +131,17 @@ impl Problem {
         Ok((states, like.is_some()))
     }
 
-    /// The rows of a run: all of the targets, and those to keep that are not kept.
+    /// Rows of a run: all rows of the targets, and the violated path constraints.
     pub(super) fn rows_of(&self, states: &[Vec<State>]) -> Vec<RowOf> {
         let mut rows = Vec::new();
         for (index, target) in self.targets().iter().enumerate() {
             let count = target.kind.rows(&states[target.after][target.body]).len();
             rows.extend((0..count).map(|row| RowOf::Target(index, row)));
         }
-        for (index, keep) in self.keeps().iter().enumerate() {
+        for (index, constraint) in self.path_constraints().iter().enumerate() {
             for (after, states) in states.iter().enumerate().skip(1) {
-                if keep.kind.at(&states[keep.body].position).0 < 0.0 {
-                    rows.push(RowOf::Keep(index, after));
+                if constraint.kind.at(&states[constraint.body].position).0 < 0.0 {
+                    rows.push(RowOf::PathConstraint(index, after));
                 }
             }
         }
@@ -162,12 +162,13 @@ impl Problem {
                 let by = StateChange::zero().plus(root, &found.by);
                 (root * found.value, target.body, target.after, by)
             }
-            RowOf::Keep(index, after) => {
-                let keep = &self.keeps()[index];
-                let (value, slope, _) = keep.kind.at(&states[after][keep.body].position);
-                let root = keep.weight.sqrt();
+            RowOf::PathConstraint(index, after) => {
+                let constraint = &self.path_constraints()[index];
+                let position = &states[after][constraint.body].position;
+                let (value, slope) = constraint.kind.at(position);
+                let root = constraint.weight.sqrt();
                 let by = StateChange { position: slope * root, ..StateChange::zero() };
-                (root * value, keep.body, after, by)
+                (root * value, constraint.body, after, by)
             }
         }
     }
@@ -220,7 +221,7 @@ impl Problem {
         Tape { derivative, acting }
     }
 
-    /// The derivatives of one row by all variables (P5).
+    /// The derivatives of one row by all variables (P4).
     fn pulled(
         &self,
         row: &RowOf,
@@ -310,7 +311,7 @@ impl Constants {
 
 impl Tape {
     /// One step backwards: `dual`, the derivatives of a number by the states at the step's end, become those by the states at its
-    /// start, and what controls do in the step is added to `found`, those by all variables (P5).
+    /// start, and what controls do in the step is added to `found`, those by all variables (P4).
     pub(super) fn pull(
         &mut self,
         dual: &mut Vec<StateChange>,
@@ -451,7 +452,7 @@ pub(super) mod tests {
         turn = 60
         speed = 0
         tolerance = { position = 1, turn = 57.29577951308232, speed = 1 }
-        [[keep]]
+        [[path_constraints]]
         x = [0.05, 0.06]
         weight = 1
         ";
@@ -487,7 +488,7 @@ pub(super) mod tests {
         let (other, _) = problem.slopes(&controls, true, &interrupt).unwrap();
         assert_eq!(runs, 1);
         assert_eq!(exact.rows, other.rows);
-        assert!(exact.rows.len() > 6, "rows to keep are among them");
+        assert!(exact.rows.len() > 6, "path constraints are among the rows");
         for (row, column) in
             (0..exact.rows.len()).flat_map(|i| (0..controls.len()).map(move |j| (i, j)))
         {

@@ -22,7 +22,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use tumble::plan::file::{ProblemFile, Start};
-use tumble::plan::{Leg, Plan, PlanError, PlanStatus, Progress, Watch};
+use tumble::plan::{Plan, PlanError, PlanStatus, Progress, Stage, Watch};
 use tumble::scenario::written;
 
 /// `tumble plan`.
@@ -43,8 +43,8 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         }
         (None, Start::Zero) => (problem.zero(), None),
     };
-    let legs = if args.replay { Vec::new() } else { file.made_legs() };
-    legs.iter().try_for_each(|leg| leg.check(problem)).map_err(|why| refused(args, &why))?;
+    let stages = if args.replay { Vec::new() } else { file.built_stages() };
+    stages.iter().try_for_each(|stage| stage.check(problem)).map_err(|why| refused(args, &why))?;
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
     let out = OutputDirectory::for_run(&args.out)?;
@@ -52,7 +52,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     if let Some(note) = note {
         voice.say(&format!("{note}\n"));
     }
-    let Some((plan, costs)) = search(args, &file, &legs, &start, &interrupt)? else {
+    let Some((plan, costs)) = search(args, &file, &stages, &start, &interrupt)? else {
         voice.say("interrupted before anything was found\n");
         return voice.end(Outcome::Interrupted);
     };
@@ -98,7 +98,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     voice.say(&text);
     voice.end(match plan.status {
         _ if interrupted => Outcome::Interrupted,
-        PlanStatus::Exact | PlanStatus::Replayed => Outcome::Done,
+        PlanStatus::Replayed => Outcome::Done,
         PlanStatus::Missed | PlanStatus::Failed => Outcome::Unconverged,
     })
 }
@@ -108,7 +108,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
 fn search(
     args: &PlanArgs,
     file: &ProblemFile,
-    legs: &[Box<dyn Leg>],
+    stages: &[Box<dyn Stage>],
     start: &[f64],
     interrupt: &Arc<AtomicBool>,
 ) -> Result<Option<(Plan, Vec<f64>)>, Failure> {
@@ -122,14 +122,14 @@ fn search(
     let (clock, time) = (Instant::now(), args.time.or(file.time));
     let (bar, mut costs) = (spinner(args.quiet), Vec::new());
     let mut progress = |progress: &Progress<'_>| {
-        let Progress { leg, iteration, cost, .. } = progress;
-        bar.set_message(format!("{leg} {iteration}: J {cost:.6}"));
+        let Progress { stage, iteration, cost, .. } = progress;
+        bar.set_message(format!("{stage} {iteration}: J {cost:.6}"));
         bar.tick();
         costs.push(*cost);
         time.is_none_or(|time| clock.elapsed().as_secs_f64() < time)
     };
     let mut watch = Watch { interrupt, progress: &mut progress };
-    let plan = pool.install(|| file.problem.plan(start, legs, &mut watch));
+    let plan = pool.install(|| file.problem.plan(start, stages, &mut watch));
     bar.finish_and_clear();
     match plan {
         Ok(plan) => Ok(Some((plan, costs))),

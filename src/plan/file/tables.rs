@@ -1,6 +1,6 @@
 //! The tables of a problem's file.
 
-use super::LegName;
+use super::StageName;
 use crate::scenario::fields::{Exactly, Numbers, Tables};
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -17,7 +17,7 @@ pub(super) struct File {
     #[serde(default)]
     pub(super) target: Tables<TargetTable>,
     #[serde(default)]
-    pub(super) keep: Tables<KeepTable>,
+    pub(super) path_constraints: Tables<PathConstraintTable>,
     #[serde(default)]
     pub(super) cost: CostTable,
     #[serde(default)]
@@ -34,7 +34,7 @@ pub(super) struct CostTable {
 #[serde(deny_unknown_fields)]
 pub(super) struct SearchTable {
     pub(super) start: Option<String>,
-    pub(super) legs: Option<Vec<LegName>>,
+    pub(super) stages: Option<Vec<StageName>>,
     pub(super) runs: Option<u32>,
     pub(super) knots: Option<u16>,
     pub(super) rounds: Option<u8>,
@@ -192,7 +192,7 @@ pub(super) struct Each {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct KeepTable {
+pub(super) struct PathConstraintTable {
     pub(super) name: Option<String>,
     pub(super) body: Option<String>,
     pub(super) above: Option<WallTable>,
