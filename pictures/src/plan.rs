@@ -81,14 +81,14 @@ pub enum Touch {
     Slip,
 }
 
-/// What is said of the style beside that of all pages.
+/// Style rules in addition to those of all pages.
 const STYLE: &str = "path.stick { fill: var(--native); stroke: none; }\n\
     path.slip { fill: var(--ipopt); stroke: none; }\n";
 
-/// More contacts and curves than this are left out of a chart.
+/// Largest number of contacts and curves in a page.
 const MOST: usize = 24;
 
-/// The page of a report, complete in itself.
+/// Complete HTML page of a report.
 #[must_use]
 pub fn page(report: &Report) -> String {
     let title = format!("tumble plan: {}", escape(&report.name));
@@ -173,7 +173,7 @@ fn cost(progress: &[f64]) -> String {
     chart.figure("the least cost over the iterations", "")
 }
 
-/// The modes of contacts over time, a line a contact.
+/// Modes of contacts over time, one line for each contact.
 fn ribbon(report: &Report) -> String {
     let count = report.contacts.len().min(MOST);
     if count == 0 {
@@ -206,7 +206,7 @@ fn control(times: &[f64], name: &str, values: &[f64]) -> String {
     let (start, end) = ends(times);
     let axis = Axis::new(Kind::FromZero, values.iter().copied(), 6);
     let mut chart = Chart::new(Axis::linear(start, end, 0.0, 6), axis, ("time t (s)", name));
-    // It is held for each step.
+    // Each value holds for a step.
     let held = values.iter().zip(times.windows(2));
     chart.line("native", held.flat_map(|(value, span)| [(span[0], *value), (span[1], *value)]));
     chart.figure(&format!("{name} over time"), "")

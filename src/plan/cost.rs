@@ -30,7 +30,7 @@ impl RunCost {
 }
 
 impl Problem {
-    /// The cost (P1) of a run with these `states`, from the start on. Infinite where it is no number.
+    /// Cost (P1) of a run with these `states`, including the initial ones; infinite in place of a NaN.
     #[must_use]
     pub fn cost_of(&self, states: &[Vec<State>], controls: &[f64]) -> f64 {
         let steps = states.iter().enumerate().skip(1);
@@ -66,7 +66,7 @@ impl Problem {
             };
             control.effort * self.steps as f64 * components.map(of).sum::<f64>()
         };
-        // An empty sum is -0, and nothing is spent then.
+        // An empty sum is -0.
         0.0 + free.sum::<f64>() + self.controls().iter().map(fixed).sum::<f64>()
     }
 

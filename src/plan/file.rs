@@ -17,7 +17,7 @@ use tables::File;
 
 /// Content of a problem file.
 pub struct ProblemFile {
-    /// Problem.
+    /// The problem.
     pub problem: Problem,
     /// Start of the search.
     pub start: Start,
@@ -90,7 +90,7 @@ impl ProblemFile {
             odd(format!("scene: {} cannot be read: {error}", shown::path(&scene)))
         })?;
         let text = String::from_utf8(bytes)
-            .map_err(|_| odd(format!("scene: {} is no text", shown::path(&scene))))?;
+            .map_err(|_| odd(format!("scene: {} is not UTF-8 text", shown::path(&scene))))?;
         let scene = Scene::of_text(&text, &scene, Settings::default(), read)?;
         Self::of_scene(scene, file, folder).map_err(odd)
     }
@@ -161,7 +161,7 @@ fn plain(error: PlanError) -> String {
     error.to_string()
 }
 
-/// The body of a name; the only one where none is given.
+/// Index of a body by its name; the only body without a name.
 fn body_of(scene: &Scene, name: Option<&str>) -> Result<usize, String> {
     match name {
         None if scene.bodies.len() == 1 => Ok(0),

@@ -1,4 +1,4 @@
-//! What is sought, checked; its variables as one vector; its runs.
+//! Planning problems: checks, variables and runs.
 
 mod checks;
 
@@ -17,7 +17,7 @@ use std::sync::atomic::AtomicBool;
 
 use checks::{check_control, has_body, odd, sets_alike};
 
-/// More steps than this are no plan.
+/// Largest number of steps.
 const MOST_STEPS: usize = 100_000;
 
 /// A planning problem: a scene, its number of steps, controls, targets and path constraints.
@@ -35,50 +35,54 @@ pub struct Problem {
     targets: Vec<Target>,
     path_constraints: Vec<PathConstraint>,
     variables: Vec<Variable>,
-    /// The first variable of each control.
+    /// First variable of each control.
     offsets: Vec<usize>,
-    /// Whether a control pushes each body.
+    /// For each body, whether a control puts a wrench on it.
     pushed: Vec<bool>,
 }
 
-/// One number that is looked for.
+/// A variable of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
-    /// An index of the problem's controls.
+    /// Index of the control.
     pub control: usize,
-    /// Which piece of the steps.
+    /// Piece of the control.
     pub knot: usize,
-    /// Which of the control's [components](ControlKind::components).
+    /// [Component](ControlKind::components) of the control.
     pub component: usize,
-    /// Where it may lie.
+    /// Bounds.
     pub bounds: [f64; 2],
-    /// What a step of it costs: e of (P1), times the steps of its piece.
+    /// Weight of its square in the cost: e of (P1), times the number of steps of the piece.
     pub effort: f64,
 }
 
 impl Variable {
-    /// The length of its bounds.
+    /// Length of the bounds.
     #[must_use]
     pub fn scale(&self) -> f64 {
         self.bounds[1] - self.bounds[0]
     }
 }
 
-/// Is shown every step of a run: the simulation after it, the wrenches that acted, and the step.
+/// Visitor of the steps of a run: the simulation after the step, the wrenches, and the record of the step.
 pub(super) type Visit<'a> =
     dyn FnMut(&Simulation<'_>, &[Wrench], &StepRecord) -> Result<(), PlanError> + 'a;
 
-/// Sets the controls of a step before it, of the states at its start; those of pieces that have begun count no more, nor do starts and constants.
+/// Callback that sets the controls of a step from the states at its start.
+///
+/// Changes to starts, constants and pieces that began earlier have no effect.
 pub(super) type Choose<'a> = dyn FnMut(usize, &[State], &mut [f64]) + 'a;
 
 impl Problem {
-    /// Checks the problem.
+    /// Builds a problem from its parts and checks them.
     ///
     /// # Errors
-    /// [`PlanError::Problem`]: no steps or too many; a body, joint or axis that is not there; bounds that are none;
-    /// more knots than steps; a constant that is not looked for; two controls of one name, or of the same start or
-    /// constant; targets and path constraints beyond the reach of a state; tolerances and weights that are not above 0;
-    /// nothing to reach.
+    /// [`PlanError::Problem`] for:
+    /// - no steps, too many steps, or more knots than steps;
+    /// - an unknown body, joint or axis, or a constant that cannot be a control;
+    /// - bounds out of order, tolerances or weights that are not above 0;
+    /// - two controls of one name, or of the same start or constant;
+    /// - targets and path constraints beyond the reach of a state, or none at all.
     pub fn new(
         scene: Scene,
         steps: usize,
@@ -158,25 +162,25 @@ impl Problem {
         Ok(Self { scene, steps, controls, targets, path_constraints, variables, offsets, pushed })
     }
 
-    /// What is simulated.
+    /// Scene of the problem.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// N.
+    /// Number of steps N.
     #[must_use]
     pub fn steps(&self) -> usize {
         self.steps
     }
 
-    /// What may be chosen.
+    /// Controls.
     #[must_use]
     pub fn controls(&self) -> &[Control] {
         &self.controls
     }
 
-    /// What is to be reached.
+    /// Targets.
     #[must_use]
     pub fn targets(&self) -> &[Target] {
         &self.targets
@@ -188,14 +192,13 @@ impl Problem {
         &self.path_constraints
     }
 
-    /// The numbers that are looked for, in the order of the vector of controls: by controls, then by pieces, then by
-    /// components.
+    /// Variables in the order of the vector of controls: by control, then by piece, then by component.
     #[must_use]
     pub fn variables(&self) -> &[Variable] {
         &self.variables
     }
 
-    /// The name of a variable: that of its control, its component, and its piece where there are several.
+    /// Name of a variable: its control, its component, and its piece if there are several.
     #[must_use]
     pub fn name_of(&self, variable: &Variable) -> String {
         let control = &self.controls[variable.control];
@@ -206,8 +209,7 @@ impl Problem {
         }
     }
 
-    /// The controls of which nothing is known: no force, the scene's own start and constants, each the nearest within its
-    /// bounds.
+    /// Default start of a search: forces of zero and the scene's starts and constants, clipped to the bounds.
     #[must_use]
     pub fn zero(&self) -> Vec<f64> {
         let value = |variable: &Variable| {
@@ -230,10 +232,10 @@ impl Problem {
         self.variables.iter().map(value).collect()
     }
 
-    /// `controls` within their bounds.
+    /// Clips `controls` to their bounds.
     ///
     /// # Errors
-    /// Another count of numbers than the problem's; one that is not finite.
+    /// A wrong number of controls, or one that is not finite.
     pub fn clipped(&self, controls: &[f64]) -> Result<Vec<f64>, PlanError> {
         let (count, wanted) = (controls.len(), self.variables.len());
         if count != wanted {
@@ -249,7 +251,7 @@ impl Problem {
         pairs.map(clip).collect()
     }
 
-    /// The variables that are at a bound, to 1e-9 of its length.
+    /// Variables at a bound, to 1e-9 of the length of the bounds.
     #[must_use]
     pub fn at_bounds(&self, controls: &[f64]) -> Vec<usize> {
         let pairs = controls.iter().zip(&self.variables).enumerate();
@@ -260,19 +262,19 @@ impl Problem {
         pairs.filter(|(_, (value, of))| near(**value, of)).map(|(index, _)| index).collect()
     }
 
-    /// The piece of `control` in `step`.
+    /// Piece of `control` in `step`.
     #[must_use]
     pub fn knot(&self, control: usize, step: usize) -> usize {
         knot_of(step, self.controls[control].knots, self.steps)
     }
 
-    /// The steps of the piece `knot` of `control`.
+    /// Steps of the piece `knot` of `control`.
     #[must_use]
     pub fn steps_of(&self, control: usize, knot: usize) -> Range<usize> {
         steps_of(knot, self.controls[control].knots, self.steps)
     }
 
-    /// The components of `control` in its piece `knot`, and of each that is looked for its place among the variables.
+    /// Components of `control` in its piece `knot`, and the index of each one that is a variable.
     pub fn numbers(
         &self,
         control: usize,
@@ -293,8 +295,9 @@ impl Problem {
         each.unzip()
     }
 
-    /// What `control` puts on its body in `step`, in its own axes, if it is a force on one: with the places of its components
-    /// among the variables, and the components' values.
+    /// Force and torque of `control` in `step`, the values of its components, and their indices among the variables.
+    ///
+    /// `None` if the control is not a force on one body.
     pub fn applied(
         &self,
         control: usize,
@@ -306,13 +309,13 @@ impl Problem {
         Some((applied, numbers, places))
     }
 
-    /// Whether a control pushes each body.
+    /// For each body, whether a control puts a wrench on it.
     #[must_use]
     pub fn pushed(&self) -> &[bool] {
         &self.pushed
     }
 
-    /// What acts on each body in `step` from `states`, gravity apart: the scene's loads, and the controls.
+    /// Wrenches on each body in `step` from `states`: loads of the scene and controls, without gravity.
     pub fn wrenches(
         &self,
         step: usize,
@@ -341,7 +344,7 @@ impl Problem {
         }
     }
 
-    /// Of these wrenches of `step` what the controls put on the bodies: without the loads of the scene.
+    /// Wrenches of the controls alone: `wrenches` of `step` without the loads of the scene.
     pub(super) fn without_loads(
         &self,
         step: usize,
@@ -361,8 +364,9 @@ impl Problem {
         each.collect()
     }
 
-    /// These wrenches of `step` as the simulator applies them: to rounding, as loads that hold them have them for their
-    /// means.
+    /// Rounds the wrenches of `step` as the means of loads that hold them are rounded.
+    ///
+    /// The scene of a plan then runs to the same bits.
     fn held(&self, step: usize, wrenches: &mut [Wrench]) {
         let (h, index) = (self.scene.world.time_step(), self.scene.start_index + step as u64);
         let (from, to) = (index as f64 * h, (index + 1) as f64 * h);
@@ -374,7 +378,7 @@ impl Problem {
         }
     }
 
-    /// The states at the start.
+    /// Initial states.
     #[must_use]
     pub fn starts(&self, controls: &[f64]) -> Vec<State> {
         let mut starts = self.scene.starts.clone();
@@ -387,7 +391,7 @@ impl Problem {
         starts
     }
 
-    /// The world, with the constants that are chosen.
+    /// World with the constants among the controls.
     ///
     /// # Errors
     /// As [`World::with_constants`].
@@ -407,7 +411,7 @@ impl Problem {
         Ok(self.scene.world.with_constants(&given)?)
     }
 
-    /// Runs the problem under `controls`, which are within their bounds, and shows every step.
+    /// Runs `controls`, which are within their bounds, and calls `visit` after each step.
     pub(super) fn simulate(
         &self,
         controls: &[f64],
@@ -417,7 +421,7 @@ impl Problem {
         self.simulate_choosing(&mut controls.to_vec(), &mut |_, _, _| {}, interrupt, visit)
     }
 
-    /// The same under controls that are chosen on the way, within their bounds. It is the run under what they are at its end.
+    /// Runs controls that `choose` sets before each step. The run equals that of the resulting controls.
     pub(super) fn simulate_choosing(
         &self,
         controls: &mut [f64],
@@ -452,7 +456,7 @@ impl Problem {
     }
 }
 
-/// What a motor of `joint` with a force of `size` puts on its bodies.
+/// Wrenches of a motor of `joint` with a force of `size` on its bodies.
 pub(super) fn motor_wrenches(
     joint: &Joint,
     states: &[State],
@@ -464,12 +468,12 @@ pub(super) fn motor_wrenches(
     sides.zip(wrenches).filter_map(|(body, wrench)| body.map(|body| (body, wrench)))
 }
 
-/// The piece of `knots` in `step` of `steps`.
+/// Piece of `step`, for `knots` pieces of `steps`.
 fn knot_of(step: usize, knots: usize, steps: usize) -> usize {
     step * knots / steps
 }
 
-/// The steps of the piece `knot` of `knots`: those k with ⌊k knots/steps⌋ = knot.
+/// Steps k of the piece `knot`: those with ⌊k knots/steps⌋ = knot.
 fn steps_of(knot: usize, knots: usize, steps: usize) -> Range<usize> {
     (knot * steps).div_ceil(knots)..((knot + 1) * steps).div_ceil(knots)
 }

@@ -33,17 +33,16 @@ impl Default for Sample {
     }
 }
 
-/// Above every cost; a population is ranked by it, and needs a number.
+/// Cost of a run that cannot be made; CMA-ES ranks by finite numbers.
 const WORST: f64 = 1e30;
 
-/// The width of the first round, in parts of the bounds, and that of each next in parts of the one before.
+/// Width of the first round in units of the bounds, and the factor of each next round.
 const WIDTH: (f64, f64) = (0.3, 0.3);
 
-/// The share of the runs that are scattered over the bounds before the first round. Where none of them moves anything, none
-/// will.
+/// Share of the runs that are scattered over the bounds before the first round.
 const SCATTERED: f64 = 0.1;
 
-/// More numbers than this are not drawn at once: CMA-ES takes a matrix of their square apart, again and again.
+/// Largest number of coordinates of CMA-ES: it decomposes a matrix of their square repeatedly.
 const MOST: usize = 2000;
 
 impl Stage for Sample {
@@ -64,8 +63,8 @@ impl Stage for Sample {
             return Ok(());
         }
         Err(PlanError::Problem(format!(
-            "sample: {count} numbers are drawn at once in its last round; it draws up to {MOST}, as fewer knots or \
-             rounds of the search have"
+            "sample: its last round has {count} coordinates, and up to {MOST} are allowed; fewer knots or rounds are \
+             needed"
         )))
     }
 
@@ -109,12 +108,12 @@ impl Stage for Sample {
 }
 
 impl Sample {
-    /// The most pieces of each control in a round.
+    /// Largest number of pieces of each control in a round.
     fn knots_in(&self, round: u32) -> usize {
         self.knots.saturating_mul(1 << round.min(16))
     }
 
-    /// Whether a round would only look closer at what misses: it has no more pieces than the one before.
+    /// Whether a round starts elsewhere: it has no more pieces than the previous round, and the best run misses.
     fn looks_elsewhere(
         &self,
         problem: &Problem,
@@ -126,8 +125,9 @@ impl Sample {
         Ok(pieces(round) == pieces(before) && !problem.replay(best)?.meets())
     }
 
-    /// The best of the runs `which` scattered over the bounds, evenly; a message where they say that no other will do better.
-    /// Of d coordinates point i has frac(½ + i g^(−j)) as its jth, with the root g of g^(d+1) = g + 1.
+    /// Best of the runs `which`, scattered evenly over the bounds. Sets the message of `end` if no run moves a target.
+    ///
+    /// Coordinate j of point i is frac(½ + i g^(−j)) in d dimensions, with the root g of g^(d+1) = g + 1.
     fn scatter(
         &self,
         problem: &Problem,
@@ -143,7 +143,7 @@ impl Sample {
             g = libm::pow(1.0 + g, 1.0 / (coarse.count as f64 + 1.0));
         }
         let steps: Vec<f64> = (1..=coarse.count).map(|j| libm::pow(g, -(j as f64)) % 1.0).collect();
-        // The bounds of a coarse number are those of its variables.
+        // A coarse coordinate has the bounds of its variables.
         let point = |i: u64| {
             let at =
                 |j: usize| (0.5 + (self.seed.wrapping_add(i) % (1 << 32)) as f64 * steps[j]) % 1.0;
@@ -178,7 +178,7 @@ impl Sample {
         Ok(best)
     }
 
-    /// One round, until `last` runs are made in all, about a point and so wide; a message where it was ended.
+    /// One round of CMA-ES from a point with a width, until `last` runs in all. Sets the message of `end` if it was stopped.
     fn round(
         &self,
         problem: &Problem,
@@ -196,7 +196,7 @@ impl Sample {
             runs.fetch_add(1, Ordering::Relaxed);
             match problem.run_cost(&controls, Some(interrupt)) {
                 Ok(cost) => cost.judged().min(WORST) * (1.0 + outside),
-                // Of an interrupt nothing counts any more; a start that cannot be is worse than all.
+                // A start that cannot be simulated ranks last.
                 Err(_) => WORST * (1.0 + outside),
             }
         };
@@ -206,8 +206,9 @@ impl Sample {
             .parallel_update(false)
             .seed(self.seed.wrapping_add(u64::from(round)))
             .build(loss);
-        let mut strategy = strategy
-            .map_err(|error| PlanError::Problem(format!("the sampling cannot begin: {error:?}")))?;
+        let mut strategy = strategy.map_err(|error| {
+            PlanError::Problem(format!("sample: CMA-ES cannot start: {error:?}"))
+        })?;
         loop {
             let ended = strategy.next_parallel().is_some();
             end.iterations += 1;
@@ -242,7 +243,7 @@ impl Sample {
     }
 }
 
-/// The cost of a run by which searches compare.
+/// Objective of a run.
 fn judged(problem: &Problem, controls: &[f64], watch: &Watch<'_>) -> Result<f64, PlanError> {
     match problem.run_cost(controls, Some(watch.interrupt)) {
         Ok(cost) => Ok(cost.judged()),
@@ -251,11 +252,10 @@ fn judged(problem: &Problem, controls: &[f64], watch: &Watch<'_>) -> Result<f64,
     }
 }
 
-/// Fewer numbers than variables: what is added to all variables of a control's component within one coarse piece, in parts
-/// of their bounds.
+/// Coarse coordinates: each one is added to all variables of a component within a coarse piece, in units of the bounds.
 struct Coarse {
     from: Vec<f64>,
-    /// The coarse number of each variable.
+    /// Coarse coordinate of each variable.
     place: Vec<usize>,
     count: usize,
 }
@@ -276,7 +276,7 @@ impl Coarse {
         Self { from, place, count: known.len() }
     }
 
-    /// The controls at a point, within their bounds, and how far outside of them it is, in parts of them.
+    /// Controls at a point, clipped to their bounds, and the mean clipped length in units of the bounds.
     fn controls(&self, problem: &Problem, point: &[f64]) -> (Vec<f64>, f64) {
         let mut outside = 0.0;
         let each = problem.variables().iter().zip(&self.from).zip(&self.place);

@@ -233,7 +233,7 @@ fn controls_of_another_problem_are_refused() {
     let start = table.to_str().unwrap();
     let end =
         tumble().args(["plan", &problem, "--start", start, "--out", "never"]).output().unwrap();
-    super::support::End::from(end).assert_refused(2, &["\"one\" is no number"]);
+    super::support::End::from(end).assert_refused(2, &["\"one\" is not a number"]);
 }
 
 /// A row a step, with times as a problem of a box has them.

@@ -217,6 +217,30 @@ fn shipped_problems_are_solved() {
     }
 }
 
+/// The optimum of `slide` is J = 0.13696, by a program of all steps in CasADi and Ipopt. `ddp` finds it from rest.
+#[test]
+fn a_slide_is_optimal_by_the_default_stages() {
+    let found = planned(&shipped("slide.toml"));
+    assert_eq!(found.status, PlanStatus::Replayed, "{}", found.reason);
+    // The last digit of the reference.
+    assert!((found.replay.cost - 0.13696).abs() < 1e-5, "{}", found.replay.cost);
+    let names: Vec<_> = found.stages.iter().map(|stage| stage.name).collect();
+    assert_eq!(names, ["ddp", "sample", "ddp"]);
+    let skipped = &found.stages[1];
+    assert_eq!((skipped.runs, skipped.kept), (0, false), "{}", skipped.message);
+}
+
+/// A sampling as the first stage runs from a start that meets its targets.
+#[test]
+fn a_first_stage_is_not_skipped() {
+    let mut file = shipped("stop.toml");
+    let start = planned(&file).replay.controls;
+    (file.stages, file.sample.runs) = (vec![StageName::Sample], Some(20));
+    let found = plan(&file.problem, &start, &file.built_stages());
+    assert_eq!(found.status, PlanStatus::Replayed);
+    assert!(found.stages[0].runs >= 20, "{}", found.stages[0].runs);
+}
+
 /// The ball comes to its place by both cushions, and by no other.
 #[test]
 fn a_ball_is_shot_off_two_cushions() {

@@ -1,4 +1,4 @@
-//! `tumble plan`: controls that make a scene end where it should.
+//! `tumble plan`: controls with which a scene meets its targets.
 
 mod controls;
 mod page;
@@ -36,7 +36,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
             let note = format!("{}: {}", shown::path(path), changed.join("; "));
             if args.replay && !changed.is_empty() {
                 return Err(Failure::Input(format!(
-                    "{note}: a replay is of controls as they stand"
+                    "{note}: --replay takes a table only without adjustments"
                 )));
             }
             (controls, Some(note).filter(|_| !changed.is_empty()))
@@ -53,10 +53,10 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         voice.say(&format!("{note}\n"));
     }
     let Some((plan, costs)) = search(args, &file, &stages, &start, &interrupt)? else {
-        voice.say("interrupted before anything was found\n");
+        voice.say("interrupted before the first run was complete; nothing is written\n");
         return voice.end(Outcome::Interrupted);
     };
-    // What ended the search does not end the writing of what it found, nor does anything that comes later.
+    // An interrupt ends the search; the run that writes its plan ignores interrupts.
     let interrupted = interrupt.load(Ordering::Relaxed);
     let never = Arc::new(AtomicBool::new(false));
     let scene = problem.scene_of(&plan.replay)?;
@@ -65,7 +65,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let outputs = (&mut writer, None);
     let run = run::run(&scene, &mut simulation, Run::new(), &never, outputs, args.quiet)?;
     if plan.replay.states.last().map(Vec::as_slice) != Some(simulation.states()) {
-        let why = "the run of the plan's scene is not its replay: this is a fault of tumble";
+        let why = "the run of the plan's scene differs from its replay: this is a bug in tumble";
         return Err(Failure::Other(why.to_owned()));
     }
     let (mut files, checksums) = writer.finish()?;
@@ -83,7 +83,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     file(csv, &controls::table(problem, &plan.replay.controls)?)?;
     file(json, report::json(problem, &plan, interrupted)?.as_bytes())?;
     file(html, page::page(problem, &plan, costs).as_bytes())?;
-    // Of what no scenario can be written, the plan's problem and its controls are all there is.
+    // Some scenes have no scenario text; the problem and the controls still describe the plan.
     if let Ok(text) = written::text(&scene) {
         file(toml, text.as_bytes())?;
     }
@@ -103,8 +103,9 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     })
 }
 
-/// The plan, on the threads that are asked for, within the time; and the cost of every iteration. None where it was
-/// interrupted before the first run was at its end.
+/// Searches the plan on the requested threads within the time limit. Also returns the cost of every iteration.
+///
+/// `None` after an interrupt before the first run was complete.
 fn search(
     args: &PlanArgs,
     file: &ProblemFile,
@@ -138,7 +139,7 @@ fn search(
     }
 }
 
-/// Why there is no plan of the file.
+/// Failure of a problem, with the name of its file.
 fn refused(args: &PlanArgs, why: &PlanError) -> Failure {
     Failure::Input(format!("{}: {why}", shown::path(&args.file)))
 }

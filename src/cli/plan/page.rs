@@ -3,7 +3,7 @@
 use tumble::plan::{ContactMode, Miss, Mode, Plan, PlanStatus, Problem, StageReport};
 use tumble_pictures::plan::{Path, Report, Stage, Target, Touch, page as drawn};
 
-/// The page of a plan, with the `costs` of all iterations.
+/// Page of a plan, with the `costs` of all iterations.
 pub fn page(problem: &Problem, plan: &Plan, costs: Vec<f64>) -> String {
     let (replay, scene) = (&plan.replay, problem.scene());
     let (first, h) = (scene.start_index, scene.world.time_step());
@@ -45,7 +45,7 @@ fn target(miss: &Miss) -> Target {
     Target { name: miss.name.clone(), miss: [miss.by, miss.tolerance], unit: miss.unit.to_owned() }
 }
 
-/// What varies over the steps, a curve a component.
+/// Curves of the components with several pieces.
 fn controls(problem: &Problem, numbers: &[f64]) -> Vec<(String, Vec<f64>)> {
     let first = problem.variables().iter().filter(|variable| variable.knot == 0);
     let varies = first.filter(|variable| problem.controls()[variable.control].knots > 1);
@@ -64,7 +64,7 @@ fn controls(problem: &Problem, numbers: &[f64]) -> Vec<(String, Vec<f64>)> {
     varies.map(curve).collect()
 }
 
-/// What each contact that presses at some time does over the steps, in the order of their keys.
+/// Modes over the steps of each contact with a force in some step, in the order of the keys.
 fn contacts(problem: &Problem, modes: &[Vec<ContactMode>]) -> Vec<(String, Vec<Touch>)> {
     let scene = problem.scene();
     let pressing = modes.iter().flatten().filter(|of| of.mode != Mode::Open);

@@ -8,14 +8,14 @@ use crate::scenario::fields::Exactly;
 use crate::scenario::scene::Scene;
 use nalgebra::Vector3;
 
-/// Tolerances where none is given: m, m/s, rad/s, degrees.
+/// Default tolerances: m, m/s, rad/s, degrees.
 const USUAL: (f64, f64, f64, f64) = (1e-3, 1e-2, 1e-2, 0.5);
 
-/// A quantity that is asked for: its name, what it is to be, tolerance and weight as far as they are given, and the usual tolerance.
+/// A quantity of a table: name, target, tolerance, weight, and default tolerance.
 type Asked = (&'static str, TargetKind, Option<f64>, Option<f64>, f64);
 
 impl TargetTable {
-    /// The targets of a table: one for each quantity.
+    /// Targets of a table, one for each quantity.
     pub(super) fn targets(self, scene: &Scene, steps: usize) -> Result<Vec<Target>, String> {
         let body = body_of(scene, self.body.as_deref())?;
         let after = self.after.map_or(steps, |after| after as usize);
@@ -108,7 +108,7 @@ impl TargetTable {
 }
 
 impl PathConstraintTable {
-    /// The path constraints of a table: one for each bound.
+    /// Path constraints of a table, one for each bound.
     pub(super) fn path_constraints(self, scene: &Scene) -> Result<Vec<PathConstraint>, String> {
         let body = body_of(scene, self.body.as_deref())?;
         let positive = |what: &str, value: f64| {
