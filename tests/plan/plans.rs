@@ -178,7 +178,7 @@ fn plans_replay_as_scenes() {
     }
 }
 
-/// What was drawn and found does not depend on the number of threads.
+/// Plans do not depend on the number of threads.
 #[test]
 fn plans_are_the_same_on_any_number_of_threads() {
     for stages in [vec![StageName::Sample, StageName::Shoot], vec![StageName::Ddp]] {

@@ -70,7 +70,7 @@ fn a_flight_has_the_least_effort_within_bounds() {
     }
 }
 
-/// From no force at all, where nothing moves and exact derivatives are zero.
+/// A start at rest, where exact derivatives are zero.
 #[test]
 fn what_sticks_is_moved() {
     for name in ["slide.toml", "uphill.toml", "push.toml", "planar-push.toml", "lift.toml"] {
@@ -85,7 +85,7 @@ fn what_sticks_is_moved() {
     }
 }
 
-/// What no control moves, whatever gives way, is said to be so.
+/// A target on a body that no control can reach.
 #[test]
 fn what_nothing_moves_is_said() {
     let scene = "
