@@ -160,7 +160,7 @@ limits = [{limits[0]!r}, {limits[1]!r}]
 
 
 def swings(draw: random.Random) -> Iterator[Problem]:
-    """A pendulum or a double pendulum up to rest against its stops, by less torque at the top hinge than gravity has at the horizontal."""
+    """A pendulum or a double pendulum up to rest against its stops, by weak motors."""
     opening = "time_step = 0.005\n[ground]\nnone = true\nfriction = 0.5\n"
     top = 1.2
     for i in range(EACH):
