@@ -92,7 +92,7 @@ def pushed(friction: float) -> Tuple[bool, int, float, Tuple[float, float, float
             TARGET,
             start=left.ravel(),
             states=truth.states,
-            legs=["shoot"],
+            stages=["shoot"],
             iterations=8,
         )
         seconds += time.perf_counter() - clock

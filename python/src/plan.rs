@@ -1,4 +1,4 @@
-//! Plans: controls that make a scene end where it should.
+//! Plans: controls with which a scene meets its targets.
 
 use crate::arrays::{numbers, of_states, shaped, to_states};
 use crate::errors::{of_step, refused};
@@ -16,8 +16,7 @@ use tumble::plan::file::ProblemFile;
 use tumble::plan::{Plan, PlanError, Problem, Progress, Watch};
 use tumble::scenario::written;
 
-/// Looks for controls of the problem that `text` says of the scene, from `start`, for at most `time` (s): what the plan
-/// is, by names.
+/// Searches controls of the problem in `text` from `start`, for at most `time` (s), and returns the plan as a dictionary.
 #[pyfunction]
 #[pyo3(signature = (scene, text, start, states, time, threads))]
 pub fn plan<'py>(
@@ -57,7 +56,7 @@ pub fn plan<'py>(
             time.is_none_or(|time| clock.elapsed().as_secs_f64() < time)
         };
         let mut watch = Watch { interrupt: &interrupt, progress: &mut progress };
-        pool.install(|| problem.plan(&start, &file.made_legs(), &mut watch))
+        pool.install(|| problem.plan(&start, &file.built_stages(), &mut watch))
     };
     let watched = Watched { interrupt: &interrupt, done: &done, total: 0, progress: None };
     let found = watched.run(py, work)?.map_err(|error| match error {
@@ -68,7 +67,7 @@ pub fn plan<'py>(
     told(py, problem, &found)
 }
 
-/// A plan by the names of its parts.
+/// Plan as a dictionary.
 fn told<'py>(py: Python<'py>, problem: &Problem, plan: &Plan) -> PyResult<Bound<'py, PyDict>> {
     let replay = &plan.replay;
     let all = PyDict::new(py);
@@ -77,7 +76,6 @@ fn told<'py>(py: Python<'py>, problem: &Problem, plan: &Plan) -> PyResult<Bound<
     all.set_item("cost", replay.cost)?;
     all.set_item("effort", replay.effort)?;
     all.set_item("residual", replay.residual)?;
-    all.set_item("apart", plan.apart)?;
     let controls = replay.controls.clone();
     let count = controls.len();
     all.set_item("controls", shaped(py, controls, &[count])?)?;
@@ -108,21 +106,20 @@ fn told<'py>(py: Python<'py>, problem: &Problem, plan: &Plan) -> PyResult<Bound<
     let misses: Vec<_> =
         misses.map(|miss| (&miss.name, miss.by, miss.tolerance, miss.unit, miss.after)).collect();
     all.set_item("misses", misses)?;
-    let legs = PyDict::new(py);
-    for leg in &plan.legs {
+    let mut stages = Vec::new();
+    for stage in &plan.stages {
         let of = PyDict::new(py);
-        of.set_item("iterations", leg.iterations)?;
-        of.set_item("runs", leg.runs)?;
-        of.set_item("message", &leg.message)?;
-        of.set_item("cost", leg.cost)?;
-        of.set_item("apart", leg.apart)?;
-        of.set_item("other_modes", leg.other_modes)?;
-        of.set_item("kept", leg.kept)?;
-        legs.set_item(leg.name, of)?;
+        of.set_item("name", stage.name)?;
+        of.set_item("iterations", stage.iterations)?;
+        of.set_item("runs", stage.runs)?;
+        of.set_item("message", &stage.message)?;
+        of.set_item("cost", stage.cost)?;
+        of.set_item("kept", stage.kept)?;
+        stages.push(of);
     }
-    all.set_item("legs", legs)?;
+    all.set_item("stages", stages)?;
     let scene = problem.scene();
-    let modes = replay.modes.contacts.iter().map(|modes| {
+    let modes = replay.modes.iter().map(|modes| {
         let of = |of: &tumble::plan::ContactMode| {
             let key = &of.key;
             (

@@ -16,7 +16,7 @@ PUSH = {"kind": "push", "face": "-x", "at": [-0.15, 0, -0.05], "normal": [0, 20]
 
 def test_the_speed_that_stops_is_that_of_the_sum():
     target = {"x": 1.0, "tolerance": {"position": 1e-9}}
-    plan = tumble.plan(box(), 70, [SPEED], target, legs=["shoot"])
+    plan = tumble.plan(box(), 70, [SPEED], target, stages=["shoot"])
     h, lost = 0.02, 0.02 * 0.4 * 9.81
     speeds = [(1 / h + lost * m * (m + 1) / 2) / m for m in range(1, 70)]
     [speed] = [v for m, v in enumerate(speeds, 1) if np.floor(v / lost) == m]
@@ -27,13 +27,13 @@ def test_the_speed_that_stops_is_that_of_the_sum():
     assert plan.run.states[0] == pytest.approx(plan.starts)
 
 
-def test_a_box_at_rest_is_pulled_to_its_place_stage_by_stage():
+def test_a_box_at_rest_is_pulled_to_its_place_by_ddp():
     force = {"kind": "force", "x": [-20, 20]}
     target = {"x": 0.5, "speed": 0, "tolerance": {"position": 1e-3, "speed": 1e-2}}
-    plan = tumble.plan(box(), 40, [force], target, legs=["ddp"])
-    assert plan.ok and set(plan.legs) == {"ddp"}
+    plan = tumble.plan(box(), 40, [force], target, stages=["ddp"])
+    assert plan.ok and [stage["name"] for stage in plan.stages] == ["ddp"]
     assert abs(plan.run.positions[-1, 0, 0] - 0.5) < 1e-3
-    assert not tumble.plan(box(), 40, [force], target, legs=["shoot"]).ok
+    assert not tumble.plan(box(), 40, [force], target, stages=["shoot"]).ok
 
 
 def test_a_plan_runs_again_to_the_bit():
@@ -44,11 +44,11 @@ def test_a_plan_runs_again_to_the_bit():
     again = scene.simulate().run(30, plan.wrenches)
     np.testing.assert_array_equal(again.states, plan.run.states)
     assert len(plan.modes) == 30 and {mode for step in plan.modes for *_, mode in step} <= {"open", "stick", "slip"}
-    assert set(plan.legs) == {"sample", "shoot"}
+    assert [stage["name"] for stage in plan.stages] == ["ddp", "sample", "ddp"]
     # Threads are no matter, and a plan goes on from its own controls.
     other = tumble.plan(scene, 30, [PUSH], target, runs=600, threads=1)
     np.testing.assert_array_equal(other.controls, plan.controls)
-    on = tumble.plan(scene, 30, [PUSH], target, start=plan.controls, legs=[])
+    on = tumble.plan(scene, 30, [PUSH], target, start=plan.controls, stages=[])
     np.testing.assert_array_equal(on.run.states, plan.run.states)
 
 
@@ -59,7 +59,7 @@ def test_wrenches_are_those_of_the_controls_alone():
         time_step=0.01,
     )
     force = {"kind": "force", "x": [-10, 10], "y": [-10, 10], "knots": 6}
-    plan = tumble.plan(scene, 60, [force], {"position": [0.1, -0.2]}, runs=60, legs=["sample"])
+    plan = tumble.plan(scene, 60, [force], {"position": [0.1, -0.2]}, runs=60, stages=["sample"])
     np.testing.assert_allclose(plan.wrenches[:, 0, 0], plan.columns["a.force.x"], atol=1e-14)
     again = scene.simulate().run(60, plan.wrenches)
     np.testing.assert_allclose(again.states, plan.run.states, atol=1e-12)
@@ -81,14 +81,14 @@ def test_what_cannot_be_is_missed_and_what_is_none_is_refused():
     for arguments, words in [
         (([weak], {}), "nothing is asked for"),
         (([{"kind": "kick"}], {"x": 1}), "kick"),
-        (([weak], {"x": 1}, {"legs": ["walk"]}), "walk"),
+        (([weak], {"x": 1}, {"stages": ["walk"]}), "walk"),
         (([weak], {"x": 1}, {"start": [1.0]}), "20 are needed"),
         (([weak], {"x": 1}, {"time": -1}), "time"),
         (([weak], {"x": 1}, {"time": "x"}), "time is 'x'"),
         (([weak], {"x": 1}, {"threads": 0}), "threads is 0"),
         (([weak], {"x": 1}, {"threads": 5000}), "from 1 to 1024"),
-        (([weak], {"x": 1}, {"legs": "shoot"}), "legs is 'shoot'; a list"),
-        (([weak], {"x": 1}, {"legs": 5}), "legs is 5; a list"),
+        (([weak], {"x": 1}, {"stages": "shoot"}), "stages is 'shoot'; a list"),
+        (([weak], {"x": 1}, {"stages": 5}), "stages is 5; a list"),
         (([weak], {"turn": 720}), "less than a whole turn"),
         (([SPEED, {**SPEED, "name": "again"}], {"x": 1}), "set the same thing"),
     ]:
@@ -117,7 +117,7 @@ def test_one_body_in_its_own_notation_is_planned_for():
     assert plan.ok, plan.reason
     np.testing.assert_array_equal(plan.run.states[-1], scene.simulate().run(30, plan.wrenches).states[-1])
     moved = [[0.1, 0, 0.2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0]]
-    plan = tumble.plan(scene, 5, [push], target, states=moved, legs=[])
+    plan = tumble.plan(scene, 5, [push], target, states=moved, stages=[])
     np.testing.assert_array_equal(plan.starts, moved)
     assert plan.run.states[0] == pytest.approx(plan.starts)
 
@@ -127,7 +127,7 @@ def test_motors_swing_a_rod():
     hinge = {"name": "hinge", "type": "revolute", "bodies": "body-1", "anchor": [0, 0, 2], "axis": [0, 1, 0]}
     scene = tumble.Scene(bodies=[{**rod, "name": "body-1"}], joints=[hinge], ground={"none": True, "friction": 0.5})
     motor = {"kind": "motor", "joint": "hinge", "force": [-9, 9], "knots": 2}
-    plan = tumble.plan(scene, 200, [motor], {"turn": 20, "axis": [0, 1, 0]}, legs=["shoot"])
+    plan = tumble.plan(scene, 200, [motor], {"turn": 20, "axis": [0, 1, 0]}, stages=["shoot"])
     assert plan.ok, plan.reason
     assert set(plan.columns) == {"hinge.motor.force"} and np.abs(plan.wrenches[:, 0, 4]).max() > 0
     with pytest.raises(tumble.TumbleError, match="none that is called"):

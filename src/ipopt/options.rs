@@ -68,8 +68,6 @@ pub struct Options {
     /// the cheapest for a problem this small; Ipopt's default is 7, automatic. 0, 2, 3, 5, 6
     /// or 7.
     pub mumps_pivot_order: u32,
-    /// MUMPS scaling of the matrix (`mumps_scaling`): 0 for none, 77 for its own choice, Ipopt's default.
-    pub mumps_scaling: u32,
     /// MUMPS working-memory reserve in per cent (`mumps_mem_percent`); Ipopt's
     /// default is 1000. In 0…10 000.
     pub mumps_memory_percent: u32,
@@ -90,7 +88,6 @@ impl Default for Options {
             objective_scaling: 1.0,
             bound_push: 0.01,
             mumps_pivot_order: 0,
-            mumps_scaling: 77,
             mumps_memory_percent: 100,
             min_refinement_steps: 0,
         }
@@ -142,13 +139,6 @@ impl Options {
                 allowed: "0, 2, 3, 5, 6 or 7",
             });
         }
-        if !matches!(self.mumps_scaling, 0 | 77) {
-            return Err(IpoptError::Option {
-                name: "mumps_scaling",
-                value: self.mumps_scaling.into(),
-                allowed: "0 or 77",
-            });
-        }
         integer("mumps_mem_percent", self.mumps_memory_percent, 10_000, "0 to 10000")?;
         integer("min_refinement_steps", self.min_refinement_steps, 10, "0 to 10")
     }
@@ -196,7 +186,6 @@ impl Options {
             Number("bound_push", self.bound_push),
             Number("bound_frac", self.bound_push),
             Integer("mumps_pivot_order", int(self.mumps_pivot_order)),
-            Integer("mumps_scaling", int(self.mumps_scaling)),
             Integer("mumps_mem_percent", int(self.mumps_memory_percent)),
             Integer("min_refinement_steps", int(self.min_refinement_steps)),
         ];

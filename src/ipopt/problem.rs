@@ -63,8 +63,6 @@ pub struct Progress {
     pub dual_infeasibility: f64,
     /// Barrier parameter.
     pub barrier: f64,
-    /// What the step to this iterate had on the Hessian's diagonal; 0 in most.
-    pub regularization: f64,
 }
 
 /// Bounds on variables (n) and constraints (m). ±∞, and to Ipopt any magnitude of 1e19 or

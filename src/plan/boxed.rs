@@ -1,13 +1,12 @@
-//! Quadratic models within bounds: how far variables may go, and the steps of both shootings.
+//! Quadratic models within bounds, and their steps.
 
 use super::Problem;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Of D in (P6), what every variable has at least, in parts of the largest: those that move nothing must not move
-/// without end.
+/// Least entry of D in (P5), relative to the largest: it bounds the step of a variable that moves no row.
 pub(super) const LEAST_DAMPING: f64 = 1e-9;
 
-/// How far every variable may go, in parts of its bounds.
+/// Distances of the variables from their bounds, in units of the bounds.
 pub(super) struct Room {
     pub down: DVector<f64>,
     pub up: DVector<f64>,
@@ -23,27 +22,27 @@ impl Room {
         Self { down: far(0), up: far(1) }
     }
 
-    /// Whether the variable can go on against the gradient.
+    /// Whether the variable can move against the gradient.
     fn is_free(&self, k: usize, gradient: f64) -> bool {
         let edge = 1e-12;
         !(gradient > 0.0 && self.down[k] > -edge || gradient < 0.0 && self.up[k] < edge)
     }
 
-    /// The largest component of the gradient that a step within the bounds can follow.
+    /// Largest component of the gradient that a step within the bounds can follow.
     pub(super) fn projected(&self, gradient: &DVector<f64>) -> f64 {
         let free = gradient.iter().enumerate().filter(|(k, g)| self.is_free(*k, **g));
         free.map(|(_, g)| g.abs()).fold(0.0, f64::max)
     }
 }
 
-/// The quadratic model of the cost.
+/// Quadratic model of the cost.
 pub(super) struct Quadratic<'a> {
     pub matrix: &'a DMatrix<f64>,
     pub gradient: &'a DVector<f64>,
 }
 
 impl Quadratic<'_> {
-    /// The step of (P6) with this κ: variables whose bounds it would pass are put on them, until none is.
+    /// Step of (P5) with this κ: variables that would pass a bound are set to it, until none would.
     pub(super) fn step(&self, kappa: f64, room: &Room) -> Option<DVector<f64>> {
         let count = self.gradient.len();
         let largest = self.matrix.diagonal().amax();
@@ -82,23 +81,25 @@ impl Quadratic<'_> {
     }
 }
 
-/// The least point of ½ dᵀQd + qᵀd within a box, and what of it can move.
+/// Minimum of ½ dᵀQd + qᵀd within a box, and its free components.
 pub(super) struct Boxed {
     pub step: DVector<f64>,
-    /// What is at no bound, or would leave the one that it is at.
+    /// Components between their bounds, or with a gradient that points off their bound.
     pub free: Vec<usize>,
-    /// Of Q's rows and columns of these.
+    /// Factor of the rows and columns of Q for the free components.
     pub factor: Option<Cholesky<f64, Dyn>>,
 }
 
-/// Newton steps of a box, at most; few change what is free.
+/// Largest number of Newton steps; few of them change the free components.
 const MOST_NEWTON: usize = 100;
 
-/// Part of the fall that the gradient promises which a step must have.
+/// Least decrease of a step, relative to the decrease along the gradient.
 const ENOUGH: f64 = 0.1;
 
-/// Newton's method projected on the box (Bertsekas 1982): what is at a bound and would pass it is held, the rest moves to its least point,
-/// clipped, and by less of the way where that is not less. None of a Q whose free part is not positive definite.
+/// Projected Newton method for a box (Bertsekas 1982).
+///
+/// Components at a bound with a step beyond it stay. The others take a Newton step, clipped and shortened until it
+/// decreases the objective. `None` if the free part of Q is not positive definite.
 pub(super) fn least_in_box(
     matrix: &DMatrix<f64>,
     gradient: &DVector<f64>,
@@ -159,10 +160,9 @@ pub(super) fn least_in_box(
 mod tests {
     use super::*;
 
-    /// The conditions of Karush, Kuhn and Tucker at what is found: the gradient is zero where nothing is at a bound, and points out of
-    /// the box elsewhere. Drawn boxes of six with a matrix that is nearly singular.
+    /// Karush–Kuhn–Tucker conditions of drawn boxes with a nearly singular matrix of six.
     #[test]
-    fn what_is_least_in_a_box_leaves_no_way_down() {
+    fn the_minimum_in_a_box_meets_the_optimality_conditions() {
         let mut state = 7_u64;
         let mut draw = || {
             state = state
@@ -184,7 +184,7 @@ mod tests {
                 assert!(low[k] <= d && d <= high[k]);
                 let is_free = found.free.contains(&k);
                 if d > low[k] && d < high[k] {
-                    // Rounding of a matrix of condition 1e4.
+                    // Rounding with a condition number of 1e4.
                     assert!(slope[k].abs() < 1e-10, "{}", slope[k]);
                     assert!(is_free);
                     inside += 1;

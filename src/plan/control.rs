@@ -1,4 +1,4 @@
-//! What may be chosen: forces, pushes, joints' forces, starts, constants.
+//! Controls of a problem: forces, torques, pushes, motors, starts and constants.
 
 use crate::derivative::StateChange;
 use crate::joint::JointAxis;
@@ -7,48 +7,48 @@ use crate::mechanics::{State, Wrench};
 use crate::world::{Constant, World};
 use nalgebra::{Matrix3, Vector3};
 
-/// A control: numbers within bounds, piecewise constant over the steps.
+/// A control: components within bounds, piecewise constant over the steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Control {
-    /// What it is called.
+    /// Name in files and reports.
     pub name: String,
-    /// What its numbers are.
+    /// Kind of the control.
     pub kind: ControlKind,
-    /// The range of each of its [components](ControlKind::components). Where both ends are the same the component
-    /// has that value, and is not looked for.
+    /// Range of each [component](ControlKind::components). A component with equal ends is not a variable.
     pub bounds: Vec<[f64; 2]>,
-    /// How many pieces of equal length, up to a step, the steps are divided into; 1 of a start or a constant.
+    /// Number of pieces of the steps, equal in length up to a step; 1 for a start or a constant.
     pub knots: usize,
-    /// Of the square of every component that [costs](ControlKind::costs), in the cost of a step.
+    /// Weight of the square of each component that [costs](ControlKind::costs), for each step.
     pub effort: f64,
 }
 
-/// What a control's numbers are.
+/// Kind of a control.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ControlKind {
     /// A force at the centre of mass of a body: x, y, z, N, world.
     Force {
-        /// An index of the world's bodies.
+        /// Index of the body in the world.
         body: usize,
     },
     /// A torque on a body: x, y, z, N m, world.
     Torque {
-        /// An index of the world's bodies.
+        /// Index of the body in the world.
         body: usize,
     },
-    /// A push at a point of a body, in its axes at the step's start.
+    /// A push at a point of a body, in the body frame at the start of the step.
     Push(Push),
-    /// A force along free axes of joints, or a torque about them, besides their drives: N or N m, the same one on each. It acts
-    /// on both bodies of a joint, opposite.
+    /// A force along free axes of joints, or a torque about them, in addition to their drives, N or N m.
+    ///
+    /// Each axis has the same number. It acts on both bodies of a joint with opposite signs.
     Motor {
-        /// Indices of the world's joints, and which of their axes: all of a place, or all of a turn.
+        /// Indices of joints and their axes, either all linear or all angular.
         axes: Vec<(usize, JointAxis)>,
     },
-    /// Where or how fast a body starts: x, y, z.
+    /// A part of a body's initial state: x, y, z.
     Start {
-        /// An index of the world's bodies.
+        /// Index of the body in the world.
         body: usize,
-        /// Of what.
+        /// Part of the state.
         part: StartPart,
     },
     /// A constant of the world, as [one number](Constant::one_number).
@@ -58,54 +58,57 @@ pub enum ControlKind {
 /// A part of a state at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StartPart {
-    /// The centre of mass, m, world.
+    /// Centre of mass, m, world.
     Position,
-    /// A turn from the scene's own attitude, as a rotation vector, rad, body.
+    /// Turn from the scene's attitude as a rotation vector, rad, body.
     Turn,
-    /// m/s, world.
+    /// Velocity, m/s, world.
     Velocity,
-    /// rad/s, body.
+    /// Spin, rad/s, body.
     Spin,
 }
 
-/// A push at a point of a body. Its five components are the normal force into the body and two tangential ones, N, and how far
-/// along both tangents from `point` it acts, m.
+/// A push at a point of a body.
+///
+/// Its five components are the normal force into the body, two tangential forces, N, and two offsets of the point along
+/// the tangents, m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Push {
-    /// An index of the world's bodies.
+    /// Index of the body in the world.
     pub body: usize,
-    /// Where it acts without an offset, m, body frame, from the centre of mass.
+    /// Point without an offset, m, body frame, from the centre of mass.
     pub point: Vector3<f64>,
-    /// The normal into the body and both tangents as columns, unit, right-handed, body frame.
+    /// Inward normal and both tangents as columns, unit, right-handed, body frame.
     pub frame: Matrix3<f64>,
-    /// The coefficient of friction μ of what pushes. With it the tangential components are not forces but shares, −1 to 1,
-    /// of μ times the normal one; so that the sum of both stays in the round cone where both are looked for, bounds
-    /// them by ±1/√2.
+    /// Coefficient of friction μ of the pusher.
+    ///
+    /// With it the tangential components are shares, −1 to 1, of μ times the normal force. Bounds of ±1/√2 keep the sum of
+    /// two variable shares within the round cone.
     pub friction: Option<f64>,
 }
 
-/// In whose axes a force and a torque are.
+/// Frame of a force and a torque.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axes {
-    /// The world's.
+    /// World frame.
     World,
-    /// The body's at the step's start.
+    /// Body frame at the start of the step.
     Body,
 }
 
-/// A force and a torque on a body: of the control's numbers alone, a polynomial of third degree at most.
+/// A force and a torque on a body as polynomials of the control's components, of third degree at most.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Applied {
-    /// In whose axes.
+    /// Frame of both.
     pub axes: Axes,
-    /// N.
+    /// Force, N.
     pub force: Vector3<f64>,
-    /// N m, about the centre of mass.
+    /// Torque about the centre of mass, N m.
     pub torque: Vector3<f64>,
 }
 
 impl ControlKind {
-    /// The names of its components.
+    /// Names of the components.
     #[must_use]
     pub fn components(&self) -> &'static [&'static str] {
         match self {
@@ -116,7 +119,7 @@ impl ControlKind {
         }
     }
 
-    /// The unit of a component.
+    /// Unit of a component.
     #[must_use]
     pub fn unit(&self, component: usize) -> &'static str {
         match self {
@@ -139,7 +142,7 @@ impl ControlKind {
         }
     }
 
-    /// The body that it acts on, but for a motor's and the world's.
+    /// Body of the control; `None` for a motor or a constant.
     #[must_use]
     pub fn body(&self) -> Option<usize> {
         match self {
@@ -149,7 +152,7 @@ impl ControlKind {
         }
     }
 
-    /// The bodies that it pushes.
+    /// Bodies on which the control puts a wrench.
     pub(super) fn pushes(&self, world: &World) -> Vec<usize> {
         match self {
             Self::Motor { axes } => {
@@ -162,13 +165,13 @@ impl ControlKind {
         }
     }
 
-    /// Whether it has a value for the whole run, and no others.
+    /// Whether the control has one value for the whole run.
     #[must_use]
     pub fn is_of_the_run(&self) -> bool {
         matches!(self, Self::Start { .. } | Self::Constant(_))
     }
 
-    /// Whether the square of a component is an effort: forces are, places, starts and constants are not.
+    /// Whether a component has a cost of effort: forces and torques have.
     #[must_use]
     pub fn costs(&self, component: usize) -> bool {
         match self {
@@ -178,7 +181,7 @@ impl ControlKind {
         }
     }
 
-    /// What its `numbers`, one a component, put on the body; nothing of what is no force on one.
+    /// Force and torque of the components `numbers`; `None` if the control is not a force on one body.
     ///
     /// ```text
     /// force, torque:  u, world axes
@@ -206,7 +209,7 @@ impl ControlKind {
         }
     }
 
-    /// The derivatives of what it puts on the body by each of its components.
+    /// Derivatives of force and torque by each component.
     #[must_use]
     pub fn slopes(&self, numbers: &[f64]) -> Vec<Applied> {
         let (zero, unit) = (Vector3::zeros(), |k| Vector3::ith(k, 1.0));
@@ -227,27 +230,7 @@ impl ControlKind {
         }
     }
 
-    /// Its second derivatives that are not zero, by pairs of components, the first index no less than the second.
-    #[must_use]
-    pub fn curvatures(&self, numbers: &[f64]) -> Vec<(usize, usize, Applied)> {
-        let Self::Push(push) = self else { return Vec::new() };
-        let place = push.place(numbers);
-        let mut all = Vec::new();
-        for i in 0..5 {
-            for j in 0..=i {
-                let by_both = push.force_curvature(i, j);
-                let torque = place.cross(&by_both)
-                    + push.place_slope(i).cross(&push.force_slope(numbers, j))
-                    + push.place_slope(j).cross(&push.force_slope(numbers, i));
-                if by_both != Vector3::zeros() || torque != Vector3::zeros() {
-                    all.push((i, j, Applied { axes: Axes::Body, force: by_both, torque }));
-                }
-            }
-        }
-        all
-    }
-
-    /// How a start follows its component `k`, where its numbers are `numbers`.
+    /// Derivative of the initial state by component `k` of a start.
     #[must_use]
     pub fn start_slope(&self, numbers: &[f64], k: usize) -> Option<StateChange> {
         let Self::Start { part, .. } = self else { return None };
@@ -263,7 +246,7 @@ impl ControlKind {
         })
     }
 
-    /// The start that its numbers make of a body's own.
+    /// Initial state of the body with `numbers` in place of that part of `own`.
     #[must_use]
     pub fn started(&self, numbers: &[f64], own: &State) -> State {
         let Self::Start { part, .. } = self else { return *own };
@@ -281,12 +264,12 @@ impl ControlKind {
 }
 
 impl Push {
-    /// The force, N, body.
+    /// Force, N, body frame.
     fn force(&self, numbers: &[f64]) -> Vector3<f64> {
         self.frame * self.components(numbers)
     }
 
-    /// The force along the normal and both tangents.
+    /// Force along the normal and both tangents, N.
     fn components(&self, numbers: &[f64]) -> Vector3<f64> {
         let [normal, first, second] = [0, 1, 2].map(|k| numbers[k]);
         match self.friction {
@@ -307,14 +290,7 @@ impl Push {
         self.frame * along
     }
 
-    fn force_curvature(&self, i: usize, j: usize) -> Vector3<f64> {
-        match (self.friction, i.min(j), i.max(j)) {
-            (Some(friction), 0, k @ (1 | 2)) => self.frame * Vector3::ith(k, friction),
-            _ => Vector3::zeros(),
-        }
-    }
-
-    /// Where it acts, m, body.
+    /// Point of the push, m, body frame.
     fn place(&self, numbers: &[f64]) -> Vector3<f64> {
         self.point + self.frame.column(1) * numbers[3] + self.frame.column(2) * numbers[4]
     }
@@ -328,7 +304,7 @@ impl Push {
 }
 
 impl Applied {
-    /// As the wrench of a step that a body at `state` begins.
+    /// Wrench of a step that the body starts at `state`.
     ///
     /// ```text
     /// world axes:  F = f,    τ = Aᵀ t
@@ -343,7 +319,7 @@ impl Applied {
         }
     }
 
-    /// The derivatives of that wrench's force and torque by a turn δθ of the body at the step's start.
+    /// Derivatives of force and torque of the [wrench](Self::wrench) by a turn δθ of the body.
     ///
     /// ```text
     /// world axes:  ∂τ = [Aᵀ t]×
@@ -359,7 +335,7 @@ impl Applied {
     }
 }
 
-/// The right Jacobian of the exponential map: how the turn of a rotation vector θ follows θ,
+/// Right Jacobian of the exponential map at the rotation vector θ:
 ///
 /// ```text
 /// E − (1 − cos |θ|)/|θ|² [θ]× + (|θ| − sin |θ|)/|θ|³ [θ]×²
@@ -367,7 +343,7 @@ impl Applied {
 fn right_jacobian(theta: &Vector3<f64>) -> Matrix3<f64> {
     let angle = theta.norm();
     let cross = theta.cross_matrix();
-    // Where the differences are lost in rounding, by their series.
+    // Series for small angles, where the differences lose all digits.
     let (first, second) = if angle < 1e-2 {
         let square = angle * angle;
         (0.5 - square / 24.0, 1.0 / 6.0 - square / 120.0)
@@ -407,9 +383,9 @@ mod tests {
 
     const NUMBERS: [f64; 5] = [3.0, 0.6, -0.4, 0.07, -0.11];
 
-    /// Polynomials of third degree: central differences of 1e-4 miss their slopes by some 1e-8.
+    /// Central differences of 1e-4 of a polynomial of third degree have an error of 1e-8.
     #[test]
-    fn slopes_and_curvatures_are_those_of_differences() {
+    fn slopes_agree_with_differences() {
         for kind in kinds() {
             let count = kind.components().len();
             let numbers = &NUMBERS[..count];
@@ -419,22 +395,12 @@ mod tests {
                 numbers[k] += by;
                 numbers
             };
-            let curvatures = kind.curvatures(numbers);
             for k in 0..count {
                 let (up, down) = (moved(k, 1e-4), moved(k, -1e-4));
                 let slope = kind.slopes(numbers)[k];
                 let (a, b) = (wrench(&up), wrench(&down));
                 assert!(((a.force - b.force) / 2e-4 - slope.force).amax() < 1e-7, "{kind:?}");
                 assert!(((a.torque - b.torque) / 2e-4 - slope.torque).amax() < 1e-7, "{kind:?}");
-                for j in 0..count {
-                    let (a, b) = (kind.slopes(&up)[j], kind.slopes(&down)[j]);
-                    let both = (k.max(j), k.min(j));
-                    let found = curvatures.iter().find(|(i, j, _)| (*i, *j) == both);
-                    let zero = (Vector3::zeros(), Vector3::zeros());
-                    let (force, torque) = found.map_or(zero, |(.., c)| (c.force, c.torque));
-                    assert!(((a.force - b.force) / 2e-4 - force).amax() < 1e-7, "{kind:?}");
-                    assert!(((a.torque - b.torque) / 2e-4 - torque).amax() < 1e-7, "{kind:?}");
-                }
             }
         }
     }

@@ -1,8 +1,8 @@
-//! What a run costs, and by what it misses.
+//! Cost and misses of a run.
 
 use super::PlanError;
 use super::control::Control;
-use super::keep::Keep;
+use super::path_constraint::PathConstraint;
 use super::problem::{Choose, Problem};
 use super::replay::Miss;
 use super::target::Target;
@@ -11,26 +11,26 @@ use crate::step::StepStatus;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// What a run costs.
+/// Cost of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RunCost {
-    /// What targets and rows to keep do.
+    /// Part of the targets and path constraints.
     pub task: f64,
-    /// What the effort does.
+    /// Part of the effort.
     pub effort: f64,
-    /// Steps that failed or are wild.
+    /// Number of steps with status `failed` or `wild`.
     pub unsolved: usize,
 }
 
 impl RunCost {
-    /// What searches make least: the cost, and more where the run is none.
+    /// Objective of a search: the cost, times 1 plus the number of unsolved steps.
     pub fn judged(&self) -> f64 {
         (self.task + self.effort) * (1.0 + self.unsolved as f64)
     }
 }
 
 impl Problem {
-    /// The cost (P1) of a run with these `states`, from the start on. Infinite where it is no number.
+    /// Cost (P1) of a run with these `states`, including the initial ones; infinite in place of a NaN.
     #[must_use]
     pub fn cost_of(&self, states: &[Vec<State>], controls: &[f64]) -> f64 {
         let steps = states.iter().enumerate().skip(1);
@@ -39,21 +39,21 @@ impl Problem {
         if cost.is_nan() { f64::INFINITY } else { cost }
     }
 
-    /// The part of the cost that the states after so many steps have.
+    /// Part of the cost that depends on the states after `after` steps.
     pub(super) fn cost_after(&self, after: usize, states: &[State]) -> f64 {
         let mut cost = 0.0;
         for target in self.targets().iter().filter(|target| target.after == after) {
             let rows = target.kind.rows(&states[target.body]);
             cost += target.weight * rows.iter().map(|row| row.value * row.value).sum::<f64>();
         }
-        for keep in self.keeps() {
-            let below = keep.kind.at(&states[keep.body].position).0.min(0.0);
-            cost += keep.weight * below * below;
+        for constraint in self.path_constraints() {
+            let below = constraint.kind.at(&states[constraint.body].position).0.min(0.0);
+            cost += constraint.weight * below * below;
         }
         cost
     }
 
-    /// The part of the cost that is effort.
+    /// Part of the cost that is effort.
     #[must_use]
     pub fn effort_of(&self, controls: &[f64]) -> f64 {
         let pairs = self.variables().iter().zip(controls);
@@ -66,11 +66,11 @@ impl Problem {
             };
             control.effort * self.steps as f64 * components.map(of).sum::<f64>()
         };
-        // An empty sum is -0, and nothing is spent then.
+        // An empty sum is -0.
         0.0 + free.sum::<f64>() + self.controls().iter().map(fixed).sum::<f64>()
     }
 
-    /// The run under `controls`, which are within their bounds, as its cost alone.
+    /// Cost of the run of `controls`, which are within their bounds.
     pub(super) fn run_cost(
         &self,
         controls: &[f64],
@@ -79,7 +79,7 @@ impl Problem {
         self.run_cost_choosing(&mut controls.to_vec(), &mut |_, _, _| {}, interrupt)
     }
 
-    /// The same of controls that are chosen on the way.
+    /// Cost of a run whose controls `choose` sets before each step.
     pub(super) fn run_cost_choosing(
         &self,
         controls: &mut [f64],
@@ -98,7 +98,7 @@ impl Problem {
         Ok(RunCost { task, effort: self.effort_of(controls), unsolved })
     }
 
-    /// How far every target and every row to keep is missed by these `states`.
+    /// Misses of `states`: the targets', then the path constraints'.
     #[must_use]
     pub fn misses(&self, states: &[Vec<State>]) -> Vec<Miss> {
         let target = |target: &Target| Miss {
@@ -108,8 +108,9 @@ impl Problem {
             unit: target.kind.unit(),
             after: target.after,
         };
-        let keep = |keep: &Keep| {
-            let below = |states: &Vec<State>| -keep.kind.at(&states[keep.body].position).0;
+        let path = |constraint: &PathConstraint| {
+            let below =
+                |states: &Vec<State>| -constraint.kind.at(&states[constraint.body].position).0;
             let mut most = (0.0, 0);
             for (after, states) in states.iter().enumerate().skip(1) {
                 let by = below(states);
@@ -117,9 +118,9 @@ impl Problem {
                     most = (by, after);
                 }
             }
-            let (name, tolerance) = (keep.name.clone(), keep.tolerance);
+            let (name, tolerance) = (constraint.name.clone(), constraint.tolerance);
             Miss { name, by: most.0, tolerance, unit: "m", after: most.1 }
         };
-        self.targets().iter().map(target).chain(self.keeps().iter().map(keep)).collect()
+        self.targets().iter().map(target).chain(self.path_constraints().iter().map(path)).collect()
     }
 }

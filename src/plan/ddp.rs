@@ -1,18 +1,22 @@
-//! Differential dynamic programming: the model of the cost about a run that [shooting](super::Shoot) takes stage by stage, with bounds after
-//! Tassa, Mansard and Todorov (2014).
+//! Differential dynamic programming with bounded controls, after Tassa, Mansard and Todorov (2014).
 //!
-//! A stage begins where pieces of controls do. What is chosen there, u, acts for as long as its piece does: to what comes after the stage begins
-//! with, the change δX of the states (in the tangent space of attitudes), belong the choices h that still hold from earlier stages, and
-//! starts and constants are those of a stage before the first. With z = (δX, h) and the steps' own derivatives, the least cost from there
-//! on is, to second order and with Gauss's and Newton's part of the rows alone,
+//! This is the model of the cost for the stage `ddp`; [`Shoot`](super::Shoot) has the loop. A decision is made at each
+//! step where a piece of a control begins, and it acts for the length of that piece. Starts and constants are decided
+//! before the first step.
+//!
+//! The state of a decision is z = (δX, h): the change δX of the states, in the tangent space of attitudes, and the earlier
+//! decisions h that still act. The least remaining cost V is quadratic in z, with the Gauss–Newton part of the rows:
 //!
 //! ```text
-//! V_k(z) = g·z + ½ zᵀ P z,   Q = P_{k+1} through (δX, h, u) → (δX⁺, h⁺), and the rows and efforts of k       (P29)
-//! u = û + α d + K δz,   d = least of ½ dᵀ(Q_uu + κD) d + q_u·d within the bounds,   K = −(Q_uu + κD)⁻¹ Q_uz
+//! V_k(z) = g·z + ½ zᵀ P z
+//! Q = P_{k+1} through (δX, h, u) → (δX⁺, h⁺), plus the rows and efforts of step k
+//! d = argmin ½ dᵀ(Q_uu + κD) d + q_u·d within the bounds
+//! K = −(Q_uu + κD)⁻¹ Q_uz for the components of u that are free
+//! u = û + α d + K δz                                                               (P6)
 //! ```
 //!
-//! K of what is at no bound alone. The controls of a run are chosen on its way by its states, clipped, and it is the run of these controls. D is
-//! that of (P6): the diagonal of JᵀJ + E, which the same pass backwards has where all choices are kept as they are.
+//! A trial run decides its controls from its own states, clipped to the bounds. It equals the run of the resulting controls.
+//! D is the diagonal of JᵀJ + E in (P5). The backward pass yields it when all decisions are fixed.
 
 use super::boxed::{LEAST_DAMPING, Room, least_in_box};
 use super::model::{Centre, Model, NOTHING, Trials, efforts, scales};
@@ -24,71 +28,71 @@ use crate::solver::native::{Smoothing, StepDerivative, StepGradient};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// The compliances of the steps whose derivatives are the rough ones, in the order in which they are tried.
+/// Compliances of the smoothed derivatives, in the order of their use.
 pub(super) const ROUGH: [f64; 3] = [0.1, 1e-3, 1.0];
 
-/// α, until a run is cheaper.
+/// Values of α, tried until a run is cheaper.
 const PARTS: [f64; 3] = [1.0, 0.3, 0.1];
 
-/// Of so many steps the derivatives are held until they are passages, of which one is a hundredth as large.
+/// Number of step derivatives in memory at once; a transition takes a hundredth of the memory of a derivative.
 const AT_ONCE: usize = 128;
 
-/// Numbers of the state of a body.
+/// Length of the state change of a body.
 const LEN: usize = StateChange::LEN;
 
-/// How the states at the end of a step, or at the start of the run, follow.
-struct Passage {
-    /// The choices that act in it.
+/// Linear map to the states at the end of a step, or at the start of the run.
+struct Transition {
+    /// Decisions that act in the step.
     acting: Vec<usize>,
-    /// Those of them that are made at its start.
+    /// Decisions made at its start.
     chosen: Vec<usize>,
-    /// The derivatives of all states by those before it, if there are any, and by what acts, in parts of the bounds.
+    /// Derivatives of all states by the states before and by the acting decisions, in units of the bounds.
     by: DMatrix<f64>,
 }
 
-/// The cost from somewhere on, to second order, by the changes of all states and of what holds there.
+/// Remaining cost to second order in z.
 struct Value {
     matrix: DMatrix<f64>,
     gradient: DVector<f64>,
-    /// The choices that hold, after the states.
+    /// Earlier decisions in z, after the states.
     held: Vec<usize>,
 }
 
-/// What is chosen at the start of a passage.
+/// Feedback law of the decisions at the start of a transition.
 struct Gains {
-    /// d.
+    /// Step d.
     step: DVector<f64>,
-    /// K, by the states and by what holds.
+    /// Gain K, by z.
     by: DMatrix<f64>,
     held: Vec<usize>,
 }
 
-/// Makes the gains of what is chosen, of the cost by states, what holds and what is chosen, and where the last of these begin.
+/// Maps the decisions, the cost by z and the decisions, and the first decision's place in that cost, to gains.
 type Choosing<'a> = dyn FnMut(&[usize], &Value, usize) -> Option<Gains> + 'a;
 
-/// The model about a run.
-pub(super) struct Stages {
+/// Model of the cost about a run.
+pub(super) struct DdpModel {
     centre: Centre,
-    /// In parts of the bounds.
+    /// Weights of effort, in units of the bounds.
     efforts: DVector<f64>,
     states: Vec<Vec<State>>,
-    /// Values and slopes of the rows of every state.
+    /// Value, body and slope of each row, by state.
     rows: Vec<Vec<(f64, usize, StateChange)>>,
-    /// To the start, then those of all steps.
-    passages: Vec<Passage>,
-    /// D.
+    /// Transition to the start, then one for each step.
+    transitions: Vec<Transition>,
+    /// Diagonal of D.
     damping: DVector<f64>,
 }
 
-impl Stages {
-    /// Refuses what has more than so many derivatives.
+impl DdpModel {
+    /// Refuses a problem whose steps have more than `most` derivatives.
     pub(super) fn check(problem: &Problem, most: usize) -> Result<(), PlanError> {
         let states = LEN * problem.scene.starts.len();
         let each = problem.controls().iter().map(|control| control.bounds.len());
         let entries = (states + each.sum::<usize>()).saturating_mul(states);
         if entries.saturating_mul(problem.steps()) > most {
             return Err(PlanError::Problem(format!(
-                "ddp: {} steps of {} bodies are too many derivatives; fewer steps are needed",
+                "ddp: {} steps of {} bodies have too many derivatives; fewer steps are needed",
                 problem.steps(),
                 problem.scene.starts.len()
             )));
@@ -96,7 +100,9 @@ impl Stages {
         Ok(())
     }
 
-    /// About the run under `controls`, with derivatives of its steps, or with `rough` ones; none where a step has no such.
+    /// Model about the run of `controls` with exact derivatives, or smoothed ones where `rough` is above 0.
+    ///
+    /// `None` if a step has no such derivative.
     pub(super) fn of(
         controls: &[f64],
         rough: usize,
@@ -108,22 +114,22 @@ impl Stages {
             None => StepDerivative::new(),
         };
         let (scales, constants) = (scales(problem), Constants::of(problem));
-        let mut passages = vec![to_start(problem, controls, &scales, &constants)];
+        let mut transitions = vec![to_start(problem, controls, &scales, &constants)];
         let mut tape: Vec<(usize, Tape)> = Vec::with_capacity(AT_ONCE);
-        let turn = |tape: &mut Vec<(usize, Tape)>, passages: &mut Vec<Passage>| {
+        let turn = |tape: &mut Vec<(usize, Tape)>, transitions: &mut Vec<Transition>| {
             let all = std::mem::take(tape).into_par_iter().map(|(step, tape)| {
                 let choices = choices_in(problem, step, controls, &constants);
-                passage(tape, choices, problem.scene.starts.len(), &scales, &constants)
+                transition(tape, choices, problem.scene.starts.len(), &scales, &constants)
             });
-            passages.extend(all.collect::<Result<Vec<_>, PlanError>>()?);
+            transitions.extend(all.collect::<Result<Vec<_>, PlanError>>()?);
             Ok::<_, PlanError>(())
         };
         let mut take = |step: Tape| {
-            tape.push((passages.len() + tape.len() - 1, step));
-            if tape.len() == AT_ONCE { turn(&mut tape, &mut passages) } else { Ok(()) }
+            tape.push((transitions.len() + tape.len() - 1, step));
+            if tape.len() == AT_ONCE { turn(&mut tape, &mut transitions) } else { Ok(()) }
         };
         let (states, all) = problem.taped(controls, Some(like), &mut take, trials.interrupt)?;
-        turn(&mut tape, &mut passages)?;
+        turn(&mut tape, &mut transitions)?;
         trials.runs += 1;
         if !all {
             return Ok(None);
@@ -136,31 +142,30 @@ impl Stages {
         }
         let count = x.len();
         let (room, gradient) = (Room::of(problem, &x), DVector::zeros(count));
-        let mut stages = Self {
+        let mut model = Self {
             efforts: efforts(problem, &scales),
             damping: DVector::zeros(count),
             centre: Centre { x, scales, room, gradient, moves: false },
             states,
             rows,
-            passages,
+            transitions,
         };
         let (mut gradient, mut damping) = (DVector::zeros(count), DVector::zeros(count));
-        stages.backwards(&mut |chosen, value, first| {
+        model.backwards(&mut |chosen, value, first| {
             for (k, &choice) in chosen.iter().enumerate() {
                 gradient[choice] = value.gradient[first + k];
                 damping[choice] = value.matrix[(first + k, first + k)];
             }
             Some(Gains::none(chosen.len()))
         });
-        let by_rows = (&damping - &stages.efforts).max().max(0.0).sqrt();
-        let all = stages.rows.iter().flatten().map(|(value, ..)| value * value).sum::<f64>();
-        stages.centre.moves = by_rows > NOTHING * all.sqrt();
-        (stages.centre.gradient, stages.damping) = (gradient, damping);
-        Ok(Some(stages))
+        let by_rows = (&damping - &model.efforts).max().max(0.0).sqrt();
+        let all = model.rows.iter().flatten().map(|(value, ..)| value * value).sum::<f64>();
+        model.centre.moves = by_rows > NOTHING * all.sqrt();
+        (model.centre.gradient, model.damping) = (gradient, damping);
+        Ok(Some(model))
     }
 
-    /// The pass backwards: at the start of every passage `choose` is told what is chosen there, the cost (P29) by states, what holds and what
-    /// is chosen, in this order, and where the last of these begin. The gains of all passages, unless it has none for one.
+    /// Backward pass (P6): `choose` returns the gains of each transition. `None` if it has none for one of them.
     fn backwards(&self, choose: &mut Choosing<'_>) -> Option<Vec<Gains>> {
         let states = LEN * self.states[0].len();
         let mut value = Value {
@@ -168,16 +173,16 @@ impl Stages {
             gradient: DVector::zeros(states),
             held: Vec::new(),
         };
-        let mut all = Vec::with_capacity(self.passages.len());
-        for (passage, rows) in self.passages.iter().zip(&self.rows).rev() {
+        let mut all = Vec::with_capacity(self.transitions.len());
+        for (transition, rows) in self.transitions.iter().zip(&self.rows).rev() {
             value.add(rows);
-            value = value.before(passage);
-            let first = value.gradient.len() - passage.chosen.len();
-            for (k, &choice) in passage.chosen.iter().enumerate() {
+            value = value.before(transition);
+            let first = value.gradient.len() - transition.chosen.len();
+            for (k, &choice) in transition.chosen.iter().enumerate() {
                 value.gradient[first + k] += self.efforts[choice] * self.centre.x[choice];
                 value.matrix[(first + k, first + k)] += self.efforts[choice];
             }
-            let mut gains = choose(&passage.chosen, &value, first)?;
+            let mut gains = choose(&transition.chosen, &value, first)?;
             value = value.chosen(&mut gains, first);
             all.push(gains);
         }
@@ -185,7 +190,7 @@ impl Stages {
         Some(all)
     }
 
-    /// The gains with this κ; none where what is free has no least point.
+    /// Gains with this κ. `None` if the free decisions have no minimum.
     fn gains(&self, kappa: f64) -> Option<Vec<Gains>> {
         let least = LEAST_DAMPING * self.damping.amax();
         self.backwards(&mut |chosen, value, first| {
@@ -214,7 +219,7 @@ impl Stages {
         })
     }
 
-    /// The controls of a run that chooses them by these gains, with the part α of their steps, and what it costs.
+    /// Controls and cost of a run that decides by these gains with the part α of their steps.
     fn run(
         &self,
         gains: &[Gains],
@@ -224,15 +229,15 @@ impl Stages {
         let bounds = trials.problem.variables();
         let Centre { x, scales, .. } = &self.centre;
         let mut controls: Vec<f64> = x.component_mul(scales).as_slice().to_vec();
-        let set = |passage: usize, states: Option<&[State]>, controls: &mut [f64]| {
-            let chosen = &self.passages[passage].chosen;
+        let set = |transition: usize, states: Option<&[State]>, controls: &mut [f64]| {
+            let chosen = &self.transitions[transition].chosen;
             if chosen.is_empty() {
                 return;
             }
-            let Gains { step, by, held } = &gains[passage];
+            let Gains { step, by, held } = &gains[transition];
             let mut moved = step * part;
             if let Some(states) = states {
-                let pairs = self.states[passage - 1].iter().zip(states);
+                let pairs = self.states[transition - 1].iter().zip(states);
                 let changes =
                     pairs.flat_map(|(from, to)| StateChange::between(from, to).to_array());
                 let others = held.iter().map(|&of| controls[of] / scales[of] - x[of]);
@@ -255,7 +260,7 @@ impl Stages {
     }
 }
 
-impl Model for Stages {
+impl Model for DdpModel {
     fn centre(&self) -> &Centre {
         &self.centre
     }
@@ -278,14 +283,14 @@ impl Model for Stages {
 }
 
 impl Gains {
-    /// Of choices that are kept as they are.
+    /// Gains of decisions that stay fixed.
     fn none(count: usize) -> Self {
         Self { step: DVector::zeros(count), by: DMatrix::zeros(count, 0), held: Vec::new() }
     }
 }
 
 impl Value {
-    /// Adds rows of the states here.
+    /// Adds rows of these states.
     fn add(&mut self, rows: &[(f64, usize, StateChange)]) {
         for (value, body, by) in rows {
             let by = DVector::from_column_slice(&by.to_array());
@@ -296,11 +301,11 @@ impl Value {
         }
     }
 
-    /// The same by what there is before `passage`: the states, what holds, and what is chosen.
-    fn before(&self, passage: &Passage) -> Self {
-        let Passage { acting, by, chosen } = passage;
+    /// Cost by the quantities before `transition`: the states, the earlier decisions, and the decisions at its start.
+    fn before(&self, transition: &Transition) -> Self {
+        let Transition { acting, by, chosen } = transition;
         let (states, first) = (by.nrows(), by.ncols() - acting.len());
-        // Where what holds here stands among the columns.
+        // Columns of the decisions in z.
         let column = |choice: &usize| acting.iter().position(|acts| acts == choice);
         let columns: Vec<Option<usize>> = self.held.iter().map(column).collect();
         let others = self.held.len();
@@ -320,7 +325,7 @@ impl Value {
                 gradient[first + place] += self.gradient[states + k];
             }
         }
-        // What is chosen comes last.
+        // New decisions come last.
         let held: Vec<usize> =
             acting.iter().filter(|choice| !chosen.contains(choice)).copied().collect();
         let order = held.iter().chain(chosen).filter_map(column).map(|place| first + place);
@@ -334,7 +339,7 @@ impl Value {
         Self { matrix, gradient, held }
     }
 
-    /// The same where what stands from `first` on is chosen by these gains.
+    /// Cost after the decisions from `first` on are made by these gains.
     fn chosen(self, gains: &mut Gains, first: usize) -> Self {
         let count = gains.step.len();
         gains.held.clone_from(&self.held);
@@ -355,7 +360,7 @@ impl Value {
     }
 }
 
-/// The choices that act in a step, and those that are made at its start.
+/// Decisions that act in a step, and decisions made at its start.
 fn choices_in(
     problem: &Problem,
     step: usize,
@@ -378,13 +383,13 @@ fn choices_in(
     (acting, chosen)
 }
 
-/// The passage of starts and constants.
+/// Transition to the start, by starts and constants.
 fn to_start(
     problem: &Problem,
     controls: &[f64],
     scales: &DVector<f64>,
     constants: &Constants,
-) -> Passage {
+) -> Transition {
     let slopes = problem.start_slopes(controls);
     let acting: Vec<usize> =
         slopes.iter().map(|(place, ..)| *place).chain(constants.places()).collect();
@@ -393,17 +398,17 @@ fn to_start(
         let slope = DVector::from_column_slice(&slope.to_array()) * scales[*place];
         by.view_mut((LEN * body, column), (LEN, 1)).copy_from(&slope);
     }
-    Passage { chosen: acting.clone(), acting, by }
+    Transition { chosen: acting.clone(), acting, by }
 }
 
-/// The passage of a step: of every number of the states at its end the product with the transposed derivative.
-fn passage(
+/// Transition of a step, row by row with the transposed derivative.
+fn transition(
     mut tape: Tape,
     (acting, chosen): (Vec<usize>, Vec<usize>),
     bodies: usize,
     scales: &DVector<f64>,
     constants: &Constants,
-) -> Result<Passage, PlanError> {
+) -> Result<Transition, PlanError> {
     let states = LEN * bodies;
     let mut by = DMatrix::zeros(states, states + acting.len());
     let (mut gradient, mut found) = (StepGradient::default(), vec![0.0; scales.len()]);
@@ -421,7 +426,7 @@ fn passage(
             by[(row, states + column)] = std::mem::take(&mut found[choice]) * scales[choice];
         }
     }
-    Ok(Passage { acting, chosen, by })
+    Ok(Transition { acting, chosen, by })
 }
 
 #[cfg(test)]
@@ -431,16 +436,16 @@ mod tests {
     use std::sync::Arc;
     use std::sync::atomic::AtomicBool;
 
-    /// Where nothing is bounded, the stages' choices along the linear passages are the step of all controls at once, (JᵀJ + E)⁻¹ of the gradient,
-    /// with J by rows; and gradient and D are those of J. Pushes of three knots and torques of two, a start, constants.
+    /// Without bounds, the decisions along the linear transitions are the Gauss–Newton step −(JᵀJ + E)⁻¹ ∇ of all controls.
+    /// Gradient and D agree with J too. The problem has pushes, torques, a start and constants.
     #[test]
-    fn stages_make_the_step_of_all_controls_at_once() {
+    fn decisions_make_the_step_of_all_controls_at_once() {
         make_the_step_of_all_controls_at_once(12);
     }
 
-    /// The same where derivatives are made passages of before the run is at its end, and where the last are as many.
+    /// Runs longer than [`AT_ONCE`], and a multiple of it.
     #[test]
-    fn stages_of_more_steps_than_are_held_at_once() {
+    fn decisions_of_more_steps_than_are_in_memory_at_once() {
         make_the_step_of_all_controls_at_once(2 * AT_ONCE + 44);
         make_the_step_of_all_controls_at_once(2 * AT_ONCE);
     }
@@ -449,46 +454,46 @@ mod tests {
         let (problem, controls) = pushed_box(steps);
         let interrupt = Arc::new(AtomicBool::new(false));
         let mut trials = Trials { problem: &problem, interrupt: &interrupt, runs: 0 };
-        let mut stages = Stages::of(&controls, 0, &mut trials).unwrap().unwrap();
+        let mut model = DdpModel::of(&controls, 0, &mut trials).unwrap().unwrap();
         let (slopes, _) = problem.slopes(&controls, false, &interrupt).unwrap();
         let mut by = slopes.by;
-        assert_eq!(stages.passages.len(), steps + 1);
-        for (mut column, scale) in by.column_iter_mut().zip(&stages.centre.scales) {
+        assert_eq!(model.transitions.len(), steps + 1);
+        for (mut column, scale) in by.column_iter_mut().zip(&model.centre.scales) {
             column *= *scale;
         }
-        // Constants have no effort of their own; a little of it makes the step one.
-        stages.efforts.apply(|effort| *effort += 1e-3);
-        let efforts = &stages.efforts;
+        // Constants have no effort; a small one makes the minimum unique.
+        model.efforts.apply(|effort| *effort += 1e-3);
+        let efforts = &model.efforts;
         let matrix = by.tr_mul(&by) + DMatrix::from_diagonal(efforts);
-        let gradient = by.tr_mul(&slopes.rows) + efforts.component_mul(&stages.centre.x);
+        let gradient = by.tr_mul(&slopes.rows) + efforts.component_mul(&model.centre.x);
         let near = |a: &DVector<f64>, b: &DVector<f64>| (a - b).amax() < 1e-9 * b.amax();
-        let plain = &gradient - &stages.centre.x * 1e-3;
-        assert!(near(&stages.centre.gradient, &plain), "{} {plain}", stages.centre.gradient);
+        let plain = &gradient - &model.centre.x * 1e-3;
+        assert!(near(&model.centre.gradient, &plain), "{} {plain}", model.centre.gradient);
         let diagonal = matrix.diagonal().add_scalar(-1e-3);
-        assert!(near(&stages.damping, &diagonal), "{} {diagonal}", stages.damping);
-        assert!(stages.centre.moves);
+        assert!(near(&model.damping, &diagonal), "{} {diagonal}", model.damping);
+        assert!(model.centre.moves);
         let wanted = matrix.cholesky().unwrap().solve(&-gradient);
 
         let count = wanted.len();
-        stages.centre.room.down.fill(-1e3);
-        stages.centre.room.up.fill(1e3);
-        let gains = stages.gains(0.0).unwrap();
+        model.centre.room.down.fill(-1e3);
+        model.centre.room.up.fill(1e3);
+        let gains = model.gains(0.0).unwrap();
         let mut found = DVector::from_element(count, f64::NAN);
         let mut change = DVector::<f64>::zeros(0);
-        for (passage, Gains { step, by, held }) in stages.passages.iter().zip(&gains) {
+        for (transition, Gains { step, by, held }) in model.transitions.iter().zip(&gains) {
             let others = held.iter().map(|&of| found[of]);
             let z = change.iter().copied().chain(others);
             let z = DVector::from_iterator(change.len() + held.len(), z);
             let chosen = step + by.columns(0, z.len()) * z;
-            for (&choice, value) in passage.chosen.iter().zip(&chosen) {
+            for (&choice, value) in transition.chosen.iter().zip(&chosen) {
                 found[choice] = *value;
             }
-            let acting = passage.acting.iter().map(|&of| found[of]);
+            let acting = transition.acting.iter().map(|&of| found[of]);
             let all =
-                DVector::from_iterator(passage.by.ncols(), change.iter().copied().chain(acting));
-            change = &passage.by * all;
+                DVector::from_iterator(transition.by.ncols(), change.iter().copied().chain(acting));
+            change = &transition.by * all;
         }
-        // A condition of 1e6 of the matrix, and of each stage's.
+        // The matrices have a condition number of 1e6.
         assert!((&found - &wanted).amax() < 1e-7 * wanted.amax(), "{found} {wanted}");
     }
 }

@@ -1,10 +1,10 @@
-//! A problem as a file: a text in TOML. `docs/planning.md` describes every field.
+//! Problem files in TOML; `docs/planning.md` describes every field.
 
 mod control;
 mod tables;
 mod target;
 
-use super::{Leg, Method, PlanError, Problem, Sample, Shoot};
+use super::{Method, PlanError, Problem, Sample, Shoot, Stage};
 use crate::scenario::failure::Failure;
 use crate::scenario::fields::Numbers;
 use crate::scenario::scene::Scene;
@@ -15,73 +15,72 @@ use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use tables::File;
 
-/// What a problem's file says.
+/// Content of a problem file.
 pub struct ProblemFile {
     /// The problem.
     pub problem: Problem,
-    /// Where the search starts.
+    /// Start of the search.
     pub start: Start,
-    /// By which legs.
-    pub legs: Vec<LegName>,
-    /// How a sampling goes.
+    /// Stages of the search, in their order.
+    pub stages: Vec<StageName>,
+    /// Settings of `sample`.
     pub sample: Sample,
-    /// How a shooting goes.
+    /// Settings of `shoot` and `ddp`.
     pub shoot: Shoot,
-    /// The most time for the search, s, for a caller that has a clock.
+    /// Time limit of the search, s, for a caller with a clock.
     pub time: Option<f64>,
 }
 
-/// Where a search starts.
+/// Start of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Start {
-    /// No forces, the scene's own starts and constants.
+    /// Forces of zero, and the scene's own starts and constants.
     Zero,
-    /// A table of controls, beside the problem's file.
+    /// A table of controls; a relative path starts at the folder of the problem file.
     File(PathBuf),
 }
 
-/// A leg by its word.
+/// Name of a stage in files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum LegName {
+pub enum StageName {
     /// [`Sample`].
     Sample,
-    /// [`Shoot`], all controls at once.
+    /// [`Shoot`] with [`Method::LevenbergMarquardt`].
     Shoot,
-    /// [`Shoot`], stage by stage.
+    /// [`Shoot`] with [`Method::DynamicProgramming`].
     Ddp,
-    /// [`ProgramLeg`](super::program::ProgramLeg).
-    #[cfg(feature = "ipopt")]
-    Program,
-    /// [`Polish`](super::Polish).
-    #[cfg(feature = "ipopt")]
-    Polish,
 }
 
-impl LegName {
-    /// The leg, which draws as `sample` says and shoots as `shoot` does, by the method that its word says.
+impl StageName {
+    /// Default stages: `ddp`, `sample`, `ddp`, or `sample`, `shoot` for a problem that is too large for `ddp`.
+    fn usual(problem: &Problem) -> Vec<Self> {
+        let ddp = Self::Ddp.build(Sample::default(), Shoot::default());
+        match ddp.check(problem) {
+            Ok(()) => vec![Self::Ddp, Self::Sample, Self::Ddp],
+            Err(_) => vec![Self::Sample, Self::Shoot],
+        }
+    }
+
+    /// Builds the stage with these settings; the name decides the method of a shooting.
     #[must_use]
-    pub fn leg(self, sample: Sample, shoot: Shoot) -> Box<dyn Leg> {
+    pub fn build(self, sample: Sample, shoot: Shoot) -> Box<dyn Stage> {
         match self {
             Self::Sample => Box::new(sample),
             Self::Shoot => Box::new(Shoot { method: Method::LevenbergMarquardt, ..shoot }),
             Self::Ddp => Box::new(Shoot { method: Method::DynamicProgramming, ..shoot }),
-            #[cfg(feature = "ipopt")]
-            Self::Program => Box::new(super::program::ProgramLeg::default()),
-            #[cfg(feature = "ipopt")]
-            Self::Polish => Box::new(super::Polish::default()),
         }
     }
 }
 
-/// The weight of an effort where none is given, N⁻².
+/// Default weight of effort, N⁻².
 const USUAL_EFFORT: f64 = 1e-4;
 
 impl ProblemFile {
-    /// What the file `path`, whose text is `text`, says; the scene's file and what it names are read by `read`.
+    /// Parses the `text` of the problem file `path`; `read` reads the scene file and the files that it names.
     ///
     /// # Errors
-    /// One sentence about the first thing that cannot be, with the file.
+    /// One sentence about the first fault, with the file's name.
     pub fn of_text(text: &str, path: &Path, read: ReadFile<'_>) -> Result<Self, Failure> {
         let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
         let file: File = scenario::parse(text).map_err(odd)?;
@@ -91,12 +90,12 @@ impl ProblemFile {
             odd(format!("scene: {} cannot be read: {error}", shown::path(&scene)))
         })?;
         let text = String::from_utf8(bytes)
-            .map_err(|_| odd(format!("scene: {} is no text", shown::path(&scene))))?;
+            .map_err(|_| odd(format!("scene: {} is not UTF-8 text", shown::path(&scene))))?;
         let scene = Scene::of_text(&text, &scene, Settings::default(), read)?;
         Self::of_scene(scene, file, folder).map_err(odd)
     }
 
-    /// What a text without a scene of its own says of `scene`.
+    /// Parses the `text` of a problem of `scene`; the field `scene` of the text is ignored.
     ///
     /// # Errors
     /// As [`ProblemFile::of_text`].
@@ -118,12 +117,13 @@ impl ProblemFile {
             let found = table.targets(&scene, steps);
             targets.extend(found.map_err(|why| named("target", index, why))?);
         }
-        let mut keeps = Vec::new();
-        for (index, table) in file.keep.0.into_iter().enumerate() {
-            let found = table.keeps(&scene);
-            keeps.extend(found.map_err(|why| named("keep", index, why))?);
+        let mut path_constraints = Vec::new();
+        for (index, table) in file.path_constraints.0.into_iter().enumerate() {
+            let found = table.path_constraints(&scene);
+            path_constraints.extend(found.map_err(|why| named("path_constraints", index, why))?);
         }
-        let problem = Problem::new(scene, steps, controls, targets, keeps).map_err(plain)?;
+        let problem =
+            Problem::new(scene, steps, controls, targets, path_constraints).map_err(plain)?;
         let search = file.search;
         let start = match search.start.as_deref() {
             None | Some("zero") => Start::Zero,
@@ -146,14 +146,14 @@ impl ProblemFile {
         if time.is_some_and(|time| !(time > 0.0 && time.is_finite())) {
             return Err("search.time: a number above 0 is needed".to_owned());
         }
-        let legs = search.legs.unwrap_or_else(|| vec![LegName::Sample, LegName::Shoot]);
-        Ok(Self { problem, start, legs, sample, shoot, time })
+        let stages = search.stages.unwrap_or_else(|| StageName::usual(&problem));
+        Ok(Self { problem, start, stages, sample, shoot, time })
     }
 
-    /// The legs, made.
+    /// Stages with their settings, in their order.
     #[must_use]
-    pub fn made_legs(&self) -> Vec<Box<dyn Leg>> {
-        self.legs.iter().map(|leg| leg.leg(self.sample, self.shoot)).collect()
+    pub fn built_stages(&self) -> Vec<Box<dyn Stage>> {
+        self.stages.iter().map(|name| name.build(self.sample, self.shoot)).collect()
     }
 }
 
@@ -161,7 +161,7 @@ fn plain(error: PlanError) -> String {
     error.to_string()
 }
 
-/// The body of a name; the only one where none is given.
+/// Index of a body by its name; the only body without a name.
 fn body_of(scene: &Scene, name: Option<&str>) -> Result<usize, String> {
     match name {
         None if scene.bodies.len() == 1 => Ok(0),

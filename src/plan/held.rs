@@ -1,17 +1,15 @@
-//! Wrenches that are held for a step each, as loads over time, so that a plan is a scene like any other.
+//! Wrenches that are constant over each step, as loads over time.
 
 use crate::error::Error;
 use crate::mechanics::load::Polyline;
 use nalgebra::Vector3;
 
-/// What a [polyline](through) that holds `value` from `from` to `to` (s) has for its mean: the value to rounding, and that
-/// rounding is what the simulator applies.
+/// Mean from `from` to `to` (s) of a [polyline](through) that holds `value`: the value with the simulator's rounding.
 pub(super) fn mean(value: &Vector3<f64>, from: f64, to: f64) -> Vector3<f64> {
     (Vector3::zeros() + 0.5 * (to - from) * (value + value)) / (to - from)
 }
 
-/// The polyline that holds each of `values` for one step of `h` (s), the first from step `index` on, and is zero after
-/// the last.
+/// Polyline that holds each of `values` for one step of `h` (s), from step `index` on, and is zero after the last.
 ///
 /// # Errors
 /// As [`Polyline::new`].
@@ -38,7 +36,7 @@ pub(super) fn through(values: &[Vector3<f64>], index: u64, h: f64) -> Result<Pol
 mod tests {
     use super::*;
 
-    /// The simulator's mean of what is held is the same to the last bit as what the search applies.
+    /// The simulator's mean of a held wrench has the bits of the search.
     #[test]
     fn what_is_held_is_what_was_searched_with() {
         let h = 0.013;

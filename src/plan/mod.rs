@@ -1,63 +1,54 @@
-//! Plans through contact: which controls make the bodies end where they should.
+//! Plans through contact: controls that make the bodies of a scene end where they should.
 //!
-//! A [`Problem`] is a scene, a number of steps, [controls](Control), [targets](Target) of the states, rows to
-//! [keep](Keep), and a weight of effort. A plan is its controls; what is said of it is said of its [`Replay`], the run that
-//! the simulator makes of them, with its certificates: plan and simulator are the same equations, and a run is all that
-//! counts. Controls are looked for by [legs](Leg), one after the other, each from where the best so far ended: whatever a
-//! leg thinks of its own answer, the replay judges it.
+//! A [`Problem`] has a scene, a number of steps, [controls](Control) within bounds, [targets](Target) of the states,
+//! [path constraints](PathConstraint) and a weight of effort. A [`Plan`] is a set of controls together with its [`Replay`]:
+//! the simulator's own run of these controls, with the certificate of every step. Cost, misses and status are those of
+//! the replay. [Stages](Stage) search one after the other, each from the best replay so far.
 //!
-//! `docs/planning.md` derives the problem and the legs; equation numbers P1, P2, … are its.
+//! `docs/planning.md` states the problem and derives the stages. Its equations have the numbers P1, P2, and so on.
 
-mod axis;
 mod boxed;
 mod control;
 mod cost;
 mod ddp;
 pub mod file;
-mod find;
 mod held;
-mod keep;
-mod leg;
 mod mode;
 mod model;
-#[cfg(feature = "ipopt")]
-mod polish;
+mod path_constraint;
 mod problem;
-#[cfg(feature = "ipopt")]
-pub mod program;
 mod replay;
 mod sample;
 mod scene;
+mod search;
 mod shoot;
 mod slopes;
+mod stage;
 mod target;
 
-pub use axis::{AxisMode, DrivePart, Side, axis_modes_of};
 pub use control::{Applied, Axes, Control, ControlKind, Push, StartPart};
-pub use find::{EXACTLY, Plan, PlanStatus};
-pub use keep::{Keep, KeepKind};
-pub use leg::{Leg, LegEnd, LegReport, Progress, Watch};
-pub use mode::{ContactMode, Mode, Modes, modes_of};
-#[cfg(feature = "ipopt")]
-pub use polish::Polish;
+pub use mode::{ContactMode, Mode, modes_of};
+pub use path_constraint::{PathConstraint, PathConstraintKind};
 pub use problem::{Problem, Variable};
 pub use replay::{Miss, Replay};
 pub use sample::Sample;
+pub use search::{Plan, PlanStatus};
 pub use shoot::{Method, Shoot};
+pub use stage::{Progress, Stage, StageReport, StageResult, Watch};
 pub use target::{Row, Target, TargetKind};
 
 use crate::error::Error;
 
-/// Why there is no plan at all.
+/// Reason why a search returns no plan.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlanError {
-    /// The problem is none: what of it, and what would be right.
+    /// A problem that cannot be posed: one sentence with the fault and the remedy.
     #[error("{0}")]
     Problem(String),
     /// A step that cannot be posed.
     #[error(transparent)]
     Step(Error),
-    /// It was interrupted.
+    /// An interrupt before the first run was complete.
     #[error("interrupted")]
     Interrupted,
 }

@@ -1,23 +1,22 @@
-//! What contacts do in a step: open, sticking, slipping.
+//! Modes of contacts in a step: open, stick, slip.
 
-use super::axis::AxisMode;
 use crate::contact::{Contact, ContactKey};
 use crate::simulation::StepRecord;
 use crate::world::World;
 
-/// On which piece of its law a contact is.
+/// The part of the contact law that a contact is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Mode {
     /// No force.
     Open,
-    /// It presses and does not slip.
+    /// A normal force without slip.
     Stick,
-    /// It presses and slips.
+    /// A normal force with slip.
     Slip,
 }
 
 impl Mode {
-    /// The word of files.
+    /// Name in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -28,53 +27,24 @@ impl Mode {
     }
 }
 
-/// A contact of a step with its mode.
+/// Mode of a contact in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactMode {
-    /// Which features touch.
+    /// Key of the contact.
     pub key: ContactKey,
-    /// What it does.
+    /// Mode of the contact.
     pub mode: Mode,
-    /// How far the law is from the next mode, m/s: half of what is between the two numbers that decide.
+    /// Distance from the nearest other mode, m/s: half the difference of the two sides of (P7).
     pub margin: f64,
 }
 
-/// What contacts and the axes of joints do in every step of a run.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Modes {
-    /// The modes of the contacts of each step.
-    pub contacts: Vec<Vec<ContactMode>>,
-    /// The modes of the drives of joints in each step.
-    pub axes: Vec<Vec<AxisMode>>,
-}
-
-impl Modes {
-    /// In how many steps the contacts that press, or the parts of drives, do other than in another run.
-    #[must_use]
-    pub fn others(&self, other: &Self) -> usize {
-        let pressing = |modes: &[ContactMode]| {
-            let pressing = modes.iter().filter(|of| of.mode != Mode::Open);
-            let mut pressing: Vec<_> = pressing.map(|of| (of.key, of.mode)).collect();
-            pressing.sort_unstable();
-            pressing
-        };
-        let sides = |modes: &[AxisMode]| {
-            modes.iter().map(|of| (of.joint, of.axis, of.part, of.side)).collect::<Vec<_>>()
-        };
-        let contacts = self.contacts.iter().zip(&other.contacts);
-        let axes = self.axes.iter().zip(&other.axes);
-        let differs = contacts.zip(axes).filter(|((own, other), (axes, others))| {
-            pressing(own) != pressing(other) || sides(axes) != sides(others)
-        });
-        differs.count()
-    }
-}
-
-/// The modes of the contacts of a step, in their order. With the impulse p over the mass of A, the motion u of the touching
-/// point (normal part φ⁺/h), and the contact's response w, all as speeds:
+/// Modes of the contacts of a step, in the order of the record.
+///
+/// The impulse p is divided by the mass of body A, u is the motion of the contact point with normal part φ⁺/h, and w is
+/// the response of the contact:
 ///
 /// ```text
-/// open where w_n p_n ≤ u_n;  else stick where |u_t| ≤ w_t (μ p_n − |p_t|);  else slip       (P9)
+/// open if w_n p_n ≤ u_n;  otherwise stick if |u_t| ≤ w_t (μ p_n − |p_t|);  otherwise slip       (P7)
 /// ```
 #[must_use]
 pub fn modes_of(world: &World, record: &StepRecord) -> Vec<ContactMode> {

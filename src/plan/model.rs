@@ -1,4 +1,4 @@
-//! Models of the cost about a run, of which shooting takes its steps.
+//! Models of the cost about a run, and the trial runs of a step.
 
 use super::boxed::Room;
 use super::problem::Choose;
@@ -7,23 +7,23 @@ use nalgebra::DVector;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// A control that over all of its bounds would move the rows by less than this part of them moves nothing.
+/// Relative change of the rows over all of a variable's bounds below which the variable moves nothing.
 pub(super) const NOTHING: f64 = 1e-6;
 
-/// The run that a model is about: its controls, how far these may go, and what the cost does there, in parts of their bounds.
+/// The run that a model is about, in units of the bounds.
 pub(super) struct Centre {
     pub x: DVector<f64>,
-    /// The lengths of all bounds.
+    /// Lengths of the bounds.
     pub scales: DVector<f64>,
     pub room: Room,
-    /// The derivatives of the cost.
+    /// Gradient of the cost.
     pub gradient: DVector<f64>,
-    /// Whether a variable moves the rows: over all of its bounds by more than [`NOTHING`] of them.
+    /// Whether some variable moves the rows by more than [`NOTHING`].
     pub moves: bool,
 }
 
 impl Centre {
-    /// The largest derivative of the cost that a step within the bounds can follow.
+    /// Largest component of the gradient that a step within the bounds can follow.
     pub(super) fn projected(&self) -> f64 {
         self.room.projected(&self.gradient)
     }
@@ -31,10 +31,10 @@ impl Centre {
 
 /// A model of the cost about a run.
 pub(super) trait Model {
-    /// What it is about.
+    /// The run that the model is about.
     fn centre(&self) -> &Centre;
 
-    /// The controls that it comes to with this κ, and the cost of their run, where that is below `cost`.
+    /// Controls of a step with this κ and the cost of their run, if that is below `cost`.
     fn tried(
         &self,
         kappa: f64,
@@ -43,16 +43,16 @@ pub(super) trait Model {
     ) -> Result<Option<(Vec<f64>, f64)>, PlanError>;
 }
 
-/// Runs that are made to see what they cost.
+/// Trial runs.
 pub(super) struct Trials<'a> {
     pub problem: &'a Problem,
     pub interrupt: &'a Arc<AtomicBool>,
-    /// How many there were.
+    /// Number of runs.
     pub runs: u64,
 }
 
 impl Trials<'_> {
-    /// What the run costs whose controls `choose` sets on its way.
+    /// Cost of a run whose controls `choose` sets before each step.
     pub(super) fn cost(
         &mut self,
         controls: &mut [f64],
@@ -67,13 +67,13 @@ impl Trials<'_> {
     }
 }
 
-/// The lengths of all bounds.
+/// Lengths of the bounds.
 pub(super) fn scales(problem: &Problem) -> DVector<f64> {
     let variables = problem.variables();
     DVector::from_iterator(variables.len(), variables.iter().map(|v| v.scale()))
 }
 
-/// What the efforts cost in parts of the bounds.
+/// Weights of effort, in units of the bounds.
 pub(super) fn efforts(problem: &Problem, scales: &DVector<f64>) -> DVector<f64> {
     let efforts = problem.variables().iter().zip(scales);
     DVector::from_iterator(scales.len(), efforts.map(|(v, scale)| v.effort * scale * scale))

@@ -1,9 +1,9 @@
-//! What is sought, checked; its variables as one vector; its runs.
+//! Planning problems: checks, variables and runs.
 
 mod checks;
 
 use super::control::{Applied, Control, ControlKind};
-use super::keep::Keep;
+use super::path_constraint::PathConstraint;
 use super::target::Target;
 use super::{PlanError, held};
 use crate::joint::{Joint, JointAxis};
@@ -17,14 +17,15 @@ use std::sync::atomic::AtomicBool;
 
 use checks::{check_control, has_body, odd, sets_alike};
 
-/// More steps than this are no plan.
+/// Largest number of steps.
 const MOST_STEPS: usize = 100_000;
 
-/// A scene, for how many steps, what may be chosen, and what is to come of it. The cost that is made least is, with the
-/// weights of each,
+/// A planning problem: a scene, its number of steps, controls, targets and path constraints.
+///
+/// The plan minimises the cost
 ///
 /// ```text
-/// J = Σ_targets w |rows(X_after)|² + Σ_keeps w Σ_k min(0, g(r_k))² + Σ_controls e Σ_k |u_k|²      (P1)
+/// J = Σ_targets w |rows(X_after)|² + Σ_path w Σ_k min(0, g(r_k))² + Σ_controls e Σ_k |u_k|²      (P1)
 /// ```
 #[derive(Clone)]
 pub struct Problem {
@@ -32,58 +33,62 @@ pub struct Problem {
     pub(super) steps: usize,
     controls: Vec<Control>,
     targets: Vec<Target>,
-    keeps: Vec<Keep>,
+    path_constraints: Vec<PathConstraint>,
     variables: Vec<Variable>,
-    /// The first variable of each control.
+    /// First variable of each control.
     offsets: Vec<usize>,
-    /// Whether a control pushes each body.
+    /// For each body, whether a control puts a wrench on it.
     pushed: Vec<bool>,
 }
 
-/// One number that is looked for.
+/// A variable of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
-    /// An index of the problem's controls.
+    /// Index of the control.
     pub control: usize,
-    /// Which piece of the steps.
+    /// Piece of the control.
     pub knot: usize,
-    /// Which of the control's [components](ControlKind::components).
+    /// [Component](ControlKind::components) of the control.
     pub component: usize,
-    /// Where it may lie.
+    /// Bounds.
     pub bounds: [f64; 2],
-    /// What a step of it costs: e of (P1), times the steps of its piece.
+    /// Weight of its square in the cost: e of (P1), times the number of steps of the piece.
     pub effort: f64,
 }
 
 impl Variable {
-    /// The length of its bounds.
+    /// Length of the bounds.
     #[must_use]
     pub fn scale(&self) -> f64 {
         self.bounds[1] - self.bounds[0]
     }
 }
 
-/// Is shown every step of a run: the simulation after it, the wrenches that acted, and the step.
+/// Visitor of the steps of a run: the simulation after the step, the wrenches, and the record of the step.
 pub(super) type Visit<'a> =
     dyn FnMut(&Simulation<'_>, &[Wrench], &StepRecord) -> Result<(), PlanError> + 'a;
 
-/// Sets the controls of a step before it, of the states at its start; those of pieces that have begun count no more, nor do starts and constants.
+/// Callback that sets the controls of a step from the states at its start.
+///
+/// Changes to starts, constants and pieces that began earlier have no effect.
 pub(super) type Choose<'a> = dyn FnMut(usize, &[State], &mut [f64]) + 'a;
 
 impl Problem {
-    /// Checks the problem.
+    /// Builds a problem from its parts and checks them.
     ///
     /// # Errors
-    /// [`PlanError::Problem`]: no steps or too many; a body, joint or axis that is not there; bounds that are none;
-    /// more knots than steps; a constant that is not looked for; two controls of one name, or of the same start or
-    /// constant; targets and rows to keep beyond what a state can be; tolerances and weights that are not above 0;
-    /// nothing to reach.
+    /// [`PlanError::Problem`] for:
+    /// - no steps, too many steps, or more knots than steps;
+    /// - an unknown body, joint or axis, or a constant that cannot be a control;
+    /// - bounds out of order, tolerances or weights that are not above 0;
+    /// - two controls of one name, or of the same start or constant;
+    /// - targets and path constraints beyond the reach of a state, or none at all.
     pub fn new(
         scene: Scene,
         steps: usize,
         controls: Vec<Control>,
         targets: Vec<Target>,
-        keeps: Vec<Keep>,
+        path_constraints: Vec<PathConstraint>,
     ) -> Result<Self, PlanError> {
         if !(1..=MOST_STEPS).contains(&steps) {
             return odd(format!("steps: {steps} is given; 1 to {MOST_STEPS} are allowed"));
@@ -99,8 +104,8 @@ impl Problem {
                 return odd(format!("controls: {first:?} and {second:?} {why}"));
             }
         }
-        if targets.is_empty() && keeps.is_empty() {
-            return odd("targets: there is none, so that there is nothing to plan for".to_owned());
+        if targets.is_empty() && path_constraints.is_empty() {
+            return odd("targets: none are given, so there is nothing to plan for; a [target] or [[path_constraints]] is needed".to_owned());
         }
         let bodies = scene.world.bodies().len();
         let positive = |of: &str, name: &str, what: &str, value: f64| {
@@ -120,13 +125,13 @@ impl Problem {
             positive("target", name, "tolerance", *tolerance)?;
             positive("target", name, "weight", *weight)?;
         }
-        for Keep { name, body, kind, tolerance, weight } in &keeps {
-            has_body("keep", name, *body, bodies)?;
+        for PathConstraint { name, body, kind, tolerance, weight } in &path_constraints {
+            has_body("path constraint", name, *body, bodies)?;
             if let Err(why) = kind.check() {
-                return odd(format!("keep {name:?}: {why}"));
+                return odd(format!("path constraint {name:?}: {why}"));
             }
-            positive("keep", name, "tolerance", *tolerance)?;
-            positive("keep", name, "weight", *weight)?;
+            positive("path constraint", name, "tolerance", *tolerance)?;
+            positive("path constraint", name, "weight", *weight)?;
         }
         let (mut variables, mut offsets) = (Vec::new(), Vec::new());
         let mut pushed = vec![false; bodies];
@@ -154,47 +159,46 @@ impl Problem {
             }
         }
         let scene = Scene { rows: steps as u64 + 1, ..scene };
-        Ok(Self { scene, steps, controls, targets, keeps, variables, offsets, pushed })
+        Ok(Self { scene, steps, controls, targets, path_constraints, variables, offsets, pushed })
     }
 
-    /// What is simulated.
+    /// Scene of the problem.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// N.
+    /// Number of steps N.
     #[must_use]
     pub fn steps(&self) -> usize {
         self.steps
     }
 
-    /// What may be chosen.
+    /// Controls.
     #[must_use]
     pub fn controls(&self) -> &[Control] {
         &self.controls
     }
 
-    /// What is to be reached.
+    /// Targets.
     #[must_use]
     pub fn targets(&self) -> &[Target] {
         &self.targets
     }
 
-    /// What is to hold after every step.
+    /// Path constraints.
     #[must_use]
-    pub fn keeps(&self) -> &[Keep] {
-        &self.keeps
+    pub fn path_constraints(&self) -> &[PathConstraint] {
+        &self.path_constraints
     }
 
-    /// The numbers that are looked for, in the order of the vector of controls: by controls, then by pieces, then by
-    /// components.
+    /// Variables in the order of the vector of controls: by control, then by piece, then by component.
     #[must_use]
     pub fn variables(&self) -> &[Variable] {
         &self.variables
     }
 
-    /// The name of a variable: that of its control, its component, and its piece where there are several.
+    /// Name of a variable: its control, its component, and its piece if there are several.
     #[must_use]
     pub fn name_of(&self, variable: &Variable) -> String {
         let control = &self.controls[variable.control];
@@ -205,8 +209,7 @@ impl Problem {
         }
     }
 
-    /// The controls of which nothing is known: no force, the scene's own start and constants, each the nearest within its
-    /// bounds.
+    /// Default start of a search: forces of zero and the scene's starts and constants, clipped to the bounds.
     #[must_use]
     pub fn zero(&self) -> Vec<f64> {
         let value = |variable: &Variable| {
@@ -229,10 +232,10 @@ impl Problem {
         self.variables.iter().map(value).collect()
     }
 
-    /// `controls` within their bounds.
+    /// Clips `controls` to their bounds.
     ///
     /// # Errors
-    /// Another count of numbers than the problem's; one that is not finite.
+    /// A wrong number of controls, or one that is not finite.
     pub fn clipped(&self, controls: &[f64]) -> Result<Vec<f64>, PlanError> {
         let (count, wanted) = (controls.len(), self.variables.len());
         if count != wanted {
@@ -248,7 +251,7 @@ impl Problem {
         pairs.map(clip).collect()
     }
 
-    /// The variables that are at a bound, to 1e-9 of its length.
+    /// Variables at a bound, to 1e-9 of the length of the bounds.
     #[must_use]
     pub fn at_bounds(&self, controls: &[f64]) -> Vec<usize> {
         let pairs = controls.iter().zip(&self.variables).enumerate();
@@ -259,19 +262,19 @@ impl Problem {
         pairs.filter(|(_, (value, of))| near(**value, of)).map(|(index, _)| index).collect()
     }
 
-    /// The piece of `control` in `step`.
+    /// Piece of `control` in `step`.
     #[must_use]
     pub fn knot(&self, control: usize, step: usize) -> usize {
         knot_of(step, self.controls[control].knots, self.steps)
     }
 
-    /// The steps of the piece `knot` of `control`.
+    /// Steps of the piece `knot` of `control`.
     #[must_use]
     pub fn steps_of(&self, control: usize, knot: usize) -> Range<usize> {
         steps_of(knot, self.controls[control].knots, self.steps)
     }
 
-    /// The components of `control` in its piece `knot`, and of each that is looked for its place among the variables.
+    /// Components of `control` in its piece `knot`, and the index of each one that is a variable.
     pub fn numbers(
         &self,
         control: usize,
@@ -292,8 +295,9 @@ impl Problem {
         each.unzip()
     }
 
-    /// What `control` puts on its body in `step`, in its own axes, if it is a force on one: with the places of its components
-    /// among the variables, and the components' values.
+    /// Force and torque of `control` in `step`, the values of its components, and their indices among the variables.
+    ///
+    /// `None` if the control is not a force on one body.
     pub fn applied(
         &self,
         control: usize,
@@ -305,13 +309,13 @@ impl Problem {
         Some((applied, numbers, places))
     }
 
-    /// Whether a control pushes each body.
+    /// For each body, whether a control puts a wrench on it.
     #[must_use]
     pub fn pushed(&self) -> &[bool] {
         &self.pushed
     }
 
-    /// What acts on each body in `step` from `states`, gravity apart: the scene's loads, and the controls.
+    /// Wrenches on each body in `step` from `states`: loads of the scene and controls, without gravity.
     pub fn wrenches(
         &self,
         step: usize,
@@ -340,7 +344,7 @@ impl Problem {
         }
     }
 
-    /// Of these wrenches of `step` what the controls put on the bodies: without the loads of the scene.
+    /// Wrenches of the controls alone: `wrenches` of `step` without the loads of the scene.
     pub(super) fn without_loads(
         &self,
         step: usize,
@@ -360,8 +364,9 @@ impl Problem {
         each.collect()
     }
 
-    /// These wrenches of `step` as the simulator applies them: to rounding, as loads that hold them have them for their
-    /// means.
+    /// Rounds the wrenches of `step` as the means of loads that hold them are rounded.
+    ///
+    /// The scene of a plan then runs to the same bits.
     fn held(&self, step: usize, wrenches: &mut [Wrench]) {
         let (h, index) = (self.scene.world.time_step(), self.scene.start_index + step as u64);
         let (from, to) = (index as f64 * h, (index + 1) as f64 * h);
@@ -373,7 +378,7 @@ impl Problem {
         }
     }
 
-    /// The states at the start.
+    /// Initial states.
     #[must_use]
     pub fn starts(&self, controls: &[f64]) -> Vec<State> {
         let mut starts = self.scene.starts.clone();
@@ -386,7 +391,7 @@ impl Problem {
         starts
     }
 
-    /// The world, with the constants that are chosen.
+    /// World with the constants among the controls.
     ///
     /// # Errors
     /// As [`World::with_constants`].
@@ -406,7 +411,7 @@ impl Problem {
         Ok(self.scene.world.with_constants(&given)?)
     }
 
-    /// Runs the problem under `controls`, which are within their bounds, and shows every step.
+    /// Runs `controls`, which are within their bounds, and calls `visit` after each step.
     pub(super) fn simulate(
         &self,
         controls: &[f64],
@@ -416,7 +421,7 @@ impl Problem {
         self.simulate_choosing(&mut controls.to_vec(), &mut |_, _, _| {}, interrupt, visit)
     }
 
-    /// The same under controls that are chosen on the way, within their bounds. It is the run under what they are at its end.
+    /// Runs controls that `choose` sets before each step. The run equals that of the resulting controls.
     pub(super) fn simulate_choosing(
         &self,
         controls: &mut [f64],
@@ -451,7 +456,7 @@ impl Problem {
     }
 }
 
-/// What a motor of `joint` with a force of `size` puts on its bodies.
+/// Wrenches of a motor of `joint` with a force of `size` on its bodies.
 pub(super) fn motor_wrenches(
     joint: &Joint,
     states: &[State],
@@ -463,12 +468,12 @@ pub(super) fn motor_wrenches(
     sides.zip(wrenches).filter_map(|(body, wrench)| body.map(|body| (body, wrench)))
 }
 
-/// The piece of `knots` in `step` of `steps`.
+/// Piece of `step`, for `knots` pieces of `steps`.
 fn knot_of(step: usize, knots: usize, steps: usize) -> usize {
     step * knots / steps
 }
 
-/// The steps of the piece `knot` of `knots`: those k with ⌊k knots/steps⌋ = knot.
+/// Steps k of the piece `knot`: those with ⌊k knots/steps⌋ = knot.
 fn steps_of(knot: usize, knots: usize, steps: usize) -> Range<usize> {
     (knot * steps).div_ceil(knots)..((knot + 1) * steps).div_ceil(knots)
 }

@@ -1,7 +1,6 @@
-//! What the simulator makes of controls: all that is said of a plan.
+//! The simulator's run of a plan's controls.
 
-use super::axis::axis_modes_of;
-use super::mode::{Modes, modes_of};
+use super::mode::{ContactMode, modes_of};
 use super::{PlanError, Problem};
 use crate::mechanics::{State, Wrench};
 use crate::simulation::StepRecord;
@@ -9,52 +8,52 @@ use crate::step::StepStatus;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// The run of a problem under given controls.
+/// Run of a problem with given controls.
 #[derive(Debug, Clone)]
 pub struct Replay {
-    /// The controls, within their bounds.
+    /// Controls, within their bounds.
     pub controls: Vec<f64>,
-    /// Every step as the simulator took it.
+    /// Steps of the simulator.
     pub records: Vec<StepRecord>,
-    /// The states, one list a step and one at the end.
+    /// States at the start of each step, and at the end.
     pub states: Vec<Vec<State>>,
-    /// What the controls put on each body in each step.
+    /// Wrenches of the controls on each body in each step.
     pub wrenches: Vec<Vec<Wrench>>,
-    /// The modes of contacts and of the drives of joints.
-    pub modes: Modes,
-    /// The sum of the parts of the cost.
+    /// Modes of the contacts of each step.
+    pub modes: Vec<Vec<ContactMode>>,
+    /// Cost J of (P1).
     pub cost: f64,
-    /// That of the effort.
+    /// Part of the cost that is effort.
     pub effort: f64,
-    /// How far each target is missed, and each row to keep.
+    /// Misses of the targets, then of the path constraints.
     pub misses: Vec<Miss>,
-    /// The largest residual of a step, m/s.
+    /// Largest residual of a step, m/s.
     pub residual: f64,
-    /// Steps that failed or are wild.
+    /// Number of steps with status `failed` or `wild`.
     pub unsolved: usize,
-    /// The smallest margin of a contact's mode, m/s, and its step.
+    /// Smallest margin of a contact mode, m/s, and its step.
     pub margin: Option<(f64, usize)>,
-    /// The variables that are at a bound.
+    /// Indices of the variables at a bound.
     pub at_bounds: Vec<usize>,
 }
 
-/// How far something is from what it is to be.
+/// Distance of a replay from a target or a path constraint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Miss {
-    /// The target or row.
+    /// Name of the target or path constraint.
     pub name: String,
-    /// By how much it is missed, in its unit.
+    /// Distance, in `unit`.
     pub by: f64,
-    /// What is allowed.
+    /// Largest allowed distance.
     pub tolerance: f64,
-    /// The unit.
+    /// Unit of `by` and `tolerance`.
     pub unit: &'static str,
-    /// The step of a row to keep at which it is missed most, or that of the target's state.
+    /// Number of steps after which it is measured: a path constraint's worst step, or the target's step.
     pub after: usize,
 }
 
 impl Miss {
-    /// Whether it is no more than is allowed. A NaN is more.
+    /// Whether the distance is within the tolerance. A NaN is not.
     #[must_use]
     pub fn is_met(&self) -> bool {
         self.by <= self.tolerance
@@ -62,13 +61,13 @@ impl Miss {
 }
 
 impl Replay {
-    /// Whether every step was solved, and all targets and rows are met.
+    /// Whether every step was solved, and all targets and path constraints are met.
     #[must_use]
     pub fn meets(&self) -> bool {
         self.unsolved == 0 && self.misses.iter().all(Miss::is_met)
     }
 
-    /// How much this is better than another: one that meets its targets than one that does not, then the one of less cost.
+    /// Whether this replay is better: it alone meets its targets, or both do or do not and it costs less.
     #[must_use]
     pub fn is_better(&self, other: &Self) -> bool {
         match (self.meets(), other.meets()) {
@@ -77,27 +76,18 @@ impl Replay {
             _ => self.cost < other.cost,
         }
     }
-
-    /// The largest distance of a centre of mass from that of other `states`, m.
-    #[must_use]
-    pub fn apart(&self, states: &[Vec<State>]) -> f64 {
-        let pairs = self.states.iter().flatten().zip(states.iter().flatten());
-        let far = pairs.map(|(a, b)| (a.position - b.position).norm());
-        // A NaN is as far as can be.
-        far.fold(0.0, |most, far| if far <= most { most } else { far })
-    }
 }
 
 impl Problem {
-    /// The run under `controls`, clipped to their bounds.
+    /// Runs `controls`, clipped to their bounds.
     ///
     /// # Errors
-    /// A step that cannot be posed; another count of numbers than the problem's.
+    /// A step that cannot be posed, or a wrong number of controls.
     pub fn replay(&self, controls: &[f64]) -> Result<Replay, PlanError> {
         self.replay_until(controls, None)
     }
 
-    /// The same, given up when `interrupt` is raised.
+    /// Runs `controls` as [`Problem::replay`] does, until `interrupt` is raised.
     pub(super) fn replay_until(
         &self,
         controls: &[f64],
@@ -108,7 +98,7 @@ impl Problem {
             records: Vec::with_capacity(self.steps),
             states: Vec::with_capacity(self.steps + 1),
             wrenches: Vec::with_capacity(self.steps),
-            modes: Modes::default(),
+            modes: Vec::with_capacity(self.steps),
             cost: 0.0,
             effort: self.effort_of(&controls),
             misses: Vec::new(),
@@ -129,10 +119,7 @@ impl Problem {
                     replay.margin = Some((of.margin, step));
                 }
             }
-            replay.modes.contacts.push(modes);
-            let last = replay.records.last().map(|last| &last.solution.joints[..]);
-            let before: Vec<_> = last.unwrap_or(&[]).iter().map(|joint| joint.angles).collect();
-            replay.modes.axes.push(axis_modes_of(simulation.world(), record, &before));
+            replay.modes.push(modes);
             let residual = record.certificate.residual();
             if replay.residual < residual || residual.is_nan() {
                 replay.residual = residual;

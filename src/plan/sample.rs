@@ -1,11 +1,13 @@
-//! Sampling: CMA-ES over a few pieces of every control, by runs of the simulator on all threads of the caller's rayon pool.
+//! Sampling: CMA-ES over a few pieces of each control, by runs on all threads of the caller's rayon pool.
 //!
-//! It asks for ranks of runs alone, so that plateaus and kinks are no matter to it, and with few numbers it finds which
-//! way to go at all: over the edge or not, before the wall or behind. Each round begins at the best so far, the first
-//! wide, each next narrower and with more pieces; between the first and the last, one that has no more pieces than the one before, of a best
-//! that misses, looks elsewhere. What was drawn is decided by the seed, whatever the number of threads.
+//! The method compares costs only, so plateaus and kinks do not stop it. With few variables it decides the rough course of
+//! a plan: over an edge or not, before a wall or behind it. A tenth of the runs is scattered over the bounds. Each round of
+//! CMA-ES then starts at the best controls so far; the first is wide, and each next one is narrower with more pieces.
+//!
+//! A middle round without more pieces than the previous one starts elsewhere if the best controls still miss. The seed
+//! determines all draws, on any number of threads.
 
-use super::leg::{Leg, LegEnd, Progress, Watch};
+use super::stage::{Progress, Stage, StageResult, Watch};
 use super::{PlanError, Problem, Replay};
 use cmaes::{CMAESOptions, DVector};
 use rayon::prelude::*;
@@ -15,13 +17,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Sampling by CMA-ES.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// Of what is drawn.
+    /// Seed of the draws.
     pub seed: u64,
-    /// The most runs; without a number 200 for each that is looked for, and 2000 more.
+    /// Largest number of runs; by default 200 for each variable, and 2000 more.
     pub runs: Option<u64>,
-    /// The most pieces of each control in the first round.
+    /// Largest number of pieces of each control in the first round.
     pub knots: usize,
-    /// How many rounds.
+    /// Number of rounds.
     pub rounds: u32,
 }
 
@@ -31,22 +33,25 @@ impl Default for Sample {
     }
 }
 
-/// Above every cost; a population is ranked by it, and needs a number.
+/// Cost of a run that cannot be made; CMA-ES ranks by finite numbers.
 const WORST: f64 = 1e30;
 
-/// The width of the first round, in parts of the bounds, and that of each next in parts of the one before.
+/// Width of the first round in units of the bounds, and the factor of each next round.
 const WIDTH: (f64, f64) = (0.3, 0.3);
 
-/// The share of the runs that are scattered over the bounds before the first round. Where none of them moves anything, none
-/// will.
+/// Share of the runs that are scattered over the bounds before the first round.
 const SCATTERED: f64 = 0.1;
 
-/// More numbers than this are not drawn at once: CMA-ES takes a matrix of their square apart, again and again.
+/// Largest number of coordinates of CMA-ES: it decomposes a matrix of their square repeatedly.
 const MOST: usize = 2000;
 
-impl Leg for Sample {
+impl Stage for Sample {
     fn name(&self) -> &'static str {
         "sample"
+    }
+
+    fn is_fallback(&self) -> bool {
+        true
     }
 
     fn check(&self, problem: &Problem) -> Result<(), PlanError> {
@@ -58,8 +63,8 @@ impl Leg for Sample {
             return Ok(());
         }
         Err(PlanError::Problem(format!(
-            "sample: {count} numbers are drawn at once in its last round; it draws up to {MOST}, as fewer knots or \
-             rounds of the search have"
+            "sample: its last round has {count} coordinates, and up to {MOST} are allowed; fewer knots or rounds are \
+             needed"
         )))
     }
 
@@ -68,11 +73,11 @@ impl Leg for Sample {
         problem: &Problem,
         from: &Replay,
         watch: &mut Watch<'_>,
-    ) -> Result<LegEnd, PlanError> {
+    ) -> Result<StageResult, PlanError> {
         let mut best = (from.controls.clone(), judged(problem, &from.controls, watch)?);
-        let mut end = LegEnd { controls: best.0.clone(), ..LegEnd::default() };
+        let mut end = StageResult { controls: best.0.clone(), ..StageResult::default() };
         if problem.variables().is_empty() {
-            end.message = "there is nothing to look for".to_owned();
+            end.message = "the problem has no variables".to_owned();
             return Ok(end);
         }
         let rounds = self.rounds.max(1);
@@ -103,12 +108,12 @@ impl Leg for Sample {
 }
 
 impl Sample {
-    /// The most pieces of each control in a round.
+    /// Largest number of pieces of each control in a round.
     fn knots_in(&self, round: u32) -> usize {
         self.knots.saturating_mul(1 << round.min(16))
     }
 
-    /// Whether a round would only look closer at what misses: it has no more pieces than the one before.
+    /// Whether a round starts elsewhere: it has no more pieces than the previous round, and the best run misses.
     fn looks_elsewhere(
         &self,
         problem: &Problem,
@@ -120,13 +125,14 @@ impl Sample {
         Ok(pieces(round) == pieces(before) && !problem.replay(best)?.meets())
     }
 
-    /// The best of the runs `which` scattered over the bounds, evenly; a message where they say that no other will do better.
-    /// Of d coordinates point i has frac(½ + i g^(−j)) as its jth, with the root g of g^(d+1) = g + 1.
+    /// Best of the runs `which`, scattered evenly over the bounds. Sets the message of `end` if no run moves a target.
+    ///
+    /// Coordinate j of point i is frac(½ + i g^(−j)) in d dimensions, with the root g of g^(d+1) = g + 1.
     fn scatter(
         &self,
         problem: &Problem,
         which: Range<u64>,
-        end: &mut LegEnd,
+        end: &mut StageResult,
         watch: &mut Watch<'_>,
     ) -> Result<Option<(Vec<f64>, f64)>, PlanError> {
         let count = which.end - which.start;
@@ -137,7 +143,7 @@ impl Sample {
             g = libm::pow(1.0 + g, 1.0 / (coarse.count as f64 + 1.0));
         }
         let steps: Vec<f64> = (1..=coarse.count).map(|j| libm::pow(g, -(j as f64)) % 1.0).collect();
-        // The bounds of a coarse number are those of its variables.
+        // A coarse coordinate has the bounds of its variables.
         let point = |i: u64| {
             let at =
                 |j: usize| (0.5 + (self.seed.wrapping_add(i) % (1 << 32)) as f64 * steps[j]) % 1.0;
@@ -165,21 +171,21 @@ impl Sample {
             _ if watch.is_interrupted() => "interrupted".to_owned(),
             (None, Some(why)) => format!("no run could be made: {why}"),
             (Some([least, most]), _) if count > 1 && most - least <= 1e-9 * most => {
-                format!("none of {count} runs within the bounds moved what is to be reached")
+                format!("none of {count} runs within the bounds moved a target")
             }
             _ => String::new(),
         };
         Ok(best)
     }
 
-    /// One round, until `last` runs are made in all, about a point and so wide; a message where it was ended.
+    /// One round of CMA-ES from a point with a width, until `last` runs in all. Sets the message of `end` if it was stopped.
     fn round(
         &self,
         problem: &Problem,
         (round, last): (u32, u64),
         (from, width): (Vec<f64>, f64),
         best: &mut (Vec<f64>, f64),
-        end: &mut LegEnd,
+        end: &mut StageResult,
         watch: &mut Watch<'_>,
     ) -> Result<(), PlanError> {
         let coarse = Coarse::of(problem, self.knots_in(round), from);
@@ -190,7 +196,7 @@ impl Sample {
             runs.fetch_add(1, Ordering::Relaxed);
             match problem.run_cost(&controls, Some(interrupt)) {
                 Ok(cost) => cost.judged().min(WORST) * (1.0 + outside),
-                // Of an interrupt nothing counts any more; a start that cannot be is worse than all.
+                // A start that cannot be simulated ranks last.
                 Err(_) => WORST * (1.0 + outside),
             }
         };
@@ -200,8 +206,9 @@ impl Sample {
             .parallel_update(false)
             .seed(self.seed.wrapping_add(u64::from(round)))
             .build(loss);
-        let mut strategy = strategy
-            .map_err(|error| PlanError::Problem(format!("the sampling cannot begin: {error:?}")))?;
+        let mut strategy = strategy.map_err(|error| {
+            PlanError::Problem(format!("sample: CMA-ES cannot start: {error:?}"))
+        })?;
         loop {
             let ended = strategy.next_parallel().is_some();
             end.iterations += 1;
@@ -220,7 +227,7 @@ impl Sample {
                 }
             }
             let progress = Progress {
-                leg: self.name(),
+                stage: self.name(),
                 iteration: end.iterations,
                 cost: best.1,
                 controls: &best.0,
@@ -236,7 +243,7 @@ impl Sample {
     }
 }
 
-/// The cost of a run by which searches compare.
+/// Objective of a run.
 fn judged(problem: &Problem, controls: &[f64], watch: &Watch<'_>) -> Result<f64, PlanError> {
     match problem.run_cost(controls, Some(watch.interrupt)) {
         Ok(cost) => Ok(cost.judged()),
@@ -245,11 +252,10 @@ fn judged(problem: &Problem, controls: &[f64], watch: &Watch<'_>) -> Result<f64,
     }
 }
 
-/// Fewer numbers than variables: what is added to all variables of a control's component within one coarse piece, in parts
-/// of their bounds.
+/// Coarse coordinates: each one is added to all variables of a component within a coarse piece, in units of the bounds.
 struct Coarse {
     from: Vec<f64>,
-    /// The coarse number of each variable.
+    /// Coarse coordinate of each variable.
     place: Vec<usize>,
     count: usize,
 }
@@ -270,7 +276,7 @@ impl Coarse {
         Self { from, place, count: known.len() }
     }
 
-    /// The controls at a point, within their bounds, and how far outside of them it is, in parts of them.
+    /// Controls at a point, clipped to their bounds, and the mean clipped length in units of the bounds.
     fn controls(&self, problem: &Problem, point: &[f64]) -> (Vec<f64>, f64) {
         let mut outside = 0.0;
         let each = problem.variables().iter().zip(&self.from).zip(&self.place);

@@ -1,5 +1,6 @@
-//! A plan as a scene: its start, its constants, and its forces as loads over time. A run of it is the replay to the last bit,
-//! and everything that takes a scene takes a plan.
+//! A plan as a scene: its starts, its constants, and its wrenches as loads over time.
+//!
+//! A run of the scene equals the replay to the last bit.
 
 use super::{Problem, Replay, held};
 use crate::mechanics::{Load, State};
@@ -12,10 +13,10 @@ use crate::world::World;
 use nalgebra::Vector3;
 
 impl Problem {
-    /// The scene that runs as `replay` did.
+    /// Scene whose run is `replay`.
     ///
     /// # Errors
-    /// What the library refuses: nothing of a replay of this problem.
+    /// A scene that the library refuses; a replay of this problem has none.
     pub fn scene_of(&self, replay: &Replay) -> Result<Scene, Failure> {
         let other = |error: super::PlanError| Failure::Other(error.to_string());
         let (world, starts) =
@@ -34,7 +35,7 @@ impl Problem {
         scene.with_model(model)
     }
 
-    /// What acted on `body`, as a load over time.
+    /// Wrenches on `body` as a load over time.
     fn load_of(&self, body: usize, replay: &Replay) -> Result<Load, Failure> {
         let (mut forces, mut torques) = (Vec::new(), Vec::new());
         let mut wrenches = Vec::new();

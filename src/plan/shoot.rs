@@ -1,46 +1,50 @@
-//! Shooting: the controls alone are unknown, every iterate is a run of the simulator, and derivatives are exact.
+//! Shooting with exact derivatives: every iterate is a run of the simulator, and only the controls are unknown.
 //!
-//! One loop for two models of the cost about a run. That of Levenberg and Marquardt has all controls at once: with the rows ρ of a
-//! run, their derivatives J (P5), both in parts of the bounds, and the efforts E,
+//! One loop serves two models of the cost about a run. The model of the stage `shoot` (Levenberg and Marquardt) has all
+//! controls at once. With the rows ρ of a run, their derivatives J (P4) and the efforts E, in units of the bounds:
 //!
 //! ```text
-//! (JᵀJ + E + κ D) d = −(Jᵀρ + E x),   x + d within its bounds                        (P6)
+//! (JᵀJ + E + κ D) d = −(Jᵀρ + E x),   x + d within its bounds                        (P5)
 //! ```
 //!
-//! where variables whose bound the step would pass are put on it and the others solved for again. That of differential dynamic
-//! programming (`ddp.rs`) has those of one stage after the other, and how they follow the states. Of several κ the one
-//! counts whose *run* is cheapest: beyond a kink the derivative knows nothing. Where none is, rougher derivatives take the place of the
-//! exact ones for an iteration. Where no derivative moves anything, as of a body that sticks, it ends at once and says so.
+//! Variables that would pass a bound are set to it, and the others are solved for again. The model of the stage `ddp`
+//! (`ddp.rs`) decides step by step.
+//!
+//! The loop runs several κ and takes the cheapest run, since the derivative is not valid beyond a kink. If no run is
+//! cheaper, the next iteration uses rougher derivatives. The loop ends if no derivative moves any row.
 
 use super::boxed::{Quadratic, Room};
-use super::ddp::{ROUGH, Stages};
-use super::leg::{Leg, LegEnd, Progress, Watch};
+use super::ddp::{DdpModel, ROUGH};
 use super::model::{Centre, Model, NOTHING, Trials, efforts, scales};
 use super::slopes::Slopes;
+use super::stage::{Progress, Stage, StageResult, Watch};
 use super::{PlanError, Problem, Replay};
 use nalgebra::{DMatrix, DVector};
 
-/// Shooting by exact derivatives.
+/// Shooting with exact derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shoot {
-    /// The most iterations.
+    /// Largest number of iterations.
     pub iterations: u64,
-    /// What an iteration takes its step from.
+    /// Model of the cost.
     pub method: Method,
 }
 
-/// What an iteration of a shooting takes its step from.
+/// Model of the cost about a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
-    /// All controls as one vector, after Levenberg and Marquardt: the leg `shoot`. Where no step is cheaper, differences of runs.
+    /// All controls as one vector, after Levenberg and Marquardt: the stage `shoot`.
+    ///
+    /// Its rougher derivatives are differences of runs.
     LevenbergMarquardt,
-    /// Controls stage by stage with feedback of the states, within their bounds: the leg `ddp`, after Tassa, Mansard and Todorov
-    /// (2014). Where no step is cheaper, and where no derivative moves anything, derivatives of steps with compliance.
+    /// Decisions step by step with feedback of the states: the stage `ddp`.
+    ///
+    /// Its rougher derivatives are those of steps with compliance. They also replace exact derivatives that move no row.
     DynamicProgramming,
 }
 
 impl Method {
-    /// How many kinds of rougher derivatives there are.
+    /// Number of kinds of rougher derivatives.
     fn roughest(self) -> usize {
         match self {
             Self::LevenbergMarquardt => 1,
@@ -48,7 +52,7 @@ impl Method {
         }
     }
 
-    /// Whether rougher derivatives may move something where these move nothing: those of steps with compliance do, differences do not.
+    /// Whether rougher derivatives may move rows that these do not: derivatives with compliance may, differences do not.
     fn goes_on_after(self, rough: usize) -> bool {
         self == Self::DynamicProgramming && rough < self.roughest()
     }
@@ -60,22 +64,22 @@ impl Default for Shoot {
     }
 }
 
-/// What κ is tried, in parts of the last that was good.
+/// Values of κ in an iteration, as factors of the last good one.
 const TRIED: [f64; 4] = [0.1, 1.0, 10.0, 100.0];
 
-/// The last κ: then no step along the derivative makes the cost less.
+/// Largest κ: a step with more damping is too short to lower the cost.
 const LARGEST_DAMPING: f64 = 1e10;
 
-/// Two iterations that make the cost less by no more than this part of it are the end.
+/// Relative decrease of the cost that counts as none; two such iterations end the loop.
 const LITTLE: f64 = 1e-10;
 
-/// More numbers than this are not sought at once: (P6) is a matrix of their square.
+/// Largest number of variables: the matrix of (P5) has its square of entries.
 const MOST: usize = 4000;
 
-/// More entries than this J does not have, nor do the derivatives of all steps.
+/// Largest number of entries of J, or of the derivatives of all steps: 1 GiB of numbers.
 const MOST_ENTRIES: usize = 1 << 27;
 
-impl Leg for Shoot {
+impl Stage for Shoot {
     fn name(&self) -> &'static str {
         match self.method {
             Method::LevenbergMarquardt => "shoot",
@@ -85,19 +89,19 @@ impl Leg for Shoot {
 
     fn check(&self, problem: &Problem) -> Result<(), PlanError> {
         if self.method == Method::DynamicProgramming {
-            return Stages::check(problem, MOST_ENTRIES);
+            return DdpModel::check(problem, MOST_ENTRIES);
         }
         let count = problem.variables().len();
         if count > MOST {
             return Err(PlanError::Problem(format!(
-                "shoot: {count} numbers are sought; it seeks up to {MOST}, as fewer knots have"
+                "shoot: {count} variables are too many; fewer knots are needed, up to {MOST} variables"
             )));
         }
-        let rows = problem.keeps().len() * problem.steps();
+        let rows = problem.path_constraints().len() * problem.steps();
         if rows.saturating_mul(count) > MOST_ENTRIES {
             return Err(PlanError::Problem(format!(
-                "shoot: {rows} rows to keep by {count} numbers are too many derivatives; fewer steps, keeps or knots \
-                 are needed"
+                "shoot: {rows} rows of path constraints by {count} variables have too many derivatives; fewer steps, \
+                 path constraints or knots are needed"
             )));
         }
         Ok(())
@@ -108,8 +112,8 @@ impl Leg for Shoot {
         problem: &Problem,
         from: &Replay,
         watch: &mut Watch<'_>,
-    ) -> Result<LegEnd, PlanError> {
-        let mut end = LegEnd { controls: from.controls.clone(), ..LegEnd::default() };
+    ) -> Result<StageResult, PlanError> {
+        let mut end = StageResult { controls: from.controls.clone(), ..StageResult::default() };
         end.message = match self.search(problem, &mut end, watch) {
             Ok(message) => message,
             Err(PlanError::Interrupted) => "interrupted".to_owned(),
@@ -120,15 +124,15 @@ impl Leg for Shoot {
 }
 
 impl Shoot {
-    /// How it ended; the best controls are in `end` at any time.
+    /// Iterates from `end.controls` and returns the reason of the end; `end` has the best controls at any time.
     fn search(
         &self,
         problem: &Problem,
-        end: &mut LegEnd,
+        end: &mut StageResult,
         watch: &mut Watch<'_>,
     ) -> Result<String, PlanError> {
         if problem.variables().is_empty() {
-            return Ok("there is nothing to look for".to_owned());
+            return Ok("the problem has no variables".to_owned());
         }
         let mut trials = Trials { problem, interrupt: watch.interrupt, runs: 1 };
         let mut cost = problem.run_cost(&end.controls, Some(watch.interrupt))?.judged();
@@ -150,13 +154,11 @@ impl Shoot {
                     continue;
                 }
                 return Ok(if cost <= 1e-20 {
-                    "everything is reached".to_owned()
+                    "the cost is zero".to_owned()
                 } else if moves {
-                    "no direction within the bounds makes the cost less".to_owned()
+                    "converged: no direction within the bounds lowers the cost".to_owned()
                 } else {
-                    "no control moves what is to be reached: all derivatives are zero, as of what \
-                     sticks, or flies beyond reach"
-                        .to_owned()
+                    "all derivatives are zero: no control moves a target".to_owned()
                 });
             }
             let found = loop {
@@ -176,16 +178,17 @@ impl Shoot {
             };
             let Some((controls, next_cost, kappa)) = found else {
                 if rough == self.method.roughest() {
-                    return Ok("no step along the derivative makes the cost less".to_owned());
+                    return Ok("no step along the derivative lowers the cost".to_owned());
                 }
-                // At a kink, and where features are not known as functions of the poses, rougher derivatives see more.
+                // Exact derivatives know one side of a kink alone.
                 (rough, damping) = (rough + 1, 1e-3);
                 continue;
             };
             rough = 0;
             little = if cost - next_cost <= LITTLE * cost { little + 1 } else { 0 };
             (end.controls, cost, damping) = (controls, next_cost, kappa.max(1e-12));
-            let progress = Progress { leg: self.name(), iteration, cost, controls: &end.controls };
+            let progress =
+                Progress { stage: self.name(), iteration, cost, controls: &end.controls };
             if !watch.goes_on(&progress) {
                 return Ok("stopped".to_owned());
             }
@@ -196,8 +199,9 @@ impl Shoot {
         Ok(format!("{} iterations", self.iterations))
     }
 
-    /// The model about the run under `controls`, by exact derivatives (0) or by the rougher ones of this index; none where its steps
-    /// have no such.
+    /// Model about the run of `controls`, with exact derivatives (0) or the rougher ones of this index.
+    ///
+    /// `None` if its steps have no such derivatives.
     fn model(
         &self,
         controls: &[f64],
@@ -207,14 +211,14 @@ impl Shoot {
         Ok(match self.method {
             Method::LevenbergMarquardt => Some(Box::new(Whole::of(controls, rough > 0, trials)?)),
             Method::DynamicProgramming => {
-                let stages = Stages::of(controls, rough, trials)?;
-                stages.map(|stages| Box::new(stages) as Box<dyn Model>)
+                let model = DdpModel::of(controls, rough, trials)?;
+                model.map(|model| Box::new(model) as Box<dyn Model>)
             }
         })
     }
 }
 
-/// The model of (P6).
+/// The model of (P5).
 struct Whole {
     centre: Centre,
     matrix: DMatrix<f64>,

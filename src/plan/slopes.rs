@@ -1,14 +1,14 @@
-//! The rows of a run, and their derivatives by the controls.
+//! Rows of a run and their derivatives by the controls.
 //!
-//! The rows of (P1), each times the root of its weight, follow the controls through every step: with the derivatives of a step by
-//! its states, wrenches and constants (`docs/gradients.md`) and those of the wrenches by state and controls,
+//! The rows of (P1), times the roots of their weights, depend on the controls through every step. With the derivatives of a
+//! step by states, wrenches and constants (`docs/gradients.md`), and those of the wrenches by states and controls:
 //!
 //! ```text
-//! λ_N = ∂ρ/∂X_N,   λ_k = ∂ρ/∂X_k + S_Xᵀ λ_{k+1} + W_Xᵀ S_Wᵀ λ_{k+1},   ∂ρ/∂u = Σ_k W_uᵀ S_Wᵀ λ_{k+1}   (P5)
+//! λ_N = ∂ρ/∂X_N,   λ_k = ∂ρ/∂X_k + S_Xᵀ λ_{k+1} + W_Xᵀ S_Wᵀ λ_{k+1},   ∂ρ/∂u = Σ_k W_uᵀ S_Wᵀ λ_{k+1}   (P4)
 //! ```
 //!
-//! one pass backwards for each row, with the steps linearised once for all of them. Where a step has no derivative,
-//! everything is differenced, two runs a variable.
+//! Each row takes one backward pass over the steps, which are linearised once. If a step has no derivative, all derivatives
+//! are central differences of two runs for each variable.
 
 use super::control::ControlKind;
 use super::problem::motor_wrenches;
@@ -25,44 +25,44 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// A row of a run: of which state, and what it is there.
+/// A residual of a run that the cost has squared.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum RowOf {
-    /// A row of a target.
+    /// A target, by its index, and one of its rows.
     Target(usize, usize),
-    /// A row to keep, which is not kept after so many steps.
-    Keep(usize, usize),
+    /// A path constraint, by its index, that is violated after this number of steps.
+    PathConstraint(usize, usize),
 }
 
-/// A run with its rows and their derivatives.
+/// Rows of a run and their derivatives.
 pub(super) struct Slopes {
-    /// The rows, times the roots of their weights.
+    /// Rows, times the roots of their weights.
     pub rows: DVector<f64>,
-    /// Their derivatives, a column a variable.
+    /// Derivatives, one column for each variable.
     pub by: DMatrix<f64>,
 }
 
-/// A difference is of this part of a variable's bounds: the solution of a step is known to some 3e-11 m/s, and the cube root
-/// of that is where the error of third order and that of rounding are alike.
+/// Difference relative to the bounds of a variable: the cube root of a step's error of 3e-11 m/s balances rounding and the
+/// third-order error.
 const DIFFERENCE: f64 = 3e-4;
 
-/// What one step has for the pass backwards.
+/// Data of a step for the backward pass.
 pub(super) struct Tape {
     derivative: StepDerivative,
-    /// What acts on bodies and follows the controls or the states: controls that push, motors on both of their bodies, loads at a point.
+    /// Wrenches that depend on controls or states: controls, both sides of motors, loads at a point.
     acting: Vec<Acting>,
 }
 
-/// A wrench on a body.
+/// Derivatives of a wrench on a body.
 struct Acting {
     body: usize,
-    /// By each variable.
+    /// Derivatives by variables.
     by: Vec<(usize, Wrench)>,
-    /// By states of bodies, at the step's start.
+    /// Derivatives by the states at the start of the step.
     follows: Vec<Follows>,
 }
 
-/// The derivatives of a force and of a torque by a body's place and turn.
+/// Derivatives of a force and a torque by the place and turn of a body.
 struct Follows {
     body: usize,
     by_place: [Matrix3<f64>; 2],
@@ -70,7 +70,7 @@ struct Follows {
 }
 
 impl Problem {
-    /// The rows of the run under `controls` and their derivatives, exact ones or `differences`; how many runs it took.
+    /// Rows of the run of `controls` and their derivatives, exact or by `differences`, with the number of runs.
     pub(super) fn slopes(
         &self,
         controls: &[f64],
@@ -105,8 +105,10 @@ impl Problem {
         Ok((Slopes { rows: values, by }, runs))
     }
 
-    /// The states of the run under `controls`; `take` is given what every step has for a pass backwards, of derivatives as `like` is one. Whether
-    /// it was given that of all steps: not where none are wanted, and where a step has no such derivative.
+    /// Runs `controls` and passes the data of each step for the backward pass to `take`, with derivatives of the kind of `like`.
+    ///
+    /// Returns the states, and whether `take` got every step. It does not without `like`, or after a step without such a
+    /// derivative.
     pub(super) fn taped(
         &self,
         controls: &[f64],
@@ -131,24 +133,24 @@ impl Problem {
         Ok((states, like.is_some()))
     }
 
-    /// The rows of a run: all of the targets, and those to keep that are not kept.
+    /// Rows of a run: all rows of the targets, and the violated path constraints.
     pub(super) fn rows_of(&self, states: &[Vec<State>]) -> Vec<RowOf> {
         let mut rows = Vec::new();
         for (index, target) in self.targets().iter().enumerate() {
             let count = target.kind.rows(&states[target.after][target.body]).len();
             rows.extend((0..count).map(|row| RowOf::Target(index, row)));
         }
-        for (index, keep) in self.keeps().iter().enumerate() {
+        for (index, constraint) in self.path_constraints().iter().enumerate() {
             for (after, states) in states.iter().enumerate().skip(1) {
-                if keep.kind.at(&states[keep.body].position).0 < 0.0 {
-                    rows.push(RowOf::Keep(index, after));
+                if constraint.kind.at(&states[constraint.body].position).0 < 0.0 {
+                    rows.push(RowOf::PathConstraint(index, after));
                 }
             }
         }
         rows
     }
 
-    /// A row with its value, body, state and slope.
+    /// Value, body, state and slope of a row.
     pub(super) fn row(
         &self,
         row: &RowOf,
@@ -162,12 +164,13 @@ impl Problem {
                 let by = StateChange::zero().plus(root, &found.by);
                 (root * found.value, target.body, target.after, by)
             }
-            RowOf::Keep(index, after) => {
-                let keep = &self.keeps()[index];
-                let (value, slope, _) = keep.kind.at(&states[after][keep.body].position);
-                let root = keep.weight.sqrt();
+            RowOf::PathConstraint(index, after) => {
+                let constraint = &self.path_constraints()[index];
+                let position = &states[after][constraint.body].position;
+                let (value, slope) = constraint.kind.at(position);
+                let root = constraint.weight.sqrt();
                 let by = StateChange { position: slope * root, ..StateChange::zero() };
-                (root * value, keep.body, after, by)
+                (root * value, constraint.body, after, by)
             }
         }
     }
@@ -176,7 +179,7 @@ impl Problem {
         DVector::from_iterator(rows.len(), rows.iter().map(|row| self.row(row, states).0))
     }
 
-    /// What the pass backwards needs of a step.
+    /// Collects the data of a step for the backward pass.
     fn tape(
         &self,
         step: usize,
@@ -210,7 +213,7 @@ impl Problem {
         let loads = self.scene.loads.iter().zip(states).enumerate();
         let loads = loads.filter(|(_, (load, _))| load.point().amax() > 0.0 && !load.is_none());
         acting.extend(loads.map(|(body, (load, state))| {
-            // τ = p × Aᵀ F (20), of which Aᵀ F turns by (Aᵀ F) × δθ.
+            // τ = p × Aᵀ F (20), and Aᵀ F changes by (Aᵀ F) × δθ.
             let force = load.wrench(index, h, &state.attitude).force;
             let seen = rotation(&state.attitude).tr_mul(&force);
             let torque = load.point().cross_matrix() * seen.cross_matrix();
@@ -220,7 +223,7 @@ impl Problem {
         Tape { derivative, acting }
     }
 
-    /// The derivatives of one row by all variables (P5).
+    /// Derivatives of one row by all variables (P4).
     fn pulled(
         &self,
         row: &RowOf,
@@ -243,7 +246,7 @@ impl Problem {
         Ok(found)
     }
 
-    /// How the start follows the variables that are of it: their places, the body, its change.
+    /// Derivatives of the initial states: the variable, the body, and the change.
     pub(super) fn start_slopes(&self, controls: &[f64]) -> Vec<(usize, usize, StateChange)> {
         let mut slopes = Vec::new();
         for (index, control) in self.controls().iter().enumerate() {
@@ -257,7 +260,7 @@ impl Problem {
         slopes
     }
 
-    /// The central difference of the rows by one variable.
+    /// Central difference of the rows by one variable.
     fn differenced(
         &self,
         index: usize,
@@ -280,10 +283,10 @@ impl Problem {
     }
 }
 
-/// The variables that are constants of the world.
+/// Variables that are constants of the world.
 pub(super) struct Constants {
     asked: Vec<Constant>,
-    /// Of each its place, and how its numbers follow the one that is looked for.
+    /// Index of each variable, and the derivatives of the constant's numbers by it.
     places: Vec<(usize, Vec<f64>)>,
 }
 
@@ -302,15 +305,17 @@ impl Constants {
         Self { asked, places }
     }
 
-    /// Their places among the variables.
+    /// Indices among the variables.
     pub(super) fn places(&self) -> impl Iterator<Item = usize> + '_ {
         self.places.iter().map(|(place, _)| *place)
     }
 }
 
 impl Tape {
-    /// One step backwards: `dual`, the derivatives of a number by the states at the step's end, become those by the states at its
-    /// start, and what controls do in the step is added to `found`, those by all variables (P5).
+    /// Backward pass (P4) over one step.
+    ///
+    /// `dual` changes from the derivatives by the states at the end of the step to those by the states at its start. The
+    /// derivatives by variables are added to `found`.
     pub(super) fn pull(
         &mut self,
         dual: &mut Vec<StateChange>,
@@ -341,8 +346,9 @@ impl Tape {
     }
 }
 
-/// What a motor of `joint` puts on its bodies, with its number and its place among the variables. How it follows a place or a turn is a
-/// difference of fourth order of its closed form, not of steps.
+/// Derivatives of a motor's wrenches on both bodies of `joint`, from its value and its index among the variables.
+///
+/// Derivatives by places and turns are fourth-order differences of the closed form.
 fn motor(
     joint: &Joint,
     states: &[State],
@@ -384,11 +390,11 @@ fn motor(
     acting
 }
 
-/// A difference of fourth order: f' = (f(−2h) − 8 f(−h) + 8 f(h) − f(2h))/12h.
+/// Fourth-order difference: f' = (f(−2h) − 8 f(−h) + 8 f(h) − f(2h))/12h.
 const DIFFERENCES: [(f64, f64); 4] =
     [(-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)];
 
-/// Its h, m and rad: the error of fifth order and that of rounding are both some 1e-13 of what is differenced.
+/// Step h of that difference, m and rad: both its error and rounding are about 1e-13.
 const MOVED: f64 = 1e-3;
 
 #[cfg(test)]
@@ -451,12 +457,12 @@ pub(super) mod tests {
         turn = 60
         speed = 0
         tolerance = { position = 1, turn = 57.29577951308232, speed = 1 }
-        [[keep]]
+        [[path_constraints]]
         x = [0.05, 0.06]
         weight = 1
         ";
 
-    /// The problem of so many steps, and controls within its bounds.
+    /// A problem of `steps` steps, and controls within its bounds.
     pub(in super::super) fn pushed_box(steps: usize) -> (Problem, Vec<f64>) {
         let read = |_: &Path, _: u64| Ok(Vec::new());
         let path = Path::new("box.toml");
@@ -477,8 +483,7 @@ pub(super) mod tests {
         (problem, controls)
     }
 
-    /// Central differences of runs that slide throughout, of 3e-4 of the bounds: twelve steps that are known to 3e-11 m/s
-    /// leave 4e-6 of them where the bounds are 0.2 m apart.
+    /// The run slides throughout. Twelve steps with an error of 3e-11 m/s leave 4e-6 in the differences.
     #[test]
     fn derivatives_by_controls_are_those_of_differences() {
         let (problem, controls) = pushed_box(12);
@@ -487,7 +492,7 @@ pub(super) mod tests {
         let (other, _) = problem.slopes(&controls, true, &interrupt).unwrap();
         assert_eq!(runs, 1);
         assert_eq!(exact.rows, other.rows);
-        assert!(exact.rows.len() > 6, "rows to keep are among them");
+        assert!(exact.rows.len() > 6, "path constraints are among the rows");
         for (row, column) in
             (0..exact.rows.len()).flat_map(|i| (0..controls.len()).map(move |j| (i, j)))
         {

@@ -1,74 +1,73 @@
-//! What the states are to be after so many steps.
+//! Targets of the states after a number of steps.
 
 use crate::derivative::StateChange;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::{self, rotation};
 use nalgebra::{Vector3, Vector4};
 
-/// No length of a problem is more, m: no state is farther away.
+/// Largest length in a problem, m.
 pub(super) const FARTHEST: f64 = 1e6;
 
-/// No state is faster, m/s and rad/s.
+/// Largest velocity and spin in a target, m/s and rad/s.
 const FASTEST: f64 = 1e5;
 
-/// A quantity of one body that is to have a value.
+/// Target value of a quantity of a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
-    /// What it is called.
+    /// Name in reports.
     pub name: String,
-    /// An index of the world's bodies.
+    /// Index of the body in the world.
     pub body: usize,
-    /// After so many steps; the last state is that of the problem's steps.
+    /// Number of steps after which the target counts.
     pub after: usize,
-    /// Which quantity, and its value.
+    /// Quantity and target value.
     pub kind: TargetKind,
-    /// How far the [miss](Target::miss) may be, in the quantity's unit.
+    /// Largest allowed [miss](Target::miss), in the unit of the quantity.
     pub tolerance: f64,
-    /// Of the square of the miss, in the cost.
+    /// Weight of the squared rows in the cost.
     pub weight: f64,
 }
 
-/// A quantity of a state and what it is to be.
+/// A quantity of a state and its target value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TargetKind {
-    /// Coordinates of the centre of mass, m; `None` is any.
+    /// Coordinates of the centre of mass, m; `None` leaves one free.
     Position([Option<f64>; 3]),
     /// Components of the velocity, m/s, world.
     Velocity([Option<f64>; 3]),
     /// Components of the spin, rad/s, body.
     Spin([Option<f64>; 3]),
-    /// An attitude, rad away: a unit quaternion w, x, y, z, body → world.
+    /// Attitude as a unit quaternion w, x, y, z, body → world; the miss is in rad.
     Attitude(Vector4<f64>),
-    /// How far it has turned about an axis from an attitude, rad, less whole turns: of the turn from there the part about
-    /// the axis.
+    /// Turn about an axis since the attitude `from`, without whole turns; the miss is in rad.
     Turn {
-        /// Unit, world.
+        /// Axis, unit, world.
         axis: Vector3<f64>,
-        /// rad.
+        /// Angle, rad.
         angle: f64,
-        /// Unit quaternion.
+        /// Attitude of a turn of zero, unit quaternion.
         from: Vector4<f64>,
     },
-    /// A direction of the body points along one of the world: a face down. Rad away.
+    /// Alignment of a direction of the body with a direction of the world; the miss is in rad.
     Direction {
-        /// Unit, body.
+        /// Direction of the body, unit.
         of: Vector3<f64>,
-        /// Unit, world.
+        /// Direction of the world, unit.
         to: Vector3<f64>,
     },
 }
 
-/// A number that is to be zero, in the target's unit, and its derivatives by the state.
+/// A residual in the unit of its target, and its derivatives by the state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// Its value.
+    /// Value.
     pub value: f64,
-    /// Its derivatives.
+    /// Derivatives by the state.
     pub by: StateChange,
 }
 
 impl TargetKind {
-    /// The unit of its misses.
+    /// Unit of the miss.
     #[must_use]
     pub fn unit(&self) -> &'static str {
         match self {
@@ -79,7 +78,7 @@ impl TargetKind {
         }
     }
 
-    /// Refuses what no state can be.
+    /// Refuses values beyond the reach of a state.
     pub(super) fn check(&self) -> Result<(), String> {
         let within = |what: &str, values: &[Option<f64>; 3], most: f64, unit: &str| {
             let fits = |value: &&f64| value.abs() <= most;
@@ -113,11 +112,11 @@ impl TargetKind {
         }
     }
 
-    /// Its rows at `state`, of which the sum of squares is in the cost.
+    /// Rows at `state`; the cost has the sum of their squares.
     ///
     /// ```text
-    /// attitude:  θ of A(q_t)ᵀ A(q) = exp [θ]×,  ∂θ/∂δθ = J_r⁻¹(θ)
-    /// turn:      2 atan2(a·v, w) − α of q q_f⁻¹ = (w, v)
+    /// attitude:  θ with A(q_t)ᵀ A(q) = exp [θ]×,  ∂θ/∂δθ = J_r⁻¹(θ)
+    /// turn:      2 atan2(a·v, w) − α with q q_f⁻¹ = (w, v)
     /// direction: A(q) b − d,  ∂/∂δθ = −A(q) [b]×                                   (P3)
     /// ```
     #[must_use]
@@ -187,7 +186,7 @@ impl TargetKind {
 }
 
 impl Target {
-    /// How far a state is from it, in its unit: the length of its rows, of a direction as an angle.
+    /// Distance of a state from the target: the length of the rows, or the angle for a direction.
     #[must_use]
     pub fn miss(&self, state: &State) -> f64 {
         let rows = self.kind.rows(state);
@@ -203,15 +202,15 @@ fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
     Vector4::new(q[0], -q[1], -q[2], -q[3])
 }
 
-/// A whole turn, rad.
+/// Whole turn, rad.
 const TURN: f64 = 2.0 * std::f64::consts::PI;
 
-/// The angle between −π and π.
+/// Angle without whole turns, between −π and π.
 fn less_turns(angle: f64) -> f64 {
     angle - TURN * libm::round(angle / TURN)
 }
 
-/// The inverse of the right Jacobian of the exponential map: how a rotation vector θ follows a further turn δ about
+/// Inverse of the right Jacobian of the exponential map: the derivative of the rotation vector θ by a further turn about
 /// the body's axes,
 ///
 /// ```text
@@ -220,7 +219,7 @@ fn less_turns(angle: f64) -> f64 {
 fn right_jacobian_inverse(theta: &Vector3<f64>) -> nalgebra::Matrix3<f64> {
     let angle = theta.norm();
     let cross = theta.cross_matrix();
-    // To fourth order, where the difference of the two terms is lost in rounding.
+    // Series for small angles, where the difference loses all digits.
     let factor = if angle < 1e-2 {
         1.0 / 12.0 + angle * angle / 720.0
     } else {
@@ -243,9 +242,9 @@ mod tests {
         }
     }
 
-    /// Against central differences of 1e-5, whose error is some 1e-10.
+    /// Central differences of 1e-5 have an error of 1e-10.
     #[test]
-    fn slopes_are_those_of_differences() {
+    fn slopes_agree_with_differences() {
         let axis = Vector3::new(0.2, 0.5, 0.9).normalize();
         let quaternion = Vector4::new(0.9, 0.1, -0.3, 0.2).normalize();
         let kinds = [

@@ -26,12 +26,6 @@ pub(crate) trait EntrySink {
         }
     }
 
-    /// One entry of a symmetric matrix of which the lower triangle is kept.
-    #[cfg(all(feature = "plan", feature = "ipopt"))]
-    fn put_symmetric(&mut self, i: usize, j: usize, value: f64) {
-        self.put(i.max(j), i.min(j), value);
-    }
-
     /// The lower triangle of a block on the diagonal, row by row, from `first` on.
     fn put_lower<const N: usize>(&mut self, first: usize, block: &SMatrix<f64, N, N>) {
         for k in 0..N {

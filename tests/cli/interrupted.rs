@@ -428,7 +428,7 @@ fn a_plan_is_written_or_not_begun() {
     early.send("INT");
     let (early, took) = early.end();
     assert!(early.end.code == Some(130) && took < AT_ONCE, "{:?} {took:?}", early.end);
-    assert!(early.end.stdout.contains("before anything was found"), "{:?}", early.end);
+    assert!(early.end.stdout.contains("before the first run was complete"), "{:?}", early.end);
     assert_eq!(everything_in(early.directory.path()), ["out"].map(PathBuf::from));
 
     // Its rows are written under other names as they come.

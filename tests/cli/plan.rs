@@ -108,7 +108,7 @@ fn a_plan_by_a_motor_is_a_scene_too() {
     fs::write(directory.path().join("arm.toml"), ARM).unwrap();
     let file = directory.path().join("problem.toml");
     let problem = "scene = \"arm.toml\"\nsteps = 40\n[[controls]]\nkind = \"motor\"\njoint = \"elbow\"\nforce = [-3, 3]\nknots = 8\n\
-        [target]\nbody = \"tip\"\nx = 0.9\n[search]\nlegs = [\"sample\"]\nruns = 40\n";
+        [target]\nbody = \"tip\"\nx = 0.9\n[search]\nstages = [\"sample\"]\nruns = 40\n";
     fs::write(&file, problem).unwrap();
     let problem = file.to_string_lossy().into_owned();
     let [first, scene] =
@@ -200,7 +200,7 @@ fn broken_problems_are_refused_and_leave_nothing() {
         (&SLIDE.replace("kind = \"force\"", "kind = \"pull\""), "line 5"),
         (&SLIDE.replace("steps = 30", "steps = 0"), "steps: 0 is given; 1 to 100000 are allowed"),
         (&SLIDE.replace("runs = 300", "start = \"none.csv\""), "none.csv"),
-        (&SLIDE.replace("runs = 300", "legs = [\"walk\"]"), "walk"),
+        (&SLIDE.replace("runs = 300", "stages = [\"walk\"]"), "walk"),
         (&SLIDE.replace("runs = 300", "rounds = 300"), "a whole number from 0 to 255 is needed"),
         (&SLIDE.replace("runs = 300", "knots = 70000"), "a whole number from 0 to 65535 is needed"),
         ("scene = \"\"\n", "scene"),
@@ -233,7 +233,7 @@ fn controls_of_another_problem_are_refused() {
     let start = table.to_str().unwrap();
     let end =
         tumble().args(["plan", &problem, "--start", start, "--out", "never"]).output().unwrap();
-    super::support::End::from(end).assert_refused(2, &["\"one\" is no number"]);
+    super::support::End::from(end).assert_refused(2, &["\"one\" is not a number"]);
 }
 
 /// A row a step, with times as a problem of a box has them.
@@ -245,7 +245,7 @@ fn table(controls: impl Fn(usize) -> f64) -> String {
 /// What of a table does not fit is said where a search goes on from it, and refused where it is to be replayed.
 #[test]
 fn controls_that_do_not_fit_are_said_or_refused() {
-    let (directory, problem) = problem(&SLIDE.replace("runs = 300", "legs = []"));
+    let (directory, problem) = problem(&SLIDE.replace("runs = 300", "stages = []"));
     let (pieces, out) = (directory.path().join("pieces.toml"), directory.path().join("out"));
     fs::write(
         &pieces,
@@ -282,7 +282,7 @@ fn controls_that_do_not_fit_are_said_or_refused() {
 fn more_numbers_than_can_be_sought_are_refused() {
     let fields = SLIDE.replace("steps = 30", "steps = 100000");
     for (leg, words) in [("shoot", "shoot: 100000 numbers are sought"), ("sample", "sample:")] {
-        let search = format!("legs = [\"{leg}\"]\nknots = 65535");
+        let search = format!("stages = [\"{leg}\"]\nknots = 65535");
         let (directory, problem) = problem(&fields.replace("runs = 300", &search));
         let out = directory.path().join("out");
         let end = run(&["plan", &problem, "--out", out.to_str().unwrap()]);

@@ -29,9 +29,6 @@ fn options_out_of_range_are_refused_by_ipopts_name() {
     for mumps_pivot_order in [1, 4, 8, u32::MAX] {
         table.push(("mumps_pivot_order", Options { mumps_pivot_order, ..d() }));
     }
-    for mumps_scaling in [1, 76, u32::MAX] {
-        table.push(("mumps_scaling", Options { mumps_scaling, ..d() }));
-    }
     for mumps_memory_percent in [10_001, u32::MAX] {
         table.push(("mumps_mem_percent", Options { mumps_memory_percent, ..d() }));
     }

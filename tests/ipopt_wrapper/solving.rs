@@ -230,7 +230,6 @@ fn every_setting_that_is_accepted_solves_or_says_why_not() {
         Options { bound_push: 5e-324, ..d() },
         Options { bound_push: 0.5, ..d() },
         Options { initial_barrier: 1e6, ..d() },
-        Options { mumps_scaling: 0, ..d() },
         Options { mumps_memory_percent: 0, ..d() },
         Options { mumps_memory_percent: 10_000, ..d() },
         Options { min_refinement_steps: 10, ..d() },

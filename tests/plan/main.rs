@@ -1,10 +1,3 @@
-//! Plans: how they are found, and the program of all steps.
+//! Plans: known solutions, refusals, and that a plan is its replay.
 
-#[path = "../common/casadi.rs"]
-mod casadi;
-#[path = "../common/mod.rs"]
-mod common;
 mod plans;
-mod program;
-#[path = "../common/slopes.rs"]
-mod slopes;

@@ -1,14 +1,14 @@
-//! Plans: answers in closed form, what an optimiser would cheat with, what cannot be, and that a plan is its replay.
+//! Plans: closed forms, shipped and drawn problems, problems without a solution, and refusals.
 
+mod ddp;
 mod motors;
-mod stages;
 
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::plan::file::{LegName, ProblemFile};
+use tumble::plan::file::{ProblemFile, StageName};
 use tumble::plan::{
-    Leg, Mode, Plan, PlanError, PlanStatus, Problem, Progress, Sample, Shoot, Watch,
+    Mode, Plan, PlanError, PlanStatus, Problem, Progress, Sample, Shoot, Stage, Watch,
 };
 use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
@@ -31,15 +31,15 @@ fn told(scene: &str, problem: &str) -> ProblemFile {
     ProblemFile::of_scene_text(scene, &format!("scene = \"-\"\n{problem}")).unwrap()
 }
 
-fn plan(problem: &Problem, start: &[f64], legs: &[Box<dyn Leg>]) -> Plan {
+fn plan(problem: &Problem, start: &[f64], stages: &[Box<dyn Stage>]) -> Plan {
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut progress = |_: &Progress<'_>| true;
     let mut watch = Watch { interrupt: &interrupt, progress: &mut progress };
-    problem.plan(start, legs, &mut watch).unwrap()
+    problem.plan(start, stages, &mut watch).unwrap()
 }
 
 fn planned(file: &ProblemFile) -> Plan {
-    plan(&file.problem, &file.problem.zero(), &file.made_legs())
+    plan(&file.problem, &file.problem.zero(), &file.built_stages())
 }
 
 /// A box on level ground.
@@ -122,7 +122,7 @@ fn what_cannot_be_chosen_does_not_move() {
     }
 }
 
-/// Less force than friction bears: nothing moves, which both legs say at once.
+/// A force below the limit of friction moves nothing, and every stage ends at once.
 #[test]
 fn what_cannot_be_is_missed_with_a_reason() {
     let problem = "
@@ -138,10 +138,11 @@ fn what_cannot_be_is_missed_with_a_reason() {
     assert_eq!(found.status, PlanStatus::Missed);
     assert!(found.reason.contains("box.position is missed by 1.000e0 m"), "{}", found.reason);
     assert!(found.reason.contains("all derivatives are zero"), "{}", found.reason);
-    let sampling = &found.legs[0];
-    assert!(sampling.message.contains("moved what is to be reached"), "{}", sampling.message);
+    let sampling = &found.stages[1];
+    assert_eq!(sampling.name, "sample");
+    assert!(sampling.message.contains("moved a target"), "{}", sampling.message);
     assert!(sampling.runs < 500, "{}", sampling.runs);
-    assert!(!found.legs[0].kept && !found.legs[1].kept);
+    assert!(found.stages.iter().all(|stage| !stage.kept));
 }
 
 /// A plan is a scene: a simulation of it is the replay to the last bit, as is one with the plan's wrenches.
@@ -177,13 +178,13 @@ fn plans_replay_as_scenes() {
     }
 }
 
-/// What was drawn and found does not depend on the number of threads.
+/// Plans do not depend on the number of threads.
 #[test]
 fn plans_are_the_same_on_any_number_of_threads() {
-    for legs in [vec![LegName::Sample, LegName::Shoot], vec![LegName::Ddp]] {
+    for stages in [vec![StageName::Sample, StageName::Shoot], vec![StageName::Ddp]] {
         let mut file = shipped("push.toml");
         file.sample.runs = Some(400);
-        file.legs = legs;
+        file.stages = stages;
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| planned(&file))
@@ -191,15 +192,17 @@ fn plans_are_the_same_on_any_number_of_threads() {
         let (one, three) = (on(1), on(3));
         assert_eq!(one.replay.controls, three.replay.controls);
         assert_eq!(one.replay.cost.to_bits(), three.replay.cost.to_bits());
-        assert_eq!(one.legs[0].runs, three.legs[0].runs);
+        assert_eq!(one.stages[0].runs, three.stages[0].runs);
     }
 }
 
-/// Benchmarks that were seen to be reachable, from starts without forces.
+/// Shipped problems, from forces of zero by the default stages.
 #[test]
 fn shipped_problems_are_solved() {
     for name in [
         "slide.toml",
+        "uphill.toml",
+        "lift.toml",
         "push.toml",
         "flip.toml",
         "hop.toml",
@@ -214,6 +217,30 @@ fn shipped_problems_are_solved() {
     }
 }
 
+/// The optimum of `slide` is J = 0.13696, by a program of all steps in CasADi and Ipopt. `ddp` finds it from rest.
+#[test]
+fn a_slide_is_optimal_by_the_default_stages() {
+    let found = planned(&shipped("slide.toml"));
+    assert_eq!(found.status, PlanStatus::Replayed, "{}", found.reason);
+    // The last digit of the reference.
+    assert!((found.replay.cost - 0.13696).abs() < 1e-5, "{}", found.replay.cost);
+    let names: Vec<_> = found.stages.iter().map(|stage| stage.name).collect();
+    assert_eq!(names, ["ddp", "sample", "ddp"]);
+    let skipped = &found.stages[1];
+    assert_eq!((skipped.runs, skipped.kept), (0, false), "{}", skipped.message);
+}
+
+/// A sampling as the first stage runs from a start that meets its targets.
+#[test]
+fn a_first_stage_is_not_skipped() {
+    let mut file = shipped("stop.toml");
+    let start = planned(&file).replay.controls;
+    (file.stages, file.sample.runs) = (vec![StageName::Sample], Some(20));
+    let found = plan(&file.problem, &start, &file.built_stages());
+    assert_eq!(found.status, PlanStatus::Replayed);
+    assert!(found.stages[0].runs >= 20, "{}", found.stages[0].runs);
+}
+
 /// The ball comes to its place by both cushions, and by no other.
 #[test]
 fn a_ball_is_shot_off_two_cushions() {
@@ -223,7 +250,7 @@ fn a_ball_is_shot_off_two_cushions() {
     assert!(found.replay.residual <= 1e-9, "{}", found.replay.residual);
     let scene = file.problem.scene();
     let mut hit: Vec<&str> = Vec::new();
-    for of in found.replay.modes.contacts.iter().flatten().filter(|of| of.mode != Mode::Open) {
+    for of in found.replay.modes.iter().flatten().filter(|of| of.mode != Mode::Open) {
         let partner = scene.partner(of.key.partner);
         if partner != "the ground" && !hit.contains(&partner) {
             hit.push(partner);
@@ -257,19 +284,19 @@ fn a_box_is_thrown_onto_any_side_at_any_place() {
 /// Pushes to a pose and throws onto a side at random: nine of ten have a plan that replays, from no force at all.
 #[test]
 fn random_pushes_and_throws_are_planned() {
-    campaign(5, 5, &[LegName::Sample, LegName::Shoot]);
+    campaign(5, 5, &[StageName::Sample, StageName::Shoot]);
 }
 
 /// A hundred of them.
 #[test]
 #[ignore = "minutes"]
 fn a_hundred_random_pushes_and_throws_are_planned() {
-    campaign(11, 50, &[LegName::Sample, LegName::Shoot]);
+    campaign(11, 50, &[StageName::Sample, StageName::Shoot]);
 }
 
-/// So many pushes, and as many throws where the legs draw: a throw from no throw at all falls where it is, and no derivative turns it over.
-fn campaign(mut state: u64, pairs: usize, legs: &[LegName]) {
-    let throws = legs.contains(&LegName::Sample);
+/// So many pushes, and as many throws where the stages draw: a throw from no throw at all falls where it is, and no derivative turns it over.
+fn campaign(mut state: u64, pairs: usize, stages: &[StageName]) {
+    let throws = stages.contains(&StageName::Sample);
     let clock = std::time::Instant::now();
     let mut draw = |low: f64, high: f64| {
         state =
@@ -322,7 +349,7 @@ fn campaign(mut state: u64, pairs: usize, legs: &[LegName]) {
         let both = [("push", BOX, push), ("throw", above.as_str(), throw)];
         for (kind, scene, problem) in both.into_iter().take(1 + usize::from(throws)) {
             let mut file = told(scene, &problem);
-            file.legs = legs.to_vec();
+            file.stages = stages.to_vec();
             let plan = planned(&file);
             // What is said of a plan is what another run of its controls comes to.
             let again = file.problem.replay(&plan.replay.controls).unwrap();
@@ -350,9 +377,9 @@ fn an_interrupted_search_has_the_best_so_far() {
         progress.iteration < 10
     };
     let mut watch = Watch { interrupt: &interrupt, progress: &mut progress };
-    let legs: Vec<Box<dyn Leg>> = vec![Box::new(Sample::default())];
-    let found = file.problem.plan(&file.problem.zero(), &legs, &mut watch).unwrap();
-    assert_eq!(found.legs[0].iterations, 10);
+    let stages: Vec<Box<dyn Stage>> = vec![Box::new(Sample::default())];
+    let found = file.problem.plan(&file.problem.zero(), &stages, &mut watch).unwrap();
+    assert_eq!(found.stages[0].iterations, 10);
     assert_eq!(found.replay.cost, best);
 }
 
@@ -393,7 +420,7 @@ fn problems_that_are_none_are_refused() {
             "size is not looked for",
         ),
         (format!("steps = 5\n[[controls]]\nkind = \"push\"\nnormal = [0, 1]\n{target}"), "face"),
-        (format!("steps = 5\n{target}[[keep]]\nbody = \"box\"\n"), "nothing is to be kept"),
+        (format!("steps = 5\n{target}[[path_constraints]]\nbody = \"box\"\n"), "no bound is given"),
         ("steps = 5\n[target]\nx = nan\n".to_owned(), "a coordinate is NaN"),
         ("steps = 5\n[target]\nx = inf\n".to_owned(), "a coordinate is inf"),
         ("steps = 5\n[target]\nposition = [1, -1e300]\n".to_owned(), "-1e6 to 1e6 m"),
@@ -401,21 +428,34 @@ fn problems_that_are_none_are_refused() {
         ("steps = 5\n[target]\nturn = nan\n".to_owned(), "the turn is NaN degrees"),
         ("steps = 5\n[target]\nturn = 1e300\n".to_owned(), "less than a whole turn"),
         ("steps = 5\n[target]\nturn = 720\n".to_owned(), "the turn is 720"),
-        (format!("steps = 5\n{target}[[keep]]\nx = [nan, 1]\n"), "two numbers in order"),
-        (format!("steps = 5\n{target}[[keep]]\nx = [-inf, inf]\n"), "nothing is to be kept"),
-        (format!("steps = 5\n{target}[[keep]]\nx = [-1e7, 1]\n"), "the lower end is -10000000"),
         (
-            format!("steps = 5\n{target}[[keep]]\nabove = {{ x = nan, width = 1, height = 1 }}\n"),
+            format!("steps = 5\n{target}[[path_constraints]]\nx = [nan, 1]\n"),
+            "two numbers in order",
+        ),
+        (
+            format!("steps = 5\n{target}[[path_constraints]]\nx = [-inf, inf]\n"),
+            "no bound is given",
+        ),
+        (
+            format!("steps = 5\n{target}[[path_constraints]]\nx = [-1e7, 1]\n"),
+            "the lower end is -10000000",
+        ),
+        (
+            format!(
+                "steps = 5\n{target}[[path_constraints]]\nabove = {{ x = nan, width = 1, height = 1 }}\n"
+            ),
             "x is NaN",
         ),
         (
             format!(
-                "steps = 5\n{target}[[keep]]\nabove = {{ x = 0, width = 1e-300, height = 1 }}\n"
+                "steps = 5\n{target}[[path_constraints]]\nabove = {{ x = 0, width = 1e-300, height = 1 }}\n"
             ),
             "width is 1e-300",
         ),
         (
-            format!("steps = 5\n{target}[[keep]]\naway = {{ point = [0, nan, 0], radius = 1 }}\n"),
+            format!(
+                "steps = 5\n{target}[[path_constraints]]\naway = {{ point = [0, nan, 0], radius = 1 }}\n"
+            ),
             "a coordinate of the point is NaN",
         ),
         (
@@ -445,11 +485,11 @@ fn what_can_be_is_taken() {
     let force =
         |name: &str| format!("[[controls]]\nname = \"{name}\"\nkind = \"force\"\nx = [0, 1]\n");
     let ground = "[[controls]]\nkind = \"constant\"\nconstant = \"ground\"\nvalue = [-0.1, 0]\n";
-    let keep = "[[keep]]\nx = [-inf, 0.5]\nz = [0, inf]\n";
+    let path = "[[path_constraints]]\nx = [-inf, 0.5]\nz = [0, inf]\n";
     let rest = "[target]\nturn = -270\n";
-    let text = format!("steps = 7\n{}{}{ground}{rest}{keep}", force("a"), force("b"));
+    let text = format!("steps = 7\n{}{}{ground}{rest}{path}", force("a"), force("b"));
     let problem = told(BOX, &text).problem;
-    assert_eq!(problem.keeps().len(), 2);
+    assert_eq!(problem.path_constraints().len(), 2);
     assert_eq!(problem.controls()[2].name, "ground.height");
 }
 
@@ -480,6 +520,6 @@ fn a_start_that_is_interrupted_is_no_plan() {
     let interrupt = Arc::new(AtomicBool::new(true));
     let mut progress = |_: &Progress<'_>| true;
     let mut watch = Watch { interrupt: &interrupt, progress: &mut progress };
-    let found = file.problem.plan(&file.problem.zero(), &file.made_legs(), &mut watch);
+    let found = file.problem.plan(&file.problem.zero(), &file.built_stages(), &mut watch);
     assert!(matches!(found, Err(PlanError::Interrupted)));
 }

@@ -1,4 +1,4 @@
-"""Plans through contact: docs/planning.md."""
+"""Plans through contact; docs/planning.md describes them."""
 
 from __future__ import annotations
 
@@ -24,67 +24,65 @@ if TYPE_CHECKING:
 
 
 MOST_THREADS = 1024
-"""More threads than this are not started, as on the command line."""
+"""Largest number of threads, as on the command line."""
 
 
 class Miss(NamedTuple):
-    """How far something is from what was asked for."""
+    """Distance of a plan from a target or a path constraint."""
 
     by: float
-    """In its unit."""
+    """Distance, in ``unit``."""
     tolerance: float
     unit: str
     """m, m/s, rad or rad/s."""
     after: int
-    """After how many steps."""
+    """Number of steps after which it is measured."""
 
     @property
     def ok(self) -> bool:
-        """Whether it is no more than is allowed."""
+        """Whether the distance is within the tolerance."""
         return self.by <= self.tolerance
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Controls, and what the simulator makes of them.
+    """Controls and their replay, the simulator's run of them.
 
-    Everything but the controls is of the replay: the run of ``scene`` that they make.
+    All attributes except the controls are those of the replay.
     """
 
     status: str
-    """"exact" or "replayed" of a plan that does what it should; "missed", "failed"."""
+    """"replayed" if the replay meets all targets, otherwise "missed" or "failed"."""
     reason: str
-    """What is missed and why; empty of a plan that does what it should."""
+    """Missed targets and reasons; empty if all targets are met."""
     controls: "Floats"
-    """The numbers that were looked for, to start from again; ``names`` says which."""
+    """Variables of the search, as ``start`` takes them; ``names`` has their names."""
     names: List[str]
     columns: Dict[str, "Floats"]
-    """Every component of every control by its name, (T,)."""
+    """Components of the controls by name, (T,)."""
     wrenches: "Floats"
-    """What pushed each body in each step, (T, N, 6), as Simulation.step takes it."""
+    """Wrenches of the controls on each body in each step, (T, N, 6), as Simulation.step takes them."""
     starts: "Floats"
-    """The states at the start, (N, 13)."""
+    """States at the start, (N, 13)."""
     cost: float
     effort: float
-    """The part of the cost that is effort."""
+    """Part of the cost that is effort."""
     residual: float
-    """The largest of all steps, m/s."""
-    apart: Optional[float]
-    """How far the own run of the leg that found it is from the replay, m; None of a leg without one."""
+    """Largest residual of a step, m/s."""
     miss: Dict[str, Miss]
-    """By how much each target is missed."""
+    """Misses of the targets and path constraints by name."""
     modes: List[List[Tuple[str, str, int, str]]]
-    """Of each step the contacts: body, partner, the body's point, and "open", "stick" or "slip"."""
-    legs: Dict[str, Dict[str, Any]]
-    """What each leg came to: iterations, runs, message, cost, apart, other_modes, kept."""
+    """Contacts of each step: body, partner, the body's point, and "open", "stick" or "slip"."""
+    stages: List[Dict[str, Any]]
+    """Outcome of each stage: name, iterations, runs, message, cost, kept."""
     scene: Scene
-    """The scene that runs as the plan: its starts, constants and loads."""
+    """Scene of the replay, with the plan's starts, constants and loads."""
     steps: int
 
     @property
     def ok(self) -> bool:
-        """Whether the replay does what it should."""
-        return self.status in ("exact", "replayed")
+        """Whether the replay meets all targets."""
+        return self.status == "replayed"
 
     @cached_property
     def run(self) -> "Trajectory":
@@ -102,19 +100,19 @@ def plan(
     target: Union[Fields, Iterable[Fields]],
     *,
     cost: Optional[Fields] = None,
-    keep: Union[Fields, Iterable[Fields]] = (),
+    path_constraints: Union[Fields, Iterable[Fields]] = (),
     start: Any = None,
     states: Any = None,
-    legs: Iterable[str] = ("sample", "shoot"),
+    stages: Optional[Iterable[str]] = None,
     seed: int = 1,
     runs: Optional[int] = None,
     iterations: Optional[int] = None,
     time: Optional[float] = None,
     threads: Optional[int] = None,
 ) -> Plan:
-    """Looks for controls with which ``scene`` does what ``target`` says after ``steps`` steps.
+    """Searches controls with which ``scene`` meets ``target`` after ``steps`` steps.
 
-    ``controls``, ``target``, ``keep`` and ``cost`` have the fields of a problem's file (docs/planning.md), as
+    ``controls``, ``target``, ``path_constraints`` and ``cost`` have the fields of a problem file (docs/planning.md), as
     dictionaries::
 
         tumble.plan(
@@ -123,23 +121,29 @@ def plan(
             target={"position": [0.5, 0.3], "turn": 90, "speed": 0},
         )
 
-    ``start`` is the ``controls`` of another plan of the same problem, None for no forces. ``states`` (N, 13) is where the bodies
-    start, None for where the scene has them: to plan again from where they have come to. ``legs``, of ``"sample"``, ``"shoot"``,
-    ``"ddp"`` (and, built with Ipopt, ``"program"``, ``"polish"``), come one after the other, each
-    from the best replay so far; the plan does not depend on the number of ``threads``, None for one a core. ``runs`` are the most of a
-    sampling, ``iterations`` those of a shooting. ``time`` (s) and
-    Ctrl-C end a search; after a time the best so far is the plan. Raises TumbleError for what is no problem.
+    ``start`` has the ``controls`` of another plan of the same problem; None starts from forces of zero. ``states`` (N, 13)
+    replaces the scene's start, for example to plan again during a run.
+
+    ``stages`` has names of ``"ddp"``, ``"sample"`` and ``"shoot"`` in their order, each of which starts at the best replay so
+    far. None stands for the default of a problem file: ``["ddp", "sample", "ddp"]``. ``runs`` limits a sampling, and
+    ``iterations`` limits ``"ddp"`` and ``"shoot"``. ``time`` (s) ends the search with the best plan so far. ``threads`` is
+    one for each core by default; the plan does not depend on it.
+
+    Raises TumbleError for a problem that cannot be posed.
     """
     if not isinstance(scene, Scene):
         raise TumbleError(f"scene is {scene!r}; a tumble.Scene is needed")
     targets = [target] if isinstance(target, Mapping) else tables("target", target)
-    keeps = [keep] if isinstance(keep, Mapping) else tables("keep", keep)
-    names = None if isinstance(legs, str) else legs
-    try:
-        names = list(names)  # type: ignore[arg-type]
-    except TypeError:
-        raise TumbleError(f'legs is {legs!r}; a list of names is needed, as ["shoot"]') from None
-    search: Dict[str, Any] = {"legs": [str(leg) for leg in names]}
+    paths = (
+        [path_constraints] if isinstance(path_constraints, Mapping) else tables("path_constraints", path_constraints)
+    )
+    search: Dict[str, Any] = {}
+    if stages is not None:
+        names = None if isinstance(stages, str) else stages
+        try:
+            search["stages"] = [str(name) for name in names]  # type: ignore[union-attr]
+        except TypeError:
+            raise TumbleError(f'stages is {stages!r}; a list of names is needed, as ["shoot"]') from None
     if runs is not None:
         search["runs"] = whole("runs", runs, 1, 2**32 - 1)
     if iterations is not None:
@@ -151,7 +155,7 @@ def plan(
             "seed": whole("seed", seed, 0),
             "controls": tables("controls", controls),
             "target": targets,
-            "keep": keeps,
+            "path_constraints": paths,
             "cost": cost,
             "search": search,
         }
@@ -173,7 +177,7 @@ def plan(
     else:
         planned = scene._with_model(found["model"], scene.start_index)
     parts = ("status", "reason", "controls", "names", "columns", "wrenches", "starts", "cost")
-    others = ("effort", "residual", "apart", "modes", "legs")
+    others = ("effort", "residual", "modes", "stages")
     return Plan(
         **{name: found[name] for name in (*parts, *others)},
         miss=misses,

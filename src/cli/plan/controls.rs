@@ -1,14 +1,14 @@
-//! controls.csv: a row a step, a column a number that was looked for.
+//! controls.csv: one row for each step, one column for each variable component.
 
 use crate::cli::outcome::Failure;
 use crate::cli::{input, shown};
 use std::path::Path;
 use tumble::plan::Problem;
 
-/// More bytes than this are no controls.
+/// Largest size of a table, bytes.
 const LARGEST: u64 = 1 << 28;
 
-/// The columns: of each component that is looked for its name, its control and its place among the control's.
+/// Columns: name, control and component of each variable component.
 fn columns(problem: &Problem) -> Vec<(String, usize, usize)> {
     let mut columns = Vec::new();
     for variable in problem.variables().iter().filter(|variable| variable.knot == 0) {
@@ -20,7 +20,7 @@ fn columns(problem: &Problem) -> Vec<(String, usize, usize)> {
     columns
 }
 
-/// The table of controls.
+/// Table of controls.
 pub fn table(problem: &Problem, controls: &[f64]) -> Result<Vec<u8>, Failure> {
     let columns = columns(problem);
     let mut writer = csv::Writer::from_writer(Vec::new());
@@ -40,15 +40,15 @@ pub fn table(problem: &Problem, controls: &[f64]) -> Result<Vec<u8>, Failure> {
     writer.into_inner().map_err(|error| Failure::Other(format!("controls.csv: {error}")))
 }
 
-/// Controls as a table has them, and what of the table they are not.
+/// Controls of a table, and the differences from the table.
 pub struct Read {
-    /// Within their bounds; each piece has the value of its first step.
+    /// Controls within their bounds; each piece has the value of its first step.
     pub controls: Vec<f64>,
-    /// What of the table is not taken as it stands.
+    /// Adjustments, as phrases.
     pub changed: Vec<String>,
 }
 
-/// The controls that a table has.
+/// Reads the controls of a table.
 pub fn read(problem: &Problem, path: &Path) -> Result<Read, Failure> {
     let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
     let bytes = input::bytes(path, LARGEST)
@@ -70,12 +70,12 @@ pub fn read(problem: &Problem, path: &Path) -> Result<Read, Failure> {
     }
     let (count, steps) = (rows.len(), problem.steps());
     if count != steps {
-        return Err(odd(format!("it has {count} rows; {steps} are needed, one a step")));
+        return Err(odd(format!("it has {count} rows; {steps} are needed, one for each step")));
     }
     let number = |step: usize, column: usize| {
         let text = rows[step].get(column).unwrap_or_default().trim();
         let value = text.parse().ok().filter(|value: &f64| value.is_finite());
-        value.ok_or_else(|| odd(format!("row {}: {text:?} is no number", step + 1)))
+        value.ok_or_else(|| odd(format!("row {}: {text:?} is not a number", step + 1)))
     };
     let place = |name: &str| headers.iter().position(|header| header == name);
     let mut changed = Vec::new();
@@ -84,7 +84,7 @@ pub fn read(problem: &Problem, path: &Path) -> Result<Read, Failure> {
             changed.push(format!("{count} {why}"));
         }
     };
-    // Times are written with all their digits.
+    // Tables have all digits of a time.
     let (first, h) = (problem.scene().start_index as f64, problem.scene().world.time_step());
     for (name, unit, why) in [
         ("k", 1.0, "values of k are not those of the problem's steps"),

@@ -1,4 +1,4 @@
-//! `tumble plan`: controls that make a scene end where it should.
+//! `tumble plan`: controls with which a scene meets its targets.
 
 mod controls;
 mod page;
@@ -22,7 +22,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use tumble::plan::file::{ProblemFile, Start};
-use tumble::plan::{Leg, Plan, PlanError, PlanStatus, Progress, Watch};
+use tumble::plan::{Plan, PlanError, PlanStatus, Progress, Stage, Watch};
 use tumble::scenario::written;
 
 /// `tumble plan`.
@@ -36,15 +36,15 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
             let note = format!("{}: {}", shown::path(path), changed.join("; "));
             if args.replay && !changed.is_empty() {
                 return Err(Failure::Input(format!(
-                    "{note}: a replay is of controls as they stand"
+                    "{note}: --replay takes a table only without adjustments"
                 )));
             }
             (controls, Some(note).filter(|_| !changed.is_empty()))
         }
         (None, Start::Zero) => (problem.zero(), None),
     };
-    let legs = if args.replay { Vec::new() } else { file.made_legs() };
-    legs.iter().try_for_each(|leg| leg.check(problem)).map_err(|why| refused(args, &why))?;
+    let stages = if args.replay { Vec::new() } else { file.built_stages() };
+    stages.iter().try_for_each(|stage| stage.check(problem)).map_err(|why| refused(args, &why))?;
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
     let out = OutputDirectory::for_run(&args.out)?;
@@ -52,11 +52,11 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     if let Some(note) = note {
         voice.say(&format!("{note}\n"));
     }
-    let Some((plan, costs)) = search(args, &file, &legs, &start, &interrupt)? else {
-        voice.say("interrupted before anything was found\n");
+    let Some((plan, costs)) = search(args, &file, &stages, &start, &interrupt)? else {
+        voice.say("interrupted before the first run was complete; nothing is written\n");
         return voice.end(Outcome::Interrupted);
     };
-    // What ended the search does not end the writing of what it found, nor does anything that comes later.
+    // An interrupt ends the search; the run that writes its plan ignores interrupts.
     let interrupted = interrupt.load(Ordering::Relaxed);
     let never = Arc::new(AtomicBool::new(false));
     let scene = problem.scene_of(&plan.replay)?;
@@ -65,7 +65,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let outputs = (&mut writer, None);
     let run = run::run(&scene, &mut simulation, Run::new(), &never, outputs, args.quiet)?;
     if plan.replay.states.last().map(Vec::as_slice) != Some(simulation.states()) {
-        let why = "the run of the plan's scene is not its replay: this is a fault of tumble";
+        let why = "the run of the plan's scene differs from its replay: this is a bug in tumble";
         return Err(Failure::Other(why.to_owned()));
     }
     let (mut files, checksums) = writer.finish()?;
@@ -83,7 +83,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     file(csv, &controls::table(problem, &plan.replay.controls)?)?;
     file(json, report::json(problem, &plan, interrupted)?.as_bytes())?;
     file(html, page::page(problem, &plan, costs).as_bytes())?;
-    // Of what no scenario can be written, the plan's problem and its controls are all there is.
+    // Some scenes have no scenario text; the problem and the controls still describe the plan.
     if let Ok(text) = written::text(&scene) {
         file(toml, text.as_bytes())?;
     }
@@ -98,17 +98,18 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     voice.say(&text);
     voice.end(match plan.status {
         _ if interrupted => Outcome::Interrupted,
-        PlanStatus::Exact | PlanStatus::Replayed => Outcome::Done,
+        PlanStatus::Replayed => Outcome::Done,
         PlanStatus::Missed | PlanStatus::Failed => Outcome::Unconverged,
     })
 }
 
-/// The plan, on the threads that are asked for, within the time; and the cost of every iteration. None where it was
-/// interrupted before the first run was at its end.
+/// Searches the plan on the requested threads within the time limit. Also returns the cost of every iteration.
+///
+/// `None` after an interrupt before the first run was complete.
 fn search(
     args: &PlanArgs,
     file: &ProblemFile,
-    legs: &[Box<dyn Leg>],
+    stages: &[Box<dyn Stage>],
     start: &[f64],
     interrupt: &Arc<AtomicBool>,
 ) -> Result<Option<(Plan, Vec<f64>)>, Failure> {
@@ -122,14 +123,14 @@ fn search(
     let (clock, time) = (Instant::now(), args.time.or(file.time));
     let (bar, mut costs) = (spinner(args.quiet), Vec::new());
     let mut progress = |progress: &Progress<'_>| {
-        let Progress { leg, iteration, cost, .. } = progress;
-        bar.set_message(format!("{leg} {iteration}: J {cost:.6}"));
+        let Progress { stage, iteration, cost, .. } = progress;
+        bar.set_message(format!("{stage} {iteration}: J {cost:.6}"));
         bar.tick();
         costs.push(*cost);
         time.is_none_or(|time| clock.elapsed().as_secs_f64() < time)
     };
     let mut watch = Watch { interrupt, progress: &mut progress };
-    let plan = pool.install(|| file.problem.plan(start, legs, &mut watch));
+    let plan = pool.install(|| file.problem.plan(start, stages, &mut watch));
     bar.finish_and_clear();
     match plan {
         Ok(plan) => Ok(Some((plan, costs))),
@@ -138,7 +139,7 @@ fn search(
     }
 }
 
-/// Why there is no plan of the file.
+/// Failure of a problem, with the name of its file.
 fn refused(args: &PlanArgs, why: &PlanError) -> Failure {
     Failure::Input(format!("{}: {why}", shown::path(&args.file)))
 }

@@ -1,49 +1,43 @@
 //! plan.html: the plan as a page.
 
-use tumble::mechanics::State;
-use tumble::plan::{ContactMode, LegReport, Miss, Mode, Plan, PlanStatus, Problem};
-use tumble_pictures::plan::{Leg, Path, Report, Target, Touch, page as drawn};
+use tumble::plan::{ContactMode, Miss, Mode, Plan, PlanStatus, Problem, StageReport};
+use tumble_pictures::plan::{Path, Report, Stage, Target, Touch, page as drawn};
 
-/// The page of a plan, with the `costs` of all iterations.
+/// Page of a plan, with the `costs` of all iterations.
 pub fn page(problem: &Problem, plan: &Plan, costs: Vec<f64>) -> String {
     let (replay, scene) = (&plan.replay, problem.scene());
     let (first, h) = (scene.start_index, scene.world.time_step());
-    let is_met = matches!(plan.status, PlanStatus::Exact | PlanStatus::Replayed);
     let mut least = f64::INFINITY;
     let progress = costs.into_iter().map(|cost| {
         least = least.min(cost);
         least
     });
-    let way = |states: &[Vec<State>], body: usize| {
-        states.iter().map(|states| states[body].position.into()).collect()
-    };
     let paths = scene.bodies.iter().enumerate().map(|(body, name)| Path {
         body: name.clone(),
-        replay: way(&replay.states, body),
-        own: plan.own.as_ref().map_or_else(Vec::new, |states| way(states, body)),
+        points: replay.states.iter().map(|states| states[body].position.into()).collect(),
     });
     drawn(&Report {
         program: format!("tumble {}", env!("CARGO_PKG_VERSION")),
         name: scene.name.clone(),
-        status: (plan.status.name().to_owned(), is_met),
+        status: (plan.status.name().to_owned(), plan.status == PlanStatus::Replayed),
         reason: plan.reason.clone(),
-        legs: plan.legs.iter().map(leg).collect(),
+        stages: plan.stages.iter().map(stage).collect(),
         targets: replay.misses.iter().map(target).collect(),
         progress: progress.filter(|cost| cost.is_finite()).collect(),
         times: (0..=problem.steps()).map(|k| (first + k as u64) as f64 * h).collect(),
         controls: controls(problem, &replay.controls),
-        contacts: contacts(problem, &replay.modes.contacts),
+        contacts: contacts(problem, &replay.modes),
         paths: paths.collect(),
     })
 }
 
-fn leg(leg: &LegReport) -> Leg {
-    Leg {
-        name: leg.name.to_owned(),
-        cost: leg.cost,
-        counts: [leg.iterations, leg.runs],
-        message: leg.message.clone(),
-        kept: leg.kept,
+fn stage(stage: &StageReport) -> Stage {
+    Stage {
+        name: stage.name.to_owned(),
+        cost: stage.cost,
+        counts: [stage.iterations, stage.runs],
+        message: stage.message.clone(),
+        kept: stage.kept,
     }
 }
 
@@ -51,7 +45,7 @@ fn target(miss: &Miss) -> Target {
     Target { name: miss.name.clone(), miss: [miss.by, miss.tolerance], unit: miss.unit.to_owned() }
 }
 
-/// What varies over the steps, a curve a component.
+/// Curves of the components with several pieces.
 fn controls(problem: &Problem, numbers: &[f64]) -> Vec<(String, Vec<f64>)> {
     let first = problem.variables().iter().filter(|variable| variable.knot == 0);
     let varies = first.filter(|variable| problem.controls()[variable.control].knots > 1);
@@ -70,7 +64,7 @@ fn controls(problem: &Problem, numbers: &[f64]) -> Vec<(String, Vec<f64>)> {
     varies.map(curve).collect()
 }
 
-/// What each contact that presses at some time does over the steps, in the order of their keys.
+/// Modes over the steps of each contact with a force in some step, in the order of the keys.
 fn contacts(problem: &Problem, modes: &[Vec<ContactMode>]) -> Vec<(String, Vec<Touch>)> {
     let scene = problem.scene();
     let pressing = modes.iter().flatten().filter(|of| of.mode != Mode::Open);

@@ -1,15 +1,15 @@
-//! plan.json, and what stands on the terminal.
+//! plan.json, and the summary on the terminal.
 
 use crate::cli::outcome::Failure;
 use serde::Serialize;
 use std::fmt::Write as _;
-use tumble::plan::{LegReport, Miss, Mode, Plan, Problem};
+use tumble::plan::{Miss, Mode, Plan, Problem, StageReport};
 
-/// What plan.json says.
+/// Content of plan.json.
 #[derive(Serialize)]
 struct Report<'a> {
     status: &'static str,
-    /// Null of a plan that meets all.
+    /// Null if the plan meets all targets.
     reason: Option<&'a str>,
     outcome: &'static str,
     tumble_version: &'static str,
@@ -21,14 +21,12 @@ struct Report<'a> {
     effort: f64,
     residual_m_s: f64,
     unsolved: usize,
-    /// How far the own run of the leg that found it is from the replay.
-    apart_m: Option<f64>,
-    /// The smallest margin of a contact's mode, and its step.
+    /// Smallest margin of a contact mode, and its step.
     margin: Option<Margin>,
     targets: Vec<Target<'a>>,
     at_bounds: Vec<String>,
-    legs: Vec<Leg<'a>>,
-    /// How many contacts are open, stick and slip in each step.
+    stages: Vec<Stage<'a>>,
+    /// Numbers of open, sticking and slipping contacts in each step.
     modes: Vec<[usize; 3]>,
 }
 
@@ -49,29 +47,26 @@ struct Target<'a> {
 }
 
 #[derive(Serialize)]
-struct Leg<'a> {
+struct Stage<'a> {
     name: &'static str,
     iterations: u64,
     runs: u64,
     message: &'a str,
-    claimed_cost: Option<f64>,
     cost: Option<f64>,
     meets: bool,
-    apart_m: Option<f64>,
-    steps_of_other_modes: Option<usize>,
     kept: bool,
 }
 
-/// The number of contacts in each mode, a step at a time.
+/// Numbers of contacts in each mode, by step.
 pub fn modes(plan: &Plan) -> Vec<[usize; 3]> {
     let count = |modes: &Vec<tumble::plan::ContactMode>| {
         [Mode::Open, Mode::Stick, Mode::Slip]
             .map(|mode| modes.iter().filter(|of| of.mode == mode).count())
     };
-    plan.replay.modes.contacts.iter().map(count).collect()
+    plan.replay.modes.iter().map(count).collect()
 }
 
-/// plan.json.
+/// Text of plan.json.
 pub fn json(problem: &Problem, plan: &Plan, interrupted: bool) -> Result<String, Failure> {
     let replay = &plan.replay;
     let variables = problem.variables();
@@ -88,11 +83,10 @@ pub fn json(problem: &Problem, plan: &Plan, interrupted: bool) -> Result<String,
         effort: replay.effort,
         residual_m_s: replay.residual,
         unsolved: replay.unsolved,
-        apart_m: plan.apart,
         margin: replay.margin.map(|(m_s, step)| Margin { m_s, step }),
         targets: replay.misses.iter().map(target).collect(),
         at_bounds: replay.at_bounds.iter().map(|at| problem.name_of(&variables[*at])).collect(),
-        legs: plan.legs.iter().map(leg).collect(),
+        stages: plan.stages.iter().map(stage).collect(),
         modes: modes(plan),
     };
     let text = serde_json::to_string_pretty(&report);
@@ -105,22 +99,19 @@ fn target(miss: &Miss) -> Target<'_> {
     Target { name, missed_by: *by, tolerance: *tolerance, unit, after: *after, met: miss.is_met() }
 }
 
-fn leg(leg: &LegReport) -> Leg<'_> {
-    Leg {
-        name: leg.name,
-        iterations: leg.iterations,
-        runs: leg.runs,
-        message: &leg.message,
-        claimed_cost: leg.claimed,
-        cost: leg.cost.is_finite().then_some(leg.cost),
-        meets: leg.meets,
-        apart_m: leg.apart,
-        steps_of_other_modes: leg.other_modes,
-        kept: leg.kept,
+fn stage(stage: &StageReport) -> Stage<'_> {
+    Stage {
+        name: stage.name,
+        iterations: stage.iterations,
+        runs: stage.runs,
+        message: &stage.message,
+        cost: stage.cost.is_finite().then_some(stage.cost),
+        meets: stage.meets,
+        kept: stage.kept,
     }
 }
 
-/// What stands on the terminal.
+/// Summary on the terminal.
 pub fn described(problem: &Problem, plan: &Plan) -> String {
     let replay = &plan.replay;
     let (steps, variables) = (problem.steps(), problem.variables().len());
@@ -132,20 +123,13 @@ pub fn described(problem: &Problem, plan: &Plan) -> String {
     if !plan.reason.is_empty() {
         let _ = writeln!(text, "  {}", plan.reason);
     }
-    for leg in &plan.legs {
-        let kept = if leg.kept { "kept" } else { "not kept" };
-        let _ = write!(
+    for stage in &plan.stages {
+        let kept = if stage.kept { "kept" } else { "not kept" };
+        let _ = writeln!(
             text,
             "  {:<9} J {:<12.6} {} iterations, {} runs, {kept}: {}",
-            leg.name, leg.cost, leg.iterations, leg.runs, leg.message
+            stage.name, stage.cost, stage.iterations, stage.runs, stage.message
         );
-        if let Some(apart) = leg.apart {
-            let _ = write!(text, "; {apart:.1e} m from the replay");
-        }
-        if let Some(other) = leg.other_modes.filter(|other| *other > 0) {
-            let _ = write!(text, "; other modes in {other} steps");
-        }
-        text.push('\n');
     }
     let _ = writeln!(
         text,

@@ -178,7 +178,7 @@ pub(super) unsafe extern "C" fn intermediate(
     dual_infeasibility: f64,
     barrier: f64,
     _d_norm: f64,
-    regularization: f64,
+    _regularization_size: f64,
     _alpha_du: f64,
     _alpha_pr: f64,
     _ls_trials: c_int,
@@ -195,7 +195,6 @@ pub(super) unsafe extern "C" fn intermediate(
                 primal_infeasibility,
                 dual_infeasibility,
                 barrier,
-                regularization,
             })
         })
     }

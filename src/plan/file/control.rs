@@ -11,7 +11,7 @@ use crate::world::constants::extents;
 use nalgebra::{Matrix3, Vector3};
 
 impl ControlTable {
-    /// The control that the table says.
+    /// Control of the table.
     pub(super) fn control(
         self,
         scene: &Scene,
@@ -77,7 +77,7 @@ impl ControlTable {
                     return Err("value: its range is needed".to_owned());
                 }
                 let name = match constant {
-                    // The ground's own name is no control's.
+                    // `ground` alone is the name of a table in scenes.
                     Constant::Ground => "ground.height",
                     other => other.name(),
                 };
@@ -94,7 +94,7 @@ impl ControlTable {
         Ok(Control { name, kind, bounds, knots, effort: self.effort.unwrap_or(effort) })
     }
 
-    /// Refuses fields of other kinds.
+    /// Refuses fields of other kinds of control.
     fn refuse_idle(&self) -> Result<(), String> {
         use KindName::{Constant, Force, Motor, Push, Start, Torque};
         let fields: [(&str, bool, &[KindName]); 17] = [
@@ -125,7 +125,7 @@ impl ControlTable {
         }
     }
 
-    /// The joint of a name, and which of its axes.
+    /// Index of a joint by its name, and its axis.
     fn joint_axis(&self, scene: &Scene, wanted: &str) -> Result<(usize, JointAxis), String> {
         let models = scene.model().map_or(&[][..], |model| &model.joints);
         let Some(joint) = models.iter().position(|model| model.name == wanted) else {
@@ -158,14 +158,14 @@ impl ControlTable {
                 return Err(why.to_owned());
             }
         };
-        // Along y, or x where it pushes along y or z.
+        // The first tangent is along y, or along x for a push along y or z.
         let along = if into[0].abs() > 0.9 { Vector3::y() } else { Vector3::x() };
         let first = (along - into * into.dot(&along)).normalize();
         let frame = Matrix3::from_columns(&[into, first, into.cross(&first)]);
         Ok(Push { body, point, frame, friction: self.friction })
     }
 
-    /// The bounds of a start, of which what is not given stays the scene's.
+    /// Bounds of a start; a component without a range keeps the scene's value.
     fn start_bounds(&self, own: &crate::mechanics::State, part: StartPart) -> Vec<[f64; 2]> {
         let own = match part {
             StartPart::Position => own.position,

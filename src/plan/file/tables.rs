@@ -1,6 +1,6 @@
-//! The tables of a problem's file.
+//! Tables of a problem file.
 
-use super::LegName;
+use super::StageName;
 use crate::scenario::fields::{Exactly, Numbers, Tables};
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -17,7 +17,7 @@ pub(super) struct File {
     #[serde(default)]
     pub(super) target: Tables<TargetTable>,
     #[serde(default)]
-    pub(super) keep: Tables<KeepTable>,
+    pub(super) path_constraints: Tables<PathConstraintTable>,
     #[serde(default)]
     pub(super) cost: CostTable,
     #[serde(default)]
@@ -34,7 +34,7 @@ pub(super) struct CostTable {
 #[serde(deny_unknown_fields)]
 pub(super) struct SearchTable {
     pub(super) start: Option<String>,
-    pub(super) legs: Option<Vec<LegName>>,
+    pub(super) stages: Option<Vec<StageName>>,
     pub(super) runs: Option<u32>,
     pub(super) knots: Option<u16>,
     pub(super) rounds: Option<u8>,
@@ -42,7 +42,7 @@ pub(super) struct SearchTable {
     pub(super) time: Option<f64>,
 }
 
-/// A range of a component, or its value.
+/// Range or value of a component.
 #[derive(Deserialize, Clone, Copy)]
 #[serde(untagged, expecting = "two numbers, [low, high], or one are needed")]
 pub(super) enum Range {
@@ -60,7 +60,7 @@ impl Range {
     }
 }
 
-/// The joints of a motor.
+/// Joints of a motor.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "the name of a joint, or a list of them, is needed")]
 pub(super) enum Joints {
@@ -97,7 +97,7 @@ pub(super) enum PartName {
     Spin,
 }
 
-/// A direction along an axis of a body.
+/// Direction along an axis of a body.
 #[derive(Deserialize, Clone, Copy)]
 pub(super) enum Side {
     #[serde(rename = "+x")]
@@ -177,7 +177,7 @@ pub(super) struct TargetTable {
     pub(super) weight: Each,
 }
 
-/// A number for each quantity of a target.
+/// Tolerance or weight of each quantity of a target.
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Each {
@@ -192,7 +192,7 @@ pub(super) struct Each {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct KeepTable {
+pub(super) struct PathConstraintTable {
     pub(super) name: Option<String>,
     pub(super) body: Option<String>,
     pub(super) above: Option<WallTable>,

@@ -1,21 +1,21 @@
-//! Targets and what is to be kept, from their tables.
+//! Targets and path constraints from their tables.
 
-use super::super::keep::{Keep, KeepKind};
+use super::super::path_constraint::{PathConstraint, PathConstraintKind};
 use super::super::target::{Target, TargetKind};
-use super::tables::{KeepTable, PointTable, TargetTable, WallTable};
+use super::tables::{PathConstraintTable, PointTable, TargetTable, WallTable};
 use super::{body_of, unit};
 use crate::scenario::fields::Exactly;
 use crate::scenario::scene::Scene;
 use nalgebra::Vector3;
 
-/// Tolerances where none is given: m, m/s, rad/s, degrees.
+/// Default tolerances: m, m/s, rad/s, degrees.
 const USUAL: (f64, f64, f64, f64) = (1e-3, 1e-2, 1e-2, 0.5);
 
-/// A quantity that is asked for: its name, what it is to be, tolerance and weight as far as they are given, and the usual tolerance.
+/// A quantity of a table: name, target, tolerance, weight, and default tolerance.
 type Asked = (&'static str, TargetKind, Option<f64>, Option<f64>, f64);
 
 impl TargetTable {
-    /// The targets of a table: one for each quantity.
+    /// Targets of a table, one for each quantity.
     pub(super) fn targets(self, scene: &Scene, steps: usize) -> Result<Vec<Target>, String> {
         let body = body_of(scene, self.body.as_deref())?;
         let after = self.after.map_or(steps, |after| after as usize);
@@ -107,9 +107,9 @@ impl TargetTable {
     }
 }
 
-impl KeepTable {
-    /// What the table says is to be kept.
-    pub(super) fn keeps(self, scene: &Scene) -> Result<Vec<Keep>, String> {
+impl PathConstraintTable {
+    /// Path constraints of a table, one for each bound.
+    pub(super) fn path_constraints(self, scene: &Scene) -> Result<Vec<PathConstraint>, String> {
         let body = body_of(scene, self.body.as_deref())?;
         let positive = |what: &str, value: f64| {
             let fits = value > 0.0 && value.is_finite();
@@ -119,11 +119,11 @@ impl KeepTable {
         if let Some(WallTable { x, width, height }) = self.above {
             positive("above.width", width)?;
             positive("above.height", height)?;
-            kinds.push(("above", KeepKind::Above { at: x, width, height }));
+            kinds.push(("above", PathConstraintKind::Above { at: x, width, height }));
         }
         if let Some(PointTable { point, radius }) = self.away {
             positive("away.radius", radius)?;
-            kinds.push(("away", KeepKind::Away { point: point.0.into(), radius }));
+            kinds.push(("away", PathConstraintKind::Away { point: point.0.into(), radius }));
         }
         for (component, (name, range)) in
             [("x", self.x), ("y", self.y), ("z", self.z)].into_iter().enumerate()
@@ -134,22 +134,22 @@ impl KeepTable {
             }
             // A range may be open at an end.
             if low != f64::NEG_INFINITY {
-                kinds.push((name, KeepKind::AtLeast { component, low }));
+                kinds.push((name, PathConstraintKind::AtLeast { component, low }));
             }
             if high != f64::INFINITY {
-                kinds.push((name, KeepKind::AtMost { component, high }));
+                kinds.push((name, PathConstraintKind::AtMost { component, high }));
             }
         }
         if kinds.is_empty() {
-            return Err("nothing is to be kept; above, away, x, y or z is needed".to_owned());
+            return Err("no bound is given; above, away, x, y or z is needed".to_owned());
         }
         let tolerance = self.tolerance.unwrap_or(USUAL.0);
         let weight = self.weight.unwrap_or(1.0 / (tolerance * tolerance));
-        let name = self.name.unwrap_or_else(|| format!("{}.keep", scene.bodies[body]));
-        let keep = |(word, kind): (&str, KeepKind)| {
+        let name = self.name.unwrap_or_else(|| format!("{}.path", scene.bodies[body]));
+        let constraint = |(word, kind): (&str, PathConstraintKind)| {
             let name = format!("{name}.{word}");
-            Keep { name, body, kind, tolerance, weight }
+            PathConstraint { name, body, kind, tolerance, weight }
         };
-        Ok(kinds.into_iter().map(keep).collect())
+        Ok(kinds.into_iter().map(constraint).collect())
     }
 }

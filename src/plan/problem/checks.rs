@@ -1,4 +1,4 @@
-//! What a problem's parts must be.
+//! Checks of the parts of a problem.
 
 use super::super::PlanError;
 use super::super::control::{Control, ControlKind};
@@ -6,7 +6,7 @@ use crate::joint::JointAxis;
 use crate::plan::target::FARTHEST;
 use crate::world::{Constant, World};
 
-/// The constants that may be looked for: what a scene's model has as a number of its own.
+/// Constants that can be controls: those with a field of their own in a scene's model.
 const CONSTANTS: [Constant; 6] = [
     Constant::Friction,
     Constant::Restitution,
@@ -20,7 +20,7 @@ pub(super) fn odd<T>(why: String) -> Result<T, PlanError> {
     Err(PlanError::Problem(why))
 }
 
-/// Whether both give the same numbers of a start, or the same constant, of which one alone can count. Forces add up.
+/// Whether both controls set the same start or constant. Forces add up instead.
 pub(super) fn sets_alike(a: &Control, b: &Control) -> bool {
     a.kind.is_of_the_run() && a.kind == b.kind
 }

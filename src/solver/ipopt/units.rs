@@ -55,14 +55,6 @@ impl Units {
         Self { mass, length, time: time / shorter }
     }
 
-    /// Those of the programs of many steps: a body of mean mass weighs 1 and falls with 1, so that forces are in
-    /// weights and an impulse of a weight over a step is a speed.
-    #[cfg(feature = "plan")]
-    pub(crate) fn of_weights(world: &World) -> Self {
-        let usual = Self::of(world, &[]);
-        Self { mass: usual.mass * USUAL_MASS, time: usual.time / 9.81_f64.sqrt(), ..usual }
-    }
-
     /// Whether there is something to measure with them.
     #[cfg(feature = "save")]
     pub(crate) fn are_possible(&self) -> bool {

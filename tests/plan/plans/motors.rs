@@ -169,7 +169,7 @@ fn forces_follow_from_the_motion_that_they_make() {
     for (found, known) in found.replay.controls.iter().zip(known) {
         assert!((found - known).abs() < 1e-9, "{found} {known}");
     }
-    assert!(found.legs[0].runs < 100, "{}", found.legs[0].runs);
+    assert!(found.stages[0].runs < 100, "{}", found.stages[0].runs);
 }
 
 /// A double pendulum comes to rest against its stops, from hanging, by torques that could not hold it out straight.
@@ -192,7 +192,7 @@ fn a_quadruped_hops_to_a_place() {
     let found = is_found(&file);
     // There are steps in which nothing of it touches the ground.
     let flies = |modes: &&Vec<ContactMode>| modes.iter().all(|of| of.mode == Mode::Open);
-    assert!(found.replay.modes.contacts.iter().filter(flies).count() > 5);
+    assert!(found.replay.modes.iter().filter(flies).count() > 5);
 }
 
 fn is_found(file: &ProblemFile) -> Plan {

@@ -1,16 +1,16 @@
-//! The leg `ddp`: closed forms within bounds, starts at which nothing moves, and what it is told to do.
+//! The stage `ddp`: closed forms within bounds, starts at rest, and early ends.
 
 use super::{assert_replays, campaign, plan, shipped, told};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::plan::file::LegName;
-use tumble::plan::{Leg, Method, Plan, PlanStatus, Problem, Progress, Shoot, Watch};
+use tumble::plan::file::StageName;
+use tumble::plan::{Method, Plan, PlanStatus, Problem, Progress, Shoot, Stage, Watch};
 
 fn ddp() -> Shoot {
     Shoot { method: Method::DynamicProgramming, ..Shoot::default() }
 }
 
-fn by_stages(problem: &Problem) -> Plan {
+fn by_ddp(problem: &Problem) -> Plan {
     plan(problem, &problem.zero(), &[Box::new(ddp())])
 }
 
@@ -48,7 +48,7 @@ fn a_flight_has_the_least_effort_within_bounds() {
             "
         );
         let file = told(scene, &text);
-        let found = by_stages(&file.problem);
+        let found = by_ddp(&file.problem);
         let u = &found.replay.controls;
         let place = found.replay.states[steps][0].position[0];
         let share = weight * (2.0 - place) / effort;
@@ -70,7 +70,7 @@ fn a_flight_has_the_least_effort_within_bounds() {
     }
 }
 
-/// From no force at all, where nothing moves and exact derivatives are zero.
+/// A start at rest, where exact derivatives are zero.
 #[test]
 fn what_sticks_is_moved() {
     for name in ["slide.toml", "uphill.toml", "push.toml", "planar-push.toml", "lift.toml"] {
@@ -78,14 +78,14 @@ fn what_sticks_is_moved() {
         let zero = file.problem.zero();
         let least = plan(&file.problem, &zero, &[Box::new(Shoot::default())]);
         assert_eq!(least.status, PlanStatus::Missed);
-        let found = by_stages(&file.problem);
+        let found = by_ddp(&file.problem);
         assert_eq!(found.status, PlanStatus::Replayed, "{name}: {}", found.reason);
-        assert_eq!(found.legs[0].name, "ddp");
+        assert_eq!(found.stages[0].name, "ddp");
         assert!(found.replay.residual < 1e-9, "{name}");
     }
 }
 
-/// What no control moves, whatever gives way, is said to be so.
+/// A target on a body that no control can reach.
 #[test]
 fn what_nothing_moves_is_said() {
     let scene = "
@@ -113,7 +113,7 @@ fn what_nothing_moves_is_said() {
         body = \"box\"
         x = 1
         ";
-    let found = by_stages(&told(scene, text).problem);
+    let found = by_ddp(&told(scene, text).problem);
     assert_eq!(found.status, PlanStatus::Missed);
     assert!(found.reason.contains("all derivatives are zero"), "{}", found.reason);
 }
@@ -121,14 +121,14 @@ fn what_nothing_moves_is_said() {
 /// Pushes at random, from no force at all.
 #[test]
 fn random_pushes_are_planned() {
-    campaign(5, 5, &[LegName::Ddp]);
+    campaign(5, 5, &[StageName::Ddp]);
 }
 
 /// Fifty of them.
 #[test]
 #[ignore = "minutes"]
 fn fifty_random_pushes_are_planned() {
-    campaign(11, 50, &[LegName::Ddp]);
+    campaign(11, 50, &[StageName::Ddp]);
 }
 
 /// It ends where it is told to, with what it has; an interrupt ends it within an iteration.
@@ -136,7 +136,7 @@ fn fifty_random_pushes_are_planned() {
 fn it_ends_where_it_is_told_to() {
     let file = shipped("push.toml");
     let zero = file.problem.zero();
-    let legs: [Box<dyn Leg>; 1] = [Box::new(ddp())];
+    let stages: [Box<dyn Stage>; 1] = [Box::new(ddp())];
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut best = f64::INFINITY;
     for raises in [false, true] {
@@ -147,8 +147,8 @@ fn it_ends_where_it_is_told_to() {
             !ends || raises
         };
         let mut watch = Watch { interrupt: &interrupt, progress: &mut progress };
-        let found = file.problem.plan(&zero, &legs, &mut watch).unwrap();
-        assert!(found.legs[0].iterations < 12, "{}", found.legs[0].iterations);
+        let found = file.problem.plan(&zero, &stages, &mut watch).unwrap();
+        assert!(found.stages[0].iterations < 12, "{}", found.stages[0].iterations);
         assert_eq!(found.replay.cost, best);
     }
 }
