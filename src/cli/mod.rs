@@ -13,7 +13,6 @@ mod gif;
 mod gradient;
 mod input;
 mod inspect;
-mod label;
 mod outcome;
 mod output;
 mod pages;

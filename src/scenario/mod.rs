@@ -21,6 +21,7 @@ pub mod joint;
 pub mod joints_summary;
 #[cfg(feature = "csv")]
 pub mod kept;
+pub mod label;
 #[cfg(feature = "film")]
 mod looks;
 pub mod model;

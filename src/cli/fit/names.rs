@@ -1,6 +1,6 @@
 //! Parameters in the words of the command line: `joint_damping` of all joints together, `joint_damping:elbow` of one.
 
-use crate::cli::label::{label, unit};
+use tumble::scenario::label::{label, unit};
 use tumble::fit::{Constant, Model, Parameter, sought};
 use tumble::scenario::scene::Scene;
 

@@ -1,8 +1,8 @@
 //! What a number of a constant belongs to, in the scene's words, and what it is in.
 
-use tumble::joint::JointAxis;
-use tumble::scenario::scene::Scene;
-use tumble::world::{Constant, Partner};
+use super::scene::Scene;
+use crate::joint::JointAxis;
+use crate::world::{Constant, Partner};
 
 /// The names of the axes of a vector.
 const AXES: [&str; 3] = ["x", "y", "z"];
