@@ -38,7 +38,6 @@ pub mod shown;
 pub mod solver_choice;
 mod tables;
 mod told;
-mod varied;
 pub mod written;
 
 pub use bodies::entries::ReadFile;

@@ -6,7 +6,6 @@ mod common;
 mod continued;
 mod driven;
 mod failure;
-mod fitted;
 mod flags;
 mod fuzz;
 mod gears;
@@ -45,8 +44,6 @@ mod streams;
 mod sums;
 mod support;
 mod sweep;
-#[path = "../fit/synthetic.rs"]
-mod synthetic;
 mod tampering;
 #[path = "../common/terms.rs"]
 mod terms;
