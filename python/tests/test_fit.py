@@ -105,7 +105,7 @@ def test_tosses_give_their_constants_back():
     found = tumble.fit.fit(cube(), recordings, loss="squares", substeps=SUBSTEPS, evaluations=120, polish=40)
     assert found.values == pytest.approx({"friction": 0.27, "restitution": 0.2}, abs=1e-7)
     assert found.errors.failed == 0 and found.errors.position.max() < 1e-6
-    assert found.loss < 1e-12 < found.errors_at_start.loss.mean()
+    assert found.errors.loss.mean() < 1e-12 < found.errors_at_start.loss.mean()
     assert list(found.progress) == sorted(found.progress, reverse=True)
     # What was found goes into rollouts as it is.
     again = recorded(cube(), thrown(6), 10, found.constants)
@@ -113,7 +113,7 @@ def test_tosses_give_their_constants_back():
 
 
 def test_a_pendulum_gives_its_constants_back():
-    how = {"bounds": WIDE, "loss": "squares", "substeps": SUBSTEPS, "evaluations": 80, "polish": 60}
+    how = {"bounds": WIDE, "loss": "squares", "substeps": SUBSTEPS, "evaluations": 40, "polish": 40}
     found = tumble.fit.fit(pendulum(), swings(), list(HIDDEN), **how)
     assert found.values == pytest.approx(HIDDEN, rel=1e-6)
     # Through noise of a millimetre they are off by what 120 frames leave of it.
@@ -132,7 +132,7 @@ def test_a_sliding_stack_gives_both_frictions_back():
     starts[1, :, 7] += 0.3
     hidden = {"pair_friction:low and the ground": 0.2, "pair_friction:low and high": 0.4}
     slides = recorded(scene, starts, 40, {"pair_friction": np.array([list(hidden.values())])})
-    found = tumble.fit.fit(scene, slides, list(hidden), loss="squares", substeps=SUBSTEPS, evaluations=96, polish=60)
+    found = tumble.fit.fit(scene, slides, list(hidden), loss="squares", substeps=SUBSTEPS, evaluations=48, polish=30)
     assert found.values == pytest.approx(hidden, abs=1e-6)
 
 
@@ -196,7 +196,7 @@ def test_a_toss_starts_by_the_protocol():
     frame, (state,) = simulations.starts[0]
     assert toss.states[frame + 3, 0, 2] <= 0.05 * np.sqrt(3) < toss.states[frame + 2, 0, 2] and frame >= 4
     np.testing.assert_allclose(state[:9], toss.states[frame, 0, :9], atol=1e-12)
-    # A time step's half of gravity, and of the gyroscopic change of the spin of a cube, which there is none of.
+    # The slope of a parabola sampled by steps is off by half a step of gravity.
     np.testing.assert_allclose(state[9], toss.states[frame - 1, 0, 9], atol=0.5 * 9.81 / (RATE * SUBSTEPS) + 1e-12)
     # A step turns the body by its spin to second order in the turn, here 0.015.
     np.testing.assert_allclose(state[10:], toss.states[frame, 0, 10:], rtol=1e-4)

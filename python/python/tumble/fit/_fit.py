@@ -47,18 +47,13 @@ class Fit:
     _simulations: Simulations = field(repr=False)
 
     @property
-    def loss(self) -> float:
-        """The mean loss of all recordings."""
-        return float(self.errors.loss.mean())
-
-    @property
     def constants(self) -> Dict[str, Floats]:
         """The constants with the found values, as ``rollout(parameters=...)`` takes them."""
         return self._simulations.constants(self._simulations.vector(self.values)[None])
 
     def __str__(self) -> str:
         errors = self.errors
-        lines = [f"loss {self.errors_at_start.loss.mean():.6g} at the start, {self.loss:.6g} found"]
+        lines = [f"loss {self.errors_at_start.loss.mean():.6g} at the start, {errors.loss.mean():.6g} found"]
         lines.append(f"position and rotation {_means(errors)}, {(errors.end > 45).sum()} end beyond 45°")
         lines.append(f"{errors.failed} steps failed, the largest residual is {errors.residual:.1e} m/s")
         for name, value in self.values.items():
@@ -74,23 +69,21 @@ class Fit:
         """Writes a picture: errors, progress of the search, and heights in six recordings from the best to the worst."""
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=(11, 8), layout="constrained")
-        (scatter, losses, progress), *others = figure.subplots(3, 3)
-        scatter.plot(100 * self.errors.position, self.errors.rotation, ".")
-        scatter.set(xlabel="position, % of the side", ylabel="rotation, °", title="errors of the recordings")
+        figure = Figure(figsize=(14, 7), layout="constrained")
+        scatter, progress, *others = figure.subplots(2, 4).flat
         for name, errors in (("start", self.errors_at_start), ("found", self.errors)):
-            losses.plot(np.sort(errors.loss), label=name)
-        losses.set(xlabel="recordings in the order of their loss", title="loss")
-        losses.legend()
+            scatter.plot(100 * errors.position, errors.rotation, ".", label=name)
+        scatter.set(xlabel="position, % of the side", ylabel="rotation, °", title="errors of the recordings")
+        scatter.legend()
         progress.plot(self.progress)
         progress.set(xlabel="generation", title="least loss")
         order, simulations = np.argsort(self.errors.loss), self._simulations
-        for axes, share in zip(np.ravel(others), np.linspace(0, 1, 6)):
+        for axes, share in zip(others, np.linspace(0, 1, 6)):
             place = int(order[round(share * (len(order) - 1))])
             recording, (first, _) = simulations.recordings[place], simulations.starts[place]
             times = np.arange(len(recording.states)) / recording.rate
             axes.plot(times, recording.states[..., 2], color="black", linewidth=0.8)
-            for _, _, states, _ in simulations.run(simulations.vector(self.values)[None], [place]):
+            for _, states, _ in simulations.run(simulations.vector(self.values)[None], [place]):
                 axes.plot(times[first:], states[0, 0, ..., 2], linestyle="--")
             axes.set(xlabel="time, s", ylabel="height, m", title=f"{recording.name}: {self.errors.loss[place]:.3g}")
         figure.savefig(path)
@@ -121,8 +114,7 @@ def fit(
     Differential evolution over the bounds, then L-BFGS with the exact derivatives of all steps. The same input gives the
     same numbers on any number of threads.
 
-    :param parameters: names of constants as ``rollout`` has them, ``friction``, or of one number, ``mass:bob``; with none
-        the values are scored.
+    :param parameters: names of constants as ``rollout`` has them, ``friction``, or of one number, ``mass:bob``.
     :param values: where the search starts, and values of constants that stay, by the same names.
     :param bounds: lowest and highest values. There are usual ones, except for single numbers that may be negative.
     :param begin: "touch" starts a toss shortly before the body may touch the ground, "first" at the first frame. Without
@@ -154,7 +146,7 @@ def fit(
     every = [parameter(name, scene) for name in dict.fromkeys([*sought, *given])]
     simulations = Simulations(scene, listed, every, begin, whole("substeps", substeps, 1, 1000), loss, threads)
     start = simulations.vector({name: real(f"values[{name!r}]", value) for name, value in given.items()})
-    box = [_bounds(of, at, limits.get(of.name, of.bounds)) for of, at in zip(every[: len(sought)], start)]
+    box = [_bounds(of, at, limits) for of, at in zip(every[: len(sought)], start)]
     evaluations, polish, seed = whole("evaluations", evaluations, 0), whole("polish", polish, 0), whole("seed", seed, 0)
     search = _Search(simulations, start, np.array(box).reshape(-1, 2), evaluations, polish, seed)
     parts = _parts(listed, whole("folds", folds, 0), seed)
@@ -171,29 +163,28 @@ def fit(
     return Fit(dict(zip(names, found.tolist())), errors, at_start, progress, _bootstrap(sought, tried, seed), kept, simulations)
 
 
-def _bounds(of: Parameter, start: float, pair: Optional[Tuple[float, float]]) -> Tuple[float, float]:
-    if pair is None:
+def _bounds(of: Parameter, start: float, given: Dict[str, Tuple[float, float]]) -> List[float]:
+    if of.name not in given and of.bounds is None:
         raise TumbleError(f"{of.name} is {of.own:.6g} in the scene; its bounds are needed")
-    low, high = (real(f"bounds[{of.name!r}]", bound) for bound in pair)
-    if not low <= start <= high or low == high:
-        raise TumbleError(f"{of.name} starts at {start:.6g}; a value within its bounds, {low:.6g} to {high:.6g}, is needed")
-    return low, high
+    pair = [real(f"bounds[{of.name!r}]", bound) for bound in given.get(of.name, of.bounds) or ()]
+    if len(pair) != 2 or not pair[0] <= start <= pair[1] or pair[0] == pair[1]:
+        raise TumbleError(f"{of.name} starts at {start:.6g}; a value within its bounds, {pair}, is needed")
+    return pair
 
 
 def _parts(recordings: List[Recording], folds: int, seed: int) -> List[List[int]]:
     """Parts of the recordings, drawn; copies of one recording are in one part, else a kept one would have been seen."""
     different: List[List[int]] = []
     for place, recording in enumerate(recordings):
-        heights = [recordings[known[0]].states[..., 2] for known in different]
-        own = recording.states[..., 2]
-        same = [k for k, of in enumerate(heights) if of.shape == own.shape and np.abs(of - own).max() <= _SAME]
-        if same:
-            different[same[0]].append(place)
+        for known in different:
+            off = [of.states[..., 2] for of in (recording, recordings[known[0]])]
+            if off[0].shape == off[1].shape and np.abs(off[0] - off[1]).max() <= _SAME:
+                known.append(place)
+                break
         else:
             different.append([place])
     if folds == 1 or len(different) < 2 * folds:
-        needed = "2 folds or more, of 2 or more, are needed"
-        raise TumbleError(f"folds is {folds} of {len(different)} different recordings; {needed}")
+        raise TumbleError(f"folds is {folds} of {len(different)} different recordings; 2 folds or more, of 2 or more, are needed")
     order = np.random.default_rng(seed).permutation(len(different))
     return [sorted(place for k in order[fold::folds] for place in different[k]) for fold in range(folds)]
 
@@ -228,10 +219,9 @@ class _Search(NamedTuple):
         return values
 
     def run(self, places: List[int], at_start: Floats) -> Tuple[Floats, List[float], Tried]:
-        """The values of least loss on some recordings, the progress, and all that was tried. ``at_start`` are the losses there."""
+        """The values of least loss on some recordings, the progress, and all that was tried; ``at_start``: losses there."""
         count, width, simulations = len(self.box), np.ptp(self.box, axis=1), self.simulations
-        tried = [(self.start, at_start)]
-        progress, size = [float(tried[0][1].mean())], 4 + 4 * count
+        tried, progress, size = [(self.start, at_start)], [float(at_start.mean())], 4 + 4 * count
 
         def losses(points: Floats) -> Floats:
             values = self.values(points.T)

@@ -20,8 +20,7 @@ _BEND = 6.0  # Error at which the robust loss is half of the error.
 _LEAD = 3  # Frames between the start of a toss and the first frame in which the body may touch the ground.
 _LEAST_REFIT = 4  # Frames before the start that a refit of its velocities needs.
 REFUSED = 1e9  # Loss of values that cannot be simulated.
-_MOST_BYTES = 1 << 27  # Memory for the states of one batch.
-_STATE_BYTES = 8 * 13
+_BATCH = 32  # Most recordings in a batch, which bounds its memory.
 # Constants whose single numbers may have either sign.
 _OFFSETS = "joint_rest joint_force joint_limits motor_target anchor gear_ratio gear_offset inertia".split()
 
@@ -106,8 +105,8 @@ class Simulations:
         # Recordings of like length go together, because a batch is as long as its longest.
         self.batches: List[Tuple[Scene, List[int]]] = []
         for key, places in groups.items():
-            parts = np.array_split(sorted(places, key=self.frames), min(8, -(-len(places) // 8)))
-            self.batches += [(scenes[key], part.tolist()) for part in parts]
+            places.sort(key=self.frames)
+            self.batches += [(scenes[key], places[first : first + _BATCH]) for first in range(0, len(places), _BATCH)]
 
     def frames(self, place: int) -> int:
         """Frames of a recording after its start."""
@@ -125,35 +124,29 @@ class Simulations:
         shapes = {name: parameter_shape(name, self.scene) for name in found}
         return {name: array.reshape(len(values), *shapes[name]) for name, array in found.items()}
 
-    def run(self, values: Floats, chosen: Sequence[int], by: Any = None) -> Iterator[Tuple[List[int], slice, Floats, Rollouts]]:
-        """Batches of simulations with V sets of ``values``: their recordings, their sets, the states at frames
-        (V, R, F, N, 13) from the start on, and the rollouts. ``by`` makes cotangents of recordings and such states."""
-        wanted, substeps = set(chosen), self.substeps
+    def run(self, values: Floats, chosen: Sequence[int], by: Any = None) -> Iterator[Tuple[List[int], Floats, Rollouts]]:
+        """Batches of simulations with V sets of ``values``: their recordings, the states at frames (V, R, F, N, 13) from
+        the start on, and the rollouts. ``by`` makes cotangents of recordings and such states."""
+        wanted, every = set(chosen), slice(self.substeps - 1, None, self.substeps)
         for scene, batch in self.batches:
             places = [place for place in batch if place in wanted]
             if not places:
                 continue
-            steps = substeps * max(self.frames(place) for place in places)
-            starts = np.stack([self.starts[place][1] for place in places])
-            most = max(1, _MOST_BYTES // (_STATE_BYTES * steps * starts[..., 0].size))
-            for first in range(0, len(values), most):
-                sets = slice(first, min(first + most, len(values)))
-                count = sets.stop - first
-                constants = {name: np.repeat(of, len(places), axis=0) for name, of in self.constants(values[sets]).items()}
-                begun = np.tile(starts, (count, 1, 1))
+            starts = np.tile(np.stack([self.starts[place][1] for place in places]), (len(values), 1, 1))
 
-                def frames(states: Floats) -> Any:
-                    all_frames = np.concatenate([begun[:, None], states[:, substeps - 1 :: substeps]], axis=1)
-                    return all_frames.reshape(count, len(places), *all_frames.shape[1:])
+            def frames(states: Floats) -> Any:
+                found = np.concatenate([starts[:, None], states[:, every]], axis=1)
+                return found.reshape(len(values), len(places), *found.shape[1:])
 
-                def duals(states: Floats) -> Floats:
-                    made = np.zeros((*states.shape[:3], 12))
-                    made[:, substeps - 1 :: substeps, :, :6] = by(places, frames(states))
-                    return made
+            def duals(states: Floats) -> Floats:
+                made = np.zeros((*states.shape[:3], 12))
+                made[:, every, :, :6] = by(places, frames(states))
+                return made
 
-                how: Any = {"steps": steps, "parameters": constants, "threads": self.threads}
-                done = rollout(scene, begun, gradients=by and duals, **how)
-                yield places, sets, frames(done.states), done
+            constants = {name: np.repeat(of, len(places), axis=0) for name, of in self.constants(values).items()}
+            how: Any = {"steps": self.substeps * max(map(self.frames, places)), "parameters": constants}
+            done = rollout(scene, starts, threads=self.threads, gradients=by and duals, **how)
+            yield places, frames(done.states), done
 
     def deviations(self, places: Sequence[int], states: Floats) -> Tuple[Floats, Floats, Floats]:
         """Shifts and turns (V, R, F, N, 3) in the units of the loss, and the weights (R, F, N) of frames in a mean."""
@@ -178,18 +171,16 @@ class Simulations:
         row = {place: k for k, place in enumerate(chosen)}
         table = np.zeros((4, len(values), len(chosen)))
         failed, residual = np.zeros((2, len(values)))
-        for places, sets, states, done in self.run(values, chosen):
+        for places, states, done in self.run(values, chosen):
             shifts, turns, weights = self.deviations(places, states)
             lengths = np.array([self.frames(place) for place in places])
             angles = np.degrees(_norm(turns) * _ANGLE)
             ends = angles[:, np.arange(len(places)), lengths].max(axis=-1)
             means = [_DISTANCE * _mean(_norm(shifts), weights), _mean(angles, weights)]
-            table[:, sets, [row[place] for place in places]] = [*means, ends, self.losses(shifts, turns, weights)]
-            residual[sets] = np.maximum(residual[sets], done.residuals.reshape(len(angles), -1).max(axis=1))
-            np.add.at(failed, [sets.start + step.rollout // len(places) for step in done.unsolved], 1)
-        shift, turn, end, loss = table
-        each = zip(shift, turn, end, loss, failed.astype(int).tolist(), residual.tolist())
-        return [Errors._make(of) for of in each]
+            table[:, :, [row[place] for place in places]] = [*means, ends, self.losses(shifts, turns, weights)]
+            residual = np.maximum(residual, done.residuals.reshape(len(values), -1).max(axis=1))
+            np.add.at(failed, [step.rollout // len(places) for step in done.unsolved], 1)
+        return [Errors._make(of) for of in zip(*table, failed.astype(int).tolist(), residual.tolist())]
 
     def losses_or_worst(self, values: Floats, chosen: Sequence[int]) -> Floats:
         """The losses (V, R) with each of V sets of ``values``; large ones where they cannot be simulated."""
@@ -202,8 +193,7 @@ class Simulations:
 
     def gradient(self, value: Floats, chosen: Sequence[int]) -> Tuple[Floats, Floats]:
         """The losses (R,) with one set of values, and the derivatives (P,) of their mean."""
-        row = {place: k for k, place in enumerate(chosen)}
-        found, slopes = np.zeros(len(chosen)), np.zeros(len(value))
+        found, slopes, row = np.zeros(len(chosen)), np.zeros(len(value)), {place: k for k, place in enumerate(chosen)}
 
         def cotangents(places: List[int], states: Floats) -> Any:
             shifts, turns, weights = self.deviations(places, states)
@@ -220,7 +210,7 @@ class Simulations:
             both = [factor * by_shifts / (_DISTANCE * self.length), factor * by_turns / _ANGLE]
             return np.concatenate(both, axis=-1)[0, :, 1:]
 
-        for _, _, _, done in self.run(value[None], chosen, cotangents):
+        for _, _, done in self.run(value[None], chosen, cotangents):
             assert done.gradients is not None
             for place, of in enumerate(self.parameters):
                 # Derivatives by a size are in the size that the body has.
@@ -261,9 +251,9 @@ def _at_touch(recording: Recording, scene: Scene) -> Tuple[int, Floats]:
 
 def _first(recording: Recording, scene: Scene) -> Floats:
     """The first frame; where its joints do not fit, as a camera sees them, the nearest states at which they do."""
-    first = recording.states[0].copy()
+    first: Floats = recording.states[0].copy()
     try:
         scene.simulate(first)
         return first
     except TumbleError:
-        return scene.assembled(first)
+        return np.asarray(scene.assembled(first))
