@@ -13,8 +13,6 @@ pub mod sparsity;
 #[cfg(feature = "program")]
 pub mod step_nlp;
 
-#[cfg(feature = "fit")]
-pub mod fit;
 #[cfg(feature = "plan")]
 pub mod plan;
 #[cfg(feature = "robot")]

@@ -18,6 +18,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("Python", "docs/python.md"),
             ("Scenario files", "scenarios/README.md"),
             ("Robots from files", "docs/robots.md"),
+            ("Constants from recorded motion", "docs/fit.md"),
             ("Learning", "docs/learning.md"),
         ],
     ),

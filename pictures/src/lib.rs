@@ -3,7 +3,7 @@
 //! A [`Film`] is plain data: bodies and their shapes, where they are in each frame, and the
 //! contact forces between two frames. [`animation`] makes a GIF or an animated PNG of it, [`plot`] curves over time, [`view`] a
 //! page that plays one film or two. [`validation`] makes a page of comparisons with
-//! closed-form answers, [`fit`] one of recorded and simulated motions, [`plan`] one of a plan. Nothing here reads or writes a file, and the same input gives the
+//! closed-form answers and [`plan`] one of a plan. Nothing here reads or writes a file, and the same input gives the
 //! same bytes.
 
 #![forbid(unsafe_code)]
@@ -11,7 +11,6 @@
 pub mod animation;
 mod chart;
 mod film;
-pub mod fit;
 mod font;
 mod forces;
 mod markup;

@@ -2,6 +2,7 @@
 //! with numpy arrays in and out. What is only sugar stands in Python, in `python/python/tumble`.
 
 mod arrays;
+mod constants;
 mod contacts;
 mod errors;
 mod gradient;
@@ -37,6 +38,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(gradient::jacobian, module)?)?;
     module.add_function(wrap_pyfunction!(gradient::vjp, module)?)?;
     module.add_class::<contacts::Columns>()?;
+    module.add_function(wrap_pyfunction!(constants::constant_numbers, module)?)?;
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout_gradients, module)?)?;

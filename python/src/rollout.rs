@@ -177,7 +177,7 @@ pub fn parameter_shape(name: &str, scene: PyRef<'_, Scene>) -> PyResult<Vec<usiz
     Ok(parameter(name)?.shape(&scene.content.world))
 }
 
-fn parameter(name: &str) -> PyResult<Constant> {
+pub fn parameter(name: &str) -> PyResult<Constant> {
     let found = Constant::ALL.into_iter().find(|parameter| parameter.name() == name);
     found.ok_or_else(|| {
         let names = Constant::ALL.map(Constant::name).join(", ");

@@ -1,8 +1,8 @@
 //! Scenes: what a scenario file amounts to, ready to be simulated.
 
-use crate::arrays::{of_states, shaped};
+use crate::arrays::{of_states, shaped, to_states};
 use crate::errors::refused;
-use numpy::PyArrayDyn;
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -17,6 +17,7 @@ use tumble::scenario::joint::JointModel;
 use tumble::scenario::model::Model;
 use tumble::scenario::scene::{OutputFormat, Scene as Content};
 use tumble::scenario::settings::{RobotSettings, Settings};
+use tumble::world::constants::extents;
 
 /// The bytes of a regular file of at most `most`.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
@@ -235,6 +236,27 @@ impl Scene {
         // Symmetric, so that the order of rows and columns does not matter.
         let numbers = bodies.iter().flat_map(|body| body.inertia().as_slice().to_vec());
         shaped(py, numbers.collect(), &[bodies.len(), 3, 3])
+    }
+
+    /// Half the extents of each body along its own axes, m: (N, 3).
+    #[getter]
+    fn extents<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let bodies = self.content.world.bodies();
+        let numbers = bodies.iter().flat_map(|body| extents(body).as_slice().to_vec());
+        shaped(py, numbers.collect(), &[bodies.len(), 3])
+    }
+
+    /// The states nearest to `states` (N, 13) at which all joints fit, at the scene's first step.
+    fn assembled<'py>(
+        &self,
+        py: Python<'py>,
+        states: PyReadonlyArrayDyn<'_, f64>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let world = self.content.world_at(self.content.start_index);
+        let (found, _) = world
+            .assemble(&to_states("states", &states)?)
+            .map_err(|error| refused(self.content.naming(&error)))?;
+        of_states(py, &found)
     }
 
     /// Where the bodies start: (N, 13).

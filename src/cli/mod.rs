@@ -8,12 +8,10 @@ mod directory;
 mod exported;
 mod file_names;
 mod film;
-mod fit;
 mod gif;
 mod gradient;
 mod input;
 mod inspect;
-mod label;
 mod outcome;
 mod output;
 mod pages;
@@ -57,7 +55,6 @@ pub fn run() -> Result<Outcome, Failure> {
         Some(Command::Plot(args)) => plot::run(&args),
         Some(Command::View(args)) => view::run(&args),
         Some(Command::Inspect(args)) => inspect::run(&args),
-        Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Gradient(args)) => gradient::run(&args),
         Some(Command::Plan(args)) => plan::run(&args),
         Some(Command::Validate(args)) => validate::run(&args),

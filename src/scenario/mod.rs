@@ -21,6 +21,7 @@ pub mod joint;
 pub mod joints_summary;
 #[cfg(feature = "csv")]
 pub mod kept;
+pub mod label;
 #[cfg(feature = "film")]
 mod looks;
 pub mod model;
@@ -37,7 +38,6 @@ pub mod shown;
 pub mod solver_choice;
 mod tables;
 mod told;
-mod varied;
 pub mod written;
 
 pub use bodies::entries::ReadFile;

@@ -6,7 +6,6 @@ mod common;
 mod continued;
 mod driven;
 mod failure;
-mod fitted;
 mod flags;
 mod fuzz;
 mod gears;
@@ -44,8 +43,6 @@ mod start_index;
 mod streams;
 mod sums;
 mod support;
-#[path = "../fit/synthetic.rs"]
-mod synthetic;
 mod tampering;
 #[path = "../common/terms.rs"]
 mod terms;

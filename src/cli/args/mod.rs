@@ -1,7 +1,6 @@
 //! The arguments, and what each value may be.
 
 mod files;
-mod fit;
 mod gradient;
 mod plan;
 mod shared;
@@ -10,7 +9,6 @@ mod solve;
 mod validate;
 
 pub use files::{ConvertArgs, GifArgs, InspectArgs, PlotArgs, VerifyArgs, ViewArgs};
-pub use fit::FitArgs;
 pub use gradient::{GradientArgs, Quantity};
 pub use plan::PlanArgs;
 pub use shared::{AnimationArgs, PhysicsArgs};
@@ -54,9 +52,6 @@ pub enum Command {
     View(ViewArgs),
     /// Evaluate the step's nonlinear program at a point: values and exact derivatives.
     Inspect(InspectArgs),
-    /// Find parameters with which simulated tosses go like recorded ones: OUT/fit.json, tosses.csv,
-    /// fitted.toml and fit.html.
-    Fit(FitArgs),
     /// Differentiate a number of a body at the end of a run, by the start, pushes and constants: OUT/gradient.csv and
     /// gradient.json.
     Gradient(GradientArgs),

@@ -1,7 +1,7 @@
 //! What a number is differentiated by.
 
-use crate::cli::label::unit;
 use crate::cli::outcome::Failure;
+use tumble::scenario::label::unit;
 use tumble::world::Constant;
 
 /// What a number is differentiated by.

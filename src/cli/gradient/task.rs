@@ -3,7 +3,6 @@
 use super::super::args::Quantity;
 use super::super::outcome::Failure;
 use super::argument::Argument;
-use crate::cli::label::label;
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::sync::Arc;
@@ -11,6 +10,7 @@ use std::sync::atomic::AtomicBool;
 use tumble::derivative::StateChange;
 use tumble::error::Error;
 use tumble::mechanics::{RigidBody, State, Wrench};
+use tumble::scenario::label::label;
 use tumble::scenario::scene::Scene;
 use tumble::simulation::{Checkpoints, Run, RunGradient, Simulation, StepRecord};
 use tumble::solver::native::Smoothing;

@@ -1,14 +1,14 @@
-//! What a number of a constant belongs to, in the scene's words, and what it is in.
+//! Names and units of the numbers of constants, in the scene's words.
 
-use tumble::joint::JointAxis;
-use tumble::scenario::scene::Scene;
-use tumble::world::{Constant, Partner};
+use super::scene::Scene;
+use crate::joint::JointAxis;
+use crate::world::{Constant, Partner};
 
 /// The names of the axes of a vector.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// The body, piece, pair or axis of a joint that the `component` of a constant is of; nothing of what the world has one
-/// of.
+/// Name of the body, piece, pair or axis of a joint that has the number `component` of a constant; empty for a constant
+/// of the world.
 pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
     let world = &scene.world;
     let body = |index: usize| scene.bodies[index].clone();
@@ -71,7 +71,7 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
     }
 }
 
-/// The unit of a number of a constant; none of a factor.
+/// Unit of a number of a constant; empty for a factor.
 pub fn unit(constant: Constant) -> &'static str {
     match constant {
         Constant::Mass => "kg",

@@ -1,0 +1,177 @@
+"""Recorded motions: read from files, and checked before they are used."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Dict, List, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from .._arrays import numbers
+from .._checks import made, real
+from .._scene import Scene
+from .._trajectory import STATE_COLUMNS
+from .._tumble import TumbleError
+
+Floats = npt.NDArray[np.float64]
+
+_LEAST_FRAMES = 5
+_UNIT = 1e-3  # Largest deviation of a quaternion's length from 1: single precision and the digits of a file.
+_LATE = 0.01  # Largest deviation of a frame's time, in intervals: the digits of a file.
+_APART = 0.5  # Largest lower quartile of relative deviations of velocities from poses. Filters leave hundredths, impacts 1.
+_SLOW, _SLOW_SPIN = 0.05, 0.5  # Speeds, m/s and rad/s, below which velocities are not compared.
+# Places of a state's numbers in a row of a tensor: quaternion, position, spin, velocity.
+_TENSOR_COLUMNS = [4, 5, 6, 0, 1, 2, 3, 10, 11, 12, 7, 8, 9]
+_KINDS = (".csv", ".csv.gz", ".pt")
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The recorded motion of N bodies: ``rate`` frames a second from the time ``begin`` (s) on, ``states`` (F, N, 13) as in
+    Trajectory.states. Raises TumbleError for fewer than 5 frames, numbers that are not finite, quaternions whose length is
+    not 1, and velocities that contradict the poses."""
+
+    name: str
+    rate: float
+    states: Floats
+    begin: float = 0.0
+
+    def __post_init__(self) -> None:
+        def refused(why: str) -> TumbleError:
+            return TumbleError(f"recording {self.name}: {why}")
+
+        states = numbers(f"recording {self.name}: states", self.states, ("F", "N", 13), ("F", 13))
+        states = states.reshape(len(states), -1, 13).copy()
+        if len(states) < _LEAST_FRAMES:
+            raise refused(f"it has {len(states)} frames; {_LEAST_FRAMES} or more are needed")
+        if not 1 <= real("rate", self.rate) <= 1e5:
+            raise refused(f"its rate is {self.rate} frames a second; 1 to 100000 are allowed")
+        lengths = np.linalg.norm(states[..., 3:7], axis=-1)
+        off = np.abs(lengths - 1)
+        if off.max() > _UNIT:
+            frame, length = off.max(axis=1).argmax(), lengths.flat[off.argmax()]
+            raise refused(f"a quaternion in frame {frame} has length {length:.4f}; 1 is needed")
+        states[..., 3:7] /= lengths[..., None]
+        turns = turn_between(states[:-1, :, 3:7], states[1:, :, 3:7])
+        shifts = np.diff(states[..., :3], axis=0)
+        if _contradicts(states[1:, :, 7:10], shifts * self.rate, _SLOW):
+            raise refused("its velocities are not those of its positions; m, m/s and the right rate are needed")
+        if _contradicts(states[1:, :, 10:], turns * self.rate, _SLOW_SPIN):
+            needed = "rad/s in the body's frame and quaternions w, x, y, z from body to world are needed"
+            raise refused(f"its spins are not those of its attitudes; {needed}")
+        states.setflags(write=False)
+        object.__setattr__(self, "states", states)
+
+
+def turn_between(first: Floats, second: Floats) -> Floats:
+    """Rotation vectors from attitudes ``first`` to ``second``, (..., 4), the shorter way: rad, in the frames of ``first``."""
+    (a, u), (b, v) = ((of[..., :1], of[..., 1:]) for of in (first, second))
+    scalar = a * b + (u * v).sum(axis=-1, keepdims=True)
+    vector = np.where(scalar < 0, -1.0, 1.0) * (a * v - b * u - np.cross(u, v))
+    sine = np.linalg.norm(vector, axis=-1, keepdims=True)
+    return np.asarray(vector * np.where(sine > 0, 2 * np.arctan2(sine, np.abs(scalar)) / np.where(sine > 0, sine, 1.0), 2.0))
+
+
+def _contradicts(recorded: Floats, expected: Floats, slow: float) -> bool:
+    """Whether most velocities (F, N, 3) of a body deviate from what is expected."""
+    found, sizes = np.linalg.norm(recorded, axis=-1), np.linalg.norm(expected, axis=-1)
+    off = np.linalg.norm(recorded - expected, axis=-1) / np.maximum(sizes, slow)
+    fast = np.maximum(found, sizes) > slow
+    bodies = range(off.shape[1])
+    return any(fast[:, k].sum() >= 3 and np.quantile(off[fast[:, k], k], 0.25) > _APART for k in bodies)
+
+
+def read(path: Union[str, "os.PathLike[str]"], scene: Scene, *, rate: float = 148.0) -> List[Recording]:
+    """The recordings of a scene's bodies in a file, or in all such files of a folder.
+
+    A table (``.csv``, ``.csv.gz``) has a column ``t_s``, the columns of ``tumble.STATE_COLUMNS``, for several bodies
+    ``body`` with their names or places, and ``toss_id`` where it has several recordings; other columns are ignored. A tensor
+    (``.pt``), which torch reads, has T × 13 numbers of one body: quaternion, position, spin (body), velocity (world), at
+    ``rate`` frames a second. Raises TumbleError for a file that is not a recording."""
+    made("scene", scene, Scene)
+    folder = Path(path)
+    files = sorted(folder.iterdir()) if folder.is_dir() else [folder]
+    files = [file for file in files if file.name.endswith(_KINDS)]
+    if not files:
+        raise TumbleError(f"{path}: there is no recording; a file {', '.join(_KINDS)} is needed")
+    found: Dict[str, Recording] = {}
+    for file in files:
+        for recording in _read(file, scene, rate):
+            if recording.name in found:
+                raise TumbleError(f"{file}: recording {recording.name} is in another file too; leave one of them out")
+            found[recording.name] = recording
+    return list(found.values())
+
+
+def _read(file: Path, scene: Scene, rate: float) -> List[Recording]:
+    stem = file.name.split(".", 1)[0]
+    try:
+        if file.suffix == ".pt":
+            return [Recording(stem, rate, _tensor(file)[:, _TENSOR_COLUMNS])]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # An empty table is refused below.
+            table = np.genfromtxt(file, delimiter=",", names=True, dtype=None, encoding="utf-8")
+        return _of_table(np.atleast_1d(table), scene.bodies, stem)
+    except (ValueError, EOFError, gzip.BadGzipFile) as error:
+        raise TumbleError(f"{file}: {' '.join(str(error).split())}") from None
+
+
+def _tensor(file: Path) -> Floats:
+    try:
+        import torch
+    except ImportError:
+        raise TumbleError("torch reads tensors and is not installed; torch or a table is needed") from None
+    try:
+        tensor = torch.load(file, weights_only=True).double().numpy()
+    except Exception as error:
+        raise TumbleError(f"torch reads no tensor from it: {str(error).splitlines()[0]}") from None
+    return numbers("the tensor", tensor, ("T", 13))
+
+
+def _of_table(table: Any, bodies: List[str], name: str) -> List[Recording]:
+    """The recordings of a structured array with the columns of a table."""
+    needed = ["t_s", *(["body"] if len(bodies) > 1 else []), *STATE_COLUMNS]
+    missing = [column for column in needed if column not in (table.dtype.names or ())]
+    if missing:
+        raise TumbleError(f"the table has no column {missing[0]}; {', '.join(needed)} are needed, in SI units")
+    if not len(table):
+        raise TumbleError("the table has no rows; rows are needed")
+    ids = table["toss_id"].astype(str) if "toss_id" in table.dtype.names else np.full(len(table), name)
+    groups = np.split(np.arange(len(table)), np.nonzero(ids[1:] != ids[:-1])[0] + 1)
+    if len(groups) > len(set(ids)):
+        raise TumbleError("the rows of a recording are apart; they have to be together")
+    return [_of_rows(str(ids[rows[0]]), table[rows], bodies) for rows in groups]
+
+
+def _of_rows(name: str, table: Any, bodies: List[str]) -> Recording:
+    def refused(why: str) -> TumbleError:
+        return TumbleError(f"recording {name}: {why}")
+
+    count = len(bodies)
+    if len(table) % count or len(table) < _LEAST_FRAMES * count:
+        raise refused(f"it has {len(table)} rows; {_LEAST_FRAMES} frames or more of {count} bodies are needed")
+    frames = np.stack([table[column] for column in ("t_s", *STATE_COLUMNS)], axis=-1)
+    if frames.dtype.kind not in "fi":
+        raise refused("a field of its table is not a number; numbers are needed")
+    frames = frames.reshape(-1, count, 14)
+    if count > 1:
+        known = {**{str(place): place for place in range(count)}, **{body: place for place, body in enumerate(bodies)}}
+        order = np.array([known.get(str(of).strip(), -1) for of in table["body"]]).reshape(-1, count)
+        wrong = np.nonzero((np.sort(order, axis=1) != np.arange(count)).any(axis=1))[0]
+        if len(wrong):
+            raise refused(f"frame {wrong[0]} does not have each of {', '.join(bodies)} once; one row of each is needed")
+        frames = np.take_along_axis(frames, np.argsort(order, axis=1)[..., None], axis=1)
+    times = frames[..., 0]
+    rate = (len(times) - 1) / max(times[-1, 0] - times[0, 0], 1e-300)
+    late = np.abs(times - times[0, 0] - np.arange(len(times))[:, None] / rate).max(axis=1) * rate
+    if not late.max() <= _LATE:
+        frame = int(np.argmin(late <= _LATE))
+        raise refused(f"frame {frame} is at t_s = {times[frame, 0]}; equal intervals are needed")
+    # The digits of a file: 148 frames a second, not 148.00003.
+    rate = float(round(rate)) if abs(rate - round(rate)) < 1e-4 * rate else float(rate)
+    return Recording(name, rate, frames[..., 1:], float(times[0, 0]))
