@@ -50,8 +50,7 @@ fn scene_of(text: &str) -> Scene {
 }
 
 fn model_of(scene: &Scene) -> &Model {
-    let model = &scene.model;
-    model
+    &scene.model
 }
 
 /// The start of a scene as a film, dressed by a model.

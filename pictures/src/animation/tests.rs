@@ -126,7 +126,7 @@ fn other_views_and_other_bodies_are_drawn_too() {
     let views = [(200.0, 0.0), (0.0, 90.0), (-720.0, 45.0)];
     for (azimuth, elevation) in views {
         let view = Some(View { azimuth, elevation });
-        let bytes = bytes(&film, &Settings { size: 120, view, speed: 10.0, ..Settings::default() });
+        let bytes = bytes(&film, &Settings { size: 120, view, speed: 10.0 });
         assert_eq!(pictures(&bytes, 120).len(), 3);
     }
     film.bodies[0].points = [Vector3::x(), Vector3::y(), Vector3::z()].into();
