@@ -24,7 +24,7 @@ pub struct Chart {
 
 impl Chart {
     /// An empty chart with its axes and their names.
-    pub fn new(x: Axis, y: Axis, (x_name, y_name): (&str, &str)) -> Self {
+    pub(crate) fn new(x: Axis, y: Axis, (x_name, y_name): (&str, &str)) -> Self {
         let axes = Axes { x, y, left: 64.0, right: WIDTH - 16.0, top: 30.0, bottom: HEIGHT - 46.0 };
         let mut body = format!(
             "<path class=\"grid\" d=\"{}\"/>\n<path class=\"frame\" d=\"{}\"/>\n",
@@ -50,7 +50,7 @@ impl Chart {
     }
 
     /// An empty chart of `values` over the time until `end`.
-    pub fn over_time(
+    pub(crate) fn over_time(
         name: &str,
         end: f64,
         kind: Kind,
@@ -60,7 +60,26 @@ impl Chart {
         Self::new(time, axis, ("time t (s)", name))
     }
 
+    /// An empty chart of `values` over the time until `end`, with a linear axis.
+    pub fn linear_over_time(
+        name: &str,
+        end: f64,
+        values: impl Iterator<Item = f64> + Clone,
+    ) -> Self {
+        Self::over_time(name, end, Kind::Linear, values)
+    }
+
+    /// An empty chart for `points` with logarithmic axes.
+    pub fn logarithmic(
+        points: impl Iterator<Item = (f64, f64)> + Clone,
+        names: (&str, &str),
+    ) -> Self {
+        let x = Axis::new(Kind::Log, points.clone().map(|point| point.0), 4);
+        Self::new(x, Axis::new(Kind::Log, points.map(|point| point.1), 6), names)
+    }
+
     /// The values at the ends of the vertical axis.
+    #[must_use]
     pub fn heights(&self) -> (f64, f64) {
         self.axes.y.ends()
     }
@@ -102,12 +121,13 @@ impl Chart {
         self.body.push('\n');
     }
 
-    /// The chart as a part of a picture, `y` below its top; what stands around it says how classes are drawn.
-    pub fn part(self, y: f64) -> String {
+    /// The chart as a part of a picture, `y` below its top, which has the style sheet.
+    pub(crate) fn part(self, y: f64) -> String {
         format!("<g transform=\"translate(0 {y})\">\n{}</g>\n", self.body)
     }
 
     /// The figure, with its caption, which is markup.
+    #[must_use]
     pub fn figure(self, words: &str, caption: &str) -> String {
         format!(
             "<figure>\n<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">\n{}\
@@ -123,11 +143,13 @@ fn dot(class: &str, radius: f64, (x, y): (f64, f64)) -> String {
 }
 
 /// An entry of a legend: a line.
+#[must_use]
 pub fn line_key(class: &str, name: &str) -> String {
     key(&format!("<path class=\"{class}\" d=\"M0 5h26\"/>"), name)
 }
 
 /// An entry of a legend: a dot.
+#[must_use]
 pub fn dot_key(class: &str, radius: f64, name: &str) -> String {
     key(&dot(class, radius, (13.0, 5.0)), name)
 }

@@ -2,9 +2,9 @@
 //!
 //! A [`Film`] is plain data: bodies and their shapes, where they are in each frame, and the
 //! contact forces between two frames. [`animation`] makes a GIF or an animated PNG of it, [`plot`] curves over time, [`view`] a
-//! page that plays one film or two. [`validation`] makes a page of comparisons with
-//! closed-form answers, [`fit`] one of recorded and simulated motions, [`plan`] one of a plan. Nothing here reads or writes a file, and the same input gives the
-//! same bytes.
+//! page that plays one film or two. [`fit`] makes a page of recorded and simulated motions, [`plan`] one
+//! of a plan, and [`page`] has the parts of pages. Nothing here reads or writes a file, and the same input
+//! gives the same bytes.
 
 #![forbid(unsafe_code)]
 
@@ -15,12 +15,12 @@ pub mod fit;
 mod font;
 mod forces;
 mod markup;
+pub mod page;
 pub mod plan;
 pub mod plot;
 #[cfg(test)]
 mod samples;
 mod shape;
-pub mod validation;
 pub mod view;
 
 pub use film::{

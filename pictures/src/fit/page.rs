@@ -3,9 +3,7 @@
 use super::charts;
 use super::report::{Motion, Report};
 use crate::markup::escape;
-use crate::validation::number::figure;
-use crate::validation::style::opening;
-use crate::validation::table::{number, table};
+use crate::page::{figure, number, opening, table};
 use std::fmt::Write as _;
 
 /// How the page is to be read.
