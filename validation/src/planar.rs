@@ -61,7 +61,7 @@ impl Placed {
         Self { place, angle, velocity: Vector2::zeros(), spin: 0.0 }
     }
 
-    /// From the centre to the point `at`, in the plane's axes.
+    /// The vector from the centre to the point `at`, in the plane's axes.
     fn lever(&self, at: &Vector2<f64>) -> Vector2<f64> {
         let (sin, cos) = self.angle.sin_cos();
         Vector2::new(cos * at[0] - sin * at[1], sin * at[0] + cos * at[1])
@@ -234,11 +234,10 @@ impl Linkage {
                     let before = &now[body];
                     let wanted = momentum(h, before.spin).0 + h * torque / bar.moment;
                     let velocity = before.velocity + force * (h / bar.mass);
-                    let mut spin = next[body].spin;
-                    for _ in 0..ROUNDS {
+                    let spin = newton(next[body].spin, |spin| {
                         let (has, slope) = momentum(h, spin);
-                        spin -= (has - wanted) / slope;
-                    }
+                        (has - wanted, slope)
+                    });
                     let angle = before.angle + 2.0 * (0.5 * h * spin).atan();
                     next[body] =
                         Placed { place: before.place + velocity * h, angle, velocity, spin };

@@ -49,6 +49,15 @@ pub(crate) fn angle_about(axis: usize, state: &State) -> f64 {
     2.0 * state.attitude[1 + axis].atan2(state.attitude[0])
 }
 
+/// The root of a function near `start` by Newton's method; `function` has the value and the derivative.
+/// The iterations are enough to settle to the last digit.
+pub(crate) fn newton(start: f64, function: impl Fn(f64) -> (f64, f64)) -> f64 {
+    (0..40).fold(start, |x, _| {
+        let (value, slope) = function(x);
+        x - value / slope
+    })
+}
+
 /// The angular momentum per moment of inertia of the spin ω (rad/s) about a principal axis, and its
 /// derivative by ω. With steps of `h` (s), P^±(ω) of eq. 34 is
 ///

@@ -24,7 +24,7 @@ const IPOPT_STEP: f64 = 5.0;
 pub struct Plan {
     pub problem: &'static Problem,
     pub inputs: Inputs,
-    /// Where `--dt` gives one.
+    /// The time step of `--dt`, s.
     step: Option<f64>,
     /// The flags that change something for this problem.
     flags: String,

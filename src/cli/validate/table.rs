@@ -97,7 +97,7 @@ fn counts(text: &mut String, series: &Series) {
     );
 }
 
-/// What was not run with Ipopt, a line each.
+/// The problems without Ipopt, a line each with the reason.
 pub fn left_out(problems: &[(&str, String)]) -> String {
     let line = |(name, why): &(&str, String)| format!("left out with Ipopt: {name}: {why}\n");
     problems.iter().map(line).collect()

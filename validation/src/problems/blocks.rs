@@ -25,7 +25,7 @@ struct Blocks {
     gravity: f64,
 }
 
-/// Of the lower and the upper block, m/s².
+/// Accelerations of the lower and the upper block, m/s².
 type Accelerations = [f64; 2];
 
 impl Blocks {

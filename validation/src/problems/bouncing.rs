@@ -18,7 +18,7 @@ struct Bounces {
 }
 
 impl Bounces {
-    /// From heights z_k = z(k h) above the ground and the steps of the impacts.
+    /// The bounces with the heights z_k = z(k h) above the ground and the steps of the impacts.
     fn of(h: f64, heights: impl IntoIterator<Item = f64>, impacts: &[usize]) -> Self {
         let mut found = Self { heights: [0.0; BOUNCES], impacts: [f64::NAN; BOUNCES + 1] };
         for (slot, &step) in found.impacts.iter_mut().zip(impacts) {
@@ -161,12 +161,10 @@ fn edge_impact(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let inertia = mass * (a * a + c * c) / 3.0;
     let exact = (1.0 + e) * speed / (1.0 / mass + lever * lever / inertia) * lever / inertia;
     let upwards = exact * inertia / (lever * mass) - speed;
-    let mut spin = exact;
-    // Newton's method settles before that.
-    for _ in 0..50 {
+    let spin = newton(exact, |spin| {
         let (turning, slope) = momentum(h, spin);
-        spin -= (turning - exact) / slope;
-    }
+        (turning - exact, slope)
+    });
 
     // Half a step above the ground: the impact comes in the first step, on the edge at +x.
     let mut start = resting(below + 0.5 * h * speed);

@@ -114,8 +114,8 @@ struct Fall {
 }
 
 impl Fall {
-    /// From the last two states before the contact, `meet` being the last, and the spins `AFTER` steps
-    /// later.
+    /// The fall with these last two states before the contact, the last one at step `meet`, and the spins
+    /// `AFTER` steps later.
     fn of(h: f64, gaps: [f64; 2], spins: [f64; 2], meet: usize, after: [f64; 2]) -> Self {
         let part = gaps[1] / (gaps[0] - gaps[1]);
         let spin = spins[1] + part * (spins[1] - spins[0]);

@@ -37,8 +37,8 @@ pub(crate) const DRAGGED_CUBE: Problem = Problem {
 /// ```
 ///
 /// Since s h is within ½ h of t_s, the speed is less than the exact one by at most r h²/(8 m); the
-/// distance is longer by ½ v h. The line between two speeds is above the parabola by as much, so that
-/// the time τ = √(2 m v/r) of a speed is off by at most √(τ² + ½ h²) − τ or τ − √(τ² − ½ h²).
+/// distance is longer by ½ v h. The line between two speeds is above the parabola by as much. The time
+/// τ = √(2 m v/r) of a speed is therefore off by at most √(τ² + ½ h²) − τ or τ − √(τ² − ½ h²).
 fn dragged_cube(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [friction, gravity, mass] = inputs.all([Friction, Gravity, Mass])?;
     let (limit, h, most) = (friction * mass * gravity, runner.time_step, 0.9 * FORCE);

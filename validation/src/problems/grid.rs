@@ -39,8 +39,6 @@ const DIRECTIONS: [Vector2<f64>; 2] =
     [Vector2::new(0.0, 1.0), Vector2::new(0.5, 0.866_025_403_784_438_6)];
 /// Contacts of the balls, and corners of the box.
 const CONTACTS: f64 = BALLS + 4.0;
-/// Newton iterations until a speed settles.
-const ROUNDS: usize = 20;
 
 /// Speeds of the box, of a ball and of its rim, m/s.
 #[derive(Debug, Clone, Copy, Default)]
@@ -59,13 +57,10 @@ impl Speeds {
             let plate = self.plate + h * PUSH - BALLS / RATIO * p;
             Self { plate, ball: self.ball + p, rim }
         };
-        let mut rim = self.rim;
-        for _ in 0..ROUNDS {
+        after(newton(self.rim, |rim| {
             let Self { plate, ball, .. } = after(rim);
-            let by_turning = 0.4 * turning(rim).1 * (1.0 + BALLS / RATIO);
-            rim -= (ball + rim - plate) / (by_turning + 1.0);
-        }
-        after(rim)
+            (ball + rim - plate, 0.4 * turning(rim).1 * (1.0 + BALLS / RATIO) + 1.0)
+        }))
     }
 
     /// The speeds in continuous time.

@@ -22,8 +22,6 @@ const BEARING: f64 = 0.3;
 const START: f64 = 1.0;
 /// Periods of the run.
 const PERIODS: usize = 4;
-/// Newton iterations until an angle settles to the last digit.
-const ROUNDS: usize = 30;
 
 #[derive(Clone, Copy)]
 struct Rod {
@@ -194,11 +192,9 @@ fn servo(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let drive = Drive { motor: Some(motor), ..Drive::NONE };
     let setup = rod.setup(drive, SETTLES * unit)?;
     let (run, torques) = runner.watch(&setup, |step| step.joints[0].torque[2])?;
-    let mut angle = START;
-    for _ in 0..ROUNDS {
-        let missed = STIFFNESS * (START - angle) - angle.sin();
-        angle += missed / (STIFFNESS + angle.cos());
-    }
+    let angle = newton(START, |angle| {
+        (-(STIFFNESS * (START - angle) - angle.sin()), STIFFNESS + angle.cos())
+    });
     // A force that is missed moves the rod by that over k.
     let last = run.residuals[run.steps() - 1];
     let lacked = (last.momentum + last.joint) / (rod.gravity * h);

@@ -16,8 +16,6 @@ use crate::prelude::*;
 
 /// R, m.
 const RADIUS: f64 = 0.2;
-/// Newton iterations until a speed settles to the last digit.
-const ROUNDS: usize = 30;
 /// The largest rotation of a step, rad.
 const MOST_TURN: f64 = 0.25;
 /// Rounding hides the order of a smaller share κ² u².
@@ -49,15 +47,9 @@ impl Ball {
         // The rim's speed that rolls, and p = ⅖ (w(u⁺) − w(u)).
         let turning = |u: f64| momentum(h / RADIUS, u);
         let friction = |after: f64| 0.4 * (turning(after).0 - turning(u).0);
-        let mut after = u;
-        for _ in 0..ROUNDS {
-            after += (pulled - friction(after) - after) / (0.4 * turning(after).1 + 1.0);
-        }
-        let p = friction(after).clamp(-grip, grip);
-        for _ in 0..ROUNDS {
-            after -= (friction(after) - p) / (0.4 * turning(after).1);
-        }
-        (pulled - p, after)
+        let rolling = newton(u, |u| (-(pulled - friction(u) - u), 0.4 * turning(u).1 + 1.0));
+        let p = friction(rolling).clamp(-grip, grip);
+        (pulled - p, newton(rolling, |u| (friction(u) - p, 0.4 * turning(u).1)))
     }
 
     /// The speeds at the start and after each step.
@@ -185,8 +177,8 @@ pub(crate) const SLIDING_BALL: Problem = Problem {
     ..Problem::solved_by(sliding_ball)
 };
 
-/// While it slides v(t) = v − μ g t and R ω = ⁵⁄₂ μ g t, which are equal at t = 2 v/(7 μ g) with
-/// ⁵⁄₇ v: the angular momentum about the line of contact is constant. The scheme conserves
+/// While it slides v(t) = v − μ g t and R ω = ⁵⁄₂ μ g t. They are equal at t = 2 v/(7 μ g) with ⁵⁄₇ v.
+/// The angular momentum about the line of contact is constant. The scheme conserves
 /// v + ⅖ w(u), and v = u at the end.
 fn sliding_ball(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [gravity, speed, friction, mass] = inputs.all([Gravity, Speed, Friction, Mass])?;

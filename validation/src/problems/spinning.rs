@@ -15,8 +15,6 @@ pub(crate) const SPINNING_BOX: Problem = Problem {
 
 /// m.
 const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.2, 0.02);
-/// Newton iterations until the spin settles to the last digit.
-const ROUNDS: usize = 40;
 
 /// Friction at every corner is along its circle, together μ m g with the arm R = √(a² + b²), however
 /// the corners share the weight. With I = m (a² + b²)/3 = m R²/3:
@@ -103,16 +101,12 @@ fn discrete_spins(spin: f64, lost: f64, h: f64, steps: usize) -> Vec<f64> {
     let mut spins = vec![spin];
     for k in 0..steps {
         let before = momentum(h, spins[k]).0;
-        let mut after = if before > lost { spins[k] } else { 0.0 };
-        if before > lost {
-            // Newton's method, whose slope lacks a share of ¼ h² D ω.
-            for _ in 0..ROUNDS {
-                let (turning, slope) = momentum(h, after);
-                let missed = turning + lost / (0.5 * h * after).hypot(1.0) - before;
-                after -= missed / slope;
-            }
-        }
-        spins.push(after);
+        // The derivative lacks a share of ¼ h² D ω.
+        let missed = |after: f64| {
+            let (turning, slope) = momentum(h, after);
+            (turning + lost / (0.5 * h * after).hypot(1.0) - before, slope)
+        };
+        spins.push(if before > lost { newton(spins[k], missed) } else { 0.0 });
     }
     spins
 }

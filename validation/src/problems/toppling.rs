@@ -70,15 +70,15 @@ fn slope_topple(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
 }
 
 impl TallBox {
-    /// How far below the threshold residuals may tip the box over, rad: τ δω for the spin δω that they
-    /// make. A box that stands δ below falls back from the spin ω if ½ I ω² < ½ m g R δ², and
+    /// The angle below the threshold at which residuals may tip the box over, rad: τ δω for their spin
+    /// δω. A box that stands δ below falls back from the spin ω if ½ I ω² < ½ m g R δ², and
     /// τ² = I/(m g R).
     fn tipped(&self, run: &Run) -> f64 {
         self.growth_time() * self.spin_tolerance(run, self.critical_spin())
     }
 
-    /// How far above the threshold residuals may prop the box up, rad. At δ above it each step pulls
-    /// with g h R δ, per unit mass, about the lower edge. Against it act the residual of velocities
+    /// The angle above the threshold at which residuals may prop the box up, rad. At δ above it each step
+    /// pulls with g h R δ, per unit mass, about the lower edge. Against it act the residual of velocities
     /// (R + R²/(3ℓ) for a lever), a pull δ_n at each of the two upper corners, 2a away, and positions
     /// that lag the velocities, which have grown to ¾ g δ t in the time t.
     fn propped(&self, run: &Run) -> f64 {
