@@ -3,7 +3,7 @@
 use crate::quantity::Label;
 use crate::residual::Residual;
 use crate::{Curve, Refusal};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::contact::detection::Detection;
@@ -11,7 +11,7 @@ use tumble_core::contact::{Partner, Plane};
 use tumble_core::error::Error;
 use tumble_core::geometry::Piece;
 use tumble_core::joint::{Drive, Joint, JointAxis, JointForce};
-use tumble_core::mechanics::quaternion::advance;
+use tumble_core::mechanics::quaternion::{advance, rotation};
 use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::{ContactForce, StepSolver, StepStatus};
@@ -278,31 +278,71 @@ impl<'a> Runner<'a> {
         Ok(simulation)
     }
 
-    /// The residual of a step, as far as it is excused: the certificate's, and the kinematics
-    ///
-    /// ```text
-    /// max(|r⁺ − r − h v⁺|/h, 2ℓ |8b|/h)
-    /// ```
-    ///
-    /// of all bodies with their reach ℓ. (A quaternion with the error δ is a rotation with 2 δ.)
+    /// The residual of a step, as far as it is excused: the largest of all bodies in the equations
+    /// of motion, and the certificate's in the laws of contacts and joints.
     fn residual(&self, setup: &Setup, record: &StepRecord) -> Residual {
-        let (h, certificate) = (self.time_step, &record.certificate);
-        let ends = record.states.iter().zip(&record.solution.states);
-        let kinematics = setup.bodies.iter().zip(ends).map(|(subject, (before, after))| {
-            let position = after.position - before.position - h * after.velocity;
-            let attitude = after.attitude - advance(&before.attitude, &after.spin, h);
-            position.norm().max(2.0 * subject.body.reach() * attitude.norm()) / h
-        });
-        let residual = Residual {
-            kinematics: largest(kinematics),
-            momentum: certificate.dynamics,
+        let certificate = &record.certificate;
+        let mut residual = Residual {
             normal: certificate.normal_law.max(certificate.penetration),
             friction: certificate.friction_law,
-            joint: certificate.joint.max(certificate.joint_law),
+            ..Residual::default()
         };
-        let masses = setup.bodies.iter().map(|subject| subject.body.mass());
-        let lightest = masses.fold(f64::INFINITY, f64::min);
-        residual.excused(h * self.smoothing / lightest)
+        for index in 0..setup.bodies.len() {
+            let (kinematics, momentum) = self.motion_residual(setup, record, index);
+            residual.kinematics = residual.kinematics.max(kinematics);
+            residual.momentum = residual.momentum.max(momentum);
+        }
+        if !setup.joints.is_empty() {
+            residual.momentum = certificate.dynamics;
+            residual.joint = certificate.joint.max(certificate.joint_law);
+        }
+        let lightest = setup.bodies.iter().map(|subject| subject.body.mass());
+        let lightest = lightest.fold(f64::INFINITY, f64::min);
+        residual.excused(self.time_step * self.smoothing / lightest)
+    }
+
+    /// Kinematics and momentum of body `index`, each a speed (ℓ is the body's reach):
+    ///
+    /// ```text
+    /// kinematics = max(|r⁺ − r − h v⁺|/h, 2ℓ |8b|/h)
+    /// momentum   = max(|v⁺ − v − h (F/m + g)|, ℓ |8d|)
+    /// ```
+    ///
+    /// (A quaternion with the error δ is a rotation with the error 2 δ.)
+    fn motion_residual(&self, setup: &Setup, record: &StepRecord, index: usize) -> (f64, f64) {
+        let (h, Subject { body, load, .. }) = (self.time_step, &setup.bodies[index]);
+        let (before, after) = (&record.states[index], &record.solution.states[index]);
+        let external = load.wrench(record.index, h, &before.attitude);
+        let to_body = rotation(&before.attitude).transpose();
+        let (mut force, mut torque) = (external.force, external.torque);
+        for (contact, found) in record.contacts.iter().zip(&record.solution.contacts) {
+            if contact.key.body == index {
+                force += found.force;
+                torque += contact.lever.cross(&(to_body * found.force));
+            } else if contact.key.partner == Partner::Body(index) {
+                let point = record.states[contact.key.body].position + contact.arm;
+                let lever = to_body * (point - before.position);
+                force -= found.force;
+                torque -= lever.cross(&(to_body * found.force));
+            }
+        }
+        // P^±(ω) (eq. 34), as a matrix times I ω.
+        let momentum = |spin: &Vector3<f64>, h: f64| {
+            let turned = spin.cross_matrix() * (0.5 * h);
+            let along = spin * spin.transpose() * (0.25 * h * h);
+            (Matrix3::identity() + turned + along) * body.inertia() * spin
+        };
+        let gravity = Vector3::new(0.0, 0.0, -setup.gravity);
+
+        let position = after.position - before.position - h * after.velocity;
+        let attitude = after.attitude - advance(&before.attitude, &after.spin, h);
+        let velocity = after.velocity - before.velocity - h * (force / body.mass() + gravity);
+        let turning = momentum(&after.spin, h) - momentum(&before.spin, -h) - h * torque;
+        let spin = body.inertia_inverse() * turning;
+        (
+            position.norm().max(2.0 * body.reach() * attitude.norm()) / h,
+            velocity.norm().max(body.reach() * spin.norm()),
+        )
     }
 
     fn count(&mut self, record: &StepRecord) {

@@ -47,7 +47,7 @@ pub fn chosen(args: &ValidateArgs) -> Result<Vec<&'static Problem>, Failure> {
             let names: Vec<_> = PROBLEMS.iter().map(|problem| problem.name).collect();
             Failure::Input(format!("{name:?} is not a problem; there are {}", names.join(", ")))
         })?;
-        if chosen.iter().all(|other| other.name() != problem.name) {
+        if chosen.iter().all(|other| other.name != problem.name) {
             chosen.push(problem);
         }
     }
