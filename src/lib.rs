@@ -22,8 +22,6 @@ pub mod rollout;
 #[cfg(feature = "scenario")]
 pub mod scenario;
 pub mod simulation;
-#[cfg(feature = "validation")]
-pub mod validation;
 
 #[cfg(feature = "ipopt")]
 pub mod ipopt;

@@ -21,7 +21,7 @@ pub struct Chart {
 
 impl Chart {
     /// An empty chart with its axes and their names.
-    pub fn new(x: Axis, y: Axis, (x_name, y_name): (&str, &str)) -> Self {
+    pub(crate) fn new(x: Axis, y: Axis, (x_name, y_name): (&str, &str)) -> Self {
         let axes = Axes { x, y, left: 64.0, right: WIDTH - 16.0, top: 30.0, bottom: HEIGHT - 46.0 };
         let mut body = format!(
             "<path class=\"grid\" d=\"{}\"/>\n<path class=\"frame\" d=\"{}\"/>\n",
@@ -47,7 +47,7 @@ impl Chart {
     }
 
     /// An empty chart of `values` over the time until `end`.
-    pub fn over_time(
+    pub(crate) fn over_time(
         name: &str,
         end: f64,
         kind: Kind,
@@ -57,7 +57,26 @@ impl Chart {
         Self::new(time, axis, ("time t (s)", name))
     }
 
+    /// An empty chart of `values` over the time until `end`, with a linear axis.
+    pub fn linear_over_time(
+        name: &str,
+        end: f64,
+        values: impl Iterator<Item = f64> + Clone,
+    ) -> Self {
+        Self::over_time(name, end, Kind::Linear, values)
+    }
+
+    /// An empty chart for `points` with logarithmic axes.
+    pub fn logarithmic(
+        points: impl Iterator<Item = (f64, f64)> + Clone,
+        names: (&str, &str),
+    ) -> Self {
+        let x = Axis::new(Kind::Log, points.clone().map(|point| point.0), 4);
+        Self::new(x, Axis::new(Kind::Log, points.map(|point| point.1), 6), names)
+    }
+
     /// The values at the ends of the vertical axis.
+    #[must_use]
     pub fn heights(&self) -> (f64, f64) {
         self.axes.y.ends()
     }
@@ -100,6 +119,7 @@ impl Chart {
     }
 
     /// The figure, with its caption, which is markup.
+    #[must_use]
     pub fn figure(self, words: &str, caption: &str) -> String {
         format!(
             "<figure>\n<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">\n{}\
@@ -115,11 +135,13 @@ fn dot(class: &str, radius: f64, (x, y): (f64, f64)) -> String {
 }
 
 /// An entry of a legend: a line.
+#[must_use]
 pub fn line_key(class: &str, name: &str) -> String {
     key(&format!("<path class=\"{class}\" d=\"M0 5h26\"/>"), name)
 }
 
 /// An entry of a legend: a dot.
+#[must_use]
 pub fn dot_key(class: &str, radius: f64, name: &str) -> String {
     key(&dot(class, radius, (13.0, 5.0)), name)
 }

@@ -2,10 +2,8 @@
 
 use crate::chart::{Chart, line_key};
 use crate::markup::escape;
+use crate::page::{figure, number, opening, table};
 use crate::plot::scale::{Axis, Kind};
-use crate::validation::number::figure;
-use crate::validation::style::opening;
-use crate::validation::table::{number, table};
 use std::fmt::Write as _;
 
 /// Content of the page.

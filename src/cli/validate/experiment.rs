@@ -1,6 +1,5 @@
-//! What is to be run, checked before the first run, and the runs.
+//! The plan of the runs, its checks before the first run, and the runs.
 
-use super::report;
 use crate::cli::args::{Solvers, ValidateArgs};
 use crate::cli::outcome::{Failure, refuse_flags};
 use crate::cli::shown;
@@ -12,18 +11,20 @@ use tumble::solver::ipopt::{
 };
 use tumble::solver::native::NativeSolver;
 use tumble::step::StepSolver;
-use tumble::validation::{self, Input, Inputs, Laboratory, PROBLEMS, Problem, Unsuitable};
+use tumble::step_nlp::SMOOTHING;
 use tumble::world::World;
-use tumble_pictures::validation::{Series, Solver};
+use tumble_validation::{
+    Input, Inputs, PROBLEMS, Problem, Refusal, Runner, Series, Solver, Trial, find,
+};
 
 /// Ipopt's usual step in steps of the problem: it is some thousand times slower.
 const IPOPT_STEP: f64 = 5.0;
 
 /// A problem with the inputs it is to be run with.
 pub struct Plan {
-    pub problem: &'static dyn Problem,
+    pub problem: &'static Problem,
     pub inputs: Inputs,
-    /// Where `--dt` gives one.
+    /// The time step of `--dt`, s.
     step: Option<f64>,
     /// The flags that change something for this problem.
     flags: String,
@@ -36,17 +37,17 @@ pub enum Stop {
 }
 
 /// The problems that `args` name, or all.
-pub fn chosen(args: &ValidateArgs) -> Result<Vec<&'static dyn Problem>, Failure> {
+pub fn chosen(args: &ValidateArgs) -> Result<Vec<&'static Problem>, Failure> {
     if args.problems.is_empty() {
-        return Ok(PROBLEMS.to_vec());
+        return Ok(PROBLEMS.iter().collect());
     }
-    let mut chosen: Vec<&'static dyn Problem> = Vec::new();
+    let mut chosen: Vec<&'static Problem> = Vec::new();
     for name in &args.problems {
-        let problem = validation::find(name).ok_or_else(|| {
-            let names: Vec<_> = PROBLEMS.iter().map(|problem| problem.name()).collect();
-            Failure::Input(format!("{name:?} is no problem; there are {}", names.join(", ")))
+        let problem = find(name).ok_or_else(|| {
+            let names: Vec<_> = PROBLEMS.iter().map(|problem| problem.name).collect();
+            Failure::Input(format!("{name:?} is not a problem; there are {}", names.join(", ")))
         })?;
-        if chosen.iter().all(|other| other.name() != problem.name()) {
+        if chosen.iter().all(|other| other.name != problem.name) {
             chosen.push(problem);
         }
     }
@@ -69,7 +70,7 @@ pub fn plan(args: &ValidateArgs) -> Result<Vec<Plan>, Failure> {
     let given = given(args);
     for (input, _) in &given {
         let idle = !problems.iter().any(|problem| problem.inputs().has(*input));
-        let names: Vec<_> = problems.iter().map(|problem| problem.name()).collect();
+        let names: Vec<_> = problems.iter().map(|problem| problem.name).collect();
         refuse_flags(&names.join(", "), &[(&format!("--{}", input.name()), idle)])?;
     }
     let plans: Vec<_> =
@@ -107,15 +108,15 @@ pub fn each(solvers: Solvers) -> &'static [Solver] {
 }
 
 /// Why Ipopt does not take the problem; `None` where it does.
-fn beyond_ipopt(problem: &dyn Problem) -> Option<String> {
-    let bodies = problem.bodies();
+fn beyond_ipopt(problem: &Problem) -> Option<String> {
+    let bodies = problem.bodies;
     let many = || format!("it has {bodies} bodies, and Ipopt's path takes up to {MOST_BODIES}");
-    let why = problem.beyond_ipopt().map(str::to_owned);
+    let why = problem.native_only.map(str::to_owned);
     why.or_else(|| (bodies > MOST_BODIES).then(many))
 }
 
 /// Whether `solver` takes the problem.
-pub fn takes(solver: Solver, problem: &dyn Problem) -> bool {
+pub fn takes(solver: Solver, problem: &Problem) -> bool {
     solver == Solver::Native || beyond_ipopt(problem).is_none()
 }
 
@@ -125,7 +126,7 @@ pub fn left_out(args: &ValidateArgs) -> Result<Vec<(&'static str, String)>, Fail
         return Ok(Vec::new());
     }
     let problems = chosen(args)?.into_iter();
-    Ok(problems.filter_map(|problem| Some((problem.name(), beyond_ipopt(problem)?))).collect())
+    Ok(problems.filter_map(|problem| Some((problem.name, beyond_ipopt(problem)?))).collect())
 }
 
 /// The flags that set `values` and the step.
@@ -136,7 +137,7 @@ pub fn flags(values: &[(Input, f64)], step: Option<f64>) -> String {
 }
 
 impl Plan {
-    fn new(problem: &'static dyn Problem, given: &[(Input, f64)], step: Option<f64>) -> Self {
+    fn new(problem: &'static Problem, given: &[(Input, f64)], step: Option<f64>) -> Self {
         let mut inputs = problem.inputs();
         let mut used = given.to_vec();
         used.retain(|(input, _)| inputs.has(*input));
@@ -161,21 +162,21 @@ impl Plan {
         }
     }
 
-    /// Whether the problem can be posed at all. A solver that gives up before it is made
-    /// ends it there: by then its inputs have been checked.
+    /// Whether the problem can be posed. Inputs are checked before the first solver is made; this one
+    /// gives up there.
     fn check(&self, step: f64) -> Result<(), Failure> {
         let give_up = |_: &World| Err(Error::Interrupted);
-        match self.problem.solve(&self.inputs, &mut Laboratory::new(&give_up, step)) {
-            Ok(_) | Err(Unsuitable::Model(Error::Interrupted)) => Ok(()),
+        match self.problem.solve(&self.inputs, &mut Runner::new(&give_up, step)) {
+            Ok(_) | Err(Refusal::Model(Error::Interrupted)) => Ok(()),
             Err(why) => Err(self.refusal(&why)),
         }
     }
 
     /// One sentence with the problem, the flags and the reason.
-    fn refusal(&self, why: &Unsuitable) -> Failure {
+    fn refusal(&self, why: &Refusal) -> Failure {
         let flags = &self.flags;
         let with = if flags.is_empty() { String::new() } else { format!(" with {flags}") };
-        let name = self.problem.name();
+        let name = self.problem.name;
         Failure::Input(format!("{name}{with}: {why} (or leave this problem out)"))
     }
 
@@ -187,20 +188,32 @@ impl Plan {
         done: impl Fn(),
     ) -> Result<Series, Stop> {
         let make = |world: &World| make_solver(solver, world, interrupt);
-        let mut runs = Vec::new();
+        let smoothing = if solver == Solver::Ipopt { SMOOTHING } else { 0.0 };
+        let mut trials = Vec::new();
         for time_step in self.time_steps(solver) {
-            let mut laboratory = Laboratory::new(&make, time_step);
-            laboratory.interrupt_by(Arc::clone(interrupt));
-            let findings = match self.problem.solve(&self.inputs, &mut laboratory) {
+            let runner = Runner::new(&make, time_step).smoothed(smoothing);
+            let mut runner = runner.interrupted_by(Arc::clone(interrupt));
+            let findings = match self.problem.solve(&self.inputs, &mut runner) {
                 Ok(findings) => findings,
-                Err(Unsuitable::Model(Error::Interrupted)) => return Err(Stop::Interrupted),
+                Err(Refusal::Model(Error::Interrupted)) => return Err(Stop::Interrupted),
                 Err(why) => return Err(Stop::Failed(self.refusal(&why))),
             };
-            runs.push((time_step, findings, laboratory));
+            trials.push(Trial { time_step, findings, counts: runner.counts });
             done();
         }
-        Ok(report::series(solver, runs))
+        Ok(Series { solver, trials })
     }
+}
+
+/// The inputs of a problem in words: `mass 2 kg, mu 0.3`.
+pub fn inputs_in_words(problem: &Problem, inputs: &Inputs) -> String {
+    let word = |&(input, value): &(Input, f64)| {
+        let value = shown::number(value);
+        format!("{} {value} {}", input.name(), problem.unit(input)).trim_end().to_owned()
+    };
+    let bodies = problem.bodies;
+    let several = (bodies > 1).then(|| format!("{bodies} bodies"));
+    inputs.values().iter().map(word).chain(several).collect::<Vec<_>>().join(", ")
 }
 
 /// A solver, unless Ctrl-C came before it.

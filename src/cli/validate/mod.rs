@@ -1,7 +1,6 @@
 //! `tumble validate`: simulations against closed-form answers.
 
 mod experiment;
-mod report;
 mod table;
 
 use super::args::ValidateArgs;
@@ -13,18 +12,12 @@ use super::signals::raise_on_signals;
 use experiment::{Plan, Stop};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::validation::Problem;
-use tumble_pictures::validation::{Report, Solver, page};
+use tumble_validation::{Experiment, Report, Solver, page};
 
 /// `tumble validate`.
 pub fn run(args: &ValidateArgs) -> Result<Outcome, Failure> {
     if args.list {
-        let usual = |problem: &dyn Problem| {
-            let inputs = problem.inputs();
-            (report::experiment(problem, &inputs, Vec::new()), inputs.time_step)
-        };
-        let problems: Vec<_> = experiment::chosen(args)?.into_iter().map(usual).collect();
-        say(&table::list(&problems))?;
+        say(&table::list(&experiment::chosen(args)?))?;
         return Ok(Outcome::Done);
     }
     let plans = experiment::plan(args)?;
@@ -68,9 +61,11 @@ fn examine(
         }
     }
     bar.finish_and_clear();
-    let experiments = plans.into_iter().zip(series);
     let experiments =
-        experiments.map(|(plan, series)| report::experiment(plan.problem, &plan.inputs, series));
+        plans.into_iter().zip(series).map(|(Plan { problem, inputs, .. }, series)| {
+            let inputs = experiment::inputs_in_words(problem, &inputs);
+            Experiment { problem: *problem, inputs, series }
+        });
     Ok(Report {
         program: format!(
             "tumble {}, Ipopt {}",
@@ -85,7 +80,7 @@ fn examine(
 fn outcome(report: &Report) -> Outcome {
     let series = || report.experiments.iter().flat_map(|experiment| &experiment.series);
     let (holding, count) = report.holding();
-    if series().any(|series| series.sum(|trial| trial.failed) > 0) {
+    if series().any(|series| series.sum(|counts| counts.failed) > 0) {
         Outcome::Unconverged
     } else if holding < count {
         Outcome::Mismatch
@@ -97,41 +92,40 @@ fn outcome(report: &Report) -> Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tumble_pictures::validation::{Curve, Experiment, Quantity, Series, Solver, Trial};
+    use tumble_validation::{
+        Claim, Convergence, Counts, Curve, Findings, Quantity, Series, Trial, find,
+    };
 
     /// A report of one quantity of first order at two time steps, `error` m off the discrete
     /// answer at the second of them.
     fn report(error: f64, failed: u64) -> Report {
         let trial = |error: f64, time_step: f64| Trial {
             time_step,
-            quantities: vec![Quantity {
-                name: "way".to_owned(),
-                unit: "m".to_owned(),
-                measured: 2.0 + time_step + error,
-                discrete: 2.0 + time_step,
-                exact: 2.0,
-                slack: 1e-5,
-                fault: (error.is_nan() || error.abs() > 1.1e-5)
-                    .then(|| "error, allowed".to_owned()),
-                order: "1.00".to_owned(),
-                first_order: true,
-            }],
-            steps: 5,
-            failed,
-            fallback: 0,
-            worst_residual: 1e-12,
+            findings: Findings {
+                quantities: vec![Quantity {
+                    name: "way",
+                    unit: "m",
+                    measured: 2.0 + time_step + error,
+                    discrete: 2.0 + time_step,
+                    exact: 2.0,
+                    tolerance: 1e-5,
+                    claim: Claim::Equal,
+                    convergence: Convergence::Order(1),
+                }],
+                curve: Curve::default(),
+            },
+            counts: Counts { steps: 5, failed, fallback: 0, worst_residual: 1e-12 },
         };
         let trials = vec![trial(0.0, 0.01), trial(error, 0.005)];
-        let series = vec![Series { solver: Solver::Native, trials, curve: Curve::default() }];
-        let words = |text: &str| text.to_owned();
-        let (name, about, inputs) = (words("free-fall"), words("It falls."), words("mass 2 kg"));
-        let experiments = vec![Experiment { name, about, inputs, series }];
-        Report { program: words("tumble"), given: String::new(), experiments }
+        let series = vec![Series { solver: Solver::Native, trials }];
+        let (problem, inputs) = (*find("free-fall").unwrap(), "mass 2 kg".to_owned());
+        let experiments = vec![Experiment { problem, inputs, series }];
+        Report { program: "tumble".to_owned(), given: String::new(), experiments }
     }
 
     #[test]
     fn a_quantity_that_is_off_at_one_step_is_off_and_named() {
-        let good = report(1e-5, 0);
+        let good = report(0.9e-5, 0);
         assert!(matches!(outcome(&good), Outcome::Done));
         assert_eq!(table::verdict(&good), "1 of 1 quantities hold\n");
 
@@ -139,7 +133,7 @@ mod tests {
         assert!(matches!(outcome(&off), Outcome::Mismatch));
         assert_eq!(
             table::verdict(&off),
-            "off: free-fall, way, native at h = 0.005 s: error, allowed\n\
+            "off: free-fall, way, native at h = 0.005 s: error 6.0e-5 m, allowed 1.0e-5 m\n\
              0 of 1 quantities hold\n"
         );
         assert!(table::describe(&off).contains("OFF"));
@@ -149,7 +143,7 @@ mod tests {
 
     #[test]
     fn steps_that_did_not_converge_come_before_the_quantities() {
-        assert!(matches!(outcome(&report(1e-5, 1)), Outcome::Unconverged));
+        assert!(matches!(outcome(&report(0.9e-5, 1)), Outcome::Unconverged));
         assert!(matches!(outcome(&report(1.0, 1)), Outcome::Unconverged));
     }
 }

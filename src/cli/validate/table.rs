@@ -1,8 +1,9 @@
-//! A validation for people at a terminal.
+//! The tables of a validation in the terminal.
 
+use super::experiment::inputs_in_words;
 use std::fmt::Write as _;
-use tumble_pictures::validation::number::{brief, figure};
-use tumble_pictures::validation::{Experiment, Report, Series};
+use tumble_pictures::page::{brief, figure};
+use tumble_validation::{Experiment, Problem, Report, Series};
 
 const HEADS: [&str; 11] = [
     "quantity", "unit", "solver", "h, s", "exact", "discrete", "measured", "error", "allowed",
@@ -11,20 +12,22 @@ const HEADS: [&str; 11] = [
 /// Columns of words, which stand at the left; numbers stand at the right.
 const WORDS: [usize; 4] = [0, 1, 2, 10];
 
-/// The names, what each is, its inputs and its usual time step, s.
-pub fn list(problems: &[(Experiment, f64)]) -> String {
+/// Name, description, inputs and usual time step of each problem.
+pub fn list(problems: &[&Problem]) -> String {
     let mut text = String::new();
-    for (Experiment { name, about, inputs, .. }, step) in problems {
-        let _ = writeln!(text, "{name}\n  {about}\n  inputs: {inputs}, dt {step} s");
+    for problem in problems {
+        let (inputs, Problem { name, about, .. }) = (problem.inputs(), problem);
+        let (words, step) = (inputs_in_words(problem, &inputs), inputs.time_step);
+        let _ = writeln!(text, "{name}\n  {about}\n  inputs: {words}, dt {step} s");
     }
     text
 }
 
-/// The tables of all problems, and what they amount to.
+/// The tables of all problems.
 pub fn describe(report: &Report) -> String {
     let mut text = String::new();
     for experiment in &report.experiments {
-        let _ = writeln!(text, "{}: {}", experiment.name, experiment.inputs);
+        let _ = writeln!(text, "{}: {}", experiment.problem.name, experiment.inputs);
         align(&mut text, &rows(experiment));
         for series in &experiment.series {
             counts(&mut text, series);
@@ -37,22 +40,22 @@ pub fn describe(report: &Report) -> String {
 /// One row a quantity and solver, at the solver's largest step.
 fn rows(experiment: &Experiment) -> Vec<[String; 11]> {
     let mut rows = vec![HEADS.map(str::to_owned)];
-    for i in 0..experiment.series[0].trials[0].quantities.len() {
+    for i in 0..experiment.series[0].count() {
         for (place, series) in experiment.series.iter().enumerate() {
             let trial = &series.trials[0];
-            let quantity = &trial.quantities[i];
+            let quantity = series.quantity(i, 0);
             let once = |word: &str| if place == 0 { word.to_owned() } else { String::new() };
             rows.push([
-                once(&quantity.name),
-                once(&quantity.unit),
+                once(quantity.name),
+                once(quantity.unit),
                 series.solver.name().to_owned(),
                 trial.time_step.to_string(),
                 figure(quantity.exact),
                 figure(quantity.discrete),
                 figure(quantity.measured),
                 brief(quantity.error()),
-                brief(quantity.slack),
-                series.order(i, 1).to_owned(),
+                brief(quantity.tolerance),
+                series.order(i, 1),
                 if series.holds(i) { "holds" } else { "OFF" }.to_owned(),
             ]);
         }
@@ -79,22 +82,22 @@ fn align(text: &mut String, rows: &[[String; 11]]) {
     }
 }
 
-/// What the steps of a solver came to.
+/// The statistics of the steps of a solver.
 fn counts(text: &mut String, series: &Series) {
     let steps: Vec<_> = series.trials.iter().map(|trial| trial.time_step.to_string()).collect();
     let _ = writeln!(
         text,
         "  {}: {} steps at h = {} s, {} not converged, {} fallbacks, largest residual {} m/s",
         series.solver.name(),
-        series.sum(|trial| trial.steps),
+        series.sum(|counts| counts.steps),
         steps.join(", "),
-        series.sum(|trial| trial.failed),
-        series.sum(|trial| trial.fallback),
+        series.sum(|counts| counts.failed),
+        series.sum(|counts| counts.fallback),
         brief(series.worst_residual()),
     );
 }
 
-/// What was not run with Ipopt, a line each.
+/// The problems without Ipopt, a line each with the reason.
 pub fn left_out(problems: &[(&str, String)]) -> String {
     let line = |(name, why): &(&str, String)| format!("left out with Ipopt: {name}: {why}\n");
     problems.iter().map(line).collect()
@@ -105,14 +108,14 @@ pub fn verdict(report: &Report) -> String {
     let mut text = String::new();
     for experiment in &report.experiments {
         for series in &experiment.series {
-            for trial in &series.trials {
-                for quantity in &trial.quantities {
-                    let Some(fault) = &quantity.fault else { continue };
+            for (k, trial) in series.trials.iter().enumerate() {
+                for i in 0..series.count() {
+                    let Some(fault) = series.fault(i, k) else { continue };
                     let _ = writeln!(
                         text,
                         "off: {}, {}, {} at h = {} s: {fault}",
-                        experiment.name,
-                        quantity.name,
+                        experiment.problem.name,
+                        series.quantity(i, k).name,
                         series.solver.name(),
                         trial.time_step,
                     );

@@ -1,0 +1,23 @@
+//! Tables of a page.
+
+use super::number::html;
+
+/// A table in a box that scrolls; each column has a name and whether it holds numbers.
+#[must_use]
+pub fn table(columns: &[(&str, bool)], rows: &str) -> String {
+    let class = |numbers: bool| if numbers { " class=\"n\"" } else { "" };
+    let heads = columns
+        .iter()
+        .map(|(name, numbers)| format!("<th scope=\"col\"{}>{name}</th>", class(*numbers)));
+    format!(
+        "<div class=\"box\" tabindex=\"0\">\n<table>\n<thead><tr>{}</tr></thead>\n\
+         <tbody>\n{rows}</tbody>\n</table>\n</div>\n",
+        heads.collect::<String>()
+    )
+}
+
+/// A cell of a number, with `name` before it on a narrow page, which has no columns.
+#[must_use]
+pub fn number(name: &str, text: &str) -> String {
+    format!("<td class=\"n\" data-name=\"{name}\">{}</td>", html(text))
+}

@@ -1,0 +1,145 @@
+//! The scheme of a box that stands on its edges and rocks in a plane, as a recurrence in one unknown.
+//!
+//! The box has the half sides a and c, turns about +y by the tilt φ, and stands on the edges
+//! c_j = (±a, −c). Speeds and impulses are per unit mass, ι = (a² + c²)/3 is I/m, and A(φ) turns
+//! (x, z). With w(ω) = ω (1 + (½ h ω)²), (8) and (10) are for this motion
+//!
+//! ```text
+//! φ⁺ = φ + 2 atan(½ h ω⁺),   r⁺ = r + h v⁺,   P = Σ p_j = v⁺ − v + h g e_z
+//! ι (w(ω⁺) − w(ω)) = Σ ρ_j × p_j,   ρ_j = A(φ) c_j,   (ρ × p) = ρ_z p_x − ρ_x p_z       (a)
+//! ```
+//!
+//! **On one edge**, which is on the ground at the end of the step and has not slipped: with C the
+//! edge at the start,
+//!
+//! ```text
+//! r⁺ = (C_x, 0) − A(φ⁺) c_j,   v⁺ = (r⁺ − r)/h,   p_j = P
+//! ```
+//!
+//! reduce (a) to one equation for ω⁺. This is the step if the edge presses, its friction is within
+//! the cone, and the other edge is not below the ground.
+//!
+//! **Landing on both**, if the other edge would go below the ground: it stops there, so that φ⁺ = 0,
+//! ω⁺ = −(2/h) tan ½φ, r⁺_z = c. The horizontal distance of the edges grows by 2a (1 − cos φ), so
+//! that one of them slips. The other one, j, sticks, and (a) gives the normal impulse γ_o of the
+//! slipping one, o.
+
+use crate::prelude::momentum;
+use nalgebra::Vector2;
+
+/// The box in its plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Planar {
+    /// r, m: x and z.
+    pub position: Vector2<f64>,
+    /// φ, rad.
+    pub tilt: f64,
+    /// v, m/s.
+    pub velocity: Vector2<f64>,
+    /// ω, rad/s.
+    pub spin: f64,
+}
+
+/// The step of a box on its edges.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Edges {
+    /// a and c, m.
+    pub half_sides: Vector2<f64>,
+    pub gravity: f64,
+    pub friction: f64,
+    /// h, s.
+    pub time_step: f64,
+}
+
+/// Newton iterations; three or four suffice.
+const ROUNDS: usize = 6;
+
+impl Edges {
+    /// The state after a step; `None` if it is none of the above.
+    pub fn step(&self, state: &Planar) -> Option<Planar> {
+        // The front edge is at +a, the back edge at −a.
+        let sides = [1.0, -1.0];
+        let turned = sides.into_iter().find_map(|side| self.turn_on(state, side));
+        turned.or_else(|| sides.into_iter().find_map(|side| self.land(state, side)))
+    }
+
+    /// ι, m².
+    fn inertia(&self) -> f64 {
+        self.half_sides.norm_squared() / 3.0
+    }
+
+    fn corner(&self, side: f64) -> Vector2<f64> {
+        Vector2::new(side * self.half_sides.x, -self.half_sides.y)
+    }
+
+    fn place(&self, state: &Planar, side: f64) -> Vector2<f64> {
+        state.position + turned(state.tilt, self.corner(side))
+    }
+
+    /// P, m/s.
+    fn impulse(&self, before: &Planar, after: &Planar) -> Vector2<f64> {
+        after.velocity - before.velocity + Vector2::new(0.0, self.gravity * self.time_step)
+    }
+
+    /// A step on the edge of `side`: Newton's method for ω⁺ from ω.
+    fn turn_on(&self, state: &Planar, side: f64) -> Option<Planar> {
+        let (h, corner) = (self.time_step, self.corner(side));
+        let foot = Vector2::new(self.place(state, side).x, 0.0);
+        let lever = turned(state.tilt, corner);
+        let mut after = *state;
+        for _ in 0..ROUNDS {
+            let half = 0.5 * h * after.spin;
+            after.tilt = state.tilt + 2.0 * half.atan();
+            after.position = foot - turned(after.tilt, corner);
+            after.velocity = (after.position - state.position) / h;
+            let torque = cross(lever, self.impulse(state, &after));
+            // ∂φ⁺/∂ω⁺ = h/(1 + (½ h ω⁺)²)
+            let change = -turned_slope(after.tilt, corner) / (1.0 + half * half);
+            let (turning, slope) = momentum(h, after.spin);
+            let residual = self.inertia() * (turning - momentum(h, state.spin).0) - torque;
+            after.spin -= residual / (self.inertia() * slope - cross(lever, change));
+        }
+        let p = self.impulse(state, &after);
+        let held = p.y >= 0.0 && p.x.abs() <= self.friction * p.y;
+        (held && self.place(&after, -side).y >= 0.0).then_some(after)
+    }
+
+    /// A step that ends on both edges, with that of `side` sticking.
+    fn land(&self, state: &Planar, side: f64) -> Option<Planar> {
+        let h = self.time_step;
+        let x = self.place(state, side).x - self.corner(side).x;
+        let position = Vector2::new(x, self.half_sides.y);
+        let velocity = (position - state.position) / h;
+        let spin = -2.0 / h * (0.5 * state.tilt).tan();
+        let after = Planar { position, tilt: 0.0, velocity, spin };
+
+        let p = self.impulse(state, &after);
+        let slip = self.place(&after, -side).x - self.place(state, -side).x;
+        // The slipping edge has γ (σ, 1), the sticking one the rest of P.
+        let slipping = Vector2::new(-self.friction * slip.signum(), 1.0);
+        let [held_lever, slipping_lever] =
+            [side, -side].map(|side| turned(state.tilt, self.corner(side)));
+        let torque = self.inertia() * (momentum(h, spin).0 - momentum(h, state.spin).0);
+        let normal = (torque - cross(held_lever, p)) / cross(slipping_lever - held_lever, slipping);
+        let held = p - normal * slipping;
+        let lawful = normal >= 0.0 && held.y >= 0.0 && held.x.abs() <= self.friction * held.y;
+        lawful.then_some(after)
+    }
+}
+
+/// A(φ) c: (x cos φ + z sin φ, z cos φ − x sin φ).
+pub(crate) fn turned(tilt: f64, c: Vector2<f64>) -> Vector2<f64> {
+    let (sin, cos) = tilt.sin_cos();
+    Vector2::new(c.x * cos + c.y * sin, c.y * cos - c.x * sin)
+}
+
+/// ∂(A(φ) c)/∂φ.
+fn turned_slope(tilt: f64, c: Vector2<f64>) -> Vector2<f64> {
+    let (sin, cos) = tilt.sin_cos();
+    Vector2::new(c.y * cos - c.x * sin, -c.x * cos - c.y * sin)
+}
+
+/// ρ × p about +y.
+pub(crate) fn cross(lever: Vector2<f64>, p: Vector2<f64>) -> f64 {
+    lever.y * p.x - lever.x * p.y
+}

@@ -1,0 +1,70 @@
+//! Imports of most problems, and small functions that they share.
+
+pub(crate) use crate::Input::{Friction, Gravity, Mass, Restitution, Slope, Speed};
+pub(crate) use crate::quantity::{at_most, at_most_zero, equal, order, within};
+pub(crate) use crate::runner::{Run, Runner, Setup, Step, Subject, largest};
+pub(crate) use crate::threshold::{MOVING, RESOLUTION, Threshold};
+pub(crate) use crate::tolerance::{SlideStep, SlideTolerance, Slider};
+pub(crate) use crate::{
+    Convergence, Curve, Findings, Input, Inputs, Problem, Quantity, Refusal, Solved,
+};
+pub(crate) use nalgebra::{Vector2, Vector3, Vector4};
+pub(crate) use tumble_core::contact::Partner;
+pub(crate) use tumble_core::error::Error;
+pub(crate) use tumble_core::geometry::Piece;
+pub(crate) use tumble_core::joint::{Drive, Joint, JointFrame};
+pub(crate) use tumble_core::mechanics::quaternion::rotation;
+pub(crate) use tumble_core::mechanics::{Polyline, RigidBody, State};
+
+/// The usual gravity.
+pub(crate) const EARTH: (Input, f64) = (Gravity, 9.81);
+
+/// The reason why problems with joints are not posed to Ipopt.
+pub(crate) const JOINTS: Option<&str> = Some("joints: native solver only");
+
+/// A vector.
+pub(crate) fn v3(x: f64, y: f64, z: f64) -> Vector3<f64> {
+    Vector3::new(x, y, z)
+}
+
+/// A body at rest and upright, its centre at `height` (m).
+pub(crate) fn resting(height: f64) -> State {
+    at_rest(v3(0.0, 0.0, height))
+}
+
+/// A body at rest and upright.
+pub(crate) fn at_rest(position: Vector3<f64>) -> State {
+    let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    State { position, attitude, velocity: Vector3::zeros(), spin: Vector3::zeros() }
+}
+
+/// The attitude of a rotation by `angle` (rad) about the y axis.
+pub(crate) fn about_y(angle: f64) -> Vector4<f64> {
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    Vector4::new(cos, 0.0, sin, 0.0)
+}
+
+/// The rotation angle about body axis `axis`, rad.
+pub(crate) fn angle_about(axis: usize, state: &State) -> f64 {
+    2.0 * state.attitude[1 + axis].atan2(state.attitude[0])
+}
+
+/// The root of a function near `start` by Newton's method; `function` has the value and the derivative.
+/// The iterations are enough to settle to the last digit.
+pub(crate) fn newton(start: f64, function: impl Fn(f64) -> (f64, f64)) -> f64 {
+    (0..40).fold(start, |x, _| {
+        let (value, slope) = function(x);
+        x - value / slope
+    })
+}
+
+/// The angular momentum per moment of inertia of the spin ω (rad/s) about a principal axis, and its
+/// derivative by ω. With steps of `h` (s), P^±(ω) of eq. 34 is
+///
+/// ```text
+/// I w(ω),   w(ω) = ω (1 + θ²),   θ = ½ h ω
+/// ```
+pub(crate) fn momentum(h: f64, spin: f64) -> (f64, f64) {
+    let square = (0.5 * h * spin).powi(2);
+    (spin * (1.0 + square), 1.0 + 3.0 * square)
+}

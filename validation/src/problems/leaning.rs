@@ -1,0 +1,164 @@
+//! Bodies that lean and do not slide: a ladder on a wall, a tent of two cards.
+//!
+//! A ladder of two round rails of radius ρ and length 2L leans at the angle θ to the ground on a
+//! support that pushes along the horizontal alone: a smooth wall, or, in a tent, its mirror image.
+//! With the weight m g, the push N at the upper ends, and the friction N under the lower ends, which
+//! acts ρ below them, the torques are
+//!
+//! ```text
+//! N (2L sin θ + ρ) = m g L cos θ
+//! ```
+//!
+//! The ladder holds up to N = μ m g:
+//!
+//! ```text
+//! μ (2L sin θ + ρ) ≥ L cos θ
+//! ```
+//!
+//! which is tan θ ≥ 1/(2μ) for thin rails. Both hold for a step at rest.
+
+use crate::prelude::*;
+use nalgebra::Matrix3;
+use std::f64::consts::FRAC_PI_2;
+use tumble_core::world::Fixed;
+
+/// L, ρ, and half the distance between the rails, m.
+const HALF_LENGTH: f64 = 1.0;
+const RADIUS: f64 = 0.02;
+const HALF_WIDTH: f64 = 0.25;
+/// s.
+const DURATION: f64 = 0.4;
+/// The angle of the tent's cards, degrees.
+const TENT: f64 = 60.0;
+/// Contacts of a ladder, below and above.
+const POINTS: f64 = 4.0;
+
+/// The ladder along its own z, its rails at ±y.
+fn ladder(mass: f64) -> Result<RigidBody, Refusal> {
+    let rail = Piece::capsule(HALF_LENGTH, RADIUS)?;
+    let placed = |y: f64| rail.moved_by(&Matrix3::identity(), &v3(0.0, y, 0.0));
+    Ok(RigidBody::solid(mass, &[placed(-HALF_WIDTH)?, placed(HALF_WIDTH)?])?.0)
+}
+
+/// N/(m g) at the angle θ (rad): the coefficient of friction that it takes.
+fn thrust(angle: f64) -> f64 {
+    let (sin, cos) = angle.sin_cos();
+    HALF_LENGTH * cos / (2.0 * HALF_LENGTH * sin + RADIUS)
+}
+
+/// The angle with the thrust μ, rad: from 2L μ sin θ − L cos θ = −μ ρ with tan β = 1/(2μ),
+/// √(4μ² + 1) L sin(θ − β) = −μ ρ.
+fn angle_of(friction: f64) -> f64 {
+    let lever = HALF_LENGTH * (2.0 * friction).hypot(1.0);
+    (0.5 / friction).atan() - (friction * RADIUS / lever).asin()
+}
+
+/// Leaning to `side` (1 or −1) at the angle θ on a support at x = 0, with the feet on the ground.
+fn leaning(angle: f64, side: f64) -> State {
+    let (sin, cos) = angle.sin_cos();
+    let mut state =
+        at_rest(v3(-side * (HALF_LENGTH * cos + RADIUS), 0.0, HALF_LENGTH * sin + RADIUS));
+    state.attitude = about_y(FRAC_PI_2 - angle);
+    state.attitude[2] *= side;
+    state
+}
+
+/// The tolerance of the force of a step at rest, as a share of the weight. The residual of
+/// velocities, as a torque, presses with m ℓ²/(L R) ≤ 2 m times it over h; a law that misses δ at a
+/// point changes the force by as much.
+fn force_tolerance(run: &Run, gravity: f64) -> f64 {
+    let lacked = run.largest(|r| r.momentum) + run.largest(|r| r.kinematics);
+    let missed = run.largest(|r| r.normal) + run.largest(|r| r.friction);
+    2.0 * (lacked + 2.0 * POINTS * missed) / (gravity * run.time_step) + 64.0 * f64::EPSILON
+}
+
+pub(crate) const LADDER: Problem = Problem {
+    name: "ladder",
+    about: "A ladder leans on a smooth wall, which pushes with ½ m g cot θ: friction μ on the \
+            ground holds it down to tan θ = 1/(2 μ), a little less for its thickness.",
+    time_step: 0.005,
+    inputs: &[(Mass, 8.0), (Friction, 0.4), EARTH],
+    ..Problem::solved_by(ladder_on_wall)
+};
+
+/// The push N/(m g), at an angle a third of the way from the threshold to upright, and the threshold.
+fn ladder_on_wall(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+    let [mass, friction, gravity] = inputs.all([Mass, Friction, Gravity])?;
+    let threshold = angle_of(friction);
+    let degrees = threshold.to_degrees();
+    let why =
+        format!("with mu {friction} the ladder slides below {degrees:.1}°; 12° to 85° is needed");
+    Refusal::when(!(0.2..1.5).contains(&threshold), why)?;
+    let half_sides = v3(0.1, 2.0, 2.0 * HALF_LENGTH);
+    let centre = v3(half_sides[0], 0.0, half_sides[2]);
+    let wall = Piece::cuboid(half_sides)?.moved_by(&Matrix3::identity(), &centre)?;
+    let setup = |angle: f64| {
+        let bodies = vec![Subject::new(ladder(mass)?, leaning(angle, 1.0))];
+        Ok(Setup {
+            fixed: vec![Fixed { piece: wall.clone(), friction: None }],
+            frictions: vec![(0, Partner::Fixed(0), 0.0)],
+            ..Setup::new(bodies, gravity, friction, DURATION)
+        })
+    };
+    let stands = threshold + (FRAC_PI_2 - threshold) / 3.0;
+    let (run, pushes) = runner.watch(&setup(stands)?, |step| {
+        let wall = step.between(0, Partner::Fixed(0));
+        wall.map(|contact| contact.normal_force).sum::<f64>() / (mass * gravity)
+    })?;
+    let (expected, push) = (thrust(stands), pushes[pushes.len() - 1]);
+    let found =
+        Threshold::of_rest(runner, threshold, setup, |run| 2.0 * force_tolerance(run, gravity))?;
+    let astray = (run.end(0).position - leaning(stands, 1.0).position).norm();
+    let label = ("push of the wall", "m g");
+    Findings::new(
+        run.curve_of_steps(label, |k| pushes[k]).beside(|_| expected),
+        [
+            equal(label, push, expected, force_tolerance(&run, gravity)),
+            at_most_zero(("way of the ladder", "m"), astray, 4.0 * run.seat() + run.creep()),
+            found.equals(("threshold of the angle", "rad"), threshold),
+        ],
+    )
+}
+
+pub(crate) const CARD_TENT: Problem = Problem {
+    name: "card-tent",
+    about: "Two cards lean on each other at 60°, each the other's wall: they stand if friction on \
+            the ground is at least ½ cot θ, a little less for their thickness.",
+    time_step: 0.005,
+    inputs: &[(Mass, 0.5), EARTH],
+    bodies: 2,
+    ..Problem::solved_by(card_tent)
+};
+
+/// By symmetry the cards push each other along the horizontal alone: if they could hold with another
+/// force, they could with the mean of it and its mirror image, for a cone is convex. The tent stands
+/// with 1.2 times the friction that it takes.
+fn card_tent(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+    let [mass, gravity] = inputs.all([Mass, Gravity])?;
+    let angle = TENT.to_radians();
+    let needed = thrust(angle);
+    let setup = |friction: f64| {
+        let card = ladder(mass)?;
+        let sides = [1.0, -1.0].map(|side| Subject::new(card.clone(), leaning(angle, side)));
+        Ok(Setup::new(sides.to_vec(), gravity, friction, DURATION))
+    };
+    let (run, pushes) = runner.watch(&setup(1.2 * needed)?, |step| {
+        let between = step.between(0, Partner::Body(1));
+        between.map(|contact| contact.force[0].abs()).sum::<f64>() / (mass * gravity)
+    })?;
+    let (push, allowed) = (pushes[pushes.len() - 1], 2.0 * force_tolerance(&run, gravity));
+    let found =
+        Threshold::of_rest(runner, needed, setup, |run| 2.0 * force_tolerance(run, gravity))?;
+    let [left, right] = [(0, 1.0), (1, -1.0)]
+        .map(|(index, side)| (run.end(index).position - leaning(angle, side).position).norm());
+    let label = ("push of the cards", "m g");
+    let still = 8.0 * run.seat() + run.creep();
+    Findings::new(
+        run.curve_of_steps(label, |k| pushes[k]).beside(|_| needed),
+        [
+            equal(label, push, needed, allowed),
+            at_most_zero(("way of a card", "m"), left.max(right), still),
+            found.equals(("threshold of friction", "1"), needed),
+        ],
+    )
+}

@@ -1,0 +1,212 @@
+//! A rod on a hinge: a pendulum, held by dry friction, and held by a motor.
+//!
+//! The rod has the mass m, the moment of inertia I about its centre and the pin at the distance a, so
+//! that J = I + m a² about the pin. At the angle φ from hanging down gravity has the moment
+//! −m g a sin φ.
+
+use crate::planar::{Bar, Linkage, Pin, Placed, Plane};
+use crate::prelude::*;
+use std::f64::consts::TAU;
+use tumble_core::joint::Motor;
+
+/// a, m.
+const ARM: f64 = 0.5;
+/// m; the pin is at the upper end.
+const HALF_SIDES: Vector3<f64> = Vector3::new(0.02, 0.02, ARM);
+/// The pin above the ground, m.
+const HEIGHT: f64 = 2.0;
+/// The length scale of the hinge, m: a unit impulse of this length turns the slender rod about as much
+/// as it moves it. No motion depends on it.
+const BEARING: f64 = 0.3;
+/// φ at the start, rad.
+const START: f64 = 1.0;
+/// Periods of the run.
+const PERIODS: usize = 4;
+
+#[derive(Clone, Copy)]
+struct Rod {
+    mass: f64,
+    gravity: f64,
+}
+
+impl Rod {
+    fn of(inputs: &Inputs) -> Result<Self, Refusal> {
+        let [mass, gravity] = inputs.all([Mass, Gravity])?;
+        Ok(Self { mass, gravity })
+    }
+
+    /// I, kg m².
+    fn own_moment(&self) -> f64 {
+        self.mass * (HALF_SIDES[0].powi(2) + HALF_SIDES[2].powi(2)) / 3.0
+    }
+
+    /// J, kg m².
+    fn moment(&self) -> f64 {
+        self.own_moment() + self.mass * ARM.powi(2)
+    }
+
+    /// m g a, N m.
+    fn weight(&self) -> f64 {
+        self.mass * self.gravity * ARM
+    }
+
+    /// Released from [`START`] with `drive`.
+    fn setup(&self, drive: Drive, duration: f64) -> Result<Setup, Refusal> {
+        let position = v3(-ARM * START.sin(), 0.0, HEIGHT - ARM * START.cos());
+        let start = State { attitude: about_y(START), ..at_rest(position) };
+        let rod = Subject::solid_box(self.mass, HALF_SIDES, start)?;
+        let hinge = |z: f64| JointFrame::along(v3(0.0, 0.0, z), Vector3::y());
+        let frames = [hinge(ARM)?, hinge(HEIGHT)?];
+        let joint = Joint::revolute(0, None, frames, drive).with_length(BEARING);
+        Ok(Setup { joints: vec![joint], ..Setup::new(vec![rod], self.gravity, 0.5, duration) })
+    }
+
+    /// The scheme's x of the centre at the start and after each step of `h` (s): [`Linkage::steps`].
+    fn swing(&self, h: f64, steps: usize) -> Vec<f64> {
+        let bars = vec![Bar { mass: self.mass, moment: self.own_moment() }];
+        let (at, there) = (Vector2::new(0.0, ARM), Vector2::zeros());
+        let start = Placed::at(Vector2::new(-ARM * START.sin(), -ARM * START.cos()), -START);
+        let pins = vec![Pin { a: 0, at, b: None, there }];
+        let linkage = Linkage { plane: Plane::Upright, bars, pins, start: vec![start] };
+        let weight = (Vector2::new(0.0, -self.mass * self.gravity), 0.0);
+        let track = linkage.steps(h, steps, |_| vec![weight]);
+        track.iter().map(|bodies| bodies[0].place[0]).collect()
+    }
+}
+
+/// The mean period of [`PERIODS`] periods of `values` in steps of `h` (s), from linearly interpolated
+/// zeros; NaN if there are not enough.
+fn period(values: impl Iterator<Item = f64>, h: f64) -> f64 {
+    let values: Vec<_> = values.collect();
+    let passes = values.windows(2).enumerate().filter(|(_, pair)| pair[0] * pair[1] < 0.0);
+    let times: Vec<_> =
+        passes.map(|(k, pair)| h * (k as f64 + pair[0] / (pair[0] - pair[1]))).collect();
+    times.get(2 * PERIODS).map_or(f64::NAN, |last| (last - times[0]) / PERIODS as f64)
+}
+
+/// The arithmetic–geometric mean.
+pub(crate) fn mean(mut a: f64, mut b: f64) -> f64 {
+    for _ in 0..10 {
+        (a, b) = (0.5 * (a + b), (a * b).sqrt());
+    }
+    a
+}
+
+pub(crate) const PENDULUM: Problem = Problem {
+    name: "pendulum",
+    about: "A rod swings on a hinge from 1 rad: its period is the elliptic integral's, \
+            2π √(J/(m g a))/agm(1, cos ½φ₀), and its end stays on the pin.",
+    time_step: 0.002,
+    inputs: &[(Mass, 2.0), EARTH],
+    native_only: JOINTS,
+    ..Problem::solved_by(pendulum)
+};
+
+/// T = 2π √(J/(m g a))/agm(1, cos ½φ₀); the scheme's period is that of [`Rod::swing`].
+fn pendulum(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+    let (rod, h) = (Rod::of(inputs)?, runner.time_step);
+    let exact = TAU * (rod.moment() / rod.weight()).sqrt() / mean(1.0, (0.5 * START).cos());
+    Refusal::when(exact < 100.0 * h, format!("a period of {exact:.3} s has too few steps"))?;
+    let run = runner.run(&rod.setup(Drive::NONE, (PERIODS as f64 + 0.6) * exact)?)?;
+    let discrete = period(rod.swing(h, run.steps()).into_iter(), h);
+    let x = |state: &State| state.position[0];
+    let measured = period(run.states(0).iter().map(x), h);
+    // The residual of velocities moves the phase, and the amplitude, of which it is a smooth function.
+    let fastest = ARM * (2.0 * rod.weight() * (1.0 - START.cos()) / rod.moment()).sqrt();
+    let lost = run.sum(|r| r.joint) * h + run.flight_way();
+    let farthest = run.most(0, |state| {
+        let top = rotation(&state.attitude) * Vector3::z() * ARM;
+        (state.position + top - v3(0.0, 0.0, HEIGHT)).norm()
+    });
+    let held = h * run.largest(|r| r.joint) + 64.0 * f64::EPSILON * HEIGHT;
+    Findings::new(
+        run.curve(("place of the centre along x", "m"), 0, x),
+        [
+            equal(("period", "s"), measured, exact, 2.0 * lost / fastest)
+                .stepped(discrete, order(2, 0.1 * exact / h)),
+            at_most_zero(("way of its end from the pin", "m"), farthest, held),
+        ],
+    )
+}
+
+/// A rod at rest by friction in its hinge.
+pub(crate) const STIFF_HINGE: Problem = Problem {
+    name: "stiff-hinge",
+    about: "Dry friction in its hinge holds a rod aslant at 1 rad if it has the moment of the \
+            weight, m g a sin φ.",
+    time_step: 0.004,
+    inputs: &[(Mass, 2.0), EARTH],
+    native_only: JOINTS,
+    ..Problem::solved_by(stiff_hinge)
+};
+
+/// s.
+const HELD_FOR: f64 = 0.2;
+
+/// At rest the friction is m g a sin φ in every step; with less the rod slips.
+fn stiff_hinge(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+    let (rod, h) = (Rod::of(inputs)?, runner.time_step);
+    let needed = rod.weight() * START.sin();
+    let tolerance = |run: &Run| {
+        let lacked = run.largest(|r| r.momentum + r.joint);
+        needed * (16.0 * lacked / (rod.gravity * h) + 64.0 * f64::EPSILON * HEIGHT)
+    };
+    let setup = |friction: f64| rod.setup(Drive { friction, ..Drive::NONE }, HELD_FOR);
+    let (run, torques) = runner.watch(&setup(1.5 * needed)?, |step| step.joints[0].torque[2])?;
+    let found = Threshold::of_rest(runner, needed, setup, tolerance)?;
+    let held = torques[torques.len() - 1];
+    let still = HELD_FOR * run.largest(|r| r.joint + r.momentum) + 64.0 * f64::EPSILON * HEIGHT;
+    let label = ("torque that holds it", "N m");
+    Findings::new(
+        run.curve_of_steps(label, |k| torques[k]).beside(|_| needed),
+        [
+            equal(label, held, needed, tolerance(&run)),
+            at_most_zero(("way of the centre", "m"), run.moved(0), still),
+            found.equals(("threshold of friction", "N m"), needed),
+        ],
+    )
+}
+
+/// A motor that holds a rod with a stiffness.
+pub(crate) const SERVO: Problem = Problem {
+    name: "servo",
+    about: "A motor with the stiffness k pulls a rod to an angle; the rod hangs below it by the \
+            angle at which k (φ₀ − φ) is the moment of the weight, m g a sin φ.",
+    time_step: 0.002,
+    inputs: &[(Mass, 2.0), EARTH],
+    native_only: JOINTS,
+    ..Problem::solved_by(servo)
+};
+
+/// k, in m g a; and the simulated time, in √(J/k).
+const STIFFNESS: f64 = 4.0;
+const SETTLES: f64 = 60.0;
+
+/// Critically damped, d = 2 √(k J), the rod comes to rest, where the balance is exact.
+fn servo(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+    let (rod, h) = (Rod::of(inputs)?, runner.time_step);
+    let stiffness = STIFFNESS * rod.weight();
+    let unit = (rod.moment() / stiffness).sqrt();
+    let damping = 2.0 * stiffness * unit;
+    let motor = Motor::Position { target: START, stiffness, damping, most: 100.0 * stiffness };
+    let drive = Drive { motor: Some(motor), ..Drive::NONE };
+    let setup = rod.setup(drive, SETTLES * unit)?;
+    let (run, torques) = runner.watch(&setup, |step| step.joints[0].torque[2])?;
+    let angle = newton(START, |angle| {
+        (-(STIFFNESS * (START - angle) - angle.sin()), STIFFNESS + angle.cos())
+    });
+    // A force that is missed moves the rod by that over k.
+    let last = run.residuals[run.steps() - 1];
+    let lacked = (last.momentum + last.joint) / (rod.gravity * h);
+    let off = 8.0 * lacked + 1024.0 * f64::EPSILON * HEIGHT;
+    let (held, torque) = (torques[torques.len() - 1], rod.weight() * angle.sin());
+    let found = |state: &State| angle_about(1, state);
+    let torque_off = rod.weight() * STIFFNESS * off;
+    Findings::new(
+        run.curve(("angle", "rad"), 0, found).beside(|_| angle),
+        [
+            equal(("angle at rest", "rad"), found(run.end(0)), angle, off),
+            equal(("torque of the motor", "N m"), held, torque, torque_off),
+        ],
+    )
+}

@@ -1,0 +1,239 @@
+//! Bodies that slide on level ground until friction stops them.
+
+use crate::prelude::*;
+use std::f64::consts::TAU;
+
+/// A slide on level ground.
+///
+/// In continuous time v(t) = v − μ g t. A step takes the grip G = μ g h from the speed, or the
+/// remaining speed. With v = (M + θ) G, M whole and 0 ≤ θ < 1,
+///
+/// ```text
+/// v_k = max(0, v − k G),   x_k = h (j v − ½ j (j + 1) G) with j = min(k, M)
+/// ```
+///
+/// The distance at the stop is v²/(2 μ g) − ½ v h + ½ θ (1 − θ) h G.
+struct Slide {
+    half_sides: Vector3<f64>,
+    mass: f64,
+    friction: f64,
+    gravity: f64,
+    /// At the start, m/s.
+    velocity: Vector3<f64>,
+}
+
+impl Slide {
+    fn along_x(half_sides: Vector3<f64>, inputs: &Inputs) -> Result<Self, Refusal> {
+        let [mass, friction, gravity, speed] = inputs.all([Mass, Friction, Gravity, Speed])?;
+        Ok(Self { half_sides, mass, friction, gravity, velocity: v3(speed, 0.0, 0.0) })
+    }
+
+    fn speed(&self) -> f64 {
+        self.velocity.norm()
+    }
+
+    /// v/(μ g): the stopping time, s.
+    fn time(&self) -> f64 {
+        self.speed() / (self.friction * self.gravity)
+    }
+
+    /// x(t) = v t − ½ μ g t² until the stop, m.
+    fn way(&self, t: f64) -> f64 {
+        let t = t.min(self.time());
+        self.speed() * t - 0.5 * self.friction * self.gravity * t * t
+    }
+
+    /// v_k, m/s.
+    fn discrete_speeds(&self, h: f64, steps: usize) -> Vec<f64> {
+        let grip = self.friction * self.gravity * h;
+        (0..=steps).map(|k| (self.speed() - k as f64 * grip).max(0.0)).collect()
+    }
+
+    fn distance(&self, name: &'static str, measured: f64, h: f64, tolerance: f64) -> Quantity {
+        let grip = self.friction * self.gravity * h;
+        let whole = (self.speed() / grip).floor();
+        let discrete = h * (whole * self.speed() - 0.5 * whole * (whole + 1.0) * grip);
+        equal((name, "m"), measured, self.way(self.time()), tolerance)
+            .stepped(discrete, order(1, whole))
+    }
+
+    fn foot(&self) -> f64 {
+        self.half_sides[0].min(self.half_sides[1])
+    }
+
+    fn tolerance(&self, run: &Run) -> SlideTolerance {
+        let grip = self.friction * self.gravity * run.time_step;
+        let speeds = self.discrete_speeds(run.time_step, run.steps());
+        let lean = self.half_sides[2] / self.foot();
+        let slider = Slider { mobility: 1.0, friction: self.friction, grip, lean };
+        let steps = speeds.windows(2);
+        slider.tolerance(run, steps.map(|pair| SlideStep { slip: pair[1], share: pair[0] / grip }))
+    }
+
+    /// The run, a quarter longer than the slide. The box tips if μ times half its height is more
+    /// than the shorter half side.
+    fn run(&self, runner: &mut Runner<'_>) -> Result<Run, Refusal> {
+        let (mu, most) = (self.friction, 0.95 * self.foot());
+        let below = most / self.half_sides[2];
+        let why =
+            format!("with mu {mu} the box tips instead of sliding; below {below:.2} is needed");
+        Refusal::when(mu * self.half_sides[2] >= most, why)?;
+        let start = State { velocity: self.velocity, ..resting(self.half_sides[2]) };
+        let duration = 1.25 * self.time() + 4.0 * runner.time_step;
+        let bodies = vec![Subject::solid_box(self.mass, self.half_sides, start)?];
+        runner.run(&Setup::new(bodies, self.gravity, mu, duration))
+    }
+}
+
+/// The stopping time of a body that friction slows by `decrement` (m/s) a step, from the measured
+/// and the discrete speeds at the start and after each step.
+///
+/// Speed errors shift the line to zero by their sum, and turn it by their change from one step to the
+/// next, over a hundredth of the time or a step.
+pub(crate) fn stopping_time(
+    [measured, discrete]: [&[f64]; 2],
+    decrement: f64,
+    exact: f64,
+    h: f64,
+    tolerance: &SlideTolerance,
+) -> Quantity {
+    // The states that may be on the line.
+    let fast = discrete[1..].iter().take_while(|speed| **speed > 0.01 * discrete[0]).count().max(1);
+    let most = |values: &[f64]| largest(values[..fast].iter().copied());
+    let turned = (most(&tolerance.changes) + 2.0 * tolerance.lifted) / decrement;
+    let turned = turned * (0.01 * exact + h);
+    let allowed = h * most(&tolerance.speeds) / decrement + turned;
+    let quantity = equal(("stopping time", "s"), zero_time(measured, h), exact, allowed);
+    Quantity { discrete: zero_time(discrete, h), ..quantity }
+}
+
+/// The time at which a linearly falling speed is zero, s: the line through the last two `speeds` of
+/// at least a hundredth of the first, or through the first two.
+fn zero_time(speeds: &[f64], h: f64) -> f64 {
+    let last = speeds.iter().rposition(|&speed| speed > 0.01 * speeds[0]).unwrap_or(0);
+    let first = last.saturating_sub(1);
+    match speeds.get(first + 1) {
+        Some(next) => h * (first as f64 + speeds[first] / (speeds[first] - next)),
+        None => f64::NAN,
+    }
+}
+
+pub(crate) const SLIDING_STOP: Problem = Problem {
+    name: "sliding-stop",
+    about: "A box slides on level ground until friction stops it, after v²/(2 μ g) and v/(μ g).",
+    time_step: 0.002,
+    inputs: &[(Mass, 2.0), (Friction, 0.3), EARTH, (Speed, 3.0)],
+    ..Problem::solved_by(sliding_stop)
+};
+
+/// The speeds of [`Slide`] are on the line v − μ g t, so that the stopping time is exact if two of
+/// them are.
+fn sliding_stop(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+    let slide = Slide::along_x(v3(0.2, 0.15, 0.1), inputs)?;
+    let run = slide.run(runner)?;
+    let (h, end, allowed) = (run.time_step, run.end(0), slide.tolerance(&run));
+    let grip = slide.friction * slide.gravity * h;
+    let measured: Vec<f64> = run.states(0).iter().map(|state| state.velocity.norm()).collect();
+    let discrete = slide.discrete_speeds(h, run.steps());
+    let on_the_line = discrete[1] > 0.01 * discrete[0];
+    let convergence = if on_the_line { Convergence::Exact } else { Convergence::Unresolved };
+    let time = stopping_time([&measured, &discrete], grip, slide.time(), h, &allowed);
+    Findings::new(
+        run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t)),
+        [
+            slide.distance("stopping distance", end.position[0], h, allowed.way()),
+            Quantity { convergence, ..time },
+            equal(("speed at the end", "m/s"), end.velocity.norm(), 0.0, allowed.speed()),
+        ],
+    )
+}
+
+pub(crate) const FAST_PLATE: Problem = Problem {
+    name: "fast-plate",
+    about: "A thin plate slides fast and stops: no corner of its face leaves the ground or sinks \
+            into it, and it goes straight.",
+    time_step: 0.002,
+    inputs: &[(Mass, 1.0), (Friction, 0.3), EARTH, (Speed, 10.0)],
+    ..Problem::solved_by(fast_plate)
+};
+
+/// The lower face stays in the plane: z = 0 for its four corners at all times.
+fn fast_plate(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+    let half_sides = v3(0.5, 0.5, 0.025);
+    let slide = Slide::along_x(half_sides, inputs)?;
+    let run = slide.run(runner)?;
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]]
+        .map(|[x, y]| v3(x * half_sides[0], y * half_sides[1], -half_sides[2]));
+    let heights: Vec<f64> = run
+        .states(0)
+        .iter()
+        .flat_map(|state| corners.map(|c| (state.position + rotation(&state.attitude) * c)[2]))
+        .collect();
+    let highest = largest(heights.iter().copied());
+    let deepest = largest(heights.iter().map(|height| -height));
+    let astray = run.most(0, |state| state.position[1].abs());
+    let allowed = slide.tolerance(&run);
+    let distance = run.end(0).position[0];
+    Findings::new(
+        run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t)),
+        [
+            at_most_zero(("lift-off", "m"), highest, run.seat()),
+            at_most_zero(("penetration", "m"), deepest, run.seat()),
+            at_most_zero(("way sideways", "m"), astray, allowed.across),
+            slide.distance("stopping distance", distance, run.time_step, allowed.way()),
+        ],
+    )
+}
+
+/// Directions: north, north-northeast, …
+const DIRECTIONS: usize = 16;
+
+pub(crate) const COMPASS: Problem = Problem {
+    name: "compass",
+    about: "A box slides in sixteen directions: each slide is straight and equally long, v²/(2 μ \
+            g), as no pyramid of friction would have it.",
+    time_step: 0.002,
+    inputs: &[(Mass, 2.0), (Friction, 0.3), EARTH, (Speed, 1.0)],
+    ..Problem::solved_by(compass)
+};
+
+/// Coulomb's cone is round: the slide is that of [`Slide`] in any direction. The box does not turn,
+/// because the resultant of friction passes through the line of the slide. A speed across the slide
+/// has the kinetic energy of a spin √(m/I) times as large, with I = m (a² + b²)/3.
+fn compass(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+    let half_sides = v3(0.2, 0.15, 0.1);
+    let east = Slide::along_x(half_sides, inputs)?;
+    let start = resting(half_sides[2]).position;
+    let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);
+    let (mut sideways, mut turned, mut way, mut across) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
+    let mut curve = Curve::default();
+    for k in 0..DIRECTIONS {
+        let (sin, cos) = (TAU * k as f64 / DIRECTIONS as f64).sin_cos();
+        let direction = v3(cos, sin, 0.0);
+        let slide = Slide { velocity: east.speed() * direction, ..east };
+        let run = slide.run(runner)?;
+        let moved = run.end(0).position - start;
+        let along = moved.dot(&direction);
+        (shortest, longest) = (shortest.min(along), longest.max(along));
+        sideways = sideways.max((moved - along * direction).norm());
+        // The vector part of a small rotation's quaternion is half its angle.
+        turned = turned.max(2.0 * run.end(0).attitude.fixed_rows::<3>(1).norm());
+        let allowed = slide.tolerance(&run);
+        (way, across) = (way.max(allowed.way()), across.max(allowed.across));
+        if k == 1 {
+            let along = |state: &State| (state.position - start).dot(&direction);
+            curve = run.curve(("way north-northeast by east", "m"), 0, along);
+            curve = curve.beside(|t| slide.way(t));
+        }
+    }
+    let gyration = (half_sides[0].hypot(half_sides[1])) / 3.0_f64.sqrt();
+    Findings::new(
+        curve,
+        [
+            east.distance("longest slide", longest, runner.time_step, way),
+            at_most_zero(("longest less shortest", "m"), longest - shortest, 2.0 * way),
+            at_most_zero(("way sideways", "m"), sideways, across),
+            at_most_zero(("angle turned", "rad"), turned, across / gyration),
+        ],
+    )
+}
