@@ -44,7 +44,7 @@ def test_a_plan_runs_again_to_the_bit():
     again = scene.simulate().run(30, plan.wrenches)
     np.testing.assert_array_equal(again.states, plan.run.states)
     assert len(plan.modes) == 30 and {mode for step in plan.modes for *_, mode in step} <= {"open", "stick", "slip"}
-    assert [stage["name"] for stage in plan.stages] == ["ddp", "sample", "ddp"]
+    assert [stage["name"] for stage in plan.stages] == ["ddp", "sample", "shoot"]
     # Threads are no matter, and a plan goes on from its own controls.
     other = tumble.plan(scene, 30, [PUSH], target, runs=600, threads=1)
     np.testing.assert_array_equal(other.controls, plan.controls)

@@ -53,13 +53,13 @@ pub enum StageName {
 }
 
 impl StageName {
-    /// Default stages: `ddp`, `sample`, `ddp`, or `sample`, `shoot` for a problem that is too large for `ddp`.
-    fn usual(problem: &Problem) -> Vec<Self> {
-        let ddp = Self::Ddp.build(Sample::default(), Shoot::default());
-        match ddp.check(problem) {
-            Ok(()) => vec![Self::Ddp, Self::Sample, Self::Ddp],
-            Err(_) => vec![Self::Sample, Self::Shoot],
-        }
+    /// Default stages: `ddp`, `sample`, `shoot`, without a stage that the problem is too large for.
+    fn usual(problem: &Problem, sample: Sample) -> Vec<Self> {
+        let all = vec![Self::Ddp, Self::Sample, Self::Shoot];
+        let fits = |name: &Self| name.build(sample, Shoot::default()).check(problem).is_ok();
+        let fitting: Vec<_> = all.iter().copied().filter(fits).collect();
+        // Without any stage left, the full list leads to the refusal of its first stage.
+        if fitting.is_empty() { all } else { fitting }
     }
 
     /// Builds the stage with these settings; the name decides the method of a shooting.
@@ -146,7 +146,7 @@ impl ProblemFile {
         if time.is_some_and(|time| !(time > 0.0 && time.is_finite())) {
             return Err("search.time: a number above 0 is needed".to_owned());
         }
-        let stages = search.stages.unwrap_or_else(|| StageName::usual(&problem));
+        let stages = search.stages.unwrap_or_else(|| StageName::usual(&problem, sample));
         Ok(Self { problem, start, stages, sample, shoot, time })
     }
 

@@ -57,7 +57,9 @@ pub struct Plan {
 impl Problem {
     /// Searches by `stages` from the controls `start`, and returns the best replay.
     ///
-    /// A [fallback](Stage::is_fallback) is skipped when an earlier stage has met all targets.
+    /// Each stage starts at the best replay of its attempt. A [fallback](Stage::is_fallback) after other stages is skipped if
+    /// they have met the targets; otherwise it starts a new attempt from `start`. The plan is the best replay of all
+    /// attempts.
     ///
     /// # Errors
     /// - Controls of another count, or controls that are not finite.
@@ -71,23 +73,27 @@ impl Problem {
         watch: &mut Watch<'_>,
     ) -> Result<Plan, PlanError> {
         stages.iter().try_for_each(|stage| stage.check(self))?;
-        let mut best = self.replay_until(start, Some(watch.interrupt))?;
+        let start = self.replay_until(start, Some(watch.interrupt))?;
+        let (mut best, mut current) = (start.clone(), start.clone());
         let mut reports: Vec<StageReport> = Vec::new();
         for stage in stages {
             if watch.is_interrupted() {
                 break;
             }
-            if stage.is_fallback() && !reports.is_empty() && best.meets() {
-                reports.push(StageReport {
-                    name: stage.name(),
-                    message: "skipped: the targets are met".to_owned(),
-                    cost: best.cost,
-                    meets: true,
-                    ..StageReport::default()
-                });
-                continue;
+            if stage.is_fallback() && !reports.is_empty() {
+                if best.meets() {
+                    reports.push(StageReport {
+                        name: stage.name(),
+                        message: "skipped: the targets are met".to_owned(),
+                        cost: best.cost,
+                        meets: true,
+                        ..StageReport::default()
+                    });
+                    continue;
+                }
+                current = start.clone();
             }
-            let result = stage.run(self, &best, watch)?;
+            let result = stage.run(self, &current, watch)?;
             let mut report = StageReport {
                 name: stage.name(),
                 iterations: result.iterations,
@@ -101,15 +107,18 @@ impl Problem {
                 Ok(replay) => {
                     report.cost = replay.cost;
                     report.meets = replay.meets();
-                    if replay.is_better(&best) {
+                    if replay.is_better(&current) {
                         report.kept = true;
-                        best = replay;
+                        current = replay;
                     }
                 }
                 Err(PlanError::Step(error)) => {
                     report.message += &format!("; its controls cannot be replayed: {error}");
                 }
                 Err(error) => return Err(error),
+            }
+            if current.is_better(&best) {
+                best = current.clone();
             }
             reports.push(report);
         }

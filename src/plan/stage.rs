@@ -17,14 +17,15 @@ pub trait Stage: Send + Sync {
         Ok(())
     }
 
-    /// Whether the stage only helps a search that has not met its targets yet.
+    /// Whether the stage only helps a search that has not met its targets.
     ///
-    /// [`Problem::plan`] skips such a stage when an earlier stage of the search has met them.
+    /// After earlier stages, [`Problem::plan`] skips a fallback if they have met the targets. Otherwise the fallback starts a
+    /// new attempt from the start of the search.
     fn is_fallback(&self) -> bool {
         false
     }
 
-    /// Searches from `from`, the best replay so far. The search keeps the result only if its replay is better.
+    /// Searches from `from`, the best replay of the attempt. The attempt keeps the result only if its replay is better.
     ///
     /// # Errors
     /// A step that cannot be posed. After an interrupt the stage returns its best controls so far.
@@ -64,7 +65,7 @@ pub struct StageReport {
     pub cost: f64,
     /// Whether the replay meets all targets and path constraints.
     pub meets: bool,
-    /// Whether the search continued from these controls.
+    /// Whether the attempt continued from these controls.
     pub kept: bool,
 }
 

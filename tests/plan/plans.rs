@@ -225,9 +225,21 @@ fn a_slide_is_optimal_by_the_default_stages() {
     // The last digit of the reference.
     assert!((found.replay.cost - 0.13696).abs() < 1e-5, "{}", found.replay.cost);
     let names: Vec<_> = found.stages.iter().map(|stage| stage.name).collect();
-    assert_eq!(names, ["ddp", "sample", "ddp"]);
+    assert_eq!(names, ["ddp", "sample", "shoot"]);
     let skipped = &found.stages[1];
     assert_eq!((skipped.runs, skipped.kept), (0, false), "{}", skipped.message);
+}
+
+/// `ddp` ends at a local optimum of `hop` that misses. The sampling starts again from the start of the search.
+#[test]
+fn a_fallback_starts_a_new_attempt() {
+    let mut file = shipped("hop.toml");
+    let found = planned(&file);
+    assert!(!found.stages[0].meets && found.stages[0].kept);
+    file.stages = vec![StageName::Sample, StageName::Shoot];
+    let alone = planned(&file);
+    assert_eq!(alone.status, PlanStatus::Replayed, "{}", alone.reason);
+    assert_eq!(found.replay.controls, alone.replay.controls);
 }
 
 /// A sampling as the first stage runs from a start that meets its targets.

@@ -124,8 +124,8 @@ def plan(
     ``start`` has the ``controls`` of another plan of the same problem; None starts from forces of zero. ``states`` (N, 13)
     replaces the scene's start, for example to plan again during a run.
 
-    ``stages`` has names of ``"ddp"``, ``"sample"`` and ``"shoot"`` in their order, each of which starts at the best replay so
-    far. None stands for the default of a problem file: ``["ddp", "sample", "ddp"]``. ``runs`` limits a sampling, and
+    ``stages`` has names of ``"ddp"``, ``"sample"`` and ``"shoot"`` in their order. None is the default of a problem
+    file: ``["ddp", "sample", "shoot"]``, where ``"sample"`` is skipped if ``"ddp"`` meets the targets. ``runs`` limits a sampling, and
     ``iterations`` limits ``"ddp"`` and ``"shoot"``. ``time`` (s) ends the search with the best plan so far. ``threads`` is
     one for each core by default; the plan does not depend on it.
 
