@@ -277,12 +277,12 @@ fn controls_that_do_not_fit_are_said_or_refused() {
     assert!(end.code == Some(3) && !end.stdout.contains("controls.csv:"), "{end:?}");
 }
 
-/// A hundred thousand numbers are replayed in a moment, and no leg seeks so many.
+/// `shoot` and `sample` refuse a hundred thousand variables.
 #[test]
 fn more_numbers_than_can_be_sought_are_refused() {
     let fields = SLIDE.replace("steps = 30", "steps = 100000");
-    for (leg, words) in [("shoot", "shoot: 100000 numbers are sought"), ("sample", "sample:")] {
-        let search = format!("stages = [\"{leg}\"]\nknots = 65535");
+    for (stage, words) in [("shoot", "shoot: 100000 variables are too many"), ("sample", "sample:")] {
+        let search = format!("stages = [\"{stage}\"]\nknots = 65535");
         let (directory, problem) = problem(&fields.replace("runs = 300", &search));
         let out = directory.path().join("out");
         let end = run(&["plan", &problem, "--out", out.to_str().unwrap()]);
