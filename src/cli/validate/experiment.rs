@@ -58,7 +58,7 @@ pub fn chosen(args: &ValidateArgs) -> Result<Vec<&'static Problem>, Failure> {
 /// solver of theirs takes are left out.
 pub fn plan(args: &ValidateArgs) -> Result<Vec<Plan>, Failure> {
     let mut problems = chosen(args)?;
-    problems.retain(|problem| each(args.solver).iter().any(|solver| takes(*solver, *problem)));
+    problems.retain(|problem| each(args.solver).iter().any(|solver| takes(*solver, problem)));
     if problems.is_empty() {
         let left_out = left_out(args)?;
         let why: Vec<_> = left_out.iter().map(|(name, why)| format!("{name}: {why}")).collect();
