@@ -50,10 +50,17 @@ pub struct Scene {
     /// The robots from files, and which bodies and joints of the scene they are.
     #[cfg(feature = "robot")]
     pub robots: Vec<crate::robot::Assembled>,
-    /// The constants of the bodies and their starts, as run.json has them.
-    pub model: Model,
-    /// Whether a run writes trajectory.csv instead of the tables: a scene of the tutorial or of `[body]`.
-    pub trajectory: bool,
+    /// What files a run of it leaves.
+    pub format: OutputFormat,
+}
+
+/// What files a run leaves. The notation of the scene decides it, not the number of bodies.
+#[derive(Clone)]
+pub enum OutputFormat {
+    /// The tutorial's table of one body, of `[body]` and of the tutorial's scenes.
+    Trajectory,
+    /// Three tables, of `[[bodies]]`, and the model that stands in their run.json.
+    Tables(Box<Model>),
 }
 
 impl Scene {
@@ -64,6 +71,15 @@ impl Scene {
         return self.robots.iter().flat_map(|robot| robot.robot().notes.clone()).collect();
         #[cfg(not(feature = "robot"))]
         Vec::new()
+    }
+
+    /// The model of a scene of `[[bodies]]`.
+    #[must_use]
+    pub fn model(&self) -> Option<&Model> {
+        match &self.format {
+            OutputFormat::Tables(model) => Some(model),
+            OutputFormat::Trajectory => None,
+        }
     }
 
     /// Its world as it is at the time of step `index`, joints' frames being where their courses have them.
@@ -87,8 +103,7 @@ impl Scene {
             bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
             fixed: model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
             joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
-            trajectory: self.trajectory && model.bodies.len() == 1,
-            model,
+            format: OutputFormat::Tables(Box::new(model)),
             ..self
         })
     }
@@ -177,7 +192,9 @@ impl Scene {
             return Err(Failure::setting("substeps", why));
         }
         self.changed.push("substeps".to_owned());
-        self.model.dt = time_step;
+        if let OutputFormat::Tables(model) = &mut self.format {
+            model.dt = time_step;
+        }
         Ok(self)
     }
 
