@@ -28,7 +28,7 @@ fn row_files() -> impl Iterator<Item = String> {
 
 /// The names of all that a run or a plan may write.
 pub fn of_runs() -> impl Iterator<Item = String> {
-    let others = PLOTS.into_iter().chain([ANIMATION, VIEW]).chain(OF_PLANS);
+    let others = [ANIMATION].into_iter().chain(PLOTS).chain([VIEW]).chain(OF_PLANS);
     row_files().chain(others.map(str::to_owned))
 }
 

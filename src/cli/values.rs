@@ -22,14 +22,6 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Frames a second of a recording.
-pub fn rate(text: &str) -> Result<f64, String> {
-    match number(text) {
-        Ok(value) if (1.0..=1e5).contains(&value) => Ok(value),
-        _ => Err("a number from 1 to 100000 is needed".to_owned()),
-    }
-}
-
 /// A time step that is also halved, twice at most.
 pub fn halved_step(text: &str) -> Result<f64, String> {
     match number(text) {

@@ -281,7 +281,8 @@ fn controls_that_do_not_fit_are_said_or_refused() {
 #[test]
 fn more_numbers_than_can_be_sought_are_refused() {
     let fields = SLIDE.replace("steps = 30", "steps = 100000");
-    for (stage, words) in [("shoot", "shoot: 100000 variables are too many"), ("sample", "sample:")] {
+    for (stage, words) in [("shoot", "shoot: 100000 variables are too many"), ("sample", "sample:")]
+    {
         let search = format!("stages = [\"{stage}\"]\nknots = 65535");
         let (directory, problem) = problem(&fields.replace("runs = 300", &search));
         let out = directory.path().join("out");

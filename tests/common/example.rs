@@ -4,12 +4,12 @@ use serde_json::Value;
 use std::path::PathBuf;
 use std::process::Command;
 
-/// Builds an example (mostly it is built) and says where it is. Of the whole workspace, as all tests are: by itself
+/// Builds an example or a measuring program (mostly it is built) and says where it is. Of the whole workspace, as all tests are: by itself
 /// the library would want dependencies with other features, and all would be built once more.
 pub fn built(example: &str) -> PathBuf {
     let built = Command::new(env!("CARGO"))
         .args(["build", "--quiet", "--locked", "--workspace", "--message-format=json"])
-        .args(["--example", example])
+        .args(["--bins", "--examples"])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .unwrap();
