@@ -273,7 +273,7 @@ fn ways_and_surfaces_that_cannot_be_are_refused() {
         ),
     ] {
         let done = of_text(&format!("{TWO}{more}"), &["--steps", "3", "--solver", "ipopt"]);
-        done.end.assert_refused(2, &["Ipopt", what, "native solver"]);
+        done.end.assert_refused(2, &["--solver", what, "native solver"]);
     }
     let body =
         "[body]\nbox = 1\nmass = 1\n[start]\nposition = [0, 0, 2]\n[ground]\nfriction = 0.3\n";

@@ -288,17 +288,16 @@ fn compressed_tables_are_the_plain_ones() {
     let runs = Runs::new();
     let marbles = scenario("marbles");
     let bar = scenario("four-bar");
-    let cases: [(&[&str], &[&str]); 3] = [
-        (&["--solver", "native", "--steps", "300", "--restitution", "0.3"], &["trajectory"]),
-        (&["--scenario", &marbles, "--steps", "120"], &["states", "contacts", "steps"]),
-        (&["--scenario", &bar, "--steps", "60"], &["states", "contacts", "steps", "joints"]),
+    let cases: [(&[&str], &str, &[&str]); 3] = [
+        (&["--solver", "native", "--restitution", "0.3"], "300", &["trajectory"]),
+        (&["--scenario", &marbles], "120", &["states", "contacts", "steps"]),
+        (&["--scenario", &bar], "60", &["states", "contacts", "steps", "joints"]),
     ];
     let bytes = |run: &str, file: &str| fs::read(runs.path(run, file)).unwrap();
-    for (args, tables) in cases {
-        runs.run("plain", args);
-        runs.run("whole", &[args, &["--format", "zstd"]].concat());
+    for (args, steps, tables) in cases {
+        runs.run("plain", &[args, &["--steps", steps]].concat());
+        runs.run("whole", &[args, &["--steps", steps, "--format", "zstd"]].concat());
         runs.run("parts", &[args, &["--steps", "40", "--format", "zstd"]].concat());
-        let steps = args[args.iter().position(|arg| *arg == "--steps").unwrap() + 1];
         runs.run("parts", &["--continue", &runs.text("parts", ""), "--steps", steps]);
         for table in tables {
             let compressed = format!("{table}.csv.zst");
