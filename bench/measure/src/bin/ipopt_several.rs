@@ -1,7 +1,7 @@
 //! Ipopt on scenes of several bodies, beside the native solver: iterations a contact step, how its
 //! steps ended, their residuals, and how far the ends of both runs are from each other.
 //!
-//! cargo run --release -p tumble-measure --bin ipopt_several [STEPS]
+//! `cargo run --release -p tumble-measure --bin ipopt_several [STEPS]`
 
 use nalgebra::{Vector3, Vector4};
 use std::time::Instant;
