@@ -32,13 +32,9 @@ pub fn plan<'py>(
     if let Some(states) = &states {
         let states = to_states("states", states)?;
         let time = content.start_index as f64 * content.world.time_step();
-        match content.model().cloned() {
-            Some(mut model) => {
-                model.start_at(&states, time).map_err(in_python)?;
-                content = content.with_model(model).map_err(in_python)?;
-            }
-            None => content.starts = states,
-        }
+        let mut model = content.model.clone();
+        model.start_at(&states, time).map_err(in_python)?;
+        content = content.with_model(model).map_err(in_python)?;
     }
     let file = ProblemFile::of_scene_text(content, text).map_err(refused)?;
     let problem = &file.problem;
@@ -133,9 +129,12 @@ fn told<'py>(py: Python<'py>, problem: &Problem, plan: &Plan) -> PyResult<Bound<
     });
     all.set_item("modes", modes.collect::<Vec<_>>())?;
     let found = problem.scene_of(replay).map_err(in_python)?;
-    let model = found.model().map(|model| model.text()).transpose().map_err(in_python)?;
-    // One body in its own notation has no model, and its whole scene is a text.
-    let text = if model.is_none() { Some(written::text(&found).map_err(in_python)?) } else { None };
+    // A scene of [body] is a text, so that it leaves a trajectory again.
+    let (model, text) = if found.trajectory {
+        (None, Some(written::text(&found).map_err(in_python)?))
+    } else {
+        (Some(found.model.text().map_err(in_python)?), None)
+    };
     all.set_item("model", model)?;
     all.set_item("text", text)?;
     Ok(all)

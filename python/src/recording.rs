@@ -15,12 +15,12 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use tumble::contact::Partner;
-use tumble::film::{self, Cast, Keys, Role};
+use tumble::film::{self, Cast, Keys};
 use tumble::joint::{JointForce, JointResidual};
 use tumble::mechanics::State;
 use tumble::scenario::model::BodyModel;
 use tumble::scenario::run_file::{RunFile, checksum_of};
-use tumble::scenario::scene::{OutputFormat, Scene as Content};
+use tumble::scenario::scene::Scene as Content;
 use tumble::simulation::StepRecord;
 use tumble::simulation::tables::{
     ContactRow, GearRow, JointRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
@@ -236,7 +236,7 @@ impl Recording {
 
     /// The table trajectory.csv of a scene of `[body]`; None of any other.
     fn trajectory<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyBytes>>> {
-        if matches!(self.content.format, OutputFormat::Tables(_)) {
+        if !self.content.trajectory {
             return Ok(None);
         }
         let table = py.detach(|| {
@@ -435,12 +435,7 @@ impl Recording {
         let mut keys = Keys::new();
         let frame = |row| film::frame(&content.world, row, &mut keys);
         let frames = self.rows.iter().map(frame).collect();
-        let roles: Vec<_> = match &content.format {
-            OutputFormat::Tables(model) => model.bodies.iter().map(BodyModel::role).collect(),
-            OutputFormat::Trajectory => {
-                content.bodies.iter().map(|name| Role { name, ..Role::default() }).collect()
-            }
-        };
+        let roles: Vec<_> = content.model.bodies.iter().map(BodyModel::role).collect();
         let cast = Cast {
             world: &content.world,
             bodies: &roles,
@@ -450,9 +445,7 @@ impl Recording {
             floating: content.contact.is_none(),
         };
         let mut film = film::film(cast, frames);
-        if let OutputFormat::Tables(model) = &content.format {
-            model.dress(&mut film).map_err(in_python)?;
-        }
+        content.model.dress(&mut film).map_err(in_python)?;
         let seed = content.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
         film.title = format!("{}, {seed}{}", content.name, content.solver());
         film.facts = vec![Fact::new("scene", content.name.clone())];

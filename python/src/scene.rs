@@ -15,7 +15,7 @@ use tumble::scenario::choices::SolverName;
 use tumble::scenario::failure::Failure;
 use tumble::scenario::joint::JointModel;
 use tumble::scenario::model::Model;
-use tumble::scenario::scene::{OutputFormat, Scene as Content};
+use tumble::scenario::scene::Scene as Content;
 use tumble::scenario::settings::{RobotSettings, Settings};
 use tumble::world::constants::extents;
 
@@ -169,9 +169,8 @@ impl Scene {
     /// Of each joint the axes that it leaves to drives: 0, 1, 2 along x, y, z and 3, 4, 5 about them.
     #[getter]
     fn joint_axes(&self) -> Vec<Vec<usize>> {
-        let OutputFormat::Tables(model) = &self.content.format else { return Vec::new() };
         let axes = |joint: &JointModel| joint.kind.driven().iter().map(|(_, axis)| *axis).collect();
-        model.joints.iter().map(axes).collect()
+        self.content.model.joints.iter().map(axes).collect()
     }
 
     /// k of its start.

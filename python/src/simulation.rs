@@ -153,8 +153,7 @@ impl Simulation {
     /// Takes a body out; and where `joints` says so, the joints that tie it.
     fn leave(&mut self, body: usize, joints: bool) -> PyResult<()> {
         let tying = |joint: &JointModel| joint.body == body || joint.other == Some(body);
-        let model = self.content.model();
-        let joint = model.and_then(|model| model.joints.iter().find(|joint| tying(joint)));
+        let joint = self.content.model.joints.iter().find(|joint| tying(joint));
         if let Some(joint) = joint.filter(|_| !joints) {
             let (name, joint) = (&self.content.bodies[body], &joint.name);
             let why = format!("{name} is tied by {joint}; joints=True takes its joints out too");
@@ -175,9 +174,7 @@ impl Simulation {
     /// The model of its bodies as they are now, where one may have come or gone, as text.
     fn told(&mut self) -> PyResult<String> {
         let (time, states) = (self.time(), self.running().simulation.states().to_vec());
-        let model =
-            self.content.model().ok_or_else(|| refused("a scene of [body] has no model"))?;
-        let mut model = model.clone();
+        let mut model = self.content.model.clone();
         model.start_at(&states, time).map_err(in_python)?;
         model.text().map_err(in_python)
     }

@@ -9,7 +9,7 @@ use super::outcome::{Failure, refuse_flags};
 use super::recording::Recording;
 use super::run::{End, Run};
 use super::run_file::{self, RunFile, SolverSettings};
-use super::scene::{OutputFormat, Scene, on_threads};
+use super::scene::{Scene, on_threads};
 use super::writer::{RunWriter, Written};
 use super::{input, shown};
 use clap::ValueEnum;
@@ -17,7 +17,6 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Duration;
 use tumble::mechanics::State;
-use tumble::scenario::physics;
 use tumble::scenario::settings::Settings;
 use tumble::scenario::solver_choice::SolverChoice;
 use tumble::simulation::Simulation;
@@ -168,43 +167,26 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
 
 /// The scene of a run, as far as it is to be continued.
 fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
-    let (world, loads, courses, bodies, fixed, format) = match &run.model {
-        Some(model) => (
-            model.world()?,
-            model.loads()?,
-            model.courses()?,
-            model.bodies.iter().map(|body| body.name.clone()).collect(),
-            model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
-            OutputFormat::Tables(Box::new(model.clone())),
-        ),
-        None => {
-            let parameters =
-                run.parameters.as_ref().ok_or_else(|| Failure::needed("parameters"))?;
-            let (world, load) = physics::of_settings(&parameters.settings()?)?;
-            let bodies = vec!["body".to_owned()];
-            (world, vec![load], Vec::new(), bodies, Vec::new(), OutputFormat::Trajectory)
-        }
-    };
-    let joints = run.model.iter().flat_map(|model| &model.joints);
-    let joints = joints.map(|joint| joint.name.clone()).collect();
+    let model = run.model.clone();
     Ok(Scene {
         name: run.scene.clone(),
         changed: run.changed.clone(),
         seed: run.seed,
         drawn: run.drawn_seed().is_some(),
         start_index: run.start_index,
-        rows: run.rows_asked().ok_or_else(|| Failure::needed("steps"))?,
-        world,
-        starts: run.starts(),
-        loads,
-        courses,
-        bodies,
-        fixed,
-        joints,
+        rows: run.steps,
+        world: model.world()?,
+        starts: model.states(),
+        loads: model.loads()?,
+        courses: model.courses()?,
+        bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
+        fixed: model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
+        joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
         contact: contact_of(&run.solver)?,
         usual_solver: false,
         robots: Vec::new(),
-        format,
+        model,
+        trajectory: run.trajectory,
     })
 }
 

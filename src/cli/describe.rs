@@ -3,7 +3,7 @@
 use super::joints_summary::TautJoint;
 use super::run::{End, Run};
 use super::run_file::heading;
-use super::scene::{OutputFormat, Scene};
+use super::scene::Scene;
 use super::shown;
 use std::fmt::Write as _;
 use tumble::contact::Partner;
@@ -25,13 +25,10 @@ pub fn describe(scene: &Scene, run: &Run) -> String {
         shown::number(h)
     );
     text += &ending(scene, run);
-    let overlap = match &scene.format {
-        OutputFormat::Trajectory => None,
-        OutputFormat::Tables(_) => {
-            text += &cast(scene);
-            run.overlap
-        }
-    };
+    let overlap = run.overlap.filter(|_| !scene.trajectory);
+    if !scene.trajectory {
+        text += &cast(scene);
+    }
     let _ = writeln!(
         text,
         "  steps        {} ({} in contact, {} in free flight)",

@@ -46,7 +46,7 @@ pub fn film(
     }
     let floating = recording.floating();
     let Recording { world, loads, run, .. } = recording;
-    let model = run.as_ref().and_then(|run| run.model.as_ref());
+    let model = run.as_ref().filter(|run| !run.trajectory).map(|run| &run.model);
     let one = || vec![Role::default()];
     let bodies = model.map_or_else(one, |model| model.bodies.iter().map(BodyModel::role).collect());
     let fixed = model.map_or(&[][..], |model| &model.fixed);

@@ -7,7 +7,7 @@ use super::kept::{Form, Kept};
 use super::names::FileKind;
 use super::outcome::{Failure, refuse_flags};
 use super::output::directory_of;
-use super::run_file::{self, RunFile, RunParameters, Seal, SolverSettings, checksum_of};
+use super::run_file::{self, RunFile, Seal, SolverSettings, checksum_of};
 use super::scene::of_physics;
 use super::table_file::TableSource;
 use super::{input, shown};
@@ -103,45 +103,39 @@ impl Step {
 }
 
 impl<'a> Recording<'a> {
-    /// Opens the files of which `path` is one: the run.json beside it says of which format they
-    /// are. `flags` go before its parameters; of tables, none may be given.
+    /// Opens the files of which `path` is one. Their run.json stands beside them; only a trajectory may lack it, and
+    /// `flags` then change the drop scene's parameters.
     pub fn open(path: &'a Path, flags: &PhysicsArgs) -> Result<Self, Failure> {
         let run_path = path.with_file_name("run.json");
         let run = RunFile::read(input::text(&run_path, run_file::LARGEST_FILE), &run_path, || {
             refuse_lonely_table(path, &run_path)
         })?;
-        let given = flags.given();
-        if let Some(run) = run.as_ref().filter(|run| run.model.is_some()) {
-            let flags: Vec<_> = given.iter().map(|flag| (*flag, true)).collect();
-            refuse_flags("a run of several bodies, whose run.json says all", &flags)?;
+        let Some(run) = run else { return Self::without_run(path, of_physics(flags)?) };
+        let given: Vec<_> = flags.given().iter().map(|flag| (*flag, true)).collect();
+        refuse_flags("a run with a run.json, which has all parameters", &given)?;
+        if !run.trajectory {
             refuse_another_file(path, run.kept.form)?;
         }
-        Self::of(path, run, (of_physics(flags)?, &given))
+        Self::of_run(path, run)
     }
 
     /// Opens the files of `run`, of which `path` is one.
     pub fn of_run(path: &'a Path, run: RunFile) -> Result<Self, Failure> {
-        Self::of(path, Some(run), (Settings::default(), &[]))
-    }
-
-    fn of(
-        path: &'a Path,
-        run: Option<RunFile>,
-        (flags, given): (Settings, &[&str]),
-    ) -> Result<Self, Failure> {
         let run_path = path.with_file_name("run.json");
-        let first = run.as_ref().map_or(0, |run| run.start_index);
-        let kept = run.as_ref().map(|run| run.kept.clone()).unwrap_or_default();
-        if let Some(model) = run.as_ref().and_then(|run| run.model.as_ref()) {
-            let wrong = |failure: Failure| match failure {
-                Failure::Setting { name, why } => {
-                    Failure::Input(format!("{}: model.{name}: {why}", shown::path(&run_path)))
-                }
-                other => other.in_file(&run_path, FileKind::Run, &[]),
-            };
-            let world = model.world().map_err(wrong)?;
-            let loads = model.loads().map_err(wrong)?;
-            let courses = model.courses().map_err(wrong)?;
+        let wrong = |failure: Failure| match failure {
+            Failure::Setting { name, why } => {
+                Failure::Input(format!("{}: model.{name}: {why}", shown::path(&run_path)))
+            }
+            other => other.in_file(&run_path, FileKind::Run, &[]),
+        };
+        let (model, kept) = (&run.model, &run.kept);
+        let world = model.world().map_err(wrong)?;
+        let loads = model.loads().map_err(wrong)?;
+        let courses = model.courses().map_err(wrong)?;
+        let rows = if run.trajectory {
+            let reader = trajectory(path, &world, "run.json names")?;
+            Rows::Trajectory(Box::new(reader.from_index(run.start_index).every(kept.every)))
+        } else {
             let some = |of: Table, count: usize| {
                 (count > 0 && kept.has(of)).then(|| table(path, of, kept.form)).transpose()
             };
@@ -156,38 +150,18 @@ impl<'a> Recording<'a> {
             let tied = (world.joints().len(), world.gears().len());
             let reader = TablesReader::of_some(streams, world.bodies().len(), tied);
             let reader = reader.map_err(|error| odd_tables(path, &error))?;
-            let rows = Rows::Tables(Box::new(reader.from_index(first).every(kept.every)));
-            return Ok(Self { path, rows, run, world, loads, courses });
-        }
-        let file = TableSource::open(path).map_err(|error| odd_trajectory(path, &error))?;
-        let reader = TrajectoryReader::new(file).map_err(|error| odd_trajectory(path, &error))?;
-        let known = run.as_ref().and_then(|run| run.parameters.as_ref());
-        let made = match known {
-            Some(parameters) => parameters.settings(),
-            None => of_tutorial().and_then(|parameters| parameters.settings()),
+            Rows::Tables(Box::new(reader.from_index(run.start_index).every(kept.every)))
         };
-        let made = made.and_then(|below| physics::of_settings(&flags.over(below)));
-        let (world, load) = made.map_err(|failure| match known {
-            Some(_) => failure.in_file(&run_path, FileKind::Run, given),
-            None => failure,
-        })?;
-        let points = world.bodies()[0].contact_points().len();
-        if points != reader.contacts() {
-            return Err(Failure::Input(format!(
-                "{} has columns for {} contact points; {} {points}",
-                shown::path(path),
-                reader.contacts(),
-                if run.is_some() { "run.json names" } else { "without a run.json there are" },
-            )));
-        }
-        Ok(Self {
-            path,
-            rows: Rows::Trajectory(Box::new(reader.from_index(first).every(kept.every))),
-            run,
-            world,
-            loads: vec![load],
-            courses: Vec::new(),
-        })
+        Ok(Self { path, rows, run: Some(run), world, loads, courses })
+    }
+
+    /// Opens a trajectory without a run.json: of the drop scene, changed by `flags`.
+    fn without_run(path: &'a Path, flags: Settings) -> Result<Self, Failure> {
+        let settings = flags.over(Settings::of_scene(SceneName::Drop));
+        let (world, load) = physics::of_settings(&settings)?;
+        let reader = trajectory(path, &world, "without a run.json there are")?;
+        let rows = Rows::Trajectory(Box::new(reader));
+        Ok(Self { path, rows, run: None, world, loads: vec![load], courses: Vec::new() })
     }
 
     /// The next step, its time checked, and of tables its states; `None` after the last.
@@ -371,10 +345,23 @@ impl<'a> Recording<'a> {
     }
 }
 
-/// The parameters of the drop scene.
-fn of_tutorial() -> Result<RunParameters, Failure> {
-    let (world, load) = physics::of_settings(&Settings::of_scene(SceneName::Drop))?;
-    Ok(RunParameters::of(&world, &load, 0))
+/// Opens a trajectory of the body of `world`, whose contact points `source` has.
+fn trajectory(
+    path: &Path,
+    world: &World,
+    source: &str,
+) -> Result<TrajectoryReader<TableSource>, Failure> {
+    let file = TableSource::open(path).map_err(|error| odd_trajectory(path, &error))?;
+    let reader = TrajectoryReader::new(file).map_err(|error| odd_trajectory(path, &error))?;
+    let points = world.bodies().first().map_or(0, |body| body.contact_points().len());
+    if points != reader.contacts() {
+        return Err(Failure::Input(format!(
+            "{} has columns for {} contact points; {source} {points}",
+            shown::path(path),
+            reader.contacts(),
+        )));
+    }
+    Ok(reader)
 }
 
 fn odd_trajectory(path: &Path, error: &dyn std::fmt::Display) -> Failure {

@@ -5,7 +5,7 @@ use super::choices::{SceneName, Shape, SolverName};
 use super::names::FileKind;
 use super::outcome::{Failure, refuse_flags};
 use super::{input, run_file, scenario};
-pub use tumble::scenario::scene::{OutputFormat, Scene};
+pub use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::{Settings, polyline};
 use tumble::scenario::solver_choice::SolverChoice;
 
@@ -24,10 +24,8 @@ pub fn of_args(args: &SimulateArgs) -> Result<Scene, Failure> {
         Some(path) => {
             let (text, flags) = (scenario::read_text(path)?, (flags, &args.given()[..]));
             let scene = Scene::told(&text, path, flags, SolverName::Ipopt, &input::bytes)?;
-            if let OutputFormat::Tables(model) = &scene.format {
-                let large = run_file::refuse_large(model);
-                large.map_err(|failure| failure.in_file(path, FileKind::Scenario, &[]))?;
-            }
+            let large = run_file::refuse_large(&scene.model);
+            large.map_err(|failure| failure.in_file(path, FileKind::Scenario, &[]))?;
             scene
         }
     };

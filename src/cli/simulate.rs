@@ -12,7 +12,7 @@ use super::pictures::{self, Pictures};
 use super::recording::Recording;
 use super::run::{self, End, Run};
 use super::run_file::RunFile;
-use super::scene::{OutputFormat, Scene};
+use super::scene::Scene;
 use super::signals::raise_on_signals;
 use super::writer::RunWriter;
 use super::{scene, shown};
@@ -99,7 +99,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
 
 /// Refuses tables of a scene that has but one, and pictures of files that tumble does not read.
 fn check_kept(args: &SimulateArgs, scene: &Scene, kept: &Kept) -> Result<(), Failure> {
-    if matches!(scene.format, OutputFormat::Trajectory) {
+    if scene.trajectory {
         let place = "a scene of one body, whose rows are one table";
         refuse_flags(place, &[("--tables", args.tables.is_some())])?;
     }

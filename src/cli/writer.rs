@@ -5,7 +5,7 @@ use super::file_names::{TRAJECTORY, file_of};
 use super::kept::Kept;
 use super::outcome::Failure;
 use super::output::PendingFile;
-use super::scene::{OutputFormat, Scene};
+use super::scene::Scene;
 use super::shown;
 use super::table_file::{TableSink, TableSource};
 use std::io::{self, BufRead, BufReader, Write};
@@ -61,42 +61,38 @@ impl RunWriter {
         };
         let (goes_on, world) = (written.is_some(), &scene.world);
         let (every, first) = (kept.every, scene.start_index);
-        let rows = match scene.format {
-            OutputFormat::Trajectory => {
-                let stream = open(TRAJECTORY, Some(1))?;
-                let rows = if goes_on {
-                    TrajectoryWriter::after(stream, world)
-                } else {
-                    TrajectoryWriter::new(stream, world)
-                };
-                rows.map(|rows| Rows::Trajectory(Box::new(rows.every(every, first))))
-            }
-            OutputFormat::Tables(_) => {
-                let states = open(Table::States.name(), Some(scene.bodies.len()))?;
-                let is_there =
-                    |table: Table, count: usize| (kept.has(table) && count > 0).then_some(count);
-                let contacts =
-                    is_there(Table::Contacts, 1).map(|_| open(Table::Contacts.name(), None));
-                let contacts = contacts.transpose()?;
-                let steps = open(Table::Steps.name(), Some(1))?;
-                let joints = is_there(Table::Joints, scene.joints.len());
-                let joints = joints.map(|count| open(Table::Joints.name(), Some(count)));
-                let gears = is_there(Table::Gears, world.gears().len());
-                let gears = gears.map(|count| open(Table::Gears.name(), Some(count)));
-                let (joints, gears) = (joints.transpose()?, gears.transpose()?);
-                let ends = is_there(Table::Ends, scene.bodies.len());
-                let ends = ends.map(|count| open(Table::Ends.name(), Some(count))).transpose()?;
-                let streams = Streams { states, contacts, steps, joints, gears, ends };
-                let rows = if goes_on {
-                    Ok(TablesWriter::after(streams, world))
-                } else {
-                    TablesWriter::new(streams, world)
-                };
-                rows.map(|rows| {
-                    let rows = rows.driven(scene.courses.clone()).every(every, first);
-                    Rows::Tables(Box::new(rows))
-                })
-            }
+        let rows = if scene.trajectory {
+            let stream = open(TRAJECTORY, Some(1))?;
+            let rows = if goes_on {
+                TrajectoryWriter::after(stream, world)
+            } else {
+                TrajectoryWriter::new(stream, world)
+            };
+            rows.map(|rows| Rows::Trajectory(Box::new(rows.every(every, first))))
+        } else {
+            let states = open(Table::States.name(), Some(scene.bodies.len()))?;
+            let is_there =
+                |table: Table, count: usize| (kept.has(table) && count > 0).then_some(count);
+            let contacts = is_there(Table::Contacts, 1).map(|_| open(Table::Contacts.name(), None));
+            let contacts = contacts.transpose()?;
+            let steps = open(Table::Steps.name(), Some(1))?;
+            let joints = is_there(Table::Joints, scene.joints.len());
+            let joints = joints.map(|count| open(Table::Joints.name(), Some(count)));
+            let gears = is_there(Table::Gears, world.gears().len());
+            let gears = gears.map(|count| open(Table::Gears.name(), Some(count)));
+            let (joints, gears) = (joints.transpose()?, gears.transpose()?);
+            let ends = is_there(Table::Ends, scene.bodies.len());
+            let ends = ends.map(|count| open(Table::Ends.name(), Some(count))).transpose()?;
+            let streams = Streams { states, contacts, steps, joints, gears, ends };
+            let rows = if goes_on {
+                Ok(TablesWriter::after(streams, world))
+            } else {
+                TablesWriter::new(streams, world)
+            };
+            rows.map(|rows| {
+                let rows = rows.driven(scene.courses.clone()).every(every, first);
+                Rows::Tables(Box::new(rows))
+            })
         };
         let rows = rows.map_err(|error| files[0].failed(&error))?;
         Ok(Self { files, rows })
@@ -104,10 +100,7 @@ impl RunWriter {
 
     /// The file of rows in `directory` by which a run of `scene` is opened.
     pub fn first_file(scene: &Scene, kept: &Kept, directory: &Path) -> PathBuf {
-        let name = match scene.format {
-            OutputFormat::Trajectory => TRAJECTORY,
-            OutputFormat::Tables(_) => Table::States.name(),
-        };
+        let name = if scene.trajectory { TRAJECTORY } else { Table::States.name() };
         directory.join(file_of(name, kept.form))
     }
 

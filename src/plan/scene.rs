@@ -8,7 +8,7 @@ use crate::scenario::failure::Failure;
 use crate::scenario::fields::Exactly;
 use crate::scenario::model::{BodyStart, Model};
 use crate::scenario::parameters::{LoadParameters, PlaneParameters};
-use crate::scenario::scene::{OutputFormat, Scene};
+use crate::scenario::scene::Scene;
 use crate::world::World;
 use nalgebra::Vector3;
 
@@ -25,14 +25,11 @@ impl Problem {
         for (body, _) in self.pushed().iter().enumerate().filter(|(_, pushed)| **pushed) {
             loads[body] = self.load_of(body, replay)?;
         }
-        let scene = Scene { world, starts, loads, ..self.scene.clone() };
-        let OutputFormat::Tables(model) = &scene.format else {
-            let is_own = scene.starts == self.scene.starts;
-            return Ok(Scene { drawn: scene.drawn && is_own, ..scene });
-        };
-        let mut model = Model::clone(model);
-        rewrite(&mut model, &scene.world, (&scene.starts, &scene.loads));
-        scene.with_model(model)
+        let scene = self.scene.clone();
+        let drawn = scene.drawn && starts == scene.starts;
+        let mut model = scene.model.clone();
+        rewrite(&mut model, &world, (&starts, &loads));
+        Ok(Scene { drawn, ..scene.with_model(model)? })
     }
 
     /// Wrenches on `body` as a load over time.

@@ -1,15 +1,22 @@
-//! The notation `[body]`: one body, whose tables are settings that flags have too.
+//! The short form `[body]`: one body, whose tables are settings that flags have too. It becomes the model of a scene
+//! with one body.
 
 use super::choices::{Attitude, Frame, SolverName};
 use super::failure::{Failure, refuse_flags};
-use super::scene::{OutputFormat, Scene};
+use super::fields::by_rows;
+use super::model::{BodyModel, BodyStart, DrawnModel, Model};
+use super::parameters::LoadParameters;
+use super::scene::Scene;
 use super::settings::Settings;
 use super::settings::USUAL_SEED;
+use super::shape::{Form, Place, PlacedForm, Shape};
 use super::solver_choice::{self, SolverChoice};
 use super::{physics, shown};
 use crate::contact::detection::CONTACT_BAND;
-use crate::mechanics::State;
+use crate::mechanics::body::box_corners;
+use crate::mechanics::{Load, RigidBody, State};
 use crate::world::World;
+use nalgebra::Vector3;
 
 /// The scene of complete settings, with a ground or without, solved by `usual` where they name no
 /// solver.
@@ -34,6 +41,12 @@ pub fn scene(
         spin: settings.spin.ok_or_else(|| Failure::needed("spin"))?,
     };
     let start = start.checked()?;
+    let drawn = (*attitude == Attitude::Random).then(|| DrawnModel {
+        position: position.into(),
+        attitude: None,
+        jitter: [0.0; 3],
+        ground: settings.frame == Some(Frame::Ground),
+    });
     let start = match settings.frame {
         Some(Frame::Ground) => world.ground().map_or(start, |ground| ground.state_to_world(&start)),
         Some(Frame::World) | None => start,
@@ -50,6 +63,7 @@ pub fn scene(
     } else {
         None
     };
+    let model = model(&world, &load, &start, drawn);
     Ok(Scene {
         name,
         changed: Vec::new(),
@@ -61,15 +75,69 @@ pub fn scene(
         starts: vec![start],
         loads: vec![load],
         courses: Vec::new(),
-        bodies: vec!["body".to_owned()],
+        bodies: vec![NAME.to_owned()],
         fixed: Vec::new(),
         joints: Vec::new(),
         contact,
         usual_solver: settings.solver.is_none(),
         #[cfg(feature = "robot")]
         robots: Vec::new(),
-        format: OutputFormat::Trajectory,
+        model,
+        trajectory: true,
     })
+}
+
+/// Name of the body.
+const NAME: &str = "body";
+
+/// The model of the one body of `world`.
+fn model(world: &World, load: &Load, start: &State, drawn: Option<DrawnModel>) -> Model {
+    let body = &world.bodies()[0];
+    Model {
+        dt: world.time_step(),
+        rotation: world.rotation(),
+        gravity: (*world.gravity()).into(),
+        mu: world.friction(),
+        restitution: world.restitution(),
+        rebound_speed: world.given_rebound_speed(),
+        plane: world.ground().map(physics::plane),
+        shapes: vec![shape(body)],
+        looks: Vec::new(),
+        bodies: vec![BodyModel {
+            name: NAME.to_owned(),
+            shape: 0,
+            centre: [0.0; 3],
+            mass: body.mass(),
+            inertia: by_rows(body.inertia()).0.map(|row| row.0),
+            friction: None,
+            restitution: None,
+            touches: true,
+            load: (!load.is_none()).then(|| LoadParameters::of(load)),
+            colour: None,
+            label: None,
+            look: None,
+            start: BodyStart::of(start),
+            drawn,
+        }],
+        fixed: Vec::new(),
+        frictions: Vec::new(),
+        restitutions: Vec::new(),
+        joints: Vec::new(),
+        gears: Vec::new(),
+        surfaces: Vec::new(),
+        apart: Vec::new(),
+    }
+}
+
+/// A box, the only piece that a body of this notation may be, or points.
+fn shape(body: &RigidBody) -> Shape {
+    let points: Vec<_> = body.contact_points().iter().map(|point| point.position).collect();
+    let half = points.iter().fold(Vector3::zeros(), |half: Vector3<f64>, c| half.sup(&c.abs()));
+    if body.pieces().is_empty() || points != box_corners(&half) {
+        return Shape::Points(points.iter().map(|point| (*point).into()).collect());
+    }
+    let form = Form::Box { sides: (2.0 * half).into() };
+    Shape::Pieces(vec![PlacedForm { form, place: Place::ORIGIN }])
 }
 
 /// Refuses what has a meaning for contact alone where there is no ground.

@@ -1,20 +1,19 @@
 //! `run.json`: what made the rows, and what came of it.
 
 mod checksums;
-mod parameters;
 mod reading;
+mod solver;
 
 pub use checksums::{Checksums, Seal, Summed, checksum_of};
-pub use parameters::{RunParameters, SolverSettings, StartState};
+pub use solver::SolverSettings;
 
 use super::failure::Failure;
 use super::joints_summary::{JointsSummary, Taut, TautJoint};
 use super::kept::Kept;
 use super::model::Model;
-use super::scene::{OutputFormat, Scene};
+use super::scene::Scene;
 use super::shown;
 use super::solver_choice::{IPOPT_VERSION, SolverChoice};
-use crate::mechanics::State;
 use crate::simulation::scene as tutorial;
 use crate::simulation::summary::{Counted, RunSummary};
 use crate::simulation::tables::{JointRow, StepRow, TableStep};
@@ -38,7 +37,7 @@ pub struct Ended<'a> {
     pub taut: &'a Taut,
 }
 
-/// A run.json in either format: with `parameters` and `start` of one body, or with a `model`.
+/// A run.json.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(expecting = "an object with the fields of a run.json")]
 pub struct RunFile {
@@ -61,32 +60,26 @@ pub struct RunFile {
     pub changed: Vec<String>,
     /// What the start was drawn from, where anything was.
     pub seed: u32,
-    /// The constants of a run of one body.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub parameters: Option<RunParameters>,
     /// Whether anything of the start is drawn from the seed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    drawn: Option<bool>,
-    /// Rows asked for.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub steps: Option<u64>,
+    drawn: bool,
+    /// Requested rows.
+    pub steps: u64,
     /// k of the first row; not written where it is 0.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub start_index: u64,
-    /// Of a run of the three tables: bodies, what is fixed, constants and starts.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub model: Option<Model>,
+    /// Whether the rows are trajectory.csv instead of the tables.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub trajectory: bool,
+    /// Bodies, fixed pieces, constants and starts.
+    pub model: Model,
     /// Which rows stand in the files.
     #[serde(default, skip_serializing_if = "Kept::is_all")]
     pub kept: Kept,
     /// Who solved the steps.
     pub solver: SolverSettings,
-    /// Where one body started.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub start: Option<StartState>,
     /// What came of it.
     pub summary: SummaryFile,
-    /// m, of all steps.
+    /// Largest overlap of all steps, m; none for a trajectory.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_overlap_m: Option<f64>,
     /// Of a model with joints.
@@ -101,12 +94,6 @@ pub struct RunFile {
     /// Whether what was read is as it was written.
     #[serde(skip)]
     pub seal: Seal,
-}
-
-/// The part of a run.json that says which format it is of.
-#[derive(Deserialize)]
-struct Kind {
-    model: Option<serde::de::IgnoredAny>,
 }
 
 /// How the steps of a run ended.
@@ -199,14 +186,8 @@ impl RunFile {
     /// A solver that is not made for the scene.
     pub fn of(scene: &Scene, run: &Ended<'_>) -> Result<Self, Failure> {
         let climbs = scene.contact.as_ref().is_some_and(SolverChoice::climbs);
-        let (tables, one) = match &scene.format {
-            OutputFormat::Tables(model) => {
-                let mut model = Model::clone(model);
-                model.keep_draws_of(scene.seed);
-                (Some(model), None)
-            }
-            OutputFormat::Trajectory => (None, Some((&scene.starts[0], &scene.loads[0]))),
-        };
+        let mut model = scene.model.clone();
+        model.keep_draws_of(scene.seed);
         Ok(Self {
             outcome: run.outcome.to_owned(),
             tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -215,16 +196,15 @@ impl RunFile {
             scene: scene.name.clone(),
             changed: scene.changed.clone(),
             seed: scene.seed,
-            parameters: one.map(|(_, load)| RunParameters::of(&scene.world, load, scene.rows)),
-            drawn: tables.as_ref().map(Model::is_drawn),
-            steps: tables.as_ref().map(|_| scene.rows),
+            drawn: model.is_drawn(),
+            steps: scene.rows,
             start_index: scene.start_index,
             kept: Kept::default(),
             solver: SolverSettings::of(scene.contact.as_ref(), &scene.world)?,
-            start: one.map(|(state, _)| StartState::of(state, scene.drawn)),
             summary: SummaryFile::of(run, climbs),
-            largest_overlap_m: tables.as_ref().map(|_| run.largest_overlap),
-            model: tables,
+            largest_overlap_m: (!scene.trajectory).then_some(run.largest_overlap),
+            trajectory: scene.trajectory,
+            model,
             joints: run.joints,
             taut_joints: run.taut.joints(scene.world.time_step()),
             checksums: Checksums::new(),
@@ -277,60 +257,33 @@ impl RunFile {
             &Ended { outcome, summary, seconds, largest_overlap, joints, taut: &taut },
         )?;
         file.start_index = first.row.index;
-        if let Some(model) = &mut file.model {
-            file.steps = Some(rows.len() as u64);
-            model.start_at(&first.states, first.row.index as f64 * scene.world.time_step())?;
-            model.keep_draws_of(scene.seed);
-            file.drawn = Some(model.is_drawn());
-        }
-        if let Some(parameters) = &mut file.parameters {
-            parameters.steps = rows.len() as u64;
-        }
-        if let (Some(start), Some(state)) = (&mut file.start, first.states.first()) {
-            let is_drawn = start.random && scene.starts == first.states;
-            *start = StartState::of(state, is_drawn);
-        }
+        file.steps = rows.len() as u64;
+        file.model.start_at(&first.states, first.row.index as f64 * scene.world.time_step())?;
+        file.model.keep_draws_of(scene.seed);
+        file.drawn = file.model.is_drawn();
         Ok(Some(file))
     }
 
     /// What is wrong with what the file says was drawn from the seed into the starts of a model's bodies.
     #[must_use]
     pub fn drawn_otherwise(&self) -> Option<String> {
-        let model = self.model.as_ref()?;
-        if self.drawn != Some(model.is_drawn()) {
+        if self.drawn != self.model.is_drawn() {
             return Some("drawn is not what its bodies say of their starts".to_owned());
         }
-        let (seed, body) = (self.seed, shown::line(model.drawn_otherwise(self.seed)?));
+        let (seed, body) = (self.seed, shown::line(self.model.drawn_otherwise(self.seed)?));
         Some(format!("the seed {seed} draws another start of {body} than its own"))
     }
 
     /// The seed, where anything of the start was drawn from it.
     #[must_use]
     pub fn drawn_seed(&self) -> Option<u32> {
-        let drawn = self.drawn.or(self.start.as_ref().map(|start| start.random));
-        drawn.unwrap_or(false).then_some(self.seed)
+        self.drawn.then_some(self.seed)
     }
 
-    /// Rows that were asked for; `None` in no file that was read.
-    #[must_use]
-    pub fn rows_asked(&self) -> Option<u64> {
-        self.steps.or(self.parameters.as_ref().map(|parameters| parameters.steps))
-    }
-
-    /// The states at the start, one a body.
-    #[must_use]
-    pub fn starts(&self) -> Vec<State> {
-        let of_one = self.start.iter().map(StartState::state);
-        self.model.as_ref().map_or_else(|| of_one.collect(), Model::states)
-    }
-
-    /// The names of the bodies; one without a name where there is no model.
+    /// The names of the bodies.
     #[must_use]
     pub fn bodies(&self) -> Vec<&str> {
-        match &self.model {
-            Some(model) => model.bodies.iter().map(|body| body.name.as_str()).collect(),
-            None => vec![""],
-        }
+        self.model.bodies.iter().map(|body| body.name.as_str()).collect()
     }
 
     /// The file's text, with its checksum.

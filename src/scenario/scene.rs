@@ -50,17 +50,10 @@ pub struct Scene {
     /// The robots from files, and which bodies and joints of the scene they are.
     #[cfg(feature = "robot")]
     pub robots: Vec<crate::robot::Assembled>,
-    /// What files a run of it leaves.
-    pub format: OutputFormat,
-}
-
-/// What files a run leaves. The notation of the scene decides it, not the number of bodies.
-#[derive(Clone)]
-pub enum OutputFormat {
-    /// The tutorial's table of one body, of `[body]` and of the tutorial's scenes.
-    Trajectory,
-    /// Three tables, of `[[bodies]]`, and the model that stands in their run.json.
-    Tables(Box<Model>),
+    /// The constants of the bodies and their starts, as run.json has them.
+    pub model: Model,
+    /// Whether a run writes trajectory.csv instead of the tables: a scene of the tutorial or of `[body]`.
+    pub trajectory: bool,
 }
 
 impl Scene {
@@ -71,15 +64,6 @@ impl Scene {
         return self.robots.iter().flat_map(|robot| robot.robot().notes.clone()).collect();
         #[cfg(not(feature = "robot"))]
         Vec::new()
-    }
-
-    /// The model of a scene of `[[bodies]]`.
-    #[must_use]
-    pub fn model(&self) -> Option<&Model> {
-        match &self.format {
-            OutputFormat::Tables(model) => Some(model),
-            OutputFormat::Trajectory => None,
-        }
     }
 
     /// Its world as it is at the time of step `index`, joints' frames being where their courses have them.
@@ -103,7 +87,8 @@ impl Scene {
             bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
             fixed: model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
             joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
-            format: OutputFormat::Tables(Box::new(model)),
+            trajectory: self.trajectory && model.bodies.len() == 1,
+            model,
             ..self
         })
     }
@@ -192,9 +177,7 @@ impl Scene {
             return Err(Failure::setting("substeps", why));
         }
         self.changed.push("substeps".to_owned());
-        if let OutputFormat::Tables(model) = &mut self.format {
-            model.dt = time_step;
-        }
+        self.model.dt = time_step;
         Ok(self)
     }
 

@@ -6,7 +6,7 @@ use super::failure::Failure;
 use super::gear::GearModel;
 use super::joint::{CourseModel, JointModel};
 use super::model::{BodyModel, Model, PartnerModel};
-use super::scene::{OutputFormat, Scene};
+use super::scene::Scene;
 use super::shape::{Form, Place, PlacedForm, Shape};
 use crate::joint::{Drive, Middle, Motor};
 use nalgebra::Vector3;
@@ -19,10 +19,11 @@ use std::fmt::Write as _;
 pub fn text(scene: &Scene) -> Result<String, Failure> {
     let mut out = String::new();
     // What is written to takes everything.
-    let OutputFormat::Tables(model) = &scene.format else {
+    if scene.trajectory {
         let _ = one::text(&mut out, scene);
         return Ok(out);
-    };
+    }
+    let model = &scene.model;
     let _ = head(&mut out, scene, model);
     for (index, body) in model.bodies.iter().enumerate() {
         body_table(&mut out, body, model)

@@ -7,7 +7,7 @@ use tumble::film::{self, Cast, Keys};
 use tumble::geometry::Piece as Solid;
 use tumble::robot::{Reading, read};
 use tumble::scenario::model::{BodyModel, Model};
-use tumble::scenario::scene::{OutputFormat, Scene};
+use tumble::scenario::scene::Scene;
 use tumble::scenario::settings::Settings;
 use tumble::scenario::written;
 use tumble::simulation::tables::TableStep;
@@ -50,8 +50,7 @@ fn scene_of(text: &str) -> Scene {
 }
 
 fn model_of(scene: &Scene) -> &Model {
-    let OutputFormat::Tables(model) = &scene.format else { panic!("it has a model") };
-    model
+    &scene.model
 }
 
 /// The start of a scene as a film, dressed by a model.

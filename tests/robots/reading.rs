@@ -105,7 +105,7 @@ fn contacts_in_points_are_asked_for() {
     assert!(notes.iter().any(|note| note.contains("rub alone")), "{notes:?}");
     assert!(plain.notes().is_empty());
     // The same world but for that; what does not rub at all still does not.
-    let model = |scene: &Scene| format!("{:?}", scene.model());
+    let model = |scene: &Scene| format!("{:?}", scene.model);
     assert_eq!(model(&said), model(&plain));
     assert_ne!(model(&said), model(&read(1, true).unwrap()));
 }

@@ -5,15 +5,14 @@ use crate::cli::joints_summary::{JointsSummary, Taut, TautJoint};
 use crate::cli::outcome::Failure;
 use crate::cli::recording::{Recording, Step};
 use crate::cli::run::End;
-use crate::cli::run_file::{RunFile, RunParameters, SolverSettings};
+use crate::cli::run_file::{RunFile, SolverSettings};
 use crate::cli::shown;
 use std::collections::BTreeMap;
 use tumble::mechanics::State;
 use tumble::scenario::solver_choice::IPOPT_VERSION;
-use tumble::simulation::random::random_attitude;
 use tumble::simulation::summary::{Counted, RunSummary};
 use tumble::step::StepStatus;
-use tumble::world::{Plane, World};
+use tumble::world::World;
 
 /// Numbers of run.json and of rows are the same doubles, but for their norms.
 const SAME: f64 = 1e-12;
@@ -86,7 +85,7 @@ impl Counts {
     /// What the run.json of the recording says otherwise than the rows; nothing without one.
     pub fn differences(&self, recording: &Recording<'_>, taut: &Taut) -> Vec<String> {
         let Some(run) = &recording.run else { return Vec::new() };
-        let mut found = self.of_start(run, recording.world.ground());
+        let mut found = self.of_start(run);
         found.extend(of_solver(&run.solver, &recording.world));
         if recording.kept().every > 1 {
             found.extend(self.beyond_counts(run));
@@ -102,28 +101,14 @@ impl Counts {
         found
     }
 
-    fn of_start(&self, run: &RunFile, ground: Option<&Plane>) -> Vec<String> {
+    fn of_start(&self, run: &RunFile) -> Vec<String> {
         let mut found = Vec::new();
-        let starts = run.starts();
+        let starts = run.model.states();
         let is_same = |(a, b): (&State, &State)| is_same_state(a, b);
         if starts.len() != self.starts.len() || !starts.iter().zip(&self.starts).all(is_same) {
             found.push("the start is another than that of the first row".to_owned());
         }
         found.extend(run.drawn_otherwise());
-        if run.parameters.as_ref().is_some_and(RunParameters::is_no_box) {
-            found.push("parameters.contact_points are not the corners of a box".to_owned());
-        }
-        let random = run.start.as_ref().filter(|start| start.random);
-        let (Some(start), Some(first)) = (random, self.starts.first()) else { return found };
-        let drawn = State { attitude: random_attitude(run.seed), ..*first };
-        let turned = ground.map_or(drawn, |ground| ground.state_to_world(&drawn));
-        let has = |state: &State| {
-            let pairs = state.attitude.iter().zip(&start.attitude.0);
-            pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs())) <= SAME
-        };
-        if !has(&drawn) && !has(&turned) {
-            found.push(format!("the seed {} draws another attitude than the start's", run.seed));
-        }
         found
     }
 
@@ -204,13 +189,12 @@ impl Counts {
             format!("{name} is {}; the rows have {}", shown_number(said), shown_number(found))
         }));
         let steps = said.rungs.values().fold(0_u64, |sum, count| sum.saturating_add(*count));
-        let are_same = match run.model {
-            Some(_) => said.rungs == self.rungs,
-            // The table of one body has no starts. A wild step may have met nothing.
-            None => {
-                let contact_steps = counted.contact_steps();
-                (contact_steps.saturating_sub(counted.wild)..=contact_steps).contains(&steps)
-            }
+        let are_same = if run.trajectory {
+            // A trajectory has no column of starts. A wild step may have met nothing.
+            let contact_steps = counted.contact_steps();
+            (contact_steps.saturating_sub(counted.wild)..=contact_steps).contains(&steps)
+        } else {
+            said.rungs == self.rungs
         };
         if !said.rungs.is_empty() && !are_same {
             found.push("summary.rungs are not the starts of the rows".to_owned());
@@ -220,7 +204,7 @@ impl Counts {
 
     /// A complete run has the rows that were asked for, any other has fewer.
     fn of_length(&self, run: &RunFile, rows: u64) -> Option<String> {
-        let asked = run.rows_asked()?;
+        let asked = run.steps;
         let is_complete = run.outcome == End::Complete.name();
         let is_cut = [End::Interrupted, End::Stopped].map(End::name).contains(&&*run.outcome);
         let fits = is_complete && rows == asked || is_cut && rows < asked;

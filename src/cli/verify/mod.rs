@@ -119,14 +119,13 @@ fn report(
 ) -> Result<Outcome, Failure> {
     let differences = counts.differences(recording, &judge.taut);
     let changed = recording.changed_files()?;
-    let model = recording.run.as_ref().and_then(|run| run.model.as_ref());
     let mut text = format!("{}: {} steps", recording.place(), findings.steps);
     let every = recording.kept().every;
     if every > 1 {
         let _ = write!(text, ", one of each {every}, by itself,");
     }
-    if let Some(model) = model {
-        let _ = write!(text, " of {} bodies", model.bodies.len());
+    if !recording.is_one_table() {
+        let _ = write!(text, " of {} bodies", recording.world.bodies().len());
     }
     text.push('\n');
     if !recording.note().is_empty() {
@@ -154,10 +153,10 @@ fn report(
     );
     let differing = findings.differing;
     let _ = writeln!(text, "  steps that are not what the rows say: {differing}");
-    if model.is_some() {
+    if !recording.is_one_table() {
         let _ = writeln!(text, "  largest overlap: {:.1e} m", findings.largest_overlap);
     }
-    if model.is_some_and(|model| !model.joints.is_empty()) {
+    if !recording.world.joints().is_empty() {
         let _ = writeln!(text, "  joints: {}", counts.joints());
     }
     if !differences.is_empty() {
@@ -184,7 +183,7 @@ fn report(
             step.residual,
             step.part
         );
-        if model.is_none() {
+        if recording.is_one_table() {
             let _ = write!(text, ", column {:.3e}", step.column);
         }
         let _ = match &step.differs {

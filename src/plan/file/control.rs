@@ -127,7 +127,7 @@ impl ControlTable {
 
     /// Index of a joint by its name, and its axis.
     fn joint_axis(&self, scene: &Scene, wanted: &str) -> Result<(usize, JointAxis), String> {
-        let models = scene.model().map_or(&[][..], |model| &model.joints);
+        let models = &scene.model.joints;
         let Some(joint) = models.iter().position(|model| model.name == wanted) else {
             let known: Vec<_> = scene.joints.iter().take(8).cloned().collect();
             let has = if known.is_empty() { "none at all".to_owned() } else { known.join(", ") };

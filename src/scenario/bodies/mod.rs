@@ -15,7 +15,7 @@ mod starts;
 
 use super::failure::{Failure, refuse_flags};
 use super::physics::violent_load;
-use super::scene::{OutputFormat, Scene};
+use super::scene::Scene;
 use super::settings::{Settings, USUAL_SEED};
 use super::solver_choice::SolverChoice;
 use crate::contact::detection::CONTACT_BAND;
@@ -129,7 +129,8 @@ fn of_built(name: String, settings: &Settings, built: Built) -> Result<Scene, Fa
         usual_solver: settings.solver.is_none(),
         #[cfg(feature = "robot")]
         robots: built.robots,
-        format: OutputFormat::Tables(Box::new(model)),
+        model,
+        trajectory: false,
     };
     (0..scene.bodies.len()).try_for_each(|index| refuse_violent_load(&scene, index))?;
     refuse_start_below_ground(&scene)?;
@@ -143,8 +144,8 @@ fn of_built(name: String, settings: &Settings, built: Built) -> Result<Scene, Fa
 /// # Errors
 /// The first thing that cannot be; a scene of `[body]`.
 pub fn with_body(scene: &Scene, entry: BodyEntry, files: Files<'_>) -> Result<Scene, Failure> {
-    let model = scene.model().ok_or_else(|| Failure::Input(ONE_FOR_GOOD.to_owned()))?;
-    let model = build::with_body(model.clone(), entry, files).map_err(Failure::Input)?;
+    refuse_trajectory(scene)?;
+    let model = build::with_body(scene.model.clone(), entry, files).map_err(Failure::Input)?;
     let scene = scene.clone().with_model(model)?;
     let last = scene.bodies.len() - 1;
     refuse_violent_load(&scene, last)?;
@@ -163,9 +164,15 @@ pub fn without_body(scene: &Scene, index: usize) -> Result<Scene, Failure> {
             "{name} stays: of a scene with robots only bodies can go that were added later"
         )));
     }
-    let mut model = scene.model().ok_or_else(|| Failure::Input(ONE_FOR_GOOD.to_owned()))?.clone();
+    refuse_trajectory(scene)?;
+    let mut model = scene.model.clone();
     model.leave_out(index);
     scene.clone().with_model(model)
+}
+
+/// Refuses a scene whose table has room for one body.
+fn refuse_trajectory(scene: &Scene) -> Result<(), Failure> {
+    if scene.trajectory { Err(Failure::Input(ONE_FOR_GOOD.to_owned())) } else { Ok(()) }
 }
 
 const ONE_FOR_GOOD: &str =

@@ -1,7 +1,7 @@
 //! A run.json that is read.
 
 use super::checksums::seal_of;
-use super::{Failure, Kind, RunFile};
+use super::{Failure, RunFile};
 use crate::scenario::{fields, shown};
 use std::io;
 use std::path::Path;
@@ -10,8 +10,7 @@ use std::path::Path;
 const LONGEST_WORD: usize = 80;
 
 impl RunFile {
-    /// What the `text` of the file `path` says; `None` where there is no such file. Where there is none with
-    /// a model, `lonely` may refuse what it should stand beside.
+    /// Reads the `text` of the file `path`; `None` if the file is missing, unless `lonely` refuses that.
     ///
     /// # Errors
     /// What is no run.json.
@@ -23,13 +22,11 @@ impl RunFile {
         let odd = |why: &dyn std::fmt::Display| {
             Failure::Input(format!("{} is not a run.json: {why}", shown::path(path)))
         };
-        let kind = text.as_ref().ok().and_then(|text| serde_json::from_str(text).ok());
-        if !matches!(kind, Some(Kind { model: Some(_) })) {
-            lonely()?;
-        }
         let text = match text {
             Ok(text) => text,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                return lonely().map(|()| None);
+            }
             Err(error) => return Err(odd(&error)),
         };
         let mut file: Self = fields::json(&text).map_err(|why| odd(&why))?;
@@ -45,25 +42,13 @@ impl RunFile {
         }
     }
 
-    fn has_joints(&self) -> bool {
-        self.model.as_ref().is_some_and(|model| !model.joints.is_empty())
-    }
-
-    /// The first field that its format has, and it has not.
+    /// First required field that is missing.
     fn missing(&self) -> Option<&'static str> {
-        let of_model = [
+        let fields = [
             ("kept.every", self.kept.every == 0),
-            ("drawn", self.drawn.is_none()),
-            ("steps", self.steps.is_none()),
-            ("largest_overlap_m", self.largest_overlap_m.is_none()),
-            ("joints", self.joints.is_none() && self.has_joints()),
+            ("largest_overlap_m", !self.trajectory && self.largest_overlap_m.is_none()),
+            ("joints", self.joints.is_none() && !self.model.joints.is_empty()),
         ];
-        let of_one = [
-            ("kept.every", self.kept.every == 0),
-            ("parameters", self.parameters.is_none()),
-            ("start", self.start.is_none()),
-        ];
-        let fields = if self.model.is_some() { &of_model[..] } else { &of_one };
         fields.iter().find(|(_, missing)| *missing).map(|(field, _)| *field)
     }
 
