@@ -45,6 +45,7 @@ pub fn scene(
         position: position.into(),
         attitude: None,
         jitter: [0.0; 3],
+        tutorial: true,
         ground: settings.frame == Some(Frame::Ground),
     });
     let start = match settings.frame {

@@ -22,6 +22,9 @@ pub struct DrawnModel {
     pub attitude: Option<[f64; 4]>,
     /// By how much each coordinate is drawn about `position`, m.
     pub jitter: [f64; 3],
+    /// Whether the attitude is drawn as the tutorial does: [`Draws::tutorial_attitude`].
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub tutorial: bool,
     /// Whether both are seen from the ground and not from the world.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub ground: bool,
@@ -35,7 +38,8 @@ impl DrawnModel {
 
     /// The place that the next draws make.
     pub fn place(&self, draws: &mut Draws) -> Place {
-        let attitude = self.attitude.unwrap_or_else(|| draws.attitude().into());
+        let mut drawn = || if self.tutorial { draws.tutorial_attitude() } else { draws.attitude() };
+        let attitude = self.attitude.unwrap_or_else(|| drawn().into());
         let mut place = Place { position: self.position, attitude };
         for (coordinate, size) in place.position.iter_mut().zip(self.jitter) {
             if size > 0.0 {

@@ -137,7 +137,7 @@ fn assert_whole(run: &Simulated, outcome: &str, asked: u64) -> Vec<TrajectoryRow
     let count = |status| rows.iter().filter(|row| row.status == status).count();
     let free = count(StepStatus::Free);
     assert_eq!(json["outcome"], outcome);
-    assert_eq!(json["parameters"]["steps"], json!(asked));
+    assert_eq!(json["steps"], json!(asked));
     for (name, expected) in [
         ("rows", rows.len()),
         ("free_steps", free),

@@ -194,8 +194,7 @@ fn what_cannot_be_read_or_written_is_one_sentence() {
     let file = simulated.path("trajectory.csv");
     run(&["plot"]).assert_refused(2, &["FILE.csv"]);
     plot(Path::new("/nowhere/x.csv"), &[]).assert_refused(2, &["/nowhere/x.csv", "trajectory"]);
-    plot(&file, &["--dt", "0.5"]).assert_refused(2, &["dt"]);
-    plot(&file, &["--dt", "0.001"]).assert_refused(2, &["time step", "--dt"]);
+    plot(&file, &["--dt", "0.001"]).assert_refused(2, &["--dt", "a run with a run.json"]);
     plot(&file, &["--steps", "3"]).assert_refused(2, &["--steps"]);
     plot(&simulated.path("run.json"), &[]).assert_refused(2, &["run.json", "header"]);
 

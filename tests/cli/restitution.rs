@@ -19,12 +19,15 @@ fn a_run_that_bounces_says_so_and_verifies() {
         let table = simulated.table();
         assert!(table.numbers("restitution_share").iter().all(|share| (0.0..=1.0).contains(share)));
         assert!(table.numbers("vz_m_s").iter().any(|speed| *speed > 0.1), "it bounces");
-        assert_eq!(simulated.run_json()["parameters"]["restitution"], 0.6);
+        assert_eq!(simulated.run_json()["model"]["restitution"], 0.6);
         let path = simulated.path("trajectory.csv");
         let end = run(&["verify", path.to_str().unwrap()]);
         assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
         // By another law its steps are none.
-        let end = run(&["verify", path.to_str().unwrap(), "--restitution", "0.2"]);
+        let mut other = simulated.run_json();
+        other["model"]["restitution"] = 0.2.into();
+        fs::write(simulated.path("run.json"), other.to_string()).unwrap();
+        let end = run(&["verify", path.to_str().unwrap()]);
         assert_eq!(end.code, Some(1), "{end:?}");
     }
 }

@@ -40,30 +40,29 @@ fn files_and_flags_say_by_which_equation_bodies_turn() {
         [(&plain, "momentum"), (&named, "tutorial"), (&flagged, "tutorial")]
     {
         assert_eq!(end.code, Some(0), "{end:?}");
-        assert_eq!(json(directory)["parameters"]["rotation"], form);
+        assert_eq!(json(directory)["model"]["rotation"], form);
     }
     assert_eq!(csv(&named.1), csv(&flagged.1));
     assert_ne!(csv(&plain.1), csv(&named.1));
     assert_eq!(json(&flagged.1)["changed"], serde_json::json!(["rotation"]));
 
-    let verify = |directory: &tempfile::TempDir, flags: &[&str]| {
+    let verify = |directory: &tempfile::TempDir| {
         let path = directory.path().join("out/trajectory.csv");
-        run(&[&["verify", path.to_str().unwrap()], flags].concat()).code
+        run(&["verify", path.to_str().unwrap()]).code
     };
-    assert_eq!([verify(&plain.1, &[]), verify(&named.1, &[])], [Some(0), Some(0)]);
-    assert_ne!(verify(&plain.1, &["--rotation", "tutorial"]), Some(0));
+    assert_eq!([verify(&plain.1), verify(&named.1)], [Some(0), Some(0)]);
     for ((_, directory), right) in [(&plain, false), (&named, true)] {
         unseal(&directory.path().join("out/run.json"));
         let mut before = json(directory);
-        before["parameters"].as_object_mut().unwrap().remove("rotation");
+        before["model"].as_object_mut().unwrap().remove("rotation");
         fs::write(directory.path().join("out/run.json"), before.to_string()).unwrap();
-        assert_eq!(verify(directory, &[]) == Some(0), right);
+        assert_eq!(verify(directory) == Some(0), right);
     }
 
     let scene = simulate(&["--steps", "5"]);
-    assert_eq!(scene.run_json()["parameters"]["rotation"], "tutorial");
+    assert_eq!(scene.run_json()["model"]["rotation"], "tutorial");
     let changed = simulate(&["--steps", "5", "--mu", "0.5"]);
-    assert_eq!(changed.run_json()["parameters"]["rotation"], "tutorial");
+    assert_eq!(changed.run_json()["model"]["rotation"], "tutorial");
 }
 
 /// Without a ground there is no step to choose it for; other words are no form.

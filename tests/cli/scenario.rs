@@ -119,7 +119,10 @@ fn a_slope_far_from_the_origin_verifies() {
         assert_eq!(end.code, Some(0), "{end:?}");
         let path = directory.path().join("out/trajectory.csv");
         assert_eq!(run(&["verify", text(&path)]).code, Some(0), "{place:?}");
-        let other = run(&["verify", text(&path), "--mu", "0.06"]);
+        let run_file = directory.path().join("out/run.json");
+        let other = fs::read_to_string(&run_file).unwrap().replace("\"mu\": 0.05", "\"mu\": 0.06");
+        fs::write(&run_file, other).unwrap();
+        let other = run(&["verify", text(&path)]);
         assert_eq!(other.code, Some(1), "{other:?}");
     }
 }
@@ -229,13 +232,13 @@ fn flags_go_before_the_file() {
     assert_eq!(end.code, Some(0), "{end:?}");
     let json = fs::read_to_string(directory.path().join("out/run.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(json["parameters"]["steps"], 7);
-    assert_eq!(json["parameters"]["dt"], 0.001);
-    assert_eq!(json["parameters"]["mass"], 4.0);
-    assert_eq!(json["parameters"]["mu"], 0.5);
+    assert_eq!(json["steps"], 7);
+    assert_eq!(json["model"]["dt"], 0.001);
+    assert_eq!(json["model"]["bodies"][0]["mass"], 4.0);
+    assert_eq!(json["model"]["mu"], 0.5);
     assert_eq!(json["scene"], "test");
     // A solid box of 4 kg: m (b² + c²)/12 with the sides.
-    let inertia = json["parameters"]["inertia"][0][0].as_f64().unwrap();
+    let inertia = json["model"]["bodies"][0]["inertia"][0][0].as_f64().unwrap();
     assert!((inertia - 4.0 * (0.09 + 0.01) / 12.0).abs() < 1e-15);
 }
 

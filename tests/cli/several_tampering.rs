@@ -275,13 +275,17 @@ fn a_table_without_its_run_file_asks_for_it() {
         fs::write(directory.path().join(file), text).unwrap();
     }
     for broken in [None, Some("{"), Some("{}")] {
-        if let Some(text) = broken {
-            fs::write(directory.path().join("run.json"), text).unwrap();
-        }
+        let fault = match broken {
+            None => "states.csv: a table of several bodies",
+            Some(text) => {
+                fs::write(directory.path().join("run.json"), text).unwrap();
+                "is not a run.json"
+            }
+        };
         for verb in ["verify", "plot", "gif", "view"] {
             let file = directory.path().join("states.csv");
             let end = run(&[verb, file.to_str().unwrap()]);
-            end.assert_refused(2, &["states.csv: a table of several bodies", "run.json"]);
+            end.assert_refused(2, &[fault, "run.json"]);
         }
     }
 }

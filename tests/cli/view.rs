@@ -423,7 +423,8 @@ fn a_single_row_and_a_body_that_is_no_box_have_pages() {
     assert_eq!(page.data["runs"][0]["bodies"][0]["is_box"], true);
 
     let mut run_json = simulated.run_json();
-    run_json["parameters"]["contact_points"][0][0] = (-1.5).into();
+    let corners: Vec<_> = (0..8).map(|i| [1.0 + f64::from(i), 1.0, 1.0]).collect();
+    run_json["model"]["shapes"][0] = serde_json::json!({ "points": corners });
     fs::write(simulated.path("run.json"), run_json.to_string()).unwrap();
     assert_eq!(view(&[&simulated.path("trajectory.csv")], &[]).code, Some(0));
     let page = Page::read(&simulated.path("view.html"));
@@ -468,7 +469,7 @@ fn what_cannot_be_read_or_written_is_one_sentence() {
     let nowhere = Path::new("/nowhere/x.csv");
     view(&[nowhere], &[]).assert_refused(2, &["/nowhere/x.csv", "trajectory"]);
     view(&[&file, nowhere], &[]).assert_refused(2, &["/nowhere/x.csv", "trajectory"]);
-    view(&[&file], &["--dt", "0.001"]).assert_refused(2, &["time step", "--dt"]);
+    view(&[&file], &["--dt", "0.001"]).assert_refused(2, &["--dt", "a run with a run.json"]);
     view(&[&file], &["--steps", "3"]).assert_refused(2, &["--steps"]);
     view(&[&simulated.path("run.json")], &[]).assert_refused(2, &["run.json", "header"]);
 

@@ -39,21 +39,28 @@ impl Draws {
         let (one, two) = (libm::sincos(first), libm::sincos(second));
         Vector4::new(large * one.0, large * one.1, small * two.0, small * two.1).normalize()
     }
+
+    /// The tutorial's attitude (w, x, y, z): four draws divided by their norm, the squares added from left to
+    /// right as numpy does, so that the doubles are the same. No seed draws four zeros.
+    pub fn tutorial_attitude(&mut self) -> Vector4<f64> {
+        let draws = self.four();
+        let norm = draws.iter().map(|draw| draw * draw).sum::<f64>().sqrt();
+        Vector4::from(draws) / norm
+    }
+
+    fn four(&mut self) -> [f64; 4] {
+        std::array::from_fn(|_| self.unit())
+    }
 }
 
 /// The first four doubles of `numpy.random.RandomState(seed).rand(4)`.
 #[must_use]
 pub fn numpy_rand4(seed: u32) -> [f64; 4] {
-    let mut draws = Draws::new(seed);
-    std::array::from_fn(|_| draws.unit())
+    Draws::new(seed).four()
 }
 
-/// The attitude of the drop scene: [`numpy_rand4`] divided by its norm, (w, x, y, z), the
-/// squares added from left to right as numpy does: the same doubles. No seed draws four
-/// zeros.
+/// The attitude of the drop scene: [`Draws::tutorial_attitude`] as the first of `seed`.
 #[must_use]
 pub fn random_attitude(seed: u32) -> Vector4<f64> {
-    let draws = numpy_rand4(seed);
-    let norm = draws.iter().map(|draw| draw * draw).sum::<f64>().sqrt();
-    Vector4::from(draws) / norm
+    Draws::new(seed).tutorial_attitude()
 }

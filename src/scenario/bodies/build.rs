@@ -250,6 +250,7 @@ impl Builder<'_> {
                 position: place.position,
                 attitude: attitude.map(|_| place.attitude),
                 jitter,
+                tutorial: false,
                 ground: entry.frame == Some(Frame::Ground),
             };
             let place = drawn.place(&mut self.draws);
