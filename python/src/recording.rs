@@ -65,6 +65,12 @@ type Array<'py, T> = Bound<'py, PyArrayDyn<T>>;
 /// How far the norm of an attitude that is read from trajectory.csv may be from 1.
 const NORM: f64 = 1e-2;
 
+/// The names of the files of the run whose run.json has this text; none of a text that is not as a run wrote it.
+#[pyfunction]
+pub fn listed_files(text: &str) -> Vec<String> {
+    RunFile::listed_files(text)
+}
+
 #[pymethods]
 impl Recording {
     /// The run, or a part of one, whose tables (bytes of states, contacts, steps, of scenes with joints
@@ -230,6 +236,7 @@ impl Recording {
         file.pushed = !is_of_scene;
         let of_table =
             |(name, table): (String, PyBackedBytes)| Ok((name, checksum_of(&table[..])?));
+        file.files = tables.keys().cloned().chain(["run.json".to_owned()]).collect();
         file.checksums = tables.into_iter().map(of_table).collect::<PyResult<_>>()?;
         Ok(Some(PyBytes::new(py, file.text().map_err(in_python)?.as_bytes())))
     }

@@ -336,13 +336,27 @@ def test_a_copy_knows_whether_something_pushed_it(tmp_path):
     assert not (tmp_path / "run.json").exists()
 
 
+def test_files_that_no_run_json_lists_stay(tmp_path):
+    mine = tmp_path / "states.csv"
+    mine.write_text("mine")
+    with pytest.raises(tumble.TumbleError, match="states.csv is not of a run .* overwrite=True"):
+        tumble.drop().run(5).to_csv(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["states.csv"]
+    assert mine.read_text() == "mine"
+    tumble.drop().run(5).to_csv(tmp_path, overwrite=True)
+    assert mine.read_text() != "mine"
+
+
 def test_a_folder_has_the_files_of_one_run(tmp_path):
     tumble.drop().run(5).to_csv(tmp_path)
-    (tmp_path / ".tumble-a1B2c3.tmp").touch()
     (tmp_path / "notes.txt").touch()
+    (tmp_path / "plot.png").touch()
     block = tumble.Scene([{"box": 0.2, "mass": 1.0, "position": [0, 0, 0.1]}], {"friction": 0.5})
     written = block.run(5).to_csv(tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {"notes.txt", *(path.name for path in written)}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        *("notes.txt", "plot.png"),
+        *(path.name for path in written),
+    }
     tumble.Trajectory.from_csv(block, tmp_path)
     with pytest.raises(tumble.TumbleError, match=r"t_s = 0.002, and the scene's step is 0.001 s"):
         slower = tumble.Scene(

@@ -1,7 +1,8 @@
-//! A run that goes on from where an earlier one ended: by its `state.bin`, under its run.json, after its
-//! rows.
+//! A run that goes on from where an earlier one ended, by its `state.bin`, under its run.json, after its rows; or where it
+//! was killed, by its checkpoint.
 
 use super::args::SimulateArgs;
+use super::checkpoint::{self, Checkpoint};
 use super::choices::{DetectionName, FormulationName, OnFailure, Preset, SolverName};
 use super::joints_summary::{JointsSummary, Taut};
 use super::kept::Kept;
@@ -10,13 +11,15 @@ use super::recording::Recording;
 use super::run::{End, Run};
 use super::run_file::{self, RunFile, SolverSettings};
 use super::scene::{Scene, on_threads};
+use super::table_file::WrittenRows;
 use super::writer::{RunWriter, Written};
 use super::{input, shown};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::io;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
-use tumble::mechanics::State;
+use tumble::mechanics;
 use tumble::scenario::settings::Settings;
 use tumble::scenario::solver_choice::SolverChoice;
 use tumble::simulation::Simulation;
@@ -27,12 +30,17 @@ use tumble::step::StepStatus;
 /// The name of the file that a run leaves to be continued from.
 pub const FILE: &str = "state.bin";
 
+/// The outcome that a checkpoint's run.json has.
+pub const UNFINISHED: &str = "unfinished";
+
 /// More bytes than this are no state: a thousand times those of the largest scenes.
 const LARGEST_STATE: u64 = 1 << 32;
 
 /// What the state of a run has besides that of its simulation: what the run came to.
 #[derive(Serialize, Deserialize)]
-struct Notes {
+pub struct Notes {
+    /// What the tables had, without a last row of the state alone.
+    rows: Vec<WrittenRows>,
     summary: RunSummary,
     elapsed: Duration,
     overlap: Option<(u64, f64)>,
@@ -43,19 +51,30 @@ struct Notes {
 /// A run that goes on.
 pub struct Continued<'a> {
     directory: &'a Path,
+    /// The file that has the state.
+    file: PathBuf,
     saved: Saved,
     notes: Notes,
-    /// Taken so far.
-    steps: u64,
     kept: Kept,
 }
 
-/// The state of a run that came to this, as bytes.
-pub fn state_of(simulation: &Simulation<'_>, run: &Run) -> Result<Vec<u8>, Failure> {
-    let Run { elapsed, overlap, joints, .. } = *run;
-    let (summary, taut) = (run.summary.clone(), run.taut.clone());
-    let notes = Notes { summary, elapsed, overlap, joints, taut };
-    Ok(simulation.save().with_notes(to_bytes(&notes)?).to_bytes()?)
+impl Notes {
+    /// What `run` came to, whose tables have these rows.
+    pub fn of(run: &Run, rows: Vec<WrittenRows>) -> Self {
+        let Run { elapsed, overlap, joints, .. } = *run;
+        let (summary, taut) = (run.summary.clone(), run.taut.clone());
+        Self { rows, summary, elapsed, overlap, joints, taut }
+    }
+
+    /// The same with these rows.
+    pub fn with_rows(self, rows: Vec<WrittenRows>) -> Self {
+        Self { rows, ..self }
+    }
+}
+
+/// The state of a run, as bytes.
+pub fn state_bytes(saved: Saved, notes: &Notes) -> Result<Vec<u8>, Failure> {
+    Ok(saved.with_notes(to_bytes(notes)?).to_bytes()?)
 }
 
 impl<'a> Continued<'a> {
@@ -64,14 +83,10 @@ impl<'a> Continued<'a> {
         let given = args.given();
         let flags: Vec<_> = given.iter().map(|flag| (*flag, *flag != "steps")).collect();
         refuse_flags("--continue, which takes it from the run.json of its run", &flags)?;
-        let path = directory.join("run.json");
-        let run = RunFile::read(input::text(&path, run_file::LARGEST_FILE), &path, || Ok(()))?
-            .ok_or_else(|| {
-                let directory = shown::path(directory);
-                Failure::Input(format!(
-                    "--continue: {directory} has no run.json; the directory of a run is needed"
-                ))
-            })?;
+        let (run, path, state) = match checkpoint_in(directory)? {
+            Some(found) => found,
+            None => ended_in(directory)?,
+        };
         let in_run_file = |failure: Failure| match failure {
             Failure::Setting { name, why } => {
                 Failure::Input(format!("{}: {name}: {why}", shown::path(&path)))
@@ -80,15 +95,17 @@ impl<'a> Continued<'a> {
             other => other,
         };
         let mut scene = scene_of(&run).map_err(in_run_file)?;
-        let state = directory.join(FILE);
-        let (saved, notes) = read_state(&state)?;
+        let State { file, saved, notes } = state;
         let steps = saved.index().checked_sub(scene.start_index).ok_or_else(|| {
             let (k, start) = (saved.index(), scene.start_index);
-            odd_state(&state, &format!("it is at k = {k}, and its run begins at {start}"))
+            odd_state(&file, &format!("it is at k = {k}, and its run begins at {start}"))
         })?;
-        let rows = steps + 1;
-        scene.rows = args.steps.unwrap_or(scene.rows);
-        if scene.rows < rows {
+        if let Some(rows) = args.steps {
+            // Of steps in parts, each whole one has a row.
+            scene.rows = (rows - 1).saturating_mul(run.substeps).saturating_add(1);
+        }
+        if scene.rows < steps + 1 {
+            let rows = steps / run.substeps + 1;
             let why = format!(
                 "{} has {rows} rows already; --steps counts them too, and {rows} or more are needed",
                 shown::path(directory)
@@ -96,19 +113,20 @@ impl<'a> Continued<'a> {
             return Err(Failure::setting("steps", why));
         }
         let kept = run.kept.clone();
-        check_rows(&RunWriter::first_file(&scene, &kept, directory), run, &saved)?;
-        Ok((on_threads(args, scene)?, Self { directory, saved, notes, steps, kept }))
+        if run.outcome != UNFINISHED {
+            check_rows(&RunWriter::first_file(&scene, &kept, directory), run, &saved)?;
+        }
+        Ok((on_threads(args, scene)?, Self { directory, file, saved, notes, kept }))
     }
 
     /// Brings the simulation of the `scene` to where the run ended.
     pub fn restore(&self, simulation: &mut Simulation<'_>) -> Result<(), Failure> {
-        let path = self.directory.join(FILE);
-        simulation.restore(&self.saved).map_err(|error| odd_state(&path, &error))
+        simulation.restore(&self.saved).map_err(|error| odd_state(&self.file, &error))
     }
 
     /// The rows that the run has left.
-    pub fn written(&self) -> Written<'a> {
-        Written { directory: self.directory, steps: self.steps }
+    pub fn written(&self) -> Written<'_> {
+        Written { directory: self.directory, rows: &self.notes.rows }
     }
 
     /// Which of its rows are kept.
@@ -118,7 +136,7 @@ impl<'a> Continued<'a> {
 
     /// What the run came to so far.
     pub fn into_run(self) -> Run {
-        let Notes { summary, elapsed, overlap, joints, taut } = self.notes;
+        let Notes { rows: _, summary, elapsed, overlap, joints, taut } = self.notes;
         Run { end: End::Complete, summary, elapsed, overlap, joints, taut }
     }
 }
@@ -127,13 +145,50 @@ fn odd_state(path: &Path, why: &dyn std::fmt::Display) -> Failure {
     Failure::Input(format!("{} cannot be continued from: {why}", shown::path(path)))
 }
 
-/// The state in the file `path`, and what its run came to.
-fn read_state(path: &Path) -> Result<(Saved, Notes), Failure> {
-    let bytes = input::bytes(path, LARGEST_STATE).map_err(|error| odd_state(path, &error))?;
-    let saved = Saved::from_bytes(&bytes).map_err(|error| odd_state(path, &error))?;
+/// Where a run is, read from a file.
+struct State {
+    file: PathBuf,
+    saved: Saved,
+    notes: Notes,
+}
+
+/// The run that was killed in `directory`, where a checkpoint of it is there, and the file that says of it.
+fn checkpoint_in(directory: &Path) -> Result<Option<(RunFile, PathBuf, State)>, Failure> {
+    let file = directory.join(checkpoint::FILE);
+    let bytes = match input::bytes(&file, LARGEST_STATE) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(odd_state(&file, &error)),
+    };
+    let Checkpoint { run_json, state } =
+        Checkpoint::of_bytes(&bytes).map_err(|error| odd_state(&file, &error))?;
+    let Some(run) = RunFile::read(Ok(run_json), &file, || Ok(()))? else { return Ok(None) };
+    let state = state_in(file.clone(), &state)?;
+    Ok(Some((run, file, state)))
+}
+
+/// The run that has ended in `directory`, and the file that says of it.
+fn ended_in(directory: &Path) -> Result<(RunFile, PathBuf, State), Failure> {
+    let path = directory.join("run.json");
+    let run = RunFile::read(input::text(&path, run_file::LARGEST_FILE), &path, || Ok(()))?;
+    let run = run.ok_or_else(|| {
+        let directory = shown::path(directory);
+        Failure::Input(format!(
+            "--continue: {directory} has no run.json; the directory of a run is needed"
+        ))
+    })?;
+    let file = directory.join(FILE);
+    let bytes = input::bytes(&file, LARGEST_STATE).map_err(|error| odd_state(&file, &error))?;
+    let state = state_in(file, &bytes)?;
+    Ok((run, path, state))
+}
+
+/// The state that the `bytes` of a file are, and what its run came to.
+fn state_in(file: PathBuf, bytes: &[u8]) -> Result<State, Failure> {
+    let saved = Saved::from_bytes(bytes).map_err(|error| odd_state(&file, &error))?;
     let notes = from_bytes(saved.notes())
-        .map_err(|_| odd_state(path, &"it is the state of a simulation, but not of a run"))?;
-    Ok((saved, notes))
+        .map_err(|_| odd_state(&file, &"it is the state of a simulation, but not of a run"))?;
+    Ok(State { file, saved, notes })
 }
 
 /// Refuses rows that do not end where the state is: those of another run, or tampered with.
@@ -147,7 +202,7 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
         if step.status() != StepStatus::End {
             continue;
         }
-        let numbers = |state: &State| state.to_vector().map(f64::to_bits);
+        let numbers = |state: &mechanics::State| state.to_vector().map(f64::to_bits);
         let is_same = step.index() == saved.index()
             && step.states().iter().map(numbers).eq(saved.states().iter().map(numbers));
         if !is_same {
@@ -175,6 +230,7 @@ fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
         drawn: run.drawn_seed().is_some(),
         start_index: run.start_index,
         rows: run.steps,
+        substeps: run.substeps,
         world: model.world()?,
         starts: model.states(),
         loads: model.loads()?,

@@ -1,8 +1,11 @@
 //! The directory that files are written to: made, claimed, and cleared of what is no longer true.
 
+use super::file_names::{self, RUN_JSON};
 use super::outcome::Failure;
-use super::{file_names, shown};
-use std::fs::{self, File, TryLockError};
+use super::run_file::{self, RunFile};
+use super::{checkpoint, input, shown};
+use std::ffi::OsStr;
+use std::fs::{self, File, Metadata, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -14,14 +17,47 @@ const FILES: [&str; 9] = ["png", "svg", "pdf", "gif", "mp4", "html", "csv", "jso
 pub struct OutputDirectory {
     path: PathBuf,
     claim: Option<File>,
+    /// Files of the run before that this one does not write.
+    former: Vec<String>,
+    /// What runs that were killed left.
+    leftovers: Vec<PathBuf>,
+}
+
+/// What a run does in its directory.
+pub struct Claims {
+    /// The names of the files that it writes.
+    pub files: Vec<String>,
+    /// The names of files that would be taken for its own.
+    pub alike: Vec<String>,
+    /// Whether it may replace and remove files of both that are not those of a run before.
+    pub overwrite: bool,
+    /// Whether it goes on with the run that was killed there.
+    pub continues: bool,
 }
 
 impl OutputDirectory {
-    /// For a run, whose files belong together: nobody else may write here. What a run that was killed
-    /// left of its files is removed.
-    pub fn for_run(path: &Path) -> Result<Self, Failure> {
-        let directory = Self::claim(path, File::try_lock)?;
-        if directory.claim.is_some() {
+    /// For a run, whose files belong together: nobody else may write here. Of the files that are there, the run may
+    /// replace and remove those that a run.json there lists, and others only with `overwrite`.
+    pub fn for_run(path: &Path, claims: Claims) -> Result<Self, Failure> {
+        let mut directory = Self::claim(path, File::try_lock)?;
+        let Claims { files, alike, overwrite, continues } = claims;
+        if !continues && !overwrite && fs::symlink_metadata(path.join(checkpoint::FILE)).is_ok() {
+            return Err(is_unfinished(path));
+        }
+        let run_json = input::text(&path.join(RUN_JSON), run_file::LARGEST_FILE);
+        let listed = run_json.map_or_else(|_| Vec::new(), |text| RunFile::listed_files(&text));
+        for name in files.iter().chain(&alike) {
+            let file = path.join(name);
+            let Ok(metadata) = fs::symlink_metadata(&file) else { continue };
+            let is_of_a_run = metadata.is_file() && listed.contains(name);
+            if !is_of_a_run && (!overwrite || metadata.is_dir()) {
+                return Err(is_foreign(&file, &metadata));
+            }
+        }
+        let others = listed.into_iter().chain(alike);
+        directory.former = others.filter(|name| !files.contains(name)).collect();
+        directory.leftovers = directory.temporary_files();
+        if !continues {
             directory.remove_leftovers();
         }
         Ok(directory)
@@ -37,7 +73,7 @@ impl OutputDirectory {
         path: &Path,
         lock: impl Fn(&File) -> Result<(), TryLockError>,
     ) -> Result<Self, Failure> {
-        let ends = path.extension().and_then(std::ffi::OsStr::to_str).unwrap_or_default();
+        let ends = path.extension().and_then(OsStr::to_str).unwrap_or_default();
         if FILES.contains(&ends) && !path.is_dir() {
             return Err(names_a_file(path));
         }
@@ -49,60 +85,73 @@ impl OutputDirectory {
             Ok((Ok(()), directory)) => Some(directory),
             Ok((Err(TryLockError::Error(_)), _)) | Err(_) => None,
         };
-        Ok(Self { path: path.to_owned(), claim })
+        Ok(Self { path: path.to_owned(), claim, former: Vec::new(), leftovers: Vec::new() })
     }
 
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Removes the temporary files of runs that were killed. Nobody else writes here now; what
-    /// cannot be removed is in nobody's way.
+    /// The temporary files that are there. Nobody else writes here, where there is a claim.
+    fn temporary_files(&self) -> Vec<PathBuf> {
+        if self.claim.is_none() {
+            return Vec::new();
+        }
+        let names = names_in(&self.path).into_iter().filter(|name| file_names::is_temporary(name));
+        let is_file = |file: &PathBuf| fs::symlink_metadata(file).is_ok_and(|data| data.is_file());
+        names.map(|name| self.path.join(name)).filter(is_file).collect()
+    }
+
+    /// Removes what runs that were killed left, their checkpoint too. What cannot be removed is in nobody's way.
     fn remove_leftovers(&self) {
-        let entries = fs::read_dir(&self.path).into_iter().flatten().flatten();
-        for entry in entries {
-            let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
-            if is_file && entry.file_name().to_str().is_some_and(file_names::is_temporary) {
-                let _ = fs::remove_file(entry.path());
-            }
+        let checkpoint = self.path.join(checkpoint::FILE);
+        for file in [&checkpoint].into_iter().chain(&self.leftovers) {
+            let _ = fs::remove_file(file);
         }
     }
 
-    /// Removes the files whose names `is_former` knows as those of an earlier run, and tells how many.
-    pub fn remove_all(&self, is_former: impl Fn(&str) -> bool) -> Result<u64, Failure> {
-        let mut removed = 0;
-        for entry in fs::read_dir(&self.path).into_iter().flatten().flatten() {
-            let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
-            if is_folder || !entry.file_name().to_str().is_some_and(&is_former) {
-                continue;
-            }
-            let file = entry.path();
-            fs::remove_file(&file).map_err(|error| cannot_be_removed(&file, &error))?;
-            removed += 1;
-        }
-        Ok(removed)
-    }
-
-    /// Removes what an earlier run left and this one, which wrote the files `written`, did not: its
-    /// pictures, and the rows of the other format, are not true of what is there now. Only files of names
-    /// that tumble gives are looked at. Returns their names.
-    pub fn remove_former(&self, written: &[PathBuf]) -> Result<Vec<String>, Failure> {
+    /// Removes what is no longer true once this run has its files: those of the run before that it did not write,
+    /// and its own checkpoint. Returns the names of the former.
+    pub fn remove_former(&self) -> Result<Vec<String>, Failure> {
+        self.remove_leftovers();
         let mut removed = Vec::new();
-        for name in file_names::of_runs() {
-            let file = self.path.join(&name);
-            if written.contains(&file) {
-                continue;
-            }
-            match fs::symlink_metadata(&file) {
-                Ok(metadata) if !metadata.is_dir() => {
-                    fs::remove_file(&file).map_err(|error| cannot_be_removed(&file, &error))?;
-                    removed.push(name);
-                }
-                Ok(_) | Err(_) => {}
+        for name in &self.former {
+            let file = self.path.join(name);
+            if fs::symlink_metadata(&file).is_ok_and(|metadata| !metadata.is_dir()) {
+                fs::remove_file(&file).map_err(|error| cannot_be_removed(&file, &error))?;
+                removed.push(name.clone());
             }
         }
         Ok(removed)
     }
+}
+
+fn is_foreign(file: &Path, metadata: &Metadata) -> Failure {
+    let shown = shown::path(file);
+    if metadata.is_dir() {
+        return Failure::Input(format!("{shown} is a directory; a file is to be written there"));
+    }
+    Failure::Input(format!(
+        "{shown} is not of a run whose run.json lists it; move it, choose another --out, or have it replaced with \
+         --overwrite"
+    ))
+}
+
+fn is_unfinished(path: &Path) -> Failure {
+    let path = shown::path(path);
+    Failure::Input(format!(
+        "{path} has the checkpoint of a run that was killed; go on with --continue {path}, choose another --out, or \
+         give it up with --overwrite"
+    ))
+}
+
+/// The names of what is in a folder, in their order; none where it is not there.
+pub fn names_in(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<_> =
+        entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    names.sort();
+    names
 }
 
 fn cannot_be_made(path: &Path, error: &io::Error) -> Failure {

@@ -1,6 +1,6 @@
 //! `--export-problems`: the contact problem of every step of a run, a file each.
 
-use super::directory::OutputDirectory;
+use super::directory::{Claims, OutputDirectory, names_in};
 use super::outcome::Failure;
 use super::output::PendingFile;
 use super::scene::Scene;
@@ -18,7 +18,7 @@ pub struct Exported {
     directory: OutputDirectory,
     count: u64,
     /// How many problems of an earlier run were removed.
-    removed: u64,
+    removed: usize,
 }
 
 impl Exported {
@@ -42,12 +42,14 @@ impl Exported {
         }
     }
 
-    /// Makes the folder; problems of an earlier run are removed, because all in it are solved as one run's. Of a run that is
-    /// continued those of the steps `from` there on are.
-    pub fn begin(wanted: Wanted<'_>, from: u64) -> Result<Self, Failure> {
-        let directory = OutputDirectory::for_run(wanted.0)?;
-        let is_former = |name: &str| index_of(name).is_some_and(|index| index >= from);
-        let removed = directory.remove_all(is_former)?;
+    /// Makes the folder. Problems of the steps `from` there on are in the way, because all in it are solved as one run's;
+    /// only with `overwrite` they are removed.
+    pub fn begin(wanted: Wanted<'_>, from: u64, overwrite: bool) -> Result<Self, Failure> {
+        let is_former = |name: &String| index_of(name).is_some_and(|index| index >= from);
+        let alike = names_in(wanted.0).into_iter().filter(is_former).collect();
+        let claims = Claims { files: Vec::new(), alike, overwrite, continues: false };
+        let directory = OutputDirectory::for_run(wanted.0, claims)?;
+        let removed = directory.remove_former()?.len();
         Ok(Self { directory, count: 0, removed })
     }
 

@@ -5,6 +5,7 @@ use tumble::simulation::tables::Table;
 
 pub const ANIMATION: &str = "animation.gif";
 pub const PLOTS: [&str; 4] = ["plot.png", "plot.svg", "plot-energy.png", "plot-energy.svg"];
+pub const RUN_JSON: &str = "run.json";
 pub const VIEW: &str = "view.html";
 /// What a plan writes beside the files of a run.
 pub const OF_PLANS: [&str; 4] = ["controls.csv", "plan.json", "plan.html", "scene.toml"];
@@ -21,15 +22,14 @@ pub fn file_of(table: &str, form: Form) -> String {
 }
 
 /// The names of the files of rows, of both formats and forms.
-fn row_files() -> impl Iterator<Item = String> {
+pub fn of_rows() -> impl Iterator<Item = String> {
     let names = [TRAJECTORY].into_iter().chain(Table::ALL.map(Table::name));
     names.flat_map(|name| [Form::Csv, Form::Zstd].map(|form| file_of(name, form)))
 }
 
-/// The names of all that a run or a plan may write.
-pub fn of_runs() -> impl Iterator<Item = String> {
-    let others = [ANIMATION].into_iter().chain(PLOTS).chain([VIEW]).chain(OF_PLANS);
-    row_files().chain(others.map(str::to_owned))
+/// Whether a file of this name is compressed.
+pub fn is_compressed(name: &str) -> bool {
+    name.ends_with(".zst")
 }
 
 /// What the name of a file begins and ends with that is not complete.

@@ -1,6 +1,7 @@
 //! Everything around the library: arguments, files, the terminal.
 
 mod args;
+mod checkpoint;
 mod continued;
 mod convert;
 mod describe;

@@ -46,6 +46,17 @@ impl PendingFile {
         self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
+    /// The name that it has until then.
+    pub fn temporary_name(&self) -> String {
+        self.temporary.path().file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
+    /// Leaves the file under its temporary name.
+    pub fn leave(self) {
+        // What cannot be left is removed.
+        let _ = self.temporary.keep();
+    }
+
     /// The file, to write to.
     pub fn open(&self) -> Result<File, Failure> {
         self.temporary.reopen().map_err(|error| self.failed(&error))
@@ -90,6 +101,12 @@ pub fn directory_of<'a>(out: Option<&'a Path>, file: &'a Path) -> &'a Path {
 
 fn cannot_write(path: &Path, error: &io::Error) -> Failure {
     Failure::Other(format!("{} cannot be written: {error}", shown::path(path)))
+}
+
+/// Says on standard error what is wrong, where the command goes on.
+pub fn complain(failure: &Failure) {
+    // Nobody may listen.
+    let _ = writeln!(io::stderr(), "tumble: {failure}");
 }
 
 /// Prints `text` to standard output.

@@ -1,10 +1,12 @@
 //! Records on their way from the stepping to the writing, which goes on at the same time.
 
+use super::checkpoint::Checkpoints;
+use super::continued::Notes;
 use super::outcome::Failure;
 use super::writer::RunWriter;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread::{Scope, ScopedJoinHandle};
-use tumble::simulation::StepRecord;
+use tumble::simulation::{Saved, StepRecord};
 
 /// Pages there are: one that is filled, one that is written, and one between, so that neither waits for a slow
 /// step or a slow disk at once.
@@ -15,6 +17,8 @@ pub struct Page {
     pub records: Vec<StepRecord>,
     /// How many of them are filled.
     pub count: usize,
+    /// The run after them, where a checkpoint is due.
+    pub checkpoint: Option<(Saved, Notes)>,
 }
 
 impl Page {
@@ -31,19 +35,20 @@ pub struct Pages {
 }
 
 impl Pages {
-    /// Pages of so many `records`, and the thread that writes them in the order in which they come.
+    /// Pages of so many `records`, and the thread that writes them in the order in which they come, and the checkpoints.
     pub fn new<'scope, 'env>(
         scope: &'scope Scope<'scope, 'env>,
-        writer: &'env mut RunWriter,
+        (writer, checkpoints): (&'env mut RunWriter, Option<&'env Checkpoints<'env>>),
         records: usize,
     ) -> (Self, ScopedJoinHandle<'scope, Result<(), Failure>>) {
         let (full, to_write) = sync_channel(PAGES);
         let (written, empty) = channel();
         for _ in 0..PAGES {
             // The receiver is here.
-            let _ = written.send(Page { records: vec![StepRecord::new(); records], count: 0 });
+            let records = vec![StepRecord::new(); records];
+            let _ = written.send(Page { records, count: 0, checkpoint: None });
         }
-        let writing = scope.spawn(move || write_all(writer, &to_write, &written));
+        let writing = scope.spawn(move || write_all((writer, checkpoints), &to_write, &written));
         (Self { full, empty }, writing)
     }
 
@@ -60,12 +65,16 @@ impl Pages {
 }
 
 fn write_all(
-    writer: &mut RunWriter,
+    (writer, checkpoints): (&mut RunWriter, Option<&Checkpoints<'_>>),
     to_write: &Receiver<Page>,
     written: &Sender<Page>,
 ) -> Result<(), Failure> {
-    for page in to_write {
+    for mut page in to_write {
         page.filled().iter().try_for_each(|record| writer.write(record))?;
+        if let (Some(checkpoints), Some((saved, notes))) = (checkpoints, page.checkpoint.take()) {
+            checkpoints.write(saved, notes, writer.synced_rows()?)?;
+            writer.has_checkpoint = true;
+        }
         // Nobody wants it back after the last.
         let _ = written.send(page);
     }

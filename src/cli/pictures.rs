@@ -2,7 +2,7 @@
 
 use super::args::SimulateArgs;
 use super::directory::OutputDirectory;
-use super::file_names::ANIMATION;
+use super::file_names::{ANIMATION, PLOTS, VIEW};
 use super::film::film;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice};
@@ -24,6 +24,13 @@ pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failu
         }
     }
     gif::check(args, rows, time_step)
+}
+
+/// The names of the pictures that a simulation makes.
+pub fn names(args: &SimulateArgs) -> impl Iterator<Item = String> {
+    let plots = PLOTS.into_iter().filter(|_| args.plot);
+    let page = args.html.then_some(VIEW);
+    plots.chain(page).chain(args.gif.then_some(ANIMATION)).map(str::to_owned)
 }
 
 /// The pictures of a run that are still to be drawn.

@@ -206,7 +206,8 @@ impl<'a> Recording<'a> {
         })
     }
 
-    /// A state of tables that no body may have: no step can be judged or drawn with it.
+    /// A state of tables that is none: no step can be judged or drawn with it. A run may come to one that it could not
+    /// start from.
     fn check_states(&self, step: &Step) -> Result<(), Failure> {
         let Step::Tables(step) = step else { return Ok(()) };
         let names = self.run.iter().flat_map(RunFile::bodies);
@@ -214,7 +215,7 @@ impl<'a> Recording<'a> {
         let named = |states| names.iter().zip(states);
         for (name, state) in named(&step.states).chain(named(&step.ends)) {
             let why = |error| self.odd(&format!("step {}, {name}: {error}", step.row.index));
-            state.checked().map_err(why)?;
+            state.with_unit_attitude().map_err(why)?;
         }
         Ok(())
     }

@@ -1,6 +1,8 @@
 //! A run: its steps one after another, and what they came to.
 
+use super::checkpoint::Checkpoints;
 use super::choices::OnFailure;
+use super::continued::Notes;
 use super::exported::Exported;
 use super::joints_summary::{JointsSummary, Taut};
 use super::outcome::Failure;
@@ -78,15 +80,25 @@ impl Run {
     }
 }
 
+/// Where the steps of a run go.
+pub struct Outputs<'a> {
+    /// To the tables,
+    pub writer: &'a mut RunWriter,
+    /// as contact problems to files of their own,
+    pub exported: Option<&'a mut Exported>,
+    /// and now and then as what the run can be continued from.
+    pub checkpoints: Option<&'a Checkpoints<'a>>,
+}
+
 /// Runs the simulation of `scene` on to its last row and writes every row from where it is, on a thread of its own
-/// while the next steps are taken, and the contact problems where they are to be `exported`. What `run` came to before is
+/// while the next steps are taken, and what else the `outputs` are. What `run` came to before is
 /// in what it returns.
 pub fn run(
     scene: &Scene,
     simulation: &mut Simulation<'_>,
     mut run: Run,
     interrupt: &AtomicBool,
-    (writer, mut exported): (&mut RunWriter, Option<&mut Exported>),
+    outputs: Outputs<'_>,
     quiet: bool,
 ) -> Result<Run, Failure> {
     if !scene.joints.is_empty() {
@@ -94,11 +106,14 @@ pub fn run(
     }
     // As it is where a step ends.
     let mut world = scene.world.clone();
+    let Outputs { writer, mut exported, checkpoints } = outputs;
+    let mut last_checkpoint = Instant::now();
     let taken = simulation.index().saturating_sub(scene.start_index);
     let mut left = (scene.rows - 1).saturating_sub(taken);
     let bar = progress_bar(left, "steps", quiet);
     thread::scope(|scope| {
-        let (mut pages, writing) = Pages::new(scope, writer, (CHUNK / scene.bodies.len()).max(1));
+        let (mut pages, writing) =
+            Pages::new(scope, (writer, checkpoints), (CHUNK / scene.bodies.len()).max(1));
         while left > 0 && run.end == End::Complete {
             let Some(mut page) = pages.empty() else { break };
             let wanted = page.records.len();
@@ -128,6 +143,10 @@ pub fn run(
             }
             bar.inc(page.count as u64);
             left -= page.count as u64;
+            if checkpoints.is_some_and(|to| last_checkpoint.elapsed() >= to.every) {
+                page.checkpoint = Some((simulation.save(), Notes::of(&run, Vec::new())));
+                last_checkpoint = Instant::now();
+            }
             pages.write(page);
         }
         if let Some(mut page) = pages.empty() {

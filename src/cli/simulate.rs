@@ -1,22 +1,25 @@
 //! The main job: simulate a scene, write its rows and the run file, say how it went.
 
 use super::args::SimulateArgs;
-use super::continued::{self, Continued};
+use super::checkpoint::Checkpoints;
+use super::continued::{self, Continued, Notes, UNFINISHED};
 use super::describe::describe;
-use super::directory::OutputDirectory;
+use super::directory::{Claims, OutputDirectory};
 use super::exported::Exported;
+use super::file_names::{self, RUN_JSON};
 use super::kept::Kept;
 use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, Voice};
 use super::pictures::{self, Pictures};
 use super::recording::Recording;
-use super::run::{self, End, Run};
+use super::run::{self, End, Outputs, Run};
 use super::run_file::RunFile;
 use super::scene::Scene;
 use super::signals::raise_on_signals;
-use super::writer::RunWriter;
+use super::writer::{RunWriter, WrittenFiles};
 use super::{scene, shown};
 use std::fmt::Write as _;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::simulation::tables::Table;
@@ -43,7 +46,16 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
 
     // Before the first file: a signal that comes earlier would leave it behind.
     raise_on_signals(&interrupt)?;
-    let out = OutputDirectory::for_run(args.out())?;
+    let mut files = RunWriter::names(&scene, &kept);
+    files.extend([RUN_JSON, continued::FILE].map(str::to_owned));
+    files.extend(pictures::names(args));
+    let claims = Claims {
+        files: files.clone(),
+        alike: file_names::of_rows().collect(),
+        overwrite: args.overwrite,
+        continues: args.continued.as_deref() == Some(args.out()),
+    };
+    let out = OutputDirectory::for_run(args.out(), claims)?;
     let mut voice = Voice::new(args.quiet);
     if let Some(note) = scene::note(&scene) {
         voice.say(&note);
@@ -52,26 +64,38 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         voice.say(&format!("{}\n", shown::line(&note)));
     }
     let from = before.as_ref().map_or(0, |_| simulation.index());
-    let exported = exported.map(|wanted| Exported::begin(wanted, from));
+    let exported = exported.map(|wanted| Exported::begin(wanted, from, args.overwrite));
     let mut exported = exported.transpose()?;
     let mut writer =
         RunWriter::create(&scene, &kept, &out, before.as_ref().map(Continued::written))?;
-    let [run_json, state] =
-        ["run.json", continued::FILE].map(|name| PendingFile::create(&out, name));
+    let [run_json, state] = [RUN_JSON, continued::FILE].map(|name| PendingFile::create(&out, name));
     let (run_json, state) = (run_json?, state?);
     let pictures = Pictures::create(args, &out)?;
     let run = before.map_or_else(Run::new, Continued::into_run);
-    let outputs = (&mut writer, exported.as_mut());
-    let run = run::run(&scene, &mut simulation, run, &interrupt, outputs, args.quiet)?;
+    let mut run_file = RunFile::of(&scene, &Run::new().ended())?;
+    (run_file.kept, run_file.outcome) = (kept.clone(), UNFINISHED.to_owned());
+    let run_text = run_file.text()?;
+    let checkpoints =
+        args.checkpoint().map(|every| Checkpoints { directory: &out, run_json: run_text, every });
+    let outputs = Outputs {
+        writer: &mut writer,
+        exported: exported.as_mut(),
+        checkpoints: checkpoints.as_ref(),
+    };
+    let run = match run::run(&scene, &mut simulation, run, &interrupt, outputs, args.quiet) {
+        Ok(run) => run,
+        Err(failure) => return Err(left_to_continue(failure, writer, args.out())),
+    };
 
-    let (mut files, checksums) = writer.finish()?;
+    let WrittenFiles { files: mut pending, checksums, before_end } = writer.finish()?;
     let mut run_file = RunFile::of(&scene, &run.ended())?;
-    (run_file.kept, run_file.checksums) = (kept, checksums);
+    (run_file.kept, run_file.files, run_file.checksums) = (kept, files, checksums);
     run_json.write(run_file.text()?.as_bytes())?;
-    state.write(&continued::state_of(&simulation, &run)?)?;
-    files.extend([run_json, state]);
-    let written = files.into_iter().map(PendingFile::publish).collect::<Result<Vec<_>, _>>()?;
-    let removed = out.remove_former(&written)?;
+    let notes = Notes::of(&run, before_end);
+    state.write(&continued::state_bytes(simulation.save(), &notes)?)?;
+    pending.extend([run_json, state]);
+    let written = pending.into_iter().map(PendingFile::publish).collect::<Result<Vec<_>, _>>()?;
+    let removed = out.remove_former()?;
     let mut text = describe(&scene, &run);
     let names: Vec<_> = written.iter().map(|path| shown::path(path)).collect();
     let _ = writeln!(text, "wrote {}", names.join(", "));
@@ -95,6 +119,17 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         End::Complete if run.summary.failed > 0 => Outcome::Unconverged,
         End::Complete => Outcome::Done,
     })
+}
+
+/// The failure of a run that had begun, whose rows stay if it has a checkpoint.
+fn left_to_continue(failure: Failure, writer: RunWriter, out: &Path) -> Failure {
+    match failure {
+        Failure::Other(why) if writer.leave() => {
+            let out = shown::path(out);
+            Failure::Other(format!("{why}; --continue {out} goes on from the last checkpoint"))
+        }
+        failure => failure,
+    }
 }
 
 /// Refuses tables of a scene that has but one, and pictures of files that tumble does not read.

@@ -3,7 +3,7 @@
 use super::args::{Rule, SolveArgs};
 use super::directory::OutputDirectory;
 use super::outcome::{Failure, Outcome};
-use super::output::{PendingFile, Voice, directory_of, progress_bar};
+use super::output::{PendingFile, Voice, complain, directory_of, progress_bar};
 use super::signals::raise_on_signals;
 use super::{input, shown};
 use std::collections::HashSet;
@@ -31,6 +31,12 @@ struct Solved {
     seconds: f64,
 }
 
+/// One of several files that is no problem.
+struct Unread {
+    name: String,
+    failure: Failure,
+}
+
 /// Where the files go: a directory, or a directory and a name in it.
 enum Target<'a> {
     Directory(&'a Path),
@@ -51,9 +57,16 @@ pub fn run(args: &SolveArgs) -> Result<Outcome, Failure> {
     raise_on_signals(&interrupt)?;
     let mut voice = Voice::new(args.quiet);
     let bar = progress_bar(files.len() as u64, "problems", args.quiet || files.len() == 1);
-    let mut all = Vec::with_capacity(files.len());
+    let (mut all, mut unread) = (Vec::with_capacity(files.len()), Vec::new());
     for file in &files {
-        let problem = read(file)?;
+        let problem = match read(file) {
+            Ok(problem) => problem,
+            Err(failure) if files.len() == 1 => return Err(failure),
+            Err(failure) => {
+                unread.push(Unread { name: name_of(file), failure });
+                continue;
+            }
+        };
         let options = SolveOptions {
             residual: args.residual,
             selection: match args.rule {
@@ -76,12 +89,15 @@ pub fn run(args: &SolveArgs) -> Result<Outcome, Failure> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    voice.say(&described(&all));
-    let written = target.map(|target| write(&target, &all)).transpose()?;
+    for Unread { failure, .. } in &unread {
+        complain(failure);
+    }
+    voice.say(&described(&all, &unread));
+    let written = target.map(|target| write(&target, &all, &unread)).transpose()?;
     if let Some(written) = written {
         voice.say(&format!("wrote {written}\n"));
     }
-    let is_solved = all.iter().all(|solved| solved.solution.is_solved());
+    let is_solved = unread.is_empty() && all.iter().all(|solved| solved.solution.is_solved());
     voice.end(if is_solved { Outcome::Done } else { Outcome::Unconverged })
 }
 
@@ -167,22 +183,29 @@ fn table_of(problem: &ContactProblem, solution: &Solution) -> String {
 }
 
 /// The table of all problems.
-fn summary_of(all: &[Solved]) -> String {
+fn summary_of(all: &[Solved], unread: &[Unread]) -> String {
     let mut text = String::from(
         "problem,groups,rows,parts,status,residual,relative_error,iterations,start,selected,seconds\n",
     );
     for Solved { name, groups, rows, solution, seconds, .. } in all {
         let Solution { parts, residual, relative_error, iterations, start, selected, .. } =
             solution;
-        let name = name.replace(['"', ',', '\n', '\r'], "_");
-        let status = status_of(solution);
+        let (name, status) = (plain(name), status_of(solution));
         let _ = writeln!(
             text,
             "{name},{groups},{rows},{parts},{status},{residual:e},{relative_error:e},{iterations},\
              {start},{selected},{seconds:e}"
         );
     }
+    for Unread { name, .. } in unread {
+        let _ = writeln!(text, "{},,,,unread,,,,,,", plain(name));
+    }
     text
+}
+
+/// A name as a field of CSV that needs no quotes.
+fn plain(name: &str) -> String {
+    name.replace(['"', ',', '\n', '\r'], "_")
 }
 
 fn status_of(solution: &Solution) -> &'static str {
@@ -190,7 +213,7 @@ fn status_of(solution: &Solution) -> &'static str {
 }
 
 /// Writes all files; what they are called.
-fn write(target: &Target<'_>, all: &[Solved]) -> Result<String, Failure> {
+fn write(target: &Target<'_>, all: &[Solved], unread: &[Unread]) -> Result<String, Failure> {
     let (folder, names) = match target {
         Target::File(folder, name) => (folder, vec![name.to_string_lossy().into_owned()]),
         Target::Directory(folder) => {
@@ -206,7 +229,7 @@ fn write(target: &Target<'_>, all: &[Solved]) -> Result<String, Failure> {
     }
     if matches!(target, Target::Directory(_)) {
         let file = PendingFile::create(&directory, "problems.csv")?;
-        file.write(summary_of(all).as_bytes())?;
+        file.write(summary_of(all, unread).as_bytes())?;
         files.push(file);
     }
     let count = files.len();
@@ -218,7 +241,7 @@ fn write(target: &Target<'_>, all: &[Solved]) -> Result<String, Failure> {
 }
 
 /// What is printed.
-fn described(all: &[Solved]) -> String {
+fn described(all: &[Solved], unread: &[Unread]) -> String {
     let widest =
         all.iter().map(|solved| solved.name.chars().count()).max().unwrap_or(0).clamp(7, 60);
     let mut text = format!(
@@ -240,6 +263,9 @@ fn described(all: &[Solved]) -> String {
         );
     }
     let solved = all.iter().filter(|solved| solved.solution.is_solved()).count();
+    if !unread.is_empty() {
+        let _ = writeln!(text, "{} files could not be read", unread.len());
+    }
     if all.len() > 1 {
         let seconds: f64 = all.iter().map(|solved| solved.seconds).sum();
         let worst = all.iter().map(|solved| solved.solution.residual).fold(0.0, f64::max);

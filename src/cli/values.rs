@@ -22,6 +22,14 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+/// The time between two checkpoints.
+pub fn checkpoint(text: &str) -> Result<f64, String> {
+    match number(text) {
+        Ok(value) if (0.0..=1e6).contains(&value) => Ok(value),
+        _ => Err("a number from 0 to 1e6 is needed".to_owned()),
+    }
+}
+
 /// A time step that is also halved, twice at most.
 pub fn halved_step(text: &str) -> Result<f64, String> {
     match number(text) {

@@ -7,13 +7,14 @@ use super::outcome::Failure;
 use super::output::PendingFile;
 use super::scene::Scene;
 use super::shown;
-use super::table_file::{TableSink, TableSource};
-use std::io::{self, BufRead, BufReader, Write};
+use super::table_file::{TableSink, WrittenRows};
+use std::io;
 use std::path::{Path, PathBuf};
 use tumble::scenario::run_file::Checksums;
 use tumble::simulation::StepRecord;
 use tumble::simulation::tables::{Streams, Table, TablesWriter};
 use tumble::simulation::trajectory::TrajectoryWriter;
+use tumble::step::StepStatus;
 
 /// What writes the rows of one format.
 enum Rows {
@@ -25,6 +26,18 @@ enum Rows {
 pub struct RunWriter {
     files: Vec<PendingFile>,
     rows: Rows,
+    /// The rows without the last, of the state alone.
+    before_end: Vec<WrittenRows>,
+    /// Whether the run can be continued from a checkpoint.
+    pub has_checkpoint: bool,
+}
+
+/// The files of all rows of a run.
+pub struct WrittenFiles {
+    pub files: Vec<PendingFile>,
+    pub checksums: Checksums,
+    /// The rows without the last, of the state alone.
+    pub before_end: Vec<WrittenRows>,
 }
 
 /// Rows that are there already.
@@ -32,8 +45,8 @@ pub struct RunWriter {
 pub struct Written<'a> {
     /// The directory of their files.
     pub directory: &'a Path,
-    /// Of how many steps they are, those that are left out counted.
-    pub steps: u64,
+    /// The rows of each table.
+    pub rows: &'a [WrittenRows],
 }
 
 impl RunWriter {
@@ -46,15 +59,12 @@ impl RunWriter {
         written: Option<Written<'_>>,
     ) -> Result<Self, Failure> {
         let mut files = Vec::new();
-        // Of a file with so many rows a step, or any number.
-        let mut open = |name: &str, rows: Option<usize>| {
-            let file = PendingFile::create(out, &file_of(name, kept.form))?;
-            let mut stream =
-                TableSink::new(file.open()?, kept.form).map_err(|error| file.failed(&error))?;
-            if let Some(Written { directory, steps }) = written {
-                let steps = kept.rows(steps + 1) - 1;
-                let lines = rows.map(|rows| 1 + rows as u64 * steps);
-                copy_lines(&directory.join(file_of(name, kept.form)), lines, &mut stream)?;
+        let mut open = |name: &str| {
+            let name = file_of(name, kept.form);
+            let file = PendingFile::create(out, &name)?;
+            let mut stream = TableSink::new(file.open()?, kept.form);
+            if let Some(written) = written {
+                copy_rows(&written, &name, &mut stream)?;
             }
             files.push(file);
             Ok::<_, Failure>(stream)
@@ -62,7 +72,7 @@ impl RunWriter {
         let (goes_on, world) = (written.is_some(), &scene.world);
         let (every, first) = (kept.every, scene.start_index);
         let rows = if scene.trajectory {
-            let stream = open(TRAJECTORY, Some(1))?;
+            let stream = open(TRAJECTORY)?;
             let rows = if goes_on {
                 TrajectoryWriter::after(stream, world)
             } else {
@@ -70,19 +80,14 @@ impl RunWriter {
             };
             rows.map(|rows| Rows::Trajectory(Box::new(rows.every(every, first))))
         } else {
-            let states = open(Table::States.name(), Some(scene.bodies.len()))?;
-            let is_there =
-                |table: Table, count: usize| (kept.has(table) && count > 0).then_some(count);
-            let contacts = is_there(Table::Contacts, 1).map(|_| open(Table::Contacts.name(), None));
-            let contacts = contacts.transpose()?;
-            let steps = open(Table::Steps.name(), Some(1))?;
-            let joints = is_there(Table::Joints, scene.joints.len());
-            let joints = joints.map(|count| open(Table::Joints.name(), Some(count)));
-            let gears = is_there(Table::Gears, world.gears().len());
-            let gears = gears.map(|count| open(Table::Gears.name(), Some(count)));
-            let (joints, gears) = (joints.transpose()?, gears.transpose()?);
-            let ends = is_there(Table::Ends, scene.bodies.len());
-            let ends = ends.map(|count| open(Table::Ends.name(), Some(count))).transpose()?;
+            let has = |table: Table| has(scene, kept, table);
+            let states = open(Table::States.name())?;
+            let contacts =
+                has(Table::Contacts).then(|| open(Table::Contacts.name())).transpose()?;
+            let steps = open(Table::Steps.name())?;
+            let joints = has(Table::Joints).then(|| open(Table::Joints.name())).transpose()?;
+            let gears = has(Table::Gears).then(|| open(Table::Gears.name())).transpose()?;
+            let ends = has(Table::Ends).then(|| open(Table::Ends.name())).transpose()?;
             let streams = Streams { states, contacts, steps, joints, gears, ends };
             let rows = if goes_on {
                 Ok(TablesWriter::after(streams, world))
@@ -95,7 +100,16 @@ impl RunWriter {
             })
         };
         let rows = rows.map_err(|error| files[0].failed(&error))?;
-        Ok(Self { files, rows })
+        Ok(Self { files, rows, before_end: Vec::new(), has_checkpoint: false })
+    }
+
+    /// The names of the files that [`RunWriter::create`] opens.
+    pub fn names(scene: &Scene, kept: &Kept) -> Vec<String> {
+        if scene.trajectory {
+            return vec![file_of(TRAJECTORY, kept.form)];
+        }
+        let tables = Table::ALL.into_iter().filter(|table| has(scene, kept, *table));
+        tables.map(|table| file_of(table.name(), kept.form)).collect()
     }
 
     /// The file of rows in `directory` by which a run of `scene` is opened.
@@ -106,6 +120,10 @@ impl RunWriter {
 
     /// Writes the rows of one step, if it is one that is kept.
     pub fn write(&mut self, record: &StepRecord) -> Result<(), Failure> {
+        if record.report.status == StepStatus::End {
+            let rows = self.rows_so_far(|_| Ok(()))?.into_iter();
+            self.before_end = rows.map(WrittenRows::in_place).collect();
+        }
         let written = match &mut self.rows {
             Rows::Trajectory(rows) => rows.write(record),
             Rows::Tables(rows) => rows.write(record),
@@ -113,9 +131,41 @@ impl RunWriter {
         written.map_err(|error| self.files[0].failed(&error))
     }
 
+    /// The rows so far, brought to the disk.
+    pub fn synced_rows(&mut self) -> Result<Vec<WrittenRows>, Failure> {
+        self.rows_so_far(TableSink::sync)
+    }
+
+    /// The rows so far, each table `flushed` before it is looked at.
+    fn rows_so_far(
+        &mut self,
+        flushed: impl Fn(&mut TableSink) -> io::Result<()>,
+    ) -> Result<Vec<WrittenRows>, Failure> {
+        let streams = match &mut self.rows {
+            Rows::Trajectory(rows) => rows.flushed().map(|stream| vec![stream]),
+            Rows::Tables(rows) => rows.flushed(),
+        };
+        let rows = streams.and_then(|streams| {
+            let of = |(stream, file): (&mut TableSink, &PendingFile)| {
+                flushed(stream)?;
+                stream.rows(file.name(), file.temporary_name())
+            };
+            streams.into_iter().zip(&self.files).map(of).collect()
+        });
+        rows.map_err(|error| self.files[0].failed(&error))
+    }
+
+    /// Leaves the files as they are, to be continued from by their checkpoint, if there is one.
+    pub fn leave(self) -> bool {
+        if self.has_checkpoint {
+            self.files.into_iter().for_each(PendingFile::leave);
+        }
+        self.has_checkpoint
+    }
+
     /// The files and their checksums, everything down to the disk: a full one must be noticed before the files
     /// get their names.
-    pub fn finish(self) -> Result<(Vec<PendingFile>, Checksums), Failure> {
+    pub fn finish(self) -> Result<WrittenFiles, Failure> {
         let streams = match self.rows {
             Rows::Trajectory(rows) => rows.finish().map(|stream| vec![stream]),
             Rows::Tables(rows) => {
@@ -131,24 +181,29 @@ impl RunWriter {
         });
         let sums = sums.map_err(|error| self.files[0].failed(&error))?;
         let checksums = self.files.iter().map(PendingFile::name).zip(sums).collect();
-        Ok((self.files, checksums))
+        Ok(WrittenFiles { files: self.files, checksums, before_end: self.before_end })
     }
 }
 
-/// Copies the first `lines` of the file `from`, or all of it.
-fn copy_lines(from: &Path, lines: Option<u64>, to: &mut TableSink) -> Result<(), Failure> {
-    let mut copy = || -> io::Result<()> {
-        let mut from = BufReader::new(TableSource::open(from)?);
-        let Some(lines) = lines else { return io::copy(&mut from, to).map(drop) };
-        let mut line = Vec::new();
-        for _ in 0..lines {
-            line.clear();
-            from.read_until(b'\n', &mut line)?;
-            to.write_all(&line)?;
+/// Whether a run of `scene`, of which these rows are kept, has the table.
+fn has(scene: &Scene, kept: &Kept, table: Table) -> bool {
+    kept.has(table)
+        && match table {
+            Table::Joints => !scene.joints.is_empty(),
+            Table::Gears => !scene.world.gears().is_empty(),
+            Table::States | Table::Contacts | Table::Steps | Table::Ends => true,
         }
-        Ok(())
-    };
-    copy().map_err(|error| {
-        Failure::Other(format!("the rows of {} cannot be copied: {error}", shown::path(from)))
+}
+
+/// Copies the rows that are written of the table `name`.
+fn copy_rows(written: &Written<'_>, name: &str, to: &mut TableSink) -> Result<(), Failure> {
+    let rows = written.rows.iter().find(|rows| rows.name == name);
+    let copied = rows.map_or_else(
+        || Err(io::Error::other("there are none")),
+        |rows| rows.copy(written.directory, to),
+    );
+    copied.map_err(|error| {
+        let path = shown::path(&written.directory.join(name));
+        Failure::Input(format!("the rows of {path} cannot be copied: {error}"))
     })
 }

@@ -72,6 +72,7 @@ pub fn scene(
         drawn: *attitude == Attitude::Random,
         start_index: settings.start_index.unwrap_or(0),
         rows: settings.steps.ok_or_else(|| Failure::needed("steps"))?,
+        substeps: 1,
         world,
         starts: vec![start],
         loads: vec![load],

@@ -62,8 +62,11 @@ pub struct RunFile {
     pub seed: u32,
     /// Whether anything of the start is drawn from the seed.
     drawn: bool,
-    /// Requested rows.
+    /// Requested rows, those between the rows of `substeps` counted.
     pub steps: u64,
+    /// Steps of one requested row (`--substeps`); not written where it is 1.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub substeps: u64,
     /// k of the first row; not written where it is 0.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub start_index: u64,
@@ -88,6 +91,9 @@ pub struct RunFile {
     /// The joints that were too stiff for the time step in two steps running, with the time step that would do.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub taut_joints: Vec<TautJoint>,
+    /// The names of the run's files: what the next run may replace or remove.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<String>,
     /// Of the tables, by their files' names. A run.json has one of itself too, its last field.
     #[serde(default, skip_serializing_if = "Checksums::is_empty")]
     pub checksums: Checksums,
@@ -198,6 +204,7 @@ impl RunFile {
             seed: scene.seed,
             drawn: model.is_drawn(),
             steps: scene.rows,
+            substeps: scene.substeps,
             start_index: scene.start_index,
             kept: Kept::default(),
             solver: SolverSettings::of(scene.contact.as_ref(), &scene.world)?,
@@ -207,6 +214,7 @@ impl RunFile {
             model,
             joints: run.joints,
             taut_joints: run.taut.joints(scene.world.time_step()),
+            files: Vec::new(),
             checksums: Checksums::new(),
             seal: Seal::None,
         })
@@ -293,6 +301,14 @@ impl RunFile {
     pub fn text(&self) -> Result<String, Failure> {
         Ok(checksums::sealed(&json(self)?))
     }
+}
+
+fn one() -> u64 {
+    1
+}
+
+fn is_one(count: &u64) -> bool {
+    *count == 1
 }
 
 fn is_zero(index: &u64) -> bool {

@@ -29,6 +29,8 @@ pub struct Scene {
     pub start_index: u64,
     /// Rows of the trajectory: one more than there are steps.
     pub rows: u64,
+    /// Steps of one row that was asked for.
+    pub substeps: u64,
     /// The world.
     pub world: World,
     /// The states at the start, one a body.
@@ -169,7 +171,7 @@ impl Scene {
         let time_step = parameters.time_step;
         let of_substeps = |error: Error| Failure::setting("substeps", error.to_string());
         self.world = self.world.with_parameters(parameters).map_err(of_substeps)?;
-        self.rows = rows;
+        (self.rows, self.substeps) = (rows, self.substeps.saturating_mul(substeps));
         self.start_index = self.start_index.saturating_mul(substeps);
         if self.start_index > LARGEST_INDEX {
             let why =

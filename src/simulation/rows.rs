@@ -123,10 +123,17 @@ impl<W: Write> RowWriter<W> {
         written
     }
 
-    /// Writes what is buffered and returns the flushed stream.
-    pub fn finish(mut self) -> io::Result<W> {
+    /// Writes what is buffered and flushes the stream.
+    pub fn flushed(&mut self) -> io::Result<&mut W> {
         self.stream.write_all(&self.buffer)?;
+        self.buffer.clear();
         self.stream.flush()?;
+        Ok(&mut self.stream)
+    }
+
+    /// The flushed stream.
+    pub fn finish(mut self) -> io::Result<W> {
+        self.flushed()?;
         Ok(self.stream)
     }
 }

@@ -209,6 +209,14 @@ impl<W: Write> TrajectoryWriter<W> {
         Ok(())
     }
 
+    /// The stream, flushed: with all rows written so far.
+    ///
+    /// # Errors
+    /// The stream's.
+    pub fn flushed(&mut self) -> io::Result<&mut W> {
+        self.rows.flushed()
+    }
+
     /// Flushes and gives the stream back. Before, the last rows may not be in it.
     ///
     /// # Errors

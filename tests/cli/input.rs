@@ -92,7 +92,7 @@ fn bad_values_of_a_run_json_name_the_file_and_the_field() {
         ("\"ipopt\"", &long, ["solver.name", "80 characters"]),
         ("\"mass\": 10.0", "\"mass\": -1", ["model.bodies[0]: mass", "1e-9 to 1e9"]),
         ("\"mass\": 10.0", "\"mass\": \"10\"", ["model.bodies[0].mass", "a number is needed"]),
-        ("\"mass\": 10.0", "\"mass\": 1e9", ["model.bodies[0]: inertia", "0.01"]),
+        ("\"mass\": 10.0", "\"mass\": 1e9", ["model.bodies[0]", "0.01"]),
         ("\"dt\": 0.002", "\"dt\": 7", ["model.dt", "7"]),
         ("\"mu\": 0.3", "\"mu\": -3", ["model.mu", "-3"]),
         ("\"gravity\": [", "\"gravity\": [0,", ["model.gravity", "length 4"]),

@@ -1,12 +1,14 @@
 //! The command line end to end, in temporary directories: files, exit codes, messages.
 
 mod changed_files;
+mod checkpoints;
 #[path = "../common/mod.rs"]
 mod common;
 mod continued;
 mod driven;
 mod failure;
 mod flags;
+mod foreign_files;
 mod fuzz;
 mod gears;
 mod gradient;

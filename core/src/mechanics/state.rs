@@ -89,11 +89,19 @@ impl State {
     /// quaternion whose norm differs from 1 by more than 1e-5.
     pub fn checked(&self) -> Result<Self, Error> {
         all_in_range("position (m)", &self.position, -1e6, 1e6, "-1e6 to 1e6")?;
+        all_in_range("velocity (m/s)", &self.velocity, -1e5, 1e5, "-1e5 to 1e5")?;
+        all_in_range("spin (rad/s)", &self.spin, -1e5, 1e5, "-1e5 to 1e5")?;
+        self.with_unit_attitude()
+    }
+
+    /// This state, its attitude made a unit quaternion where it is not one to rounding, however far and fast it is.
+    ///
+    /// # Errors
+    /// A quaternion whose norm differs from 1 by more than 1e-5.
+    pub fn with_unit_attitude(&self) -> Result<Self, Error> {
         let norm = self.attitude.norm();
         let allowed = "1 to within 1e-5";
         in_range("norm of the attitude quaternion", norm, 1.0 - 1e-5, 1.0 + 1e-5, allowed)?;
-        all_in_range("velocity (m/s)", &self.velocity, -1e5, 1e5, "-1e5 to 1e5")?;
-        all_in_range("spin (rad/s)", &self.spin, -1e5, 1e5, "-1e5 to 1e5")?;
         // A unit quaternion to rounding keeps its bits: a norm of four squares is known to 4ε.
         let is_unit = (norm - 1.0).abs() <= 4.0 * f64::EPSILON;
         let attitude = if is_unit { self.attitude } else { self.attitude / norm };

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import os
-import re
 from pathlib import Path
-from typing import Iterable, Iterator
+from typing import Iterator, Sequence
 
-from ._tumble import TumbleError
-
-_TEMPORARY = re.compile(r"\.tumble-[0-9A-Za-z]{6}\.tmp")
-"""The names of files that are not complete, the command line's too."""
+from ._tumble import TumbleError, listed_files
 
 
 def written(path: Path, content: bytes) -> Path:
@@ -39,15 +35,26 @@ def written(path: Path, content: bytes) -> Path:
 
 
 @contextlib.contextmanager
-def folder_of_a_run(folder: Path, may_be_there: Iterable[str]) -> Iterator[None]:
-    """Makes the folder for the files of a run, which nobody else writes to meanwhile, and removes from it what runs that
-    were killed have left of theirs, and files of another run, whose names ``may_be_there`` has."""
+def folder_of_a_run(folder: Path, names: Sequence[str], overwrite: bool) -> Iterator[None]:
+    """Makes the folder for the files ``names`` of a run, which nobody else writes to meanwhile. Files of the run before, which its
+    run.json lists, go once the new ones are there; any other file in the way is refused unless it may be overwritten."""
     folder.mkdir(parents=True, exist_ok=True)
     with _claimed(folder):
-        for name in os.listdir(folder):
-            if _TEMPORARY.fullmatch(name) or name in may_be_there:
-                (folder / name).unlink(missing_ok=True)
+        try:
+            listed = set(listed_files((folder / "run.json").read_text("utf-8")))
+        except (OSError, UnicodeDecodeError):
+            listed = set()
+        for name in names:
+            path = folder / name
+            is_listed = name in listed and path.is_file() and not path.is_symlink()
+            is_there = os.path.lexists(path)
+            if is_there and not is_listed and (not overwrite or path.is_dir()):
+                raise TumbleError(
+                    f"{path} is not of a run whose run.json lists it; move it, name another folder, or give overwrite=True"
+                )
         yield
+        for name in listed.difference(names):
+            (folder / name).unlink(missing_ok=True)
 
 
 @contextlib.contextmanager

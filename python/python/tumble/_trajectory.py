@@ -32,12 +32,6 @@ _TABLES = ("states", "contacts", "steps", "joints", "gears")
 
 _OF_ONE = "trajectory.csv"
 
-_OF_RUNS = {
-    *("run.json", "state.bin"),
-    *(f"{name}.{form}" for name in ("trajectory", *_TABLES, "ends") for form in ("csv", "csv.zst")),
-}
-"""The names of the files of a run: those of another one are none of this."""
-
 _JOINT_COLUMNS = {
     "place": ("", "_m"),
     "angles": ("angle_", "_rad"),
@@ -284,14 +278,16 @@ class Trajectory:
         frame.insert(2, "joint", names * rows)
         return frame
 
-    def to_csv(self, folder: Location) -> List[Path]:
+    def to_csv(self, folder: Location, overwrite: bool = False) -> List[Path]:
         """Writes states.csv, contacts.csv, steps.csv, of a scene with joints joints.csv, and of one with
         gears gears.csv, which read back to the same doubles; and run.json, with which the command line verifies and shows them.
         Of a scene written with ``[body]`` this is the run.json of a table more, trajectory.csv, as the command line writes both.
 
         Where more moved the run than the scene says (wrenches, motors or states set on the way, bodies that came or
-        went), the run.json says that (``pushed``): the command line shows such a run and cannot verify it. Files
-        of another run in the folder are removed first."""
+        went), the run.json says that (``pushed``): the command line shows such a run and cannot verify it.
+
+        Files of another run in the folder, which its run.json lists, are replaced or removed. Any other file in the way is
+        refused, unless ``overwrite`` is true."""
         self._need_contacts("to_csv")
         folder, recording = Path(folder), self.recording
         tables = {f"{name}.csv": table for name, table in zip(_TABLES, recording.tables())}
@@ -299,9 +295,9 @@ class Trajectory:
         if of_one is not None:
             tables[_OF_ONE] = of_one
         files: Dict[str, Optional[bytes]] = {**tables, "run.json": recording.run_json(tables)}
-        with folder_of_a_run(folder, _OF_RUNS):
-            given = ((name, content) for name, content in files.items() if content is not None)
-            return [written(folder / name, content) for name, content in given]
+        given = {name: content for name, content in files.items() if content is not None}
+        with folder_of_a_run(folder, list(given), overwrite):
+            return [written(folder / name, content) for name, content in given.items()]
 
     @classmethod
     def from_csv(cls, scene: Scene, folder: Location) -> "Trajectory":

@@ -264,6 +264,7 @@ _Inputs = Tuple[
     Sequence[Tuple[str, Floats]],
 ]
 
+def listed_files(text: str) -> List[str]: ...
 def rollout(
     inputs: _Inputs,
     threads: int,

@@ -29,6 +29,9 @@ pub struct PlanArgs {
     /// Directory for controls.csv, plan.json, plan.html and the files of the run; created if missing.
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub out: PathBuf,
+    /// Replaces files in that directory that are not those of an earlier run.
+    #[arg(long)]
+    pub overwrite: bool,
     /// Print no progress and no summary.
     #[arg(long)]
     pub quiet: bool,

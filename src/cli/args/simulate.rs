@@ -9,6 +9,7 @@ use clap::Args;
 use nalgebra::Vector3;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use tumble::scenario::kept::{Form, Kept};
 use tumble::simulation::tables::Table;
 
@@ -124,9 +125,15 @@ pub struct SimulateArgs {
     /// Directory for the files, made if it is not there [default: out, with --continue its own].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Replaces files in that directory that are not those of an earlier run, and gives up a run that was killed there.
+    #[arg(long)]
+    pub overwrite: bool,
+    /// Seconds between checkpoints, from which --continue goes on with a run that was killed; 0 for none [default: 10].
+    #[arg(long, value_name = "SECONDS", value_parser = values::checkpoint, allow_hyphen_values = true)]
+    checkpoint: Option<f64>,
     /// Also write the contact problem of every step with contacts, as step-K.dat in Siconos' text form, linearised at
     /// the step's solution (docs/contact-problem.md); only with the native solver, without joints. `tumble solve`
-    /// reads them. Those of an earlier run in that directory are removed.
+    /// reads them. Such files in that directory are in the way unless --overwrite is given.
     #[arg(long, value_name = "DIR")]
     pub export_problems: Option<PathBuf>,
     /// Also draw the trajectory over time, as `tumble plot` does.
@@ -149,6 +156,12 @@ impl SimulateArgs {
     /// The directory for the files.
     pub fn out(&self) -> &Path {
         self.out.as_deref().or(self.continued.as_deref()).unwrap_or(Path::new("out"))
+    }
+
+    /// The time between checkpoints; `None` for none.
+    pub fn checkpoint(&self) -> Option<Duration> {
+        let every = self.checkpoint.unwrap_or(10.0);
+        (every > 0.0).then(|| Duration::from_secs_f64(every))
     }
 
     /// Which rows are to stand in the files.

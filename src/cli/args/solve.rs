@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit codes: 0 all are solved; 2 bad input; 3 some problem is not solved; 130 interrupted (nothing \
+    after_help = "Exit codes: 0 all are solved; 2 bad input; 3 some problem is not solved, or one of several files cannot be read; 130 interrupted (nothing \
     is written)."
 )]
 pub struct SolveArgs {

@@ -5,16 +5,16 @@ mod page;
 mod report;
 
 use super::args::PlanArgs;
-use super::continued;
-use super::directory::OutputDirectory;
-use super::file_names::OF_PLANS;
+use super::continued::{self, Notes};
+use super::directory::{Claims, OutputDirectory};
+use super::file_names::{self, OF_PLANS, RUN_JSON};
 use super::kept::Kept;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice, spinner};
-use super::run::{self, Run};
+use super::run::{self, Outputs, Run};
 use super::run_file::RunFile;
 use super::signals::raise_on_signals;
-use super::writer::RunWriter;
+use super::writer::{RunWriter, WrittenFiles};
 use super::{input, scenario, shown};
 use controls::Read;
 use rayon::ThreadPoolBuilder;
@@ -47,7 +47,16 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     stages.iter().try_for_each(|stage| stage.check(problem)).map_err(|why| refused(args, &why))?;
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let out = OutputDirectory::for_run(&args.out)?;
+    let usual = Kept::default();
+    let mut names = RunWriter::names(problem.scene(), &usual);
+    names.extend([RUN_JSON, continued::FILE].into_iter().chain(OF_PLANS).map(str::to_owned));
+    let claims = Claims {
+        files: names.clone(),
+        alike: file_names::of_rows().collect(),
+        overwrite: args.overwrite,
+        continues: false,
+    };
+    let out = OutputDirectory::for_run(&args.out, claims)?;
     let mut voice = Voice::new(args.quiet);
     if let Some(note) = note {
         voice.say(&format!("{note}\n"));
@@ -61,14 +70,14 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let never = Arc::new(AtomicBool::new(false));
     let scene = problem.scene_of(&plan.replay)?;
     let mut simulation = scene.simulation(&never)?;
-    let mut writer = RunWriter::create(&scene, &Kept::default(), &out, None)?;
-    let outputs = (&mut writer, None);
+    let mut writer = RunWriter::create(&scene, &usual, &out, None)?;
+    let outputs = Outputs { writer: &mut writer, exported: None, checkpoints: None };
     let run = run::run(&scene, &mut simulation, Run::new(), &never, outputs, args.quiet)?;
     if plan.replay.states.last().map(Vec::as_slice) != Some(simulation.states()) {
         let why = "the run of the plan's scene differs from its replay: this is a bug in tumble";
         return Err(Failure::Other(why.to_owned()));
     }
-    let (mut files, checksums) = writer.finish()?;
+    let WrittenFiles { mut files, checksums, before_end } = writer.finish()?;
     let mut file = |name: &str, bytes: &[u8]| {
         let file = PendingFile::create(&out, name)?;
         file.write(bytes)?;
@@ -76,19 +85,22 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         Ok::<_, Failure>(())
     };
     let mut run_file = RunFile::of(&scene, &run.ended())?;
-    run_file.checksums = checksums;
-    file("run.json", run_file.text()?.as_bytes())?;
-    file(continued::FILE, &continued::state_of(&simulation, &run)?)?;
+    // Some scenes have no scenario text; the problem and the controls still describe the plan.
     let [csv, json, html, toml] = OF_PLANS;
+    let scenario = written::text(&scene).ok();
+    names.retain(|name| name != toml || scenario.is_some());
+    (run_file.files, run_file.checksums) = (names, checksums);
+    file(RUN_JSON, run_file.text()?.as_bytes())?;
+    let notes = Notes::of(&run, before_end);
+    file(continued::FILE, &continued::state_bytes(simulation.save(), &notes)?)?;
     file(csv, &controls::table(problem, &plan.replay.controls)?)?;
     file(json, report::json(problem, &plan, interrupted)?.as_bytes())?;
     file(html, page::page(problem, &plan, costs).as_bytes())?;
-    // Some scenes have no scenario text; the problem and the controls still describe the plan.
-    if let Ok(text) = written::text(&scene) {
+    if let Some(text) = scenario {
         file(toml, text.as_bytes())?;
     }
     let written = files.into_iter().map(PendingFile::publish).collect::<Result<Vec<_>, _>>()?;
-    let removed = out.remove_former(&written)?;
+    let removed = out.remove_former()?;
     let mut text = report::described(problem, &plan);
     let names: Vec<_> = written.iter().map(|path| shown::path(path)).collect();
     text += &format!("wrote {}\n", names.join(", "));

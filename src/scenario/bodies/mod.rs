@@ -118,6 +118,7 @@ fn of_built(name: String, settings: &Settings, built: Built) -> Result<Scene, Fa
         drawn,
         start_index: settings.start_index.unwrap_or(0),
         rows: settings.steps.ok_or_else(|| Failure::needed("steps"))?,
+        substeps: 1,
         world,
         courses: model.courses()?,
         starts: model.states(),

@@ -38,10 +38,22 @@ impl<W> Summed<W> {
         Self { stream, hasher: crc32fast::Hasher::new() }
     }
 
+    /// The stream.
+    pub fn get_ref(&self) -> &W {
+        &self.stream
+    }
+
+    /// The checksum of what went through so far.
+    #[must_use]
+    pub fn checksum(&self) -> String {
+        format!("{:08x}", self.hasher.clone().finalize())
+    }
+
     /// The stream, and the checksum of what went through.
     #[must_use]
     pub fn finish(self) -> (W, String) {
-        (self.stream, format!("{:08x}", self.hasher.finalize()))
+        let checksum = self.checksum();
+        (self.stream, checksum)
     }
 }
 

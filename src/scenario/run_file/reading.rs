@@ -1,8 +1,9 @@
 //! A run.json that is read.
 
-use super::checksums::seal_of;
+use super::checksums::{Seal, seal_of};
 use super::{Failure, RunFile};
 use crate::scenario::{fields, shown};
+use std::ffi::OsStr;
 use std::io;
 use std::path::Path;
 
@@ -42,10 +43,23 @@ impl RunFile {
         }
     }
 
+    /// The names of the files of the run whose run.json has this text; none of a text that is not as a
+    /// run wrote it.
+    #[must_use]
+    pub fn listed_files(text: &str) -> Vec<String> {
+        if seal_of(text) != Seal::Whole {
+            return Vec::new();
+        }
+        let Ok(run) = fields::json::<Self>(text) else { return Vec::new() };
+        let is_name = |name: &String| Path::new(name).file_name() == Some(OsStr::new(name));
+        run.files.into_iter().filter(is_name).collect()
+    }
+
     /// First required field that is missing.
     fn missing(&self) -> Option<&'static str> {
         let fields = [
             ("kept.every", self.kept.every == 0),
+            ("substeps", self.substeps == 0),
             ("largest_overlap_m", !self.trajectory && self.largest_overlap_m.is_none()),
             ("joints", self.joints.is_none() && !self.model.joints.is_empty()),
         ];

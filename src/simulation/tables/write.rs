@@ -134,6 +134,23 @@ impl<W: Write> TablesWriter<W> {
         Ok(())
     }
 
+    /// The streams in the order of [`Streams`], flushed: with all rows written so far.
+    ///
+    /// # Errors
+    /// The streams'.
+    pub fn flushed(&mut self) -> io::Result<Vec<&mut W>> {
+        let Streams { states, contacts, steps, joints, gears, ends } = &mut self.tables;
+        let all = [
+            Some(states),
+            contacts.as_mut(),
+            Some(steps),
+            joints.as_mut(),
+            gears.as_mut(),
+            ends.as_mut(),
+        ];
+        all.into_iter().flatten().map(RowWriter::flushed).collect()
+    }
+
     /// Flushes and gives the streams back. Before, the last rows may not be in them.
     ///
     /// # Errors

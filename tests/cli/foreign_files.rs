@@ -1,0 +1,135 @@
+//! What is in a directory and not of a run whose run.json lists it stays, unless `--overwrite` is given.
+
+use super::support::{everything_in, run};
+use std::fs;
+use std::path::Path;
+
+const SIMULATE: [&str; 5] = ["--steps", "20", "--solver", "native", "--quiet"];
+
+/// Names that a run, a plan or a picture may have, and two of a killed run's.
+const NAMES: [&str; 20] = [
+    "run.json",
+    "state.bin",
+    "trajectory.csv",
+    "trajectory.csv.zst",
+    "states.csv",
+    "states.csv.zst",
+    "contacts.csv",
+    "steps.csv",
+    "joints.csv",
+    "gears.csv",
+    "ends.csv",
+    "plot.png",
+    "plot.svg",
+    "plot-energy.png",
+    "animation.gif",
+    "view.html",
+    "controls.csv",
+    "plan.json",
+    "scene.toml",
+    "checkpoint.bin",
+];
+
+fn simulate_in(directory: &Path, flags: &[&str]) -> super::support::End {
+    run(&[&SIMULATE, &["--out", directory.to_str().unwrap()], flags].concat())
+}
+
+#[test]
+fn files_that_no_run_json_lists_stay() {
+    for name in NAMES {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join(name);
+        fs::write(&file, "mine").unwrap();
+        let end = simulate_in(directory.path(), &[]);
+        assert_eq!(fs::read_to_string(&file).unwrap(), "mine", "{name}");
+        let is_in_the_way =
+            ["run.json", "state.bin", "checkpoint.bin"].contains(&name) || name.contains(".csv");
+        if is_in_the_way && name != "controls.csv" {
+            let remedy = if name == "checkpoint.bin" { "--continue" } else { name };
+            end.assert_refused(2, &[remedy, "--overwrite"]);
+            assert_eq!(everything_in(directory.path()).len(), 1, "{name}: nothing is added");
+        } else {
+            assert_eq!(end.code, Some(0), "{name}: {end:?}");
+        }
+    }
+}
+
+/// Each picture that is asked for would replace a file.
+#[test]
+fn pictures_do_not_replace_what_is_there() {
+    for (name, flag) in
+        [("plot.svg", "--plot"), ("view.html", "--html"), ("animation.gif", "--gif")]
+    {
+        let directory = tempfile::tempdir().unwrap();
+        fs::write(directory.path().join(name), "mine").unwrap();
+        simulate_in(directory.path(), &[flag]).assert_refused(2, &[name, "--overwrite"]);
+        let end = simulate_in(directory.path(), &[flag, "--overwrite"]);
+        assert_eq!(end.code, Some(0), "{end:?}");
+        assert_ne!(fs::read(directory.path().join(name)).unwrap(), b"mine");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn links_and_directories_stay() {
+    let directory = tempfile::tempdir().unwrap();
+    let [other, link] = ["other.csv", "trajectory.csv"].map(|name| directory.path().join(name));
+    fs::write(&other, "mine").unwrap();
+    std::os::unix::fs::symlink(&other, &link).unwrap();
+    simulate_in(directory.path(), &[]).assert_refused(2, &["trajectory.csv", "--overwrite"]);
+    assert!(link.is_symlink());
+    // What the link leads to is nobody's to change, even where the link is replaced.
+    assert_eq!(simulate_in(directory.path(), &["--overwrite"]).code, Some(0));
+    assert!(!link.is_symlink());
+    assert_eq!(fs::read_to_string(&other).unwrap(), "mine");
+
+    let directory = tempfile::tempdir().unwrap();
+    fs::create_dir(directory.path().join("state.bin")).unwrap();
+    for flags in [&[][..], &["--overwrite"]] {
+        simulate_in(directory.path(), flags).assert_refused(2, &["state.bin is a directory"]);
+    }
+}
+
+/// A run takes the place of the one before: files of it that the new one does not write go, others stay.
+#[test]
+fn a_run_replaces_the_run_before() {
+    let directory = tempfile::tempdir().unwrap();
+    assert_eq!(simulate_in(directory.path(), &["--plot"]).code, Some(0));
+    fs::write(directory.path().join("notes.txt"), "mine").unwrap();
+    fs::write(directory.path().join("view.html"), "mine").unwrap();
+    assert_eq!(simulate_in(directory.path(), &[]).code, Some(0));
+    let names = everything_in(directory.path());
+    let names: Vec<_> = names.iter().map(|name| name.to_str().unwrap()).collect();
+    let expected = ["notes.txt", "run.json", "state.bin", "trajectory.csv", "view.html"];
+    assert_eq!(names, expected);
+}
+
+/// A run.json that was changed lists nothing: it may name anything.
+#[test]
+fn a_changed_run_json_gives_nothing_away() {
+    let directory = tempfile::tempdir().unwrap();
+    assert_eq!(simulate_in(directory.path(), &[]).code, Some(0));
+    let path = directory.path().join("run.json");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(directory.path().join("mine.txt"), "mine").unwrap();
+    fs::write(&path, text.replace("\"state.bin\"", "\"state.bin\", \"mine.txt\"")).unwrap();
+    simulate_in(directory.path(), &[]).assert_refused(2, &["--overwrite"]);
+    assert_eq!(simulate_in(directory.path(), &["--overwrite"]).code, Some(0));
+    assert_eq!(fs::read_to_string(directory.path().join("mine.txt")).unwrap(), "mine");
+}
+
+#[test]
+fn exported_problems_do_not_replace_what_is_there() {
+    let directory = tempfile::tempdir().unwrap();
+    let problems = directory.path().join("problems");
+    fs::create_dir(&problems).unwrap();
+    let mine = problems.join("step-00000100.dat");
+    fs::write(&mine, "mine").unwrap();
+    let flags = ["--export-problems", problems.to_str().unwrap()];
+    let out = directory.path().join("out");
+    simulate_in(&out, &flags).assert_refused(2, &["step-00000100.dat", "--overwrite"]);
+    assert_eq!(fs::read_to_string(&mine).unwrap(), "mine");
+    let end = simulate_in(&out, &[&flags[..], &["--overwrite"]].concat());
+    assert_eq!(end.code, Some(0), "{end:?}");
+    assert!(!mine.exists(), "all in the folder is solved as one run's");
+}
