@@ -1,28 +1,14 @@
 //! The scheme of a box that stands on its edges and rocks in a plane, as a recurrence in one unknown.
 //!
 //! The box has the half sides a and c, turns about +y by the tilt φ, and stands on the edges
-//! c_j = (±a, −c). Speeds and impulses are per unit mass, ι = (a² + c²)/3 is I/m, and A(φ) turns
-//! (x, z). With w(ω) = ω (1 + (½ h ω)²), (8) and (10) are for this motion
+//! c_j = (±a, −c). Per unit mass, with ι = (a² + c²)/3 and A(φ), which turns (x, z):
 //!
 //! ```text
 //! φ⁺ = φ + 2 atan(½ h ω⁺),   r⁺ = r + h v⁺,   P = Σ p_j = v⁺ − v + h g e_z
-//! ι (w(ω⁺) − w(ω)) = Σ ρ_j × p_j,   ρ_j = A(φ) c_j,   (ρ × p) = ρ_z p_x − ρ_x p_z       (a)
+//! ι (w(ω⁺) − w(ω)) = Σ ρ_j × p_j,   ρ_j = A(φ) c_j,   (ρ × p) = ρ_z p_x − ρ_x p_z
 //! ```
 //!
-//! **On one edge**, which is on the ground at the end of the step and has not slipped: with C the
-//! edge at the start,
-//!
-//! ```text
-//! r⁺ = (C_x, 0) − A(φ⁺) c_j,   v⁺ = (r⁺ − r)/h,   p_j = P
-//! ```
-//!
-//! reduce (a) to one equation for ω⁺. This is the step if the edge presses, its friction is within
-//! the cone, and the other edge is not below the ground.
-//!
-//! **Landing on both**, if the other edge would go below the ground: it stops there, so that φ⁺ = 0,
-//! ω⁺ = −(2/h) tan ½φ, r⁺_z = c. The horizontal distance of the edges grows by 2a (1 − cos φ), so
-//! that one of them slips. The other one, j, sticks, and (a) gives the normal impulse γ_o of the
-//! slipping one, o.
+//! (docs/validation.md, "Tall boxes and dominoes")
 
 use crate::prelude::momentum;
 use nalgebra::Vector2;
@@ -81,7 +67,7 @@ impl Edges {
         after.velocity - before.velocity + Vector2::new(0.0, self.gravity * self.time_step)
     }
 
-    /// A step on the edge of `side`: Newton's method for ω⁺ from ω.
+    /// A step on the edge of `side`, which stays in its place: Newton's method for ω⁺ from ω.
     fn turn_on(&self, state: &Planar, side: f64) -> Option<Planar> {
         let (h, corner) = (self.time_step, self.corner(side));
         let foot = Vector2::new(self.place(state, side).x, 0.0);
@@ -104,7 +90,7 @@ impl Edges {
         (held && self.place(&after, -side).y >= 0.0).then_some(after)
     }
 
-    /// A step that ends on both edges, with that of `side` sticking.
+    /// A step that ends on both edges, φ⁺ = 0. The one of `side` sticks, the other one slips.
     fn land(&self, state: &Planar, side: f64) -> Option<Planar> {
         let h = self.time_step;
         let x = self.place(state, side).x - self.corner(side).x;

@@ -122,6 +122,17 @@ impl Findings {
     fn new(curve: Curve, quantities: impl Into<Vec<Quantity>>) -> Solved {
         Ok(Self { quantities: quantities.into(), curve })
     }
+
+    /// Findings of steady motion: the curve is the first quantity, `measured` in each step.
+    fn steady(
+        run: &Run,
+        measured: impl Fn(usize) -> f64,
+        quantities: impl Into<Vec<Quantity>>,
+    ) -> Solved {
+        let quantities = quantities.into();
+        let Quantity { name, unit, exact, .. } = quantities[0];
+        Self::new(run.curve_of_steps((name, unit), measured).beside(|_| exact), quantities)
+    }
 }
 
 /// A quantity over time, in the simulation and in closed form.

@@ -1,43 +1,13 @@
 //! The effect of the steps' residuals on the result of a run.
 //!
-//! A step whose friction law has the residual δ satisfies the law exactly at each corner i, for a
-//! slip and an impulse that differ by at most δ (formulation.md, section 7, "backward error"):
-//! p̂_i = Π(p_i − c_i) and |p_i − p̂_i| ≤ δ. Impulses are per unit mass, so that they are
-//! speeds. G = Σ R_i is the largest friction, n the number of corners, and W the mobility: the speed
-//! that a unit impulse makes, which is 1 for a sliding mass and m R²/I for the rim of a turning one.
-//!
-//! **Slip c with |c| > δ.** The impulse p_i − c_i lies outside the disc and p̂_i on its edge, so
-//! that the angle φ between p̂_i and −c has sin φ ≤ δ/|c|. The friction along the slip is G to within
+//! With W the mobility, G the largest friction of a step, n corners, and a step whose friction law has the
+//! residual δ (docs/validation.md, "Tolerances of a slide"):
 //!
 //! ```text
-//! n δ + G (δ/|c|)²                                                                    (a)
+//! friction along a slip c   G to within n δ + G (δ/|c|)²              (a)
+//! slip while held by τ G    |c| ≤ δ/√(1 − τ²)                         (b)
+//! error of any slip         |c − c*| ≤ W n δ + (W G δ²)^⅓             (c)
 //! ```
-//!
-//! and across it at most √W n δ + G δ/|c|, where √W ≤ 2 includes a rotation of the box.
-//!
-//! **Sticking.** A body held by the share τ < 1 of G slips with at most
-//!
-//! ```text
-//! |c| ≤ δ/√(1 − τ²)                                                                   (b)
-//! ```
-//!
-//! since a faster slip would make the friction at least G √(1 − (δ/|c|)²) > τ G. This bounds
-//! positions whatever the velocities are. G itself has the error 2 μ δ_n, which adds to the share.
-//!
-//! **Any step**, with the slip c* of an exact step: friction is at most G + n δ, so that
-//! c ≥ c* − W n δ, and a slip above δ has (a), so that c − c* ≤ W (n δ + G (δ/(c − c*))²). Hence
-//!
-//! ```text
-//! |c − c*| ≤ W n δ + (W G δ²)^⅓                                                       (c)
-//! ```
-//!
-//! and across it the smaller of |c| and √W n δ + G δ/|c|, at most √W n δ + √(G δ). A step of
-//! friction does not separate two velocities (it is a proximal map), so that these errors add up,
-//! until the body stops.
-//!
-//! **The normal law** does not add up. A touching corner stays within h δ_n of the ground and its
-//! normal speed within 2 δ_n. Friction misses at most μ W 2 δ_n of speed in all, and the distance
-//! has the error μ W h δ_n.
 
 use crate::residual::Residual;
 use crate::runner::{Run, largest};

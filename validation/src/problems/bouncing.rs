@@ -33,12 +33,7 @@ impl Bounces {
         found
     }
 
-    /// The scheme, in the height z of the lower face: free flight, or the impact (29) if that would
-    /// end at 0 or below,
-    ///
-    /// ```text
-    /// v⁺ = v − h g,   or   v⁺ = −e v where z + h (v − h g) ≤ 0;   z⁺ = z + h v⁺
-    /// ```
+    /// The scheme: v⁺ = v − h g, or v⁺ = −e v where z + h (v − h g) ≤ 0; z⁺ = z + h v⁺.
     fn of_steps(h: f64, g: f64, e: f64) -> Self {
         let (mut z, mut v) = (DROP, 0.0);
         let (mut heights, mut impacts) = (vec![z], Vec::new());
@@ -69,14 +64,8 @@ pub(crate) const BOUNCING_BOX: Problem = Problem {
     ..Problem::solved_by(bouncing_box)
 };
 
-/// With v = √(2 g H),
-///
-/// ```text
-/// H_n = e²ⁿ H,   t_n = (v/g) (1 + 2 e + … + 2 eⁿ⁻¹)
-/// ```
-///
-/// An impact's step begins up to h v above the ground and leaves from there, so that every bounce may
-/// be off by that, and by the speed h g of a step.
+/// H_n = e²ⁿ H, t_n = (v/g) (1 + 2 e + … + 2 eⁿ⁻¹) with v = √(2 g H). A bounce may be off by the way
+/// h v of an impact's step and the speed h g.
 fn bouncing_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, g, friction, e] = inputs.all([Mass, Gravity, Friction, Restitution])?;
     let h = runner.time_step;
@@ -93,8 +82,9 @@ fn bouncing_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     };
     let count = (BOUNCES + 1) as f64;
     let duration = time(BOUNCES + 1) + 8.0 * count * h;
-    let bodies = vec![Subject::solid_box(mass, HALF_SIDES, resting(HALF_SIDES[2] + DROP))?];
-    let run = runner.run(&Setup { restitution: e, ..Setup::new(bodies, g, friction, duration) })?;
+    let start = resting(HALF_SIDES[2] + DROP);
+    let setup = Setup::of_box(mass, HALF_SIDES, start, g, friction, duration)?;
+    let run = runner.run(&Setup { restitution: e, ..setup })?;
     let height = |state: &State| state.position[2] - HALF_SIDES[2];
     let impacts: Vec<_> = (0..run.steps()).filter(|&k| run.forces(0)[k][2] > 0.0).collect();
     let measured = Bounces::of(h, run.states(0).iter().map(height), &impacts);
@@ -113,10 +103,9 @@ fn bouncing_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
                 .stepped(discrete.heights[k], within(off, steps))
         })
         .collect();
-    let (fourth, end, rounding) =
-        (measured.impacts[BOUNCES], time(BOUNCES + 1), run.rounding(duration));
+    let (fourth, end) = (measured.impacts[BOUNCES], time(BOUNCES + 1));
     quantities.push(
-        equal(("time of the fourth impact", "s"), fourth, end, rounding)
+        equal(("time of the fourth impact", "s"), fourth, end, run.rounding(duration))
             .stepped(discrete.impacts[BOUNCES], within(6.0 * count * h, steps)),
     );
     let exact = |t: f64| {
@@ -143,15 +132,8 @@ pub(crate) const EDGE_IMPACT: Problem = Problem {
     ..Problem::solved_by(edge_impact)
 };
 
-/// ```text
-/// v_z⁺ = p/m − v,   ω⁺ = p d/I,   I = ⅓ m (a² + c²),   d = a cos θ − c sin θ
-/// ```
-///
-/// The impulse of the scheme is exact (eq. 29). The spin has it as its momentum,
-///
-/// ```text
-/// p d = I ω⁺ (1 + (½ h ω⁺)²).
-/// ```
+/// p = (1 + e) v/(1/m + d²/I), v_z⁺ = p/m − v, ω⁺ = p d/I, discrete w(ω⁺) = p d/I, with
+/// I = ⅓ m (a² + c²) and d = a cos θ − c sin θ.
 fn edge_impact(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, speed, e] = inputs.all([Mass, Speed, Restitution])?;
     let h = runner.time_step;
@@ -170,7 +152,7 @@ fn edge_impact(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let mut start = resting(below + 0.5 * h * speed);
     start.velocity[2] = -speed;
     start.attitude = about_y(TILT);
-    let setup = Setup::new(vec![Subject::solid_box(mass, HALF_SIDES, start)?], 0.0, 0.0, 20.0 * h);
+    let setup = Setup::of_box(mass, HALF_SIDES, start, 0.0, 0.0, 20.0 * h)?;
     let run = runner.run(&Setup { restitution: e, ..setup })?;
     let end = run.end(0);
 
@@ -213,13 +195,7 @@ pub(crate) const BOUNCING_BALLS: Problem = Problem {
     ..Problem::solved_by(bouncing_balls)
 };
 
-/// A test of SimBenchmark. The energy of a ball is ½ v² + g z. The step conserves
-///
-/// ```text
-/// H = ½ v² + g z − ½ h g v                                                (30)
-/// ```
-///
-/// in flight and in impacts, so that the energy oscillates by ½ h g v about it and never drifts.
+/// The step conserves ½ v² + g z − ½ h g v (eq. 30), about which the energy oscillates by ½ h g v.
 fn bouncing_balls(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, g, friction] = inputs.all([Mass, Gravity, Friction])?;
     let h = runner.time_step;
@@ -247,11 +223,7 @@ fn bouncing_balls(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     });
     let drift = largest(drift);
     let energy = |k: usize| {
-        let of = |index: usize| {
-            let state = &run.states(index)[k];
-            0.5 * state.velocity.norm_squared() + g * state.position[2]
-        };
-        (0..BALLS).map(of).sum::<f64>() / BALLS as f64
+        run.mean(k, |state| 0.5 * state.velocity.norm_squared() + g * state.position[2])
     };
     let fastest = (2.0 * g * (FALL + HIGHER * BALLS as f64)).sqrt();
     let lacking = run.sum(|r| r.momentum + r.normal + r.kinematics);

@@ -37,9 +37,8 @@ pub(crate) const BRICARD: Problem = Problem {
     ..Problem::solved_by(bricard)
 };
 
-/// The benchmark of M. González, D. Dopico, U. Lugrís and J. Cuadrado, "A benchmarking system for MBS
-/// simulation software", Multibody System Dynamics 16, 2006; its gravity is along −y. From rest, state k
-/// of the scheme is that of the time (k + ½) h to second order.
+/// P₃ as published by González and others (2006). From rest, state k of the scheme is that of the time
+/// (k + ½) h to second order.
 fn bricard(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let h = runner.time_step;
     Refusal::when(h > 0.01, format!("a step of {h} s is too long for its second order"))?;

@@ -22,8 +22,7 @@ pub(crate) const FREE_CHAIN: Problem = Problem {
     ..Problem::solved_by(free_chain)
 };
 
-/// The forces of a joint on its two bodies are opposite and at one point of the world, so that Σ m v
-/// and Σ r × m v + A P⁻(ω) (eq. 34) are constant, also in the scheme (`pair.rs`).
+/// Σ m v and Σ r × m v + A P⁻(ω) are constant.
 fn free_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, speed] = inputs.all([Mass, Speed])?;
     let why = format!("speed {speed} rad/s turns it too far a step");

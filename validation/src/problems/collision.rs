@@ -1,11 +1,4 @@
 //! Collisions in a line without gravity: boxes, a row of balls, Newton's cradle.
-//!
-//! A collision without restitution ends with the common velocity V = Σ m v/Σ m.
-//!
-//! **The scheme.** The gap φ of two approaching bodies must not be negative at the end of the step: the
-//! step of the collision ends with φ⁺ = 0, the relative velocity φ/h and the momentum as before; the
-//! next one ends with the common velocity. Since the centre of mass moves evenly and the gap closes
-//! exactly, positions are those of continuous time once the bodies touch, for any h.
 
 use crate::prelude::*;
 
@@ -19,9 +12,8 @@ fn drift(run: &Run) -> f64 {
     run.sum(|r| r.momentum) + run.flight_rounding()
 }
 
-/// The tolerance of a speed of `bodies` in a row, m/s. Two neighbours in contact separate with at most
-/// 2 δ_n and the residual of positions, which does not add up over the steps; a body differs from the
-/// centre by at most what all neighbours do.
+/// The tolerance of a speed of `bodies` in a row, m/s. Neighbours in contact separate with at most 2 δ_n and
+/// the residual of positions.
 fn speed_tolerance(run: &Run, bodies: f64) -> f64 {
     let parting = 2.0 * run.largest(|r| r.normal) + run.largest(|r| r.kinematics);
     drift(run) + bodies * parting
@@ -49,13 +41,7 @@ pub(crate) const COLLISION: Problem = Problem {
     ..Problem::solved_by(collision)
 };
 
-/// With V = m₁ v/(m₁ + m₂) and the gap d the boxes meet at d/v, and then
-///
-/// ```text
-/// x₂(t) = x₂(0) + V (t − d/v),   E lost = ½ v² m₁ m₂/(m₁ + m₂)
-/// ```
-///
-/// The faces are flush, so that nothing turns. The scheme has the same answer.
+/// V = m₁ v/(m₁ + m₂), x₂(t) = x₂(0) + V (t − d/v), E lost = ½ v² m₁ m₂/(m₁ + m₂) with the gap d.
 fn collision(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let masses = [mass, SECOND * mass];
@@ -109,14 +95,7 @@ pub(crate) const BALL_CHAIN: Problem = Problem {
     ..Problem::solved_by(ball_chain)
 };
 
-/// A train of k balls has the speed v/k, and meets the next one after the time d_k k/v, so that the
-/// first ball is at
-///
-/// ```text
-/// x = d_1 + … + d_k + (v/(k + 1)) (t − t_k),   t_k = Σ d_j j/v
-/// ```
-///
-/// after the k-th collision. The scheme has the same answer, but for two steps at each collision.
+/// x = d_1 + … + d_k + (v/(k + 1)) (t − t_k), t_k = Σ d_j j/v for the first ball after the k-th collision.
 fn ball_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let mut x = 0.0;
@@ -183,15 +162,7 @@ pub(crate) const CRADLE: Problem = Problem {
     ..Problem::solved_by(cradle)
 };
 
-/// Apart, the collisions are two of two balls, which exchange their speeds: 0, 0, v. In contact the law
-/// holds for both contacts at once, the first with u⁻ = −v, the second with u⁻ = 0:
-///
-/// ```text
-/// v₂ − v₁ = v,   v₃ − v₂ = 0,   v₁ + v₂ + v₃ = v   ⇒   −v/3, 2v/3, 2v/3
-/// ```
-///
-/// The scheme has the same answer if the gap is longer than a step's distance. Both conserve energy:
-/// the outcome of a simultaneous collision is a choice of the law, not of energy and momentum.
+/// 0, 0, v apart. In touch v₂ − v₁ = v, v₃ − v₂ = 0, v₁ + v₂ + v₃ = v: −v/3, 2v/3, 2v/3.
 fn cradle(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let (h, way) = (runner.time_step, runner.time_step * speed);

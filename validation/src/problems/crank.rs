@@ -23,15 +23,7 @@ pub(crate) const SLIDER_CRANK: Problem = Problem {
     ..Problem::solved_by(slider_crank)
 };
 
-/// The crank points from the origin along (cos θ, 0, −sin θ), and the slider is at
-/// x = r cos θ + √(l² − r² sin² θ) on the x axis. The virtual work of the torque and of the stop's
-/// force N is zero:
-///
-/// ```text
-/// M δθ + N δx = 0,   dx/dθ = −r sin θ − r² sin θ cos θ/√(l² − r² sin² θ)
-/// ```
-///
-/// The scheme has the same answer for a mechanism at rest.
+/// M δθ + N δx = 0, dx/dθ = −r sin θ − r² sin θ cos θ/√(l² − r² sin² θ).
 fn slider_crank(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let ([mass], h) = (inputs.all([Mass])?, runner.time_step);
     let (sin, cos) = ANGLE.sin_cos();
@@ -63,17 +55,16 @@ fn slider_crank(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     ];
     let setup = Setup { joints, ..Setup::new(bodies, 0.0, 0.5, DURATION) };
     let (run, forces) = runner.watch(&setup, |step| step.joints[3].force[2])?;
-    let found = forces[forces.len() - 1];
     let lacked = run.largest(|r| r.momentum + r.joint);
     let rounding = 256.0 * f64::EPSILON * HEIGHT / CRANK * pressed;
     let off = 16.0 * mass * lacked / h + rounding;
     let still = 4.0 * DURATION * lacked + 64.0 * f64::EPSILON * HEIGHT;
     let way = largest((0..3).map(|body| run.moved(body)));
-    let label = ("force on the stop", "N");
-    Findings::new(
-        run.curve_of_steps(label, |k| forces[k]).beside(|_| pressed),
+    Findings::steady(
+        &run,
+        |k| forces[k],
         [
-            equal(label, found, pressed, off),
+            equal(("force on the stop", "N"), *last(&forces), pressed, off),
             at_most_zero(("longest way of a body", "m"), way, still),
         ],
     )

@@ -1,20 +1,8 @@
 //! A domino that falls on the next one.
 //!
-//! The first one turns about its front edge (`rocking.rs`) until its upper edge meets the second, at the
-//! tilt φ with 2c sin φ = s for the gap s. There is no friction between the two, so that the impulse P
-//! is horizontal, 2c cos φ above the edges about which both turn. With the moment of inertia I about
-//! them:
-//!
-//! ```text
-//! I ω₁⁺ = I ω − 2c cos φ P,   I ω₂⁺ = 2c cos φ P,   ω₁⁺ = ω₂⁺ = ½ ω
-//! ```
-//!
-//! for the edge and the face move on together.
-//!
-//! **The scheme** for both in contact, with the symbols of `edge.rs` and p = P n on the first one, n the
-//! normal of the second's face at the start: each turns on its front edge as there, with the torque of
-//! p at the upper edge, ±(C₁ − r_j) × p, and of the rest of the impulse at its foot. The third equation
-//! for ω₁⁺, ω₂⁺ and P is that the upper edge ends on the face.
+//! In the scheme each turns on its front edge as in `edge.rs`, with the torque of the impulse p = P n between
+//! them, n the normal of the second's face at the start, and of the rest of the impulse at its foot. The third
+//! equation for ω₁⁺, ω₂⁺ and P is that the upper edge of the first ends on the face.
 
 use super::rocking::{TallBox, tilt};
 use crate::edge::{Planar, cross, turned};
@@ -163,9 +151,11 @@ pub(crate) const DOMINOES: Problem = Problem {
     ..Problem::solved_by(dominoes)
 };
 
-/// About the edge ½ I ω² + m g R cos(α − φ) is constant, so that the time is ∫ dφ/ω(φ). The scheme has
-/// the recurrences of `edge.rs` and above. The spins are those of whole steps, up to three after the
-/// collision, in which gravity and the rotation change them by a part of what they do at most.
+/// ∫ dφ/ω(φ) until 2c sin φ = s, and then ω₁⁺ = ω₂⁺ = ½ ω, with
+///
+/// ```text
+/// ω² = ω₀² − 2 (m g/I) (R cos(α − φ) − c)
+/// ```
 fn dominoes(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let domino = TallBox::new(inputs)?;
     let (h, c, growth) = (runner.time_step, domino.half_sides[2], domino.growth_time());
@@ -197,7 +187,6 @@ fn dominoes(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let spins = last.map(|k| run.states(0)[k].spin[1]);
     let found = Fall::of(h, gaps, spins, meet, [run.end(0).spin[1], run.end(1).spin[1]]);
 
-    // ω² = ω₀² − 2 (m g/I) (R cos(α − φ) − c)
     let (alpha, radius) = (domino.balance(), domino.radius());
     let pull = domino.mass * domino.gravity / domino.inertia();
     let speed = |tilt: f64| {

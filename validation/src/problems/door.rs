@@ -26,14 +26,11 @@ pub(crate) const DOOR: Problem = Problem {
     ..Problem::solved_by(door)
 };
 
-/// The forces F and moments M of the two hinges satisfy F d + 2 M = T with T = ½ m g b. The
-/// minimum-compliance limit has the smallest Σ F² + (M/ℓ)²:
+/// Each hinge has the smallest Σ F² + (M/ℓ)² with F d + 2 M = T = ½ m g b:
 ///
 /// ```text
 /// F = T d/(d² + 4 ℓ²),   M = 2 T ℓ²/(d² + 4 ℓ²)
 /// ```
-///
-/// The scheme has the same answer for a door at rest.
 fn door(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let ([mass, gravity], h) = (inputs.all([Mass, Gravity])?, runner.time_step);
     let weight = mass * gravity;
@@ -69,7 +66,7 @@ fn door(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         let joints = vec![hinge(0.5 * APART)?, hinge(-0.5 * APART)?];
         let setup = Setup { joints, ..Setup::new(vec![door], gravity, 0.5, DURATION) };
         let (run, forces) = runner.watch(&setup, |step| [0, 1].map(|hinge| step.joints[hinge]))?;
-        let [upper, lower] = forces[forces.len() - 1];
+        let [upper, lower] = *last(&forces);
         let shared = APART * APART + 4.0 * length * length;
         let (across, about) = (moment * APART / shared, 2.0 * moment * length * length / shared);
         // A missed speed is a share of g h, with the longest lever.

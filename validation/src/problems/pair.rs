@@ -1,7 +1,6 @@
 //! Two cubes that collide in empty space, and the momenta of free bodies.
 
 use crate::prelude::*;
-use tumble_core::mechanics::Rotation;
 use tumble_core::simulation::random::random_attitude;
 
 /// m.
@@ -57,9 +56,7 @@ pub(crate) const PAIR_IN_FLIGHT: Problem = Problem {
     ..Problem::solved_by(pair_in_flight)
 };
 
-/// The forces on the two are opposite and at one point of the world, so that Σ m v and
-/// Σ r × m v + A P⁻(ω) (eq. 34) are constant. They are in the scheme too: r⁺ = r + h v⁺ adds nothing to
-/// r × m v, and A⁺ P⁻(ω⁺) is A P⁺(ω⁺).
+/// Σ m v and Σ r × m v + A P⁻(ω) are constant, in the scheme too.
 fn pair_in_flight(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let [first, second] = HALF_SIDES.map(Vector3::repeat);

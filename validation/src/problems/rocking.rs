@@ -2,6 +2,7 @@
 
 use crate::edge::{Edges, Planar};
 use crate::prelude::*;
+use std::iter::successors;
 use tumble_core::contact::detection::CONTACT_BAND;
 
 /// μ: the edge does not slip.
@@ -22,34 +23,33 @@ impl TallBox {
         Ok(Self { half_sides: v3(0.1, 0.1, 0.3), mass, gravity })
     }
 
-    /// R = √(a² + c²): from the edge to the centre, m.
+    /// R = √(a² + c²), from the edge to the centre, m.
     pub fn radius(&self) -> f64 {
         self.half_sides[0].hypot(self.half_sides[2])
     }
 
-    /// α = atan(a/c): the tilt with the centre above the edge, rad.
+    /// The tilt α = atan(a/c) with the centre above the edge, rad.
     pub fn balance(&self) -> f64 {
         self.half_sides[0].atan2(self.half_sides[2])
     }
 
-    /// I = ⁴⁄₃ m R²: the moment of inertia about the edge, kg m².
+    /// The moment of inertia I = ⁴⁄₃ m R² about the edge, kg m².
     pub fn inertia(&self) -> f64 {
         4.0 / 3.0 * self.mass * self.radius().powi(2)
     }
 
-    /// √(2 m g (R − c)/I): the spin that just reaches the balance, by the energy
-    /// ½ I ω² = m g (R − c), rad/s.
+    /// The spin √(2 m g (R − c)/I) that just reaches the balance, rad/s.
     pub fn critical_spin(&self) -> f64 {
         let rise = self.radius() - self.half_sides[2];
         (2.0 * self.mass * self.gravity * rise / self.inertia()).sqrt()
     }
 
-    /// √(I/(m g R)): the time in which a tilt from the balance grows e-fold, s.
+    /// The time √(I/(m g R)) in which a tilt from the balance grows e-fold, s.
     pub fn growth_time(&self) -> f64 {
         (self.inertia() / (self.mass * self.gravity * self.radius())).sqrt()
     }
 
-    /// m g a/I: the deceleration by gravity at the start, rad/s².
+    /// The deceleration m g a/I by gravity at the start, rad/s².
     pub fn deceleration(&self) -> f64 {
         self.mass * self.gravity * self.half_sides[0] / self.inertia()
     }
@@ -60,8 +60,8 @@ impl TallBox {
         State { spin: v3(0.0, spin, 0.0), velocity, ..resting(self.half_sides[2]) }
     }
 
-    /// The motion from [`Self::pushed`] by the scheme's own equations: tilt (rad) and spin (rad/s) of
-    /// each state, for `steps` or until a state is `past`.
+    /// The scheme's motion from [`Self::pushed`]: tilt (rad) and spin (rad/s) of each state, for `steps` or
+    /// until a state is `past`.
     pub fn discrete(
         &self,
         spin: f64,
@@ -72,34 +72,14 @@ impl TallBox {
         let edges = Edges { half_sides, gravity: self.gravity, friction: FRICTION, time_step: h };
         let start = self.pushed(spin);
         let (position, velocity) = (start.position.xz(), start.velocity.xz());
-        let mut state = Planar { position, tilt: 0.0, velocity, spin };
-        let mut motion = vec![(0.0, spin)];
-        for _ in 0..steps {
-            let Some(next) = edges.step(&state) else { break };
-            state = next;
-            motion.push((state.tilt, state.spin));
-            if past(state.tilt, state.spin) {
-                break;
-            }
-        }
-        motion
+        let motion = successors(Some(Planar { position, tilt: 0.0, velocity, spin }), |state| {
+            if past(state.tilt, state.spin) { None } else { edges.step(state) }
+        });
+        motion.take(steps + 1).map(|state| (state.tilt, state.spin)).collect()
     }
 
-    /// The change of the spin ω at the start with the effect of the residuals of `run`, rad/s.
-    ///
-    /// A change of spin or tilt matters less the later it comes, in energy: I ω_k δω_k and
-    /// m g R sin(α − φ) δφ_k are at most I ω δω for δω = δω_k and m g a/(I ω) δφ_k. Let d_k be the
-    /// vector from the edge to the centre and U_k the centre's velocity besides (d_k − d_{k−1})/h:
-    /// an edge that lifts (2 δ_n) or slips (2 δ_f, by (b) of `tolerance.rs` with τ ≤ ⁶⁄₇), and the
-    /// residual of positions. About the edge
-    ///
-    /// ```text
-    /// (I/m) Σ δω_k = Σ d_k × (U_{k+1} − U_k),   |.| ≤ 3 R max U
-    /// ```
-    ///
-    /// by summation in parts, for at most one radian of motion; I = ⁴⁄₃ m R². The residual of
-    /// velocities counts in full, and so does a force δ_n on each corner of the other edge, 2a away,
-    /// while it is low enough for one.
+    /// The change of the spin at the start with the effect of the residuals of `run`, rad/s
+    /// (docs/validation.md, "Tall boxes and dominoes").
     pub fn spin_tolerance(&self, run: &Run, spin: f64) -> f64 {
         let (h, radius) = (run.time_step, self.radius());
         let reach = self.half_sides.amax();
@@ -118,8 +98,7 @@ impl TallBox {
     }
 
     pub fn setup(&self, start: State, duration: f64) -> Result<Setup, Refusal> {
-        let bodies = vec![Subject::solid_box(self.mass, self.half_sides, start)?];
-        Ok(Setup::new(bodies, self.gravity, FRICTION, duration))
+        Ok(Setup::of_box(self.mass, self.half_sides, start, self.gravity, FRICTION, duration)?)
     }
 }
 
@@ -139,18 +118,7 @@ pub(crate) const ROCKING: Problem = Problem {
     ..Problem::solved_by(rocking)
 };
 
-/// About the edge the energy ½ I ω² + m g R cos(α − φ) is constant up to the peak φ:
-///
-/// ```text
-/// R cos(α − φ) = c + I ω²/(2 m g)
-/// ```
-///
-/// When the face meets the ground the box turns on about the other edge, whose angular momentum the
-/// impact conserves (Housner 1963): ω⁺ = (1 − ³⁄₂ sin²α) ω⁻.
-///
-/// The scheme's motion is the recurrence of `edge.rs`, including the impact. Its spin lags by up to a
-/// step of deceleration, m g a h/I, and the spins about the impact are those of whole steps, up to two
-/// from it.
+/// R cos(α − φ) = c + I ω²/(2 m g) at the peak; ω⁺ = (1 − ³⁄₂ sin²α) ω⁻ in the impact (Housner 1963).
 fn rocking(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let tall = TallBox::new(inputs)?;
     let [share] = inputs.all([Speed])?;

@@ -3,16 +3,7 @@
 use crate::prelude::*;
 use std::f64::consts::TAU;
 
-/// A slide on level ground.
-///
-/// In continuous time v(t) = v − μ g t. A step takes the grip G = μ g h from the speed, or the
-/// remaining speed. With v = (M + θ) G, M whole and 0 ≤ θ < 1,
-///
-/// ```text
-/// v_k = max(0, v − k G),   x_k = h (j v − ½ j (j + 1) G) with j = min(k, M)
-/// ```
-///
-/// The distance at the stop is v²/(2 μ g) − ½ v h + ½ θ (1 − θ) h G.
+/// A slide on level ground, in steps that each take the grip G = μ g h from the speed.
 struct Slide {
     half_sides: Vector3<f64>,
     mass: f64,
@@ -32,7 +23,7 @@ impl Slide {
         self.velocity.norm()
     }
 
-    /// v/(μ g): the stopping time, s.
+    /// The stopping time v/(μ g), s.
     fn time(&self) -> f64 {
         self.speed() / (self.friction * self.gravity)
     }
@@ -49,6 +40,7 @@ impl Slide {
         (0..=steps).map(|k| (self.speed() - k as f64 * grip).max(0.0)).collect()
     }
 
+    /// v²/(2 μ g), discrete h (M v − ½ M (M + 1) G) with the largest whole M ≤ v/G.
     fn distance(&self, name: &'static str, measured: f64, h: f64, tolerance: f64) -> Quantity {
         let grip = self.friction * self.gravity * h;
         let whole = (self.speed() / grip).floor();
@@ -80,16 +72,14 @@ impl Slide {
         Refusal::when(mu * self.half_sides[2] >= most, why)?;
         let start = State { velocity: self.velocity, ..resting(self.half_sides[2]) };
         let duration = 1.25 * self.time() + 4.0 * runner.time_step;
-        let bodies = vec![Subject::solid_box(self.mass, self.half_sides, start)?];
-        runner.run(&Setup::new(bodies, self.gravity, mu, duration))
+        let setup =
+            Setup::of_box(self.mass, self.half_sides, start, self.gravity, mu, duration)?;
+        runner.run(&setup)
     }
 }
 
 /// The stopping time of a body that friction slows by `decrement` (m/s) a step, from the measured
 /// and the discrete speeds at the start and after each step.
-///
-/// Speed errors shift the line to zero by their sum, and turn it by their change from one step to the
-/// next, over a hundredth of the time or a step.
 pub(crate) fn stopping_time(
     [measured, discrete]: [&[f64]; 2],
     decrement: f64,
@@ -126,8 +116,7 @@ pub(crate) const SLIDING_STOP: Problem = Problem {
     ..Problem::solved_by(sliding_stop)
 };
 
-/// The speeds of [`Slide`] are on the line v − μ g t, so that the stopping time is exact if two of
-/// them are.
+/// The stopping time is exact if two discrete speeds are on the line v − μ g t.
 fn sliding_stop(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let slide = Slide::along_x(v3(0.2, 0.15, 0.1), inputs)?;
     let run = slide.run(runner)?;
@@ -157,35 +146,31 @@ pub(crate) const FAST_PLATE: Problem = Problem {
     ..Problem::solved_by(fast_plate)
 };
 
-/// The lower face stays in the plane: z = 0 for its four corners at all times.
+/// z = 0 for the corners of the lower face at all times.
 fn fast_plate(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let half_sides = v3(0.5, 0.5, 0.025);
     let slide = Slide::along_x(half_sides, inputs)?;
     let run = slide.run(runner)?;
     let corners = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]]
         .map(|[x, y]| v3(x * half_sides[0], y * half_sides[1], -half_sides[2]));
-    let heights: Vec<f64> = run
-        .states(0)
-        .iter()
-        .flat_map(|state| corners.map(|c| (state.position + rotation(&state.attitude) * c)[2]))
-        .collect();
-    let highest = largest(heights.iter().copied());
-    let deepest = largest(heights.iter().map(|height| -height));
+    let height = |state: &State, sign: f64| {
+        let turned = rotation(&state.attitude);
+        largest(corners.map(|corner| sign * (state.position + turned * corner)[2]))
+    };
+    let [highest, deepest] = [1.0, -1.0].map(|sign| run.most(0, |state| height(state, sign)));
     let astray = run.most(0, |state| state.position[1].abs());
-    let allowed = slide.tolerance(&run);
-    let distance = run.end(0).position[0];
+    let (allowed, way) = (slide.tolerance(&run), run.end(0).position[0]);
     Findings::new(
         run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t)),
         [
             at_most_zero(("lift-off", "m"), highest, run.seat()),
             at_most_zero(("penetration", "m"), deepest, run.seat()),
             at_most_zero(("way sideways", "m"), astray, allowed.across),
-            slide.distance("stopping distance", distance, run.time_step, allowed.way()),
+            slide.distance("stopping distance", way, run.time_step, allowed.way()),
         ],
     )
 }
 
-/// Directions: north, north-northeast, …
 const DIRECTIONS: usize = 16;
 
 pub(crate) const COMPASS: Problem = Problem {
@@ -197,9 +182,7 @@ pub(crate) const COMPASS: Problem = Problem {
     ..Problem::solved_by(compass)
 };
 
-/// Coulomb's cone is round: the slide is that of [`Slide`] in any direction. The box does not turn,
-/// because the resultant of friction passes through the line of the slide. A speed across the slide
-/// has the kinetic energy of a spin √(m/I) times as large, with I = m (a² + b²)/3.
+/// Coulomb's cone is round: the slide is the same in every direction, and the box does not turn.
 fn compass(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let half_sides = v3(0.2, 0.15, 0.1);
     let east = Slide::along_x(half_sides, inputs)?;
@@ -226,7 +209,8 @@ fn compass(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
             curve = curve.beside(|t| slide.way(t));
         }
     }
-    let gyration = (half_sides[0].hypot(half_sides[1])) / 3.0_f64.sqrt();
+    // √(I/m) with I = m (a² + b²)/3.
+    let gyration = half_sides[0].hypot(half_sides[1]) / 3.0_f64.sqrt();
     Findings::new(
         curve,
         [

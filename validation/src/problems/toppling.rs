@@ -12,8 +12,7 @@ pub(crate) const PUSHED_OVER: Problem = Problem {
     ..Problem::solved_by(pushed_over)
 };
 
-/// The energy ½ I ω² must lift the centre by R − c. The scheme's threshold is that of the recurrence
-/// of `edge.rs`. The spin lags by up to a step of deceleration, m g a h/I: first order.
+/// ½ I ω² = m g (R − c) at the threshold, discrete by the recurrence of `edge.rs`.
 fn pushed_over(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let tall = TallBox::new(inputs)?;
     let (critical, balance) = (tall.critical_spin(), tall.balance());
@@ -25,7 +24,7 @@ fn pushed_over(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let around = [0.8 * critical, 1.2 * critical + h * tall.deceleration()];
     let discrete = Threshold::find(around, 1e-14 * critical, |spin| {
         let motion = tall.discrete(spin, steps, decided);
-        Ok((motion[motion.len() - 1].0 > balance, 0.0))
+        Ok((last(&motion).0 > balance, 0.0))
     })?;
     let measured = Threshold::near(discrete.value, 1e-6 * critical, |spin| {
         let setup = tall.setup(tall.pushed(spin), duration)?;
@@ -51,7 +50,7 @@ pub(crate) const SLOPE_TOPPLE: Problem = Problem {
 /// rad.
 const RESOLUTION: f64 = 1e-6;
 
-/// Gravity passes through the lower edge at tan θ = a/c. The scheme holds a box at rest exactly.
+/// tan θ = a/c at the threshold.
 fn slope_topple(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let tall = TallBox::new(inputs)?;
     let balance = tall.balance();
@@ -70,17 +69,14 @@ fn slope_topple(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
 }
 
 impl TallBox {
-    /// The angle below the threshold at which residuals may tip the box over, rad: τ δω for their spin
-    /// δω. A box that stands δ below falls back from the spin ω if ½ I ω² < ½ m g R δ², and
+    /// The angle below the threshold at which residuals may tip the box over, rad: τ δω for their spin δω,
     /// τ² = I/(m g R).
     fn tipped(&self, run: &Run) -> f64 {
         self.growth_time() * self.spin_tolerance(run, self.critical_spin())
     }
 
-    /// The angle above the threshold at which residuals may prop the box up, rad. At δ above it each step
-    /// pulls with g h R δ, per unit mass, about the lower edge. Against it act the residual of velocities
-    /// (R + R²/(3ℓ) for a lever), a pull δ_n at each of the two upper corners, 2a away, and positions
-    /// that lag the velocities, which have grown to ¾ g δ t in the time t.
+    /// The angle above the threshold at which residuals may prop the box up, rad: against the pull g h R δ of
+    /// a step act velocities (lever R + R²/(3ℓ)), two upper corners (2a), and positions (¾ g δ t).
     fn propped(&self, run: &Run) -> f64 {
         let (radius, steps) = (self.radius(), run.steps() as f64);
         let pull = self.gravity * run.time_step * radius;

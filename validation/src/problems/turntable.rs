@@ -69,16 +69,8 @@ pub(crate) const TURNTABLE: Problem = Problem {
     ..Problem::solved_by(turntable)
 };
 
-/// The table stands on ice. It turns with the block about their common centre, at the radii
-/// r = d M/(m + M) and d m/(m + M), and the threshold is μ g = r ω². A step turns both by
-/// ψ = 2 atan(½ h ω), along chords of 2 r sin ½ψ, and the velocities of the chords by ψ as well: the
-/// acceleration is
-///
-/// ```text
-/// (2 sin ½ψ)² r/h² = r ω²/(1 + (½ h ω)²)
-/// ```
-///
-/// with the threshold ω² = (μ g/r)/(1 − ¼ h² μ g/r): second order.
+/// μ g = r ω² at the threshold. A step has the acceleration r ω²/(1 + (½ h ω)²), and the threshold
+/// ω² = (μ g/r)/(1 − ¼ h² μ g/r).
 fn turntable(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let values = inputs.all([Mass, Friction, Gravity])?;
     let ([mass, friction, gravity], h) = (values, runner.time_step);
@@ -97,8 +89,8 @@ fn turntable(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let expected = RADIUS * carried * carried;
     let found = Threshold::near(discrete, RESOLUTION * discrete, |spin| {
         let run = runner.run(&setup(values, spin, h)?)?;
-        let last = strayed(&run)[run.steps()];
-        Ok((last > SLIPPED, tolerance(&run) / (2.0 * RADIUS * critical)))
+        let slipped = *last(&strayed(&run)) > SLIPPED;
+        Ok((slipped, tolerance(&run) / (2.0 * RADIUS * critical)))
     })?;
     let share = expected / (friction * gravity);
     let held = run.sum(|r| r.friction) / (1.0 - share * share).sqrt();
@@ -106,8 +98,9 @@ fn turntable(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let way = largest(strayed(&run));
     let spin_off = 2.0 * allowed * h / RADIUS + run.flight_rounding();
     let label = ("acceleration of the block", "m/s²");
-    Findings::new(
-        run.curve_of_steps(label, force).beside(|_| expected),
+    Findings::steady(
+        &run,
+        force,
         [
             equal(label, force(run.steps() - 1), expected, allowed)
                 .stepped(expected / (1.0 + (0.5 * h * carried).powi(2)), second_order),
