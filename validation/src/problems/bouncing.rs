@@ -222,9 +222,8 @@ fn bouncing_balls(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         run.most(ball, |state| (kept(state) - start).abs())
     });
     let drift = largest(drift);
-    let energy = |k: usize| {
-        run.mean(k, |state| 0.5 * state.velocity.norm_squared() + g * state.position[2])
-    };
+    let energy =
+        |k: usize| run.mean(k, |state| 0.5 * state.velocity.norm_squared() + g * state.position[2]);
     let fastest = (2.0 * g * (FALL + HIGHER * BALLS as f64)).sqrt();
     let lacking = run.sum(|r| r.momentum + r.normal + r.kinematics);
     let off = 2.0 * lacking + run.rounding(fastest);

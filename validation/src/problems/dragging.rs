@@ -100,9 +100,7 @@ fn mean(values: &[f64]) -> f64 {
 /// The time at which `speeds` pass [`SLIDING`], by linear interpolation, s.
 fn passing(speeds: &[f64], h: f64) -> f64 {
     match speeds.iter().position(|speed| *speed >= SLIDING) {
-        Some(k) if k > 0 => {
-            h * (k as f64 - (speeds[k] - SLIDING) / (speeds[k] - speeds[k - 1]))
-        }
+        Some(k) if k > 0 => h * (k as f64 - (speeds[k] - SLIDING) / (speeds[k] - speeds[k - 1])),
         _ => f64::NAN,
     }
 }

@@ -73,7 +73,8 @@ impl Speeds {
         let rim =
             |state: &State| RADIUS * (state.spin[0] * direction[1] - state.spin[1] * direction[0]);
         let worst = |of: &dyn Fn(&State) -> f64, expected: f64| {
-            let farther = |a: f64, b: f64| if (b - expected).abs() > (a - expected).abs() { b } else { a };
+            let farther =
+                |a: f64, b: f64| if (b - expected).abs() > (a - expected).abs() { b } else { a };
             (1..=SIDE * SIDE).map(|index| of(&run.states(index)[k])).fold(expected, farther)
         };
         Self {

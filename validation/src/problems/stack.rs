@@ -64,10 +64,6 @@ impl Tower {
         let way_tolerance = count * (run.seat() + run.creep());
         Ok(Self { run, shares, uneven, way, way_tolerance, tolerance })
     }
-
-    fn last(&self) -> &[f64] {
-        last(&self.shares)
-    }
 }
 
 /// The tolerance of the force under a box, as a share of the weight above: (δ_m + 2 n (δ_n + δ_k))/(g h)
@@ -92,7 +88,7 @@ pub(crate) const STACK: Problem = Problem {
 fn stack(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass] = inputs.all([Mass])?;
     let tower = Tower::stand(inputs, &[mass; BOXES], runner)?;
-    let (allowed, count, last) = (tower.tolerance, BOXES as f64, tower.last());
+    let (allowed, count, last) = (tower.tolerance, BOXES as f64, last(&tower.shares));
     let worst = largest(tower.shares.iter().flatten().map(|share| (share - 1.0).abs()));
     let uneven = if runner.selects { EVEN } else { UNEVEN } + allowed;
     let lowest = ("force under the lowest box", "m g");
@@ -128,7 +124,7 @@ fn mass_ratio(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let above = Tower::stand(inputs, &[mass, RATIO * mass], runner)?;
     let below = Tower::stand(inputs, &[RATIO * mass, mass], runner)?;
     let share = |name: &'static str, tower: &Tower, index: usize| {
-        equal((name, "1"), tower.last()[index], 1.0, tower.tolerance)
+        equal((name, "1"), last(&tower.shares)[index], 1.0, tower.tolerance)
     };
     let way = above.way.max(below.way);
     let way_tolerance = above.way_tolerance.max(below.way_tolerance);
