@@ -16,29 +16,22 @@ use nalgebra::Vector2;
 /// The box in its plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Planar {
-    /// r, m: x and z.
-    pub position: Vector2<f64>,
-    /// φ, rad.
-    pub tilt: f64,
-    /// v, m/s.
-    pub velocity: Vector2<f64>,
-    /// ω, rad/s.
-    pub spin: f64,
+    pub position: Vector2<f64>, // r, m: x and z
+    pub tilt: f64,              // φ, rad
+    pub velocity: Vector2<f64>, // v, m/s
+    pub spin: f64,              // ω, rad/s
 }
 
 /// The step of a box on its edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Edges {
-    /// a and c, m.
-    pub half_sides: Vector2<f64>,
+    pub half_sides: Vector2<f64>, // a and c, m
     pub gravity: f64,
     pub friction: f64,
-    /// h, s.
-    pub time_step: f64,
+    pub time_step: f64, // h, s
 }
 
-/// Newton iterations; three or four suffice.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 6; // Newton iterations; three or four suffice
 
 impl Edges {
     /// The state after a step; `None` if it is none of the above.

@@ -3,10 +3,8 @@
 use crate::prelude::*;
 use nalgebra::{DMatrix, DVector, Matrix2, Matrix3};
 
-/// The plane's origin above the ground, m.
-const HEIGHT: f64 = 2.0;
-/// Newton iterations until a step settles to the last digit.
-const ROUNDS: usize = 12;
+const HEIGHT: f64 = 2.0; // The plane's origin above the ground, m
+const ROUNDS: usize = 12; // Newton iterations until a step settles to the last digit
 
 /// The plane of the linkage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

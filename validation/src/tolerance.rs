@@ -12,27 +12,21 @@
 use crate::residual::Residual;
 use crate::runner::{Run, largest};
 
-/// Corners of a face.
-const CORNERS: f64 = 4.0;
+const CORNERS: f64 = 4.0; // Corners of a face
 
 /// The exact values of a step of a slide.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SlideStep {
-    /// |c|, m/s; 0 for a body that sticks.
-    pub slip: f64,
-    /// τ: the force to hold the body, as a share of the largest friction.
-    pub share: f64,
+    pub slip: f64,  // |c|, m/s; 0 for a body that sticks
+    pub share: f64, // τ: the force to hold the body, as a share of the largest friction
 }
 
 /// A sliding body.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Slider {
-    /// W, 1.
-    pub mobility: f64,
-    /// μ.
-    pub friction: f64,
-    /// G: the largest friction of a step, m/s.
-    pub grip: f64,
+    pub mobility: f64, // W, 1
+    pub friction: f64, // μ
+    pub grip: f64,     // G: the largest friction of a step, m/s
     /// The height of the centre over the half width of the face: a face that is off by d tilts the
     /// centre sideways by `lean` d.
     pub lean: f64,
@@ -41,16 +35,11 @@ pub(crate) struct Slider {
 /// Tolerances of a slide.
 #[derive(Debug, Clone)]
 pub(crate) struct SlideTolerance {
-    /// Speed after each step, m/s.
-    pub speeds: Vec<f64>,
-    /// Distance after each step, m.
-    pub ways: Vec<f64>,
-    /// Speed change in each step without `lifted`, m/s.
-    pub changes: Vec<f64>,
-    /// Speed change by the normal law, m/s, in any number of steps.
-    pub lifted: f64,
-    /// Distance across the slide, m.
-    pub across: f64,
+    pub speeds: Vec<f64>,  // Speed after each step, m/s
+    pub ways: Vec<f64>,    // Distance after each step, m
+    pub changes: Vec<f64>, // Speed change in each step without `lifted`, m/s
+    pub lifted: f64,       // Speed change by the normal law, m/s, in any number of steps
+    pub across: f64,       // Distance across the slide, m
 }
 
 impl Slider {

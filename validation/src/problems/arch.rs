@@ -3,20 +3,15 @@
 use crate::prelude::*;
 use std::f64::consts::PI;
 
-/// Stones.
-const STONES: usize = 3;
+const STONES: usize = 3; // Stones
 /// Radii of the half ring, and half its width, m.
 const INNER: f64 = 0.7;
 const OUTER: f64 = 1.3;
 const HALF_WIDTH: f64 = 0.3;
-/// s.
-const DURATION: f64 = 0.3;
-/// Corners of two feet and two joints.
-const POINTS: f64 = 16.0;
-/// The friction of the arch at rest, as a multiple of the threshold.
-const STANDS: f64 = 1.3;
-/// T = tan φ.
-const INCLINED: f64 = 0.577_350_269_189_625_8;
+const DURATION: f64 = 0.3; // s
+const POINTS: f64 = 16.0; // Corners of two feet and two joints
+const STANDS: f64 = 1.3; // The friction of the arch at rest, as a multiple of the threshold
+const INCLINED: f64 = 0.577_350_269_189_625_8; // T = tan φ
 
 /// Stone `index`, from the right.
 fn stone(mass: f64, index: usize) -> Result<Subject, Refusal> {

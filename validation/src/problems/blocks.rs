@@ -5,16 +5,11 @@ use crate::prelude::*;
 /// m.
 const LOWER: Vector3<f64> = Vector3::new(1.0, 0.3, 0.05);
 const UPPER: Vector3<f64> = Vector3::new(0.1, 0.1, 0.05);
-/// The upper block, in masses of the lower one.
-const UPPER_SHARE: f64 = 0.5;
-/// The largest distance of the upper block on the lower one, m.
-const WAY: f64 = 1.2;
-/// s.
-const DURATION: f64 = 0.5;
-/// Simulated time at a threshold, s.
-const WATCH: f64 = 0.2;
-/// Corners that slide, of two faces.
-const CORNERS: f64 = 8.0;
+const UPPER_SHARE: f64 = 0.5; // The upper block, in masses of the lower one
+const WAY: f64 = 1.2; // The largest distance of the upper block on the lower one, m
+const DURATION: f64 = 0.5; // s
+const WATCH: f64 = 0.2; // Simulated time at a threshold, s
+const CORNERS: f64 = 8.0; // Corners that slide, of two faces
 
 #[derive(Debug, Clone, Copy)]
 struct Blocks {

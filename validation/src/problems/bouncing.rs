@@ -2,12 +2,9 @@
 
 use crate::prelude::*;
 
-/// m.
-const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1);
-/// The height of the fall, m.
-const DROP: f64 = 0.5;
-/// Bounces that are compared.
-const BOUNCES: usize = 3;
+const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1); // m
+const DROP: f64 = 0.5; // The height of the fall, m
+const BOUNCES: usize = 3; // Bounces that are compared
 
 /// The bounces after a fall from [`DROP`].
 struct Bounces {
@@ -117,10 +114,8 @@ fn bouncing_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     Findings::new(run.curve(("height", "m"), 0, height).beside(exact), quantities)
 }
 
-/// The tilt of the box that lands on an edge, rad.
-const TILT: f64 = 0.5;
-/// Rounding hides the order of a smaller share (½ h ω)².
-const LEAST_SHARE: f64 = 1e-9;
+const TILT: f64 = 0.5; // The tilt of the box that lands on an edge, rad
+const LEAST_SHARE: f64 = 1e-9; // Rounding hides the order of a smaller share (½ h ω)²
 
 pub(crate) const EDGE_IMPACT: Problem = Problem {
     name: "edge-impact",
@@ -182,8 +177,7 @@ const APART: f64 = 0.3;
 /// The fall of the first ball, and how much longer each next one is, m.
 const FALL: f64 = 1.0;
 const HIGHER: f64 = 0.02;
-/// s.
-const DURATION: f64 = 10.0;
+const DURATION: f64 = 10.0; // s
 
 pub(crate) const BOUNCING_BALLS: Problem = Problem {
     name: "bouncing-balls",

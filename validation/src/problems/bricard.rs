@@ -22,10 +22,8 @@ const AXES: [usize; RODS + 1] = [1, 2, 0, 1, 2, 0];
 /// The published position of the corner P₃ after [`DURATION`], m, and half a unit of its last digit.
 const END: Vector3<f64> = Vector3::new(0.510_501, -1.649_168, 0.140_123);
 const DIGITS: f64 = 1e-6;
-/// s.
-const DURATION: f64 = 1.0;
-/// The origin above the ground, m.
-const HEIGHT: f64 = 4.0;
+const DURATION: f64 = 1.0; // s
+const HEIGHT: f64 = 4.0; // The origin above the ground, m
 
 pub(crate) const BRICARD: Problem = Problem {
     name: "bricard",

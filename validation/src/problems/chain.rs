@@ -7,8 +7,7 @@ use crate::prelude::*;
 const LINKS: usize = 5;
 const HALF_SIDES: Vector3<f64> = Vector3::new(0.15, 0.04, 0.02);
 const DURATION: f64 = 0.5;
-/// Above the ground, m.
-const HEIGHT: f64 = 4.0;
+const HEIGHT: f64 = 4.0; // Above the ground, m
 
 pub(crate) const FREE_CHAIN: Problem = Problem {
     name: "free-chain",

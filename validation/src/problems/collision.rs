@@ -24,12 +24,9 @@ fn place_tolerance(run: &Run, bodies: f64) -> f64 {
     run.end_time() * speed_tolerance(run, bodies) + bodies * run.seat()
 }
 
-/// m.
-const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1);
-/// The gap between the boxes at the start, m.
-const GAP: f64 = 0.3;
-/// The second box, in masses of the first.
-const SECOND: f64 = 1.5;
+const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1); // m
+const GAP: f64 = 0.3; // The gap between the boxes at the start, m
+const SECOND: f64 = 1.5; // The second box, in masses of the first
 
 pub(crate) const COLLISION: Problem = Problem {
     name: "collision",
@@ -80,8 +77,7 @@ fn collision(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     )
 }
 
-/// m.
-const RADIUS: f64 = 0.05;
+const RADIUS: f64 = 0.05; // m
 /// The gaps between the balls at the start, m.
 const GAPS: [f64; 5] = [0.05, 0.08, 0.03, 0.06, 0.04];
 

@@ -7,10 +7,8 @@ const CRANK: f64 = 0.2;
 const ROD: f64 = 0.5;
 const ANGLE: f64 = 1.0;
 const TORQUE: f64 = 50.0;
-/// The crank's axis above the ground, m.
-const HEIGHT: f64 = 2.0;
-/// s.
-const DURATION: f64 = 0.1;
+const HEIGHT: f64 = 2.0; // The crank's axis above the ground, m
+const DURATION: f64 = 0.1; // s
 
 pub(crate) const SLIDER_CRANK: Problem = Problem {
     name: "slider-crank",

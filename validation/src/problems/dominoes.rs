@@ -9,26 +9,20 @@ use crate::edge::{Planar, cross, turned};
 use crate::prelude::*;
 use nalgebra::Matrix3;
 
-/// s, m.
-const GAP: f64 = 0.3;
-/// The first spin, in the one that just topples the domino.
-const PUSH: f64 = 1.2;
+const GAP: f64 = 0.3; // s, m
+const PUSH: f64 = 1.2; // The first spin, in the one that just topples the domino
 /// The second domino is wider by this, so that the edge meets its face, m.
 const WIDER: f64 = 0.05;
-/// Steps after the collision that are compared.
-const AFTER: usize = 3;
-/// Newton iterations, with differences for derivatives.
-const ROUNDS: usize = 40;
-/// Points of the integral of the time.
-const POINTS: usize = 2000;
+const AFTER: usize = 3; // Steps after the collision that are compared
+const ROUNDS: usize = 40; // Newton iterations, with differences for derivatives
+const POINTS: usize = 2000; // Points of the integral of the time
 
 /// Both dominoes.
 type Two = [Planar; 2];
 
 struct Pair<'a> {
     domino: &'a TallBox,
-    /// h, s.
-    time_step: f64,
+    time_step: f64, // h, s
     half_sides: Vector2<f64>,
 }
 

@@ -2,18 +2,13 @@
 
 use crate::prelude::*;
 
-/// Width, thickness and height, m.
-const SIDES: Vector3<f64> = Vector3::new(0.9, 0.04, 2.0);
-/// The distance of the hinges, m.
-const APART: f64 = 1.4;
-/// ℓ of the hinges, m: half the width of a bearing.
-const BEARINGS: [f64; 2] = [0.05, 0.67];
-/// The door's centre above the ground, m.
-const HEIGHT: f64 = 3.0;
+const SIDES: Vector3<f64> = Vector3::new(0.9, 0.04, 2.0); // Width, thickness and height, m
+const APART: f64 = 1.4; // The distance of the hinges, m
+const BEARINGS: [f64; 2] = [0.05, 0.67]; // ℓ of the hinges, m: half the width of a bearing
+const HEIGHT: f64 = 3.0; // The door's centre above the ground, m
 /// The error of the minimum-compliance limit in a share that the motion leaves open, of the shared force.
 const LIMIT_ERROR: f64 = 1e-8;
-/// s.
-const DURATION: f64 = 0.1;
+const DURATION: f64 = 0.1; // s
 
 pub(crate) const DOOR: Problem = Problem {
     name: "door",

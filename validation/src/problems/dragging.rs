@@ -6,10 +6,8 @@ use crate::prelude::*;
 const FORCE: f64 = 20.0;
 const DURATION: f64 = 2.0;
 const RATE: f64 = FORCE / DURATION;
-/// The cube has slid at this speed, m/s.
-const SLIDING: f64 = 0.01;
-/// m.
-const HALF_SIDE: f64 = 0.1;
+const SLIDING: f64 = 0.01; // The cube has slid at this speed, m/s
+const HALF_SIDE: f64 = 0.1; // m
 
 pub(crate) const DRAGGED_CUBE: Problem = Problem {
     name: "dragged-cube",

@@ -9,22 +9,18 @@ const APART: f64 = 2.0;
 /// Balls along each side.
 const SIDE: usize = 5;
 const BALLS: f64 = (SIDE * SIDE) as f64;
-/// The box, in masses of a ball.
-const RATIO: f64 = 10.0;
+const RATIO: f64 = 10.0; // The box, in masses of a ball
 /// F − f₁, in N for balls of 1 kg: 150 N against μ = 0.4.
 const LEFT: f64 = 150.0 - 0.4 * (RATIO + BALLS) * 9.81;
 /// (F − f₁)/M and a_ball, m/s².
 const PUSH: f64 = LEFT / RATIO;
 const ACCELERATION: f64 = PUSH / (3.5 + BALLS / RATIO);
-/// Friction between ball and box, in that of the ground.
-const ROUGH: f64 = 2.0;
-/// s.
-const DURATION: f64 = 1.0;
+const ROUGH: f64 = 2.0; // Friction between ball and box, in that of the ground
+const DURATION: f64 = 1.0; // s
 /// Along y, and at 60° to x.
 const DIRECTIONS: [Vector2<f64>; 2] =
     [Vector2::new(0.0, 1.0), Vector2::new(0.5, 0.866_025_403_784_438_6)];
-/// Contacts of the balls, and corners of the box.
-const CONTACTS: f64 = BALLS + 4.0;
+const CONTACTS: f64 = BALLS + 4.0; // Contacts of the balls, and corners of the box
 
 /// Speeds of the box, of a ball and of its rim, m/s.
 #[derive(Debug, Clone, Copy, Default)]

@@ -31,8 +31,7 @@ const APART: f64 = 0.21;
 const HEIGHT: f64 = 0.101;
 const JITTER: f64 = 1e-3;
 const SEED: u32 = 666;
-/// The test has 10 s; the layers meet in the first part, s.
-const DURATION: f64 = 0.3;
+const DURATION: f64 = 0.3; // The test has 10 s; the layers meet in the first part, s
 
 fn starts() -> Vec<State> {
     let mut draws = Draws::new(SEED);

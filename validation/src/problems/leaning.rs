@@ -16,12 +16,9 @@ use tumble_core::world::Fixed;
 const HALF_LENGTH: f64 = 1.0;
 const RADIUS: f64 = 0.02;
 const HALF_WIDTH: f64 = 0.25;
-/// s.
-const DURATION: f64 = 0.4;
-/// The angle of the tent's cards, degrees.
-const TENT: f64 = 60.0;
-/// Contacts of a ladder, below and above.
-const POINTS: f64 = 4.0;
+const DURATION: f64 = 0.4; // s
+const TENT: f64 = 60.0; // The angle of the tent's cards, degrees
+const POINTS: f64 = 4.0; // Contacts of a ladder, below and above
 
 /// The ladder along its own z, its rails at ±y.
 fn ladder(mass: f64) -> Result<RigidBody, Refusal> {

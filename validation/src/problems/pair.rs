@@ -3,14 +3,10 @@
 use crate::prelude::*;
 use tumble_core::simulation::random::random_attitude;
 
-/// m.
-const HALF_SIDES: [f64; 2] = [0.2, 0.15];
-/// The second cube, in masses of the first.
-const SECOND: f64 = 0.6;
-/// Far above the ground, m.
-const HEIGHT: f64 = 40.0;
-/// The simulated distance at the speed of the start, m.
-const WAY: f64 = 4.0;
+const HALF_SIDES: [f64; 2] = [0.2, 0.15]; // m
+const SECOND: f64 = 0.6; // The second cube, in masses of the first
+const HEIGHT: f64 = 40.0; // Far above the ground, m
+const WAY: f64 = 4.0; // The simulated distance at the speed of the start, m
 /// The first cube's place relative to the second, m.
 const APART: Vector3<f64> = Vector3::new(-0.8, 0.08, 0.05);
 

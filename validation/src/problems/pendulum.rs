@@ -6,18 +6,14 @@ use crate::planar::{Bar, Linkage, Pin, Placed, Plane};
 use crate::prelude::*;
 use std::f64::consts::TAU;
 
-/// a, m.
-const ARM: f64 = 0.5;
+const ARM: f64 = 0.5; // a, m
 /// m; the pin is at the upper end.
 const HALF_SIDES: Vector3<f64> = Vector3::new(0.02, 0.02, ARM);
-/// The pin above the ground, m.
-const HEIGHT: f64 = 2.0;
+const HEIGHT: f64 = 2.0; // The pin above the ground, m
 /// The length scale of the hinge, m: a unit impulse turns the slender rod about as much as it moves it.
 const BEARING: f64 = 0.3;
-/// φ at the start, rad.
-const START: f64 = 1.0;
-/// Periods of the run.
-const PERIODS: usize = 4;
+const START: f64 = 1.0; // φ at the start, rad
+const PERIODS: usize = 4; // Periods of the run
 
 #[derive(Clone, Copy)]
 struct Rod {
@@ -122,8 +118,7 @@ pub(crate) const STIFF_HINGE: Problem = Problem {
     ..Problem::solved_by(stiff_hinge)
 };
 
-/// s.
-const HELD_FOR: f64 = 0.2;
+const HELD_FOR: f64 = 0.2; // s
 
 /// The friction at rest, and its threshold, is m g a sin φ.
 fn stiff_hinge(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {

@@ -5,10 +5,8 @@ use crate::prelude::*;
 use std::iter::successors;
 use tumble_core::contact::detection::CONTACT_BAND;
 
-/// μ: the edge does not slip.
-const FRICTION: f64 = 1.0;
-/// A face with a smaller tilt has landed, rad.
-const LANDED: f64 = 1e-6;
+const FRICTION: f64 = 1.0; // μ: the edge does not slip
+const LANDED: f64 = 1e-6; // A face with a smaller tilt has landed, rad
 
 /// A tall box, a wide to the edge and c to the top, that turns about the edge x = a.
 pub(crate) struct TallBox {
@@ -167,12 +165,10 @@ fn rocking(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
 
 /// The measured values of a box that rises and falls back.
 struct Swing {
-    /// The largest tilt, rad.
-    peak: f64,
+    peak: f64, // The largest tilt, rad
     /// The largest spin in the four steps before the face meets the ground, rad/s.
     before: f64,
-    /// The spin two steps later, as a share of `before`.
-    kept: f64,
+    kept: f64, // The spin two steps later, as a share of `before`
 }
 
 impl Swing {

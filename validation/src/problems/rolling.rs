@@ -2,24 +2,18 @@
 
 use crate::prelude::*;
 
-/// R, m.
-const RADIUS: f64 = 0.2;
-/// The largest rotation of a step, rad.
-const MOST_TURN: f64 = 0.25;
-/// Rounding hides the order of a smaller share κ² u².
-const LEAST_LAG: f64 = 1e-9;
-/// s.
-const DURATION: f64 = 1.0;
+const RADIUS: f64 = 0.2; // R, m
+const MOST_TURN: f64 = 0.25; // The largest rotation of a step, rad
+const LEAST_LAG: f64 = 1e-9; // Rounding hides the order of a smaller share κ² u²
+const DURATION: f64 = 1.0; // s
 
 /// A ball on a plane.
 #[derive(Debug, Clone, Copy)]
 struct Ball {
     friction: f64,
-    /// Gravity along the slope and onto it, m/s².
-    along: f64,
+    along: f64, // Gravity along the slope and onto it, m/s²
     onto: f64,
-    /// h, s.
-    time_step: f64,
+    time_step: f64, // h, s
 }
 
 /// v of the centre and u = R ω of the rim, m/s.

@@ -9,8 +9,7 @@ struct Slide {
     mass: f64,
     friction: f64,
     gravity: f64,
-    /// At the start, m/s.
-    velocity: Vector3<f64>,
+    velocity: Vector3<f64>, // At the start, m/s
 }
 
 impl Slide {

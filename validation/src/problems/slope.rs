@@ -20,8 +20,7 @@ pub(crate) const SLIDE: Problem = Problem {
     ..Problem::solved_by(|inputs, runner| let_go(inputs, runner, 2.0))
 };
 
-/// m.
-const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1);
+const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1); // m
 
 /// a = max(0, g (sin θ − μ cos θ)), v = a t, x = ½ a t².
 fn let_go(inputs: &Inputs, runner: &mut Runner<'_>, duration: f64) -> Solved {

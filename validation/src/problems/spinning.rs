@@ -13,8 +13,7 @@ pub(crate) const SPINNING_BOX: Problem = Problem {
     ..Problem::solved_by(spinning_box)
 };
 
-/// m.
-const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.2, 0.02);
+const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.2, 0.02); // m
 
 /// ω(t) = ω − 3 μ g t/R, t_stop = R ω/(3 μ g), φ = ½ ω t_stop.
 fn spinning_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {

@@ -51,13 +51,11 @@ const END: [f64; 4] = [
     0.040_822_240_130_731_01,
     -0.534_730_116_322_694_8,
 ];
-/// s.
-const DURATION: f64 = 0.03;
+const DURATION: f64 = 0.03; // s
 /// The crank and the sprung bar, among the bars and among the pins that hold them in the plane.
 const CRANK: usize = 0;
 const SPRUNG: usize = 2;
-/// The longest step, by the rotation of the crank, s.
-const LONGEST_STEP: f64 = 1e-4;
+const LONGEST_STEP: f64 = 1e-4; // The longest step, by the rotation of the crank, s
 
 pub(crate) const SQUEEZER: Problem = Problem {
     name: "squeezer",

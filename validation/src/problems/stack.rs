@@ -2,16 +2,11 @@
 
 use crate::prelude::*;
 
-/// m.
-const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.2, 0.1);
-/// Boxes of the stack.
-const BOXES: usize = 10;
-/// The heavy box, in masses of the light one.
-const RATIO: f64 = 1e4;
-/// s.
-const DURATION: f64 = 1.0;
-/// Corners of a face.
-const CORNERS: f64 = 4.0;
+const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.2, 0.1); // m
+const BOXES: usize = 10; // Boxes of the stack
+const RATIO: f64 = 1e4; // The heavy box, in masses of the light one
+const DURATION: f64 = 1.0; // s
+const CORNERS: f64 = 4.0; // Corners of a face
 /// The largest difference of the forces at two corners by the laws alone, in their mean.
 const UNEVEN: f64 = 2.0;
 /// The difference of equal forces in the minimum-compliance limit: the native solver's smallest
@@ -25,11 +20,9 @@ struct Tower {
     shares: Vec<Vec<f64>>,
     /// The largest difference between two corners under a box, as a share of a quarter of the force.
     uneven: f64,
-    /// The longest distance of a box from its start, m, and its tolerance.
-    way: f64,
+    way: f64, // The longest distance of a box from its start, m, and its tolerance
     way_tolerance: f64,
-    /// The tolerance of a share.
-    tolerance: f64,
+    tolerance: f64, // The tolerance of a share
 }
 
 impl Tower {

@@ -47,8 +47,7 @@ pub(crate) const SLOPE_TOPPLE: Problem = Problem {
     ..Problem::solved_by(slope_topple)
 };
 
-/// rad.
-const RESOLUTION: f64 = 1e-6;
+const RESOLUTION: f64 = 1e-6; // rad
 
 /// tan θ = a/c at the threshold.
 fn slope_topple(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {

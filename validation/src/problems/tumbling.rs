@@ -3,8 +3,7 @@
 use crate::prelude::*;
 use tumble_core::simulation::random::random_attitude;
 
-/// m.
-const HALF_SIDE: f64 = 1.0;
+const HALF_SIDE: f64 = 1.0; // m
 
 pub(crate) const TUMBLE: Problem = Problem {
     name: "tumble",
@@ -70,14 +69,10 @@ fn turning_energy(body: &RigidBody, h: f64, state: &State) -> (f64, f64) {
 /// E⁺ − E = Σ p·V − ½ m |v⁺ − v|² − B ≤ Σ |p| |ω⁺ × c| θ/√(1 + θ²),   B = Λ⁺ − Λ − P(ω)·(ω⁺ − ω) ≥ 0
 /// ```
 struct Balance {
-    /// E⁺ − E.
-    change: f64,
-    /// Σ p·V − ½ m |v⁺ − v|² − B.
-    entered: f64,
-    /// Σ |p| |ω⁺ × c| θ/√(1 + θ²).
-    turning: f64,
-    /// Σ |p|, N s.
-    impulse: f64,
+    change: f64,  // E⁺ − E
+    entered: f64, // Σ p·V − ½ m |v⁺ − v|² − B
+    turning: f64, // Σ |p| |ω⁺ × c| θ/√(1 + θ²)
+    impulse: f64, // Σ |p|, N s
 }
 
 impl Balance {
@@ -109,8 +104,7 @@ struct Ledger {
     time_step: f64,
     gain: (f64, f64),
     gap: (f64, f64),
-    /// δ_n of the step before, m/s.
-    height: f64,
+    height: f64, // δ_n of the step before, m/s
 }
 
 impl Ledger {

@@ -5,22 +5,14 @@ use crate::prelude::*;
 /// m.
 const TABLE: Vector3<f64> = Vector3::new(1.0, 1.0, 0.1);
 const BLOCK: Vector3<f64> = Vector3::new(0.08, 0.08, 0.05);
-/// From the middle of the table to the block, m.
-const DISTANCE: f64 = 0.6;
-/// The table, in masses of the block.
-const RATIO: f64 = 50.0;
-/// s.
-const DURATION: f64 = 0.25;
-/// Resolution of the threshold, as a share of it.
-const RESOLUTION: f64 = 1e-8;
-/// The distance of a slipping block from its place, m.
-const SLIPPED: f64 = 1e-10;
-/// The largest rotation of a step, rad.
-const MOST_TURN: f64 = 0.2;
-/// Corners of both faces.
-const CORNERS: f64 = 8.0;
-/// r of the block, m.
-const RADIUS: f64 = DISTANCE * RATIO / (1.0 + RATIO);
+const DISTANCE: f64 = 0.6; // From the middle of the table to the block, m
+const RATIO: f64 = 50.0; // The table, in masses of the block
+const DURATION: f64 = 0.25; // s
+const RESOLUTION: f64 = 1e-8; // Resolution of the threshold, as a share of it
+const SLIPPED: f64 = 1e-10; // The distance of a slipping block from its place, m
+const MOST_TURN: f64 = 0.2; // The largest rotation of a step, rad
+const CORNERS: f64 = 8.0; // Corners of both faces
+const RADIUS: f64 = DISTANCE * RATIO / (1.0 + RATIO); // r of the block, m
 
 /// Both bodies with the spin ω, as after one step of rotation.
 fn setup([mass, friction, gravity]: [f64; 3], spin: f64, h: f64) -> Result<Setup, Refusal> {

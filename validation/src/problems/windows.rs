@@ -11,8 +11,7 @@ const LENGTH: f64 = 1.0;
 const MASS: f64 = 1.0;
 const GRAVITY: f64 = 9.81;
 const SPEED: f64 = 1.0;
-/// Turns.
-const TURNS: usize = 5;
+const TURNS: usize = 5; // Turns
 
 pub(crate) const FOUR_BAR_WINDOWS: Problem = Problem {
     name: "four-bar-windows",
