@@ -5,9 +5,7 @@ pub(crate) use crate::quantity::{at_most, at_most_zero, equal, order, within};
 pub(crate) use crate::runner::{Run, Runner, Setup, Step, Subject, largest};
 pub(crate) use crate::threshold::{MOVING, RESOLUTION, Threshold};
 pub(crate) use crate::tolerance::{SlideStep, SlideTolerance, Slider};
-pub(crate) use crate::{
-    Convergence, Curve, Findings, Input, Inputs, Problem, Quantity, Refusal, Solved,
-};
+pub(crate) use crate::{Convergence, Curve, Input, Inputs, Problem, Quantity, Refusal, Solved};
 pub(crate) use nalgebra::{Vector2, Vector3, Vector4};
 pub(crate) use tumble_core::contact::Partner;
 pub(crate) use tumble_core::error::Error;

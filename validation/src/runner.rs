@@ -2,7 +2,7 @@
 
 use crate::quantity::{Convergence, Label, Quantity, equal, order};
 use crate::residual::Residual;
-use crate::{Curve, Refusal};
+use crate::{Curve, Refusal, Solved};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -409,6 +409,17 @@ impl Run {
     /// A function of the step that ends in a state, over time.
     pub fn curve_of_steps(&self, label: Label, measured: impl Fn(usize) -> f64) -> Curve {
         Curve::of(label, self, |k| measured(k.saturating_sub(1)))
+    }
+
+    /// Findings of steady motion: the curve is the first quantity, `measured` in each step.
+    pub fn steady(
+        &self,
+        quantities: impl Into<Vec<Quantity>>,
+        measured: impl Fn(usize) -> f64,
+    ) -> Solved {
+        let quantities = quantities.into();
+        let Quantity { name, unit, exact, .. } = quantities[0];
+        self.curve_of_steps((name, unit), measured).beside(|_| exact).with(quantities)
     }
 
     /// The largest value of a function of the states of body `index`, at least 0.

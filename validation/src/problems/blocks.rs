@@ -153,17 +153,18 @@ fn blocks_on_slope(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         Ok::<_, Refusal>([found.equals((name, "rad"), onset)])
     };
     let as_one_names = ["speed of both, smooth below", "way of both, smooth below"];
-    Findings::new(
-        apart.curve((UPPER_MOVES[0], "m/s"), 1, |state| state.velocity[0]).beside(|t| upper * t),
-        [
-            &moved(UPPER_MOVES, &apart, 1, upper)[..],
-            &moved(LOWER_MOVES, &apart, 0, lower),
-            &moved(as_one_names, &together, 1, as_one),
-            &threshold(&smooth_above, "threshold of the upper face", 1)?,
-            &threshold(&smooth_below, "threshold of the lower face", 0)?,
-        ]
-        .concat(),
-    )
+    let quantities = [
+        &moved(UPPER_MOVES, &apart, 1, upper)[..],
+        &moved(LOWER_MOVES, &apart, 0, lower),
+        &moved(as_one_names, &together, 1, as_one),
+        &threshold(&smooth_above, "threshold of the upper face", 1)?,
+        &threshold(&smooth_below, "threshold of the lower face", 0)?,
+    ]
+    .concat();
+    apart
+        .curve((UPPER_MOVES[0], "m/s"), 1, |state| state.velocity[0])
+        .beside(|t| upper * t)
+        .with(quantities)
 }
 
 pub(crate) const PULLED_BLOCK: Problem = Problem {
@@ -195,14 +196,15 @@ fn pulled_block(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         let parts = first - second > MOVING * blocks.frictions[1] * gravity * WATCH;
         Ok((parts, blocks.mass() * mean_tolerance(&run)))
     })?;
-    Findings::new(
-        apart.curve((LOWER_MOVES[0], "m/s"), 0, |state| state.velocity[0]).beside(|t| lower * t),
-        [
-            &moved(["speed as one", "way as one"], &together, 1, as_one)[..],
-            &moved(UPPER_MOVES, &apart, 1, upper),
-            &moved(LOWER_MOVES, &apart, 0, lower),
-            &[found.equals(("threshold of the pull", "N"), parting)],
-        ]
-        .concat(),
-    )
+    let quantities = [
+        &moved(["speed as one", "way as one"], &together, 1, as_one)[..],
+        &moved(UPPER_MOVES, &apart, 1, upper),
+        &moved(LOWER_MOVES, &apart, 0, lower),
+        &[found.equals(("threshold of the pull", "N"), parting)],
+    ]
+    .concat();
+    apart
+        .curve((LOWER_MOVES[0], "m/s"), 0, |state| state.velocity[0])
+        .beside(|t| lower * t)
+        .with(quantities)
 }

@@ -111,7 +111,7 @@ fn bouncing_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         let (t, from) = (t - begin, if bounce.is_some() { 0.0 } else { DROP });
         from + rise * t - 0.5 * g * t * t
     };
-    Findings::new(run.curve(("height", "m"), 0, height).beside(exact), quantities)
+    run.curve(("height", "m"), 0, height).beside(exact).with(quantities)
 }
 
 const TILT: f64 = 0.5; // The tilt of the box that lands on an edge, rad
@@ -157,16 +157,15 @@ fn edge_impact(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let share = (0.5 * h * exact).powi(2);
     let hidden = share < LEAST_SHARE;
     let convergence = if hidden { within(share * exact.abs(), steps) } else { order(2, steps) };
-    Findings::new(
-        run.curve(("speed upwards", "m/s"), 0, |state| state.velocity[2])
-            .beside(|t| if t > 0.0 { upwards } else { -speed }),
-        [
-            equal(("speed upwards", "m/s"), end.velocity[2], upwards, 2.0 * lacking),
-            equal(("spin about the edge", "rad/s"), -end.spin[1], exact, turning)
-                .stepped(spin, convergence),
-            equal(("speed sideways", "m/s"), end.velocity[0], 0.0, lacking),
-        ],
-    )
+    let curve = run
+        .curve(("speed upwards", "m/s"), 0, |state| state.velocity[2])
+        .beside(|t| if t > 0.0 { upwards } else { -speed });
+    curve.with([
+        equal(("speed upwards", "m/s"), end.velocity[2], upwards, 2.0 * lacking),
+        equal(("spin about the edge", "rad/s"), -end.spin[1], exact, turning)
+            .stepped(spin, convergence),
+        equal(("speed sideways", "m/s"), end.velocity[0], 0.0, lacking),
+    ])
 }
 
 /// Balls along each edge of the grid, their radius and distance, m.
@@ -225,16 +224,10 @@ fn bouncing_balls(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let beyond = swing - 0.5 * h * g * fastest;
     let sideways = largest(run.all_states().map(|state| state.velocity.xy().norm()));
     let label = ("largest change of ½ v² + g z − ½ h g v", "J/kg");
-    Findings::new(
-        Curve::of(("energy", "J/kg"), &run, energy).beside(|_| energy(0)),
-        [
-            at_most_zero(label, drift, off * fastest),
-            at_most_zero(
-                ("swing of the mean energy beyond ½ h g v", "J/kg"),
-                beyond,
-                off * fastest,
-            ),
-            at_most_zero(("speed sideways", "m/s"), sideways, off),
-        ],
-    )
+    let curve = Curve::of(("energy", "J/kg"), &run, energy).beside(|_| energy(0));
+    curve.with([
+        at_most_zero(label, drift, off * fastest),
+        at_most_zero(("swing of the mean energy beyond ½ h g v", "J/kg"), beyond, off * fastest),
+        at_most_zero(("speed sideways", "m/s"), sideways, off),
+    ])
 }

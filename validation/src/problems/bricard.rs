@@ -102,13 +102,11 @@ fn bricard(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
     };
     let strayed = largest((0..steps).map(|k| (energy(k) - energy(0)).abs()));
     let published = ("way of P₃ from its published place", "m");
-    Findings::new(
-        Curve::of(("height of P₃", "m"), &run, |k| third(k)[1]),
-        [
-            at_most(published, astray, DIGITS + h * h),
-            at_most(("largest way of a hinge from its place", "m"), worst.0, 1e-12),
-            at_most(("largest angle of a hinge from its axis", "rad"), worst.1, 1e-12),
-            at_most(("energy, its largest change", "J"), strayed, 10.0 * h * h),
-        ],
-    )
+    let curve = Curve::of(("height of P₃", "m"), &run, |k| third(k)[1]);
+    curve.with([
+        at_most(published, astray, DIGITS + h * h),
+        at_most(("largest way of a hinge from its place", "m"), worst.0, 1e-12),
+        at_most(("largest angle of a hinge from its axis", "rad"), worst.1, 1e-12),
+        at_most(("energy, its largest change", "J"), strayed, 10.0 * h * h),
+    ])
 }

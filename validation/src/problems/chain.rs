@@ -56,11 +56,9 @@ fn free_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let rounding = 4.0 * run.rounding(HEIGHT) * speed;
     let turned_off = total * (3.0 * arm * lacked + speed * astray + rounding);
     let angular = |k: usize| momenta(&setup.bodies, &run, k, &middle).1.norm();
-    Findings::new(
-        Curve::of(("angular momentum", "kg m²/s"), &run, angular).beside(|_| angular(0)),
-        [
-            at_most_zero(("change of the momentum", "kg m/s"), strayed, total * lacked),
-            at_most_zero(("change of the angular momentum", "kg m²/s"), turned, turned_off),
-        ],
-    )
+    let curve = Curve::of(("angular momentum", "kg m²/s"), &run, angular).beside(|_| angular(0));
+    curve.with([
+        at_most_zero(("change of the momentum", "kg m/s"), strayed, total * lacked),
+        at_most_zero(("change of the angular momentum", "kg m²/s"), turned, turned_off),
+    ])
 }

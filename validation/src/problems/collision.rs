@@ -63,18 +63,17 @@ fn collision(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let place = starts[1].position[0] + common * (run.end_time() - meet).max(0.0);
     let at = ends[1].position[0];
     let label = ("speed of the first box", "m/s");
-    Findings::new(
-        run.curve(label, 0, |state| state.velocity[0])
-            .beside(|t| if t < meet { speed } else { common }),
-        [
-            equal(label, first, common, off),
-            equal(("speed of the second box", "m/s"), second, common, off),
-            equal(("momentum", "kg m/s"), momentum, mass * speed, total * drift(&run)),
-            equal(("energy lost", "J"), lost, 0.5 * mass * speed * (speed - common), energy_off),
-            at_most_zero(("spin", "rad/s"), spin, spin_off),
-            equal(("place of the second box", "m"), at, place, place_tolerance(&run, 2.0)),
-        ],
-    )
+    let curve = run
+        .curve(label, 0, |state| state.velocity[0])
+        .beside(|t| if t < meet { speed } else { common });
+    curve.with([
+        equal(label, first, common, off),
+        equal(("speed of the second box", "m/s"), second, common, off),
+        equal(("momentum", "kg m/s"), momentum, mass * speed, total * drift(&run)),
+        equal(("energy lost", "J"), lost, 0.5 * mass * speed * (speed - common), energy_off),
+        at_most_zero(("spin", "rad/s"), spin, spin_off),
+        equal(("place of the second box", "m"), at, place, place_tolerance(&run, 2.0)),
+    ])
 }
 
 const RADIUS: f64 = 0.05; // m
@@ -130,17 +129,15 @@ fn ball_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let place = place_at(run.end_time());
     let (label, worst_label) =
         (("speed of the first ball", "m/s"), ("largest error of the speed between impacts", "m/s"));
-    Findings::new(
-        Curve::of(label, &run, |k| measured[k]).beside(speed_at),
-        [
-            equal(label, first.velocity[0], speed / count, off),
-            equal(("speed of the last ball", "m/s"), last.velocity[0], speed / count, off),
-            at_most_zero(worst_label, worst, off),
-            equal(("momentum", "kg m/s"), momentum, mass * speed, count * mass * drift(&run)),
-            equal(("place of the first ball", "m"), first.position[0], place, place_off),
-            equal(("length of the row of centres", "m"), row, length, row_off),
-        ],
-    )
+    let curve = Curve::of(label, &run, |k| measured[k]).beside(speed_at);
+    curve.with([
+        equal(label, first.velocity[0], speed / count, off),
+        equal(("speed of the last ball", "m/s"), last.velocity[0], speed / count, off),
+        at_most_zero(worst_label, worst, off),
+        equal(("momentum", "kg m/s"), momentum, mass * speed, count * mass * drift(&run)),
+        equal(("place of the first ball", "m"), first.position[0], place, place_off),
+        equal(("length of the row of centres", "m"), row, length, row_off),
+    ])
 }
 
 /// The distance to the second ball, and the gap between the others where they are apart, m.
@@ -194,13 +191,15 @@ fn cradle(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         end(&touching, "in touch: speed of the first ball", 0, -1.0 / 3.0),
         end(&touching, "in touch: speed of the last ball", 2, 2.0 / 3.0),
     ];
-    let apart_conserves = conserved(&apart, "apart: energy", "apart: momentum");
-    let touching_conserves = conserved(&touching, "in touch: energy", "in touch: momentum");
+    let quantities = [
+        &ends[..],
+        &conserved(&apart, "apart: energy", "apart: momentum"),
+        &conserved(&touching, "in touch: energy", "in touch: momentum"),
+    ]
+    .concat();
     let meets = (RUN_UP + APART) / speed;
-    Findings::new(
-        apart
-            .curve(("apart: speed of the last ball", "m/s"), 2, |state| state.velocity[0])
-            .beside(|t| if t < meets { 0.0 } else { speed }),
-        [&ends[..], &apart_conserves, &touching_conserves].concat(),
-    )
+    apart
+        .curve(("apart: speed of the last ball", "m/s"), 2, |state| state.velocity[0])
+        .beside(|t| if t < meets { 0.0 } else { speed })
+        .with(quantities)
 }

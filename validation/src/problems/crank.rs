@@ -58,12 +58,9 @@ fn slider_crank(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let off = 16.0 * mass * lacked / h + rounding;
     let still = 4.0 * DURATION * lacked + 64.0 * f64::EPSILON * HEIGHT;
     let way = largest((0..3).map(|body| run.moved(body)));
-    Findings::steady(
-        &run,
-        |k| forces[k],
-        [
-            equal(("force on the stop", "N"), *last(&forces), pressed, off),
-            at_most_zero(("longest way of a body", "m"), way, still),
-        ],
-    )
+    let quantities = [
+        equal(("force on the stop", "N"), *last(&forces), pressed, off),
+        at_most_zero(("longest way of a body", "m"), way, still),
+    ];
+    run.steady(quantities, |k| forces[k])
 }

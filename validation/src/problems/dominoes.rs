@@ -215,15 +215,13 @@ fn dominoes(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         equal((name, "rad/s"), found.after[index], 0.5 * spin_then, off + parting)
             .stepped(expected.after[index], within(bound, fine))
     };
-    Findings::new(
-        run.curve(("tilt of the first", "rad"), 0, tilt),
-        [
-            equal(("time until they meet", "s"), found.time, time, effect(|fall| fall.time))
-                .stepped(expected.time, order(1, fine)),
-            equal(("spin then", "rad/s"), found.spin, spin_then, effect(|fall| fall.spin))
-                .stepped(expected.spin, order(1, fine)),
-            halved("spin of the first after it", 0, effect(|fall| fall.after[0])),
-            halved("spin of the second after it", 1, effect(|fall| fall.after[1])),
-        ],
-    )
+    let curve = run.curve(("tilt of the first", "rad"), 0, tilt);
+    curve.with([
+        equal(("time until they meet", "s"), found.time, time, effect(|fall| fall.time))
+            .stepped(expected.time, order(1, fine)),
+        equal(("spin then", "rad/s"), found.spin, spin_then, effect(|fall| fall.spin))
+            .stepped(expected.spin, order(1, fine)),
+        halved("spin of the first after it", 0, effect(|fall| fall.after[0])),
+        halved("spin of the second after it", 1, effect(|fall| fall.after[1])),
+    ])
 }

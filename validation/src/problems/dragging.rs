@@ -76,19 +76,17 @@ fn dragged_cube(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let lifted = 2.0 * allowed.lifted / drag.len() as f64;
     let drag_tolerance = mass / run.time_step * (mean(&allowed.changes[from..]) + lifted);
     let creep_tolerance = allowed.ways[first.clamp(1, steps) - 1];
-    Findings::new(
-        run.curve(("way", "m"), 0, |state| state.position[0]).beside(way),
-        [
-            at_most_zero(("creep while it sticks", "m"), crept, creep_tolerance),
-            equal(("time of 1 cm/s", "s"), passing(&speeds, h), onset + after, time_tolerance)
-                .stepped(passing(&discrete_speeds, h), Convergence::Within(bound)),
-            equal(("friction while it slides", "N"), mean(&drag), limit, drag_tolerance),
-            equal(("speed at the end", "m/s"), end.velocity[0], speed(t), allowed.speed())
-                .stepped(end_speed, Convergence::Within(0.125 * RATE * h * h / mass)),
-            equal(("way", "m"), end.position[0], way(t), allowed.way())
-                .stepped(end_way, order(1, (steps - first.min(steps)) as f64)),
-        ],
-    )
+    let curve = run.curve(("way", "m"), 0, |state| state.position[0]).beside(way);
+    curve.with([
+        at_most_zero(("creep while it sticks", "m"), crept, creep_tolerance),
+        equal(("time of 1 cm/s", "s"), passing(&speeds, h), onset + after, time_tolerance)
+            .stepped(passing(&discrete_speeds, h), Convergence::Within(bound)),
+        equal(("friction while it slides", "N"), mean(&drag), limit, drag_tolerance),
+        equal(("speed at the end", "m/s"), end.velocity[0], speed(t), allowed.speed())
+            .stepped(end_speed, Convergence::Within(0.125 * RATE * h * h / mass)),
+        equal(("way", "m"), end.position[0], way(t), allowed.way())
+            .stepped(end_way, order(1, (steps - first.min(steps)) as f64)),
+    ])
 }
 
 fn mean(values: &[f64]) -> f64 {

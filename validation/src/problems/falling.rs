@@ -19,12 +19,11 @@ fn free_fall(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     start.velocity[0] = speed;
     let run = runner.run(&Setup::of_box(mass, v3(0.2, 0.15, 0.1), start, g, 0.3, DURATION)?)?;
     let (end, t, top, way) = (run.end(0), run.end_time(), start.position[2], run.flight_way());
-    Findings::new(
-        run.curve(("height", "m"), 0, |state| state.position[2]).beside(|t| top - 0.5 * g * t * t),
-        [
-            run.accelerated(("height fallen", "m"), top - end.position[2], g, way),
-            equal(("speed downwards", "m/s"), -end.velocity[2], g * t, run.flight_speed()),
-            equal(("way sideways", "m"), end.position[0], speed * t, way),
-        ],
-    )
+    let curve =
+        run.curve(("height", "m"), 0, |state| state.position[2]).beside(|t| top - 0.5 * g * t * t);
+    curve.with([
+        run.accelerated(("height fallen", "m"), top - end.position[2], g, way),
+        equal(("speed downwards", "m/s"), -end.velocity[2], g * t, run.flight_speed()),
+        equal(("way sideways", "m"), end.position[0], speed * t, way),
+    ])
 }

@@ -164,5 +164,5 @@ fn ball_grid(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         equal(label, squares[0], 0.0, off).stepped(squares[1], order(4, DURATION / h)),
         at_most_zero(("speed sideways", "m/s"), sideways, allowed),
     ]);
-    Findings::new(curve, quantities)
+    curve.with(quantities)
 }

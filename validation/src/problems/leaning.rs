@@ -92,15 +92,12 @@ fn ladder_on_wall(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let twice = |run: &Run| 2.0 * force_tolerance(run, gravity);
     let found = Threshold::of_rest(runner, threshold, setup, twice)?;
     let still = 4.0 * run.seat() + run.creep();
-    Findings::steady(
-        &run,
-        |k| pushes[k],
-        [
-            equal(("push of the wall", "m g"), push, thrust(stands), allowed),
-            at_most_zero(("way of the ladder", "m"), run.moved(0), still),
-            found.equals(("threshold of the angle", "rad"), threshold),
-        ],
-    )
+    let quantities = [
+        equal(("push of the wall", "m g"), push, thrust(stands), allowed),
+        at_most_zero(("way of the ladder", "m"), run.moved(0), still),
+        found.equals(("threshold of the angle", "rad"), threshold),
+    ];
+    run.steady(quantities, |k| pushes[k])
 }
 
 pub(crate) const CARD_TENT: Problem = Problem {
@@ -131,13 +128,10 @@ fn card_tent(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let twice = |run: &Run| 2.0 * force_tolerance(run, gravity);
     let found = Threshold::of_rest(runner, needed, setup, twice)?;
     let (way, still) = (run.moved(0).max(run.moved(1)), 8.0 * run.seat() + run.creep());
-    Findings::steady(
-        &run,
-        |k| pushes[k],
-        [
-            equal(("push of the cards", "m g"), *last(&pushes), needed, twice(&run)),
-            at_most_zero(("way of a card", "m"), way, still),
-            found.equals(("threshold of friction", "1"), needed),
-        ],
-    )
+    let quantities = [
+        equal(("push of the cards", "m g"), *last(&pushes), needed, twice(&run)),
+        at_most_zero(("way of a card", "m"), way, still),
+        found.equals(("threshold of friction", "1"), needed),
+    ];
+    run.steady(quantities, |k| pushes[k])
 }

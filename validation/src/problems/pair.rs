@@ -92,12 +92,11 @@ fn pair_in_flight(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let turned_off = total * (3.0 * arm * lacked + speed * astray);
     let energy_off = total * speed * (2.0 * lacked + run.largest(|r| r.normal + r.friction));
     let along = |k: usize| momenta(&setup.bodies, &run, k, &middle).0[0];
-    Findings::new(
-        Curve::of(("momentum along the flight", "kg m/s"), &run, along).beside(|_| along(0)),
-        [
-            at_most_zero(("change of the momentum", "kg m/s"), strayed, total * lacked),
-            at_most_zero(("change of the angular momentum", "kg m²/s"), turned, turned_off),
-            at_most_zero(("energy above that of the start", "J"), gained, energy_off),
-        ],
-    )
+    let curve =
+        Curve::of(("momentum along the flight", "kg m/s"), &run, along).beside(|_| along(0));
+    curve.with([
+        at_most_zero(("change of the momentum", "kg m/s"), strayed, total * lacked),
+        at_most_zero(("change of the angular momentum", "kg m²/s"), turned, turned_off),
+        at_most_zero(("energy above that of the start", "J"), gained, energy_off),
+    ])
 }

@@ -98,14 +98,12 @@ fn pendulum(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         (state.position + top - v3(0.0, 0.0, HEIGHT)).norm()
     });
     let held = h * run.largest(|r| r.joint) + 64.0 * f64::EPSILON * HEIGHT;
-    Findings::new(
-        x,
-        [
-            equal(("period", "s"), measured, exact, 2.0 * lost / fastest)
-                .stepped(discrete, order(2, 0.1 * exact / h)),
-            at_most_zero(("way of its end from the pin", "m"), farthest, held),
-        ],
-    )
+    let curve = x;
+    curve.with([
+        equal(("period", "s"), measured, exact, 2.0 * lost / fastest)
+            .stepped(discrete, order(2, 0.1 * exact / h)),
+        at_most_zero(("way of its end from the pin", "m"), farthest, held),
+    ])
 }
 
 pub(crate) const STIFF_HINGE: Problem = Problem {
@@ -132,15 +130,12 @@ fn stiff_hinge(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let (run, torques) = runner.watch(&setup(1.5 * needed)?, |step| step.joints[0].torque[2])?;
     let found = Threshold::of_rest(runner, needed, setup, tolerance)?;
     let still = HELD_FOR * run.largest(|r| r.joint + r.momentum) + 64.0 * f64::EPSILON * HEIGHT;
-    Findings::steady(
-        &run,
-        |k| torques[k],
-        [
-            equal(("torque that holds it", "N m"), *last(&torques), needed, tolerance(&run)),
-            at_most_zero(("way of the centre", "m"), run.moved(0), still),
-            found.equals(("threshold of friction", "N m"), needed),
-        ],
-    )
+    let quantities = [
+        equal(("torque that holds it", "N m"), *last(&torques), needed, tolerance(&run)),
+        at_most_zero(("way of the centre", "m"), run.moved(0), still),
+        found.equals(("threshold of friction", "N m"), needed),
+    ];
+    run.steady(quantities, |k| torques[k])
 }
 
 pub(crate) const SERVO: Problem = Problem {
@@ -177,11 +172,9 @@ fn servo(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let (held, torque) = (*last(&torques), rod.weight() * angle.sin());
     let found = |state: &State| angle_about(1, state);
     let torque_off = rod.weight() * STIFFNESS * off;
-    Findings::new(
-        run.curve(("angle", "rad"), 0, found).beside(|_| angle),
-        [
-            equal(("angle at rest", "rad"), found(run.end(0)), angle, off),
-            equal(("torque of the motor", "N m"), held, torque, torque_off),
-        ],
-    )
+    let curve = run.curve(("angle", "rad"), 0, found).beside(|_| angle);
+    curve.with([
+        equal(("angle at rest", "rad"), found(run.end(0)), angle, off),
+        equal(("torque of the motor", "N m"), held, torque, torque_off),
+    ])
 }

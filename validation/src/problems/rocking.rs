@@ -152,15 +152,13 @@ fn rocking(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let kept = effect(|swing| swing.kept) + 2.0 * change / swing.before;
     let bound = 2.0 * tall.deceleration() * h / swing.before;
     let housner = 1.0 - 1.5 * alpha.sin().powi(2);
-    Findings::new(
-        run.curve(("tilt", "rad"), 0, tilt),
-        [
-            equal(("peak tilt", "rad"), measured.peak, peak, effect(|swing| swing.peak))
-                .stepped(swing.peak, order(1, fine)),
-            equal(("spin kept at impact", "1"), measured.kept, housner, kept)
-                .stepped(swing.kept, within(bound, fine)),
-        ],
-    )
+    let curve = run.curve(("tilt", "rad"), 0, tilt);
+    curve.with([
+        equal(("peak tilt", "rad"), measured.peak, peak, effect(|swing| swing.peak))
+            .stepped(swing.peak, order(1, fine)),
+        equal(("spin kept at impact", "1"), measured.kept, housner, kept)
+            .stepped(swing.kept, within(bound, fine)),
+    ])
 }
 
 /// The measured values of a box that rises and falls back.

@@ -129,17 +129,15 @@ fn rolling_ball(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let both = rolls && shorter > 0.05 * longer;
     let way_lags = if both { within(longer + 1.2 * shorter, steps) } else { order(1, steps) };
     let ((v, u), label) = (discrete[count], ("speed down the slope", "m/s"));
-    Findings::new(
-        run.curve(label, 0, |state| state.velocity[0]).beside(|t| a * t),
-        [
-            equal(label, end.velocity[0], a * t, speed).stepped(v, or_exact(v_lags)),
-            equal(("speed of the rim", "m/s"), rim(end), spin_up * t, 2.5 * speed)
-                .stepped(u, or_exact(u_lags)),
-            equal(("way down the slope", "m"), end.position[0], 0.5 * a * t * t, distance)
-                .stepped(way(h, &discrete[1..]), or_exact(way_lags)),
-            at_most_zero(("way across and off the slope", "m"), astray(end), distance),
-        ],
-    )
+    let curve = run.curve(label, 0, |state| state.velocity[0]).beside(|t| a * t);
+    curve.with([
+        equal(label, end.velocity[0], a * t, speed).stepped(v, or_exact(v_lags)),
+        equal(("speed of the rim", "m/s"), rim(end), spin_up * t, 2.5 * speed)
+            .stepped(u, or_exact(u_lags)),
+        equal(("way down the slope", "m"), end.position[0], 0.5 * a * t * t, distance)
+            .stepped(way(h, &discrete[1..]), or_exact(way_lags)),
+        at_most_zero(("way across and off the slope", "m"), astray(end), distance),
+    ])
 }
 
 pub(crate) const SLIDING_BALL: Problem = Problem {
@@ -167,16 +165,14 @@ fn sliding_ball(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let (allowed, distance) = tolerances(&run, slides + 2, 0.0);
     let exact = speed * slid - 0.5 * friction * gravity * slid * slid;
     let ((v, u), lagging) = (discrete[count], ball.lagging(rolls, f64::INFINITY));
-    Findings::new(
-        run.curve(("speed", "m/s"), 0, |state| state.velocity[0])
-            .beside(|t| if t < grip { speed - friction * gravity * t } else { rolls }),
-        [
-            equal(("speed once it rolls", "m/s"), end.velocity[0], rolls, allowed)
-                .stepped(v, lagging),
-            equal(("speed of the rim", "m/s"), rim(end), rolls, 2.5 * allowed).stepped(u, lagging),
-            equal(("way while it slides", "m"), at, exact, distance)
-                .stepped(way(h, &discrete[1..=slides]), order(1, grip / h)),
-            at_most_zero(("way sideways and off the ground", "m"), astray(end), distance),
-        ],
-    )
+    let curve = run
+        .curve(("speed", "m/s"), 0, |state| state.velocity[0])
+        .beside(|t| if t < grip { speed - friction * gravity * t } else { rolls });
+    curve.with([
+        equal(("speed once it rolls", "m/s"), end.velocity[0], rolls, allowed).stepped(v, lagging),
+        equal(("speed of the rim", "m/s"), rim(end), rolls, 2.5 * allowed).stepped(u, lagging),
+        equal(("way while it slides", "m"), at, exact, distance)
+            .stepped(way(h, &discrete[1..=slides]), order(1, grip / h)),
+        at_most_zero(("way sideways and off the ground", "m"), astray(end), distance),
+    ])
 }

@@ -125,14 +125,12 @@ fn sliding_stop(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let on_the_line = discrete[1] > 0.01 * discrete[0];
     let convergence = if on_the_line { Convergence::Exact } else { Convergence::Unresolved };
     let time = stopping_time([&measured, &discrete], grip, slide.time(), h, &allowed);
-    Findings::new(
-        run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t)),
-        [
-            slide.distance("stopping distance", end.position[0], h, allowed.way()),
-            Quantity { convergence, ..time },
-            equal(("speed at the end", "m/s"), end.velocity.norm(), 0.0, allowed.speed()),
-        ],
-    )
+    let curve = run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t));
+    curve.with([
+        slide.distance("stopping distance", end.position[0], h, allowed.way()),
+        Quantity { convergence, ..time },
+        equal(("speed at the end", "m/s"), end.velocity.norm(), 0.0, allowed.speed()),
+    ])
 }
 
 pub(crate) const FAST_PLATE: Problem = Problem {
@@ -158,15 +156,13 @@ fn fast_plate(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [highest, deepest] = [1.0, -1.0].map(|sign| run.most(0, |state| height(state, sign)));
     let astray = run.most(0, |state| state.position[1].abs());
     let (allowed, way) = (slide.tolerance(&run), run.end(0).position[0]);
-    Findings::new(
-        run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t)),
-        [
-            at_most_zero(("lift-off", "m"), highest, run.seat()),
-            at_most_zero(("penetration", "m"), deepest, run.seat()),
-            at_most_zero(("way sideways", "m"), astray, allowed.across),
-            slide.distance("stopping distance", way, run.time_step, allowed.way()),
-        ],
-    )
+    let curve = run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t));
+    curve.with([
+        at_most_zero(("lift-off", "m"), highest, run.seat()),
+        at_most_zero(("penetration", "m"), deepest, run.seat()),
+        at_most_zero(("way sideways", "m"), astray, allowed.across),
+        slide.distance("stopping distance", way, run.time_step, allowed.way()),
+    ])
 }
 
 const DIRECTIONS: usize = 16;
@@ -209,13 +205,10 @@ fn compass(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     }
     // √(I/m) with I = m (a² + b²)/3.
     let gyration = half_sides[0].hypot(half_sides[1]) / 3.0_f64.sqrt();
-    Findings::new(
-        curve,
-        [
-            east.distance("longest slide", longest, runner.time_step, way),
-            at_most_zero(("longest less shortest", "m"), longest - shortest, 2.0 * way),
-            at_most_zero(("way sideways", "m"), sideways, across),
-            at_most_zero(("angle turned", "rad"), turned, across / gyration),
-        ],
-    )
+    curve.with([
+        east.distance("longest slide", longest, runner.time_step, way),
+        at_most_zero(("longest less shortest", "m"), longest - shortest, 2.0 * way),
+        at_most_zero(("way sideways", "m"), sideways, across),
+        at_most_zero(("angle turned", "rad"), turned, across / gyration),
+    ])
 }

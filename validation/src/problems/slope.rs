@@ -44,16 +44,10 @@ fn let_go(inputs: &Inputs, runner: &mut Runner<'_>, duration: f64) -> Solved {
     let allowed = slider.tolerance(&run, exact);
     let astray = end.position[1].hypot(end.position[2] - HALF_SIDES[2]);
     let way = ("way down the slope", "m");
-    Findings::new(
-        run.curve(way, 0, |state| state.position[0]).beside(|t| 0.5 * a * t * t),
-        [
-            run.accelerated(way, end.position[0], a, allowed.way()),
-            equal(("speed down the slope", "m/s"), end.velocity[0], a * t, allowed.speed()),
-            at_most_zero(
-                ("way across and off the slope", "m"),
-                astray,
-                allowed.across + run.seat(),
-            ),
-        ],
-    )
+    let curve = run.curve(way, 0, |state| state.position[0]).beside(|t| 0.5 * a * t * t);
+    curve.with([
+        run.accelerated(way, end.position[0], a, allowed.way()),
+        equal(("speed down the slope", "m/s"), end.velocity[0], a * t, allowed.speed()),
+        at_most_zero(("way across and off the slope", "m"), astray, allowed.across + run.seat()),
+    ])
 }

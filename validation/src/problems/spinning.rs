@@ -50,15 +50,13 @@ fn spinning_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let stop = stopping_time([&measured, &discrete], decrement, time, h, &allowed);
     let discrete_angle = discrete[1..].iter().map(|spin| turn(h, *spin)).sum();
     let label = ("angle turned", "rad");
-    Findings::new(
-        Curve::of(label, &run, |k| angles[k]).beside(angle),
-        [
-            Quantity { convergence: order(2, whole), ..stop },
-            equal(label, *last(&angles), angle(time), allowed.way() / radius)
-                .stepped(discrete_angle, order(1, whole.min(fine))),
-            at_most_zero(("way of the centre", "m"), astray, allowed.across),
-        ],
-    )
+    let curve = Curve::of(label, &run, |k| angles[k]).beside(angle);
+    curve.with([
+        Quantity { convergence: order(2, whole), ..stop },
+        equal(label, *last(&angles), angle(time), allowed.way() / radius)
+            .stepped(discrete_angle, order(1, whole.min(fine))),
+        at_most_zero(("way of the centre", "m"), astray, allowed.across),
+    ])
 }
 
 /// The rotation of a step, rad.

@@ -150,15 +150,13 @@ fn squeezer(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
             .stepped(expected[k], order(2, DURATION / h))
     };
     let gap = mechanism.worst_gap(&measured);
-    Findings::new(
-        Curve::of(("angle of the crank", "rad"), &run, |k| measured[k][CRANK].angle),
-        [
-            angle("β at 0.03 s", 0),
-            angle("Θ at 0.03 s", 1),
-            angle("γ at 0.03 s", 2),
-            angle("Φ at 0.03 s", 3),
-            at_most(("largest way of a pin from its place", "m"), gap, 1e-12),
-            at_most(("energy less work, its largest change", "J"), strayed, 1e6 * h * h),
-        ],
-    )
+    let curve = Curve::of(("angle of the crank", "rad"), &run, |k| measured[k][CRANK].angle);
+    curve.with([
+        angle("β at 0.03 s", 0),
+        angle("Θ at 0.03 s", 1),
+        angle("γ at 0.03 s", 2),
+        angle("Φ at 0.03 s", 3),
+        at_most(("largest way of a pin from its place", "m"), gap, 1e-12),
+        at_most(("energy less work, its largest change", "J"), strayed, 1e6 * h * h),
+    ])
 }

@@ -85,17 +85,14 @@ fn stack(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let worst = largest(tower.shares.iter().flatten().map(|share| (share - 1.0).abs()));
     let uneven = if runner.selects { EVEN } else { UNEVEN } + allowed;
     let lowest = ("force under the lowest box", "m g");
-    Findings::steady(
-        &tower.run,
-        |k| count * tower.shares[k][0],
-        [
-            equal(lowest, count * last[0], count, count * allowed),
-            equal(("force under the highest box", "m g"), last[BOXES - 1], 1.0, allowed),
-            at_most_zero(("largest error of a force, of it", "1"), worst, allowed),
-            at_most_zero(("largest difference of corners, of them", "1"), tower.uneven, uneven),
-            at_most_zero(("longest way of a box", "m"), tower.way, tower.way_tolerance),
-        ],
-    )
+    let quantities = [
+        equal(lowest, count * last[0], count, count * allowed),
+        equal(("force under the highest box", "m g"), last[BOXES - 1], 1.0, allowed),
+        at_most_zero(("largest error of a force, of it", "1"), worst, allowed),
+        at_most_zero(("largest difference of corners, of them", "1"), tower.uneven, uneven),
+        at_most_zero(("longest way of a box", "m"), tower.way, tower.way_tolerance),
+    ];
+    tower.run.steady(quantities, |k| count * tower.shares[k][0])
 }
 
 pub(crate) const MASS_RATIO: Problem = Problem {
@@ -121,15 +118,12 @@ fn mass_ratio(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     };
     let way = above.way.max(below.way);
     let way_tolerance = above.way_tolerance.max(below.way_tolerance);
-    Findings::steady(
-        &above.run,
-        |k| above.shares[k][1],
-        [
-            share("heavy on light: force between, of weight", &above, 1),
-            share("heavy on light: force of ground, of weight", &above, 0),
-            share("light on heavy: force between, of weight", &below, 1),
-            share("light on heavy: force of ground, of weight", &below, 0),
-            at_most_zero(("longest way of a box", "m"), way, way_tolerance),
-        ],
-    )
+    let quantities = [
+        share("heavy on light: force between, of weight", &above, 1),
+        share("heavy on light: force of ground, of weight", &above, 0),
+        share("light on heavy: force between, of weight", &below, 1),
+        share("light on heavy: force of ground, of weight", &below, 0),
+        at_most_zero(("longest way of a box", "m"), way, way_tolerance),
+    ];
+    above.run.steady(quantities, |k| above.shares[k][1])
 }

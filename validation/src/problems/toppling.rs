@@ -35,7 +35,7 @@ fn pushed_over(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     })?;
     let tolerance = measured.tolerance + discrete.tolerance;
     let spin = equal(("spin that topples", "rad/s"), measured.value, critical, tolerance);
-    Findings::new(curve, [spin.stepped(discrete.value, order(1, tall.growth_time() / h))])
+    curve.with([spin.stepped(discrete.value, order(1, tall.growth_time() / h))])
 }
 
 pub(crate) const SLOPE_TOPPLE: Problem = Problem {
@@ -64,7 +64,7 @@ fn slope_topple(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         let over = tilt(run.end(0)) > 0.05;
         Ok((over, if over { tall.tipped(&run) } else { tall.propped(&run) }))
     })?;
-    Findings::new(curve, [measured.equals(("slope that topples", "rad"), balance)])
+    curve.with([measured.equals(("slope that topples", "rad"), balance)])
 }
 
 impl TallBox {

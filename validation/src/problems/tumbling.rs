@@ -33,14 +33,12 @@ fn tumble(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let energy = |state: &State| energy(&setup, run.time_step, state);
     let ([gain, gap], end) = ([ledger.gain, ledger.gap], energy(run.end(0)));
     let rest = rest_tolerance(&run, mass, g);
-    Findings::new(
-        run.curve(("energy", "J"), 0, energy),
-        [
-            at_most_zero(("largest gain beyond the turn's", "J"), gain.0, gain.1),
-            equal(("largest gap in the balance", "J"), gap.0, 0.0, gap.1),
-            equal(("energy at the end", "J"), end, mass * g * HALF_SIDE, rest),
-        ],
-    )
+    let curve = run.curve(("energy", "J"), 0, energy);
+    curve.with([
+        at_most_zero(("largest gain beyond the turn's", "J"), gain.0, gain.1),
+        equal(("largest gap in the balance", "J"), gap.0, 0.0, gap.1),
+        equal(("energy at the end", "J"), end, mass * g * HALF_SIDE, rest),
+    ])
 }
 
 /// E, J, with steps of `h` (s).

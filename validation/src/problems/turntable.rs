@@ -90,17 +90,12 @@ fn turntable(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let way = largest(strayed(&run));
     let spin_off = 2.0 * allowed * h / RADIUS + run.flight_rounding();
     let label = ("acceleration of the block", "m/s²");
-    Findings::steady(
-        &run,
-        force,
-        [
-            equal(label, force(run.steps() - 1), expected, allowed)
-                .stepped(expected / (1.0 + (0.5 * h * carried).powi(2)), second_order),
-            at_most_zero(("way on the table", "m"), way, 2.0 * h * held + 8.0 * run.seat()),
-            equal(("spin of the table", "rad/s"), run.end(0).spin[2], carried, spin_off),
-            found
-                .equals(("threshold of the spin", "rad/s"), critical)
-                .stepped(discrete, second_order),
-        ],
-    )
+    let quantities = [
+        equal(label, force(run.steps() - 1), expected, allowed)
+            .stepped(expected / (1.0 + (0.5 * h * carried).powi(2)), second_order),
+        at_most_zero(("way on the table", "m"), way, 2.0 * h * held + 8.0 * run.seat()),
+        equal(("spin of the table", "rad/s"), run.end(0).spin[2], carried, spin_off),
+        found.equals(("threshold of the spin", "rad/s"), critical).stepped(discrete, second_order),
+    ];
+    run.steady(quantities, force)
 }

@@ -59,17 +59,14 @@ fn windows(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let off = 8.0 * (run.sum(|r| r.joint + r.momentum) * h) / SPEED + 1e-11;
     let gap = linkage.worst_gap(&measured);
     let passages = ("passages of the singular position", "");
-    Findings::new(
-        Curve::of(("height of a post's middle", "m"), &run, |k| height(&measured[k])),
-        [
-            equal(("time of a turn", "s"), found, exact, off)
-                .stepped(expected, order(2, exact / h)),
-            equal(passages, singular, 2.0 * TURNS as f64, 0.0),
-            at_most(("largest angle between posts", "rad"), askew, 1e-9),
-            at_most(("largest way of a pin from its place", "m"), gap, 1e-12),
-            at_most(("energy, its largest change", "J"), strayed, most),
-        ],
-    )
+    let curve = Curve::of(("height of a post's middle", "m"), &run, |k| height(&measured[k]));
+    curve.with([
+        equal(("time of a turn", "s"), found, exact, off).stepped(expected, order(2, exact / h)),
+        equal(passages, singular, 2.0 * TURNS as f64, 0.0),
+        at_most(("largest angle between posts", "rad"), askew, 1e-9),
+        at_most(("largest way of a pin from its place", "m"), gap, 1e-12),
+        at_most(("energy, its largest change", "J"), strayed, most),
+    ])
 }
 
 /// The windows upright, with the posts at this spin.
