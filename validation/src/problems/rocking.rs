@@ -1,7 +1,8 @@
 //! A tall box that is tilted over an edge and falls back.
 
-use crate::edge::{Edges, Planar};
+use crate::edge::{Edges, Planar, tilt};
 use crate::prelude::*;
+use std::array::from_fn;
 use std::iter::successors;
 use tumble_core::contact::detection::CONTACT_BAND;
 
@@ -58,22 +59,41 @@ impl TallBox {
         State { spin: v3(0.0, spin, 0.0), velocity, ..resting(self.half_sides[2]) }
     }
 
-    /// The scheme's motion from [`Self::pushed`]: tilt (rad) and spin (rad/s) of each state, for `steps` or
-    /// until a state is `past`.
+    /// The scheme with steps of `h` (s).
+    pub fn edges(&self, h: f64) -> Edges {
+        let (half_sides, gravity) = (self.half_sides.xz(), self.gravity);
+        Edges { half_sides, gravity, friction: FRICTION, time_step: h }
+    }
+
+    /// The scheme's motion from [`Self::pushed`], for `duration` or until a state is `past`.
     pub fn discrete(
         &self,
+        h: f64,
         spin: f64,
-        (h, steps): (f64, usize),
-        past: impl Fn(f64, f64) -> bool,
-    ) -> Vec<(f64, f64)> {
-        let half_sides = self.half_sides.xz();
-        let edges = Edges { half_sides, gravity: self.gravity, friction: FRICTION, time_step: h };
-        let start = self.pushed(spin);
-        let (position, velocity) = (start.position.xz(), start.velocity.xz());
-        let motion = successors(Some(Planar { position, tilt: 0.0, velocity, spin }), |state| {
-            if past(state.tilt, state.spin) { None } else { edges.step(state) }
+        duration: f64,
+        past: impl Fn(&Planar) -> bool,
+    ) -> Vec<Planar> {
+        let (edges, steps) = (self.edges(h), (duration / h).round() as usize);
+        let motion = successors(Some(Planar::of(&self.pushed(spin))), |state| {
+            if past(state) { None } else { edges.step(state) }
         });
-        motion.take(steps + 1).map(|state| (state.tilt, state.spin)).collect()
+        motion.take(steps + 1).collect()
+    }
+
+    /// The effect of a change of the spin at the start by `change` on what `motion` has for a spin, by the
+    /// largest difference from `expected`.
+    pub fn effect<const N: usize>(
+        spin: f64,
+        change: f64,
+        expected: &[f64; N],
+        motion: impl Fn(f64) -> [f64; N],
+    ) -> [f64; N] {
+        let trial = change.max(1e-7 * spin);
+        let [less, more] = [-trial, trial].map(|change| motion(spin + change));
+        from_fn(|i| {
+            let moved = (less[i] - expected[i]).abs().max((more[i] - expected[i]).abs());
+            2.0 * change / trial * moved
+        })
     }
 
     /// The change of the spin at the start with the effect of the residuals of `run`, rad/s
@@ -98,11 +118,6 @@ impl TallBox {
     pub fn setup(&self, start: State, duration: f64) -> Result<Setup, Refusal> {
         Ok(Setup::of_box(self.mass, self.half_sides, start, self.gravity, FRICTION, duration)?)
     }
-}
-
-/// The tilt about the y axis, rad.
-pub(crate) fn tilt(state: &State) -> f64 {
-    angle_about(1, state)
 }
 
 pub(crate) const ROCKING: Problem = Problem {
@@ -136,48 +151,34 @@ fn rocking(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let (alpha, radius, fine) = (tall.balance(), tall.radius(), tall.growth_time() / h);
     let rise = tall.half_sides[2] + 0.5 * tall.inertia() * spin * spin / (tall.mass * tall.gravity);
     let peak = alpha - (rise / radius).acos();
-    let motion: Vec<_> = run.states(0).iter().map(|state| (tilt(state), state.spin[1])).collect();
-    let most = (setup.duration / h).round() as usize;
-    let discrete = |spin: f64| Swing::of(&tall.discrete(spin, (h, most), |tilt, _| tilt < beyond));
-    let (measured, swing) = (Swing::of(&motion), discrete(spin));
+    let motion: Vec<_> = run.states(0).iter().map(Planar::of).collect();
+    let discrete =
+        |spin: f64| swing(&tall.discrete(h, spin, setup.duration, |state| state.tilt < beyond));
+    let (measured, expected) = (swing(&motion), discrete(spin));
 
-    // The effect of a change of the first spin, by the recurrence.
     let change = tall.spin_tolerance(&run, spin);
-    let trial = change.max(1e-7 * spin);
-    let [less, more] = [-trial, trial].map(|change| discrete(spin + change));
-    let effect = |of: fn(&Swing) -> f64| {
-        let moved = (of(&less) - of(&swing)).abs().max((of(&more) - of(&swing)).abs());
-        2.0 * change / trial * moved
-    };
-    let kept = effect(|swing| swing.kept) + 2.0 * change / swing.before;
-    let bound = 2.0 * tall.deceleration() * h / swing.before;
+    let effect = TallBox::effect(spin, change, &expected, discrete);
+    let [_, expected_kept, before] = expected;
+    let kept = effect[1] + 2.0 * change / before;
+    let bound = 2.0 * tall.deceleration() * h / before;
     let housner = 1.0 - 1.5 * alpha.sin().powi(2);
     let curve = run.curve(("tilt", "rad"), 0, tilt);
     curve.with([
-        equal(("peak tilt", "rad"), measured.peak, peak, effect(|swing| swing.peak))
-            .stepped(swing.peak, order(1, fine)),
-        equal(("spin kept at impact", "1"), measured.kept, housner, kept)
-            .stepped(swing.kept, within(bound, fine)),
+        equal(("peak tilt", "rad"), measured[0], peak, effect[0])
+            .stepped(expected[0], order(1, fine)),
+        equal(("spin kept at impact", "1"), measured[1], housner, kept)
+            .stepped(expected_kept, within(bound, fine)),
     ])
 }
 
-/// The measured values of a box that rises and falls back.
-struct Swing {
-    peak: f64, // The largest tilt, rad
-    /// The largest spin in the four steps before the face meets the ground, rad/s.
-    before: f64,
-    kept: f64, // The spin two steps later, as a share of `before`
-}
-
-impl Swing {
-    /// The values for these tilts and spins.
-    fn of(motion: &[(f64, f64)]) -> Self {
-        let peak = largest(motion.iter().map(|(tilt, _)| *tilt));
-        let back = motion.iter().position(|&(tilt, spin)| spin < 0.0 && tilt <= LANDED);
-        let Some(back) = back else { return Self { peak, before: f64::NAN, kept: f64::NAN } };
-        let falling = &motion[back.saturating_sub(4)..back];
-        let before = falling.iter().map(|(_, spin)| -spin).fold(f64::NAN, f64::max);
-        let after = motion.get(back + 1).map_or(f64::NAN, |(_, spin)| -spin);
-        Self { peak, before, kept: after / before }
-    }
+/// The largest tilt (rad) of a box that rises and falls back, the share of its spin that is kept two steps
+/// after its face meets the ground, and the largest spin in the four steps before (rad/s).
+fn swing(motion: &[Planar]) -> [f64; 3] {
+    let peak = largest(motion.iter().map(|state| state.tilt));
+    let back = motion.iter().position(|state| state.spin < 0.0 && state.tilt <= LANDED);
+    let Some(back) = back else { return [peak, f64::NAN, f64::NAN] };
+    let falling = &motion[back.saturating_sub(4)..back];
+    let before = falling.iter().map(|state| -state.spin).fold(f64::NAN, f64::max);
+    let after = motion.get(back + 1).map_or(f64::NAN, |state| -state.spin);
+    [peak, after / before, before]
 }

@@ -11,8 +11,8 @@ const DURATION: f64 = 1.0; // s
 #[derive(Debug, Clone, Copy)]
 struct Ball {
     friction: f64,
-    along: f64, // Gravity along the slope and onto it, m/s²
-    onto: f64,
+    along: f64,     // Gravity along the slope, m/s²
+    onto: f64,      // Gravity onto it, m/s²
     time_step: f64, // h, s
 }
 

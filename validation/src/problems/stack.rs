@@ -20,7 +20,8 @@ struct Tower {
     shares: Vec<Vec<f64>>,
     /// The largest difference between two corners under a box, as a share of a quarter of the force.
     uneven: f64,
-    way: f64, // The longest distance of a box from its start, m, and its tolerance
+    /// The longest distance of a box from its start, m, and its tolerance.
+    way: f64,
     way_tolerance: f64,
     tolerance: f64, // The tolerance of a share
 }

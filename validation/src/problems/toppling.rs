@@ -1,6 +1,7 @@
 //! Thresholds for toppling a tall box: a push, and a slope.
 
-use super::rocking::{TallBox, tilt};
+use super::rocking::TallBox;
+use crate::edge::{Planar, tilt};
 use crate::prelude::*;
 
 pub(crate) const PUSHED_OVER: Problem = Problem {
@@ -18,18 +19,16 @@ fn pushed_over(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let (critical, balance) = (tall.critical_spin(), tall.balance());
     let (h, duration) = (runner.time_step, 20.0 * tall.growth_time());
     // Past the balance, or on the way back.
-    let decided = |tilt: f64, spin: f64| tilt > balance || spin < 0.0;
+    let decided = |state: &Planar| state.tilt > balance || state.spin < 0.0;
     let mut curve = Curve::default();
-    let steps = (h, (duration / h).round() as usize);
     let around = [0.8 * critical, 1.2 * critical + h * tall.deceleration()];
     let discrete = Threshold::find(around, 1e-14 * critical, |spin| {
-        let motion = tall.discrete(spin, steps, decided);
-        Ok((last(&motion).0 > balance, 0.0))
+        let motion = tall.discrete(h, spin, duration, decided);
+        Ok((last(&motion).tilt > balance, 0.0))
     })?;
     let measured = Threshold::near(discrete.value, 1e-6 * critical, |spin| {
         let setup = tall.setup(tall.pushed(spin), duration)?;
-        let run = runner
-            .run_until(&setup, |step| decided(tilt(&step.after[0]), step.after[0].spin[1]))?;
+        let run = runner.run_until(&setup, |step| decided(&Planar::of(&step.after[0])))?;
         curve = run.curve(("tilt near the threshold", "rad"), 0, tilt).beside(|_| balance);
         Ok((tilt(run.end(0)) > balance, tall.spin_tolerance(&run, spin)))
     })?;
