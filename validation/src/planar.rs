@@ -116,9 +116,7 @@ impl Linkage {
         });
         let joints = self.pins.iter().map(|pin| {
             let there = if pin.b.is_some() { in_body(&pin.there) } else { in_world(&pin.there) };
-            let frames =
-                [JointFrame::along(in_body(&pin.at), out)?, JointFrame::along(there, out)?];
-            Ok(Joint::revolute(pin.a, pin.b, frames, Drive::NONE))
+            hinge(pin.a, pin.b, [in_body(&pin.at), there], out, Drive::NONE)
         });
         let joints = joints.collect::<Result<_, Error>>()?;
         let bodies = subjects.collect::<Result<_, Error>>()?;

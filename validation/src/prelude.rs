@@ -1,7 +1,7 @@
 //! Imports of most problems, and small functions that they share.
 
 pub(crate) use crate::Input::{Friction, Gravity, Mass, Restitution, Slope, Speed};
-pub(crate) use crate::quantity::{at_most, at_most_zero, equal, order, within};
+pub(crate) use crate::quantity::{at_most, at_most_zero, equal, order, second_order, within};
 pub(crate) use crate::runner::{Run, Runner, Setup, Step, Subject, largest};
 pub(crate) use crate::threshold::{MOVING, RESOLUTION, Threshold};
 pub(crate) use crate::tolerance::{SlideStep, SlideTolerance, Slider};
@@ -44,6 +44,18 @@ pub(crate) fn about_y(angle: f64) -> Vector4<f64> {
 /// The rotation angle about body axis `axis`, rad.
 pub(crate) fn angle_about(axis: usize, state: &State) -> f64 {
     2.0 * state.attitude[1 + axis].atan2(state.attitude[0])
+}
+
+/// A hinge at the points `at` of body `a` (body axes) and of `b`, or of the world, with the same axis in both.
+pub(crate) fn hinge(
+    a: usize,
+    b: Option<usize>,
+    at: [Vector3<f64>; 2],
+    axis: Vector3<f64>,
+    drive: Drive,
+) -> Result<Joint, Error> {
+    let frames = [JointFrame::along(at[0], axis)?, JointFrame::along(at[1], axis)?];
+    Ok(Joint::revolute(a, b, frames, drive))
 }
 
 /// The last of `values`.

@@ -115,7 +115,6 @@ fn bouncing_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
 }
 
 const TILT: f64 = 0.5; // The tilt of the box that lands on an edge, rad
-const LEAST_SHARE: f64 = 1e-9; // Rounding hides the order of a smaller share (½ h ω)²
 
 pub(crate) const EDGE_IMPACT: Problem = Problem {
     name: "edge-impact",
@@ -154,9 +153,7 @@ fn edge_impact(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let lacking = run.sum(|r| r.momentum + r.normal + r.kinematics) + run.flight_rounding();
     let turning = run.rounding(exact.abs()) + 2.0 * lacking / lever.abs();
     let steps = (1.0 / (h * exact.abs())).min(f64::MAX);
-    let share = (0.5 * h * exact).powi(2);
-    let hidden = share < LEAST_SHARE;
-    let convergence = if hidden { within(share * exact.abs(), steps) } else { order(2, steps) };
+    let convergence = second_order((0.5 * h * exact).powi(2), exact.abs(), steps);
     let curve = run
         .curve(("speed upwards", "m/s"), 0, |state| state.velocity[2])
         .beside(|t| if t > 0.0 { upwards } else { -speed });

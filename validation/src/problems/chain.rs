@@ -34,8 +34,7 @@ fn free_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         Subject::solid_box(mass * (1.0 + 0.3 * link as f64), HALF_SIDES, start)
     });
     let bodies = bodies.collect::<Result<_, _>>()?;
-    let hinge =
-        |side: f64| JointFrame::along(Vector3::x() * (side * HALF_SIDES[0]), v3(0.3, 1.0, 0.2));
+    let ends = [-1.0, 1.0].map(|side| Vector3::x() * (side * HALF_SIDES[0]));
     let square = mass * speed * speed;
     let drive = Drive {
         friction: 1e-3 * square,
@@ -43,8 +42,7 @@ fn free_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         damping: 1e-3 * mass * speed,
         ..Drive::NONE
     };
-    let joints = (1..LINKS)
-        .map(|link| Ok(Joint::revolute(link, Some(link - 1), [hinge(-1.0)?, hinge(1.0)?], drive)));
+    let joints = (1..LINKS).map(|link| hinge(link, Some(link - 1), ends, v3(0.3, 1.0, 0.2), drive));
     let joints = joints.collect::<Result<_, Error>>()?;
     let setup = Setup { joints, ..Setup::new(bodies, 0.0, 0.5, DURATION) };
     let run = runner.run(&setup)?;

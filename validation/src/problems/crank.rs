@@ -41,13 +41,12 @@ fn slider_crank(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         bar(0.02, end, 0.0)?,
     ];
     let x = |x: f64| v3(x, 0.0, 0.0);
-    let hinge = |at: Vector3<f64>| JointFrame::along(at, Vector3::y());
     let slide = |at: Vector3<f64>| JointFrame::along(at, Vector3::x());
     let torque = Drive { force: TORQUE, ..Drive::NONE };
     let stop = Drive { limits: Some([0.0, 1.0]), ..Drive::NONE };
     let joints = vec![
-        Joint::revolute(0, None, [hinge(x(-0.5 * CRANK))?, hinge(middle)?], torque),
-        Joint::revolute(1, Some(0), [hinge(x(-0.5 * ROD))?, hinge(x(0.5 * CRANK))?], Drive::NONE),
+        hinge(0, None, [x(-0.5 * CRANK), middle], Vector3::y(), torque)?,
+        hinge(1, Some(0), [x(-0.5 * ROD), x(0.5 * CRANK)], Vector3::y(), Drive::NONE)?,
         Joint::spherical(2, Some(1), [JointFrame::at(x(0.0)), JointFrame::at(x(0.5 * ROD))]),
         Joint::prismatic(2, None, [slide(x(0.0))?, slide(end)?], stop),
     ];

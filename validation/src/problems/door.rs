@@ -50,15 +50,12 @@ fn door(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     for (length, names) in BEARINGS.into_iter().zip(names) {
         let start = resting(HEIGHT);
         let door = Subject::solid_box(mass, 0.5 * SIDES, start)?;
-        let hinge = |above: f64| {
+        let joints = [0.5 * APART, -0.5 * APART].map(|above| {
             let post = v3(-0.5 * SIDES[0], 0.0, above);
-            let frames = [
-                JointFrame::along(post, Vector3::z())?,
-                JointFrame::along(post + start.position, Vector3::z())?,
-            ];
-            Ok::<_, Error>(Joint::revolute(0, None, frames, Drive::NONE).with_length(length))
-        };
-        let joints = vec![hinge(0.5 * APART)?, hinge(-0.5 * APART)?];
+            let hinge = hinge(0, None, [post, post + start.position], Vector3::z(), Drive::NONE);
+            Ok(hinge?.with_length(length))
+        });
+        let joints = joints.into_iter().collect::<Result<_, Error>>()?;
         let setup = Setup { joints, ..Setup::new(vec![door], gravity, 0.5, DURATION) };
         let (run, forces) = runner.watch(&setup, |step| [0, 1].map(|hinge| step.joints[hinge]))?;
         let [upper, lower] = *last(&forces);

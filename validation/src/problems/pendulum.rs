@@ -47,9 +47,8 @@ impl Rod {
         let position = v3(-ARM * START.sin(), 0.0, HEIGHT - ARM * START.cos());
         let start = State { attitude: about_y(START), ..at_rest(position) };
         let rod = Subject::solid_box(self.mass, HALF_SIDES, start)?;
-        let hinge = |z: f64| JointFrame::along(v3(0.0, 0.0, z), Vector3::y());
-        let frames = [hinge(ARM)?, hinge(HEIGHT)?];
-        let joint = Joint::revolute(0, None, frames, drive).with_length(BEARING);
+        let ends = [ARM, HEIGHT].map(|z| v3(0.0, 0.0, z));
+        let joint = hinge(0, None, ends, Vector3::y(), drive)?.with_length(BEARING);
         Ok(Setup { joints: vec![joint], ..Setup::new(vec![rod], self.gravity, 0.5, duration) })
     }
 

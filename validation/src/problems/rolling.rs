@@ -4,7 +4,6 @@ use crate::prelude::*;
 
 const RADIUS: f64 = 0.2; // R, m
 const MOST_TURN: f64 = 0.25; // The largest rotation of a step, rad
-const LEAST_LAG: f64 = 1e-9; // Rounding hides the order of a smaller share κ² u²
 const DURATION: f64 = 1.0; // s
 
 /// A ball on a plane.
@@ -57,8 +56,7 @@ impl Ball {
 
     /// The convergence of a speed, whose error is about the share κ² u².
     fn lagging(&self, rim: f64, steps: f64) -> Convergence {
-        let share = (self.lag() * rim).powi(2);
-        if share < LEAST_LAG { within(share * rim, steps) } else { order(2, steps) }
+        second_order((self.lag() * rim).powi(2), rim, steps)
     }
 }
 
