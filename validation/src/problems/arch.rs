@@ -75,13 +75,11 @@ fn arch(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let still = 8.0 * run.seat() + 2.0 * run.creep();
     let twice = |run: &Run| 2.0 * force_tolerance(run, gravity);
     let found = Threshold::of_rest(runner, needed, setup, twice)?;
-    let (above, below) =
-        (("thrust above the most, 3/2 μ", "W"), ("thrust below the least, ½ cot(φ + λ)", "W"));
     let quantities = [
         equal(("force under a foot", "W"), foot[2] / weight, 1.5, allowed),
         equal(("vertical force in a joint", "W"), carried, 0.5, allowed),
-        at_most_zero(above, thrust - 1.5 * friction, allowed),
-        at_most_zero(below, least - thrust, allowed),
+        at_most_zero(("thrust above the most, 3/2 μ", "W"), thrust - 1.5 * friction, allowed),
+        at_most_zero(("thrust below the least, ½ cot(φ + λ)", "W"), least - thrust, allowed),
         at_most_zero(("longest way of a stone", "m"), longest, still),
         found.equals(("threshold of friction", "1"), needed),
     ];

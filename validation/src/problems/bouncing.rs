@@ -220,10 +220,9 @@ fn bouncing_balls(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let swing = largest((0..=run.steps()).map(|k| (energy(k) - energy(0)).abs()));
     let beyond = swing - 0.5 * h * g * fastest;
     let sideways = largest(run.all_states().map(|state| state.velocity.xy().norm()));
-    let label = ("largest change of ½ v² + g z − ½ h g v", "J/kg");
     let curve = Curve::of(("energy", "J/kg"), &run, energy).beside(|_| energy(0));
     curve.with([
-        at_most_zero(label, drift, off * fastest),
+        at_most_zero(("largest change of ½ v² + g z − ½ h g v", "J/kg"), drift, off * fastest),
         at_most_zero(("swing of the mean energy beyond ½ h g v", "J/kg"), beyond, off * fastest),
         at_most_zero(("speed sideways", "m/s"), sideways, off),
     ])

@@ -101,10 +101,9 @@ fn bricard(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
         each.sum()
     };
     let strayed = largest((0..steps).map(|k| (energy(k) - energy(0)).abs()));
-    let published = ("way of P₃ from its published place", "m");
     let curve = Curve::of(("height of P₃", "m"), &run, |k| third(k)[1]);
     curve.with([
-        at_most(published, astray, DIGITS + h * h),
+        at_most(("way of P₃ from its published place", "m"), astray, DIGITS + h * h),
         at_most(("largest way of a hinge from its place", "m"), worst.0, 1e-12),
         at_most(("largest angle of a hinge from its axis", "rad"), worst.1, 1e-12),
         at_most(("energy, its largest change", "J"), strayed, 10.0 * h * h),

@@ -113,11 +113,11 @@ fn ball_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         let count = collisions(t);
         GAPS[..count].iter().sum::<f64>() + speed_at(t) * (t - meetings[count])
     };
-    let measured: Vec<f64> = run.states(0).iter().map(|state| state.velocity[0]).collect();
+    let label = ("speed of the first ball", "m/s");
+    let curve = run.curve(label, 0, |state| state.velocity[0]).beside(speed_at);
     let quiet = |t: f64| meetings[1..].iter().all(|&at| t < at - 0.5 * h || t > at + 2.5 * h);
-    let times = (0..measured.len()).map(|k| run.time(k));
-    let errors = times.zip(&measured).filter(|(t, _)| quiet(*t));
-    let worst = largest(errors.map(|(t, v)| (v - speed_at(t)).abs()));
+    let errors = curve.times.iter().zip(&curve.measured).filter(|(t, _)| quiet(**t));
+    let worst = largest(errors.map(|(t, v)| (v - speed_at(*t)).abs()));
     let count = (GAPS.len() + 1) as f64;
     let (off, place_off) = (speed_tolerance(&run, count), place_tolerance(&run, count));
     let (first, last) = (run.end(0), run.end(GAPS.len()));
@@ -127,13 +127,10 @@ fn ball_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     // Balls that a collision leaves apart by its residual separate.
     let row_off = count * run.seat() + 2.0 * place_off;
     let place = place_at(run.end_time());
-    let (label, worst_label) =
-        (("speed of the first ball", "m/s"), ("largest error of the speed between impacts", "m/s"));
-    let curve = Curve::of(label, &run, |k| measured[k]).beside(speed_at);
     curve.with([
         equal(label, first.velocity[0], speed / count, off),
         equal(("speed of the last ball", "m/s"), last.velocity[0], speed / count, off),
-        at_most_zero(worst_label, worst, off),
+        at_most_zero(("largest error of the speed between impacts", "m/s"), worst, off),
         equal(("momentum", "kg m/s"), momentum, mass * speed, count * mass * drift(&run)),
         equal(("place of the first ball", "m"), first.position[0], place, place_off),
         equal(("length of the row of centres", "m"), row, length, row_off),

@@ -159,9 +159,9 @@ fn ball_grid(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         curve = curve.beside(|t| Speeds::exact(t).plate);
     }
     let off = 2.0 * allowed * (squares[1].sqrt() + allowed);
-    let label = ("mean squared error of a velocity", "m²/s²");
     quantities.extend([
-        equal(label, squares[0], 0.0, off).stepped(squares[1], order(4, DURATION / h)),
+        equal(("mean squared error of a velocity", "m²/s²"), squares[0], 0.0, off)
+            .stepped(squares[1], order(4, DURATION / h)),
         at_most_zero(("speed sideways", "m/s"), sideways, allowed),
     ]);
     curve.with(quantities)

@@ -122,13 +122,12 @@ fn fall(inputs: &Inputs, runner: &mut Runner<'_>, restitution: f64) -> Solved {
     let deep = 6.0 * count * (2.0 * seat).powi(2);
     let arm = EDGE as f64 * APART * lacked;
     let fallen = linear[2] + gravity * run.end_time();
-    let about = ("angular momentum about the vertical, a mass", "m²/s");
     let curve = Curve::of(("energy", "J"), &run, |k| energies[k]);
     curve.with([
         at_most_zero(("deepest penetration", "m"), deepest, 2.0 * seat),
         at_most_zero(("mean sum of squared penetrations", "m²"), squares / steps as f64, deep),
         at_most_zero(("horizontal speed of the common centre", "m/s"), drift, lacked),
-        equal(about, angular, start.1, arm),
+        equal(("angular momentum about the vertical, a mass", "m²/s"), angular, start.1, arm),
         equal(("impulse of the ground, a mass", "m/s"), impulse, fallen, lacked),
         at_most_zero(("largest gain of energy, a mass", "J/kg"), gained, worked),
         at_most_zero(("largest spin", "rad/s"), spin, turned),

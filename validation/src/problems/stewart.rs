@@ -117,14 +117,12 @@ fn stewart(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     // The motors hold speeds: the errors of steps add up.
     let off = 32.0 * h * run.sum(|r| r.joint) + run.rounding(32.0 * GROUND);
     let end = run.end(0);
-    let (across, worst_leg) =
-        (("way across and tilt, the larger one", "m"), ("force of a held leg, the worst", "N"));
     let curve = run.curve(("height of the platform", "m"), 0, lifted).beside(|t| exact(t).0);
     curve.with([
         equal(("height of the platform", "m"), lifted(end), above, off),
         equal(("angle that it has turned", "rad"), angle_about(2, end), turn, off),
-        at_most_zero(across, astray, off),
-        equal(worst_leg, bears + worst, bears, force_off),
+        at_most_zero(("way across and tilt, the larger one", "m"), astray, off),
+        equal(("force of a held leg, the worst", "N"), bears + worst, bears, force_off),
         at_most_zero(("way of the held platform", "m"), still.moved(0), still_off),
     ])
 }

@@ -58,11 +58,10 @@ fn windows(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let most = 0.2 * inertia * MASS * (LENGTH * fastest).powi(2) * (h * fastest).powi(2);
     let off = 8.0 * (run.sum(|r| r.joint + r.momentum) * h) / SPEED + 1e-11;
     let gap = linkage.worst_gap(&measured);
-    let passages = ("passages of the singular position", "");
     let curve = Curve::of(("height of a post's middle", "m"), &run, |k| height(&measured[k]));
     curve.with([
         equal(("time of a turn", "s"), found, exact, off).stepped(expected, order(2, exact / h)),
-        equal(passages, singular, 2.0 * TURNS as f64, 0.0),
+        equal(("passages of the singular position", ""), singular, 2.0 * TURNS as f64, 0.0),
         at_most(("largest angle between posts", "rad"), askew, 1e-9),
         at_most(("largest way of a pin from its place", "m"), gap, 1e-12),
         at_most(("energy, its largest change", "J"), strayed, most),
