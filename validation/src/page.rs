@@ -13,8 +13,8 @@ const READING: &str = "Each problem is simulated with a time step h and with its
     exact answer is that of Newton's and Coulomb's laws in continuous time, the discrete one \
     what the step's own equations give for the motion, both solved by hand. A quantity holds if \
     at every h its error, measured − discrete, is within what rounding and the residuals of the \
-    steps allow (100 % of it is the bound itself, which a step may reach), and if measured − exact shrinks as declared. The order in h is p where it goes \
-    like h<sup>p</sup>, from the row above and this one; “exact” stands where the step is exact, \
+    steps allow (100 % of it is the bound itself, which a step may reach), and if measured − exact \
+    shrinks as declared. The order in h is p where it goes like h<sup>p</sup>, from the row above and this one; “exact” stands where the step is exact, \
     a bound where the difference depends on how the steps happen to fall, “hidden” where the \
     residuals hide the order, and “coarse” where the steps are too coarse for one.";
 

@@ -22,6 +22,11 @@ impl Slide {
         self.velocity.norm()
     }
 
+    /// The speed G that a step takes, m/s.
+    fn grip(&self, h: f64) -> f64 {
+        self.friction * self.gravity * h
+    }
+
     /// The stopping time v/(μ g), s.
     fn time(&self) -> f64 {
         self.speed() / (self.friction * self.gravity)
@@ -35,15 +40,13 @@ impl Slide {
 
     /// v_k, m/s.
     fn discrete_speeds(&self, h: f64, steps: usize) -> Vec<f64> {
-        let grip = self.friction * self.gravity * h;
-        (0..=steps).map(|k| (self.speed() - k as f64 * grip).max(0.0)).collect()
+        (0..=steps).map(|k| (self.speed() - k as f64 * self.grip(h)).max(0.0)).collect()
     }
 
     /// v²/(2 μ g), discrete h (M v − ½ M (M + 1) G) with the largest whole M ≤ v/G.
     fn distance(&self, name: &'static str, measured: f64, h: f64, tolerance: f64) -> Quantity {
-        let grip = self.friction * self.gravity * h;
-        let whole = (self.speed() / grip).floor();
-        let discrete = h * (whole * self.speed() - 0.5 * whole * (whole + 1.0) * grip);
+        let whole = (self.speed() / self.grip(h)).floor();
+        let discrete = h * (whole * self.speed() - 0.5 * whole * (whole + 1.0) * self.grip(h));
         equal((name, "m"), measured, self.way(self.time()), tolerance)
             .stepped(discrete, order(1, whole))
     }
@@ -53,7 +56,7 @@ impl Slide {
     }
 
     fn tolerance(&self, run: &Run) -> SlideTolerance {
-        let grip = self.friction * self.gravity * run.time_step;
+        let grip = self.grip(run.time_step);
         let speeds = self.discrete_speeds(run.time_step, run.steps());
         let lean = self.half_sides[2] / self.foot();
         let slider = Slider { mobility: 1.0, friction: self.friction, grip, lean };
@@ -61,8 +64,8 @@ impl Slide {
         slider.tolerance(run, steps.map(|pair| SlideStep { slip: pair[1], share: pair[0] / grip }))
     }
 
-    /// The run, a quarter longer than the slide. The box tips if μ times half its height is more
-    /// than the shorter half side.
+    /// The run, a quarter longer than the slide. The box tips if μ times half its height is more than
+    /// the shorter half side.
     fn run(&self, runner: &mut Runner<'_>) -> Result<Run, Refusal> {
         let (mu, most) = (self.friction, 0.95 * self.foot());
         let below = most / self.half_sides[2];
@@ -71,8 +74,7 @@ impl Slide {
         Refusal::when(mu * self.half_sides[2] >= most, why)?;
         let start = State { velocity: self.velocity, ..resting(self.half_sides[2]) };
         let duration = 1.25 * self.time() + 4.0 * runner.time_step;
-        let setup = Setup::of_box(self.mass, self.half_sides, start, self.gravity, mu, duration)?;
-        runner.run(&setup)
+        runner.run(&Setup::of_box(self.mass, self.half_sides, start, self.gravity, mu, duration)?)
     }
 }
 
@@ -119,12 +121,11 @@ fn sliding_stop(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let slide = Slide::along_x(v3(0.2, 0.15, 0.1), inputs)?;
     let run = slide.run(runner)?;
     let (h, end, allowed) = (run.time_step, run.end(0), slide.tolerance(&run));
-    let grip = slide.friction * slide.gravity * h;
     let measured: Vec<f64> = run.states(0).iter().map(|state| state.velocity.norm()).collect();
     let discrete = slide.discrete_speeds(h, run.steps());
     let on_the_line = discrete[1] > 0.01 * discrete[0];
     let convergence = if on_the_line { Convergence::Exact } else { Convergence::Unresolved };
-    let time = stopping_time([&measured, &discrete], grip, slide.time(), h, &allowed);
+    let time = stopping_time([&measured, &discrete], slide.grip(h), slide.time(), h, &allowed);
     let curve = run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t));
     curve.with([
         slide.distance("stopping distance", end.position[0], h, allowed.way()),
