@@ -32,6 +32,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("The contact problem by itself", "docs/contact-problem.md"),
             ("Plans", "docs/planning.md"),
             ("The Ipopt path", "docs/ipopt-path.md"),
+            ("Problems with closed-form answers", "docs/validation.md"),
         ],
     ),
     (

@@ -118,12 +118,6 @@ pub struct Findings {
     pub curve: Curve,
 }
 
-impl Findings {
-    fn new(curve: Curve, quantities: impl Into<Vec<Quantity>>) -> Solved {
-        Ok(Self { quantities: quantities.into(), curve })
-    }
-}
-
 /// A quantity over time, in the simulation and in closed form.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Curve {
@@ -145,6 +139,11 @@ impl Curve {
         let times: Vec<f64> = (0..=run.steps()).map(|k| run.time(k)).collect();
         let measured = (0..times.len()).map(measured).collect();
         Self { name, unit, measured, exact: vec![f64::NAN; times.len()], times }
+    }
+
+    /// The findings with this curve.
+    fn with(self, quantities: impl Into<Vec<Quantity>>) -> Solved {
+        Ok(Findings { quantities: quantities.into(), curve: self })
     }
 
     /// The curve with the closed form `exact(t)`.

@@ -13,8 +13,8 @@ const READING: &str = "Each problem is simulated with a time step h and with its
     exact answer is that of Newton's and Coulomb's laws in continuous time, the discrete one \
     what the step's own equations give for the motion, both solved by hand. A quantity holds if \
     at every h its error, measured − discrete, is within what rounding and the residuals of the \
-    steps allow (100 % of it is the bound itself, which a step may reach), and if measured − exact shrinks as declared. The order in h is p where it goes \
-    like h<sup>p</sup>, from the row above and this one; “exact” stands where the step is exact, \
+    steps allow (100 % of it is the bound itself, which a step may reach), and if measured − exact \
+    shrinks as declared. The order in h is p where it goes like h<sup>p</sup>, from the row above and this one; “exact” stands where the step is exact, \
     a bound where the difference depends on how the steps happen to fall, “hidden” where the \
     residuals hide the order, and “coarse” where the steps are too coarse for one.";
 
@@ -64,43 +64,55 @@ fn fault(name: &str, count: u64) -> String {
     format!("<td class=\"{class}\" data-name=\"{name}\">{count}</td>")
 }
 
+/// The columns of a table: words, and then numbers.
+fn columns<'a>(words: &[&'a str], numbers: &[&'a str]) -> Vec<(&'a str, bool)> {
+    let words = words.iter().map(|name| (*name, false));
+    words.chain(numbers.iter().map(|name| (*name, true))).collect()
+}
+
+/// Rows of a table with one head for all.
+fn headed(head: &str, rows: &[String]) -> String {
+    let span = rows.len();
+    let head = format!("<th scope=\"rowgroup\" rowspan=\"{span}\">{head}</th>");
+    let row = |(k, row): (usize, &String)| match k {
+        0 => format!("<tr class=\"first\">{head}{row}</tr>\n"),
+        _ => format!("<tr>{row}</tr>\n"),
+    };
+    rows.iter().enumerate().map(row).collect()
+}
+
 /// One row for each problem and solver.
 fn summary(report: &Report) -> String {
-    let columns = [
-        ("problem", false),
-        ("solver", false),
-        ("quantities that hold", false),
-        ("largest error, of the allowed", true),
-        ("steps", true),
-        ("not converged", true),
-        ("fallbacks", true),
-        ("largest residual, m/s", true),
-    ];
-    let mut rows = String::new();
-    for experiment in &report.experiments {
-        let (name, span) = (experiment.problem.name, experiment.series.len());
-        let mut opening = format!(
-            "<tr class=\"first\"><th scope=\"rowgroup\" rowspan=\"{span}\">\
-             <a href=\"#{name}\">{name}</a></th>"
-        );
-        for series in &experiment.series {
-            let (holding, count) = series.holding();
-            let hold = format!("{holding} of {count}");
-            let _ = writeln!(
-                rows,
-                "{}<td>{}</td>{}{}{}{}{}{}</tr>",
-                std::mem::replace(&mut opening, "<tr>".to_owned()),
-                series.solver.name(),
-                verdict(holding == count, &hold, &hold),
-                number("largest error", &share(series)),
-                number("steps", &series.sum(|counts| counts.steps).to_string()),
-                fault("not converged", series.sum(|counts| counts.failed)),
-                number("fallbacks", &series.sum(|counts| counts.fallback).to_string()),
-                number("largest residual, m/s", &brief(series.worst_residual())),
-            );
-        }
-    }
-    table(&columns, &rows)
+    let columns = columns(
+        &["problem", "solver", "quantities that hold"],
+        &[
+            "largest error, of the allowed",
+            "steps",
+            "not converged",
+            "fallbacks",
+            "largest residual, m/s",
+        ],
+    );
+    let row = |series: &Series| {
+        let (holding, count) = series.holding();
+        let hold = format!("{holding} of {count}");
+        [
+            format!("<td>{}</td>", series.solver.name()),
+            verdict(holding == count, &hold, &hold),
+            number("largest error", &share(series)),
+            number("steps", &series.sum(|counts| counts.steps).to_string()),
+            fault("not converged", series.sum(|counts| counts.failed)),
+            number("fallbacks", &series.sum(|counts| counts.fallback).to_string()),
+            number("largest residual, m/s", &brief(series.worst_residual())),
+        ]
+        .concat()
+    };
+    let rows = report.experiments.iter().map(|experiment| {
+        let name = experiment.problem.name;
+        let rows: Vec<_> = experiment.series.iter().map(row).collect();
+        headed(&format!("<a href=\"#{name}\">{name}</a>"), &rows)
+    });
+    table(&columns, &rows.collect::<String>())
 }
 
 /// The largest |error| in percent of the tolerance; a dash if one is not a number. A share below 1 is
@@ -122,52 +134,35 @@ fn share(series: &Series) -> String {
 
 /// One row for each quantity, solver and time step.
 fn quantities(experiment: &Experiment) -> String {
-    let columns = [
-        ("quantity", false),
-        ("solver", false),
-        ("h, s", true),
-        ("exact", true),
-        ("discrete", true),
-        ("measured", true),
-        ("error", true),
-        ("allowed", true),
-        ("order in h", true),
-        ("verdict", false),
-    ];
-    let rows_each: usize = experiment.series.iter().map(|series| series.trials.len()).sum();
-    let mut rows = String::new();
-    for i in 0..experiment.series[0].count() {
+    let mut columns = columns(
+        &["quantity", "solver"],
+        &["h, s", "exact", "discrete", "measured", "error", "allowed", "order in h"],
+    );
+    columns.push(("verdict", false));
+    let row = |series: &Series, i: usize, k: usize| {
+        let (quantity, span) = (series.quantity(i, k), series.trials.len());
+        let solver = format!("<td rowspan=\"{span}\">{}</td>", series.solver.name());
+        [
+            if k == 0 { solver } else { String::new() },
+            number("h, s", &series.trials[k].time_step.to_string()),
+            number("exact", &figure(quantity.exact)),
+            number("discrete", &figure(quantity.discrete)),
+            number("measured", &figure(quantity.measured)),
+            number("error", &brief(quantity.error())),
+            number("allowed", &brief(quantity.tolerance)),
+            number("order", &series.order(i, k)),
+            verdict(series.fault(i, k).is_none(), "holds", "off"),
+        ]
+        .concat()
+    };
+    let rows = (0..experiment.series[0].count()).map(|i| {
         let named = experiment.series[0].quantity(i, 0);
-        let name = match named.unit {
-            "1" => escape(named.name),
-            unit => escape(&format!("{}, {unit}", named.name)),
-        };
-        let mut opening = format!(
-            "<tr class=\"first\"><th scope=\"rowgroup\" rowspan=\"{rows_each}\">{name}</th>"
-        );
-        for series in &experiment.series {
-            let span = series.trials.len();
-            let mut solver = format!("<td rowspan=\"{span}\">{}</td>", series.solver.name());
-            for (k, trial) in series.trials.iter().enumerate() {
-                let quantity = series.quantity(i, k);
-                let _ = writeln!(
-                    rows,
-                    "{}{}{}{}{}{}{}{}{}{}</tr>",
-                    std::mem::replace(&mut opening, "<tr>".to_owned()),
-                    std::mem::take(&mut solver),
-                    number("h, s", &trial.time_step.to_string()),
-                    number("exact", &figure(quantity.exact)),
-                    number("discrete", &figure(quantity.discrete)),
-                    number("measured", &figure(quantity.measured)),
-                    number("error", &brief(quantity.error())),
-                    number("allowed", &brief(quantity.tolerance)),
-                    number("order", &series.order(i, k)),
-                    verdict(series.fault(i, k).is_none(), "holds", "off"),
-                );
-            }
-        }
-    }
-    table(&columns, &rows)
+        let unit = if named.unit == "1" { String::new() } else { format!(", {}", named.unit) };
+        let of = |series: &'_ Series| (0..series.trials.len()).map(|k| row(series, i, k)).collect();
+        let rows: Vec<Vec<String>> = experiment.series.iter().map(of).collect();
+        headed(&escape(&format!("{}{unit}", named.name)), &rows.concat())
+    });
+    table(&columns, &rows.collect::<String>())
 }
 
 /// Marks along Ipopt's curve.

@@ -3,10 +3,8 @@
 use crate::prelude::*;
 use nalgebra::{DMatrix, DVector, Matrix2, Matrix3};
 
-/// The plane's origin above the ground, m.
-const HEIGHT: f64 = 2.0;
-/// Newton iterations until a step settles to the last digit.
-const ROUNDS: usize = 12;
+const HEIGHT: f64 = 2.0; // The plane's origin above the ground, m
+const ROUNDS: usize = 12; // Newton iterations until a step settles to the last digit
 
 /// The plane of the linkage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,20 +116,15 @@ impl Linkage {
         });
         let joints = self.pins.iter().map(|pin| {
             let there = if pin.b.is_some() { in_body(&pin.there) } else { in_world(&pin.there) };
-            let frames =
-                [JointFrame::along(in_body(&pin.at), out)?, JointFrame::along(there, out)?];
-            Ok(Joint::revolute(pin.a, pin.b, frames, Drive::NONE))
+            hinge(pin.a, pin.b, [in_body(&pin.at), there], out, Drive::NONE)
         });
         let joints = joints.collect::<Result<_, Error>>()?;
         let bodies = subjects.collect::<Result<_, Error>>()?;
         Ok(Setup { joints, ..Setup::new(bodies, gravity, 0.5, duration) })
     }
 
-    /// The accelerations at rest under `loads`, m/s² and rad/s², with the forces λ of the pins:
-    ///
-    /// ```text
-    /// J M⁻¹ Jᵀ λ = −J M⁻¹ f,   a = M⁻¹ (f + Jᵀ λ)
-    /// ```
+    /// The accelerations at rest under `loads`, a = M⁻¹ (f + Jᵀ λ) with J M⁻¹ Jᵀ λ = −J M⁻¹ f, m/s² and
+    /// rad/s².
     pub fn accelerations(&self, loads: &[Load]) -> Vec<(Vector2<f64>, f64)> {
         let bars = self.bars.iter().zip(loads);
         let free: Vec<_> =
@@ -204,16 +197,12 @@ impl Linkage {
         matrix
     }
 
-    /// The states at the start and after each of `count` steps of `h` (s), with the `loads` at the
-    /// step's start:
+    /// The states at the start and after each of `count` steps of `h` (s). The `loads` and the forces of
+    /// the pins, which close the gaps at the step's end, act at its start:
     ///
     /// ```text
-    /// v⁺ = v + h F/m,   r⁺ = r + h v⁺,
-    /// I (w(ω⁺) − w(ω)) = h T,   φ⁺ = φ + 2 atan ½hω⁺,   w(ω) = ω (1 + (½ h ω)²)
+    /// v⁺ = v + h F/m,   r⁺ = r + h v⁺,   I (w(ω⁺) − w(ω)) = h T,   φ⁺ = φ + 2 atan ½hω⁺
     /// ```
-    ///
-    /// F and T include the forces of the pins, which act at their positions at the step's start and close
-    /// the pins' gaps at its end.
     pub fn steps(
         &self,
         h: f64,
@@ -263,15 +252,25 @@ impl Linkage {
         all
     }
 
-    /// ½ Σ m v² + I w(ω)², J, the mean of two states.
-    pub fn mean_kinetic(&self, pair: &[Vec<Placed>], h: f64) -> f64 {
+    /// The largest change of the energy over a track, J: `potential` in a state, and the mean kinetic
+    /// energy ½ Σ m v² + I w(ω)² of the state and the next one.
+    pub fn energy_change(
+        &self,
+        track: &[Vec<Placed>],
+        h: f64,
+        potential: impl Fn(&[Placed]) -> f64,
+    ) -> f64 {
         let kinetic = |at: &[Placed]| {
             let each = self.bars.iter().zip(at).map(|(bar, at)| {
                 bar.mass * at.velocity.norm_squared() + bar.moment * momentum(h, at.spin).0.powi(2)
             });
             0.5 * each.sum::<f64>()
         };
-        0.5 * (kinetic(&pair[0]) + kinetic(&pair[1]))
+        let energy = |pair: &[Vec<Placed>]| {
+            0.5 * (kinetic(&pair[0]) + kinetic(&pair[1])) + potential(&pair[0])
+        };
+        let start = energy(&track[..2]);
+        largest(track.windows(2).map(|pair| (energy(pair) - start).abs()))
     }
 
     /// The planar state of a body, with the angle nearest to `near` (rad).

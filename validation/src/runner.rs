@@ -1,8 +1,8 @@
 //! Simulation of the problems' setups with the solver under test.
 
-use crate::quantity::Label;
+use crate::quantity::{Convergence, Label, Quantity, equal, order};
 use crate::residual::Residual;
-use crate::{Curve, Refusal};
+use crate::{Curve, Refusal, Solved};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -87,6 +87,19 @@ impl Setup {
     /// These bodies on level ground.
     pub fn new(bodies: Vec<Subject>, gravity: f64, friction: f64, duration: f64) -> Self {
         Self { bodies, gravity, friction, duration, ..Self::default() }
+    }
+
+    /// A solid box on level ground.
+    pub fn of_box(
+        mass: f64,
+        half_sides: Vector3<f64>,
+        start: State,
+        gravity: f64,
+        friction: f64,
+        duration: f64,
+    ) -> Result<Self, Error> {
+        let bodies = vec![Subject::solid_box(mass, half_sides, start)?];
+        Ok(Self::new(bodies, gravity, friction, duration))
     }
 }
 
@@ -398,14 +411,46 @@ impl Run {
         Curve::of(label, self, |k| measured(k.saturating_sub(1)))
     }
 
+    /// Findings of steady motion: the curve is the first quantity, `measured` in each step.
+    pub fn steady(
+        &self,
+        quantities: impl Into<Vec<Quantity>>,
+        measured: impl Fn(usize) -> f64,
+    ) -> Solved {
+        let quantities = quantities.into();
+        let Quantity { name, unit, exact, .. } = quantities[0];
+        self.curve_of_steps((name, unit), measured).beside(|_| exact).with(quantities)
+    }
+
     /// The largest value of a function of the states of body `index`, at least 0.
     pub fn most(&self, index: usize, measured: impl Fn(&State) -> f64) -> f64 {
         largest(self.states(index).iter().map(measured))
     }
 
-    /// How far the centre of body `index` is from its start at the end, m.
+    /// The distance of the centre of body `index` from its start at the end, m.
     pub fn moved(&self, index: usize) -> f64 {
         (self.end(index).position - self.states(index)[0].position).norm()
+    }
+
+    /// The largest distance of the centre of body `index` from its start, m.
+    pub fn strayed(&self, index: usize) -> f64 {
+        let start = self.states(index)[0].position;
+        self.most(index, |state| (state.position - start).norm())
+    }
+
+    /// The distance ½ a t² at the end of a run from rest with the acceleration `a`; N steps move it by
+    /// ½ a h² N (N + 1).
+    pub fn accelerated(&self, label: Label, measured: f64, a: f64, tolerance: f64) -> Quantity {
+        let (h, steps, t) = (self.time_step, self.steps() as f64, self.end_time());
+        let convergence = if a > 0.0 { order(1, steps) } else { Convergence::Exact };
+        equal(label, measured, 0.5 * a * t * t, tolerance)
+            .stepped(0.5 * a * h * h * steps * (steps + 1.0), convergence)
+    }
+
+    /// The mean over all bodies of a function of state `k`.
+    pub fn mean(&self, k: usize, measured: impl Fn(&State) -> f64) -> f64 {
+        let values = self.states.iter().map(|states| measured(&states[k]));
+        values.sum::<f64>() / self.states.len() as f64
     }
 
     /// The speed of the fastest body at the end, m/s.

@@ -12,8 +12,7 @@ pub(crate) struct Threshold {
     pub tolerance: f64,
 }
 
-/// The resolution of thresholds, as a share of them.
-pub(crate) const RESOLUTION: f64 = 1e-6;
+pub(crate) const RESOLUTION: f64 = 1e-6; // The resolution of thresholds, as a share of them
 /// The speed of a moving body, as a share of that of free fall.
 pub(crate) const MOVING: f64 = 1e-8;
 

@@ -1,68 +1,32 @@
 //! The effect of the steps' residuals on the result of a run.
 //!
-//! A step whose friction law has the residual δ satisfies the law exactly at each corner i, for a
-//! slip and an impulse that differ by at most δ (formulation.md, section 7, "backward error"):
-//! p̂_i = Π(p_i − c_i) and |p_i − p̂_i| ≤ δ. Impulses are per unit mass, so that they are
-//! speeds. G = Σ R_i is the largest friction, n the number of corners, and W the mobility: the speed
-//! that a unit impulse makes, which is 1 for a sliding mass and m R²/I for the rim of a turning one.
-//!
-//! **Slip c with |c| > δ.** The impulse p_i − c_i lies outside the disc and p̂_i on its edge, so
-//! that the angle φ between p̂_i and −c has sin φ ≤ δ/|c|. The friction along the slip is G to within
+//! With W the mobility, G the largest friction of a step, n corners, and a step whose friction law has the
+//! residual δ (docs/validation.md, "Tolerances of a slide"):
 //!
 //! ```text
-//! n δ + G (δ/|c|)²                                                                    (a)
+//! friction along a slip c   G to within n δ + G (δ/|c|)²              (a)
+//! slip while held by τ G    |c| ≤ δ/√(1 − τ²)                         (b)
+//! error of any slip         |c − c*| ≤ W n δ + (W G δ²)^⅓             (c)
 //! ```
-//!
-//! and across it at most √W n δ + G δ/|c|, where √W ≤ 2 includes a rotation of the box.
-//!
-//! **Sticking.** A body held by the share τ < 1 of G slips with at most
-//!
-//! ```text
-//! |c| ≤ δ/√(1 − τ²)                                                                   (b)
-//! ```
-//!
-//! since a faster slip would make the friction at least G √(1 − (δ/|c|)²) > τ G. This bounds
-//! positions whatever the velocities are. G itself has the error 2 μ δ_n, which adds to the share.
-//!
-//! **Any step**, with the slip c* of an exact step: friction is at most G + n δ, so that
-//! c ≥ c* − W n δ, and a slip above δ has (a), so that c − c* ≤ W (n δ + G (δ/(c − c*))²). Hence
-//!
-//! ```text
-//! |c − c*| ≤ W n δ + (W G δ²)^⅓                                                       (c)
-//! ```
-//!
-//! and across it the smaller of |c| and √W n δ + G δ/|c|, at most √W n δ + √(G δ). A step of
-//! friction does not separate two velocities (it is a proximal map), so that these errors add up,
-//! until the body stops.
-//!
-//! **The normal law** does not add up. A touching corner stays within h δ_n of the ground and its
-//! normal speed within 2 δ_n. Friction misses at most μ W 2 δ_n of speed in all, and the distance
-//! has the error μ W h δ_n.
 
 use crate::residual::Residual;
 use crate::runner::{Run, largest};
 
-/// Corners of a face.
-const CORNERS: f64 = 4.0;
+const CORNERS: f64 = 4.0; // Corners of a face
 
 /// The exact values of a step of a slide.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SlideStep {
-    /// |c|, m/s; 0 for a body that sticks.
-    pub slip: f64,
-    /// τ: the force to hold the body, as a share of the largest friction.
-    pub share: f64,
+    pub slip: f64,  // |c|, m/s; 0 for a body that sticks
+    pub share: f64, // τ: the force to hold the body, as a share of the largest friction
 }
 
 /// A sliding body.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Slider {
-    /// W, 1.
-    pub mobility: f64,
-    /// μ.
-    pub friction: f64,
-    /// G: the largest friction of a step, m/s.
-    pub grip: f64,
+    pub mobility: f64, // W, 1
+    pub friction: f64, // μ
+    pub grip: f64,     // G: the largest friction of a step, m/s
     /// The height of the centre over the half width of the face: a face that is off by d tilts the
     /// centre sideways by `lean` d.
     pub lean: f64,
@@ -71,16 +35,11 @@ pub(crate) struct Slider {
 /// Tolerances of a slide.
 #[derive(Debug, Clone)]
 pub(crate) struct SlideTolerance {
-    /// Speed after each step, m/s.
-    pub speeds: Vec<f64>,
-    /// Distance after each step, m.
-    pub ways: Vec<f64>,
-    /// Speed change in each step without `lifted`, m/s.
-    pub changes: Vec<f64>,
-    /// Speed change by the normal law, m/s, in any number of steps.
-    pub lifted: f64,
-    /// Distance across the slide, m.
-    pub across: f64,
+    pub speeds: Vec<f64>,  // Speed after each step, m/s
+    pub ways: Vec<f64>,    // Distance after each step, m
+    pub changes: Vec<f64>, // Speed change in each step without `lifted`, m/s
+    pub lifted: f64,       // Speed change by the normal law, m/s, in any number of steps
+    pub across: f64,       // Distance across the slide, m
 }
 
 impl Slider {

@@ -1,40 +1,17 @@
 //! An arch of three voussoirs on the ground.
-//!
-//! Half a ring is cut into three equal stones of the weight W. The joints between the keystone and the
-//! springers are inclined by φ = 30° to the vertical. Half of the keystone's weight and the thrust H
-//! act in each joint, whose normal is inclined by φ to the horizontal. With the angle of friction λ,
-//! tan λ = μ, the force stays within λ of it:
-//!
-//! ```text
-//! φ − λ ≤ atan(½ W/H) ≤ φ + λ,   so that H ≥ ½ W cot(φ + λ)
-//! ```
-//!
-//! A springer slides outwards unless H ≤ μ (W + ½ W). Both hold for some H if
-//!
-//! ```text
-//! ½ (1 − μ T) ≤ ³⁄₂ μ (T + μ),   T = tan φ:   μ ≥ (√(4 T² + 3) − 2 T)/3
-//! ```
-//!
-//! The thrust line passes the middle of a springer's foot by a tenth of its thickness. If an unsymmetric
-//! H or line would do, the mean of it and its mirror image does, for cones and joints are convex.
 
 use crate::prelude::*;
 use std::f64::consts::PI;
 
-/// Stones.
-const STONES: usize = 3;
+const STONES: usize = 3; // Stones
 /// Radii of the half ring, and half its width, m.
 const INNER: f64 = 0.7;
 const OUTER: f64 = 1.3;
 const HALF_WIDTH: f64 = 0.3;
-/// s.
-const DURATION: f64 = 0.3;
-/// Corners of two feet and two joints.
-const POINTS: f64 = 16.0;
-/// The friction of the arch at rest, as a multiple of the threshold.
-const STANDS: f64 = 1.3;
-/// T = tan φ.
-const INCLINED: f64 = 0.577_350_269_189_625_8;
+const DURATION: f64 = 0.3; // s
+const POINTS: f64 = 16.0; // Corners of two feet and two joints
+const STANDS: f64 = 1.3; // The friction of the arch at rest, as a multiple of the threshold
+const INCLINED: f64 = 0.577_350_269_189_625_8; // T = tan φ
 
 /// Stone `index`, from the right.
 fn stone(mass: f64, index: usize) -> Result<Subject, Refusal> {
@@ -70,9 +47,11 @@ pub(crate) const ARCH: Problem = Problem {
     ..Problem::solved_by(arch)
 };
 
-/// With 1.3 times the friction that it takes: half of all weight under each foot, ³⁄₂ W, half of the
-/// keystone's in each joint, and a thrust between the two bounds; and the threshold. All hold for a
-/// step at rest.
+/// ³⁄₂ W under a foot, ½ W in a joint, and a thrust H between its bounds:
+///
+/// ```text
+/// ½ cot(φ + λ) ≤ H/W ≤ ³⁄₂ μ for some H if μ ≥ (√(4 T² + 3) − 2 T)/3,   tan λ = μ
+/// ```
 fn arch(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, gravity] = inputs.all([Mass, Gravity])?;
     let weight = mass * gravity;
@@ -88,7 +67,7 @@ fn arch(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         };
         (sum(Partner::Ground), sum(Partner::Body(1)))
     })?;
-    let (foot, joint) = forces[forces.len() - 1];
+    let (foot, joint) = *last(&forces);
     let (thrust, carried) = (joint[0].abs() / weight, joint[2].abs() / weight);
     let allowed = force_tolerance(&run, gravity);
     let least = 0.5 * (1.0 - friction * INCLINED) / (friction + INCLINED);
@@ -96,18 +75,13 @@ fn arch(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let still = 8.0 * run.seat() + 2.0 * run.creep();
     let twice = |run: &Run| 2.0 * force_tolerance(run, gravity);
     let found = Threshold::of_rest(runner, needed, setup, twice)?;
-    let label = ("force under a foot", "W");
-    let (above, below) =
-        (("thrust above the most, 3/2 μ", "W"), ("thrust below the least, ½ cot(φ + λ)", "W"));
-    Findings::new(
-        run.curve_of_steps(label, |k| forces[k].0[2] / weight).beside(|_| 1.5),
-        [
-            equal(label, foot[2] / weight, 1.5, allowed),
-            equal(("vertical force in a joint", "W"), carried, 0.5, allowed),
-            at_most_zero(above, thrust - 1.5 * friction, allowed),
-            at_most_zero(below, least - thrust, allowed),
-            at_most_zero(("longest way of a stone", "m"), longest, still),
-            found.equals(("threshold of friction", "1"), needed),
-        ],
-    )
+    let quantities = [
+        equal(("force under a foot", "W"), foot[2] / weight, 1.5, allowed),
+        equal(("vertical force in a joint", "W"), carried, 0.5, allowed),
+        at_most_zero(("thrust above the most, 3/2 μ", "W"), thrust - 1.5 * friction, allowed),
+        at_most_zero(("thrust below the least, ½ cot(φ + λ)", "W"), least - thrust, allowed),
+        at_most_zero(("longest way of a stone", "m"), longest, still),
+        found.equals(("threshold of friction", "1"), needed),
+    ];
+    run.steady(quantities, |k| forces[k].0[2] / weight)
 }

@@ -5,16 +5,11 @@ use crate::prelude::*;
 /// m.
 const LOWER: Vector3<f64> = Vector3::new(1.0, 0.3, 0.05);
 const UPPER: Vector3<f64> = Vector3::new(0.1, 0.1, 0.05);
-/// The upper block, in masses of the lower one.
-const UPPER_SHARE: f64 = 0.5;
-/// The largest distance of the upper block on the lower one, m.
-const WAY: f64 = 1.2;
-/// s.
-const DURATION: f64 = 0.5;
-/// Simulated time at a threshold, s.
-const WATCH: f64 = 0.2;
-/// Corners that slide, of two faces.
-const CORNERS: f64 = 8.0;
+const UPPER_SHARE: f64 = 0.5; // The upper block, in masses of the lower one
+const WAY: f64 = 1.2; // The largest distance of the upper block on the lower one, m
+const DURATION: f64 = 0.5; // s
+const WATCH: f64 = 0.2; // Simulated time at a threshold, s
+const CORNERS: f64 = 8.0; // Corners that slide, of two faces
 
 #[derive(Debug, Clone, Copy)]
 struct Blocks {
@@ -52,8 +47,8 @@ impl Blocks {
         Ok(Setup { frictions, ..Setup::new(bodies, self.gravity, self.frictions[0], duration) })
     }
 
-    /// Down a slope with gravity `s` along it and `n` onto it, from rest. As one with
-    /// a = max(0, s − μ₁ n) if the upper block sticks, min(s, μ₁ n) ≤ μ₂ n; otherwise
+    /// Down a slope with gravity `s` along it and `n` onto it: max(0, s − μ₁ n) as one if
+    /// min(s, μ₁ n) ≤ μ₂ n; otherwise
     ///
     /// ```text
     /// a₂ = s − μ₂ n,   m₁ a₁ = max(0, m₁ s + μ₂ m₂ n − μ₁ (m₁ + m₂) n)
@@ -68,8 +63,7 @@ impl Blocks {
         [(pull / m1).max(0.0), s - upper * n]
     }
 
-    /// (μ₁ + μ₂) (m₁ + m₂) g: the pull beyond which the upper block stays behind, N. As one the blocks
-    /// have (F − μ₁ (m₁ + m₂) g)/(m₁ + m₂), and the upper one at most μ₂ g.
+    /// The pull (μ₁ + μ₂) (m₁ + m₂) g beyond which the upper block stays behind, N.
     fn parting_force(&self) -> f64 {
         (self.frictions[0] + self.frictions[1]) * self.mass() * self.gravity
     }
@@ -111,17 +105,13 @@ fn mean_tolerance(run: &Run) -> f64 {
 const UPPER_MOVES: [&str; 2] = ["speed of the upper block", "way of the upper block"];
 const LOWER_MOVES: [&str; 2] = ["speed of the lower block", "way of the lower block"];
 
-/// Speed and distance of block `index`. Velocities are exact, v_k = k a h, and the distance is
-/// x = ½ a h² N (N + 1).
+/// Speed and distance of block `index` with the acceleration `a`.
 fn moved([speed, way]: [&'static str; 2], run: &Run, index: usize, a: f64) -> [Quantity; 2] {
-    let (h, steps, t, end) = (run.time_step, run.steps() as f64, run.end_time(), run.end(index));
-    let off = speed_tolerance(run);
+    let (t, end, off) = (run.end_time(), run.end(index), speed_tolerance(run));
     let found = end.position[0] - run.states(index)[0].position[0];
-    let convergence = if a > 0.0 { order(1, steps) } else { Convergence::Exact };
     [
         equal((speed, "m/s"), end.velocity[0], a * t, off),
-        equal((way, "m"), found, 0.5 * a * t * t, t * off + run.seat())
-            .stepped(0.5 * a * h * h * steps * (steps + 1.0), convergence),
+        run.accelerated((way, "m"), found, a, t * off + run.seat()),
     ]
 }
 
@@ -136,8 +126,7 @@ pub(crate) const BLOCKS_ON_SLOPE: Problem = Problem {
     ..Problem::solved_by(blocks_on_slope)
 };
 
-/// [`Blocks::sliding`], with μ below and μ/2 above and the other way round. The threshold is atan μ/2
-/// of the smoother face in both. Steps at rest and at constant friction are exact.
+/// [`Blocks::sliding`] with the smoother face above and below; its threshold is atan μ/2 in both.
 fn blocks_on_slope(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [gravity, slope] = inputs.all([Gravity, Slope])?;
     let smooth_above = Blocks::new(inputs, [1.0, 0.5])?;
@@ -164,17 +153,18 @@ fn blocks_on_slope(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         Ok::<_, Refusal>([found.equals((name, "rad"), onset)])
     };
     let as_one_names = ["speed of both, smooth below", "way of both, smooth below"];
-    Findings::new(
-        apart.curve((UPPER_MOVES[0], "m/s"), 1, |state| state.velocity[0]).beside(|t| upper * t),
-        [
-            &moved(UPPER_MOVES, &apart, 1, upper)[..],
-            &moved(LOWER_MOVES, &apart, 0, lower),
-            &moved(as_one_names, &together, 1, as_one),
-            &threshold(&smooth_above, "threshold of the upper face", 1)?,
-            &threshold(&smooth_below, "threshold of the lower face", 0)?,
-        ]
-        .concat(),
-    )
+    let quantities = [
+        &moved(UPPER_MOVES, &apart, 1, upper)[..],
+        &moved(LOWER_MOVES, &apart, 0, lower),
+        &moved(as_one_names, &together, 1, as_one),
+        &threshold(&smooth_above, "threshold of the upper face", 1)?,
+        &threshold(&smooth_below, "threshold of the lower face", 0)?,
+    ]
+    .concat();
+    apart
+        .curve((UPPER_MOVES[0], "m/s"), 1, |state| state.velocity[0])
+        .beside(|t| upper * t)
+        .with(quantities)
 }
 
 pub(crate) const PULLED_BLOCK: Problem = Problem {
@@ -188,8 +178,7 @@ pub(crate) const PULLED_BLOCK: Problem = Problem {
     ..Problem::solved_by(pulled_block)
 };
 
-/// [`Blocks::pulled`], with μ₁ = μ/2 and μ₂ = μ, on both sides of the parting force: with a pull half
-/// way between what the ground holds and it, and with 1.5 of it.
+/// [`Blocks::pulled`] with μ₁ = μ/2 and μ₂ = μ, on both sides of the parting force.
 fn pulled_block(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let blocks = Blocks::new(inputs, [0.5, 1.0])?;
     let (gravity, parting) = (blocks.gravity, blocks.parting_force());
@@ -207,14 +196,15 @@ fn pulled_block(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         let parts = first - second > MOVING * blocks.frictions[1] * gravity * WATCH;
         Ok((parts, blocks.mass() * mean_tolerance(&run)))
     })?;
-    Findings::new(
-        apart.curve((LOWER_MOVES[0], "m/s"), 0, |state| state.velocity[0]).beside(|t| lower * t),
-        [
-            &moved(["speed as one", "way as one"], &together, 1, as_one)[..],
-            &moved(UPPER_MOVES, &apart, 1, upper),
-            &moved(LOWER_MOVES, &apart, 0, lower),
-            &[found.equals(("threshold of the pull", "N"), parting)],
-        ]
-        .concat(),
-    )
+    let quantities = [
+        &moved(["speed as one", "way as one"], &together, 1, as_one)[..],
+        &moved(UPPER_MOVES, &apart, 1, upper),
+        &moved(LOWER_MOVES, &apart, 0, lower),
+        &[found.equals(("threshold of the pull", "N"), parting)],
+    ]
+    .concat();
+    apart
+        .curve((LOWER_MOVES[0], "m/s"), 0, |state| state.velocity[0])
+        .beside(|t| lower * t)
+        .with(quantities)
 }

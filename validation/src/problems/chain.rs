@@ -7,8 +7,7 @@ use crate::prelude::*;
 const LINKS: usize = 5;
 const HALF_SIDES: Vector3<f64> = Vector3::new(0.15, 0.04, 0.02);
 const DURATION: f64 = 0.5;
-/// Above the ground, m.
-const HEIGHT: f64 = 4.0;
+const HEIGHT: f64 = 4.0; // Above the ground, m
 
 pub(crate) const FREE_CHAIN: Problem = Problem {
     name: "free-chain",
@@ -22,8 +21,7 @@ pub(crate) const FREE_CHAIN: Problem = Problem {
     ..Problem::solved_by(free_chain)
 };
 
-/// The forces of a joint on its two bodies are opposite and at one point of the world, so that Σ m v
-/// and Σ r × m v + A P⁻(ω) (eq. 34) are constant, also in the scheme (`pair.rs`).
+/// Σ m v and Σ r × m v + A P⁻(ω) are constant.
 fn free_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, speed] = inputs.all([Mass, Speed])?;
     let why = format!("speed {speed} rad/s turns it too far a step");
@@ -36,8 +34,7 @@ fn free_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         Subject::solid_box(mass * (1.0 + 0.3 * link as f64), HALF_SIDES, start)
     });
     let bodies = bodies.collect::<Result<_, _>>()?;
-    let hinge =
-        |side: f64| JointFrame::along(Vector3::x() * (side * HALF_SIDES[0]), v3(0.3, 1.0, 0.2));
+    let ends = [-1.0, 1.0].map(|side| Vector3::x() * (side * HALF_SIDES[0]));
     let square = mass * speed * speed;
     let drive = Drive {
         friction: 1e-3 * square,
@@ -45,8 +42,7 @@ fn free_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         damping: 1e-3 * mass * speed,
         ..Drive::NONE
     };
-    let joints = (1..LINKS)
-        .map(|link| Ok(Joint::revolute(link, Some(link - 1), [hinge(-1.0)?, hinge(1.0)?], drive)));
+    let joints = (1..LINKS).map(|link| hinge(link, Some(link - 1), ends, v3(0.3, 1.0, 0.2), drive));
     let joints = joints.collect::<Result<_, Error>>()?;
     let setup = Setup { joints, ..Setup::new(bodies, 0.0, 0.5, DURATION) };
     let run = runner.run(&setup)?;
@@ -58,11 +54,9 @@ fn free_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let rounding = 4.0 * run.rounding(HEIGHT) * speed;
     let turned_off = total * (3.0 * arm * lacked + speed * astray + rounding);
     let angular = |k: usize| momenta(&setup.bodies, &run, k, &middle).1.norm();
-    Findings::new(
-        Curve::of(("angular momentum", "kg m²/s"), &run, angular).beside(|_| angular(0)),
-        [
-            at_most_zero(("change of the momentum", "kg m/s"), strayed, total * lacked),
-            at_most_zero(("change of the angular momentum", "kg m²/s"), turned, turned_off),
-        ],
-    )
+    let curve = Curve::of(("angular momentum", "kg m²/s"), &run, angular).beside(|_| angular(0));
+    curve.with([
+        at_most_zero(("change of the momentum", "kg m/s"), strayed, total * lacked),
+        at_most_zero(("change of the angular momentum", "kg m²/s"), turned, turned_off),
+    ])
 }

@@ -1,11 +1,4 @@
 //! Collisions in a line without gravity: boxes, a row of balls, Newton's cradle.
-//!
-//! A collision without restitution ends with the common velocity V = Σ m v/Σ m.
-//!
-//! **The scheme.** The gap φ of two approaching bodies must not be negative at the end of the step: the
-//! step of the collision ends with φ⁺ = 0, the relative velocity φ/h and the momentum as before; the
-//! next one ends with the common velocity. Since the centre of mass moves evenly and the gap closes
-//! exactly, positions are those of continuous time once the bodies touch, for any h.
 
 use crate::prelude::*;
 
@@ -19,9 +12,8 @@ fn drift(run: &Run) -> f64 {
     run.sum(|r| r.momentum) + run.flight_rounding()
 }
 
-/// The tolerance of a speed of `bodies` in a row, m/s. Two neighbours in contact separate with at most
-/// 2 δ_n and the residual of positions, which does not add up over the steps; a body differs from the
-/// centre by at most what all neighbours do.
+/// The tolerance of a speed of `bodies` in a row, m/s. Neighbours in contact separate with at most 2 δ_n and
+/// the residual of positions.
 fn speed_tolerance(run: &Run, bodies: f64) -> f64 {
     let parting = 2.0 * run.largest(|r| r.normal) + run.largest(|r| r.kinematics);
     drift(run) + bodies * parting
@@ -32,12 +24,9 @@ fn place_tolerance(run: &Run, bodies: f64) -> f64 {
     run.end_time() * speed_tolerance(run, bodies) + bodies * run.seat()
 }
 
-/// m.
-const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1);
-/// The gap between the boxes at the start, m.
-const GAP: f64 = 0.3;
-/// The second box, in masses of the first.
-const SECOND: f64 = 1.5;
+const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1); // m
+const GAP: f64 = 0.3; // The gap between the boxes at the start, m
+const SECOND: f64 = 1.5; // The second box, in masses of the first
 
 pub(crate) const COLLISION: Problem = Problem {
     name: "collision",
@@ -49,13 +38,7 @@ pub(crate) const COLLISION: Problem = Problem {
     ..Problem::solved_by(collision)
 };
 
-/// With V = m₁ v/(m₁ + m₂) and the gap d the boxes meet at d/v, and then
-///
-/// ```text
-/// x₂(t) = x₂(0) + V (t − d/v),   E lost = ½ v² m₁ m₂/(m₁ + m₂)
-/// ```
-///
-/// The faces are flush, so that nothing turns. The scheme has the same answer.
+/// V = m₁ v/(m₁ + m₂), x₂(t) = x₂(0) + V (t − d/v), E lost = ½ v² m₁ m₂/(m₁ + m₂) with the gap d.
 fn collision(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let masses = [mass, SECOND * mass];
@@ -80,22 +63,20 @@ fn collision(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let place = starts[1].position[0] + common * (run.end_time() - meet).max(0.0);
     let at = ends[1].position[0];
     let label = ("speed of the first box", "m/s");
-    Findings::new(
-        run.curve(label, 0, |state| state.velocity[0])
-            .beside(|t| if t < meet { speed } else { common }),
-        [
-            equal(label, first, common, off),
-            equal(("speed of the second box", "m/s"), second, common, off),
-            equal(("momentum", "kg m/s"), momentum, mass * speed, total * drift(&run)),
-            equal(("energy lost", "J"), lost, 0.5 * mass * speed * (speed - common), energy_off),
-            at_most_zero(("spin", "rad/s"), spin, spin_off),
-            equal(("place of the second box", "m"), at, place, place_tolerance(&run, 2.0)),
-        ],
-    )
+    let curve = run
+        .curve(label, 0, |state| state.velocity[0])
+        .beside(|t| if t < meet { speed } else { common });
+    curve.with([
+        equal(label, first, common, off),
+        equal(("speed of the second box", "m/s"), second, common, off),
+        equal(("momentum", "kg m/s"), momentum, mass * speed, total * drift(&run)),
+        equal(("energy lost", "J"), lost, 0.5 * mass * speed * (speed - common), energy_off),
+        at_most_zero(("spin", "rad/s"), spin, spin_off),
+        equal(("place of the second box", "m"), at, place, place_tolerance(&run, 2.0)),
+    ])
 }
 
-/// m.
-const RADIUS: f64 = 0.05;
+const RADIUS: f64 = 0.05; // m
 /// The gaps between the balls at the start, m.
 const GAPS: [f64; 5] = [0.05, 0.08, 0.03, 0.06, 0.04];
 
@@ -109,14 +90,7 @@ pub(crate) const BALL_CHAIN: Problem = Problem {
     ..Problem::solved_by(ball_chain)
 };
 
-/// A train of k balls has the speed v/k, and meets the next one after the time d_k k/v, so that the
-/// first ball is at
-///
-/// ```text
-/// x = d_1 + … + d_k + (v/(k + 1)) (t − t_k),   t_k = Σ d_j j/v
-/// ```
-///
-/// after the k-th collision. The scheme has the same answer, but for two steps at each collision.
+/// x = d_1 + … + d_k + (v/(k + 1)) (t − t_k), t_k = Σ d_j j/v for the first ball after the k-th collision.
 fn ball_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let mut x = 0.0;
@@ -139,11 +113,11 @@ fn ball_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         let count = collisions(t);
         GAPS[..count].iter().sum::<f64>() + speed_at(t) * (t - meetings[count])
     };
-    let measured: Vec<f64> = run.states(0).iter().map(|state| state.velocity[0]).collect();
+    let label = ("speed of the first ball", "m/s");
+    let curve = run.curve(label, 0, |state| state.velocity[0]).beside(speed_at);
     let quiet = |t: f64| meetings[1..].iter().all(|&at| t < at - 0.5 * h || t > at + 2.5 * h);
-    let times = (0..measured.len()).map(|k| run.time(k));
-    let errors = times.zip(&measured).filter(|(t, _)| quiet(*t));
-    let worst = largest(errors.map(|(t, v)| (v - speed_at(t)).abs()));
+    let errors = curve.times.iter().zip(&curve.measured).filter(|(t, _)| quiet(**t));
+    let worst = largest(errors.map(|(t, v)| (v - speed_at(*t)).abs()));
     let count = (GAPS.len() + 1) as f64;
     let (off, place_off) = (speed_tolerance(&run, count), place_tolerance(&run, count));
     let (first, last) = (run.end(0), run.end(GAPS.len()));
@@ -153,19 +127,14 @@ fn ball_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     // Balls that a collision leaves apart by its residual separate.
     let row_off = count * run.seat() + 2.0 * place_off;
     let place = place_at(run.end_time());
-    let (label, worst_label) =
-        (("speed of the first ball", "m/s"), ("largest error of the speed between impacts", "m/s"));
-    Findings::new(
-        Curve::of(label, &run, |k| measured[k]).beside(speed_at),
-        [
-            equal(label, first.velocity[0], speed / count, off),
-            equal(("speed of the last ball", "m/s"), last.velocity[0], speed / count, off),
-            at_most_zero(worst_label, worst, off),
-            equal(("momentum", "kg m/s"), momentum, mass * speed, count * mass * drift(&run)),
-            equal(("place of the first ball", "m"), first.position[0], place, place_off),
-            equal(("length of the row of centres", "m"), row, length, row_off),
-        ],
-    )
+    curve.with([
+        equal(label, first.velocity[0], speed / count, off),
+        equal(("speed of the last ball", "m/s"), last.velocity[0], speed / count, off),
+        at_most_zero(("largest error of the speed between impacts", "m/s"), worst, off),
+        equal(("momentum", "kg m/s"), momentum, mass * speed, count * mass * drift(&run)),
+        equal(("place of the first ball", "m"), first.position[0], place, place_off),
+        equal(("length of the row of centres", "m"), row, length, row_off),
+    ])
 }
 
 /// The distance to the second ball, and the gap between the others where they are apart, m.
@@ -183,15 +152,7 @@ pub(crate) const CRADLE: Problem = Problem {
     ..Problem::solved_by(cradle)
 };
 
-/// Apart, the collisions are two of two balls, which exchange their speeds: 0, 0, v. In contact the law
-/// holds for both contacts at once, the first with u⁻ = −v, the second with u⁻ = 0:
-///
-/// ```text
-/// v₂ − v₁ = v,   v₃ − v₂ = 0,   v₁ + v₂ + v₃ = v   ⇒   −v/3, 2v/3, 2v/3
-/// ```
-///
-/// The scheme has the same answer if the gap is longer than a step's distance. Both conserve energy:
-/// the outcome of a simultaneous collision is a choice of the law, not of energy and momentum.
+/// 0, 0, v apart. In touch v₂ − v₁ = v, v₃ − v₂ = 0, v₁ + v₂ + v₃ = v: −v/3, 2v/3, 2v/3.
 fn cradle(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let (h, way) = (runner.time_step, runner.time_step * speed);
@@ -227,13 +188,15 @@ fn cradle(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         end(&touching, "in touch: speed of the first ball", 0, -1.0 / 3.0),
         end(&touching, "in touch: speed of the last ball", 2, 2.0 / 3.0),
     ];
-    let apart_conserves = conserved(&apart, "apart: energy", "apart: momentum");
-    let touching_conserves = conserved(&touching, "in touch: energy", "in touch: momentum");
+    let quantities = [
+        &ends[..],
+        &conserved(&apart, "apart: energy", "apart: momentum"),
+        &conserved(&touching, "in touch: energy", "in touch: momentum"),
+    ]
+    .concat();
     let meets = (RUN_UP + APART) / speed;
-    Findings::new(
-        apart
-            .curve(("apart: speed of the last ball", "m/s"), 2, |state| state.velocity[0])
-            .beside(|t| if t < meets { 0.0 } else { speed }),
-        [&ends[..], &apart_conserves, &touching_conserves].concat(),
-    )
+    apart
+        .curve(("apart: speed of the last ball", "m/s"), 2, |state| state.velocity[0])
+        .beside(|t| if t < meets { 0.0 } else { speed })
+        .with(quantities)
 }

@@ -2,18 +2,13 @@
 
 use crate::prelude::*;
 
-/// Width, thickness and height, m.
-const SIDES: Vector3<f64> = Vector3::new(0.9, 0.04, 2.0);
-/// The distance of the hinges, m.
-const APART: f64 = 1.4;
-/// ℓ of the hinges, m: half the width of a bearing.
-const BEARINGS: [f64; 2] = [0.05, 0.67];
-/// The door's centre above the ground, m.
-const HEIGHT: f64 = 3.0;
+const SIDES: Vector3<f64> = Vector3::new(0.9, 0.04, 2.0); // Width, thickness and height, m
+const APART: f64 = 1.4; // The distance of the hinges, m
+const BEARINGS: [f64; 2] = [0.05, 0.67]; // ℓ of the hinges, m: half the width of a bearing
+const HEIGHT: f64 = 3.0; // The door's centre above the ground, m
 /// The error of the minimum-compliance limit in a share that the motion leaves open, of the shared force.
 const LIMIT_ERROR: f64 = 1e-8;
-/// s.
-const DURATION: f64 = 0.1;
+const DURATION: f64 = 0.1; // s
 
 pub(crate) const DOOR: Problem = Problem {
     name: "door",
@@ -26,14 +21,11 @@ pub(crate) const DOOR: Problem = Problem {
     ..Problem::solved_by(door)
 };
 
-/// The forces F and moments M of the two hinges satisfy F d + 2 M = T with T = ½ m g b. The
-/// minimum-compliance limit has the smallest Σ F² + (M/ℓ)²:
+/// Each hinge has the smallest Σ F² + (M/ℓ)² with F d + 2 M = T = ½ m g b:
 ///
 /// ```text
 /// F = T d/(d² + 4 ℓ²),   M = 2 T ℓ²/(d² + 4 ℓ²)
 /// ```
-///
-/// The scheme has the same answer for a door at rest.
 fn door(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let ([mass, gravity], h) = (inputs.all([Mass, Gravity])?, runner.time_step);
     let weight = mass * gravity;
@@ -58,18 +50,15 @@ fn door(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     for (length, names) in BEARINGS.into_iter().zip(names) {
         let start = resting(HEIGHT);
         let door = Subject::solid_box(mass, 0.5 * SIDES, start)?;
-        let hinge = |above: f64| {
+        let joints = [0.5 * APART, -0.5 * APART].map(|above| {
             let post = v3(-0.5 * SIDES[0], 0.0, above);
-            let frames = [
-                JointFrame::along(post, Vector3::z())?,
-                JointFrame::along(post + start.position, Vector3::z())?,
-            ];
-            Ok::<_, Error>(Joint::revolute(0, None, frames, Drive::NONE).with_length(length))
-        };
-        let joints = vec![hinge(0.5 * APART)?, hinge(-0.5 * APART)?];
+            let hinge = hinge(0, None, [post, post + start.position], Vector3::z(), Drive::NONE);
+            Ok(hinge?.with_length(length))
+        });
+        let joints = joints.into_iter().collect::<Result<_, Error>>()?;
         let setup = Setup { joints, ..Setup::new(vec![door], gravity, 0.5, DURATION) };
         let (run, forces) = runner.watch(&setup, |step| [0, 1].map(|hinge| step.joints[hinge]))?;
-        let [upper, lower] = forces[forces.len() - 1];
+        let [upper, lower] = *last(&forces);
         let shared = APART * APART + 4.0 * length * length;
         let (across, about) = (moment * APART / shared, 2.0 * moment * length * length / shared);
         // A missed speed is a share of g h, with the longest lever.
@@ -89,5 +78,5 @@ fn door(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         ]);
         curve = run.curve_of_steps((names[0], "N"), |k| forces[k][1].force[0]).beside(|_| across);
     }
-    Findings::new(curve, quantities)
+    curve.with(quantities)
 }

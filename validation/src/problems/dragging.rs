@@ -2,15 +2,12 @@
 
 use crate::prelude::*;
 
-/// The force grows from 0 to this, N, in this time, s.
+/// The force grows from 0 to this, N, in this time, s; its rate r, N/s.
 const FORCE: f64 = 20.0;
 const DURATION: f64 = 2.0;
-/// r, N/s.
 const RATE: f64 = FORCE / DURATION;
-/// The cube has slid at this speed, m/s.
-const SLIDING: f64 = 0.01;
-/// m.
-const HALF_SIDE: f64 = 0.1;
+const SLIDING: f64 = 0.01; // The cube has slid at this speed, m/s
+const HALF_SIDE: f64 = 0.1; // m
 
 pub(crate) const DRAGGED_CUBE: Problem = Problem {
     name: "dragged-cube",
@@ -21,24 +18,7 @@ pub(crate) const DRAGGED_CUBE: Problem = Problem {
     ..Problem::solved_by(dragged_cube)
 };
 
-/// With F = r t friction holds until t_s = μ m g/r, and then
-///
-/// ```text
-/// v(t) = r (t − t_s)²/(2 m),   x(t) = r (t − t_s)³/(6 m)
-/// ```
-///
-/// The step's load is its mean, r h (k + ½) in step k, so that the cube sticks up to the step s, the
-/// smallest with r h (s + ½) > μ m g. After n more steps, with the first excess
-/// F = r h (s + ½) − μ m g,
-///
-/// ```text
-/// v = h/m (n F + ½ n (n − 1) r h)
-/// x = h²/m (½ n (n + 1) F + (n − 1) n (n + 1) r h/6)
-/// ```
-///
-/// Since s h is within ½ h of t_s, the speed is less than the exact one by at most r h²/(8 m); the
-/// distance is longer by ½ v h. The line between two speeds is above the parabola by as much. The time
-/// τ = √(2 m v/r) of a speed is therefore off by at most √(τ² + ½ h²) − τ or τ − √(τ² − ½ h²).
+/// v = r (t − t_s)²/(2 m), x = r (t − t_s)³/(6 m) after t_s = μ m g/r.
 fn dragged_cube(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [friction, gravity, mass] = inputs.all([Friction, Gravity, Mass])?;
     let (limit, h, most) = (friction * mass * gravity, runner.time_step, 0.9 * FORCE);
@@ -61,7 +41,8 @@ fn dragged_cube(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let cube = Subject::solid_box(mass, Vector3::repeat(HALF_SIDE), resting(HALF_SIDE))?;
     let run = runner.run(&Setup::new(vec![cube.pulled(force)?], gravity, friction, DURATION))?;
 
-    // s, the first step that slides, and v and x of the scheme.
+    // The step s that slides first, and v and x after `steps`, n of them sliding with the first excess F:
+    // v = h/m (n F + ½ n (n − 1) r h), x = h²/m (½ n (n + 1) F + (n − 1) n (n + 1) r h/6).
     let first = (limit / (RATE * h) + 0.5).floor() as usize;
     let discrete = |steps: usize| {
         let n = steps.saturating_sub(first) as f64;
@@ -94,23 +75,18 @@ fn dragged_cube(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let drag: Vec<f64> = run.forces(0)[from..].iter().map(|force| -force[0]).collect();
     let lifted = 2.0 * allowed.lifted / drag.len() as f64;
     let drag_tolerance = mass / run.time_step * (mean(&allowed.changes[from..]) + lifted);
-    Findings::new(
-        run.curve(("way", "m"), 0, |state| state.position[0]).beside(way),
-        [
-            at_most_zero(
-                ("creep while it sticks", "m"),
-                crept,
-                allowed.ways[first.clamp(1, steps) - 1],
-            ),
-            equal(("time of 1 cm/s", "s"), passing(&speeds, h), onset + after, time_tolerance)
-                .stepped(passing(&discrete_speeds, h), Convergence::Within(bound)),
-            equal(("friction while it slides", "N"), mean(&drag), limit, drag_tolerance),
-            equal(("speed at the end", "m/s"), end.velocity[0], speed(t), allowed.speed())
-                .stepped(end_speed, Convergence::Within(0.125 * RATE * h * h / mass)),
-            equal(("way", "m"), end.position[0], way(t), allowed.way())
-                .stepped(end_way, order(1, (steps - first.min(steps)) as f64)),
-        ],
-    )
+    let creep_tolerance = allowed.ways[first.clamp(1, steps) - 1];
+    let curve = run.curve(("way", "m"), 0, |state| state.position[0]).beside(way);
+    curve.with([
+        at_most_zero(("creep while it sticks", "m"), crept, creep_tolerance),
+        equal(("time of 1 cm/s", "s"), passing(&speeds, h), onset + after, time_tolerance)
+            .stepped(passing(&discrete_speeds, h), Convergence::Within(bound)),
+        equal(("friction while it slides", "N"), mean(&drag), limit, drag_tolerance),
+        equal(("speed at the end", "m/s"), end.velocity[0], speed(t), allowed.speed())
+            .stepped(end_speed, Convergence::Within(0.125 * RATE * h * h / mass)),
+        equal(("way", "m"), end.position[0], way(t), allowed.way())
+            .stepped(end_way, order(1, (steps - first.min(steps)) as f64)),
+    ])
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -119,7 +95,8 @@ fn mean(values: &[f64]) -> f64 {
 
 /// The time at which `speeds` pass [`SLIDING`], by linear interpolation, s.
 fn passing(speeds: &[f64], h: f64) -> f64 {
-    let Some(k) = speeds.iter().position(|speed| *speed >= SLIDING) else { return f64::NAN };
-    let Some(before) = k.checked_sub(1).map(|before| speeds[before]) else { return f64::NAN };
-    h * (k as f64 - (speeds[k] - SLIDING) / (speeds[k] - before))
+    match speeds.iter().position(|speed| *speed >= SLIDING) {
+        Some(k) if k > 0 => h * (k as f64 - (speeds[k] - SLIDING) / (speeds[k] - speeds[k - 1])),
+        _ => f64::NAN,
+    }
 }

@@ -1,21 +1,11 @@
 //! Bodies that lean and do not slide: a ladder on a wall, a tent of two cards.
 //!
-//! A ladder of two round rails of radius ρ and length 2L leans at the angle θ to the ground on a
-//! support that pushes along the horizontal alone: a smooth wall, or, in a tent, its mirror image.
-//! With the weight m g, the push N at the upper ends, and the friction N under the lower ends, which
-//! acts ρ below them, the torques are
+//! Rails of the length 2L and the radius ρ at the angle θ to the ground are pushed horizontally by N at
+//! the upper ends, and hold up to N = μ m g:
 //!
 //! ```text
 //! N (2L sin θ + ρ) = m g L cos θ
 //! ```
-//!
-//! The ladder holds up to N = μ m g:
-//!
-//! ```text
-//! μ (2L sin θ + ρ) ≥ L cos θ
-//! ```
-//!
-//! which is tan θ ≥ 1/(2μ) for thin rails. Both hold for a step at rest.
 
 use crate::prelude::*;
 use nalgebra::Matrix3;
@@ -26,12 +16,9 @@ use tumble_core::world::Fixed;
 const HALF_LENGTH: f64 = 1.0;
 const RADIUS: f64 = 0.02;
 const HALF_WIDTH: f64 = 0.25;
-/// s.
-const DURATION: f64 = 0.4;
-/// The angle of the tent's cards, degrees.
-const TENT: f64 = 60.0;
-/// Contacts of a ladder, below and above.
-const POINTS: f64 = 4.0;
+const DURATION: f64 = 0.4; // s
+const TENT: f64 = 60.0; // The angle of the tent's cards, degrees
+const POINTS: f64 = 4.0; // Contacts of a ladder, below and above
 
 /// The ladder along its own z, its rails at ±y.
 fn ladder(mass: f64) -> Result<RigidBody, Refusal> {
@@ -46,8 +33,7 @@ fn thrust(angle: f64) -> f64 {
     HALF_LENGTH * cos / (2.0 * HALF_LENGTH * sin + RADIUS)
 }
 
-/// The angle with the thrust μ, rad: from 2L μ sin θ − L cos θ = −μ ρ with tan β = 1/(2μ),
-/// √(4μ² + 1) L sin(θ − β) = −μ ρ.
+/// The angle with the thrust μ, rad: √(4μ² + 1) L sin(θ − β) = −μ ρ, tan β = 1/(2μ).
 fn angle_of(friction: f64) -> f64 {
     let lever = HALF_LENGTH * (2.0 * friction).hypot(1.0);
     (0.5 / friction).atan() - (friction * RADIUS / lever).asin()
@@ -56,11 +42,8 @@ fn angle_of(friction: f64) -> f64 {
 /// Leaning to `side` (1 or −1) at the angle θ on a support at x = 0, with the feet on the ground.
 fn leaning(angle: f64, side: f64) -> State {
     let (sin, cos) = angle.sin_cos();
-    let mut state =
-        at_rest(v3(-side * (HALF_LENGTH * cos + RADIUS), 0.0, HALF_LENGTH * sin + RADIUS));
-    state.attitude = about_y(FRAC_PI_2 - angle);
-    state.attitude[2] *= side;
-    state
+    let place = v3(-side * (HALF_LENGTH * cos + RADIUS), 0.0, HALF_LENGTH * sin + RADIUS);
+    State { attitude: about_y(side * (FRAC_PI_2 - angle)), ..at_rest(place) }
 }
 
 /// The tolerance of the force of a step at rest, as a share of the weight. The residual of
@@ -105,19 +88,16 @@ fn ladder_on_wall(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         let wall = step.between(0, Partner::Fixed(0));
         wall.map(|contact| contact.normal_force).sum::<f64>() / (mass * gravity)
     })?;
-    let (expected, push) = (thrust(stands), pushes[pushes.len() - 1]);
-    let found =
-        Threshold::of_rest(runner, threshold, setup, |run| 2.0 * force_tolerance(run, gravity))?;
-    let astray = (run.end(0).position - leaning(stands, 1.0).position).norm();
-    let label = ("push of the wall", "m g");
-    Findings::new(
-        run.curve_of_steps(label, |k| pushes[k]).beside(|_| expected),
-        [
-            equal(label, push, expected, force_tolerance(&run, gravity)),
-            at_most_zero(("way of the ladder", "m"), astray, 4.0 * run.seat() + run.creep()),
-            found.equals(("threshold of the angle", "rad"), threshold),
-        ],
-    )
+    let (push, allowed) = (*last(&pushes), force_tolerance(&run, gravity));
+    let twice = |run: &Run| 2.0 * force_tolerance(run, gravity);
+    let found = Threshold::of_rest(runner, threshold, setup, twice)?;
+    let still = 4.0 * run.seat() + run.creep();
+    let quantities = [
+        equal(("push of the wall", "m g"), push, thrust(stands), allowed),
+        at_most_zero(("way of the ladder", "m"), run.moved(0), still),
+        found.equals(("threshold of the angle", "rad"), threshold),
+    ];
+    run.steady(quantities, |k| pushes[k])
 }
 
 pub(crate) const CARD_TENT: Problem = Problem {
@@ -130,9 +110,8 @@ pub(crate) const CARD_TENT: Problem = Problem {
     ..Problem::solved_by(card_tent)
 };
 
-/// By symmetry the cards push each other along the horizontal alone: if they could hold with another
-/// force, they could with the mean of it and its mirror image, for a cone is convex. The tent stands
-/// with 1.2 times the friction that it takes.
+/// By symmetry the cards push each other along the horizontal alone, each as the ladder's wall. The tent
+/// stands with 1.2 times the friction that it takes.
 fn card_tent(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, gravity] = inputs.all([Mass, Gravity])?;
     let angle = TENT.to_radians();
@@ -146,19 +125,13 @@ fn card_tent(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         let between = step.between(0, Partner::Body(1));
         between.map(|contact| contact.force[0].abs()).sum::<f64>() / (mass * gravity)
     })?;
-    let (push, allowed) = (pushes[pushes.len() - 1], 2.0 * force_tolerance(&run, gravity));
-    let found =
-        Threshold::of_rest(runner, needed, setup, |run| 2.0 * force_tolerance(run, gravity))?;
-    let [left, right] = [(0, 1.0), (1, -1.0)]
-        .map(|(index, side)| (run.end(index).position - leaning(angle, side).position).norm());
-    let label = ("push of the cards", "m g");
-    let still = 8.0 * run.seat() + run.creep();
-    Findings::new(
-        run.curve_of_steps(label, |k| pushes[k]).beside(|_| needed),
-        [
-            equal(label, push, needed, allowed),
-            at_most_zero(("way of a card", "m"), left.max(right), still),
-            found.equals(("threshold of friction", "1"), needed),
-        ],
-    )
+    let twice = |run: &Run| 2.0 * force_tolerance(run, gravity);
+    let found = Threshold::of_rest(runner, needed, setup, twice)?;
+    let (way, still) = (run.moved(0).max(run.moved(1)), 8.0 * run.seat() + run.creep());
+    let quantities = [
+        equal(("push of the cards", "m g"), *last(&pushes), needed, twice(&run)),
+        at_most_zero(("way of a card", "m"), way, still),
+        found.equals(("threshold of friction", "1"), needed),
+    ];
+    run.steady(quantities, |k| pushes[k])
 }

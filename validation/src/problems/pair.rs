@@ -1,17 +1,12 @@
 //! Two cubes that collide in empty space, and the momenta of free bodies.
 
 use crate::prelude::*;
-use tumble_core::mechanics::Rotation;
 use tumble_core::simulation::random::random_attitude;
 
-/// m.
-const HALF_SIDES: [f64; 2] = [0.2, 0.15];
-/// The second cube, in masses of the first.
-const SECOND: f64 = 0.6;
-/// Far above the ground, m.
-const HEIGHT: f64 = 40.0;
-/// The simulated distance at the speed of the start, m.
-const WAY: f64 = 4.0;
+const HALF_SIDES: [f64; 2] = [0.2, 0.15]; // m
+const SECOND: f64 = 0.6; // The second cube, in masses of the first
+const HEIGHT: f64 = 40.0; // Far above the ground, m
+const WAY: f64 = 4.0; // The simulated distance at the speed of the start, m
 /// The first cube's place relative to the second, m.
 const APART: Vector3<f64> = Vector3::new(-0.8, 0.08, 0.05);
 
@@ -57,9 +52,7 @@ pub(crate) const PAIR_IN_FLIGHT: Problem = Problem {
     ..Problem::solved_by(pair_in_flight)
 };
 
-/// The forces on the two are opposite and at one point of the world, so that Σ m v and
-/// Σ r × m v + A P⁻(ω) (eq. 34) are constant. They are in the scheme too: r⁺ = r + h v⁺ adds nothing to
-/// r × m v, and A⁺ P⁻(ω⁺) is A P⁺(ω⁺).
+/// Σ m v and Σ r × m v + A P⁻(ω) are constant, in the scheme too.
 fn pair_in_flight(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let [first, second] = HALF_SIDES.map(Vector3::repeat);
@@ -99,12 +92,11 @@ fn pair_in_flight(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let turned_off = total * (3.0 * arm * lacked + speed * astray);
     let energy_off = total * speed * (2.0 * lacked + run.largest(|r| r.normal + r.friction));
     let along = |k: usize| momenta(&setup.bodies, &run, k, &middle).0[0];
-    Findings::new(
-        Curve::of(("momentum along the flight", "kg m/s"), &run, along).beside(|_| along(0)),
-        [
-            at_most_zero(("change of the momentum", "kg m/s"), strayed, total * lacked),
-            at_most_zero(("change of the angular momentum", "kg m²/s"), turned, turned_off),
-            at_most_zero(("energy above that of the start", "J"), gained, energy_off),
-        ],
-    )
+    let curve =
+        Curve::of(("momentum along the flight", "kg m/s"), &run, along).beside(|_| along(0));
+    curve.with([
+        at_most_zero(("change of the momentum", "kg m/s"), strayed, total * lacked),
+        at_most_zero(("change of the angular momentum", "kg m²/s"), turned, turned_off),
+        at_most_zero(("energy above that of the start", "J"), gained, energy_off),
+    ])
 }

@@ -1,27 +1,19 @@
 //! A rod on a hinge: a pendulum, held by dry friction, and held by a motor.
 //!
-//! The rod has the mass m, the moment of inertia I about its centre and the pin at the distance a, so
-//! that J = I + m a² about the pin. At the angle φ from hanging down gravity has the moment
-//! −m g a sin φ.
+//! J = I + m a² about the pin, at the distance a from the centre.
 
 use crate::planar::{Bar, Linkage, Pin, Placed, Plane};
 use crate::prelude::*;
 use std::f64::consts::TAU;
-use tumble_core::joint::Motor;
 
-/// a, m.
-const ARM: f64 = 0.5;
+const ARM: f64 = 0.5; // a, m
 /// m; the pin is at the upper end.
 const HALF_SIDES: Vector3<f64> = Vector3::new(0.02, 0.02, ARM);
-/// The pin above the ground, m.
-const HEIGHT: f64 = 2.0;
-/// The length scale of the hinge, m: a unit impulse of this length turns the slender rod about as much
-/// as it moves it. No motion depends on it.
+const HEIGHT: f64 = 2.0; // The pin above the ground, m
+/// The length scale of the hinge, m: a unit impulse turns the slender rod about as much as it moves it.
 const BEARING: f64 = 0.3;
-/// φ at the start, rad.
-const START: f64 = 1.0;
-/// Periods of the run.
-const PERIODS: usize = 4;
+const START: f64 = 1.0; // φ at the start, rad
+const PERIODS: usize = 4; // Periods of the run
 
 #[derive(Clone, Copy)]
 struct Rod {
@@ -55,9 +47,8 @@ impl Rod {
         let position = v3(-ARM * START.sin(), 0.0, HEIGHT - ARM * START.cos());
         let start = State { attitude: about_y(START), ..at_rest(position) };
         let rod = Subject::solid_box(self.mass, HALF_SIDES, start)?;
-        let hinge = |z: f64| JointFrame::along(v3(0.0, 0.0, z), Vector3::y());
-        let frames = [hinge(ARM)?, hinge(HEIGHT)?];
-        let joint = Joint::revolute(0, None, frames, drive).with_length(BEARING);
+        let ends = [ARM, HEIGHT].map(|z| v3(0.0, 0.0, z));
+        let joint = hinge(0, None, ends, Vector3::y(), drive)?.with_length(BEARING);
         Ok(Setup { joints: vec![joint], ..Setup::new(vec![rod], self.gravity, 0.5, duration) })
     }
 
@@ -74,22 +65,9 @@ impl Rod {
     }
 }
 
-/// The mean period of [`PERIODS`] periods of `values` in steps of `h` (s), from linearly interpolated
-/// zeros; NaN if there are not enough.
-fn period(values: impl Iterator<Item = f64>, h: f64) -> f64 {
-    let values: Vec<_> = values.collect();
-    let passes = values.windows(2).enumerate().filter(|(_, pair)| pair[0] * pair[1] < 0.0);
-    let times: Vec<_> =
-        passes.map(|(k, pair)| h * (k as f64 + pair[0] / (pair[0] - pair[1]))).collect();
-    times.get(2 * PERIODS).map_or(f64::NAN, |last| (last - times[0]) / PERIODS as f64)
-}
-
-/// The arithmetic–geometric mean.
-pub(crate) fn mean(mut a: f64, mut b: f64) -> f64 {
-    for _ in 0..10 {
-        (a, b) = (0.5 * (a + b), (a * b).sqrt());
-    }
-    a
+/// The mean of [`PERIODS`] periods of `values` in steps of `h`, s.
+fn period(values: &[f64], h: f64) -> f64 {
+    2.0 * mean_interval(&zeros(values, h, |before, after| before * after < 0.0), 2 * PERIODS)
 }
 
 pub(crate) const PENDULUM: Problem = Problem {
@@ -102,15 +80,15 @@ pub(crate) const PENDULUM: Problem = Problem {
     ..Problem::solved_by(pendulum)
 };
 
-/// T = 2π √(J/(m g a))/agm(1, cos ½φ₀); the scheme's period is that of [`Rod::swing`].
+/// T = 2π √(J/(m g a))/agm(1, cos ½φ₀), discrete by [`Rod::swing`].
 fn pendulum(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let (rod, h) = (Rod::of(inputs)?, runner.time_step);
-    let exact = TAU * (rod.moment() / rod.weight()).sqrt() / mean(1.0, (0.5 * START).cos());
+    let exact = TAU * (rod.moment() / rod.weight()).sqrt() / agm(1.0, (0.5 * START).cos());
     Refusal::when(exact < 100.0 * h, format!("a period of {exact:.3} s has too few steps"))?;
     let run = runner.run(&rod.setup(Drive::NONE, (PERIODS as f64 + 0.6) * exact)?)?;
-    let discrete = period(rod.swing(h, run.steps()).into_iter(), h);
-    let x = |state: &State| state.position[0];
-    let measured = period(run.states(0).iter().map(x), h);
+    let discrete = period(&rod.swing(h, run.steps()), h);
+    let x = run.curve(("place of the centre along x", "m"), 0, |state| state.position[0]);
+    let measured = period(&x.measured, h);
     // The residual of velocities moves the phase, and the amplitude, of which it is a smooth function.
     let fastest = ARM * (2.0 * rod.weight() * (1.0 - START.cos()) / rod.moment()).sqrt();
     let lost = run.sum(|r| r.joint) * h + run.flight_way();
@@ -119,17 +97,14 @@ fn pendulum(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         (state.position + top - v3(0.0, 0.0, HEIGHT)).norm()
     });
     let held = h * run.largest(|r| r.joint) + 64.0 * f64::EPSILON * HEIGHT;
-    Findings::new(
-        run.curve(("place of the centre along x", "m"), 0, x),
-        [
-            equal(("period", "s"), measured, exact, 2.0 * lost / fastest)
-                .stepped(discrete, order(2, 0.1 * exact / h)),
-            at_most_zero(("way of its end from the pin", "m"), farthest, held),
-        ],
-    )
+    let curve = x;
+    curve.with([
+        equal(("period", "s"), measured, exact, 2.0 * lost / fastest)
+            .stepped(discrete, order(2, 0.1 * exact / h)),
+        at_most_zero(("way of its end from the pin", "m"), farthest, held),
+    ])
 }
 
-/// A rod at rest by friction in its hinge.
 pub(crate) const STIFF_HINGE: Problem = Problem {
     name: "stiff-hinge",
     about: "Dry friction in its hinge holds a rod aslant at 1 rad if it has the moment of the \
@@ -140,10 +115,9 @@ pub(crate) const STIFF_HINGE: Problem = Problem {
     ..Problem::solved_by(stiff_hinge)
 };
 
-/// s.
-const HELD_FOR: f64 = 0.2;
+const HELD_FOR: f64 = 0.2; // s
 
-/// At rest the friction is m g a sin φ in every step; with less the rod slips.
+/// The friction at rest, and its threshold, is m g a sin φ.
 fn stiff_hinge(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let (rod, h) = (Rod::of(inputs)?, runner.time_step);
     let needed = rod.weight() * START.sin();
@@ -154,20 +128,15 @@ fn stiff_hinge(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let setup = |friction: f64| rod.setup(Drive { friction, ..Drive::NONE }, HELD_FOR);
     let (run, torques) = runner.watch(&setup(1.5 * needed)?, |step| step.joints[0].torque[2])?;
     let found = Threshold::of_rest(runner, needed, setup, tolerance)?;
-    let held = torques[torques.len() - 1];
     let still = HELD_FOR * run.largest(|r| r.joint + r.momentum) + 64.0 * f64::EPSILON * HEIGHT;
-    let label = ("torque that holds it", "N m");
-    Findings::new(
-        run.curve_of_steps(label, |k| torques[k]).beside(|_| needed),
-        [
-            equal(label, held, needed, tolerance(&run)),
-            at_most_zero(("way of the centre", "m"), run.moved(0), still),
-            found.equals(("threshold of friction", "N m"), needed),
-        ],
-    )
+    let quantities = [
+        equal(("torque that holds it", "N m"), *last(&torques), needed, tolerance(&run)),
+        at_most_zero(("way of the centre", "m"), run.moved(0), still),
+        found.equals(("threshold of friction", "N m"), needed),
+    ];
+    run.steady(quantities, |k| torques[k])
 }
 
-/// A motor that holds a rod with a stiffness.
 pub(crate) const SERVO: Problem = Problem {
     name: "servo",
     about: "A motor with the stiffness k pulls a rod to an angle; the rod hangs below it by the \
@@ -182,7 +151,7 @@ pub(crate) const SERVO: Problem = Problem {
 const STIFFNESS: f64 = 4.0;
 const SETTLES: f64 = 60.0;
 
-/// Critically damped, d = 2 √(k J), the rod comes to rest, where the balance is exact.
+/// k (φ₀ − φ) = m g a sin φ at rest, with the critical damping 2 √(k J).
 fn servo(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let (rod, h) = (Rod::of(inputs)?, runner.time_step);
     let stiffness = STIFFNESS * rod.weight();
@@ -196,17 +165,15 @@ fn servo(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         (-(STIFFNESS * (START - angle) - angle.sin()), STIFFNESS + angle.cos())
     });
     // A force that is missed moves the rod by that over k.
-    let last = run.residuals[run.steps() - 1];
-    let lacked = (last.momentum + last.joint) / (rod.gravity * h);
+    let residual = last(&run.residuals);
+    let lacked = (residual.momentum + residual.joint) / (rod.gravity * h);
     let off = 8.0 * lacked + 1024.0 * f64::EPSILON * HEIGHT;
-    let (held, torque) = (torques[torques.len() - 1], rod.weight() * angle.sin());
+    let (held, torque) = (*last(&torques), rod.weight() * angle.sin());
     let found = |state: &State| angle_about(1, state);
     let torque_off = rod.weight() * STIFFNESS * off;
-    Findings::new(
-        run.curve(("angle", "rad"), 0, found).beside(|_| angle),
-        [
-            equal(("angle at rest", "rad"), found(run.end(0)), angle, off),
-            equal(("torque of the motor", "N m"), held, torque, torque_off),
-        ],
-    )
+    let curve = run.curve(("angle", "rad"), 0, found).beside(|_| angle);
+    curve.with([
+        equal(("angle at rest", "rad"), found(run.end(0)), angle, off),
+        equal(("torque of the motor", "N m"), held, torque, torque_off),
+    ])
 }

@@ -1,13 +1,13 @@
 //! A tall box that is tilted over an edge and falls back.
 
-use crate::edge::{Edges, Planar};
+use crate::edge::{Edges, Planar, tilt};
 use crate::prelude::*;
+use std::array::from_fn;
+use std::iter::successors;
 use tumble_core::contact::detection::CONTACT_BAND;
 
-/// μ: the edge does not slip.
-const FRICTION: f64 = 1.0;
-/// A face with a smaller tilt has landed, rad.
-const LANDED: f64 = 1e-6;
+const FRICTION: f64 = 1.0; // μ: the edge does not slip
+const LANDED: f64 = 1e-6; // A face with a smaller tilt has landed, rad
 
 /// A tall box, a wide to the edge and c to the top, that turns about the edge x = a.
 pub(crate) struct TallBox {
@@ -22,34 +22,33 @@ impl TallBox {
         Ok(Self { half_sides: v3(0.1, 0.1, 0.3), mass, gravity })
     }
 
-    /// R = √(a² + c²): from the edge to the centre, m.
+    /// R = √(a² + c²), from the edge to the centre, m.
     pub fn radius(&self) -> f64 {
         self.half_sides[0].hypot(self.half_sides[2])
     }
 
-    /// α = atan(a/c): the tilt with the centre above the edge, rad.
+    /// The tilt α = atan(a/c) with the centre above the edge, rad.
     pub fn balance(&self) -> f64 {
         self.half_sides[0].atan2(self.half_sides[2])
     }
 
-    /// I = ⁴⁄₃ m R²: the moment of inertia about the edge, kg m².
+    /// The moment of inertia I = ⁴⁄₃ m R² about the edge, kg m².
     pub fn inertia(&self) -> f64 {
         4.0 / 3.0 * self.mass * self.radius().powi(2)
     }
 
-    /// √(2 m g (R − c)/I): the spin that just reaches the balance, by the energy
-    /// ½ I ω² = m g (R − c), rad/s.
+    /// The spin √(2 m g (R − c)/I) that just reaches the balance, rad/s.
     pub fn critical_spin(&self) -> f64 {
         let rise = self.radius() - self.half_sides[2];
         (2.0 * self.mass * self.gravity * rise / self.inertia()).sqrt()
     }
 
-    /// √(I/(m g R)): the time in which a tilt from the balance grows e-fold, s.
+    /// The time √(I/(m g R)) in which a tilt from the balance grows e-fold, s.
     pub fn growth_time(&self) -> f64 {
         (self.inertia() / (self.mass * self.gravity * self.radius())).sqrt()
     }
 
-    /// m g a/I: the deceleration by gravity at the start, rad/s².
+    /// The deceleration m g a/I by gravity at the start, rad/s².
     pub fn deceleration(&self) -> f64 {
         self.mass * self.gravity * self.half_sides[0] / self.inertia()
     }
@@ -60,46 +59,45 @@ impl TallBox {
         State { spin: v3(0.0, spin, 0.0), velocity, ..resting(self.half_sides[2]) }
     }
 
-    /// The motion from [`Self::pushed`] by the scheme's own equations: tilt (rad) and spin (rad/s) of
-    /// each state, for `steps` or until a state is `past`.
-    pub fn discrete(
-        &self,
-        spin: f64,
-        (h, steps): (f64, usize),
-        past: impl Fn(f64, f64) -> bool,
-    ) -> Vec<(f64, f64)> {
-        let half_sides = self.half_sides.xz();
-        let edges = Edges { half_sides, gravity: self.gravity, friction: FRICTION, time_step: h };
-        let start = self.pushed(spin);
-        let (position, velocity) = (start.position.xz(), start.velocity.xz());
-        let mut state = Planar { position, tilt: 0.0, velocity, spin };
-        let mut motion = vec![(0.0, spin)];
-        for _ in 0..steps {
-            let Some(next) = edges.step(&state) else { break };
-            state = next;
-            motion.push((state.tilt, state.spin));
-            if past(state.tilt, state.spin) {
-                break;
-            }
-        }
-        motion
+    /// The scheme with steps of `h` (s).
+    pub fn edges(&self, h: f64) -> Edges {
+        let (half_sides, gravity) = (self.half_sides.xz(), self.gravity);
+        Edges { half_sides, gravity, friction: FRICTION, time_step: h }
     }
 
-    /// The change of the spin ω at the start with the effect of the residuals of `run`, rad/s.
-    ///
-    /// A change of spin or tilt matters less the later it comes, in energy: I ω_k δω_k and
-    /// m g R sin(α − φ) δφ_k are at most I ω δω for δω = δω_k and m g a/(I ω) δφ_k. Let d_k be the
-    /// vector from the edge to the centre and U_k the centre's velocity besides (d_k − d_{k−1})/h:
-    /// an edge that lifts (2 δ_n) or slips (2 δ_f, by (b) of `tolerance.rs` with τ ≤ ⁶⁄₇), and the
-    /// residual of positions. About the edge
-    ///
-    /// ```text
-    /// (I/m) Σ δω_k = Σ d_k × (U_{k+1} − U_k),   |.| ≤ 3 R max U
-    /// ```
-    ///
-    /// by summation in parts, for at most one radian of motion; I = ⁴⁄₃ m R². The residual of
-    /// velocities counts in full, and so does a force δ_n on each corner of the other edge, 2a away,
-    /// while it is low enough for one.
+    /// The scheme's motion from [`Self::pushed`], for `duration` or until a state is `past`.
+    pub fn discrete(
+        &self,
+        h: f64,
+        spin: f64,
+        duration: f64,
+        past: impl Fn(&Planar) -> bool,
+    ) -> Vec<Planar> {
+        let (edges, steps) = (self.edges(h), (duration / h).round() as usize);
+        let motion = successors(Some(Planar::of(&self.pushed(spin))), |state| {
+            if past(state) { None } else { edges.step(state) }
+        });
+        motion.take(steps + 1).collect()
+    }
+
+    /// The effect of a change of the spin at the start by `change` on what `motion` has for a spin, by the
+    /// largest difference from `expected`.
+    pub fn effect<const N: usize>(
+        spin: f64,
+        change: f64,
+        expected: &[f64; N],
+        motion: impl Fn(f64) -> [f64; N],
+    ) -> [f64; N] {
+        let trial = change.max(1e-7 * spin);
+        let [less, more] = [-trial, trial].map(|change| motion(spin + change));
+        from_fn(|i| {
+            let moved = (less[i] - expected[i]).abs().max((more[i] - expected[i]).abs());
+            2.0 * change / trial * moved
+        })
+    }
+
+    /// The change of the spin at the start with the effect of the residuals of `run`, rad/s
+    /// (docs/validation.md, "Tall boxes and dominoes").
     pub fn spin_tolerance(&self, run: &Run, spin: f64) -> f64 {
         let (h, radius) = (run.time_step, self.radius());
         let reach = self.half_sides.amax();
@@ -118,14 +116,8 @@ impl TallBox {
     }
 
     pub fn setup(&self, start: State, duration: f64) -> Result<Setup, Refusal> {
-        let bodies = vec![Subject::solid_box(self.mass, self.half_sides, start)?];
-        Ok(Setup::new(bodies, self.gravity, FRICTION, duration))
+        Ok(Setup::of_box(self.mass, self.half_sides, start, self.gravity, FRICTION, duration)?)
     }
-}
-
-/// The tilt about the y axis, rad.
-pub(crate) fn tilt(state: &State) -> f64 {
-    angle_about(1, state)
 }
 
 pub(crate) const ROCKING: Problem = Problem {
@@ -139,18 +131,7 @@ pub(crate) const ROCKING: Problem = Problem {
     ..Problem::solved_by(rocking)
 };
 
-/// About the edge the energy ½ I ω² + m g R cos(α − φ) is constant up to the peak φ:
-///
-/// ```text
-/// R cos(α − φ) = c + I ω²/(2 m g)
-/// ```
-///
-/// When the face meets the ground the box turns on about the other edge, whose angular momentum the
-/// impact conserves (Housner 1963): ω⁺ = (1 − ³⁄₂ sin²α) ω⁻.
-///
-/// The scheme's motion is the recurrence of `edge.rs`, including the impact. Its spin lags by up to a
-/// step of deceleration, m g a h/I, and the spins about the impact are those of whole steps, up to two
-/// from it.
+/// R cos(α − φ) = c + I ω²/(2 m g) at the peak; ω⁺ = (1 − ³⁄₂ sin²α) ω⁻ in the impact (Housner 1963).
 fn rocking(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let tall = TallBox::new(inputs)?;
     let [share] = inputs.all([Speed])?;
@@ -170,52 +151,34 @@ fn rocking(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let (alpha, radius, fine) = (tall.balance(), tall.radius(), tall.growth_time() / h);
     let rise = tall.half_sides[2] + 0.5 * tall.inertia() * spin * spin / (tall.mass * tall.gravity);
     let peak = alpha - (rise / radius).acos();
-    let motion: Vec<_> = run.states(0).iter().map(|state| (tilt(state), state.spin[1])).collect();
-    let most = (setup.duration / h).round() as usize;
-    let discrete = |spin: f64| Swing::of(&tall.discrete(spin, (h, most), |tilt, _| tilt < beyond));
-    let (measured, swing) = (Swing::of(&motion), discrete(spin));
+    let motion: Vec<_> = run.states(0).iter().map(Planar::of).collect();
+    let discrete =
+        |spin: f64| swing(&tall.discrete(h, spin, setup.duration, |state| state.tilt < beyond));
+    let (measured, expected) = (swing(&motion), discrete(spin));
 
-    // The effect of a change of the first spin, by the recurrence.
     let change = tall.spin_tolerance(&run, spin);
-    let trial = change.max(1e-7 * spin);
-    let [less, more] = [-trial, trial].map(|change| discrete(spin + change));
-    let effect = |of: fn(&Swing) -> f64| {
-        let moved = (of(&less) - of(&swing)).abs().max((of(&more) - of(&swing)).abs());
-        2.0 * change / trial * moved
-    };
-    let kept = effect(|swing| swing.kept) + 2.0 * change / swing.before;
-    let bound = 2.0 * tall.deceleration() * h / swing.before;
+    let effect = TallBox::effect(spin, change, &expected, discrete);
+    let [_, expected_kept, before] = expected;
+    let kept = effect[1] + 2.0 * change / before;
+    let bound = 2.0 * tall.deceleration() * h / before;
     let housner = 1.0 - 1.5 * alpha.sin().powi(2);
-    Findings::new(
-        run.curve(("tilt", "rad"), 0, tilt),
-        [
-            equal(("peak tilt", "rad"), measured.peak, peak, effect(|swing| swing.peak))
-                .stepped(swing.peak, order(1, fine)),
-            equal(("spin kept at impact", "1"), measured.kept, housner, kept)
-                .stepped(swing.kept, within(bound, fine)),
-        ],
-    )
+    let curve = run.curve(("tilt", "rad"), 0, tilt);
+    curve.with([
+        equal(("peak tilt", "rad"), measured[0], peak, effect[0])
+            .stepped(expected[0], order(1, fine)),
+        equal(("spin kept at impact", "1"), measured[1], housner, kept)
+            .stepped(expected_kept, within(bound, fine)),
+    ])
 }
 
-/// The measured values of a box that rises and falls back.
-struct Swing {
-    /// The largest tilt, rad.
-    peak: f64,
-    /// The largest spin in the four steps before the face meets the ground, rad/s.
-    before: f64,
-    /// The spin two steps later, as a share of `before`.
-    kept: f64,
-}
-
-impl Swing {
-    /// The values for these tilts and spins.
-    fn of(motion: &[(f64, f64)]) -> Self {
-        let peak = largest(motion.iter().map(|(tilt, _)| *tilt));
-        let back = motion.iter().position(|&(tilt, spin)| spin < 0.0 && tilt <= LANDED);
-        let Some(back) = back else { return Self { peak, before: f64::NAN, kept: f64::NAN } };
-        let falling = &motion[back.saturating_sub(4)..back];
-        let before = falling.iter().map(|(_, spin)| -spin).fold(f64::NAN, f64::max);
-        let after = motion.get(back + 1).map_or(f64::NAN, |(_, spin)| -spin);
-        Self { peak, before, kept: after / before }
-    }
+/// The largest tilt (rad) of a box that rises and falls back, the share of its spin that is kept two steps
+/// after its face meets the ground, and the largest spin in the four steps before (rad/s).
+fn swing(motion: &[Planar]) -> [f64; 3] {
+    let peak = largest(motion.iter().map(|state| state.tilt));
+    let back = motion.iter().position(|state| state.spin < 0.0 && state.tilt <= LANDED);
+    let Some(back) = back else { return [peak, f64::NAN, f64::NAN] };
+    let falling = &motion[back.saturating_sub(4)..back];
+    let before = falling.iter().map(|state| -state.spin).fold(f64::NAN, f64::max);
+    let after = motion.get(back + 1).map_or(f64::NAN, |state| -state.spin);
+    [peak, after / before, before]
 }

@@ -1,38 +1,21 @@
 //! A ball that rolls: down a slope, or out of a slide.
-//!
-//! A solid ball has I = ⅖ m R². With the speed u = R ω of its rim and the friction p per mass and
-//! step, against the slide,
-//!
-//! ```text
-//! v⁺ = v + h g_x − p,   w(u⁺) = w(u) + ⁵⁄₂ p,   w(u) = u (1 + κ² u²),   κ = h/(2R)
-//! ```
-//!
-//! The slip of the step is c = v⁺ − u⁺ (eq. 10a). The ball rolls with the p that makes c = 0, if
-//! that is within ±μ g_z h; otherwise friction is largest and opposes the slip. Since w exceeds u by
-//! a share κ² u², a rolling ball is slower than the exact one by ⅖/1.4 of that share: second order
-//! in h.
 
 use crate::prelude::*;
 
-/// R, m.
-const RADIUS: f64 = 0.2;
-/// The largest rotation of a step, rad.
-const MOST_TURN: f64 = 0.25;
-/// Rounding hides the order of a smaller share κ² u².
-const LEAST_LAG: f64 = 1e-9;
+const RADIUS: f64 = 0.2; // R, m
+const MOST_TURN: f64 = 0.25; // The largest rotation of a step, rad
+const DURATION: f64 = 1.0; // s
 
 /// A ball on a plane.
 #[derive(Debug, Clone, Copy)]
 struct Ball {
     friction: f64,
-    /// Gravity along the slope and onto it, m/s².
-    along: f64,
-    onto: f64,
-    /// h, s.
-    time_step: f64,
+    along: f64,     // Gravity along the slope, m/s²
+    onto: f64,      // Gravity onto it, m/s²
+    time_step: f64, // h, s
 }
 
-/// v and u, m/s.
+/// v of the centre and u = R ω of the rim, m/s.
 type Speeds = (f64, f64);
 
 impl Ball {
@@ -41,10 +24,14 @@ impl Ball {
         0.5 * self.time_step / RADIUS
     }
 
+    /// The scheme's step, with the p of |p| ≤ μ g_z h that rolls, or the next to it:
+    ///
+    /// ```text
+    /// v⁺ = v + h g_x − p,   w(u⁺) = w(u) + ⁵⁄₂ p,   w(u) = u (1 + κ² u²),   κ = h/(2R)
+    /// ```
     fn step(&self, (v, u): Speeds) -> Speeds {
         let h = self.time_step;
         let (grip, pulled) = (self.friction * self.onto * h, v + h * self.along);
-        // The rim's speed that rolls, and p = ⅖ (w(u⁺) − w(u)).
         let turning = |u: f64| momentum(h / RADIUS, u);
         let friction = |after: f64| 0.4 * (turning(after).0 - turning(u).0);
         let rolling = newton(u, |u| (-(pulled - friction(u) - u), 0.4 * turning(u).1 + 1.0));
@@ -54,11 +41,7 @@ impl Ball {
 
     /// The speeds at the start and after each step.
     fn discrete(&self, start: Speeds, steps: usize) -> Vec<Speeds> {
-        let mut speeds = vec![start];
-        for k in 0..steps {
-            speeds.push(self.step(speeds[k]));
-        }
-        speeds
+        recurrence(start, steps, |speeds| self.step(*speeds))
     }
 
     /// The setup; `rim` is the largest speed of the rim.
@@ -73,17 +56,12 @@ impl Ball {
 
     /// The convergence of a speed, whose error is about the share κ² u².
     fn lagging(&self, rim: f64, steps: f64) -> Convergence {
-        let share = (self.lag() * rim).powi(2);
-        if share < LEAST_LAG { within(share * rim, steps) } else { order(2, steps) }
+        second_order((self.lag() * rim).powi(2), rim, steps)
     }
 }
 
 /// The tolerances of speeds and distances if the first `slides` steps slide and the others roll with
-/// the share τ of the largest friction.
-///
-/// The residual of velocities adds up, and so does δ_f of a sliding step. A rolling ball slips with
-/// δ_f/√(1 − τ²) (`tolerance.rs`, b), which does not: v + ⅖ w(u) determines both but for the slip of
-/// the last step. The residual of the normal law does not add up either.
+/// the share τ of the largest friction: δ_f of slides adds up, δ_f/√(1 − τ²) of rolling does not.
 fn tolerances(run: &Run, slides: usize, share: f64) -> (f64, f64) {
     let slid: f64 = run.residuals.iter().take(slides).map(|r| r.friction).sum();
     let held = run.largest(|r| r.friction) / (1.0 - share * share).sqrt();
@@ -108,9 +86,6 @@ fn way(h: f64, discrete: &[Speeds]) -> f64 {
     h * discrete.iter().map(|(v, _)| v).sum::<f64>()
 }
 
-/// s.
-const DURATION: f64 = 1.0;
-
 pub(crate) const ROLLING_BALL: Problem = Problem {
     name: "rolling-ball",
     about: "A ball let go on a slope: it rolls with a = ⁵⁄₇ g sin θ up to tan θ = ⁷⁄₂ μ, as \
@@ -120,8 +95,7 @@ pub(crate) const ROLLING_BALL: Problem = Problem {
     ..Problem::solved_by(rolling_ball)
 };
 
-/// Rolling, v = R ω: m a = m g sin θ − F and I a/R = F R give a = ⁵⁄₇ g sin θ and
-/// F = ²⁄₇ m g sin θ ≤ μ m g cos θ. Sliding, a = g (sin θ − μ cos θ) and R ω̇ = ⁵⁄₂ μ g cos θ.
+/// Rolling, a = R ω̇ = ⁵⁄₇ g sin θ. Sliding, a = g (sin θ − μ cos θ) and R ω̇ = ⁵⁄₂ μ g cos θ.
 fn rolling_ball(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [gravity, slope, friction, mass] = inputs.all([Gravity, Slope, Friction, Mass])?;
     let (sin, cos) = slope.to_radians().sin_cos();
@@ -142,8 +116,8 @@ fn rolling_ball(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
 
     let (count, t, end) = (run.steps(), run.end_time(), run.end(0));
     let discrete = ball.discrete((0.0, 0.0), count);
-    let (speed, distance) =
-        if rolls { tolerances(&run, 0, share) } else { tolerances(&run, count, 0.0) };
+    let (slides, share) = if rolls { (0, share) } else { (count, 0.0) };
+    let (speed, distance) = tolerances(&run, slides, share);
     let steps = count as f64;
     let or_exact = |convergence| if a > 0.0 { convergence } else { Convergence::Exact };
     let v_lags = if rolls { ball.lagging(a * t, steps) } else { Convergence::Exact };
@@ -152,20 +126,16 @@ fn rolling_ball(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let (longer, shorter) = (0.5 * a * t * h, ball.lag().powi(2) * (a * t).powi(3) * t / 14.0);
     let both = rolls && shorter > 0.05 * longer;
     let way_lags = if both { within(longer + 1.2 * shorter, steps) } else { order(1, steps) };
-    let (v, u) = discrete[count];
-    let down = |name| (name, "m/s");
-    Findings::new(
-        run.curve(down("speed down the slope"), 0, |state| state.velocity[0]).beside(|t| a * t),
-        [
-            equal(down("speed down the slope"), end.velocity[0], a * t, speed)
-                .stepped(v, or_exact(v_lags)),
-            equal(down("speed of the rim"), rim(end), spin_up * t, 2.5 * speed)
-                .stepped(u, or_exact(u_lags)),
-            equal(("way down the slope", "m"), end.position[0], 0.5 * a * t * t, distance)
-                .stepped(way(h, &discrete[1..]), or_exact(way_lags)),
-            at_most_zero(("way across and off the slope", "m"), astray(end), distance),
-        ],
-    )
+    let ((v, u), label) = (discrete[count], ("speed down the slope", "m/s"));
+    let curve = run.curve(label, 0, |state| state.velocity[0]).beside(|t| a * t);
+    curve.with([
+        equal(label, end.velocity[0], a * t, speed).stepped(v, or_exact(v_lags)),
+        equal(("speed of the rim", "m/s"), rim(end), spin_up * t, 2.5 * speed)
+            .stepped(u, or_exact(u_lags)),
+        equal(("way down the slope", "m"), end.position[0], 0.5 * a * t * t, distance)
+            .stepped(way(h, &discrete[1..]), or_exact(way_lags)),
+        at_most_zero(("way across and off the slope", "m"), astray(end), distance),
+    ])
 }
 
 pub(crate) const SLIDING_BALL: Problem = Problem {
@@ -177,9 +147,7 @@ pub(crate) const SLIDING_BALL: Problem = Problem {
     ..Problem::solved_by(sliding_ball)
 };
 
-/// While it slides v(t) = v − μ g t and R ω = ⁵⁄₂ μ g t. They are equal at t = 2 v/(7 μ g) with ⁵⁄₇ v.
-/// The angular momentum about the line of contact is constant. The scheme conserves
-/// v + ⅖ w(u), and v = u at the end.
+/// v(t) = v − μ g t while it slides, up to t = 2 v/(7 μ g).
 fn sliding_ball(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [gravity, speed, friction, mass] = inputs.all([Gravity, Speed, Friction, Mass])?;
     let h = runner.time_step;
@@ -194,18 +162,15 @@ fn sliding_ball(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let (slid, at) = (run.time(slides), run.states(0)[slides].position[0]);
     let (allowed, distance) = tolerances(&run, slides + 2, 0.0);
     let exact = speed * slid - 0.5 * friction * gravity * slid * slid;
-    let (v, u) = discrete[count];
-    let lagging = ball.lagging(rolls, f64::INFINITY);
-    Findings::new(
-        run.curve(("speed", "m/s"), 0, |state| state.velocity[0])
-            .beside(|t| if t < grip { speed - friction * gravity * t } else { rolls }),
-        [
-            equal(("speed once it rolls", "m/s"), end.velocity[0], rolls, allowed)
-                .stepped(v, lagging),
-            equal(("speed of the rim", "m/s"), rim(end), rolls, 2.5 * allowed).stepped(u, lagging),
-            equal(("way while it slides", "m"), at, exact, distance)
-                .stepped(way(h, &discrete[1..=slides]), order(1, grip / h)),
-            at_most_zero(("way sideways and off the ground", "m"), astray(end), distance),
-        ],
-    )
+    let ((v, u), lagging) = (discrete[count], ball.lagging(rolls, f64::INFINITY));
+    let curve = run
+        .curve(("speed", "m/s"), 0, |state| state.velocity[0])
+        .beside(|t| if t < grip { speed - friction * gravity * t } else { rolls });
+    curve.with([
+        equal(("speed once it rolls", "m/s"), end.velocity[0], rolls, allowed).stepped(v, lagging),
+        equal(("speed of the rim", "m/s"), rim(end), rolls, 2.5 * allowed).stepped(u, lagging),
+        equal(("way while it slides", "m"), at, exact, distance)
+            .stepped(way(h, &discrete[1..=slides]), order(1, grip / h)),
+        at_most_zero(("way sideways and off the ground", "m"), astray(end), distance),
+    ])
 }

@@ -3,23 +3,13 @@
 use crate::prelude::*;
 use std::f64::consts::TAU;
 
-/// A slide on level ground.
-///
-/// In continuous time v(t) = v − μ g t. A step takes the grip G = μ g h from the speed, or the
-/// remaining speed. With v = (M + θ) G, M whole and 0 ≤ θ < 1,
-///
-/// ```text
-/// v_k = max(0, v − k G),   x_k = h (j v − ½ j (j + 1) G) with j = min(k, M)
-/// ```
-///
-/// The distance at the stop is v²/(2 μ g) − ½ v h + ½ θ (1 − θ) h G.
+/// A slide on level ground, in steps that each take the grip G = μ g h from the speed.
 struct Slide {
     half_sides: Vector3<f64>,
     mass: f64,
     friction: f64,
     gravity: f64,
-    /// At the start, m/s.
-    velocity: Vector3<f64>,
+    velocity: Vector3<f64>, // At the start, m/s
 }
 
 impl Slide {
@@ -32,7 +22,12 @@ impl Slide {
         self.velocity.norm()
     }
 
-    /// v/(μ g): the stopping time, s.
+    /// The speed G that a step takes, m/s.
+    fn grip(&self, h: f64) -> f64 {
+        self.friction * self.gravity * h
+    }
+
+    /// The stopping time v/(μ g), s.
     fn time(&self) -> f64 {
         self.speed() / (self.friction * self.gravity)
     }
@@ -45,14 +40,13 @@ impl Slide {
 
     /// v_k, m/s.
     fn discrete_speeds(&self, h: f64, steps: usize) -> Vec<f64> {
-        let grip = self.friction * self.gravity * h;
-        (0..=steps).map(|k| (self.speed() - k as f64 * grip).max(0.0)).collect()
+        (0..=steps).map(|k| (self.speed() - k as f64 * self.grip(h)).max(0.0)).collect()
     }
 
+    /// v²/(2 μ g), discrete h (M v − ½ M (M + 1) G) with the largest whole M ≤ v/G.
     fn distance(&self, name: &'static str, measured: f64, h: f64, tolerance: f64) -> Quantity {
-        let grip = self.friction * self.gravity * h;
-        let whole = (self.speed() / grip).floor();
-        let discrete = h * (whole * self.speed() - 0.5 * whole * (whole + 1.0) * grip);
+        let whole = (self.speed() / self.grip(h)).floor();
+        let discrete = h * (whole * self.speed() - 0.5 * whole * (whole + 1.0) * self.grip(h));
         equal((name, "m"), measured, self.way(self.time()), tolerance)
             .stepped(discrete, order(1, whole))
     }
@@ -62,7 +56,7 @@ impl Slide {
     }
 
     fn tolerance(&self, run: &Run) -> SlideTolerance {
-        let grip = self.friction * self.gravity * run.time_step;
+        let grip = self.grip(run.time_step);
         let speeds = self.discrete_speeds(run.time_step, run.steps());
         let lean = self.half_sides[2] / self.foot();
         let slider = Slider { mobility: 1.0, friction: self.friction, grip, lean };
@@ -70,8 +64,8 @@ impl Slide {
         slider.tolerance(run, steps.map(|pair| SlideStep { slip: pair[1], share: pair[0] / grip }))
     }
 
-    /// The run, a quarter longer than the slide. The box tips if μ times half its height is more
-    /// than the shorter half side.
+    /// The run, a quarter longer than the slide. The box tips if μ times half its height is more than
+    /// the shorter half side.
     fn run(&self, runner: &mut Runner<'_>) -> Result<Run, Refusal> {
         let (mu, most) = (self.friction, 0.95 * self.foot());
         let below = most / self.half_sides[2];
@@ -80,16 +74,12 @@ impl Slide {
         Refusal::when(mu * self.half_sides[2] >= most, why)?;
         let start = State { velocity: self.velocity, ..resting(self.half_sides[2]) };
         let duration = 1.25 * self.time() + 4.0 * runner.time_step;
-        let bodies = vec![Subject::solid_box(self.mass, self.half_sides, start)?];
-        runner.run(&Setup::new(bodies, self.gravity, mu, duration))
+        runner.run(&Setup::of_box(self.mass, self.half_sides, start, self.gravity, mu, duration)?)
     }
 }
 
 /// The stopping time of a body that friction slows by `decrement` (m/s) a step, from the measured
 /// and the discrete speeds at the start and after each step.
-///
-/// Speed errors shift the line to zero by their sum, and turn it by their change from one step to the
-/// next, over a hundredth of the time or a step.
 pub(crate) fn stopping_time(
     [measured, discrete]: [&[f64]; 2],
     decrement: f64,
@@ -126,26 +116,22 @@ pub(crate) const SLIDING_STOP: Problem = Problem {
     ..Problem::solved_by(sliding_stop)
 };
 
-/// The speeds of [`Slide`] are on the line v − μ g t, so that the stopping time is exact if two of
-/// them are.
+/// The stopping time is exact if two discrete speeds are on the line v − μ g t.
 fn sliding_stop(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let slide = Slide::along_x(v3(0.2, 0.15, 0.1), inputs)?;
     let run = slide.run(runner)?;
     let (h, end, allowed) = (run.time_step, run.end(0), slide.tolerance(&run));
-    let grip = slide.friction * slide.gravity * h;
     let measured: Vec<f64> = run.states(0).iter().map(|state| state.velocity.norm()).collect();
     let discrete = slide.discrete_speeds(h, run.steps());
     let on_the_line = discrete[1] > 0.01 * discrete[0];
     let convergence = if on_the_line { Convergence::Exact } else { Convergence::Unresolved };
-    let time = stopping_time([&measured, &discrete], grip, slide.time(), h, &allowed);
-    Findings::new(
-        run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t)),
-        [
-            slide.distance("stopping distance", end.position[0], h, allowed.way()),
-            Quantity { convergence, ..time },
-            equal(("speed at the end", "m/s"), end.velocity.norm(), 0.0, allowed.speed()),
-        ],
-    )
+    let time = stopping_time([&measured, &discrete], slide.grip(h), slide.time(), h, &allowed);
+    let curve = run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t));
+    curve.with([
+        slide.distance("stopping distance", end.position[0], h, allowed.way()),
+        Quantity { convergence, ..time },
+        equal(("speed at the end", "m/s"), end.velocity.norm(), 0.0, allowed.speed()),
+    ])
 }
 
 pub(crate) const FAST_PLATE: Problem = Problem {
@@ -157,35 +143,29 @@ pub(crate) const FAST_PLATE: Problem = Problem {
     ..Problem::solved_by(fast_plate)
 };
 
-/// The lower face stays in the plane: z = 0 for its four corners at all times.
+/// z = 0 for the corners of the lower face at all times.
 fn fast_plate(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let half_sides = v3(0.5, 0.5, 0.025);
     let slide = Slide::along_x(half_sides, inputs)?;
     let run = slide.run(runner)?;
     let corners = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]]
         .map(|[x, y]| v3(x * half_sides[0], y * half_sides[1], -half_sides[2]));
-    let heights: Vec<f64> = run
-        .states(0)
-        .iter()
-        .flat_map(|state| corners.map(|c| (state.position + rotation(&state.attitude) * c)[2]))
-        .collect();
-    let highest = largest(heights.iter().copied());
-    let deepest = largest(heights.iter().map(|height| -height));
+    let height = |state: &State, sign: f64| {
+        let turned = rotation(&state.attitude);
+        largest(corners.map(|corner| sign * (state.position + turned * corner)[2]))
+    };
+    let [highest, deepest] = [1.0, -1.0].map(|sign| run.most(0, |state| height(state, sign)));
     let astray = run.most(0, |state| state.position[1].abs());
-    let allowed = slide.tolerance(&run);
-    let distance = run.end(0).position[0];
-    Findings::new(
-        run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t)),
-        [
-            at_most_zero(("lift-off", "m"), highest, run.seat()),
-            at_most_zero(("penetration", "m"), deepest, run.seat()),
-            at_most_zero(("way sideways", "m"), astray, allowed.across),
-            slide.distance("stopping distance", distance, run.time_step, allowed.way()),
-        ],
-    )
+    let (allowed, way) = (slide.tolerance(&run), run.end(0).position[0]);
+    let curve = run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t));
+    curve.with([
+        at_most_zero(("lift-off", "m"), highest, run.seat()),
+        at_most_zero(("penetration", "m"), deepest, run.seat()),
+        at_most_zero(("way sideways", "m"), astray, allowed.across),
+        slide.distance("stopping distance", way, run.time_step, allowed.way()),
+    ])
 }
 
-/// Directions: north, north-northeast, …
 const DIRECTIONS: usize = 16;
 
 pub(crate) const COMPASS: Problem = Problem {
@@ -197,9 +177,7 @@ pub(crate) const COMPASS: Problem = Problem {
     ..Problem::solved_by(compass)
 };
 
-/// Coulomb's cone is round: the slide is that of [`Slide`] in any direction. The box does not turn,
-/// because the resultant of friction passes through the line of the slide. A speed across the slide
-/// has the kinetic energy of a spin √(m/I) times as large, with I = m (a² + b²)/3.
+/// Coulomb's cone is round: the slide is the same in every direction, and the box does not turn.
 fn compass(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let half_sides = v3(0.2, 0.15, 0.1);
     let east = Slide::along_x(half_sides, inputs)?;
@@ -226,14 +204,12 @@ fn compass(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
             curve = curve.beside(|t| slide.way(t));
         }
     }
-    let gyration = (half_sides[0].hypot(half_sides[1])) / 3.0_f64.sqrt();
-    Findings::new(
-        curve,
-        [
-            east.distance("longest slide", longest, runner.time_step, way),
-            at_most_zero(("longest less shortest", "m"), longest - shortest, 2.0 * way),
-            at_most_zero(("way sideways", "m"), sideways, across),
-            at_most_zero(("angle turned", "rad"), turned, across / gyration),
-        ],
-    )
+    // √(I/m) with I = m (a² + b²)/3.
+    let gyration = half_sides[0].hypot(half_sides[1]) / 3.0_f64.sqrt();
+    curve.with([
+        east.distance("longest slide", longest, runner.time_step, way),
+        at_most_zero(("longest less shortest", "m"), longest - shortest, 2.0 * way),
+        at_most_zero(("way sideways", "m"), sideways, across),
+        at_most_zero(("angle turned", "rad"), turned, across / gyration),
+    ])
 }

@@ -2,7 +2,6 @@
 
 use crate::prelude::*;
 
-/// A slope below atan μ, for a minute.
 pub(crate) const STICK: Problem = Problem {
     name: "slope-stick",
     about: "A box on a slope for a minute: below atan μ, as usually, it stays where it is and does \
@@ -12,7 +11,6 @@ pub(crate) const STICK: Problem = Problem {
     ..Problem::solved_by(|inputs, runner| let_go(inputs, runner, 60.0))
 };
 
-/// A slope above atan μ.
 pub(crate) const SLIDE: Problem = Problem {
     name: "slope-slide",
     about: "A box on a slope: above atan μ, as usually, it slides with a = g (sin θ − μ cos θ); \
@@ -22,17 +20,9 @@ pub(crate) const SLIDE: Problem = Problem {
     ..Problem::solved_by(|inputs, runner| let_go(inputs, runner, 2.0))
 };
 
-/// m.
-const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1);
+const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1); // m
 
-/// Friction holds up to μ m g cos θ against m g sin θ:
-///
-/// ```text
-/// a = max(0, g (sin θ − μ cos θ)),   v = a t,   x = ½ a t²
-/// ```
-///
-/// The step's velocities are exact, v_k = k a h, and its distance is x_N = ½ a h² N (N + 1), longer by
-/// ½ a h t. A box that sticks does not move.
+/// a = max(0, g (sin θ − μ cos θ)), v = a t, x = ½ a t².
 fn let_go(inputs: &Inputs, runner: &mut Runner<'_>, duration: f64) -> Solved {
     let [mass, friction, g, slope] = inputs.all([Mass, Friction, Gravity, Slope])?;
     let (sin, cos) = slope.to_radians().sin_cos();
@@ -44,25 +34,20 @@ fn let_go(inputs: &Inputs, runner: &mut Runner<'_>, duration: f64) -> Solved {
     let pull = along - friction * onto;
     // A slope of atan μ to the last digit sticks.
     let a = if pull > 1e-12 * along { pull } else { 0.0 };
-    let bodies = vec![Subject::solid_box(mass, HALF_SIDES, resting(HALF_SIDES[2]))?];
-    let run = runner.run(&Setup { slope, ..Setup::new(bodies, g, friction, duration) })?;
-    let (h, steps, t, end) = (run.time_step, run.steps() as f64, run.end_time(), run.end(0));
+    let setup = Setup::of_box(mass, HALF_SIDES, resting(HALF_SIDES[2]), g, friction, duration)?;
+    let run = runner.run(&Setup { slope, ..setup })?;
+    let (h, t, end) = (run.time_step, run.end_time(), run.end(0));
     let grip = friction * onto * h;
     let slider = Slider { mobility: 1.0, friction, grip, lean: HALF_SIDES[2] / HALF_SIDES[1] };
     let share = along * h / grip;
     let exact = (1..=run.steps()).map(|k| SlideStep { slip: k as f64 * a * h, share });
     let allowed = slider.tolerance(&run, exact);
     let astray = end.position[1].hypot(end.position[2] - HALF_SIDES[2]);
-    let convergence = if a > 0.0 { order(1, steps) } else { Convergence::Exact };
-    let way = |t: f64| 0.5 * a * t * t;
-    let across = allowed.across + run.seat();
-    Findings::new(
-        run.curve(("way down the slope", "m"), 0, |state| state.position[0]).beside(way),
-        [
-            equal(("way down the slope", "m"), end.position[0], way(t), allowed.way())
-                .stepped(0.5 * a * h * h * steps * (steps + 1.0), convergence),
-            equal(("speed down the slope", "m/s"), end.velocity[0], a * t, allowed.speed()),
-            at_most_zero(("way across and off the slope", "m"), astray, across),
-        ],
-    )
+    let way = ("way down the slope", "m");
+    let curve = run.curve(way, 0, |state| state.position[0]).beside(|t| 0.5 * a * t * t);
+    curve.with([
+        run.accelerated(way, end.position[0], a, allowed.way()),
+        equal(("speed down the slope", "m/s"), end.velocity[0], a * t, allowed.speed()),
+        at_most_zero(("way across and off the slope", "m"), astray, allowed.across + run.seat()),
+    ])
 }

@@ -13,18 +13,9 @@ pub(crate) const SPINNING_BOX: Problem = Problem {
     ..Problem::solved_by(spinning_box)
 };
 
-/// m.
-const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.2, 0.02);
+const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.2, 0.02); // m
 
-/// Friction at every corner is along its circle, together μ m g with the arm R = √(a² + b²), however
-/// the corners share the weight. With I = m (a² + b²)/3 = m R²/3:
-///
-/// ```text
-/// ω(t) = ω − 3 μ g t/R,   t_stop = R ω/(3 μ g),   φ = ½ ω t_stop
-/// ```
-///
-/// The stopping time of the scheme is later to second order in h: its arm ([`discrete_spins`]) is
-/// shorter by a share of at most (ω h)²/8. The angle, by the spin at the end of each step, lacks ½ ω h.
+/// ω(t) = ω − 3 μ g t/R, t_stop = R ω/(3 μ g), φ = ½ ω t_stop.
 fn spinning_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, friction, gravity, spin] = inputs.all([Mass, Friction, Gravity, Speed])?;
     let (h, radius) = (runner.time_step, HALF_SIDES[0].hypot(HALF_SIDES[1]));
@@ -33,10 +24,10 @@ fn spinning_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let deceleration = 3.0 * friction * gravity / radius;
     let (lost, time) = (deceleration * h, spin / deceleration);
     let start = State { spin: v3(0.0, 0.0, spin), ..resting(HALF_SIDES[2]) };
-    let bodies = vec![Subject::solid_box(mass, HALF_SIDES, start)?];
-    let run = runner.run(&Setup::new(bodies, gravity, friction, 1.25 * time + 4.0 * h))?;
+    let duration = 1.25 * time + 4.0 * h;
+    let run = runner.run(&Setup::of_box(mass, HALF_SIDES, start, gravity, friction, duration)?)?;
 
-    let discrete = discrete_spins(spin, lost, h, run.steps());
+    let discrete = recurrence(spin, run.steps(), |spin| after_step(*spin, lost, h));
     // The rim, of mobility m R²/I = 3, slides.
     let lean = HALF_SIDES[2] / HALF_SIDES[1];
     let slider = Slider { mobility: 3.0, friction, grip: friction * gravity * h, lean };
@@ -57,17 +48,15 @@ fn spinning_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let astray = run.most(0, |state| state.position.xy().norm());
     let decrement = radius * deceleration * h;
     let stop = stopping_time([&measured, &discrete], decrement, time, h, &allowed);
-    let (end, way) = (angles[angles.len() - 1], allowed.way() / radius);
     let discrete_angle = discrete[1..].iter().map(|spin| turn(h, *spin)).sum();
-    Findings::new(
-        Curve::of(("angle turned", "rad"), &run, |k| angles[k]).beside(angle),
-        [
-            Quantity { convergence: order(2, whole), ..stop },
-            equal(("angle turned", "rad"), end, angle(time), way)
-                .stepped(discrete_angle, order(1, whole.min(fine))),
-            at_most_zero(("way of the centre", "m"), astray, allowed.across),
-        ],
-    )
+    let label = ("angle turned", "rad");
+    let curve = Curve::of(label, &run, |k| angles[k]).beside(angle);
+    curve.with([
+        Quantity { convergence: order(2, whole), ..stop },
+        equal(label, *last(&angles), angle(time), allowed.way() / radius)
+            .stepped(discrete_angle, order(1, whole.min(fine))),
+        at_most_zero(("way of the centre", "m"), astray, allowed.across),
+    ])
 }
 
 /// The rotation of a step, rad.
@@ -83,30 +72,19 @@ fn turned(states: &[State]) -> Vec<f64> {
         // The conjugate of p times q, of which w and z remain.
         let cos = p[0] * q[0] + p[3] * q[3];
         let sin = p[0] * q[3] - p[3] * q[0];
-        angles.push(angles[angles.len() - 1] + 2.0 * sin.atan2(cos));
+        angles.push(last(&angles) + 2.0 * sin.atan2(cos));
     }
     angles
 }
 
-/// The spins of the scheme at the start and after each step, rad/s. A step turns the box by
-/// ψ = 2 atan(½ h ω⁺): a corner's mean slip is along a chord, and friction has the arm R cos ½ψ. The
-/// spin is the root of
-///
-/// ```text
-/// w(ω⁺) = w(ω) − D/√(1 + (½ h ω⁺)²),   w(ω) = ω (1 + (½ h ω)²),   D = 3 μ g h/R
-/// ```
-///
-/// or zero if w(ω) ≤ D.
-fn discrete_spins(spin: f64, lost: f64, h: f64, steps: usize) -> Vec<f64> {
-    let mut spins = vec![spin];
-    for k in 0..steps {
-        let before = momentum(h, spins[k]).0;
-        // The derivative lacks a share of ¼ h² D ω.
-        let missed = |after: f64| {
-            let (turning, slope) = momentum(h, after);
-            (turning + lost / (0.5 * h * after).hypot(1.0) - before, slope)
-        };
-        spins.push(if before > lost { newton(spins[k], missed) } else { 0.0 });
-    }
-    spins
+/// The spin after a step of the scheme, rad/s: the root of w(ω⁺) = w(ω) − D/√(1 + (½ h ω⁺)²), or zero
+/// if w(ω) ≤ D.
+fn after_step(spin: f64, lost: f64, h: f64) -> f64 {
+    let before = momentum(h, spin).0;
+    // The derivative lacks a share of ¼ h² D ω.
+    let missed = |after: f64| {
+        let (turning, slope) = momentum(h, after);
+        (turning + lost / (0.5 * h * after).hypot(1.0) - before, slope)
+    };
+    if before > lost { newton(spin, missed) } else { 0.0 }
 }

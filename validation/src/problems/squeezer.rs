@@ -51,13 +51,11 @@ const END: [f64; 4] = [
     0.040_822_240_130_731_01,
     -0.534_730_116_322_694_8,
 ];
-/// s.
-const DURATION: f64 = 0.03;
+const DURATION: f64 = 0.03; // s
 /// The crank and the sprung bar, among the bars and among the pins that hold them in the plane.
 const CRANK: usize = 0;
 const SPRUNG: usize = 2;
-/// The longest step, by the rotation of the crank, s.
-const LONGEST_STEP: f64 = 1e-4;
+const LONGEST_STEP: f64 = 1e-4; // The longest step, by the rotation of the crank, s
 
 pub(crate) const SQUEEZER: Problem = Problem {
     name: "squeezer",
@@ -70,8 +68,7 @@ pub(crate) const SQUEEZER: Problem = Problem {
     ..Problem::solved_by(squeezer)
 };
 
-/// The mechanism. The x axes of its bars K1 … K7 are at β, β + Θ, γ, Φ + δ − ½π, δ, Ω + ε and ε; K3, K5
-/// and K7 have their tips across, along and across.
+/// The bars K1 … K7 with their pins.
 fn mechanism() -> Linkage {
     let [beta, theta, gamma, phi, delta, omega, epsilon] = START;
     let v = Vector2::new;
@@ -113,10 +110,8 @@ fn spring(gamma: f64) -> (f64, f64) {
     (length, lever.perp(&force))
 }
 
-/// The published angles (F. Mazzia and C. Magherini, Test Set for Initial Value Problem Solvers,
-/// "Andrews' squeezing mechanism") are of seven coordinates and six closing equations, solved to sixteen
-/// digits. With the velocities of half a step before the start the scheme ([`Linkage::steps`]) is of
-/// second order. Torques are those at the step's start.
+/// The published angles (Mazzia and Magherini, Test Set for IVP Solvers), discrete by [`Linkage::steps`]
+/// from the velocities of half a step before the start.
 fn squeezer(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let h = runner.time_step;
     let why =
@@ -143,14 +138,11 @@ fn squeezer(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
         let a = |body: usize| track[steps - 1][body].angle;
         [a(0), a(1) - a(0), a(2), a(3) + FRAC_PI_2 - a(4)]
     });
-    // T + V less the work of the torque.
-    let energy = |pair: &[Vec<Placed>]| {
-        let stretch = spring(pair[0][SPRUNG].angle).0 - SLACK_LENGTH;
-        mechanism.mean_kinetic(pair, h) + 0.5 * SPRING * stretch * stretch
-            - TORQUE * pair[0][CRANK].angle
-    };
-    let energies: Vec<_> = measured.windows(2).map(energy).collect();
-    let strayed = largest(energies.iter().map(|e| (e - energies[0]).abs()));
+    // The potential less the work of the torque.
+    let strayed = mechanism.energy_change(&measured, h, |at| {
+        let stretch = spring(at[SPRUNG].angle).0 - SLACK_LENGTH;
+        0.5 * SPRING * stretch * stretch - TORQUE * at[CRANK].angle
+    });
     // Residuals of velocities turn the crank.
     let lacked = run.sum(|r| r.joint + r.momentum) * h / RR;
     let angle = |name: &'static str, k: usize| {
@@ -158,15 +150,13 @@ fn squeezer(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
             .stepped(expected[k], order(2, DURATION / h))
     };
     let gap = mechanism.worst_gap(&measured);
-    Findings::new(
-        Curve::of(("angle of the crank", "rad"), &run, |k| measured[k][CRANK].angle),
-        [
-            angle("β at 0.03 s", 0),
-            angle("Θ at 0.03 s", 1),
-            angle("γ at 0.03 s", 2),
-            angle("Φ at 0.03 s", 3),
-            at_most(("largest way of a pin from its place", "m"), gap, 1e-12),
-            at_most(("energy less work, its largest change", "J"), strayed, 1e6 * h * h),
-        ],
-    )
+    let curve = Curve::of(("angle of the crank", "rad"), &run, |k| measured[k][CRANK].angle);
+    curve.with([
+        angle("β at 0.03 s", 0),
+        angle("Θ at 0.03 s", 1),
+        angle("γ at 0.03 s", 2),
+        angle("Φ at 0.03 s", 3),
+        at_most(("largest way of a pin from its place", "m"), gap, 1e-12),
+        at_most(("energy less work, its largest change", "J"), strayed, 1e6 * h * h),
+    ])
 }

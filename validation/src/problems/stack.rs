@@ -1,20 +1,13 @@
 //! Boxes at rest on each other.
 
 use crate::prelude::*;
-use crate::residual::Residual;
 
-/// m.
-const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.2, 0.1);
-/// Boxes of the stack.
-const BOXES: usize = 10;
-/// The heavy box, in masses of the light one.
-const RATIO: f64 = 1e4;
-/// s.
-const DURATION: f64 = 1.0;
-/// Corners of a face.
-const CORNERS: f64 = 4.0;
-/// The largest difference of the forces at two corners by the laws alone, in their mean: four forces
-/// with the sum N and no moment about the middle are ¼ N ± t with t ≤ ¼ N.
+const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.2, 0.1); // m
+const BOXES: usize = 10; // Boxes of the stack
+const RATIO: f64 = 1e4; // The heavy box, in masses of the light one
+const DURATION: f64 = 1.0; // s
+const CORNERS: f64 = 4.0; // Corners of a face
+/// The largest difference of the forces at two corners by the laws alone, in their mean.
 const UNEVEN: f64 = 2.0;
 /// The difference of equal forces in the minimum-compliance limit: the native solver's smallest
 /// compliance is 1e-9.
@@ -30,8 +23,7 @@ struct Tower {
     /// The longest distance of a box from its start, m, and its tolerance.
     way: f64,
     way_tolerance: f64,
-    /// The tolerance of a share.
-    tolerance: f64,
+    tolerance: f64, // The tolerance of a share
 }
 
 impl Tower {
@@ -50,7 +42,7 @@ impl Tower {
                     let weight = gravity * masses[index..].iter().sum::<f64>();
                     let below = if index == 0 { Partner::Ground } else { Partner::Body(index - 1) };
                     let corners = step.between(index, below).map(|contact| contact.normal_force);
-                    let corners: Vec<f64> = corners.collect();
+                    let corners: Vec<_> = corners.collect();
                     let least = corners.iter().copied().fold(f64::INFINITY, f64::min);
                     shares.push(corners.iter().sum::<f64>() / weight);
                     uneven = uneven.max((largest(corners) - least) * CORNERS / weight);
@@ -58,30 +50,21 @@ impl Tower {
                 (shares, uneven)
             })?;
         let (shares, uneven): (Vec<_>, Vec<f64>) = seen.into_iter().unzip();
-        let ways = (0..masses.len()).map(|index| {
-            let start = v3(0.0, 0.0, height(index));
-            run.most(index, |state| (state.position - start).norm())
-        });
+        let ways = (0..masses.len()).map(|index| run.strayed(index));
         let (way, uneven) = (largest(ways), largest(uneven));
-        let (tolerance, count) = (force_tolerance(&run, gravity, masses), masses.len() as f64);
+        let count = masses.len() as f64;
+        let tolerance = force_tolerance(&run, gravity, count);
         // A seat for each box.
         let way_tolerance = count * (run.seat() + run.creep());
         Ok(Self { run, shares, uneven, way, way_tolerance, tolerance })
     }
-
-    fn last(&self) -> &[f64] {
-        &self.shares[self.shares.len() - 1]
-    }
 }
 
-/// The tolerance of the force under a box, as a share of the weight above. The force balances
-/// Σ m (g + (v⁺ − v)/h) to within Σ m δ_m/h. A box at rest is no faster than the gaps below it change
-/// and its positions lag: with n boxes |v| ≤ n (δ_n + δ_k), at both ends of the step.
-fn force_tolerance(run: &Run, gravity: f64, masses: &[f64]) -> f64 {
-    let boxes = masses.len() as f64;
-    let most = |part: fn(&Residual) -> f64| run.largest(part);
-    let astray = 2.0 * boxes * (most(|r| r.normal) + most(|r| r.kinematics));
-    (most(|r| r.momentum) + astray) / (gravity * run.time_step) + 16.0 * boxes * f64::EPSILON
+/// The tolerance of the force under a box, as a share of the weight above: (δ_m + 2 n (δ_n + δ_k))/(g h)
+/// for n boxes.
+fn force_tolerance(run: &Run, gravity: f64, boxes: f64) -> f64 {
+    let astray = 2.0 * boxes * (run.largest(|r| r.normal) + run.largest(|r| r.kinematics));
+    (run.largest(|r| r.momentum) + astray) / (gravity * run.time_step) + 16.0 * boxes * f64::EPSILON
 }
 
 pub(crate) const STACK: Problem = Problem {
@@ -94,28 +77,23 @@ pub(crate) const STACK: Problem = Problem {
     ..Problem::solved_by(stack)
 };
 
-/// Newton's third law from the top down: N_i = (n − i) m g under box i, counted from 0 at the bottom.
-/// The laws leave open how four corners share it. In the minimum-compliance limit
-/// (native-solver.md, section 4) they share it equally, for the stack is symmetric. Both hold for a
-/// step at rest.
+/// N_i = (n − i) m g under box i, counted from 0 at the bottom. Corners share it equally with the
+/// selection rule, the minimum-compliance limit.
 fn stack(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass] = inputs.all([Mass])?;
     let tower = Tower::stand(inputs, &[mass; BOXES], runner)?;
-    let (allowed, count, last) = (tower.tolerance, BOXES as f64, tower.last());
+    let (allowed, count, last) = (tower.tolerance, BOXES as f64, last(&tower.shares));
     let worst = largest(tower.shares.iter().flatten().map(|share| (share - 1.0).abs()));
     let uneven = if runner.selects { EVEN } else { UNEVEN } + allowed;
-    let (lowest, alike) =
-        (("force under the lowest box", "m g"), ("largest difference of corners, of them", "1"));
-    Findings::new(
-        tower.run.curve_of_steps(lowest, |k| count * tower.shares[k][0]).beside(|_| count),
-        [
-            equal(lowest, count * last[0], count, count * allowed),
-            equal(("force under the highest box", "m g"), last[BOXES - 1], 1.0, allowed),
-            at_most_zero(("largest error of a force, of it", "1"), worst, allowed),
-            at_most_zero(alike, tower.uneven, uneven),
-            at_most_zero(("longest way of a box", "m"), tower.way, tower.way_tolerance),
-        ],
-    )
+    let lowest = ("force under the lowest box", "m g");
+    let quantities = [
+        equal(lowest, count * last[0], count, count * allowed),
+        equal(("force under the highest box", "m g"), last[BOXES - 1], 1.0, allowed),
+        at_most_zero(("largest error of a force, of it", "1"), worst, allowed),
+        at_most_zero(("largest difference of corners, of them", "1"), tower.uneven, uneven),
+        at_most_zero(("longest way of a box", "m"), tower.way, tower.way_tolerance),
+    ];
+    tower.run.steady(quantities, |k| count * tower.shares[k][0])
 }
 
 pub(crate) const MASS_RATIO: Problem = Problem {
@@ -131,25 +109,22 @@ pub(crate) const MASS_RATIO: Problem = Problem {
     ..Problem::solved_by(mass_ratio)
 };
 
-/// The force under each box is the weight above it, as in [`STACK`], and the boxes stay at rest.
+/// The force under each box is the weight above it.
 fn mass_ratio(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass] = inputs.all([Mass])?;
     let above = Tower::stand(inputs, &[mass, RATIO * mass], runner)?;
     let below = Tower::stand(inputs, &[RATIO * mass, mass], runner)?;
     let share = |name: &'static str, tower: &Tower, index: usize| {
-        equal((name, "1"), tower.last()[index], 1.0, tower.tolerance)
+        equal((name, "1"), last(&tower.shares)[index], 1.0, tower.tolerance)
     };
     let way = above.way.max(below.way);
     let way_tolerance = above.way_tolerance.max(below.way_tolerance);
-    let between = "heavy on light: force between, of weight";
-    Findings::new(
-        above.run.curve_of_steps((between, "1"), |k| above.shares[k][1]).beside(|_| 1.0),
-        [
-            share(between, &above, 1),
-            share("heavy on light: force of ground, of weight", &above, 0),
-            share("light on heavy: force between, of weight", &below, 1),
-            share("light on heavy: force of ground, of weight", &below, 0),
-            at_most_zero(("longest way of a box", "m"), way, way_tolerance),
-        ],
-    )
+    let quantities = [
+        share("heavy on light: force between, of weight", &above, 1),
+        share("heavy on light: force of ground, of weight", &above, 0),
+        share("light on heavy: force between, of weight", &below, 1),
+        share("light on heavy: force of ground, of weight", &below, 0),
+        at_most_zero(("longest way of a box", "m"), way, way_tolerance),
+    ];
+    above.run.steady(quantities, |k| above.shares[k][1])
 }

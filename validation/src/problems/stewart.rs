@@ -73,22 +73,12 @@ fn setup([mass, gravity]: [f64; 2], drives: [Drive; 2], duration: f64) -> Result
     Ok(Setup { joints, ..Setup::new(bodies, gravity, 0.5, duration) })
 }
 
-/// The legs have the lengths of their motors at the end of every step. With the rotation ψ of the
-/// platform
+/// The platform is at z and turned by ψ; each leg at rest, with the length L = √(z² + c²), bears f:
 ///
 /// ```text
-/// L₁² = R² + r² + z² − 2 R r cos(φ − ψ),   L₂² = R² + r² + z² − 2 R r cos(φ + ψ),
-/// sin ψ = (L₂² − L₁²)/(4 R r sin φ)
-/// ```
-///
-/// in the scheme too. At rest with the length L, held by friction, each leg has the force f with
-/// 6 f = dV/dL, z = √(L² − c²):
-///
-/// ```text
+/// L₁² = R² + r² + z² − 2 R r cos(φ − ψ),   sin ψ = (L₂² − L₁²)/(4 R r sin φ)
 /// 6 f = M g L/z + 6 m g (s c²/(z L²) + z/L + (L − s) c²/(z L²))
 /// ```
-///
-/// with the mass m of a rod and s from its joint to its middle.
 fn stewart(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let (values, h) = (inputs.all([Mass, Gravity])?, runner.time_step);
     let [mass, gravity] = values;
@@ -102,7 +92,7 @@ fn stewart(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let (still, forces) = runner.watch(&setup(values, [held; 2], 10.0 * h)?, |step| {
         [0, 1, 2, 3, 4, 5].map(|leg: usize| step.joints[3 * leg + 1].force[2])
     })?;
-    let worst = forces[forces.len() - 1].map(|force| force - bears);
+    let worst = last(&forces).map(|force| force - bears);
     let worst = worst.into_iter().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
     let lacked = still.largest(|r| r.momentum + r.joint);
     let force_off = bears * (32.0 * lacked / (gravity * h) + 1024.0 * f64::EPSILON);
@@ -127,16 +117,12 @@ fn stewart(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     // The motors hold speeds: the errors of steps add up.
     let off = 32.0 * h * run.sum(|r| r.joint) + run.rounding(32.0 * GROUND);
     let end = run.end(0);
-    let (across, worst_leg) =
-        (("way across and tilt, the larger one", "m"), ("force of a held leg, the worst", "N"));
-    Findings::new(
-        run.curve(("height of the platform", "m"), 0, lifted).beside(|t| exact(t).0),
-        [
-            equal(("height of the platform", "m"), lifted(end), above, off),
-            equal(("angle that it has turned", "rad"), angle_about(2, end), turn, off),
-            at_most_zero(across, astray, off),
-            equal(worst_leg, bears + worst, bears, force_off),
-            at_most_zero(("way of the held platform", "m"), still.moved(0), still_off),
-        ],
-    )
+    let curve = run.curve(("height of the platform", "m"), 0, lifted).beside(|t| exact(t).0);
+    curve.with([
+        equal(("height of the platform", "m"), lifted(end), above, off),
+        equal(("angle that it has turned", "rad"), angle_about(2, end), turn, off),
+        at_most_zero(("way across and tilt, the larger one", "m"), astray, off),
+        equal(("force of a held leg, the worst", "N"), bears + worst, bears, force_off),
+        at_most_zero(("way of the held platform", "m"), still.moved(0), still_off),
+    ])
 }

@@ -1,6 +1,7 @@
 //! Thresholds for toppling a tall box: a push, and a slope.
 
-use super::rocking::{TallBox, tilt};
+use super::rocking::TallBox;
+use crate::edge::{Planar, tilt};
 use crate::prelude::*;
 
 pub(crate) const PUSHED_OVER: Problem = Problem {
@@ -12,31 +13,28 @@ pub(crate) const PUSHED_OVER: Problem = Problem {
     ..Problem::solved_by(pushed_over)
 };
 
-/// The energy ½ I ω² must lift the centre by R − c. The scheme's threshold is that of the recurrence
-/// of `edge.rs`. The spin lags by up to a step of deceleration, m g a h/I: first order.
+/// ½ I ω² = m g (R − c) at the threshold, discrete by the recurrence of `edge.rs`.
 fn pushed_over(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let tall = TallBox::new(inputs)?;
     let (critical, balance) = (tall.critical_spin(), tall.balance());
     let (h, duration) = (runner.time_step, 20.0 * tall.growth_time());
     // Past the balance, or on the way back.
-    let decided = |tilt: f64, spin: f64| tilt > balance || spin < 0.0;
+    let decided = |state: &Planar| state.tilt > balance || state.spin < 0.0;
     let mut curve = Curve::default();
-    let steps = (h, (duration / h).round() as usize);
     let around = [0.8 * critical, 1.2 * critical + h * tall.deceleration()];
     let discrete = Threshold::find(around, 1e-14 * critical, |spin| {
-        let motion = tall.discrete(spin, steps, decided);
-        Ok((motion[motion.len() - 1].0 > balance, 0.0))
+        let motion = tall.discrete(h, spin, duration, decided);
+        Ok((last(&motion).tilt > balance, 0.0))
     })?;
     let measured = Threshold::near(discrete.value, 1e-6 * critical, |spin| {
         let setup = tall.setup(tall.pushed(spin), duration)?;
-        let run = runner
-            .run_until(&setup, |step| decided(tilt(&step.after[0]), step.after[0].spin[1]))?;
+        let run = runner.run_until(&setup, |step| decided(&Planar::of(&step.after[0])))?;
         curve = run.curve(("tilt near the threshold", "rad"), 0, tilt).beside(|_| balance);
         Ok((tilt(run.end(0)) > balance, tall.spin_tolerance(&run, spin)))
     })?;
     let tolerance = measured.tolerance + discrete.tolerance;
     let spin = equal(("spin that topples", "rad/s"), measured.value, critical, tolerance);
-    Findings::new(curve, [spin.stepped(discrete.value, order(1, tall.growth_time() / h))])
+    curve.with([spin.stepped(discrete.value, order(1, tall.growth_time() / h))])
 }
 
 pub(crate) const SLOPE_TOPPLE: Problem = Problem {
@@ -48,10 +46,9 @@ pub(crate) const SLOPE_TOPPLE: Problem = Problem {
     ..Problem::solved_by(slope_topple)
 };
 
-/// rad.
-const RESOLUTION: f64 = 1e-6;
+const RESOLUTION: f64 = 1e-6; // rad
 
-/// Gravity passes through the lower edge at tan θ = a/c. The scheme holds a box at rest exactly.
+/// tan θ = a/c at the threshold.
 fn slope_topple(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let tall = TallBox::new(inputs)?;
     let balance = tall.balance();
@@ -66,21 +63,18 @@ fn slope_topple(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         let over = tilt(run.end(0)) > 0.05;
         Ok((over, if over { tall.tipped(&run) } else { tall.propped(&run) }))
     })?;
-    Findings::new(curve, [measured.equals(("slope that topples", "rad"), balance)])
+    curve.with([measured.equals(("slope that topples", "rad"), balance)])
 }
 
 impl TallBox {
-    /// The angle below the threshold at which residuals may tip the box over, rad: τ δω for their spin
-    /// δω. A box that stands δ below falls back from the spin ω if ½ I ω² < ½ m g R δ², and
+    /// The angle below the threshold at which residuals may tip the box over, rad: τ δω for their spin δω,
     /// τ² = I/(m g R).
     fn tipped(&self, run: &Run) -> f64 {
         self.growth_time() * self.spin_tolerance(run, self.critical_spin())
     }
 
-    /// The angle above the threshold at which residuals may prop the box up, rad. At δ above it each step
-    /// pulls with g h R δ, per unit mass, about the lower edge. Against it act the residual of velocities
-    /// (R + R²/(3ℓ) for a lever), a pull δ_n at each of the two upper corners, 2a away, and positions
-    /// that lag the velocities, which have grown to ¾ g δ t in the time t.
+    /// The angle above the threshold at which residuals may prop the box up, rad: against the pull g h R δ of
+    /// a step act velocities (lever R + R²/(3ℓ)), two upper corners (2a), and positions (¾ g δ t).
     fn propped(&self, run: &Run) -> f64 {
         let (radius, steps) = (self.radius(), run.steps() as f64);
         let pull = self.gravity * run.time_step * radius;

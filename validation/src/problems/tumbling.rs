@@ -1,11 +1,9 @@
 //! The energy of a cube thrown on the ground.
 
 use crate::prelude::*;
-use tumble_core::mechanics::Rotation;
 use tumble_core::simulation::random::random_attitude;
 
-/// m.
-const HALF_SIDE: f64 = 1.0;
+const HALF_SIDE: f64 = 1.0; // m
 
 pub(crate) const TUMBLE: Problem = Problem {
     name: "tumble",
@@ -16,8 +14,7 @@ pub(crate) const TUMBLE: Problem = Problem {
     ..Problem::solved_by(tumble)
 };
 
-/// Inelastic impacts and friction do no work: in continuous time E = ½ m v² + ½ ωᵀ I ω + m g z never
-/// grows, and ends as m g a with the cube on a face. [`Balance`] is that of a step.
+/// E = ½ m v² + ½ ωᵀ I ω + m g z never grows, and ends as m g a.
 fn tumble(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let [mass, g, friction, speed] = inputs.all([Mass, Gravity, Friction, Speed])?;
     let start = State {
@@ -30,21 +27,18 @@ fn tumble(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let duration = 10.0 * (2.0 * HALF_SIDE / g).sqrt()
         + 4.0 * (speed + 3.0) / g
         + 2.0 * (speed + 3.0) / (friction * g);
-    let cube = Subject::solid_box(mass, Vector3::repeat(HALF_SIDE), start)?;
-    let setup = Setup::new(vec![cube], g, friction, duration);
+    let setup = Setup::of_box(mass, Vector3::repeat(HALF_SIDE), start, g, friction, duration)?;
     let mut ledger = Ledger { time_step: runner.time_step, ..Ledger::default() };
     let (run, _) = runner.watch(&setup, |step| ledger.enter(&setup, step))?;
     let energy = |state: &State| energy(&setup, run.time_step, state);
     let ([gain, gap], end) = ([ledger.gain, ledger.gap], energy(run.end(0)));
     let rest = rest_tolerance(&run, mass, g);
-    Findings::new(
-        run.curve(("energy", "J"), 0, energy),
-        [
-            at_most_zero(("largest gain beyond the turn's", "J"), gain.0, gain.1),
-            equal(("largest gap in the balance", "J"), gap.0, 0.0, gap.1),
-            equal(("energy at the end", "J"), end, mass * g * HALF_SIDE, rest),
-        ],
-    )
+    let curve = run.curve(("energy", "J"), 0, energy);
+    curve.with([
+        at_most_zero(("largest gain beyond the turn's", "J"), gain.0, gain.1),
+        equal(("largest gap in the balance", "J"), gap.0, 0.0, gap.1),
+        equal(("energy at the end", "J"), end, mass * g * HALF_SIDE, rest),
+    ])
 }
 
 /// E, J, with steps of `h` (s).
@@ -67,34 +61,16 @@ fn turning_energy(body: &RigidBody, h: f64, state: &State) -> (f64, f64) {
     (plain * (1.0 + 1.5 * theta), plain * (1.0 + 0.5 * theta))
 }
 
-/// The energy balance of a step, J.
-///
-/// The equations of the step, multiplied by the new velocities, give without approximation, for
-/// impulses p = h f at corners c and the convex Λ of [`turning_energy`],
+/// The energy balance of a step, J, with impulses p = h f at corners c and V = v⁺ + A(q) (ω⁺ × c):
 ///
 /// ```text
-/// E⁺ − E = Σ p·V − ½ m |v⁺ − v|² − B,   V = v⁺ + A(q) (ω⁺ × c)
-/// B = Λ⁺ − Λ − P(ω)·(ω⁺ − ω) ≥ 0
+/// E⁺ − E = Σ p·V − ½ m |v⁺ − v|² − B ≤ Σ |p| |ω⁺ × c| θ/√(1 + θ²),   B = Λ⁺ − Λ − P(ω)·(ω⁺ − ω) ≥ 0
 /// ```
-///
-/// The laws act on the mean motion d = (C⁺ − C)/h of a corner: p·d = −μ p_z |d_xy| − p_z z/h ≤ 0. But
-/// V ≠ d, because the step turns the body by a finite angle: with θ = ½ h |ω⁺|
-///
-/// ```text
-/// V − d = A(q) [θ² ω⁺ × c − ½ h ω⁺ × (ω⁺ × c)]/(1 + θ²),   |V − d| = |ω⁺ × c| θ/√(1 + θ²)
-/// ```
-///
-/// so that the energy grows by at most Σ |p| |ω⁺ × c| θ/√(1 + θ²), of order h in an impact and h² at
-/// rest.
 struct Balance {
-    /// E⁺ − E.
-    change: f64,
-    /// Σ p·V − ½ m |v⁺ − v|² − B.
-    entered: f64,
-    /// Σ |p| |ω⁺ × c| θ/√(1 + θ²).
-    turning: f64,
-    /// Σ |p|, N s.
-    impulse: f64,
+    change: f64,  // E⁺ − E
+    entered: f64, // Σ p·V − ½ m |v⁺ − v|² − B
+    turning: f64, // Σ |p| |ω⁺ × c| θ/√(1 + θ²)
+    impulse: f64, // Σ |p|, N s
 }
 
 impl Balance {
@@ -126,8 +102,7 @@ struct Ledger {
     time_step: f64,
     gain: (f64, f64),
     gap: (f64, f64),
-    /// δ_n of the step before, m/s.
-    height: f64,
+    height: f64, // δ_n of the step before, m/s
 }
 
 impl Ledger {

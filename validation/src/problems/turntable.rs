@@ -5,22 +5,14 @@ use crate::prelude::*;
 /// m.
 const TABLE: Vector3<f64> = Vector3::new(1.0, 1.0, 0.1);
 const BLOCK: Vector3<f64> = Vector3::new(0.08, 0.08, 0.05);
-/// From the middle of the table to the block, m.
-const DISTANCE: f64 = 0.6;
-/// The table, in masses of the block.
-const RATIO: f64 = 50.0;
-/// s.
-const DURATION: f64 = 0.25;
-/// Resolution of the threshold, as a share of it.
-const RESOLUTION: f64 = 1e-8;
-/// The distance of a slipping block from its place, m.
-const SLIPPED: f64 = 1e-10;
-/// The largest rotation of a step, rad.
-const MOST_TURN: f64 = 0.2;
-/// Corners of both faces.
-const CORNERS: f64 = 8.0;
-/// r of the block, m.
-const RADIUS: f64 = DISTANCE * RATIO / (1.0 + RATIO);
+const DISTANCE: f64 = 0.6; // From the middle of the table to the block, m
+const RATIO: f64 = 50.0; // The table, in masses of the block
+const DURATION: f64 = 0.25; // s
+const RESOLUTION: f64 = 1e-8; // Resolution of the threshold, as a share of it
+const SLIPPED: f64 = 1e-10; // The distance of a slipping block from its place, m
+const MOST_TURN: f64 = 0.2; // The largest rotation of a step, rad
+const CORNERS: f64 = 8.0; // Corners of both faces
+const RADIUS: f64 = DISTANCE * RATIO / (1.0 + RATIO); // r of the block, m
 
 /// Both bodies with the spin ω, as after one step of rotation.
 fn setup([mass, friction, gravity]: [f64; 3], spin: f64, h: f64) -> Result<Setup, Refusal> {
@@ -69,16 +61,8 @@ pub(crate) const TURNTABLE: Problem = Problem {
     ..Problem::solved_by(turntable)
 };
 
-/// The table stands on ice. It turns with the block about their common centre, at the radii
-/// r = d M/(m + M) and d m/(m + M), and the threshold is μ g = r ω². A step turns both by
-/// ψ = 2 atan(½ h ω), along chords of 2 r sin ½ψ, and the velocities of the chords by ψ as well: the
-/// acceleration is
-///
-/// ```text
-/// (2 sin ½ψ)² r/h² = r ω²/(1 + (½ h ω)²)
-/// ```
-///
-/// with the threshold ω² = (μ g/r)/(1 − ¼ h² μ g/r): second order.
+/// μ g = r ω² at the threshold. A step has the acceleration r ω²/(1 + (½ h ω)²), and the threshold
+/// ω² = (μ g/r)/(1 − ¼ h² μ g/r).
 fn turntable(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let values = inputs.all([Mass, Friction, Gravity])?;
     let ([mass, friction, gravity], h) = (values, runner.time_step);
@@ -97,8 +81,8 @@ fn turntable(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let expected = RADIUS * carried * carried;
     let found = Threshold::near(discrete, RESOLUTION * discrete, |spin| {
         let run = runner.run(&setup(values, spin, h)?)?;
-        let last = strayed(&run)[run.steps()];
-        Ok((last > SLIPPED, tolerance(&run) / (2.0 * RADIUS * critical)))
+        let slipped = *last(&strayed(&run)) > SLIPPED;
+        Ok((slipped, tolerance(&run) / (2.0 * RADIUS * critical)))
     })?;
     let share = expected / (friction * gravity);
     let held = run.sum(|r| r.friction) / (1.0 - share * share).sqrt();
@@ -106,16 +90,12 @@ fn turntable(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let way = largest(strayed(&run));
     let spin_off = 2.0 * allowed * h / RADIUS + run.flight_rounding();
     let label = ("acceleration of the block", "m/s²");
-    Findings::new(
-        run.curve_of_steps(label, force).beside(|_| expected),
-        [
-            equal(label, force(run.steps() - 1), expected, allowed)
-                .stepped(expected / (1.0 + (0.5 * h * carried).powi(2)), second_order),
-            at_most_zero(("way on the table", "m"), way, 2.0 * h * held + 8.0 * run.seat()),
-            equal(("spin of the table", "rad/s"), run.end(0).spin[2], carried, spin_off),
-            found
-                .equals(("threshold of the spin", "rad/s"), critical)
-                .stepped(discrete, second_order),
-        ],
-    )
+    let quantities = [
+        equal(label, force(run.steps() - 1), expected, allowed)
+            .stepped(expected / (1.0 + (0.5 * h * carried).powi(2)), second_order),
+        at_most_zero(("way on the table", "m"), way, 2.0 * h * held + 8.0 * run.seat()),
+        equal(("spin of the table", "rad/s"), run.end(0).spin[2], carried, spin_off),
+        found.equals(("threshold of the spin", "rad/s"), critical).stepped(discrete, second_order),
+    ];
+    run.steady(quantities, force)
 }

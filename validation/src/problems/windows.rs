@@ -1,6 +1,5 @@
 //! Two four-bar windows side by side.
 
-use super::pendulum::mean;
 use crate::planar::{Bar, Linkage, Pin, Placed, Plane};
 use crate::prelude::*;
 use std::f64::consts::PI;
@@ -8,13 +7,11 @@ use std::f64::consts::PI;
 /// Windows, and the length of every bar, m.
 const WINDOWS: usize = 2;
 const LENGTH: f64 = 1.0;
-/// Mass of every bar, kg; speed of the bars between the tops at the start, m/s. They are no inputs: the
-/// motion passes singular positions as near as steps happen to fall, where residuals grow.
+/// Mass of every bar, kg; speed of the bars between the tops at the start, m/s.
 const MASS: f64 = 1.0;
 const GRAVITY: f64 = 9.81;
 const SPEED: f64 = 1.0;
-/// Turns.
-const TURNS: usize = 5;
+const TURNS: usize = 5; // Turns
 
 pub(crate) const FOUR_BAR_WINDOWS: Problem = Problem {
     name: "four-bar-windows",
@@ -27,21 +24,17 @@ pub(crate) const FOUR_BAR_WINDOWS: Problem = Problem {
     ..Problem::solved_by(windows)
 };
 
-/// With n windows the n + 1 posts turn about their feet and the n bars between their tops move along
-/// circles,
+/// A turn of n windows takes 2π/agm(ω, √(ω² + 4k)), discrete by [`Linkage::steps`], with
 ///
 /// ```text
-/// T = ½ (⅓(n + 1) + n) m L² θ̇²,   V = (½(n + 1) + n) m g L cos θ,
-/// θ̇² = ω² + 4 k sin² ½θ,   k = g/L (½(n + 1) + n)/(⅓(n + 1) + n)
+/// k = g/L (½(n + 1) + n)/(⅓(n + 1) + n)
 /// ```
-///
-/// so that a turn takes ∫ dθ/θ̇ = 2π/agm(ω, √(ω² + 4k)). The scheme is that of [`Linkage::steps`].
 fn windows(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let (h, count, spin) = (runner.time_step, WINDOWS as f64, SPEED / LENGTH);
     let (weight, inertia) = (0.5 * (count + 1.0) + count, (count + 1.0) / 3.0 + count);
     let k = GRAVITY / LENGTH * weight / inertia;
     let fastest = (spin * spin + 4.0 * k).sqrt();
-    let exact = 2.0 * PI / mean(spin, fastest);
+    let exact = 2.0 * PI / agm(spin, fastest);
     let why = format!("at {fastest:.2} rad/s a step of {h} s turns it too far");
     Refusal::when(fastest * h > 0.05, why)?;
     let linkage = linkage(spin);
@@ -59,27 +52,20 @@ fn windows(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
         largest(posts.chain(at[WINDOWS + 1..].iter().map(|bar| bar.angle)).map(f64::abs))
     };
     let askew = largest(measured.iter().map(askew));
-    let energy = |pair: &[Vec<Placed>]| {
-        let potential = MASS * GRAVITY * pair[0].iter().map(|at| at.place[1]).sum::<f64>();
-        linkage.mean_kinetic(pair, h) + potential
-    };
-    let energies: Vec<_> = measured.windows(2).map(energy).collect();
-    let strayed = largest(energies.iter().map(|e| (e - energies[0]).abs()));
+    let strayed = linkage.energy_change(&measured, h, |at| {
+        MASS * GRAVITY * at.iter().map(|at| at.place[1]).sum::<f64>()
+    });
     let most = 0.2 * inertia * MASS * (LENGTH * fastest).powi(2) * (h * fastest).powi(2);
     let off = 8.0 * (run.sum(|r| r.joint + r.momentum) * h) / SPEED + 1e-11;
     let gap = linkage.worst_gap(&measured);
-    let passages = ("passages of the singular position", "");
-    Findings::new(
-        Curve::of(("height of a post's middle", "m"), &run, |k| height(&measured[k])),
-        [
-            equal(("time of a turn", "s"), found, exact, off)
-                .stepped(expected, order(2, exact / h)),
-            equal(passages, singular, 2.0 * TURNS as f64, 0.0),
-            at_most(("largest angle between posts", "rad"), askew, 1e-9),
-            at_most(("largest way of a pin from its place", "m"), gap, 1e-12),
-            at_most(("energy, its largest change", "J"), strayed, most),
-        ],
-    )
+    let curve = Curve::of(("height of a post's middle", "m"), &run, |k| height(&measured[k]));
+    curve.with([
+        equal(("time of a turn", "s"), found, exact, off).stepped(expected, order(2, exact / h)),
+        equal(("passages of the singular position", ""), singular, 2.0 * TURNS as f64, 0.0),
+        at_most(("largest angle between posts", "rad"), askew, 1e-9),
+        at_most(("largest way of a pin from its place", "m"), gap, 1e-12),
+        at_most(("energy, its largest change", "J"), strayed, most),
+    ])
 }
 
 /// The windows upright, with the posts at this spin.
@@ -109,13 +95,8 @@ fn height(at: &[Placed]) -> f64 {
     at[0].place[1]
 }
 
-/// The mean time of a turn after the first passage through level, by linear interpolation; NaN if there
-/// are not enough turns.
+/// The mean time of a turn after the first passage through level, s.
 fn turn_time(track: &[Vec<Placed>], h: f64) -> f64 {
-    let passes = track.windows(2).enumerate().filter_map(|(k, pair)| {
-        let [before, after] = [&pair[0], &pair[1]].map(|at| height(at));
-        (before > 0.0 && after <= 0.0).then(|| h * (k as f64 + before / (before - after)))
-    });
-    let times: Vec<_> = passes.collect();
-    times.get(TURNS - 1).map_or(f64::NAN, |last| (last - times[0]) / (TURNS - 1) as f64)
+    let heights: Vec<_> = track.iter().map(|at| height(at)).collect();
+    mean_interval(&zeros(&heights, h, |before, after| before > 0.0 && after <= 0.0), TURNS - 1)
 }
