@@ -31,7 +31,7 @@ const NAMES: [&str; 20] = [
 ];
 
 fn simulate_in(directory: &Path, flags: &[&str]) -> super::support::End {
-    run(&[&SIMULATE, &["--out", directory.to_str().unwrap()], flags].concat())
+    run(&[&SIMULATE[..], &["--out", directory.to_str().unwrap()], flags].concat())
 }
 
 #[test]
