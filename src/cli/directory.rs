@@ -17,7 +17,7 @@ const FILES: [&str; 9] = ["png", "svg", "pdf", "gif", "mp4", "html", "csv", "jso
 pub struct OutputDirectory {
     path: PathBuf,
     claim: Option<File>,
-    /// Files of the run before that this one does not write.
+    /// Files of the run before, and those that may be taken for such.
     former: Vec<String>,
     /// What runs that were killed left.
     leftovers: Vec<PathBuf>,
@@ -55,7 +55,9 @@ impl OutputDirectory {
             }
         }
         let others = listed.into_iter().chain(alike);
-        directory.former = others.filter(|name| !files.contains(name)).collect();
+        directory.former = others.collect();
+        directory.former.sort();
+        directory.former.dedup();
         directory.leftovers = directory.temporary_files();
         if !continues {
             directory.remove_leftovers();
@@ -110,14 +112,15 @@ impl OutputDirectory {
         }
     }
 
-    /// Removes what is no longer true once this run has its files: those of the run before that it did not write,
-    /// and its own checkpoint. Returns the names of the former.
-    pub fn remove_former(&self) -> Result<Vec<String>, Failure> {
+    /// Removes what is no longer true once this run has its files: those of the run before that are not
+    /// `written` anew, and its own checkpoint. Returns the names of the former.
+    pub fn remove_former(&self, written: &[PathBuf]) -> Result<Vec<String>, Failure> {
         self.remove_leftovers();
         let mut removed = Vec::new();
         for name in &self.former {
             let file = self.path.join(name);
-            if fs::symlink_metadata(&file).is_ok_and(|metadata| !metadata.is_dir()) {
+            let is_there = fs::symlink_metadata(&file).is_ok_and(|metadata| !metadata.is_dir());
+            if is_there && !written.contains(&file) {
                 fs::remove_file(&file).map_err(|error| cannot_be_removed(&file, &error))?;
                 removed.push(name.clone());
             }

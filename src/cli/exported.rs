@@ -49,7 +49,7 @@ impl Exported {
         let alike = names_in(wanted.0).into_iter().filter(is_former).collect();
         let claims = Claims { files: Vec::new(), alike, overwrite, continues: false };
         let directory = OutputDirectory::for_run(wanted.0, claims)?;
-        let removed = directory.remove_former()?.len();
+        let removed = directory.remove_former(&[])?.len();
         Ok(Self { directory, count: 0, removed })
     }
 

@@ -60,11 +60,12 @@ pub struct Run {
 }
 
 impl Run {
-    /// One that has not begun.
-    pub fn new() -> Self {
+    /// One of `scene` that has not begun.
+    pub fn new(scene: &Scene) -> Self {
         let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
         let taut = Taut::default();
-        Self { end: End::Complete, summary, elapsed, overlap: None, joints: None, taut }
+        let joints = (!scene.joints.is_empty()).then(JointsSummary::default);
+        Self { end: End::Complete, summary, elapsed, overlap: None, joints, taut }
     }
 
     /// What run.json says of it.
@@ -101,9 +102,6 @@ pub fn run(
     outputs: Outputs<'_>,
     quiet: bool,
 ) -> Result<Run, Failure> {
-    if !scene.joints.is_empty() {
-        run.joints.get_or_insert_default();
-    }
     // As it is where a step ends.
     let mut world = scene.world.clone();
     let Outputs { writer, mut exported, checkpoints } = outputs;

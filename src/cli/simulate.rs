@@ -71,8 +71,8 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let [run_json, state] = [RUN_JSON, continued::FILE].map(|name| PendingFile::create(&out, name));
     let (run_json, state) = (run_json?, state?);
     let pictures = Pictures::create(args, &out)?;
-    let run = before.map_or_else(Run::new, Continued::into_run);
-    let mut run_file = RunFile::of(&scene, &Run::new().ended())?;
+    let run = before.map_or_else(|| Run::new(&scene), Continued::into_run);
+    let mut run_file = RunFile::of(&scene, &Run::new(&scene).ended())?;
     (run_file.kept, run_file.outcome) = (kept.clone(), UNFINISHED.to_owned());
     let run_text = run_file.text()?;
     let checkpoints =
@@ -95,7 +95,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     state.write(&continued::state_bytes(simulation.save(), &notes)?)?;
     pending.extend([run_json, state]);
     let written = pending.into_iter().map(PendingFile::publish).collect::<Result<Vec<_>, _>>()?;
-    let removed = out.remove_former()?;
+    let removed = out.remove_former(&written)?;
     let mut text = describe(&scene, &run);
     let names: Vec<_> = written.iter().map(|path| shown::path(path)).collect();
     let _ = writeln!(text, "wrote {}", names.join(", "));

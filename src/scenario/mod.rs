@@ -22,6 +22,7 @@ pub mod joints_summary;
 #[cfg(feature = "csv")]
 pub mod kept;
 pub mod label;
+mod locks;
 #[cfg(feature = "film")]
 mod looks;
 pub mod model;

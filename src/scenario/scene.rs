@@ -59,13 +59,15 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// What stands in the files of its robots and has no meaning, a sentence each.
+    /// What stands in the files of its robots and has no meaning, and what its joints lock together, a sentence each.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
+        let joints = self.notes_on_joints();
         #[cfg(feature = "robot")]
-        return self.robots.iter().flat_map(|robot| robot.robot().notes.clone()).collect();
+        let of_robots = self.robots.iter().flat_map(|robot| robot.robot().notes.clone());
         #[cfg(not(feature = "robot"))]
-        Vec::new()
+        let of_robots = std::iter::empty();
+        of_robots.chain(joints).collect()
     }
 
     /// Its world as it is at the time of step `index`, joints' frames being where their courses have them.

@@ -27,12 +27,12 @@ fn an_output_directory_that_cannot_be_made_is_bad_input() {
 }
 
 #[test]
-fn a_directory_in_the_place_of_a_file_ends_with_code_1_and_leaves_nothing_else() {
+fn a_directory_in_the_place_of_a_file_is_refused_and_leaves_nothing_else() {
     for name in ["trajectory.csv", "run.json"] {
         let directory = tempfile::tempdir().unwrap();
         fs::create_dir(directory.path().join(name)).unwrap();
         let end = run(&["--steps", "5", "--out", directory.path().to_str().unwrap()]);
-        end.assert_refused(1, &[name, "is a directory"]);
+        end.assert_refused(2, &[name, "is a directory"]);
         assert_eq!(everything_in(directory.path()), [PathBuf::from(name)]);
     }
 }

@@ -95,7 +95,7 @@ fn bad_values_of_a_run_json_name_the_file_and_the_field() {
         ("\"mass\": 10.0", "\"mass\": 1e9", ["model.bodies[0]", "0.01"]),
         ("\"dt\": 0.002", "\"dt\": 7", ["model.dt", "7"]),
         ("\"mu\": 0.3", "\"mu\": -3", ["model.mu", "-3"]),
-        ("\"gravity\": [", "\"gravity\": [0,", ["model.gravity", "length 4"]),
+        ("\"gravity\": [", "\"gravity\": [0,", ["model.gravity", "trailing characters"]),
         ("\"normal\": [", "\"normal\": [0,", ["model.plane.normal", "length 4"]),
         ("\"sides\": [", "\"sides\": [0,", ["model.shapes[0].pieces[0].form", "length 4"]),
         (

@@ -241,7 +241,7 @@ fn substeps_are_shorter_steps_of_which_some_are_kept() {
         "parts",
         &[&scene[..2], &["--steps", "20", "--substeps", "5", "--every", "2"]].concat(),
     );
-    runs.run("parts", &["--continue", &runs.text("parts", ""), "--steps", "196"]);
+    runs.run("parts", &["--continue", &runs.text("parts", ""), "--steps", "40"]);
     for file in ["states.csv", "ends.csv", "joints.csv"] {
         assert_eq!(runs.lines("parts", file), runs.lines("pendulum", file), "{file}");
     }

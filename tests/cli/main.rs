@@ -20,6 +20,7 @@ mod interrupted;
 mod joints;
 mod kept;
 mod leftovers;
+mod locks;
 mod mechanisms;
 mod output;
 mod picture;

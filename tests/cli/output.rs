@@ -36,7 +36,7 @@ fn a_second_run_removes_the_pictures_of_the_first_and_says_so() {
     let second = run(&["--steps", "4", "--html", "--out", text(&out)]);
     assert_eq!((second.code, second.stderr.as_str()), (Some(0), ""));
     assert_eq!(everything_in(&out), names(&["notes.svg", "validation.html", "view.html"]));
-    let said = "removed animation.gif, plot.png, plot.svg, plot-energy.png, plot-energy.svg, \
+    let said = "removed animation.gif, plot-energy.png, plot-energy.svg, plot.png, plot.svg, \
                 view.html of an earlier run\n";
     assert_eq!(second.stdout.matches(said).count(), 1, "{}", second.stdout);
     let page = fs::read_to_string(out.join("view.html")).unwrap();

@@ -186,7 +186,7 @@ fn a_second_run_removes_the_pictures_of_the_first() {
     let scenario = done.directory.path().join("test.toml");
     let end = run(&["--scenario", text(&scenario), "--html", "--out", text(&done.path(""))]);
     assert_eq!(end.code, Some(0), "{end:?}");
-    assert!(end.stdout.contains("removed animation.gif, plot.png"), "{end:?}");
+    assert!(end.stdout.contains("removed animation.gif, plot-energy.png"), "{end:?}");
     assert_eq!(done.files(), names(&[&TABLES[..], &["view.html"]].concat()));
 }
 

@@ -118,7 +118,8 @@ fn the_problems_of_a_run_are_exported_and_solved() {
     assert_eq!(end.code, Some(0), "{end:?}");
     // A shorter run leaves no problem of the longer one, and of files of others all.
     fs::write(problems.join("own.dat"), SLIDES).unwrap();
-    let end = exported(path(&scene), &["--steps", "3"]);
+    exported(path(&scene), &["--steps", "3"]).assert_refused(2, &["step-", "--overwrite"]);
+    let end = exported(path(&scene), &["--steps", "3", "--overwrite"]);
     assert!(end.code == Some(0) && end.stdout.contains(" of an earlier run there"), "{end:?}");
     let left = names_in(&problems);
     assert!(left.len() < files.len() && left.contains(&"own.dat".to_owned()), "{left:?}");

@@ -14,6 +14,7 @@ pub mod energy;
 pub mod gradient;
 mod islands;
 mod linearised;
+mod locked;
 mod median;
 mod one_step;
 pub mod random;
@@ -31,6 +32,7 @@ pub mod wild;
 pub use assembly::Assembly;
 #[cfg(feature = "save")]
 pub use gradient::{Checkpoints, Run, RunGradient};
+pub use locked::{Finding, Lock};
 pub use record::StepRecord;
 #[cfg(feature = "save")]
 pub use save::Saved;

@@ -72,7 +72,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let mut simulation = scene.simulation(&never)?;
     let mut writer = RunWriter::create(&scene, &usual, &out, None)?;
     let outputs = Outputs { writer: &mut writer, exported: None, checkpoints: None };
-    let run = run::run(&scene, &mut simulation, Run::new(), &never, outputs, args.quiet)?;
+    let run = run::run(&scene, &mut simulation, Run::new(&scene), &never, outputs, args.quiet)?;
     if plan.replay.states.last().map(Vec::as_slice) != Some(simulation.states()) {
         let why = "the run of the plan's scene differs from its replay: this is a bug in tumble";
         return Err(Failure::Other(why.to_owned()));
@@ -100,7 +100,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         file(toml, text.as_bytes())?;
     }
     let written = files.into_iter().map(PendingFile::publish).collect::<Result<Vec<_>, _>>()?;
-    let removed = out.remove_former()?;
+    let removed = out.remove_former(&written)?;
     let mut text = report::described(problem, &plan);
     let names: Vec<_> = written.iter().map(|path| shown::path(path)).collect();
     text += &format!("wrote {}\n", names.join(", "));

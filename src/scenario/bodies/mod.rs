@@ -137,6 +137,7 @@ fn of_built(name: String, settings: &Settings, built: Built) -> Result<Scene, Fa
     refuse_start_below_ground(&scene)?;
     refuse_overlap(&scene)?;
     refuse_joints_apart(&scene)?;
+    scene.refuse_contradiction()?;
     Ok(scene)
 }
 
