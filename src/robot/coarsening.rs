@@ -158,14 +158,16 @@ impl Clusters {
             means[*cluster].1 += 1.0;
         }
         let means: Vec<_> = means.into_iter().map(|(sum, count)| sum / count).collect();
-        // Least squares of the distances to the planes of the triangles, from the mean.
+        // Least squares of the distances to the planes of the triangles, weighted by area, from the mean.
         let mut planes = vec![(Matrix3::zeros(), Vector3::zeros()); self.cells.len()];
         for triangle in &surface.triangles {
-            let normal = across(surface, triangle);
+            let across = across(surface, triangle);
+            let Some(normal) = across.try_normalize(0.0) else { continue };
+            let area = across.norm();
             let corner = Vector3::from(surface.vertices[triangle[0]]);
             for cluster in triangle.map(|corner| self.of[corner]) {
-                planes[cluster].0 += normal * normal.transpose();
-                planes[cluster].1 += normal * normal.dot(&(corner - means[cluster]));
+                planes[cluster].0 += normal * normal.transpose() * area;
+                planes[cluster].1 += normal * (area * normal.dot(&(corner - means[cluster])));
             }
         }
         let vertex = |cluster: usize| {
