@@ -1,7 +1,8 @@
 //! Meshes of robots: of their vertices the convex hull counts; for the eye their triangles.
 
+use super::coarsening::coarsened;
 use super::mass::enclosed;
-use super::model::{Look, Mass, Surface};
+use super::model::{Look, Mass, Seen, Surface};
 use super::{Reading, collada, gltf, msh};
 use crate::error::Error;
 use crate::geometry::Piece;
@@ -15,8 +16,8 @@ use std::path::Path;
 /// More bytes than this are not read.
 const LARGEST_MESH: u64 = 32 << 20;
 
-/// Triangles of all looks of a robot, so that a page stays small.
-pub const MOST_SEEN: usize = 20_000;
+/// Triangles of all visual meshes of a robot: a page of about 3 MB.
+const MOST_SEEN: usize = 20_000;
 
 /// What the mass of a mesh follows from.
 #[derive(Debug, Clone)]
@@ -128,21 +129,11 @@ pub fn of_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Hulled, String> {
     Ok(Hulled { volume, ..hulled })
 }
 
-/// The triangles of the mesh of a file, with those of the `others` no more than there may be.
-pub fn surface(
-    reading: &Reading<'_>,
-    name: &str,
-    scale: [f64; 3],
-    others: &[Look],
-) -> Result<Surface, String> {
+/// The triangles of the mesh of a file, at most as many as a robot may have.
+pub fn surface(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Surface, String> {
     let facets = facets(reading, name, scale)?;
-    let count = facets.len() + others.iter().map(Look::triangles).sum::<usize>();
-    if count > MOST_SEEN {
-        let why = format!("with its {} triangles there are more than {MOST_SEEN}", facets.len());
-        return Err(odd(name, &why));
-    }
     let mut numbers = HashMap::new();
-    let mut surface = Surface::default();
+    let mut surface = Surface { total: facets.len(), ..Surface::default() };
     for corners in facets {
         surface.triangles.push(corners.map(|corner| {
             let corner = <[f64; 3]>::from(corner);
@@ -152,7 +143,42 @@ pub fn surface(
             })
         }));
     }
-    Ok(surface)
+    Ok(coarsened(surface, MOST_SEEN))
+}
+
+/// Makes the meshes of a robot coarser where they have too many triangles together. Returns a sentence about it.
+pub fn share_triangles(looks: &mut [Look]) -> Option<String> {
+    let mut surfaces: Vec<_> = looks
+        .iter_mut()
+        .filter_map(|look| match &mut look.seen {
+            Seen::Mesh(surface) => Some(surface),
+            Seen::Form(_) => None,
+        })
+        .collect();
+    let totals: Vec<_> = surfaces.iter().map(|surface| surface.total).collect();
+    let total: usize = totals.iter().sum();
+    if total <= MOST_SEEN {
+        return None;
+    }
+    for (surface, share) in surfaces.iter_mut().zip(shares(&totals, MOST_SEEN)) {
+        **surface = coarsened(std::mem::take(*surface), share);
+    }
+    let drawn: usize = surfaces.iter().map(|surface| surface.triangles.len()).sum();
+    Some(format!("visual meshes are drawn coarser: {drawn} triangles instead of {total}"))
+}
+
+/// Triangles of each mesh, `most` in all. Half of them are shared evenly, so that small meshes keep their form. The other
+/// half is shared in proportion to what the meshes have beyond that.
+fn shares(totals: &[usize], most: usize) -> Vec<usize> {
+    let even = (most / 2 / totals.len().max(1)).max(1);
+    let rest = most.saturating_sub(totals.iter().map(|total| even.min(*total)).sum());
+    let beyond = |total: usize| total.saturating_sub(even);
+    let sum = totals.iter().map(|total| beyond(*total)).sum::<usize>().max(1);
+    let share = |total: &usize| {
+        let part = beyond(*total) as f64 * rest as f64 / sum as f64;
+        even.min(*total) + beyond(*total).min(part as usize)
+    };
+    totals.iter().map(share).collect()
 }
 
 /// Equal numbers have equal bits: adding 0 turns −0 into 0.
@@ -295,4 +321,20 @@ fn grown(
 pub fn stem(file: &str) -> String {
     let stem = Path::new(file).file_stem();
     stem.map_or(String::new(), |stem| stem.to_string_lossy().into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_are_shared_in_proportion_and_small_meshes_keep_theirs() {
+        assert_eq!(shares(&[20_000; 10], 20_000), [2000; 10]);
+        assert_eq!(shares(&[12, 100_000], 20_000), [12, 19_988]);
+        let three = shares(&[20_000, 40_000, 100], 10_000);
+        assert!(three[1] > 3 * three[0] / 2 && three[0] > 1666, "{three:?}");
+        assert_eq!(three[2], 100);
+        assert!(three.iter().sum::<usize>() <= 10_000, "{three:?}");
+        assert_eq!(shares(&[5; 4], 3), [1; 4]);
+    }
 }

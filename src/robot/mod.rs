@@ -17,6 +17,7 @@
 
 mod assembly;
 mod between;
+mod coarsening;
 mod collada;
 mod frame;
 mod gltf;

@@ -209,6 +209,8 @@ pub struct Surface {
     pub vertices: Vec<[f64; 3]>,
     /// Indices of vertices.
     pub triangles: Vec<[usize; 3]>,
+    /// Triangles of the file: more than there are here where the mesh is drawn coarser.
+    pub total: usize,
 }
 
 /// What a [`Look`] is.

@@ -7,6 +7,7 @@ mod tree;
 use super::Reading;
 use super::frame::Frame;
 use super::left_out::pruned;
+use super::meshes::share_triangles;
 use super::model::{Follows, Joint, Link, Mass, Moves, Options, Robot};
 use super::notes::Notes;
 use super::xml::{Attributes, Element};
@@ -83,6 +84,9 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         reader.read_mimic(joint)?;
     }
     reader.fill_masses()?;
+    if let Some(sentence) = share_triangles(&mut reader.robot.looks) {
+        reader.notes.say(sentence);
+    }
     reader.robot.notes = reader.notes.sentences();
     Ok(reader.robot)
 }

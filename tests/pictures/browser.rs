@@ -6,6 +6,7 @@
 
 mod choices;
 mod driver;
+mod meshes;
 mod pages;
 mod runs;
 

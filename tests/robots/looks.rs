@@ -5,6 +5,7 @@ use std::io;
 use std::path::Path;
 use tumble::film::{self, Cast, Keys};
 use tumble::geometry::Piece as Solid;
+use tumble::robot::model::Look;
 use tumble::robot::{Reading, read};
 use tumble::scenario::model::{BodyModel, Model};
 use tumble::scenario::scene::Scene;
@@ -203,7 +204,6 @@ fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
         ("trunk.dae", "of .dae the corners alone are read"),
         ("package://own/trunk.dae", "of .dae the corners alone are read"),
         ("away.stl", "it is not there"),
-        ("large.obj", "with its 20001 triangles there are more than 20000"),
     ] {
         let text = one(&format!("{}{}", mesh("prism.obj"), mesh(file)));
         let scene = scene_of(&text);
@@ -214,7 +214,13 @@ fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
         assert_eq!(notes.len(), 1, "{file}: {:?}", scene.notes());
         assert!(notes[0].contains("a link is drawn by what touches, not by visual meshes: line"));
     }
-    // All looks together count: of two links the first has its own, the second not.
+}
+
+/// The triangles that a robot may have are shared among its links, which a sentence says.
+#[test]
+fn large_meshes_are_drawn_coarser() {
+    let mesh =
+        |file: &str| format!("<visual><geometry><mesh filename=\"{file}\"/></geometry></visual>");
     let half = mesh("half.obj");
     let text = format!(
         "<robot name=\"two\"><link name=\"a\">{LINK}{half}</link><link name=\"b\">{LINK}{half}</link>\
@@ -222,7 +228,18 @@ fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
     );
     let reading = Reading { folder: Path::new("robots"), read: &files, ..Reading::none() };
     let robot = read(&text, &reading).unwrap();
-    assert_eq!(robot.looks.iter().map(|look| look.link).collect::<Vec<_>>(), [1]);
+    assert_eq!(robot.looks.iter().map(|look| look.link).collect::<Vec<_>>(), [1, 2]);
+    let counts: Vec<_> = robot.looks.iter().map(Look::triangles).collect();
+    assert!(counts.iter().all(|count| (5000..=10_000).contains(count)), "{counts:?}");
+    let said = format!("drawn coarser: {} triangles instead of 20002", counts[0] + counts[1]);
+    assert!(robot.notes.iter().any(|note| note.contains(&said)), "{said}: {:?}", robot.notes);
+    let large = read(&one(&mesh("large.obj")), &reading).unwrap();
+    let count = large.looks[0].triangles();
+    assert!((10_000..=20_000).contains(&count), "{count}");
+    // Meshes of few triangles are as they are.
+    let small = read(&one(&mesh("prism.obj")), &reading).unwrap();
+    assert_eq!(small.looks[0].triangles(), 20);
+    assert!(!small.notes.iter().any(|note| note.contains("coarser")), "{:?}", small.notes);
 }
 
 /// Of MJCF a mesh that touches nothing is what its link looks like, with what else touches nothing there; a link

@@ -159,7 +159,7 @@ impl Reader<'_> {
         let file = read.get("mesh").and_then(|mesh| self.files.get(mesh));
         let seen = match (form, file) {
             (Form::Hull(_), Some((file, scale))) => {
-                match meshes::surface(self.reading, file, *scale, &self.robot.looks) {
+                match meshes::surface(self.reading, file, *scale) {
                     Ok(surface) => Seen::Mesh(surface),
                     Err(why) => {
                         if self.unseen.insert(link) {
@@ -175,13 +175,16 @@ impl Reader<'_> {
         self.robot.looks.push(Look { link, seen, frame });
     }
 
-    /// Of the looks those of links that have a mesh among them: others look like all their shapes.
+    /// Keeps the looks of links that have a mesh among them: others look like all their shapes.
     pub(super) fn keep_looks(&mut self) {
         let looks = std::mem::take(&mut self.robot.looks);
         let meshed = looks.iter().filter(|look| look.triangles() > 0).map(|look| look.link);
         let meshed: BTreeSet<_> = meshed.filter(|link| !self.unseen.contains(link)).collect();
         let kept = looks.into_iter().filter(|look| meshed.contains(&look.link));
         self.robot.looks = kept.collect();
+        if let Some(sentence) = meshes::share_triangles(&mut self.robot.looks) {
+            self.notes.say(sentence);
+        }
     }
 
     /// What a form is, where it is in its frame, and what its mass follows from.

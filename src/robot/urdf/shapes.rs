@@ -60,7 +60,7 @@ impl Reader<'_> {
         let seen = if form.tag == "mesh" {
             let scale = form.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
             let name = form.needed("filename")?;
-            let surface = meshes::surface(self.reading, name, scale, &self.robot.looks);
+            let surface = meshes::surface(self.reading, name, scale);
             Seen::Mesh(surface.map_err(|why| form.wrong(why))?)
         } else {
             Seen::Form(self.form(form)?)

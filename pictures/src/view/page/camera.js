@@ -30,10 +30,7 @@ function axesOf({ azimuth, elevation }) {
 
 function isAlongX() {
   const [x, y] = [0, 1].map((axis) => {
-    const [low, high] = places.reduce(
-      ([low, high], point) => [Math.min(low, point[axis]), Math.max(high, point[axis])],
-      [Infinity, -Infinity],
-    );
+    const [low, high] = extremes(places.map((point) => point[axis]));
     return high - low;
   });
   return x > LONGER * y;
@@ -60,13 +57,11 @@ class Camera {
     const slopes = [(width / short) * HALF_VIEW * FILL, (height / short) * HALF_VIEW * FILL];
     const seen = points.filter(isFinitePoint).map((point) => axes.map((axis) => dot(axis, point)));
     if (seen.length === 0 || short <= 0) return;
-    const [near, far] = [Math.min(...seen.map((p) => p[2])), Math.max(...seen.map((p) => p[2]))];
-    const low = slopes.map((a, k) => Math.max(...seen.map((p) => p[k] - a * p[2])));
-    const high = slopes.map((a, k) => Math.min(...seen.map((p) => p[k] + a * p[2])));
-    const depth = Math.min(
-      near - 0.05 * (far - near),
-      ...slopes.map((a, k) => (high[k] - low[k]) / (2 * a)),
-    );
+    const [near, far] = extremes(seen.map((p) => p[2]));
+    const low = slopes.map((a, k) => largest(seen.map((p) => p[k] - a * p[2])));
+    const high = slopes.map((a, k) => smallest(seen.map((p) => p[k] + a * p[2])));
+    const depths = slopes.map((a, k) => (high[k] - low[k]) / (2 * a));
+    const depth = Math.min(near - 0.05 * (far - near), smallest(depths));
     const eye = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, depth];
     // It turns about the middle of what it sees.
     this.distance = Math.max((near + far) / 2 - depth, 1e-6);

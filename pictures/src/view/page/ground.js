@@ -18,7 +18,7 @@ function visited(run) {
   const stride = Math.max(1, Math.ceil(run.count / frames));
   const points = run.data.fixed.flatMap((fixed) => fixed.span);
   const visit = (frame) =>
-    run.bodies.forEach((body, b) => points.push(...run.placed(frame, b, body.span)));
+    run.bodies.forEach((body, b) => append(points, run.placed(frame, b, body.span)));
   for (let frame = 0; frame < run.count; frame += stride) visit(frame);
   visit(run.count - 1);
   return points.filter(isFinitePoint);
@@ -35,7 +35,7 @@ function cluster(run, frame) {
     .filter(({ at }) => isFinitePoint(at));
   if (centres.length === 0) return null;
   const middle = times(centres.map(({ at }) => at).reduce(add), 1 / centres.length);
-  return { middle, reach: Math.max(...centres.map(({ at, reach }) => length(subtract(at, middle)) + reach)) };
+  return { middle, reach: largest(centres.map(({ at, reach }) => length(subtract(at, middle)) + reach)) };
 }
 
 // Of a motion that is longer than this times what moves, the camera follows.
@@ -46,14 +46,15 @@ function travels(run) {
   const stride = Math.max(1, Math.ceil(run.count / FEWEST_FRAMES));
   const all = [];
   for (let frame = 0; frame < run.count; frame += stride) all.push(cluster(run, frame));
-  const known = [...all, cluster(run, run.count - 1)].filter((one) => one !== null);
+  all.push(cluster(run, run.count - 1));
+  const known = all.filter((one) => one !== null);
   if (known.length === 0) return 0;
-  const way = Math.max(...known.map(({ middle }) => length(subtract(middle, known[0].middle))));
-  const reach = Math.max(...known.map((one) => one.reach));
+  const way = largest(known.map(({ middle }) => length(subtract(middle, known[0].middle))));
+  const reach = largest(known.map((one) => one.reach));
   return way > LONG * reach ? reach : 0;
 }
 
-const followedReach = Math.max(...runs.map(travels));
+const followedReach = largest(runs.map(travels));
 
 // 1, 2 or 5 times a power of ten.
 function roundLength(size) {
@@ -81,13 +82,10 @@ function groundOf(run) {
   // Shadows are on it too, unless the light goes along it.
   const fall = dot(normal, LIGHT) > 0.5 ? LIGHT : normal;
   const shadow = (point) => subtract(point, times(fall, height(point) / dot(normal, fall)));
-  const below = [...all.map(drop), ...all.map(shadow)];
-  feet.push(...below);
-  const ends = axes.map((axis) => {
-    const along = below.map((foot) => dot(axis, foot));
-    return [Math.min(...along), Math.max(...along)];
-  });
-  const size = Math.max(1e-9, ...ends.map(([low, high]) => high - low));
+  const below = all.map(drop).concat(all.map(shadow));
+  append(feet, below);
+  const ends = axes.map((axis) => extremes(below.map((foot) => dot(axis, foot))));
+  const size = Math.max(1e-9, largest(ends.map(([low, high]) => high - low)));
   // Where the camera follows, cells are as large as what moves, if they are not too many.
   const cell = followedReach > 0 ? Math.min(size / LINES, followedReach) : size / LINES;
   const spacing = roundLength(Math.max(cell, size / MOST_LINES));

@@ -6,7 +6,7 @@ const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 4];
 const AROUND = 3.2;
 
 // As many decimals as the finest step has, all readings of the clock alike.
-const clockDecimals = Math.max(...runs.map((run) => stepDecimals(run.step)));
+const clockDecimals = largest(runs.map((run) => stepDecimals(run.step)));
 const clock = (t) => fixed(t, clockDecimals);
 
 let time = 0;
@@ -66,7 +66,7 @@ function paint() {
   const fit = `${shown[0].size} ${isNear}`;
   if (camera.isFitted && camera.fittedTo !== fit) {
     const middle = middleOf(runs, time, show.chosen);
-    camera.fit(isNear ? around(middle) : [...places, ...feet], ...shown[0].size);
+    camera.fit(isNear ? around(middle) : places.concat(feet), ...shown[0].size);
     show.anchor = isNear ? middle : camera.target;
     camera.fittedTo = fit;
   }

@@ -39,7 +39,7 @@ const conjugate = ([w, x, y, z]) => [w, -x, -y, -z];
 
 function ballAround({ vertices, radius }) {
   const centre = times(vertices.reduce(add), 1 / vertices.length);
-  const reach = Math.max(...vertices.map((vertex) => length(subtract(vertex, centre))));
+  const reach = largest(vertices.map((vertex) => length(subtract(vertex, centre))));
   return { centre, radius: reach + radius };
 }
 

@@ -49,9 +49,9 @@ function joined(sheet, chosen) {
     const axes = known.map((plot) => plot.axis);
     const axis = {
       ...axes[0],
-      threshold: Math.min(...axes.map((one) => one.threshold ?? 1)),
-      low: Math.min(...axes.map((one) => one.low)),
-      high: Math.max(...axes.map((one) => one.high)),
+      threshold: smallest(axes.map((one) => one.threshold ?? 1)),
+      low: smallest(axes.map((one) => one.low)),
+      high: largest(axes.map((one) => one.high)),
       ticks: [...new Set(axes.flatMap((one) => one.ticks))].sort((a, b) => a - b),
       has_zeros: axes.some((one) => one.has_zeros),
     };

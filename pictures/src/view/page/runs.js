@@ -58,8 +58,31 @@ function floats(packed) {
 
 const NAMES = ["A", "B"];
 
-// Points that span a body: all of it is in their convex hull.
-function spanOf({ points, pieces }) {
+// The directions of the 98 places on the surface of a cube of 4 × 4 × 4 cells.
+const ALONG = [-2, -1, 0, 1, 2];
+const DIRECTIONS = ALONG.flatMap((x) => ALONG.flatMap((y) => ALONG.map((z) => [x, y, z]))).filter(
+  (direction) => direction.some((part) => Math.abs(part) === 2),
+);
+
+// The outermost of some points in all directions. What is round goes beyond them by at most 3 % of its diameter.
+function outermost(points) {
+  if (points.length <= DIRECTIONS.length) return points;
+  const found = new Set();
+  for (const direction of DIRECTIONS) {
+    let [best, most] = [points[0], -Infinity];
+    for (const point of points) {
+      const height = dot(direction, point);
+      if (height > most) [best, most] = [point, height];
+    }
+    found.add(best);
+  }
+  return Array.from(found);
+}
+
+// Points that span a body: all of it is in their convex hull, or nearly so where it has many.
+const spanOf = (body) => outermost(boundsOf(body));
+
+function boundsOf({ points, pieces }) {
   if (pieces.length === 0) return points;
   const sides = [-1, 1];
   return pieces.flatMap(({ vertices, radius }) =>
@@ -92,14 +115,15 @@ class Run {
     this.statuses = bytes(frames.statuses);
     this.readForces(frames);
     this.bodies = data.bodies;
-    for (const body of [...this.bodies, ...data.fixed]) body.span = spanOf(body);
+    for (const body of this.bodies.concat(data.fixed)) body.span = spanOf(body);
     const reach = ({ points, pieces }) => {
       const ends = pieces.flatMap(({ vertices, radius }) => vertices.map((v) => length(v) + radius));
-      return Math.max(...(ends.length > 0 ? ends : points.map(length)));
+      return largest(ends.length > 0 ? ends : points.map(length));
     };
     this.reaches = this.bodies.map(reach);
+    this.smallestReach = smallest(this.reaches);
     // Four digits of the smallest body's size, and of the largest speed.
-    this.lengthDecimals = decimalsOf(Math.min(...this.reaches));
+    this.lengthDecimals = decimalsOf(this.smallestReach);
     this.speedDecimals = decimalsOf(this.speeds.reduce((most, v) => (v > most ? v : most), 0));
   }
 
@@ -218,10 +242,10 @@ class Run {
 const runs = page.runs.map((data, index) => new Run(data, index));
 const isPair = runs.length > 1;
 // Bodies that can be chosen: those that all runs have.
-const bodyCount = Math.min(...runs.map((run) => run.bodies.length));
+const bodyCount = smallest(runs.map((run) => run.bodies.length));
 const hasJoints = runs.some((run) => run.data.joints.length > 0);
 const isCrowd = runs.some((run) => run.bodies.length > 1);
-const duration = Math.max(...runs.map((run) => run.duration));
+const duration = largest(runs.map((run) => run.duration));
 
 // The next or the previous time at which a run has a frame.
 function neighbour(time, direction) {
@@ -231,10 +255,10 @@ function neighbour(time, direction) {
       .filter((f) => f >= 0 && f < run.count)
       .map((f) => run.time(f));
   });
-  const room = 1e-6 * Math.min(...runs.map((run) => run.step));
+  const room = 1e-6 * smallest(runs.map((run) => run.step));
   const ahead = candidates.filter((t) => direction * (t - time) > room);
   if (ahead.length === 0) return direction > 0 ? duration : 0;
-  return direction > 0 ? Math.min(...ahead) : Math.max(...ahead);
+  return direction > 0 ? smallest(ahead) : largest(ahead);
 }
 
 // The steps that were retried, fell back, went wild or failed, as the plots mark them.

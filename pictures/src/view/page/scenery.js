@@ -24,7 +24,7 @@ class Floor {
     this.shade.material.depthWrite = false;
     this.shade.receiveShadow = true;
     this.lines = new Lines();
-    this.lines.set([...ground.grid].flatMap(([from, to]) => [...local(from), ...local(to)]));
+    this.lines.set(ground.grid.flatMap(([from, to]) => [...local(from), ...local(to)]));
     this.rim = new Lines();
     this.rim.set(outline.flatMap((from, i) => [...from, ...outline[(i + 1) % 4]]));
     this.parts = [this.plane, this.shade, this.lines, this.rim];

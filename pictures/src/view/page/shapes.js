@@ -121,7 +121,7 @@ function roundSurface({ vertices, radius }) {
   const [a, b] = [vertices[0], vertices.at(-1)];
   const isBall = length(subtract(b, a)) === 0;
   const axis = isBall ? [0, 1, 0] : unit(subtract(b, a));
-  const least = axis.map(Math.abs).indexOf(Math.min(...axis.map(Math.abs)));
+  const least = axis.map(Math.abs).indexOf(smallest(axis.map(Math.abs)));
   const u = isBall ? [0, 0, 1] : unit(cross(axis, [0, 1, 2].map((k) => (k === least ? 1 : 0))));
   const v = cross(axis, u);
   const around = 8 * ARCS;
@@ -177,10 +177,7 @@ function stretched(piece) {
     return { shape: UNIT_BALL, middle: vertices[0], stretch: [radius, radius, radius] };
   }
   if (vertices.length !== 8 || faces.length !== 6 || radius > 0) return asItIs;
-  const ends = [0, 1, 2].map((axis) => {
-    const along = vertices.map((vertex) => vertex[axis]);
-    return [Math.min(...along), Math.max(...along)];
-  });
+  const ends = [0, 1, 2].map((axis) => extremes(vertices.map((vertex) => vertex[axis])));
   const middle = ends.map(([low, high]) => 0.5 * (low + high));
   const stretch = ends.map(([low, high]) => 0.5 * (high - low));
   const isCorner = (x, axis) => Math.abs(Math.abs((x - middle[axis]) / stretch[axis]) - 1) < SAME_CORNER;
@@ -191,6 +188,6 @@ function stretched(piece) {
 function pieceGeometry(piece) {
   const surface = piece.faces.length > 0 ? hullSurface(piece) : roundSurface(piece);
   const middle = times(piece.vertices.reduce(add), 1 / piece.vertices.length);
-  const reach = Math.max(...piece.vertices.map((vertex) => length(subtract(vertex, middle))));
+  const reach = largest(piece.vertices.map((vertex) => length(subtract(vertex, middle))));
   return surface.geometry(reach + piece.radius);
 }

@@ -40,7 +40,7 @@ function list(facts) {
 
 // The parameters of both runs: first those that differ, then what they share.
 function comparison() {
-  const names = [...new Set(runs.flatMap((run) => run.data.facts.map((fact) => fact.name)))];
+  const names = Array.from(new Set(runs.flatMap((run) => run.data.facts.map((fact) => fact.name))));
   const parameters = names.map((name) => {
     const values = runs.map(
       (run) => run.data.facts.find((fact) => fact.name === name)?.value ?? NOTHING,
@@ -123,7 +123,7 @@ const put = (place, text) => {
 
 // Of each thing that stands still, by name, whether it is shown; and of all at once.
 function fillFixed(changed) {
-  const names = [...new Set(runs.flatMap((run) => run.data.fixed.map(({ name }) => name)))];
+  const names = Array.from(new Set(runs.flatMap((run) => run.data.fixed.map(({ name }) => name))));
   const place = document.getElementById("fixed");
   place.hidden = names.length === 0;
   const choice = (words) => {
@@ -158,7 +158,7 @@ function branches(bodies) {
   while (todo.length > 0) {
     const [body, depth] = todo.pop();
     found.push([body, depth]);
-    todo.push(...below[body].map((other) => [other, depth + 1]).reverse());
+    append(todo, below[body].map((other) => [other, depth + 1]).reverse());
   }
   return found;
 }

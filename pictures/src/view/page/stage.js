@@ -254,7 +254,7 @@ class Stage {
     eye.far = Math.max(2 * camera.distance, 1.05 * far);
     eye.updateProjectionMatrix();
     eye.updateMatrixWorld();
-    const lift = LIFT * Math.min(...this.members.map((run) => Math.min(...run.reaches)));
+    const lift = LIFT * smallest(this.members.map((run) => run.smallestReach));
     this.scene.traverse((part) => {
       if (!(part instanceof Overlay)) return;
       const { uniforms } = part.material;
@@ -285,9 +285,7 @@ class Stage {
   castShadows(drawn) {
     if (drawn.length === 0) return;
     const middle = times(drawn.map(({ place }) => place).reduce(add), 1 / drawn.length);
-    const reach = Math.max(
-      ...drawn.map(({ place, reach }) => length(subtract(place, middle)) + reach),
-    );
+    const reach = largest(drawn.map(({ place, reach }) => length(subtract(place, middle)) + reach));
     const size = 1.2 ** Math.ceil(Math.log(Math.max(reach, 1e-9)) / Math.log(1.2));
     const texel = (2 * size) / SHADOW_PIXELS;
     const across = unit(cross(LIGHT, [0, 1, 0]));
@@ -356,11 +354,7 @@ function middleOf(members, time, chosen) {
 }
 
 // How far what is in the scene is from a place, at most.
-const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => {
-  const all = [...places, ...feet];
-  return [0, 1, 2].map((axis) => {
-    const values = all.map((point) => point[axis]);
-    return values.reduce(i & (1 << axis) ? (a, b) => Math.max(a, b) : (a, b) => Math.min(a, b), BASE[axis]);
-  });
-});
-const farthest = (from) => Math.max(...corners.map((corner) => length(subtract(corner, from))));
+const inScene = [BASE].concat(places, feet);
+const bounds = [0, 1, 2].map((axis) => extremes(inScene.map((point) => point[axis])));
+const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => bounds.map((ends, axis) => ends[(i >> axis) & 1]));
+const farthest = (from) => largest(corners.map((corner) => length(subtract(corner, from))));

@@ -14,6 +14,25 @@ const unit = (a) => times(a, 1 / length(a));
 const between = (a, b, share) => add(a, times(subtract(b, a), share));
 const isFinitePoint = (a) => a.every(Number.isFinite);
 
+// Lists of unknown length are never spread into the arguments of a call: browsers take about 100 000.
+
+// Smallest and largest of some numbers.
+function extremes(values) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const value of values) {
+    low = Math.min(low, value);
+    high = Math.max(high, value);
+  }
+  return [low, high];
+}
+const smallest = (values) => extremes(values)[0];
+const largest = (values) => extremes(values)[1];
+
+// Adds all `items` to the end of a list.
+function append(list, items) {
+  for (const item of items) list.push(item);
+}
+
 // A(q) v, from the body to the world: v + 2 q_w (u × v) + 2 u × (u × v), q = (q_w, u).
 function rotate([w, x, y, z], v) {
   const u = [x, y, z];

@@ -1,0 +1,254 @@
+//! Coarser meshes for the eye.
+//!
+//! Vertices in one cell of a grid become one vertex, and triangles that lose a corner go (Rossignac and Borrel 1993). The
+//! vertex stands where the planes of its triangles meet best (Lindstrom 2000), which keeps edges and corners.
+
+use super::model::Surface;
+use nalgebra::{Matrix3, Vector3};
+use std::collections::{HashMap, HashSet};
+
+/// Grids that are tried for a number of triangles.
+const ATTEMPTS: usize = 12;
+/// A grid that leaves this part of the allowed triangles is fine enough.
+const ENOUGH: f64 = 0.85;
+/// Part of the allowed triangles that the next grid aims at.
+const AIM: f64 = 0.95;
+/// Weight of the cell's mean against the planes: it decides along directions that the planes leave free.
+const PULL: f64 = 1e-3;
+
+/// The surface with at most `most` triangles.
+pub fn coarsened(surface: Surface, most: usize) -> Surface {
+    if surface.triangles.len() <= most {
+        return surface;
+    }
+    let surface = &surface;
+    let area: f64 = surface.triangles.iter().map(|triangle| across(surface, triangle).norm()).sum();
+    // A surface of squares of this side has two triangles on each.
+    let mut size = (area / most as f64).sqrt();
+    let mut best: Option<(Clusters, Vec<[usize; 3]>)> = None;
+    for _ in 0..ATTEMPTS {
+        let clusters = Clusters::of(surface, size);
+        let triangles = clusters.triangles(surface);
+        let part = triangles.len() as f64 / most as f64;
+        let fewest = best.as_ref().map_or(1, |(_, triangles)| triangles.len());
+        if part <= 1.0 && triangles.len() >= fewest {
+            best = Some((clusters, triangles));
+        }
+        if (ENOUGH..=1.0).contains(&part) {
+            break;
+        }
+        size *= (part / AIM).sqrt().clamp(0.5, 2.0);
+    }
+    let (vertices, triangles) = match best {
+        Some((clusters, triangles)) => (clusters.vertices(surface), triangles),
+        None => (surface.vertices.clone(), largest(surface, most)),
+    };
+    Surface { total: surface.total, ..compact(&vertices, &triangles) }
+}
+
+/// Normal of a triangle, of twice its area.
+fn across(surface: &Surface, triangle: &[usize; 3]) -> Vector3<f64> {
+    let [a, b, c] = triangle.map(|corner| Vector3::from(surface.vertices[corner]));
+    (b - a).cross(&(c - a))
+}
+
+/// The largest `most` triangles, for a surface of loose pieces that all vanish in a grid.
+fn largest(surface: &Surface, most: usize) -> Vec<[usize; 3]> {
+    let mut triangles = surface.triangles.clone();
+    let area = |triangle: &[usize; 3]| across(surface, triangle).norm();
+    triangles.sort_by(|a, b| area(b).total_cmp(&area(a)));
+    triangles.truncate(most);
+    triangles
+}
+
+/// A surface without the vertices that no triangle has.
+fn compact(vertices: &[[f64; 3]], triangles: &[[usize; 3]]) -> Surface {
+    let mut numbers = vec![None; vertices.len()];
+    let mut made = Surface::default();
+    for triangle in triangles {
+        made.triangles.push(triangle.map(|corner| {
+            *numbers[corner].get_or_insert_with(|| {
+                made.vertices.push(vertices[corner]);
+                made.vertices.len() - 1
+            })
+        }));
+    }
+    made
+}
+
+/// Boxes of equal size over a surface, at least two along each axis.
+struct Grid {
+    low: Vector3<f64>,
+    /// Sides of a cell, m.
+    sides: Vector3<f64>,
+    /// Cells along each axis.
+    counts: Vector3<f64>,
+}
+
+impl Grid {
+    /// Cells of about `size` (m).
+    fn of(surface: &Surface, size: f64) -> Self {
+        let vertices = || surface.vertices.iter().copied().map(Vector3::from);
+        let low = vertices().reduce(|a, b| a.inf(&b)).unwrap_or_default();
+        let high = vertices().reduce(|a, b| a.sup(&b)).unwrap_or_default();
+        let counts = (high - low).map(|extent| (extent / size).ceil().max(2.0));
+        Self { low, sides: (high - low).component_div(&counts), counts }
+    }
+
+    fn cell(&self, vertex: &[f64; 3]) -> [u32; 3] {
+        let place = (Vector3::from(*vertex) - self.low).component_div(&self.sides);
+        // Along an axis without extent the place is NaN, and all is in one cell.
+        [0, 1, 2].map(|axis| place[axis].min(self.counts[axis] - 1.0) as u32)
+    }
+
+    /// The point of a cell that is nearest along each axis.
+    fn clamped(&self, cell: &[u32; 3], point: &Vector3<f64>) -> Vector3<f64> {
+        let low = self.low + Vector3::from(*cell).map(f64::from).component_mul(&self.sides);
+        point.sup(&low).inf(&(low + self.sides))
+    }
+}
+
+/// Vertices of a surface by the cells that they are in.
+struct Clusters {
+    grid: Grid,
+    cells: Vec<[u32; 3]>,
+    /// The cluster of each vertex: its place in `cells`.
+    of: Vec<usize>,
+}
+
+impl Clusters {
+    fn of(surface: &Surface, size: f64) -> Self {
+        let grid = Grid::of(surface, size);
+        let mut numbers = HashMap::new();
+        let mut cells = Vec::new();
+        let mut cluster = |vertex: &[f64; 3]| {
+            let cell = grid.cell(vertex);
+            *numbers.entry(cell).or_insert_with(|| {
+                cells.push(cell);
+                cells.len() - 1
+            })
+        };
+        let of = surface.vertices.iter().map(&mut cluster).collect();
+        Self { grid, cells, of }
+    }
+
+    /// Triangles between three clusters, each once.
+    fn triangles(&self, surface: &Surface) -> Vec<[usize; 3]> {
+        let mut known = HashSet::new();
+        let clustered = surface.triangles.iter().filter_map(|triangle| {
+            let mut corners = triangle.map(|corner| self.of[corner]);
+            let [a, b, c] = corners;
+            if a == b || b == c || c == a {
+                return None;
+            }
+            // The same side is counter-clockwise from whichever corner it begins.
+            while corners[0] > corners[1] || corners[0] > corners[2] {
+                corners.rotate_left(1);
+            }
+            known.insert(corners).then_some(corners)
+        });
+        clustered.collect()
+    }
+
+    /// The vertex of each cluster.
+    fn vertices(&self, surface: &Surface) -> Vec<[f64; 3]> {
+        let mut means = vec![(Vector3::zeros(), 0.0); self.cells.len()];
+        for (vertex, cluster) in surface.vertices.iter().zip(&self.of) {
+            means[*cluster].0 += Vector3::from(*vertex);
+            means[*cluster].1 += 1.0;
+        }
+        let means: Vec<_> = means.into_iter().map(|(sum, count)| sum / count).collect();
+        // Least squares of the distances to the planes of the triangles, weighted by area, from the mean.
+        let mut planes = vec![(Matrix3::zeros(), Vector3::zeros()); self.cells.len()];
+        for triangle in &surface.triangles {
+            let across = across(surface, triangle);
+            let Some(normal) = across.try_normalize(0.0) else { continue };
+            let area = across.norm();
+            let corner = Vector3::from(surface.vertices[triangle[0]]);
+            for cluster in triangle.map(|corner| self.of[corner]) {
+                planes[cluster].0 += normal * normal.transpose() * area;
+                planes[cluster].1 += normal * (area * normal.dot(&(corner - means[cluster])));
+            }
+        }
+        let vertex = |cluster: usize| {
+            let (matrix, right) = planes[cluster];
+            let pulled = matrix + Matrix3::identity() * (PULL * matrix.trace());
+            let shift = pulled.cholesky().map_or(Vector3::zeros(), |factor| factor.solve(&right));
+            self.grid.clamped(&self.cells[cluster], &(means[cluster] + shift)).into()
+        };
+        (0..self.cells.len()).map(vertex).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box of these sides (m), each side of `n` by `n` squares.
+    fn cuboid(sides: [f64; 3], n: usize) -> Surface {
+        let mut surface = Surface::default();
+        for axis in 0..3 {
+            for end in [0.0, 1.0] {
+                let first = surface.vertices.len();
+                for k in 0..(n + 1) * (n + 1) {
+                    let mut vertex = [0.0; 3];
+                    vertex[axis] = end * sides[axis];
+                    for (step, other) in [(k / (n + 1), 1), (k % (n + 1), 2)] {
+                        let other = (axis + other) % 3;
+                        vertex[other] = step as f64 / n as f64 * sides[other];
+                    }
+                    surface.vertices.push(vertex);
+                }
+                for k in 0..n * n {
+                    let a = first + k / n * (n + 1) + k % n;
+                    let (b, c, d) = (a + n + 1, a + n + 2, a + 1);
+                    let two = [[a, b, c], [a, c, d]];
+                    let turned =
+                        |[a, b, c]: [usize; 3]| if end > 0.0 { [a, b, c] } else { [a, c, b] };
+                    surface.triangles.extend(two.map(turned));
+                }
+            }
+        }
+        surface.total = surface.triangles.len();
+        surface
+    }
+
+    fn volume(surface: &Surface) -> f64 {
+        let tetrahedron = |triangle: &[usize; 3]| {
+            let [a, b, c] = triangle.map(|corner| Vector3::from(surface.vertices[corner]));
+            a.cross(&b).dot(&c) / 6.0
+        };
+        surface.triangles.iter().map(tetrahedron).sum()
+    }
+
+    #[test]
+    fn a_box_keeps_its_edges_and_a_plate_its_thickness() {
+        for sides in [[1.0, 2.0, 0.5], [1.0, 1.0, 0.002]] {
+            let whole = cuboid(sides, 40);
+            for most in [4000, 800, 200] {
+                let coarse = coarsened(whole.clone(), most);
+                let count = coarse.triangles.len();
+                assert!(count <= most && 2 * count > most, "{count} of {most}");
+                assert_eq!(coarse.total, whole.total);
+                let part = volume(&coarse) / volume(&whole);
+                assert!((part - 1.0).abs() < 0.02, "{sides:?}, {most}: {part} of the volume");
+            }
+        }
+    }
+
+    #[test]
+    fn few_triangles_are_left_as_they_are_and_loose_ones_do_not_vanish() {
+        let whole = cuboid([1.0; 3], 4);
+        assert_eq!(coarsened(whole.clone(), whole.total).triangles, whole.triangles);
+        // Small triangles in two places: each is within a cell.
+        let mut loose = Surface::default();
+        for k in 0..100 {
+            let (x, size) = (f64::from(k % 2), 1e-6 * f64::from(k + 1));
+            let first = loose.vertices.len();
+            loose.vertices.extend([[x, 0.0, 0.0], [x, size, 0.0], [x, 0.0, size]]);
+            loose.triangles.push([first, first + 1, first + 2]);
+        }
+        let coarse = coarsened(loose, 10);
+        assert!((1..=10).contains(&coarse.triangles.len()));
+    }
+}
