@@ -38,10 +38,15 @@ impl Scene {
         for finding in &findings {
             match finding {
                 Finding::LockedAxis { axis, locks } => {
-                    let name = self.axis_name(axis);
-                    match axes.iter_mut().find(|(by, _)| by == locks) {
+                    let (name, mut locks) = (self.axis_name(axis), locks.clone());
+                    if !locks.iter().all(|lock| matches!(lock, Lock::Gear(_))) {
+                        locks.push(Lock::Joint(axis.joint));
+                    }
+                    locks.sort();
+                    locks.dedup();
+                    match axes.iter_mut().find(|(by, _)| *by == locks) {
                         Some((_, names)) => names.push(name),
-                        None => axes.push((locks.clone(), vec![name])),
+                        None => axes.push((locks, vec![name])),
                     }
                 }
                 Finding::Redundant { locks, rows } => notes.push(format!(
@@ -54,8 +59,9 @@ impl Scene {
         let together = |(locks, names): &(Vec<Lock>, Vec<String>)| {
             let by = self.listed(locks);
             let axes = counted(names.clone());
-            match locks.len() {
-                1 => format!("{by} locks {axes} by equal limits or a ratio of 0"),
+            match locks[..] {
+                [Lock::Joint(_)] => format!("{by} locks {axes}: its limits are equal"),
+                [Lock::Gear(_)] => format!("{by} locks {axes}: its ratio is 0"),
                 _ => format!("{by} together lock {axes}"),
             }
         };

@@ -35,7 +35,7 @@ fn rows_of_the_other_format_are_removed_and_named() {
     };
     assert_eq!(names(&out), with_notes(&tables));
     let end = run(&one);
-    assert!(end.stdout.contains("removed states.csv, contacts.csv, steps.csv"), "{end:?}");
+    assert!(end.stdout.contains("removed contacts.csv, states.csv, steps.csv"), "{end:?}");
     assert_eq!(names(&out), with_notes(&["run.json", "state.bin", "trajectory.csv"]));
 }
 
