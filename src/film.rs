@@ -246,6 +246,7 @@ fn status(status: StepStatus) -> Status {
         StepStatus::Converged => Status::Converged,
         StepStatus::Retried => Status::Retried,
         StepStatus::Fallback => Status::Fallback,
+        StepStatus::Substepped => Status::Substepped,
         StepStatus::Wild => Status::Wild,
         StepStatus::Failed => Status::Failed,
         StepStatus::End => Status::End,

@@ -22,6 +22,6 @@ pub use sheet::{MOST_ROW_BYTES, RowsError};
 #[cfg(feature = "save")]
 pub use tumble_core::simulation::{Checkpoints, Run, RunGradient, Saved, gradient, save};
 pub use tumble_core::simulation::{
-    Finding, JOINT_AT_THE_START, Lock, Motion, Simulation, Squeeze, StepRecord, Stiffness, bounce,
-    energy, random, record, scene, summary, wild,
+    EnergyBalance, Finding, JOINT_AT_THE_START, Lock, Motion, Simulation, Squeeze, StepRecord,
+    Stiffness, bounce, energy, random, record, scene, summary, wild,
 };

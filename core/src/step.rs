@@ -223,10 +223,13 @@ pub enum StepStatus {
     Retried,
     /// Another solver's answer stands in.
     Fallback,
+    /// The step as one was not solved; shorter steps in its place were. Its forces are their mean, and its residual
+    /// is that of one step.
+    Substepped,
     /// Solved, but no physics: it turns a body by more than a radian, makes energy or lets something
     /// pass, because the time step is too long for the motion ([`wild`](crate::simulation::wild)).
     Wild,
-    /// No solver met its tolerance; the best point found is reported.
+    /// No solver met its tolerance, nor in shorter steps; the best point found is reported, or a motion that makes no energy.
     Failed,
     /// The last row of a trajectory: a state without a step.
     End,
@@ -234,11 +237,12 @@ pub enum StepStatus {
 
 impl StepStatus {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Free,
         Self::Converged,
         Self::Retried,
         Self::Fallback,
+        Self::Substepped,
         Self::Wild,
         Self::Failed,
         Self::End,
@@ -252,6 +256,7 @@ impl StepStatus {
             Self::Converged => "converged",
             Self::Retried => "retried",
             Self::Fallback => "fallback",
+            Self::Substepped => "substepped",
             Self::Wild => "wild",
             Self::Failed => "failed",
             Self::End => "end",

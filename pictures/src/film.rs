@@ -222,6 +222,8 @@ pub enum Status {
     Retried,
     /// With another solver's answer.
     Fallback,
+    /// Solved in shorter steps.
+    Substepped,
     /// Solved, but it turns a body too far or makes energy.
     Wild,
     /// Without an answer within the tolerance.
@@ -380,12 +382,13 @@ impl Ground {
 
 impl Status {
     /// All of them, in their order.
-    pub(crate) const ALL: [Self; 7] = [
+    pub(crate) const ALL: [Self; 8] = [
         Self::End,
         Self::Free,
         Self::Converged,
         Self::Retried,
         Self::Fallback,
+        Self::Substepped,
         Self::Wild,
         Self::Failed,
     ];
@@ -399,6 +402,7 @@ impl Status {
             Self::Converged => "converged",
             Self::Retried => "retried",
             Self::Fallback => "fallback",
+            Self::Substepped => "substepped",
             Self::Wild => "wild",
             Self::Failed => "failed",
         }

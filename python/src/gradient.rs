@@ -138,7 +138,7 @@ pub fn jacobian<'py>(
         let shape: Vec<_> = [bodies, 12].into_iter().chain(constant.shape(world)).collect();
         arrays.push(shaped(py, found, &shape)?);
     }
-    let unsolved = matches!(record.report.status.name(), "failed" | "wild");
+    let unsolved = matches!(record.report.status.name(), "failed" | "substepped" | "wild");
     let counts = [
         u64::from(unsolved),
         derivative.unknown() as u64,

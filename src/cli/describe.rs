@@ -95,6 +95,7 @@ fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
     for (status, count) in [
         (StepStatus::Retried, summary.retried),
         (StepStatus::Fallback, summary.fallback),
+        (StepStatus::Substepped, summary.substepped),
         (StepStatus::Wild, summary.wild),
     ] {
         if count > 0 {
@@ -102,6 +103,10 @@ fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
         }
     }
     let _ = writeln!(text, "\n  failed       {}", summary.failed);
+    if summary.substepped > 0 {
+        text +=
+            "    substepped steps were not solved at once: solved in 2 to 64 shorter steps each\n";
+    }
     if summary.wild > 0 {
         text += "    wild steps turn a body by more than 1 rad, make energy or let something pass:\n    \
                  solved, but no physics; take a smaller time step\n";

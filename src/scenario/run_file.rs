@@ -120,6 +120,9 @@ pub struct SummaryFile {
     pub retried: u64,
     /// By another solver.
     pub fallback: u64,
+    /// In shorter steps; none in a file of before they were counted.
+    #[serde(default)]
+    pub substepped: u64,
     /// Steps that turn too far or make energy; none in a file of before they were counted.
     #[serde(default)]
     pub wild: u64,
@@ -171,6 +174,7 @@ impl SummaryFile {
             converged: summary.converged,
             retried: summary.retried,
             fallback: summary.fallback,
+            substepped: summary.substepped,
             wild: summary.wild,
             tempered: Some(summary.tempered),
             failed: summary.failed,

@@ -60,6 +60,7 @@ impl TrajectoryRow {
             overlap: 0.0,
             restitution_share: self.restitution_share,
             energy: energy::total(world, &states),
+            works: [0.0; 6],
             stiffness: 0.0,
         };
         let Some((next, wrench)) = step else {

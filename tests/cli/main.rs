@@ -1,5 +1,6 @@
 //! The command line end to end, in temporary directories: files, exit codes, messages.
 
+mod balance;
 mod changed_files;
 mod checkpoints;
 #[path = "../common/mod.rs"]
@@ -12,6 +13,7 @@ mod foreign_files;
 mod fuzz;
 mod gears;
 mod gradient;
+mod hard;
 mod held;
 mod input;
 mod inspect;

@@ -6,6 +6,7 @@
 //! ([`scene`], [`random`]), what is kept of a step ([`record`]) and of a run ([`summary`]).
 
 mod assembly;
+mod balance;
 mod bodies;
 pub mod bounce;
 mod driving;
@@ -17,6 +18,7 @@ mod linearised;
 mod locked;
 mod median;
 mod one_step;
+mod parts;
 pub mod random;
 pub mod record;
 mod rest;
@@ -30,6 +32,7 @@ pub mod summary;
 pub mod wild;
 
 pub use assembly::Assembly;
+pub use balance::EnergyBalance;
 #[cfg(feature = "save")]
 pub use gradient::{Checkpoints, Run, RunGradient};
 pub use locked::{Finding, Lock};
@@ -46,7 +49,7 @@ use crate::error::Error;
 use crate::joint::JointForce;
 use crate::mechanics::{Load, State, Wrench};
 use crate::solver::native::NativeSolver;
-use crate::step::{StepSolution, StepSolver};
+use crate::step::{StepSolution, StepSolver, StepStatus};
 use crate::world::World;
 use bounce::Bounce;
 use one_step::{contact_step, floating_step};
@@ -124,6 +127,8 @@ pub struct Simulation<'a> {
     long_before: Option<StepSolution>,
     /// Whether the last step was taken back already.
     taken_back: bool,
+    /// Whether its steps are parts of one, which are not taken in parts again.
+    is_part: bool,
     scratch: Scratch,
     /// That of the world, once it was asked for.
     #[cfg(feature = "save")]
@@ -228,6 +233,7 @@ impl<'a> Simulation<'a> {
             before: None,
             long_before: None,
             taken_back: false,
+            is_part: false,
             scratch: Scratch { candidates, ..Scratch::default() },
             #[cfg(feature = "save")]
             digest: OnceCell::new(),
@@ -410,6 +416,10 @@ impl<'a> Simulation<'a> {
                 taken?
             }
         };
+        let (mut report, mut certificate) = (report, certificate);
+        if report.status == StepStatus::Failed && !self.is_part {
+            (report, certificate) = self.rescued(report)?;
+        }
         record.index = self.index;
         record.report = report;
         record.certificate = certificate;
@@ -423,6 +433,8 @@ impl<'a> Simulation<'a> {
         record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);
         record.states.clear();
         record.states.extend_from_slice(&self.now.states);
+        record.wrenches.clear();
+        record.wrenches.extend_from_slice(&self.scratch.wrenches);
         record.solution.copy_from(&self.scratch.solution);
         self.scratch.candidates.hand_over(&mut record.contacts);
 

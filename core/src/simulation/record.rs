@@ -2,7 +2,7 @@
 
 use super::Squeeze;
 use crate::contact::{Certificate, Contact};
-use crate::mechanics::State;
+use crate::mechanics::{State, Wrench};
 use crate::step::{StepReport, StepSolution, StepStatus};
 use crate::world::without;
 
@@ -13,6 +13,8 @@ pub struct StepRecord {
     pub index: u64,
     /// X at step k.
     pub states: Vec<State>,
+    /// What acted on the bodies from outside, without gravity.
+    pub wrenches: Vec<Wrench>,
     /// The contacts that were considered: the candidates.
     pub contacts: Vec<Contact>,
     /// The states at k+1, and the force of every contact.
@@ -48,6 +50,7 @@ impl StepRecord {
         Self {
             index: 0,
             states: Vec::new(),
+            wrenches: Vec::new(),
             contacts: Vec::new(),
             solution: StepSolution::default(),
             report: StepReport::without_problem(StepStatus::End),
@@ -64,6 +67,7 @@ impl StepRecord {
     pub fn leave_out(&mut self, index: usize, stays: (&[bool], &[bool])) {
         if index < self.states.len() {
             self.states.remove(index);
+            self.wrenches.remove(index);
         }
         let renumbered = |contact: &Contact| {
             let key = contact.key.renumbered(|body| without(body, index))?;

@@ -41,6 +41,8 @@ pub struct RunSummary {
     pub retried: u64,
     /// See [`StepStatus::Fallback`].
     pub fallback: u64,
+    /// See [`StepStatus::Substepped`].
+    pub substepped: u64,
     /// See [`StepStatus::Wild`].
     pub wild: u64,
     /// See [`StepStatus::Failed`].
@@ -104,6 +106,7 @@ impl RunSummary {
             StepStatus::Converged => self.converged += 1,
             StepStatus::Retried => self.retried += 1,
             StepStatus::Fallback => self.fallback += 1,
+            StepStatus::Substepped => self.substepped += 1,
             StepStatus::Wild => self.wild += 1,
             StepStatus::Failed => self.failed += 1,
         }
@@ -121,7 +124,7 @@ impl RunSummary {
     /// Steps for which a problem was solved.
     #[must_use]
     pub fn contact_steps(&self) -> u64 {
-        self.converged + self.retried + self.fallback + self.wild + self.failed
+        self.converged + self.retried + self.fallback + self.substepped + self.wild + self.failed
     }
 
     /// All steps.

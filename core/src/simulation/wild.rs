@@ -49,6 +49,9 @@ pub use crate::mechanics::way::LARGEST_TURN;
 /// An island that makes more energy than this part of its kinetic energy is wild.
 pub const LARGEST_GAIN: f64 = 1e-3;
 
+/// A part of the kinetic energy that rounding may make.
+const ROUNDING: f64 = 1e-9;
+
 /// A motion slower than this, m/s in the world's [scale](World::speed_scale), has no energy to speak
 /// of.
 const REST: f64 = 1e-4;
@@ -74,7 +77,8 @@ struct Budget {
     /// How deep contacts were at the step's start, m: the largest whose A is the body, until the islands are known;
     /// their sum.
     under: f64,
-    kinetic: f64,
+    /// What it has to do with: its kinetic energy, and the work of all that drives it.
+    size: f64,
     /// What the smallest motion that counts has.
     rest: f64,
 }
@@ -109,6 +113,23 @@ impl Judge {
         self.is_wild_step(world, (claim, &seen), forces, accepted)
     }
 
+    /// Of each body, whether its island makes energy, however little beside its own.
+    pub(super) fn makers(
+        &mut self,
+        world: &World,
+        (claim, seen): (&Claim<'_>, &[Seen]),
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+    ) -> Vec<bool> {
+        self.count(world, (claim, seen), forces, 0.0);
+        let makes = |body: usize| {
+            let of = &self.budgets[self.islands.of(body)];
+            // A NaN is no small gain.
+            let is_small = of.gained <= ROUNDING * of.size;
+            !is_small
+        };
+        (0..claim.states.len()).map(makes).collect()
+    }
+
     /// The same of a claim that is known to be of a step of the world, in which its joints are `seen`.
     pub(super) fn is_wild_step(
         &mut self,
@@ -121,6 +142,20 @@ impl Judge {
         if claim.next.iter().any(|next| h * next.spin.norm() > LARGEST_TURN) {
             return true;
         }
+        self.count(world, (claim, seen), forces, accepted);
+        let makes_energy = |of: &Budget| of.touches && of.gained > LARGEST_GAIN * of.size + of.rest;
+        self.budgets.iter().any(makes_energy)
+    }
+
+    /// Counts what each island makes.
+    fn count(
+        &mut self,
+        world: &World,
+        (claim, seen): (&Claim<'_>, &[Seen]),
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+        accepted: f64,
+    ) {
+        let h = world.time_step();
         self.join(world, claim, forces);
         // What joins islands is known from here on; what surfaces did in them was counted by bodies.
         if world.has_surfaces() {
@@ -135,23 +170,25 @@ impl Judge {
             let ends = (&claim.states[index], &claim.next[index]);
             let work = if budget.bounces { work_of_bounce } else { work };
             let [before, after] = [ends.0, ends.1].map(|state| kinetic_energy(world, body, state));
-            budget.gained += after - before - work(world, body, ends, &claim.wrenches[index]);
-            budget.kinetic += before.max(after);
+            let work = work(world, body, ends, &claim.wrenches[index]);
+            budget.gained += after - before - work;
+            budget.size += before.max(after) + work.abs();
             let lift = weight * (h * accepted + budget.under);
             budget.rest += body.mass() * (0.5 * slow * slow + lift);
         }
         for ((joint, force), seen) in world.joints().iter().zip(claim.joints).zip(seen) {
-            let work = seen.work(joint, (claim.states, claim.next), force, h);
-            self.budgets[self.islands.of(joint.body())].gained -= work.unwrap_or(f64::NAN);
+            let work = seen.work(joint, (claim.states, claim.next), force, h).unwrap_or(f64::NAN);
+            let budget = &mut self.budgets[self.islands.of(joint.body())];
+            budget.gained -= work;
+            budget.size += work.abs();
         }
         for (gear, force) in world.gears().iter().zip(claim.gears) {
             let body = world.joints()[gear.axes()[0].joint].body();
             let work = gear.work(world, (claim.states, claim.next), claim.joints, *force);
-            self.budgets[self.islands.of(body)].gained -= work;
+            let budget = &mut self.budgets[self.islands.of(body)];
+            budget.gained -= work;
+            budget.size += work.abs();
         }
-        let makes_energy =
-            |of: &Budget| of.touches && of.gained > LARGEST_GAIN * of.kinetic + of.rest;
-        self.budgets.iter().any(makes_energy)
     }
 
     /// Finds the islands, and whether they bounce.

@@ -25,9 +25,10 @@ pub const PANELS_OF_SEVERAL: [PanelMaker; 4] = [
 ];
 
 /// The statuses that are marked, and their colours.
-const MARKED: [(Status, &str); 4] = [
+const MARKED: [(Status, &str); 5] = [
     (Status::Retried, "#5a6675"),
     (Status::Fallback, "#8250c4"),
+    (Status::Substepped, "#96650a"),
     (Status::Wild, "#b4377f"),
     (Status::Failed, "#cf222e"),
 ];

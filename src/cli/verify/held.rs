@@ -5,7 +5,7 @@ use crate::cli::joints_summary::{JointsSummary, Taut, TautJoint};
 use crate::cli::outcome::Failure;
 use crate::cli::recording::{Recording, Step};
 use crate::cli::run::End;
-use crate::cli::run_file::{RunFile, SolverSettings};
+use crate::cli::run_file::{RunFile, SolverSettings, SummaryFile};
 use crate::cli::shown;
 use std::collections::BTreeMap;
 use tumble::mechanics::State;
@@ -118,7 +118,7 @@ impl Counts {
     }
 
     /// What run.json counts, and the rows.
-    fn of_steps(&self, run: &RunFile) -> [(&'static str, u64, u64); 9] {
+    fn of_steps(&self, run: &RunFile) -> [(&'static str, u64, u64); 10] {
         let (said, counted) = (&run.summary, &self.summary);
         [
             ("free_steps", said.free_steps, counted.free),
@@ -127,6 +127,7 @@ impl Counts {
             ("converged", said.converged, counted.converged),
             ("retried", said.retried, counted.retried),
             ("fallback", said.fallback, counted.fallback),
+            ("substepped", said.substepped, counted.substepped),
             ("wild", said.wild, counted.wild),
             ("tempered", said.tempered.unwrap_or(counted.tempered), counted.tempered),
             ("failed", said.failed, counted.failed),
@@ -256,7 +257,8 @@ fn shown_number(number: Option<f64>) -> String {
 /// Where the counts of a run.json do not add up to its steps.
 fn of_sums(run: &RunFile) -> Option<String> {
     let said = &run.summary;
-    let solved = [said.converged, said.retried, said.fallback, said.wild, said.failed];
+    let SummaryFile { converged, retried, fallback, substepped, wild, failed, .. } = *said;
+    let solved = [converged, retried, fallback, substepped, wild, failed];
     let sum = |counts: &[u64]| counts.iter().fold(0_u64, |sum, count| sum.saturating_add(*count));
     let (steps, ways) = (sum(&[said.free_steps, said.contact_steps]), sum(&solved));
     if steps.saturating_add(1) != said.rows {
@@ -273,7 +275,7 @@ fn of_sums(run: &RunFile) -> Option<String> {
 fn of_promise(run: &RunFile, accepted: f64) -> Option<String> {
     let said = &run.summary;
     let largest = said.certificate_max_m_s.filter(|largest| *largest > accepted)?;
-    (said.failed == 0 && said.wild == 0).then(|| {
+    (said.failed == 0 && said.wild == 0 && said.substepped == 0).then(|| {
         let [largest, accepted] = [Some(largest), Some(accepted)].map(shown_number);
         let promised = format!("solved steps have {accepted} at most");
         format!(

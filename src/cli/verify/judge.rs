@@ -22,7 +22,7 @@ use tumble::joint::{Joint, JointForce, JointResidual, Knots};
 use tumble::mechanics::{Load, State, Wrench};
 use tumble::simulation::tables::{JointRow, TableStep};
 use tumble::simulation::trajectory::{TrajectoryRow, program_columns};
-use tumble::simulation::{Stiffness, energy};
+use tumble::simulation::{EnergyBalance, Stiffness, energy};
 use tumble::solver::ipopt::Rung;
 use tumble::solver::native::STARTS;
 use tumble::step::StepStatus;
@@ -397,6 +397,9 @@ impl Judge {
         if !self.has_its_energy(step) {
             differ(OTHER_ENERGY.to_owned());
         }
+        if !self.has_its_works((step, next), wrenches, touching) {
+            differ("the terms of its energy's change are others".to_owned());
+        }
         (differs, overlap)
     }
 
@@ -448,18 +451,36 @@ impl Judge {
         flights.map(|(i, (state, wrench))| self.world.free_flight(i, state, wrench)).collect()
     }
 
-    /// The energy is a sum of large parts of both signs; rounding is of the largest of them.
+    /// Rounding is of the largest of the terms, and of the energies of which D is a difference.
+    fn has_its_works(
+        &self,
+        (step, next): (&TableStep, &[State]),
+        wrenches: &[Wrench],
+        Touching { contacts, forces, joints, gears, .. }: &Touching,
+    ) -> bool {
+        let claim = Claim { states: &step.states, next, wrenches, contacts, joints, gears };
+        let found = EnergyBalance::of(&self.world, &claim, forces.iter().copied()).terms();
+        let ends = [&step.states[..], next].map(|states| self.energy_scale(states));
+        let scale = found.iter().fold(ends[0] + ends[1], |scale, term| scale + term.abs());
+        let mut pairs = found.iter().zip(&step.row.works);
+        pairs.all(|(found, column)| (found - column).abs() <= RELATIVE_TOLERANCE * scale)
+    }
+
     fn has_its_energy(&self, step: &TableStep) -> bool {
+        let found = energy::total(&self.world, &step.states);
+        (found - step.row.energy).abs() <= RELATIVE_TOLERANCE * self.energy_scale(&step.states)
+    }
+
+    /// The energy is a sum of large parts of both signs; rounding is of the largest of them.
+    fn energy_scale(&self, states: &[State]) -> f64 {
         let (gravity, h) = (self.world.gravity(), self.world.time_step());
-        let parts = self.world.bodies().iter().zip(&step.states).map(|(body, state)| {
+        let parts = self.world.bodies().iter().zip(states).map(|(body, state)| {
             let (velocity, position) = (&state.velocity, &state.position);
             let fallen = h * gravity.dot(velocity).abs() + gravity.dot(position).abs();
             let linear = velocity.norm_squared() + fallen;
             body.mass() * linear + energy::turning(&self.world, body, &state.spin)
         });
-        let scale: f64 = parts.sum();
-        let found = energy::total(&self.world, &step.states);
-        (found - step.row.energy).abs() <= RELATIVE_TOLERANCE * scale
+        parts.sum()
     }
 }
 

@@ -195,7 +195,7 @@ const JOINT_COLUMNS: [&str; 23] = [
 const GEAR_COLUMNS: [&str; 7] = ["k", "t_s", "gear", "first", "second", "force", "gear_m_s"];
 
 /// The last one where there are joints alone.
-const STEP_COLUMNS: [&str; 16] = [
+const STEP_COLUMNS: [&str; 22] = [
     "k",
     "t_s",
     "status",
@@ -211,5 +211,11 @@ const STEP_COLUMNS: [&str; 16] = [
     "overlap_m",
     "restitution_share",
     "energy_J",
+    "loads_J",
+    "drives_J",
+    "reactions_J",
+    "impacts_J",
+    "friction_J",
+    "discretisation_J",
     "stiffness",
 ];

@@ -51,6 +51,8 @@ pub struct StepRow {
     pub restitution_share: f64,
     /// The [energy](crate::simulation::energy) at k, J.
     pub energy: f64,
+    /// The terms of its change in the step ([`EnergyBalance::terms`](crate::simulation::EnergyBalance::terms)), J.
+    pub works: [f64; 6],
     /// See [`StepRecord::stiffness`](crate::simulation::StepRecord::stiffness); 0 without joints.
     pub stiffness: f64,
 }
@@ -294,7 +296,8 @@ fn step_row<R: Read>(
         overlap: sheet.number(12)?,
         restitution_share: sheet.number(13)?,
         energy: sheet.number(14)?,
-        stiffness: if tied { sheet.number(15)? } else { 0.0 },
+        works: sheet.numbers(15)?,
+        stiffness: if tied { sheet.number(21)? } else { 0.0 },
     })
 }
 

@@ -1,11 +1,12 @@
 //! Records become rows.
 
 use super::{ContactRow, GearRow, JointRow, KeyText, StepRow, Streams, Table, TableStep};
+use crate::contact::certificate::Claim;
 use crate::contact::{Contact, Partner};
 use crate::joint::{Gear, Joint, JointForce, JointResidual, Knots};
 use crate::mechanics::State;
 use crate::simulation::rows::{Kept, RowWriter};
-use crate::simulation::{StepRecord, energy};
+use crate::simulation::{EnergyBalance, StepRecord, energy};
 use crate::step::StepStatus;
 use crate::world::World;
 use nalgebra::Vector3;
@@ -102,6 +103,7 @@ impl<W: Write> TablesWriter<W> {
         steps.number(row.residual);
         steps.numbers(&row.parts);
         steps.numbers(&[row.overlap, row.restitution_share, row.energy]);
+        steps.numbers(&row.works);
         if !self.world.joints().is_empty() {
             steps.number(row.stiffness);
         }
@@ -218,6 +220,7 @@ impl TableStep {
             overlap: record.overlap,
             restitution_share: record.restitution_share,
             energy: energy::total(world, &record.states),
+            works: if is_end { [0.0; 6] } else { works(world, record) },
             stiffness: if is_end { 0.0 } else { record.stiffness },
         };
         let contacts = ContactRow::of(record).collect();
@@ -225,6 +228,14 @@ impl TableStep {
         let gears = GearRow::of(world, record).collect();
         Self { row, states: record.states.clone(), ends: Vec::new(), contacts, joints, gears }
     }
+}
+
+/// The terms of the energy's change in a step, J.
+fn works(world: &World, record: &StepRecord) -> [f64; 6] {
+    let StepRecord { states, wrenches, contacts, solution, .. } = record;
+    let (next, joints, gears) = (&solution.states, &solution.joints, &solution.gears);
+    let claim = Claim { states, next, wrenches, contacts, joints, gears };
+    EnergyBalance::of(world, &claim, solution.forces()).terms()
 }
 
 impl JointRow {

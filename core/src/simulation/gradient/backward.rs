@@ -37,7 +37,8 @@ impl Taken {
     fn note(&mut self, simulation: &Simulation<'_>, record: &StepRecord) {
         let Self { index, is_solved, is_limited, states, turned, derivative } = self;
         *index = record.index;
-        *is_solved = !matches!(record.report.status, StepStatus::Failed | StepStatus::Wild);
+        let unsolved = [StepStatus::Failed, StepStatus::Substepped, StepStatus::Wild];
+        *is_solved = !unsolved.contains(&record.report.status);
         *is_limited = record.restitution_share < 1.0;
         states.clone_from(&record.solution.states);
         turned.clear();

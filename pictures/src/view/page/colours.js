@@ -23,6 +23,7 @@ function readColours() {
     "run-b-other",
     "retried",
     "fallback",
+    "substepped",
     "wild",
     "failed",
   ]) {

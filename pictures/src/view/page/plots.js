@@ -24,7 +24,7 @@ const AXIS_WIDTH = 54;
 const FEW = 60;
 
 // The marks of the statuses in a legend.
-const GLYPHS = { retried: "△", fallback: "◇", wild: "+", failed: "✕" };
+const GLYPHS = { retried: "△", fallback: "◇", substepped: "□", wild: "+", failed: "✕" };
 
 const plots = [];
 
@@ -287,6 +287,8 @@ class Plot {
           ])
             ctx.lineTo(x + a, y + b);
           ctx.closePath();
+        } else if (mark.status === "substepped") {
+          ctx.rect(x - 0.8 * r, y - 0.8 * r, 1.6 * r, 1.6 * r);
         } else if (mark.status === "wild") {
           ctx.moveTo(x - r, y);
           ctx.lineTo(x + r, y);

@@ -261,7 +261,7 @@ function neighbour(time, direction) {
   return direction > 0 ? smallest(ahead) : largest(ahead);
 }
 
-// The steps that were retried, fell back, went wild or failed, as the plots mark them.
+// The steps that were retried, fell back, were taken in parts, went wild or failed, as the plots mark them.
 const marks = page.sheets
   .flatMap((sheet) => sheet.plots)
   .flatMap((plot) => plot.marks)

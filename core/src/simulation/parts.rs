@@ -1,0 +1,294 @@
+//! A step that its solver does not solve: the same motion in shorter steps, or else one that makes no energy.
+//!
+//! The islands without a solution are taken on alone, by the native solver, in 2, 4, … 64 steps of h/n. A spin is exchanged for
+//! one of the same momentum P⁻ (eq. 34), because that depends on the time step. What the step then has for each contact
+//! and joint is the mean force, so that its impulse is that of the parts; its residual is that of one step, which is no small
+//! one.
+//!
+//! If none of that converges, the best point stays where it makes no energy. An island that does moves on as a rigid body,
+//! with its momentum and angular momentum, or stands still where it touches what is fixed:
+//!
+//! ```text
+//! v = P/m + h g,  ω = I⁻¹ L,   T(v, ω) ≤ T of the start + work of gravity
+//! ```
+
+use super::islands::Islands;
+use super::{Motion, Scratch, Simulation, StepRecord};
+use crate::contact::certificate::Claim;
+use crate::contact::{Candidates, Certificate, Partner};
+use crate::error::Error;
+use crate::joint::JointForce;
+use crate::mechanics::quaternion::{product, rotation};
+use crate::mechanics::{RigidBody, Rotation, State};
+use crate::step::{ContactForce, StepReport, StepSolution, StepStatus};
+use crate::world::World;
+use nalgebra::{Matrix3, Vector3, Vector4};
+
+/// The most parts that a step is taken in.
+const MOST_PARTS: u64 = 64;
+
+/// Newton steps to the spin of a momentum, at most: the map is near linear.
+const MOST_NEWTON: u32 = 20;
+
+/// What a step came to that its solver had not solved.
+type Rescued = (StepReport, Certificate);
+
+impl Simulation<'_> {
+    /// Takes the step that ended in `report` in parts, or has it make no energy.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    pub(super) fn rescued(&mut self, report: StepReport) -> Result<Rescued, Error> {
+        let bodies = self.now.states.len();
+        let Motion::Contact { solver, .. } = &self.motion else {
+            return Ok((report, Certificate::default()));
+        };
+        let is_solved = |body: usize| solver.is_solved(body) == Some(true);
+        // A certificate may find fault with what the solver took for solved.
+        let all_are = (0..bodies).all(is_solved);
+        let unsolved: Vec<bool> = (0..bodies).map(|body| all_are || !is_solved(body)).collect();
+
+        let mut report = report;
+        let mut parts = 2;
+        let mut is_taken = false;
+        while parts <= MOST_PARTS && !is_taken {
+            is_taken = self.in_parts(parts, &unsolved)?;
+            parts *= 2;
+        }
+        if is_taken {
+            report.status = StepStatus::Substepped;
+        } else {
+            self.hold_energy();
+        }
+        self.scratch.rest.end();
+        Ok((report, self.certify()))
+    }
+
+    /// Takes the step in so many parts; whether each of them converged. The states and forces of the `unsolved` bodies are then
+    /// in the scratch memory's solution.
+    fn in_parts(&mut self, parts: u64, unsolved: &[bool]) -> Result<bool, Error> {
+        let mut parameters = self.world.parameters().clone();
+        parameters.time_step /= parts as f64;
+        let Ok(world) = self.world.with_parameters(parameters) else { return Ok(false) };
+        let exchanged = |states: &[State], from: &World, to: &World| -> Vec<State> {
+            let bodies = from.bodies().iter().zip(states);
+            bodies.map(|(body, state)| same_momentum(body, state, from, to)).collect()
+        };
+        let states = exchanged(&self.now.states, &self.world, &world);
+        let motion = Motion::native(&world);
+        let mut short = Simulation::at(world, &states, motion, Candidates::new())?;
+        short.index = self.index.saturating_mul(parts);
+        short.outside.clone_from(&self.outside);
+        short.driving.clone_from(&self.driving);
+        short.interrupt.clone_from(&self.interrupt);
+        short.now.joints.clone_from(&self.now.joints);
+        short.is_part = true;
+        let (mut record, mut mean) = (StepRecord::new(), Mean::new(&self.world));
+        for _ in 0..parts {
+            short.step(&mut record)?;
+            if matches!(record.report.status, StepStatus::Failed | StepStatus::Wild) {
+                return Ok(false);
+            }
+            mean.add(&record.solution, 1.0 / parts as f64);
+        }
+        let ends = exchanged(&short.now.states, &short.world, &self.world);
+        let Scratch { solution, .. } = &mut self.scratch;
+        for (body, end) in ends.into_iter().enumerate().filter(|(body, _)| unsolved[*body]) {
+            solution.states[body] = end;
+        }
+        for force in solution.contacts.iter_mut().filter(|force| unsolved[force.key.body]) {
+            force.force = mean.force(force);
+        }
+        for (index, joint) in self.world.joints().iter().enumerate() {
+            if unsolved[joint.body()] {
+                let JointForce { force, torque, .. } = mean.joints[index];
+                let angles = short.now.joints[index].angles;
+                solution.joints[index] = JointForce { force, torque, angles };
+            }
+        }
+        for (index, gear) in self.world.gears().iter().enumerate() {
+            if unsolved[self.world.joints()[gear.axes()[0].joint].body()] {
+                solution.gears[index] = mean.gears[index];
+            }
+        }
+        Ok(true)
+    }
+
+    /// Gives islands that make energy a motion that does not.
+    fn hold_energy(&mut self) {
+        let Self { world, now, scratch, .. } = self;
+        let Scratch { candidates, solution, wrenches, judge, certifier, .. } = scratch;
+        let contacts = candidates.contacts();
+        let claim = Claim {
+            states: &now.states,
+            next: &solution.states,
+            wrenches,
+            contacts,
+            joints: &solution.joints,
+            gears: &solution.gears,
+        };
+        certifier.contact_step(world, &claim, solution.forces());
+        let made = judge.makers(world, (&claim, certifier.seen()), solution.forces());
+        let mut islands = Islands::default();
+        islands.find(now.states.len(), contacts.iter().map(|contact| &contact.key), world);
+        let is_held = |body: usize| {
+            let touches = |partner: Partner| matches!(partner, Partner::Ground | Partner::Fixed(_));
+            world.is_held(body)
+                || contacts
+                    .iter()
+                    .any(|contact| contact.key.body == body && touches(contact.key.partner))
+                || world
+                    .joints()
+                    .iter()
+                    .any(|joint| joint.body() == body && joint.other().is_none())
+        };
+        let bodies = now.states.len();
+        for label in 0..bodies {
+            let members: Vec<_> = (0..bodies).filter(|body| islands.of(*body) == label).collect();
+            if !members.iter().any(|body| made[*body]) {
+                continue;
+            }
+            let stands = members.iter().any(|body| is_held(*body));
+            let motion =
+                if stands { None } else { Some(RigidMotion::of(world, &now.states, &members)) };
+            for &body in &members {
+                let state = &now.states[body];
+                solution.states[body] = match &motion {
+                    Some(motion) => motion.moved(world, state),
+                    None => State { velocity: Vector3::zeros(), spin: Vector3::zeros(), ..*state },
+                };
+            }
+            let is_member = |body: usize| islands.of(body) == label;
+            for force in solution.contacts.iter_mut().filter(|force| is_member(force.key.body)) {
+                *force = ContactForce::none(force.key);
+            }
+            for (index, joint) in world.joints().iter().enumerate() {
+                if is_member(joint.body()) {
+                    solution.joints[index] = JointForce::none(now.joints[index].angles);
+                }
+            }
+            for (index, gear) in world.gears().iter().enumerate() {
+                if is_member(world.joints()[gear.axes()[0].joint].body()) {
+                    solution.gears[index] = 0.0;
+                }
+            }
+        }
+    }
+
+    /// The certificate of the scratch memory's solution, and its slips.
+    fn certify(&mut self) -> Certificate {
+        let Self { world, now, scratch, .. } = self;
+        let Scratch { candidates, solution, wrenches, certifier, .. } = scratch;
+        let contacts = candidates.contacts();
+        for (force, contact) in solution.contacts.iter_mut().zip(contacts) {
+            force.normal_force = contact.normal().dot(&force.force);
+            force.slip = contact.slip(world, &now.states, &solution.states);
+        }
+        let (joints, gears) = (&solution.joints, &solution.gears);
+        let (states, next) = (&now.states, &solution.states);
+        let claim = Claim { states, next, wrenches, contacts, joints, gears };
+        certifier.contact_step(world, &claim, solution.forces())
+    }
+}
+
+/// The mean forces of parts.
+struct Mean {
+    contacts: Vec<ContactForce>,
+    joints: Vec<JointForce>,
+    gears: Vec<f64>,
+}
+
+impl Mean {
+    fn new(world: &World) -> Self {
+        let joints = vec![JointForce::none(Vector3::zeros()); world.joints().len()];
+        Self { contacts: Vec::new(), joints, gears: vec![0.0; world.gears().len()] }
+    }
+
+    fn add(&mut self, part: &StepSolution, share: f64) {
+        let pressing = part.contacts.iter().filter(|contact| contact.carries_force());
+        self.contacts.extend(pressing.map(|contact| {
+            let force = share * contact.force;
+            ContactForce { force, ..*contact }
+        }));
+        for (mean, joint) in self.joints.iter_mut().zip(&part.joints) {
+            mean.force += share * joint.force;
+            mean.torque += share * joint.torque;
+        }
+        for (mean, gear) in self.gears.iter_mut().zip(&part.gears) {
+            *mean += share * gear;
+        }
+    }
+
+    fn force(&self, of: &ContactForce) -> Vector3<f64> {
+        self.contacts.iter().filter(|part| part.key == of.key).map(|part| part.force).sum()
+    }
+}
+
+/// `state` with the spin that has in the world `to` the momentum which its own has in the world `from`.
+fn same_momentum(body: &RigidBody, state: &State, from: &World, to: &World) -> State {
+    let form: Rotation = from.rotation();
+    let wanted = form.momentum(body.inertia(), &state.spin, from.time_step());
+    let mut spin = state.spin;
+    for _ in 0..MOST_NEWTON {
+        let off = form.momentum(body.inertia(), &spin, to.time_step()) - wanted;
+        let slope = form.momentum_slope(body.inertia(), &spin, to.time_step());
+        let Some(change) = slope.try_inverse().map(|inverse| inverse * off) else { break };
+        spin -= change;
+        if change.norm() <= f64::EPSILON * spin.norm() {
+            break;
+        }
+    }
+    // A spin of many radians a step may have no other.
+    let is_found = spin.iter().all(|number| number.is_finite());
+    State { spin: if is_found { spin } else { state.spin }, ..*state }
+}
+
+/// How a group of bodies moves as one.
+struct RigidMotion {
+    centre: Vector3<f64>,
+    velocity: Vector3<f64>,
+    /// World.
+    spin: Vector3<f64>,
+}
+
+impl RigidMotion {
+    /// That of the same momentum and angular momentum.
+    fn of(world: &World, states: &[State], members: &[usize]) -> Self {
+        let of = |body: usize| (&world.bodies()[body], &states[body]);
+        let mass: f64 = members.iter().map(|body| of(*body).0.mass()).sum();
+        let weighted = |vector: fn(&State) -> Vector3<f64>| -> Vector3<f64> {
+            let parts = members.iter().map(|body| of(*body));
+            parts.map(|(body, state)| body.mass() * vector(state)).sum::<Vector3<f64>>() / mass
+        };
+        let (centre, velocity) =
+            (weighted(|state| state.position), weighted(|state| state.velocity));
+        let (mut inertia, mut momentum) = (Matrix3::zeros(), Vector3::zeros());
+        for (body, state) in members.iter().map(|body| of(*body)) {
+            let (turn, arm) = (rotation(&state.attitude), state.position - centre);
+            let own = turn * body.inertia() * turn.transpose();
+            inertia += own
+                + body.mass() * (arm.norm_squared() * Matrix3::identity() - arm * arm.transpose());
+            let about = world.rotation().momentum(body.inertia(), &state.spin, world.time_step());
+            momentum += turn * about + body.mass() * arm.cross(&(state.velocity - velocity));
+        }
+        let spin = inertia.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * momentum);
+        Self { centre, velocity: velocity + world.gravity() * world.time_step(), spin }
+    }
+
+    /// The state after the step of a body of the group.
+    fn moved(&self, world: &World, state: &State) -> State {
+        let h = world.time_step();
+        let (angle, arm) = (h * self.spin.norm(), state.position - self.centre);
+        let (sine, cosine) = (0.5 * angle).sin_cos();
+        let axis = if angle > 0.0 { self.spin / self.spin.norm() } else { Vector3::zeros() };
+        let turn = Vector4::new(cosine, sine * axis[0], sine * axis[1], sine * axis[2]);
+        let attitude = product(&turn, &state.attitude).normalize();
+        let arm = rotation(&turn) * arm;
+        State {
+            position: self.centre + h * self.velocity + arm,
+            attitude,
+            velocity: self.velocity + self.spin.cross(&arm),
+            spin: rotation(&attitude).transpose() * self.spin,
+        }
+    }
+}
