@@ -7,6 +7,8 @@ use std::path::Path;
 
 /// What the balance may leave, in parts of its largest term.
 const CLOSES: f64 = 1e-10;
+/// What is less than this is at rest, J.
+const REST: f64 = 1e-20;
 
 const TERMS: [&str; 6] =
     ["loads_J", "drives_J", "reactions_J", "impacts_J", "friction_J", "discretisation_J"];
@@ -44,7 +46,10 @@ impl Balance {
             let (before, after) = (self.energy[k], self.energy[k + 1]);
             let left = after - before - terms.iter().sum::<f64>();
             let largest = terms.iter().fold(before.abs().max(after.abs()), |a, b| a.max(b.abs()));
-            assert!(left.abs() <= CLOSES * largest, "{name}, k = {k}: {left:e} of {largest:e}");
+            assert!(
+                left.abs() <= CLOSES * largest.max(REST),
+                "{name}, k = {k}: {left:e} of {largest:e}"
+            );
         }
     }
 }
@@ -60,16 +65,10 @@ fn the_terms_add_up_to_the_change_of_energy() {
         "four-bar",
         "marbles",
         "pusher",
-        "pushed-tower",
         "quadruped",
         "slider-crank",
-        "turntable",
-        "windows",
     ] {
         let scene = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-        if !Path::new(&scene).exists() {
-            continue;
-        }
         let directory = tempfile::tempdir().unwrap();
         let out = directory.path().to_str().unwrap();
         let end = run(&["--scenario", &scene, "--steps", "400", "--quiet", "--out", out]);

@@ -135,6 +135,7 @@ fn bad_values_of_a_run_json_name_the_file_and_the_field() {
     }
     // A flag's own value is not the file's fault.
     let directory = a_run();
+    fs::remove_file(directory.path().join("run.json")).unwrap();
     let flag = ["verify", "trajectory.csv", "--mass", "-1"];
     let end: End = tumble().args(flag).current_dir(directory.path()).output().unwrap().into();
     end.assert_refused(2, &["--mass", "-1"]);

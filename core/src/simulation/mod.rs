@@ -417,8 +417,11 @@ impl<'a> Simulation<'a> {
             }
         };
         let (mut report, mut certificate) = (report, certificate);
-        if report.status == StepStatus::Failed && !self.is_part {
-            (report, certificate) = self.rescued(report)?;
+        if report.status == StepStatus::Failed
+            && !self.is_part
+            && let Some(rescued) = self.rescued(report)?
+        {
+            (report, certificate) = rescued;
         }
         record.index = self.index;
         record.report = report;

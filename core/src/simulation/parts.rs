@@ -34,15 +34,17 @@ const MOST_NEWTON: u32 = 20;
 type Rescued = (StepReport, Certificate);
 
 impl Simulation<'_> {
-    /// Takes the step that ended in `report` in parts, or has it make no energy.
+    /// Takes the step that ended in `report` in parts, or has it make no energy; `None` where its solver is not tumble's own.
     ///
     /// # Errors
     /// [`Error::Interrupted`].
-    pub(super) fn rescued(&mut self, report: StepReport) -> Result<Rescued, Error> {
+    pub(super) fn rescued(&mut self, report: StepReport) -> Result<Option<Rescued>, Error> {
         let bodies = self.now.states.len();
-        let Motion::Contact { solver, .. } = &self.motion else {
-            return Ok((report, Certificate::default()));
-        };
+        let Motion::Contact { solver, .. } = &self.motion else { return Ok(None) };
+        // The steps of other solvers stay what they made of them.
+        if !solver.selects() {
+            return Ok(None);
+        }
         let is_solved = |body: usize| solver.is_solved(body) == Some(true);
         // A certificate may find fault with what the solver took for solved.
         let all_are = (0..bodies).all(is_solved);
@@ -61,7 +63,7 @@ impl Simulation<'_> {
             self.hold_energy();
         }
         self.scratch.rest.end();
-        Ok((report, self.certify()))
+        Ok(Some((report, self.certify())))
     }
 
     /// Takes the step in so many parts; whether each of them converged. The states and forces of the `unsolved` bodies are then

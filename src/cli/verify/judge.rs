@@ -189,7 +189,8 @@ impl Judge {
             part: certificate.worst_part(),
             column: step.residual(),
             differs,
-            inexact: !is_exact,
+            // Its parts were exact, which no row shows.
+            inexact: !is_exact && step.status() != StepStatus::Substepped,
             overlap,
         }
     }
@@ -210,6 +211,7 @@ impl Judge {
                 row.contacts == 0
                     && step.joints.iter().all(of_joint)
                     && row.iterations == 0
+                    && row.works == [0.0; 6]
                     && row.start.is_empty()
                     && row.restitution_share == 1.0
                     && numbers.copied().all(|number| number == 0.0)

@@ -20,6 +20,7 @@ use tumble::step::StepStatus;
 struct Findings {
     steps: u64,
     failed: u64,
+    substepped: u64,
     inexact: u64,
     differing: u64,
     largest_overlap: f64,
@@ -32,6 +33,7 @@ impl Findings {
     fn add(&mut self, step: Verified, most: usize) {
         self.steps += 1;
         self.failed += u64::from(step.status == StepStatus::Failed);
+        self.substepped += u64::from(step.status == StepStatus::Substepped);
         self.inexact += u64::from(step.inexact);
         self.differing += u64::from(step.differs.is_some());
         self.largest_overlap = self.largest_overlap.max(step.overlap);
@@ -151,6 +153,10 @@ fn report(
         "  residuals above what a solved step may have, {:.1e} m/s: {}",
         judge.accepted, findings.inexact
     );
+    if findings.substepped > 0 {
+        let count = findings.substepped;
+        let _ = writeln!(text, "  taken in shorter steps, which no row shows: {count}");
+    }
     let differing = findings.differing;
     let _ = writeln!(text, "  steps that are not what the rows say: {differing}");
     if !recording.is_one_table() {

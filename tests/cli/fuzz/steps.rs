@@ -105,7 +105,7 @@ fn check_step(world: &World, record: &StepRecord, accepted: f64) -> Result<(), T
         StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback | StepStatus::Wild => {
             accepted
         }
-        StepStatus::Failed => return Ok(()),
+        StepStatus::Failed | StepStatus::Substepped => return Ok(()),
         StepStatus::End => return Err(TestCaseError::fail("a step is no end")),
     };
     prop_assert!(certificate.residual() <= allowed.max(rounding), "{record:?}");
@@ -121,7 +121,7 @@ fn check_step(world: &World, record: &StepRecord, accepted: f64) -> Result<(), T
 fn words_agree(report: &StepReport) -> bool {
     let by_ipopt = report.message == Some(ReturnStatus::SolveSucceeded.name());
     match (report.start, report.status) {
-        (_, StepStatus::Failed) => true,
+        (_, StepStatus::Failed | StepStatus::Substepped) => true,
         // Free flight that turns too far near the ground is wild.
         (None, StepStatus::Free | StepStatus::Wild) => report.message.is_none(),
         (Some("previous"), StepStatus::Converged) => report.message.is_none() || by_ipopt,
