@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use tumble::contact::Partner;
 use tumble::scenario::solver_choice::SolverChoice;
 use tumble::simulation::Squeeze;
-use tumble::simulation::summary::RunSummary;
+use tumble::simulation::summary::{FailedStep, RunSummary};
 use tumble::step::StepStatus;
 
 /// The summary for people.
@@ -119,9 +119,7 @@ fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
         );
     }
     for failure in &summary.first_failures {
-        let message = failure.message.as_deref().unwrap_or("not solved");
-        let why = failure.squeeze.map_or(String::new(), |squeeze| squeezed(scene, &squeeze));
-        let message = format!("{message}{why}");
+        let message = reason(scene, failure);
         let _ = writeln!(
             text,
             "    k = {:<6}   {message}, residual {:.1e} m/s ({})",
@@ -172,7 +170,23 @@ fn too_stiff(scene: &Scene, run: &Run) -> String {
     text
 }
 
-/// Who squeezes whom.
+/// Why a step has no solution, as far as that is known, and whose.
+fn reason(scene: &Scene, failure: &FailedStep) -> String {
+    if let Some(squeeze) = &failure.squeeze {
+        return format!("no solution exists{}", squeezed(scene, squeeze));
+    }
+    if let Some(message) = &failure.message {
+        return message.as_ref().to_owned();
+    }
+    let name = |body: &usize| scene.bodies.get(*body).map_or(String::new(), |of| shown::line(of));
+    let names: Vec<_> = failure.unsolved.iter().map(name).collect();
+    match names.is_empty() {
+        true => "no solution was found".to_owned(),
+        false => format!("no solution was found for {}", names.join(", ")),
+    }
+}
+
+/// What leaves too little room for what.
 fn squeezed(scene: &Scene, squeeze: &Squeeze) -> String {
     let name = |of: Partner| match of {
         Partner::Ground => "the ground".to_owned(),

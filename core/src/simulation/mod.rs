@@ -417,9 +417,10 @@ impl<'a> Simulation<'a> {
             }
         };
         let (mut report, mut certificate) = (report, certificate);
+        record.unsolved.clear();
         if report.status == StepStatus::Failed
             && !self.is_part
-            && let Some(rescued) = self.rescued(report)?
+            && let Some(rescued) = self.rescued(report, &mut record.unsolved)?
         {
             (report, certificate) = rescued;
         }

@@ -1,7 +1,7 @@
 //! A step that its solver does not solve: the same motion in shorter steps, or else one that makes no energy.
 //!
 //! The islands without a solution are taken on alone, by the native solver, in 2, 4, … 64 steps of h/n. A spin is exchanged for
-//! one of the same momentum P⁻ (eq. 34), because that depends on the time step. What the step then has for each contact
+//! one of the same momentum P⁻ (eq. 34), and the velocity of what flies for v + ½ (h − h/n) g, because both depend on the time step. What the step then has for each contact
 //! and joint is the mean force, so that its impulse is that of the parts; its residual is that of one step, which is no small
 //! one.
 //!
@@ -15,7 +15,7 @@
 use super::islands::Islands;
 use super::{Motion, Scratch, Simulation, StepRecord};
 use crate::contact::certificate::Claim;
-use crate::contact::{Candidates, Certificate, Partner};
+use crate::contact::{Candidates, Certificate};
 use crate::error::Error;
 use crate::joint::JointForce;
 use crate::mechanics::quaternion::{product, rotation};
@@ -34,11 +34,16 @@ const MOST_NEWTON: u32 = 20;
 type Rescued = (StepReport, Certificate);
 
 impl Simulation<'_> {
-    /// Takes the step that ended in `report` in parts, or has it make no energy; `None` where its solver is not tumble's own.
+    /// Takes the step that ended in `report` in parts, or has it make no energy, and tells `bodies_of` which islands; `None`
+    /// where its solver is not tumble's own.
     ///
     /// # Errors
     /// [`Error::Interrupted`].
-    pub(super) fn rescued(&mut self, report: StepReport) -> Result<Option<Rescued>, Error> {
+    pub(super) fn rescued(
+        &mut self,
+        report: StepReport,
+        bodies_of: &mut Vec<usize>,
+    ) -> Result<Option<Rescued>, Error> {
         let bodies = self.now.states.len();
         let Motion::Contact { solver, .. } = &self.motion else { return Ok(None) };
         // The steps of other solvers stay what they made of them.
@@ -49,6 +54,7 @@ impl Simulation<'_> {
         // A certificate may find fault with what the solver took for solved.
         let all_are = (0..bodies).all(is_solved);
         let unsolved: Vec<bool> = (0..bodies).map(|body| all_are || !is_solved(body)).collect();
+        bodies_of.extend((0..bodies).filter(|body| unsolved[*body]));
 
         let mut report = report;
         let mut parts = 2;
@@ -72,11 +78,17 @@ impl Simulation<'_> {
         let mut parameters = self.world.parameters().clone();
         parameters.time_step /= parts as f64;
         let Ok(world) = self.world.with_parameters(parameters) else { return Ok(false) };
-        let exchanged = |states: &[State], from: &World, to: &World| -> Vec<State> {
-            let bodies = from.bodies().iter().zip(states);
-            bodies.map(|(body, state)| same_momentum(body, state, from, to)).collect()
+        let flies: Vec<bool> = self.standing().into_iter().map(|stands| !stands).collect();
+        let exchanged = |states: &[State], from: &World, to: &World| -> Option<Vec<State>> {
+            let bodies = from.bodies().iter().zip(states).zip(&flies);
+            let of = |((body, state), flies): ((&RigidBody, &State), &bool)| {
+                same_momentum(body, state, *flies, (from, to))
+            };
+            bodies.map(of).collect()
         };
-        let states = exchanged(&self.now.states, &self.world, &world);
+        let Some(states) = exchanged(&self.now.states, &self.world, &world) else {
+            return Ok(false);
+        };
         let motion = Motion::native(&world);
         let mut short = Simulation::at(world, &states, motion, Candidates::new())?;
         short.index = self.index.saturating_mul(parts);
@@ -93,7 +105,9 @@ impl Simulation<'_> {
             }
             mean.add(&record.solution, 1.0 / parts as f64);
         }
-        let ends = exchanged(&short.now.states, &short.world, &self.world);
+        let Some(ends) = exchanged(&short.now.states, &short.world, &self.world) else {
+            return Ok(false);
+        };
         let Scratch { solution, .. } = &mut self.scratch;
         for (body, end) in ends.into_iter().enumerate().filter(|(body, _)| unsolved[*body]) {
             solution.states[body] = end;
@@ -116,8 +130,34 @@ impl Simulation<'_> {
         Ok(true)
     }
 
+    /// Of each body, whether its island touches what is fixed.
+    fn standing(&self) -> Vec<bool> {
+        let Self { world, now, scratch, .. } = self;
+        let (contacts, bodies) = (scratch.candidates.contacts(), now.states.len());
+        let islands = self.islands();
+        let mut stands = vec![false; bodies];
+        for body in (0..bodies).filter(|body| world.is_held(*body)) {
+            stands[islands.of(body)] = true;
+        }
+        for contact in contacts {
+            stands[islands.of(contact.key.body)] |= contact.key.partner.body().is_none();
+        }
+        for joint in world.joints() {
+            stands[islands.of(joint.body())] |= joint.other().is_none();
+        }
+        (0..bodies).map(|body| stands[islands.of(body)]).collect()
+    }
+
+    fn islands(&self) -> Islands {
+        let mut islands = Islands::default();
+        let keys = self.scratch.candidates.contacts().iter().map(|contact| &contact.key);
+        islands.find(self.now.states.len(), keys, &self.world);
+        islands
+    }
+
     /// Gives islands that make energy a motion that does not.
     fn hold_energy(&mut self) {
+        let (islands, standing) = (self.islands(), self.standing());
         let Self { world, now, scratch, .. } = self;
         let Scratch { candidates, solution, wrenches, judge, certifier, .. } = scratch;
         let contacts = candidates.contacts();
@@ -131,26 +171,13 @@ impl Simulation<'_> {
         };
         certifier.contact_step(world, &claim, solution.forces());
         let made = judge.makers(world, (&claim, certifier.seen()), solution.forces());
-        let mut islands = Islands::default();
-        islands.find(now.states.len(), contacts.iter().map(|contact| &contact.key), world);
-        let is_held = |body: usize| {
-            let touches = |partner: Partner| matches!(partner, Partner::Ground | Partner::Fixed(_));
-            world.is_held(body)
-                || contacts
-                    .iter()
-                    .any(|contact| contact.key.body == body && touches(contact.key.partner))
-                || world
-                    .joints()
-                    .iter()
-                    .any(|joint| joint.body() == body && joint.other().is_none())
-        };
         let bodies = now.states.len();
         for label in 0..bodies {
             let members: Vec<_> = (0..bodies).filter(|body| islands.of(*body) == label).collect();
             if !members.iter().any(|body| made[*body]) {
                 continue;
             }
-            let stands = members.iter().any(|body| is_held(*body));
+            let stands = standing[label];
             let motion =
                 if stands { None } else { Some(RigidMotion::of(world, &now.states, &members)) };
             for &body in &members {
@@ -226,23 +253,30 @@ impl Mean {
     }
 }
 
-/// `state` with the spin that has in the world `to` the momentum which its own has in the world `from`.
-fn same_momentum(body: &RigidBody, state: &State, from: &World, to: &World) -> State {
-    let form: Rotation = from.rotation();
-    let wanted = form.momentum(body.inertia(), &state.spin, from.time_step());
+/// `state` in the world `to` as it is in the world `from`: with a spin of the same momentum and, where the body `flies`, with
+/// the velocity that falls as far in a step, since a velocity is that of half a step before (eq. 35). `None` where no spin of that
+/// momentum is found, as of many radians a step.
+fn same_momentum(
+    body: &RigidBody,
+    state: &State,
+    flies: bool,
+    (from, to): (&World, &World),
+) -> Option<State> {
+    let (form, inertia, h) = (from.rotation(), body.inertia(), to.time_step());
+    let mut velocity = state.velocity;
+    if flies && form == Rotation::Momentum {
+        velocity += 0.5 * (from.time_step() - h) * from.gravity();
+    }
+    let wanted = form.momentum(inertia, &state.spin, from.time_step());
     let mut spin = state.spin;
     for _ in 0..MOST_NEWTON {
-        let off = form.momentum(body.inertia(), &spin, to.time_step()) - wanted;
-        let slope = form.momentum_slope(body.inertia(), &spin, to.time_step());
-        let Some(change) = slope.try_inverse().map(|inverse| inverse * off) else { break };
-        spin -= change;
-        if change.norm() <= f64::EPSILON * spin.norm() {
-            break;
+        let off = form.momentum(inertia, &spin, h) - wanted;
+        if off.norm() <= 8.0 * f64::EPSILON * wanted.norm() {
+            return Some(State { velocity, spin, ..*state });
         }
+        spin -= form.momentum_slope(inertia, &spin, h).try_inverse()? * off;
     }
-    // A spin of many radians a step may have no other.
-    let is_found = spin.iter().all(|number| number.is_finite());
-    State { spin: if is_found { spin } else { state.spin }, ..*state }
+    None
 }
 
 /// How a group of bodies moves as one.

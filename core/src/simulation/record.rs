@@ -35,6 +35,8 @@ pub struct StepRecord {
     pub stiffness: f64,
     /// Of a failed step, what leaves too little room for what, if that is why.
     pub squeeze: Option<Squeeze>,
+    /// Of a step that the native solver did not solve as one, the bodies of the islands without a solution.
+    pub unsolved: Vec<usize>,
 }
 
 impl Default for StepRecord {
@@ -59,6 +61,7 @@ impl StepRecord {
             restitution_share: 1.0,
             stiffness: 0.0,
             squeeze: None,
+            unsolved: Vec::new(),
         }
     }
 

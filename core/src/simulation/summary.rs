@@ -27,7 +27,12 @@ pub struct FailedStep {
     pub part: Word,
     /// See [`StepRecord::squeeze`].
     pub squeeze: Option<Squeeze>,
+    /// The first of [`StepRecord::unsolved`].
+    pub unsolved: Vec<usize>,
 }
+
+/// More bodies of a failed step than this are not kept.
+const MOST_BODIES_KEPT: usize = 4;
 
 /// The running summary of a simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -90,7 +95,9 @@ impl RunSummary {
         if status == StepStatus::Failed && self.first_failures.len() < MOST_FAILURES_KEPT {
             let (message, part) = (report.message.map(Word::from), Word::from(part));
             let squeeze = record.squeeze;
-            self.first_failures.push(FailedStep { index, message, residual, part, squeeze });
+            let unsolved = record.unsolved.iter().copied().take(MOST_BODIES_KEPT).collect();
+            let failed = FailedStep { index, message, residual, part, squeeze, unsolved };
+            self.first_failures.push(failed);
         }
         if let Some(start) = report.start.filter(|_| status != StepStatus::End) {
             *self.starts.entry(Word::from(start)).or_default() += 1;
