@@ -172,12 +172,11 @@ impl Simulation<'_> {
         certifier.contact_step(world, &claim, solution.forces());
         let made = judge.makers(world, (&claim, certifier.seen()), solution.forces());
         let bodies = now.states.len();
-        for label in 0..bodies {
+        for (label, &stands) in standing.iter().enumerate() {
             let members: Vec<_> = (0..bodies).filter(|body| islands.of(*body) == label).collect();
             if !members.iter().any(|body| made[*body]) {
                 continue;
             }
-            let stands = standing[label];
             let motion =
                 if stands { None } else { Some(RigidMotion::of(world, &now.states, &members)) };
             for &body in &members {
