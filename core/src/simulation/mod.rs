@@ -384,6 +384,8 @@ impl<'a> Simulation<'a> {
             return Err(Error::Interrupted);
         }
         self.set_wrenches();
+        record.wrenches.clone_from(&self.scratch.wrenches);
+        record.unsolved.clear();
         self.scratch.squeeze = None;
         if self.scratch.rest.is_known() && self.rest(record) {
             return Ok(());
@@ -417,7 +419,6 @@ impl<'a> Simulation<'a> {
             }
         };
         let (mut report, mut certificate) = (report, certificate);
-        record.unsolved.clear();
         if report.status == StepStatus::Failed
             && !self.is_part
             && let Some(rescued) = self.rescued(report, &mut record.unsolved)?
@@ -437,8 +438,6 @@ impl<'a> Simulation<'a> {
         record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);
         record.states.clear();
         record.states.extend_from_slice(&self.now.states);
-        record.wrenches.clear();
-        record.wrenches.extend_from_slice(&self.scratch.wrenches);
         record.solution.copy_from(&self.scratch.solution);
         self.scratch.candidates.hand_over(&mut record.contacts);
 
