@@ -45,13 +45,14 @@ impl OutputDirectory {
             return Err(is_unfinished(path));
         }
         let run_json = input::text(&path.join(RUN_JSON), run_file::LARGEST_FILE);
-        let listed = run_json.map_or_else(|_| Vec::new(), |text| RunFile::listed_files(&text));
+        let mut listed = run_json.map_or_else(|_| Vec::new(), |text| RunFile::listed_files(&text));
+        // A link or a folder in the place of a file is not of the run.
+        let kind = |name: &String| fs::symlink_metadata(path.join(name));
+        listed.retain(|name| kind(name).is_ok_and(|metadata| metadata.is_file()));
         for name in files.iter().chain(&alike) {
-            let file = path.join(name);
-            let Ok(metadata) = fs::symlink_metadata(&file) else { continue };
-            let is_of_a_run = metadata.is_file() && listed.contains(name);
-            if !is_of_a_run && (!overwrite || metadata.is_dir()) {
-                return Err(is_foreign(&file, &metadata));
+            let Ok(metadata) = kind(name) else { continue };
+            if !listed.contains(name) && (!overwrite || metadata.is_dir()) {
+                return Err(is_foreign(&path.join(name), &metadata));
             }
         }
         let others = listed.into_iter().chain(alike);

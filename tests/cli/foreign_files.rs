@@ -104,6 +104,20 @@ fn a_run_replaces_the_run_before() {
     assert_eq!(names, expected);
 }
 
+/// A link in the place of a file that a run had is somebody else's.
+#[cfg(unix)]
+#[test]
+fn a_link_in_the_place_of_a_picture_stays() {
+    let directory = tempfile::tempdir().unwrap();
+    assert_eq!(simulate_in(directory.path(), &["--plot"]).code, Some(0));
+    let [mine, link] = ["mine.png", "plot.png"].map(|name| directory.path().join(name));
+    fs::rename(&link, &mine).unwrap();
+    std::os::unix::fs::symlink(&mine, &link).unwrap();
+    assert_eq!(simulate_in(directory.path(), &[]).code, Some(0));
+    assert!(link.is_symlink() && mine.exists());
+    assert!(!directory.path().join("plot.svg").exists());
+}
+
 /// A run.json that was changed lists nothing: it may name anything.
 #[test]
 fn a_changed_run_json_gives_nothing_away() {

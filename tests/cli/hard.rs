@@ -7,8 +7,7 @@ use std::path::Path;
 /// A part of the kinetic energy that counts as made.
 const ROUNDING: f64 = 1e-9;
 
-/// The ball joint's cone, a cone with a motor and the ground, a mass ratio of 1e5: as one step each, these took 21 J to
-/// 2.8e8 J, a spin to 1.1e5 rad/s and a light body from 3 J to 30 J.
+/// A ball joint at the stop of its cone, a cone with a motor on the ground, masses of a ratio of 1e5.
 #[test]
 fn steps_that_are_not_solved_at_once_make_no_energy() {
     let mut substepped = 0;
@@ -38,7 +37,7 @@ fn steps_that_are_not_solved_at_once_make_no_energy() {
     assert!(substepped > 3, "{substepped}");
 }
 
-/// `verify` reads every run; a step taken in parts is not exact as one.
+/// `verify` reads every run, and its steps are what their rows say.
 fn assert_verified(out: &Path, has_failed: bool) {
     let end = run(&["verify", out.join("states.csv").to_str().unwrap()]);
     assert!(matches!(end.code, Some(0 | 1 | 3)), "{end:?}");

@@ -42,7 +42,18 @@ pub struct EnergyBalance {
 }
 
 impl EnergyBalance {
-    /// That of the step of `world` which `claim` tells, with these contact forces (N, world), one a contact.
+    /// Terms that cannot be known.
+    const UNKNOWN: Self = Self {
+        loads: f64::NAN,
+        drives: f64::NAN,
+        reactions: f64::NAN,
+        impacts: f64::NAN,
+        friction: f64::NAN,
+        discretisation: f64::NAN,
+    };
+
+    /// The balance of the step of `world` that `claim` tells, with these contact forces (N, world), one a contact. Every
+    /// term is NaN if the claim is none of the world.
     #[must_use]
     pub fn of(
         world: &World,
@@ -50,7 +61,7 @@ impl EnergyBalance {
         forces: impl IntoIterator<Item = Vector3<f64>>,
     ) -> Self {
         if !claim.is_of(world) {
-            return Self::default();
+            return Self::UNKNOWN;
         }
         let means = Means::of(world, claim);
         let mut balance = Self::default();
@@ -109,12 +120,6 @@ impl EnergyBalance {
     pub fn terms(&self) -> [f64; 6] {
         let Self { loads, drives, reactions, impacts, friction, discretisation } = *self;
         [loads, drives, reactions, impacts, friction, discretisation]
-    }
-
-    /// The change of the energy that they add up to, J.
-    #[must_use]
-    pub fn sum(&self) -> f64 {
-        self.terms().iter().sum()
     }
 }
 

@@ -17,6 +17,7 @@ mod islands;
 mod linearised;
 mod locked;
 mod median;
+mod motion;
 mod one_step;
 mod parts;
 pub mod random;
@@ -36,6 +37,7 @@ pub use balance::EnergyBalance;
 #[cfg(feature = "save")]
 pub use gradient::{Checkpoints, Run, RunGradient};
 pub use locked::{Finding, Lock};
+pub use motion::Motion;
 pub use record::StepRecord;
 #[cfg(feature = "save")]
 pub use save::Saved;
@@ -44,12 +46,11 @@ pub use start::JOINT_AT_THE_START;
 pub use stiffness::Stiffness;
 
 use crate::contact::certificate::Certifier;
-use crate::contact::{Candidates, Detection, Memory};
+use crate::contact::{Candidates, Memory};
 use crate::error::Error;
 use crate::joint::JointForce;
 use crate::mechanics::{Load, State, Wrench};
-use crate::solver::native::NativeSolver;
-use crate::step::{StepSolution, StepSolver, StepStatus};
+use crate::step::{StepSolution, StepStatus};
 use crate::world::World;
 use bounce::Bounce;
 use one_step::{contact_step, floating_step};
@@ -58,52 +59,6 @@ use std::cell::OnceCell;
 use std::mem::{swap, take};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// What moves the bodies from one step to the next. Its solver must be made for the world of
-/// the simulation.
-pub enum Motion<'a> {
-    /// The contact step, with a rule for the candidates and a solver.
-    Contact {
-        /// Which points may touch.
-        detection: Detection,
-        /// Who solves the step.
-        solver: Box<dyn StepSolver + 'a>,
-    },
-    /// Fourth-order Runge–Kutta, no ground.
-    Floating,
-}
-
-impl<'a> Motion<'a> {
-    /// Contact by `solver`, with the usual rule for the candidates.
-    #[must_use]
-    pub fn contact(solver: impl StepSolver + 'a) -> Self {
-        Self::Contact { detection: Detection::default(), solver: Box::new(solver) }
-    }
-
-    /// Contact by tumble's own solver, with the usual rule for the candidates.
-    #[must_use]
-    pub fn native(world: &World) -> Self {
-        Self::contact(NativeSolver::new(world))
-    }
-
-    /// What its solver remembers.
-    #[cfg(feature = "save")]
-    fn memory(&self) -> Vec<u8> {
-        match self {
-            Self::Contact { solver, .. } => solver.memory(),
-            Self::Floating => Vec::new(),
-        }
-    }
-
-    /// Has its solver go on from what it remembered in `world`.
-    #[cfg(feature = "save")]
-    fn recall(&mut self, world: &World, memory: &[u8]) -> Result<(), Error> {
-        match self {
-            Self::Contact { solver, .. } => solver.recall(world, memory),
-            Self::Floating => Ok(()),
-        }
-    }
-}
 
 /// More steps than this are not counted: a time k h is one double.
 const MOST_STEPS: u64 = 1 << 53;
@@ -421,7 +376,7 @@ impl<'a> Simulation<'a> {
         let (mut report, mut certificate) = (report, certificate);
         if report.status == StepStatus::Failed
             && !self.is_part
-            && let Some(rescued) = self.rescued(report, &mut record.unsolved)?
+            && let Some(rescued) = self.rescued(report, &mut record.unsolved)
         {
             (report, certificate) = rescued;
         }

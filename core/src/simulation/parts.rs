@@ -1,22 +1,24 @@
-//! A step that its solver does not solve: the same motion in shorter steps, or else one that makes no energy.
+//! A step that the native solver does not solve: shorter steps in its place, or a motion that makes no energy.
 //!
-//! The islands without a solution are taken on alone, by the native solver, in 2, 4, … 64 steps of h/n. A spin is exchanged for
-//! one of the same momentum P⁻ (eq. 34), and the velocity of what flies for v + ½ (h − h/n) g, because both depend on the time step. What the step then has for each contact
-//! and joint is the mean force, so that its impulse is that of the parts; its residual is that of one step, which is no small
-//! one.
+//! The world is taken through 2, 4, … 64 steps of h/n until each of them is solved. The bodies of the islands without a solution
+//! end where that ends; all others keep the solution that they have. Two numbers of a state depend on the time step and are
+//! exchanged before and after: a spin for that of the same momentum P⁻ (eq. 34), and the velocity of what flies for
+//! v + ½ (h − h/n) g. Contacts and joints have the mean force of the shorter steps. The residual is that of these forces in one
+//! step, and not small.
 //!
-//! If none of that converges, the best point stays where it makes no energy. An island that does moves on as a rigid body,
-//! with its momentum and angular momentum, or stands still where it touches what is fixed:
+//! If none of that is solved, an island that makes no energy keeps the best point of the solver. Any other moves on as one rigid
+//! body with its momentum P and angular momentum L, or stands still if it touches what is fixed:
 //!
 //! ```text
-//! v = P/m + h g,  ω = I⁻¹ L,   T(v, ω) ≤ T of the start + work of gravity
+//! v = P/m + h g,   ω = I⁻¹ L
 //! ```
+//!
+//! Of all motions with this P and L, a rigid one has the least kinetic energy.
 
 use super::islands::Islands;
 use super::{Motion, Scratch, Simulation, StepRecord};
 use crate::contact::certificate::Claim;
 use crate::contact::{Candidates, Certificate};
-use crate::error::Error;
 use crate::joint::JointForce;
 use crate::mechanics::quaternion::{product, rotation};
 use crate::mechanics::{RigidBody, Rotation, State};
@@ -30,54 +32,53 @@ const MOST_PARTS: u64 = 64;
 /// Newton steps to the spin of a momentum, at most: the map is near linear.
 const MOST_NEWTON: u32 = 20;
 
-/// What a step came to that its solver had not solved.
+/// Report and certificate of a step that its solver had not solved.
 type Rescued = (StepReport, Certificate);
 
 impl Simulation<'_> {
-    /// Takes the step that ended in `report` in parts, or has it make no energy, and tells `bodies_of` which islands; `None`
-    /// where its solver is not tumble's own.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`].
+    /// Takes the step that failed with this `report` in shorter ones, or has it make no energy. `unsolved_bodies` gets the
+    /// bodies of the islands without a solution. `None` if another solver than the native one failed.
+    /// An interrupt waits for it: what another solver has begun could not be begun again with the same bits.
     pub(super) fn rescued(
         &mut self,
         report: StepReport,
-        bodies_of: &mut Vec<usize>,
-    ) -> Result<Option<Rescued>, Error> {
+        unsolved_bodies: &mut Vec<usize>,
+    ) -> Option<Rescued> {
         let bodies = self.now.states.len();
-        let Motion::Contact { solver, .. } = &self.motion else { return Ok(None) };
+        let Motion::Contact { solver, .. } = &self.motion else { return None };
         // The steps of other solvers stay what they made of them.
         if !solver.selects() {
-            return Ok(None);
+            return None;
         }
         let is_solved = |body: usize| solver.is_solved(body) == Some(true);
         // A certificate may find fault with what the solver took for solved.
         let all_are = (0..bodies).all(is_solved);
         let unsolved: Vec<bool> = (0..bodies).map(|body| all_are || !is_solved(body)).collect();
-        bodies_of.extend((0..bodies).filter(|body| unsolved[*body]));
+        unsolved_bodies.extend((0..bodies).filter(|body| unsolved[*body]));
 
         let mut report = report;
         let mut parts = 2;
         let mut is_taken = false;
         while parts <= MOST_PARTS && !is_taken {
-            is_taken = self.in_parts(parts, &unsolved)?;
+            is_taken = self.in_parts(parts, &unsolved).is_some();
             parts *= 2;
         }
         if is_taken {
             report.status = StepStatus::Substepped;
+            self.scratch.squeeze = None;
         } else {
             self.hold_energy();
         }
         self.scratch.rest.end();
-        Ok(Some((report, self.certify())))
+        Some((report, self.certify()))
     }
 
-    /// Takes the step in so many parts; whether each of them converged. The states and forces of the `unsolved` bodies are then
-    /// in the scratch memory's solution.
-    fn in_parts(&mut self, parts: u64, unsolved: &[bool]) -> Result<bool, Error> {
+    /// Takes the step in so many parts. The states and forces of the `unsolved` bodies are then in the scratch memory's
+    /// solution. `None` if one of the parts is not solved.
+    fn in_parts(&mut self, parts: u64, unsolved: &[bool]) -> Option<()> {
         let mut parameters = self.world.parameters().clone();
         parameters.time_step /= parts as f64;
-        let Ok(world) = self.world.with_parameters(parameters) else { return Ok(false) };
+        let world = self.world.with_parameters(parameters).ok()?;
         let flies: Vec<bool> = self.standing().into_iter().map(|stands| !stands).collect();
         let exchanged = |states: &[State], from: &World, to: &World| -> Option<Vec<State>> {
             let bodies = from.bodies().iter().zip(states).zip(&flies);
@@ -86,28 +87,23 @@ impl Simulation<'_> {
             };
             bodies.map(of).collect()
         };
-        let Some(states) = exchanged(&self.now.states, &self.world, &world) else {
-            return Ok(false);
-        };
+        let states = exchanged(&self.now.states, &self.world, &world)?;
         let motion = Motion::native(&world);
-        let mut short = Simulation::at(world, &states, motion, Candidates::new())?;
+        let mut short = Simulation::at(world, &states, motion, Candidates::new()).ok()?;
         short.index = self.index.saturating_mul(parts);
         short.outside.clone_from(&self.outside);
         short.driving.clone_from(&self.driving);
-        short.interrupt.clone_from(&self.interrupt);
         short.now.joints.clone_from(&self.now.joints);
         short.is_part = true;
         let (mut record, mut mean) = (StepRecord::new(), Mean::new(&self.world));
         for _ in 0..parts {
-            short.step(&mut record)?;
+            short.step(&mut record).ok()?;
             if matches!(record.report.status, StepStatus::Failed | StepStatus::Wild) {
-                return Ok(false);
+                return None;
             }
             mean.add(&record.solution, 1.0 / parts as f64);
         }
-        let Some(ends) = exchanged(&short.now.states, &short.world, &self.world) else {
-            return Ok(false);
-        };
+        let ends = exchanged(&short.now.states, &short.world, &self.world)?;
         let Scratch { solution, .. } = &mut self.scratch;
         for (body, end) in ends.into_iter().enumerate().filter(|(body, _)| unsolved[*body]) {
             solution.states[body] = end;
@@ -127,7 +123,7 @@ impl Simulation<'_> {
                 solution.gears[index] = mean.gears[index];
             }
         }
-        Ok(true)
+        Some(())
     }
 
     /// Of each body, whether its island touches what is fixed.

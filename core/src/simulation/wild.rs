@@ -46,10 +46,10 @@ use nalgebra::Vector3;
 /// A step that turns a body by more than this is wild, rad.
 pub use crate::mechanics::way::LARGEST_TURN;
 
-/// An island that makes more energy than this part of its kinetic energy is wild.
+/// An island that makes more energy than this part of its kinetic energy and the work on it is wild.
 pub const LARGEST_GAIN: f64 = 1e-3;
 
-/// A part of the kinetic energy that rounding may make.
+/// A part of the same that rounding may make.
 const ROUNDING: f64 = 1e-9;
 
 /// A motion slower than this, m/s in the world's [scale](World::speed_scale), has no energy to speak
@@ -77,7 +77,7 @@ struct Budget {
     /// How deep contacts were at the step's start, m: the largest whose A is the body, until the islands are known;
     /// their sum.
     under: f64,
-    /// What it has to do with: its kinetic energy, and the work of all that drives it.
+    /// Its kinetic energy and the work of all that acts on it from outside or drives its joints.
     size: f64,
     /// What the smallest motion that counts has.
     rest: f64,

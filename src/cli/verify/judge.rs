@@ -36,6 +36,9 @@ const RELATIVE_TOLERANCE: f64 = 1e-9;
 /// part of the reach, so that it depends so far on where it began.
 const OVERLAP_FOUND_TO: f64 = 1e-9;
 
+/// The part of its energy that a step taken in parts may gain: the parts turn by angles that one step does not have.
+const ENERGY_MADE: f64 = 1e-6;
+
 /// What is lost of a sum of some products, in parts of the largest of them.
 const ROUNDED: f64 = 16.0 * f64::EPSILON;
 
@@ -162,7 +165,7 @@ impl Judge {
         };
         let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
         let lost = self.lost(step, contacts, next);
-        let status = self.another_status(step, &wrenches, &touching, lost);
+        let status = self.another_status((step, next), &wrenches, &touching, lost);
         let (differs, overlap) = match step {
             Step::Trajectory(row) => {
                 let of_forces = self.lost_of_forces(&touching, states);
@@ -249,7 +252,7 @@ impl Judge {
     /// Why a step that is what its row says cannot have the status that its row has.
     fn another_status(
         &mut self,
-        step: &Step,
+        (step, next): (&Step, &[State]),
         wrenches: &[Wrench],
         touching: &Touching,
         lost: f64,
@@ -287,6 +290,10 @@ impl Judge {
             "nothing can touch, and no problem was solved"
         } else if is_solved && step.residual() > self.accepted.max(lost) {
             "its residual is above what a solved step may have"
+        } else if status == StepStatus::Substepped
+            && self.makes_energy((step.states(), next), wrenches, touching)
+        {
+            "it has more energy after it than loads and drives give"
         } else {
             return None;
         };
@@ -458,14 +465,38 @@ impl Judge {
         &self,
         (step, next): (&TableStep, &[State]),
         wrenches: &[Wrench],
-        Touching { contacts, forces, joints, gears, .. }: &Touching,
+        touching: &Touching,
     ) -> bool {
-        let claim = Claim { states: &step.states, next, wrenches, contacts, joints, gears };
-        let found = EnergyBalance::of(&self.world, &claim, forces.iter().copied()).terms();
+        let found = self.balance((&step.states, next), wrenches, touching).terms();
         let ends = [&step.states[..], next].map(|states| self.energy_scale(states));
         let scale = found.iter().fold(ends[0] + ends[1], |scale, term| scale + term.abs());
         let mut pairs = found.iter().zip(&step.row.works);
         pairs.all(|(found, column)| (found - column).abs() <= RELATIVE_TOLERANCE * scale)
+    }
+
+    /// Whether a step ends with more energy than it begins with and loads and drives give.
+    fn makes_energy(
+        &self,
+        (states, next): (&[State], &[State]),
+        wrenches: &[Wrench],
+        touching: &Touching,
+    ) -> bool {
+        let EnergyBalance { loads, drives, .. } = self.balance((states, next), wrenches, touching);
+        let [before, after] = [states, next].map(|states| energy::total(&self.world, states));
+        let scale = self.energy_scale(states) + self.energy_scale(next);
+        // A NaN is no small gain.
+        let is_small = after - before <= loads.abs() + drives.abs() + ENERGY_MADE * scale;
+        !is_small
+    }
+
+    fn balance(
+        &self,
+        (states, next): (&[State], &[State]),
+        wrenches: &[Wrench],
+        Touching { contacts, forces, joints, gears, .. }: &Touching,
+    ) -> EnergyBalance {
+        let claim = Claim { states, next, wrenches, contacts, joints, gears };
+        EnergyBalance::of(&self.world, &claim, forces.iter().copied())
     }
 
     fn has_its_energy(&self, step: &TableStep) -> bool {
