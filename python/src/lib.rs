@@ -12,6 +12,7 @@ mod problem;
 mod recording;
 mod robot;
 mod rollout;
+mod run_files;
 mod running;
 mod scene;
 mod simulation;
@@ -39,7 +40,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(gradient::vjp, module)?)?;
     module.add_class::<contacts::Columns>()?;
     module.add_function(wrap_pyfunction!(constants::constant_numbers, module)?)?;
-    module.add_function(wrap_pyfunction!(recording::listed_files, module)?)?;
+    module.add_function(wrap_pyfunction!(run_files::listed_files, module)?)?;
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout_gradients, module)?)?;

@@ -65,12 +65,6 @@ type Array<'py, T> = Bound<'py, PyArrayDyn<T>>;
 /// How far the norm of an attitude that is read from trajectory.csv may be from 1.
 const NORM: f64 = 1e-2;
 
-/// The names of the files of the run whose run.json has this text; none of a text that is not as a run wrote it.
-#[pyfunction]
-pub fn listed_files(text: &str) -> Vec<String> {
-    RunFile::listed_files(text)
-}
-
 #[pymethods]
 impl Recording {
     /// The run, or a part of one, whose tables (bytes of states, contacts, steps, of scenes with joints

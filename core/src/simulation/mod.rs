@@ -376,7 +376,7 @@ impl<'a> Simulation<'a> {
         let (mut report, mut certificate) = (report, certificate);
         if report.status == StepStatus::Failed
             && !self.is_part
-            && let Some(rescued) = self.rescued(report, &mut record.unsolved)
+            && let Some(rescued) = self.rescued((report, certificate), &mut record.unsolved)
         {
             (report, certificate) = rescued;
         }

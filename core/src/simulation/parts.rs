@@ -6,8 +6,9 @@
 //! v + ½ (h − h/n) g. Contacts and joints have the mean force of the shorter steps. The residual is that of these forces in one
 //! step, and not small.
 //!
-//! If none of that is solved, an island that makes no energy keeps the best point of the solver. Any other moves on as one rigid
-//! body with its momentum P and angular momentum L, or stands still if it touches what is fixed:
+//! A point near the solution that makes no energy stays, and the step is failed. If the shorter steps are not solved either, an
+//! island that makes no energy keeps the best point of the solver. Any other moves on as one rigid body with its momentum P and
+//! angular momentum L, or stands still if it touches what is fixed:
 //!
 //! ```text
 //! v = P/m + h g,   ω = I⁻¹ L
@@ -26,6 +27,10 @@ use crate::step::{ContactForce, StepReport, StepSolution, StepStatus};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3, Vector4};
 
+/// A point that misses the law by less than this many times what counts as solved is nearer to the solution than shorter
+/// steps, which fall by another half of h² g.
+const NEAR: f64 = 1e3;
+
 /// The most parts that a step is taken in.
 const MOST_PARTS: u64 = 64;
 
@@ -36,12 +41,13 @@ const MOST_NEWTON: u32 = 20;
 type Rescued = (StepReport, Certificate);
 
 impl Simulation<'_> {
-    /// Takes the step that failed with this `report` in shorter ones, or has it make no energy. `unsolved_bodies` gets the
-    /// bodies of the islands without a solution. `None` if another solver than the native one failed.
+    /// Takes the step that failed so in shorter ones, or has it make no energy. `unsolved_bodies` gets the
+    /// bodies of the islands without a solution. `None` where the step stays as it is: of another solver, and near the
+    /// solution.
     /// An interrupt waits for it: what another solver has begun could not be begun again with the same bits.
     pub(super) fn rescued(
         &mut self,
-        report: StepReport,
+        (report, certificate): Rescued,
         unsolved_bodies: &mut Vec<usize>,
     ) -> Option<Rescued> {
         let bodies = self.now.states.len();
@@ -50,12 +56,16 @@ impl Simulation<'_> {
         if !solver.selects() {
             return None;
         }
+        let is_near = certificate.residual() <= NEAR * solver.accepted_residual();
         let is_solved = |body: usize| solver.is_solved(body) == Some(true);
         // A certificate may find fault with what the solver took for solved.
         let all_are = (0..bodies).all(is_solved);
         let unsolved: Vec<bool> = (0..bodies).map(|body| all_are || !is_solved(body)).collect();
         unsolved_bodies.extend((0..bodies).filter(|body| unsolved[*body]));
 
+        if is_near && !self.makers().contains(&true) {
+            return None;
+        }
         let mut report = report;
         let mut parts = 2;
         let mut is_taken = false;
@@ -151,22 +161,27 @@ impl Simulation<'_> {
         islands
     }
 
-    /// Gives islands that make energy a motion that does not.
-    fn hold_energy(&mut self) {
-        let (islands, standing) = (self.islands(), self.standing());
+    /// Of each body, whether its island makes energy in the scratch memory's solution.
+    fn makers(&mut self) -> Vec<bool> {
         let Self { world, now, scratch, .. } = self;
         let Scratch { candidates, solution, wrenches, judge, certifier, .. } = scratch;
-        let contacts = candidates.contacts();
         let claim = Claim {
             states: &now.states,
             next: &solution.states,
             wrenches,
-            contacts,
+            contacts: candidates.contacts(),
             joints: &solution.joints,
             gears: &solution.gears,
         };
         certifier.contact_step(world, &claim, solution.forces());
-        let made = judge.makers(world, (&claim, certifier.seen()), solution.forces());
+        judge.makers(world, (&claim, certifier.seen()), solution.forces())
+    }
+
+    /// Gives islands that make energy a motion that does not.
+    fn hold_energy(&mut self) {
+        let (islands, standing, made) = (self.islands(), self.standing(), self.makers());
+        let Self { world, now, scratch, .. } = self;
+        let solution = &mut scratch.solution;
         let bodies = now.states.len();
         for (label, &stands) in standing.iter().enumerate() {
             let members: Vec<_> = (0..bodies).filter(|body| islands.of(*body) == label).collect();

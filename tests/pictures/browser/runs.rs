@@ -194,7 +194,8 @@ fn odd_runs_have_working_pages_too() {
     let points = pages.path("points");
     let run = fs::read_to_string(points.join("run.json")).unwrap();
     let mut run: Value = serde_json::from_str(&run).unwrap();
-    run["parameters"]["contact_points"][0] = serde_json::json!([-2.0, -1.0, -1.0]);
+    let corners: Vec<_> = (0..8).map(|i| [f64::from(i) - 2.0, 1.0, 1.0]).collect();
+    run["model"]["shapes"][0] = serde_json::json!({ "points": corners });
     run["scene"] = "</script><script>document.title = 'broken'</script>".into();
     fs::write(points.join("run.json"), run.to_string()).unwrap();
     tumble(&["view", points.join("trajectory.csv").to_str().unwrap()], 0);
