@@ -201,6 +201,7 @@ fn broken_problems_are_refused_and_leave_nothing() {
         (&SLIDE.replace("steps = 30", "steps = 0"), "steps: 0 is given; 1 to 100000 are allowed"),
         (&SLIDE.replace("runs = 300", "start = \"none.csv\""), "none.csv"),
         (&SLIDE.replace("runs = 300", "stages = [\"walk\"]"), "walk"),
+        (&SLIDE.replace("runs = 300", "stages = []"), "search.stages: none are given"),
         (&SLIDE.replace("runs = 300", "rounds = 300"), "a whole number from 0 to 255 is needed"),
         (&SLIDE.replace("runs = 300", "knots = 70000"), "a whole number from 0 to 65535 is needed"),
         ("scene = \"\"\n", "scene"),
