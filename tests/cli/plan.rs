@@ -90,7 +90,7 @@ name = \"shoulder\"
 type = \"universal\"
 bodies = \"arm\"
 anchor = [0.0, 0.2, 1.25]
-axis = [0.2, 1.0, -0.3]
+attitude = [0.7071067811865476, -0.7, 0.1, 0.0]
 [[joints]]
 name = \"elbow\"
 type = \"revolute\"
