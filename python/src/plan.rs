@@ -40,7 +40,10 @@ pub fn plan<'py>(
     let problem = &file.problem;
     let start = match &start {
         Some(array) => numbers("start", array)?.to_vec(),
-        None => problem.zero(),
+        None => {
+            file.check_stages().map_err(refused)?;
+            problem.zero()
+        }
     };
     let (interrupt, done) = (Arc::new(AtomicBool::new(false)), AtomicU64::new(0));
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(refused)?;

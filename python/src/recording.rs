@@ -85,6 +85,19 @@ impl Recording {
             Streams { states, contacts: Some(contacts), steps, joints, gears, ends: None };
         let world = &content.world;
         let tied = (world.joints().len(), world.gears().len());
+        for (what, table, count) in [
+            ("bodies", Some(states), world.bodies().len()),
+            ("joints", joints, tied.0),
+            ("gears", gears, tied.1),
+        ] {
+            let found = table.map_or(count, rows_of_a_step);
+            if found != count && found > 0 {
+                let why = format!(
+                    "the tables are of another scene: they have {found} {what}, and this one has {count}; read them with the scene of their run"
+                );
+                return Err(refused(why));
+            }
+        }
         let reader = TablesReader::new(streams, world.bodies().len(), tied);
         let mut reader = reader.map_err(refused)?.of_part();
         let (mut rows, mut sums) = (Vec::<TableStep>::new(), Vec::new());
@@ -474,6 +487,16 @@ pub const NO_STEP: JointRow = {
         residual,
     }
 };
+
+/// Rows of the first step in a table of bodies, joints or gears.
+fn rows_of_a_step(table: &[u8]) -> usize {
+    let mut steps = table
+        .split(|byte| *byte == b'\n')
+        .skip(1)
+        .map(|line| line.split(|byte| *byte == b',').next().unwrap_or_default());
+    let first = steps.next().filter(|step| !step.is_empty());
+    first.map_or(0, |first| 1 + steps.take_while(|step| *step == first).count())
+}
 
 /// Whether a contact is between things of the scene.
 fn is_of(content: &Content, contact: &ContactRow) -> bool {

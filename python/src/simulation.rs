@@ -15,7 +15,7 @@ use pyo3::types::{PyBytes, PyDict};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
 use tumble::error::Error;
 use tumble::joint::{Axis, Drive, Gear, JointAxis, Motor};
@@ -36,11 +36,15 @@ const MANY_BODIES: usize = 4;
 const SHORT: Duration = Duration::from_millis(1);
 
 /// A running simulation of a scene.
-#[pyclass(subclass, name = "CoreSimulation", module = "tumble._tumble")]
-pub struct Simulation {
+///
+/// One call at a time has what is in it: another thread, or a callback of a run, is refused while it lasts.
+#[pyclass(frozen, subclass, name = "CoreSimulation", module = "tumble._tumble")]
+pub struct Simulation(Mutex<Owned>);
+
+/// What one call at a time has.
+struct Owned {
     content: Arc<Content>,
-    /// Of one thread at a time; a lock for the compiler alone.
-    running: Mutex<Running>,
+    running: Running,
     interrupt: Arc<AtomicBool>,
     /// Whether there are more threads than the caller's.
     threads: bool,
@@ -95,47 +99,49 @@ impl Simulation {
         };
         let interrupt = Arc::new(AtomicBool::new(false));
         running.simulation.interrupt_by(Arc::clone(&interrupt));
-        let running = Mutex::new(running);
         let (threads, process) = (threads.get() > 1, std::process::id());
-        Ok(Self { content, running, interrupt, threads, process, kept })
+        Ok(Self(Mutex::new(Owned { content, running, interrupt, threads, process, kept })))
     }
 
     /// Where it is, as bytes, and `kept` besides.
-    fn saved_with<'py>(&mut self, py: Python<'py>, kept: &str) -> PyResult<Bound<'py, PyBytes>> {
-        let saved = self.running().saved_with(kept).map_err(refused)?;
+    fn saved_with<'py>(&self, py: Python<'py>, kept: &str) -> PyResult<Bound<'py, PyBytes>> {
+        let saved = self.owned()?.running.saved_with(kept).map_err(refused)?;
         Ok(PyBytes::new(py, &saved))
     }
 
     /// What was kept besides in what it was restored from.
-    fn kept_besides(&mut self) -> String {
-        std::mem::take(&mut self.kept)
+    fn kept_besides(&self) -> PyResult<String> {
+        Ok(std::mem::take(&mut self.owned()?.kept))
     }
 
     /// Sets the states (N, 13) now.
-    fn exchange_all(&mut self, states: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
+    fn exchange_all(&self, states: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
         let states = to_states("states", &states)?;
-        let set = self.moved().simulation.set_states(&states);
-        set.map_err(|error| self.named(&error))
+        let mut own = self.owned()?;
+        let set = own.moved().simulation.set_states(&states);
+        set.map_err(|error| own.named(&error))
     }
 
     /// Sets the state (13,) of a body now.
-    fn exchange(&mut self, body: usize, state: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
+    fn exchange(&self, body: usize, state: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
         let states = to_states("state", &state)?;
         let [state] = states[..] else { return Err(refused("state: 13 numbers are needed")) };
-        let set = self.moved().simulation.set_state(body, state);
-        set.map_err(|error| self.named(&error))
+        let mut own = self.owned()?;
+        let set = own.moved().simulation.set_state(body, state);
+        set.map_err(|error| own.named(&error))
     }
 
     /// The names of its bodies.
     #[getter]
-    fn bodies(&self) -> Vec<String> {
-        self.content.bodies.clone()
+    fn bodies(&self) -> PyResult<Vec<String>> {
+        Ok(self.owned()?.content.bodies.clone())
     }
 
     /// Adds a body, which the text of a table [[bodies]] describes, whose meshes are beside `path`: its name.
-    fn join(&mut self, text: &str, path: PathBuf) -> PyResult<String> {
-        let content = self.content.with_body(text, &path, &read).map_err(in_python)?;
-        let Running { simulation, last, .. } = self.moved();
+    fn join(&self, text: &str, path: PathBuf) -> PyResult<String> {
+        let mut own = self.owned()?;
+        let content = own.content.with_body(text, &path, &read).map_err(in_python)?;
+        let Running { simulation, last, .. } = own.moved();
         let new = content.bodies.len() - 1;
         let (body, start) = (content.world.bodies()[new].clone(), content.starts[new]);
         simulation.add_body(body, start).map_err(|error| refused(content.naming(&error)))?;
@@ -146,81 +152,83 @@ impl Simulation {
             record.solution.states.push(start);
         }
         let name = content.bodies[new].clone();
-        self.content = Arc::new(content);
+        own.content = Arc::new(content);
         Ok(name)
     }
 
     /// Takes a body out; and where `joints` says so, the joints that tie it.
-    fn leave(&mut self, body: usize, joints: bool) -> PyResult<()> {
+    fn leave(&self, body: usize, joints: bool) -> PyResult<()> {
         let tying = |joint: &JointModel| joint.body == body || joint.other == Some(body);
-        let joint = self.content.model.joints.iter().find(|joint| tying(joint));
+        let mut own = self.owned()?;
+        let joint = own.content.model.joints.iter().find(|joint| tying(joint));
         if let Some(joint) = joint.filter(|_| !joints) {
-            let (name, joint) = (&self.content.bodies[body], &joint.name);
+            let (name, joint) = (&own.content.bodies[body], &joint.name);
             let why = format!("{name} is tied by {joint}; joints=True takes its joints out too");
             return Err(refused(why));
         }
-        let content = self.content.without_body(body).map_err(in_python)?;
-        let Running { simulation, last, .. } = self.moved();
+        let content = own.content.without_body(body).map_err(in_python)?;
+        let Running { simulation, last, .. } = own.moved();
         let world = simulation.world();
         let joints: Vec<_> = world.joints().iter().map(|joint| !joint.ties(body)).collect();
         let stays = |gear: &Gear| gear.axes().iter().all(|axis| joints[axis.joint]);
         let gears: Vec<_> = world.gears().iter().map(stays).collect();
         simulation.remove_body_and_joints(body).map_err(refused)?;
         last.change_bodies().leave_out(body, (&joints, &gears));
-        self.content = Arc::new(content);
+        own.content = Arc::new(content);
         Ok(())
     }
 
     /// The model of its bodies as they are now, where one may have come or gone, as text.
-    fn told(&mut self) -> PyResult<String> {
-        let (time, states) = (self.time(), self.running().simulation.states().to_vec());
-        let mut model = self.content.model.clone();
-        model.start_at(&states, time).map_err(in_python)?;
+    fn told(&self) -> PyResult<String> {
+        let own = self.owned()?;
+        let mut model = own.content.model.clone();
+        model.start_at(own.running.simulation.states(), own.time()).map_err(in_python)?;
         model.text().map_err(in_python)
     }
 
     /// Holds a body where it is, or lets it go.
-    fn keep(&mut self, body: usize, held: bool) -> PyResult<()> {
-        let done = self.moved().simulation.hold_body(body, held);
-        done.map_err(|error| self.named(&error))
+    fn keep(&self, body: usize, held: bool) -> PyResult<()> {
+        let mut own = self.owned()?;
+        let done = own.moved().simulation.hold_body(body, held);
+        done.map_err(|error| own.named(&error))
     }
 
     /// The indices of the bodies that are held.
-    fn kept(&mut self) -> Vec<usize> {
-        let world = self.running().simulation.world();
-        (0..world.bodies().len()).filter(|body| world.is_held(*body)).collect()
+    fn kept(&self) -> PyResult<Vec<usize>> {
+        let own = self.owned()?;
+        let world = own.running.simulation.world();
+        Ok((0..world.bodies().len()).filter(|body| world.is_held(*body)).collect())
     }
 
     /// k: steps taken.
     #[getter]
-    fn index(&mut self) -> u64 {
-        self.running().simulation.index()
+    fn index(&self) -> PyResult<u64> {
+        Ok(self.owned()?.running.simulation.index())
     }
 
     /// t = k h, s.
     #[getter]
-    fn time(&mut self) -> f64 {
-        let simulation = &self.running().simulation;
-        simulation.index() as f64 * simulation.world().time_step()
+    fn time(&self) -> PyResult<f64> {
+        Ok(self.owned()?.time())
     }
 
     /// The states now: (N, 13).
     #[getter]
-    fn states<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        of_states(py, self.running().simulation.states())
+    fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        of_states(py, self.owned()?.running.simulation.states())
     }
 
     /// Takes one step, pushed by wrenches (N, 6) where they are given: status, residual in m/s and
     /// iterations.
     #[pyo3(signature = (wrenches=None))]
     fn advance(
-        &mut self,
+        &self,
         py: Python<'_>,
         wrenches: Option<PyReadonlyArrayDyn<'_, f64>>,
     ) -> PyResult<(&'static str, f64, u32)> {
-        self.leave_lost_threads()?;
-        let Self { running, interrupt, threads, .. } = self;
-        let running = running.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let mut own = self.owned()?;
+        own.leave_lost_threads()?;
+        let Owned { running, interrupt, threads, .. } = &mut *own;
         if let Some(wrenches) = &wrenches {
             let count = 6 * running.simulation.states().len();
             let wrenches = as_many("wrenches", wrenches, Some(count))?;
@@ -249,7 +257,7 @@ impl Simulation {
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (joint, axis, speed, position, stiffness, damping, most))]
     fn put_motor(
-        &mut self,
+        &self,
         joint: usize,
         axis: usize,
         speed: Option<f64>,
@@ -259,14 +267,15 @@ impl Simulation {
         most: f64,
     ) -> PyResult<()> {
         let motor = motor((speed, position), (stiffness, damping), most);
-        let simulation = &mut self.moved().simulation;
+        let mut own = self.owned()?;
+        let simulation = &mut own.moved().simulation;
         simulation.set_motor(joint, joint_axis(axis), motor).map_err(refused)
     }
 
     /// The same of the sum of a gear with a drive.
     #[pyo3(signature = (gear, speed, position, stiffness, damping, most))]
     fn put_gear_motor(
-        &mut self,
+        &self,
         gear: usize,
         speed: Option<f64>,
         position: Option<f64>,
@@ -275,7 +284,8 @@ impl Simulation {
         most: f64,
     ) -> PyResult<()> {
         let motor = motor((speed, position), (stiffness, damping), most);
-        let simulation = &mut self.moved().simulation;
+        let mut own = self.owned()?;
+        let simulation = &mut own.moved().simulation;
         let drive = simulation.world().gears().get(gear).and_then(Gear::drive);
         let drive = Drive { motor, ..drive.copied().unwrap_or_default() };
         simulation.set_gear_drive(gear, drive).map_err(refused)
@@ -283,12 +293,13 @@ impl Simulation {
 
     /// Has a robot's actuators drive its joints under these controls (A,), as its file says.
     fn put_controls(
-        &mut self,
+        &self,
         robot: PyRef<'_, Robot>,
         controls: PyReadonlyArrayDyn<'_, f64>,
     ) -> PyResult<()> {
         let controls = numbers("controls", &controls)?;
-        let (own, simulation) = (robot.own(), &mut self.moved().simulation);
+        let mut running = self.owned()?;
+        let (own, simulation) = (robot.own(), &mut running.moved().simulation);
         let joints = own.robot().actuators.iter().flat_map(|actuator| &actuator.joints);
         for joint in joints.map(|(joint, _)| *joint) {
             let Some((number, axis)) = own.axis(joint) else { continue };
@@ -302,8 +313,9 @@ impl Simulation {
     }
 
     /// Sets the constant force along an axis of a joint, N or N m.
-    fn put_force(&mut self, joint: usize, axis: usize, force: f64) -> PyResult<()> {
-        let simulation = &mut self.moved().simulation;
+    fn put_force(&self, joint: usize, axis: usize, force: f64) -> PyResult<()> {
+        let mut own = self.owned()?;
+        let simulation = &mut own.moved().simulation;
         let of = simulation.world().joints().get(joint);
         let axes = of.map(|of| of.linear().iter().chain(of.angular()).copied());
         let drive = match axes.and_then(|mut axes| axes.nth(axis)) {
@@ -315,8 +327,9 @@ impl Simulation {
 
     /// The sum of the contact forces on each body over the last step, N, world: (N, 3).
     #[getter]
-    fn forces<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let running = self.running();
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let own = self.owned()?;
+        let running = &own.running;
         let bodies = running.simulation.states().len();
         let force = |body| <[f64; 3]>::from(running.last.record().solution.total_force(body));
         crate::arrays::shaped(py, (0..bodies).flat_map(force).collect(), &[bodies, 3])
@@ -324,8 +337,9 @@ impl Simulation {
 
     /// The angles of the joints now, rad, with all their turns: (J, 3).
     #[getter]
-    fn joint_angles<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let simulation = &self.running().simulation;
+    fn joint_angles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let own = self.owned()?;
+        let simulation = &own.running.simulation;
         let angles: Vec<f64> = simulation.joint_angles().flatten().copied().collect();
         let joints = angles.len() / 3;
         crate::arrays::shaped(py, angles, &[joints, 3])
@@ -334,8 +348,9 @@ impl Simulation {
     /// Where the joints are now, and how they moved and what they carried over the last step, by column: (J, 3)
     /// each.
     #[getter]
-    fn joint_columns<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let Running { simulation, last, .. } = &*self.running();
+    fn joint_columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let own = self.owned()?;
+        let Running { simulation, last, .. } = &own.running;
         let mut end = StepRecord::new();
         simulation.end(&mut end);
         let world = simulation.world();
@@ -357,8 +372,9 @@ impl Simulation {
 
     /// The states at the start and the end of the last step, (N, 13) each; nothing before the first one.
     #[getter]
-    fn last_states<'py>(&mut self, py: Python<'py>) -> PyResult<Option<(Array<'py>, Array<'py>)>> {
-        let record = self.running().last.record();
+    fn last_states<'py>(&self, py: Python<'py>) -> PyResult<Option<(Array<'py>, Array<'py>)>> {
+        let own = self.owned()?;
+        let record = own.running.last.record();
         if record.states.is_empty() {
             return Ok(None);
         }
@@ -368,14 +384,15 @@ impl Simulation {
     /// The normal forces of the last step's contacts on the bodies that a link of a robot moves with, N: with one partner alone, and so
     /// many metres about a point of the link, if these are given.
     fn touched(
-        &mut self,
+        &self,
         robot: PyRef<'_, Robot>,
         link: usize,
         partner: Option<&str>,
         within: Option<([f64; 3], f64)>,
     ) -> PyResult<f64> {
+        let own = self.owned()?;
         let named = |partner: &str| {
-            let content = &self.content;
+            let content = &own.content;
             let place = |names: &[String]| names.iter().position(|name| name == partner);
             match partner {
                 "ground" => Some(Partner::Ground),
@@ -395,7 +412,7 @@ impl Simulation {
                 Ok::<_, PyErr>((at_place((link, point, [1.0, 0.0, 0.0, 0.0]))?, radius))
             })
             .transpose()?;
-        let record = self.running().last.record();
+        let record = own.running.last.record();
         if record.states.is_empty() {
             return Ok(0.0);
         }
@@ -406,9 +423,9 @@ impl Simulation {
     /// The contacts of the last step by column, as Trajectory.contacts has them, without k. They stay those of
     /// that step.
     #[getter]
-    fn contacts(&mut self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let Self { running, content, .. } = self;
-        let running = running.get_mut().unwrap_or_else(PoisonError::into_inner);
+    fn contacts(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        let mut own = self.owned()?;
+        let Owned { running, content, .. } = &mut *own;
         running.last.contacts(py, content)
     }
 
@@ -416,16 +433,16 @@ impl Simulation {
     /// to what ended them early, where something did.
     #[pyo3(signature = (steps, wrenches=None, *, contacts=true, progress=None))]
     fn record(
-        &mut self,
+        &self,
         py: Python<'_>,
         steps: usize,
         wrenches: Option<PyReadonlyArrayDyn<'_, f64>>,
         contacts: bool,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<(Recording, Option<Py<PyBaseException>>)> {
-        self.leave_lost_threads()?;
-        let Self { running, interrupt, content, .. } = self;
-        let running = running.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let mut own = self.owned()?;
+        own.leave_lost_threads()?;
+        let Owned { running, interrupt, content, .. } = &mut *own;
         let count = (6 * running.simulation.states().len()).checked_mul(steps);
         let pushes =
             wrenches.as_ref().map(|array| as_many("wrenches", array, count)).transpose()?;
@@ -447,9 +464,26 @@ impl Simulation {
     }
 }
 
+/// Why a call is refused while another one lasts.
+const BUSY: &str = "this simulation is running in another thread or in a callback of its own; wait for its end, or copy \
+                    it first (copy.copy) for each thread";
+
 impl Simulation {
-    fn running(&mut self) -> &mut Running {
-        self.running.get_mut().unwrap_or_else(PoisonError::into_inner)
+    /// What one call at a time has; refused while another call has it.
+    fn owned(&self) -> PyResult<MutexGuard<'_, Owned>> {
+        match self.0.try_lock() {
+            Ok(owned) => Ok(owned),
+            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => Err(refused(BUSY)),
+        }
+    }
+}
+
+impl Owned {
+    /// t = k h, s.
+    fn time(&self) -> f64 {
+        let simulation = &self.running.simulation;
+        simulation.index() as f64 * simulation.world().time_step()
     }
 
     /// A refusal with the names of the scene.
@@ -459,9 +493,8 @@ impl Simulation {
 
     /// What runs, moved by more than the scene says.
     fn moved(&mut self) -> &mut Running {
-        let running = self.running();
-        running.is_of_scene = Some(false);
-        running
+        self.running.is_of_scene = Some(false);
+        &mut self.running
     }
 
     /// Whether the threads are those of the process that this one was forked from.
@@ -481,7 +514,7 @@ impl Simulation {
 
     /// Takes another motion. The one before is not dropped: what is not there cannot be waited for.
     fn move_by(&mut self, mut motion: Motion<'static>) {
-        self.running().simulation.swap_motion(&mut motion);
+        self.running.simulation.swap_motion(&mut motion);
         std::mem::forget(motion);
     }
 }
@@ -490,7 +523,7 @@ fn joint_axis(axis: usize) -> JointAxis {
     if axis < 3 { JointAxis::Linear(axis) } else { JointAxis::Angular(axis - 3) }
 }
 
-impl Drop for Simulation {
+impl Drop for Owned {
     fn drop(&mut self) {
         if self.has_lost_threads() {
             self.move_by(Motion::Floating);

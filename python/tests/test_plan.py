@@ -82,6 +82,8 @@ def test_what_cannot_be_is_missed_and_what_is_none_is_refused():
         (([weak], {}), "nothing is asked for"),
         (([{"kind": "kick"}], {"x": 1}), "kick"),
         (([weak], {"x": 1}, {"stages": ["walk"]}), "walk"),
+        (([weak], {"x": 1}, {"stages": []}), "search.stages: none are given"),
+        (([], {"x": 1}, {}), "controls: none are given"),
         (([weak], {"x": 1}, {"start": [1.0]}), "20 are needed"),
         (([weak], {"x": 1}, {"time": -1}), "time"),
         (([weak], {"x": 1}, {"time": "x"}), "time is 'x'"),
@@ -117,7 +119,7 @@ def test_one_body_in_its_own_notation_is_planned_for():
     assert plan.ok, plan.reason
     np.testing.assert_array_equal(plan.run.states[-1], scene.simulate().run(30, plan.wrenches).states[-1])
     moved = [[0.1, 0, 0.2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0]]
-    plan = tumble.plan(scene, 5, [push], target, states=moved, stages=[])
+    plan = tumble.plan(scene, 5, [push], target, start=np.zeros(10), states=moved, stages=[])
     np.testing.assert_array_equal(plan.starts, moved)
     assert plan.run.states[0] == pytest.approx(plan.starts)
 

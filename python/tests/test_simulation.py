@@ -176,6 +176,34 @@ def test_other_threads_run_and_progress_is_told():
         simulation.run(10, progress=fail)
 
 
+def test_a_simulation_runs_in_one_thread_at_a_time():
+    simulation = block([1, 0, 0]).simulate()
+    began, ended, others = threading.Event(), threading.Event(), []
+
+    def progress(done, total):
+        began.set()
+        ended.wait(20)
+
+    thread = threading.Thread(target=lambda: simulation.run(20_000, contacts=False, progress=progress))
+    thread.start()
+    assert began.wait(20)
+    for call in (simulation.step, lambda: simulation.states, lambda: simulation.run(1), lambda: copy.copy(simulation)):
+        with pytest.raises(tumble.TumbleError, match="running in another thread.*copy") as raised:
+            call()
+        others.append(str(raised.value))
+    ended.set()
+    thread.join()
+    assert simulation.index == 20_000 and len(set(others)) == 1
+    ends = []
+    copies = [copy.copy(simulation) for _ in range(3)]
+    threads = [threading.Thread(target=lambda own=own: ends.append(own.run(50).states[-1])) for own in copies]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(ends) == 3 and all((end == ends[0]).all() for end in ends)
+
+
 def test_islands_are_the_same_on_any_number_of_threads():
     """Forty boxes that tumble apart from each other, and a start that is given."""
     boxes = [
@@ -281,6 +309,8 @@ def test_what_does_not_fit_into_memory_is_refused_before():
     simulation = block().simulate()
     with pytest.raises(MemoryError, match=r"1000000000000 recorded steps .* take at least \d+"):
         simulation.run(10**12)
+    with pytest.raises(MemoryError, match="recorded steps of 1 body, without contacts, take at least"):
+        simulation.run(10**12, contacts=False)
     assert simulation.index == 0
     with pytest.raises(MemoryError, match="1 rollouts of 1000000000000 steps"):
         tumble.rollout(simulation.scene, steps=10**12)

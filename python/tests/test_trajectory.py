@@ -72,7 +72,7 @@ def test_tables_read_back_to_the_same_doubles(stack, tmp_path):
 
 def test_another_scene_s_tables_are_refused(stack, tmp_path):
     stack.to_csv(tmp_path)
-    with pytest.raises(tumble.TumbleError):
+    with pytest.raises(tumble.TumbleError, match="of another scene: they have 3 bodies, and this one has 1"):
         tumble.Trajectory.from_csv(tumble.drop(), tmp_path)
 
 

@@ -291,7 +291,7 @@ impl Push {
     }
 
     /// Point of the push, m, body frame.
-    fn place(&self, numbers: &[f64]) -> Vector3<f64> {
+    pub(super) fn place(&self, numbers: &[f64]) -> Vector3<f64> {
         self.point + self.frame.column(1) * numbers[3] + self.frame.column(2) * numbers[4]
     }
 

@@ -150,6 +150,19 @@ impl ProblemFile {
         Ok(Self { problem, start, stages, sample, shoot, time })
     }
 
+    /// Refuses an empty list of stages for a search from [`Start::Zero`], which would choose nothing.
+    ///
+    /// # Errors
+    /// One sentence.
+    pub fn check_stages(&self) -> Result<(), String> {
+        if self.stages.is_empty() && self.start == Start::Zero {
+            return Err("search.stages: none are given, and the search starts from zero, so that nothing is chosen; \
+                        \"ddp\", \"sample\" or \"shoot\" is needed"
+                .to_owned());
+        }
+        Ok(())
+    }
+
     /// Stages with their settings, in their order.
     #[must_use]
     pub fn built_stages(&self) -> Vec<Box<dyn Stage>> {

@@ -80,7 +80,8 @@ impl Problem {
     /// [`PlanError::Problem`] for:
     /// - no steps, too many steps, or more knots than steps;
     /// - an unknown body, joint or axis, or a constant that cannot be a control;
-    /// - bounds out of order, tolerances or weights that are not above 0;
+    /// - no controls, a push that pulls or that acts beside its body;
+    /// - bounds out of order or of a constant out of its range, tolerances or weights that are not above 0;
     /// - two controls of one name, or of the same start or constant;
     /// - targets and path constraints beyond the reach of a state, or none at all.
     pub fn new(
@@ -132,6 +133,9 @@ impl Problem {
             }
             positive("path constraint", name, "tolerance", *tolerance)?;
             positive("path constraint", name, "weight", *weight)?;
+        }
+        if controls.is_empty() {
+            return odd("controls: none are given, so there is nothing to choose; one [[controls]] is needed".to_owned());
         }
         let (mut variables, mut offsets) = (Vec::new(), Vec::new());
         let mut pushed = vec![false; bodies];

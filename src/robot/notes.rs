@@ -11,6 +11,8 @@ pub struct Notes {
     unseen: Option<(usize, String)>,
     /// Shapes that would resist turning and rolling.
     rub_alone: usize,
+    /// Shapes of size 0: how many, and where the first is.
+    empty: Option<(usize, String)>,
     said: Vec<String>,
 }
 
@@ -33,6 +35,11 @@ impl Notes {
     /// A link whose look is not read, and why.
     pub fn unseen(&mut self, why: String) {
         self.unseen.get_or_insert((0, why)).0 += 1;
+    }
+
+    /// A shape of size 0 that is left out, and where it is.
+    pub fn empty(&mut self, at: String) {
+        self.empty.get_or_insert((0, at)).0 += 1;
     }
 
     /// Anything else, once.
@@ -65,6 +72,11 @@ impl Notes {
         if let Some((count, why)) = self.unseen {
             let links = if count == 1 { "a link is" } else { &*format!("{count} links are") };
             sentences.push(format!("{links} drawn by what touches, not by visual meshes: {why}"));
+        }
+        if let Some((count, first)) = self.empty {
+            sentences.push(format!(
+                "shapes of size 0 are left out: {count}, the first in {first}; give it a size above 0 if it should touch"
+            ));
         }
         sentences.extend(self.said);
         sentences

@@ -13,9 +13,9 @@ use super::notes::Notes;
 use super::xml::{Attributes, Element};
 use crate::scenario::shown;
 use nalgebra::Vector3;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use masses::{density, inertial, origin};
+use masses::{LEAST_MASS, density, inertial, is_faint, origin};
 use tree::{Tree, end};
 
 /// Limits of joints are no farther than this, m or rad.
@@ -78,7 +78,9 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         notes: Vec::new(),
     };
     let (hulls, placed) = (HashMap::new(), vec![Frame::identity()]);
-    let mut reader = Reader { reading, tree: &tree, notes, robot, hulls, placed };
+    let held = BTreeSet::new();
+    let mut reader = Reader { reading, tree: &tree, notes, robot, hulls, placed, held };
+    reader.note_faint(root)?;
     reader.read_root()?;
     for joint in root.all("joint") {
         reader.read_mimic(joint)?;
@@ -86,6 +88,13 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     reader.fill_masses()?;
     if let Some(sentence) = share_triangles(&mut reader.robot.looks) {
         reader.notes.say(sentence);
+    }
+    if !reader.held.is_empty() {
+        let names: Vec<_> = reader.held.iter().map(|name| shown::line(name)).collect();
+        let names = names.join(", ");
+        reader.notes.say(format!(
+            "joints that move less than {LEAST_MASS:e} kg are fixed where the file places them: {names}"
+        ));
     }
     reader.robot.notes = reader.notes.sentences();
     Ok(reader.robot)
@@ -126,6 +135,8 @@ struct Reader<'a> {
     hulls: HashMap<(String, [u64; 3]), Vec<[f64; 3]>>,
     /// Where links are in the world at the reference.
     placed: Vec<Frame>,
+    /// Names of joints that are fixed because all that they move is less than [`LEAST_MASS`].
+    held: BTreeSet<String>,
 }
 
 impl<'a> Reader<'a> {
@@ -156,7 +167,10 @@ impl<'a> Reader<'a> {
         while let Some(hanging) = todo.pop() {
             let child = end(hanging.joint, "child")?;
             let parent = hanging.parent;
-            let (frame, joints) = self.read_joint(&hanging)?;
+            let (frame, mut joints) = self.read_joint(&hanging)?;
+            if !joints.is_empty() && self.is_frame(child)? {
+                self.held.extend(joints.drain(..).map(|joint| joint.name));
+            }
             if let Some(below) = self.passes_on(child, &joints)? {
                 self.notes.idle("link without mass between joints");
                 todo.push(Hanging { joint: below, parent, before: joints, frame });
@@ -215,6 +229,44 @@ impl<'a> Reader<'a> {
             }
         }
         Ok(false)
+    }
+
+    /// Notes the links of less than [`LEAST_MASS`].
+    fn note_faint(&mut self, root: &Element) -> Result<(), String> {
+        let mut names = Vec::new();
+        for link in root.all("link") {
+            if is_faint(link)? {
+                names.push(link.needed("name")?);
+            }
+        }
+        if let Some(first) = names.first() {
+            self.notes.say(format!(
+                "links of less than {LEAST_MASS:e} kg are frames without mass: {}, the first is {:?}",
+                names.len(),
+                shown::line(first)
+            ));
+        }
+        Ok(())
+    }
+
+    /// Whether a link of less than [`LEAST_MASS`] is a frame at the end of its branch: neither it nor any link below it
+    /// has a mass or a shape that touches.
+    fn is_frame(&self, name: &'a str) -> Result<bool, String> {
+        if !is_faint(self.tree.links[name])? {
+            return Ok(false);
+        }
+        let mut todo = vec![name];
+        while let Some(name) = todo.pop() {
+            let link = self.tree.links[name];
+            let weighs = inertial(link)?.mass > 0.0 || density(link)?.is_some();
+            if weighs || link.all("collision").next().is_some() {
+                return Ok(false);
+            }
+            for joint in self.tree.below.get(name).into_iter().flatten() {
+                todo.push(end(joint, "child")?);
+            }
+        }
+        Ok(true)
     }
 
     fn free_root(&self, root: &Element) -> Joint {
@@ -315,7 +367,8 @@ impl<'a> Reader<'a> {
     /// A joint that goes with another one, which may stand after it.
     fn read_mimic(&mut self, element: &Element) -> Result<(), String> {
         let Some(mimic) = element.one("mimic")? else { return Ok(()) };
-        if element.own("type") == Some("fixed") {
+        let is_held = element.own("name").is_some_and(|name| self.held.contains(name));
+        if is_held || element.own("type") == Some("fixed") {
             self.notes.idle("mimic of a fixed joint");
             return Ok(());
         }
@@ -324,7 +377,13 @@ impl<'a> Reader<'a> {
             let moves = index.map(|index| self.robot.joints[index].moves);
             let is_one = matches!(moves, Some(Moves::Hinge | Moves::Slide));
             index.filter(|_| is_one).ok_or_else(|| {
+                let is_held = self.held.contains(name);
                 let name = shown::line(name);
+                if is_held {
+                    return mimic.wrong(format!(
+                        "the joint {name:?} moves less than {LEAST_MASS:e} kg and is fixed; give its link a mass"
+                    ));
+                }
                 mimic.wrong(format!("{name:?} is no joint that turns or slides about one axis"))
             })
         };
@@ -365,7 +424,10 @@ impl<'a> Reader<'a> {
         // What is farther away than the solver's largest number is no limit.
         let range = [low, high].map(|limit| limit.clamp(-FARTHEST, FARTHEST));
         joint.range = (limited && low <= high).then_some(range);
-        let effort = limit.bounded("effort", 0.0, [0.0, 1e12])?;
+        let effort = limit.bounded("effort", 0.0, [-FARTHEST, FARTHEST])?;
+        if effort < 0.0 {
+            self.notes.say("an effort below 0 is no limit".to_owned());
+        }
         joint.effort = (effort > 0.0).then_some([-effort, effort]);
         if limit.get("velocity").is_some() {
             self.notes.say("limits of velocity have no meaning here".to_owned());

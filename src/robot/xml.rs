@@ -44,16 +44,17 @@ impl Element {
             format!("{}line {line}: {hint}: {error}", within(file))
         })?;
         let file: Option<Rc<str>> = file.map(Rc::from);
-        Self::of(&document, document.root_element(), file.as_ref(), 0)
+        let lines = LineStarts::of(text);
+        Self::of(&lines, document.root_element(), file.as_ref(), 0)
     }
 
     fn of(
-        document: &Document<'_>,
+        lines: &LineStarts,
         node: Node<'_, '_>,
         file: Option<&Rc<str>>,
         depth: usize,
     ) -> Result<Self, String> {
-        let line = document.text_pos_at(node.range().start).row;
+        let line = lines.line(node.range().start);
         let name = node.tag_name();
         if name.namespace().is_some_and(|space| space.contains("xacro")) {
             let file = within(file.map(|file| &**file));
@@ -72,7 +73,7 @@ impl Element {
             tag: name.name().to_owned(),
             attributes: attributes.collect(),
             children: children
-                .map(|child| Self::of(document, child, file, depth + 1))
+                .map(|child| Self::of(lines, child, file, depth + 1))
                 .collect::<Result<_, _>>()?,
             line,
             file: file.cloned(),
@@ -129,6 +130,21 @@ impl Element {
             return Err(self.wrong(format!("{name}: more than {MOST_NUMBERS} numbers")));
         }
         words.into_iter().map(number).collect()
+    }
+}
+
+/// First bytes of the lines of a text. `Document::text_pos_at` counts from the beginning of the text at each call.
+struct LineStarts(Vec<usize>);
+
+impl LineStarts {
+    fn of(text: &str) -> Self {
+        let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        Self(std::iter::once(0).chain(ends.map(|(end, _)| end + 1)).collect())
+    }
+
+    /// Line of a byte, counted from 1.
+    fn line(&self, byte: usize) -> u32 {
+        self.0.partition_point(|start| *start <= byte) as u32
     }
 }
 

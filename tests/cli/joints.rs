@@ -355,6 +355,11 @@ const BROKEN: &[(&str, &str, &[&str])] = &[
     ("friction = 0.1", "axis_b = [0.0, 1.0, 0.1]", &["shoulder is", "9.963e-2 rad", "1e-6"]),
     ("limits = [-0.1, 0.4]", "limits = [0.4, -0.1]", &["joints[3] (rail)", "upper limit"]),
     ("limits = [-0.1, 0.4]", "limits = [0.4]", &["limits", "2"]),
+    (
+        "axis = [0.0, 1.0, 0.0]",
+        "axis = [0.0, nan, 0.0]",
+        &["(shoulder).axis", "component of a joint's axis is NaN"],
+    ),
     ("type = \"fixed\"", "type = \"fixed\"\naxis = [0, 0, 1]", &["(weld).axis", "no meaning"]),
     ("type = \"fixed\"", "type = \"fixed\"\nfriction = 1.0", &["(weld).friction", "no meaning"]),
     ("type = \"fixed\"", "type = \"fixed\"\ncolour = 1.0", &["colour"]),
@@ -377,6 +382,11 @@ const BROKEN: &[(&str, &str, &[&str])] = &[
         "type = \"prismatic\"",
         "type = \"gimbal\"",
         &["(rail).start", "`turn_x`, `turn_y`, `turn_z`"],
+    ),
+    (
+        "type = \"prismatic\"",
+        "type = \"universal\"",
+        &["(rail).axis", "about two axes", "give `attitude` instead"],
     ),
     ("most = 600.0", "", &["most"]),
     ("most = 600.0", "most = -600.0", &["joints[0] (shoulder)", "most", "-600"]),

@@ -90,7 +90,7 @@ name = \"shoulder\"
 type = \"universal\"
 bodies = \"arm\"
 anchor = [0.0, 0.2, 1.25]
-axis = [0.2, 1.0, -0.3]
+attitude = [0.7071067811865476, -0.7, 0.1, 0.0]
 [[joints]]
 name = \"elbow\"
 type = \"revolute\"
@@ -201,6 +201,7 @@ fn broken_problems_are_refused_and_leave_nothing() {
         (&SLIDE.replace("steps = 30", "steps = 0"), "steps: 0 is given; 1 to 100000 are allowed"),
         (&SLIDE.replace("runs = 300", "start = \"none.csv\""), "none.csv"),
         (&SLIDE.replace("runs = 300", "stages = [\"walk\"]"), "walk"),
+        (&SLIDE.replace("runs = 300", "stages = []"), "search.stages: none are given"),
         (&SLIDE.replace("runs = 300", "rounds = 300"), "a whole number from 0 to 255 is needed"),
         (&SLIDE.replace("runs = 300", "knots = 70000"), "a whole number from 0 to 65535 is needed"),
         ("scene = \"\"\n", "scene"),

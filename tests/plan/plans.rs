@@ -409,6 +409,10 @@ fn problems_that_are_none_are_refused() {
         let constant = "kind = \"constant\"\nconstant = \"friction\"\nvalue = [0, 1]\n";
         format!("[[controls]]\nname = \"{name}\"\n{constant}")
     };
+    let constant = |of: &str, range: &str| {
+        format!("[[controls]]\nkind = \"constant\"\nconstant = \"{of}\"\nvalue = {range}\n")
+    };
+    let push = |rest: &str| format!("[[controls]]\nkind = \"push\"\nface = \"-x\"\n{rest}\n");
     for (problem, words) in [
         (format!("steps = 0\n{force}x = [0, 1]\n{target}"), "steps"),
         (format!("steps = 5\n{force}x = [1, 0]\n{target}"), "no bounds"),
@@ -482,6 +486,19 @@ fn problems_that_are_none_are_refused() {
             "\"a\" and \"b\"",
         ),
         (format!("steps = 5\n{}{}{target}", chosen("a"), chosen("b")), "set the same thing"),
+        (format!("steps = 5\n{target}"), "controls: none are given"),
+        (format!("steps = 5\n{}{target}", constant("friction", "[-1, 1]")), "value -1 is refused"),
+        (format!("steps = 5\n{}{target}", constant("mass", "[0, 1]")), "value 0 is refused"),
+        (format!("steps = 5\n{}{target}", constant("restitution", "[0, 2]")), "value 2 is refused"),
+        (format!("steps = 5\n{}{target}", push("normal = [-5, 20]")), "-5 is a pull"),
+        (
+            format!("steps = 5\n{}{target}", push("normal = [0, 20]\nat = [-0.15, 3, 0]")),
+            "pushes at [-0.15, 3.0, 0.0], beside the body",
+        ),
+        (
+            format!("steps = 5\n{}{target}", push("normal = [0, 20]\noffset = [-0.1, 2]")),
+            "beside the body; up to ±[0.15, 0.15, 0.1] m",
+        ),
     ] {
         let text = format!("scene = \"-\"\n{problem}");
         match ProblemFile::of_scene_text(scene.clone(), &text) {

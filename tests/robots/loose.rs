@@ -342,3 +342,132 @@ fn a_flat_mesh_is_a_plate() {
     let scene = self::scene(GROUND, &[("robot.urdf", &urdf), ("flat.obj", &thin)]).unwrap();
     assert!(!said(&scene, "it is flat"), "{:?}", scene.notes());
 }
+
+/// A shape of size 0 touches nothing: it is left out, and that is said. The robot is that without it.
+#[test]
+fn shapes_of_size_0_are_left_out() {
+    let body = |shapes: &str| format!("<robot name='r'>{}</robot>", link("body", 1.0, shapes));
+    let own = shape("<box size='0.2 0.2 0.2'/>", "0 0 0.1");
+    for empty in [
+        "<box size='0 0 0'/>",
+        "<box size='1 0 1'/>",
+        "<sphere radius='0'/>",
+        "<cylinder length='0' radius='0'/>",
+        "<cylinder length='1' radius='0.0'/>",
+        "<mesh filename='a.stl' scale='0 0 0'/>",
+    ] {
+        let scene = robot(GROUND, &body(&format!("{own}{}", shape(empty, "0 0 5"))));
+        assert!(said(&scene, "shapes of size 0 are left out: 1"), "{empty}: {:?}", scene.notes());
+        assert_eq!(scene.model.shapes.len(), 1);
+        assert_eq!(scene.world, robot(GROUND, &body(&own)).world);
+    }
+    let why = scene(GROUND, &[("robot.urdf", &body(&shape("<sphere radius='-1'/>", "0 0 0")))]);
+    assert!(why.err().unwrap_or_default().contains("radius is -1"));
+}
+
+/// An effort below 0 is what programs write where no limit is known.
+#[test]
+fn an_effort_below_0_is_no_limit() {
+    let arm = |effort: &str| {
+        let limit = format!("<axis xyz='0 1 0'/><limit lower='-1' upper='1' {effort}/>");
+        let parts = [
+            link("base", 1.0, ""),
+            link("arm", 1.0, ""),
+            joint("revolute", ["base", "arm"], "0 0 0.2", &limit),
+        ];
+        format!("<robot name='r'>{}</robot>", parts.concat())
+    };
+    let given = robot(AIR, &arm("effort='-1'"));
+    assert!(said(&given, "an effort below 0 is no limit"), "{:?}", given.notes());
+    assert_eq!(given.robots[0].robot().joints[1].effort, None);
+    assert_eq!(given.model.joints, robot(AIR, &arm("")).model.joints);
+}
+
+/// Frames of almost no mass are those of none: what moves such a frame alone is fixed, and all of it is said.
+#[test]
+fn frames_of_almost_no_mass_are_frames() {
+    let faint = |name: &str| {
+        format!(
+            "<link name='{name}'><inertial><mass value='1e-10'/><inertia ixx='1e-10' iyy='1e-10' izz='1e-10' ixy='0' \
+             ixz='0' iyz='0'/></inertial></link>"
+        )
+    };
+    let axis = "<axis xyz='0 1 0'/>";
+    let tool = |link: &str, rest: &str| {
+        let parts = [
+            faint("footprint"),
+            self::link("base", 1.0, ""),
+            joint("fixed", ["footprint", "base"], "0 0 0.3", ""),
+            self::link("arm", 1.0, ""),
+            joint("continuous", ["base", "arm"], "0 0 0.2", axis),
+            link.to_owned(),
+            joint("continuous", ["arm", "tool"], "0.1 0 0", rest),
+        ];
+        format!("<robot name='r'>{}</robot>", parts.concat())
+    };
+    let made = robot(AIR, &tool(&faint("tool"), axis));
+    let notes = made.notes();
+    assert!(said(&made, "links of less than 1e-9 kg are frames without mass: 2"), "{notes:?}");
+    assert!(said(&made, "fixed where the file places them: tool_joint"), "{notes:?}");
+    // The root flies, as something heavy is fixed to it.
+    assert_eq!((made.bodies.len(), made.model.joints.len()), (2, 1));
+    assert!(made.robots[0].robot().link("tool").is_some());
+    after(&made, 10);
+    // A root of almost no mass by itself is fixed, and a frame between two joints is a place.
+    let parts = [
+        faint("base"),
+        faint("wrist"),
+        link("hand", 1.0, ""),
+        joint("continuous", ["base", "wrist"], "0 0 0.2", axis),
+        joint("continuous", ["wrist", "hand"], "0 0 0", "<axis xyz='1 0 0'/>"),
+    ];
+    let made = robot(AIR, &format!("<robot name='r'>{}</robot>", parts.concat()));
+    assert!(said(&made, "base, the root link, has no mass and is fixed"), "{:?}", made.notes());
+    assert_eq!((made.bodies.len(), made.model.joints.len()), (1, 1));
+    // What goes with a joint that is fixed has nothing to go with.
+    let leads = "<axis xyz='0 1 0'/></joint><joint name='other' type='continuous'><parent link='arm'/><child link='more'/>\
+        <axis xyz='0 1 0'/><mimic joint='tool_joint'/>";
+    let text = tool(&format!("{}{}", faint("tool"), link("more", 1.0, "")), leads);
+    let why = scene(AIR, &[("robot.urdf", &text)]).err().unwrap_or_default();
+    assert!(why.contains("\"tool_joint\" moves less than 1e-9 kg and is fixed"), "{why}");
+}
+
+/// Lines of elements are found once: a file of many links is read in time proportional to its length.
+#[test]
+fn too_many_links_are_refused_at_once() {
+    let links = (0..3000).map(|k| {
+        let shapes = shape("<box size='0.1 0.1 0.1'/>", "0 0 0").repeat(4);
+        let own = link(&format!("link{k}"), 1.0, &shapes);
+        let tie = ["parent", "child"].map(|end| {
+            format!("<{end} link='link{}'/>", k - usize::from(end == "parent" && k > 0))
+        });
+        let tie = format!("<joint name='joint{k}' type='fixed'>{}</joint>\n", tie.concat());
+        if k == 0 { own } else { format!("{own}{tie}") }
+    });
+    let text = format!("<robot name='r'>{}</robot>", links.collect::<String>());
+    let clock = std::time::Instant::now();
+    let why = scene(AIR, &[("robot.urdf", &text)]).err().unwrap_or_default();
+    assert!(
+        why.contains("line 2000, <link> \"link2000\": with this there are more than 2000 links"),
+        "{why}"
+    );
+    assert!(clock.elapsed().as_secs_f64() < 3.0, "{:?}", clock.elapsed());
+}
+
+/// Bodies that all overlap are kept apart pair by pair, in time proportional to their pairs.
+#[test]
+fn many_bodies_in_one_place_are_kept_apart() {
+    const BODIES: usize = 80;
+    let finger = |k: usize| {
+        let own = link(&format!("finger{k}"), 0.1, &shape("<sphere radius='0.01'/>", "0 0 0"));
+        let name = format!("finger{k}");
+        own + &joint("continuous", ["palm", &name], "0 0 0.5", "<axis xyz='1 0 0'/>")
+    };
+    let fingers: String = (0..BODIES).map(finger).collect();
+    let text = format!("<robot name='r'>{}{fingers}</robot>", link("palm", 1.0, ""));
+    let clock = std::time::Instant::now();
+    let made = robot(AIR, &text);
+    assert_eq!(made.model.apart.len(), BODIES * (BODIES - 1) / 2);
+    assert!(said(&made, "what overlaps at the start never touches each other"));
+    assert!(clock.elapsed().as_secs_f64() < 5.0, "{:?}", clock.elapsed());
+}

@@ -178,22 +178,38 @@ impl Candidates {
         states: &[State],
         asked: impl Fn(usize) -> bool,
     ) -> Option<Overlap> {
-        /// Of what is thin.
-        const PART: f64 = 0.1;
-        /// What rounding and the digits of an input may leave, in parts of the world's reach.
-        const ROUNDING: f64 = 1e-6;
-        let reach = |partner: Partner| match partner.body() {
-            Some(body) => world.bodies()[body].reach(),
-            None => f64::INFINITY,
-        };
-        let allowed = |[a, b]: [(Partner, Extent); 2]| {
-            if ![a.0, b.0].into_iter().filter_map(Partner::body).any(&asked) {
-                return f64::INFINITY;
-            }
-            let band = detection::CONTACT_BAND * reach(a.0).min(reach(b.0));
-            band.min(PART * (a.1.inner + b.1.inner)).max(ROUNDING * world.reach())
-        };
+        let allowed = allowed_at_start(world, asked);
         has_pairs(world).then(|| self.neighbours.deepest(world, states, allowed))?
+    }
+
+    /// All overlaps that [`overlap_at_start`](Self::overlap_at_start) refuses, the deepest first.
+    pub fn overlaps_at_start(&mut self, world: &World, states: &[State]) -> Vec<Overlap> {
+        if !has_pairs(world) {
+            return Vec::new();
+        }
+        self.neighbours.overlaps(world, states, allowed_at_start(world, |_| true))
+    }
+}
+
+/// Overlap that two pieces may start with, m; any where no body is `asked` about.
+fn allowed_at_start(
+    world: &World,
+    asked: impl Fn(usize) -> bool,
+) -> impl Fn([(Partner, Extent); 2]) -> f64 {
+    /// Of what is thin.
+    const PART: f64 = 0.1;
+    /// What rounding and the digits of an input may leave, in parts of the world's reach.
+    const ROUNDING: f64 = 1e-6;
+    let reach = move |partner: Partner| match partner.body() {
+        Some(body) => world.bodies()[body].reach(),
+        None => f64::INFINITY,
+    };
+    move |[a, b]: [(Partner, Extent); 2]| {
+        if ![a.0, b.0].into_iter().filter_map(Partner::body).any(&asked) {
+            return f64::INFINITY;
+        }
+        let band = detection::CONTACT_BAND * reach(a.0).min(reach(b.0));
+        band.min(PART * (a.1.inner + b.1.inner)).max(ROUNDING * world.reach())
     }
 }
 

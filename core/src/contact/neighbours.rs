@@ -255,20 +255,56 @@ impl Neighbours {
         self.passed = look.passed;
     }
 
-    /// Of the overlaps of two pieces where the bodies are at `states` that are deeper than what is `allowed`
-    /// of theirs (m) the deepest.
+    /// Deepest overlap of two pieces where the bodies are at `states`, of those deeper than what is `allowed` of theirs (m).
     pub(super) fn deepest(
         &mut self,
         world: &World,
         states: &[State],
         allowed: impl Fn([(Partner, Extent); 2]) -> f64,
     ) -> Option<Overlap> {
+        let mut deepest: Option<Overlap> = None;
+        self.each_depth(world, states, |depth, sides| {
+            if depth > deepest.map_or(0.0, |known| known.depth) {
+                let allowed = allowed(sides);
+                if depth > allowed {
+                    deepest = Some(Overlap { depth, allowed, between: (sides[0].0, sides[1].0) });
+                }
+            }
+        });
+        deepest
+    }
+
+    /// All of these overlaps, the deepest first.
+    pub(super) fn overlaps(
+        &mut self,
+        world: &World,
+        states: &[State],
+        allowed: impl Fn([(Partner, Extent); 2]) -> f64,
+    ) -> Vec<Overlap> {
+        let mut overlaps = Vec::new();
+        self.each_depth(world, states, |depth, sides| {
+            let allowed = allowed(sides);
+            if depth > 0.0 && depth > allowed {
+                overlaps.push(Overlap { depth, allowed, between: (sides[0].0, sides[1].0) });
+            }
+        });
+        overlaps.sort_by(|a, b| b.depth.total_cmp(&a.depth));
+        overlaps
+    }
+
+    /// Visits the pairs of near pieces where the bodies are at `states`: their depth (m, below 0 where they are apart), owners
+    /// and extents.
+    fn each_depth(
+        &mut self,
+        world: &World,
+        states: &[State],
+        mut visit: impl FnMut(f64, [(Partner, Extent); 2]),
+    ) {
         let known = self.memory.end == states && self.lists(world);
         if !known && !self.stand(world, states) {
-            return None;
+            return;
         }
         let Self { memory, proxies, extents, poses, scratch, touches, .. } = self;
-        let mut deepest: Option<Overlap> = None;
         for pair in &mut memory.pairs {
             let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| proxies[at]);
             let pieces = (placed(world, poses, a), placed(world, poses, b));
@@ -281,17 +317,9 @@ impl Neighbours {
                 pair.gap = manifold(pieces.0, pieces.1, 0.0, Side::A, hint, scratch, touches);
                 pair.is_bound = false;
             }
-            let depth = -pair.gap;
-            if depth > deepest.map_or(0.0, |known| known.depth) {
-                let extents = (extents[pair.proxies.0], extents[pair.proxies.1]);
-                let between = (a.owner.partner(), b.owner.partner());
-                let allowed = allowed([(between.0, extents.0), (between.1, extents.1)]);
-                if depth > allowed {
-                    deepest = Some(Overlap { depth, allowed, between });
-                }
-            }
+            let extents = (extents[pair.proxies.0], extents[pair.proxies.1]);
+            visit(-pair.gap, [(a.owner.partner(), extents.0), (b.owner.partner(), extents.1)]);
         }
-        deepest
     }
 
     /// Makes `change` of the memory, where bodies are added, removed or held: it is then one of `world`.

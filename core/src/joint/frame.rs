@@ -1,6 +1,6 @@
 //! The frame of a joint in a body, or in the world.
 
-use crate::error::{Error, in_range};
+use crate::error::{Error, all_in_range, in_range};
 use crate::mechanics::quaternion::product;
 use crate::mechanics::{Pose, State};
 use nalgebra::{Matrix3, Vector3, Vector4};
@@ -27,6 +27,8 @@ impl JointFrame {
     /// # Errors
     /// An axis of no length, or not finite.
     pub fn along(anchor: Vector3<f64>, axis: Vector3<f64>) -> Result<Self, Error> {
+        let allowed = "-1e9 to 1e9";
+        all_in_range("component of a joint's axis", &axis, -1e9, 1e9, allowed)?;
         let length = axis.norm();
         in_range("length of a joint's axis", length, 1e-9, 1e9, "1e-9 to 1e9")?;
         // The shortest turn from z: (1 + z·u, z × u), or half a turn about x.

@@ -12,9 +12,10 @@ impl World {
     /// A body or fixed piece that is not there, a ground where there is none, a body with itself.
     pub fn with_apart(mut self, body: usize, partner: Partner) -> Result<Self, Error> {
         self.check_pair("pair that does not touch", body, partner)?;
-        self.kept_apart.push(ordered(body, partner));
-        let joints = std::mem::take(&mut self.joints);
-        Ok(self.tied_by(joints))
+        for pairs in [&mut self.kept_apart, &mut self.apart] {
+            insert(pairs, ordered(body, partner));
+        }
+        Ok(self)
     }
 
     /// This world, in which the body `body` touches nothing.
@@ -62,5 +63,12 @@ impl World {
     /// Whether the body `body` may touch anything.
     pub(crate) fn touches(&self, body: usize) -> bool {
         !self.is_held(body) && self.untouched.binary_search(&body).is_err()
+    }
+}
+
+/// Inserts a pair into pairs in order, unless it is there.
+fn insert(pairs: &mut Vec<(usize, Partner)>, pair: (usize, Partner)) {
+    if let Err(place) = pairs.binary_search(&pair) {
+        pairs.insert(place, pair);
     }
 }

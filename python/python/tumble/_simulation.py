@@ -57,6 +57,8 @@ class Simulation(CoreSimulation):
     the same time; the numbers are the same on any number. Ipopt has one. A process that was forked
     has none of them, and goes on on one.
 
+    One thread at a time may use it: while it runs, another one raises TumbleError. Each thread needs a copy of its own.
+
     It can be pickled and copied: what comes of it goes on with the same numbers, to the last bit.
     """
 
@@ -238,7 +240,8 @@ class Simulation(CoreSimulation):
         bodies = len(self.bodies)
         of_step = Recording.step_bytes(bodies, len(self.scene.joints))
         of_bodies = f"{bodies} {'body' if bodies == 1 else 'bodies'}"
-        room(f"{steps} recorded steps of {of_bodies}", steps * of_step)
+        kept = "contacts not counted" if contacts else "without contacts"
+        room(f"{steps} recorded steps of {of_bodies}, {kept},", steps * of_step)
         if wrenches is not None:
             shapes = _shapes((steps, bodies, 6), bodies)
             wrenches = numbers("wrenches", wrenches, *shapes).reshape(steps, bodies, 6)

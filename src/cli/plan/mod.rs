@@ -30,6 +30,9 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let text = scenario::read_text(&args.file)?;
     let file = ProblemFile::of_text(&text, &args.file, &input::bytes)?;
     let problem = &file.problem;
+    if args.start.is_none() && !args.replay {
+        file.check_stages().map_err(|why| refused(args, &PlanError::Problem(why)))?;
+    }
     let (start, note) = match (&args.start, &file.start) {
         (Some(path), _) | (None, Start::File(path)) => {
             let Read { controls, changed } = controls::read(problem, path)?;

@@ -1,9 +1,10 @@
 //! Checks of the parts of a problem.
 
 use super::super::PlanError;
-use super::super::control::{Control, ControlKind};
+use super::super::control::{Control, ControlKind, Push};
 use crate::joint::JointAxis;
 use crate::plan::target::FARTHEST;
+use crate::world::constants::extents;
 use crate::world::{Constant, World};
 
 /// Constants that can be controls: those with a field of their own in a scene's model.
@@ -61,6 +62,12 @@ pub(super) fn check_control(
     }
     match kind {
         ControlKind::Push(push) => {
+            if let [low, _] = bounds[0]
+                && low < 0.0
+            {
+                let why = format!("normal: {low} is a pull; a push needs a range from 0 N");
+                return odd(format!("control {name:?}: {why}"));
+            }
             let frame = &push.frame;
             let apart = (frame.transpose() * frame - nalgebra::Matrix3::identity()).amax();
             if !(apart < 1e-9 && frame.determinant() > 0.0) {
@@ -73,6 +80,7 @@ pub(super) fn check_control(
                     format!("at is [{x:?}, {y:?}, {z:?}]; numbers from -1e6 to 1e6 m are needed");
                 return odd(format!("control {name:?}: {why}"));
             }
+            check_reach(name, push, &bounds[3..], world)?;
             let friction = push.friction.unwrap_or(0.0);
             if !(0.0..=10.0).contains(&friction) {
                 let why = format!("friction is {friction}; 0 to 10 is allowed");
@@ -99,6 +107,43 @@ pub(super) fn check_control(
             let why = format!("{} is not looked for; {} are", constant.name(), names.join(", "));
             odd(format!("control {name:?}: {why}"))
         }
+        ControlKind::Constant(constant) => {
+            for number in bounds[0] {
+                let numbers = constant.from_one_number(world, number);
+                if let Err(error) = world.with_constants(&[(*constant, &numbers)]) {
+                    return odd(format!("control {name:?}: value {number} is refused: {error}"));
+                }
+            }
+            Ok(())
+        }
         _ => Ok(()),
     }
 }
+
+/// Refuses a push whose point, with any of its offsets, lies outside the box around the body.
+fn check_reach(
+    name: &str,
+    push: &Push,
+    offsets: &[[f64; 2]],
+    world: &World,
+) -> Result<(), PlanError> {
+    let reach = extents(&world.bodies()[push.body]);
+    let slack = REACH_SLACK * reach.max();
+    for first in offsets[0] {
+        for second in offsets[1] {
+            let place = push.place(&[0.0, 0.0, 0.0, first, second]);
+            if (0..3).any(|k| place[k].abs() > reach[k] + slack) {
+                let [x, y, z]: [f64; 3] = place.into();
+                let [a, b, c]: [f64; 3] = reach.into();
+                let why = format!(
+                    "with its offsets it pushes at [{x:?}, {y:?}, {z:?}], beside the body; up to ±[{a:?}, {b:?}, {c:?}] m is allowed"
+                );
+                return odd(format!("control {name:?}: {why}"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Share of a body's extent by which rounding may move the point of a push.
+const REACH_SLACK: f64 = 1e-9;

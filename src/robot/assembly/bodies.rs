@@ -40,7 +40,9 @@ impl Assembled {
             let at = &self.robot.links[link].at;
             let wrong = |why: String| format!("{at}: {why}");
             if mass.mass <= 0.0 {
-                return Err(wrong("it moves and has no mass; give it <inertial>".to_owned()));
+                return Err(wrong(
+                    "it moves and has no mass of 1e-9 kg or more; give it <inertial>".to_owned(),
+                ));
             }
             self.bodies[place].centre = mass.centre;
             let start = BodyStart::of(&self.state_of(place, motion.links()));

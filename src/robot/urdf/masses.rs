@@ -8,7 +8,10 @@ use crate::robot::model::Mass;
 use crate::robot::xml::{Attributes, Element};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
-/// `<inertial>`; nothing where there is none.
+/// Least mass of a link, kg: that of a body in a scene. Files give less to frames.
+pub(super) const LEAST_MASS: f64 = 1e-9;
+
+/// `<inertial>`; nothing where there is none, or where its mass is less than [`LEAST_MASS`].
 pub(super) fn inertial(link: &Element) -> Result<Mass, String> {
     let Some(inertial) = link.one("inertial")? else { return Ok(Mass::NONE) };
     if density(link)?.is_some() {
@@ -18,6 +21,9 @@ pub(super) fn inertial(link: &Element) -> Result<Mass, String> {
     let Some(mass) = inertial.one("mass")? else { return Ok(Mass::NONE) };
     mass.needed("value")?;
     let mass = mass.bounded("value", 0.0, [0.0, 1e9])?;
+    if mass < LEAST_MASS {
+        return Ok(Mass::NONE);
+    }
     let inertia = match inertial.one("inertia")? {
         None => Matrix3::zeros(),
         Some(element) => {
@@ -28,6 +34,13 @@ pub(super) fn inertial(link: &Element) -> Result<Mass, String> {
         }
     };
     Ok(Mass { mass, centre: Vector3::zeros(), inertia }.placed(&origin(inertial)?))
+}
+
+/// Whether a link gives a mass above 0 that is less than [`LEAST_MASS`].
+pub(super) fn is_faint(link: &Element) -> Result<bool, String> {
+    let Some(inertial) = link.one("inertial")? else { return Ok(false) };
+    let mass = inertial.one("mass")?.map(|mass| mass.number("value")).transpose()?.flatten();
+    Ok(mass.is_some_and(|mass| 0.0 < mass && mass < LEAST_MASS))
 }
 
 /// `<density>` (kg/m³) of an `<inertial>` without a mass: the mass is that of the shapes that touch.

@@ -17,6 +17,10 @@ impl Reader<'_> {
                     geometry.wrong("one of box, sphere, cylinder, capsule and mesh is needed")
                 );
             };
+            if is_empty(form)? {
+                self.notes.empty(format!("{} of {}", collision.at(), element.at()));
+                continue;
+            }
             let frame = origin(collision)?;
             for form in self.forms(form)? {
                 let index = self.robot.shapes.len();
@@ -41,7 +45,7 @@ impl Reader<'_> {
         let before = self.robot.looks.len();
         for visual in element.all("visual") {
             match self.look(visual, link) {
-                Ok(look) => self.robot.looks.push(look),
+                Ok(look) => self.robot.looks.extend(look),
                 Err(why) => {
                     self.robot.looks.truncate(before);
                     self.notes.unseen(why);
@@ -51,12 +55,16 @@ impl Reader<'_> {
         }
     }
 
-    fn look(&self, visual: &Element, link: usize) -> Result<Look, String> {
+    /// Look of a visual; `None` for a form of size 0.
+    fn look(&self, visual: &Element, link: usize) -> Result<Option<Look>, String> {
         let geometry = visual.one("geometry")?;
         let geometry = geometry.ok_or_else(|| visual.wrong("<geometry> is needed"))?;
         let [form] = &geometry.children[..] else {
             return Err(geometry.wrong("one of box, sphere, cylinder, capsule and mesh is needed"));
         };
+        if is_empty(form)? {
+            return Ok(None);
+        }
         let seen = if form.tag == "mesh" {
             let scale = form.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
             let name = form.needed("filename")?;
@@ -65,7 +73,7 @@ impl Reader<'_> {
         } else {
             Seen::Form(self.form(form)?)
         };
-        Ok(Look { link, seen, frame: origin(visual)? })
+        Ok(Some(Look { link, seen, frame: origin(visual)? }))
     }
 
     /// What a shape is made of: one form, or the pieces of a mesh.
@@ -113,4 +121,24 @@ impl Reader<'_> {
             _ => Err(element.wrong("one of box, sphere, cylinder, capsule and mesh is needed")),
         }
     }
+}
+
+/// Whether a form has a size of 0, so that nothing can touch it.
+fn is_empty(form: &Element) -> Result<bool, String> {
+    let fields: &[&str] = match &*form.tag {
+        "box" => &["size"],
+        "mesh" => &["scale"],
+        "sphere" => &["radius"],
+        "cylinder" => &["length", "radius"],
+        // A capsule of length 0 is a sphere.
+        "capsule" => &["radius"],
+        _ => &[],
+    };
+    for field in fields {
+        let sizes = form.own(field).map(|value| form.numbers_of(field, value)).transpose()?;
+        if sizes.is_some_and(|sizes| sizes.contains(&0.0)) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }

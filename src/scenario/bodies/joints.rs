@@ -200,6 +200,14 @@ impl JointEntry {
         if let Some((field, _)) = axes.into_iter().find(|(_, given)| *given && !has_axis) {
             return idle(field);
         }
+        if let Some((field, _)) = axes.into_iter().find(|(_, given)| *given)
+            && kind == JointKind::Universal
+        {
+            let frame = field.replace("axis", "attitude");
+            return Err(format!(
+                "{field}: a universal joint turns about two axes, x and y of its frame; give `{frame}` instead"
+            ));
+        }
         for (field, _) in self.tables().into_iter().filter(|(_, table)| table.is_some()) {
             if driven.len() == 1 && driven[0].0 == field {
                 return Err(format!("{field}: a {} joint has its fields itself", kind.name()));

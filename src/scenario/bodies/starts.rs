@@ -106,40 +106,50 @@ fn keep_overlaps_apart(
     let mut told = vec![Vec::new(); robots.len()];
     let mut lifted: Vec<(usize, String, f64)> = Vec::new();
     let mut lifts = 0;
-    loop {
+    'search: loop {
         // A search remembers the pairs of the world that it was in.
-        let deepest = Candidates::new().overlap_at_start(&world, &model.states(), |_| true);
-        let Some(Overlap { depth, between, .. }) = deepest else { break };
-        let Some(body) = between.0.body() else { break };
-        let (partner, second) = match between.1 {
-            Partner::Body(other) => (PartnerModel::Body(other), &model.bodies[other].name),
-            Partner::Fixed(fixed) => (PartnerModel::Fixed(fixed), &model.fixed[fixed].name),
-            Partner::Ground => break,
-        };
-        let both = |robot: &Assembled| match between.1 {
-            Partner::Body(other) => robot.has_body(body) && robot.has_body(other),
-            Partner::Fixed(fixed) => robot.has_body(body) && robot.has_fixed(fixed),
-            Partner::Ground => false,
-        };
-        let Some(number) = robots.iter().position(both) else { break };
-        let robot = &mut robots[number];
-        if matches!(between.1, Partner::Fixed(_)) && !robot.hangs(body) {
-            let tree = robot.trees().into_iter().find(|(_, bodies)| bodies.contains(&body));
-            let Some((Some(joint), bodies)) = tree.filter(|_| robot.is_alone()) else { break };
-            lifts += 1;
-            if lifts > MOST_LIFTS {
-                break;
-            }
-            let name = robot.lift(joint, &bodies, up * depth, model);
-            match lifted.iter_mut().find(|known| (known.0, &known.1) == (number, &name)) {
-                Some(known) => known.2 += depth,
-                None => lifted.push((number, name, depth)),
-            }
-            continue;
+        let overlaps = Candidates::new().overlaps_at_start(&world, &model.states());
+        if overlaps.is_empty() {
+            break;
         }
-        told[number].push(format!("{} and {second} ({depth:.1e} m)", model.bodies[body].name));
-        model.apart.push(ApartModel { body, partner });
-        world = model.world()?;
+        for Overlap { depth, between, .. } in overlaps {
+            let Some(body) = between.0.body() else { break 'search };
+            // Other pieces of a pair that is apart by now.
+            if !world.may_touch(body, between.1) {
+                continue;
+            }
+            let (partner, second) = match between.1 {
+                Partner::Body(other) => (PartnerModel::Body(other), &model.bodies[other].name),
+                Partner::Fixed(fixed) => (PartnerModel::Fixed(fixed), &model.fixed[fixed].name),
+                Partner::Ground => break 'search,
+            };
+            let both = |robot: &Assembled| match between.1 {
+                Partner::Body(other) => robot.has_body(body) && robot.has_body(other),
+                Partner::Fixed(fixed) => robot.has_body(body) && robot.has_fixed(fixed),
+                Partner::Ground => false,
+            };
+            let Some(number) = robots.iter().position(both) else { break 'search };
+            let robot = &mut robots[number];
+            if matches!(between.1, Partner::Fixed(_)) && !robot.hangs(body) {
+                let tree = robot.trees().into_iter().find(|(_, bodies)| bodies.contains(&body));
+                let Some((Some(joint), bodies)) = tree.filter(|_| robot.is_alone()) else {
+                    break 'search;
+                };
+                lifts += 1;
+                if lifts > MOST_LIFTS {
+                    break 'search;
+                }
+                let name = robot.lift(joint, &bodies, up * depth, model);
+                match lifted.iter_mut().find(|known| (known.0, &known.1) == (number, &name)) {
+                    Some(known) => known.2 += depth,
+                    None => lifted.push((number, name, depth)),
+                }
+                continue 'search;
+            }
+            told[number].push(format!("{} and {second} ({depth:.1e} m)", model.bodies[body].name));
+            model.apart.push(ApartModel { body, partner });
+            world = world.with_apart(body, between.1)?;
+        }
     }
     for (number, name, by) in lifted {
         robots[number].note(format!("{name} was lifted {by:.3e} m out of what is fixed"));
