@@ -78,8 +78,8 @@ fn the_native_solver_takes_any_valid_state() {
     each(300, (any_world(), start()), |(world, start)| {
         check_run(&world, start, native(&world), STEPS, &seen)
     });
-    // Measured: 902, 338.
-    seen.assert_counts(830, 233, 0);
+    // Measured: 902, 338. A failed step makes no energy, so that its run goes on, often into further leaps.
+    seen.assert_counts(880, 350, 0);
 }
 
 #[test]
