@@ -5,8 +5,8 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::hint::black_box;
-use tumble::geometry::{Aabb, Hint, Piece, Scratch, Side, Sweep, manifold, separation};
-use tumble::mechanics::Pose;
+use tumble_core::geometry::{Aabb, Hint, Piece, Scratch, Side, Sweep, manifold, separation};
+use tumble_core::mechanics::Pose;
 
 type V = Vector3<f64>;
 

@@ -9,8 +9,8 @@ mod boxes;
 use boxes::Scene;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use std::error::Error;
-use tumble::simulation::{Simulation, StepRecord};
-use tumble::solver::native::NativeSolver;
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
 
 /// Name, file, the steps before the part that is timed, and how many it has.
 const PARTS: [(&str, &str, usize, usize); 5] = [
@@ -34,7 +34,7 @@ fn benches(criterion: &mut Criterion) -> Result<(), Box<dyn Error>> {
         };
         group.bench_function(format!("{name}, {steps} steps"), |bencher| {
             bencher.iter_batched(
-                || -> Result<_, tumble::error::Error> {
+                || -> Result<_, tumble_core::error::Error> {
                     let mut simulation = scene.begin(&world, NativeSolver::new(&world))?;
                     advance(&mut simulation, before)?;
                     Ok(simulation)

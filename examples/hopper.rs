@@ -7,13 +7,13 @@
 //! ```
 
 use nalgebra::{SVector, Vector3, Vector4};
-use tumble::contact::Plane;
-use tumble::derivative::StateChange;
-use tumble::error::Error;
-use tumble::joint::{Drive, Joint, JointFrame};
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::{Checkpoints, Motion, Run, Simulation};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::derivative::StateChange;
+use tumble_core::error::Error;
+use tumble_core::joint::{Drive, Joint, JointFrame};
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::{Checkpoints, Motion, Run, Simulation};
+use tumble_core::world::{Parameters, World};
 
 /// The bodies.
 const TORSO: usize = 0;

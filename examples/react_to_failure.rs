@@ -9,12 +9,12 @@
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
-use tumble::error::Error;
-use tumble::simulation::scene::{TutorialScene, tutorial_parameters};
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, TOLERANCE};
-use tumble::step::StepStatus;
-use tumble::world::World;
+use tumble_core::error::Error;
+use tumble_core::simulation::scene::{TutorialScene, tutorial_parameters};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::World;
 
 /// Steps: the fall and the first impacts.
 const STEPS: u64 = 400;

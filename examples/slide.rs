@@ -7,13 +7,13 @@
 
 use nalgebra::{Matrix2, Vector2, Vector3, Vector4};
 use std::time::Instant;
-use tumble::contact::Plane;
-use tumble::derivative::StateChange;
-use tumble::error::Error;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::native::{StepChange, StepDerivative};
-use tumble::world::{Constant, Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::derivative::StateChange;
+use tumble_core::error::Error;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::{StepChange, StepDerivative};
+use tumble_core::world::{Constant, Parameters, World};
 
 /// When it is looked at, in steps of 2 ms.
 const TIMES: [u64; 2] = [100, 200];

@@ -3,11 +3,11 @@
 //!
 //! `cargo run --release --example toss`
 
-use tumble::error::Error;
-use tumble::simulation::scene::{TutorialScene, tutorial_parameters};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::World;
+use tumble_core::error::Error;
+use tumble_core::simulation::scene::{TutorialScene, tutorial_parameters};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::World;
 
 fn main() -> Result<(), Error> {
     let scene = TutorialScene::drop();

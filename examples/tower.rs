@@ -14,12 +14,12 @@
 //! ```
 
 use nalgebra::{Vector3, Vector4};
-use tumble::contact::Plane;
-use tumble::derivative::StateChange;
-use tumble::error::Error;
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
-use tumble::world::{Constant, Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::derivative::StateChange;
+use tumble_core::error::Error;
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
+use tumble_core::world::{Constant, Parameters, World};
 
 /// Steps of 1 ms: those in which it is pushed, and those of the table.
 const PUSHED: u64 = 300;

@@ -1,35 +1,35 @@
-#![cfg_attr(feature = "guide", doc = include_str!(concat!(env!("OUT_DIR"), "/guide.md")))]
-#![cfg_attr(not(feature = "guide"), doc = include_str!("../docs/guide.md"))]
+//! Rigid bodies in hard frictional contact: every time step one optimisation problem, solved and certified.
+
 #![deny(unsafe_code)]
 
-pub use tumble_core::{contact, derivative, error, geometry, joint, mechanics, step, world};
+pub use nalgebra;
+pub use tumble_core::contact::{Certificate, Contact, ContactKey, Detection};
+pub use tumble_core::error::Error;
+pub use tumble_core::geometry::Piece;
+pub use tumble_core::joint::{Axis, Gear, Joint, Motor};
+pub use tumble_core::mechanics::{Load, RigidBody, Rotation, State, Wrench};
+pub use tumble_core::simulation::{Motion, Simulation, StepRecord};
+pub use tumble_core::solver::native::NativeSolver;
+pub use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
+pub use tumble_core::world::{Fixed, Parameters, Partner, Plane, World};
 
-#[cfg(feature = "film")]
-pub mod film;
 pub mod problem;
+#[cfg(feature = "rollout")]
+pub mod rollout;
+
+#[cfg(feature = "ipopt")]
+pub mod ipopt;
+#[cfg(feature = "ipopt")]
 pub mod solver;
 #[cfg(feature = "program")]
 pub mod sparsity;
 #[cfg(feature = "program")]
 pub mod step_nlp;
 
-#[cfg(feature = "plan")]
-pub mod plan;
-#[cfg(feature = "robot")]
-pub mod robot;
-#[cfg(feature = "rollout")]
-pub mod rollout;
-#[cfg(feature = "scenario")]
-pub mod scenario;
-pub mod simulation;
-
-#[cfg(feature = "ipopt")]
-pub mod ipopt;
-
-/// The programs of the document of robots, compiled.
-#[cfg(all(doctest, feature = "robot"))]
-#[doc = include_str!("../docs/robots.md")]
-struct Robots;
+/// The programs of the guide, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/guide.md")]
+struct Guide;
 
 /// The README's programs, compiled and run.
 #[cfg(doctest)]

@@ -1,7 +1,3 @@
-//! Who solves the contact step: [`native`], tumble's own solver, and with the feature `ipopt`
-//! the tutorial's program by Ipopt. Both are [`StepSolver`](crate::step::StepSolver)s.
+//! Other solvers of the contact step than [`NativeSolver`](crate::NativeSolver): the tutorial's program by Ipopt.
 
-#[cfg(feature = "ipopt")]
 pub mod ipopt;
-
-pub use tumble_core::solver::native;

@@ -71,7 +71,7 @@ const REFERENCE_TEXT: &str = "# Reference
 const CRATES: &[(&str, &[&str])] = &[
     ("src/", &["tumble"]),
     ("core/src/", &["tumble", "tumble_core"]),
-    ("pictures/src/", &["tumble_pictures"]),
+    ("pictures/src/", &["tumble_view"]),
     ("ipopt-sys/src/", &["ipopt_sys"]),
 ];
 

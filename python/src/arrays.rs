@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use numpy::ndarray::ArrayD;
 use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use tumble::mechanics::State;
+use tumble_core::mechanics::State;
 
 /// The numbers as an array of this shape: the memory becomes the array's. It is a copy that nobody
 /// follows, and can therefore not be written to.

@@ -3,8 +3,8 @@
 use crate::rollout::parameter;
 use crate::scene::Scene;
 use pyo3::prelude::*;
-use tumble::scenario::label::label;
-use tumble::world::Constant;
+use tumble_core::world::Constant;
+use tumble_scene::label::label;
 
 /// The numbers of one constant.
 #[derive(IntoPyObject)]

@@ -9,10 +9,10 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PySlice, PyString, PyTuple};
 use std::borrow::Borrow;
 use std::sync::Arc;
-use tumble::contact::{Contact, Partner};
-use tumble::scenario::scene::Scene as Content;
-use tumble::simulation::StepRecord;
-use tumble::simulation::tables::ContactRow;
+use tumble_core::contact::{Contact, Partner};
+use tumble_core::simulation::StepRecord;
+use tumble_scene::output::tables::ContactRow;
+use tumble_scene::scene::Scene as Content;
 
 /// What contacts have as columns.
 pub const COLUMNS: [&str; 8] =

@@ -5,13 +5,13 @@ use crate::errors::{of_step, refused};
 use crate::scene::Scene;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use tumble::derivative::StateChange;
-use tumble::error::Error;
-use tumble::mechanics::{State, Wrench};
-use tumble::scenario::scene::Scene as Content;
-use tumble::simulation::{Checkpoints, Run, Simulation, StepRecord};
-use tumble::solver::native::{Smoothing, StepChange, StepDerivative};
-use tumble::world::Constant;
+use tumble_core::derivative::StateChange;
+use tumble_core::error::Error;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::simulation::{Checkpoints, Run, Simulation, StepRecord};
+use tumble_core::solver::native::{Smoothing, StepChange, StepDerivative};
+use tumble_core::world::Constant;
+use tumble_scene::scene::Scene as Content;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 

@@ -5,8 +5,8 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 use std::sync::Arc;
-use tumble::scenario::scene::Scene as Content;
-use tumble::simulation::StepRecord;
+use tumble_core::simulation::StepRecord;
+use tumble_scene::scene::Scene as Content;
 
 /// The last step, and its contacts as Python has them.
 pub struct LastStep {

@@ -26,7 +26,7 @@ use pyo3::prelude::*;
 fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("has_ipopt", cfg!(feature = "ipopt"))?;
-    let statuses = tumble::step::StepStatus::ALL.map(|status| status.name());
+    let statuses = tumble_core::step::StepStatus::ALL.map(|status| status.name());
     module.add("STATUSES", statuses)?;
     let parameters = tumble::rollout::Constant::ALL.map(|parameter| parameter.name());
     module.add("PARAMETERS", parameters)?;

@@ -12,9 +12,9 @@ use rayon::ThreadPoolBuilder;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
-use tumble::plan::file::ProblemFile;
-use tumble::plan::{Plan, PlanError, Problem, Progress, Watch};
-use tumble::scenario::written;
+use tumble_plan::file::ProblemFile;
+use tumble_plan::{Plan, PlanError, Problem, Progress, Watch};
+use tumble_scene::written;
 
 /// Searches controls of the problem in `text` from `start`, for at most `time` (s), and returns the plan as a dictionary.
 #[pyfunction]
@@ -119,7 +119,7 @@ fn told<'py>(py: Python<'py>, problem: &Problem, plan: &Plan) -> PyResult<Bound<
     all.set_item("stages", stages)?;
     let scene = problem.scene();
     let modes = replay.modes.iter().map(|modes| {
-        let of = |of: &tumble::plan::ContactMode| {
+        let of = |of: &tumble_plan::ContactMode| {
             let key = &of.key;
             (
                 scene.bodies[key.body].clone(),

@@ -14,23 +14,22 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use tumble::contact::Partner;
-use tumble::film::{self, Cast, Keys};
-use tumble::joint::{JointForce, JointResidual};
-use tumble::mechanics::State;
-use tumble::scenario::model::BodyModel;
-use tumble::scenario::run_file::{RunFile, checksum_of};
-use tumble::scenario::scene::Scene as Content;
-use tumble::simulation::StepRecord;
-use tumble::simulation::tables::{
+use tumble_core::contact::Partner;
+use tumble_core::joint::{JointForce, JointResidual};
+use tumble_core::mechanics::State;
+use tumble_core::simulation::StepRecord;
+use tumble_core::step::StepStatus;
+use tumble_film::{Cast, Keys, Role};
+use tumble_scene::output::tables::{
     ContactRow, GearRow, JointRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
 };
-use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow, TrajectoryWriter};
-use tumble::step::StepStatus;
-use tumble_pictures::animation::{Settings, View, animate};
-use tumble_pictures::plot::{self, Sheet};
-use tumble_pictures::view::page;
-use tumble_pictures::{Fact, Film};
+use tumble_scene::output::trajectory::{TrajectoryReader, TrajectoryRow, TrajectoryWriter};
+use tumble_scene::run_file::{RunFile, checksum_of};
+use tumble_scene::scene::Scene as Content;
+use tumble_view::animation::{Settings, View, animate};
+use tumble_view::plot::{self, Sheet};
+use tumble_view::view::page;
+use tumble_view::{Fact, Film};
 
 /// Rows that a picture may be made of: they are all in memory once more.
 const MOST_ROWS: usize = 1_000_000;
@@ -447,9 +446,9 @@ impl Recording {
         }
         let content = &self.content;
         let mut keys = Keys::new();
-        let frame = |row| film::frame(&content.world, row, &mut keys);
+        let frame = |row| tumble_film::frame(&content.world, row, &mut keys);
         let frames = self.rows.iter().map(frame).collect();
-        let roles: Vec<_> = content.model.bodies.iter().map(BodyModel::role).collect();
+        let roles: Vec<_> = content.model.bodies.iter().map(Role::from).collect();
         let cast = Cast {
             world: &content.world,
             bodies: &roles,
@@ -458,8 +457,8 @@ impl Recording {
             loads: &content.loads,
             floating: content.contact.is_none(),
         };
-        let mut film = film::film(cast, frames);
-        content.model.dress(&mut film).map_err(in_python)?;
+        let mut film = tumble_film::film(cast, frames);
+        tumble_film::dress(&content.model, &mut film).map_err(in_python)?;
         let seed = content.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
         film.title = format!("{}, {seed}{}", content.name, content.solver());
         film.facts = vec![Fact::new("scene", content.name.clone())];

@@ -7,11 +7,11 @@ use nalgebra::{DMatrix, Vector3, Vector4};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use std::sync::Arc;
-use tumble::robot::model::Moves;
-use tumble::robot::motion::{LinkMotion, Motion};
-use tumble::robot::sensors::Site;
-use tumble::robot::{Assembled, Frame};
-use tumble::scenario::scene::Scene as Content;
+use tumble_robot::model::Moves;
+use tumble_robot::motion::{LinkMotion, Motion};
+use tumble_robot::sensors::Site;
+use tumble_robot::{Assembled, Frame};
+use tumble_scene::scene::Scene as Content;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 

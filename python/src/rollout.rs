@@ -11,12 +11,12 @@ use pyo3::prelude::*;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
-use tumble::error::Error;
 use tumble::rollout::{
     Batch, By, Constant, Cotangents, Noted, Outputs, RolloutError, Varied, Watch, gradients,
     roll_out,
 };
-use tumble::world::World;
+use tumble_core::error::Error;
+use tumble_core::world::World;
 
 /// Fewer steps than this, times bodies, are done by the calling thread, which is faster.
 const FEW_STEPS: usize = 2000;

@@ -4,14 +4,14 @@ use crate::last_step::LastStep;
 use crate::recording::{Recording, add_forces};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
-use tumble::contact::Contact;
-use tumble::error::Error;
-use tumble::mechanics::{State, Wrench};
-use tumble::scenario::scene::Scene;
-use tumble::simulation::save::{Saved, from_bytes, to_bytes};
-use tumble::simulation::tables::TableStep;
-use tumble::simulation::{self, Motion, StepRecord};
-use tumble::step::StepSolution;
+use tumble_core::contact::Contact;
+use tumble_core::error::Error;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::simulation::save::{Saved, from_bytes, to_bytes};
+use tumble_core::simulation::{self, Motion, StepRecord};
+use tumble_core::step::StepSolution;
+use tumble_scene::output::tables::TableStep;
+use tumble_scene::scene::Scene;
 
 /// What a saved state has besides: of the last step its start, its contacts and its solution; whether nothing moved it but
 /// what the scene says; and what Python's side of it keeps, in words of its own.

@@ -8,16 +8,16 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use tumble::joint::{GearAxis, JointAxis};
-use tumble::mechanics::Rotation;
-use tumble::scenario::LARGEST_START;
-use tumble::scenario::choices::SolverName;
-use tumble::scenario::failure::Failure;
-use tumble::scenario::joint::JointModel;
-use tumble::scenario::model::Model;
-use tumble::scenario::scene::Scene as Content;
-use tumble::scenario::settings::{RobotSettings, Settings};
-use tumble::world::constants::extents;
+use tumble_core::joint::{GearAxis, JointAxis};
+use tumble_core::mechanics::Rotation;
+use tumble_core::world::constants::extents;
+use tumble_model::Model;
+use tumble_model::failure::Failure;
+use tumble_model::joint::JointModel;
+use tumble_scene::LARGEST_START;
+use tumble_scene::choices::SolverName;
+use tumble_scene::scene::Scene as Content;
+use tumble_scene::settings::{RobotSettings, Settings};
 
 /// The bytes of a regular file of at most `most`.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {

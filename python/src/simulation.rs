@@ -17,14 +17,14 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
-use tumble::error::Error;
-use tumble::joint::{Axis, Drive, Gear, JointAxis, Motor};
-use tumble::scenario::joint::JointModel;
-use tumble::scenario::scene::Scene as Content;
-use tumble::simulation::save::Saved;
-use tumble::simulation::tables::JointRow;
-use tumble::simulation::{self, Motion, StepRecord};
-use tumble::world::Partner;
+use tumble_core::error::Error;
+use tumble_core::joint::{Axis, Drive, Gear, JointAxis, Motor};
+use tumble_core::simulation::save::Saved;
+use tumble_core::simulation::{self, Motion, StepRecord};
+use tumble_core::world::Partner;
+use tumble_model::joint::JointModel;
+use tumble_scene::output::tables::JointRow;
+use tumble_scene::scene::Scene as Content;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 

@@ -2,13 +2,13 @@
 
 use super::varied::{Varied, varied};
 use super::watch::Watch;
-use crate::error::Error;
-use crate::joint::{Course, Drive, JointAxis, Knots};
-use crate::mechanics::{Load, State, Wrench};
-use crate::simulation::{Motion, Simulation};
-use crate::world::World;
 use nalgebra::{SVector, Vector3};
 use std::sync::Arc;
+use tumble_core::error::Error;
+use tumble_core::joint::{Course, Drive, JointAxis, Knots};
+use tumble_core::mechanics::{Load, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation};
+use tumble_core::world::World;
 
 /// What makes the motion of one rollout's world.
 pub type MotionOf<'a> = &'a (dyn Fn(&World) -> Result<Motion<'static>, Error> + Sync);
@@ -56,7 +56,7 @@ pub struct Outputs<'a> {
     pub forces: &'a mut [f64],
     /// The residual of each step, m/s: (B, T).
     pub residuals: &'a mut [f64],
-    /// How each step ended, the place in [`StepStatus::ALL`](crate::step::StepStatus::ALL):
+    /// How each step ended, the place in [`StepStatus::ALL`](tumble_core::step::StepStatus::ALL):
     /// (B, T).
     pub statuses: &'a mut [u8],
 }
@@ -70,7 +70,7 @@ impl Batch<'_> {
     /// How many numbers the changes of a rollout's states have.
     #[cfg(feature = "save")]
     pub(super) fn change_width(&self) -> usize {
-        crate::derivative::StateChange::LEN * self.bodies()
+        tumble_core::derivative::StateChange::LEN * self.bodies()
     }
 
     /// Refuses arrays of other lengths than their shapes say.

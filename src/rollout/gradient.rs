@@ -1,17 +1,17 @@
 //! Derivatives of what a batch of rollouts decides: one pass backwards through each, on all threads.
 //!
-//! Each is [`Simulation::gradient`](crate::simulation::Simulation::gradient) of its rollout; what is said there holds here.
+//! Each is [`Simulation::gradient`](tumble_core::simulation::Simulation::gradient) of its rollout; what is said there holds here.
 
 use super::batch::{Batch, of};
 use super::run::{RolloutError, hand_out};
 use super::watch::Watch;
-use crate::derivative::StateChange;
-use crate::error::Error;
-use crate::mechanics::{State, Wrench};
-use crate::simulation::{Checkpoints, Run, RunGradient, Simulation};
-use crate::solver::native::Smoothing;
-use crate::world::Constant;
 use std::num::NonZeroUsize;
+use tumble_core::derivative::StateChange;
+use tumble_core::error::Error;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::simulation::{Checkpoints, Run, RunGradient, Simulation};
+use tumble_core::solver::native::Smoothing;
+use tumble_core::world::Constant;
 
 /// Derivatives of a number that each rollout decides, by its states: twelve a body, see [`StateChange`].
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,7 @@
 //!
 //! A [`Batch`] says what is to be simulated, as plain numbers in the order of numpy's arrays; the
 //! caller gives the [memory](Outputs) for what comes out. Every rollout is a
-//! [`Simulation`](crate::simulation::Simulation) of its own, so that its numbers are those of a
+//! [`Simulation`](tumble_core::simulation::Simulation) of its own, so that its numbers are those of a
 //! loop over simulations, to the last bit, whatever the number of threads. The
 //! threads are those of one call, and end with it.
 //!
@@ -51,8 +51,8 @@
 //! Beside these arrays, the caller's, a call takes the memory of one simulation a thread, and of its
 //! [`Report`]: thousands of rollouts of small worlds take no more than some.
 //!
-//! B rollouts of T steps of N bodies, of which D axes of joints can be [driven](crate::world::World::driven_axes) and M have
-//! [motors](crate::world::World::motors), those of [sums](crate::world::World::gear_motors) behind them; the last index fastest.
+//! B rollouts of T steps of N bodies, of which D axes of joints can be [driven](tumble_core::world::World::driven_axes) and M have
+//! [motors](tumble_core::world::World::motors), those of [sums](tumble_core::world::World::gear_motors) behind them; the last index fastest.
 
 mod batch;
 #[cfg(feature = "save")]

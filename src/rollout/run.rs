@@ -2,13 +2,13 @@
 
 use super::batch::{Batch, Outputs};
 use super::watch::Watch;
-use crate::error::Error;
-use crate::simulation::{Simulation, StepRecord};
-use crate::step::StepStatus;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
+use tumble_core::error::Error;
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::step::StepStatus;
 
 /// Steps between two reports of progress.
 const CHUNK: usize = 64;

@@ -1,9 +1,9 @@
 //! The constants that differ from rollout to rollout.
 
-use crate::error::Error;
-pub use crate::world::Constant;
-use crate::world::World;
-use crate::world::constants::Given;
+use tumble_core::error::Error;
+pub use tumble_core::world::Constant;
+use tumble_core::world::World;
+use tumble_core::world::constants::Given;
 
 /// A constant and its numbers, for B rollouts.
 #[derive(Debug, Clone, Copy)]

@@ -14,15 +14,15 @@ use serde::Deserialize;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
-use tumble::contact::certificate::{Certificate, Certifier, Claim};
-use tumble::contact::detection::all_contacts;
-use tumble::contact::{Candidates, Contact, Plane};
-use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::scene;
-use tumble::step::{Step, StepReport, StepSolution, StepSolver};
 use tumble::step_nlp::ProgramPoint;
-use tumble::world::{Parameters, World};
+use tumble_core::contact::certificate::{Certificate, Certifier, Claim};
+use tumble_core::contact::detection::all_contacts;
+use tumble_core::contact::{Candidates, Contact, Plane};
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::scene;
+use tumble_core::step::{Step, StepReport, StepSolution, StepSolver};
+use tumble_core::world::{Parameters, World};
 
 /// The seeds of `data/tutorial`.
 pub const SEEDS: [u32; 4] = [42, 0, 1, 2];

@@ -5,14 +5,14 @@ mod own;
 
 use campaign::{Found, Pairs, direction, piece, reach};
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::contact::{Partner, Plane};
-use tumble::geometry::Piece;
-use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, State};
-use tumble::simulation::random::Draws;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Fixed, Parameters, World};
+use tumble_core::contact::{Partner, Plane};
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, State};
+use tumble_core::simulation::random::Draws;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Fixed, Parameters, World};
 
 type V = Vector3<f64>;
 
@@ -34,7 +34,7 @@ fn world(bodies: Vec<RigidBody>, friction: f64, time_step: f64, fall: f64) -> Wo
         gravity,
         friction,
         time_step,
-        rotation: tumble::mechanics::Rotation::Momentum,
+        rotation: tumble_core::mechanics::Rotation::Momentum,
     })
     .unwrap()
 }
@@ -220,7 +220,7 @@ fn what_turns_too_far_beside_something_is_marked() {
     let ground = |height: f64| {
         let start = State { position: v(0.0, 0.0, height), ..start };
         let (bodies, ground, gravity) = (vec![rod.clone()], Plane::level(), V::zeros());
-        let rotation = tumble::mechanics::Rotation::Momentum;
+        let rotation = tumble_core::mechanics::Rotation::Momentum;
         let parameters = Parameters {
             bodies,
             ground: Some(ground),

@@ -4,8 +4,8 @@
 use crate::pieces::*;
 use nalgebra::{Matrix3, Rotation3};
 use std::collections::BTreeSet;
-use tumble::geometry::{Feature, Hint, Part, Piece, Scratch, Side, Touch, overlap};
-use tumble::mechanics::Pose;
+use tumble_core::geometry::{Feature, Hint, Part, Piece, Scratch, Side, Touch, overlap};
+use tumble_core::mechanics::Pose;
 
 fn features(touches: &[Touch]) -> BTreeSet<Feature> {
     touches.iter().map(|touch| touch.feature).collect()

@@ -5,8 +5,8 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand_mt::Mt64;
-use tumble::geometry::{Hint, Piece, Scratch, Separation, Side, Touch, manifold, separation};
-use tumble::mechanics::Pose;
+use tumble_core::geometry::{Hint, Piece, Scratch, Separation, Side, Touch, manifold, separation};
+use tumble_core::mechanics::Pose;
 
 pub type V = Vector3<f64>;
 
@@ -84,7 +84,7 @@ impl Draw {
         V::from_fn(|_, _| self.between(0.1, 0.6))
     }
 
-    fn cloud(&mut self, radius: f64) -> Result<Piece, tumble::error::Error> {
+    fn cloud(&mut self, radius: f64) -> Result<Piece, tumble_core::error::Error> {
         let count = 5 + self.below(20);
         let points: Vec<V> = (0..count).map(|_| self.vector(0.6)).collect();
         Piece::hull(&points, radius)

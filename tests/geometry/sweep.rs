@@ -4,11 +4,11 @@
 use crate::pieces::*;
 use allocation_counter::measure;
 use nalgebra::Vector4;
-use tumble::geometry::{
+use tumble_core::geometry::{
     Aabb, Advance, Hint, Moving, Piece, Scratch, Side, Sweep, first_overlap, manifold, overlap,
     separation, travel,
 };
-use tumble::mechanics::{State, Way};
+use tumble_core::mechanics::{State, Way};
 
 fn boxes(draw: &mut Draw, count: usize, spread: V) -> Vec<Aabb> {
     let place = |draw: &mut Draw| {

@@ -3,12 +3,12 @@
 use crate::common::{body, certify, flagged_contacts, point_forces, points, quantile, solve};
 use crate::toss::*;
 use std::sync::LazyLock;
-use tumble::contact::Detection;
-use tumble::mechanics::Wrench;
-use tumble::simulation::StepRecord;
 use tumble::solver::ipopt::{Formulation, IpoptSolver};
-use tumble::step::{StepSolution, StepStatus};
-use tumble::world::World;
+use tumble_core::contact::Detection;
+use tumble_core::mechanics::Wrench;
+use tumble_core::simulation::StepRecord;
+use tumble_core::step::{StepSolution, StepStatus};
+use tumble_core::world::World;
 
 const SEEDS: [u32; 6] = [0, 1, 2, 3, 6, 42];
 /// Every so many steps of a run one is compared.

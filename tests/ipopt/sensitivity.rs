@@ -16,13 +16,13 @@ use crate::common::{heights, points};
 use crate::slopes::Program as _;
 use crate::toss::*;
 use nalgebra::{DMatrix, DVector, Vector3, Vector4};
-use tumble::derivative::StateChange;
-use tumble::mechanics::quaternion::attitude_map;
-use tumble::mechanics::{State, Wrench};
-use tumble::simulation::StepRecord;
-use tumble::solver::native::{StepChange, StepDerivative};
 use tumble::step_nlp::{ProgramPoint, StepNlp, layout};
-use tumble::world::{Constant, World};
+use tumble_core::derivative::StateChange;
+use tumble_core::mechanics::quaternion::attitude_map;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::simulation::StepRecord;
+use tumble_core::solver::native::{StepChange, StepDerivative};
+use tumble_core::world::{Constant, World};
 
 /// ε, N: the least, so that friction is that of the law.
 const SMOOTHING: f64 = 1e-12;

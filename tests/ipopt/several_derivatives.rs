@@ -10,13 +10,13 @@ use crate::common::{
 use crate::slopes::{Program as _, dense, hessian_error, jacobian_error};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use tumble::contact::curved::{Core, shortest_way};
-use tumble::contact::{Contact, ContactKey, ContactLaw, Curved, Features, Partner, Plane};
-use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::step_nlp::StepNlp;
 use tumble::step_nlp::several::{PosedStep, SeveralNlp};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::curved::{Core, shortest_way};
+use tumble_core::contact::{Contact, ContactKey, ContactLaw, Curved, Features, Partner, Plane};
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::world::{Parameters, World};
 
 /// A program of several bodies and a point to differentiate at.
 #[derive(Debug, Clone)]

@@ -4,14 +4,14 @@ mod campaign;
 mod random;
 
 use nalgebra::{Vector3, Vector4};
-use tumble::contact::Plane;
-use tumble::geometry::Piece;
-use tumble::joint::{Drive, Joint, JointFrame};
-use tumble::mechanics::quaternion::{left, rotation};
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::{Motion, Simulation, StepRecord, energy};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::geometry::Piece;
+use tumble_core::joint::{Drive, Joint, JointFrame};
+use tumble_core::mechanics::quaternion::{left, rotation};
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 const G: f64 = 9.81;
 

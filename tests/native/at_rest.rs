@@ -4,14 +4,14 @@
 use nalgebra::{Vector3, Vector4};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use tumble::contact::{Candidates, Plane};
-use tumble::error::Error;
-use tumble::mechanics::{Load, Polyline, RigidBody, Rotation, State, Wrench};
-use tumble::simulation::scene::{TutorialScene, tutorial_parameters};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::native::NativeSolver;
-use tumble::step::{Step, StepReport, StepSolution, StepSolver};
-use tumble::world::{Parameters, Partner, World};
+use tumble_core::contact::{Candidates, Plane};
+use tumble_core::error::Error;
+use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::scene::{TutorialScene, tutorial_parameters};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{Step, StepReport, StepSolution, StepSolver};
+use tumble_core::world::{Parameters, Partner, World};
 
 /// The native solver, which counts its steps, and the bodies that it left as they were in them.
 struct Counting(NativeSolver, Arc<AtomicU32>, Arc<AtomicU32>);

@@ -4,16 +4,16 @@
 use nalgebra::{Matrix3, Vector3, Vector4};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
-use tumble::contact::{Candidates, Plane};
-use tumble::error::Error;
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::native::NativeSolver;
-use tumble::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::{Candidates, Plane};
+use tumble_core::error::Error;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::{Parameters, World};
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 fn at(x: f64, z: f64) -> State {
     State {

@@ -2,12 +2,12 @@
 //! to solve in the end.
 
 use nalgebra::Vector3;
-use tumble::contact::Plane;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::random::Draws;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::random::Draws;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 /// Boxes of 20 × 15 × 10 cm, four layers of 25 so near each other that they fall on one another.
 fn heap(seed: u32) -> (World, Vec<State>) {

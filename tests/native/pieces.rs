@@ -3,10 +3,10 @@
 use crate::common::{contacts, solve_after};
 use crate::toss::*;
 use nalgebra::{Vector3, Vector4};
-use tumble::mechanics::{State, Wrench};
-use tumble::solver::native::{ContactPiece, NativeSolver, Piece};
-use tumble::step::{StepReport, StepSolution};
-use tumble::world::World;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::solver::native::{ContactPiece, NativeSolver, Piece};
+use tumble_core::step::{StepReport, StepSolution};
+use tumble_core::world::World;
 
 /// The solid cube of 2 m flat on the ground.
 fn at_rest() -> State {

@@ -8,12 +8,12 @@ use crate::common::{cases, quaternion, vector};
 use nalgebra::{Vector3, Vector4};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
-use tumble::contact::{Candidates, Detection, Partner, Plane};
-use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Fixed, Parameters, World};
+use tumble_core::contact::{Candidates, Detection, Partner, Plane};
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Fixed, Parameters, World};
 
 /// g, m/s².
 const GRAVITY: f64 = 9.81;

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use tumble::problem::{ContactProblem, Law, Solution, SolveOptions, SparseMatrix};
-use tumble::simulation::random::Draws;
+use tumble_core::simulation::random::Draws;
 
 /// W of full rank, of which every q has a solution whatever the coefficients are, and q.
 fn drawn(seed: u32, count: usize) -> (DMatrix<f64>, DVector<f64>) {

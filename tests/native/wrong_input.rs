@@ -6,22 +6,22 @@ mod solvers;
 
 use nalgebra::{Matrix3, Rotation3, Vector3, Vector4};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use tumble::contact::certificate::{Claim, certify_rk4_step};
-use tumble::contact::detection::{admit_missed, all_contacts};
-use tumble::contact::restitution::set_rebounds;
-use tumble::contact::{
+use tumble::step_nlp::{ProgramPoint, several};
+use tumble_core::contact::certificate::{Claim, certify_rk4_step};
+use tumble_core::contact::detection::{admit_missed, all_contacts};
+use tumble_core::contact::restitution::set_rebounds;
+use tumble_core::contact::{
     Candidates, Certifier, Contact, Detection, KeyIndex, Partner, Plane, rounding,
 };
-use tumble::geometry::mesh::{Mesh, parse_obj, parse_stl};
-use tumble::geometry::{
+use tumble_core::geometry::mesh::{Mesh, parse_obj, parse_stl};
+use tumble_core::geometry::{
     Aabb, Hint, Hull, Piece, Scratch, Side, Sweep, bound, manifold, overlap, separation,
 };
-use tumble::mechanics::load::Polyline;
-use tumble::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
-use tumble::simulation::wild::Judge;
-use tumble::step::StepSolution;
-use tumble::step_nlp::{ProgramPoint, several};
-use tumble::world::{Parameters, World};
+use tumble_core::mechanics::load::Polyline;
+use tumble_core::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::wild::Judge;
+use tumble_core::step::StepSolution;
+use tumble_core::world::{Parameters, World};
 
 /// `bodies` cubes of 1 m with restitution.
 fn world_of(bodies: usize) -> World {
@@ -263,8 +263,8 @@ fn a_missing_share_is_the_whole_restitution() {
 #[cfg(feature = "csv")]
 #[test]
 fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
-    use tumble::simulation::tables::{Streams, TablesReader, TablesWriter};
-    use tumble::simulation::{Motion, Simulation, StepRecord};
+    use tumble_core::simulation::{Motion, Simulation, StepRecord};
+    use tumble_scene::output::tables::{Streams, TablesReader, TablesWriter};
     let world = world_of(1);
     let (mut record, motion) = (StepRecord::new(), Motion::native(&world));
     Simulation::new(world.clone(), tower(1), motion).unwrap().step(&mut record).unwrap();
@@ -297,10 +297,10 @@ fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
 #[cfg(feature = "csv")]
 #[test]
 fn a_record_of_another_world_makes_no_writer_panic() {
-    use tumble::simulation::StepRecord;
-    use tumble::simulation::tables::{Streams, TableStep, TablesWriter};
-    use tumble::simulation::trajectory::TrajectoryWriter;
-    use tumble::step::ContactForce;
+    use tumble_core::simulation::StepRecord;
+    use tumble_core::step::ContactForce;
+    use tumble_scene::output::tables::{Streams, TableStep, TablesWriter};
+    use tumble_scene::output::trajectory::TrajectoryWriter;
     let mut panics = Panics::default();
     for bodies in [1, 2] {
         let world = world_of(bodies);

@@ -6,13 +6,13 @@ mod motors;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::plan::file::{ProblemFile, StageName};
-use tumble::plan::{
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_plan::file::{ProblemFile, StageName};
+use tumble_plan::{
     Mode, Plan, PlanError, PlanStatus, Problem, Progress, Sample, Shoot, Stage, Watch,
 };
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::simulation::{Simulation, StepRecord};
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 fn read(path: &Path, _: u64) -> std::io::Result<Vec<u8>> {
     std::fs::read(path)

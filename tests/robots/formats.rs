@@ -2,10 +2,10 @@
 
 use std::io;
 use std::path::Path;
-use tumble::robot::model::{Form, Moves, Robot};
-use tumble::robot::{Reading, read};
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
+use tumble_robot::model::{Form, Moves, Robot};
+use tumble_robot::{Reading, read};
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 fn robot_of(text: &str, files: &[(&str, &[u8])]) -> Result<Robot, String> {
     let read_file = |path: &Path, _: u64| {

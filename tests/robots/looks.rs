@@ -3,17 +3,17 @@
 use nalgebra::Vector3;
 use std::io;
 use std::path::Path;
-use tumble::film::{self, Cast, Keys};
-use tumble::geometry::Piece as Solid;
-use tumble::robot::model::Look;
-use tumble::robot::{Reading, read};
-use tumble::scenario::model::{BodyModel, Model};
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::scenario::written;
-use tumble::simulation::tables::TableStep;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble_pictures::{Film, Mesh, Piece};
+use tumble_core::geometry::Piece as Solid;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_film::{self, Cast, Keys};
+use tumble_model::{BodyModel, Model};
+use tumble_robot::model::Look;
+use tumble_robot::{Reading, read};
+use tumble_scene::output::tables::TableStep;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
+use tumble_scene::written;
+use tumble_view::{Film, Mesh, Piece};
 
 /// The corners of an L of three unit squares.
 const CORNERS: [[f64; 2]; 6] =

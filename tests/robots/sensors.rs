@@ -2,17 +2,13 @@
 
 use super::moving::{scene_of, simulation, step};
 use nalgebra::{Vector3, Vector4};
-use tumble::robot::Frame;
-use tumble::robot::sensors::Site;
-use tumble::simulation::{Simulation, StepRecord};
-use tumble::world::Partner;
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::world::Partner;
+use tumble_robot::Frame;
+use tumble_robot::sensors::Site;
 
 /// What an accelerometer and a gyroscope read of a step.
-fn read(
-    scene: &tumble::scenario::scene::Scene,
-    record: &StepRecord,
-    site: &Site,
-) -> [Vector3<f64>; 2] {
+fn read(scene: &tumble_scene::scene::Scene, record: &StepRecord, site: &Site) -> [Vector3<f64>; 2] {
     let robot = &scene.robots[0];
     let links =
         [&record.states, &record.solution.states].map(|states| robot.links_at(states).unwrap());

@@ -20,15 +20,15 @@ use compare::{Direction, Tally, apart, compare, difference, directions, size, tr
 use nalgebra::{Vector3, Vector4};
 use rand_mt::Mt;
 use std::path::Path;
-use tumble::contact::Plane;
-use tumble::derivative::StateChange;
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
-use tumble::solver::native::{Smoothing, StepChange, StepDerivative};
-use tumble::step::StepStatus;
-use tumble::world::{Constant, Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::derivative::StateChange;
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
+use tumble_core::solver::native::{Smoothing, StepChange, StepDerivative};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Constant, Parameters, World};
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 fn scenario(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);

@@ -8,15 +8,15 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use tumble::error::Error;
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, State, Wrench};
 use tumble::rollout::{
     Batch, Constant, Outputs, Report, RolloutError, Tally, Varied, Watch, roll_out,
 };
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble::world::{Parameters, Partner, Plane, World};
+use tumble_core::error::Error;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::{Parameters, Partner, Plane, World};
 
 const T: usize = 150;
 
@@ -201,12 +201,13 @@ impl StepSolver for Lazy {
     fn solve(
         &mut self,
         step: &Step<'_>,
-        candidates: &mut tumble::contact::Candidates,
+        candidates: &mut tumble_core::contact::Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         solution.set_free(step.free);
-        let none =
-            |contact: &tumble::contact::Contact| tumble::step::ContactForce::none(contact.key);
+        let none = |contact: &tumble_core::contact::Contact| {
+            tumble_core::step::ContactForce::none(contact.key)
+        };
         solution.contacts.extend(candidates.contacts().iter().map(none));
         Ok(StepReport::without_problem(StepStatus::Converged))
     }

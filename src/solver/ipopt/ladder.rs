@@ -7,12 +7,12 @@ use super::posing::{posed_in, solve_posed};
 use super::program::{Attempted, Effort, Hold, StartMultipliers};
 use super::start::ProgramStart;
 use super::{IpoptSolver, Rung, missed_depth};
-use crate::contact::certificate::{Certifier, Claim};
-use crate::contact::{Candidates, Contact, Partner, rounding};
-use crate::error::Error;
-use crate::solver::native::NativeSolver;
-use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
-use crate::world::World;
+use tumble_core::contact::certificate::{Certifier, Claim};
+use tumble_core::contact::{Candidates, Contact, Partner, rounding};
+use tumble_core::error::Error;
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::World;
 
 /// A step counts as solved only with a residual of at most this, m/s, whatever Ipopt says
 /// of it: a hundred times what its solutions usually have. The number is that of the

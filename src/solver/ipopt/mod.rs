@@ -19,20 +19,20 @@ pub(crate) mod units;
 pub use ladder::{LADDER_RESIDUAL, Ladder};
 pub use rung::Rung;
 
-use crate::contact::{Candidates, Contact};
-use crate::error::Error;
 use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options, Scaling};
-#[cfg(feature = "save")]
-use crate::simulation::save::{from_bytes, to_bytes};
-use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::step_nlp::several::SeveralNlp;
 use crate::step_nlp::{ProgramPoint, StepNlp};
-use crate::world::World;
 use memory::IpoptMemory;
 use posed::Posed;
 use posing::{posed_in, solve_posed};
 use program::{Effort, Hold, Program, StartMultipliers};
 use start::ProgramStart;
+use tumble_core::contact::{Candidates, Contact};
+use tumble_core::error::Error;
+#[cfg(feature = "save")]
+use tumble_core::simulation::save::{from_bytes, to_bytes};
+use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::World;
 #[cfg(feature = "save")]
 use units::Units;
 

@@ -1,6 +1,6 @@
 //! Which bodies and contacts of a step its program has.
 
-use crate::contact::{Contact, ContactKey};
+use tumble_core::contact::{Contact, ContactKey};
 
 /// The bodies and contacts that take part, indices of the world and of the candidates, both in
 /// ascending order.

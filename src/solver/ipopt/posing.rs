@@ -12,9 +12,9 @@
 use super::posed::Posed;
 use super::program::{Attempted, Effort, Hold, Program, StartMultipliers};
 use super::start::{Poses, ProgramStart};
-use crate::contact::{Candidates, Contact, KeyIndex, Partner};
-use crate::error::Error;
-use crate::step::{ContactForce, Step};
+use tumble_core::contact::{Candidates, Contact, KeyIndex, Partner};
+use tumble_core::error::Error;
+use tumble_core::step::{ContactForce, Step};
 
 /// What `program` is posed with in `step`: a contact that free flight leaves open by no more than
 /// `near` (m) counts as closed.

@@ -5,17 +5,17 @@ use super::posed::Posed;
 use super::start::{ContactValues, ProgramStart};
 use super::units::Units;
 use super::{BODY, Formulation, clamped};
-use crate::contact::Contact;
-use crate::error::Error;
 use crate::ipopt::{self, Bounds, NonlinearProgram, Options, Progress, ReturnStatus, Solver};
-use crate::mechanics::{State, Wrench};
 use crate::sparsity::SparsityPattern;
-use crate::step::Step;
 use crate::step_nlp::several::{ContactVariables, Layout, PosedStep, SeveralNlp};
 use crate::step_nlp::{SMOOTHING, StepNlp};
-use crate::world::World;
 use nalgebra::{SVector, Vector3};
 use std::sync::atomic::{AtomicBool, Ordering};
+use tumble_core::contact::Contact;
+use tumble_core::error::Error;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::step::Step;
+use tumble_core::world::World;
 
 /// Ipopt for the programs of one world.
 pub(super) struct Program {

@@ -3,13 +3,13 @@
 
 use super::posed::Posed;
 use super::units::Units;
-use crate::contact::{Contact, KeyIndex, Partner};
-use crate::mechanics::quaternion::advance;
-use crate::mechanics::{Pose, State};
-use crate::step::{ContactForce, Step, StepSolution};
 use crate::step_nlp::point::products;
 use crate::step_nlp::{ProgramPoint, SMOOTHING};
 use nalgebra::Vector3;
+use tumble_core::contact::{Contact, KeyIndex, Partner};
+use tumble_core::mechanics::quaternion::advance;
+use tumble_core::mechanics::{Pose, State};
+use tumble_core::step::{ContactForce, Step, StepSolution};
 
 /// What the program has of a contact, in its units.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -14,9 +14,9 @@
 //! (masses times a, lengths times b, gravity times c, times times √(b/c), loads accordingly) are then one program, to
 //! rounding.
 
-use crate::contact::{Contact, Features};
-use crate::mechanics::{State, Wrench};
-use crate::world::World;
+use tumble_core::contact::{Contact, Features};
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::world::World;
 
 /// The mass of the tutorial's cube, kg.
 const USUAL_MASS: f64 = 10.0;

@@ -1,8 +1,8 @@
 //! A component of a motion in the program: its value, and its first and second derivatives by where the
 //! bodies are.
 
-use crate::mechanics::State;
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
+use tumble_core::mechanics::State;
 
 /// Q_x, Q_y, Q_z of a vector (eq. 3).
 pub(crate) type Forms = [Matrix4<f64>; 3];

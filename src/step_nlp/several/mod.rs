@@ -35,15 +35,15 @@ use super::entries::{PatternSink, ValueSink};
 use super::gyroscopic::Gyroscopic;
 use super::kernels::{Normalised, SmoothForce};
 use super::layout::{ATTITUDE_ROWS, POSITION_ROWS, SPIN_ROWS, VELOCITY_ROWS};
-use crate::contact::Contact;
-use crate::error::{Error, in_range};
-use crate::mechanics::quaternion::attitude_map;
-use crate::mechanics::{State, Wrench};
 use crate::sparsity::SparsityPattern;
-use crate::world::World;
 use component::Place;
 use nalgebra::{Matrix3, Matrix4x3, SVector, Vector2, Vector3};
 use touch::Touch;
+use tumble_core::contact::Contact;
+use tumble_core::error::{Error, in_range};
+use tumble_core::mechanics::quaternion::attitude_map;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::world::World;
 
 /// One step that the program is of; lists go over the bodies of the world.
 #[derive(Debug, Clone, Copy)]

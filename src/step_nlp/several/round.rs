@@ -10,10 +10,10 @@
 //! derivatives; in the second they do.
 
 use super::component::{Component, Curvature, Forms, Place, rows, weighted};
-use crate::contact::Contact;
-use crate::contact::curved::{Core, Reach, shortest_way};
-use crate::mechanics::quaternion::rotated_point_forms;
 use nalgebra::{Matrix3x4, SMatrix, SVector, Vector3};
+use tumble_core::contact::Contact;
+use tumble_core::contact::curved::{Core, Reach, shortest_way};
+use tumble_core::mechanics::quaternion::rotated_point_forms;
 
 /// A point of a core, or its direction, with its forms (eq. 3).
 #[derive(Debug, Clone)]

@@ -3,10 +3,10 @@
 
 use super::component::{Component, Curvature, Forms, Place, rows, weighted};
 use super::round::Round;
-use crate::contact::{Contact, torque_map_of};
-use crate::mechanics::quaternion::{rotated_point_forms, rotation};
-use crate::mechanics::{RigidBody, State};
 use nalgebra::{Matrix2x3, Matrix3, Matrix3x4, Vector2, Vector3, Vector4};
+use tumble_core::contact::{Contact, torque_map_of};
+use tumble_core::mechanics::quaternion::{rotated_point_forms, rotation};
+use tumble_core::mechanics::{RigidBody, State};
 
 /// One side of a contact.
 #[derive(Debug, Clone)]

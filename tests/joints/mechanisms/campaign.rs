@@ -2,11 +2,11 @@
 
 use super::random::{Numbers, mechanism, smooth};
 use super::{error, made};
-use tumble::joint::{Axis, Drive, Joint};
-use tumble::mechanics::State;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::joint::{Axis, Drive, Joint};
+use tumble_core::mechanics::State;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 /// What many steps came to.
 #[derive(Debug, Default)]

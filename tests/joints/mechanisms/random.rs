@@ -4,11 +4,11 @@
 use super::{at_rest, frames, laid, parameters, rod};
 use nalgebra::{Matrix4, Vector3, Vector4};
 use std::f64::consts::{PI, TAU};
-use tumble::geometry::Piece;
-use tumble::joint::{Drive, Joint, Motor};
-use tumble::mechanics::quaternion::{left, rotation};
-use tumble::mechanics::{RigidBody, State};
-use tumble::world::{Partner, World};
+use tumble_core::geometry::Piece;
+use tumble_core::joint::{Drive, Joint, Motor};
+use tumble_core::mechanics::quaternion::{left, rotation};
+use tumble_core::mechanics::{RigidBody, State};
+use tumble_core::world::{Partner, World};
 
 /// Numbers between 0 and 1, the same in every run.
 pub struct Numbers(pub u64);

@@ -3,8 +3,8 @@
 use super::{assert_replays, campaign, plan, shipped, told};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::plan::file::StageName;
-use tumble::plan::{Method, Plan, PlanStatus, Problem, Progress, Shoot, Stage, Watch};
+use tumble_plan::file::StageName;
+use tumble_plan::{Method, Plan, PlanStatus, Problem, Progress, Shoot, Stage, Watch};
 
 fn ddp() -> Shoot {
     Shoot { method: Method::DynamicProgramming, ..Shoot::default() }

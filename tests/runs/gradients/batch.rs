@@ -2,12 +2,12 @@
 
 use super::*;
 use std::num::NonZeroUsize;
-use tumble::contact::Partner;
-use tumble::error::Error;
 use tumble::rollout::{
     Batch, By, Cotangents, Gradients, Outputs, Varied, Watch, gradients, roll_out,
 };
-use tumble::step::Step;
+use tumble_core::contact::Partner;
+use tumble_core::error::Error;
+use tumble_core::step::Step;
 
 const STEPS: usize = 25;
 const ROLLOUTS: usize = 3;

@@ -5,15 +5,15 @@
 
 use std::process::ExitCode;
 use std::time::Instant;
-use tumble::contact::detection::Detection;
-use tumble::error::Error;
 use tumble::ipopt::{BarrierStrategy, Options};
-use tumble::simulation::scene::{self, TutorialScene};
-use tumble::simulation::summary::RunSummary;
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
-use tumble::step::StepSolver;
-use tumble::world::World;
+use tumble_core::contact::detection::Detection;
+use tumble_core::error::Error;
+use tumble_core::simulation::scene::{self, TutorialScene};
+use tumble_core::simulation::summary::RunSummary;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepSolver;
+use tumble_core::world::World;
 
 /// One row of the table.
 struct Setting {

@@ -5,14 +5,14 @@
 
 use nalgebra::{Vector3, Vector4};
 use std::time::Instant;
-use tumble::contact::Plane;
-use tumble::error::Error;
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
-use tumble::step::StepStatus;
-use tumble::world::{Fixed, Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::error::Error;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Fixed, Parameters, World};
 
 /// A scene: its world, where it starts, and the force on its first body (N).
 struct Scene {

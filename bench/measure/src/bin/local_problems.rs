@@ -22,12 +22,12 @@ use rustix::time::{ClockId, clock_gettime};
 use serde::Deserialize;
 use std::io::{BufWriter, Write};
 use std::process::ExitCode;
-use tumble::contact::{Contact, KeyIndex, Partner};
-use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::simulation::StepRecord;
-use tumble::solver::native::NativeSolver;
-use tumble::step::StepSolution;
-use tumble::world::World;
+use tumble_core::contact::{Contact, KeyIndex, Partner};
+use tumble_core::mechanics::{RigidBody, State, Wrench};
+use tumble_core::simulation::StepRecord;
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::StepSolution;
+use tumble_core::world::World;
 use tumble_measure::Scene;
 
 type Failure = Box<dyn std::error::Error>;

@@ -10,11 +10,11 @@ use std::error::Error;
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 use std::time::Instant;
-use tumble::mechanics::State;
 use tumble::rollout::{Batch, Outputs, Report, Watch, roll_out};
-use tumble::simulation::scene::{TutorialScene, tutorial_parameters};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::world::World;
+use tumble_core::mechanics::State;
+use tumble_core::simulation::scene::{TutorialScene, tutorial_parameters};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::world::World;
 
 /// Rounds of which the fastest counts: the machine has other work.
 const ROUNDS: usize = 9;
@@ -33,7 +33,7 @@ fn looped(
     rollouts: usize,
     steps: usize,
     states: &mut [f64],
-) -> Result<(), tumble::error::Error> {
+) -> Result<(), tumble_core::error::Error> {
     let mut record = StepRecord::new();
     for (seed, states) in (0..rollouts).zip(states.chunks_exact_mut(13 * steps)) {
         let motion = Motion::native(world);

@@ -3,10 +3,10 @@
 
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
-use tumble::mechanics::State;
-use tumble::simulation::StepRecord;
-use tumble::solver::native::NativeSolver;
-use tumble::step::StepStatus;
+use tumble_core::mechanics::State;
+use tumble_core::simulation::StepRecord;
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::StepStatus;
 use tumble_measure::Scene;
 
 type Failure = Box<dyn std::error::Error>;

@@ -4,14 +4,14 @@
 
 use std::process::ExitCode;
 use std::time::Instant;
-use tumble::contact::detection::Detection;
-use tumble::error::Error;
-use tumble::simulation::scene::{self, TutorialScene};
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
-use tumble::solver::native::NativeSolver;
-use tumble::step::{StepSolver, StepStatus};
-use tumble::world::World;
+use tumble_core::contact::detection::Detection;
+use tumble_core::error::Error;
+use tumble_core::simulation::scene::{self, TutorialScene};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{StepSolver, StepStatus};
+use tumble_core::world::World;
 
 const USAGE: &str = "usage: soak [NATIVE_STEPS [IPOPT_STEPS]] | soak seeds FIRST END";
 /// Steps by the native solver and by Ipopt.
