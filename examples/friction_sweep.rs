@@ -12,12 +12,10 @@ use std::error::Error;
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 use std::thread;
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::simulation::random::random_attitude;
-use tumble_core::simulation::scene::tutorial_parameters;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
+use tumble::{
+    Motion, Parameters, RigidBody, Simulation, State, StepRecord, StepStatus, World,
+    random_attitude, tutorial_parameters,
+};
 
 /// A half side of the cube, m.
 const HALF_SIDE: f64 = 0.1;

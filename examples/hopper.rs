@@ -7,13 +7,10 @@
 //! ```
 
 use nalgebra::{SVector, Vector3, Vector4};
-use tumble_core::contact::Plane;
-use tumble_core::derivative::StateChange;
-use tumble_core::error::Error;
-use tumble_core::joint::{Drive, Joint, JointFrame};
-use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble_core::simulation::{Checkpoints, Motion, Run, Simulation};
-use tumble_core::world::{Parameters, World};
+use tumble::{
+    Checkpoints, Drive, Error, Joint, JointFrame, Motion, Parameters, Plane, RigidBody, Rotation,
+    Run, Simulation, State, StateChange, World, Wrench,
+};
 
 /// The bodies.
 const TORSO: usize = 0;

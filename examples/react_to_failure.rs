@@ -10,11 +10,9 @@
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 use tumble::solver::ipopt::{Formulation, IpoptSolver, TOLERANCE};
-use tumble_core::error::Error;
-use tumble_core::simulation::scene::{TutorialScene, tutorial_parameters};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::World;
+use tumble::{
+    Error, Motion, Simulation, StepRecord, StepStatus, TutorialScene, World, tutorial_parameters,
+};
 
 /// Steps: the fall and the first impacts.
 const STEPS: u64 = 400;

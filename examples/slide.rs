@@ -7,13 +7,10 @@
 
 use nalgebra::{Matrix2, Vector2, Vector3, Vector4};
 use std::time::Instant;
-use tumble_core::contact::Plane;
-use tumble_core::derivative::StateChange;
-use tumble_core::error::Error;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::solver::native::{StepChange, StepDerivative};
-use tumble_core::world::{Constant, Parameters, World};
+use tumble::{
+    Constant, Error, Motion, Parameters, Plane, RigidBody, Rotation, Simulation, State,
+    StateChange, StepChange, StepDerivative, StepRecord, World,
+};
 
 /// When it is looked at, in steps of 2 ms.
 const TIMES: [u64; 2] = [100, 200];

@@ -7,12 +7,10 @@
 //! ```
 
 use nalgebra::{Matrix2x3, Vector2, Vector3, Vector4};
-use tumble_core::contact::Plane;
-use tumble_core::derivative::StateChange;
-use tumble_core::error::Error;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Checkpoints, Motion, Run, Simulation};
-use tumble_core::world::{Parameters, World};
+use tumble::{
+    Checkpoints, Error, Motion, Parameters, Plane, RigidBody, Rotation, Run, Simulation, State,
+    StateChange, World,
+};
 
 /// Steps of 2 ms, after which it lies.
 const STEPS: u64 = 900;

@@ -3,11 +3,9 @@
 //!
 //! `cargo run --release --example toss`
 
-use tumble_core::error::Error;
-use tumble_core::simulation::scene::{TutorialScene, tutorial_parameters};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::World;
+use tumble::{
+    Error, Motion, Simulation, StepRecord, StepStatus, TutorialScene, World, tutorial_parameters,
+};
 
 fn main() -> Result<(), Error> {
     let scene = TutorialScene::drop();

@@ -201,7 +201,6 @@ fn a_step_that_fails_allocates_nothing() {
 /// Cubes at rest, each an island, on two threads. The counter counts the calling thread: it does
 /// not make the islands' memory, which those do that solve them, and then allocates nothing but a
 /// block of the queue for every 63 calls of the threads.
-#[cfg(feature = "threads")]
 #[test]
 fn on_threads_only_their_queue_allocates() {
     let bodies: Vec<_> = cubes().into_iter().cycle().take(150).collect();

@@ -260,7 +260,6 @@ fn a_missing_share_is_the_whole_restitution() {
 }
 
 /// Tables of one body, read as those of more than memory holds.
-#[cfg(feature = "csv")]
 #[test]
 fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
     use tumble_core::simulation::{Motion, Simulation, StepRecord};
@@ -294,7 +293,6 @@ fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
     assert!(read(usize::MAX).is_err());
 }
 
-#[cfg(feature = "csv")]
 #[test]
 fn a_record_of_another_world_makes_no_writer_panic() {
     use tumble_core::simulation::StepRecord;

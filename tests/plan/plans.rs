@@ -106,7 +106,8 @@ fn what_cannot_be_chosen_does_not_move() {
     let scene = BOX.replace("position =", "velocity = [1.2, 0.2, 0]\nspin = [0, 0, 3]\nposition =");
     let scene = scene.as_str();
     for y in [-10.0, 10.0] {
-        let file = told(scene, &format!("steps = 15\n[target]\ny = {y}\n"));
+        let none = "[[controls]]\nkind = \"force\"\nx = [0, 0]\n";
+        let file = told(scene, &format!("steps = 15\n{none}[target]\ny = {y}\n"));
         let found = planned(&file);
         assert_eq!(found.status, PlanStatus::Missed);
         let interrupt = Arc::new(AtomicBool::new(false));

@@ -5,8 +5,8 @@ use std::io;
 use std::path::Path;
 use tumble_core::geometry::Piece as Solid;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_film::{self, Cast, Keys};
-use tumble_model::{BodyModel, Model};
+use tumble_film::{Cast, Keys, Role, dress};
+use tumble_model::Model;
 use tumble_robot::model::Look;
 use tumble_robot::{Reading, read};
 use tumble_scene::output::tables::TableStep;
@@ -61,7 +61,7 @@ fn film_of(scene: &Scene, model: &Model) -> Film {
     let mut end = StepRecord::new();
     simulation.end(&mut end);
     let step = TableStep::of(&scene.world, &end);
-    let roles: Vec<_> = model.bodies.iter().map(BodyModel::role).collect();
+    let roles: Vec<_> = model.bodies.iter().map(Role::from).collect();
     let names = |names: &[String]| names.to_vec();
     let (fixed, joints) = (names(&scene.fixed), names(&scene.joints));
     let fixed: Vec<_> = fixed.iter().map(String::as_str).collect();
@@ -74,9 +74,9 @@ fn film_of(scene: &Scene, model: &Model) -> Film {
         loads: &scene.loads,
         floating: false,
     };
-    let frame = film::frame(&scene.world, &step, &mut Keys::new());
-    let mut film = film::film(cast, vec![frame]);
-    model.dress(&mut film).unwrap();
+    let frame = tumble_film::frame(&scene.world, &step, &mut Keys::new());
+    let mut film = tumble_film::film(cast, vec![frame]);
+    dress(model, &mut film).unwrap();
     film
 }
 
@@ -142,7 +142,7 @@ fn looks_are_read_back() {
     assert_eq!(film.bodies[0].pieces[1], ball);
     let mut odd = model;
     odd.looks.clear();
-    let why = odd.dress(&mut again).unwrap_err().to_string();
+    let why = dress(&odd, &mut again).unwrap_err().to_string();
     assert_eq!(why, "model.bodies[0].look: there is no such look");
 }
 

@@ -420,9 +420,9 @@ fn flags_that_mean_nothing_to_a_scenario_are_refused() {
 fn the_description_names_every_field_and_file() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let page = fs::read_to_string(root.join("scenarios/README.md")).unwrap();
-    let source = ["file.rs", "tables.rs"].map(|file| root.join("src/scenario").join(file));
+    let source = ["file.rs", "tables.rs"].map(|file| root.join("crates/scene/src").join(file));
     let source = source.map(|file| fs::read_to_string(file).unwrap()).concat();
-    let several = fs::read_to_string(root.join("src/scenario/bodies/entries.rs")).unwrap();
+    let several = fs::read_to_string(root.join("crates/scene/src/bodies/entries.rs")).unwrap();
     let several = several.replace(", expecting", ")]\n#[serde(expecting");
     let tables = source.split("#[serde(deny_unknown_fields)]\n").skip(1);
     let forms = several.split("\nwith_form!").skip(1);

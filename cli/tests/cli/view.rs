@@ -1,5 +1,5 @@
 //! `tumble view` and `--html`: what the page holds, and what is refused. That it works in a
-//! browser is for `tests/pictures/browser.rs`.
+//! browser is for `cli/tests/pictures/browser.rs`.
 
 use crate::support::{
     End, FAILING_RUN, Simulated, Table, everything_in, run, simulate, tumble, two_impacts,

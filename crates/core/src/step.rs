@@ -298,25 +298,13 @@ impl StepReport {
     }
 }
 
-/// A solver of the contact step. Implementations own their scratch memory and are made for
-/// one world.
+/// A solver of the contact step. It owns its scratch memory and is made for one world. Two methods are needed; the others
+/// have defaults.
 pub trait StepSolver: Send {
     /// A step counts as solved only with a residual of at most this, m/s, whatever the solver
     /// itself says; the simulation checks it with its
     /// [certificate](crate::contact::certificate).
     fn accepted_residual(&self) -> f64;
-
-    /// Whether it takes the selection rule, the limit of equal vanishing compliances, where the laws
-    /// leave forces or motion open.
-    fn selects(&self) -> bool {
-        false
-    }
-
-    /// Whether its answers depend on the step and its candidates alone, to the last bit: a simulation does not ask for that
-    /// of a step again whose givens are those of the last one.
-    fn repeats(&self) -> bool {
-        false
-    }
 
     /// Solves `step` and writes the point found to `solution`, also where the report says that
     /// it failed: one state a body, one force a contact. Every number in it is finite.
@@ -334,43 +322,9 @@ pub trait StepSolver: Send {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error>;
 
-    /// Solves the same step again, of which `solution` is what this solver found last, where contacts
-    /// of the bodies that are `marked` have another [rebound](Contact::rebound) since. What is not joined
-    /// to a marked body may keep its solution, bit for bit; without a method of its own a
-    /// solver solves everything again. The report speaks for the whole step, but its iterations are
-    /// those of this call. A body without a mark counts as marked.
-    ///
-    /// # Errors
-    /// As [`StepSolver::solve`].
-    fn solve_again(
-        &mut self,
-        step: &Step<'_>,
-        marked: &[bool],
-        candidates: &mut Candidates,
-        solution: &mut StepSolution,
-    ) -> Result<StepReport, Error> {
-        let _ = marked;
-        self.solve(step, candidates, solution)
-    }
-
-    /// Whether the problem that `body` is part of was solved in the last step; `None` where the
-    /// solver does not know it by itself, and the report's status is all there is.
-    fn is_solved(&self, body: usize) -> Option<bool> {
-        let _ = body;
+    /// The same solver as one of islands, if it is one.
+    fn islands(&mut self) -> Option<&mut dyn IslandSolver> {
         None
-    }
-
-    /// Tells which bodies the next step is the last one again for: states, loads, contacts at its start and the solutions before it are
-    /// those of the last step for all that hangs together with them, to the last bit. A solver that
-    /// [repeats](Self::repeats) itself may leave them as they are, as long as nothing else comes to them.
-    fn expect_rest(&mut self, bodies: &[bool]) {
-        let _ = bodies;
-    }
-
-    /// Whether the last step left `body` as it was without solving anything, because it was [told](Self::expect_rest) to rest.
-    fn rested(&self, body: usize) -> bool {
-        let _ = body;
-        false
     }
 
     /// Goes on with the steps of `world`, in which bodies were added or taken out. What it
@@ -404,17 +358,41 @@ pub trait StepSolver: Send {
     }
 }
 
+/// A solver that solves each island of a step by itself: bodies that touch or are joined, directly or through others.
+///
+/// It takes the selection rule, the limit of equal vanishing compliances, where the laws leave forces or motion open. Its
+/// answers depend on the step and its candidates alone, to the last bit.
+pub trait IslandSolver {
+    /// Solves the same step again, of which `solution` is what this solver found last, where contacts
+    /// of the bodies that are `marked` have another [rebound](Contact::rebound) since. What is not joined
+    /// to a marked body keeps its solution, bit for bit. The report speaks for the whole step, but its iterations are
+    /// those of this call. A body without a mark counts as marked.
+    ///
+    /// # Errors
+    /// As [`StepSolver::solve`].
+    fn solve_again(
+        &mut self,
+        step: &Step<'_>,
+        marked: &[bool],
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error>;
+
+    /// Whether the island of `body` was solved in the last step.
+    fn is_solved(&self, body: usize) -> bool;
+
+    /// Tells which bodies the next step is the last one again for: states, loads, contacts at its start and the solutions before it are
+    /// those of the last step for all that hangs together with them, to the last bit. They may be left as they are, as long
+    /// as nothing else comes to them.
+    fn expect_rest(&mut self, bodies: &[bool]);
+
+    /// Whether the last step left `body` as it was without solving anything, because it was [told](Self::expect_rest) to rest.
+    fn rested(&self, body: usize) -> bool;
+}
+
 impl<S: StepSolver + ?Sized> StepSolver for Box<S> {
     fn accepted_residual(&self) -> f64 {
         (**self).accepted_residual()
-    }
-
-    fn selects(&self) -> bool {
-        (**self).selects()
-    }
-
-    fn repeats(&self) -> bool {
-        (**self).repeats()
     }
 
     fn solve(
@@ -426,26 +404,8 @@ impl<S: StepSolver + ?Sized> StepSolver for Box<S> {
         (**self).solve(step, candidates, solution)
     }
 
-    fn solve_again(
-        &mut self,
-        step: &Step<'_>,
-        marked: &[bool],
-        candidates: &mut Candidates,
-        solution: &mut StepSolution,
-    ) -> Result<StepReport, Error> {
-        (**self).solve_again(step, marked, candidates, solution)
-    }
-
-    fn is_solved(&self, body: usize) -> Option<bool> {
-        (**self).is_solved(body)
-    }
-
-    fn expect_rest(&mut self, bodies: &[bool]) {
-        (**self).expect_rest(bodies);
-    }
-
-    fn rested(&self, body: usize) -> bool {
-        (**self).rested(body)
+    fn islands(&mut self) -> Option<&mut dyn IslandSolver> {
+        (**self).islands()
     }
 
     fn change_world(&mut self, world: &World) -> Result<(), Error> {

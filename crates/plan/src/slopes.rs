@@ -400,8 +400,8 @@ const MOVED: f64 = 1e-3;
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::file::ProblemFile;
     use std::path::Path;
-    use tumble::file::ProblemFile;
     use tumble_scene::scene::Scene;
     use tumble_scene::settings::Settings;
 
@@ -463,7 +463,7 @@ pub(super) mod tests {
         ";
 
     /// A problem of `steps` steps, and controls within its bounds.
-    pub(in tumble) fn pushed_box(steps: usize) -> (Problem, Vec<f64>) {
+    pub(crate) fn pushed_box(steps: usize) -> (Problem, Vec<f64>) {
         let read = |_: &Path, _: u64| Ok(Vec::new());
         let path = Path::new("box.toml");
         let scene = Scene::of_text(SCENE, path, Settings::default(), &read).unwrap();

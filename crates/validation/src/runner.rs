@@ -167,7 +167,7 @@ pub struct Runner<'a> {
     pub(crate) time_step: f64,
     /// Statistics of the runs so far.
     pub counts: Counts,
-    /// Whether the solver of the last run has the selection rule ([`StepSolver::selects`]).
+    /// Whether the solver of the last run has the selection rule ([`IslandSolver`](tumble_core::step::IslandSolver)).
     pub(crate) selects: bool,
 }
 
@@ -277,8 +277,8 @@ impl<'a> Runner<'a> {
         if !setup.joints.is_empty() {
             world = world.with_joints(setup.joints.clone())?;
         }
-        let solver = (self.make_solver)(&world)?;
-        self.selects = solver.selects();
+        let mut solver = (self.make_solver)(&world)?;
+        self.selects = solver.islands().is_some();
         let motion = Motion::Contact { detection: Detection::default(), solver };
         let starts = setup.bodies.iter().map(|subject| ground.state_to_world(&subject.start));
         let mut simulation = Simulation::new(world, starts, motion)?;

@@ -97,10 +97,6 @@ impl StepSolver for Timed {
         self.solver.accepted_residual()
     }
 
-    fn selects(&self) -> bool {
-        self.solver.selects()
-    }
-
     fn solve(
         &mut self,
         step: &Step<'_>,

@@ -18,6 +18,7 @@
 //! make no energy but for the turn within a step ([`wild`](super::wild)).
 
 use super::islands::Islands;
+use super::one_step::check_sizes;
 use crate::contact::{Candidates, Contact};
 use crate::error::Error;
 use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
@@ -178,6 +179,7 @@ impl Bounce {
         solution: &mut StepSolution,
     ) -> Result<(StepReport, f64), Error> {
         let mut report = solver.solve(step, candidates, solution)?;
+        check_sizes(solution, step, candidates.contacts().len())?;
         if !bounces(candidates.contacts()) {
             return Ok((report, 1.0));
         }
@@ -187,20 +189,21 @@ impl Bounce {
         loop {
             self.judge(step, candidates.contacts(), solution);
             let solved = report.status != StepStatus::Failed;
-            let is_solved = |body: usize| solver.is_solved(body).unwrap_or(solved);
+            let islands = solver.islands();
+            let is_solved =
+                |body| islands.as_ref().map_or(solved, |islands| islands.is_solved(body));
             if self.find_struck(step, candidates.contacts(), solution, is_solved) {
                 candidates.strike(step.world, step.states, &self.struck);
-                let again = solver.solve_again(step, &self.marked, candidates, solution)?;
-                let iterations = report.iterations.saturating_add(again.iterations);
-                report = StepReport { iterations, ..again };
-                continue;
-            }
-            let solved = report.status != StepStatus::Failed;
-            if !self.go_on(|body| solver.is_solved(body).unwrap_or(solved)) {
+            } else if self.go_on(is_solved) {
+                candidates.share_restitution(step.world, step.states, &self.shares);
+            } else {
                 break;
             }
-            candidates.share_restitution(step.world, step.states, &self.shares);
-            let again = solver.solve_again(step, &self.marked, candidates, solution)?;
+            let again = match islands {
+                Some(islands) => islands.solve_again(step, &self.marked, candidates, solution)?,
+                None => solver.solve(step, candidates, solution)?,
+            };
+            check_sizes(solution, step, candidates.contacts().len())?;
             let iterations = report.iterations.saturating_add(again.iterations);
             report = StepReport { iterations, ..again };
         }

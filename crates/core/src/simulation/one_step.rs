@@ -2,7 +2,7 @@
 
 use super::{Past, Scratch, squeeze, wild};
 use crate::contact::certificate::{Claim, certify_rk4_step};
-use crate::contact::{Candidates, Certificate, Detection, rounding};
+use crate::contact::{Certificate, Detection, rounding};
 use crate::error::Error;
 use crate::mechanics::State;
 use crate::mechanics::dynamics::rk4_step;
@@ -67,9 +67,9 @@ pub(super) fn contact_step(
     rest.found(candidates.contacts().len());
     let (mut report, share, accepted) = if needs_contact {
         rest.tell(solver);
-        let mut checked = Checked(solver);
-        let (report, share) = bounce.solve(&step, &mut checked, candidates, solution)?;
-        rest.keep(|body| solver.rested(body));
+        let (report, share) = bounce.solve(&step, solver, candidates, solution)?;
+        let islands = solver.islands();
+        rest.keep(|body| islands.as_ref().is_some_and(|islands| islands.rested(body)));
         (report, share, solver.accepted_residual())
     } else {
         rest.keep(|_| false);
@@ -106,46 +106,13 @@ pub(super) fn contact_step(
     Ok((report, certificate, share))
 }
 
-/// A solver whose solutions have the sizes of their steps.
-struct Checked<'a>(&'a mut dyn StepSolver);
-
-impl StepSolver for Checked<'_> {
-    fn accepted_residual(&self) -> f64 {
-        self.0.accepted_residual()
-    }
-
-    #[inline]
-    fn solve(
-        &mut self,
-        step: &Step<'_>,
-        candidates: &mut Candidates,
-        solution: &mut StepSolution,
-    ) -> Result<StepReport, Error> {
-        let report = self.0.solve(step, candidates, solution)?;
-        check_sizes(solution, step, candidates.contacts().len())?;
-        Ok(report)
-    }
-
-    fn solve_again(
-        &mut self,
-        step: &Step<'_>,
-        marked: &[bool],
-        candidates: &mut Candidates,
-        solution: &mut StepSolution,
-    ) -> Result<StepReport, Error> {
-        let report = self.0.solve_again(step, marked, candidates, solution)?;
-        check_sizes(solution, step, candidates.contacts().len())?;
-        Ok(report)
-    }
-
-    fn is_solved(&self, body: usize) -> Option<bool> {
-        self.0.is_solved(body)
-    }
-}
-
 /// A solution of another size than the step's would be read out of place.
 #[inline]
-fn check_sizes(solution: &StepSolution, step: &Step<'_>, contacts: usize) -> Result<(), Error> {
+pub(super) fn check_sizes(
+    solution: &StepSolution,
+    step: &Step<'_>,
+    contacts: usize,
+) -> Result<(), Error> {
     let StepSolution { states, contacts: forces, joints, gears } = solution;
     let found = [states.len(), forces.len(), joints.len(), gears.len()];
     let (world, bodies) = (step.world, step.states.len());

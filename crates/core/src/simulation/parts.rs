@@ -51,13 +51,11 @@ impl Simulation<'_> {
         unsolved_bodies: &mut Vec<usize>,
     ) -> Option<Rescued> {
         let bodies = self.now.states.len();
-        let Motion::Contact { solver, .. } = &self.motion else { return None };
-        // The steps of other solvers stay what they made of them.
-        if !solver.selects() {
-            return None;
-        }
+        let Motion::Contact { solver, .. } = &mut self.motion else { return None };
         let is_near = certificate.residual() <= NEAR * solver.accepted_residual();
-        let is_solved = |body: usize| solver.is_solved(body) == Some(true);
+        // The steps of other solvers stay what they made of them.
+        let solver = solver.islands()?;
+        let is_solved = |body: usize| solver.is_solved(body);
         // A certificate may find fault with what the solver took for solved.
         let all_are = (0..bodies).all(is_solved);
         let unsolved: Vec<bool> = (0..bodies).map(|body| all_are || !is_solved(body)).collect();

@@ -89,7 +89,9 @@ impl Rest {
     pub(super) fn tell(&mut self, solver: &mut dyn StepSolver) {
         let none = self.bodies.is_empty();
         if !(none && self.none_told) {
-            solver.expect_rest(&self.bodies);
+            if let Some(solver) = solver.islands() {
+                solver.expect_rest(&self.bodies);
+            }
             self.none_told = none;
         }
     }
@@ -147,13 +149,13 @@ impl Rest {
         &mut self,
         (now, before): (&StepSolution, Option<&StepSolution>),
         memory: &Memory,
-        solver: &dyn StepSolver,
+        solver: &mut dyn StepSolver,
         wrenches: &[Wrench],
     ) {
         (self.last, self.stays) = (None, false);
         let repeats = before.is_some_and(|before| !moves(now, before) && is_same(now, before));
         // One body by itself is all that can rest.
-        self.repeats = (repeats || wrenches.len() > 1) && solver.repeats();
+        self.repeats = (repeats || wrenches.len() > 1) && solver.islands().is_some();
         self.begins = repeats && self.repeats;
         self.wake(wrenches);
         if self.begins {

@@ -51,7 +51,9 @@ use crate::error::{Error, in_range};
 use crate::joint::JointForce;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::advance;
-use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
+use crate::step::{
+    ContactForce, IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus,
+};
 use crate::world::World;
 use descent::Outcome;
 use equations::changes;
@@ -399,15 +401,6 @@ impl StepSolver for NativeSolver {
         self.accepted
     }
 
-    fn selects(&self) -> bool {
-        true
-    }
-
-    /// What it keeps from step to step is memory to be used again.
-    fn repeats(&self) -> bool {
-        true
-    }
-
     fn solve(
         &mut self,
         step: &Step<'_>,
@@ -427,6 +420,17 @@ impl StepSolver for NativeSolver {
         self.solve_marked(step, Marked::NONE, candidates, solution)
     }
 
+    fn islands(&mut self) -> Option<&mut dyn IslandSolver> {
+        Some(self)
+    }
+
+    /// Its memory is for the steps of any world.
+    fn change_world(&mut self, _: &World) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
+impl IslandSolver for NativeSolver {
     fn solve_again(
         &mut self,
         step: &Step<'_>,
@@ -449,8 +453,8 @@ impl StepSolver for NativeSolver {
         self.solve_marked(step, marked, candidates, solution)
     }
 
-    fn is_solved(&self, body: usize) -> Option<bool> {
-        self.ends.get(body).map(|end| end.solved)
+    fn is_solved(&self, body: usize) -> bool {
+        self.ends.get(body).is_some_and(|end| end.solved)
     }
 
     fn expect_rest(&mut self, bodies: &[bool]) {
@@ -460,10 +464,5 @@ impl StepSolver for NativeSolver {
 
     fn rested(&self, body: usize) -> bool {
         self.rests.get(body).is_some_and(|rests| *rests)
-    }
-
-    /// Its memory is for the steps of any world.
-    fn change_world(&mut self, _: &World) -> Result<(), Error> {
-        Ok(())
     }
 }
