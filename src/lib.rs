@@ -86,11 +86,6 @@ pub mod step_nlp;
 #[doc = include_str!("../docs/guide.md")]
 struct Guide;
 
-/// The programs of the document of robots, compiled.
-#[cfg(doctest)]
-#[doc = include_str!("../docs/robots.md")]
-struct Robots;
-
 /// The README's programs, compiled and run.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -81,3 +81,8 @@ fn sentence(text: &str, field: &str, error: &toml::de::Error) -> String {
     }
     format!("line {}, `{shown}`: {message}", line + 1)
 }
+
+/// The programs of the document of robots, compiled.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/robots.md")]
+struct Robots;
