@@ -293,3 +293,15 @@ pub fn mechanism(numbers: &mut Numbers) -> (World, Vec<State>, Vec<usize>) {
     let bars: Vec<_> = (0..bars).collect();
     (smooth(world, &bars), states, bars)
 }
+
+/// The same mechanism with masses that differ by factors of up to 10⁵.
+pub fn uneven(world: &World, bars: &[usize], numbers: &mut Numbers) -> World {
+    let scaled = |body: &RigidBody| {
+        let factor = 10.0_f64.powf(numbers.between(-2.5, 2.5));
+        body.with_mass(factor * body.mass(), factor * body.inertia()).unwrap()
+    };
+    let bodies = world.bodies().iter().map(scaled).collect();
+    let joints = world.joints().to_vec();
+    let world = World::new(parameters(bodies, world.time_step())).unwrap();
+    smooth(world.with_joints(joints).unwrap(), bars)
+}
