@@ -1,7 +1,6 @@
 //! The view in a real browser: it plays, stops, scrubs, orbits, zooms and fits a phone.
 //!
-//! Needs Chromium and chromedriver (`scripts/setup --browser`); says loudly that it was
-//! skipped where they are missing, and fails there under `TUMBLE_BROWSER_TEST=required`.
+//! Needs Chromium and chromedriver (`scripts/setup --browser`); `scripts/test --minutes` runs these tests.
 //! Screenshots are in `target/view-screenshots`.
 
 mod choices;
@@ -10,7 +9,7 @@ mod meshes;
 mod pages;
 mod runs;
 
-use driver::{Browser, is_installed};
+use driver::Browser;
 use pages::{Pages, lab_distance};
 use serde_json::Value;
 use std::time::Duration;
@@ -29,10 +28,8 @@ const RIGHT: &str = "\u{e014}";
 const IMPACT: f64 = 0.472;
 
 #[test]
+#[ignore = "a browser"]
 fn it_plays_pauses_scrubs_and_obeys_the_keys() {
-    if !is_installed() {
-        return;
-    }
     let pages = Pages::new();
     let page = pages.retried();
     let browser = Browser::start(1280, 800);
@@ -100,10 +97,8 @@ fn it_plays_pauses_scrubs_and_obeys_the_keys() {
 }
 
 #[test]
+#[ignore = "a browser"]
 fn it_orbits_zooms_and_shows_what_is_asked_for() {
-    if !is_installed() {
-        return;
-    }
     let pages = Pages::new();
     let page = pages.drop();
     let browser = Browser::start(1280, 800);
@@ -159,10 +154,8 @@ fn it_orbits_zooms_and_shows_what_is_asked_for() {
 }
 
 #[test]
+#[ignore = "a browser"]
 fn the_plots_and_the_time_are_linked() {
-    if !is_installed() {
-        return;
-    }
     let pages = Pages::new();
     let page = pages.drop();
     let browser = Browser::start(1280, 800);
@@ -224,10 +217,8 @@ fn the_plots_and_the_time_are_linked() {
 }
 
 #[test]
+#[ignore = "a browser"]
 fn two_runs_are_seen_side_by_side_and_in_one_view() {
-    if !is_installed() {
-        return;
-    }
     let pages = Pages::new();
     let page = pages.pair();
     let browser = Browser::start(1280, 800);
@@ -281,10 +272,8 @@ fn two_runs_are_seen_side_by_side_and_in_one_view() {
 }
 
 #[test]
+#[ignore = "a browser"]
 fn a_phone_shows_it_in_one_column_and_takes_fingers() {
-    if !is_installed() {
-        return;
-    }
     let pages = Pages::new();
     let (pair, single) = (pages.pair(), pages.path("drop").join("view.html"));
     let browser = Browser::start(360, 740);
@@ -324,10 +313,8 @@ fn a_phone_shows_it_in_one_column_and_takes_fingers() {
 }
 
 #[test]
+#[ignore = "a browser"]
 fn every_control_is_reached_by_tab_with_a_visible_focus() {
-    if !is_installed() {
-        return;
-    }
     let pages = Pages::new();
     let page = pages.retried();
     let browser = Browser::start(1280, 800);

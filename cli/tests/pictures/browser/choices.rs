@@ -1,7 +1,7 @@
 //! What one can choose to see: several bodies, the camera's way, a time by its link, a picture
 //! to keep; and what is seen without WebGL.
 
-use super::driver::{Browser, is_installed};
+use super::driver::Browser;
 use super::pages::Pages;
 use super::{END, HOME, IMPACT, SHIFT};
 use crate::pile;
@@ -17,10 +17,8 @@ fn hundred(pages: &Pages, steps: u64) -> PathBuf {
 }
 
 #[test]
+#[ignore = "a browser"]
 fn several_bodies_are_chosen_and_compared() {
-    if !is_installed() {
-        return;
-    }
     let pages = Pages::new();
     let browser = Browser::start(1280, 800);
     browser.open(&hundred(&pages, 300));
@@ -101,10 +99,8 @@ fn several_bodies_are_chosen_and_compared() {
 }
 
 #[test]
+#[ignore = "a browser"]
 fn the_camera_follows_where_the_motion_is_long() {
-    if !is_installed() {
-        return;
-    }
     let pages = Pages::new();
     // A cube that slides 60 m.
     let far = ["--steps", "1000", "--solver", "native", "--velocity", "0,40,0", "--mu", "0.05"];
@@ -130,10 +126,8 @@ fn the_camera_follows_where_the_motion_is_long() {
 }
 
 #[test]
+#[ignore = "a browser"]
 fn a_link_leads_to_a_time_and_a_picture_is_saved() {
-    if !is_installed() {
-        return;
-    }
     let pages = Pages::new();
     let page = pages.pair();
     let browser = Browser::start(1280, 800);
@@ -176,10 +170,8 @@ fn a_link_leads_to_a_time_and_a_picture_is_saved() {
 /// Without WebGL the first moment stands as a picture, one sentence says so, and the numbers
 /// and plots go on.
 #[test]
+#[ignore = "a browser"]
 fn without_webgl_there_is_a_picture() {
-    if !is_installed() {
-        return;
-    }
     let pages = Pages::new();
     let browser = Browser::without_graphics(1280, 800);
     for (name, page, count) in [("one", pages.drop(), 1), ("two", pages.pair(), 2)] {

@@ -3,7 +3,7 @@
 use base64::Engine as _;
 use serde_json::{Value, json};
 use std::fs;
-use std::io::{BufRead, BufReader, Write as _};
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc;
@@ -12,8 +12,6 @@ use tempfile::TempDir;
 
 const DRIVER: &str = "/usr/bin/chromedriver";
 const BROWSER: &str = "/usr/bin/chromium";
-/// The environment variable that makes a missing browser a failure.
-const REQUIRED: &str = "TUMBLE_BROWSER_TEST";
 /// For every answer of the driver, and for whatever the page is waited for.
 const PATIENCE: Duration = Duration::from_secs(120);
 
@@ -61,18 +59,6 @@ impl Drop for Browser {
         let url = format!("{}{}", self.driver.address, self.session);
         let _ = self.agent.delete(&url).call();
     }
-}
-
-/// Whether there is a browser to test with. Says loudly if not, past the test's captured
-/// output; fails instead if one is required.
-pub fn is_installed() -> bool {
-    if Path::new(DRIVER).exists() && Path::new(BROWSER).exists() {
-        return true;
-    }
-    let why = format!("{DRIVER} and {BROWSER} are not both installed (scripts/setup --browser)");
-    assert!(std::env::var(REQUIRED).as_deref() != Ok("required"), "{why}");
-    let _ = writeln!(std::io::stderr(), "\n*** BROWSER TEST SKIPPED: {why} ***");
-    false
 }
 
 impl Browser {
