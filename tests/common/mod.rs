@@ -29,7 +29,9 @@ pub const SEEDS: [u32; 4] = [42, 0, 1, 2];
 
 /// A file of the reference data, unpacked where its name ends in `.gz`.
 pub fn reference(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = package.ancestors().find(|folder| folder.join("data").is_dir());
+    let path = root.expect("a folder with data").join("data").join(name);
     let mut file = File::open(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let mut text = String::new();
     let read = if name.ends_with(".gz") {

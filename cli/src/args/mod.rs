@@ -33,7 +33,7 @@ fn version() -> &'static str {
 /// Without a verb: simulate a scene and write OUT/trajectory.csv, OUT/run.json, and OUT/state.bin to go on
 /// from with --continue.
 #[derive(Debug, Parser)]
-#[command(version = version(), args_conflicts_with_subcommands = true)]
+#[command(name = "tumble", version = version(), args_conflicts_with_subcommands = true)]
 #[command(after_help = "Exit codes: 0 done; 2 bad input; 3 finished, but some step did not \
     converge; 130 interrupted; 1 anything else.")]
 pub struct Cli {

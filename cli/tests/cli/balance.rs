@@ -2,6 +2,7 @@
 
 use super::scenario::run_scenario;
 use super::support::{Table, run};
+use crate::ROOT;
 use std::fs;
 use std::path::Path;
 
@@ -68,7 +69,7 @@ fn the_terms_add_up_to_the_change_of_energy() {
         "quadruped",
         "slider-crank",
     ] {
-        let scene = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let scene = format!("{ROOT}/scenarios/{name}.toml");
         let directory = tempfile::tempdir().unwrap();
         let out = directory.path().to_str().unwrap();
         let end = run(&["--scenario", &scene, "--steps", "400", "--quiet", "--out", out]);

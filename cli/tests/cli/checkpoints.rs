@@ -1,6 +1,7 @@
 //! A run that is killed goes on from its last checkpoint, and leaves what a run in one go leaves, byte for byte.
 
 use super::support::{PROGRAM, everything_in, run};
+use crate::ROOT;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -9,7 +10,7 @@ use std::time::{Duration, Instant};
 
 /// A run of several tables, with a joint.
 fn scene(steps: &str) -> Vec<String> {
-    let scenario = format!("{}/scenarios/door.toml", env!("CARGO_MANIFEST_DIR"));
+    let scenario = format!("{ROOT}/scenarios/door.toml");
     let args = ["--scenario", &scenario, "--steps", steps, "--quiet"];
     args.map(str::to_owned).to_vec()
 }

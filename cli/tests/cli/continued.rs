@@ -1,6 +1,7 @@
 //! `--continue`: a run in parts leaves what a run in one go leaves, byte for byte.
 
 use super::support::{everything_in, run, unseal};
+use crate::ROOT;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -58,7 +59,7 @@ fn assert_same(places: &Places, one: &str, other: &str) {
 }
 
 fn scenario(name: &str) -> String {
-    format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+    format!("{ROOT}/scenarios/{name}.toml")
 }
 
 /// A run of `args` and so many rows, in one go and in parts.
@@ -81,7 +82,7 @@ fn goes_on(args: &[&str], parts: &[&str], rows: &str) {
 
 #[test]
 fn every_scenario_in_parts_is_the_scenario_in_one_go() {
-    for entry in fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios")).unwrap() {
+    for entry in fs::read_dir(Path::new(ROOT).join("scenarios")).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "toml") {
             let args = ["--scenario", path.to_str().unwrap(), "--solver", "native"];

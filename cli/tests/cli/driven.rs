@@ -3,6 +3,7 @@
 
 use super::several::{scene, table};
 use super::support::{Simulated, run, simulate};
+use crate::ROOT;
 use nalgebra::Vector3;
 use std::fs;
 
@@ -126,7 +127,7 @@ fn driven_runs_go_on_and_begin_later() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("parts");
     let out = out.to_str().unwrap();
-    let file = format!("{}/scenarios/tray-and-conveyor.toml", env!("CARGO_MANIFEST_DIR"));
+    let file = format!("{ROOT}/scenarios/tray-and-conveyor.toml");
     let whole = scene("tray-and-conveyor", &["--steps", "900"]);
     assert_eq!(run(&["--scenario", &file, "--steps", "333", "--out", out]).code, Some(0));
     assert_eq!(run(&["--continue", out, "--steps", "900"]).code, Some(0));

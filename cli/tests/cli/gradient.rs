@@ -1,5 +1,6 @@
 //! `tumble gradient`: derivatives of a run, beside its own differences.
 
+use crate::ROOT;
 use crate::support::{End, everything_in, tumble};
 use serde_json::Value;
 use std::fs;
@@ -7,7 +8,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 fn scenario(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name)
+    Path::new(ROOT).join("scenarios").join(name)
 }
 
 /// The command on a scenario, with its files in a directory of their own.

@@ -1,6 +1,7 @@
 //! Scenes with steps that no solver has solved at once: they are taken in shorter steps, and make no energy.
 
 use super::support::{Table, run};
+use crate::ROOT;
 use std::fs;
 use std::path::Path;
 
@@ -12,7 +13,7 @@ const ROUNDING: f64 = 1e-9;
 fn steps_that_are_not_solved_at_once_make_no_energy() {
     let mut substepped = 0;
     for (name, most_failed) in [("cone31", 1), ("fail9081", 0), ("ratio623", 0)] {
-        let scene = format!("{}/tests/cli/hard/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let scene = format!("{ROOT}/cli/tests/cli/hard/{name}.toml");
         let directory = tempfile::tempdir().unwrap();
         let out = directory.path().join("out");
         let end = run(&["--scenario", &scene, "--out", out.to_str().unwrap()]);

@@ -2,6 +2,7 @@
 //! and the field.
 
 use super::support::{End, PROGRAM, contact_run, run, simulate, tumble};
+use crate::ROOT;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -254,7 +255,7 @@ fn titles_name_what_was_changed() {
         let changed = run.run_json()["changed"].as_array().unwrap().len();
         assert_eq!(changed == 0, !title.contains("changed"), "{flags:?}");
     }
-    let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/slope.toml");
+    let scenario = &format!("{ROOT}/scenarios/slope.toml");
     let flags = ["--scenario", scenario, "--solver", "native", "--mu", "0.9", "--steps", "5"];
     let run = simulate(&flags);
     assert!(run.end.stdout.contains(" with changed mu, 5 rows"), "{}", run.end.stdout);

@@ -1,6 +1,7 @@
 //! `tumble inspect` of several bodies: what CasADi has at its points, and points that are none.
 
 use super::support::{End, tumble};
+use crate::ROOT;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,7 +13,7 @@ fn inspect(point: &Value) -> End {
 
 /// The points of two and three bodies with what CasADi makes of them.
 fn points() -> Vec<Value> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/data/several.jsonl.gz");
+    let path = &format!("{ROOT}/data/several.jsonl.gz");
     let mut text = String::new();
     let file = fs::File::open(path).unwrap();
     flate2::read::GzDecoder::new(file).read_to_string(&mut text).unwrap();

@@ -2,6 +2,7 @@
 //! Ipopt does not solve.
 #![cfg(unix)]
 
+use crate::ROOT;
 use crate::support::{self, FAILING_RUN, PROGRAM, Simulated, everything_in, run, simulate};
 use serde_json::{Value, json};
 use std::fs::{self, File};
@@ -200,7 +201,7 @@ fn a_signal_ends_a_native_run_at_once_with_all_its_steps_written() {
 
 #[test]
 fn what_a_signal_ended_goes_on_as_if_it_had_never_come() {
-    let pile = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/pile.toml");
+    let pile = &format!("{ROOT}/scenarios/pile.toml");
     for (args, bytes) in
         [(["--scene", "drop"], INTO_CONTACT), (["--scenario", pile], 20 * INTO_CONTACT)]
     {
@@ -412,7 +413,7 @@ fn a_choice_for_failures_that_cannot_be_had_is_refused() {
 #[test]
 fn a_plan_is_written_or_not_begun() {
     let directory = tempfile::tempdir().unwrap();
-    let scene = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenarios/plans/box.toml");
+    let scene = PathBuf::from(ROOT).join("scenarios/plans/box.toml");
     let problem = directory.path().join("long.toml");
     let text = format!(
         "scene = {:?}\nsteps = 100000\n[[controls]]\nkind = \"force\"\nx = [-20, 20]\nknots = 1\n\

@@ -1,6 +1,7 @@
 //! `--every`, `--tables` and `--format`: which rows a run leaves, and in which form.
 
 use super::support::{run, unseal};
+use crate::ROOT;
 use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -38,7 +39,7 @@ impl Runs {
 }
 
 fn scenario(name: &str) -> String {
-    format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"))
+    format!("{ROOT}/scenarios/{name}.toml")
 }
 
 /// The header, and of `lines` those of each `every`-th k and of the last one.

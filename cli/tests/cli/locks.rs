@@ -1,6 +1,7 @@
 //! Joints and gears that lock more than they seem to: what contradicts itself is refused, the rest is said.
 
 use super::scenario::run_scenario;
+use crate::ROOT;
 
 /// Two boxes that float, without a joint yet.
 const BOXES: &str = r#"
@@ -86,7 +87,7 @@ fn axes_that_are_locked_are_said() {
 /// A plane loop in space holds three directions twice, and moves.
 #[test]
 fn a_loop_says_what_it_holds_twice_and_a_chain_nothing() {
-    let scenario = |name: &str| format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let scenario = |name: &str| format!("{ROOT}/scenarios/{name}.toml");
     let said = |name: &str| {
         let directory = tempfile::tempdir().unwrap();
         let out = directory.path().to_str().unwrap();

@@ -57,3 +57,6 @@ mod validated;
 mod verify;
 mod verify_fixed;
 mod view;
+
+/// Root of the repository.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");

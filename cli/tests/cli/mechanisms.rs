@@ -3,6 +3,7 @@
 use super::scenario::run_scenario;
 use super::several::{scene, table};
 use super::support::{Table, run};
+use crate::ROOT;
 use std::fs;
 
 /// What nothing drives keeps its energy, and the mechanism that a motor drives its speed.
@@ -241,7 +242,7 @@ anchor = [0.0, 0.0, -0.6]
 #[test]
 fn ipopt_refuses_mechanisms() {
     for name in ["double-pendulum", "slider-crank", "four-bar", "tray-and-conveyor"] {
-        let path = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let path = format!("{ROOT}/scenarios/{name}.toml");
         let text = fs::read_to_string(path).unwrap();
         let (end, directory) = run_scenario(&text, &["--solver", "ipopt", "--steps", "30"]);
         end.assert_refused(2, &["joints and gears are not supported", "native solver"]);

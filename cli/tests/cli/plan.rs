@@ -1,12 +1,13 @@
 //! `tumble plan`: what it writes, that it replays to the byte, and what it refuses.
 
 use super::support::{run, tumble};
+use crate::ROOT;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 fn shipped(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/plans").join(name);
+    let path = Path::new(ROOT).join("scenarios/plans").join(name);
     path.to_string_lossy().into_owned()
 }
 

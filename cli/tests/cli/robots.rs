@@ -2,11 +2,12 @@
 
 use super::scenario::run_scenario;
 use super::support::{run, simulate, tumble};
+use crate::ROOT;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 fn model(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/robots").join(name)
+    Path::new(ROOT).join("data/robots").join(name)
 }
 
 fn text(path: &Path) -> &str {

@@ -2,11 +2,12 @@
 //! and broken ones.
 
 use super::support::{End, everything_in, run, simulate, tumble};
+use crate::ROOT;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 pub fn shipped() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let folder = Path::new(ROOT).join("scenarios");
     let mut files: Vec<_> =
         fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
@@ -54,7 +55,7 @@ fn every_shipped_scenario_runs_and_verifies() {
 #[test]
 fn the_tutorials_scenes_are_the_same_from_a_file() {
     for (scene, flags) in [("drop", ["--steps", "400"]), ("floating", ["--steps", "1200"])] {
-        let file = format!("{}/scenarios/{scene}.toml", env!("CARGO_MANIFEST_DIR"));
+        let file = format!("{ROOT}/scenarios/{scene}.toml");
         let named = simulate(&[&["--scene", scene], flags.as_slice()].concat());
         let read = simulate(&[&["--scenario", file.as_str()], flags.as_slice()].concat());
         assert_eq!(named.csv(), read.csv(), "{scene}");
@@ -418,7 +419,7 @@ fn flags_that_mean_nothing_to_a_scenario_are_refused() {
 /// Every field of the format stands in its description, and every shipped file in its table.
 #[test]
 fn the_description_names_every_field_and_file() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(ROOT);
     let page = fs::read_to_string(root.join("scenarios/README.md")).unwrap();
     let source = ["file.rs", "tables.rs"].map(|file| root.join("crates/scene/src").join(file));
     let source = source.map(|file| fs::read_to_string(file).unwrap()).concat();

@@ -3,6 +3,7 @@
 
 use super::scenario::{is_of_several, run_scenario, shipped};
 use super::support::{Simulated, Table, everything_in, run, simulate};
+use crate::ROOT;
 use nalgebra::Vector3;
 use std::fs;
 
@@ -12,7 +13,7 @@ pub fn table(done: &Simulated, name: &str) -> Table {
 }
 
 pub fn scene(name: &str, flags: &[&str]) -> Simulated {
-    let file = format!("{}/scenarios/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let file = format!("{ROOT}/scenarios/{name}.toml");
     let done = simulate(&[&["--scenario", file.as_str()], flags].concat());
     assert_eq!(done.end.code, Some(0), "{name}: {:?}", done.end);
     done

@@ -1,5 +1,6 @@
 //! `tumble solve`, and `--export-problems` of a run.
 
+use crate::ROOT;
 use crate::support::{End, everything_in, run, tumble};
 use std::fs;
 use std::path::Path;
@@ -104,7 +105,7 @@ fn what_is_no_problem_is_refused() {
 fn the_problems_of_a_run_are_exported_and_solved() {
     let directory = TempDir::new().unwrap();
     let (run_out, problems) = (directory.path().join("run"), directory.path().join("problems"));
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/stack.toml");
+    let scene = Path::new(ROOT).join("scenarios/stack.toml");
     let exported = |scene: &str, more: &[&str]| -> End {
         let args = ["--out", path(&run_out), "--export-problems", path(&problems)];
         tumble().args(["--scenario", scene]).args(args).args(more).output().unwrap().into()
@@ -142,7 +143,7 @@ fn the_problems_of_a_run_are_exported_and_solved() {
         let end: End = tumble().args(args).output().unwrap().into();
         end.assert_refused(2, &["--export-problems", "the folder of the run's own files"]);
     }
-    let joints = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/door.toml");
+    let joints = Path::new(ROOT).join("scenarios/door.toml");
     let none = directory.path().join("none");
     let args = ["--out", path(&none), "--export-problems", path(&none)];
     let end: End = tumble().args(["--scenario", path(&joints)]).args(args).output().unwrap().into();

@@ -1,6 +1,7 @@
 //! Runs that begin at another index than 0: rows, times, loads, run.json, and what verifies and goes on.
 
 use super::support::{Simulated, Table, run, simulate};
+use crate::ROOT;
 use std::fs;
 
 const LOAD: [&str; 4] = ["--force", "1:0,0,0", "--force", "2:40,0,30"];
@@ -54,7 +55,7 @@ fn a_run_from_an_index_has_the_rows_and_loads_of_that_time() {
 fn a_scenario_says_where_it_begins() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("later.toml");
-    let text = fs::read_to_string(format!("{}/scenarios/door.toml", env!("CARGO_MANIFEST_DIR")));
+    let text = fs::read_to_string(format!("{ROOT}/scenarios/door.toml"));
     let text = text.unwrap();
     fs::write(&file, format!("start_index = 9000\n{text}")).unwrap();
     let file = file.to_str().unwrap();
@@ -91,7 +92,7 @@ fn an_index_that_is_none_is_refused() {
     }
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("odd.toml");
-    let text = fs::read_to_string(format!("{}/scenarios/door.toml", env!("CARGO_MANIFEST_DIR")));
+    let text = fs::read_to_string(format!("{ROOT}/scenarios/door.toml"));
     fs::write(&file, format!("start_index = 9000000000000001\n{}", text.unwrap())).unwrap();
     let end = run(&["--scenario", file.to_str().unwrap()]);
     assert_eq!(end.code, Some(2), "{end:?}");

@@ -1,6 +1,7 @@
 //! `tumble view` and `--html`: what the page holds, and what is refused. That it works in a
 //! browser is for `cli/tests/pictures/browser.rs`.
 
+use crate::ROOT;
 use crate::support::{
     End, FAILING_RUN, Simulated, Table, everything_in, run, simulate, tumble, two_impacts,
 };
@@ -177,7 +178,7 @@ fn the_page_is_one_file_that_loads_nothing() {
 /// On a slope the page knows the plane, and the lowest corner's height is that above it.
 #[test]
 fn a_slope_is_a_slope_in_the_page() {
-    let file = format!("{}/scenarios/slope.toml", env!("CARGO_MANIFEST_DIR"));
+    let file = format!("{ROOT}/scenarios/slope.toml");
     let flags = ["--scenario", file.as_str(), "--solver", "native", "--steps", "200"];
     let (_, page) = simulate_with_page(&flags);
     let ground = &page.data["runs"][0]["ground"];

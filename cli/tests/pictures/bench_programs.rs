@@ -1,5 +1,6 @@
 //! The programs that `scripts/bench` runs beside other engines, on its scenes.
 
+use crate::ROOT;
 use crate::example::built;
 use serde_json::{Value, json};
 use std::io::Write;
@@ -12,7 +13,7 @@ const PROMISE: f64 = 1e-9;
 
 /// A scene of `bench/scenes`, with other entries.
 fn request(scene: &str, entries: Value) -> String {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench/scenes");
+    let folder = Path::new(ROOT).join("bench/scenes");
     let text = std::fs::read_to_string(folder.join(scene)).unwrap();
     let mut request: Value = serde_json::from_str(&text).unwrap();
     for (name, value) in entries.as_object().unwrap() {
@@ -25,7 +26,7 @@ fn request(scene: &str, entries: Value) -> String {
 fn answer(example: &str, arguments: &[&str], request: &str) -> String {
     let mut child = Command::new(built(example))
         .args(arguments)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .current_dir(ROOT)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()

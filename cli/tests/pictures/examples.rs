@@ -1,13 +1,14 @@
 //! The example programs, run as a user runs them: exit codes, and the physics of what they
 //! print.
 
+use crate::ROOT;
 use crate::example::built;
 use std::process::{Command, Output};
 
 /// Runs an example.
 fn run(example: &str, arguments: &[&str]) -> Output {
     let mut program = Command::new(built(example));
-    program.args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
+    program.args(arguments).current_dir(ROOT).output().unwrap()
 }
 
 fn printed(example: &str, arguments: &[&str], code: i32) -> String {

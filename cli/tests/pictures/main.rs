@@ -8,3 +8,6 @@ mod examples;
 mod gif;
 #[path = "../../../crates/view/tests/pile/mod.rs"]
 mod pile;
+
+/// Root of the repository.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");

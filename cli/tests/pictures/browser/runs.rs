@@ -3,6 +3,7 @@
 use super::driver::Browser;
 use super::pages::{Pages, tumble};
 use super::{END, RIGHT, SPACE};
+use crate::ROOT;
 use crate::pile;
 use serde_json::Value;
 use std::fs;
@@ -31,7 +32,7 @@ fn a_small_body_and_a_free_one_read_well() {
     let facts = browser.run("return document.getElementById('facts').textContent");
     assert!(!facts.as_str().unwrap().contains("friction"), "{facts}");
     // Another ground than the other run's is told.
-    let slope = format!("{}/scenarios/slope.toml", env!("CARGO_MANIFEST_DIR"));
+    let slope = format!("{ROOT}/scenarios/slope.toml");
     pages.simulate("slope", &["--scenario", &slope, "--steps", "50", "--solver", "native"], 0);
     let [a, b] = ["slope", "small"].map(|name| pages.path(name).join("trajectory.csv"));
     let out = pages.path("grounds");
