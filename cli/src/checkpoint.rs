@@ -1,7 +1,7 @@
 //! What a run that is killed leaves to be continued from: its state now and then, beside the temporary files of its
 //! rows.
 
-use super::continued::{Notes, state_bytes};
+use super::continued::{ContinuedNotes, state_bytes};
 use super::directory::OutputDirectory;
 use super::outcome::Failure;
 use super::output::PendingFile;
@@ -31,7 +31,7 @@ impl Checkpoint {
 }
 
 /// Writes the checkpoints of a run to one file, each in place of the one before.
-pub struct Checkpoints<'a> {
+pub struct CheckpointWriter<'a> {
     /// Where the run writes.
     pub directory: &'a OutputDirectory,
     /// The text of a run.json with the scene.
@@ -40,9 +40,14 @@ pub struct Checkpoints<'a> {
     pub every: Duration,
 }
 
-impl Checkpoints<'_> {
+impl CheckpointWriter<'_> {
     /// Writes the checkpoint of a run in the state `saved`, which came to `notes` and whose tables have these `rows`.
-    pub fn write(&self, saved: Saved, notes: Notes, rows: Vec<WrittenRows>) -> Result<(), Failure> {
+    pub fn write(
+        &self,
+        saved: Saved,
+        notes: ContinuedNotes,
+        rows: Vec<WrittenRows>,
+    ) -> Result<(), Failure> {
         let (run_json, state) =
             (self.run_json.clone(), state_bytes(saved, &notes.with_rows(rows))?);
         let file = PendingFile::create(self.directory, FILE)?;

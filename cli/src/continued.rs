@@ -6,7 +6,7 @@ use super::checkpoint::{self, Checkpoint};
 use super::input;
 use super::outcome::{Failure, refuse_flags};
 use super::recording::Recording;
-use super::run::{End, Run};
+use super::run::{RunOutcome, RunPlan};
 use super::scene::{Scene, on_threads};
 use super::table_file::WrittenRows;
 use super::writer::{RunWriter, Written};
@@ -23,7 +23,7 @@ use tumble_core::step::StepStatus;
 use tumble_model::shown;
 use tumble_scene::choices::{DetectionName, FormulationName, OnFailure, Preset, SolverName};
 use tumble_scene::joints_summary::{JointsSummary, Taut};
-use tumble_scene::kept::Kept;
+use tumble_scene::kept::KeptSteps;
 use tumble_scene::run_file::{self, RunFile, SolverSettings};
 use tumble_scene::settings::Settings;
 use tumble_scene::solver_choice::SolverChoice;
@@ -39,7 +39,7 @@ const LARGEST_STATE: u64 = 1 << 32;
 
 /// What the state of a run has besides that of its simulation: what the run came to.
 #[derive(Serialize, Deserialize)]
-pub struct Notes {
+pub struct ContinuedNotes {
     /// What the tables had, without a last row of the state alone.
     rows: Vec<WrittenRows>,
     summary: RunSummary,
@@ -55,14 +55,14 @@ pub struct Continued<'a> {
     /// The file that has the state.
     file: PathBuf,
     saved: Saved,
-    notes: Notes,
-    kept: Kept,
+    notes: ContinuedNotes,
+    kept: KeptSteps,
 }
 
-impl Notes {
+impl ContinuedNotes {
     /// What `run` came to, whose tables have these rows.
-    pub fn of(run: &Run, rows: Vec<WrittenRows>) -> Self {
-        let Run { elapsed, overlap, joints, .. } = *run;
+    pub fn of(run: &RunPlan, rows: Vec<WrittenRows>) -> Self {
+        let RunPlan { elapsed, overlap, joints, .. } = *run;
         let (summary, taut) = (run.summary.clone(), run.taut.clone());
         Self { rows, summary, elapsed, overlap, joints, taut }
     }
@@ -74,7 +74,7 @@ impl Notes {
 }
 
 /// The state of a run, as bytes.
-pub fn state_bytes(saved: Saved, notes: &Notes) -> Result<Vec<u8>, Failure> {
+pub fn state_bytes(saved: Saved, notes: &ContinuedNotes) -> Result<Vec<u8>, Failure> {
     Ok(saved.with_notes(to_bytes(notes)?).to_bytes()?)
 }
 
@@ -96,7 +96,7 @@ impl<'a> Continued<'a> {
             other => other,
         };
         let mut scene = scene_of(&run).map_err(in_run_file)?;
-        let State { file, saved, notes } = state;
+        let SavedState { file, saved, notes } = state;
         let steps = saved.index().checked_sub(scene.start_index).ok_or_else(|| {
             let (k, start) = (saved.index(), scene.start_index);
             odd_state(&file, &format!("it is at k = {k}, and its run begins at {start}"))
@@ -131,14 +131,14 @@ impl<'a> Continued<'a> {
     }
 
     /// Which of its rows are kept.
-    pub fn kept(&self) -> &Kept {
+    pub fn kept(&self) -> &KeptSteps {
         &self.kept
     }
 
     /// What the run came to so far.
-    pub fn into_run(self) -> Run {
-        let Notes { rows: _, summary, elapsed, overlap, joints, taut } = self.notes;
-        Run { end: End::Complete, summary, elapsed, overlap, joints, taut }
+    pub fn into_run(self) -> RunPlan {
+        let ContinuedNotes { rows: _, summary, elapsed, overlap, joints, taut } = self.notes;
+        RunPlan { end: RunOutcome::Complete, summary, elapsed, overlap, joints, taut }
     }
 }
 
@@ -147,14 +147,14 @@ fn odd_state(path: &Path, why: &dyn std::fmt::Display) -> Failure {
 }
 
 /// Where a run is, read from a file.
-struct State {
+struct SavedState {
     file: PathBuf,
     saved: Saved,
-    notes: Notes,
+    notes: ContinuedNotes,
 }
 
 /// The run that was killed in `directory`, where a checkpoint of it is there, and the file that says of it.
-fn checkpoint_in(directory: &Path) -> Result<Option<(RunFile, PathBuf, State)>, Failure> {
+fn checkpoint_in(directory: &Path) -> Result<Option<(RunFile, PathBuf, SavedState)>, Failure> {
     let file = directory.join(checkpoint::FILE);
     let bytes = match input::bytes(&file, LARGEST_STATE) {
         Ok(bytes) => bytes,
@@ -169,7 +169,7 @@ fn checkpoint_in(directory: &Path) -> Result<Option<(RunFile, PathBuf, State)>, 
 }
 
 /// The run that has ended in `directory`, and the file that says of it.
-fn ended_in(directory: &Path) -> Result<(RunFile, PathBuf, State), Failure> {
+fn ended_in(directory: &Path) -> Result<(RunFile, PathBuf, SavedState), Failure> {
     let path = directory.join("run.json");
     let run = RunFile::read(input::text(&path, run_file::LARGEST_FILE), &path, || Ok(()))?;
     let run = run.ok_or_else(|| {
@@ -185,11 +185,11 @@ fn ended_in(directory: &Path) -> Result<(RunFile, PathBuf, State), Failure> {
 }
 
 /// The state that the `bytes` of a file are, and what its run came to.
-fn state_in(file: PathBuf, bytes: &[u8]) -> Result<State, Failure> {
+fn state_in(file: PathBuf, bytes: &[u8]) -> Result<SavedState, Failure> {
     let saved = Saved::from_bytes(bytes).map_err(|error| odd_state(&file, &error))?;
     let notes = from_bytes(saved.notes())
         .map_err(|_| odd_state(&file, &"it is the state of a simulation, but not of a run"))?;
-    Ok(State { file, saved, notes })
+    Ok(SavedState { file, saved, notes })
 }
 
 /// Refuses rows that do not end where the state is: those of another run, or tampered with.

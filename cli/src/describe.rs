@@ -1,6 +1,6 @@
 //! The summary of a run, for people.
 
-use super::run::{End, Run};
+use super::run::{RunOutcome, RunPlan};
 use super::scene::Scene;
 use std::fmt::Write as _;
 use tumble_core::contact::Partner;
@@ -13,7 +13,7 @@ use tumble_scene::run_file::heading;
 use tumble_scene::solver_choice::SolverChoice;
 
 /// The summary for people.
-pub fn describe(scene: &Scene, run: &Run) -> String {
+pub fn describe(scene: &Scene, run: &RunPlan) -> String {
     let summary = &run.summary;
     let h = scene.world.time_step();
     let simulated = summary.steps() as f64 * h;
@@ -71,12 +71,12 @@ fn cast(scene: &Scene) -> String {
 }
 
 /// Why a run is shorter than it was to be.
-fn ending(scene: &Scene, run: &Run) -> String {
+fn ending(scene: &Scene, run: &RunPlan) -> String {
     let rows = scene.rows;
     match run.end {
-        End::Complete => String::new(),
-        End::Interrupted => format!("  interrupted  {rows} rows were asked for\n"),
-        End::Stopped => format!(
+        RunOutcome::Complete => String::new(),
+        RunOutcome::Interrupted => format!("  interrupted  {rows} rows were asked for\n"),
+        RunOutcome::Stopped => format!(
             "  stopped      step k = {} was not solved; {rows} rows were asked for\n",
             run.summary.steps()
         ),
@@ -133,7 +133,7 @@ fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
 }
 
 /// Which joints the time step is too long for, and which would do.
-fn too_stiff(scene: &Scene, run: &Run) -> String {
+fn too_stiff(scene: &Scene, run: &RunPlan) -> String {
     /// More joints than this are only counted.
     const MOST_NAMED: usize = 4;
     /// What the flag takes, and the shortest step of a world, s.

@@ -1,6 +1,6 @@
 //! The names of the files that a run leaves, whole or not.
 
-use tumble_scene::kept::Form;
+use tumble_scene::kept::TableForm;
 use tumble_scene::output::tables::Table;
 
 pub const ANIMATION: &str = "animation.gif";
@@ -14,17 +14,17 @@ pub const OF_PLANS: [&str; 4] = ["controls.csv", "plan.json", "plan.html", "scen
 pub const TRAJECTORY: &str = "trajectory";
 
 /// The name of the file of a table.
-pub fn file_of(table: &str, form: Form) -> String {
+pub fn file_of(table: &str, form: TableForm) -> String {
     match form {
-        Form::Csv => format!("{table}.csv"),
-        Form::Zstd => format!("{table}.csv.zst"),
+        TableForm::Csv => format!("{table}.csv"),
+        TableForm::Zstd => format!("{table}.csv.zst"),
     }
 }
 
 /// The names of the files of rows, of both formats and forms.
 pub fn of_rows() -> impl Iterator<Item = String> {
     let names = [TRAJECTORY].into_iter().chain(Table::ALL.map(Table::name));
-    names.flat_map(|name| [Form::Csv, Form::Zstd].map(|form| file_of(name, form)))
+    names.flat_map(|name| [TableForm::Csv, TableForm::Zstd].map(|form| file_of(name, form)))
 }
 
 /// Whether a file of this name is compressed.

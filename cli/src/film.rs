@@ -1,7 +1,7 @@
 //! A recording as a film: what the library calls things, in the words of the pictures.
 
 use super::outcome::Failure;
-use super::recording::{Recording, Step};
+use super::recording::{RecordedStep, Recording};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_core::contact::Partner;
@@ -10,7 +10,7 @@ use tumble_film::{Cast, Keys, Role};
 use tumble_model::shown;
 use tumble_scene::output::tables::TableStep;
 use tumble_scene::run_file::{RunFile, heading};
-use tumble_view::{Fact, Film, Frame, Ground};
+use tumble_view::{Fact, Film, FilmFrame, FilmGround};
 
 /// Memory that the rows of a picture may take: a million rows of a box that lies on all its
 /// corners.
@@ -36,8 +36,8 @@ pub fn film(
             continue;
         }
         frames.push(match &step {
-            Step::Trajectory(row) => tumble_film::frame_of_row(&recording.world, row),
-            Step::Tables(step) => {
+            RecordedStep::Trajectory(row) => tumble_film::frame_of_row(&recording.world, row),
+            RecordedStep::Tables(step) => {
                 check_contacts(&recording.world, step).map_err(|why| recording.odd(&why))?;
                 tumble_film::frame(&recording.world, step, &mut keys)
             }
@@ -63,7 +63,7 @@ pub fn film(
         (film.bodies[0].points, film.bodies[0].pieces) = (points.collect(), Vec::new());
         // And their ground is there, however far.
         let ground = world.ground().filter(|_| !floating);
-        film.ground = ground.map(|at| Ground { normal: *at.normal(), offset: at.offset() });
+        film.ground = ground.map(|at| FilmGround { normal: *at.normal(), offset: at.offset() });
     }
     film.every = every;
     film.title = run.as_ref().map_or(String::new(), title);
@@ -94,7 +94,7 @@ fn check_contacts(world: &World, step: &TableStep) -> Result<(), String> {
 pub struct Frames<'a> {
     path: &'a Path,
     most: usize,
-    frames: Vec<Frame>,
+    frames: Vec<FilmFrame>,
     bytes: usize,
 }
 
@@ -105,7 +105,7 @@ impl<'a> Frames<'a> {
     }
 
     /// Adds a frame, unless there are too many or memory should not hold it.
-    pub fn push(&mut self, frame: Frame) -> Result<(), Failure> {
+    pub fn push(&mut self, frame: FilmFrame) -> Result<(), Failure> {
         let (path, rows, most) = (shown::path(self.path), self.frames.len(), self.most);
         if rows == most {
             return Err(Failure::Input(format!(
@@ -125,14 +125,14 @@ impl<'a> Frames<'a> {
     }
 
     /// All that were added.
-    pub fn all(self) -> Vec<Frame> {
+    pub fn all(self) -> Vec<FilmFrame> {
         self.frames
     }
 }
 
 /// Bytes that a row takes: most of them are its contacts, of which there may be a thousand.
-fn memory(frame: &Frame) -> usize {
-    size_of::<Frame>()
+fn memory(frame: &FilmFrame) -> usize {
+    size_of::<FilmFrame>()
         + size_of_val(frame.poses.as_slice())
         + size_of_val(frame.contacts.as_slice())
         + size_of_val(frame.ties.as_slice())

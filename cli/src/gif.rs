@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_model::shown;
 use tumble_view::Film;
-use tumble_view::animation::{AnimationError, Settings, animate, frame_count};
+use tumble_view::animation::{AnimationError, AnimationSettings, animate, frame_count};
 
 /// Rows that an animation may be made of: they are all in memory, 0.6 kB each.
 pub const MOST_ROWS: usize = 500_000;
@@ -76,9 +76,9 @@ pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failu
     Ok(())
 }
 
-fn settings(args: &AnimationArgs) -> Settings {
-    let default = Settings::default();
-    Settings {
+fn settings(args: &AnimationArgs) -> AnimationSettings {
+    let default = AnimationSettings::default();
+    AnimationSettings {
         speed: args.gif_speed.unwrap_or(default.speed),
         size: args.gif_size.unwrap_or(default.size),
         view: args.camera,

@@ -1,7 +1,7 @@
 //! Records on their way from the stepping to the writing, which goes on at the same time.
 
-use super::checkpoint::Checkpoints;
-use super::continued::Notes;
+use super::checkpoint::CheckpointWriter;
+use super::continued::ContinuedNotes;
 use super::outcome::Failure;
 use super::writer::RunWriter;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
@@ -13,15 +13,15 @@ use tumble_core::simulation::{Saved, StepRecord};
 const PAGES: usize = 3;
 
 /// Records of some steps, one after another.
-pub struct Page {
+pub struct RowPage {
     pub records: Vec<StepRecord>,
     /// How many of them are filled.
     pub count: usize,
     /// The run after them, where a checkpoint is due.
-    pub checkpoint: Option<(Saved, Notes)>,
+    pub checkpoint: Option<(Saved, ContinuedNotes)>,
 }
 
-impl Page {
+impl RowPage {
     /// The records that are filled.
     pub fn filled(&self) -> &[StepRecord] {
         &self.records[..self.count]
@@ -30,15 +30,15 @@ impl Page {
 
 /// A few pages, which go round between the steps and their writing: memory does not grow with a run.
 pub struct Pages {
-    full: SyncSender<Page>,
-    empty: Receiver<Page>,
+    full: SyncSender<RowPage>,
+    empty: Receiver<RowPage>,
 }
 
 impl Pages {
     /// Pages of so many `records`, and the thread that writes them in the order in which they come, and the checkpoints.
     pub fn new<'scope, 'env>(
         scope: &'scope Scope<'scope, 'env>,
-        (writer, checkpoints): (&'env mut RunWriter, Option<&'env Checkpoints<'env>>),
+        (writer, checkpoints): (&'env mut RunWriter, Option<&'env CheckpointWriter<'env>>),
         records: usize,
     ) -> (Self, ScopedJoinHandle<'scope, Result<(), Failure>>) {
         let (full, to_write) = sync_channel(PAGES);
@@ -46,28 +46,28 @@ impl Pages {
         for _ in 0..PAGES {
             // The receiver is here.
             let records = vec![StepRecord::new(); records];
-            let _ = written.send(Page { records, count: 0, checkpoint: None });
+            let _ = written.send(RowPage { records, count: 0, checkpoint: None });
         }
         let writing = scope.spawn(move || write_all((writer, checkpoints), &to_write, &written));
         (Self { full, empty }, writing)
     }
 
     /// A page to fill, once there is one; `None` if the writing has ended, which it does by an error alone.
-    pub fn empty(&mut self) -> Option<Page> {
+    pub fn empty(&mut self) -> Option<RowPage> {
         let page = self.empty.recv().ok()?;
-        Some(Page { count: 0, ..page })
+        Some(RowPage { count: 0, ..page })
     }
 
     /// Has a page written. Of writing that has ended, its error is what is said.
-    pub fn write(&mut self, page: Page) {
+    pub fn write(&mut self, page: RowPage) {
         let _ = self.full.send(page);
     }
 }
 
 fn write_all(
-    (writer, checkpoints): (&mut RunWriter, Option<&Checkpoints<'_>>),
-    to_write: &Receiver<Page>,
-    written: &Sender<Page>,
+    (writer, checkpoints): (&mut RunWriter, Option<&CheckpointWriter<'_>>),
+    to_write: &Receiver<RowPage>,
+    written: &Sender<RowPage>,
 ) -> Result<(), Failure> {
     for mut page in to_write {
         page.filled().iter().try_for_each(|record| writer.write(record))?;

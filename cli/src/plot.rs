@@ -12,24 +12,25 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_model::shown;
 use tumble_view::Film;
-use tumble_view::plot::{self, Sheet};
+use tumble_view::plot::{self, PlotSheet};
 
 /// Rows that a plot may be made of: they are all in memory, 0.8 kB each.
 pub const MOST_ROWS: usize = 1_000_000;
 
 /// The sheets and their names.
-const SHEETS: [(Sheet, &str); 2] = [(Sheet::Motion, "plot"), (Sheet::Energy, "plot-energy")];
+const SHEETS: [(PlotSheet, &str); 2] =
+    [(PlotSheet::Motion, "plot"), (PlotSheet::Energy, "plot-energy")];
 
 /// The files of all sheets, not yet written.
 pub struct PendingPlots {
     /// Of each sheet the PNG and the SVG.
-    files: Vec<(Sheet, PendingFile, PendingFile)>,
+    files: Vec<(PlotSheet, PendingFile, PendingFile)>,
 }
 
 impl PendingPlots {
     /// Opens temporary files in `directory`: what stands in the way shows before the work.
     pub fn create(directory: &OutputDirectory) -> Result<Self, Failure> {
-        let pending = |(sheet, name): (Sheet, &str)| {
+        let pending = |(sheet, name): (PlotSheet, &str)| {
             let png = PendingFile::create(directory, &format!("{name}.png"))?;
             Ok((sheet, png, PendingFile::create(directory, &format!("{name}.svg"))?))
         };

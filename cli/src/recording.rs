@@ -20,7 +20,7 @@ use tumble_core::world::World;
 use tumble_model::names::FileKind;
 use tumble_model::shown;
 use tumble_scene::choices::SceneName;
-use tumble_scene::kept::{Form, Kept};
+use tumble_scene::kept::{KeptSteps, TableForm};
 use tumble_scene::output::tables::{Streams, Table, TableStep, TablesReader};
 use tumble_scene::output::trajectory::{TrajectoryReader, TrajectoryRow};
 use tumble_scene::physics;
@@ -33,7 +33,7 @@ const LONGEST_HEADER: u64 = 1 << 12;
 /// The files of a run that are being read.
 pub struct Recording<'a> {
     path: &'a Path,
-    rows: Rows,
+    rows: RecordingRows,
     /// run.json, where there is one: tables always have it.
     pub run: Option<RunFile>,
     pub world: World,
@@ -44,18 +44,18 @@ pub struct Recording<'a> {
 }
 
 /// What reads the rows of one format.
-enum Rows {
+enum RecordingRows {
     Trajectory(Box<TrajectoryReader<TableSource>>),
     Tables(Box<TablesReader<TableSource>>),
 }
 
 /// A step as the files of one format have it.
-pub enum Step {
+pub enum RecordedStep {
     Trajectory(TrajectoryRow),
     Tables(TableStep),
 }
 
-impl Step {
+impl RecordedStep {
     /// k.
     pub fn index(&self) -> u64 {
         match self {
@@ -135,7 +135,9 @@ impl<'a> Recording<'a> {
         let courses = model.courses().map_err(wrong)?;
         let rows = if run.trajectory {
             let reader = trajectory(path, &world, "run.json names")?;
-            Rows::Trajectory(Box::new(reader.from_index(run.start_index).every(kept.every)))
+            RecordingRows::Trajectory(Box::new(
+                reader.from_index(run.start_index).every(kept.every),
+            ))
         } else {
             let some = |of: Table, count: usize| {
                 (count > 0 && kept.has(of)).then(|| table(path, of, kept.form)).transpose()
@@ -151,7 +153,7 @@ impl<'a> Recording<'a> {
             let tied = (world.joints().len(), world.gears().len());
             let reader = TablesReader::of_some(streams, world.bodies().len(), tied);
             let reader = reader.map_err(|error| odd_tables(path, &error))?;
-            Rows::Tables(Box::new(reader.from_index(run.start_index).every(kept.every)))
+            RecordingRows::Tables(Box::new(reader.from_index(run.start_index).every(kept.every)))
         };
         Ok(Self { path, rows, run: Some(run), world, loads, courses })
     }
@@ -161,20 +163,20 @@ impl<'a> Recording<'a> {
         let settings = flags.over(Settings::of_scene(SceneName::Drop));
         let (world, load) = physics::of_settings(&settings)?;
         let reader = trajectory(path, &world, "without a run.json there are")?;
-        let rows = Rows::Trajectory(Box::new(reader));
+        let rows = RecordingRows::Trajectory(Box::new(reader));
         Ok(Self { path, rows, run: None, world, loads: vec![load], courses: Vec::new() })
     }
 
     /// The next step, its time checked, and of tables its states; `None` after the last.
-    pub fn next_step(&mut self) -> Result<Option<Step>, Failure> {
+    pub fn next_step(&mut self) -> Result<Option<RecordedStep>, Failure> {
         let step = match &mut self.rows {
-            Rows::Trajectory(reader) => reader
+            RecordingRows::Trajectory(reader) => reader
                 .next_row()
-                .map(|row| row.map(Step::Trajectory))
+                .map(|row| row.map(RecordedStep::Trajectory))
                 .map_err(|error| odd_trajectory(self.path, &error)),
-            Rows::Tables(reader) => reader
+            RecordingRows::Tables(reader) => reader
                 .next_step()
-                .map(|step| step.map(Step::Tables))
+                .map(|step| step.map(RecordedStep::Tables))
                 .map_err(|error| odd_tables(self.path, &error)),
         }?;
         if let Some(step) = &step {
@@ -185,12 +187,12 @@ impl<'a> Recording<'a> {
     }
 
     /// Has what moves in the world be where it is at the step.
-    pub fn follow(&mut self, step: &Step) {
+    pub fn follow(&mut self, step: &RecordedStep) {
         self.world.follow(&self.courses, step.index() as f64 * self.world.time_step());
     }
 
     /// Times that do not fit the time step show that the parameters are another run's.
-    fn check_time(&self, step: &Step) -> Result<(), Failure> {
+    fn check_time(&self, step: &RecordedStep) -> Result<(), Failure> {
         let (index, time, h) = (step.index(), step.time(), self.world.time_step());
         let expected = index as f64 * h;
         if (time - expected).abs() <= 1e-9 * expected.max(h) {
@@ -199,18 +201,18 @@ impl<'a> Recording<'a> {
         let [time, h] = [time, h].map(shown::number);
         let why = format!("has t_s = {time}, which does not fit a time step of {h} s");
         Err(match step {
-            Step::Trajectory(_) => Failure::Input(format!(
+            RecordedStep::Trajectory(_) => Failure::Input(format!(
                 "{}: row {index} {why}; give the run's own with --dt",
                 shown::path(self.path)
             )),
-            Step::Tables(_) => self.odd(&format!("step {index} {why}")),
+            RecordedStep::Tables(_) => self.odd(&format!("step {index} {why}")),
         })
     }
 
     /// A state of tables that is none: no step can be judged or drawn with it. A run may come to one that it could not
     /// start from.
-    fn check_states(&self, step: &Step) -> Result<(), Failure> {
-        let Step::Tables(step) = step else { return Ok(()) };
+    fn check_states(&self, step: &RecordedStep) -> Result<(), Failure> {
+        let RecordedStep::Tables(step) = step else { return Ok(()) };
         let names = self.run.iter().flat_map(RunFile::bodies);
         let names: Vec<_> = names.collect();
         let named = |states| names.iter().zip(states);
@@ -224,7 +226,7 @@ impl<'a> Recording<'a> {
     /// The index of the body that is `wanted` by its name, or else by its number; the first where
     /// none is.
     pub fn body(&self, wanted: Option<&str>) -> Result<usize, Failure> {
-        if matches!(self.rows, Rows::Trajectory(_)) {
+        if matches!(self.rows, RecordingRows::Trajectory(_)) {
             refuse_flags("a trajectory of one body", &[("--body", wanted.is_some())])?;
         }
         let Some(wanted) = wanted else { return Ok(0) };
@@ -243,11 +245,11 @@ impl<'a> Recording<'a> {
 
     /// Whether its rows are those of the tutorial's table.
     pub fn is_one_table(&self) -> bool {
-        matches!(self.rows, Rows::Trajectory(_))
+        matches!(self.rows, RecordingRows::Trajectory(_))
     }
 
     /// Which of the run's rows there are.
-    pub fn kept(&self) -> Kept {
+    pub fn kept(&self) -> KeptSteps {
         self.run.as_ref().map(|run| run.kept.clone()).unwrap_or_default()
     }
 
@@ -296,8 +298,8 @@ impl<'a> Recording<'a> {
     /// What the rows are in, as it can be shown: a file, or the folder of the tables.
     pub fn place(&self) -> String {
         match self.rows {
-            Rows::Trajectory(_) => shown::path(self.path),
-            Rows::Tables(_) => shown::path(directory_of(None, self.path)),
+            RecordingRows::Trajectory(_) => shown::path(self.path),
+            RecordingRows::Tables(_) => shown::path(directory_of(None, self.path)),
         }
     }
 
@@ -318,8 +320,8 @@ impl<'a> Recording<'a> {
         for (name, expected) in &run.checksums {
             let path = match self.rows {
                 // It may have been given another name.
-                Rows::Trajectory(_) if *name == of_one => self.path.to_owned(),
-                Rows::Tables(_) if *name != of_one => self.path.with_file_name(name),
+                RecordingRows::Trajectory(_) if *name == of_one => self.path.to_owned(),
+                RecordingRows::Tables(_) if *name != of_one => self.path.with_file_name(name),
                 _ => continue,
             };
             let shown = shown::path(&path);
@@ -339,8 +341,8 @@ impl<'a> Recording<'a> {
     /// The file that has a row for each step.
     pub fn steps_file(&self) -> PathBuf {
         match self.rows {
-            Rows::Trajectory(_) => self.path.to_owned(),
-            Rows::Tables(_) => {
+            RecordingRows::Trajectory(_) => self.path.to_owned(),
+            RecordingRows::Tables(_) => {
                 self.path.with_file_name(file_of(Table::Steps.name(), self.kept().form))
             }
         }
@@ -375,7 +377,7 @@ fn odd_tables(file: &Path, why: &dyn std::fmt::Display) -> Failure {
     Failure::Input(format!("the tables in {folder} cannot be read: {why}"))
 }
 
-fn table(beside: &Path, table: Table, form: Form) -> Result<TableSource, Failure> {
+fn table(beside: &Path, table: Table, form: TableForm) -> Result<TableSource, Failure> {
     let path = beside.with_file_name(file_of(table.name(), form));
     TableSource::open(&path)
         .map_err(|error| Failure::Input(format!("{} cannot be read: {error}", shown::path(&path))))
@@ -401,7 +403,7 @@ fn refuse_lonely_table(file: &Path, run_path: &Path) -> Result<(), Failure> {
 }
 
 /// The run.json beside a file says nothing of one that is no table of its run.
-fn refuse_another_file(file: &Path, form: Form) -> Result<(), Failure> {
+fn refuse_another_file(file: &Path, form: TableForm) -> Result<(), Failure> {
     let names = Table::ALL.map(|table| file_of(table.name(), form));
     let name = file.file_name().unwrap_or_default();
     if names.iter().any(|table| name == table.as_str()) {

@@ -1,7 +1,7 @@
 //! A run: its steps one after another, and what they came to.
 
-use super::checkpoint::Checkpoints;
-use super::continued::Notes;
+use super::checkpoint::CheckpointWriter;
+use super::continued::ContinuedNotes;
 use super::exported::Exported;
 use super::outcome::Failure;
 use super::output::progress_bar;
@@ -18,7 +18,7 @@ use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_core::step::StepStatus;
 use tumble_scene::choices::OnFailure;
 use tumble_scene::joints_summary::{JointsSummary, Taut};
-use tumble_scene::run_file::Ended;
+use tumble_scene::run_file::RunEnd;
 
 /// Steps of one body between two looks at the clock, so that looking costs nothing; of more bodies
 /// there are fewer, whose records take no more memory.
@@ -26,7 +26,7 @@ const CHUNK: usize = 64;
 
 /// How far a run came.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum End {
+pub enum RunOutcome {
     Complete,
     /// Ctrl-C.
     Interrupted,
@@ -34,7 +34,7 @@ pub enum End {
     Stopped,
 }
 
-impl End {
+impl RunOutcome {
     /// The word of run.json.
     pub fn name(self) -> &'static str {
         match self {
@@ -46,8 +46,8 @@ impl End {
 }
 
 /// What a run came to.
-pub struct Run {
-    pub end: End,
+pub struct RunPlan {
+    pub end: RunOutcome,
     pub summary: RunSummary,
     /// Of the stepping alone.
     pub elapsed: Duration,
@@ -59,18 +59,18 @@ pub struct Run {
     pub taut: Taut,
 }
 
-impl Run {
+impl RunPlan {
     /// One of `scene` that has not begun.
     pub fn new(scene: &Scene) -> Self {
         let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
         let taut = Taut::default();
         let joints = (!scene.joints.is_empty()).then(JointsSummary::default);
-        Self { end: End::Complete, summary, elapsed, overlap: None, joints, taut }
+        Self { end: RunOutcome::Complete, summary, elapsed, overlap: None, joints, taut }
     }
 
     /// What run.json says of it.
-    pub fn ended(&self) -> Ended<'_> {
-        Ended {
+    pub fn ended(&self) -> RunEnd<'_> {
+        RunEnd {
             outcome: self.end.name(),
             summary: &self.summary,
             seconds: self.elapsed.as_secs_f64(),
@@ -82,13 +82,13 @@ impl Run {
 }
 
 /// Where the steps of a run go.
-pub struct Outputs<'a> {
+pub struct RunOutputs<'a> {
     /// To the tables,
     pub writer: &'a mut RunWriter,
     /// as contact problems to files of their own,
     pub exported: Option<&'a mut Exported>,
     /// and now and then as what the run can be continued from.
-    pub checkpoints: Option<&'a Checkpoints<'a>>,
+    pub checkpoints: Option<&'a CheckpointWriter<'a>>,
 }
 
 /// Runs the simulation of `scene` on to its last row and writes every row from where it is, on a thread of its own
@@ -97,14 +97,14 @@ pub struct Outputs<'a> {
 pub fn run(
     scene: &Scene,
     simulation: &mut Simulation<'_>,
-    mut run: Run,
+    mut run: RunPlan,
     interrupt: &AtomicBool,
-    outputs: Outputs<'_>,
+    outputs: RunOutputs<'_>,
     quiet: bool,
-) -> Result<Run, Failure> {
+) -> Result<RunPlan, Failure> {
     // As it is where a step ends.
     let mut world = scene.world.clone();
-    let Outputs { writer, mut exported, checkpoints } = outputs;
+    let RunOutputs { writer, mut exported, checkpoints } = outputs;
     let mut last_checkpoint = Instant::now();
     let taken = simulation.index().saturating_sub(scene.start_index);
     let mut left = (scene.rows - 1).saturating_sub(taken);
@@ -112,14 +112,14 @@ pub fn run(
     thread::scope(|scope| {
         let (mut pages, writing) =
             Pages::new(scope, (writer, checkpoints), (CHUNK / scene.bodies.len()).max(1));
-        while left > 0 && run.end == End::Complete {
+        while left > 0 && run.end == RunOutcome::Complete {
             let Some(mut page) = pages.empty() else { break };
             let wanted = page.records.len();
             let wanted = usize::try_from(left).map_or(wanted, |left| left.min(wanted));
             let clock = Instant::now();
-            while page.count < wanted && run.end == End::Complete {
+            while page.count < wanted && run.end == RunOutcome::Complete {
                 run.end = advance(scene, simulation, interrupt, &mut page.records[page.count])?;
-                page.count += usize::from(run.end == End::Complete);
+                page.count += usize::from(run.end == RunOutcome::Complete);
             }
             run.elapsed += clock.elapsed();
             for record in page.filled() {
@@ -142,7 +142,7 @@ pub fn run(
             bar.inc(page.count as u64);
             left -= page.count as u64;
             if checkpoints.is_some_and(|to| last_checkpoint.elapsed() >= to.every) {
-                page.checkpoint = Some((simulation.save(), Notes::of(&run, Vec::new())));
+                page.checkpoint = Some((simulation.save(), ContinuedNotes::of(&run, Vec::new())));
                 last_checkpoint = Instant::now();
             }
             pages.write(page);
@@ -165,19 +165,19 @@ fn advance(
     simulation: &mut Simulation<'_>,
     interrupt: &AtomicBool,
     record: &mut StepRecord,
-) -> Result<End, Failure> {
+) -> Result<RunOutcome, Failure> {
     if interrupt.load(Ordering::Relaxed) {
-        return Ok(End::Interrupted);
+        return Ok(RunOutcome::Interrupted);
     }
     match simulation.step(record) {
         Ok(()) => {}
-        Err(Error::Interrupted) => return Ok(End::Interrupted),
+        Err(Error::Interrupted) => return Ok(RunOutcome::Interrupted),
         Err(error) => return Err(error.into()),
     }
     let stops = matches!(&scene.contact, Some(contact) if contact.on_failure == OnFailure::Stop);
     if stops && record.report.status == StepStatus::Failed {
         simulation.take_back(record);
-        return Ok(End::Stopped);
+        return Ok(RunOutcome::Stopped);
     }
-    Ok(End::Complete)
+    Ok(RunOutcome::Complete)
 }

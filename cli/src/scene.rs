@@ -4,7 +4,7 @@ use super::args::{PhysicsArgs, SimulateArgs};
 use super::outcome::{Failure, refuse_flags};
 use super::{input, scenario};
 use tumble_model::names::FileKind;
-use tumble_scene::choices::{SceneName, Shape, SolverName};
+use tumble_scene::choices::{BodyShape, SceneName, SolverName};
 use tumble_scene::run_file;
 pub use tumble_scene::scene::Scene;
 use tumble_scene::settings::{Settings, polyline};
@@ -98,7 +98,7 @@ pub fn of_physics(physics: &PhysicsArgs) -> Result<Settings, Failure> {
         mass: physics.mass,
         inertia: physics.inertia.clone(),
         gravity: physics.gravity,
-        shape: physics.sides.map(Shape::Box),
+        shape: physics.sides.map(BodyShape::Box),
         plane: physics.plane.clone(),
         force: polyline("force", &physics.force)?,
         torque: polyline("torque", &physics.torque)?,

@@ -1,8 +1,8 @@
 //! The main job: simulate a scene, write its rows and the run file, say how it went.
 
 use super::args::SimulateArgs;
-use super::checkpoint::Checkpoints;
-use super::continued::{self, Continued, Notes, UNFINISHED};
+use super::checkpoint::CheckpointWriter;
+use super::continued::{self, Continued, ContinuedNotes, UNFINISHED};
 use super::describe::describe;
 use super::directory::{Claims, OutputDirectory};
 use super::exported::Exported;
@@ -11,7 +11,7 @@ use super::outcome::{Failure, Outcome, refuse_flags};
 use super::output::{PendingFile, Voice};
 use super::pictures::{self, Pictures};
 use super::recording::Recording;
-use super::run::{self, End, Outputs, Run};
+use super::run::{self, RunOutcome, RunOutputs, RunPlan};
 use super::scene;
 use super::scene::Scene;
 use super::signals::raise_on_signals;
@@ -21,7 +21,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_model::shown;
-use tumble_scene::kept::Kept;
+use tumble_scene::kept::KeptSteps;
 use tumble_scene::output::tables::Table;
 use tumble_scene::run_file::RunFile;
 
@@ -72,13 +72,16 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let [run_json, state] = [RUN_JSON, continued::FILE].map(|name| PendingFile::create(&out, name));
     let (run_json, state) = (run_json?, state?);
     let pictures = Pictures::create(args, &out)?;
-    let run = before.map_or_else(|| Run::new(&scene), Continued::into_run);
-    let mut run_file = RunFile::of(&scene, &Run::new(&scene).ended())?;
+    let run = before.map_or_else(|| RunPlan::new(&scene), Continued::into_run);
+    let mut run_file = RunFile::of(&scene, &RunPlan::new(&scene).ended())?;
     (run_file.kept, run_file.outcome) = (kept.clone(), UNFINISHED.to_owned());
     let run_text = run_file.text()?;
-    let checkpoints =
-        args.checkpoint().map(|every| Checkpoints { directory: &out, run_json: run_text, every });
-    let outputs = Outputs {
+    let checkpoints = args.checkpoint().map(|every| CheckpointWriter {
+        directory: &out,
+        run_json: run_text,
+        every,
+    });
+    let outputs = RunOutputs {
         writer: &mut writer,
         exported: exported.as_mut(),
         checkpoints: checkpoints.as_ref(),
@@ -92,7 +95,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let mut run_file = RunFile::of(&scene, &run.ended())?;
     (run_file.kept, run_file.files, run_file.checksums) = (kept, files, checksums);
     run_json.write(run_file.text()?.as_bytes())?;
-    let notes = Notes::of(&run, before_end);
+    let notes = ContinuedNotes::of(&run, before_end);
     state.write(&continued::state_bytes(simulation.save(), &notes)?)?;
     pending.extend([run_json, state]);
     let written = pending.into_iter().map(PendingFile::publish).collect::<Result<Vec<_>, _>>()?;
@@ -109,16 +112,16 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     voice.say(&text);
     // What ended the run does not end the pictures of it, but what comes after does.
     interrupt.store(false, Ordering::Relaxed);
-    let animated = args.gif && run.end != End::Interrupted;
+    let animated = args.gif && run.end != RunOutcome::Interrupted;
     let animated = animated.then_some((args, &out));
     let open = || Recording::of_run(&written[0], run_file);
     let drawn = pictures.draw(open, animated, &mut voice, &interrupt)?;
     voice.end(match run.end {
-        End::Interrupted => Outcome::Interrupted,
+        RunOutcome::Interrupted => Outcome::Interrupted,
         _ if !drawn => Outcome::Interrupted,
-        End::Stopped => Outcome::Unconverged,
-        End::Complete if run.summary.failed > 0 => Outcome::Unconverged,
-        End::Complete => Outcome::Done,
+        RunOutcome::Stopped => Outcome::Unconverged,
+        RunOutcome::Complete if run.summary.failed > 0 => Outcome::Unconverged,
+        RunOutcome::Complete => Outcome::Done,
     })
 }
 
@@ -134,7 +137,7 @@ fn left_to_continue(failure: Failure, writer: RunWriter, out: &Path) -> Failure 
 }
 
 /// Refuses tables of a scene that has but one, and pictures of files that tumble does not read.
-fn check_kept(args: &SimulateArgs, scene: &Scene, kept: &Kept) -> Result<(), Failure> {
+fn check_kept(args: &SimulateArgs, scene: &Scene, kept: &KeptSteps) -> Result<(), Failure> {
     if scene.trajectory {
         let place = "a scene of one body, whose rows are one table";
         refuse_flags(place, &[("--tables", args.tables.is_some())])?;

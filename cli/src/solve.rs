@@ -22,7 +22,7 @@ const LARGEST_FILE: u64 = 1 << 30;
 const HDF5: &[u8] = b"\x89HDF";
 
 /// A problem that was solved, or not.
-struct Solved {
+struct SolvedProblem {
     name: String,
     groups: usize,
     rows: usize,
@@ -39,7 +39,7 @@ struct Unread {
 }
 
 /// Where the files go: a directory, or a directory and a name in it.
-enum Target<'a> {
+enum SolutionFile<'a> {
     Directory(&'a Path),
     File(&'a Path, &'a OsStr),
 }
@@ -86,7 +86,7 @@ pub fn run(args: &SolveArgs) -> Result<Outcome, Failure> {
         let seconds = clock.elapsed().as_secs_f64();
         let csv = if target.is_some() { table_of(&problem, &solution) } else { String::new() };
         let (groups, rows) = (problem.laws().len(), problem.row_count());
-        all.push(Solved { name: name_of(file), groups, rows, csv, solution, seconds });
+        all.push(SolvedProblem { name: name_of(file), groups, rows, csv, solution, seconds });
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -136,21 +136,21 @@ fn name_of(file: &Path) -> String {
 }
 
 /// What `--out` names.
-fn target<'a>(out: &'a Path, files: &[PathBuf]) -> Result<Target<'a>, Failure> {
+fn target<'a>(out: &'a Path, files: &[PathBuf]) -> Result<SolutionFile<'a>, Failure> {
     let refused = |why: &str| Err(Failure::Input(format!("--out {}: {why}", shown::path(out))));
     let is_file = out.extension().is_some_and(|end| end == "csv") && !out.is_dir();
     match (out.file_name(), is_file) {
         (Some(_), true) if files.len() > 1 => {
             refused("a directory is needed for the solutions of several problems")
         }
-        (Some(name), true) => Ok(Target::File(directory_of(None, out), name)),
+        (Some(name), true) => Ok(SolutionFile::File(directory_of(None, out), name)),
         _ => {
             let mut names = HashSet::new();
             match files.iter().map(|file| name_of(file)).find(|name| !names.insert(name.clone())) {
                 Some(twice) => {
                     refused(&format!("two problems have the name {}", shown::line(&twice)))
                 }
-                None => Ok(Target::Directory(out)),
+                None => Ok(SolutionFile::Directory(out)),
             }
         }
     }
@@ -184,11 +184,11 @@ fn table_of(problem: &ContactProblem, solution: &Solution) -> String {
 }
 
 /// The table of all problems.
-fn summary_of(all: &[Solved], unread: &[Unread]) -> String {
+fn summary_of(all: &[SolvedProblem], unread: &[Unread]) -> String {
     let mut text = String::from(
         "problem,groups,rows,parts,status,residual,relative_error,iterations,start,selected,seconds\n",
     );
-    for Solved { name, groups, rows, solution, seconds, .. } in all {
+    for SolvedProblem { name, groups, rows, solution, seconds, .. } in all {
         let Solution { parts, residual, relative_error, iterations, start, selected, .. } =
             solution;
         let (name, status) = (plain(name), status_of(solution));
@@ -214,10 +214,14 @@ fn status_of(solution: &Solution) -> &'static str {
 }
 
 /// Writes all files; what they are called.
-fn write(target: &Target<'_>, all: &[Solved], unread: &[Unread]) -> Result<String, Failure> {
+fn write(
+    target: &SolutionFile<'_>,
+    all: &[SolvedProblem],
+    unread: &[Unread],
+) -> Result<String, Failure> {
     let (folder, names) = match target {
-        Target::File(folder, name) => (folder, vec![name.to_string_lossy().into_owned()]),
-        Target::Directory(folder) => {
+        SolutionFile::File(folder, name) => (folder, vec![name.to_string_lossy().into_owned()]),
+        SolutionFile::Directory(folder) => {
             (folder, all.iter().map(|solved| format!("{}.solution.csv", solved.name)).collect())
         }
     };
@@ -228,7 +232,7 @@ fn write(target: &Target<'_>, all: &[Solved], unread: &[Unread]) -> Result<Strin
         file.write(solved.csv.as_bytes())?;
         files.push(file);
     }
-    if matches!(target, Target::Directory(_)) {
+    if matches!(target, SolutionFile::Directory(_)) {
         let file = PendingFile::create(&directory, "problems.csv")?;
         file.write(summary_of(all, unread).as_bytes())?;
         files.push(file);
@@ -242,14 +246,14 @@ fn write(target: &Target<'_>, all: &[Solved], unread: &[Unread]) -> Result<Strin
 }
 
 /// What is printed.
-fn described(all: &[Solved], unread: &[Unread]) -> String {
+fn described(all: &[SolvedProblem], unread: &[Unread]) -> String {
     let widest =
         all.iter().map(|solved| solved.name.chars().count()).max().unwrap_or(0).clamp(7, 60);
     let mut text = format!(
         "{:widest$}  groups  parts  status    residual m/s  relative error  iterations     ms  start\n",
         "problem"
     );
-    for Solved { name, groups, solution, seconds, .. } in all {
+    for SolvedProblem { name, groups, solution, seconds, .. } in all {
         let _ = writeln!(
             text,
             "{:widest$} {groups:7} {:6}  {:8}  {:12.1e} {:15.1e} {:11} {:6.3}  {}",

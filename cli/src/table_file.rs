@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Cursor, IntoInnerError, Read, Write};
 use std::path::Path;
-use tumble_scene::kept::Form;
+use tumble_scene::kept::TableForm;
 use tumble_scene::run_file::Summed;
 use zstd::Decoder;
 use zstd::bulk::compress;
@@ -25,14 +25,14 @@ pub struct TableSink {
     /// The rows that fill no frame yet; none of a file that is not compressed.
     frame: Option<Vec<u8>>,
     /// The rows, counted and summed.
-    rows: Summed<Counted>,
+    rows: Summed<CountedWriter>,
 }
 
 /// Counts the bytes that go into it.
 #[derive(Debug, Default)]
-struct Counted(u64);
+struct CountedWriter(u64);
 
-impl Write for Counted {
+impl Write for CountedWriter {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.0 += bytes.len() as u64;
         Ok(bytes.len())
@@ -61,13 +61,13 @@ pub struct WrittenRows {
 }
 
 impl TableSink {
-    pub fn new(file: File, form: Form) -> Self {
+    pub fn new(file: File, form: TableForm) -> Self {
         let frame = match form {
-            Form::Csv => None,
-            Form::Zstd => Some(Vec::new()),
+            TableForm::Csv => None,
+            TableForm::Zstd => Some(Vec::new()),
         };
         let disk = BufWriter::new(Summed::new(file));
-        Self { disk, frame, rows: Summed::new(Counted::default()) }
+        Self { disk, frame, rows: Summed::new(CountedWriter::default()) }
     }
 
     /// The rows so far of the table `name`, which is written as `temporary`.

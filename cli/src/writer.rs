@@ -11,13 +11,13 @@ use std::path::{Path, PathBuf};
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
-use tumble_scene::kept::Kept;
+use tumble_scene::kept::KeptSteps;
 use tumble_scene::output::tables::{Streams, Table, TablesWriter};
 use tumble_scene::output::trajectory::TrajectoryWriter;
 use tumble_scene::run_file::Checksums;
 
 /// What writes the rows of one format.
-enum Rows {
+enum TableWriters {
     Trajectory(Box<TrajectoryWriter<TableSink>>),
     Tables(Box<TablesWriter<TableSink>>),
 }
@@ -25,7 +25,7 @@ enum Rows {
 /// Writes the rows of a run, and gives the files their names when all are written.
 pub struct RunWriter {
     files: Vec<PendingFile>,
-    rows: Rows,
+    rows: TableWriters,
     /// The rows without the last, of the state alone.
     before_end: Vec<WrittenRows>,
     /// Whether the run can be continued from a checkpoint.
@@ -54,7 +54,7 @@ impl RunWriter {
     /// run is `written`.
     pub fn create(
         scene: &Scene,
-        kept: &Kept,
+        kept: &KeptSteps,
         out: &OutputDirectory,
         written: Option<Written<'_>>,
     ) -> Result<Self, Failure> {
@@ -78,7 +78,7 @@ impl RunWriter {
             } else {
                 TrajectoryWriter::new(stream, world)
             };
-            rows.map(|rows| Rows::Trajectory(Box::new(rows.every(every, first))))
+            rows.map(|rows| TableWriters::Trajectory(Box::new(rows.every(every, first))))
         } else {
             let has = |table: Table| has(scene, kept, table);
             let states = open(Table::States.name())?;
@@ -96,7 +96,7 @@ impl RunWriter {
             };
             rows.map(|rows| {
                 let rows = rows.driven(scene.courses.clone()).every(every, first);
-                Rows::Tables(Box::new(rows))
+                TableWriters::Tables(Box::new(rows))
             })
         };
         let rows = rows.map_err(|error| files[0].failed(&error))?;
@@ -104,7 +104,7 @@ impl RunWriter {
     }
 
     /// The names of the files that [`RunWriter::create`] opens.
-    pub fn names(scene: &Scene, kept: &Kept) -> Vec<String> {
+    pub fn names(scene: &Scene, kept: &KeptSteps) -> Vec<String> {
         if scene.trajectory {
             return vec![file_of(TRAJECTORY, kept.form)];
         }
@@ -113,7 +113,7 @@ impl RunWriter {
     }
 
     /// The file of rows in `directory` by which a run of `scene` is opened.
-    pub fn first_file(scene: &Scene, kept: &Kept, directory: &Path) -> PathBuf {
+    pub fn first_file(scene: &Scene, kept: &KeptSteps, directory: &Path) -> PathBuf {
         let name = if scene.trajectory { TRAJECTORY } else { Table::States.name() };
         directory.join(file_of(name, kept.form))
     }
@@ -125,8 +125,8 @@ impl RunWriter {
             self.before_end = rows.map(WrittenRows::in_place).collect();
         }
         let written = match &mut self.rows {
-            Rows::Trajectory(rows) => rows.write(record),
-            Rows::Tables(rows) => rows.write(record),
+            TableWriters::Trajectory(rows) => rows.write(record),
+            TableWriters::Tables(rows) => rows.write(record),
         };
         written.map_err(|error| self.files[0].failed(&error))
     }
@@ -142,8 +142,8 @@ impl RunWriter {
         flushed: impl Fn(&mut TableSink) -> io::Result<()>,
     ) -> Result<Vec<WrittenRows>, Failure> {
         let streams = match &mut self.rows {
-            Rows::Trajectory(rows) => rows.flushed().map(|stream| vec![stream]),
-            Rows::Tables(rows) => rows.flushed(),
+            TableWriters::Trajectory(rows) => rows.flushed().map(|stream| vec![stream]),
+            TableWriters::Tables(rows) => rows.flushed(),
         };
         let rows = streams.and_then(|streams| {
             let of = |(stream, file): (&mut TableSink, &PendingFile)| {
@@ -167,8 +167,8 @@ impl RunWriter {
     /// get their names.
     pub fn finish(self) -> Result<WrittenFiles, Failure> {
         let streams = match self.rows {
-            Rows::Trajectory(rows) => rows.finish().map(|stream| vec![stream]),
-            Rows::Tables(rows) => {
+            TableWriters::Trajectory(rows) => rows.finish().map(|stream| vec![stream]),
+            TableWriters::Tables(rows) => {
                 rows.finish().map(|Streams { states, contacts, steps, joints, gears, ends }| {
                     // As they were opened.
                     let all = [Some(states), contacts, Some(steps), joints, gears, ends];
@@ -186,7 +186,7 @@ impl RunWriter {
 }
 
 /// Whether a run of `scene`, of which these rows are kept, has the table.
-fn has(scene: &Scene, kept: &Kept, table: Table) -> bool {
+fn has(scene: &Scene, kept: &KeptSteps, table: Table) -> bool {
     kept.has(table)
         && match table {
             Table::Joints => !scene.joints.is_empty(),

@@ -67,7 +67,7 @@ struct Numbers {
 }
 
 /// Contacts, C in all, by column, each made when it is first read.
-#[pyclass(frozen, module = "tumble._tumble")]
+#[pyclass(frozen, name = "Columns", module = "tumble._tumble")]
 pub struct Columns {
     names: Arc<Names>,
     pairs: Arc<Pairs>,

@@ -24,7 +24,7 @@ type GivenLaw = (Option<f64>, Vec<(String, f64, f64)>);
 const LONG: usize = 300;
 
 /// A contact problem in the library's memory.
-#[pyclass(frozen, module = "tumble._tumble")]
+#[pyclass(frozen, name = "CoreProblem", module = "tumble._tumble")]
 pub struct CoreProblem {
     content: ContactProblem,
 }

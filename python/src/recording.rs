@@ -21,13 +21,13 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 use tumble_film::{Cast, Keys, Role};
 use tumble_scene::output::tables::{
-    ContactRow, GearRow, JointRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
+    ContactRow, GearTableRow, JointRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
 };
 use tumble_scene::output::trajectory::{TrajectoryReader, TrajectoryRow, TrajectoryWriter};
 use tumble_scene::run_file::{RunFile, checksum_of};
 use tumble_scene::scene::Scene as Content;
-use tumble_view::animation::{Settings, View, animate};
-use tumble_view::plot::{self, Sheet};
+use tumble_view::animation::{AnimationSettings, View, animate};
+use tumble_view::plot::{self, PlotSheet};
 use tumble_view::view::page;
 use tumble_view::{Fact, Film};
 
@@ -35,7 +35,7 @@ use tumble_view::{Fact, Film};
 const MOST_ROWS: usize = 1_000_000;
 
 /// A recorded run: K rows, the last one a state without a step.
-#[pyclass(frozen, module = "tumble._tumble")]
+#[pyclass(frozen, name = "Recording", module = "tumble._tumble")]
 pub struct Recording {
     pub content: Arc<Content>,
     pub rows: Vec<TableStep>,
@@ -215,7 +215,7 @@ impl Recording {
                 *row = JointRow::between(&world, joint, (&last.states, None), &force);
             }
             for gear in &mut last.gears {
-                *gear = GearRow { force: 0.0, residual: 0.0, ..*gear };
+                *gear = GearTableRow { force: 0.0, residual: 0.0, ..*gear };
             }
         }
         let bodies = self.content.world.bodies().len();
@@ -378,8 +378,8 @@ impl Recording {
     /// The plot of a body, "motion" or "energy", as SVG.
     fn svg(&self, py: Python<'_>, sheet: &str, body: usize) -> PyResult<String> {
         let sheet = match sheet {
-            "motion" => Sheet::Motion,
-            "energy" => Sheet::Energy,
+            "motion" => PlotSheet::Motion,
+            "energy" => PlotSheet::Energy,
             _ => return Err(refused(format!("{sheet:?} is no plot; motion or energy is needed"))),
         };
         let bodies = self.content.bodies.len();
@@ -407,7 +407,7 @@ impl Recording {
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyBytes>> {
         let view = camera.map(|(azimuth, elevation)| View { azimuth, elevation });
-        let settings = Settings { speed, size, view };
+        let settings = AnimationSettings { speed, size, view };
         let film = self.film()?;
         let (flag, done) = (Arc::new(AtomicBool::new(false)), AtomicU64::new(0));
         let follow = |frame, _| {

@@ -8,9 +8,9 @@ use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use std::sync::Arc;
 use tumble_robot::model::Moves;
-use tumble_robot::motion::{LinkMotion, Motion};
-use tumble_robot::sensors::Site;
-use tumble_robot::{Assembled, Frame};
+use tumble_robot::motion::{LinkMotion, RobotMotion};
+use tumble_robot::sensors::RobotSite;
+use tumble_robot::{Assembled, LinkFrame};
 use tumble_scene::scene::Scene as Content;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -28,7 +28,7 @@ impl Robot {
         &self.content.robots[self.index]
     }
 
-    fn at(&self, q: &PyReadonlyArrayDyn<'_, f64>, v: Option<&[f64]>) -> PyResult<Motion> {
+    fn at(&self, q: &PyReadonlyArrayDyn<'_, f64>, v: Option<&[f64]>) -> PyResult<RobotMotion> {
         let robot = self.own().robot();
         let still = vec![0.0; robot.counts().1];
         robot.motion(numbers("q", q)?, v.unwrap_or(&still)).map_err(refused)
@@ -86,7 +86,7 @@ impl Robot {
     /// Of its file's sites the names, links and frames there.
     #[getter]
     fn site_list(&self) -> Vec<(String, Place)> {
-        let place = |Site { link, frame }: &Site| -> Place {
+        let place = |RobotSite { link, frame }: &RobotSite| -> Place {
             (*link, frame.position.into(), frame.attitude.into())
         };
         let sites = &self.own().robot().sites;
@@ -309,11 +309,11 @@ impl Robot {
 pub type Place = (usize, [f64; 3], [f64; 4]);
 
 /// The frame at a place.
-pub fn at_place((link, point, attitude): Place) -> PyResult<Site> {
+pub fn at_place((link, point, attitude): Place) -> PyResult<RobotSite> {
     let attitude = Vector4::from(attitude);
     if attitude.norm().is_nan() || attitude.norm() < 1e-12 {
         return Err(refused("attitude: four numbers are needed that are not all zero"));
     }
-    let frame = Frame { position: point.into(), attitude: attitude.normalize() };
-    Ok(Site { link, frame })
+    let frame = LinkFrame { position: point.into(), attitude: attitude.normalize() };
+    Ok(RobotSite { link, frame })
 }

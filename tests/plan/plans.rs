@@ -9,7 +9,8 @@ use std::sync::atomic::AtomicBool;
 use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_plan::file::{ProblemFile, StageName};
 use tumble_plan::{
-    Mode, Plan, PlanError, PlanStatus, Problem, Progress, Sample, Shoot, Stage, Watch,
+    Mode, Plan, PlanError, PlanProblem, PlanStatus, Sample, SearchProgress, SearchWatch, Shoot,
+    Stage,
 };
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
@@ -31,10 +32,10 @@ fn told(scene: &str, problem: &str) -> ProblemFile {
     ProblemFile::of_scene_text(scene, &format!("scene = \"-\"\n{problem}")).unwrap()
 }
 
-fn plan(problem: &Problem, start: &[f64], stages: &[Box<dyn Stage>]) -> Plan {
+fn plan(problem: &PlanProblem, start: &[f64], stages: &[Box<dyn Stage>]) -> Plan {
     let interrupt = Arc::new(AtomicBool::new(false));
-    let mut progress = |_: &Progress<'_>| true;
-    let mut watch = Watch { interrupt: &interrupt, progress: &mut progress };
+    let mut progress = |_: &SearchProgress<'_>| true;
+    let mut watch = SearchWatch { interrupt: &interrupt, progress: &mut progress };
     problem.plan(start, stages, &mut watch).unwrap()
 }
 
@@ -385,11 +386,11 @@ fn an_interrupted_search_has_the_best_so_far() {
     let file = shipped("push.toml");
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut best = f64::INFINITY;
-    let mut progress = |progress: &Progress<'_>| {
+    let mut progress = |progress: &SearchProgress<'_>| {
         best = progress.cost;
         progress.iteration < 10
     };
-    let mut watch = Watch { interrupt: &interrupt, progress: &mut progress };
+    let mut watch = SearchWatch { interrupt: &interrupt, progress: &mut progress };
     let stages: Vec<Box<dyn Stage>> = vec![Box::new(Sample::default())];
     let found = file.problem.plan(&file.problem.zero(), &stages, &mut watch).unwrap();
     assert_eq!(found.stages[0].iterations, 10);
@@ -548,8 +549,8 @@ fn pieces_are_those_of_their_steps() {
 fn a_start_that_is_interrupted_is_no_plan() {
     let file = shipped("stop.toml");
     let interrupt = Arc::new(AtomicBool::new(true));
-    let mut progress = |_: &Progress<'_>| true;
-    let mut watch = Watch { interrupt: &interrupt, progress: &mut progress };
+    let mut progress = |_: &SearchProgress<'_>| true;
+    let mut watch = SearchWatch { interrupt: &interrupt, progress: &mut progress };
     let found = file.problem.plan(&file.problem.zero(), &file.built_stages(), &mut watch);
     assert!(matches!(found, Err(PlanError::Interrupted)));
 }

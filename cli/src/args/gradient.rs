@@ -15,7 +15,7 @@ pub struct GradientArgs {
     pub file: PathBuf,
     /// What is differentiated, of the body at the end of the run.
     #[arg(long, value_enum, value_name = "QUANTITY")]
-    pub of: Quantity,
+    pub of: GradientQuantity,
     /// By what, separated by commas: of the body at the start position, turn, velocity, spin; force and torque on
     /// it through all steps; and constants of the world: friction, restitution, mass, inertia, size, radius, gravity,
     /// ground, time_step.
@@ -62,7 +62,7 @@ pub struct GradientArgs {
 
 /// A number that the body at the end of a run decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Quantity {
+pub enum GradientQuantity {
     /// Of its place, m, world.
     X,
     Y,

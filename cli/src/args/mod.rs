@@ -9,7 +9,7 @@ mod solve;
 mod validate;
 
 pub use files::{ConvertArgs, GifArgs, InspectArgs, PlotArgs, VerifyArgs, ViewArgs};
-pub use gradient::{GradientArgs, Quantity};
+pub use gradient::{GradientArgs, GradientQuantity};
 pub use plan::PlanArgs;
 pub use shared::{AnimationArgs, PhysicsArgs};
 pub use simulate::SimulateArgs;

@@ -8,9 +8,9 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tumble_scene::choices::{
-    Attitude, DetectionName, FormulationName, Frame, OnFailure, Preset, SceneName, SolverName,
+    Attitude, DetectionName, FormulationName, OnFailure, Preset, SceneName, SolverName, StartFrame,
 };
-use tumble_scene::kept::{Form, Kept};
+use tumble_scene::kept::{KeptSteps, TableForm};
 use tumble_scene::output::tables::Table;
 
 #[derive(Debug, Args)]
@@ -63,7 +63,7 @@ pub struct SimulateArgs {
     /// In which frame position, attitude and velocity at the start are given: the world's, or
     /// the ground's, whose z is the plane's normal and the height above it [default: world].
     #[arg(long, value_enum)]
-    pub frame: Option<Frame>,
+    pub frame: Option<StartFrame>,
     /// Who solves the contact steps: Ipopt as in the tutorial, or tumble's own solver,
     /// exact and a thousand times faster [default: ipopt, for several bodies native].
     #[arg(long, value_enum)]
@@ -121,7 +121,7 @@ pub struct SimulateArgs {
     /// Format of the tables: CSV, or CSV compressed by Zstandard (states.csv.zst), about a tenth of the bytes. Every
     /// command reads both [default: csv].
     #[arg(long, value_enum)]
-    pub format: Option<Form>,
+    pub format: Option<TableForm>,
     /// Directory for the files, made if it is not there [default: out, with --continue its own].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -165,9 +165,9 @@ impl SimulateArgs {
     }
 
     /// Which rows are to stand in the files.
-    pub fn kept(&self) -> Kept {
+    pub fn kept(&self) -> KeptSteps {
         let every = self.every.unwrap_or(1).saturating_mul(self.substeps.unwrap_or(1));
-        Kept::new(every, self.tables.as_deref(), self.format.unwrap_or_default())
+        KeptSteps::new(every, self.tables.as_deref(), self.format.unwrap_or_default())
     }
 
     /// The names of the flags for settings that are given.

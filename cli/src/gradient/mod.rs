@@ -3,7 +3,7 @@
 mod argument;
 mod task;
 
-use super::args::{GradientArgs, Quantity};
+use super::args::{GradientArgs, GradientQuantity};
 use super::directory::OutputDirectory;
 use super::input;
 use super::outcome::{Failure, Outcome};
@@ -15,7 +15,7 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use task::{Row, Stop, Task};
+use task::{GradientRow, GradientStop, Task};
 use tumble_core::solver::native::{Smoothing, StepDerivative};
 use tumble_model::shown;
 use tumble_scene::scene::Scene;
@@ -23,7 +23,7 @@ use tumble_scene::settings::Settings;
 
 /// What gradient.json says.
 #[derive(Debug, Serialize)]
-struct Report<'a> {
+struct GradientReport<'a> {
     scene: &'a str,
     of: String,
     body: &'a str,
@@ -46,7 +46,7 @@ struct Report<'a> {
     kept: u64,
     /// Steps that took a part of their restitution.
     limited: u64,
-    derivatives: &'a [Row],
+    derivatives: &'a [GradientRow],
 }
 
 /// What the derivatives are smoothed by.
@@ -87,11 +87,11 @@ pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
     let task = Task { scene: &scene, body, of: args.of, smoothing, interrupt: &interrupt };
     let (value, found, rows) = match task.derivatives(&arguments, args.differences) {
         Ok(found) => found,
-        Err(Stop::Interrupted) => return Ok(Outcome::Interrupted),
-        Err(Stop::Failed(failure)) => return Err(failure),
+        Err(GradientStop::Interrupted) => return Ok(Outcome::Interrupted),
+        Err(GradientStop::Failed(failure)) => return Err(failure),
     };
     let near = |(margin, at): (f64, u64)| margin.is_finite().then_some((margin, at));
-    let report = Report {
+    let report = GradientReport {
         scene: &scene.name,
         of: name_of(args.of),
         body: &scene.bodies[body],
@@ -126,7 +126,7 @@ pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
 }
 
 /// The word for a quantity.
-pub fn name_of(quantity: Quantity) -> String {
+pub fn name_of(quantity: GradientQuantity) -> String {
     use clap::ValueEnum;
     quantity.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
 }
@@ -143,9 +143,9 @@ fn body_of(scene: &Scene, wanted: Option<&str>) -> Result<usize, Failure> {
 }
 
 /// gradient.csv.
-fn table(rows: &[Row]) -> String {
+fn table(rows: &[GradientRow]) -> String {
     let mut text = "argument,component,part,unit,derivative,difference\n".to_owned();
-    for Row { argument, component, part, unit, derivative, difference } in rows {
+    for GradientRow { argument, component, part, unit, derivative, difference } in rows {
         let difference = difference.map_or(String::new(), |difference| difference.to_string());
         let part = quoted(part);
         let _ = writeln!(text, "{argument},{component},{part},{unit},{derivative},{difference}");
@@ -154,13 +154,13 @@ fn table(rows: &[Row]) -> String {
 }
 
 /// What stands on the terminal.
-fn described(report: &Report<'_>) -> String {
-    let Report { of, body, steps, value, .. } = report;
+fn described(report: &GradientReport<'_>) -> String {
+    let GradientReport { of, body, steps, value, .. } = report;
     let mut text = format!("{of} of {body} after {steps} steps: {value}\n");
     if let Some(smoothing) = report.smoothing {
         let _ = writeln!(text, "  smoothed by {smoothing}: of other steps than the run's");
     }
-    for Row { argument, part, unit, derivative, difference, .. } in report.derivatives {
+    for GradientRow { argument, part, unit, derivative, difference, .. } in report.derivatives {
         let per = if unit.is_empty() { String::new() } else { format!(" per {unit}") };
         let beside = difference
             .map_or(String::new(), |difference| format!("  (difference {difference:.9e})"));

@@ -1,6 +1,6 @@
 //! A number that a run decides, and its derivatives.
 
-use super::super::args::Quantity;
+use super::super::args::GradientQuantity;
 use super::super::outcome::Failure;
 use super::argument::Argument;
 use nalgebra::Vector3;
@@ -19,7 +19,7 @@ use tumble_scene::scene::Scene;
 
 /// One derivative.
 #[derive(Debug, Serialize)]
-pub struct Row {
+pub struct GradientRow {
     pub argument: &'static str,
     /// Which of its numbers.
     pub component: usize,
@@ -32,12 +32,12 @@ pub struct Row {
 }
 
 /// Why it ended early.
-pub enum Stop {
+pub enum GradientStop {
     Interrupted,
     Failed(Failure),
 }
 
-impl From<Error> for Stop {
+impl From<Error> for GradientStop {
     fn from(error: Error) -> Self {
         match error {
             Error::Interrupted => Self::Interrupted,
@@ -46,7 +46,7 @@ impl From<Error> for Stop {
     }
 }
 
-impl From<Failure> for Stop {
+impl From<Failure> for GradientStop {
     fn from(failure: Failure) -> Self {
         Self::Failed(failure)
     }
@@ -57,17 +57,21 @@ impl From<Failure> for Stop {
 pub struct Task<'a> {
     pub scene: &'a Scene,
     pub body: usize,
-    pub of: Quantity,
+    pub of: GradientQuantity,
     pub smoothing: Option<Smoothing>,
     pub interrupt: &'a Arc<AtomicBool>,
 }
 
 /// The number, what is to be known of the run, and the derivatives.
-pub type Found = (f64, RunGradient, Vec<Row>);
+pub type GradientResult = (f64, RunGradient, Vec<GradientRow>);
 
 impl Task<'_> {
     /// Them by the `arguments`, with central differences of size `by`.
-    pub fn derivatives(&self, arguments: &[Argument], by: Option<f64>) -> Result<Found, Stop> {
+    pub fn derivatives(
+        &self,
+        arguments: &[Argument],
+        by: Option<f64>,
+    ) -> Result<GradientResult, GradientStop> {
         let steps = self.scene.rows - 1;
         let constants: Vec<Constant> = arguments.iter().filter_map(Argument::constant).collect();
         if let Some(none) = constants.iter().find(|of| of.width(&self.scene.world) == 0) {
@@ -108,7 +112,14 @@ impl Task<'_> {
                     Some(constant) => label(self.scene, constant, component),
                     None => ["x", "y", "z"][component].to_owned(),
                 };
-                rows.push(Row { argument: name, component, part, unit, derivative, difference });
+                rows.push(GradientRow {
+                    argument: name,
+                    component,
+                    part,
+                    unit,
+                    derivative,
+                    difference,
+                });
             }
         }
         Ok((value, found, rows))
@@ -147,7 +158,12 @@ impl Task<'_> {
 
     /// The central difference by one number of an argument; where its range ends, the one to the other side of the
     /// same order, (4 f(x + d) − f(x + 2d) − 3 f(x)) / 2d.
-    fn difference(&self, argument: &Argument, component: usize, by: f64) -> Result<f64, Stop> {
+    fn difference(
+        &self,
+        argument: &Argument,
+        component: usize,
+        by: f64,
+    ) -> Result<f64, GradientStop> {
         let ends = |by: f64| self.shifted(argument, component, by).is_err();
         if let Some(by) = [by, -by].into_iter().find(|by| ends(-by) && !ends(*by)) {
             let at = |times: f64| self.moved(argument, component, times * by);
@@ -158,7 +174,7 @@ impl Task<'_> {
     }
 
     /// The number where one of an argument is `by` more.
-    fn moved(&self, argument: &Argument, component: usize, by: f64) -> Result<f64, Stop> {
+    fn moved(&self, argument: &Argument, component: usize, by: f64) -> Result<f64, GradientStop> {
         let (scene, push) = self.shifted(argument, component, by)?;
         let mut simulation = scene.simulation(self.interrupt)?;
         simulation.set_wrench(self.body, push)?;
@@ -179,7 +195,7 @@ impl Task<'_> {
         argument: &Argument,
         component: usize,
         by: f64,
-    ) -> Result<(Scene, Wrench), Stop> {
+    ) -> Result<(Scene, Wrench), GradientStop> {
         let (mut scene, mut push) = (self.scene.clone(), Wrench::zero());
         match *argument {
             Argument::Start(.., from) => {
@@ -211,15 +227,15 @@ impl Task<'_> {
     fn value(&self, start: &State, end: &State) -> f64 {
         let (r, v) = (&end.position, &end.velocity);
         match self.of {
-            Quantity::X => r[0],
-            Quantity::Y => r[1],
-            Quantity::Z => r[2],
-            Quantity::Vx => v[0],
-            Quantity::Vy => v[1],
-            Quantity::Vz => v[2],
-            Quantity::Speed => v.norm(),
-            Quantity::Distance => (r - start.position).norm(),
-            Quantity::KineticEnergy => {
+            GradientQuantity::X => r[0],
+            GradientQuantity::Y => r[1],
+            GradientQuantity::Z => r[2],
+            GradientQuantity::Vx => v[0],
+            GradientQuantity::Vy => v[1],
+            GradientQuantity::Vz => v[2],
+            GradientQuantity::Speed => v.norm(),
+            GradientQuantity::Distance => (r - start.position).norm(),
+            GradientQuantity::KineticEnergy => {
                 let body = self.mechanics();
                 let turning = end.spin.dot(&(body.inertia() * end.spin));
                 0.5 * (body.mass() * v.norm_squared() + turning)
@@ -233,15 +249,15 @@ impl Task<'_> {
         let (position, velocity) = (end.position - start.position, end.velocity);
         let unit = |v: Vector3<f64>| v.try_normalize(0.0).unwrap_or_default();
         match self.of {
-            Quantity::X | Quantity::Y | Quantity::Z => {
+            GradientQuantity::X | GradientQuantity::Y | GradientQuantity::Z => {
                 StateChange { position: Vector3::ith(self.of as usize, 1.0), ..zero }
             }
-            Quantity::Vx | Quantity::Vy | Quantity::Vz => {
+            GradientQuantity::Vx | GradientQuantity::Vy | GradientQuantity::Vz => {
                 StateChange { velocity: Vector3::ith(self.of as usize - 3, 1.0), ..zero }
             }
-            Quantity::Speed => StateChange { velocity: unit(velocity), ..zero },
-            Quantity::Distance => StateChange { position: unit(position), ..zero },
-            Quantity::KineticEnergy => {
+            GradientQuantity::Speed => StateChange { velocity: unit(velocity), ..zero },
+            GradientQuantity::Distance => StateChange { position: unit(position), ..zero },
+            GradientQuantity::KineticEnergy => {
                 let body = self.mechanics();
                 let spin = body.inertia() * end.spin;
                 StateChange { velocity: velocity * body.mass(), spin, ..zero }
@@ -252,7 +268,7 @@ impl Task<'_> {
     /// Its derivatives by the start beyond those through the end.
     fn slope_by_start(&self, start: &State, end: &State) -> StateChange {
         match self.of {
-            Quantity::Distance => StateChange::zero().plus(-1.0, &self.slope(start, end)),
+            GradientQuantity::Distance => StateChange::zero().plus(-1.0, &self.slope(start, end)),
             _ => StateChange::zero(),
         }
     }

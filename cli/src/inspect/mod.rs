@@ -5,7 +5,7 @@
 macro_rules! evaluation {
     ($nlp:expr, $point:expr) => {{
         let (nlp, point) = (&$nlp, $point);
-        let mut values = $crate::inspect::Evaluation {
+        let mut values = $crate::inspect::PointEvaluation {
             objective: nlp.objective(&point.x),
             gradient: vec![0.0; nlp.layout().variables()],
             constraints: vec![0.0; nlp.layout().constraints()],
@@ -46,7 +46,7 @@ const LARGEST_POINT: u64 = 1 << 20;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with state, alpha, x, obj_factor, multipliers")]
-struct PointFile {
+struct PointHeader {
     state: Vec<f64>,
     alpha: Vec<f64>,
     x: Vec<f64>,
@@ -63,21 +63,21 @@ struct PointFile {
 
 /// The part of a point that says of how many bodies it is.
 #[derive(Deserialize)]
-struct Kind {
+struct PointKind {
     bodies: Option<serde::de::IgnoredAny>,
 }
 
 #[derive(Serialize)]
-struct Evaluation {
+struct PointEvaluation {
     objective: f64,
     gradient: Vec<f64>,
     constraints: Vec<f64>,
-    jacobian: SparseMatrix,
-    hessian: SparseMatrix,
+    jacobian: SparseEntries,
+    hessian: SparseEntries,
 }
 
 #[derive(Serialize)]
-struct SparseMatrix {
+struct SparseEntries {
     rows: Vec<usize>,
     cols: Vec<usize>,
     values: Vec<f64>,
@@ -90,10 +90,10 @@ pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     let refused = |failure: Failure| failure.in_file(&args.file, FileKind::Point, &[]);
     let no_point = |why: String| odd(&format!("not a point: {why}"));
     let evaluation = match serde_json::from_str(&text) {
-        Ok(Kind { bodies: Some(_) }) => {
-            fields::json::<several::PointFile>(&text).map_err(no_point)?.evaluation()
+        Ok(PointKind { bodies: Some(_) }) => {
+            fields::json::<several::SeveralPointFile>(&text).map_err(no_point)?.evaluation()
         }
-        _ => fields::json::<PointFile>(&text).map_err(no_point)?.evaluation(),
+        _ => fields::json::<PointHeader>(&text).map_err(no_point)?.evaluation(),
     }
     .map_err(refused)?;
     if !evaluation.is_finite() {
@@ -114,9 +114,9 @@ fn read(args: &InspectArgs) -> std::io::Result<String> {
     }
 }
 
-impl PointFile {
+impl PointHeader {
     /// What the program has at the point; a sentence where it is none.
-    fn evaluation(&self) -> Result<Evaluation, Failure> {
+    fn evaluation(&self) -> Result<PointEvaluation, Failure> {
         let mut nlp = StepNlp::new(self.world()?, self.epsilon.unwrap_or(SMOOTHING))?;
         self.check(&nlp).map_err(Failure::Input)?;
         let state = State::from_vector(&SVector::from_column_slice(&self.state));
@@ -160,7 +160,7 @@ impl PointFile {
     }
 }
 
-impl Evaluation {
+impl PointEvaluation {
     fn is_finite(&self) -> bool {
         let arrays =
             [&self.gradient, &self.constraints, &self.jacobian.values, &self.hessian.values];
@@ -179,7 +179,7 @@ fn check_lengths(arrays: &[(&str, usize, usize)]) -> Result<(), String> {
     }
 }
 
-fn sparse(pattern: &SparsityPattern) -> SparseMatrix {
+fn sparse(pattern: &SparsityPattern) -> SparseEntries {
     let (rows, cols) = (pattern.rows().to_vec(), pattern.cols().to_vec());
-    SparseMatrix { rows, cols, values: vec![0.0; pattern.len()] }
+    SparseEntries { rows, cols, values: vec![0.0; pattern.len()] }
 }

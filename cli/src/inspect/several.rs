@@ -1,6 +1,6 @@
 //! A point of the program of several bodies, as JSON.
 
-use super::{Evaluation, check_lengths};
+use super::{PointEvaluation, check_lengths};
 use crate::outcome::Failure;
 use nalgebra::{Matrix3, SVector, Vector3};
 use serde::Deserialize;
@@ -18,7 +18,7 @@ use tumble_model::fields::{Gravity, matrix};
     deny_unknown_fields,
     expecting = "an object with bodies, contacts, x, obj_factor, multipliers"
 )]
-pub struct PointFile {
+pub struct SeveralPointFile {
     bodies: Vec<BodyEntry>,
     contacts: Vec<ContactEntry>,
     x: Vec<f64>,
@@ -69,9 +69,9 @@ struct ContactEntry {
 /// The columns of a frame are right-handed unit vectors to this.
 const UNIT: f64 = 1e-9;
 
-impl PointFile {
+impl SeveralPointFile {
     /// What the program has at the point; a sentence where it is none.
-    pub fn evaluation(&self) -> Result<Evaluation, Failure> {
+    pub fn evaluation(&self) -> Result<PointEvaluation, Failure> {
         let nlp = self.program()?;
         let layout = nlp.layout();
         check_lengths(&[

@@ -4,13 +4,13 @@ use crate::input;
 use crate::outcome::Failure;
 use std::path::Path;
 use tumble_model::shown;
-use tumble_plan::Problem;
+use tumble_plan::PlanProblem;
 
 /// Largest size of a table, bytes.
 const LARGEST: u64 = 1 << 28;
 
 /// Columns: name, control and component of each variable component.
-fn columns(problem: &Problem) -> Vec<(String, usize, usize)> {
+fn columns(problem: &PlanProblem) -> Vec<(String, usize, usize)> {
     let mut columns = Vec::new();
     for variable in problem.variables().iter().filter(|variable| variable.knot == 0) {
         let control = &problem.controls()[variable.control];
@@ -22,7 +22,7 @@ fn columns(problem: &Problem) -> Vec<(String, usize, usize)> {
 }
 
 /// Table of controls.
-pub fn table(problem: &Problem, controls: &[f64]) -> Result<Vec<u8>, Failure> {
+pub fn table(problem: &PlanProblem, controls: &[f64]) -> Result<Vec<u8>, Failure> {
     let columns = columns(problem);
     let mut writer = csv::Writer::from_writer(Vec::new());
     let odd = |error: csv::Error| Failure::Other(format!("controls.csv: {error}"));
@@ -50,7 +50,7 @@ pub struct Read {
 }
 
 /// Reads the controls of a table.
-pub fn read(problem: &Problem, path: &Path) -> Result<Read, Failure> {
+pub fn read(problem: &PlanProblem, path: &Path) -> Result<Read, Failure> {
     let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
     let bytes = input::bytes(path, LARGEST)
         .map_err(|error| odd(format!("cannot be read as controls: {error}")))?;

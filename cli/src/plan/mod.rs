@@ -5,12 +5,12 @@ mod page;
 mod report;
 
 use super::args::PlanArgs;
-use super::continued::{self, Notes};
+use super::continued::{self, ContinuedNotes};
 use super::directory::{Claims, OutputDirectory};
 use super::file_names::{self, OF_PLANS, RUN_JSON};
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, Voice, spinner};
-use super::run::{self, Outputs, Run};
+use super::run::{self, RunOutputs, RunPlan};
 use super::signals::raise_on_signals;
 use super::writer::{RunWriter, WrittenFiles};
 use super::{input, scenario};
@@ -20,9 +20,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use tumble_model::shown;
-use tumble_plan::file::{ProblemFile, Start};
-use tumble_plan::{Plan, PlanError, PlanStatus, Progress, Stage, Watch};
-use tumble_scene::kept::Kept;
+use tumble_plan::file::{ProblemFile, SearchStart};
+use tumble_plan::{Plan, PlanError, PlanStatus, SearchProgress, SearchWatch, Stage};
+use tumble_scene::kept::KeptSteps;
 use tumble_scene::run_file::RunFile;
 use tumble_scene::written;
 
@@ -35,7 +35,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         file.check_stages().map_err(|why| refused(args, &PlanError::Problem(why)))?;
     }
     let (start, note) = match (&args.start, &file.start) {
-        (Some(path), _) | (None, Start::File(path)) => {
+        (Some(path), _) | (None, SearchStart::File(path)) => {
             let Read { controls, changed } = controls::read(problem, path)?;
             let note = format!("{}: {}", shown::path(path), changed.join("; "));
             if args.replay && !changed.is_empty() {
@@ -45,13 +45,13 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
             }
             (controls, Some(note).filter(|_| !changed.is_empty()))
         }
-        (None, Start::Zero) => (problem.zero(), None),
+        (None, SearchStart::Zero) => (problem.zero(), None),
     };
     let stages = if args.replay { Vec::new() } else { file.built_stages() };
     stages.iter().try_for_each(|stage| stage.check(problem)).map_err(|why| refused(args, &why))?;
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let usual = Kept::default();
+    let usual = KeptSteps::default();
     let mut names = RunWriter::names(problem.scene(), &usual);
     names.extend([RUN_JSON, continued::FILE].into_iter().chain(OF_PLANS).map(str::to_owned));
     let claims = Claims {
@@ -75,8 +75,8 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let scene = problem.scene_of(&plan.replay)?;
     let mut simulation = scene.simulation(&never)?;
     let mut writer = RunWriter::create(&scene, &usual, &out, None)?;
-    let outputs = Outputs { writer: &mut writer, exported: None, checkpoints: None };
-    let run = run::run(&scene, &mut simulation, Run::new(&scene), &never, outputs, args.quiet)?;
+    let outputs = RunOutputs { writer: &mut writer, exported: None, checkpoints: None };
+    let run = run::run(&scene, &mut simulation, RunPlan::new(&scene), &never, outputs, args.quiet)?;
     if plan.replay.states.last().map(Vec::as_slice) != Some(simulation.states()) {
         let why = "the run of the plan's scene differs from its replay: this is a bug in tumble";
         return Err(Failure::Other(why.to_owned()));
@@ -95,7 +95,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     names.retain(|name| name != toml || scenario.is_some());
     (run_file.files, run_file.checksums) = (names, checksums);
     file(RUN_JSON, run_file.text()?.as_bytes())?;
-    let notes = Notes::of(&run, before_end);
+    let notes = ContinuedNotes::of(&run, before_end);
     file(continued::FILE, &continued::state_bytes(simulation.save(), &notes)?)?;
     file(csv, &controls::table(problem, &plan.replay.controls)?)?;
     file(json, report::json(problem, &plan, interrupted)?.as_bytes())?;
@@ -138,14 +138,14 @@ fn search(
         .map_err(|error| Failure::Other(format!("the threads cannot be started: {error}")))?;
     let (clock, time) = (Instant::now(), args.time.or(file.time));
     let (bar, mut costs) = (spinner(args.quiet), Vec::new());
-    let mut progress = |progress: &Progress<'_>| {
-        let Progress { stage, iteration, cost, .. } = progress;
+    let mut progress = |progress: &SearchProgress<'_>| {
+        let SearchProgress { stage, iteration, cost, .. } = progress;
         bar.set_message(format!("{stage} {iteration}: J {cost:.6}"));
         bar.tick();
         costs.push(*cost);
         time.is_none_or(|time| clock.elapsed().as_secs_f64() < time)
     };
-    let mut watch = Watch { interrupt, progress: &mut progress };
+    let mut watch = SearchWatch { interrupt, progress: &mut progress };
     let plan = pool.install(|| file.problem.plan(start, stages, &mut watch));
     bar.finish_and_clear();
     match plan {

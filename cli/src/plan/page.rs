@@ -1,10 +1,10 @@
 //! plan.html: the plan as a page.
 
-use tumble_plan::{ContactMode, Miss, Mode, Plan, PlanStatus, Problem, StageReport};
-use tumble_view::plan::{Path, Report, Stage, Target, Touch, page as drawn};
+use tumble_plan::{ContactMode, Miss, Mode, Plan, PlanProblem, PlanStatus, StageReport};
+use tumble_view::plan::{Path, PlanReport, PlanStage, PlanTarget, PlanTouch, page as drawn};
 
 /// Page of a plan, with the `costs` of all iterations.
-pub fn page(problem: &Problem, plan: &Plan, costs: Vec<f64>) -> String {
+pub fn page(problem: &PlanProblem, plan: &Plan, costs: Vec<f64>) -> String {
     let (replay, scene) = (&plan.replay, problem.scene());
     let (first, h) = (scene.start_index, scene.world.time_step());
     let mut least = f64::INFINITY;
@@ -16,7 +16,7 @@ pub fn page(problem: &Problem, plan: &Plan, costs: Vec<f64>) -> String {
         body: name.clone(),
         points: replay.states.iter().map(|states| states[body].position.into()).collect(),
     });
-    drawn(&Report {
+    drawn(&PlanReport {
         program: format!("tumble {}", env!("CARGO_PKG_VERSION")),
         name: scene.name.clone(),
         status: (plan.status.name().to_owned(), plan.status == PlanStatus::Replayed),
@@ -31,8 +31,8 @@ pub fn page(problem: &Problem, plan: &Plan, costs: Vec<f64>) -> String {
     })
 }
 
-fn stage(stage: &StageReport) -> Stage {
-    Stage {
+fn stage(stage: &StageReport) -> PlanStage {
+    PlanStage {
         name: stage.name.to_owned(),
         cost: stage.cost,
         counts: [stage.iterations, stage.runs],
@@ -41,12 +41,16 @@ fn stage(stage: &StageReport) -> Stage {
     }
 }
 
-fn target(miss: &Miss) -> Target {
-    Target { name: miss.name.clone(), miss: [miss.by, miss.tolerance], unit: miss.unit.to_owned() }
+fn target(miss: &Miss) -> PlanTarget {
+    PlanTarget {
+        name: miss.name.clone(),
+        miss: [miss.by, miss.tolerance],
+        unit: miss.unit.to_owned(),
+    }
 }
 
 /// Curves of the components with several pieces.
-fn controls(problem: &Problem, numbers: &[f64]) -> Vec<(String, Vec<f64>)> {
+fn controls(problem: &PlanProblem, numbers: &[f64]) -> Vec<(String, Vec<f64>)> {
     let first = problem.variables().iter().filter(|variable| variable.knot == 0);
     let varies = first.filter(|variable| problem.controls()[variable.control].knots > 1);
     let curve = |variable: &tumble_plan::Variable| {
@@ -65,7 +69,7 @@ fn controls(problem: &Problem, numbers: &[f64]) -> Vec<(String, Vec<f64>)> {
 }
 
 /// Modes over the steps of each contact with a force in some step, in the order of the keys.
-fn contacts(problem: &Problem, modes: &[Vec<ContactMode>]) -> Vec<(String, Vec<Touch>)> {
+fn contacts(problem: &PlanProblem, modes: &[Vec<ContactMode>]) -> Vec<(String, Vec<PlanTouch>)> {
     let scene = problem.scene();
     let pressing = modes.iter().flatten().filter(|of| of.mode != Mode::Open);
     let mut keys: Vec<_> = pressing.map(|of| of.key).collect();
@@ -78,9 +82,9 @@ fn contacts(problem: &Problem, modes: &[Vec<ContactMode>]) -> Vec<(String, Vec<T
             .find(|of| of.key == *key)
             .map(|of| of.mode)
         {
-            Some(Mode::Stick) => Touch::Stick,
-            Some(Mode::Slip) => Touch::Slip,
-            Some(Mode::Open) | None => Touch::Open,
+            Some(Mode::Stick) => PlanTouch::Stick,
+            Some(Mode::Slip) => PlanTouch::Slip,
+            Some(Mode::Open) | None => PlanTouch::Open,
         };
         (name, modes.iter().map(touch).collect())
     };

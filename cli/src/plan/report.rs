@@ -3,11 +3,11 @@
 use crate::outcome::Failure;
 use serde::Serialize;
 use std::fmt::Write as _;
-use tumble_plan::{Miss, Mode, Plan, Problem, StageReport};
+use tumble_plan::{Miss, Mode, Plan, PlanProblem, StageReport};
 
 /// Content of plan.json.
 #[derive(Serialize)]
-struct Report<'a> {
+struct PlanReportFile<'a> {
     status: &'static str,
     /// Null if the plan meets all targets.
     reason: Option<&'a str>,
@@ -23,9 +23,9 @@ struct Report<'a> {
     unsolved: usize,
     /// Smallest margin of a contact mode, and its step.
     margin: Option<Margin>,
-    targets: Vec<Target<'a>>,
+    targets: Vec<TargetFile<'a>>,
     at_bounds: Vec<String>,
-    stages: Vec<Stage<'a>>,
+    stages: Vec<StageFile<'a>>,
     /// Numbers of open, sticking and slipping contacts in each step.
     modes: Vec<[usize; 3]>,
 }
@@ -37,7 +37,7 @@ struct Margin {
 }
 
 #[derive(Serialize)]
-struct Target<'a> {
+struct TargetFile<'a> {
     name: &'a str,
     missed_by: f64,
     tolerance: f64,
@@ -47,7 +47,7 @@ struct Target<'a> {
 }
 
 #[derive(Serialize)]
-struct Stage<'a> {
+struct StageFile<'a> {
     name: &'static str,
     iterations: u64,
     runs: u64,
@@ -67,10 +67,10 @@ pub fn modes(plan: &Plan) -> Vec<[usize; 3]> {
 }
 
 /// Text of plan.json.
-pub fn json(problem: &Problem, plan: &Plan, interrupted: bool) -> Result<String, Failure> {
+pub fn json(problem: &PlanProblem, plan: &Plan, interrupted: bool) -> Result<String, Failure> {
     let replay = &plan.replay;
     let variables = problem.variables();
-    let report = Report {
+    let report = PlanReportFile {
         status: plan.status.name(),
         reason: (!plan.reason.is_empty()).then_some(&plan.reason),
         outcome: if interrupted { "interrupted" } else { "complete" },
@@ -94,13 +94,20 @@ pub fn json(problem: &Problem, plan: &Plan, interrupted: bool) -> Result<String,
     Ok(text + "\n")
 }
 
-fn target(miss: &Miss) -> Target<'_> {
+fn target(miss: &Miss) -> TargetFile<'_> {
     let Miss { name, by, tolerance, unit, after } = miss;
-    Target { name, missed_by: *by, tolerance: *tolerance, unit, after: *after, met: miss.is_met() }
+    TargetFile {
+        name,
+        missed_by: *by,
+        tolerance: *tolerance,
+        unit,
+        after: *after,
+        met: miss.is_met(),
+    }
 }
 
-fn stage(stage: &StageReport) -> Stage<'_> {
-    Stage {
+fn stage(stage: &StageReport) -> StageFile<'_> {
+    StageFile {
         name: stage.name,
         iterations: stage.iterations,
         runs: stage.runs,
@@ -112,7 +119,7 @@ fn stage(stage: &StageReport) -> Stage<'_> {
 }
 
 /// Summary on the terminal.
-pub fn described(problem: &Problem, plan: &Plan) -> String {
+pub fn described(problem: &PlanProblem, plan: &Plan) -> String {
     let replay = &plan.replay;
     let (steps, variables) = (problem.steps(), problem.variables().len());
     let mut text = format!(

@@ -21,7 +21,7 @@ use tumble_validation::{
 const IPOPT_STEP: f64 = 5.0;
 
 /// A problem with the inputs it is to be run with.
-pub struct Plan {
+pub struct ExperimentPlan {
     pub problem: &'static Problem,
     pub inputs: Inputs,
     /// The time step of `--dt`, s.
@@ -31,7 +31,7 @@ pub struct Plan {
 }
 
 /// Why a run has no findings.
-pub enum Stop {
+pub enum ExperimentStop {
     Interrupted,
     Failed(Failure),
 }
@@ -56,7 +56,7 @@ pub fn chosen(args: &ValidateArgs) -> Result<Vec<&'static Problem>, Failure> {
 
 /// The plan of `args`: every input is one that its problem can be posed with. Problems that no
 /// solver of theirs takes are left out.
-pub fn plan(args: &ValidateArgs) -> Result<Vec<Plan>, Failure> {
+pub fn plan(args: &ValidateArgs) -> Result<Vec<ExperimentPlan>, Failure> {
     let mut problems = chosen(args)?;
     problems.retain(|problem| each(args.solver).iter().any(|solver| takes(*solver, problem)));
     if problems.is_empty() {
@@ -74,7 +74,7 @@ pub fn plan(args: &ValidateArgs) -> Result<Vec<Plan>, Failure> {
         refuse_flags(&names.join(", "), &[(&format!("--{}", input.name()), idle)])?;
     }
     let plans: Vec<_> =
-        problems.into_iter().map(|problem| Plan::new(problem, &given, args.dt)).collect();
+        problems.into_iter().map(|problem| ExperimentPlan::new(problem, &given, args.dt)).collect();
     for plan in &plans {
         for solver in each(args.solver).iter().filter(|solver| takes(**solver, plan.problem)) {
             for step in plan.time_steps(*solver) {
@@ -136,7 +136,7 @@ pub fn flags(values: &[(Input, f64)], step: Option<f64>) -> String {
     given.chain(step.map(|step| ("dt", step))).map(flag).collect::<Vec<_>>().join(" ")
 }
 
-impl Plan {
+impl ExperimentPlan {
     fn new(problem: &'static Problem, given: &[(Input, f64)], step: Option<f64>) -> Self {
         let mut inputs = problem.inputs();
         let mut used = given.to_vec();
@@ -186,7 +186,7 @@ impl Plan {
         solver: Solver,
         interrupt: &Arc<AtomicBool>,
         done: impl Fn(),
-    ) -> Result<Series, Stop> {
+    ) -> Result<Series, ExperimentStop> {
         let make = |world: &World| make_solver(solver, world, interrupt);
         let smoothing = if solver == Solver::Ipopt { SMOOTHING } else { 0.0 };
         let mut trials = Vec::new();
@@ -195,8 +195,8 @@ impl Plan {
             let mut runner = runner.interrupted_by(Arc::clone(interrupt));
             let findings = match self.problem.solve(&self.inputs, &mut runner) {
                 Ok(findings) => findings,
-                Err(Refusal::Model(Error::Interrupted)) => return Err(Stop::Interrupted),
-                Err(why) => return Err(Stop::Failed(self.refusal(&why))),
+                Err(Refusal::Model(Error::Interrupted)) => return Err(ExperimentStop::Interrupted),
+                Err(why) => return Err(ExperimentStop::Failed(self.refusal(&why))),
             };
             trials.push(Trial { time_step, findings, counts: runner.counts });
             done();

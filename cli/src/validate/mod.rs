@@ -8,7 +8,7 @@ use super::directory::OutputDirectory;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, progress_bar, say};
 use super::signals::raise_on_signals;
-use experiment::{Plan, Stop};
+use experiment::{ExperimentPlan, ExperimentStop};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_model::shown;
@@ -27,8 +27,8 @@ pub fn run(args: &ValidateArgs) -> Result<Outcome, Failure> {
     let file = PendingFile::create(&directory, "validation.html")?;
     let report = match examine(args, plans, &interrupt) {
         Ok(report) => report,
-        Err(Stop::Interrupted) => return Ok(Outcome::Interrupted),
-        Err(Stop::Failed(failure)) => return Err(failure),
+        Err(ExperimentStop::Interrupted) => return Ok(Outcome::Interrupted),
+        Err(ExperimentStop::Failed(failure)) => return Err(failure),
     };
     file.write(page(&report).as_bytes())?;
     let path = file.publish()?;
@@ -43,12 +43,12 @@ pub fn run(args: &ValidateArgs) -> Result<Outcome, Failure> {
 /// All runs, those of the fast solver first: they show at once what is wrong.
 fn examine(
     args: &ValidateArgs,
-    plans: Vec<Plan>,
+    plans: Vec<ExperimentPlan>,
     interrupt: &Arc<AtomicBool>,
-) -> Result<Report, Stop> {
+) -> Result<Report, ExperimentStop> {
     let solvers = experiment::each(args.solver);
-    let takes = |solver: &&Solver, plan: &Plan| experiment::takes(**solver, plan.problem);
-    let runs = |plan: &Plan| -> usize {
+    let takes = |solver: &&Solver, plan: &ExperimentPlan| experiment::takes(**solver, plan.problem);
+    let runs = |plan: &ExperimentPlan| -> usize {
         let solvers = solvers.iter().filter(|solver| takes(solver, plan));
         solvers.map(|solver| plan.time_steps(*solver).len()).sum()
     };
@@ -62,7 +62,7 @@ fn examine(
     }
     bar.finish_and_clear();
     let experiments =
-        plans.into_iter().zip(series).map(|(Plan { problem, inputs, .. }, series)| {
+        plans.into_iter().zip(series).map(|(ExperimentPlan { problem, inputs, .. }, series)| {
             let inputs = experiment::inputs_in_words(problem, &inputs);
             Experiment { problem: *problem, inputs, series }
         });

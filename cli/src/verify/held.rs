@@ -2,8 +2,8 @@
 
 use crate::continued::contact_of;
 use crate::outcome::Failure;
-use crate::recording::{Recording, Step};
-use crate::run::End;
+use crate::recording::{RecordedStep, Recording};
+use crate::run::RunOutcome;
 use std::collections::BTreeMap;
 use tumble_core::mechanics::State;
 use tumble_core::simulation::summary::{Counted, RunSummary};
@@ -25,7 +25,7 @@ const MOST_STARTS: usize = 100;
 
 /// The rows of a run, counted as the run counted its steps.
 #[derive(Default)]
-pub struct Counts {
+pub struct StatusCounts {
     rows: u64,
     /// The indices of the first and of the last row.
     indices: Option<(u64, u64)>,
@@ -38,9 +38,9 @@ pub struct Counts {
     joints: JointsSummary,
 }
 
-impl Counts {
+impl StatusCounts {
     /// Counts a row of a run in `world`, the last one too.
-    pub fn add(&mut self, world: &World, step: &Step) {
+    pub fn add(&mut self, world: &World, step: &RecordedStep) {
         if self.rows == 0 {
             self.starts = step.states().to_vec();
         } else {
@@ -50,8 +50,8 @@ impl Counts {
         let (first, _) = self.indices.unwrap_or((step.index(), 0));
         self.indices = Some((first, step.index()));
         let (iterations, restitution_share) = match step {
-            Step::Trajectory(row) => (row.iterations, row.restitution_share),
-            Step::Tables(step) => (step.row.iterations, step.row.restitution_share),
+            RecordedStep::Trajectory(row) => (row.iterations, row.restitution_share),
+            RecordedStep::Tables(step) => (step.row.iterations, step.row.restitution_share),
         };
         self.summary.count(&Counted {
             index: step.index(),
@@ -61,7 +61,7 @@ impl Counts {
             part: "",
             restitution_share,
         });
-        let Step::Tables(step) = step else { return };
+        let RecordedStep::Tables(step) = step else { return };
         self.overlap = self.overlap.max(step.row.overlap);
         self.joints.add_stiffness(step.row.stiffness);
         for joint in &step.joints {
@@ -206,8 +206,10 @@ impl Counts {
     /// A complete run has the rows that were asked for, any other has fewer.
     fn of_length(&self, run: &RunFile, rows: u64) -> Option<String> {
         let asked = run.steps;
-        let is_complete = run.outcome == End::Complete.name();
-        let is_cut = [End::Interrupted, End::Stopped].map(End::name).contains(&&*run.outcome);
+        let is_complete = run.outcome == RunOutcome::Complete.name();
+        let is_cut = [RunOutcome::Interrupted, RunOutcome::Stopped]
+            .map(RunOutcome::name)
+            .contains(&&*run.outcome);
         let fits = is_complete && rows == asked || is_cut && rows < asked;
         (!fits).then(|| {
             let outcome = shown::line(&run.outcome);

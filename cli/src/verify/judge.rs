@@ -12,7 +12,7 @@ mod lost;
 mod rows;
 
 use crate::outcome::Failure;
-use crate::recording::{Recording, Step};
+use crate::recording::{RecordedStep, Recording};
 use nalgebra::Vector3;
 use tumble::solver::ipopt::Rung;
 use tumble_core::contact::certificate::{Certifier, Claim, certify_rk4_step};
@@ -61,7 +61,7 @@ pub struct Verified {
 }
 
 /// A run that is being verified.
-pub struct Judge {
+pub struct StepJudge {
     world: World,
     loads: Vec<Load>,
     courses: Vec<(usize, Knots)>,
@@ -85,7 +85,7 @@ pub struct Judge {
 
 /// The contacts of a step and their forces.
 #[derive(Default)]
-struct Touching {
+struct StepContacts {
     contacts: Vec<Contact>,
     forces: Vec<Vector3<f64>>,
     joints: Vec<JointForce>,
@@ -109,7 +109,7 @@ fn is_near(found: f64, column: f64, lost: f64) -> bool {
     (found - column).abs() <= lost + RELATIVE_TOLERANCE * column.abs()
 }
 
-impl Judge {
+impl StepJudge {
     pub fn of(recording: &Recording<'_>) -> Result<Self, Failure> {
         Ok(Self {
             world: recording.world.clone(),
@@ -130,12 +130,12 @@ impl Judge {
 
     /// Counts the turns of joints from `step` on, where the rows begin: on from those of its rows, where the joints may
     /// have turned before.
-    fn count(&mut self, step: &Step) {
+    fn count(&mut self, step: &RecordedStep) {
         if !self.angles.is_empty() && !self.has_gaps {
             return;
         }
         self.angles = match step {
-            Step::Tables(step) if self.turned_before || self.has_gaps => {
+            RecordedStep::Tables(step) if self.turned_before || self.has_gaps => {
                 let joints = self.world.joints().iter().zip(&step.joints);
                 let counted = |(joint, row): (&Joint, &JointRow)| {
                     let at = joint.coordinates(&step.states);
@@ -148,16 +148,16 @@ impl Judge {
     }
 
     /// The step that ends at `next`.
-    pub fn step(&mut self, step: &Step, next: &[State]) -> Verified {
+    pub fn step(&mut self, step: &RecordedStep, next: &[State]) -> Verified {
         let states = step.states();
         self.world.follow(&self.courses, (step.index() + 1) as f64 * self.world.time_step());
         self.count(step);
         let wrenches = self.wrenches(step.index(), states);
         let touching = match step {
-            Step::Trajectory(row) => self.of_points(row, next, &wrenches),
-            Step::Tables(step) => self.of_rows(step, next, &wrenches),
+            RecordedStep::Trajectory(row) => self.of_points(row, next, &wrenches),
+            RecordedStep::Tables(step) => self.of_rows(step, next, &wrenches),
         };
-        let Touching { contacts, forces, joints, gears, wrong } = &touching;
+        let StepContacts { contacts, forces, joints, gears, wrong } = &touching;
         let claim = Claim { states, next, wrenches: &wrenches, contacts, joints, gears };
         let certificate = match self.floating {
             true => certify_rk4_step(&self.world, &claim),
@@ -167,13 +167,13 @@ impl Judge {
         let lost = self.lost(step, contacts, next);
         let status = self.another_status((step, next), &wrenches, &touching, lost);
         let (differs, overlap) = match step {
-            Step::Trajectory(row) => {
+            RecordedStep::Trajectory(row) => {
                 let of_forces = self.lost_of_forces(&touching, states);
                 let is_same = is_near(residual, row.residual, lost + of_forces);
                 let other = (!is_same).then(|| "its residual is another".to_owned());
                 (other.or(status).or_else(|| self.another_column(row, next, contacts)), 0.0)
             }
-            Step::Tables(step) => {
+            RecordedStep::Tables(step) => {
                 let (differs, overlap) =
                     self.compare(step, next, &wrenches, &touching, &certificate);
                 (differs.or(status), overlap)
@@ -199,11 +199,13 @@ impl Judge {
     }
 
     /// The last state, if it has another energy than its row says, or anything of a step.
-    pub fn end(&mut self, end: &Step) -> Option<Verified> {
+    pub fn end(&mut self, end: &RecordedStep) -> Option<Verified> {
         self.world.follow(&self.courses, end.index() as f64 * self.world.time_step());
         let is_bare = match end {
-            Step::Trajectory(row) => is_blank(row) && row.iterations == 0 && row.residual == 0.0,
-            Step::Tables(step) => {
+            RecordedStep::Trajectory(row) => {
+                is_blank(row) && row.iterations == 0 && row.residual == 0.0
+            }
+            RecordedStep::Tables(step) => {
                 let row = &step.row;
                 let numbers = row.parts.iter().chain([&row.residual, &row.overlap, &row.stiffness]);
                 let of_joint = |joint: &JointRow| {
@@ -221,13 +223,13 @@ impl Judge {
             }
         };
         let has_energy = match end {
-            Step::Trajectory(_) => true,
-            Step::Tables(step) => self.has_its_energy(step),
+            RecordedStep::Trajectory(_) => true,
+            RecordedStep::Tables(step) => self.has_its_energy(step),
         };
         self.count(end);
         let joint = match end {
-            Step::Trajectory(_) => None,
-            Step::Tables(step) => {
+            RecordedStep::Trajectory(_) => None,
+            RecordedStep::Tables(step) => {
                 self.another_joint(step, None).or_else(|| self.another_gear(step, None))
             }
         };
@@ -252,29 +254,29 @@ impl Judge {
     /// Why a step that is what its row says cannot have the status that its row has.
     fn another_status(
         &mut self,
-        (step, next): (&Step, &[State]),
+        (step, next): (&RecordedStep, &[State]),
         wrenches: &[Wrench],
-        touching: &Touching,
+        touching: &StepContacts,
         lost: f64,
     ) -> Option<String> {
         let status = step.status();
         let is_solved =
             matches!(status, StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback);
         let (iterations, started) = match step {
-            Step::Trajectory(row) => (row.iterations, None),
-            Step::Tables(step) => (step.row.iterations, Some(!step.row.start.is_empty())),
+            RecordedStep::Trajectory(row) => (row.iterations, None),
+            RecordedStep::Tables(step) => (step.row.iterations, Some(!step.row.start.is_empty())),
         };
         let touches = match step {
             // A state that no body may have has no candidates.
-            Step::Trajectory(row) => row.state.checked().ok().and_then(|_| {
+            RecordedStep::Trajectory(row) => row.state.checked().ok().and_then(|_| {
                 let (states, rule) = (step.states(), self.detection?);
                 let free = self.free_flight(states, wrenches);
                 Some(self.candidates.find(rule, &self.world, states, &free))
             }),
-            Step::Tables(step) => Some(step.row.contacts > 0 || !step.joints.is_empty()),
+            RecordedStep::Tables(step) => Some(step.row.contacts > 0 || !step.joints.is_empty()),
         };
         let pushed = touching.forces.iter().any(|force| force.amax() > 0.0);
-        if let Step::Tables(step) = step
+        if let RecordedStep::Tables(step) = step
             && !is_start(&step.row.start)
         {
             let start = shown::line(&step.row.start);
@@ -342,13 +344,13 @@ impl Judge {
     }
 
     /// Every point of the one body, at the forces of the row.
-    fn of_points(&self, row: &TrajectoryRow, next: &[State], wrenches: &[Wrench]) -> Touching {
+    fn of_points(&self, row: &TrajectoryRow, next: &[State], wrenches: &[Wrench]) -> StepContacts {
         let contacts = match self.floating {
             true => Vec::new(),
             false => row.contacts(&self.world, next, &wrenches[0]),
         };
         let forces = row.forces().collect();
-        Touching { contacts, forces, ..Touching::default() }
+        StepContacts { contacts, forces, ..StepContacts::default() }
     }
 
     /// What of a step is not what its tables say, and how deep pieces overlap after it, m.
@@ -357,7 +359,7 @@ impl Judge {
         step: &TableStep,
         next: &[State],
         wrenches: &[Wrench],
-        touching: &Touching,
+        touching: &StepContacts,
         certificate: &Certificate,
     ) -> (Option<String>, f64) {
         let (states, row, contacts) = (&step.states[..], &step.row, &touching.contacts);
@@ -416,7 +418,7 @@ impl Judge {
     /// faster than all of it does.
     fn has_another_rebound(
         &self,
-        Touching { contacts, forces, .. }: &Touching,
+        StepContacts { contacts, forces, .. }: &StepContacts,
         (states, next): (&[State], &[State]),
         wrenches: &[Wrench],
         share: f64,
@@ -465,7 +467,7 @@ impl Judge {
         &self,
         (step, next): (&TableStep, &[State]),
         wrenches: &[Wrench],
-        touching: &Touching,
+        touching: &StepContacts,
     ) -> bool {
         let found = self.balance((&step.states, next), wrenches, touching).terms();
         let ends = [&step.states[..], next].map(|states| self.energy_scale(states));
@@ -479,7 +481,7 @@ impl Judge {
         &self,
         (states, next): (&[State], &[State]),
         wrenches: &[Wrench],
-        touching: &Touching,
+        touching: &StepContacts,
     ) -> bool {
         let EnergyBalance { loads, drives, .. } = self.balance((states, next), wrenches, touching);
         let [before, after] = [states, next].map(|states| energy::total(&self.world, states));
@@ -493,7 +495,7 @@ impl Judge {
         &self,
         (states, next): (&[State], &[State]),
         wrenches: &[Wrench],
-        Touching { contacts, forces, joints, gears, .. }: &Touching,
+        StepContacts { contacts, forces, joints, gears, .. }: &StepContacts,
     ) -> EnergyBalance {
         let claim = Claim { states, next, wrenches, contacts, joints, gears };
         EnergyBalance::of(&self.world, &claim, forces.iter().copied())

@@ -7,9 +7,9 @@ mod judge;
 use super::args::VerifyArgs;
 use super::outcome::{Failure, Outcome};
 use super::output::say;
-use super::recording::{Recording, Step};
-use held::Counts;
-use judge::{Judge, Verified};
+use super::recording::{RecordedStep, Recording};
+use held::StatusCounts;
+use judge::{StepJudge, Verified};
 use std::fmt::Write as _;
 use tumble_core::step::StepStatus;
 use tumble_scene::output::tables::Table;
@@ -17,7 +17,7 @@ use tumble_scene::run_file::Seal;
 
 /// What the steps amount to, in memory that does not grow with the files.
 #[derive(Default)]
-struct Findings {
+struct VerifyFindings {
     steps: u64,
     failed: u64,
     substepped: u64,
@@ -28,7 +28,7 @@ struct Findings {
     worst: Vec<Verified>,
 }
 
-impl Findings {
+impl VerifyFindings {
     /// Counts `step`, and keeps it if it is among the `most` worst.
     fn add(&mut self, step: Verified, most: usize) {
         self.steps += 1;
@@ -57,9 +57,9 @@ impl Findings {
 pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     let mut recording = Recording::open(&args.file, &args.physics)?;
     refuse_partial(&recording)?;
-    let (mut judge, kept) = (Judge::of(&recording)?, recording.kept());
-    let (mut findings, mut previous) = (Findings::default(), None::<Step>);
-    let mut counts = Counts::default();
+    let (mut judge, kept) = (StepJudge::of(&recording)?, recording.kept());
+    let (mut findings, mut previous) = (VerifyFindings::default(), None::<RecordedStep>);
+    let mut counts = StatusCounts::default();
     while let Some(step) = recording.next_step()? {
         recording.follow(&step);
         counts.add(&recording.world, &step);
@@ -115,9 +115,9 @@ fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
 
 fn report(
     recording: &Recording<'_>,
-    judge: &Judge,
-    findings: &Findings,
-    counts: &Counts,
+    judge: &StepJudge,
+    findings: &VerifyFindings,
+    counts: &StatusCounts,
 ) -> Result<Outcome, Failure> {
     let differences = counts.differences(recording, &judge.taut);
     let changed = recording.changed_files()?;

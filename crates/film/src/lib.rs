@@ -20,7 +20,8 @@ use tumble_scene::output::tables::{ContactRow, JointRow, TableStep};
 use tumble_scene::output::trajectory::TrajectoryRow;
 use tumble_view as pictures;
 use tumble_view::{
-    Body, Contact, Film, Fixed, Frame, Ground, Hull, Piece, Place, Pose, Status, Tie,
+    Film, FilmBody, FilmContact, FilmFixed, FilmFrame, FilmGround, FilmHull, FilmPiece, FilmPlace,
+    FilmPose, FilmTie, Status,
 };
 
 /// What the bodies, the fixed pieces and the pushes of a world are called and are.
@@ -60,7 +61,7 @@ impl<'a> From<&'a BodyModel> for Role<'a> {
 
 /// The film of `frames`, without title and facts.
 #[must_use]
-pub fn film(cast: Cast<'_>, frames: Vec<Frame>) -> Film {
+pub fn film(cast: Cast<'_>, frames: Vec<FilmFrame>) -> Film {
     let Cast { world, .. } = cast;
     let fixed = cast.fixed.iter().zip(world.fixed());
     let mut film = Film {
@@ -72,7 +73,7 @@ pub fn film(cast: Cast<'_>, frames: Vec<Frame>) -> Film {
         friction: world.friction(),
         ground: None,
         fixed: fixed
-            .map(|(name, fixed)| Fixed {
+            .map(|(name, fixed)| FilmFixed {
                 name: (*name).to_owned(),
                 pieces: vec![piece(&fixed.piece)],
             })
@@ -82,16 +83,16 @@ pub fn film(cast: Cast<'_>, frames: Vec<Frame>) -> Film {
         frames,
     };
     let ground = world.ground().filter(|_| !cast.floating);
-    let ground = ground.map(|plane| Ground { normal: *plane.normal(), offset: plane.offset() });
+    let ground = ground.map(|plane| FilmGround { normal: *plane.normal(), offset: plane.offset() });
     film.ground = ground.filter(|ground| is_in_reach(ground, &film, world));
     film
 }
 
-fn bodies(cast: Cast<'_>) -> Vec<Body> {
+fn bodies(cast: Cast<'_>) -> Vec<FilmBody> {
     let of = |((body, role), all): ((&RigidBody, &Role<'_>), &Load)| {
         let pieces: Vec<_> = body.pieces().iter().map(piece).collect();
         let points = body.contact_points().iter().map(|point| point.position);
-        Body {
+        FilmBody {
             name: role.name.to_owned(),
             mass: body.mass(),
             inertia: *body.inertia(),
@@ -107,14 +108,14 @@ fn bodies(cast: Cast<'_>) -> Vec<Body> {
 }
 
 /// A joint, and what it is called.
-fn joint((joint, name): (&Joint, &&str)) -> pictures::Joint {
+fn joint((joint, name): (&Joint, &&str)) -> pictures::FilmJoint {
     // Whether of three axes the last alone is free.
     let is_last = |axes: &[Axis; 3]| {
         axes[..2].iter().all(|axis| *axis == Axis::Locked) && axes[2] != Axis::Locked
     };
     let (slides, turns) = (is_last(joint.linear()), is_last(joint.angular()));
     let frame = &joint.frames()[0];
-    pictures::Joint {
+    pictures::FilmJoint {
         name: (*name).to_owned(),
         body: joint.body(),
         other: joint.other(),
@@ -126,22 +127,27 @@ fn joint((joint, name): (&Joint, &&str)) -> pictures::Joint {
 }
 
 /// What a joint is and carries in a step.
-fn tie(row: &JointRow) -> Tie {
-    Tie { place: row.place[2], angle: row.turns[2], force: row.force.norm(), torque: row.torque[2] }
+fn tie(row: &JointRow) -> FilmTie {
+    FilmTie {
+        place: row.place[2],
+        angle: row.turns[2],
+        force: row.force.norm(),
+        torque: row.torque[2],
+    }
 }
 
 /// A convex piece: its core is a point, a segment or a polyhedron.
-pub(crate) fn piece(piece: &geometry::Piece) -> Piece {
+pub(crate) fn piece(piece: &geometry::Piece) -> FilmPiece {
     let (core, radius) = (piece.core(), piece.radius());
     match *core.vertices() {
-        [centre] => Piece::Sphere { centre, radius },
-        [from, to] => Piece::Capsule { ends: [from, to], radius },
+        [centre] => FilmPiece::Sphere { centre, radius },
+        [from, to] => FilmPiece::Capsule { ends: [from, to], radius },
         _ => {
             let face = |face: usize| {
                 core.face_loop(face).iter().map(|corner| corner.vertex as usize).collect()
             };
             let faces = (0..core.faces().len()).map(face).collect();
-            Piece::Hull(Hull { vertices: core.vertices().to_vec(), faces, radius })
+            FilmPiece::Hull(FilmHull { vertices: core.vertices().to_vec(), faces, radius })
         }
     }
 }
@@ -151,15 +157,15 @@ pub type Keys = BTreeMap<(usize, Option<PairFeatures>), u64>;
 
 /// A step of any number of bodies of `world` as a frame.
 #[must_use]
-pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> Frame {
+pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> FilmFrame {
     let is_felt = |contact: &&ContactRow| contact.force != Vector3::zeros();
     let mut contact = |row: &ContactRow| {
         let next = keys.len() as u64;
         let key = *keys.entry((row.key.point, row.key.pair)).or_insert(next);
-        Contact {
+        FilmContact {
             body: row.body,
             partner: partner(row.partner),
-            place: Place::At { point: row.point, key },
+            place: FilmPlace::At { point: row.point, key },
             force: row.force,
             carries_force: true,
             // Of the tutorial's program, which has one body.
@@ -168,7 +174,7 @@ pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> Frame {
         }
     };
     let row = &step.row;
-    Frame {
+    FilmFrame {
         iterations: row.iterations,
         residual: row.residual,
         contacts: step.contacts.iter().filter(is_felt).map(&mut contact).collect(),
@@ -179,18 +185,18 @@ pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> Frame {
 
 /// A row of the tutorial's table, which has numbers of every point of the one body, as a frame.
 #[must_use]
-pub fn frame_of_row(world: &World, row: &TrajectoryRow) -> Frame {
+pub fn frame_of_row(world: &World, row: &TrajectoryRow) -> FilmFrame {
     let count = row.carrying.len();
-    let contact = |point: usize| Contact {
+    let contact = |point: usize| FilmContact {
         body: 0,
-        partner: pictures::Partner::Ground,
-        place: Place::Corner(point),
+        partner: pictures::FilmPartner::Ground,
+        place: FilmPlace::Corner(point),
         force: row.force(point),
         carries_force: row.carrying[point],
         slacks: [row.step[3 * count + point], row.step[4 * count + point]],
         multiplier: row.step[5 * count + point],
     };
-    Frame {
+    FilmFrame {
         iterations: row.iterations,
         residual: row.residual,
         contacts: (0..count).map(contact).filter(says_something).collect(),
@@ -199,18 +205,22 @@ pub fn frame_of_row(world: &World, row: &TrajectoryRow) -> Frame {
 }
 
 /// Whether a row says of a point that it touches: it may carry a force, or has a number.
-fn says_something(contact: &Contact) -> bool {
-    let Contact { force, slacks: [s1, s2], multiplier, .. } = contact;
+fn says_something(contact: &FilmContact) -> bool {
+    let FilmContact { force, slacks: [s1, s2], multiplier, .. } = contact;
     contact.carries_force || force.iter().chain([s1, s2, multiplier]).any(|number| *number != 0.0)
 }
 
 /// A frame of bodies that touch nothing.
-fn moving(world: &World, states: &[State], (index, time, end): (u64, f64, StepStatus)) -> Frame {
+fn moving(
+    world: &World,
+    states: &[State],
+    (index, time, end): (u64, f64, StepStatus),
+) -> FilmFrame {
     let each = |energy: fn(&World, &RigidBody, &State) -> f64| {
         let bodies = world.bodies().iter().zip(states);
         bodies.map(|(body, state)| energy(world, body, state)).sum()
     };
-    Frame {
+    FilmFrame {
         index,
         time,
         poses: states.iter().map(pose).collect(),
@@ -224,17 +234,17 @@ fn moving(world: &World, states: &[State], (index, time, end): (u64, f64, StepSt
     }
 }
 
-fn partner(partner: Partner) -> pictures::Partner {
+fn partner(partner: Partner) -> pictures::FilmPartner {
     match partner {
-        Partner::Ground => pictures::Partner::Ground,
-        Partner::Fixed(index) => pictures::Partner::Fixed(index),
-        Partner::Body(index) => pictures::Partner::Body(index),
+        Partner::Ground => pictures::FilmPartner::Ground,
+        Partner::Fixed(index) => pictures::FilmPartner::Fixed(index),
+        Partner::Body(index) => pictures::FilmPartner::Body(index),
     }
 }
 
 /// What pushes a body.
-fn load(load: &Load) -> pictures::Load {
-    pictures::Load {
+fn load(load: &Load) -> pictures::FilmLoad {
+    pictures::FilmLoad {
         force: load.force.knots().to_vec(),
         torque: load.torque.knots().to_vec(),
         point: *load.point(),
@@ -242,9 +252,9 @@ fn load(load: &Load) -> pictures::Load {
 }
 
 /// Where a body is and how it moves.
-fn pose(state: &State) -> Pose {
+fn pose(state: &State) -> FilmPose {
     let [w, x, y, z] = state.attitude.into();
-    Pose {
+    FilmPose {
         position: state.position,
         // The file's own digits: of a trajectory they are of length 1.
         attitude: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)),
@@ -269,13 +279,13 @@ fn status(status: StepStatus) -> Status {
 
 /// Whether the motion comes as near to the ground as it is large: a ground that is farther away is
 /// as good as none, and a picture with it would show nothing else.
-fn is_in_reach(ground: &Ground, film: &Film, world: &World) -> bool {
+fn is_in_reach(ground: &FilmGround, film: &Film, world: &World) -> bool {
     let reach: Vec<f64> = world.bodies().iter().map(|body| body.reach()).collect();
     let still = film.fixed.iter().flat_map(|fixed| &fixed.pieces).flat_map(|piece| match piece {
-        Piece::Hull(hull) => hull.vertices.clone(),
-        Piece::Mesh(mesh) => mesh.vertices.clone(),
-        Piece::Sphere { centre, .. } => vec![*centre],
-        Piece::Capsule { ends, .. } => ends.to_vec(),
+        FilmPiece::Hull(hull) => hull.vertices.clone(),
+        FilmPiece::Mesh(mesh) => mesh.vertices.clone(),
+        FilmPiece::Sphere { centre, .. } => vec![*centre],
+        FilmPiece::Capsule { ends, .. } => ends.to_vec(),
     });
     let moving = film.frames.iter().flat_map(|frame| &frame.poses).map(|pose| pose.position);
     let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
@@ -296,7 +306,7 @@ mod tests {
     #[test]
     fn pieces_are_drawn_as_they_are() {
         let half = Vector3::new(0.3, 0.2, 0.1);
-        let Piece::Hull(cuboid) = piece(&geometry::Piece::cuboid(half).unwrap()) else {
+        let FilmPiece::Hull(cuboid) = piece(&geometry::Piece::cuboid(half).unwrap()) else {
             panic!("a box is a hull")
         };
         assert_eq!((cuboid.vertices.len(), cuboid.faces.len(), cuboid.radius), (8, 6, 0.0));
@@ -307,8 +317,8 @@ mod tests {
             assert!(face.len() == 4 && (0..3).any(in_plane), "{face:?}");
         }
         let ball = piece(&geometry::Piece::sphere(0.5).unwrap());
-        assert_eq!(ball, Piece::Sphere { centre: Vector3::zeros(), radius: 0.5 });
-        let Piece::Capsule { ends: [a, b], radius } =
+        assert_eq!(ball, FilmPiece::Sphere { centre: Vector3::zeros(), radius: 0.5 });
+        let FilmPiece::Capsule { ends: [a, b], radius } =
             piece(&geometry::Piece::capsule(0.4, 0.1).unwrap())
         else {
             panic!("a capsule is one")

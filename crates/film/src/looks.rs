@@ -4,8 +4,8 @@ use nalgebra::{Matrix3, Vector3};
 use tumble_core::error::Error;
 use tumble_model::Model;
 use tumble_model::failure::Failure;
-use tumble_model::shape::{Form, PlacedForm};
-use tumble_view::{Film, Mesh, Piece};
+use tumble_model::shape::{ModelForm, PlacedForm};
+use tumble_view::{Film, FilmMesh, FilmPiece};
 
 /// Gives those bodies of a film of the scene `model` their looks.
 ///
@@ -26,12 +26,12 @@ pub fn dress(model: &Model, film: &mut Film) -> Result<(), Failure> {
 }
 
 /// A part of a look as a picture has it, from the centre of mass.
-fn piece_of(part: &PlacedForm, centre: &Vector3<f64>) -> Result<Piece, Error> {
-    let Form::Mesh { vertices, triangles, .. } = &part.form else {
+fn piece_of(part: &PlacedForm, centre: &Vector3<f64>) -> Result<FilmPiece, Error> {
+    let ModelForm::Mesh { vertices, triangles, .. } = &part.form else {
         return Ok(crate::piece(&part.piece()?.moved_by(&Matrix3::identity(), &-centre)?));
     };
     let (rotation, position) = (part.place.rotation(), Vector3::from(part.place.position));
     let place = |vertex: &[f64; 3]| rotation * Vector3::from(*vertex) + position - centre;
     let vertices = vertices.iter().map(place).collect();
-    Ok(Piece::Mesh(Mesh { vertices, triangles: triangles.clone() }))
+    Ok(FilmPiece::Mesh(FilmMesh { vertices, triangles: triangles.clone() }))
 }

@@ -51,12 +51,12 @@ impl From<Colour> for String {
 /// What is written at a body: one line.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
-pub struct Label(pub String);
+pub struct BodyLabel(pub String);
 
 /// Characters of a label.
 const LONGEST: usize = 40;
 
-impl TryFrom<String> for Label {
+impl TryFrom<String> for BodyLabel {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, String> {
@@ -69,8 +69,8 @@ impl TryFrom<String> for Label {
     }
 }
 
-impl From<Label> for String {
-    fn from(label: Label) -> Self {
+impl From<BodyLabel> for String {
+    fn from(label: BodyLabel) -> Self {
         label.0
     }
 }
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn a_label_is_a_line() {
-        let read = |text: &str| Label::try_from(text.to_owned());
+        let read = |text: &str| BodyLabel::try_from(text.to_owned());
         assert_eq!(read("Würfel 1").unwrap().0, "Würfel 1");
         for odd in ["", "  ", "a\nb", &"x".repeat(41)] {
             assert!(read(odd).is_err(), "{odd:?}");

@@ -1,7 +1,7 @@
 //! What of a body's start the seed draws, so that a run's files can be held against their seed.
 
 use super::model::Model;
-use super::shape::Place;
+use super::shape::ModelPlace;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tumble_core::contact::Plane;
@@ -37,10 +37,10 @@ impl DrawnModel {
     }
 
     /// The place that the next draws make.
-    pub fn place(&self, draws: &mut Draws) -> Place {
+    pub fn place(&self, draws: &mut Draws) -> ModelPlace {
         let mut drawn = || if self.tutorial { draws.tutorial_attitude() } else { draws.attitude() };
         let attitude = self.attitude.unwrap_or_else(|| drawn().into());
-        let mut place = Place { position: self.position, attitude };
+        let mut place = ModelPlace { position: self.position, attitude };
         for (coordinate, size) in place.position.iter_mut().zip(self.jitter) {
             if size > 0.0 {
                 *coordinate += size * (2.0 * draws.unit() - 1.0);
@@ -54,7 +54,7 @@ impl DrawnModel {
 /// `centre` in its own frame.
 pub fn state_at(
     ground: Option<&Plane>,
-    place: &Place,
+    place: &ModelPlace,
     (velocity, spin): (Vector3<f64>, Vector3<f64>),
     centre: &Vector3<f64>,
 ) -> State {

@@ -99,9 +99,9 @@ where
     D: Deserializer<'de>,
     T: Deserialize<'de>,
 {
-    struct Table<T>(PhantomData<T>);
+    struct TableField<T>(PhantomData<T>);
 
-    impl<'de, T: Deserialize<'de>> Visitor<'de> for Table<T> {
+    impl<'de, T: Deserialize<'de>> Visitor<'de> for TableField<T> {
         type Value = T;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -113,7 +113,7 @@ where
         }
     }
 
-    deserializer.deserialize_map(Table(PhantomData)).map(Some)
+    deserializer.deserialize_map(TableField(PhantomData)).map(Some)
 }
 
 /// Tables of one name: one, or a list of them.

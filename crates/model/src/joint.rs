@@ -1,6 +1,6 @@
 //! Joints as run.json has them: complete, and the joint that they make.
 
-use super::shape::Place;
+use super::shape::ModelPlace;
 use serde::{Deserialize, Serialize};
 use tumble_core::error::Error;
 use tumble_core::joint::{Axis, Drive, Joint, Knots, Middle};
@@ -125,7 +125,7 @@ pub struct JointModel {
     /// B: another one; null for the world.
     pub other: Option<usize>,
     /// Its frame in A and in B or the world: m, from the centre of mass, and joint → body. Its z is the axis.
-    pub frames: [Place; 2],
+    pub frames: [ModelPlace; 2],
     /// m; null for that of its bodies.
     pub length: Option<f64>,
     /// Whether its bodies touch each other.
@@ -149,7 +149,7 @@ pub struct CourseModel {
     /// s.
     pub times: Vec<f64>,
     /// One a time.
-    pub places: Vec<Place>,
+    pub places: Vec<ModelPlace>,
     /// After the last time, m/s.
     #[serde(default)]
     pub velocity: [f64; 3],
@@ -168,7 +168,7 @@ impl CourseModel {
             let (times, places) = (self.times.len(), self.places.len());
             return Err(format!("times: there are {times}, and {places} places"));
         }
-        let frames = self.places.iter().map(Place::frame);
+        let frames = self.places.iter().map(ModelPlace::frame);
         let knots = Knots::new(self.times.iter().copied().zip(frames).collect());
         let knots = knots.map_err(|error| format!("times: {error}"))?;
         let steady = knots.going_on(self.velocity.into(), self.spin.into());
@@ -186,8 +186,9 @@ impl JointModel {
     #[must_use]
     pub fn joint(&self) -> Joint {
         let [x, y, z, rx, ry, rz] = self.kind.axes(&self.drives, self.cone);
-        let joint = Joint::between(self.body, self.other, self.frames.each_ref().map(Place::frame))
-            .with_axes([x, y, z], [rx, ry, rz]);
+        let joint =
+            Joint::between(self.body, self.other, self.frames.each_ref().map(ModelPlace::frame))
+                .with_axes([x, y, z], [rx, ry, rz]);
         let joint = match self.kind {
             JointKind::Gimbal => joint.with_middle(self.middle.unwrap_or(Middle::STRAIGHT)),
             _ => joint,

@@ -5,8 +5,8 @@
 pub use super::drawn::DrawnModel;
 use super::gear::GearModel;
 use super::joint::JointModel;
-use super::shape::{Place, PlacedForm, Shape};
-use crate::colour::{Colour, Label};
+use super::shape::{ModelPlace, ModelShape, PlacedForm};
+use crate::colour::{BodyLabel, Colour};
 use crate::failure::Failure;
 use crate::fields;
 use crate::parameters::bouncing;
@@ -41,7 +41,7 @@ pub struct Model {
     /// Null without a ground.
     pub plane: Option<PlaneParameters>,
     /// The shapes that bodies have.
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<ModelShape>,
     /// What bodies look like that do not look like their shapes: pieces, and meshes that need not be convex.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub looks: Vec<Vec<PlacedForm>>,
@@ -106,7 +106,7 @@ pub struct BodyModel {
     pub colour: Option<Colour>,
     /// In pictures, for its name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub label: Option<Label>,
+    pub label: Option<BodyLabel>,
     /// In pictures, for its shape: an index of `looks`, in the frame of the shape.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub look: Option<usize>,
@@ -248,7 +248,7 @@ impl Model {
             body.start = BodyStart::of(state);
         }
         for (joint, knots) in self.courses()? {
-            self.joints[joint].frames[1] = Place::of(&knots.at(time));
+            self.joints[joint].frames[1] = ModelPlace::of(&knots.at(time));
         }
         Ok(())
     }
@@ -404,7 +404,7 @@ impl BodyModel {
     ///
     /// # Errors
     /// What the library refuses.
-    pub fn rigid_body(&self, shape: &Shape) -> Result<RigidBody, Error> {
+    pub fn rigid_body(&self, shape: &ModelShape) -> Result<RigidBody, Error> {
         let inertia = Matrix3::from(self.inertia).transpose();
         let body = shape.body(self.mass, inertia, &self.centre.into())?;
         let body = match self.friction {

@@ -14,10 +14,10 @@ pub enum FileKind {
 }
 
 /// A setting: its flag, its field of a scenario and of run.json.
-type Names = (&'static str, &'static str, &'static str);
+type SettingNames = (&'static str, &'static str, &'static str);
 
 /// All but those that are called the same everywhere.
-const NAMES: [Names; 27] = [
+const NAMES: [SettingNames; 27] = [
     ("dt", "time_step", "parameters.dt"),
     ("rotation", "rotation", "parameters.rotation"),
     ("mu", "ground.friction", "parameters.mu"),

@@ -13,7 +13,7 @@ use tumble_core::mechanics::quaternion::rotation;
 /// The shape of a body, in a frame of its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Shape {
+pub enum ModelShape {
     /// Convex pieces.
     Pieces(Vec<PlacedForm>),
     /// Points, m, that touch planes and nothing else.
@@ -24,14 +24,14 @@ pub enum Shape {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlacedForm {
     /// What it is.
-    pub form: Form,
+    pub form: ModelForm,
     /// Where it is.
-    pub place: Place,
+    pub place: ModelPlace,
 }
 
 /// Where something is, in the frame that it is placed in.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Place {
+pub struct ModelPlace {
     /// m.
     pub position: [f64; 3],
     /// Unit quaternion w, x, y, z, own frame → frame.
@@ -41,7 +41,7 @@ pub struct Place {
 /// A convex form about its own origin, lengths in m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Form {
+pub enum ModelForm {
     /// A box.
     Box {
         /// m.
@@ -86,7 +86,7 @@ pub fn check_sides(sides: &[f64; 3]) -> Result<(), Error> {
     sides.iter().try_for_each(|side| in_range(field, *side, 2e-6, 2e4, "2e-6 to 2e4").map(drop))
 }
 
-impl Form {
+impl ModelForm {
     fn piece(&self) -> Result<Piece, Error> {
         match self {
             Self::Box { sides } => {
@@ -125,7 +125,7 @@ impl Form {
     }
 }
 
-impl Place {
+impl ModelPlace {
     /// As the frame of a joint.
     #[must_use]
     pub fn frame(&self) -> JointFrame {
@@ -176,7 +176,7 @@ impl PlacedForm {
     /// What the library refuses of a shape.
     pub fn piece(&self) -> Result<Piece, Error> {
         let piece = self.form.piece()?;
-        if self.place == Place::ORIGIN {
+        if self.place == ModelPlace::ORIGIN {
             return Ok(piece);
         }
         piece.moved_by(&self.place.rotation(), &self.place.position.into())
@@ -184,7 +184,7 @@ impl PlacedForm {
 }
 
 /// What a shape of uniform density has, of a mass of 1 kg.
-pub struct Solid {
+pub struct SolidModel {
     /// m³.
     pub volume: f64,
     /// The centre of mass, m, in the frame of the shape.
@@ -193,7 +193,7 @@ pub struct Solid {
     pub specific_inertia: Matrix3<f64>,
 }
 
-impl Shape {
+impl ModelShape {
     /// The pieces, in the shape's frame; none of a shape of points.
     pub fn pieces(&self) -> Result<Vec<Piece>, Error> {
         match self {
@@ -203,25 +203,25 @@ impl Shape {
     }
 
     /// Volume, centre and inertia, the pieces taken as disjoint; `None` of points.
-    pub fn solid(&self) -> Result<Option<Solid>, Error> {
+    pub fn solid(&self) -> Result<Option<SolidModel>, Error> {
         let Self::Pieces(placed) = self else { return Ok(None) };
         let properties = MassProperties::of_all(&self.pieces()?)?;
         let (volume, mut centre) = (properties.volume, properties.centre);
         let mut specific_inertia = properties.inertia / volume;
         // The two halves of a sum may differ in their last bits.
         specific_inertia = 0.5 * (specific_inertia + specific_inertia.transpose());
-        if let [PlacedForm { form, place: Place::ORIGIN }] = &placed[..] {
+        if let [PlacedForm { form, place: ModelPlace::ORIGIN }] = &placed[..] {
             // What symmetry says, without rounding.
             match form {
-                Form::Box { sides } => {
+                ModelForm::Box { sides } => {
                     specific_inertia = solid_box_inertia(1.0, &(0.5 * Vector3::from(*sides)));
                     centre = Vector3::zeros();
                 }
-                Form::Sphere { .. } | Form::Capsule { .. } => centre = Vector3::zeros(),
-                Form::Hull { .. } | Form::Mesh { .. } => {}
+                ModelForm::Sphere { .. } | ModelForm::Capsule { .. } => centre = Vector3::zeros(),
+                ModelForm::Hull { .. } | ModelForm::Mesh { .. } => {}
             }
         }
-        Ok(Some(Solid { volume, centre, specific_inertia }))
+        Ok(Some(SolidModel { volume, centre, specific_inertia }))
     }
 
     /// The body of this shape with its centre of mass at `centre` (m, the shape's frame) and

@@ -1,6 +1,6 @@
 //! Quadratic models within bounds, and their steps.
 
-use super::Problem;
+use super::PlanProblem;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Least entry of D in (P5), relative to the largest: it bounds the step of a variable that moves no row.
@@ -13,7 +13,7 @@ pub(super) struct Room {
 }
 
 impl Room {
-    pub(super) fn of(problem: &Problem, x: &DVector<f64>) -> Self {
+    pub(super) fn of(problem: &PlanProblem, x: &DVector<f64>) -> Self {
         let count = x.len();
         let far = |end: usize| {
             let bounds = problem.variables().iter().map(|v| v.bounds[end] / v.scale());

@@ -36,7 +36,7 @@ pub enum ControlKind {
         body: usize,
     },
     /// A push at a point of a body, in the body frame at the start of the step.
-    Push(Push),
+    Push(PushControl),
     /// A force along free axes of joints, or a torque about them, in addition to their drives, N or N m.
     ///
     /// Each axis has the same number. It acts on both bodies of a joint with opposite signs.
@@ -73,7 +73,7 @@ pub enum StartPart {
 /// Its five components are the normal force into the body, two tangential forces, N, and two offsets of the point along
 /// the tangents, m.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Push {
+pub struct PushControl {
     /// Index of the body in the world.
     pub body: usize,
     /// Point without an offset, m, body frame, from the centre of mass.
@@ -89,7 +89,7 @@ pub struct Push {
 
 /// Frame of a force and a torque.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axes {
+pub enum ControlFrame {
     /// World frame.
     World,
     /// Body frame at the start of the step.
@@ -100,7 +100,7 @@ pub enum Axes {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Applied {
     /// Frame of both.
-    pub axes: Axes,
+    pub axes: ControlFrame,
     /// Force, N.
     pub force: Vector3<f64>,
     /// Torque about the centre of mass, N m.
@@ -194,16 +194,16 @@ impl ControlKind {
         match self {
             Self::Force { .. } => {
                 let force = Vector3::from_column_slice(numbers);
-                Some(Applied { axes: Axes::World, force, torque: zero })
+                Some(Applied { axes: ControlFrame::World, force, torque: zero })
             }
             Self::Torque { .. } => {
                 let torque = Vector3::from_column_slice(numbers);
-                Some(Applied { axes: Axes::World, force: zero, torque })
+                Some(Applied { axes: ControlFrame::World, force: zero, torque })
             }
             Self::Push(push) => {
                 let force = push.force(numbers);
                 let torque = push.place(numbers).cross(&force);
-                Some(Applied { axes: Axes::Body, force, torque })
+                Some(Applied { axes: ControlFrame::Body, force, torque })
             }
             Self::Motor { .. } | Self::Start { .. } | Self::Constant(_) => None,
         }
@@ -213,7 +213,7 @@ impl ControlKind {
     #[must_use]
     pub fn slopes(&self, numbers: &[f64]) -> Vec<Applied> {
         let (zero, unit) = (Vector3::zeros(), |k| Vector3::ith(k, 1.0));
-        let world = |force, torque| Applied { axes: Axes::World, force, torque };
+        let world = |force, torque| Applied { axes: ControlFrame::World, force, torque };
         match self {
             Self::Force { .. } => (0..3).map(|k| world(unit(k), zero)).collect(),
             Self::Torque { .. } => (0..3).map(|k| world(zero, unit(k))).collect(),
@@ -222,7 +222,7 @@ impl ControlKind {
                 let slope = |k: usize| {
                     let (by_force, by_place) = (push.force_slope(numbers, k), push.place_slope(k));
                     let torque = place.cross(&by_force) + by_place.cross(&force);
-                    Applied { axes: Axes::Body, force: by_force, torque }
+                    Applied { axes: ControlFrame::Body, force: by_force, torque }
                 };
                 (0..5).map(slope).collect()
             }
@@ -263,7 +263,7 @@ impl ControlKind {
     }
 }
 
-impl Push {
+impl PushControl {
     /// Force, N, body frame.
     fn force(&self, numbers: &[f64]) -> Vector3<f64> {
         self.frame * self.components(numbers)
@@ -314,8 +314,10 @@ impl Applied {
     pub fn wrench(&self, state: &State) -> Wrench {
         let turned = rotation(&state.attitude);
         match self.axes {
-            Axes::World => Wrench { force: self.force, torque: turned.tr_mul(&self.torque) },
-            Axes::Body => Wrench { force: turned * self.force, torque: self.torque },
+            ControlFrame::World => {
+                Wrench { force: self.force, torque: turned.tr_mul(&self.torque) }
+            }
+            ControlFrame::Body => Wrench { force: turned * self.force, torque: self.torque },
         }
     }
 
@@ -329,8 +331,8 @@ impl Applied {
     pub fn by_turn(&self, state: &State) -> (Matrix3<f64>, Matrix3<f64>) {
         let turned = rotation(&state.attitude);
         match self.axes {
-            Axes::World => (Matrix3::zeros(), turned.tr_mul(&self.torque).cross_matrix()),
-            Axes::Body => (-(turned * self.force.cross_matrix()), Matrix3::zeros()),
+            ControlFrame::World => (Matrix3::zeros(), turned.tr_mul(&self.torque).cross_matrix()),
+            ControlFrame::Body => (-(turned * self.force.cross_matrix()), Matrix3::zeros()),
         }
     }
 }
@@ -375,7 +377,7 @@ mod tests {
             let second = Vector3::new(0.9, 0.1, 0.3).cross(&first).normalize();
             let frame = Matrix3::from_columns(&[first, second, first.cross(&second)]);
             let point = Vector3::new(0.2, -0.3, 0.1);
-            ControlKind::Push(Push { body: 0, point, frame, friction })
+            ControlKind::Push(PushControl { body: 0, point, frame, friction })
         };
         let (force, torque) = (ControlKind::Force { body: 0 }, ControlKind::Torque { body: 0 });
         vec![force, torque, push(None), push(Some(0.4))]

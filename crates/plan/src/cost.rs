@@ -3,7 +3,7 @@
 use super::PlanError;
 use super::control::Control;
 use super::path_constraint::PathConstraint;
-use super::problem::{Choose, Problem};
+use super::problem::{Choose, PlanProblem};
 use super::replay::Miss;
 use super::target::Target;
 use std::sync::Arc;
@@ -29,7 +29,7 @@ impl RunCost {
     }
 }
 
-impl Problem {
+impl PlanProblem {
     /// Cost (P1) of a run with these `states`, including the initial ones; infinite in place of a NaN.
     #[must_use]
     pub fn cost_of(&self, states: &[Vec<State>], controls: &[f64]) -> f64 {

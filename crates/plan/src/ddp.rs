@@ -19,9 +19,9 @@
 //! D is the diagonal of JᵀJ + E in (P5). The backward pass yields it when all decisions are fixed.
 
 use super::boxed::{LEAST_DAMPING, Room, least_in_box};
-use super::model::{Centre, Model, NOTHING, Trials, efforts, scales};
-use super::slopes::{Constants, Tape};
-use super::{PlanError, Problem};
+use super::model::{Centre, CostModel, NOTHING, Trials, efforts, scales};
+use super::slopes::{MotorConstants, Tape};
+use super::{PlanError, PlanProblem};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use tumble_core::derivative::StateChange;
@@ -86,7 +86,7 @@ pub(super) struct DdpModel {
 
 impl DdpModel {
     /// Refuses a problem whose steps have more than `most` derivatives.
-    pub(super) fn check(problem: &Problem, most: usize) -> Result<(), PlanError> {
+    pub(super) fn check(problem: &PlanProblem, most: usize) -> Result<(), PlanError> {
         let states = LEN * problem.scene.starts.len();
         let each = problem.controls().iter().map(|control| control.bounds.len());
         let entries = (states + each.sum::<usize>()).saturating_mul(states);
@@ -113,7 +113,7 @@ impl DdpModel {
             Some(rough) => StepDerivative::smoothed(Smoothing::Compliance(ROUGH[rough]))?,
             None => StepDerivative::new(),
         };
-        let (scales, constants) = (scales(problem), Constants::of(problem));
+        let (scales, constants) = (scales(problem), MotorConstants::of(problem));
         let mut transitions = vec![to_start(problem, controls, &scales, &constants)];
         let mut tape: Vec<(usize, Tape)> = Vec::with_capacity(AT_ONCE);
         let turn = |tape: &mut Vec<(usize, Tape)>, transitions: &mut Vec<Transition>| {
@@ -260,7 +260,7 @@ impl DdpModel {
     }
 }
 
-impl Model for DdpModel {
+impl CostModel for DdpModel {
     fn centre(&self) -> &Centre {
         &self.centre
     }
@@ -362,10 +362,10 @@ impl Value {
 
 /// Decisions that act in a step, and decisions made at its start.
 fn choices_in(
-    problem: &Problem,
+    problem: &PlanProblem,
     step: usize,
     controls: &[f64],
-    constants: &Constants,
+    constants: &MotorConstants,
 ) -> (Vec<usize>, Vec<usize>) {
     let mut acting: Vec<usize> = constants.places().collect();
     let mut chosen = Vec::new();
@@ -385,10 +385,10 @@ fn choices_in(
 
 /// Transition to the start, by starts and constants.
 fn to_start(
-    problem: &Problem,
+    problem: &PlanProblem,
     controls: &[f64],
     scales: &DVector<f64>,
-    constants: &Constants,
+    constants: &MotorConstants,
 ) -> Transition {
     let slopes = problem.start_slopes(controls);
     let acting: Vec<usize> =
@@ -407,7 +407,7 @@ fn transition(
     (acting, chosen): (Vec<usize>, Vec<usize>),
     bodies: usize,
     scales: &DVector<f64>,
-    constants: &Constants,
+    constants: &MotorConstants,
 ) -> Result<Transition, PlanError> {
     let states = LEN * bodies;
     let mut by = DMatrix::zeros(states, states + acting.len());

@@ -4,7 +4,7 @@ mod control;
 mod tables;
 mod target;
 
-use super::{Method, PlanError, Problem, Sample, Shoot, Stage};
+use super::{Method, PlanError, PlanProblem, Sample, Shoot, Stage};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -19,9 +19,9 @@ use tumble_scene::settings::Settings;
 /// Content of a problem file.
 pub struct ProblemFile {
     /// The problem.
-    pub problem: Problem,
+    pub problem: PlanProblem,
     /// Start of the search.
-    pub start: Start,
+    pub start: SearchStart,
     /// Stages of the search, in their order.
     pub stages: Vec<StageName>,
     /// Settings of `sample`.
@@ -34,7 +34,7 @@ pub struct ProblemFile {
 
 /// Start of a search.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Start {
+pub enum SearchStart {
     /// Forces of zero, and the scene's own starts and constants.
     Zero,
     /// A table of controls; a relative path starts at the folder of the problem file.
@@ -55,7 +55,7 @@ pub enum StageName {
 
 impl StageName {
     /// Default stages: `ddp`, `sample`, `shoot`, without a stage that the problem is too large for.
-    fn usual(problem: &Problem, sample: Sample) -> Vec<Self> {
+    fn usual(problem: &PlanProblem, sample: Sample) -> Vec<Self> {
         let all = vec![Self::Ddp, Self::Sample, Self::Shoot];
         let fits = |name: &Self| name.build(sample, Shoot::default()).check(problem).is_ok();
         let fitting: Vec<_> = all.iter().copied().filter(fits).collect();
@@ -124,11 +124,11 @@ impl ProblemFile {
             path_constraints.extend(found.map_err(|why| named("path_constraints", index, why))?);
         }
         let problem =
-            Problem::new(scene, steps, controls, targets, path_constraints).map_err(plain)?;
+            PlanProblem::new(scene, steps, controls, targets, path_constraints).map_err(plain)?;
         let search = file.search;
         let start = match search.start.as_deref() {
-            None | Some("zero") => Start::Zero,
-            Some(file) => Start::File(folder.join(file)),
+            None | Some("zero") => SearchStart::Zero,
+            Some(file) => SearchStart::File(folder.join(file)),
         };
         let usual = Sample::default();
         let sample = Sample {
@@ -151,12 +151,12 @@ impl ProblemFile {
         Ok(Self { problem, start, stages, sample, shoot, time })
     }
 
-    /// Refuses an empty list of stages for a search from [`Start::Zero`], which would choose nothing.
+    /// Refuses an empty list of stages for a search from [`SearchStart::Zero`], which would choose nothing.
     ///
     /// # Errors
     /// One sentence.
     pub fn check_stages(&self) -> Result<(), String> {
-        if self.stages.is_empty() && self.start == Start::Zero {
+        if self.stages.is_empty() && self.start == SearchStart::Zero {
             return Err("search.stages: none are given, and the search starts from zero, so that nothing is chosen; \
                         \"ddp\", \"sample\" or \"shoot\" is needed"
                 .to_owned());

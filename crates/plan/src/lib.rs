@@ -1,6 +1,6 @@
 //! Plans through contact: controls that make the bodies of a scene end where they should.
 //!
-//! A [`Problem`] has a scene, a number of steps, [controls](Control) within bounds, [targets](Target) of the states,
+//! A [`PlanProblem`] has a scene, a number of steps, [controls](Control) within bounds, [targets](Target) of the states,
 //! [path constraints](PathConstraint) and a weight of effort. A [`Plan`] is a set of controls together with its [`Replay`]:
 //! the simulator's own run of these controls, with the certificate of every step. Cost, misses and status are those of
 //! the replay. [Stages](Stage) search one after the other, each from the best replay so far.
@@ -26,16 +26,16 @@ mod slopes;
 mod stage;
 mod target;
 
-pub use control::{Applied, Axes, Control, ControlKind, Push, StartPart};
+pub use control::{Applied, Control, ControlFrame, ControlKind, PushControl, StartPart};
 pub use mode::{ContactMode, Mode, modes_of};
 pub use path_constraint::{PathConstraint, PathConstraintKind};
-pub use problem::{Problem, Variable};
+pub use problem::{PlanProblem, Variable};
 pub use replay::{Miss, Replay};
 pub use sample::Sample;
 pub use search::{Plan, PlanStatus};
 pub use shoot::{Method, Shoot};
-pub use stage::{Progress, Stage, StageReport, StageResult, Watch};
-pub use target::{Row, Target, TargetKind};
+pub use stage::{SearchProgress, SearchWatch, Stage, StageReport, StageResult};
+pub use target::{Target, TargetKind, TargetResidual};
 
 use tumble_core::error::Error;
 

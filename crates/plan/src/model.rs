@@ -2,7 +2,7 @@
 
 use super::boxed::Room;
 use super::problem::Choose;
-use super::{PlanError, Problem};
+use super::{PlanError, PlanProblem};
 use nalgebra::DVector;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -30,7 +30,7 @@ impl Centre {
 }
 
 /// A model of the cost about a run.
-pub(super) trait Model {
+pub(super) trait CostModel {
     /// The run that the model is about.
     fn centre(&self) -> &Centre;
 
@@ -45,7 +45,7 @@ pub(super) trait Model {
 
 /// Trial runs.
 pub(super) struct Trials<'a> {
-    pub problem: &'a Problem,
+    pub problem: &'a PlanProblem,
     pub interrupt: &'a Arc<AtomicBool>,
     /// Number of runs.
     pub runs: u64,
@@ -68,13 +68,13 @@ impl Trials<'_> {
 }
 
 /// Lengths of the bounds.
-pub(super) fn scales(problem: &Problem) -> DVector<f64> {
+pub(super) fn scales(problem: &PlanProblem) -> DVector<f64> {
     let variables = problem.variables();
     DVector::from_iterator(variables.len(), variables.iter().map(|v| v.scale()))
 }
 
 /// Weights of effort, in units of the bounds.
-pub(super) fn efforts(problem: &Problem, scales: &DVector<f64>) -> DVector<f64> {
+pub(super) fn efforts(problem: &PlanProblem, scales: &DVector<f64>) -> DVector<f64> {
     let efforts = problem.variables().iter().zip(scales);
     DVector::from_iterator(scales.len(), efforts.map(|(v, scale)| v.effort * scale * scale))
 }

@@ -28,7 +28,7 @@ const MOST_STEPS: usize = 100_000;
 /// J = Σ_targets w |rows(X_after)|² + Σ_path w Σ_k min(0, g(r_k))² + Σ_controls e Σ_k |u_k|²      (P1)
 /// ```
 #[derive(Clone)]
-pub struct Problem {
+pub struct PlanProblem {
     pub(super) scene: Scene,
     pub(super) steps: usize,
     controls: Vec<Control>,
@@ -73,7 +73,7 @@ pub(super) type Visit<'a> =
 /// Changes to starts, constants and pieces that began earlier have no effect.
 pub(super) type Choose<'a> = dyn FnMut(usize, &[State], &mut [f64]) + 'a;
 
-impl Problem {
+impl PlanProblem {
     /// Builds a problem from its parts and checks them.
     ///
     /// # Errors

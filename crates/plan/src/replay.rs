@@ -1,7 +1,7 @@
 //! The simulator's run of a plan's controls.
 
 use super::mode::{ContactMode, modes_of};
-use super::{PlanError, Problem};
+use super::{PlanError, PlanProblem};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::mechanics::{State, Wrench};
@@ -78,7 +78,7 @@ impl Replay {
     }
 }
 
-impl Problem {
+impl PlanProblem {
     /// Runs `controls`, clipped to their bounds.
     ///
     /// # Errors
@@ -87,7 +87,7 @@ impl Problem {
         self.replay_until(controls, None)
     }
 
-    /// Runs `controls` as [`Problem::replay`] does, until `interrupt` is raised.
+    /// Runs `controls` as [`PlanProblem::replay`] does, until `interrupt` is raised.
     pub(super) fn replay_until(
         &self,
         controls: &[f64],

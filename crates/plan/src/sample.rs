@@ -7,8 +7,8 @@
 //! A middle round without more pieces than the previous one starts elsewhere if the best controls still miss. The seed
 //! determines all draws, on any number of threads.
 
-use super::stage::{Progress, Stage, StageResult, Watch};
-use super::{PlanError, Problem, Replay};
+use super::stage::{SearchProgress, SearchWatch, Stage, StageResult};
+use super::{PlanError, PlanProblem, Replay};
 use cmaes::{CMAESOptions, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -54,7 +54,7 @@ impl Stage for Sample {
         true
     }
 
-    fn check(&self, problem: &Problem) -> Result<(), PlanError> {
+    fn check(&self, problem: &PlanProblem) -> Result<(), PlanError> {
         let knots = self.knots_in(self.rounds.max(1) - 1);
         let first = problem.variables().iter().filter(|variable| variable.knot == 0);
         let pieces = first.map(|of| knots.clamp(1, problem.controls()[of.control].knots));
@@ -70,9 +70,9 @@ impl Stage for Sample {
 
     fn run(
         &self,
-        problem: &Problem,
+        problem: &PlanProblem,
         from: &Replay,
-        watch: &mut Watch<'_>,
+        watch: &mut SearchWatch<'_>,
     ) -> Result<StageResult, PlanError> {
         let mut best = (from.controls.clone(), judged(problem, &from.controls, watch)?);
         let mut end = StageResult { controls: best.0.clone(), ..StageResult::default() };
@@ -116,7 +116,7 @@ impl Sample {
     /// Whether a round starts elsewhere: it has no more pieces than the previous round, and the best run misses.
     fn looks_elsewhere(
         &self,
-        problem: &Problem,
+        problem: &PlanProblem,
         round: u32,
         best: &[f64],
     ) -> Result<bool, PlanError> {
@@ -130,10 +130,10 @@ impl Sample {
     /// Coordinate j of point i is frac(½ + i g^(−j)) in d dimensions, with the root g of g^(d+1) = g + 1.
     fn scatter(
         &self,
-        problem: &Problem,
+        problem: &PlanProblem,
         which: Range<u64>,
         end: &mut StageResult,
-        watch: &mut Watch<'_>,
+        watch: &mut SearchWatch<'_>,
     ) -> Result<Option<(Vec<f64>, f64)>, PlanError> {
         let count = which.end - which.start;
         let mut best = None::<(Vec<f64>, f64)>;
@@ -181,12 +181,12 @@ impl Sample {
     /// One round of CMA-ES from a point with a width, until `last` runs in all. Sets the message of `end` if it was stopped.
     fn round(
         &self,
-        problem: &Problem,
+        problem: &PlanProblem,
         (round, last): (u32, u64),
         (from, width): (Vec<f64>, f64),
         best: &mut (Vec<f64>, f64),
         end: &mut StageResult,
-        watch: &mut Watch<'_>,
+        watch: &mut SearchWatch<'_>,
     ) -> Result<(), PlanError> {
         let coarse = Coarse::of(problem, self.knots_in(round), from);
         let interrupt = watch.interrupt;
@@ -226,7 +226,7 @@ impl Sample {
                     }
                 }
             }
-            let progress = Progress {
+            let progress = SearchProgress {
                 stage: self.name(),
                 iteration: end.iterations,
                 cost: best.1,
@@ -244,7 +244,11 @@ impl Sample {
 }
 
 /// Objective of a run.
-fn judged(problem: &Problem, controls: &[f64], watch: &Watch<'_>) -> Result<f64, PlanError> {
+fn judged(
+    problem: &PlanProblem,
+    controls: &[f64],
+    watch: &SearchWatch<'_>,
+) -> Result<f64, PlanError> {
     match problem.run_cost(controls, Some(watch.interrupt)) {
         Ok(cost) => Ok(cost.judged()),
         Err(PlanError::Interrupted) => Ok(f64::INFINITY),
@@ -261,7 +265,7 @@ struct Coarse {
 }
 
 impl Coarse {
-    fn of(problem: &Problem, knots: usize, from: Vec<f64>) -> Self {
+    fn of(problem: &PlanProblem, knots: usize, from: Vec<f64>) -> Self {
         let mut known: Vec<(usize, usize, usize)> = Vec::new();
         let place = problem.variables().iter().map(|variable| {
             let fine = problem.controls()[variable.control].knots;
@@ -277,7 +281,7 @@ impl Coarse {
     }
 
     /// Controls at a point, clipped to their bounds, and the mean clipped length in units of the bounds.
-    fn controls(&self, problem: &Problem, point: &[f64]) -> (Vec<f64>, f64) {
+    fn controls(&self, problem: &PlanProblem, point: &[f64]) -> (Vec<f64>, f64) {
         let mut outside = 0.0;
         let each = problem.variables().iter().zip(&self.from).zip(&self.place);
         let controls = each.map(|((variable, from), place)| {

@@ -2,7 +2,7 @@
 //!
 //! A run of the scene equals the replay to the last bit.
 
-use super::{Problem, Replay, held};
+use super::{PlanProblem, Replay, held};
 use nalgebra::Vector3;
 use tumble_core::mechanics::{Load, State};
 use tumble_core::world::World;
@@ -12,7 +12,7 @@ use tumble_model::parameters::{LoadParameters, PlaneParameters};
 use tumble_model::{BodyStart, Model};
 use tumble_scene::scene::Scene;
 
-impl Problem {
+impl PlanProblem {
     /// Scene whose run is `replay`.
     ///
     /// # Errors

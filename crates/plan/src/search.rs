@@ -1,7 +1,7 @@
 //! The search of a plan: stages one after the other, each judged by the replay of its controls.
 
-use super::stage::{Stage, StageReport, Watch};
-use super::{Miss, PlanError, Problem, Replay};
+use super::stage::{SearchWatch, Stage, StageReport};
+use super::{Miss, PlanError, PlanProblem, Replay};
 use std::fmt;
 
 /// Outcome of a search, by its best replay.
@@ -54,7 +54,7 @@ pub struct Plan {
     pub reason: String,
 }
 
-impl Problem {
+impl PlanProblem {
     /// Searches by `stages` from the controls `start`, and returns the best replay.
     ///
     /// Each stage starts at the best replay of its attempt. A [fallback](Stage::is_fallback) after other stages is skipped if
@@ -70,7 +70,7 @@ impl Problem {
         &self,
         start: &[f64],
         stages: &[Box<dyn Stage>],
-        watch: &mut Watch<'_>,
+        watch: &mut SearchWatch<'_>,
     ) -> Result<Plan, PlanError> {
         stages.iter().try_for_each(|stage| stage.check(self))?;
         let start = self.replay_until(start, Some(watch.interrupt))?;

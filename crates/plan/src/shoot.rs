@@ -15,10 +15,10 @@
 
 use super::boxed::{Quadratic, Room};
 use super::ddp::{DdpModel, ROUGH};
-use super::model::{Centre, Model, NOTHING, Trials, efforts, scales};
-use super::slopes::Slopes;
-use super::stage::{Progress, Stage, StageResult, Watch};
-use super::{PlanError, Problem, Replay};
+use super::model::{Centre, CostModel, NOTHING, Trials, efforts, scales};
+use super::slopes::RunSlopes;
+use super::stage::{SearchProgress, SearchWatch, Stage, StageResult};
+use super::{PlanError, PlanProblem, Replay};
 use nalgebra::{DMatrix, DVector};
 
 /// Shooting with exact derivatives.
@@ -87,7 +87,7 @@ impl Stage for Shoot {
         }
     }
 
-    fn check(&self, problem: &Problem) -> Result<(), PlanError> {
+    fn check(&self, problem: &PlanProblem) -> Result<(), PlanError> {
         if self.method == Method::DynamicProgramming {
             return DdpModel::check(problem, MOST_ENTRIES);
         }
@@ -109,9 +109,9 @@ impl Stage for Shoot {
 
     fn run(
         &self,
-        problem: &Problem,
+        problem: &PlanProblem,
         from: &Replay,
-        watch: &mut Watch<'_>,
+        watch: &mut SearchWatch<'_>,
     ) -> Result<StageResult, PlanError> {
         let mut end = StageResult { controls: from.controls.clone(), ..StageResult::default() };
         end.message = match self.search(problem, &mut end, watch) {
@@ -127,9 +127,9 @@ impl Shoot {
     /// Iterates from `end.controls` and returns the reason of the end; `end` has the best controls at any time.
     fn search(
         &self,
-        problem: &Problem,
+        problem: &PlanProblem,
         end: &mut StageResult,
-        watch: &mut Watch<'_>,
+        watch: &mut SearchWatch<'_>,
     ) -> Result<String, PlanError> {
         if problem.variables().is_empty() {
             return Ok("the problem has no variables".to_owned());
@@ -188,7 +188,7 @@ impl Shoot {
             little = if cost - next_cost <= LITTLE * cost { little + 1 } else { 0 };
             (end.controls, cost, damping) = (controls, next_cost, kappa.max(1e-12));
             let progress =
-                Progress { stage: self.name(), iteration, cost, controls: &end.controls };
+                SearchProgress { stage: self.name(), iteration, cost, controls: &end.controls };
             if !watch.goes_on(&progress) {
                 return Ok("stopped".to_owned());
             }
@@ -207,12 +207,12 @@ impl Shoot {
         controls: &[f64],
         rough: usize,
         trials: &mut Trials<'_>,
-    ) -> Result<Option<Box<dyn Model>>, PlanError> {
+    ) -> Result<Option<Box<dyn CostModel>>, PlanError> {
         Ok(match self.method {
             Method::LevenbergMarquardt => Some(Box::new(Whole::of(controls, rough > 0, trials)?)),
             Method::DynamicProgramming => {
                 let model = DdpModel::of(controls, rough, trials)?;
-                model.map(|model| Box::new(model) as Box<dyn Model>)
+                model.map(|model| Box::new(model) as Box<dyn CostModel>)
             }
         })
     }
@@ -231,7 +231,7 @@ impl Whole {
         let efforts = efforts(problem, &scales);
         let (slopes, runs) = problem.slopes(controls, differences, trials.interrupt)?;
         trials.runs += runs;
-        let Slopes { rows, mut by } = slopes;
+        let RunSlopes { rows, mut by } = slopes;
         for (mut column, scale) in by.column_iter_mut().zip(&scales) {
             column *= *scale;
         }
@@ -247,7 +247,7 @@ impl Whole {
     }
 }
 
-impl Model for Whole {
+impl CostModel for Whole {
     fn centre(&self) -> &Centre {
         &self.centre
     }

@@ -12,7 +12,7 @@
 
 use super::control::ControlKind;
 use super::problem::motor_wrenches;
-use super::{PlanError, Problem};
+use super::{PlanError, PlanProblem};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -35,7 +35,7 @@ pub(super) enum RowOf {
 }
 
 /// Rows of a run and their derivatives.
-pub(super) struct Slopes {
+pub(super) struct RunSlopes {
     /// Rows, times the roots of their weights.
     pub rows: DVector<f64>,
     /// Derivatives, one column for each variable.
@@ -59,24 +59,24 @@ struct Acting {
     /// Derivatives by variables.
     by: Vec<(usize, Wrench)>,
     /// Derivatives by the states at the start of the step.
-    follows: Vec<Follows>,
+    follows: Vec<WrenchSlope>,
 }
 
 /// Derivatives of a force and a torque by the place and turn of a body.
-struct Follows {
+struct WrenchSlope {
     body: usize,
     by_place: [Matrix3<f64>; 2],
     by_turn: [Matrix3<f64>; 2],
 }
 
-impl Problem {
+impl PlanProblem {
     /// Rows of the run of `controls` and their derivatives, exact or by `differences`, with the number of runs.
     pub(super) fn slopes(
         &self,
         controls: &[f64],
         differences: bool,
         interrupt: &Arc<AtomicBool>,
-    ) -> Result<(Slopes, u64), PlanError> {
+    ) -> Result<(RunSlopes, u64), PlanError> {
         let mut tape = Vec::with_capacity(if differences { 0 } else { self.steps() });
         let mut take = |step| {
             tape.push(step);
@@ -102,7 +102,7 @@ impl Problem {
             by.set_column(index, column);
         }
         let runs = 1 + 2 * differenced as u64;
-        Ok((Slopes { rows: values, by }, runs))
+        Ok((RunSlopes { rows: values, by }, runs))
     }
 
     /// Runs `controls` and passes the data of each step for the backward pass to `take`, with derivatives of the kind of `like`.
@@ -206,7 +206,7 @@ impl Problem {
                 place.map(|place| (place, slope.wrench(&states[body])))
             });
             let by_turn = applied.by_turn(&states[body]).into();
-            let follows = vec![Follows { body, by_place, by_turn }];
+            let follows = vec![WrenchSlope { body, by_place, by_turn }];
             acting.push(Acting { body, by: by.collect(), follows });
         }
         let (h, index) = (self.scene.world.time_step(), self.scene.start_index + step as u64);
@@ -218,7 +218,7 @@ impl Problem {
             let seen = rotation(&state.attitude).tr_mul(&force);
             let torque = load.point().cross_matrix() * seen.cross_matrix();
             let by_turn = [Matrix3::zeros(), torque];
-            Acting { body, by: Vec::new(), follows: vec![Follows { body, by_place, by_turn }] }
+            Acting { body, by: Vec::new(), follows: vec![WrenchSlope { body, by_place, by_turn }] }
         }));
         Tape { derivative, acting }
     }
@@ -235,7 +235,7 @@ impl Problem {
         let mut found = DVector::zeros(controls.len());
         let mut dual = vec![StateChange::zero(); states[0].len()];
         dual[body] = by;
-        let constants = Constants::of(self);
+        let constants = MotorConstants::of(self);
         let mut gradient = StepGradient::default();
         for step in tape[..after].iter_mut().rev() {
             step.pull(&mut dual, &constants, &mut gradient, found.as_mut_slice())?;
@@ -284,14 +284,14 @@ impl Problem {
 }
 
 /// Variables that are constants of the world.
-pub(super) struct Constants {
+pub(super) struct MotorConstants {
     asked: Vec<Constant>,
     /// Index of each variable, and the derivatives of the constant's numbers by it.
     places: Vec<(usize, Vec<f64>)>,
 }
 
-impl Constants {
-    pub(super) fn of(problem: &Problem) -> Self {
+impl MotorConstants {
+    pub(super) fn of(problem: &PlanProblem) -> Self {
         let (mut asked, mut places) = (Vec::new(), Vec::new());
         for (place, variable) in problem.variables().iter().enumerate() {
             let ControlKind::Constant(constant) = problem.controls()[variable.control].kind else {
@@ -319,7 +319,7 @@ impl Tape {
     pub(super) fn pull(
         &mut self,
         dual: &mut Vec<StateChange>,
-        constants: &Constants,
+        constants: &MotorConstants,
         gradient: &mut StepGradient,
         found: &mut [f64],
     ) -> Result<(), PlanError> {
@@ -330,7 +330,7 @@ impl Tape {
             for (place, slope) in &of.by {
                 found[*place] += by.force.dot(&slope.force) + by.torque.dot(&slope.torque);
             }
-            for Follows { body, by_place, by_turn } in &of.follows {
+            for WrenchSlope { body, by_place, by_turn } in &of.follows {
                 let pulled = |[force, torque]: &[Matrix3<f64>; 2]| {
                     force.tr_mul(&by.force) + torque.tr_mul(&by.torque)
                 };
@@ -363,8 +363,11 @@ fn motor(
     let mut acting: Vec<Acting> = slopes.map(act).collect();
     let mut moved = states.to_vec();
     for body in [Some(joint.body()), joint.other()].into_iter().flatten() {
-        let none =
-            || Follows { body, by_place: [Matrix3::zeros(); 2], by_turn: [Matrix3::zeros(); 2] };
+        let none = || WrenchSlope {
+            body,
+            by_place: [Matrix3::zeros(); 2],
+            by_turn: [Matrix3::zeros(); 2],
+        };
         acting.iter_mut().for_each(|of| of.follows.push(none()));
         for k in 0..6 {
             for (times, weight) in DIFFERENCES {
@@ -463,7 +466,7 @@ pub(super) mod tests {
         ";
 
     /// A problem of `steps` steps, and controls within its bounds.
-    pub(crate) fn pushed_box(steps: usize) -> (Problem, Vec<f64>) {
+    pub(crate) fn pushed_box(steps: usize) -> (PlanProblem, Vec<f64>) {
         let read = |_: &Path, _: u64| Ok(Vec::new());
         let path = Path::new("box.toml");
         let scene = Scene::of_text(SCENE, path, Settings::default(), &read).unwrap();

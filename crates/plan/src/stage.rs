@@ -1,6 +1,6 @@
 //! Stages of a search: the trait, its results, and how a caller watches them.
 
-use super::{PlanError, Problem, Replay};
+use super::{PlanError, PlanProblem, Replay};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,13 +13,13 @@ pub trait Stage: Send + Sync {
     ///
     /// # Errors
     /// [`PlanError::Problem`] with the size and the limit.
-    fn check(&self, _problem: &Problem) -> Result<(), PlanError> {
+    fn check(&self, _problem: &PlanProblem) -> Result<(), PlanError> {
         Ok(())
     }
 
     /// Whether the stage only helps a search that has not met its targets.
     ///
-    /// After earlier stages, [`Problem::plan`] skips a fallback if they have met the targets. Otherwise the fallback starts a
+    /// After earlier stages, [`PlanProblem::plan`] skips a fallback if they have met the targets. Otherwise the fallback starts a
     /// new attempt from the start of the search.
     fn is_fallback(&self) -> bool {
         false
@@ -31,9 +31,9 @@ pub trait Stage: Send + Sync {
     /// A step that cannot be posed. After an interrupt the stage returns its best controls so far.
     fn run(
         &self,
-        problem: &Problem,
+        problem: &PlanProblem,
         from: &Replay,
-        watch: &mut Watch<'_>,
+        watch: &mut SearchWatch<'_>,
     ) -> Result<StageResult, PlanError>;
 }
 
@@ -71,7 +71,7 @@ pub struct StageReport {
 
 /// State of a search after an iteration.
 #[derive(Debug, Clone, Copy)]
-pub struct Progress<'a> {
+pub struct SearchProgress<'a> {
     /// Name of the current stage.
     pub stage: &'static str,
     /// Iteration of that stage.
@@ -83,14 +83,14 @@ pub struct Progress<'a> {
 }
 
 /// Connection between a search and its caller.
-pub struct Watch<'a> {
+pub struct SearchWatch<'a> {
     /// Ends the search soon after it is raised. The search returns its best plan so far.
     pub interrupt: &'a Arc<AtomicBool>,
     /// Callback after each iteration. The search ends when it returns false, for example at a time limit.
-    pub progress: &'a mut (dyn FnMut(&Progress<'_>) -> bool + Send),
+    pub progress: &'a mut (dyn FnMut(&SearchProgress<'_>) -> bool + Send),
 }
 
-impl Watch<'_> {
+impl SearchWatch<'_> {
     /// Whether the interrupt is raised.
     #[must_use]
     pub fn is_interrupted(&self) -> bool {
@@ -98,7 +98,7 @@ impl Watch<'_> {
     }
 
     /// Reports an iteration, and returns whether the search should continue.
-    pub fn goes_on(&mut self, progress: &Progress<'_>) -> bool {
+    pub fn goes_on(&mut self, progress: &SearchProgress<'_>) -> bool {
         !self.is_interrupted() && (self.progress)(progress)
     }
 }

@@ -59,7 +59,7 @@ pub enum TargetKind {
 
 /// A residual in the unit of its target, and its derivatives by the state.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row {
+pub struct TargetResidual {
     /// Value.
     pub value: f64,
     /// Derivatives by the state.
@@ -120,12 +120,12 @@ impl TargetKind {
     /// direction: A(q) b − d,  ∂/∂δθ = −A(q) [b]×                                   (P3)
     /// ```
     #[must_use]
-    pub fn rows(&self, state: &State) -> Vec<Row> {
+    pub fn rows(&self, state: &State) -> Vec<TargetResidual> {
         let zero = StateChange::zero();
         let each = |wanted: &[Option<f64>; 3], has: &Vector3<f64>, by: fn(usize) -> StateChange| {
             let wanted = wanted.iter().enumerate();
             let row = |(k, wanted): (usize, &Option<f64>)| {
-                wanted.map(|wanted| Row { value: has[k] - wanted, by: by(k) })
+                wanted.map(|wanted| TargetResidual { value: has[k] - wanted, by: by(k) })
             };
             wanted.filter_map(row).collect()
         };
@@ -146,7 +146,7 @@ impl TargetKind {
                 let there = State { attitude: *wanted, ..*state };
                 let turn = StateChange::between(&there, state).turn;
                 let by = right_jacobian_inverse(&turn);
-                let row = |k: usize| Row {
+                let row = |k: usize| TargetResidual {
                     value: turn[k],
                     by: StateChange { turn: by.row(k).transpose(), ..zero },
                 };
@@ -170,12 +170,12 @@ impl TargetKind {
                 };
                 let turn = Vector3::from_fn(|k, _| by(k));
                 let value = less_turns(2.0 * libm::atan2(s, c) - angle);
-                vec![Row { value, by: StateChange { turn, ..zero } }]
+                vec![TargetResidual { value, by: StateChange { turn, ..zero } }]
             }
             Self::Direction { of, to } => {
                 let rotation = rotation(&state.attitude);
                 let (apart, by) = (rotation * of - to, -(rotation * of.cross_matrix()));
-                let row = |k: usize| Row {
+                let row = |k: usize| TargetResidual {
                     value: apart[k],
                     by: StateChange { turn: by.row(k).transpose(), ..zero },
                 };

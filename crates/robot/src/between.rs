@@ -5,9 +5,11 @@
 //! a link is made of a small part of the mass that the link below it carries, which stays where the coordinates of the
 //! joints below it are zero: the motion is that of the file but for a part of that size.
 
-use super::frame::Frame;
+use super::frame::LinkFrame;
 use super::joining::joined;
-use super::model::{Form, Joint, Link, Mass, Moves, Robot, Shape, Tie};
+use super::model::{
+    LinkMass, Moves, Robot, RobotForm, RobotJoint, RobotLink, RobotShape, RobotTie,
+};
 use tumble_model::shown;
 
 /// What part of the mass of the link that it carries a link between has. Of less, forces that it passes on would leave rounding
@@ -18,7 +20,7 @@ const PART: f64 = 1e-4;
 const SEEN: f64 = 0.2;
 
 /// How many of the first of `joints` make one joint.
-fn together(joints: &[Joint]) -> usize {
+fn together(joints: &[RobotJoint]) -> usize {
     (2..=joints.len()).rev().find(|count| joined(&joints[..*count]).is_ok()).unwrap_or(1)
 }
 
@@ -45,12 +47,12 @@ pub fn put(robot: &mut Robot) {
                 break;
             }
             parent = between(robot, (&link, parent, frame), (first, count), &carried[index]);
-            (frame, first) = (Frame::identity(), first + count);
+            (frame, first) = (LinkFrame::identity(), first + count);
             left[index] -= PART;
         }
         places.push(robot.links.len());
         let mass = link.mass.times(left[carriers[index]]);
-        robot.links.push(Link { parent, frame, mass, joints: (first, end - first), ..link });
+        robot.links.push(RobotLink { parent, frame, mass, joints: (first, end - first), ..link });
     }
     follow(robot, &places);
 }
@@ -58,9 +60,9 @@ pub fn put(robot: &mut Robot) {
 /// Adds a link that the `count` joints from `first` on move, which carries `link`; its index.
 fn between(
     robot: &mut Robot,
-    (link, parent, frame): (&Link, usize, Frame),
+    (link, parent, frame): (&RobotLink, usize, LinkFrame),
     (first, count): (usize, usize),
-    carried: &Mass,
+    carried: &LinkMass,
 ) -> usize {
     let index = robot.links.len();
     let (own, next) = (&robot.joints[first..first + count], &robot.joints[first + count]);
@@ -78,18 +80,18 @@ fn between(
         robot.notes.push(sentence);
     }
     let gyration = (carried.inertia.trace() / 3.0 / carried.mass.max(f64::MIN_POSITIVE)).sqrt();
-    robot.shapes.push(Shape {
+    robot.shapes.push(RobotShape {
         name: name.clone(),
         link: index,
-        form: Form::Sphere(SEEN * gyration.max(1e-6)),
-        frame: Frame { position, ..Frame::identity() },
+        form: RobotForm::Sphere(SEEN * gyration.max(1e-6)),
+        frame: LinkFrame { position, ..LinkFrame::identity() },
         groups: [0, 0],
         friction: None,
         rubs: true,
         priority: 0,
         at: link.at.clone(),
     });
-    robot.links.push(Link {
+    robot.links.push(RobotLink {
         name,
         parent,
         frame,
@@ -104,13 +106,13 @@ fn between(
 }
 
 /// What each link carries that moves with it, in its frame.
-pub fn carried(robot: &Robot) -> Vec<Mass> {
+pub fn carried(robot: &Robot) -> Vec<LinkMass> {
     let mut parts = vec![Vec::new(); robot.links.len()];
-    let mut within: Vec<(usize, Frame)> = Vec::with_capacity(robot.links.len());
+    let mut within: Vec<(usize, LinkFrame)> = Vec::with_capacity(robot.links.len());
     for (index, link) in robot.links.iter().enumerate() {
         let moves = index == 0 || link.joints.1 > 0;
         let (carrier, frame) = match moves {
-            true => (index, Frame::identity()),
+            true => (index, LinkFrame::identity()),
             false => {
                 let (carrier, above) = within[link.parent];
                 (carrier, above.then(&link.frame))
@@ -121,7 +123,7 @@ pub fn carried(robot: &Robot) -> Vec<Mass> {
             parts[carrier].push(link.mass.placed(&frame));
         }
     }
-    parts.iter().map(|parts| Mass::sum(parts)).collect()
+    parts.iter().map(|parts| LinkMass::sum(parts)).collect()
 }
 
 /// Has all that stands in links of the file stand in them where they are now.
@@ -138,7 +140,7 @@ fn follow(robot: &mut Robot, places: &[usize]) {
         joints[first..first + count].iter_mut().for_each(|joint| joint.link = index);
     }
     let pairs = ties.iter_mut().map(|tie| match tie {
-        Tie::Point { links, .. } | Tie::Whole { links, .. } => links,
+        RobotTie::Point { links, .. } | RobotTie::Whole { links, .. } => links,
     });
     pairs.chain(apart).flatten().for_each(|link| *link = places[*link]);
 }

@@ -28,7 +28,7 @@ pub fn points(text: &str) -> Result<Vec<Vector3<f64>>, String> {
     let meter = unit.and_then(|unit| unit.attribute("meter"));
     let meter = meter.map_or(Ok(1.0), |meter| number(meter.trim()))?;
     let named = root.descendants().filter_map(|node| Some((node.attribute("id")?, node)));
-    let mut reader = Reader { named: named.collect(), points: Vec::new(), nodes: 0 };
+    let mut reader = ColladaReader { named: named.collect(), points: Vec::new(), nodes: 0 };
     let scale = Matrix4::new_scaling(meter);
     let shown = below(root, "scene").and_then(|scene| below(scene, "instance_visual_scene"));
     match shown.map(|shown| reader.named(shown, "visual_scene")).transpose()? {
@@ -87,7 +87,7 @@ fn exactly<const N: usize>(node: Node<'_, '_>) -> Result<[f64; N], String> {
     <[f64; N]>::try_from(numbers(node)?).map_err(wrong)
 }
 
-struct Reader<'a> {
+struct ColladaReader<'a> {
     /// Elements by their identifiers.
     named: HashMap<&'a str, Node<'a, 'a>>,
     points: Vec<Vector3<f64>>,
@@ -95,7 +95,7 @@ struct Reader<'a> {
     nodes: usize,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> ColladaReader<'a> {
     /// The element `tag` that another one names.
     fn named(&self, by: Node<'a, 'a>, tag: &str) -> Result<Node<'a, 'a>, String> {
         let said = by.attribute("url").or_else(|| by.attribute("source")).unwrap_or("");

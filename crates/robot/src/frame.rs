@@ -5,14 +5,14 @@ use tumble_core::mechanics::quaternion::{left, rotation};
 
 /// Where a frame is in another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
+pub struct LinkFrame {
     /// m.
     pub position: Vector3<f64>,
     /// Unit quaternion (w, x, y, z), this frame → the other one.
     pub attitude: Vector4<f64>,
 }
 
-impl Frame {
+impl LinkFrame {
     /// The same frame.
     #[must_use]
     pub fn identity() -> Self {

@@ -33,7 +33,7 @@ pub fn facets(bytes: &[u8]) -> Result<Vec<Facet>, String> {
     if let Some(needed) = root["extensionsRequired"].as_array().and_then(|all| all.first()) {
         return Err(format!("it needs the extension {needed}, which is not read"));
     }
-    let mut reader = Reader { root: &root, data, facets: Vec::new(), nodes: 0 };
+    let mut reader = GltfReader { root: &root, data, facets: Vec::new(), nodes: 0 };
     let scene = root["scene"].as_u64().map_or(0, place);
     match root["scenes"].get(scene) {
         Some(scene) => {
@@ -99,14 +99,14 @@ fn numbers<const N: usize>(value: &Value) -> Result<Option<[f64; N]>, String> {
     all.map(Some).ok_or_else(|| format!("a node has {value} where {N} numbers are needed"))
 }
 
-struct Reader<'a> {
+struct GltfReader<'a> {
     root: &'a Value,
     data: &'a [u8],
     facets: Vec<Facet>,
     nodes: usize,
 }
 
-impl Reader<'_> {
+impl GltfReader<'_> {
     fn add_node(
         &mut self,
         index: &Value,

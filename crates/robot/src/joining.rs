@@ -1,7 +1,7 @@
 //! Which joint of a scene the joints of a link are, and what drives its axes.
 
 use super::frame::{from_z, of_matrix};
-use super::model::{Actuator, Joint, Moves, Robot, Sum};
+use super::model::{Actuator, Moves, Robot, RobotJoint, TieForces};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble_core::joint::{Drive, Hinges, JointFrame, Middle, Motor};
 use tumble_model::joint::JointKind;
@@ -29,7 +29,7 @@ pub struct Joined {
 ///
 /// # Errors
 /// Joints that are none; a ball with a range.
-pub fn joined(joints: &[Joint]) -> Result<Option<Joined>, String> {
+pub fn joined(joints: &[RobotJoint]) -> Result<Option<Joined>, String> {
     let along = |axis: &Vector3<f64>| from_z(axis);
     let made = |kind, anchor, attitude, axes: &[usize]| Joined {
         kind,
@@ -120,7 +120,7 @@ pub fn joined(joints: &[Joint]) -> Result<Option<Joined>, String> {
 }
 
 /// Where the axes of hinges meet; none where they do not, or where one is no hinge.
-fn turn_in_one_place(joints: &[Joint]) -> Option<Vector3<f64>> {
+fn turn_in_one_place(joints: &[RobotJoint]) -> Option<Vector3<f64>> {
     let [first, second, rest @ ..] = joints else { return None };
     if joints.iter().any(|joint| joint.moves != Moves::Hinge) {
         return None;
@@ -130,17 +130,17 @@ fn turn_in_one_place(joints: &[Joint]) -> Option<Vector3<f64>> {
     let across = u.cross(&v);
     let along = between.cross(&v).dot(&across) / across.norm_squared();
     let place = first.anchor + u * along;
-    let off = |joint: &Joint| (place - joint.anchor).cross(&joint.axis).norm();
-    let meets = |joint: &Joint| off(joint) <= ALIGNED * (1.0 + joint.anchor.norm());
+    let off = |joint: &RobotJoint| (place - joint.anchor).cross(&joint.axis).norm();
+    let meets = |joint: &RobotJoint| off(joint) <= ALIGNED * (1.0 + joint.anchor.norm());
     (along.is_finite() && meets(second) && rest.iter().all(meets)).then_some(place)
 }
 
-fn is_square(first: &Joint, second: &Joint) -> bool {
+fn is_square(first: &RobotJoint, second: &RobotJoint) -> bool {
     first.axis.dot(&second.axis).abs() < ALIGNED
 }
 
-fn crossed(first: &Joint, second: &Joint) -> bool {
-    let slide = |joint: &Joint| joint.moves == Moves::Slide;
+fn crossed(first: &RobotJoint, second: &RobotJoint) -> bool {
+    let slide = |joint: &RobotJoint| joint.moves == Moves::Slide;
     slide(first) && slide(second) && first.axis.dot(&second.axis).abs() < ALIGNED
 }
 
@@ -167,7 +167,7 @@ pub fn drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, Str
         armature: joint.armature,
         ..Drive::NONE
     };
-    let at = Place { reference: joint.reference, effort: joint.effort };
+    let at = ActuatedCoordinate { reference: joint.reference, effort: joint.effort };
     for (actuator, control) in controlled(robot, controls).filter(|(of, _)| of.sum.is_none()) {
         for (_, share) in actuator.joints.iter().filter(|(of, _)| *of == index) {
             add_actuator((actuator, share * actuator.gear), control, at, &mut drive)?;
@@ -184,8 +184,8 @@ pub fn drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, Str
 /// # Errors
 /// As [`drive`].
 pub fn sum_drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, String> {
-    let Sum { of, mut drive } = robot.sums[index].clone();
-    let at = Place { reference: 0.0, effort: None };
+    let TieForces { of, mut drive } = robot.sums[index].clone();
+    let at = ActuatedCoordinate { reference: 0.0, effort: None };
     let bounded = of.joints.into_iter().find(|joint| robot.joints[*joint].effort.is_some());
     for (actuator, control) in controlled(robot, controls) {
         if let Some((_, by)) = actuator.sum.filter(|(of, _)| *of == index) {
@@ -212,7 +212,7 @@ fn controlled<'a>(
 
 /// A coordinate that actuators act on: what it is where that of the scene is zero, and what all of them together have.
 #[derive(Clone, Copy)]
-struct Place {
+struct ActuatedCoordinate {
     reference: f64,
     effort: Option<[f64; 2]>,
 }
@@ -220,7 +220,7 @@ struct Place {
 fn add_actuator(
     (actuator, gear): (&Actuator, f64),
     control: f64,
-    at: Place,
+    at: ActuatedCoordinate,
     drive: &mut Drive,
 ) -> Result<(), String> {
     let wrong = |why: &str| Err(format!("{}: {why}", actuator.at));

@@ -36,7 +36,7 @@ mod urdf;
 mod xml;
 
 pub use assembly::{Assembled, Placing, USUAL_SIDES};
-pub use frame::Frame;
+pub use frame::LinkFrame;
 pub use starts::settled;
 pub use xml::LARGEST_FILE;
 
@@ -49,9 +49,9 @@ use tumble_model::shown;
 use xml::Element;
 
 /// Files of convex pieces, by the name of the mesh that they are in the place of.
-pub type Pieces = BTreeMap<String, Vec<String>>;
+pub type MeshPieces = BTreeMap<String, Vec<String>>;
 
-static NO_PIECES: Pieces = BTreeMap::new();
+static NO_PIECES: MeshPieces = BTreeMap::new();
 
 /// How the files are read that a robot's file names, and what it does not say.
 #[derive(Clone, Copy)]
@@ -64,7 +64,7 @@ pub struct Reading<'a> {
     /// beside the file and in the folders above it, the nearest first.
     pub packages: Option<&'a Path>,
     /// Of a mesh of a URDF, by the name that it has there, the files of its convex pieces; the convex hull of others counts.
-    pub pieces: &'a Pieces,
+    pub pieces: &'a MeshPieces,
     /// What of the file is as if it were not there: `tag` or `name` of elements, `tag:name` of one, `@attribute` of all.
     pub left_out: &'a [String],
     /// Whether the root of a URDF is fixed to the world. It flies otherwise, unless it is called `world`.
@@ -178,8 +178,9 @@ pub fn read(text: &str, reading: &Reading<'_>) -> Result<Robot, String> {
     };
     for link in 1..robot.links.len() {
         let joints = robot.joints_of(link);
-        let turns =
-            |joint: &model::Joint| matches!(joint.moves, model::Moves::Free | model::Moves::Ball);
+        let turns = |joint: &model::RobotJoint| {
+            matches!(joint.moves, model::Moves::Free | model::Moves::Ball)
+        };
         if let (Some(odd), 2..) = (joints.iter().find(|joint| turns(joint)), joints.len()) {
             return Err(format!(
                 "{}: a ball or free joint must be the only joint of its body",

@@ -1,12 +1,12 @@
 //! Masses of shapes, and of what is made of several.
 
-use super::frame::Frame;
-use super::model::{Form, Mass};
+use super::frame::LinkFrame;
+use super::model::{LinkMass, RobotForm};
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::PI;
 use tumble_core::geometry::{MassProperties, Piece};
 
-impl Mass {
+impl LinkMass {
     /// None.
     pub const NONE: Self = Self {
         mass: 0.0,
@@ -22,7 +22,7 @@ impl Mass {
 
     /// The same in the frame that `frame` is seen from.
     #[must_use]
-    pub fn placed(&self, frame: &Frame) -> Self {
+    pub fn placed(&self, frame: &LinkFrame) -> Self {
         let turn = frame.rotation();
         Self {
             mass: self.mass,
@@ -68,7 +68,7 @@ impl Mass {
 /// ```text
 /// V = |v₁·(v₂×v₃)|/6,  ∫ x = V s/4,  ∫ x xᵀ = V (Σ v vᵀ + s sᵀ)/20,  s = Σ v
 /// ```
-pub fn enclosed(triangles: &[[Vector3<f64>; 3]]) -> [Mass; 2] {
+pub fn enclosed(triangles: &[[Vector3<f64>; 3]]) -> [LinkMass; 2] {
     let (mut area, mut middle) = (0.0, Vector3::zeros());
     for [a, b, c] in triangles {
         let own = (b - a).cross(&(c - a)).norm();
@@ -97,12 +97,12 @@ pub fn enclosed(triangles: &[[Vector3<f64>; 3]]) -> [Mass; 2] {
         };
         let (volume, first, _) = moments(&middle);
         if volume <= 0.0 {
-            return Mass::NONE;
+            return LinkMass::NONE;
         }
         let centre = middle + first / volume;
         let (mass, _, second) = moments(&centre);
         let inertia = Matrix3::from_diagonal_element(second.trace()) - second;
-        Mass { mass, centre, inertia: symmetric(&inertia) }
+        LinkMass { mass, centre, inertia: symmetric(&inertia) }
     })
 }
 
@@ -112,29 +112,29 @@ pub fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
 }
 
 /// The volume of a form (m³), and its mass of 1 kg/m³ in its own frame.
-pub fn solid(form: &Form) -> Result<Mass, String> {
+pub fn solid(form: &RobotForm) -> Result<LinkMass, String> {
     let diagonal = |x: f64, y: f64, z: f64| Matrix3::from_diagonal(&Vector3::new(x, y, z));
     let (mass, specific) = match form {
-        Form::Plane => return Ok(Mass::NONE),
-        Form::Sphere(r) => {
+        RobotForm::Plane => return Ok(LinkMass::NONE),
+        RobotForm::Sphere(r) => {
             let part = 0.4 * r * r;
             (4.0 / 3.0 * PI * r.powi(3), diagonal(part, part, part))
         }
-        Form::Box(half) => {
+        RobotForm::Box(half) => {
             let squares = half.component_mul(half);
             let moments = Vector3::repeat(squares.sum()) - squares;
             (8.0 * half.product(), Matrix3::from_diagonal(&(moments / 3.0)))
         }
-        Form::Ellipsoid(half) => {
+        RobotForm::Ellipsoid(half) => {
             let squares = half.component_mul(half);
             let moments = Vector3::repeat(squares.sum()) - squares;
             (4.0 / 3.0 * PI * half.product(), Matrix3::from_diagonal(&(moments / 5.0)))
         }
-        Form::Cylinder(half, r) => {
+        RobotForm::Cylinder(half, r) => {
             let across = (3.0 * r * r + 4.0 * half * half) / 12.0;
             (2.0 * PI * r * r * half, diagonal(across, across, 0.5 * r * r))
         }
-        Form::Capsule(half, r) => {
+        RobotForm::Capsule(half, r) => {
             let (tube, ball) = (2.0 * PI * r * r * half, 4.0 / 3.0 * PI * r.powi(3));
             let mass = tube + ball;
             // Half a ball has its centre 3r/8 from its flat side.
@@ -143,13 +143,13 @@ pub fn solid(form: &Form) -> Result<Mass, String> {
             let along = (tube * 0.5 * r * r + ball * 0.4 * r * r) / mass;
             (mass, diagonal(across, across, along))
         }
-        Form::Hull(points) => {
+        RobotForm::Hull(points) => {
             let points: Vec<_> = points.iter().copied().map(Vector3::from).collect();
             let piece = Piece::hull(&points, 0.0).map_err(|error| error.to_string())?;
             let own = MassProperties::of(&piece);
             let inertia = symmetric(&own.inertia);
-            return Ok(Mass { mass: own.volume, centre: own.centre, inertia });
+            return Ok(LinkMass { mass: own.volume, centre: own.centre, inertia });
         }
     };
-    Ok(Mass { mass, centre: Vector3::zeros(), inertia: specific * mass })
+    Ok(LinkMass { mass, centre: Vector3::zeros(), inertia: specific * mass })
 }

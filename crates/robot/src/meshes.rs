@@ -2,7 +2,7 @@
 
 use super::coarsening::coarsened;
 use super::mass::enclosed;
-use super::model::{Look, Mass, Seen, Surface};
+use super::model::{LinkMass, LookForm, RobotLook, Surface};
 use super::{Reading, collada, gltf, msh};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::{HashMap, HashSet};
@@ -25,7 +25,7 @@ pub enum Volume {
     /// Its hull: it is closed and convex, or points alone.
     Hull,
     /// What its triangles enclose, as [`enclosed`] has it.
-    Triangles(Box<[Mass; 2]>),
+    Triangles(Box<[LinkMass; 2]>),
     /// Nothing: its triangles are not read.
     Unknown,
 }
@@ -147,12 +147,12 @@ pub fn surface(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Sur
 }
 
 /// Makes the meshes of a robot coarser where they have too many triangles together. Returns a sentence about it.
-pub fn share_triangles(looks: &mut [Look]) -> Option<String> {
+pub fn share_triangles(looks: &mut [RobotLook]) -> Option<String> {
     let mut surfaces: Vec<_> = looks
         .iter_mut()
         .filter_map(|look| match &mut look.seen {
-            Seen::Mesh(surface) => Some(surface),
-            Seen::Form(_) => None,
+            LookForm::Mesh(surface) => Some(surface),
+            LookForm::Form(_) => None,
         })
         .collect();
     let totals: Vec<_> = surfaces.iter().map(|surface| surface.total).collect();

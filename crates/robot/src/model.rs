@@ -1,6 +1,6 @@
 //! What a robot's file says, whichever it is: links in a tree, joints, shapes, motors.
 
-use super::frame::Frame;
+use super::frame::LinkFrame;
 use nalgebra::{Matrix3, Vector3};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -13,23 +13,23 @@ pub struct Robot {
     /// What it is called.
     pub name: String,
     /// Parents before their children; the first one is the world.
-    pub links: Vec<Link>,
+    pub links: Vec<RobotLink>,
     /// In the order of the links; of one link in the order in which they act, the first one on the parent.
-    pub joints: Vec<Joint>,
+    pub joints: Vec<RobotJoint>,
     /// What can touch, and what has mass.
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<RobotShape>,
     /// What links look like; those that have none here look like their shapes.
-    pub looks: Vec<Look>,
+    pub looks: Vec<RobotLook>,
     /// Frames on links that have names.
     pub sites: Vec<NamedSite>,
     /// What drives joints.
     pub actuators: Vec<Actuator>,
     /// What else holds links together.
-    pub ties: Vec<Tie>,
+    pub ties: Vec<RobotTie>,
     /// Which joints go with others.
-    pub follows: Vec<Follows>,
+    pub follows: Vec<MimicJoint>,
     /// What acts on sums of coordinates.
-    pub sums: Vec<Sum>,
+    pub sums: Vec<TieForces>,
     /// Pairs of links that do not touch each other.
     pub apart: Vec<[usize; 2]>,
     /// μ of pairs of shapes that touch whatever their groups and links say: indices, the smaller one first.
@@ -37,22 +37,22 @@ pub struct Robot {
     /// Poses that have names.
     pub keys: Vec<Key>,
     /// What the file says of the simulation.
-    pub options: Options,
+    pub options: RobotOptions,
     /// What stands in the file and has no meaning here, each in one sentence.
     pub notes: Vec<String>,
 }
 
 /// A link, called body in MJCF.
 #[derive(Debug, Clone)]
-pub struct Link {
+pub struct RobotLink {
     /// What it is called.
     pub name: String,
     /// An index of the links before it; the world's is its own.
     pub parent: usize,
     /// In the parent, where all joints are at their reference; of the world, where the world of the file is.
-    pub frame: Frame,
+    pub frame: LinkFrame,
     /// What it weighs, and where.
-    pub mass: Mass,
+    pub mass: LinkMass,
     /// How much of its weight is held up by a force on its centre: 0 for none, 1 for all.
     pub weightless: f64,
     /// Whether a program is to move it, as `mocap` of MJCF: it stays where it is.
@@ -67,11 +67,11 @@ pub struct Link {
 
 /// A frame on a link, where something is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Site {
+pub struct RobotSite {
     /// The number of the link, 0 being the world.
     pub link: usize,
     /// In the frame of the link.
-    pub frame: Frame,
+    pub frame: LinkFrame,
 }
 
 /// A frame of which the file says a name.
@@ -80,12 +80,12 @@ pub struct NamedSite {
     /// What it is called.
     pub name: String,
     /// Where it is.
-    pub site: Site,
+    pub site: RobotSite,
 }
 
 /// Mass, centre and inertia of a link.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mass {
+pub struct LinkMass {
     /// kg.
     pub mass: f64,
     /// m, frame of the link.
@@ -121,7 +121,7 @@ impl Moves {
 
 /// A joint between a link and its parent.
 #[derive(Debug, Clone)]
-pub struct Joint {
+pub struct RobotJoint {
     /// What it is called.
     pub name: String,
     /// The link that it moves.
@@ -152,7 +152,7 @@ pub struct Joint {
     pub at: String,
 }
 
-impl Joint {
+impl RobotJoint {
     /// Whether anything acts on it by itself.
     #[must_use]
     pub fn resists(&self) -> bool {
@@ -185,7 +185,7 @@ impl Joint {
 
 /// What a shape is, m.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Form {
+pub enum RobotForm {
     /// Its radius.
     Sphere(f64),
     /// Along z: half of the length between the centres of its ends, and the radius.
@@ -213,48 +213,48 @@ pub struct Surface {
     pub total: usize,
 }
 
-/// What a [`Look`] is.
+/// What a [`RobotLook`] is.
 #[derive(Debug, Clone)]
-pub enum Seen {
+pub enum LookForm {
     /// As a shape.
-    Form(Form),
+    Form(RobotForm),
     /// A mesh, which may be open and need not be convex.
     Mesh(Surface),
 }
 
 /// What a link looks like where that is not what it touches with.
 #[derive(Debug, Clone)]
-pub struct Look {
+pub struct RobotLook {
     /// Whose it is.
     pub link: usize,
     /// What it is.
-    pub seen: Seen,
+    pub seen: LookForm,
     /// Where it is in the link.
-    pub frame: Frame,
+    pub frame: LinkFrame,
 }
 
-impl Look {
+impl RobotLook {
     /// How many triangles its mesh has; 0 without one.
     #[must_use]
     pub fn triangles(&self) -> usize {
         match &self.seen {
-            Seen::Form(_) => 0,
-            Seen::Mesh(surface) => surface.triangles.len(),
+            LookForm::Form(_) => 0,
+            LookForm::Mesh(surface) => surface.triangles.len(),
         }
     }
 }
 
 /// A shape of a link.
 #[derive(Debug, Clone)]
-pub struct Shape {
+pub struct RobotShape {
     /// What it is called.
     pub name: String,
     /// Whose it is.
     pub link: usize,
     /// What it is.
-    pub form: Form,
+    pub form: RobotForm,
     /// Where it is in the link.
-    pub frame: Frame,
+    pub frame: LinkFrame,
     /// Two shapes touch if a bit of the first of one is in the second of the other.
     pub groups: [u32; 2],
     /// μ; `None` for the world's.
@@ -267,7 +267,7 @@ pub struct Shape {
     pub at: String,
 }
 
-impl Shape {
+impl RobotShape {
     /// Whether it and another one touch, by their groups.
     #[must_use]
     pub fn meets(&self, other: &Self) -> bool {
@@ -322,7 +322,7 @@ pub struct Actuator {
 
 /// What holds two links together besides the tree.
 #[derive(Debug, Clone)]
-pub enum Tie {
+pub enum RobotTie {
     /// A point of both stays one.
     Point {
         /// The links.
@@ -337,7 +337,7 @@ pub enum Tie {
         /// The links.
         links: [usize; 2],
         /// The second in the first; `None` for where it is at the reference.
-        frame: Option<Frame>,
+        frame: Option<LinkFrame>,
         /// Where it stands in the file.
         at: String,
     },
@@ -349,7 +349,7 @@ pub enum Tie {
 /// q₁ = r q₂ + q₀
 /// ```
 #[derive(Debug, Clone)]
-pub struct Follows {
+pub struct MimicJoint {
     /// The one that goes with the other, and the other: indices of joints.
     pub joints: [usize; 2],
     /// r.
@@ -362,9 +362,9 @@ pub struct Follows {
 
 /// What acts on `q₁ − r q₂ − q₀` in place of a tie, in the units of the first coordinate, besides actuators.
 #[derive(Debug, Clone)]
-pub struct Sum {
+pub struct TieForces {
     /// The two coordinates, r and q₀.
-    pub of: Follows,
+    pub of: MimicJoint,
     /// What acts.
     pub drive: Drive,
 }
@@ -384,7 +384,7 @@ pub struct Key {
 
 /// What a file says of the simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
+pub struct RobotOptions {
     /// h, s.
     pub time_step: f64,
     /// m/s².
@@ -400,7 +400,7 @@ pub struct Options {
 impl Robot {
     /// The joints of a link.
     #[must_use]
-    pub fn joints_of(&self, link: usize) -> &[Joint] {
+    pub fn joints_of(&self, link: usize) -> &[RobotJoint] {
         let (first, count) = self.links[link].joints;
         &self.joints[first..first + count]
     }
@@ -408,7 +408,7 @@ impl Robot {
     /// How many coordinates and how many rates there are.
     #[must_use]
     pub fn counts(&self) -> (usize, usize) {
-        let add = |(q, v): (usize, usize), joint: &Joint| {
+        let add = |(q, v): (usize, usize), joint: &RobotJoint| {
             let (more, rates) = joint.moves.counts();
             (q + more, v + rates)
         };
@@ -423,7 +423,7 @@ impl Robot {
 
     /// The site of a name.
     #[must_use]
-    pub fn site(&self, name: &str) -> Option<&Site> {
+    pub fn site(&self, name: &str) -> Option<&RobotSite> {
         self.sites.iter().find(|named| named.name == name).map(|named| &named.site)
     }
 

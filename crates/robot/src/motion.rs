@@ -5,8 +5,8 @@
 //! velocity of the link's origin (m/s, world) and the spin (rad/s, link); of a ball the attitude and the spin; of a
 //! slide m and m/s; of a hinge rad and rad/s.
 
-use super::frame::{Frame, about, conjugated, left_times};
-use super::model::{Follows, Joint, Moves, Robot};
+use super::frame::{LinkFrame, about, conjugated, left_times};
+use super::model::{MimicJoint, Moves, Robot, RobotJoint};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector4};
 use tumble_core::mechanics::quaternion::left;
 
@@ -32,7 +32,7 @@ impl Screw {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkMotion {
     /// Where it is in the world.
-    pub frame: Frame,
+    pub frame: LinkFrame,
     /// rad/s, world.
     pub spin: Vector3<f64>,
     /// Of its origin, m/s, world.
@@ -41,7 +41,7 @@ pub struct LinkMotion {
 
 /// All links at coordinates and rates.
 #[derive(Debug, Clone)]
-pub struct Motion {
+pub struct RobotMotion {
     links: Vec<LinkMotion>,
     /// Of each link its angular acceleration and that of its origin, where no rate changes.
     turning: Vec<[Vector3<f64>; 2]>,
@@ -59,7 +59,7 @@ impl Robot {
             match joint.moves {
                 Moves::Free => {
                     let placed = self.links[0].frame.then(&self.links[joint.link].frame);
-                    let Frame { position, attitude } = placed;
+                    let LinkFrame { position, attitude } = placed;
                     all.extend(position.iter().chain(&attitude));
                 }
                 Moves::Ball => all.extend([1.0, 0.0, 0.0, 0.0]),
@@ -73,7 +73,7 @@ impl Robot {
     #[must_use]
     pub fn places(&self) -> Vec<(usize, usize)> {
         let mut at = (0, 0);
-        let place = |joint: &Joint| {
+        let place = |joint: &RobotJoint| {
             let here = at;
             let (q, v) = joint.moves.counts();
             at = (at.0 + q, at.1 + v);
@@ -88,7 +88,8 @@ impl Robot {
         let places = self.places();
         // As often as a chain of them may be long.
         let count = self.follows.len();
-        for Follows { joints, ratio, offset, .. } in self.follows.iter().cycle().take(count * count)
+        for MimicJoint { joints, ratio, offset, .. } in
+            self.follows.iter().cycle().take(count * count)
         {
             let [own, other] = joints.map(|joint| places[joint]);
             if let Some(&leader) = q.get(other.0)
@@ -108,7 +109,7 @@ impl Robot {
     ///
     /// # Errors
     /// Another number of them; what is not finite; an attitude without a length.
-    pub fn motion(&self, q: &[f64], v: &[f64]) -> Result<Motion, String> {
+    pub fn motion(&self, q: &[f64], v: &[f64]) -> Result<RobotMotion, String> {
         let (positions, rates) = self.counts();
         for (what, given, needed) in [("coordinates", q, positions), ("rates", v, rates)] {
             if given.len() != needed {
@@ -124,7 +125,7 @@ impl Robot {
             spin: Vector3::zeros(),
             velocity: Vector3::zeros(),
         };
-        let mut motion = Motion {
+        let mut motion = RobotMotion {
             links: vec![still],
             turning: vec![[Vector3::zeros(); 2]],
             screws: Vec::with_capacity(rates),
@@ -132,7 +133,7 @@ impl Robot {
         };
         for link in &self.links[1..] {
             let (above, [turn, pull]) = (motion.links[link.parent], motion.turning[link.parent]);
-            let mut stage = Stage { motion: above, turn, pull };
+            let mut stage = MovingFrame { motion: above, turn, pull };
             stage.step(&(above.frame.rotation() * link.frame.position));
             stage.motion.frame.attitude = above.frame.then(&link.frame).attitude;
             let mut movers = motion.movers[link.parent].clone();
@@ -154,7 +155,7 @@ impl Robot {
     ///
     /// # Errors
     /// Another number of frames or of coordinates.
-    pub fn coordinates(&self, frames: &[Frame], near: &[f64]) -> Result<Vec<f64>, String> {
+    pub fn coordinates(&self, frames: &[LinkFrame], near: &[f64]) -> Result<Vec<f64>, String> {
         if frames.len() != self.links.len() || near.len() != self.counts().0 {
             return Err(format!(
                 "frames: {} are given, and {} needed",
@@ -172,12 +173,12 @@ impl Robot {
             };
             let own = frames[index].seen_from(&frames[link.parent]).seen_from(&link.frame);
             match joints {
-                [Joint { moves: Moves::Free, .. }] => {
-                    let Frame { position, attitude } = frames[index];
+                [RobotJoint { moves: Moves::Free, .. }] => {
+                    let LinkFrame { position, attitude } = frames[index];
                     q[begin..begin + 3].copy_from_slice(position.as_slice());
                     q[begin + 3..begin + 7].copy_from_slice(attitude.as_slice());
                 }
-                [Joint { moves: Moves::Ball, .. }] => {
+                [RobotJoint { moves: Moves::Ball, .. }] => {
                     q[begin..begin + 4].copy_from_slice(own.attitude.as_slice());
                 }
                 _ => self.chain(joints, &own, &mut q[begin..begin + count]),
@@ -188,10 +189,10 @@ impl Robot {
 
     /// The coordinates of slides and hinges, one after the other, by which a link is at `own` in its reference: by
     /// Newton's method from where they are.
-    fn chain(&self, joints: &[Joint], own: &Frame, q: &mut [f64]) {
+    fn chain(&self, joints: &[RobotJoint], own: &LinkFrame, q: &mut [f64]) {
         const MOST: usize = 30;
         for _ in 0..MOST {
-            let mut stage = Stage::still();
+            let mut stage = MovingFrame::still();
             let mut screws = Vec::with_capacity(joints.len());
             for (joint, at) in joints.iter().zip(q.iter()) {
                 // One number each: none that could be refused.
@@ -253,16 +254,16 @@ fn solved(
 }
 
 /// A frame on its way through the joints of a link.
-struct Stage {
+struct MovingFrame {
     motion: LinkMotion,
     turn: Vector3<f64>,
     pull: Vector3<f64>,
 }
 
-impl Stage {
+impl MovingFrame {
     fn still() -> Self {
         let [spin, velocity, turn, pull] = [Vector3::zeros(); 4];
-        Self { motion: LinkMotion { frame: Frame::identity(), spin, velocity }, turn, pull }
+        Self { motion: LinkMotion { frame: LinkFrame::identity(), spin, velocity }, turn, pull }
     }
 
     /// Goes on to a point that moves along, `arm` away (world).
@@ -276,7 +277,7 @@ impl Stage {
     /// Goes through a joint at the first of `q` and `v`.
     fn add(
         &mut self,
-        joint: &Joint,
+        joint: &RobotJoint,
         q: &[f64],
         v: &[f64],
         screws: &mut Vec<Screw>,
@@ -286,7 +287,7 @@ impl Stage {
             Moves::Free => {
                 let attitude = unit(&q[3..7])?;
                 let position = Vector3::from_column_slice(&q[..3]);
-                self.motion.frame = Frame { position, attitude };
+                self.motion.frame = LinkFrame { position, attitude };
                 let turn = self.motion.frame.rotation();
                 self.motion.velocity = Vector3::from_column_slice(&v[..3]);
                 self.motion.spin = turn * Vector3::from_column_slice(&v[3..6]);
@@ -340,7 +341,7 @@ fn unit(four: &[f64]) -> Result<Vector4<f64>, String> {
     }
 }
 
-impl Motion {
+impl RobotMotion {
     /// How all links move, the world first.
     #[must_use]
     pub fn links(&self) -> &[LinkMotion] {

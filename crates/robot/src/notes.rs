@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 /// What was passed over, by what it is.
 #[derive(Debug, Default)]
-pub struct Notes {
+pub struct RobotNotes {
     idle: BTreeMap<String, usize>,
     soft: bool,
     /// Links whose look is not read: how many, and why the first is not.
@@ -16,7 +16,7 @@ pub struct Notes {
     said: Vec<String>,
 }
 
-impl Notes {
+impl RobotNotes {
     /// An element that does not change the motion.
     pub fn idle(&mut self, tag: &str) {
         *self.idle.entry(tag.to_owned()).or_default() += 1;

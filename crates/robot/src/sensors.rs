@@ -10,7 +10,7 @@
 //! R being the attitude of its frame at the end. At rest it reads g upwards. Velocities are means over their steps; in the first step after they were set,
 //! where v is that of a moment, half of what turning makes is not in it.
 
-pub use super::model::{NamedSite, Site};
+pub use super::model::{NamedSite, RobotSite};
 
 use super::Assembled;
 use super::motion::LinkMotion;
@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 use tumble_core::simulation::StepRecord;
 use tumble_core::world::Partner;
 
-impl Site {
+impl RobotSite {
     /// How it moves: where its frame is, its spin, and the velocity of its origin, world.
     ///
     /// # Errors
@@ -73,7 +73,7 @@ impl Assembled {
         record: &StepRecord,
         link: usize,
         partner: Option<Partner>,
-        within: Option<(&Site, f64)>,
+        within: Option<(&RobotSite, f64)>,
     ) -> Result<f64, String> {
         let zone = match within {
             Some((site, radius)) => {

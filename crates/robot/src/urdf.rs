@@ -5,18 +5,18 @@ mod shapes;
 mod tree;
 
 use super::Reading;
-use super::frame::Frame;
+use super::frame::LinkFrame;
 use super::left_out::pruned;
 use super::meshes::share_triangles;
-use super::model::{Follows, Joint, Link, Mass, Moves, Options, Robot};
-use super::notes::Notes;
+use super::model::{LinkMass, MimicJoint, Moves, Robot, RobotJoint, RobotLink, RobotOptions};
+use super::notes::RobotNotes;
 use super::xml::{Attributes, Element};
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use tumble_model::shown;
 
 use masses::{LEAST_MASS, density, inertial, is_faint, origin};
-use tree::{Tree, end};
+use tree::{LinkTree, end};
 
 /// Limits of joints are no farther than this, m or rad.
 const FARTHEST: f64 = 1e12;
@@ -31,7 +31,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
             "point_contacts is for MJCF; contacts of URDF rub alone as they are; leave it out",
         ));
     }
-    let mut notes = Notes::default();
+    let mut notes = RobotNotes::default();
     let mut root = pruned(root, reading.left_out)?;
     let again = root.children.iter_mut().map(keep_first).sum::<usize>();
     if again > 0 {
@@ -43,14 +43,14 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     for child in root.children.iter().filter(|child| !["link", "joint"].contains(&&*child.tag)) {
         notes.idle(&child.tag);
     }
-    let tree = Tree::of(root)?;
+    let tree = LinkTree::of(root)?;
     let robot = Robot {
         name: root.own("name").unwrap_or("").to_owned(),
-        links: vec![Link {
+        links: vec![RobotLink {
             name: "world".to_owned(),
             parent: 0,
-            frame: Frame::identity(),
-            mass: Mass::NONE,
+            frame: LinkFrame::identity(),
+            mass: LinkMass::NONE,
             weightless: 0.0,
             is_mocap: false,
             is_between: false,
@@ -68,7 +68,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         apart: Vec::new(),
         pairs: BTreeMap::new(),
         keys: Vec::new(),
-        options: Options {
+        options: RobotOptions {
             time_step: 0.002,
             gravity: Vector3::new(0.0, 0.0, -9.81),
             contacts: true,
@@ -77,9 +77,9 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         },
         notes: Vec::new(),
     };
-    let (hulls, placed) = (HashMap::new(), vec![Frame::identity()]);
+    let (hulls, placed) = (HashMap::new(), vec![LinkFrame::identity()]);
     let held = BTreeSet::new();
-    let mut reader = Reader { reading, tree: &tree, notes, robot, hulls, placed, held };
+    let mut reader = UrdfReader { reading, tree: &tree, notes, robot, hulls, placed, held };
     reader.note_faint(root)?;
     reader.read_root()?;
     for joint in root.all("joint") {
@@ -122,24 +122,24 @@ struct Hanging<'e> {
     parent: usize,
     /// Of the joints between links without mass above it: they are joints of the first link below them that has one, in
     /// the frame of the link that this joint is in, which is here in that of the parent.
-    before: Vec<Joint>,
-    frame: Frame,
+    before: Vec<RobotJoint>,
+    frame: LinkFrame,
 }
 
-struct Reader<'a> {
+struct UrdfReader<'a> {
     reading: &'a Reading<'a>,
-    tree: &'a Tree<'a>,
-    notes: Notes,
+    tree: &'a LinkTree<'a>,
+    notes: RobotNotes,
     robot: Robot,
     /// Corners of the hulls of meshes, by the file and the bits of the scale.
     hulls: HashMap<(String, [u64; 3]), Vec<[f64; 3]>>,
     /// Where links are in the world at the reference.
-    placed: Vec<Frame>,
+    placed: Vec<LinkFrame>,
     /// Names of joints that are fixed because all that they move is less than [`LEAST_MASS`].
     held: BTreeSet<String>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> UrdfReader<'a> {
     /// The root and all that hangs on it, the first below the first.
     fn read_root(&mut self) -> Result<(), String> {
         let root = self.tree.root;
@@ -159,7 +159,7 @@ impl<'a> Reader<'a> {
                     ));
                 }
                 let free = (weighs && !self.reading.is_fixed).then(|| self.free_root(root));
-                self.add_link(root, 0, Frame::identity(), free.into_iter().collect())?
+                self.add_link(root, 0, LinkFrame::identity(), free.into_iter().collect())?
             }
         };
         self.push_below(name, index, &mut todo);
@@ -175,7 +175,7 @@ impl<'a> Reader<'a> {
                 self.notes.idle("link without mass between joints");
                 todo.push(Hanging { joint: below, parent, before: joints, frame });
             } else {
-                let flies = matches!(joints[..], [Joint { moves: Moves::Free, .. }]);
+                let flies = matches!(joints[..], [RobotJoint { moves: Moves::Free, .. }]);
                 // It flies: where its parent goes is nothing to it.
                 let (parent, frame) =
                     if flies { (0, self.placed[parent].then(&frame)) } else { (parent, frame) };
@@ -192,7 +192,7 @@ impl<'a> Reader<'a> {
 
     fn push_below(&self, name: &str, parent: usize, todo: &mut Vec<Hanging<'a>>) {
         let below = self.tree.below.get(name).map_or(&[][..], Vec::as_slice);
-        let (before, frame) = (Vec::new(), Frame::identity());
+        let (before, frame) = (Vec::new(), LinkFrame::identity());
         let hanging =
             |joint: &&'a Element| Hanging { joint, parent, before: before.clone(), frame };
         todo.extend(below.iter().rev().map(hanging));
@@ -200,8 +200,12 @@ impl<'a> Reader<'a> {
 
     /// The one joint below a link that is nothing but a place between two joints: it has no mass, touches nothing, and
     /// slides or turns, as what hangs on it.
-    fn passes_on(&self, name: &'a str, joints: &[Joint]) -> Result<Option<&'a Element>, String> {
-        let is_one = |joint: &Joint| matches!(joint.moves, Moves::Hinge | Moves::Slide);
+    fn passes_on(
+        &self,
+        name: &'a str,
+        joints: &[RobotJoint],
+    ) -> Result<Option<&'a Element>, String> {
+        let is_one = |joint: &RobotJoint| matches!(joint.moves, Moves::Hinge | Moves::Slide);
         let Some([below]) = self.tree.below.get(name).map(Vec::as_slice) else { return Ok(None) };
         let touches = self.tree.links[name].all("collision").next().is_some();
         let moves = !matches!(below.own("type"), Some("fixed" | "floating" | "spherical"));
@@ -269,16 +273,16 @@ impl<'a> Reader<'a> {
         Ok(true)
     }
 
-    fn free_root(&self, root: &Element) -> Joint {
-        Joint::bare("root".to_owned(), 0, Moves::Free, root.at())
+    fn free_root(&self, root: &Element) -> RobotJoint {
+        RobotJoint::bare("root".to_owned(), 0, Moves::Free, root.at())
     }
 
     fn add_link(
         &mut self,
         element: &Element,
         parent: usize,
-        frame: Frame,
-        joints: Vec<Joint>,
+        frame: LinkFrame,
+        joints: Vec<RobotJoint>,
     ) -> Result<usize, String> {
         let index = self.robot.links.len();
         for child in &element.children {
@@ -287,7 +291,7 @@ impl<'a> Reader<'a> {
                 tag => self.notes.idle(tag),
             }
         }
-        self.robot.links.push(Link {
+        self.robot.links.push(RobotLink {
             name: element.needed("name")?.to_owned(),
             parent,
             frame,
@@ -306,7 +310,7 @@ impl<'a> Reader<'a> {
                     joint.at
                 ));
             }
-            self.robot.joints.push(Joint { link: index, ..joint });
+            self.robot.joints.push(RobotJoint { link: index, ..joint });
         }
         self.read_shapes(element, index)?;
         self.read_looks(element, index);
@@ -314,7 +318,10 @@ impl<'a> Reader<'a> {
     }
 
     /// A joint and those before it that its link has too, in the frame of that link; where that is in the parent.
-    fn read_joint(&mut self, hanging: &Hanging<'_>) -> Result<(Frame, Vec<Joint>), String> {
+    fn read_joint(
+        &mut self,
+        hanging: &Hanging<'_>,
+    ) -> Result<(LinkFrame, Vec<RobotJoint>), String> {
         let element = hanging.joint;
         let name = element.needed("name")?.to_owned();
         let frame = origin(element)?;
@@ -330,8 +337,8 @@ impl<'a> Reader<'a> {
             return Err(element.wrong("axis: it has no length"));
         }
         let axis = if length > 0.0 { axis / length } else { axis };
-        let bare = |name: String, moves: Moves| Joint::bare(name, 0, moves, element.at());
-        let one = |moves: Moves| Joint { axis, ..bare(name.clone(), moves) };
+        let bare = |name: String, moves: Moves| RobotJoint::bare(name, 0, moves, element.at());
+        let one = |moves: Moves| RobotJoint { axis, ..bare(name.clone(), moves) };
         let joints = match kind {
             "fixed" => Vec::new(),
             "floating" => vec![bare(name, Moves::Free)],
@@ -340,9 +347,10 @@ impl<'a> Reader<'a> {
             "continuous" => vec![self.driven(element, one(Moves::Hinge), false)?],
             "prismatic" => vec![self.driven(element, one(Moves::Slide), true)?],
             "planar" => {
-                let plane = Frame { attitude: super::frame::from_z(&axis), ..Frame::identity() };
+                let plane =
+                    LinkFrame { attitude: super::frame::from_z(&axis), ..LinkFrame::identity() };
                 let across = plane.rotation();
-                let slide = |end: &str, k: usize| Joint {
+                let slide = |end: &str, k: usize| RobotJoint {
                     axis: across.column(k).into_owned(),
                     ..bare(format!("{name}_{end}"), Moves::Slide)
                 };
@@ -355,7 +363,7 @@ impl<'a> Reader<'a> {
             }
         };
         let back = frame.rotation().transpose();
-        let moved = |joint: &Joint| Joint {
+        let moved = |joint: &RobotJoint| RobotJoint {
             anchor: back * (joint.anchor - frame.position),
             axis: back * joint.axis,
             ..joint.clone()
@@ -389,7 +397,7 @@ impl<'a> Reader<'a> {
         };
         let joints = [element.needed("name")?, mimic.needed("joint")?].map(turns_or_slides);
         let [own, other] = joints;
-        self.robot.follows.push(Follows {
+        self.robot.follows.push(MimicJoint {
             joints: [own?, other?],
             ratio: mimic.bounded("multiplier", 1.0, [-1e6, 1e6])?,
             offset: mimic.bounded("offset", 0.0, [-1e6, 1e6])?,
@@ -399,7 +407,12 @@ impl<'a> Reader<'a> {
     }
 
     /// A joint with its limits and what resists it.
-    fn driven(&mut self, element: &Element, joint: Joint, limited: bool) -> Result<Joint, String> {
+    fn driven(
+        &mut self,
+        element: &Element,
+        joint: RobotJoint,
+        limited: bool,
+    ) -> Result<RobotJoint, String> {
         let mut joint = joint;
         if let Some(dynamics) = element.one("dynamics")? {
             joint.damping = dynamics.bounded("damping", 0.0, [0.0, 1e12])?;

@@ -1,7 +1,7 @@
 //! The short form `[body]`: one body, whose tables are settings that flags have too. It becomes the model of a scene
 //! with one body.
 
-use super::choices::{Attitude, Frame, SolverName};
+use super::choices::{Attitude, SolverName, StartFrame};
 use super::physics;
 use super::scene::Scene;
 use super::settings::Settings;
@@ -15,7 +15,7 @@ use tumble_core::world::World;
 use tumble_model::failure::{Failure, refuse_flags};
 use tumble_model::fields::by_rows;
 use tumble_model::parameters::LoadParameters;
-use tumble_model::shape::{Form, Place, PlacedForm, Shape};
+use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::shown;
 use tumble_model::{BodyModel, BodyStart, DrawnModel, Model};
 
@@ -47,11 +47,13 @@ pub fn scene(
         attitude: None,
         jitter: [0.0; 3],
         tutorial: true,
-        ground: settings.frame == Some(Frame::Ground),
+        ground: settings.frame == Some(StartFrame::Ground),
     });
     let start = match settings.frame {
-        Some(Frame::Ground) => world.ground().map_or(start, |ground| ground.state_to_world(&start)),
-        Some(Frame::World) | None => start,
+        Some(StartFrame::Ground) => {
+            world.ground().map_or(start, |ground| ground.state_to_world(&start))
+        }
+        Some(StartFrame::World) | None => start,
     };
     if let Some(why) = physics::violent_load(&world.bodies()[0], &load, world.time_step()) {
         return Err(Failure::setting("force or torque", why));
@@ -132,14 +134,14 @@ fn model(world: &World, load: &Load, start: &State, drawn: Option<DrawnModel>) -
 }
 
 /// A box, the only piece that a body of this notation may be, or points.
-fn shape(body: &RigidBody) -> Shape {
+fn shape(body: &RigidBody) -> ModelShape {
     let points: Vec<_> = body.contact_points().iter().map(|point| point.position).collect();
     let half = points.iter().fold(Vector3::zeros(), |half: Vector3<f64>, c| half.sup(&c.abs()));
     if body.pieces().is_empty() || points != box_corners(&half) {
-        return Shape::Points(points.iter().map(|point| (*point).into()).collect());
+        return ModelShape::Points(points.iter().map(|point| (*point).into()).collect());
     }
-    let form = Form::Box { sides: (2.0 * half).into() };
-    Shape::Pieces(vec![PlacedForm { form, place: Place::ORIGIN }])
+    let form = ModelForm::Box { sides: (2.0 * half).into() };
+    ModelShape::Pieces(vec![PlacedForm { form, place: ModelPlace::ORIGIN }])
 }
 
 /// Refuses what has a meaning for contact alone where there is no ground.
@@ -153,7 +155,7 @@ pub fn refuse_idle_settings(ground: bool, settings: &Settings) -> Result<(), Fai
         ("--restitution", settings.restitution.is_some()),
         ("--rebound-speed", settings.rebound_speed.is_some()),
         ("--plane", settings.plane.is_some()),
-        ("--frame ground", settings.frame == Some(Frame::Ground)),
+        ("--frame ground", settings.frame == Some(StartFrame::Ground)),
         ("--preset", settings.preset.is_some()),
     ];
     flags.extend(solver_choice::solver_flags(settings));
@@ -172,7 +174,7 @@ fn refuse_start_below_ground(
         return Ok(());
     }
     let depth = -lowest;
-    if settings.frame != Some(Frame::Ground) && !ground.is_level() {
+    if settings.frame != Some(StartFrame::Ground) && !ground.is_level() {
         return Err(Failure::setting(
             "position",
             format!(

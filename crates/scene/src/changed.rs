@@ -1,7 +1,7 @@
 //! Which settings of a scene or scenario the flags have changed: a run of other numbers is not the
 //! scene's own, and its title says so.
 
-use super::choices::Frame;
+use super::choices::StartFrame;
 use super::settings::Settings;
 
 impl Settings {
@@ -33,7 +33,7 @@ impl Settings {
             ("attitude", other(&self.attitude, &below.attitude)),
             ("velocity", other(&self.velocity, &below.velocity)),
             ("spin", other(&self.spin, &below.spin)),
-            ("frame", other(&self.frame, &Some(below.frame.unwrap_or(Frame::World)))),
+            ("frame", other(&self.frame, &Some(below.frame.unwrap_or(StartFrame::World)))),
         ];
         let changed = changes.into_iter().filter(|(_, changed)| *changed);
         let robot = self.robot.given().into_iter().skip(1).filter(|(_, given)| *given);

@@ -31,7 +31,7 @@ impl SceneName {
 
 /// The contact points of the body.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Shape {
+pub enum BodyShape {
     /// The corners of a box with these sides, m.
     Box(Vector3<f64>),
     /// These, m, body frame.
@@ -80,7 +80,7 @@ impl Attitude {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
-pub enum Frame {
+pub enum StartFrame {
     /// The world's.
     World,
     /// Of the plane: z along its normal.

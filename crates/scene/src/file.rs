@@ -1,6 +1,6 @@
 //! A scenario file as it is written, and what it says.
 
-use super::bodies::Entries;
+use super::bodies::SceneEntries;
 use super::bodies::driven::{DrivenEntry, SurfaceEntry};
 use super::bodies::entries::{ApartEntry, BodyEntry, FixedEntry, PairEntry};
 use super::bodies::gears::GearEntry;
@@ -53,18 +53,18 @@ pub struct ScenarioFile {
 pub const LARGEST_START: u64 = 9_000_000_000_000_000;
 
 /// What a file says besides its name.
-pub struct Said {
+pub struct ParsedScene {
     /// All that flags can say too.
     pub settings: Settings,
     /// Whether there is a table `[ground]`.
     pub ground: bool,
     /// The tables of `[[bodies]]`; `None` of one body, whose tables are settings.
-    pub entries: Option<Entries>,
+    pub entries: Option<SceneEntries>,
 }
 
 impl ScenarioFile {
     /// What the fields say. Those of a ground are open where there is none.
-    pub fn said(mut self) -> Result<Said, String> {
+    pub fn said(mut self) -> Result<ParsedScene, String> {
         let is_of_bodies = self.bodies.is_some()
             || self.robots.is_some()
             || (self.fixed.is_some() && self.body.is_none());
@@ -101,7 +101,7 @@ impl ScenarioFile {
         if let Some(table) = self.solver {
             table.set(&mut settings);
         }
-        let entries = is_of_bodies.then(|| Entries {
+        let entries = is_of_bodies.then(|| SceneEntries {
             bodies: self.bodies.unwrap_or_default(),
             fixed: self.fixed.unwrap_or_default(),
             friction: self.friction.unwrap_or_default(),
@@ -114,7 +114,7 @@ impl ScenarioFile {
             apart: self.apart.unwrap_or_default(),
             robots: self.robots.unwrap_or_default(),
         });
-        Ok(Said { settings, ground, entries })
+        Ok(ParsedScene { settings, ground, entries })
     }
 
     /// A field that would do nothing, as one of the other notation, is refused rather than ignored,

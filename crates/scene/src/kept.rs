@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Which rows stand in the files: of a usual run all, as CSV.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with what of the rows is kept")]
-pub struct Kept {
+pub struct KeptSteps {
     /// Of each so many steps the first has rows, and the last state has always.
     #[serde(default = "one")]
     pub every: u64,
@@ -15,14 +15,14 @@ pub struct Kept {
     tables: Option<Vec<String>>,
     /// The files' form.
     #[serde(default)]
-    pub form: Form,
+    pub form: TableForm,
 }
 
 /// The form of the files of rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
-pub enum Form {
+pub enum TableForm {
     /// Text.
     #[default]
     Csv,
@@ -30,9 +30,9 @@ pub enum Form {
     Zstd,
 }
 
-impl Default for Kept {
+impl Default for KeptSteps {
     fn default() -> Self {
-        Self { every: 1, tables: None, form: Form::Csv }
+        Self { every: 1, tables: None, form: TableForm::Csv }
     }
 }
 
@@ -40,10 +40,10 @@ fn one() -> u64 {
     1
 }
 
-impl Kept {
+impl KeptSteps {
     /// Of each `every` steps the first, of these tables alone, or of all.
     #[must_use]
-    pub fn new(every: u64, tables: Option<&[Table]>, form: Form) -> Self {
+    pub fn new(every: u64, tables: Option<&[Table]>, form: TableForm) -> Self {
         let names = |tables: &[Table]| tables.iter().map(|table| table.name().to_owned()).collect();
         Self { every, tables: tables.map(names), form }
     }

@@ -27,7 +27,7 @@ mod told;
 pub mod written;
 
 pub use file::LARGEST_START;
-use file::{Said, ScenarioFile};
+use file::{ParsedScene, ScenarioFile};
 use serde::de::DeserializeOwned;
 use std::path::Path;
 use tumble_model::failure::Failure;
@@ -41,7 +41,7 @@ pub const LARGEST_FILE: u64 = 4 << 20;
 ///
 /// # Errors
 /// The first thing wrong with the text, with the file.
-fn read(text: &str, path: &Path) -> Result<(String, Said), Failure> {
+fn read(text: &str, path: &Path) -> Result<(String, ParsedScene), Failure> {
     let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
     let mut file: ScenarioFile = parse(text).map_err(odd)?;
     let stem = || path.file_stem().map(|stem| stem.to_string_lossy().into_owned());

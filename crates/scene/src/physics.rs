@@ -1,6 +1,6 @@
 //! The world and the load of one body, made of what flags, files and scenes say.
 
-use super::choices::{Inertia, Shape};
+use super::choices::{BodyShape, Inertia};
 use super::settings::Settings;
 use nalgebra::Vector3;
 use tumble_core::error::Error;
@@ -54,24 +54,26 @@ pub fn violent_load(body: &RigidBody, load: &Load, h: f64) -> Option<String> {
 const MOST_GAINED: f64 = 1e4;
 
 /// The body of `mass` (kg).
-fn rigid_body(mass: f64, shape: &Shape, inertia: &Inertia) -> Result<RigidBody, Failure> {
+fn rigid_body(mass: f64, shape: &BodyShape, inertia: &Inertia) -> Result<RigidBody, Failure> {
     // Nobody gave a solid body's inertia: it follows from the sides.
     let of_sides = |error: Error| match Failure::from(error) {
         Failure::Setting { name, why } if name == "inertia" => Failure::setting("box", why),
         other => other,
     };
-    if let Shape::Box(sides) = shape {
+    if let BodyShape::Box(sides) = shape {
         check_sides(&(*sides).into())?;
     }
     Ok(match (shape, inertia) {
-        (Shape::Box(sides), Inertia::Solid) => {
+        (BodyShape::Box(sides), Inertia::Solid) => {
             RigidBody::solid_box(mass, 0.5 * sides).map_err(of_sides)?
         }
-        (Shape::Box(sides), Inertia::Matrix(matrix)) => {
+        (BodyShape::Box(sides), Inertia::Matrix(matrix)) => {
             RigidBody::with_box_corners(mass, *matrix, 0.5 * sides)?
         }
-        (Shape::Points(points), Inertia::Matrix(matrix)) => RigidBody::new(mass, *matrix, points)?,
-        (Shape::Points(points), Inertia::Solid) => {
+        (BodyShape::Points(points), Inertia::Matrix(matrix)) => {
+            RigidBody::new(mass, *matrix, points)?
+        }
+        (BodyShape::Points(points), Inertia::Solid) => {
             let inertia = solid_box_inertia(mass, &half_sides(points)?);
             RigidBody::new(mass, inertia, points).map_err(of_sides)?
         }

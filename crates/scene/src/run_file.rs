@@ -8,7 +8,7 @@ pub use checksums::{Checksums, Seal, Summed, checksum_of};
 pub use solver::SolverSettings;
 
 use super::joints_summary::{JointsSummary, Taut, TautJoint};
-use super::kept::Kept;
+use super::kept::KeptSteps;
 use super::scene::Scene;
 use super::solver_choice::{IPOPT_VERSION, SolverChoice};
 use crate::output::tables::{JointRow, StepRow, TableStep};
@@ -22,7 +22,7 @@ use tumble_model::shown;
 
 /// What a run came to, beside its rows.
 #[derive(Debug, Clone, Copy)]
-pub struct Ended<'a> {
+pub struct RunEnd<'a> {
     /// See [`RunFile::outcome`].
     pub outcome: &'a str,
     /// Of its steps.
@@ -76,8 +76,8 @@ pub struct RunFile {
     /// Bodies, fixed pieces, constants and starts.
     pub model: Model,
     /// Which rows stand in the files.
-    #[serde(default, skip_serializing_if = "Kept::is_all")]
-    pub kept: Kept,
+    #[serde(default, skip_serializing_if = "KeptSteps::is_all")]
+    pub kept: KeptSteps,
     /// Who solved the steps.
     pub solver: SolverSettings,
     /// What came of it.
@@ -162,7 +162,7 @@ pub fn heading(scene: &str, changed: &[String]) -> String {
 
 impl SummaryFile {
     /// The summary of a run, with the starts of its steps where they are rungs of a ladder.
-    fn of(run: &Ended<'_>, climbs: bool) -> Self {
+    fn of(run: &RunEnd<'_>, climbs: bool) -> Self {
         let summary = run.summary;
         let starts = summary.starts.iter().filter(|_| climbs);
         let rungs = starts.map(|(start, count)| (start.to_string(), *count)).collect();
@@ -194,7 +194,7 @@ impl RunFile {
     ///
     /// # Errors
     /// A solver that is not made for the scene.
-    pub fn of(scene: &Scene, run: &Ended<'_>) -> Result<Self, Failure> {
+    pub fn of(scene: &Scene, run: &RunEnd<'_>) -> Result<Self, Failure> {
         let climbs = scene.contact.as_ref().is_some_and(SolverChoice::climbs);
         let mut model = scene.model.clone();
         model.keep_draws_of(scene.seed);
@@ -210,7 +210,7 @@ impl RunFile {
             steps: scene.rows,
             substeps: scene.substeps,
             start_index: scene.start_index,
-            kept: Kept::default(),
+            kept: KeptSteps::default(),
             solver: SolverSettings::of(scene.contact.as_ref(), &scene.world)?,
             summary: SummaryFile::of(run, climbs),
             largest_overlap_m: (!scene.trajectory).then_some(run.largest_overlap),
@@ -266,7 +266,7 @@ impl RunFile {
         let (outcome, summary, seconds) = ("complete", &summary, 0.0);
         let mut file = Self::of(
             scene,
-            &Ended { outcome, summary, seconds, largest_overlap, joints, taut: &taut },
+            &RunEnd { outcome, summary, seconds, largest_overlap, joints, taut: &taut },
         )?;
         file.start_index = first.row.index;
         file.steps = rows.len() as u64;

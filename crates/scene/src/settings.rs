@@ -2,8 +2,8 @@
 //! tutorial's scenes: the same list, one laid over the other.
 
 use super::choices::{
-    Attitude, DetectionName, FormulationName, Frame, Inertia, OnFailure, Preset, SceneName, Shape,
-    SolverName,
+    Attitude, BodyShape, DetectionName, FormulationName, Inertia, OnFailure, Preset, SceneName,
+    SolverName, StartFrame,
 };
 use nalgebra::{Matrix3, Vector3};
 use std::path::PathBuf;
@@ -43,7 +43,7 @@ pub struct Settings {
     /// m/s², world.
     pub gravity: Option<Vector3<f64>>,
     /// Of the body.
-    pub shape: Option<Shape>,
+    pub shape: Option<BodyShape>,
     /// The ground.
     pub plane: Option<Plane>,
     /// m, of the centre of mass.
@@ -57,7 +57,7 @@ pub struct Settings {
     /// rad/s, body.
     pub spin: Option<Vector3<f64>>,
     /// Which frame the start is given in.
-    pub frame: Option<Frame>,
+    pub frame: Option<StartFrame>,
     /// N, world.
     pub force: Option<Polyline>,
     /// N m, body.
@@ -130,7 +130,7 @@ impl Settings {
             mass: Some(scene::CUBE_MASS),
             inertia: Some(Inertia::Matrix(Matrix3::from_diagonal_element(scene::CUBE_INERTIA))),
             gravity: Some(scene.gravity),
-            shape: Some(Shape::Box(Vector3::repeat(2.0 * scene::CUBE_HALF_SIDE))),
+            shape: Some(BodyShape::Box(Vector3::repeat(2.0 * scene::CUBE_HALF_SIDE))),
             position: Some(Vector3::new(0.0, 0.0, scene.height)),
             attitude: Some(attitude),
             velocity: Some(scene.velocity),

@@ -1,7 +1,8 @@
 //! The tables of a scenario file that are settings, and what their fields say.
 
 use crate::choices::{
-    Attitude, DetectionName, FormulationName, Frame, Inertia, OnFailure, Preset, Shape, SolverName,
+    Attitude, BodyShape, DetectionName, FormulationName, Inertia, OnFailure, Preset, SolverName,
+    StartFrame,
 };
 use crate::settings::Settings;
 use nalgebra::{Matrix3, Vector3};
@@ -37,7 +38,7 @@ pub enum Sides {
     expecting = "\"solid\", one number, three (diagonal) or a 3 × 3 matrix are needed"
 )]
 pub enum InertiaValue {
-    Word(Solid),
+    Word(SolidInertia),
     Moment(f64),
     Diagonal(Numbers<3>),
     Rows(Exactly<Numbers<3>, 3>),
@@ -45,7 +46,7 @@ pub enum InertiaValue {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Solid {
+pub enum SolidInertia {
     Solid,
 }
 
@@ -70,7 +71,7 @@ pub struct StartTable {
     attitude: Option<AttitudeValue>,
     velocity: Option<Numbers<3>>,
     spin: Option<Numbers<3>>,
-    frame: Option<Frame>,
+    frame: Option<StartFrame>,
 }
 
 #[derive(Deserialize)]
@@ -133,7 +134,7 @@ impl InertiaValue {
     /// The matrix that is given in numbers.
     pub fn matrix(&self) -> Option<Matrix3<f64>> {
         match self {
-            Self::Word(Solid::Solid) => None,
+            Self::Word(SolidInertia::Solid) => None,
             Self::Moment(moment) => Some(Matrix3::from_diagonal_element(*moment)),
             Self::Diagonal(moments) => Some(Matrix3::from_diagonal(&vector(*moments))),
             Self::Rows(rows) => Some(matrix(rows)),
@@ -144,7 +145,7 @@ impl InertiaValue {
 impl StartTable {
     /// Whether the start is given in the frame of the ground.
     pub fn is_in_ground(&self) -> bool {
-        self.frame == Some(Frame::Ground)
+        self.frame == Some(StartFrame::Ground)
     }
 
     pub fn set(self, settings: &mut Settings) -> Result<(), String> {
@@ -166,9 +167,11 @@ impl BodyTable {
     pub fn set(self, settings: &mut Settings) -> Result<(), String> {
         let is_point = self.point_mass == Some(true);
         let shape = match (self.sides, self.points, is_point) {
-            (Some(sides), None, false) => Shape::Box(sides.vector()),
-            (None, Some(points), false) => Shape::Points(points.into_iter().map(vector).collect()),
-            (None, None, true) => Shape::Points(vec![Vector3::zeros()]),
+            (Some(sides), None, false) => BodyShape::Box(sides.vector()),
+            (None, Some(points), false) => {
+                BodyShape::Points(points.into_iter().map(vector).collect())
+            }
+            (None, None, true) => BodyShape::Points(vec![Vector3::zeros()]),
             _ => {
                 let needed = "body: one of `box`, `points` and `point_mass = true` is needed";
                 return Err(needed.to_owned());
@@ -178,7 +181,7 @@ impl BodyTable {
             Some(matrix) => Inertia::Matrix(matrix),
             // Without effect, and of the point's own scale.
             None if is_point => Inertia::Matrix(Matrix3::from_diagonal_element(self.mass)),
-            None if self.inertia.is_none() && matches!(shape, Shape::Points(_)) => {
+            None if self.inertia.is_none() && matches!(shape, BodyShape::Points(_)) => {
                 return Err("body.inertia: it is needed with `points`".to_owned());
             }
             None => Inertia::Solid,

@@ -2,7 +2,7 @@
 
 use super::bodies::entries::Files;
 use super::choices::{SceneName, SolverName};
-use super::file::Said;
+use super::file::ParsedScene;
 use super::scene::Scene;
 use super::settings::Settings;
 use super::{bodies, body};
@@ -42,7 +42,7 @@ impl Scene {
             return Self::of_robot(text, path, (flags, given), read);
         }
         flags.robot.refuse()?;
-        let (name, Said { settings: below, ground, entries }) = super::read(text, path)?;
+        let (name, ParsedScene { settings: below, ground, entries }) = super::read(text, path)?;
         match entries {
             None => body::refuse_idle_settings(ground, &flags)?,
             Some(_) => bodies::refuse_idle_settings(&flags)?,

@@ -9,7 +9,7 @@ use tumble_core::joint::{Drive, Middle, Motor};
 use tumble_model::failure::Failure;
 use tumble_model::gear::GearModel;
 use tumble_model::joint::{CourseModel, JointModel};
-use tumble_model::shape::{Form, Place, PlacedForm, Shape};
+use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::{BodyModel, Model, PartnerModel};
 
 /// The text of a scenario file that comes to this scene, but for its solver; numbers keep their bits.
@@ -88,13 +88,13 @@ fn quoted(text: &str) -> String {
 /// A form with its place, in one line.
 fn piece(placed: &PlacedForm) -> Result<String, String> {
     let form = match &placed.form {
-        Form::Box { sides } => format!("box = {sides:?}"),
-        Form::Sphere { radius } => format!("sphere = {radius:?}"),
-        Form::Capsule { length, radius } => {
+        ModelForm::Box { sides } => format!("box = {sides:?}"),
+        ModelForm::Sphere { radius } => format!("sphere = {radius:?}"),
+        ModelForm::Capsule { length, radius } => {
             format!("capsule = {{ length = {length:?}, radius = {radius:?} }}")
         }
-        Form::Hull { points, radius } => format!("hull = {points:?}, radius = {radius:?}"),
-        Form::Mesh { .. } => {
+        ModelForm::Hull { points, radius } => format!("hull = {points:?}, radius = {radius:?}"),
+        ModelForm::Mesh { .. } => {
             return Err("mesh: it stands in a file, which a text cannot have".to_owned());
         }
     };
@@ -104,7 +104,7 @@ fn piece(placed: &PlacedForm) -> Result<String, String> {
 /// A part of what a body looks like.
 fn seen(placed: &PlacedForm) -> Result<String, String> {
     match &placed.form {
-        Form::Mesh { vertices, triangles, .. } => {
+        ModelForm::Mesh { vertices, triangles, .. } => {
             let surface =
                 format!("surface = {{ vertices = {vertices:?}, triangles = {triangles:?} }}");
             Ok(at_place(&surface, placed))
@@ -114,7 +114,7 @@ fn seen(placed: &PlacedForm) -> Result<String, String> {
 }
 
 fn at_place(form: &str, placed: &PlacedForm) -> String {
-    let Place { position, attitude } = placed.place;
+    let ModelPlace { position, attitude } = placed.place;
     format!("{{ {form}, position = {position:?}, attitude = {attitude:?} }}")
 }
 
@@ -130,11 +130,11 @@ fn body_table(out: &mut String, body: &BodyModel, model: &Model) -> Result<(), S
     let origin = start.position - start.pose().rotation * centre;
     let mut lines = vec![format!("name = {}", quoted(&body.name))];
     match shape {
-        Shape::Pieces(placed) => {
+        ModelShape::Pieces(placed) => {
             lines.push(pieces(placed.iter())?);
             lines.push(format!("centre = {:?}", body.centre));
         }
-        Shape::Points(points) => lines.push(format!("points = {points:?}")),
+        ModelShape::Points(points) => lines.push(format!("points = {points:?}")),
     }
     lines.push(format!("mass = {:?}\ninertia = {:?}", body.mass, body.inertia));
     for (field, value) in [("friction", body.friction), ("restitution", body.restitution)] {

@@ -1,10 +1,10 @@
 //! A chart of a page: axes, curves, a legend.
 
 use crate::markup::escape;
-use crate::plot::axes::Axes;
+use crate::plot::axes::PlotAxes;
 use crate::plot::curve::line;
-use crate::plot::scale::{Axis, Kind};
-use crate::plot::thin::Point;
+use crate::plot::scale::{PlotAxis, ScaleKind};
+use crate::plot::thin::PlotPoint;
 use std::fmt::Write as _;
 
 /// The size of a chart. One unit is a pixel on a narrow screen.
@@ -15,14 +15,15 @@ const COLUMNS: usize = 160;
 
 /// A chart in the making.
 pub struct Chart {
-    axes: Axes,
+    axes: PlotAxes,
     body: String,
 }
 
 impl Chart {
     /// An empty chart with its axes and their names.
-    pub(crate) fn new(x: Axis, y: Axis, (x_name, y_name): (&str, &str)) -> Self {
-        let axes = Axes { x, y, left: 64.0, right: WIDTH - 16.0, top: 30.0, bottom: HEIGHT - 46.0 };
+    pub(crate) fn new(x: PlotAxis, y: PlotAxis, (x_name, y_name): (&str, &str)) -> Self {
+        let axes =
+            PlotAxes { x, y, left: 64.0, right: WIDTH - 16.0, top: 30.0, bottom: HEIGHT - 46.0 };
         let mut body = format!(
             "<path class=\"grid\" d=\"{}\"/>\n<path class=\"frame\" d=\"{}\"/>\n",
             axes.grid(),
@@ -50,10 +51,10 @@ impl Chart {
     pub(crate) fn over_time(
         name: &str,
         end: f64,
-        kind: Kind,
+        kind: ScaleKind,
         values: impl Iterator<Item = f64> + Clone,
     ) -> Self {
-        let (time, axis) = (Axis::linear(0.0, end, 0.0, 6), Axis::new(kind, values, 6));
+        let (time, axis) = (PlotAxis::linear(0.0, end, 0.0, 6), PlotAxis::new(kind, values, 6));
         Self::new(time, axis, ("time t (s)", name))
     }
 
@@ -63,7 +64,7 @@ impl Chart {
         end: f64,
         values: impl Iterator<Item = f64> + Clone,
     ) -> Self {
-        Self::over_time(name, end, Kind::Linear, values)
+        Self::over_time(name, end, ScaleKind::Linear, values)
     }
 
     /// An empty chart for `points` with logarithmic axes.
@@ -71,8 +72,8 @@ impl Chart {
         points: impl Iterator<Item = (f64, f64)> + Clone,
         names: (&str, &str),
     ) -> Self {
-        let x = Axis::new(Kind::Log, points.clone().map(|point| point.0), 4);
-        Self::new(x, Axis::new(Kind::Log, points.map(|point| point.1), 6), names)
+        let x = PlotAxis::new(ScaleKind::Log, points.clone().map(|point| point.0), 4);
+        Self::new(x, PlotAxis::new(ScaleKind::Log, points.map(|point| point.1), 6), names)
     }
 
     /// The values at the ends of the vertical axis.
@@ -92,7 +93,7 @@ impl Chart {
         self.path(class, &self.axes.curve(times, values, COLUMNS));
     }
 
-    fn path(&mut self, class: &str, points: &[Point]) {
+    fn path(&mut self, class: &str, points: &[PlotPoint]) {
         let _ = writeln!(self.body, "<path class=\"{class}\" d=\"{}\"/>", line(points));
     }
 

@@ -1,6 +1,6 @@
 //! What pictures are made of.
 
-use crate::shape::Piece;
+use crate::shape::FilmPiece;
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use serde::Serialize;
 use std::fmt;
@@ -24,15 +24,15 @@ pub struct Film {
     /// μ.
     pub friction: f64,
     /// `None` where the bodies move freely.
-    pub ground: Option<Ground>,
+    pub ground: Option<FilmGround>,
     /// What stands still besides the ground.
-    pub fixed: Vec<Fixed>,
+    pub fixed: Vec<FilmFixed>,
     /// At least one.
-    pub bodies: Vec<Body>,
+    pub bodies: Vec<FilmBody>,
     /// What ties them to each other and to the world.
-    pub joints: Vec<Joint>,
+    pub joints: Vec<FilmJoint>,
     /// At least one, a time step apart; the last has no step.
-    pub frames: Vec<Frame>,
+    pub frames: Vec<FilmFrame>,
 }
 
 /// A parameter, its value and its unit in words.
@@ -46,7 +46,7 @@ pub struct Fact {
 
 /// A plane: the points x with n · x = d.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ground {
+pub struct FilmGround {
     /// n, of length 1, to the side where the bodies are.
     pub normal: Vector3<f64>,
     /// d, m.
@@ -55,16 +55,16 @@ pub struct Ground {
 
 /// A thing that does not move, world frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fixed {
+pub struct FilmFixed {
     /// What it is called; may be empty.
     pub name: String,
     /// What it consists of.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<FilmPiece>,
 }
 
 /// A rigid body.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Body {
+pub struct FilmBody {
     /// What it is called; may be empty.
     pub name: String,
     /// m, kg.
@@ -75,9 +75,9 @@ pub struct Body {
     pub points: Vec<Vector3<f64>>,
     /// What it consists of, body frame, from the centre of mass. Without any, its points are
     /// drawn: as a box where they are eight corners of one, x fastest.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<FilmPiece>,
     /// What pushes it besides gravity and contact.
-    pub load: Load,
+    pub load: FilmLoad,
     /// Red, green and blue; `None` for one of a few in turn.
     pub colour: Option<[u8; 3]>,
     /// What is written at it, and in headings instead of its name; may be empty.
@@ -86,7 +86,7 @@ pub struct Body {
 
 /// What ties two bodies, or a body and the world.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Joint {
+pub struct FilmJoint {
     /// What it is called.
     pub name: String,
     /// Which of [`Film::bodies`].
@@ -105,7 +105,7 @@ pub struct Joint {
 
 /// Where a joint is in a frame, and what it carries in the step from there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tie {
+pub struct FilmTie {
     /// Along its axis, m.
     pub place: f64,
     /// About its axis, rad.
@@ -118,7 +118,7 @@ pub struct Tie {
 
 /// A force and a torque over time, as knots: t (s) and the value there. No knots are no load.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Load {
+pub struct FilmLoad {
     /// N.
     pub force: Vec<(f64, Vector3<f64>)>,
     /// N m, body frame.
@@ -129,21 +129,21 @@ pub struct Load {
 
 /// A moment of a film, and the step from there to the next.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Frame {
+pub struct FilmFrame {
     /// k.
     pub index: u64,
     /// t, s.
     pub time: f64,
     /// Where each body is and how it moves.
-    pub poses: Vec<Pose>,
+    pub poses: Vec<FilmPose>,
     /// The kinetic energy of all bodies at k, J.
     pub kinetic: f64,
     /// Their energy in gravity, counted from the origin, J.
     pub potential: f64,
     /// What touches in the step; contacts without a force may be left out.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<FilmContact>,
     /// Of each of [`Film::joints`].
-    pub ties: Vec<Tie>,
+    pub ties: Vec<FilmTie>,
     /// How the step ended.
     pub status: Status,
     /// Iterations of the solver.
@@ -154,7 +154,7 @@ pub struct Frame {
 
 /// Where a body is and how it moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pose {
+pub struct FilmPose {
     /// r, m: the centre of mass.
     pub position: Vector3<f64>,
     /// Body → world.
@@ -167,13 +167,13 @@ pub struct Pose {
 
 /// A point of a body in contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Contact {
+pub struct FilmContact {
     /// Which of [`Film::bodies`].
     pub body: usize,
     /// What it touches.
-    pub partner: Partner,
+    pub partner: FilmPartner,
     /// Where.
-    pub place: Place,
+    pub place: FilmPlace,
     /// On the body, N, world frame; the partner gets the opposite.
     pub force: Vector3<f64>,
     /// Whether the point presses in the step: α.
@@ -186,7 +186,7 @@ pub struct Contact {
 
 /// What a body touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Partner {
+pub enum FilmPartner {
     /// [`Film::ground`].
     Ground,
     /// One of [`Film::fixed`].
@@ -197,8 +197,8 @@ pub enum Partner {
 
 /// Where a contact is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Place {
-    /// At one of [`Body::points`].
+pub enum FilmPlace {
+    /// At one of [`FilmBody::points`].
     Corner(usize),
     /// Anywhere else.
     At {
@@ -232,7 +232,7 @@ pub enum Status {
 
 impl Film {
     /// The steps: the frames but the last.
-    pub(crate) fn steps(&self) -> &[Frame] {
+    pub(crate) fn steps(&self) -> &[FilmFrame] {
         self.frames.split_last().map_or(&[], |(_, steps)| steps)
     }
 
@@ -260,7 +260,7 @@ impl Film {
 
     /// What body `b` is called: its label, or its name.
     pub(crate) fn name(&self, b: usize) -> String {
-        let Body { name, label, .. } = &self.bodies[b];
+        let FilmBody { name, label, .. } = &self.bodies[b];
         match [label, name].into_iter().find(|word| !word.is_empty()) {
             Some(word) => word.clone(),
             None => format!("body {b}"),
@@ -268,7 +268,7 @@ impl Film {
     }
 
     /// Where the points of body `b` are in `frame`, m.
-    pub(crate) fn points(&self, b: usize, frame: &Frame) -> impl Iterator<Item = Vector3<f64>> {
+    pub(crate) fn points(&self, b: usize, frame: &FilmFrame) -> impl Iterator<Item = Vector3<f64>> {
         let pose = &frame.poses[b];
         let rotation = pose.attitude.to_rotation_matrix();
         self.bodies[b].points.iter().map(move |point| pose.position + rotation * point)
@@ -280,7 +280,7 @@ impl Film {
     }
 
     /// The height of the lowest point of body `b` in `frame`, m.
-    pub(crate) fn lowest_height(&self, b: usize, frame: &Frame) -> f64 {
+    pub(crate) fn lowest_height(&self, b: usize, frame: &FilmFrame) -> f64 {
         let (body, pose) = (&self.bodies[b], &frame.poses[b]);
         let lowest = |core: &[Vector3<f64>], radius: f64| {
             let heights = core.iter().map(|p| self.height(&(pose.position + pose.attitude * p)));
@@ -304,30 +304,30 @@ impl Film {
     }
 
     /// The ground where it is not the plane z = 0.
-    pub(crate) fn inclined_ground(&self) -> Option<&Ground> {
+    pub(crate) fn inclined_ground(&self) -> Option<&FilmGround> {
         self.ground.as_ref().filter(|ground| !ground.is_level())
     }
 }
 
-impl Joint {
+impl FilmJoint {
     /// Whether it holds body `b`, from either side.
     pub(crate) fn is_of(&self, b: usize) -> bool {
         self.body == b || self.other == Some(b)
     }
 }
 
-impl Contact {
+impl FilmContact {
     /// Which corner of the body it is at.
     pub(crate) fn corner(&self) -> Option<usize> {
         match self.place {
-            Place::Corner(corner) => Some(corner),
-            Place::At { .. } => None,
+            FilmPlace::Corner(corner) => Some(corner),
+            FilmPlace::At { .. } => None,
         }
     }
 
     /// Whether it is a contact of body `b`, from either side.
     pub(crate) fn is_of(&self, b: usize) -> bool {
-        self.body == b || self.partner == Partner::Body(b)
+        self.body == b || self.partner == FilmPartner::Body(b)
     }
 
     /// The force on body `b`, N.
@@ -336,11 +336,11 @@ impl Contact {
     }
 }
 
-impl Body {
+impl FilmBody {
     /// How far it reaches from its centre of mass, m.
     pub(crate) fn reach(&self) -> f64 {
         let points = self.points.iter().map(|point| point.norm());
-        let ends = |piece: &Piece| {
+        let ends = |piece: &FilmPiece| {
             let core = piece.core().iter().map(|point| point.norm()).fold(0.0, f64::max);
             core + piece.radius()
         };
@@ -355,7 +355,7 @@ impl Fact {
     }
 }
 
-impl Ground {
+impl FilmGround {
     /// n · x − d, m.
     pub(crate) fn height(&self, place: &Vector3<f64>) -> f64 {
         self.normal.dot(place) - self.offset
@@ -424,18 +424,18 @@ mod tests {
     fn the_ground_s_frame_has_heights_for_z() {
         let place = Vector3::new(1.0, -2.0, 0.5);
         for normal in [[0.3, -0.2, 0.9], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [1e-9, 0.0, -1.0]] {
-            let ground = Ground { normal: Vector3::from(normal).normalize(), offset: -1.5 };
+            let ground = FilmGround { normal: Vector3::from(normal).normalize(), offset: -1.5 };
             let placed = ground.frame() * Point3::from(place);
             // Near the vertical the arc cosine has half the digits, more than a picture shows.
             assert!((placed.z - ground.height(&place)).abs() < 1e-7, "{normal:?}");
         }
-        let level = Ground { normal: Vector3::z(), offset: 0.0 };
+        let level = FilmGround { normal: Vector3::z(), offset: 0.0 };
         assert_eq!(level.frame() * Point3::from(place), Point3::from(place));
     }
 
     #[test]
     fn a_slope_is_an_angle() {
-        let ground = Ground { normal: Vector3::new(0.6, 0.0, 0.8), offset: 0.0 };
+        let ground = FilmGround { normal: Vector3::new(0.6, 0.0, 0.8), offset: 0.0 };
         assert!((ground.slope() - 36.869_897_645_844).abs() < 1e-9);
         let place = ground.frame() * Point3::new(0.8, 0.0, -0.6);
         assert!((place - Point3::new(1.0, 0.0, 0.0)).norm() < 1e-15, "x falls with the slope");

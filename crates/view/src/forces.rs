@@ -1,6 +1,6 @@
 //! Which contact forces are shown, and how large.
 
-use crate::film::{Body, Contact, Film, Frame, Partner, Place};
+use crate::film::{Film, FilmBody, FilmContact, FilmFrame, FilmPartner, FilmPlace};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ impl Scale {
     pub fn of(film: &Film) -> Self {
         let count = film.bodies.len() as f64;
         let mass = film.bodies.iter().map(|body| body.mass).sum::<f64>() / count;
-        let reach = film.bodies.iter().map(Body::reach).sum::<f64>() / count;
+        let reach = film.bodies.iter().map(FilmBody::reach).sum::<f64>() / count;
         let mut weight = mass * film.gravity.norm();
         if weight == 0.0 {
             let contacts = film.frames.iter().flat_map(|frame| &frame.contacts);
@@ -41,29 +41,30 @@ impl Scale {
 
     /// The contacts with a force that is shown, and the mean of it over `steps`: a mean, so
     /// that an impact of one step is seen whichever frame is shown.
-    pub fn means(&self, film: &Film, steps: &[Frame]) -> Vec<Mean> {
+    pub fn means(&self, film: &Film, steps: &[FilmFrame]) -> Vec<MeanForce> {
         let mut means = BTreeMap::new();
         for contact in steps.iter().flat_map(|step| &step.contacts) {
             let points = film.bodies.get(contact.body).map_or(0, |body| body.points.len());
             if contact.corner().is_some_and(|corner| corner >= points) {
                 continue;
             }
-            let mean = means.entry(Site::of(contact)).or_insert((contact.place, Vector3::zeros()));
+            let mean =
+                means.entry(ContactSite::of(contact)).or_insert((contact.place, Vector3::zeros()));
             // The last place is the one that is shown.
             mean.0 = contact.place;
             mean.1 += contact.force / steps.len() as f64;
         }
-        let is_shown = |mean: &Mean| mean.force.norm() > NEGLIGIBLE * self.weight;
-        let mean = |(site, (place, force))| Mean { site, place, force };
+        let is_shown = |mean: &MeanForce| mean.force.norm() > NEGLIGIBLE * self.weight;
+        let mean = |(site, (place, force))| MeanForce { site, place, force };
         means.into_iter().map(mean).filter(is_shown).collect()
     }
 }
 
 /// What a contact is told by from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Site {
+pub struct ContactSite {
     pub body: usize,
-    pub partner: Partner,
+    pub partner: FilmPartner,
     /// Whether `key` is a corner.
     pub is_corner: bool,
     pub key: u64,
@@ -71,28 +72,28 @@ pub struct Site {
 
 /// The mean force of a contact, N, world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mean {
-    pub site: Site,
-    pub place: Place,
+pub struct MeanForce {
+    pub site: ContactSite,
+    pub place: FilmPlace,
     pub force: Vector3<f64>,
 }
 
-impl Site {
-    fn of(contact: &Contact) -> Self {
+impl ContactSite {
+    fn of(contact: &FilmContact) -> Self {
         let (is_corner, key) = match contact.place {
-            Place::Corner(corner) => (true, corner as u64),
-            Place::At { key, .. } => (false, key),
+            FilmPlace::Corner(corner) => (true, corner as u64),
+            FilmPlace::At { key, .. } => (false, key),
         };
         Self { body: contact.body, partner: contact.partner, is_corner, key }
     }
 }
 
-impl Mean {
+impl MeanForce {
     /// Where it is when the bodies are as in `frame`, m.
-    pub fn point(&self, film: &Film, frame: &Frame) -> Vector3<f64> {
+    pub fn point(&self, film: &Film, frame: &FilmFrame) -> Vector3<f64> {
         match self.place {
-            Place::At { point, .. } => point,
-            Place::Corner(corner) => {
+            FilmPlace::At { point, .. } => point,
+            FilmPlace::Corner(corner) => {
                 let pose = &frame.poses[self.site.body];
                 pose.position + pose.attitude * film.bodies[self.site.body].points[corner]
             }

@@ -22,6 +22,7 @@ mod shape;
 pub mod view;
 
 pub use film::{
-    Body, Contact, Fact, Film, Fixed, Frame, Ground, Joint, Load, Partner, Place, Pose, Status, Tie,
+    Fact, Film, FilmBody, FilmContact, FilmFixed, FilmFrame, FilmGround, FilmJoint, FilmLoad,
+    FilmPartner, FilmPlace, FilmPose, FilmTie, Status,
 };
-pub use shape::{Hull, Mesh, Piece};
+pub use shape::{FilmHull, FilmMesh, FilmPiece};

@@ -3,12 +3,12 @@
 use crate::chart::{Chart, line_key};
 use crate::markup::escape;
 use crate::page::{figure, number, opening, table};
-use crate::plot::scale::{Axis, Kind};
+use crate::plot::scale::{PlotAxis, ScaleKind};
 use std::fmt::Write as _;
 
 /// Content of the page.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Report {
+pub struct PlanReport {
     /// Name and version of the program.
     pub program: String,
     /// Name of the problem.
@@ -18,9 +18,9 @@ pub struct Report {
     /// Missed targets and reasons; empty if all are met.
     pub reason: String,
     /// Stages of the search.
-    pub stages: Vec<Stage>,
+    pub stages: Vec<PlanStage>,
     /// Targets and path constraints.
-    pub targets: Vec<Target>,
+    pub targets: Vec<PlanTarget>,
     /// Least cost so far, by iteration of all stages.
     pub progress: Vec<f64>,
     /// Times of the states, s.
@@ -28,7 +28,7 @@ pub struct Report {
     /// Controls: names with units, and one value for each step.
     pub controls: Vec<(String, Vec<f64>)>,
     /// Names of contacts, and their modes in each step.
-    pub contacts: Vec<(String, Vec<Touch>)>,
+    pub contacts: Vec<(String, Vec<PlanTouch>)>,
     /// Paths of the bodies.
     pub paths: Vec<Path>,
 }
@@ -44,7 +44,7 @@ pub struct Path {
 
 /// Outcome of a stage.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Stage {
+pub struct PlanStage {
     /// Name of the stage.
     pub name: String,
     /// Cost of the replay of its controls.
@@ -59,7 +59,7 @@ pub struct Stage {
 
 /// A target and its miss.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Target {
+pub struct PlanTarget {
     /// Name of the target.
     pub name: String,
     /// Miss and tolerance.
@@ -70,7 +70,7 @@ pub struct Target {
 
 /// Mode of a contact in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Touch {
+pub enum PlanTouch {
     /// No contact, or no force.
     Open,
     /// Force without slip.
@@ -88,7 +88,7 @@ const MOST: usize = 24;
 
 /// Complete HTML page of a report.
 #[must_use]
-pub fn page(report: &Report) -> String {
+pub fn page(report: &PlanReport) -> String {
     let title = format!("tumble plan: {}", escape(&report.name));
     let mut html = opening(&title, STYLE);
     let _ = writeln!(html, "<p class=\"faint\">{}</p>", escape(&report.program));
@@ -118,10 +118,10 @@ pub fn page(report: &Report) -> String {
     html
 }
 
-fn targets(targets: &[Target]) -> String {
+fn targets(targets: &[PlanTarget]) -> String {
     let columns = [("asked for", false), ("missed by", true), ("allowed", true), ("unit", false)];
     let mut rows = String::new();
-    for Target { name, miss: [by, allowed], unit } in targets {
+    for PlanTarget { name, miss: [by, allowed], unit } in targets {
         let _ = writeln!(
             rows,
             "<tr class=\"first\"><th scope=\"row\">{}</th>{}{}<td>{}</td></tr>",
@@ -134,7 +134,7 @@ fn targets(targets: &[Target]) -> String {
     table(&columns, &rows)
 }
 
-fn stages(stages: &[Stage]) -> String {
+fn stages(stages: &[PlanStage]) -> String {
     let columns = [
         ("stage", false),
         ("cost", true),
@@ -163,8 +163,8 @@ fn cost(progress: &[f64]) -> String {
     if progress.len() < 2 {
         return String::new();
     }
-    let iterations = Axis::linear(0.0, progress.len() as f64, 0.0, 6);
-    let costs = Axis::new(Kind::Log, progress.iter().copied(), 6);
+    let iterations = PlotAxis::linear(0.0, progress.len() as f64, 0.0, 6);
+    let costs = PlotAxis::new(ScaleKind::Log, progress.iter().copied(), 6);
     let mut chart =
         Chart::new(iterations, costs, ("iterations of all stages", "least cost so far"));
     chart.line("native", progress.iter().enumerate().map(|(k, cost)| (k as f64, *cost)));
@@ -172,19 +172,19 @@ fn cost(progress: &[f64]) -> String {
 }
 
 /// Modes of contacts over time, one line for each contact.
-fn ribbon(report: &Report) -> String {
+fn ribbon(report: &PlanReport) -> String {
     let count = report.contacts.len().min(MOST);
     if count == 0 {
         return String::new();
     }
     let (start, end) = ends(&report.times);
-    let mut lines = Axis::linear(0.0, count as f64, 0.0, 1);
+    let mut lines = PlotAxis::linear(0.0, count as f64, 0.0, 1);
     let names = report.contacts.iter().take(count).enumerate();
     lines.ticks = names.map(|(k, (name, _))| (k as f64 + 0.5, escape(name))).collect();
     let mut chart =
-        Chart::new(Axis::linear(start, end, 0.0, 6), lines, ("time t (s)", "what contacts do"));
+        Chart::new(PlotAxis::linear(start, end, 0.0, 6), lines, ("time t (s)", "what contacts do"));
     for (k, (_, modes)) in report.contacts.iter().take(count).enumerate() {
-        for (class, mode) in [("stick", Touch::Stick), ("slip", Touch::Slip)] {
+        for (class, mode) in [("stick", PlanTouch::Stick), ("slip", PlanTouch::Slip)] {
             let spans = modes.iter().zip(report.times.windows(2)).filter(|(of, _)| **of == mode);
             let spans = spans.map(|(_, span)| (span[0], span[1]));
             chart.bars(class, spans, (k as f64 + 0.15, k as f64 + 0.85));
@@ -202,8 +202,8 @@ fn ribbon(report: &Report) -> String {
 
 fn control(times: &[f64], name: &str, values: &[f64]) -> String {
     let (start, end) = ends(times);
-    let axis = Axis::new(Kind::FromZero, values.iter().copied(), 6);
-    let mut chart = Chart::new(Axis::linear(start, end, 0.0, 6), axis, ("time t (s)", name));
+    let axis = PlotAxis::new(ScaleKind::FromZero, values.iter().copied(), 6);
+    let mut chart = Chart::new(PlotAxis::linear(start, end, 0.0, 6), axis, ("time t (s)", name));
     // Each value holds for a step.
     let held = values.iter().zip(times.windows(2));
     chart.line("native", held.flat_map(|(value, span)| [(span[0], *value), (span[1], *value)]));
@@ -220,7 +220,8 @@ fn paths(times: &[f64], path: &Path) -> String {
     let (start, end) = ends(times);
     let y_name = format!("place of {} (m)", path.body);
     let values = path.points.iter().flatten().copied();
-    let axes = (Axis::linear(start, end, 0.0, 6), Axis::new(Kind::FromZero, values, 6));
+    let axes =
+        (PlotAxis::linear(start, end, 0.0, 6), PlotAxis::new(ScaleKind::FromZero, values, 6));
     let mut chart = Chart::new(axes.0, axes.1, ("time t (s)", &y_name));
     let mut caption = String::new();
     for (k, (class, name)) in [("native", "x"), ("ipopt", "y"), ("guide", "z")].iter().enumerate() {
@@ -237,23 +238,27 @@ mod tests {
     #[test]
     fn the_page_has_all_of_it_and_no_markup_of_others() {
         let words = |text: &str| text.to_owned();
-        let report = Report {
+        let report = PlanReport {
             program: words("tumble"),
             name: words("box <b>"),
             status: (words("missed"), false),
             reason: words("x is missed & so on"),
-            stages: vec![Stage {
+            stages: vec![PlanStage {
                 name: words("sample"),
                 cost: 2.5,
                 counts: [3, 40],
                 message: words("<i>"),
                 kept: true,
             }],
-            targets: vec![Target { name: words("box.x"), miss: [0.25, 0.001], unit: words("m") }],
+            targets: vec![PlanTarget {
+                name: words("box.x"),
+                miss: [0.25, 0.001],
+                unit: words("m"),
+            }],
             progress: vec![9.0, 4.0, 2.5],
             times: vec![0.0, 0.1, 0.2],
             controls: vec![(words("force (N)"), vec![1.0, -1.0])],
-            contacts: vec![(words("box 0"), vec![Touch::Stick, Touch::Slip])],
+            contacts: vec![(words("box 0"), vec![PlanTouch::Stick, PlanTouch::Slip])],
             paths: vec![Path {
                 body: words("box"),
                 points: vec![[0.0; 3], [0.1, 0.0, 0.0], [0.2, 0.0, 0.1]],
@@ -268,7 +273,7 @@ mod tests {
         }
     }
 
-    fn drawn(report: &Report, charts: usize) -> String {
+    fn drawn(report: &PlanReport, charts: usize) -> String {
         let page = page(report);
         assert_eq!(page.matches("<svg viewBox=\"0 0 440").count(), charts);
         page

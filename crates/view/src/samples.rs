@@ -1,6 +1,9 @@
 //! Films for tests, from closed forms.
 
-use crate::film::{Body, Contact, Film, Frame, Ground, Load, Partner, Place, Pose, Status};
+use crate::film::{
+    Film, FilmBody, FilmContact, FilmFrame, FilmGround, FilmLoad, FilmPartner, FilmPlace, FilmPose,
+    Status,
+};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// g, m/s².
@@ -17,7 +20,7 @@ pub fn falling_cube(steps: u64) -> Film {
     let film = Film {
         title: "a falling cube".to_owned(),
         gravity: Vector3::new(0.0, 0.0, -GRAVITY),
-        ground: Some(Ground { normal: Vector3::z(), offset: 0.0 }),
+        ground: Some(FilmGround { normal: Vector3::z(), offset: 0.0 }),
         ..floating_cube(0)
     };
     let frame = |k: u64| {
@@ -25,20 +28,20 @@ pub fn falling_cube(steps: u64) -> Film {
         let height = HEIGHT - 0.5 * GRAVITY * time * time;
         let rests = height <= HALF_SIDE;
         let force = Vector3::new(0.0, 0.0, MASS * GRAVITY / 4.0);
-        let contact = |point| Contact {
+        let contact = |point| FilmContact {
             body: 0,
-            partner: Partner::Ground,
-            place: Place::Corner(point),
+            partner: FilmPartner::Ground,
+            place: FilmPlace::Corner(point),
             force,
             carries_force: true,
             slacks: [0.0; 2],
             multiplier: 0.0,
         };
         let fallen = if rests { 0.0 } else { -GRAVITY * time };
-        Frame {
+        FilmFrame {
             kinetic: 0.5 * MASS * (16.0 + fallen * fallen) + 0.5,
             potential: MASS * GRAVITY * height.max(HALF_SIDE),
-            poses: vec![Pose {
+            poses: vec![FilmPose {
                 position: Vector3::new(0.0, 4.0 * time, height.max(HALF_SIDE)),
                 attitude: UnitQuaternion::from_euler_angles(0.0, 0.0, time),
                 velocity: Vector3::new(0.0, 4.0, fallen),
@@ -60,9 +63,9 @@ pub fn floating_cube(steps: u64) -> Film {
     };
     let frame = |k: u64| {
         let time = k as f64 * time_step;
-        Frame {
+        FilmFrame {
             kinetic: 0.5 * MASS * 4.0 + 0.5 * 9.0,
-            poses: vec![Pose {
+            poses: vec![FilmPose {
                 position: Vector3::new(2.0 * time, 0.0, 3.0),
                 attitude: UnitQuaternion::from_euler_angles(3.0 * time, 0.0, 0.0),
                 velocity: Vector3::new(2.0, 0.0, 0.0),
@@ -80,13 +83,13 @@ pub fn floating_cube(steps: u64) -> Film {
         friction: 0.3,
         ground: None,
         fixed: Vec::new(),
-        bodies: vec![Body {
+        bodies: vec![FilmBody {
             name: String::new(),
             pieces: Vec::new(),
             mass: MASS,
             inertia: Matrix3::identity(),
             points: (0..8).map(corner).collect(),
-            load: Load::default(),
+            load: FilmLoad::default(),
             colour: None,
             label: String::new(),
         }],
@@ -95,8 +98,8 @@ pub fn floating_cube(steps: u64) -> Film {
     }
 }
 
-fn moment(index: u64, time: f64) -> Frame {
-    Frame {
+fn moment(index: u64, time: f64) -> FilmFrame {
+    FilmFrame {
         index,
         time,
         poses: Vec::new(),
@@ -111,7 +114,7 @@ fn moment(index: u64, time: f64) -> Frame {
 }
 
 /// The last frame has no step.
-fn ended(frames: impl Iterator<Item = Frame>) -> Vec<Frame> {
+fn ended(frames: impl Iterator<Item = FilmFrame>) -> Vec<FilmFrame> {
     let mut frames: Vec<_> = frames.collect();
     if let Some(last) = frames.last_mut() {
         last.status = Status::End;

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 /// A piece of a body or of what stands still, m: convex, or a mesh.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Piece {
+pub enum FilmPiece {
     /// A polyhedron, rounded or not.
-    Hull(Hull),
+    Hull(FilmHull),
     /// A ball.
     Sphere {
         /// Its middle.
@@ -23,15 +23,15 @@ pub enum Piece {
         radius: f64,
     },
     /// What is for the eye alone.
-    Mesh(Mesh),
+    Mesh(FilmMesh),
 }
 
 /// What is within `radius` of a convex polyhedron.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Hull {
+pub struct FilmHull {
     /// The corners of the polyhedron.
     pub vertices: Vec<Vector3<f64>>,
-    /// Its faces: places in [`Hull::vertices`], in order around each, from either side.
+    /// Its faces: places in [`FilmHull::vertices`], in order around each, from either side.
     pub faces: Vec<Vec<usize>>,
     /// 0 for sharp edges.
     pub radius: f64,
@@ -39,17 +39,17 @@ pub struct Hull {
 
 /// Triangles, which may be open and need not be convex.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Mesh {
+pub struct FilmMesh {
     /// The corners of the triangles.
     pub vertices: Vec<Vector3<f64>>,
-    /// Places in [`Mesh::vertices`], counter-clockwise seen from outside.
+    /// Places in [`FilmMesh::vertices`], counter-clockwise seen from outside.
     pub triangles: Vec<[usize; 3]>,
 }
 
 /// What is drawn.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Look {
-    Solid(Piece),
+pub(crate) enum Outline {
+    Solid(FilmPiece),
     /// The outline of the points, and the points.
     Points(Vec<Vector3<f64>>),
 }
@@ -58,11 +58,11 @@ pub(crate) enum Look {
 const BOX: [[usize; 4]; 6] =
     [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
 
-impl Piece {
+impl FilmPiece {
     /// A box by its eight corners, x fastest.
     pub fn cuboid(corners: &[Vector3<f64>]) -> Self {
         let faces = BOX.iter().map(|face| face.to_vec()).collect();
-        Self::Hull(Hull { vertices: corners.to_vec(), faces, radius: 0.0 })
+        Self::Hull(FilmHull { vertices: corners.to_vec(), faces, radius: 0.0 })
     }
 
     /// The corners of the polyhedron, the segment or the point that it is round about.
@@ -78,7 +78,7 @@ impl Piece {
     /// How far it goes beyond its core, m.
     pub(crate) fn radius(&self) -> f64 {
         match self {
-            Self::Hull(Hull { radius, .. })
+            Self::Hull(FilmHull { radius, .. })
             | Self::Sphere { radius, .. }
             | Self::Capsule { radius, .. } => *radius,
             Self::Mesh(_) => 0.0,
@@ -86,7 +86,7 @@ impl Piece {
     }
 }
 
-impl Hull {
+impl FilmHull {
     /// The faces with their outward normals, of length 1; without those that have no area.
     pub(crate) fn sides(&self) -> impl Iterator<Item = (&[usize], Vector3<f64>)> {
         let middle = self.vertices.iter().sum::<Vector3<f64>>() / self.vertices.len() as f64;
@@ -111,7 +111,7 @@ impl Hull {
 /// Triangles of a mesh that meet at less than this have no line between them, cosine: 30°.
 const CREASE: f64 = 0.866;
 
-impl Mesh {
+impl FilmMesh {
     /// The triangles with their outward normals, of length 1; without those that have no area.
     pub(crate) fn sides(&self) -> impl Iterator<Item = (&[usize], Vector3<f64>)> {
         self.triangles.iter().filter_map(|triangle| {
@@ -140,15 +140,15 @@ impl Mesh {
     }
 }
 
-impl Look {
+impl Outline {
     /// How a body of `pieces` is drawn; of one without any, the box that its points are the corners
     /// of, or the points.
-    pub fn of(pieces: &[Piece], points: &[Vector3<f64>]) -> Vec<Self> {
+    pub fn of(pieces: &[FilmPiece], points: &[Vector3<f64>]) -> Vec<Self> {
         if !pieces.is_empty() {
             return pieces.iter().cloned().map(Self::Solid).collect();
         }
         vec![if is_box(points) {
-            Self::Solid(Piece::cuboid(points))
+            Self::Solid(FilmPiece::cuboid(points))
         } else {
             Self::Points(points.to_vec())
         }]
@@ -216,7 +216,7 @@ mod tests {
             at(1.0, 1.0, 0.0),
         ];
         let triangles = vec![[0, 1, 2], [1, 4, 2], [0, 2, 3], [0, 0, 1], [0, 1, 9]];
-        let mesh = Mesh { vertices, triangles };
+        let mesh = FilmMesh { vertices, triangles };
         let normals: Vec<_> = mesh.sides().map(|side| side.1).collect();
         assert_eq!(normals, [Vector3::z(), Vector3::z(), Vector3::x()]);
         assert_eq!(mesh.creases(), [[0, 1], [0, 2], [0, 3], [1, 4], [2, 3], [2, 4]]);
@@ -224,8 +224,8 @@ mod tests {
 
     #[test]
     fn normals_point_outward_whichever_way_the_faces_go() {
-        let Piece::Hull(mut hull) =
-            Piece::cuboid(&corners([Vector3::x(), Vector3::y(), Vector3::z()]))
+        let FilmPiece::Hull(mut hull) =
+            FilmPiece::cuboid(&corners([Vector3::x(), Vector3::y(), Vector3::z()]))
         else {
             unreachable!("a box is a hull")
         };

@@ -4,8 +4,8 @@
 mod pile;
 
 use std::ops::ControlFlow;
-use tumble_view::animation::{Settings, animate};
-use tumble_view::plot::{self, Sheet};
+use tumble_view::animation::{AnimationSettings, animate};
+use tumble_view::plot::{self, PlotSheet};
 use tumble_view::view::page;
 
 fn leave(name: &str, bytes: &[u8]) {
@@ -14,7 +14,7 @@ fn leave(name: &str, bytes: &[u8]) {
     }
 }
 
-fn gif_of(film: &tumble_view::Film, settings: &Settings) -> Vec<u8> {
+fn gif_of(film: &tumble_view::Film, settings: &AnimationSettings) -> Vec<u8> {
     animate(film, settings, |_, _| ControlFlow::Continue(())).unwrap()
 }
 
@@ -39,7 +39,7 @@ fn last_picture(bytes: &[u8], size: usize) -> Vec<[u8; 3]> {
 #[test]
 fn a_hundred_bodies_are_animated() {
     let film = pile::film(100);
-    let settings = Settings { size: 800, ..Settings::default() };
+    let settings = AnimationSettings { size: 800, ..AnimationSettings::default() };
     let start = std::time::Instant::now();
     let bytes = gif_of(&film, &settings);
     eprintln!("gif of 100 bodies: {:?}, {} bytes", start.elapsed(), bytes.len());
@@ -62,15 +62,15 @@ fn a_hundred_bodies_are_animated() {
 #[test]
 fn the_plots_are_of_the_body_that_is_asked_for() {
     let film = pile::film(50);
-    let svg = plot::svg(&film, Sheet::Motion, 60);
+    let svg = plot::svg(&film, PlotSheet::Motion, 60);
     assert!(svg.contains("Motion and contact of ball 60: a hundred bodies"));
     assert!(svg.contains("100 bodies, μ = 0.5"));
-    assert_ne!(svg, plot::svg(&film, Sheet::Motion, 0));
+    assert_ne!(svg, plot::svg(&film, PlotSheet::Motion, 0));
     // One that is not there is the last.
-    assert_eq!(plot::svg(&film, Sheet::Motion, 99), plot::svg(&film, Sheet::Motion, 4711));
+    assert_eq!(plot::svg(&film, PlotSheet::Motion, 99), plot::svg(&film, PlotSheet::Motion, 4711));
     leave("ball.png", &plot::png(&svg).unwrap());
-    let energy = plot::svg(&film, Sheet::Energy, 60);
-    assert_eq!(energy, plot::svg(&film, Sheet::Energy, 0), "the energy is that of all");
+    let energy = plot::svg(&film, PlotSheet::Energy, 60);
+    assert_eq!(energy, plot::svg(&film, PlotSheet::Energy, 0), "the energy is that of all");
     leave("energy.png", &plot::png(&energy).unwrap());
 }
 

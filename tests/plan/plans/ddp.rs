@@ -4,13 +4,15 @@ use super::{assert_replays, campaign, plan, shipped, told};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_plan::file::StageName;
-use tumble_plan::{Method, Plan, PlanStatus, Problem, Progress, Shoot, Stage, Watch};
+use tumble_plan::{
+    Method, Plan, PlanProblem, PlanStatus, SearchProgress, SearchWatch, Shoot, Stage,
+};
 
 fn ddp() -> Shoot {
     Shoot { method: Method::DynamicProgramming, ..Shoot::default() }
 }
 
-fn by_ddp(problem: &Problem) -> Plan {
+fn by_ddp(problem: &PlanProblem) -> Plan {
     plan(problem, &problem.zero(), &[Box::new(ddp())])
 }
 
@@ -140,13 +142,13 @@ fn it_ends_where_it_is_told_to() {
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut best = f64::INFINITY;
     for raises in [false, true] {
-        let mut progress = |progress: &Progress<'_>| {
+        let mut progress = |progress: &SearchProgress<'_>| {
             best = progress.cost;
             let ends = progress.iteration >= 7;
             interrupt.store(ends && raises, std::sync::atomic::Ordering::Relaxed);
             !ends || raises
         };
-        let mut watch = Watch { interrupt: &interrupt, progress: &mut progress };
+        let mut watch = SearchWatch { interrupt: &interrupt, progress: &mut progress };
         let found = file.problem.plan(&zero, &stages, &mut watch).unwrap();
         assert!(found.stages[0].iterations < 12, "{}", found.stages[0].iterations);
         assert_eq!(found.replay.cost, best);

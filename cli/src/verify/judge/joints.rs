@@ -1,11 +1,11 @@
 //! The rows of joints and gears, held against their bodies.
 
-use super::{Judge, ROUNDED, is_near};
+use super::{ROUNDED, StepJudge, is_near};
 use tumble_core::joint::{Axis, Drive, JointForce};
 use tumble_core::mechanics::State;
-use tumble_scene::output::tables::{GearRow, JointRow, TableStep};
+use tumble_scene::output::tables::{GearTableRow, JointRow, TableStep};
 
-impl Judge {
+impl StepJudge {
     /// Which joint's row is not what states and forces make it, in a step that leads to `next` under the
     /// forces, or at the end. Numbers of it are computed of the same doubles: what differs is of another
     /// machine's rounding.
@@ -66,7 +66,7 @@ impl Judge {
                 None => (None, &at_end[..]),
             };
             let found =
-                GearRow::between(&self.world, gear, (&step.states, next), (joints, row.force));
+                GearTableRow::between(&self.world, gear, (&step.states, next), (joints, row.force));
             let h = self.world.time_step();
             let reach = gear
                 .axes()

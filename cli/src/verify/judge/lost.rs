@@ -1,18 +1,18 @@
 //! What rounding may make of a step that is computed once more.
 
-use super::{Judge, ROUNDED, Step, Touching};
+use super::{ROUNDED, RecordedStep, StepContacts, StepJudge};
 use nalgebra::Vector3;
 use tumble_core::contact::{Contact, rounding};
 use tumble_core::joint::{Gear, GearAxis, Joint, JointForce};
 use tumble_core::mechanics::State;
 
-impl Judge {
+impl StepJudge {
     /// What rounding may make of a residual, m/s: of the step's own (eq. 22) where contacts follow
     /// from the states; where they are rebuilt from rows, of theirs too.
-    pub(super) fn lost(&self, step: &Step, contacts: &[Contact], next: &[State]) -> f64 {
+    pub(super) fn lost(&self, step: &RecordedStep, contacts: &[Contact], next: &[State]) -> f64 {
         match step {
-            Step::Trajectory(_) => rounding::residual(&self.world, step.states(), next),
-            Step::Tables(_) => self.lost_in(contacts, step.states(), next),
+            RecordedStep::Trajectory(_) => rounding::residual(&self.world, step.states(), next),
+            RecordedStep::Tables(_) => self.lost_in(contacts, step.states(), next),
         }
     }
 
@@ -38,8 +38,8 @@ impl Judge {
     ///
     /// of both bodies of each contact and joint, a torque as a force at the joint's length. It is what two computations of one residual may differ by; no
     /// step is called exact for it.
-    pub(super) fn lost_of_forces(&self, touching: &Touching, states: &[State]) -> f64 {
-        let Touching { contacts, forces, joints, gears, .. } = touching;
+    pub(super) fn lost_of_forces(&self, touching: &StepContacts, states: &[State]) -> f64 {
+        let StepContacts { contacts, forces, joints, gears, .. } = touching;
         let give = |index: usize| {
             let (body, state) = (&self.world.bodies()[index], &states[index]);
             let reach = body.reach();

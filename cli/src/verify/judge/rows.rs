@@ -1,6 +1,6 @@
 //! The contacts of tables, rebuilt from their rows.
 
-use super::{Judge, Touching};
+use super::{StepContacts, StepJudge};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use tumble_core::contact::{ContactKey, PairFeatures};
@@ -9,14 +9,14 @@ use tumble_core::joint::JointForce;
 use tumble_core::mechanics::{State, Wrench};
 use tumble_scene::output::tables::{Misplaced, TableStep};
 
-impl Judge {
+impl StepJudge {
     /// The contacts and the forces of joints that the tables have.
     pub(super) fn of_rows(
         &self,
         step: &TableStep,
         next: &[State],
         wrenches: &[Wrench],
-    ) -> Touching {
+    ) -> StepContacts {
         let joints = self.world.joints().iter().zip(&step.joints).map(|(joint, row)| {
             let at = joint.coordinates(next);
             let unknown = Vector3::repeat(f64::NAN);
@@ -24,7 +24,8 @@ impl Judge {
             JointForce { force: row.force, torque: row.torque, angles }
         });
         let gears = step.gears.iter().map(|gear| gear.force).collect();
-        let mut touching = Touching { joints: joints.collect(), gears, ..Touching::default() };
+        let mut touching =
+            StepContacts { joints: joints.collect(), gears, ..StepContacts::default() };
         let mut planes = BTreeMap::new();
         let moved = if step.contacts.is_empty() { 0.0 } else { self.moved(step, next, wrenches) };
         for (number, row) in step.contacts.iter().enumerate() {

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
-use tumble_view::{Mesh, Piece};
+use tumble_view::{FilmMesh, FilmPiece};
 
 /// Meshes in a scene.
 const MESHES: usize = 10;
@@ -23,7 +23,7 @@ const MOST_DRAWN: usize = 20_000;
 const LARGEST_PAGE: u64 = 5 << 20;
 
 /// A torus with `bumps` bumps around it, 0.36 m across.
-fn torus(bumps: usize) -> Mesh {
+fn torus(bumps: usize) -> FilmMesh {
     let turn = |k: usize| (k % RINGS) as f64 / RINGS as f64 * std::f64::consts::TAU;
     let vertex = |i: usize| {
         let (around, across) = (turn(i / RINGS), turn(i % RINGS));
@@ -37,11 +37,11 @@ fn torus(bumps: usize) -> Mesh {
         let [a, b, c, d] = [place(k, l), place(k + 1, l), place(k + 1, l + 1), place(k, l + 1)];
         [[a, b, c], [a, c, d]]
     });
-    Mesh { vertices: (0..RINGS * RINGS).map(vertex).collect(), triangles: triangles.collect() }
+    FilmMesh { vertices: (0..RINGS * RINGS).map(vertex).collect(), triangles: triangles.collect() }
 }
 
 /// Writes a mesh as binary STL.
-fn write_stl(path: &Path, mesh: &Mesh) {
+fn write_stl(path: &Path, mesh: &FilmMesh) {
     let mut bytes = vec![0; 80];
     bytes.extend((mesh.triangles.len() as u32).to_le_bytes());
     for triangle in &mesh.triangles {
@@ -144,10 +144,10 @@ fn a_page_of_ten_large_meshes_is_drawn() {
     let mut film = pile::film(20);
     // All other bodies are too small to be seen.
     for body in &mut film.bodies {
-        body.pieces = vec![Piece::Sphere { centre: Vector3::zeros(), radius: 0.005 }];
+        body.pieces = vec![FilmPiece::Sphere { centre: Vector3::zeros(), radius: 0.005 }];
     }
     for (k, body) in film.bodies[FLYING..FLYING + MESHES].iter_mut().enumerate() {
-        body.pieces = vec![Piece::Mesh(torus(3 + k))];
+        body.pieces = vec![FilmPiece::Mesh(torus(3 + k))];
     }
     let path = pages.path("meshes.html");
     fs::write(&path, tumble_view::view::page("0", &[&film]).unwrap()).unwrap();

@@ -1,7 +1,7 @@
 //! Controls from their tables.
 
-use super::super::control::{Control, ControlKind, Push, StartPart};
-use super::tables::{ControlTable, Joints, KindName, PartName, Range};
+use super::super::control::{Control, ControlKind, PushControl, StartPart};
+use super::tables::{ControlTable, JointNames, KindName, PartName, Range};
 use super::{body_of, unit};
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::joint::JointAxis;
@@ -41,7 +41,7 @@ impl ControlTable {
                 (ControlKind::Push(push), each(&ranges), of_body(body))
             }
             KindName::Motor => {
-                let Some(joints) = self.joint.as_ref().map(Joints::names) else {
+                let Some(joints) = self.joint.as_ref().map(JointNames::names) else {
                     return Err("joint: the name of one is needed".to_owned());
                 };
                 let axes = joints.iter().map(|joint| self.joint_axis(scene, joint));
@@ -141,7 +141,7 @@ impl ControlTable {
         Ok((joint, axis))
     }
 
-    fn push(&self, scene: &Scene, body: usize) -> Result<Push, String> {
+    fn push(&self, scene: &Scene, body: usize) -> Result<PushControl, String> {
         if self.normal.is_none() {
             return Err("normal: its range is needed, N".to_owned());
         }
@@ -162,7 +162,7 @@ impl ControlTable {
         let along = if into[0].abs() > 0.9 { Vector3::y() } else { Vector3::x() };
         let first = (along - into * into.dot(&along)).normalize();
         let frame = Matrix3::from_columns(&[into, first, into.cross(&first)]);
-        Ok(Push { body, point, frame, friction: self.friction })
+        Ok(PushControl { body, point, frame, friction: self.friction })
     }
 
     /// Bounds of a start; a component without a range keeps the scene's value.

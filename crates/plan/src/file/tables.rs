@@ -63,12 +63,12 @@ impl Range {
 /// Joints of a motor.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "the name of a joint, or a list of them, is needed")]
-pub(super) enum Joints {
+pub(super) enum JointNames {
     One(String),
     List(Vec<String>),
 }
 
-impl Joints {
+impl JointNames {
     pub(super) fn names(&self) -> &[String] {
         match self {
             Self::One(name) => std::slice::from_ref(name),
@@ -99,7 +99,7 @@ pub(super) enum PartName {
 
 /// Direction along an axis of a body.
 #[derive(Deserialize, Clone, Copy)]
-pub(super) enum Side {
+pub(super) enum FaceSide {
     #[serde(rename = "+x")]
     XUp,
     #[serde(rename = "-x")]
@@ -114,7 +114,7 @@ pub(super) enum Side {
     ZDown,
 }
 
-impl Side {
+impl FaceSide {
     pub(super) fn direction(self) -> Vector3<f64> {
         match self {
             Self::XUp => Vector3::x(),
@@ -138,7 +138,7 @@ pub(super) struct ControlTable {
     pub(super) x: Option<Range>,
     pub(super) y: Option<Range>,
     pub(super) z: Option<Range>,
-    pub(super) face: Option<Side>,
+    pub(super) face: Option<FaceSide>,
     pub(super) at: Option<Numbers<3>>,
     pub(super) direction: Option<Numbers<3>>,
     pub(super) friction: Option<f64>,
@@ -147,7 +147,7 @@ pub(super) struct ControlTable {
     pub(super) tangential_2: Option<Range>,
     pub(super) offset: Option<Range>,
     pub(super) offset_2: Option<Range>,
-    pub(super) joint: Option<Joints>,
+    pub(super) joint: Option<JointNames>,
     pub(super) axis: Option<String>,
     pub(super) force: Option<Range>,
     pub(super) of: Option<PartName>,
@@ -170,7 +170,7 @@ pub(super) struct TargetTable {
     pub(super) attitude: Option<Numbers<4>>,
     pub(super) turn: Option<f64>,
     pub(super) axis: Option<Numbers<3>>,
-    pub(super) down: Option<Side>,
+    pub(super) down: Option<FaceSide>,
     #[serde(default)]
     pub(super) tolerance: Each,
     #[serde(default)]

@@ -12,14 +12,14 @@ use tumble_scene::scene::Scene;
 const USUAL: (f64, f64, f64, f64) = (1e-3, 1e-2, 1e-2, 0.5);
 
 /// A quantity of a table: name, target, tolerance, weight, and default tolerance.
-type Asked = (&'static str, TargetKind, Option<f64>, Option<f64>, f64);
+type TargetField = (&'static str, TargetKind, Option<f64>, Option<f64>, f64);
 
 impl TargetTable {
     /// Targets of a table, one for each quantity.
     pub(super) fn targets(self, scene: &Scene, steps: usize) -> Result<Vec<Target>, String> {
         let body = body_of(scene, self.body.as_deref())?;
         let after = self.after.map_or(steps, |after| after as usize);
-        let mut kinds: Vec<Asked> = Vec::new();
+        let mut kinds: Vec<TargetField> = Vec::new();
         let (tolerance, weight) = (&self.tolerance, &self.weight);
         let (m, m_s, rad_s, degrees) = USUAL;
         let mut position = [self.x, self.y, self.z];
@@ -93,7 +93,7 @@ impl TargetTable {
                 return Err(format!("tolerance and weight: {name} is not asked for"));
             }
         }
-        let target = |(name, kind, tolerance, weight, usual): Asked| {
+        let target = |(name, kind, tolerance, weight, usual): TargetField| {
             let usual = if kind.unit() == "rad" { usual.to_radians() } else { usual };
             let tolerance = tolerance.unwrap_or(usual);
             let weight = weight.unwrap_or(1.0 / (tolerance * tolerance));

@@ -1,7 +1,7 @@
 //! Checks of the parts of a problem.
 
 use super::super::PlanError;
-use super::super::control::{Control, ControlKind, Push};
+use super::super::control::{Control, ControlKind, PushControl};
 use crate::target::FARTHEST;
 use tumble_core::joint::JointAxis;
 use tumble_core::world::constants::extents;
@@ -123,7 +123,7 @@ pub(super) fn check_control(
 /// Refuses a push whose point, with any of its offsets, lies outside the box around the body.
 fn check_reach(
     name: &str,
-    push: &Push,
+    push: &PushControl,
     offsets: &[[f64; 2]],
     world: &World,
 ) -> Result<(), PlanError> {

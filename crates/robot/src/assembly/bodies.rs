@@ -3,13 +3,13 @@
 use super::forms::{equivalent, fit, form_of, scene_form};
 use super::touching::friction_of;
 use super::{Assembled, Carried, Placing, place_of};
-use crate::frame::Frame;
-use crate::model::{Form as RobotForm, Look, Mass, Robot, Seen, Shape as RobotShape};
-use crate::motion::Motion;
+use crate::frame::LinkFrame;
+use crate::model::{LinkMass, LookForm, Robot, RobotForm, RobotLook, RobotShape};
+use crate::motion::RobotMotion;
 use nalgebra::Vector3;
 use tumble_core::mechanics::{Load, Polyline};
 use tumble_model::parameters::LoadParameters;
-use tumble_model::shape::{Form, PlacedForm, Shape};
+use tumble_model::shape::{ModelForm, ModelShape, PlacedForm};
 use tumble_model::{BodyModel, BodyStart, Model};
 
 /// More shapes than this do not touch.
@@ -30,7 +30,7 @@ impl Assembled {
     pub(super) fn add_bodies(
         &mut self,
         placing: &Placing,
-        motion: &Motion,
+        motion: &RobotMotion,
         model: &mut Model,
     ) -> Result<(), String> {
         let mut notes = Vec::new();
@@ -92,11 +92,11 @@ impl Assembled {
     }
 
     /// Mass, centre and inertia of a body, in the frame of its first link.
-    fn mass_of(&self, place: usize) -> Mass {
+    fn mass_of(&self, place: usize) -> LinkMass {
         let parts = self.robot.links.iter().zip(&self.links);
         let parts = parts.filter(|(link, (body, _))| *body == Some(place) && link.mass.mass > 0.0);
         let parts: Vec<_> = parts.map(|(link, (_, frame))| link.mass.placed(frame)).collect();
-        Mass::sum(&parts)
+        LinkMass::sum(&parts)
     }
 
     /// What holds up the weight of links that are said to weigh less, of which the body has this `share`: a force in the middle of
@@ -162,9 +162,9 @@ impl Assembled {
         &self,
         place: usize,
         part: &[usize],
-        mass: &Mass,
+        mass: &LinkMass,
         placing: &Placing,
-    ) -> Result<(Shape, Option<String>, bool), String> {
+    ) -> Result<(ModelShape, Option<String>, bool), String> {
         let placed = |shape: &RobotShape| {
             let form = form_of(shape, placing.sides)?;
             Ok(form.map(|form| PlacedForm { form, place: place_of(&self.in_body(shape)) }))
@@ -179,14 +179,14 @@ impl Assembled {
         if !part.is_empty() {
             let mut touching = all(&mut part.iter().map(|shape| &self.robot.shapes[*shape]))?;
             let note = fit(&mut touching).map_err(wrong)?;
-            return Ok((Shape::Pieces(touching), note, true));
+            return Ok((ModelShape::Pieces(touching), note, true));
         }
         let own = |shape: &&RobotShape| self.links[shape.link].0 == Some(place);
         let mut seen = all(&mut self.robot.shapes.iter().filter(own))?;
         // For the eye.
         fit(&mut seen).map_err(wrong)?;
         let pieces = if seen.is_empty() { vec![equivalent(mass)] } else { seen };
-        Ok((Shape::Pieces(pieces), None, false))
+        Ok((ModelShape::Pieces(pieces), None, false))
     }
 }
 
@@ -205,10 +205,10 @@ impl Assembled {
             let form = scene_form(&shape.form, placing.sides)?;
             Some(PlacedForm { form, place: place_of(&self.in_body(shape)) })
         });
-        let seen = |look: &&Look| {
+        let seen = |look: &&RobotLook| {
             let form = match &look.seen {
-                Seen::Form(form) => scene_form(form, placing.sides)?,
-                Seen::Mesh(surface) => Form::Mesh {
+                LookForm::Form(form) => scene_form(form, placing.sides)?,
+                LookForm::Mesh(surface) => ModelForm::Mesh {
                     vertices: surface.vertices.clone(),
                     triangles: surface.triangles.clone(),
                     radius: 0.0,
@@ -222,19 +222,22 @@ impl Assembled {
 }
 
 /// Which links begin bodies; and of each link its body and where it is in that body's first link.
-pub(super) fn carried(robot: &Robot, merges: bool) -> (Vec<Carried>, Vec<(Option<usize>, Frame)>) {
+pub(super) fn carried(
+    robot: &Robot,
+    merges: bool,
+) -> (Vec<Carried>, Vec<(Option<usize>, LinkFrame)>) {
     let mut bodies = Vec::new();
-    let mut links: Vec<(Option<usize>, Frame)> = Vec::with_capacity(robot.links.len());
+    let mut links: Vec<(Option<usize>, LinkFrame)> = Vec::with_capacity(robot.links.len());
     for (index, link) in robot.links.iter().enumerate() {
         if index == 0 {
-            links.push((None, Frame::identity()));
+            links.push((None, LinkFrame::identity()));
             continue;
         }
         let (above, frame) = links[link.parent];
         // What is fixed to a body may be one of its own; what is fixed to the world is not.
         let is_own = link.joints.1 > 0 || !merges && above.is_some() && link.mass.mass > 0.0;
         if is_own {
-            links.push((Some(bodies.len()), Frame::identity()));
+            links.push((Some(bodies.len()), LinkFrame::identity()));
             let (body, centre, parts) = (0, Vector3::zeros(), Vec::new());
             bodies.push(Carried { link: index, body, centre, parts });
         } else {

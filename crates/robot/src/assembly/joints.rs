@@ -1,15 +1,15 @@
 //! What holds the bodies of a robot together.
 
 use super::{Assembled, Carried, Placing, place_of};
-use crate::frame::{Frame, conjugated};
+use crate::frame::{LinkFrame, conjugated};
 use crate::joining::{Joined, drive, joined, sum_drive};
-use crate::model::{Follows, Tie};
+use crate::model::{MimicJoint, RobotTie};
 use nalgebra::Vector4;
 use tumble_core::joint::Drive;
 use tumble_core::simulation::JOINT_AT_THE_START;
 use tumble_model::gear::GearModel;
 use tumble_model::joint::{JointKind, JointModel};
-use tumble_model::shape::Place;
+use tumble_model::shape::ModelPlace;
 use tumble_model::{ApartModel, Model, PartnerModel};
 
 impl Assembled {
@@ -32,14 +32,14 @@ impl Assembled {
             if flies && self.robot.joints[first].stiffness == 0.0 {
                 of_above = conjugated(&self.robot.links[link].frame.attitude);
             }
-            let above = Frame {
+            let above = LinkFrame {
                 position: outer.point(&anchor),
                 attitude: outer.then(&turned(of_above)).attitude,
             };
             let (other, above) = match other {
                 Some(other) => {
                     let Carried { body: other, centre, .. } = self.bodies[other];
-                    (Some(other), Frame { position: above.position - centre, ..above })
+                    (Some(other), LinkFrame { position: above.position - centre, ..above })
                 }
                 None => (None, self.world().then(&above)),
             };
@@ -69,7 +69,7 @@ impl Assembled {
                 body,
                 other,
                 frames: [
-                    Place { position: (anchor - centre).into(), attitude: attitude.into() },
+                    ModelPlace { position: (anchor - centre).into(), attitude: attitude.into() },
                     place_of(&above),
                 ],
                 length: None,
@@ -92,7 +92,7 @@ impl Assembled {
                     kind: JointKind::Fixed,
                     body: body + number,
                     other: Some(*body),
-                    frames: [Place::ORIGIN; 2],
+                    frames: [ModelPlace::ORIGIN; 2],
                     length: None,
                     collide: false,
                     cone: None,
@@ -111,7 +111,7 @@ impl Assembled {
         let ties = self.robot.follows.iter().map(|follows| (follows, None));
         let sums = self.robot.sums.iter().enumerate().map(|(index, sum)| (&sum.of, Some(index)));
         for (of, sum) in ties.chain(sums) {
-            let Follows { joints, ratio, offset, at } = of;
+            let MimicJoint { joints, ratio, offset, at } = of;
             let [first, second] = joints.map(|joint| self.axes[joint]);
             let (Some(first), Some(second)) = (first, second) else {
                 return Err(format!("{at}: one of its joints moves nothing"));
@@ -141,24 +141,24 @@ impl Assembled {
         let mut moved = Vec::new();
         for (number, tie) in self.robot.ties.iter().enumerate() {
             let (kind, links, at) = match tie {
-                Tie::Point { links, at, .. } => (JointKind::Spherical, links, at),
-                Tie::Whole { links, at, .. } => (JointKind::Fixed, links, at),
+                RobotTie::Point { links, at, .. } => (JointKind::Spherical, links, at),
+                RobotTie::Whole { links, at, .. } => (JointKind::Fixed, links, at),
             };
             let [first, second] = links.map(|link| motion.links()[link].frame);
             // The frame of the tie in the first link, and in the second.
             let (ours, theirs) = match tie {
-                Tie::Point { anchor, .. } => {
-                    let frame = Frame { position: *anchor, ..second.seen_from(&first) };
+                RobotTie::Point { anchor, .. } => {
+                    let frame = LinkFrame { position: *anchor, ..second.seen_from(&first) };
                     (
                         frame,
-                        Frame {
+                        LinkFrame {
                             position: first.then(&frame).seen_from(&second).position,
-                            ..Frame::identity()
+                            ..LinkFrame::identity()
                         },
                     )
                 }
-                Tie::Whole { frame, .. } => {
-                    (frame.unwrap_or(second.seen_from(&first)), Frame::identity())
+                RobotTie::Whole { frame, .. } => {
+                    (frame.unwrap_or(second.seen_from(&first)), LinkFrame::identity())
                 }
             };
             let sides = [(links[0], ours), (links[1], theirs)].map(|(link, frame)| {
@@ -183,7 +183,7 @@ impl Assembled {
                 let there = self.world().then(&b.1);
                 let off = (fits.position - there.position).norm();
                 let turned = 2.0 * fits.attitude.dot(&there.attitude).abs().min(1.0).acos();
-                let is_whole = matches!(tie, Tie::Whole { .. });
+                let is_whole = matches!(tie, RobotTie::Whole { .. });
                 if off > JOINT_AT_THE_START || is_whole && turned > JOINT_AT_THE_START {
                     b.1 = fits.seen_from(self.world());
                     moved.push(format!(
@@ -191,9 +191,9 @@ impl Assembled {
                     ));
                 }
             }
-            let from_centre = |place: usize, frame: Frame| {
+            let from_centre = |place: usize, frame: LinkFrame| {
                 let Carried { body, centre, .. } = self.bodies[place];
-                (body, Frame { position: frame.position - centre, ..frame })
+                (body, LinkFrame { position: frame.position - centre, ..frame })
             };
             let (body, ours) = from_centre(own, a.1);
             let (other, theirs) = match other {
@@ -254,6 +254,6 @@ impl Assembled {
     }
 }
 
-fn turned(attitude: Vector4<f64>) -> Frame {
-    Frame { attitude, ..Frame::identity() }
+fn turned(attitude: Vector4<f64>) -> LinkFrame {
+    LinkFrame { attitude, ..LinkFrame::identity() }
 }

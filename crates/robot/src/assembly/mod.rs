@@ -6,23 +6,23 @@ mod joints;
 mod states;
 mod touching;
 
-use super::frame::Frame;
+use super::frame::LinkFrame;
 use super::joining::{drive, sum_drive};
-use super::model::{Follows, Key, Moves, Robot, Shape as RobotShape};
+use super::model::{Key, MimicJoint, Moves, Robot, RobotShape};
 use nalgebra::{Vector3, Vector4};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use tumble_core::joint::Drive;
 use tumble_core::mechanics::State;
 use tumble_model::Model;
-use tumble_model::shape::Place;
+use tumble_model::shape::ModelPlace;
 use tumble_model::shown;
 
 /// How a robot is put into a scene.
 #[derive(Debug, Clone)]
 pub struct Placing {
     /// The world of the file in that of the scene.
-    pub frame: Frame,
+    pub frame: LinkFrame,
     /// Before the names of its links and joints.
     pub prefix: String,
     /// The pose of the file that it starts in.
@@ -42,7 +42,7 @@ pub struct Placing {
 impl Default for Placing {
     fn default() -> Self {
         Self {
-            frame: Frame::identity(),
+            frame: LinkFrame::identity(),
             prefix: String::new(),
             key: None,
             coordinates: Vec::new(),
@@ -69,7 +69,7 @@ pub struct Assembled {
     long_names: BTreeMap<String, String>,
     bodies: Vec<Carried>,
     /// Of each link its place in `bodies`, none of what is fixed, and where it is in that link.
-    links: Vec<(Option<usize>, Frame)>,
+    links: Vec<(Option<usize>, LinkFrame)>,
     /// The link that each link moves with, whatever is one body.
     carriers: Vec<usize>,
     /// Of each joint the joint of the scene and which of the six axes it is.
@@ -120,7 +120,7 @@ impl Assembled {
             shown::checked_name(&placing.prefix).map_err(|why| format!("prefix: {why}"))?;
         }
         robot.links[0].frame = placing.frame;
-        let Start { coordinates, rates, controls } = starts(&robot, placing)?;
+        let RobotStart { coordinates, rates, controls } = starts(&robot, placing)?;
         let (bodies, links) = bodies::carried(&robot, placing.merges);
         let mut own = Self {
             prefix: placing.prefix.clone(),
@@ -191,12 +191,12 @@ impl Assembled {
     }
 
     /// The world of the file in that of the scene.
-    fn world(&self) -> &Frame {
+    fn world(&self) -> &LinkFrame {
         &self.robot.links[0].frame
     }
 
     /// Where a shape is in the frame of its body's first link.
-    fn in_body(&self, shape: &RobotShape) -> Frame {
+    fn in_body(&self, shape: &RobotShape) -> LinkFrame {
         self.links[shape.link].1.then(&shape.frame)
     }
 
@@ -351,14 +351,14 @@ impl Assembled {
 }
 
 /// Where a robot starts, and how it moves.
-struct Start {
+struct RobotStart {
     coordinates: Vec<f64>,
     rates: Vec<f64>,
     controls: Vec<f64>,
 }
 
 /// Coordinates, rates and controls at the start: those of the pose, then those that are given, within their ranges.
-fn starts(robot: &Robot, placing: &Placing) -> Result<Start, String> {
+fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
     let mut q = robot.reference();
     let mut v = vec![0.0; robot.counts().1];
     let mut controls = vec![0.0; robot.actuators.len()];
@@ -382,7 +382,7 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<Start, String> {
         if is_said(|key| key.positions.is_some()) {
             let position = Vector3::from_column_slice(&q[at..at + 3]);
             let attitude = Vector4::from_column_slice(&q[at + 3..at + 7]);
-            let placed = placing.frame.then(&Frame { position, attitude });
+            let placed = placing.frame.then(&LinkFrame { position, attitude });
             q[at..at + 3].copy_from_slice(placed.position.as_slice());
             q[at + 3..at + 7].copy_from_slice(placed.attitude.as_slice());
         }
@@ -410,12 +410,12 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<Start, String> {
     }
     robot.follow(&mut q, &mut v);
     refuse_beyond(robot, &places, &q)?;
-    Ok(Start { coordinates: q, rates: v, controls })
+    Ok(RobotStart { coordinates: q, rates: v, controls })
 }
 
 /// Refuses joints that go with others beyond their ranges.
 fn refuse_beyond(robot: &Robot, places: &[(usize, usize)], q: &[f64]) -> Result<(), String> {
-    for Follows { joints: [own, _], at, .. } in &robot.follows {
+    for MimicJoint { joints: [own, _], at, .. } in &robot.follows {
         let (joint, coordinate) = (&robot.joints[*own], q[places[*own].0]);
         if let Some([low, high]) = joint.range
             && !(low - AT_LIMIT..=high + AT_LIMIT).contains(&coordinate)
@@ -472,6 +472,6 @@ fn long_names(robot: &Robot, prefix: &str) -> BTreeMap<String, String> {
     known
 }
 
-fn place_of(frame: &Frame) -> Place {
-    Place { position: frame.position.into(), attitude: frame.attitude.into() }
+fn place_of(frame: &LinkFrame) -> ModelPlace {
+    ModelPlace { position: frame.position.into(), attitude: frame.attitude.into() }
 }

@@ -1,7 +1,7 @@
 //! States of a robot's bodies by its coordinates, and back.
 
 use super::{Assembled, Carried};
-use crate::frame::Frame;
+use crate::frame::LinkFrame;
 use crate::motion::LinkMotion;
 use nalgebra::Vector3;
 use tumble_core::mechanics::State;
@@ -59,15 +59,18 @@ impl Assembled {
     /// # Errors
     /// States that are too few.
     pub fn links_at(&self, states: &[State]) -> Result<Vec<LinkMotion>, String> {
-        let still =
-            |frame: Frame| LinkMotion { frame, spin: Vector3::zeros(), velocity: Vector3::zeros() };
-        let link = |(place, offset): &(Option<usize>, Frame)| {
+        let still = |frame: LinkFrame| LinkMotion {
+            frame,
+            spin: Vector3::zeros(),
+            velocity: Vector3::zeros(),
+        };
+        let link = |(place, offset): &(Option<usize>, LinkFrame)| {
             let Some(place) = place else { return Ok(still(self.world().then(offset))) };
             let Carried { body: index, centre, .. } = self.bodies[*place];
             let State { position, attitude, velocity, spin } =
                 *states.get(index).ok_or_else(missing)?;
-            let placed = Frame { position, attitude };
-            let placed = Frame { position: placed.point(&-centre), attitude };
+            let placed = LinkFrame { position, attitude };
+            let placed = LinkFrame { position: placed.point(&-centre), attitude };
             let frame = placed.then(offset);
             let spin = placed.rotation() * spin;
             let velocity = velocity + spin.cross(&(frame.position - position));

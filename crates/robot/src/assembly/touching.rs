@@ -2,21 +2,21 @@
 
 use super::forms::form_of;
 use super::{Assembled, Carried, Placing, place_of};
-use crate::model::{Form as RobotForm, Shape as RobotShape};
+use crate::model::{RobotForm, RobotShape};
 use tumble_core::contact::Plane;
 use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shape::PlacedForm;
 use tumble_model::{ApartModel, FixedModel, Model, PairModel, PartnerModel};
 
 /// A shape that can touch: whose it is, and where.
-pub(super) struct Touching {
+pub(super) struct ContactRules {
     /// An index of the shapes.
     shape: usize,
-    owner: Owner,
+    owner: ShapeOwner,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Owner {
+enum ShapeOwner {
     /// An index of the bodies of the scene.
     Body(usize),
     /// An index of the fixed pieces.
@@ -30,7 +30,7 @@ impl Assembled {
         &self,
         placing: &Placing,
         model: &mut Model,
-    ) -> Result<Vec<Touching>, String> {
+    ) -> Result<Vec<ContactRules>, String> {
         let mut touching = Vec::new();
         let shapes = self.robot.shapes.iter().enumerate();
         for (index, shape) in shapes.filter(|(index, _)| self.robot.touches(*index)) {
@@ -38,7 +38,7 @@ impl Assembled {
                 Some(place) => {
                     let Carried { body, parts, .. } = &self.bodies[place];
                     let part = parts.iter().position(|part| part.contains(&index));
-                    Owner::Body(body + part.unwrap_or(0))
+                    ShapeOwner::Body(body + part.unwrap_or(0))
                 }
                 None if shape.form == RobotForm::Plane => {
                     if !placing.has_ground {
@@ -53,7 +53,7 @@ impl Assembled {
                     let plane = plane.map_err(|error| format!("{}: {error}", shape.at))?;
                     model.plane = Some(plane_parameters(&plane));
                     model.mu = friction_of(shape).unwrap_or(model.mu);
-                    Owner::Ground
+                    ShapeOwner::Ground
                 }
                 None => {
                     let Some(form) = form_of(shape, placing.sides)? else { continue };
@@ -67,38 +67,43 @@ impl Assembled {
                         || self.named(&format!("{}-fixed-{}", shape.name, model.fixed.len()));
                     let name = if taken { numbered() } else { name };
                     model.fixed.push(FixedModel { name, piece, friction: friction_of(shape) });
-                    Owner::Fixed(model.fixed.len() - 1)
+                    ShapeOwner::Fixed(model.fixed.len() - 1)
                 }
             };
-            touching.push(Touching { shape: index, owner });
+            touching.push(ContactRules { shape: index, owner });
         }
         Ok(touching)
     }
 
     /// Says of all pairs of owners which do not touch, and with what friction the others do.
-    pub(super) fn keep_apart(&self, placing: &Placing, touching: &[Touching], model: &mut Model) {
+    pub(super) fn keep_apart(
+        &self,
+        placing: &Placing,
+        touching: &[ContactRules],
+        model: &mut Model,
+    ) {
         // Of each owner its first shape: all touch alike.
-        let mut owners: Vec<(Owner, usize)> = Vec::new();
-        for Touching { shape, owner } in touching {
+        let mut owners: Vec<(ShapeOwner, usize)> = Vec::new();
+        for ContactRules { shape, owner } in touching {
             if !owners.iter().any(|(known, _)| known == owner) {
                 owners.push((*owner, *shape));
             }
         }
         for (index, (owner, shape)) in owners.iter().enumerate() {
-            let Owner::Body(body) = *owner else { continue };
+            let ShapeOwner::Body(body) = *owner else { continue };
             for (other_index, (other, theirs)) in owners.iter().enumerate() {
-                let is_later = other_index > index || !matches!(other, Owner::Body(_));
+                let is_later = other_index > index || !matches!(other, ShapeOwner::Body(_));
                 if !is_later {
                     continue;
                 }
                 let friction = self.law(placing, (*shape, *theirs), model.mu);
                 let (partner, theirs) = match *other {
-                    Owner::Ground => (PartnerModel::Ground, model.mu),
-                    Owner::Fixed(fixed) => (
+                    ShapeOwner::Ground => (PartnerModel::Ground, model.mu),
+                    ShapeOwner::Fixed(fixed) => (
                         PartnerModel::Fixed(fixed),
                         model.fixed[fixed].friction.unwrap_or(model.mu),
                     ),
-                    Owner::Body(other) => (
+                    ShapeOwner::Body(other) => (
                         PartnerModel::Body(other),
                         model.bodies[other].friction.unwrap_or(model.mu),
                     ),

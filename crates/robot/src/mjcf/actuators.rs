@@ -1,6 +1,6 @@
 //! `<actuator>`: motors of hinges and slides.
 
-use super::Reader;
+use super::MjcfReader;
 use super::defaults::Defaulted;
 use super::tendons::{self, Tendon};
 use crate::model::{Actuator, Moves};
@@ -30,7 +30,7 @@ const READ: [&str; 20] = [
     "user",
 ];
 
-impl Reader<'_> {
+impl MjcfReader<'_> {
     pub(super) fn read_actuators(
         &mut self,
         section: &Element,
@@ -125,7 +125,7 @@ impl Reader<'_> {
     }
 }
 
-impl Reader<'_> {
+impl MjcfReader<'_> {
     /// The hinge or slide that an actuator drives.
     fn driven(&self, read: &Defaulted<'_>) -> Result<usize, String> {
         let element = read.element();

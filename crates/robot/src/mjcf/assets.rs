@@ -1,12 +1,12 @@
 //! `<asset>`: meshes, of files or of vertices.
 
-use super::Reader;
+use super::MjcfReader;
 use super::compiler::Compiler;
 use crate::meshes::{self, Hulled, Volume, stem, turned_back};
 use crate::xml::{Attributes, Element};
 use nalgebra::Vector3;
 
-impl Reader<'_> {
+impl MjcfReader<'_> {
     /// Meshes; what is for the eye is noted.
     pub(super) fn read_assets(&mut self, section: &Element) -> Result<(), String> {
         for asset in &section.children {

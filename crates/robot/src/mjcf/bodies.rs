@@ -1,10 +1,10 @@
 //! `<worldbody>`: links, their joints, and what they weigh.
 
-use super::Reader;
+use super::MjcfReader;
 use super::compiler::{LIMITED, SWITCH};
-use crate::frame::Frame;
+use crate::frame::LinkFrame;
 use crate::mass::symmetric;
-use crate::model::{Joint, Link, Mass, Moves};
+use crate::model::{LinkMass, Moves, RobotJoint, RobotLink};
 use crate::xml::{Attributes, Element};
 use nalgebra::{Matrix3, Vector3};
 
@@ -18,18 +18,18 @@ const IDLE: [&str; 2] = ["camera", "light"];
 #[derive(Clone)]
 struct Within<'e> {
     link: usize,
-    frame: Frame,
+    frame: LinkFrame,
     class: &'e str,
 }
 
-impl Reader<'_> {
+impl MjcfReader<'_> {
     /// All bodies.
     pub(super) fn read_world(&mut self, root: &Element) -> Result<(), String> {
-        self.robot.links.push(Link {
+        self.robot.links.push(RobotLink {
             name: "world".to_owned(),
             parent: 0,
-            frame: Frame::identity(),
-            mass: Mass::NONE,
+            frame: LinkFrame::identity(),
+            mass: LinkMass::NONE,
             weightless: 0.0,
             is_mocap: false,
             is_between: false,
@@ -39,7 +39,7 @@ impl Reader<'_> {
         self.matter.push(None);
         let mut below = Vec::new();
         for world in root.all("worldbody") {
-            let within = Within { link: 0, frame: Frame::identity(), class: "" };
+            let within = Within { link: 0, frame: LinkFrame::identity(), class: "" };
             self.read_contents(world, &within, &mut below)?;
         }
         self.read_bodies(below)
@@ -83,11 +83,11 @@ impl Reader<'_> {
         let class = self.childclass(body, within.class)?;
         let own = self.defaulted(body, "")?;
         let frame = within.frame.then(&self.compiler.frame(&own)?);
-        self.robot.links.push(Link {
+        self.robot.links.push(RobotLink {
             name,
             parent: within.link,
             frame,
-            mass: Mass::NONE,
+            mass: LinkMass::NONE,
             weightless: body.bounded("gravcomp", 0.0, [-1e3, 1e3])?,
             is_mocap,
             is_between: false,
@@ -98,10 +98,10 @@ impl Reader<'_> {
         let given = body.one("inertial")?.map(|inertial| self.inertial(inertial)).transpose()?;
         let counts = self.compiler.inertia_from_shapes.unwrap_or(given.is_none());
         self.matter.push(counts.then(Vec::new));
-        let within = Within { link: index, frame: Frame::identity(), class };
+        let within = Within { link: index, frame: LinkFrame::identity(), class };
         let mut below = Vec::new();
         self.read_contents(body, &within, &mut below)?;
-        self.robot.links[index].mass = given.unwrap_or(Mass::NONE);
+        self.robot.links[index].mass = given.unwrap_or(LinkMass::NONE);
         self.read_bodies(below)
     }
 
@@ -211,7 +211,7 @@ impl Reader<'_> {
         if read.word("align", &LIMITED)?.flatten() == Some(true) {
             return Err(element.wrong("align: frames that are moved are not supported"));
         }
-        let mut joint = Joint::bare(name, link, moves, element.at());
+        let mut joint = RobotJoint::bare(name, link, moves, element.at());
         if moves == Moves::Free && self.robot.links[link].parent != 0 {
             return Err(element.wrong("only a body of the world can be free"));
         }
@@ -261,7 +261,7 @@ impl Reader<'_> {
     }
 
     /// What `<inertial>` says.
-    fn inertial(&self, element: &Element) -> Result<Mass, String> {
+    fn inertial(&self, element: &Element) -> Result<LinkMass, String> {
         const READ: [&str; 9] = [
             "pos",
             "quat",
@@ -292,11 +292,11 @@ impl Reader<'_> {
                     return Err(element.wrong(why));
                 }
             };
-        let frame = Frame {
+        let frame = LinkFrame {
             position: position.into(),
-            attitude: attitude.unwrap_or(Frame::identity().attitude),
+            attitude: attitude.unwrap_or(LinkFrame::identity().attitude),
         };
-        Ok(Mass { mass, centre: Vector3::zeros(), inertia }.placed(&frame))
+        Ok(LinkMass { mass, centre: Vector3::zeros(), inertia }.placed(&frame))
     }
 
     /// Masses from shapes, and what the compiler says of masses.
@@ -305,7 +305,7 @@ impl Reader<'_> {
             let Some(matter) = matter.as_ref().filter(|matter| !matter.is_empty()) else {
                 continue;
             };
-            link.mass = Mass::sum(matter);
+            link.mass = LinkMass::sum(matter);
             if link.mass.mass.is_nan() {
                 let why = "the mass of one of its meshes does not follow from it: of .dae, a hull of some of its corners, or a shell; give <inertial>";
                 return Err(format!("{}: {why}", link.at));
@@ -381,7 +381,7 @@ impl Reader<'_> {
     }
 
     /// Adds what a shape weighs.
-    pub(super) fn add_matter(&mut self, link: usize, mass: Mass) {
+    pub(super) fn add_matter(&mut self, link: usize, mass: LinkMass) {
         self.matter[link].iter_mut().for_each(|matter| matter.push(mass));
     }
 }

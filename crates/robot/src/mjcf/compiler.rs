@@ -1,7 +1,7 @@
 //! `<compiler>`: in which units and conventions a file is written.
 
 use super::defaults::Defaulted;
-use crate::frame::{Frame, about, from_z, left_times, of_matrix};
+use crate::frame::{LinkFrame, about, from_z, left_times, of_matrix};
 use crate::xml::{Attributes, Element};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
@@ -172,13 +172,13 @@ impl Compiler {
     }
 
     /// `pos`, and whatever says the orientation.
-    pub fn frame(&self, element: &Defaulted<'_>) -> Result<Frame, String> {
+    pub fn frame(&self, element: &Defaulted<'_>) -> Result<LinkFrame, String> {
         let position = element.exactly::<3>("pos")?.unwrap_or_default().into();
         let attitude = match self.attitude(element.element())? {
             Some(own) => own,
-            None => self.attitude(&element.defaults())?.unwrap_or(Frame::identity().attitude),
+            None => self.attitude(&element.defaults())?.unwrap_or(LinkFrame::identity().attitude),
         };
-        Ok(Frame { position, attitude })
+        Ok(LinkFrame { position, attitude })
     }
 
     /// The orientation that an element has.
@@ -225,7 +225,7 @@ impl Compiler {
     /// Turns one after the other: about axes that turn along (small letters), or that stay.
     /// The turn by three angles in the order that the file has.
     pub fn euler(&self, angles: [f64; 3]) -> Vector4<f64> {
-        let mut attitude = Frame::identity().attitude;
+        let mut attitude = LinkFrame::identity().attitude;
         for (letter, angle) in self.sequence.into_iter().zip(angles) {
             let axis = match letter.to_ascii_lowercase() {
                 'x' => Vector3::x(),

@@ -1,11 +1,11 @@
 //! `<contact>`: links that do not touch each other, and shapes that do.
 
-use super::Reader;
-use crate::model::Form;
+use super::MjcfReader;
+use crate::model::RobotForm;
 use crate::xml::{Attributes, Element};
 use tumble_model::shown;
 
-impl Reader<'_> {
+impl MjcfReader<'_> {
     pub(super) fn read_contact(&mut self, section: &Element) -> Result<(), String> {
         for element in &section.children {
             match &*element.tag {
@@ -48,7 +48,7 @@ impl Reader<'_> {
             return Err(element.wrong("geom2: its body is that of geom1; two bodies are needed"));
         }
         let carriers = self.robot.carriers();
-        if [a, b].iter().any(|shape| shape.form == Form::Plane && carriers[shape.link] != 0) {
+        if [a, b].iter().any(|shape| shape.form == RobotForm::Plane && carriers[shape.link] != 0) {
             return Err(element.wrong("geom1, geom2: a plane belongs to the world"));
         }
         let friction = read.numbers("friction")?.unwrap_or_default();

@@ -18,8 +18,8 @@ mod tendons;
 use super::Reading;
 use super::left_out::pruned;
 use super::meshes::Hulled;
-use super::model::{Mass, Options, Robot};
-use super::notes::Notes;
+use super::model::{LinkMass, Robot, RobotOptions};
+use super::notes::RobotNotes;
 use super::xml::{Attributes, Element};
 use compiler::Compiler;
 use defaults::{Classes, Defaulted};
@@ -47,7 +47,7 @@ const SECTIONS: [&str; 16] = [
 ];
 
 /// A file that is read.
-struct Reader<'a> {
+struct MjcfReader<'a> {
     reading: &'a Reading<'a>,
     compiler: Compiler,
     classes: Classes,
@@ -60,14 +60,14 @@ struct Reader<'a> {
     /// Links whose looks are not read.
     unseen: BTreeSet<usize>,
     /// What counts for the mass of each link; `None` where shapes do not.
-    matter: Vec<Option<Vec<Mass>>>,
+    matter: Vec<Option<Vec<LinkMass>>>,
     /// Joints whose spring and damper follow from a time constant, s, and a ratio.
     timed: Vec<(usize, [f64; 2])>,
     /// Whether the ground is there.
     has_ground: bool,
     /// What of the motion is switched off.
     flags: rest::Flags,
-    notes: Notes,
+    notes: RobotNotes,
     robot: Robot,
 }
 
@@ -87,7 +87,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     let root = replicated::replicated(&root, &compiler)?;
     let sections = |tag: &'static str| root.all(tag);
     let classes = Classes::of(&root)?;
-    let mut notes = Notes::default();
+    let mut notes = RobotNotes::default();
     let (options, flags) = rest::options(&root, &mut notes)?;
     let robot = Robot {
         name: root.own("model").unwrap_or("").to_owned(),
@@ -106,7 +106,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
         options,
         notes: Vec::new(),
     };
-    let mut reader = Reader {
+    let mut reader = MjcfReader {
         reading,
         compiler,
         classes,
@@ -156,7 +156,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     Ok(reader.robot)
 }
 
-impl Reader<'_> {
+impl MjcfReader<'_> {
     /// An element with what its class, or the class of its body, says.
     fn defaulted<'e>(
         &self,
@@ -184,8 +184,8 @@ impl Reader<'_> {
 }
 
 /// What a file is without `<option>`.
-fn usual_options() -> Options {
-    Options {
+fn usual_options() -> RobotOptions {
+    RobotOptions {
         time_step: 0.002,
         gravity: Vector3::new(0.0, 0.0, -9.81),
         contacts: true,

@@ -1,7 +1,7 @@
 //! `<replicate>`: what stands in it as often as it says, each time in a frame of its own.
 
 use super::compiler::Compiler;
-use crate::frame::Frame;
+use crate::frame::LinkFrame;
 use crate::xml::{Attributes, Element};
 use nalgebra::Vector3;
 
@@ -78,7 +78,7 @@ impl Copies<'_> {
             let children = element.children.iter().map(|child| named(child, &suffix)).collect();
             let (tag, line, file) = ("frame".to_owned(), element.line, element.file.clone());
             frames.push(Element { tag, attributes, children, line, file });
-            position += Frame { attitude, ..Frame::identity() }.rotation() * offset;
+            position += LinkFrame { attitude, ..LinkFrame::identity() }.rotation() * offset;
         }
         Ok(frames)
     }

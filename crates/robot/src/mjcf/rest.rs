@@ -1,13 +1,13 @@
 //! Options, ties and poses.
 
-use super::Reader;
+use super::MjcfReader;
 use super::compiler::SWITCH;
 use super::defaults::Defaulted;
 use super::tendons::{Tendon, coefficients};
 use super::usual_options;
-use crate::frame::Frame;
-use crate::model::{Follows, Key, Moves, Options, Tie};
-use crate::notes::Notes;
+use crate::frame::LinkFrame;
+use crate::model::{Key, MimicJoint, Moves, RobotOptions, RobotTie};
+use crate::notes::RobotNotes;
 use crate::xml::{Attributes, Element};
 use nalgebra::{Vector3, Vector4};
 use tumble_model::shown;
@@ -61,7 +61,7 @@ const IDLE: [&str; 26] = [
 ];
 
 /// `<option>` and the flags in it.
-pub fn options(root: &Element, notes: &mut Notes) -> Result<(Options, Flags), String> {
+pub fn options(root: &Element, notes: &mut RobotNotes) -> Result<(RobotOptions, Flags), String> {
     let mut options = usual_options();
     let mut flags = Flags {
         limits: true,
@@ -100,7 +100,11 @@ pub fn options(root: &Element, notes: &mut Notes) -> Result<(Options, Flags), St
     Ok((options, flags))
 }
 
-fn set_flags(element: &Element, options: &mut Options, flags: &mut Flags) -> Result<(), String> {
+fn set_flags(
+    element: &Element,
+    options: &mut RobotOptions,
+    flags: &mut Flags,
+) -> Result<(), String> {
     if element.tag != "flag" {
         return Err(element.wrong("this element is not known in <option>"));
     }
@@ -128,7 +132,7 @@ fn set_flags(element: &Element, options: &mut Options, flags: &mut Flags) -> Res
     Ok(())
 }
 
-impl Reader<'_> {
+impl MjcfReader<'_> {
     pub(super) fn read_equality(
         &mut self,
         section: &Element,
@@ -168,17 +172,17 @@ impl Reader<'_> {
         Ok([first, second.transpose()?.unwrap_or(0)])
     }
 
-    fn connected(&self, read: &Defaulted<'_>) -> Result<Tie, String> {
+    fn connected(&self, read: &Defaulted<'_>) -> Result<RobotTie, String> {
         const READ: [&str; 9] =
             ["name", "class", "active", "body1", "body2", "anchor", "site1", "site2", "solref"];
         read.refuse_others(&READ, &["solimp"])?;
         let anchor = read.exactly::<3>("anchor")?;
         let anchor = anchor.ok_or_else(|| read.element().wrong("anchor is needed"))?;
         let links = self.tied(read)?;
-        Ok(Tie::Point { links, anchor: anchor.into(), at: read.element().at() })
+        Ok(RobotTie::Point { links, anchor: anchor.into(), at: read.element().at() })
     }
 
-    fn welded(&self, read: &Defaulted<'_>) -> Result<Tie, String> {
+    fn welded(&self, read: &Defaulted<'_>) -> Result<RobotTie, String> {
         const READ: [&str; 11] = [
             "name",
             "class",
@@ -201,11 +205,11 @@ impl Reader<'_> {
                 if attitude.norm() <= 1e-12 {
                     return Err(read.element().wrong("relpose: its quaternion has no length"));
                 }
-                Some(Frame { position: Vector3::new(x, y, z), attitude: attitude.normalize() })
+                Some(LinkFrame { position: Vector3::new(x, y, z), attitude: attitude.normalize() })
             }
             _ => None,
         };
-        Ok(Tie::Whole { links, frame, at: read.element().at() })
+        Ok(RobotTie::Whole { links, frame, at: read.element().at() })
     }
 
     /// A joint that is held in a place, or goes with another one: of the coordinates from the references,
@@ -252,7 +256,7 @@ impl Reader<'_> {
         if [ratio, offset].into_iter().any(|number| !(-1e6..=1e6).contains(&number)) {
             return Err(element.wrong("polycoef: numbers from -1e6 to 1e6 are needed"));
         }
-        self.robot.follows.push(Follows { joints, ratio, offset, at: element.at() });
+        self.robot.follows.push(MimicJoint { joints, ratio, offset, at: element.at() });
         Ok(())
     }
 

@@ -1,12 +1,12 @@
 //! Shapes, called geoms, and the meshes that some are of.
 
-use super::Reader;
+use super::MjcfReader;
 use super::defaults::Defaulted;
 use super::sites::ends;
-use crate::frame::Frame;
+use crate::frame::LinkFrame;
 use crate::mass::solid;
 use crate::meshes::{self, Volume};
-use crate::model::{Form, Look, Mass, Seen, Shape};
+use crate::model::{LinkMass, LookForm, RobotForm, RobotLook, RobotShape};
 use crate::xml::{Attributes, Element};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
@@ -17,7 +17,7 @@ const WALL: f64 = 10.0;
 
 /// The kinds of shapes: how many of their sizes count, without and with `fromto`.
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+enum GeomKind {
     Plane,
     Sphere,
     Capsule,
@@ -28,24 +28,24 @@ enum Kind {
     Field,
 }
 
-const KINDS: [(&str, Kind); 9] = [
-    ("plane", Kind::Plane),
-    ("sphere", Kind::Sphere),
-    ("capsule", Kind::Capsule),
-    ("cylinder", Kind::Cylinder),
-    ("ellipsoid", Kind::Ellipsoid),
-    ("box", Kind::Box),
-    ("mesh", Kind::Mesh),
-    ("hfield", Kind::Field),
-    ("sdf", Kind::Field),
+const KINDS: [(&str, GeomKind); 9] = [
+    ("plane", GeomKind::Plane),
+    ("sphere", GeomKind::Sphere),
+    ("capsule", GeomKind::Capsule),
+    ("cylinder", GeomKind::Cylinder),
+    ("ellipsoid", GeomKind::Ellipsoid),
+    ("box", GeomKind::Box),
+    ("mesh", GeomKind::Mesh),
+    ("hfield", GeomKind::Field),
+    ("sdf", GeomKind::Field),
 ];
 
-impl Reader<'_> {
+impl MjcfReader<'_> {
     /// A shape in `frame` of the link.
     pub(super) fn read_shape(
         &mut self,
         element: &Element,
-        (link, frame): (usize, &Frame),
+        (link, frame): (usize, &LinkFrame),
         class: &str,
     ) -> Result<(), String> {
         const READ: [&str; 24] = [
@@ -83,11 +83,11 @@ impl Reader<'_> {
         if SOFT.iter().any(|soft| read.get(soft).is_some()) {
             self.notes.soft();
         }
-        let usual = if read.get("mesh").is_some() { Kind::Mesh } else { Kind::Sphere };
+        let usual = if read.get("mesh").is_some() { GeomKind::Mesh } else { GeomKind::Sphere };
         let kind = read.word("type", &KINDS)?.unwrap_or(usual);
         let groups = [group(&read, "contype")?, group(&read, "conaffinity")?];
         let touches = groups != [0, 0];
-        if kind == Kind::Field {
+        if kind == GeomKind::Field {
             return match touches {
                 true => Err(element.wrong("height fields and distance fields are not supported")),
                 false => {
@@ -96,14 +96,14 @@ impl Reader<'_> {
                 }
             };
         }
-        if kind == Kind::Mesh && !touches && !self.weighs(&read, link)? {
+        if kind == GeomKind::Mesh && !touches && !self.weighs(&read, link)? {
             let placed = frame.then(&self.compiler.frame(&read)?);
             let name = read.needed("mesh")?;
             if let Some(Err(_)) = self.meshes.get(name) {
                 // For the eye alone: a flat mesh has no hull and needs none.
                 self.flat.insert(name.to_owned());
                 match link > 0 && self.files.contains_key(name) {
-                    true => self.read_look(&read, (link, placed), &Form::Hull(Vec::new())),
+                    true => self.read_look(&read, (link, placed), &RobotForm::Hull(Vec::new())),
                     false => self.notes.idle("geom of a mesh without a hull"),
                 }
                 return Ok(());
@@ -122,25 +122,25 @@ impl Reader<'_> {
         let rubs = self.rubs(element, condim, &rolling)?;
         self.weigh(&read, (link, &placed), &form, &volume)?;
         let (form, placed) = match form {
-            Form::Plane if touches && std::mem::replace(&mut self.has_ground, true) => {
+            RobotForm::Plane if touches && std::mem::replace(&mut self.has_ground, true) => {
                 self.notes.say(format!(
                     "planes after the first are boxes below them, {0} m wide and {WALL} m deep",
                     2.0 * WALL
                 ));
                 let middle = placed.point(&Vector3::new(0.0, 0.0, -0.5 * WALL));
-                let form = Form::Box(Vector3::new(WALL, WALL, 0.5 * WALL));
-                (form, Frame { position: middle, ..placed })
+                let form = RobotForm::Box(Vector3::new(WALL, WALL, 0.5 * WALL));
+                (form, LinkFrame { position: middle, ..placed })
             }
             form => (form, placed),
         };
         if !touches && link > 0 {
             self.read_look(&read, (link, placed), &form);
         }
-        if touches && matches!(form, Form::Ellipsoid(_)) {
+        if touches && matches!(form, RobotForm::Ellipsoid(_)) {
             self.notes.say("ellipsoids that touch are rounded hulls within them".to_owned());
         }
         let index = self.robot.shapes.len();
-        self.robot.shapes.push(Shape {
+        self.robot.shapes.push(RobotShape {
             name: element.own("name").map_or(format!("geom-{index}"), str::to_owned),
             link,
             form,
@@ -155,12 +155,17 @@ impl Reader<'_> {
     }
 
     /// A shape that touches nothing, as a part of what its link looks like.
-    fn read_look(&mut self, read: &Defaulted<'_>, (link, frame): (usize, Frame), form: &Form) {
+    fn read_look(
+        &mut self,
+        read: &Defaulted<'_>,
+        (link, frame): (usize, LinkFrame),
+        form: &RobotForm,
+    ) {
         let file = read.get("mesh").and_then(|mesh| self.files.get(mesh));
         let seen = match (form, file) {
-            (Form::Hull(_), Some((file, scale))) => {
+            (RobotForm::Hull(_), Some((file, scale))) => {
                 match meshes::surface(self.reading, file, *scale) {
-                    Ok(surface) => Seen::Mesh(surface),
+                    Ok(surface) => LookForm::Mesh(surface),
                     Err(why) => {
                         if self.unseen.insert(link) {
                             self.notes.unseen(read.element().wrong(why));
@@ -169,10 +174,10 @@ impl Reader<'_> {
                     }
                 }
             }
-            (Form::Plane, _) => return,
-            (form, _) => Seen::Form(form.clone()),
+            (RobotForm::Plane, _) => return,
+            (form, _) => LookForm::Form(form.clone()),
         };
-        self.robot.looks.push(Look { link, seen, frame });
+        self.robot.looks.push(RobotLook { link, seen, frame });
     }
 
     /// Keeps the looks of links that have a mesh among them: others look like all their shapes.
@@ -188,7 +193,11 @@ impl Reader<'_> {
     }
 
     /// What a form is, where it is in its frame, and what its mass follows from.
-    fn form(&self, read: &Defaulted<'_>, kind: Kind) -> Result<(Form, Frame, Volume), String> {
+    fn form(
+        &self,
+        read: &Defaulted<'_>,
+        kind: GeomKind,
+    ) -> Result<(RobotForm, LinkFrame, Volume), String> {
         let element = read.element();
         let sizes = read.numbers("size")?.unwrap_or_default();
         let size = |index: usize| match sizes.get(index) {
@@ -201,10 +210,10 @@ impl Reader<'_> {
         if let Some((frame, half)) = ends(read)? {
             let radius = size(0)?;
             let form = match kind {
-                Kind::Capsule => Form::Capsule(half, radius),
-                Kind::Cylinder => Form::Cylinder(half, radius),
-                Kind::Ellipsoid => Form::Ellipsoid(Vector3::new(radius, radius, half)),
-                Kind::Box => Form::Box(Vector3::new(radius, radius, half)),
+                GeomKind::Capsule => RobotForm::Capsule(half, radius),
+                GeomKind::Cylinder => RobotForm::Cylinder(half, radius),
+                GeomKind::Ellipsoid => RobotForm::Ellipsoid(Vector3::new(radius, radius, half)),
+                GeomKind::Box => RobotForm::Box(Vector3::new(radius, radius, half)),
                 _ => {
                     return Err(
                         element.wrong("fromto is for capsules, cylinders, boxes and ellipsoids")
@@ -216,23 +225,23 @@ impl Reader<'_> {
         let three = || Ok::<_, String>(Vector3::new(size(0)?, size(1)?, size(2)?));
         let mut volume = Volume::Hull;
         let form = match kind {
-            Kind::Plane => Form::Plane,
-            Kind::Sphere => Form::Sphere(size(0)?),
-            Kind::Capsule => Form::Capsule(size(1)?, size(0)?),
-            Kind::Cylinder => Form::Cylinder(size(1)?, size(0)?),
-            Kind::Ellipsoid => Form::Ellipsoid(three()?),
-            Kind::Box => Form::Box(three()?),
-            Kind::Mesh | Kind::Field => {
+            GeomKind::Plane => RobotForm::Plane,
+            GeomKind::Sphere => RobotForm::Sphere(size(0)?),
+            GeomKind::Capsule => RobotForm::Capsule(size(1)?, size(0)?),
+            GeomKind::Cylinder => RobotForm::Cylinder(size(1)?, size(0)?),
+            GeomKind::Ellipsoid => RobotForm::Ellipsoid(three()?),
+            GeomKind::Box => RobotForm::Box(three()?),
+            GeomKind::Mesh | GeomKind::Field => {
                 let name = read.needed("mesh")?;
                 let known = self.meshes.get(name).cloned();
                 let hulled = known.ok_or_else(|| {
                     element.wrong(format!("mesh: there is no mesh {:?}", shown::line(name)))
                 })??;
                 volume = hulled.volume;
-                Form::Hull(hulled.corners)
+                RobotForm::Hull(hulled.corners)
             }
         };
-        if kind != Kind::Mesh && read.get("mesh").is_some() {
+        if kind != GeomKind::Mesh && read.get("mesh").is_some() {
             return Err(
                 element.wrong("a form that is fitted to a mesh is not supported; give its size")
             );
@@ -252,8 +261,8 @@ impl Reader<'_> {
     fn weigh(
         &mut self,
         read: &Defaulted<'_>,
-        (link, frame): (usize, &Frame),
-        form: &Form,
+        (link, frame): (usize, &LinkFrame),
+        form: &RobotForm,
         volume: &Volume,
     ) -> Result<(), String> {
         let element = read.element();
@@ -268,7 +277,7 @@ impl Reader<'_> {
             Volume::Triangles(both) => both[0],
             Volume::Hull | Volume::Unknown => solid(form).map_err(|why| element.wrong(why))?,
         };
-        if matches!(form, Form::Plane) {
+        if matches!(form, RobotForm::Plane) {
             return Ok(());
         }
         if unit.mass <= 0.0 {
@@ -281,7 +290,7 @@ impl Reader<'_> {
             Volume::Unknown => f64::NAN,
             Volume::Hull | Volume::Triangles(_) => given.unwrap_or(density * unit.mass),
         };
-        let own = Mass { mass, centre: unit.centre, inertia: unit.inertia * factor };
+        let own = LinkMass { mass, centre: unit.centre, inertia: unit.inertia * factor };
         self.add_matter(link, own.placed(frame));
         Ok(())
     }

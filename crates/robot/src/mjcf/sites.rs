@@ -1,18 +1,18 @@
 //! Sites: frames on bodies that have names, and frames that are said by two points.
 
-use super::Reader;
+use super::MjcfReader;
 use super::defaults::Defaulted;
-use crate::frame::{Frame, from_z};
-use crate::model::{NamedSite, Site};
+use crate::frame::{LinkFrame, from_z};
+use crate::model::{NamedSite, RobotSite};
 use crate::xml::{Attributes, Element};
 use nalgebra::Vector3;
 
-impl Reader<'_> {
+impl MjcfReader<'_> {
     /// A site in `frame` of a link. What has no name cannot be asked for, and is passed over.
     pub(super) fn read_site(
         &mut self,
         element: &Element,
-        (link, frame): (usize, &Frame),
+        (link, frame): (usize, &LinkFrame),
         class: &str,
     ) -> Result<(), String> {
         const READ: [&str; 9] =
@@ -30,7 +30,7 @@ impl Reader<'_> {
         if self.robot.site(name).is_some() {
             return Err(element.wrong("this name is given twice; each site needs its own"));
         }
-        let site = Site { link, frame: frame.then(&own) };
+        let site = RobotSite { link, frame: frame.then(&own) };
         self.robot.sites.push(NamedSite { name: name.to_owned(), site });
         Ok(())
     }
@@ -38,7 +38,7 @@ impl Reader<'_> {
 
 /// The frame in the middle between two points, with z from the second to the first, and half of what is between them, m; `None` where
 /// there is no `fromto`.
-pub fn ends(read: &Defaulted<'_>) -> Result<Option<(Frame, f64)>, String> {
+pub fn ends(read: &Defaulted<'_>) -> Result<Option<(LinkFrame, f64)>, String> {
     let Some([a, b, c, d, e, f]) = read.exactly::<6>("fromto")? else {
         return Ok(None);
     };
@@ -49,5 +49,5 @@ pub fn ends(read: &Defaulted<'_>) -> Result<Option<(Frame, f64)>, String> {
         return Err(read.element().wrong(why));
     }
     let attitude = from_z(&(from - to).normalize());
-    Ok(Some((Frame { position: (from + to) * 0.5, attitude }, half)))
+    Ok(Some((LinkFrame { position: (from + to) * 0.5, attitude }, half)))
 }

@@ -1,8 +1,8 @@
 //! `<tendon>`: sums of coordinates, by which actuators pull and ties hold.
 
-use super::Reader;
+use super::MjcfReader;
 use super::defaults::Defaulted;
-use crate::model::{Follows, Moves, Sum};
+use crate::model::{MimicJoint, Moves, TieForces};
 use crate::xml::{Attributes, Element};
 use tumble_core::joint::Drive;
 use tumble_model::shown;
@@ -38,14 +38,14 @@ pub fn find<'t>(
 }
 
 /// What a tendon does by itself, along its length.
-struct Pull {
+struct TendonPull {
     stiffness: f64,
     damping: f64,
     friction: f64,
     rest: f64,
 }
 
-impl Pull {
+impl TendonPull {
     /// The first field that says anything.
     fn first(&self) -> Option<&'static str> {
         let given = [
@@ -74,7 +74,7 @@ fn sorted([a, b]: [f64; 2]) -> [f64; 2] {
     [a.min(b), a.max(b)]
 }
 
-impl Reader<'_> {
+impl MjcfReader<'_> {
     /// All tendons. What they do of their own acts on the sum of two coordinates; of one, or of more, all but the range of one
     /// is refused.
     pub(super) fn read_tendons(&mut self, root: &Element) -> Result<Vec<Tendon>, String> {
@@ -131,8 +131,8 @@ impl Reader<'_> {
     /// Adds what acts on the sum of two coordinates over the first coefficient; its index.
     fn add_sum(&mut self, joints: [(usize, f64); 2], drive: Drive, at: String) -> usize {
         let [(first, by), (second, other)] = joints;
-        let of = Follows { joints: [first, second], ratio: -other / by, offset: 0.0, at };
-        self.robot.sums.push(Sum { of, drive });
+        let of = MimicJoint { joints: [first, second], ratio: -other / by, offset: 0.0, at };
+        self.robot.sums.push(TieForces { of, drive });
         self.robot.sums.len() - 1
     }
 
@@ -147,7 +147,7 @@ impl Reader<'_> {
     }
 
     /// What a tendon of these joints does by itself.
-    fn pull(&self, read: &Defaulted<'_>, joints: &Summands) -> Result<Pull, String> {
+    fn pull(&self, read: &Defaulted<'_>, joints: &Summands) -> Result<TendonPull, String> {
         let number = |field: &str, acts: bool| {
             let value = read.number(field)?.unwrap_or(0.0);
             match (0.0..=1e12).contains(&value) {
@@ -171,7 +171,7 @@ impl Reader<'_> {
                 return Err(read.element().wrong(why));
             }
         };
-        Ok(Pull { stiffness, damping, friction, rest })
+        Ok(TendonPull { stiffness, damping, friction, rest })
     }
 
     /// The joints and coefficients of a fixed tendon.

@@ -1,10 +1,10 @@
 //! Places and masses in a URDF file.
 
-use super::Reader;
+use super::UrdfReader;
 use crate::between::carried;
-use crate::frame::{Frame, about, left_times};
+use crate::frame::{LinkFrame, about, left_times};
 use crate::mass::solid;
-use crate::model::Mass;
+use crate::model::LinkMass;
 use crate::xml::{Attributes, Element};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
@@ -12,17 +12,17 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 pub(super) const LEAST_MASS: f64 = 1e-9;
 
 /// `<inertial>`; nothing where there is none, or where its mass is less than [`LEAST_MASS`].
-pub(super) fn inertial(link: &Element) -> Result<Mass, String> {
-    let Some(inertial) = link.one("inertial")? else { return Ok(Mass::NONE) };
+pub(super) fn inertial(link: &Element) -> Result<LinkMass, String> {
+    let Some(inertial) = link.one("inertial")? else { return Ok(LinkMass::NONE) };
     if density(link)?.is_some() {
-        return Ok(Mass::NONE);
+        return Ok(LinkMass::NONE);
     }
     // What says no mass has that of its shapes, if it moves.
-    let Some(mass) = inertial.one("mass")? else { return Ok(Mass::NONE) };
+    let Some(mass) = inertial.one("mass")? else { return Ok(LinkMass::NONE) };
     mass.needed("value")?;
     let mass = mass.bounded("value", 0.0, [0.0, 1e9])?;
     if mass < LEAST_MASS {
-        return Ok(Mass::NONE);
+        return Ok(LinkMass::NONE);
     }
     let inertia = match inertial.one("inertia")? {
         None => Matrix3::zeros(),
@@ -33,7 +33,7 @@ pub(super) fn inertial(link: &Element) -> Result<Mass, String> {
             Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
         }
     };
-    Ok(Mass { mass, centre: Vector3::zeros(), inertia }.placed(&origin(inertial)?))
+    Ok(LinkMass { mass, centre: Vector3::zeros(), inertia }.placed(&origin(inertial)?))
 }
 
 /// Whether a link gives a mass above 0 that is less than [`LEAST_MASS`].
@@ -58,7 +58,7 @@ pub(super) fn density(link: &Element) -> Result<Option<f64>, String> {
 /// Of what is said of no mass at all, kg/m³.
 const USUAL_DENSITY: f64 = 1000.0;
 
-impl Reader<'_> {
+impl UrdfReader<'_> {
     /// Gives what has to have a mass one that follows from the shapes that touch: links with a density; those that move, with
     /// all that is fixed to them, without any mass; and those of which the inertia is none.
     pub(super) fn fill_masses(&mut self) -> Result<(), String> {
@@ -100,22 +100,22 @@ impl Reader<'_> {
     }
 
     /// What the shapes of a link that touch weigh at 1 kg/m³.
-    fn solid(&self, link: usize) -> Result<Mass, String> {
+    fn solid(&self, link: usize) -> Result<LinkMass, String> {
         let own = self.robot.shapes.iter().filter(|shape| shape.link == link);
         let parts = own.map(|shape| {
             let solid = solid(&shape.form).map_err(|why| format!("{}: {why}", shape.at))?;
             Ok(solid.placed(&shape.frame))
         });
-        Ok(Mass::sum(&parts.collect::<Result<Vec<_>, String>>()?))
+        Ok(LinkMass::sum(&parts.collect::<Result<Vec<_>, String>>()?))
     }
 }
 
 /// `<origin>`: a place, and turns about x, y and z that stay, one after the other.
-pub(super) fn origin(element: &Element) -> Result<Frame, String> {
-    let Some(origin) = element.one("origin")? else { return Ok(Frame::identity()) };
+pub(super) fn origin(element: &Element) -> Result<LinkFrame, String> {
+    let Some(origin) = element.one("origin")? else { return Ok(LinkFrame::identity()) };
     let position = origin.exactly::<3>("xyz")?.unwrap_or_default();
     let [roll, pitch, yaw] = origin.exactly::<3>("rpy")?.unwrap_or_default();
-    Ok(Frame { position: position.into(), attitude: of_angles(roll, pitch, yaw) })
+    Ok(LinkFrame { position: position.into(), attitude: of_angles(roll, pitch, yaw) })
 }
 
 fn of_angles(roll: f64, pitch: f64, yaw: f64) -> Vector4<f64> {

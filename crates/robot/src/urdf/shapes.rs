@@ -1,13 +1,13 @@
 //! What links are made of in a URDF file, and what they look like.
 
-use super::Reader;
+use super::UrdfReader;
 use super::masses::origin;
 use crate::meshes;
-use crate::model::{Form, Look, Seen, Shape};
+use crate::model::{LookForm, RobotForm, RobotLook, RobotShape};
 use crate::xml::{Attributes, Element};
 use nalgebra::Vector3;
 
-impl Reader<'_> {
+impl UrdfReader<'_> {
     pub(super) fn read_shapes(&mut self, element: &Element, link: usize) -> Result<(), String> {
         for collision in element.all("collision") {
             let geometry = collision.one("geometry")?;
@@ -24,7 +24,7 @@ impl Reader<'_> {
             let frame = origin(collision)?;
             for form in self.forms(form)? {
                 let index = self.robot.shapes.len();
-                self.robot.shapes.push(Shape {
+                self.robot.shapes.push(RobotShape {
                     name: collision.own("name").map_or(format!("shape-{index}"), str::to_owned),
                     link,
                     form,
@@ -56,7 +56,7 @@ impl Reader<'_> {
     }
 
     /// Look of a visual; `None` for a form of size 0.
-    fn look(&self, visual: &Element, link: usize) -> Result<Option<Look>, String> {
+    fn look(&self, visual: &Element, link: usize) -> Result<Option<RobotLook>, String> {
         let geometry = visual.one("geometry")?;
         let geometry = geometry.ok_or_else(|| visual.wrong("<geometry> is needed"))?;
         let [form] = &geometry.children[..] else {
@@ -69,15 +69,15 @@ impl Reader<'_> {
             let scale = form.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
             let name = form.needed("filename")?;
             let surface = meshes::surface(self.reading, name, scale);
-            Seen::Mesh(surface.map_err(|why| form.wrong(why))?)
+            LookForm::Mesh(surface.map_err(|why| form.wrong(why))?)
         } else {
-            Seen::Form(self.form(form)?)
+            LookForm::Form(self.form(form)?)
         };
-        Ok(Some(Look { link, seen, frame: origin(visual)? }))
+        Ok(Some(RobotLook { link, seen, frame: origin(visual)? }))
     }
 
     /// What a shape is made of: one form, or the pieces of a mesh.
-    fn forms(&mut self, element: &Element) -> Result<Vec<Form>, String> {
+    fn forms(&mut self, element: &Element) -> Result<Vec<RobotForm>, String> {
         if element.tag != "mesh" {
             return Ok(vec![self.form(element)?]);
         }
@@ -96,12 +96,12 @@ impl Reader<'_> {
                 }
                 self.hulls.insert(key.clone(), hulled.corners);
             }
-            forms.push(Form::Hull(self.hulls[&key].clone()));
+            forms.push(RobotForm::Hull(self.hulls[&key].clone()));
         }
         Ok(forms)
     }
 
-    fn form(&self, element: &Element) -> Result<Form, String> {
+    fn form(&self, element: &Element) -> Result<RobotForm, String> {
         let length = |field: &str| {
             element.needed(field)?;
             element.bounded(field, 0.0, [1e-9, 1e6])
@@ -111,13 +111,13 @@ impl Reader<'_> {
                 let size = element.exactly::<3>("size")?;
                 let size = Vector3::from(size.ok_or_else(|| element.wrong("size is needed"))?);
                 match size.iter().all(|side| (2e-6..=2e4).contains(side)) {
-                    true => Ok(Form::Box(size * 0.5)),
+                    true => Ok(RobotForm::Box(size * 0.5)),
                     false => Err(element.wrong("size: sides from 2e-6 to 2e4 m are needed")),
                 }
             }
-            "sphere" => Ok(Form::Sphere(length("radius")?)),
-            "cylinder" => Ok(Form::Cylinder(0.5 * length("length")?, length("radius")?)),
-            "capsule" => Ok(Form::Capsule(0.5 * length("length")?, length("radius")?)),
+            "sphere" => Ok(RobotForm::Sphere(length("radius")?)),
+            "cylinder" => Ok(RobotForm::Cylinder(0.5 * length("length")?, length("radius")?)),
+            "capsule" => Ok(RobotForm::Capsule(0.5 * length("length")?, length("radius")?)),
             _ => Err(element.wrong("one of box, sphere, cylinder, capsule and mesh is needed")),
         }
     }

@@ -8,14 +8,14 @@ use tumble_model::shown;
 const MOST_LINKS: usize = 2000;
 
 /// Links and joints by their names, and who hangs on whom.
-pub(super) struct Tree<'e> {
+pub(super) struct LinkTree<'e> {
     pub links: HashMap<&'e str, &'e Element>,
     /// The joints of each parent in the order of the file.
     pub below: HashMap<&'e str, Vec<&'e Element>>,
     pub root: &'e Element,
 }
 
-impl<'e> Tree<'e> {
+impl<'e> LinkTree<'e> {
     pub(super) fn of(root: &'e Element) -> Result<Self, String> {
         let mut links = HashMap::new();
         for link in root.all("link") {

@@ -2,16 +2,16 @@
 
 mod names;
 
-use super::Entries;
+use super::SceneEntries;
 use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies, name_of};
 use super::driven::SurfaceEntry;
 use super::entries::{
-    BodyEntry, Files, FixedEntry, Jitter, LookEntry, PieceEntry, SurfaceTable, Turned, plain,
+    AttitudeEntry, BodyEntry, Files, FixedEntry, Jitter, LookEntry, PieceEntry, SurfaceTable, plain,
 };
-use super::joints::Joints;
+use super::joints::JointEntries;
 use super::masses::mass_properties;
 use super::refused::field_of;
-use crate::choices::Frame;
+use crate::choices::StartFrame;
 use crate::settings::{Settings, USUAL_SEED};
 use crate::tables::LoadTable;
 use nalgebra::{SVector, Vector3};
@@ -22,7 +22,7 @@ use tumble_core::simulation::random::Draws;
 use tumble_model::fields::Numbers;
 use tumble_model::parameters::LoadParameters;
 use tumble_model::parameters::plane as plane_parameters;
-use tumble_model::shape::{Form, Place, PlacedForm, Shape};
+use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::shown::checked_name;
 use tumble_model::{
     ApartModel, BodyModel, BodyStart, FixedModel, Model, PartnerModel, SurfaceModel,
@@ -37,14 +37,18 @@ const MOST_SEEN: usize = 2_000_000;
 const ONE_SHAPE: &str = "one shape is needed: box, sphere, capsule, hull or mesh";
 
 /// The bodies of a file, and whether anything of them was drawn from the seed.
-pub struct Built {
+pub struct BuiltScene {
     pub model: Model,
     pub drawn: bool,
     pub robots: Vec<tumble_robot::Assembled>,
 }
 
 /// Makes the model of the tables. `settings` are those of flags and file, complete but for the bodies.
-pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Built, String> {
+pub fn build(
+    file: SceneEntries,
+    settings: &Settings,
+    files: Files<'_>,
+) -> Result<BuiltScene, String> {
     let plane = settings.plane.clone();
     let ground = plane.as_ref().map(plane_parameters);
     let mut builder = Builder {
@@ -113,7 +117,7 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
         let apart = pairs.into_iter().map(|(body, partner)| ApartModel { body, partner });
         builder.model.apart.extend(apart);
     }
-    let mut joints = Joints::of(std::mem::take(&mut builder.model.joints));
+    let mut joints = JointEntries::of(std::mem::take(&mut builder.model.joints));
     for (index, entry) in file.joints.iter().enumerate() {
         let named = |why: String| format!("joints[{index}]{}.{why}", entry.called());
         if let Some(name) = entry.name() {
@@ -146,7 +150,7 @@ pub fn build(file: Entries, settings: &Settings, files: Files<'_>) -> Result<Bui
     builder.model.joints = joints.models;
     builder.refuse_mass_ratio()?;
     builder.refuse_large_looks()?;
-    Ok(Built { model: builder.model, drawn: builder.drawn, robots })
+    Ok(BuiltScene { model: builder.model, drawn: builder.drawn, robots })
 }
 
 /// `model` with one body more, the last, which a table of bodies describes. A body without a name gets the first
@@ -194,7 +198,7 @@ impl Builder<'_> {
         let index = self.model.shapes.iter().position(|known| *known == shape);
         let index = index.unwrap_or(self.model.shapes.len());
         let attitude =
-            entry.attitude.as_ref().map_or(Ok(Some(Place::ORIGIN.attitude)), |turned| {
+            entry.attitude.as_ref().map_or(Ok(Some(ModelPlace::ORIGIN.attitude)), |turned| {
                 turned.quaternion().map_err(|why| named(format!("attitude: {why}")))
             })?;
         let jitter = match entry.jitter.unwrap_or(Jitter::Same(0.0)) {
@@ -204,9 +208,9 @@ impl Builder<'_> {
         if !jitter.iter().all(|size| (0.0..=1e4).contains(size)) {
             return Err(named("jitter: lengths from 0 to 1e4 m are needed".to_owned()));
         }
-        let place = Place {
+        let place = ModelPlace {
             position: entry.position.0,
-            attitude: attitude.unwrap_or(Place::ORIGIN.attitude),
+            attitude: attitude.unwrap_or(ModelPlace::ORIGIN.attitude),
         };
         let room = MOST_BODIES - self.model.bodies.len();
         let copies = copies(place, entry.copies.as_ref(), entry.ring.as_ref(), room, "bodies");
@@ -243,7 +247,7 @@ impl Builder<'_> {
                 attitude: attitude.map(|_| place.attitude),
                 jitter,
                 tutorial: false,
-                ground: entry.frame == Some(Frame::Ground),
+                ground: entry.frame == Some(StartFrame::Ground),
             };
             let place = drawn.place(&mut self.draws);
             let drawn = drawn.draws().then_some(drawn);
@@ -282,7 +286,8 @@ impl Builder<'_> {
         for (number, copied) in copies.into_iter().enumerate() {
             let (still, centre) = ((Vector3::zeros(), Vector3::zeros()), Vector3::zeros());
             let start = self.start(entry.frame, &copied.place, still, &centre).map_err(named)?;
-            let outer = Place { position: start.position.into(), attitude: start.attitude.into() };
+            let outer =
+                ModelPlace { position: start.position.into(), attitude: start.attitude.into() };
             let usual = ("fixed", self.model.fixed.len());
             let name = name_of(entry.name.as_deref(), usual, (number, count));
             for piece in &pieces {
@@ -301,20 +306,20 @@ impl Builder<'_> {
     /// its own.
     fn start(
         &self,
-        frame: Option<Frame>,
-        place: &Place,
+        frame: Option<StartFrame>,
+        place: &ModelPlace,
         (velocity, spin): (Vector3<f64>, Vector3<f64>),
         centre: &Vector3<f64>,
     ) -> Result<State, String> {
         let ground = match (frame, &self.plane) {
-            (Some(Frame::World) | None, _) => None,
-            (Some(Frame::Ground), Some(plane)) => Some(plane),
-            (Some(Frame::Ground), None) => return Err(NO_GROUND.to_owned()),
+            (Some(StartFrame::World) | None, _) => None,
+            (Some(StartFrame::Ground), Some(plane)) => Some(plane),
+            (Some(StartFrame::Ground), None) => return Err(NO_GROUND.to_owned()),
         };
         Ok(state_at(ground, place, (velocity, spin), centre))
     }
 
-    fn shape(&self, at: &str, entry: &mut BodyEntry) -> Result<Shape, String> {
+    fn shape(&self, at: &str, entry: &mut BodyEntry) -> Result<ModelShape, String> {
         let named = |why: String| format!("{at}.{why}");
         let form = entry.take_form().form(&self.files).map_err(named)?;
         let points = match (entry.points.take(), entry.point_mass) {
@@ -326,8 +331,10 @@ impl Builder<'_> {
             None if form.is_none() && entry.pieces.is_none() => {
                 Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}"))
             }
-            None => Ok(Shape::Pieces(self.pieces(at, form, entry.pieces.take())?)),
-            Some(points) if form.is_none() && entry.pieces.is_none() => Ok(Shape::Points(points)),
+            None => Ok(ModelShape::Pieces(self.pieces(at, form, entry.pieces.take())?)),
+            Some(points) if form.is_none() && entry.pieces.is_none() => {
+                Ok(ModelShape::Points(points))
+            }
             Some(_) => Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}")),
         }
     }
@@ -336,11 +343,13 @@ impl Builder<'_> {
     fn pieces(
         &self,
         at: &str,
-        form: Option<Form>,
+        form: Option<ModelForm>,
         pieces: Option<Vec<PieceEntry>>,
     ) -> Result<Vec<PlacedForm>, String> {
         let found = match (form, pieces) {
-            (Some(form), None) => vec![(at.to_owned(), PlacedForm { form, place: Place::ORIGIN })],
+            (Some(form), None) => {
+                vec![(at.to_owned(), PlacedForm { form, place: ModelPlace::ORIGIN })]
+            }
             (None, Some(entries)) if !entries.is_empty() => {
                 let mut pieces = Vec::new();
                 for (index, mut entry) in entries.into_iter().enumerate() {
@@ -407,7 +416,7 @@ impl Builder<'_> {
     /// What is seen is drawn of each body for itself.
     fn refuse_large_looks(&self) -> Result<(), String> {
         let count = |part: &PlacedForm| match &part.form {
-            Form::Mesh { triangles, .. } => triangles.len(),
+            ModelForm::Mesh { triangles, .. } => triangles.len(),
             _ => 0,
         };
         let counts: Vec<usize> =
@@ -459,16 +468,19 @@ fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
 }
 
 /// Where something is whose attitude cannot be drawn.
-pub fn placed(position: Option<Numbers<3>>, attitude: Option<&Turned>) -> Result<Place, String> {
+pub fn placed(
+    position: Option<Numbers<3>>,
+    attitude: Option<&AttitudeEntry>,
+) -> Result<ModelPlace, String> {
     let position = position.map_or([0.0; 3], |position| position.0);
     if !position.iter().all(|coordinate| coordinate.abs() <= 1e4) {
         return Err("position: coordinates from -1e4 to 1e4 m are needed".to_owned());
     }
-    let attitude = match attitude.map(Turned::quaternion) {
-        None => Place::ORIGIN.attitude,
+    let attitude = match attitude.map(AttitudeEntry::quaternion) {
+        None => ModelPlace::ORIGIN.attitude,
         Some(Ok(Some(quaternion))) => quaternion,
         Some(Ok(None)) => return Err("attitude: only that of bodies can be random".to_owned()),
         Some(Err(why)) => return Err(format!("attitude: {why}")),
     };
-    Ok(Place { position, attitude })
+    Ok(ModelPlace { position, attitude })
 }

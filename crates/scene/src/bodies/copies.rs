@@ -2,7 +2,7 @@
 
 use super::entries::{CopiesTable, RingTable, turn};
 use nalgebra::Vector3;
-use tumble_model::shape::Place;
+use tumble_model::shape::ModelPlace;
 
 /// The most bodies of a scene, so that a short file does not ask for more than memory holds: some 25 kB each while it
 /// runs, and 1 kB in run.json, of which [`LARGEST_FILE`](crate::run_file::LARGEST_FILE) is read.
@@ -12,13 +12,13 @@ pub const MOST_FIXED: usize = 10_000;
 /// Where one copy is, in its frame, and how its directions are turned against the entry's.
 #[derive(Clone, Copy)]
 pub struct Copied {
-    pub place: Place,
-    pub turned: Place,
+    pub place: ModelPlace,
+    pub turned: ModelPlace,
 }
 
 /// The copies of what is at `place`: one without copies or ring, at most `room`.
 pub fn copies(
-    place: Place,
+    place: ModelPlace,
     grid: Option<&CopiesTable>,
     ring: Option<&RingTable>,
     room: usize,
@@ -40,7 +40,7 @@ pub fn copies(
         let most = if what == "bodies" { MOST_BODIES } else { MOST_FIXED };
         return Err(format!("{field}: with these {count} there are more than {most} {what}"));
     }
-    let plain = Copied { place, turned: Place::ORIGIN };
+    let plain = Copied { place, turned: ModelPlace::ORIGIN };
     if let Some(grid) = grid {
         let [nx, ny, nz] = grid.count.0;
         let cells =
@@ -61,8 +61,8 @@ pub fn copies(
     let turned = |number: u32| {
         let attitude =
             turn(&axis, f64::from(number) * ring.degrees).map_err(|why| format!("ring.{why}"))?;
-        let only = Place { position: [0.0; 3], attitude };
-        let moved = Place { position: (about - only.rotation() * about).into(), attitude };
+        let only = ModelPlace { position: [0.0; 3], attitude };
+        let moved = ModelPlace { position: (about - only.rotation() * about).into(), attitude };
         // The first stays where it is, to the last bit.
         let place = if number == 0 { place } else { place.within(&moved) };
         Ok(Copied { place, turned: only })

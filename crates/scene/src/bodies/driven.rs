@@ -1,14 +1,14 @@
 //! The tables `[[driven]]` and `[[surfaces]]`: bodies whose way is given, and surfaces that move.
 
-use super::entries::Turned;
-use super::joints::{Joints, Side, anchor_in_range};
+use super::entries::AttitudeEntry;
+use super::joints::{JointEntries, JointSide, anchor_in_range};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use tumble_core::simulation::JOINT_AT_THE_START;
 use tumble_model::BodyModel;
 use tumble_model::fields::Numbers;
 use tumble_model::joint::{CourseModel, JointKind, JointModel};
-use tumble_model::shape::Place;
+use tumble_model::shape::ModelPlace;
 
 #[derive(Deserialize)]
 #[serde(
@@ -20,7 +20,7 @@ pub struct DrivenEntry {
     body: String,
     times: Option<Vec<f64>>,
     positions: Option<Vec<Numbers<3>>>,
-    attitudes: Option<Vec<Turned>>,
+    attitudes: Option<Vec<AttitudeEntry>>,
     velocity: Option<Numbers<3>>,
     spin: Option<Numbers<3>>,
     about: Option<Numbers<3>>,
@@ -49,7 +49,7 @@ impl DrivenEntry {
     /// Adds the joint that drives its body from the time `start` (s) on. `find` has the bodies of a name.
     pub fn add(
         &self,
-        joints: &mut Joints,
+        joints: &mut JointEntries,
         bodies: &[BodyModel],
         find: impl Fn(&str) -> Result<Vec<usize>, String>,
         start: f64,
@@ -66,14 +66,14 @@ impl DrivenEntry {
         }
         self.refuse_idle()?;
         let of = &bodies[body];
-        let side = Side::of(Some(of));
-        let (origin, attitude) = (Vector3::zeros(), Place::ORIGIN.attitude.into());
+        let side = JointSide::of(Some(of));
+        let (origin, attitude) = (Vector3::zeros(), ModelPlace::ORIGIN.attitude.into());
         let mut anchor = side.placed(&origin, &attitude);
         if let Some(about) = &self.about {
             anchor_in_range("about", Some(about))?;
             anchor.anchor = about.0.into();
         }
-        let (there, own) = (Side::of(None).seen(&anchor), side.seen(&anchor));
+        let (there, own) = (JointSide::of(None).seen(&anchor), side.seen(&anchor));
         let name = self.name.clone().unwrap_or_else(|| format!("{}-drive", of.name));
         let joint = JointModel {
             name,
@@ -93,7 +93,7 @@ impl DrivenEntry {
     }
 
     /// Its way, of a frame that is at `there` at the time `start` (s).
-    fn course(&self, there: &Place, start: f64) -> Result<CourseModel, String> {
+    fn course(&self, there: &ModelPlace, start: f64) -> Result<CourseModel, String> {
         let numbers = |of: &Option<Numbers<3>>| of.as_ref().map_or([0.0; 3], |of| of.0);
         let (velocity, spin) = (numbers(&self.velocity), numbers(&self.spin));
         let Some(times) = &self.times else {

@@ -1,15 +1,15 @@
 //! The tables of `[[bodies]]` and what goes with them, as they are written.
 
-use crate::choices::Frame;
+use crate::choices::StartFrame;
 use crate::tables::{InertiaValue, LoadTable, Random, Sides};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::path::Path;
 use tumble_core::geometry::mesh::{parse_obj, parse_stl};
 use tumble_core::mechanics::quaternion::unit;
-use tumble_model::colour::{Colour, Label};
+use tumble_model::colour::{BodyLabel, Colour};
 use tumble_model::fields::{Exactly, Numbers};
-use tumble_model::shape::{Form, Place};
+use tumble_model::shape::{ModelForm, ModelPlace};
 use tumble_model::shown;
 
 /// A table with the fields of a convex form, and others.
@@ -59,16 +59,16 @@ with_form!(BodyEntry, "a table [[bodies]] is needed" {
     restitution: Option<f64>,
     touches: Option<bool>,
     position: Numbers<3>,
-    attitude: Option<Turned>,
+    attitude: Option<AttitudeEntry>,
     velocity: Option<Numbers<3>>,
     spin: Option<Numbers<3>>,
-    frame: Option<Frame>,
+    frame: Option<StartFrame>,
     jitter: Option<Jitter>,
     copies: Option<CopiesTable>,
     ring: Option<RingTable>,
     load: Option<LoadTable>,
     colour: Option<Colour>,
-    label: Option<Label>,
+    label: Option<BodyLabel>,
     look: Option<Vec<LookEntry>>,
 });
 
@@ -77,21 +77,21 @@ with_form!(FixedEntry, "a table [[fixed]] is needed" {
     name: Option<String>,
     friction: Option<f64>,
     position: Option<Numbers<3>>,
-    attitude: Option<Turned>,
-    frame: Option<Frame>,
+    attitude: Option<AttitudeEntry>,
+    frame: Option<StartFrame>,
     copies: Option<CopiesTable>,
     ring: Option<RingTable>,
 });
 
 with_form!(PieceEntry, "a piece, { box = …, position = …, attitude = … }, is needed" {
     position: Option<Numbers<3>>,
-    attitude: Option<Turned>,
+    attitude: Option<AttitudeEntry>,
 });
 
 with_form!(LookEntry, "a piece, or { surface = { vertices = …, triangles = … } }, is needed" {
     surface: Option<SurfaceTable>,
     position: Option<Numbers<3>>,
-    attitude: Option<Turned>,
+    attitude: Option<AttitudeEntry>,
 });
 
 /// Triangles for the eye, which need not be closed.
@@ -110,7 +110,7 @@ const MOST_TRIANGLES: usize = 200_000;
 
 impl SurfaceTable {
     /// The surface, checked.
-    pub fn form(self) -> Result<Form, String> {
+    pub fn form(self) -> Result<ModelForm, String> {
         let vertices = plain(self.vertices);
         let triangles: Vec<_> = self.triangles.into_iter().map(|three| three.0).collect();
         if !(1..=MOST_TRIANGLES).contains(&triangles.len()) {
@@ -125,7 +125,7 @@ impl SurfaceTable {
             let count = vertices.len();
             return Err(format!("triangles: {odd} is given, and there are {count} vertices"));
         }
-        Ok(Form::Mesh { vertices, triangles, radius: 0.0 })
+        Ok(ModelForm::Mesh { vertices, triangles, radius: 0.0 })
     }
 }
 
@@ -171,7 +171,7 @@ pub struct RingTable {
     expecting = "\"random\", four numbers (w, x, y, z) or { axis = [x, y, z], degrees = … } are \
                  needed"
 )]
-pub enum Turned {
+pub enum AttitudeEntry {
     Word(Random),
     Quaternion(Numbers<4>),
     About(AxisTable),
@@ -191,7 +191,7 @@ pub enum Jitter {
     Each(Numbers<3>),
 }
 
-impl Turned {
+impl AttitudeEntry {
     /// The unit quaternion; `None` where it is to be drawn.
     pub fn quaternion(&self) -> Result<Option<[f64; 4]>, String> {
         match self {
@@ -218,7 +218,7 @@ pub fn turn(axis: &[f64; 3], degrees: f64) -> Result<[f64; 4], String> {
     if !(-3600.0..=3600.0).contains(&degrees) {
         return Err(format!("degrees is {degrees}; allowed is -3600 to 3600"));
     }
-    Ok(Place::turn(axis, degrees))
+    Ok(ModelPlace::turn(axis, degrees))
 }
 
 /// Where the meshes of a scenario are, and how they are read.
@@ -243,7 +243,7 @@ pub struct FormFields {
 
 impl FormFields {
     /// The one form that is given; `None` where none is. Meshes are in `files`.
-    pub fn form(self, files: &Files<'_>) -> Result<Option<Form>, String> {
+    pub fn form(self, files: &Files<'_>) -> Result<Option<ModelForm>, String> {
         let mut forms = Vec::new();
         let rounded = self.hull.is_some() || self.mesh.is_some();
         if self.radius.is_some() && !rounded {
@@ -253,11 +253,11 @@ impl FormFields {
             return Err("scale: it has no meaning without `mesh`".to_owned());
         }
         let radius = self.radius.unwrap_or(0.0);
-        forms.extend(self.sides.map(|sides| Form::Box { sides: sides.vector().into() }));
-        forms.extend(self.sphere.map(|radius| Form::Sphere { radius }));
-        let capsule = |CapsuleTable { length, radius }| Form::Capsule { length, radius };
+        forms.extend(self.sides.map(|sides| ModelForm::Box { sides: sides.vector().into() }));
+        forms.extend(self.sphere.map(|radius| ModelForm::Sphere { radius }));
+        let capsule = |CapsuleTable { length, radius }| ModelForm::Capsule { length, radius };
         forms.extend(self.capsule.map(capsule));
-        forms.extend(self.hull.map(|points| Form::Hull { points: plain(points), radius }));
+        forms.extend(self.hull.map(|points| ModelForm::Hull { points: plain(points), radius }));
         if let Some(name) = &self.mesh {
             forms.push(mesh(files, name, self.scale.unwrap_or(1.0), radius)?);
         }
@@ -280,7 +280,7 @@ pub fn plain(points: Vec<Numbers<3>>) -> Vec<[f64; 3]> {
 /// More bytes than this are not read.
 const LARGEST_MESH: u64 = 32 << 20;
 
-fn mesh(files: &Files<'_>, name: &str, scale: f64, radius: f64) -> Result<Form, String> {
+fn mesh(files: &Files<'_>, name: &str, scale: f64, radius: f64) -> Result<ModelForm, String> {
     let path = &files.folder.join(name);
     let odd = |why: &dyn std::fmt::Display| format!("mesh: {}: {why}", shown::path(path));
     let bytes = (files.read)(path, LARGEST_MESH).map_err(|error| odd(&error))?;
@@ -296,7 +296,7 @@ fn mesh(files: &Files<'_>, name: &str, scale: f64, radius: f64) -> Result<Form, 
     let mesh = mesh.and_then(|mesh| mesh.scaled(scale)).map_err(|error| odd(&error))?;
     // Whether it is convex, said with the file's name.
     mesh.hull().map_err(|error| odd(&error))?;
-    Ok(Form::Mesh {
+    Ok(ModelForm::Mesh {
         vertices: mesh.vertices().iter().map(|&vertex| vertex.into()).collect(),
         triangles: mesh.triangles().to_vec(),
         radius,

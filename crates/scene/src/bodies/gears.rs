@@ -1,6 +1,6 @@
 //! The tables `[[gears]]`: as they are written, and what they amount to.
 
-use super::joints::{DriveEntry, Joints, MotorFields};
+use super::joints::{DriveEntry, JointEntries, MotorFields};
 use serde::Deserialize;
 use tumble_core::joint::Drive;
 use tumble_model::gear::GearModel;
@@ -26,7 +26,7 @@ impl GearEntry {
     }
 
     /// The gear between two of the `joints`, of which there are `others` already.
-    pub fn model(&self, joints: &Joints, others: usize) -> Result<GearModel, String> {
+    pub fn model(&self, joints: &JointEntries, others: usize) -> Result<GearModel, String> {
         if others >= MOST_GEARS {
             return Err(format!("joints: there are more than {MOST_GEARS} gears"));
         }

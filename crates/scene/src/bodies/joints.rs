@@ -6,10 +6,10 @@ mod placed;
 
 pub use entries::{DriveEntry, JointEntry};
 pub use motor::{MotorEntry, MotorFields};
-pub use placed::{Placed, Side, anchor_in_range};
+pub use placed::{JointPlace, JointSide, anchor_in_range};
 
 use super::copies::name_of;
-use entries::{DriveFields, Names};
+use entries::{BodyNames, DriveFields};
 use nalgebra::{Vector3, Vector4};
 use placed::turned;
 use std::f64::consts::PI;
@@ -17,19 +17,19 @@ use tumble_core::mechanics::quaternion::{left, rotation};
 use tumble_model::BodyModel;
 use tumble_model::fields::Numbers;
 use tumble_model::joint::{JointKind, JointModel};
-use tumble_model::shape::Place;
+use tumble_model::shape::ModelPlace;
 
 /// The most joints of a scene.
 const MOST_JOINTS: usize = 10_000;
 
 /// The joints of a file that are made so far.
-pub struct Joints {
+pub struct JointEntries {
     pub models: Vec<JointModel>,
     /// What entries are called that have joints of other names.
     entries: Vec<(String, Vec<usize>)>,
 }
 
-impl Joints {
+impl JointEntries {
     /// Those that are there already.
     pub fn of(models: Vec<JointModel>) -> Self {
         Self { models, entries: Vec::new() }
@@ -55,7 +55,7 @@ impl Joints {
             let index = self.models.len();
             let usual = ("joint", index);
             let name = name_of(entry.name.as_deref(), usual, (number, count));
-            let sides = [Some(&bodies[body]), other.map(|other| &bodies[other])].map(Side::of);
+            let sides = [Some(&bodies[body]), other.map(|other| &bodies[other])].map(JointSide::of);
             self.push(JointModel {
                 name,
                 kind: entry.kind,
@@ -137,8 +137,8 @@ impl JointEntry {
         find: impl Fn(&str) -> Result<Vec<usize>, String>,
     ) -> Result<Vec<(usize, Option<usize>)>, String> {
         let names = match &self.bodies {
-            Names::One(name) => std::slice::from_ref(name),
-            Names::List(names) => &names[..],
+            BodyNames::One(name) => std::slice::from_ref(name),
+            BodyNames::List(names) => &names[..],
         };
         let find = |name: &str| find(name).map_err(|why| format!("bodies: {why}"));
         match names {
@@ -282,7 +282,7 @@ impl JointEntry {
 
     /// The frames in both sides: that of A as it is given, and that of B where it is at the start, unless
     /// it is given too.
-    fn frames(&self, sides: &[Side<'_>; 2]) -> Result<[Place; 2], String> {
+    fn frames(&self, sides: &[JointSide<'_>; 2]) -> Result<[ModelPlace; 2], String> {
         for (field, anchor) in
             [("anchor", &self.anchor), ("anchor_a", &self.anchor_a), ("anchor_b", &self.anchor_b)]
         {
@@ -295,7 +295,7 @@ impl JointEntry {
                 a.name
             )
         };
-        let still = Vector4::from(Place::ORIGIN.attitude);
+        let still = Vector4::from(ModelPlace::ORIGIN.attitude);
         let in_world = turned("", self.axis.as_ref(), self.attitude.as_ref())?;
         let in_a = turned("_a", self.axis_a.as_ref(), self.attitude_a.as_ref())?;
         let in_b = turned("_b", self.axis_b.as_ref(), self.attitude_b.as_ref())?;
@@ -323,7 +323,7 @@ impl JointEntry {
             }
             (None, None) => still,
         };
-        let of_a = Placed { anchor, attitude };
+        let of_a = JointPlace { anchor, attitude };
         let mut of_b = self.at_its_start(of_a)?;
         if let Some(attitude) = in_b {
             of_b.attitude = b.placed(&Vector3::zeros(), &attitude).attitude;
@@ -332,12 +332,12 @@ impl JointEntry {
             of_b.anchor = b.placed(&anchor.0.into(), &still).anchor;
         }
         // What is given in a side's own frame stays as it is, so that a scene that was written goes on with the same bits.
-        let exactly = |side: &Side<'_>,
+        let exactly = |side: &JointSide<'_>,
                        placed,
                        anchor: Option<&Numbers<3>>,
                        attitude: Option<Vector4<f64>>| {
             let seen = side.seen(placed);
-            Place {
+            ModelPlace {
                 position: anchor.map_or(seen.position, |anchor| side.relative_to_centre(&anchor.0)),
                 attitude: attitude.map_or(seen.attitude, Vector4::into),
             }
@@ -349,7 +349,7 @@ impl JointEntry {
     }
 
     /// The frame of B at the start, against which that of A has its coordinates `start`.
-    fn at_its_start(&self, of_a: Placed) -> Result<Placed, String> {
+    fn at_its_start(&self, of_a: JointPlace) -> Result<JointPlace, String> {
         let mut at = [0.0; 6];
         let several = self.kind.driven().len() > 1;
         for ((name, axis), drive) in self.kind.driven().iter().zip(self.drives()) {
@@ -374,6 +374,6 @@ impl JointEntry {
             attitude = left(&attitude) * back;
         }
         let off = rotation(&attitude) * Vector3::new(at[0], at[1], at[2]);
-        Ok(Placed { anchor: of_a.anchor - off, attitude })
+        Ok(JointPlace { anchor: of_a.anchor - off, attitude })
     }
 }

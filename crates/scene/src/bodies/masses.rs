@@ -6,7 +6,7 @@ use crate::tables::InertiaValue;
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::geometry::{Hint, Piece, Scratch, overlap};
 use tumble_core::mechanics::Pose;
-use tumble_model::shape::Shape;
+use tumble_model::shape::ModelShape;
 
 /// The specific inertia of a point mass, m²: it has no effect.
 const POINT_INERTIA: f64 = 1.0;
@@ -15,7 +15,7 @@ const POINT_INERTIA: f64 = 1.0;
 const TOUCHING: f64 = 1e-6;
 
 /// Refuses pieces of one body that overlap, where anything comes from them: both would count in it.
-fn refuse_overlapping_pieces(shape: &Shape, entry: &BodyEntry) -> Result<(), String> {
+fn refuse_overlapping_pieces(shape: &ModelShape, entry: &BodyEntry) -> Result<(), String> {
     let is_given = entry.inertia.as_ref().is_some_and(|inertia| inertia.matrix().is_some());
     if entry.mass.is_some() && entry.centre.is_some() && is_given {
         return Ok(());
@@ -41,7 +41,7 @@ fn refuse_overlapping_pieces(shape: &Shape, entry: &BodyEntry) -> Result<(), Str
 
 /// Mass, inertia and centre of mass, in the shape's frame.
 pub fn mass_properties(
-    shape: &Shape,
+    shape: &ModelShape,
     entry: &BodyEntry,
 ) -> Result<(f64, Matrix3<f64>, Vector3<f64>), String> {
     refuse_overlapping_pieces(shape, entry)?;
@@ -69,7 +69,7 @@ pub fn mass_properties(
         return Err("centre: it has no meaning without `inertia` in numbers".to_owned());
     }
     let centre = entry.centre.map(|centre| Vector3::from(centre.0));
-    let is_point = matches!(shape, Shape::Points(points) if points[..] == [[0.0; 3]]);
+    let is_point = matches!(shape, ModelShape::Points(points) if points[..] == [[0.0; 3]]);
     match (solid, given) {
         (solid, Some(inertia)) => {
             let own = solid.map_or(Vector3::zeros(), |solid| solid.centre);

@@ -15,7 +15,7 @@ use super::scene::Scene;
 use super::settings::{Settings, USUAL_SEED};
 use super::solver_choice::SolverChoice;
 use crate::choices::SolverName;
-use build::Built;
+use build::BuiltScene;
 use driven::{DrivenEntry, SurfaceEntry};
 use entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry};
 use gears::GearEntry;
@@ -28,7 +28,7 @@ use tumble_core::simulation::JOINT_AT_THE_START;
 use tumble_model::failure::{Failure, refuse_flags};
 
 /// The tables of the notation.
-pub struct Entries {
+pub struct SceneEntries {
     /// `[[bodies]]`.
     pub bodies: Vec<BodyEntry>,
     /// `[[fixed]]`.
@@ -63,7 +63,7 @@ const USUAL_SOLVER: SolverName = SolverName::Native;
 pub fn scene(
     name: String,
     settings: &Settings,
-    entries: Entries,
+    entries: SceneEntries,
     files: Files<'_>,
 ) -> Result<Scene, Failure> {
     let built = build::build(entries, settings, files).map_err(Failure::Input)?;
@@ -83,9 +83,9 @@ pub fn scene_of_robot(
     of_built(name, settings, built)
 }
 
-fn of_built(name: String, settings: &Settings, mut built: Built) -> Result<Scene, Failure> {
+fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<Scene, Failure> {
     let world = tumble_robot::settled(&mut built.model, &mut built.robots)?;
-    let Built { model, drawn, .. } = built;
+    let BuiltScene { model, drawn, .. } = built;
     let place = "several bodies: the tutorial's program is of one";
     refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
     let contact = SolverChoice::new(settings, USUAL_SOLVER)?;

@@ -1,8 +1,8 @@
 //! The tables `[[robots]]`, and scenes of a robot's file alone.
 
-use super::build::Built;
+use super::build::BuiltScene;
 use super::copies::MOST_BODIES;
-use super::entries::{Files, Turned};
+use super::entries::{AttitudeEntry, Files};
 use crate::settings::{RobotSettings, Settings};
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -16,7 +16,9 @@ use tumble_model::fields::Numbers;
 use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shown;
 use tumble_robot::model::{Moves, Robot};
-use tumble_robot::{Assembled, Frame, LARGEST_FILE, Pieces, Placing, Reading, USUAL_SIDES, read};
+use tumble_robot::{
+    Assembled, LARGEST_FILE, LinkFrame, MeshPieces, Placing, Reading, USUAL_SIDES, read,
+};
 
 /// Of a robot of which no file says the friction on the ground.
 const USUAL_FRICTION: f64 = 1.0;
@@ -27,7 +29,7 @@ pub struct RobotEntry {
     file: String,
     prefix: Option<String>,
     position: Option<Numbers<3>>,
-    attitude: Option<Turned>,
+    attitude: Option<AttitudeEntry>,
     pose: Option<String>,
     coordinates: Option<BTreeMap<String, f64>>,
     self_collision: Option<bool>,
@@ -35,7 +37,7 @@ pub struct RobotEntry {
     fixed: Option<bool>,
     sides: Option<usize>,
     packages: Option<String>,
-    meshes: Option<Pieces>,
+    meshes: Option<MeshPieces>,
     leave_out: Option<Vec<String>>,
     point_contacts: Option<bool>,
 }
@@ -70,7 +72,7 @@ impl RobotEntry {
         }
         let place = super::build::placed(self.position, self.attitude.as_ref())?;
         let placing = Placing {
-            frame: Frame { position: place.position.into(), attitude: place.attitude.into() },
+            frame: LinkFrame { position: place.position.into(), attitude: place.attitude.into() },
             prefix: self.prefix().to_owned(),
             key: self.pose.clone(),
             coordinates: self
@@ -132,7 +134,7 @@ pub fn read_alone(
 }
 
 /// The model of a robot's file alone. What flies above no ground of its own is put upon it.
-pub fn alone(robot: &Robot, settings: &Settings) -> Result<Built, String> {
+pub fn alone(robot: &Robot, settings: &Settings) -> Result<BuiltScene, String> {
     let mut placing = Placing { has_ground: robot.options.has_world, ..Placing::default() };
     let empty = || Model {
         dt: settings.dt.unwrap_or_default(),
@@ -173,7 +175,7 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<Built, String> {
         model = empty();
         assembled = Assembled::new(robot.clone(), &placing, &mut model)?;
     }
-    Ok(Built { model, drawn: false, robots: vec![assembled] })
+    Ok(BuiltScene { model, drawn: false, robots: vec![assembled] })
 }
 
 /// The least height of any body over the plane, m.

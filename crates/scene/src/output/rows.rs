@@ -9,12 +9,12 @@ const BUFFER: usize = 1 << 16;
 
 /// Which steps of a run have rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Kept {
+pub(crate) struct RowChoice {
     every: u64,
     first: u64,
 }
 
-impl Kept {
+impl RowChoice {
     /// All of them.
     pub const ALL: Self = Self { every: 1, first: 0 };
 
@@ -200,10 +200,10 @@ mod tests {
 
     #[test]
     fn a_step_has_rows_by_its_count_from_the_first_and_the_last_state_always() {
-        let kept = Kept::new(10, 7);
+        let kept = RowChoice::new(10, 7);
         let has = |index| kept.has(index, StepStatus::Free);
         assert!((7..60).all(|index| has(index) == (index % 10 == 7)));
         assert!(kept.has(8, StepStatus::End));
-        assert!((0..20).all(|index| Kept::ALL.has(index, StepStatus::Free)));
+        assert!((0..20).all(|index| RowChoice::ALL.has(index, StepStatus::Free)));
     }
 }

@@ -142,7 +142,7 @@ impl Steps {
     /// The k of the row that was read, which has this status.
     pub fn next<R: Read>(
         &mut self,
-        sheet: &Sheet<R>,
+        sheet: &TableReader<R>,
         status: StepStatus,
     ) -> Result<u64, RowsError> {
         let found = sheet.whole(0)?;
@@ -162,14 +162,14 @@ impl Steps {
 
 /// One table that is being read. A row may have [`MOST_ROW_BYTES`], so that memory is bounded
 /// whatever the stream holds.
-pub struct Sheet<R: Read> {
+pub struct TableReader<R: Read> {
     table: &'static str,
     columns: Vec<String>,
     csv: csv::Reader<Bounded<R>>,
     record: csv::StringRecord,
 }
 
-impl<R: Read> Sheet<R> {
+impl<R: Read> TableReader<R> {
     /// Reads the header and holds it against the names that `columns` says belong there.
     pub fn new(
         table: &'static str,

@@ -13,8 +13,8 @@
 //! In a world with restitution a last column, `restitution_share`, has the part of the coefficients
 //! that the step took ([`StepRecord::restitution_share`]).
 
-use super::rows::{Kept, RowWriter};
-use super::sheet::{RowsError, Sheet, Steps};
+use super::rows::{RowChoice, RowWriter};
+use super::sheet::{RowsError, Steps, TableReader};
 use super::tables::{ContactRow, StepRow, TableStep};
 use nalgebra::Vector3;
 use std::io::{self, Read, Write};
@@ -66,7 +66,7 @@ pub fn header(contacts: usize, bounce: bool) -> Vec<String> {
 pub struct TrajectoryWriter<W: Write> {
     rows: RowWriter<W>,
     world: World,
-    kept: Kept,
+    kept: RowChoice,
     layout: Layout,
     /// What stands in a row between state and flags.
     step: Vec<f64>,
@@ -98,7 +98,7 @@ impl<W: Write> TrajectoryWriter<W> {
         Ok(Self {
             rows,
             world: world.clone(),
-            kept: Kept::ALL,
+            kept: RowChoice::ALL,
             layout,
             step: vec![0.0; layout.variables() - STATE.end],
             carrying: vec![false; points],
@@ -108,7 +108,7 @@ impl<W: Write> TrajectoryWriter<W> {
     /// The same of each `every`-th step alone, counted from the step `first`, and of the last state; every one for 0.
     #[must_use]
     pub fn every(mut self, every: u64, first: u64) -> Self {
-        self.kept = Kept::new(every, first);
+        self.kept = RowChoice::new(every, first);
         self
     }
 
@@ -320,7 +320,7 @@ impl TrajectoryRow {
 /// [`MOST_ROW_BYTES`](super::MOST_ROW_BYTES), so that memory is bounded whatever the stream
 /// holds.
 pub struct TrajectoryReader<R: Read> {
-    sheet: Sheet<R>,
+    sheet: TableReader<R>,
     contacts: usize,
     bounce: bool,
     steps: Steps,
@@ -334,7 +334,7 @@ impl<R: Read> TrajectoryReader<R> {
     /// [`RowsError::Header`], [`RowsError::TooLong`], or the stream's.
     pub fn new(stream: R) -> Result<Self, RowsError> {
         let (mut contacts, mut bounce) = (1, false);
-        let sheet = Sheet::new("", stream, |found| {
+        let sheet = TableReader::new("", stream, |found| {
             bounce = found.iter().next_back() == Some(SHARE_COLUMN);
             let fixed = STATE_COLUMNS.len() + REPORT_COLUMNS.len() + usize::from(bounce);
             // To the nearest, so that one missing column is named for what it is.

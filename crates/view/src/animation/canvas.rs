@@ -1,6 +1,6 @@
 //! Painting: filled polygons, lines and dots, antialiased, in pixels.
 
-use super::palette::Colour;
+use super::palette::PaintColour;
 use tiny_skia::{FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
 
 /// A point of the picture, x to the right and y down.
@@ -14,14 +14,14 @@ pub struct Canvas {
 
 impl Canvas {
     /// `None` if `size` is 0.
-    pub fn new(size: u16, background: Colour) -> Option<Self> {
+    pub fn new(size: u16, background: PaintColour) -> Option<Self> {
         let mut canvas = Self { pixmap: Pixmap::new(u32::from(size), u32::from(size))? };
         canvas.clear(background);
         Some(canvas)
     }
 
     /// Makes it all of one colour.
-    pub fn clear(&mut self, [red, green, blue]: Colour) {
+    pub fn clear(&mut self, [red, green, blue]: PaintColour) {
         self.pixmap.fill(tiny_skia::Color::from_rgba8(red, green, blue, 255));
     }
 
@@ -41,12 +41,12 @@ impl Canvas {
     }
 
     /// The colours by rows. The background is opaque, so all pixels are.
-    pub fn colours(&self) -> impl Iterator<Item = Colour> + '_ {
+    pub fn colours(&self) -> impl Iterator<Item = PaintColour> + '_ {
         self.pixmap.data().chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]])
     }
 
     /// Fills a polygon; `cover` is 1 for opaque paint.
-    pub fn fill(&mut self, corners: &[Pixel], colour: Colour, cover: f32) {
+    pub fn fill(&mut self, corners: &[Pixel], colour: PaintColour, cover: f32) {
         if let Some(path) = path(corners, true) {
             let transform = Transform::identity();
             self.pixmap.fill_path(&path, &paint(colour, cover), FillRule::Winding, transform, None);
@@ -54,7 +54,7 @@ impl Canvas {
     }
 
     /// Fills polygons that may overlap as one.
-    pub fn fill_union(&mut self, polygons: &[Vec<Pixel>], colour: Colour, cover: f32) {
+    pub fn fill_union(&mut self, polygons: &[Vec<Pixel>], colour: PaintColour, cover: f32) {
         let mut path = PathBuilder::new();
         for polygon in polygons.iter().filter(|polygon| polygon.len() > 2) {
             for (i, &[x, y]) in polygon.iter().enumerate() {
@@ -78,20 +78,20 @@ impl Canvas {
     }
 
     /// Fills an outline.
-    pub fn fill_path(&mut self, path: &Path, colour: Colour) {
+    pub fn fill_path(&mut self, path: &Path, colour: PaintColour) {
         let (paint, whole) = (paint(colour, 1.0), Transform::identity());
         self.pixmap.fill_path(path, &paint, FillRule::Winding, whole, None);
     }
 
     /// Draws a line through `points`, with round ends and corners.
-    pub fn line(&mut self, points: &[Pixel], closed: bool, width: f32, colour: Colour) {
+    pub fn line(&mut self, points: &[Pixel], closed: bool, width: f32, colour: PaintColour) {
         if let Some(path) = path(points, closed) {
             self.stroke(&path, width, colour);
         }
     }
 
     /// Draws along a path, with round ends and corners.
-    pub fn stroke(&mut self, path: &Path, width: f32, colour: Colour) {
+    pub fn stroke(&mut self, path: &Path, width: f32, colour: PaintColour) {
         let stroke = Stroke {
             width,
             line_cap: LineCap::Round,
@@ -102,7 +102,7 @@ impl Canvas {
     }
 }
 
-fn paint(colour: Colour, cover: f32) -> Paint<'static> {
+fn paint(colour: PaintColour, cover: f32) -> Paint<'static> {
     let mut paint = Paint::default();
     let [red, green, blue] = colour;
     paint.set_color_rgba8(red, green, blue, (255.0 * cover).round() as u8);

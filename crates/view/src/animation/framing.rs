@@ -21,7 +21,7 @@ pub struct Window {
 
 /// The rectangle of the view that something takes, in slopes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extent {
+pub struct ViewExtent {
     low: [f64; 2],
     high: [f64; 2],
 }
@@ -41,7 +41,7 @@ impl Window {
     pub const WHOLE: Self = Self { middle: [0.0; 2], half: HALF_VIEW };
 
     /// That about `extent`, with half a side of at least `least`.
-    fn about(extent: &Extent, least: f64) -> Self {
+    fn about(extent: &ViewExtent, least: f64) -> Self {
         let size = |k: usize| extent.high[k] - extent.low[k];
         let half = (size(0) / (2.0 * FILL)).max(size(1) / (FILL + FILL_ABOVE)).max(least);
         let [x, y] = extent.middle();
@@ -49,14 +49,14 @@ impl Window {
     }
 
     /// Half a side of the window about this one's middle that has `extent` in it.
-    fn needed(&self, extent: &Extent) -> f64 {
+    fn needed(&self, extent: &ViewExtent) -> f64 {
         let to = |k: usize| [extent.high[k] - self.middle[k], self.middle[k] - extent.low[k]];
         let ([right, left], [up, down]) = (to(0), to(1));
         (right.max(left).max(down) / FILL).max(up / FILL_ABOVE)
     }
 }
 
-impl Extent {
+impl ViewExtent {
     /// Of nothing.
     pub const NONE: Self = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
 
@@ -83,13 +83,13 @@ impl Extent {
 /// without jerks. The stillest one is taken unless another shows what
 /// moves much larger; one that follows needs something that stands still to be seen against.
 pub fn windows(
-    moving: &[Extent],
+    moving: &[ViewExtent],
     reach: f64,
     followed: &[[[f64; 2]; 2]],
     has_ground: bool,
 ) -> Vec<Window> {
     let least = CONTEXT * reach;
-    let all = moving.iter().fold(Extent::NONE, |all, one| all.and(one));
+    let all = moving.iter().fold(ViewExtent::NONE, |all, one| all.and(one));
     let mut still = Window::about(&all, least);
     if still.half * NEARER > Window::WHOLE.half {
         still = Window::WHOLE;
@@ -100,8 +100,8 @@ pub fn windows(
 }
 
 /// Windows that go where `followed` goes without jerks, and with what is about it.
-fn following(moving: &[Extent], least: f64, followed: &[[[f64; 2]; 2]]) -> Vec<Window> {
-    let off = |(one, [place, _]): (&Extent, &[[f64; 2]; 2])| {
+fn following(moving: &[ViewExtent], least: f64, followed: &[[[f64; 2]; 2]]) -> Vec<Window> {
+    let off = |(one, [place, _]): (&ViewExtent, &[[f64; 2]; 2])| {
         let middle = Window::about(one, least).middle;
         std::array::from_fn::<_, 2, _>(|axis| middle[axis] - place[axis])
     };
@@ -144,10 +144,10 @@ mod tests {
     use super::*;
 
     /// Squares of the size 2 `half` about places.
-    fn squares(places: &[[f64; 2]], half: f64) -> Vec<Extent> {
+    fn squares(places: &[[f64; 2]], half: f64) -> Vec<ViewExtent> {
         let square = |place: &[f64; 2]| {
             let corner = |sign: f64| place.map(|x| x + sign * half);
-            Extent::NONE.with(corner(-1.0)).with(corner(1.0))
+            ViewExtent::NONE.with(corner(-1.0)).with(corner(1.0))
         };
         places.iter().map(square).collect()
     }

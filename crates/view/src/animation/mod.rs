@@ -32,17 +32,17 @@ mod timing;
 mod tests;
 
 pub use camera::View;
-pub use settings::{AnimationError, Settings};
+pub use settings::{AnimationError, AnimationSettings};
 pub use timing::frame_count;
 
-use crate::film::{Body, Film, Partner};
+use crate::film::{Film, FilmBody, FilmPartner};
 use crate::forces::Scale;
 use arrows::Arrow;
 use encoder::Encoder;
 use nalgebra::{Isometry3, Point3, Vector3};
-use pins::Pin;
+use pins::DrawnJoint;
 use settings::FARTHEST;
-use stage::{Moment, Stage};
+use stage::{Backdrop, Moment};
 use std::ops::ControlFlow;
 
 /// How long the axis of a joint is to each side, in parts of its body's reach.
@@ -55,13 +55,13 @@ const AXIS: f64 = 0.3;
 /// See [`AnimationError`].
 pub fn animate(
     film: &Film,
-    settings: &Settings,
+    settings: &AnimationSettings,
     mut progress: impl FnMut(u64, u64) -> ControlFlow<()>,
 ) -> Result<Vec<u8>, AnimationError> {
     let moments = moments(film, settings)?;
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, film, settings.size)?;
-    let mut stage = Stage::new(film, settings, &moments).ok_or(AnimationError::TooFar)?;
+    let mut stage = Backdrop::new(film, settings, &moments).ok_or(AnimationError::TooFar)?;
     let mut canvas = stage.empty().clone();
     for (k, moment) in moments.iter().enumerate() {
         if progress(k as u64, moments.len() as u64).is_break() {
@@ -88,9 +88,9 @@ pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {
         frames: vec![film.frames.first()?.clone()],
         ..*film
     };
-    let settings = Settings { size, ..Settings::default() };
+    let settings = AnimationSettings { size, ..AnimationSettings::default() };
     let moments = moments(&film, &settings).ok()?;
-    let mut stage = Stage::new(&film, &settings, &moments)?;
+    let mut stage = Backdrop::new(&film, &settings, &moments)?;
     stage.show_all();
     let mut canvas = stage.empty().clone();
     stage.paint(&mut canvas, &moments[0]);
@@ -98,7 +98,7 @@ pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {
 }
 
 /// What the frames show.
-fn moments(film: &Film, settings: &Settings) -> Result<Vec<Moment>, AnimationError> {
+fn moments(film: &Film, settings: &AnimationSettings) -> Result<Vec<Moment>, AnimationError> {
     let duration = (film.frames.len() - 1) as f64 * film.frame_time();
     let scale = Scale::of(film);
     let to_ground = film.to_ground();
@@ -128,18 +128,18 @@ fn moments(film: &Film, settings: &Settings) -> Result<Vec<Moment>, AnimationErr
                 return Err(AnimationError::TooFar);
             }
             let mut add = |body: usize, way: Vector3<f64>| {
-                let reach = film.bodies.get(body).map_or(0.0, Body::reach);
+                let reach = film.bodies.get(body).map_or(0.0, FilmBody::reach);
                 arrows.push(Arrow { from, to: from + way, reach });
             };
             add(mean.site.body, way);
-            if let Partner::Body(other) = mean.site.partner {
+            if let FilmPartner::Body(other) = mean.site.partner {
                 add(other, -way);
             }
         }
         let pins = film.joints.iter().filter_map(|joint| Some((joint, poses.get(joint.body)?)));
         let pins = pins.map(|(joint, pose)| {
-            let reach = film.bodies.get(joint.body).map_or(0.0, Body::reach);
-            Pin {
+            let reach = film.bodies.get(joint.body).map_or(0.0, FilmBody::reach);
+            DrawnJoint {
                 at: (pose * Point3::from(joint.anchor)).coords,
                 axis: joint.axis.map(|axis| pose.rotation * axis * (AXIS * reach)),
             }

@@ -3,25 +3,25 @@
 //! Each of several bodies has a colour of its own or one of a few hues, what stands still is grey. Pictures are painted with few flat colours, so that the palette holds them and the
 //! blends that smooth edges need; each pixel gets the nearest. No dithering.
 
-use crate::film::{Body, Film};
+use crate::film::{Film, FilmBody};
 
 /// Red, green, blue.
-pub type Colour = [u8; 3];
+pub type PaintColour = [u8; 3];
 
 /// Behind everything.
-pub const BACKGROUND: Colour = [0xfb, 0xfc, 0xfd];
+pub const BACKGROUND: PaintColour = [0xfb, 0xfc, 0xfd];
 /// The ground.
-pub const GROUND: Colour = [0xe9, 0xed, 0xf2];
+pub const GROUND: PaintColour = [0xe9, 0xed, 0xf2];
 /// Lines of the grid.
-pub const LINE: Colour = [0xc6, 0xce, 0xd9];
+pub const LINE: PaintColour = [0xc6, 0xce, 0xd9];
 /// Laid over the ground where the shadow is.
-pub const SHADOW: Colour = [0x2c, 0x3e, 0x55];
+pub const SHADOW: PaintColour = [0x2c, 0x3e, 0x55];
 /// How much of [`SHADOW`] covers the ground where it is deepest.
 pub const SHADOW_DEPTH: f32 = 0.42;
 /// Edges of the bodies.
-pub const EDGE: Colour = [0x0f, 0x2a, 0x47];
+pub const EDGE: PaintColour = [0x0f, 0x2a, 0x47];
 /// Of faces: dark, middle and light.
-pub type Hue = [Colour; 3];
+pub type Hue = [PaintColour; 3];
 
 /// Of bodies in turn.
 const HUES: [Hue; 6] = [
@@ -35,16 +35,16 @@ const HUES: [Hue; 6] = [
 /// Of what stands still.
 pub const STILL: Hue = [[0x30, 0x36, 0x3f], [0x7d, 0x87, 0x94], [0xd5, 0xdb, 0xe2]];
 /// Arrows of the forces, and the seam around them.
-pub const FORCE: Colour = [0xe8, 0x4a, 0x1f];
-pub const SEAM: Colour = [0xff, 0xff, 0xff];
+pub const FORCE: PaintColour = [0xe8, 0x4a, 0x1f];
+pub const SEAM: PaintColour = [0xff, 0xff, 0xff];
 /// The clock.
-pub const INK: Colour = [0x1b, 0x26, 0x36];
+pub const INK: PaintColour = [0x1b, 0x26, 0x36];
 
 /// Steps of the shadow, from none to the deepest.
 pub const SHADOW_STEPS: u8 = 8;
 
 /// `from` at 0, `to` at 1.
-pub fn mix(from: Colour, to: Colour, share: f32) -> Colour {
+pub fn mix(from: PaintColour, to: PaintColour, share: f32) -> PaintColour {
     std::array::from_fn(|k| {
         let (a, b) = (f32::from(from[k]), f32::from(to[k]));
         (a + (b - a) * share).round() as u8
@@ -52,13 +52,13 @@ pub fn mix(from: Colour, to: Colour, share: f32) -> Colour {
 }
 
 /// The hue of a body's faces, the body `b` of its film.
-pub fn hue_of(body: &Body, b: usize) -> Hue {
+pub fn hue_of(body: &FilmBody, b: usize) -> Hue {
     let Some(colour) = body.colour else { return HUES[b % HUES.len()] };
     [mix([0; 3], colour, 0.4), colour, mix(colour, [0xff; 3], 0.5)]
 }
 
 /// The colour of a face, `light` from 0 to 1.
-pub fn body([dark, middle, bright]: Hue, light: f32) -> Colour {
+pub fn body([dark, middle, bright]: Hue, light: f32) -> PaintColour {
     if light < 0.5 {
         mix(dark, middle, 2.0 * light)
     } else {
@@ -72,7 +72,7 @@ fn shadow_share(steps: u8) -> f32 {
 }
 
 /// All colours. Of many hues each has fewer shades, and what does not fit has none.
-fn colours(hues: &[Hue]) -> Vec<Colour> {
+fn colours(hues: &[Hue]) -> Vec<PaintColour> {
     let mut all = vec![BACKGROUND, FORCE, SEAM];
     let mut blends = |from, to, count: u8, last: bool| {
         let blend = |k: u8| mix(from, to, f32::from(k) / f32::from(count));
@@ -108,7 +108,7 @@ const BITS: u32 = 6;
 
 /// Turns colours into indices.
 pub struct Palette {
-    colours: Vec<Colour>,
+    colours: Vec<PaintColour>,
     /// The nearest index for every colour that was asked for, by the leading bits of its
     /// channels.
     table: Vec<Option<u8>>,
@@ -130,7 +130,7 @@ impl Palette {
     }
 
     /// The index of the nearest colour.
-    pub fn index(&mut self, colour: Colour) -> u8 {
+    pub fn index(&mut self, colour: PaintColour) -> u8 {
         let cut = colour.map(|channel| usize::from(channel >> (8 - BITS)));
         let place = cut[0] << (2 * BITS) | cut[1] << BITS | cut[2];
         // The middle of the colours with these leading bits.
@@ -152,8 +152,8 @@ impl Palette {
     }
 }
 
-fn nearest(colours: &[Colour], wanted: [i32; 3]) -> u8 {
-    let distance = |colour: &Colour| -> i32 {
+fn nearest(colours: &[PaintColour], wanted: [i32; 3]) -> u8 {
+    let distance = |colour: &PaintColour| -> i32 {
         colour.iter().zip(wanted).map(|(&have, want)| (i32::from(have) - want).pow(2)).sum()
     };
     let mut best = (i32::MAX, 0);
@@ -166,7 +166,7 @@ fn nearest(colours: &[Colour], wanted: [i32; 3]) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::Fixed;
+    use crate::film::FilmFixed;
     use crate::samples::falling_cube;
 
     #[test]
@@ -178,7 +178,7 @@ mod tests {
                 body.colour = Some([28 * b as u8, 255 - 28 * b as u8, 128]);
             }
             if bodies > 1 {
-                film.fixed = vec![Fixed { name: String::new(), pieces: Vec::new() }];
+                film.fixed = vec![FilmFixed { name: String::new(), pieces: Vec::new() }];
             }
             let mut palette = Palette::of(&film);
             assert!(palette.colours.len() <= usize::from(palette.transparent()));

@@ -6,7 +6,7 @@ use super::palette::{INK, SEAM};
 use nalgebra::Vector3;
 
 /// A joint in the ground's frame.
-pub struct Pin {
+pub struct DrawnJoint {
     pub at: Vector3<f64>,
     /// Half of the axis that is drawn, if it has one.
     pub axis: Option<Vector3<f64>>,
@@ -16,7 +16,7 @@ pub struct Pin {
 const CORNERS: u8 = 16;
 
 /// Paints joints over what is there.
-pub fn paint(canvas: &mut Canvas, camera: &Camera, pins: &[Pin]) {
+pub fn paint(canvas: &mut Canvas, camera: &Camera, pins: &[DrawnJoint]) {
     let unit = canvas.size() / 800.0;
     for pin in pins {
         if let Some(axis) = pin.axis {

@@ -5,7 +5,7 @@
 
 use super::camera::{Camera, Spot};
 use super::canvas::Canvas;
-use super::palette::Colour;
+use super::palette::PaintColour;
 use nalgebra::Vector3;
 
 /// Samples along each side of a pixel.
@@ -16,7 +16,7 @@ pub struct Raster {
     /// Samples along a side.
     side: usize,
     depths: Vec<f64>,
-    colours: Vec<Colour>,
+    colours: Vec<PaintColour>,
     /// The rows and columns of pixels that are painted: from, to.
     rows: (usize, usize),
     columns: (usize, usize),
@@ -46,7 +46,7 @@ impl Raster {
         &mut self,
         (low, high): (Pixel64, Pixel64),
         span: impl Fn(f64) -> (f64, f64),
-        mut sample: impl FnMut(f64, f64) -> Option<(Colour, f64)>,
+        mut sample: impl FnMut(f64, f64) -> Option<(PaintColour, f64)>,
     ) {
         let side = self.side;
         let cut = |x: f64| ((x * SAMPLES as f64).max(0.0) as usize).min(side);
@@ -74,13 +74,13 @@ impl Raster {
     }
 
     /// A convex polygon of one colour, in a plane.
-    pub fn polygon(&mut self, corners: &[Spot], colour: Colour) {
+    pub fn polygon(&mut self, corners: &[Spot], colour: PaintColour) {
         for k in 2..corners.len() {
             self.triangle([corners[0], corners[k - 1], corners[k]], colour);
         }
     }
 
-    fn triangle(&mut self, [a, b, c]: [Spot; 3], colour: Colour) {
+    fn triangle(&mut self, [a, b, c]: [Spot; 3], colour: PaintColour) {
         let area = across(a, b, c);
         if area == 0.0 || !area.is_finite() {
             return;
@@ -99,7 +99,7 @@ impl Raster {
     }
 
     /// A line with round ends, `width` pixels wide.
-    pub fn line(&mut self, a: Spot, b: Spot, width: f64, colour: Colour) {
+    pub fn line(&mut self, a: Spot, b: Spot, width: f64, colour: PaintColour) {
         let reach = (width / 2.0).powi(2);
         let place = nearest(a, b);
         self.paint(bounds(&[a, b], width / 2.0), about([a, b], width / 2.0), |x, y| {
@@ -115,7 +115,7 @@ impl Raster {
         camera: &Camera,
         [a, b]: [Spot; 2],
         margin: f64,
-        mut hit: impl FnMut(&Vector3<f64>) -> Option<(f64, Colour)>,
+        mut hit: impl FnMut(&Vector3<f64>) -> Option<(f64, PaintColour)>,
     ) {
         let share = nearest(a, b);
         self.paint(bounds(&[a, b], margin), about([a, b], margin), |x, y| {

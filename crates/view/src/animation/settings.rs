@@ -4,7 +4,7 @@ use super::camera::View;
 
 /// How a film becomes an animation.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct AnimationSettings {
     /// Seconds of the film in a second of the animation.
     pub speed: f64,
     /// Width and height, pixels.
@@ -14,7 +14,7 @@ pub struct Settings {
     pub view: Option<View>,
 }
 
-impl Default for Settings {
+impl Default for AnimationSettings {
     fn default() -> Self {
         Self { speed: 1.0, size: 800, view: None }
     }

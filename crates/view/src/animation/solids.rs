@@ -6,7 +6,7 @@ use super::floor::Light;
 use super::outline::hull;
 use super::palette::{self, EDGE, Hue};
 use super::raster::Raster;
-use crate::shape::{Hull, Look, Mesh, Piece};
+use crate::shape::{FilmHull, FilmMesh, FilmPiece, Outline};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Of a body's size: its edges are painted this much nearer, so that its own faces do not
@@ -30,19 +30,21 @@ pub struct Easel<'a> {
 
 impl Easel<'_> {
     /// Paints a look whose frame is at `pose` in the ground's.
-    pub fn look(&mut self, look: &Look, pose: &Isometry3<f64>) {
+    pub fn look(&mut self, look: &Outline, pose: &Isometry3<f64>) {
         match look {
-            Look::Points(points) => self.points(points, pose),
-            Look::Solid(Piece::Hull(hull)) => self.hull(hull, pose),
-            Look::Solid(Piece::Mesh(mesh)) => self.mesh(mesh, pose),
-            Look::Solid(Piece::Sphere { centre, radius }) => {
+            Outline::Points(points) => self.points(points, pose),
+            Outline::Solid(FilmPiece::Hull(hull)) => self.hull(hull, pose),
+            Outline::Solid(FilmPiece::Mesh(mesh)) => self.mesh(mesh, pose),
+            Outline::Solid(FilmPiece::Sphere { centre, radius }) => {
                 self.round([*centre; 2], *radius, pose, true);
             }
-            Look::Solid(Piece::Capsule { ends, radius }) => self.round(*ends, *radius, pose, true),
+            Outline::Solid(FilmPiece::Capsule { ends, radius }) => {
+                self.round(*ends, *radius, pose, true)
+            }
         }
     }
 
-    fn hull(&mut self, solid: &Hull, pose: &Isometry3<f64>) {
+    fn hull(&mut self, solid: &FilmHull, pose: &Isometry3<f64>) {
         let eye = self.camera.eye();
         let places: Vec<_> =
             solid.vertices.iter().map(|v| (pose * Point3::from(*v)).coords).collect();
@@ -81,7 +83,7 @@ impl Easel<'_> {
     }
 
     /// Triangles from either side: what hides what, the depths say.
-    fn mesh(&mut self, mesh: &Mesh, pose: &Isometry3<f64>) {
+    fn mesh(&mut self, mesh: &FilmMesh, pose: &Isometry3<f64>) {
         let eye = self.camera.eye();
         let places: Vec<_> =
             mesh.vertices.iter().map(|v| (pose * Point3::from(*v)).coords).collect();

@@ -4,16 +4,16 @@ use super::arrows::{self, Arrow};
 use super::camera::{Camera, View};
 use super::canvas::Canvas;
 use super::floor::{Floor, Light};
-use super::framing::{Extent, Window, smooth, windows};
+use super::framing::{ViewExtent, Window, smooth, windows};
 use super::lettering;
 use super::palette::{self, BACKGROUND, Hue};
-use super::pins::{self, Pin};
+use super::pins::{self, DrawnJoint};
 use super::raster::Raster;
-use super::settings::Settings;
+use super::settings::AnimationSettings;
 use super::solids::Easel;
 use crate::film::Film;
 use crate::font::Font;
-use crate::shape::Look;
+use crate::shape::Outline;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Of a body's size: what lies behind others by more is hidden.
@@ -40,12 +40,12 @@ pub struct Moment {
     /// Of each body.
     pub poses: Vec<Isometry3<f64>>,
     pub arrows: Vec<Arrow>,
-    pub pins: Vec<Pin>,
+    pub pins: Vec<DrawnJoint>,
 }
 
 /// What is drawn of a body.
 struct Actor {
-    looks: Vec<Look>,
+    looks: Vec<Outline>,
     /// Points that span each of the looks.
     spans: Vec<Vec<Vector3<f64>>>,
     hue: Hue,
@@ -54,7 +54,7 @@ struct Actor {
 }
 
 /// Everything that stays the same from frame to frame.
-pub struct Stage {
+pub struct Backdrop {
     pub camera: Camera,
     /// `None` where the bodies move freely.
     floor: Option<Floor>,
@@ -73,15 +73,20 @@ pub struct Stage {
     font: Option<Font>,
 }
 
-impl Stage {
+impl Backdrop {
     /// A stage on which all `moments` are in view, aimed at the first, seen from where what moves is seen if nothing
     /// else is asked for. `None` if the picture has no size.
-    pub fn new(film: &Film, settings: &Settings, moments: &[Moment]) -> Option<Self> {
+    pub fn new(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> Option<Self> {
         let view = settings.view.map_or_else(|| open_view(film, settings, moments), Some)?;
         Self::seen_from(view, film, settings, moments)
     }
 
-    fn seen_from(view: View, film: &Film, settings: &Settings, moments: &[Moment]) -> Option<Self> {
+    fn seen_from(
+        view: View,
+        film: &Film,
+        settings: &AnimationSettings,
+        moments: &[Moment],
+    ) -> Option<Self> {
         let light = Light::for_azimuth(view.azimuth);
         let to_ground = film.to_ground();
         let actors = actors(film);
@@ -245,15 +250,15 @@ impl Actor {
 
 /// The view from the lowest height from which what moves is seen, or from that from which most of it is. `None` where
 /// there is no picture.
-fn open_view(film: &Film, settings: &Settings, moments: &[Moment]) -> Option<View> {
+fn open_view(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> Option<View> {
     let views = HEIGHTS.map(|elevation| View { elevation, ..View::default() });
     if film.fixed.is_empty() {
         return Some(views[0]);
     }
-    let settings = Settings { size: SKETCH, ..*settings };
+    let settings = AnimationSettings { size: SKETCH, ..*settings };
     let (mut best, mut least) = (views[0], f64::INFINITY);
     for view in views {
-        let hidden = Stage::seen_from(view, film, &settings, moments)?.hidden(moments);
+        let hidden = Backdrop::seen_from(view, film, &settings, moments)?.hidden(moments);
         if hidden < least {
             (best, least) = (view, hidden);
         }
@@ -292,13 +297,13 @@ fn framed(
     let extents: Vec<_> = moments
         .iter()
         .map(|moment| {
-            moving.iter().fold(Extent::NONE, |extent, &b| {
+            moving.iter().fold(ViewExtent::NONE, |extent, &b| {
                 let pose = &moment.poses[b];
                 let (_, w) = camera.slopes(&pose.translation.vector);
                 reach = reach.max(actors[b].reach * w);
                 distance += 1.0 / w;
                 let places = actors[b].places(pose).map(|place| camera.slopes(&place).0);
-                places.fold(extent, Extent::with)
+                places.fold(extent, ViewExtent::with)
             })
         })
         .collect();
@@ -317,24 +322,24 @@ fn framed(
 
 /// The bodies, and what stands still.
 fn actors(film: &Film) -> Vec<Actor> {
-    let actor = |looks: Vec<Look>, hue, reach, label: &str| {
-        let spans = looks.iter().map(Look::span).collect();
+    let actor = |looks: Vec<Outline>, hue, reach, label: &str| {
+        let spans = looks.iter().map(Outline::span).collect();
         Actor { looks, spans, hue, reach, label: label.to_owned() }
     };
     let bodies = film.bodies.iter().enumerate().map(|(b, body)| {
         actor(
-            Look::of(&body.pieces, &body.points),
+            Outline::of(&body.pieces, &body.points),
             palette::hue_of(body, b),
             body.reach(),
             &body.label,
         )
     });
-    let still: Vec<Look> =
-        film.fixed.iter().flat_map(|fixed| &fixed.pieces).cloned().map(Look::Solid).collect();
-    let points: Vec<Vector3<f64>> = still.iter().flat_map(Look::span).collect();
+    let still: Vec<Outline> =
+        film.fixed.iter().flat_map(|fixed| &fixed.pieces).cloned().map(Outline::Solid).collect();
+    let points: Vec<Vector3<f64>> = still.iter().flat_map(Outline::span).collect();
     let middle = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
     let reach = points.iter().map(|point| (point - middle).norm()).fold(0.0, f64::max);
     // A body's lift is right for a piece of its size.
-    let reach = film.bodies.iter().map(crate::film::Body::reach).fold(reach, f64::min);
+    let reach = film.bodies.iter().map(crate::film::FilmBody::reach).fold(reach, f64::min);
     bodies.chain([actor(still, palette::STILL, reach, "")]).collect()
 }

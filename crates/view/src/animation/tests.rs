@@ -2,21 +2,21 @@
 
 use super::arrows::Arrow;
 use super::framing::Window;
-use super::palette::{BACKGROUND, Colour, FORCE, GROUND, INK, LINE};
-use super::stage::Stage;
-use super::{AnimationError, Settings, View, animate, moments};
-use crate::film::{Film, Fixed};
+use super::palette::{BACKGROUND, FORCE, GROUND, INK, LINE, PaintColour};
+use super::stage::Backdrop;
+use super::{AnimationError, AnimationSettings, View, animate, moments};
+use crate::film::{Film, FilmFixed};
 use crate::samples::{falling_cube, floating_cube};
-use crate::shape::Piece;
+use crate::shape::FilmPiece;
 use nalgebra::{Isometry3, Vector3};
 use std::ops::ControlFlow;
 
-fn bytes(film: &Film, settings: &Settings) -> Vec<u8> {
+fn bytes(film: &Film, settings: &AnimationSettings) -> Vec<u8> {
     animate(film, settings, |_, _| ControlFlow::Continue(())).unwrap()
 }
 
 /// Every frame as the viewer has it, colours by rows.
-fn pictures(bytes: &[u8], size: usize) -> Vec<Vec<Colour>> {
+fn pictures(bytes: &[u8], size: usize) -> Vec<Vec<PaintColour>> {
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);
     let mut decoder = options.read_info(bytes).unwrap();
@@ -35,20 +35,20 @@ fn pictures(bytes: &[u8], size: usize) -> Vec<Vec<Colour>> {
     pictures
 }
 
-fn near(a: Colour, b: Colour) -> bool {
+fn near(a: PaintColour, b: PaintColour) -> bool {
     a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 4)
 }
 
-fn has(picture: &[Colour], colour: Colour) -> bool {
+fn has(picture: &[PaintColour], colour: PaintColour) -> bool {
     picture.iter().any(|&pixel| near(pixel, colour))
 }
 
 #[test]
 fn the_body_is_where_the_trajectory_has_it() {
-    let settings = Settings { size: 300, ..Settings::default() };
+    let settings = AnimationSettings { size: 300, ..AnimationSettings::default() };
     for (film, floating) in [(falling_cube(500), false), (floating_cube(500), true)] {
         let moments = moments(&film, &settings).unwrap();
-        let stage = Stage::new(&film, &settings, &moments).unwrap();
+        let stage = Backdrop::new(&film, &settings, &moments).unwrap();
         let empty: Vec<_> = stage.empty().colours().collect();
         let pictures = pictures(&bytes(&film, &settings), 300);
         assert_eq!(pictures.len(), moments.len());
@@ -81,7 +81,7 @@ fn the_body_is_where_the_trajectory_has_it() {
 #[test]
 fn the_body_covers_the_arrow_at_the_corner_it_hides_and_no_other() {
     let film = falling_cube(0);
-    let settings = Settings { size: 300, ..Settings::default() };
+    let settings = AnimationSettings { size: 300, ..AnimationSettings::default() };
     let mut moments = moments(&film, &settings).unwrap();
     // Upright and large in the picture; the camera sees all corners but one.
     let corner = |i: usize| film.bodies[0].points[i];
@@ -91,7 +91,7 @@ fn the_body_covers_the_arrow_at_the_corner_it_hides_and_no_other() {
         Arrow { from, to: from + way, reach: 3f64.sqrt() }
     };
     moments[0].arrows = (0..8).map(up).collect();
-    let mut stage = Stage::new(&film, &settings, &moments).unwrap();
+    let mut stage = Backdrop::new(&film, &settings, &moments).unwrap();
     let mut paint = |arrows| {
         moments[0].arrows = arrows;
         let mut canvas = stage.empty().clone();
@@ -99,7 +99,7 @@ fn the_body_covers_the_arrow_at_the_corner_it_hides_and_no_other() {
         canvas.colours().collect::<Vec<_>>()
     };
     let bare = paint(Vec::new());
-    let is_body = |pixel: &Colour| pixel[2].saturating_sub(pixel[0]) > 60;
+    let is_body = |pixel: &PaintColour| pixel[2].saturating_sub(pixel[0]) > 60;
     let covered: Vec<_> = (0..8)
         .map(|i| {
             let picture = paint(vec![up(i)]);
@@ -116,7 +116,10 @@ fn the_body_covers_the_arrow_at_the_corner_it_hides_and_no_other() {
 #[test]
 fn one_row_is_one_frame() {
     let film = falling_cube(0);
-    let pictures = pictures(&bytes(&film, &Settings { size: 120, ..Settings::default() }), 120);
+    let pictures = pictures(
+        &bytes(&film, &AnimationSettings { size: 120, ..AnimationSettings::default() }),
+        120,
+    );
     assert_eq!(pictures.len(), 1);
 }
 
@@ -126,23 +129,26 @@ fn other_views_and_other_bodies_are_drawn_too() {
     let views = [(200.0, 0.0), (0.0, 90.0), (-720.0, 45.0)];
     for (azimuth, elevation) in views {
         let view = Some(View { azimuth, elevation });
-        let bytes = bytes(&film, &Settings { size: 120, view, speed: 10.0 });
+        let bytes = bytes(&film, &AnimationSettings { size: 120, view, speed: 10.0 });
         assert_eq!(pictures(&bytes, 120).len(), 3);
     }
     film.bodies[0].points = [Vector3::x(), Vector3::y(), Vector3::z()].into();
-    let pictures = pictures(&bytes(&film, &Settings { size: 400, ..Settings::default() }), 400);
+    let pictures = pictures(
+        &bytes(&film, &AnimationSettings { size: 400, ..AnimationSettings::default() }),
+        400,
+    );
     assert!(has(&pictures[0], super::palette::EDGE));
 }
 
 #[test]
 fn what_cannot_be_drawn_is_an_error() {
-    let settings = Settings { size: 120, ..Settings::default() };
+    let settings = AnimationSettings { size: 120, ..AnimationSettings::default() };
     let mut far = falling_cube(0);
     far.frames[0].poses[0].position.x = 1e200;
     let go_on = |_, _| ControlFlow::Continue(());
     assert!(matches!(animate(&far, &settings, go_on), Err(AnimationError::TooFar)));
     let film = falling_cube(10);
-    let slow = Settings { speed: 1e-4, ..settings };
+    let slow = AnimationSettings { speed: 1e-4, ..settings };
     assert!(matches!(animate(&film, &slow, go_on), Err(AnimationError::TooLong { .. })));
     let stop = |_, _| ControlFlow::Break(());
     assert!(matches!(animate(&film, &settings, stop), Err(AnimationError::Interrupted)));
@@ -151,7 +157,7 @@ fn what_cannot_be_drawn_is_an_error() {
 /// A ball of 5 cm that falls between pegs on a slope, to and fro, for two seconds: 1.6 m.
 fn board() -> Film {
     let mut film = falling_cube(1000);
-    let sphere = |centre, radius| Piece::Sphere { centre, radius };
+    let sphere = |centre, radius| FilmPiece::Sphere { centre, radius };
     film.bodies[0].pieces = vec![sphere(Vector3::zeros(), 0.025)];
     film.bodies[0].points.clear();
     for frame in &mut film.frames {
@@ -162,7 +168,7 @@ fn board() -> Film {
     let peg = |k: i32| {
         let place =
             Vector3::new(f64::from(k % 10) * 0.12 - 0.54, f64::from(k / 10) * 0.16 - 0.8, 0.0);
-        Fixed { name: String::new(), pieces: vec![sphere(place, 0.01)] }
+        FilmFixed { name: String::new(), pieces: vec![sphere(place, 0.01)] }
     };
     film.fixed = (0..110).map(peg).collect();
     film
@@ -171,9 +177,9 @@ fn board() -> Film {
 /// What the body takes of the picture's width or height, the larger, in each frame: through the
 /// whole view, and through the windows of the frames. It must be in the picture.
 fn shares(film: &Film) -> Vec<[f64; 2]> {
-    let settings = Settings { size: 200, ..Settings::default() };
+    let settings = AnimationSettings { size: 200, ..AnimationSettings::default() };
     let moments = moments(film, &settings).unwrap();
-    let mut stage = Stage::new(film, &settings, &moments).unwrap();
+    let mut stage = Backdrop::new(film, &settings, &moments).unwrap();
     let mut share = |k: usize, whole: bool| {
         stage.aim(k);
         if whole {
@@ -213,15 +219,15 @@ fn what_stands_still_does_not_hide_what_moves() {
         let foot = Vector3::new(5.0 * cos - across * sin, 5.0 * sin + across * cos, 0.0);
         let pieces = (0..12).map(|level| {
             let centre = foot + Vector3::z() * (0.45 * f64::from(level));
-            Piece::Sphere { centre, radius: 0.45 }
+            FilmPiece::Sphere { centre, radius: 0.45 }
         });
-        Fixed { name: String::new(), pieces: pieces.collect() }
+        FilmFixed { name: String::new(), pieces: pieces.collect() }
     };
     film.fixed = (0..40).map(wall).collect();
     let hidden = |view| {
-        let settings = Settings { size: 200, view, ..Settings::default() };
+        let settings = AnimationSettings { size: 200, view, ..AnimationSettings::default() };
         let moments = moments(&film, &settings).unwrap();
-        Stage::new(&film, &settings, &moments).unwrap().hidden(&moments)
+        Backdrop::new(&film, &settings, &moments).unwrap().hidden(&moments)
     };
     assert!(hidden(Some(View::default())) > 0.5);
     assert!(hidden(None) <= 0.05);
@@ -242,10 +248,13 @@ fn a_long_throw_is_followed_over_a_grid_that_is_seen() {
     for [whole, shown] in shares(&film) {
         assert!(whole < 0.04 && (0.1..0.25).contains(&shown), "{whole} {shown}");
     }
-    let pictures = pictures(&bytes(&film, &Settings { size: 200, ..Settings::default() }), 200);
+    let pictures = pictures(
+        &bytes(&film, &AnimationSettings { size: 200, ..AnimationSettings::default() }),
+        200,
+    );
     for picture in pictures {
         // Thinner than a pixel, they are blends.
-        let is_line = |pixel: &&Colour| {
+        let is_line = |pixel: &&PaintColour| {
             let between = |k: usize| (LINE[k]..GROUND[k] - 4).contains(&pixel[k]);
             (0..3).all(between)
         };
@@ -257,10 +266,10 @@ fn a_long_throw_is_followed_over_a_grid_that_is_seen() {
 
 #[test]
 fn a_body_has_its_own_colour_and_its_label_above_it() {
-    let settings = Settings { size: 300, ..Settings::default() };
+    let settings = AnimationSettings { size: 300, ..AnimationSettings::default() };
     let mut film = falling_cube(0);
-    let red = |picture: &[Colour]| {
-        let is_red = |pixel: &&Colour| pixel[0] > 90 && pixel[0] / 2 > pixel[2];
+    let red = |picture: &[PaintColour]| {
+        let is_red = |pixel: &&PaintColour| pixel[0] > 90 && pixel[0] / 2 > pixel[2];
         picture.iter().filter(is_red).count()
     };
     let plain = pictures(&bytes(&film, &settings), 300).remove(0);
@@ -269,7 +278,8 @@ fn a_body_has_its_own_colour_and_its_label_above_it() {
     assert!(red(&plain) == 0 && red(&own) > 1000, "{} {}", red(&plain), red(&own));
     film.bodies[0].label = "Würfel 1".to_owned();
     let labelled = pictures(&bytes(&film, &settings), 300).remove(0);
-    let first = |other: &[Colour]| (0..90_000).find(|&i| labelled[i] != other[i]).map(|i| i / 300);
+    let first =
+        |other: &[PaintColour]| (0..90_000).find(|&i| labelled[i] != other[i]).map(|i| i / 300);
     let top =
         (0..90_000).filter(|&i| own[i][0] > own[i][2].saturating_add(60)).min().unwrap() / 300;
     let written = first(&own).unwrap();

@@ -1,13 +1,13 @@
 //! A pair of axes in a picture: where values are, the grid, and the labels of the ticks.
 
-use super::scale::Axis;
-use super::thin::{Point, thin};
+use super::scale::PlotAxis;
+use super::thin::{PlotPoint, thin};
 use std::fmt::Write as _;
 
 /// Two scales and the rectangle between them, in units of the picture.
-pub struct Axes {
-    pub x: Axis,
-    pub y: Axis,
+pub struct PlotAxes {
+    pub x: PlotAxis,
+    pub y: PlotAxis,
     pub left: f64,
     pub right: f64,
     pub top: f64,
@@ -15,9 +15,9 @@ pub struct Axes {
 }
 
 /// The label of a tick: where, how it is anchored, and what it says.
-type Label<'a> = (f64, f64, &'static str, &'a str);
+type AxisLabel<'a> = (f64, f64, &'static str, &'a str);
 
-impl Axes {
+impl PlotAxes {
     /// Where a point is.
     pub fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
         (
@@ -27,7 +27,7 @@ impl Axes {
     }
 
     /// Where the points of a curve are, as many as `columns` can show.
-    pub fn curve(&self, times: &[f64], values: &[f64], columns: usize) -> Vec<Point> {
+    pub fn curve(&self, times: &[f64], values: &[f64], columns: usize) -> Vec<PlotPoint> {
         let points = thin(times, values, self.x.ends(), columns);
         points.into_iter().map(|point| point.map(|point| self.place(point))).collect()
     }
@@ -52,7 +52,7 @@ impl Axes {
     }
 
     /// The labels of the horizontal axis, `room` below it.
-    pub fn labels_below(&self, room: f64) -> impl Iterator<Item = Label<'_>> {
+    pub fn labels_below(&self, room: f64) -> impl Iterator<Item = AxisLabel<'_>> {
         let ticks = self.x.ticks.iter();
         ticks.map(move |(x, label)| {
             (self.place((*x, 0.0)).0, self.bottom + room, "middle", label.as_str())
@@ -60,7 +60,7 @@ impl Axes {
     }
 
     /// Those of the vertical axis, `room` to its left; digits stand half their height lower.
-    pub fn labels_beside(&self, room: f64) -> impl Iterator<Item = Label<'_>> {
+    pub fn labels_beside(&self, room: f64) -> impl Iterator<Item = AxisLabel<'_>> {
         let ticks = self.y.ticks.iter();
         ticks.map(move |(y, label)| {
             (self.left - room, self.place((0.0, *y)).1 + 4.2, "end", label.as_str())

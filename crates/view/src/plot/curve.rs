@@ -1,6 +1,6 @@
 //! Points as the path data of SVG.
 
-use super::thin::Point;
+use super::thin::PlotPoint;
 use crate::film::Status;
 use std::fmt::Write as _;
 
@@ -15,7 +15,7 @@ fn push(path: &mut String, command: char, (x, y): (i64, i64)) {
 
 /// A line through `points`, interrupted at the gaps. Points inside a horizontal stretch
 /// are left out.
-pub fn line(points: &[Point]) -> String {
+pub fn line(points: &[PlotPoint]) -> String {
     let mut path = String::new();
     for stretch in points.split(Option::is_none) {
         let stretch: Vec<_> = stretch.iter().flatten().copied().map(hundredths).collect();
@@ -33,7 +33,7 @@ pub fn line(points: &[Point]) -> String {
 }
 
 /// A dot at every point, or only at those with a gap on both sides, which no line shows.
-pub fn dots(points: &[Point], all: bool) -> String {
+pub fn dots(points: &[PlotPoint], all: bool) -> String {
     let mut path = String::new();
     for stretch in points.split(Option::is_none).filter(|stretch| all || stretch.len() == 1) {
         for point in stretch.iter().flatten().copied().map(hundredths) {

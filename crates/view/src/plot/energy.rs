@@ -1,8 +1,8 @@
 //! The panels of the second sheet: energy, what touches, and how exact the steps are.
 
-use super::panel::{Marks, Panel, PanelMaker, Series};
-use super::scale::Kind;
-use crate::film::{Contact, Film, Frame, Status};
+use super::panel::{Marks, Panel, PanelMaker, PlotSeries};
+use super::scale::ScaleKind;
+use crate::film::{Film, FilmContact, FilmFrame, Status};
 
 /// From top to bottom.
 pub const PANELS: [PanelMaker; 5] = [
@@ -41,12 +41,12 @@ fn energies(film: &Film) -> Panel {
         symbol: ("E", ""),
         unit: "J",
         words: "energy, the potential counted from the origin",
-        kind: Kind::FromZero,
+        kind: ScaleKind::FromZero,
         height: 200.0,
         series: vec![
-            Series::new("kinetic", 0, frames().map(|frame| frame.kinetic)),
-            Series::new("potential", 1, frames().map(|frame| frame.potential)),
-            Series::new("total", 7, frames().map(|frame| frame.kinetic + frame.potential)),
+            PlotSeries::new("kinetic", 0, frames().map(|frame| frame.kinetic)),
+            PlotSeries::new("potential", 1, frames().map(|frame| frame.potential)),
+            PlotSeries::new("total", 7, frames().map(|frame| frame.kinetic + frame.potential)),
         ],
         ..Panel::default()
     }
@@ -73,14 +73,14 @@ fn slip_speed(film: &Film) -> Panel {
 /// The largest slip speed, m/s, of the corners that touch in the step from `frame` to `next`:
 /// those that press with more than they are away, h f_z/m > z⁺/h; where steps lie between the two, its mean. (A solver in the interior
 /// leaves a little of a force on every corner.) NaN if none does.
-fn largest_slip(film: &Film, frame: &Frame, next: &Frame) -> f64 {
+fn largest_slip(film: &Film, frame: &FilmFrame, next: &FilmFrame) -> f64 {
     let Some(ground) = film.ground.filter(|_| !frame.contacts.is_empty()) else {
         return f64::NAN;
     };
     let (h, mass) = (film.time_step, film.bodies[0].mass);
     let passed = film.frame_time();
     let (old, new): (Vec<_>, Vec<_>) = film.points(0, frame).zip(film.points(0, next)).unzip();
-    let slip = |contact: &Contact| {
+    let slip = |contact: &FilmContact| {
         let corner = contact.corner()?;
         let (old, new) = (old.get(corner)?, new.get(corner)?);
         let push = h * ground.normal.dot(&contact.force) / mass;
@@ -94,7 +94,7 @@ fn largest_slip(film: &Film, frame: &Frame, next: &Frame) -> f64 {
 fn residual(film: &Film) -> Panel {
     let values = film.steps().iter().map(|frame| frame.residual);
     let marks = |(status, colour): (Status, &'static str)| {
-        let value = |frame: &Frame| {
+        let value = |frame: &FilmFrame| {
             if frame.status == status { frame.residual } else { f64::NAN }
         };
         Marks { status, colour, values: film.steps().iter().map(value).collect() }
@@ -102,7 +102,7 @@ fn residual(film: &Film) -> Panel {
     let is_there = |marks: &Marks| marks.values.iter().any(|value| !value.is_nan());
     let said = (("residual", ""), "m/s", "by how much each step misses the exact laws");
     Panel {
-        kind: Kind::Log,
+        kind: ScaleKind::Log,
         marks: MARKED.into_iter().map(marks).filter(is_there).collect(),
         nothing: Some("0 in every step"),
         ..Panel::of_curve("residual", said, 190.0, 0, values)

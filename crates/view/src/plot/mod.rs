@@ -12,22 +12,22 @@ pub(super) mod scale;
 mod svg;
 pub(super) mod thin;
 
-pub(crate) use panel::{Panel, PanelMaker, Series};
-pub(crate) use scale::{Axis, Kind, Transform};
+pub(crate) use panel::{Panel, PanelMaker, PlotSeries};
+pub(crate) use scale::{PlotAxis, ScaleKind, Transform};
 pub(crate) use thin::thin_rows;
 
 use crate::film::Film;
 
 /// The sheets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sheet {
+pub enum PlotSheet {
     /// Position, contact forces, slacks, multipliers.
     Motion,
     /// Energy, touch, residuals, iterations.
     Energy,
 }
 
-impl Sheet {
+impl PlotSheet {
     /// What stands above it.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -57,7 +57,7 @@ impl Sheet {
 /// A sheet of `film` as SVG, of the motion that of body `body`, or of the last where there are
 /// fewer. The same film gives the same bytes.
 #[must_use]
-pub fn svg(film: &Film, sheet: Sheet, body: usize) -> String {
+pub fn svg(film: &Film, sheet: PlotSheet, body: usize) -> String {
     let body = body.min(film.bodies.len() - 1);
     let mut heading = sheet.name().to_owned();
     if sheet.is_of_one_body() && !film.is_single() {

@@ -1,8 +1,8 @@
 //! The panels of the first sheet: position, contact forces, slacks and multipliers.
 
-use super::panel::{Panel, PanelMaker, Said, Series};
-use super::scale::Kind;
-use crate::film::{Contact, Film, Frame};
+use super::panel::{AxisTitle, Panel, PanelMaker, PlotSeries};
+use super::scale::ScaleKind;
+use crate::film::{Film, FilmContact, FilmFrame};
 use nalgebra::Vector3;
 
 /// From top to bottom.
@@ -43,21 +43,21 @@ fn speed(film: &Film, body: usize) -> Panel {
 
 /// Σ f over the contacts of the body, from the ground, what is fixed and other bodies.
 fn force(film: &Film, body: usize) -> Panel {
-    let sum = |step: &Frame| {
+    let sum = |step: &FilmFrame| {
         let contacts = step.contacts.iter().filter(|contact| contact.is_of(body));
         contacts.map(|contact| contact.force_on(body)).sum::<Vector3<f64>>().norm()
     };
     let said = (("|F|", ""), "N", "sum of all contact forces on the body");
     Panel {
-        kind: Kind::Spikes,
+        kind: ScaleKind::Spikes,
         nothing: Some("no contact force on this body"),
         ..Panel::of_curve("force", said, 170.0, 5, film.steps().iter().map(sum))
     }
 }
 
 fn contacts(film: &Film, body: usize) -> Panel {
-    let carrying = |contact: &&Contact| contact.carries_force && contact.is_of(body);
-    let count = |step: &Frame| step.contacts.iter().filter(carrying).count() as f64;
+    let carrying = |contact: &&FilmContact| contact.carries_force && contact.is_of(body);
+    let count = |step: &FilmFrame| step.contacts.iter().filter(carrying).count() as f64;
     let said = (("contacts", ""), "", "of the body, that carry a force");
     Panel {
         nothing: Some("no contact of this body"),
@@ -68,14 +68,14 @@ fn contacts(film: &Film, body: usize) -> Panel {
 fn position(film: &Film, body: usize, axis: usize, id: &'static str) -> Panel {
     let values = film.frames.iter().map(|frame| frame.poses[body].position[axis]);
     let said = ((id, ""), "m", "centre of mass");
-    Panel { kind: Kind::Linear, ..Panel::of_curve(id, said, 84.0, 0, values) }
+    Panel { kind: ScaleKind::Linear, ..Panel::of_curve(id, said, 84.0, 0, values) }
 }
 
 /// n · f of every corner, which on level ground is f_z.
 fn normal_forces(film: &Film) -> Panel {
     let symbol = ("F", if film.inclined_ground().is_some() { "n" } else { "z" });
     let normal = film.ground.map_or(Vector3::z(), |ground| ground.normal);
-    let push = |contact: &Contact| normal.dot(&contact.force);
+    let push = |contact: &FilmContact| normal.dot(&contact.force);
     Panel {
         height: 170.0,
         nothing: Some("no contact force in this run"),
@@ -86,9 +86,9 @@ fn normal_forces(film: &Film) -> Panel {
 /// A quantity of every corner of the single body in every step, 0 where the corner does not touch.
 fn corners(
     film: &Film,
-    quantity: impl Fn(&Contact) -> f64,
+    quantity: impl Fn(&FilmContact) -> f64,
     id: &'static str,
-    (symbol, unit, words): Said,
+    (symbol, unit, words): AxisTitle,
 ) -> Panel {
     let (steps, count) = (film.steps(), film.bodies[0].points.len());
     let mut values = vec![vec![0.0; steps.len()]; count];
@@ -99,13 +99,14 @@ fn corners(
             }
         }
     }
-    let series = |(i, values): (usize, Vec<f64>)| Series::new(i.to_string(), i, values.into_iter());
+    let series =
+        |(i, values): (usize, Vec<f64>)| PlotSeries::new(i.to_string(), i, values.into_iter());
     Panel {
         id,
         symbol,
         unit,
         words,
-        kind: Kind::Spikes,
+        kind: ScaleKind::Spikes,
         height: 100.0,
         series: values.into_iter().enumerate().map(series).collect(),
         legend: Some("corner"),
@@ -117,7 +118,7 @@ fn corners(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{Partner, Place};
+    use crate::film::{FilmPartner, FilmPlace};
     use crate::samples::falling_cube;
 
     /// Two cubes, the second on the first, which is on the ground: by the third law the first
@@ -127,10 +128,10 @@ mod tests {
         let mut film = falling_cube(3);
         film.bodies.push(film.bodies[0].clone());
         let weight = film.bodies[0].mass * film.gravity.norm();
-        let contact = |body, partner, size: f64, key| Contact {
+        let contact = |body, partner, size: f64, key| FilmContact {
             body,
             partner,
-            place: Place::At { point: Vector3::zeros(), key },
+            place: FilmPlace::At { point: Vector3::zeros(), key },
             force: Vector3::z() * size,
             carries_force: true,
             slacks: [0.0; 2],
@@ -139,9 +140,9 @@ mod tests {
         for frame in &mut film.frames {
             frame.poses.push(frame.poses[0]);
             frame.contacts = vec![
-                contact(0, Partner::Ground, 2.0 * weight, 0),
-                contact(1, Partner::Body(0), 0.25 * weight, 0),
-                contact(1, Partner::Body(0), 0.75 * weight, 1),
+                contact(0, FilmPartner::Ground, 2.0 * weight, 0),
+                contact(1, FilmPartner::Body(0), 0.25 * weight, 0),
+                contact(1, FilmPartner::Body(0), 0.75 * weight, 1),
             ];
         }
         for body in 0..2 {
@@ -153,7 +154,7 @@ mod tests {
         assert_eq!(counts, [3.0, 2.0]);
         // Turned about, the same.
         for contact in film.frames.iter_mut().flat_map(|frame| &mut frame.contacts[1..]) {
-            (contact.body, contact.partner) = (0, Partner::Body(1));
+            (contact.body, contact.partner) = (0, FilmPartner::Body(1));
             contact.force = -contact.force;
         }
         assert!((force(&film, 0).series[0].values[0] - weight).abs() < 1e-12 * weight);

@@ -1,6 +1,6 @@
 //! A panel: what is drawn, before it is drawn.
 
-use super::scale::Kind;
+use super::scale::ScaleKind;
 use crate::film::{Film, Status};
 
 /// One pair of axes with its curves.
@@ -14,10 +14,10 @@ pub struct Panel {
     pub unit: &'static str,
     /// The quantity in words.
     pub words: &'static str,
-    pub kind: Kind,
+    pub kind: ScaleKind,
     /// Of the axes, in the units of the picture.
     pub height: f64,
-    pub series: Vec<Series>,
+    pub series: Vec<PlotSeries>,
     /// What the names of the curves are names of, where they are not words.
     pub legend: Option<&'static str>,
     /// Single steps made conspicuous.
@@ -27,10 +27,10 @@ pub struct Panel {
 }
 
 /// What is said of a vertical axis: its symbol with an index, its unit, the quantity in words.
-pub type Said = ((&'static str, &'static str), &'static str, &'static str);
+pub type AxisTitle = ((&'static str, &'static str), &'static str, &'static str);
 
 /// A curve: value i belongs to frame i; NaN is a gap.
-pub struct Series {
+pub struct PlotSeries {
     /// For the legend; a single curve needs none.
     pub name: String,
     pub colour: &'static str,
@@ -59,18 +59,27 @@ impl Panel {
     /// A panel of one curve in a colour.
     pub fn of_curve(
         id: &'static str,
-        (symbol, unit, words): Said,
+        (symbol, unit, words): AxisTitle,
         height: f64,
         colour: usize,
         values: impl Iterator<Item = f64>,
     ) -> Self {
-        let series = vec![Series::new("", colour, values)];
-        Self { id, symbol, unit, words, kind: Kind::FromZero, height, series, ..Self::default() }
+        let series = vec![PlotSeries::new("", colour, values)];
+        Self {
+            id,
+            symbol,
+            unit,
+            words,
+            kind: ScaleKind::FromZero,
+            height,
+            series,
+            ..Self::default()
+        }
     }
 
     /// What to say instead of drawing.
     pub fn blank(&self) -> Option<&'static str> {
-        self.nothing.filter(|_| self.series.iter().all(Series::is_idle))
+        self.nothing.filter(|_| self.series.iter().all(PlotSeries::is_idle))
     }
 
     /// All values of all curves.
@@ -79,7 +88,7 @@ impl Panel {
     }
 }
 
-impl Series {
+impl PlotSeries {
     pub fn new(name: impl Into<String>, colour: usize, values: impl Iterator<Item = f64>) -> Self {
         let colour = COLOURS[colour % COLOURS.len()];
         Self { name: name.into(), colour, values: values.map(shown).collect() }

@@ -4,7 +4,7 @@ use super::number::{decimal, power_of_ten};
 
 /// What a panel asks of its vertical axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Kind {
+pub enum ScaleKind {
     /// Linear over the range of the values.
     #[default]
     Linear,
@@ -29,7 +29,7 @@ pub enum Transform {
 
 /// A vertical or horizontal axis.
 #[derive(Debug, Clone)]
-pub struct Axis {
+pub struct PlotAxis {
     transform: Transform,
     low: f64,
     high: f64,
@@ -50,9 +50,9 @@ const CROWDED: f64 = 0.65;
 /// The room at each end, as a fraction of the range.
 const MARGIN: f64 = 0.06;
 
-impl Axis {
+impl PlotAxis {
     /// An axis for `values`, which may hold NaN for a gap, with about `ticks` ticks.
-    pub fn new(kind: Kind, values: impl Iterator<Item = f64> + Clone, ticks: usize) -> Self {
+    pub fn new(kind: ScaleKind, values: impl Iterator<Item = f64> + Clone, ticks: usize) -> Self {
         let numbers = values.filter(|value| !value.is_nan());
         let (low, high) = numbers
             .clone()
@@ -61,10 +61,10 @@ impl Axis {
             return Self::linear(0.0, 1.0, MARGIN, ticks);
         }
         match kind {
-            Kind::Linear => Self::linear(low, high, MARGIN, ticks),
-            Kind::FromZero => Self::linear(low.min(0.0), high.max(0.0), MARGIN, ticks),
-            Kind::Log => Self::logarithmic(numbers, high, ticks),
-            Kind::Spikes => {
+            ScaleKind::Linear => Self::linear(low, high, MARGIN, ticks),
+            ScaleKind::FromZero => Self::linear(low.min(0.0), high.max(0.0), MARGIN, ticks),
+            ScaleKind::Log => Self::logarithmic(numbers, high, ticks),
+            ScaleKind::Spikes => {
                 let (low, high) = (low.min(0.0), high.max(0.0));
                 match spike_threshold(numbers, high.max(-low)) {
                     Some(threshold) => Self::symlog(low, high, threshold, ticks),
@@ -210,15 +210,15 @@ fn nice_step(step: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn labels(axis: &Axis) -> Vec<&str> {
+    fn labels(axis: &PlotAxis) -> Vec<&str> {
         axis.ticks.iter().map(|(_, label)| label.as_str()).collect()
     }
 
     #[test]
     fn linear_ticks_are_round_numbers_inside_the_range() {
-        let axis = Axis::new(Kind::Linear, [-1.02, 3.9].into_iter(), 5);
+        let axis = PlotAxis::new(ScaleKind::Linear, [-1.02, 3.9].into_iter(), 5);
         assert_eq!(labels(&axis), ["−1", "0", "1", "2", "3", "4"]);
-        let constant = Axis::new(Kind::Linear, [25.0, 25.0].into_iter(), 4);
+        let constant = PlotAxis::new(ScaleKind::Linear, [25.0, 25.0].into_iter(), 4);
         assert!((constant.fraction(25.0) - 0.5).abs() < 1e-12);
         assert!(constant.ticks.len() >= 2);
     }
@@ -226,7 +226,7 @@ mod tests {
     #[test]
     fn an_impact_does_not_flatten_the_weight() {
         let forces = std::iter::repeat_n(25.0, 400).chain([20_000.0, 0.0]);
-        let axis = Axis::new(Kind::Spikes, forces, 8);
+        let axis = PlotAxis::new(ScaleKind::Spikes, forces, 8);
         assert_eq!(labels(&axis), ["0", "10", "100", "1000", power_of_ten(4).as_str()]);
         assert_eq!(axis.remark("N").unwrap(), "symlog axis, linear below 10 N");
         let height = axis.fraction(25.0) - axis.fraction(0.0);
@@ -236,26 +236,26 @@ mod tests {
 
     #[test]
     fn without_spikes_the_axis_is_linear() {
-        let axis = Axis::new(Kind::Spikes, [0.0, 25.0, 30.0].into_iter(), 5);
+        let axis = PlotAxis::new(ScaleKind::Spikes, [0.0, 25.0, 30.0].into_iter(), 5);
         assert_eq!(axis.remark("N"), None);
-        assert_eq!(Axis::new(Kind::Spikes, [0.0; 9].into_iter(), 5).remark("N"), None);
+        assert_eq!(PlotAxis::new(ScaleKind::Spikes, [0.0; 9].into_iter(), 5).remark("N"), None);
     }
 
     #[test]
     fn a_logarithmic_axis_has_a_place_for_zero() {
-        let axis = Axis::new(Kind::Log, [0.0, 3e-16, 2e-3].into_iter(), 7);
+        let axis = PlotAxis::new(ScaleKind::Log, [0.0, 3e-16, 2e-3].into_iter(), 7);
         assert_eq!(axis.fraction(0.0), 0.0);
         assert!(axis.remark("m/s").unwrap().contains("0 at its lower end"));
         assert_eq!(labels(&axis).first(), Some(&power_of_ten(-16).as_str()));
-        let empty = Axis::new(Kind::Log, [0.0, 0.0].into_iter(), 7);
+        let empty = PlotAxis::new(ScaleKind::Log, [0.0, 0.0].into_iter(), 7);
         assert_eq!(empty.fraction(0.0), 0.0);
     }
 
     #[test]
     fn every_value_is_on_the_axis() {
         let values = [-3e7, 1e-9, 4.2, 9e11];
-        for kind in [Kind::Linear, Kind::FromZero, Kind::Spikes] {
-            let axis = Axis::new(kind, values.into_iter(), 5);
+        for kind in [ScaleKind::Linear, ScaleKind::FromZero, ScaleKind::Spikes] {
+            let axis = PlotAxis::new(kind, values.into_iter(), 5);
             for value in values {
                 let fraction = axis.fraction(value);
                 assert!(fraction > 0.0 && fraction < 1.0, "{kind:?} {value}: {fraction}");

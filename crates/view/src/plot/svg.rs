@@ -1,10 +1,10 @@
 //! Drawing a sheet of panels as SVG.
 
-use super::axes::Axes;
+use super::axes::PlotAxes;
 use super::curve::{dots, line, mark_path};
 use super::number::back_to_line;
-use super::panel::{Panel, PanelMaker, Series};
-use super::scale::Axis;
+use super::panel::{Panel, PanelMaker, PlotSeries};
+use super::scale::PlotAxis;
 use crate::film::Film;
 use crate::font::{Font, Heading};
 use crate::markup::escape;
@@ -38,10 +38,10 @@ const GRID: &str = "#e3e7ec";
 const FRAME: &str = "#b8c0c9";
 
 /// A picture in the making.
-struct Sheet<'a> {
+struct SvgSheet<'a> {
     film: &'a Film,
     times: Vec<f64>,
-    time: Axis,
+    time: PlotAxis,
     body: String,
     y: f64,
 }
@@ -52,8 +52,8 @@ pub fn draw(film: &Film, body: usize, heading: &str, notes: &str, panels: &[Pane
     let start = times.first().copied().unwrap_or(0.0);
     // A single row still needs a range.
     let end = times.last().copied().unwrap_or(0.0).max(start + film.frame_time());
-    let time = Axis::linear(start, end, 0.0, 10);
-    let mut sheet = Sheet { film, times, time, body: String::new(), y: TOP };
+    let time = PlotAxis::linear(start, end, 0.0, 10);
+    let mut sheet = SvgSheet { film, times, time, body: String::new(), y: TOP };
     let (written, notes) = written(heading, notes);
     let title = format!("font-weight=\"700\">{}", escape(&written));
     sheet.text(LEFT, 30.0, "start", HEADING_SIZE, INK, &title);
@@ -81,7 +81,7 @@ fn written(heading: &str, notes: &str) -> (String, String) {
     (text, notes.to_owned() + &remark)
 }
 
-impl Sheet<'_> {
+impl SvgSheet<'_> {
     fn finish(mut self, heading: &str) -> String {
         let y = self.y + 38.0;
         self.text(
@@ -116,8 +116,8 @@ impl Sheet<'_> {
         let height = if blank.is_some() { BLANK } else { panel.height };
         let top = self.y + HEADING;
         let (left, right, bottom) = (LEFT, WIDTH - RIGHT, top + height);
-        let y = Axis::new(panel.kind, panel.values(), (height / ROOM_OF_TICK).ceil() as usize);
-        let axes = Axes { x: self.time.clone(), y, left, right, top, bottom };
+        let y = PlotAxis::new(panel.kind, panel.values(), (height / ROOM_OF_TICK).ceil() as usize);
+        let axes = PlotAxes { x: self.time.clone(), y, left, right, top, bottom };
 
         let _ = writeln!(self.body, "<g class=\"panel\" id=\"{}\">", panel.id);
         self.heading(panel, axes.y.remark(panel.unit).filter(|_| blank.is_none()), top - 9.0);
@@ -192,7 +192,7 @@ impl Sheet<'_> {
         }
     }
 
-    fn grid(&mut self, axes: &Axes, labelled: bool, is_last: bool) {
+    fn grid(&mut self, axes: &PlotAxes, labelled: bool, is_last: bool) {
         let lines = if labelled { axes.grid() } else { String::new() };
         let _ = writeln!(
             self.body,
@@ -206,7 +206,7 @@ impl Sheet<'_> {
         }
     }
 
-    fn curves(&mut self, panel: &Panel, axes: &Axes) {
+    fn curves(&mut self, panel: &Panel, axes: &PlotAxes) {
         let place = |values: &[f64]| axes.curve(&self.times, values, COLUMNS);
         let few = self.times.len() <= FEW;
         let mut paths = String::new();
@@ -248,7 +248,7 @@ impl Sheet<'_> {
 /// The curves in the order of drawing, with their widths. Those that stay at 0 come first;
 /// of the others, earlier ones are wider: where curves coincide, all of them can be seen. Of
 /// more than the legend names, all have the same width, which would else look like data.
-fn with_widths(series: &[Series]) -> impl Iterator<Item = (&Series, f64)> {
+fn with_widths(series: &[PlotSeries]) -> impl Iterator<Item = (&PlotSeries, f64)> {
     let (idle, busy): (Vec<_>, Vec<_>) = series.iter().partition(|series| series.is_idle());
     let count = busy.len();
     let most = if series.len() > NAMED { 0.0 } else { 0.6 };
@@ -269,7 +269,7 @@ mod tests {
     fn many_curves_have_one_width_and_few_are_told_apart_where_they_coincide() {
         let widths = |count: usize| -> Vec<f64> {
             let series: Vec<_> =
-                (0..count).map(|i| Series::new("", i, [1.0].into_iter())).collect();
+                (0..count).map(|i| PlotSeries::new("", i, [1.0].into_iter())).collect();
             with_widths(&series).map(|(_, width)| width).collect()
         };
         assert!(widths(200).iter().all(|width| *width == 1.5));

@@ -1,10 +1,10 @@
 //! Thinning: as many points as a picture can show, with every extreme kept.
 
 /// One point of a curve, or a gap in it.
-pub type Point = Option<(f64, f64)>;
+pub type PlotPoint = Option<(f64, f64)>;
 
 /// The first, lowest, highest and last point of a column of pixels, and its gaps.
-struct Column {
+struct PixelColumn {
     number: usize,
     /// Whether the curve is interrupted before the first point.
     gap_before: bool,
@@ -17,7 +17,7 @@ struct Column {
 }
 
 /// The curve of `values` over `times`, thinned as [`thin_rows`] says.
-pub fn thin(times: &[f64], values: &[f64], range: (f64, f64), columns: usize) -> Vec<Point> {
+pub fn thin(times: &[f64], values: &[f64], range: (f64, f64), columns: usize) -> Vec<PlotPoint> {
     let rows = thin_rows(times, values, range, columns).into_iter();
     rows.map(|row| row.map(|i| (times[i], values[i]))).collect()
 }
@@ -37,7 +37,7 @@ pub fn thin_rows(
         return (0..count).map(|i| Some(i).filter(|&i| !values[i].is_nan())).collect();
     }
     let mut rows = Vec::with_capacity(4 * columns);
-    let mut column: Option<Column> = None;
+    let mut column: Option<PixelColumn> = None;
     let mut gap = false;
     let scale = columns as f64 / (range.1 - range.0);
     for i in 0..count {
@@ -54,7 +54,7 @@ pub fn thin_rows(
             continue;
         }
         match &mut column {
-            None => column = Some(Column::new(number, gap, i)),
+            None => column = Some(PixelColumn::new(number, gap, i)),
             Some(column) => column.add(i, values),
         }
         gap = false;
@@ -65,7 +65,7 @@ pub fn thin_rows(
     rows
 }
 
-impl Column {
+impl PixelColumn {
     fn new(number: usize, gap_before: bool, i: usize) -> Self {
         Self { number, gap_before, gap_after: false, first: i, lowest: i, highest: i, last: i }
     }
@@ -101,7 +101,7 @@ mod tests {
 
     const COLUMNS: usize = 100;
 
-    fn thinned(values: &[f64]) -> Vec<Point> {
+    fn thinned(values: &[f64]) -> Vec<PlotPoint> {
         let times: Vec<f64> = (0..values.len()).map(|i| i as f64).collect();
         thin(&times, values, (0.0, values.len() as f64), COLUMNS)
     }

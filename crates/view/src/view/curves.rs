@@ -1,8 +1,8 @@
 //! The panels of the plots, as data: the page shows the same quantities.
 
-use super::encode::{Packed, packed_floats, packed_rows};
+use super::encode::{PackedNumbers, packed_floats, packed_rows};
 use crate::film::Film;
-use crate::plot::{Axis, Panel, PanelMaker, Transform, thin_rows};
+use crate::plot::{Panel, PanelMaker, PlotAxis, Transform, thin_rows};
 use serde::Serialize;
 
 /// Columns that curves are thinned to: each keeps its extremes. Up to four times as many
@@ -33,7 +33,7 @@ pub struct Plot {
     /// What the names of the curves are names of.
     legend: Option<&'static str>,
     axis: AxisData,
-    series: Vec<Curve>,
+    series: Vec<PageCurve>,
     marks: Vec<MarksData>,
 }
 
@@ -51,13 +51,13 @@ struct AxisData {
 }
 
 #[derive(Serialize)]
-struct Curve {
+struct PageCurve {
     run: usize,
     name: String,
     colour: &'static str,
-    rows: Packed,
+    rows: PackedNumbers,
     /// No number is a gap.
-    values: Packed,
+    values: PackedNumbers,
 }
 
 #[derive(Serialize)]
@@ -67,8 +67,8 @@ struct MarksData {
     colour: &'static str,
     /// How many there are, of which `rows` may be a part.
     count: usize,
-    rows: Packed,
-    values: Packed,
+    rows: PackedNumbers,
+    values: PackedNumbers,
 }
 
 /// The plots of `makers` for body `body`, one after the other: of a long run, each panel is
@@ -85,11 +85,11 @@ pub fn plot(panels: Vec<Panel>, has_steps: bool, columns: usize) -> Plot {
     let first = &panels[0];
     let blank = panels.iter().all(|panel| panel.blank().is_some());
     let nothing = if has_steps { first.nothing } else { Some("no step in this run") };
-    let axis = Axis::new(first.kind, panels.iter().flat_map(Panel::values), TICKS);
+    let axis = PlotAxis::new(first.kind, panels.iter().flat_map(Panel::values), TICKS);
     let series = panels.iter().enumerate().flat_map(|(run, panel)| {
         panel.series.iter().map(move |series| {
             let (rows, values) = thinned(&series.values, columns);
-            Curve { run, name: series.name.clone(), colour: series.colour, rows, values }
+            PageCurve { run, name: series.name.clone(), colour: series.colour, rows, values }
         })
     });
     let marks = panels.iter().enumerate().flat_map(|(run, panel)| {
@@ -122,7 +122,7 @@ pub fn plot(panels: Vec<Panel>, has_steps: bool, columns: usize) -> Plot {
 }
 
 impl AxisData {
-    fn of(axis: &Axis) -> Self {
+    fn of(axis: &PlotAxis) -> Self {
         let (scale, threshold) = match axis.transform() {
             Transform::Identity => ("linear", None),
             Transform::Symlog(threshold) => ("symlog", Some(threshold)),
@@ -137,7 +137,7 @@ impl AxisData {
 /// The rows and values of a curve, as many as a picture can show. Gaps become NaN at a row
 /// inside them; points inside a level stretch are left out, as are numbers that no `f32`
 /// has.
-fn thinned(values: &[f64], columns: usize) -> (Packed, Packed) {
+fn thinned(values: &[f64], columns: usize) -> (PackedNumbers, PackedNumbers) {
     let times: Vec<f64> = (0..values.len()).map(|i| i as f64).collect();
     let range = (0.0, values.len() as f64);
     let rows = thin_rows(&times, values, range, columns);

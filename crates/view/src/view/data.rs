@@ -2,16 +2,16 @@
 
 use super::curves::{Plot, plots};
 use super::facts;
-use super::poses::{Poses, digit};
-use crate::film::{Fact, Film, Fixed, Joint, Status};
+use super::poses::{EncodedPoses, digit};
+use crate::film::{Fact, Film, FilmFixed, FilmJoint, Status};
 use crate::forces::Scale;
-use crate::plot::Sheet;
-use crate::shape::{Look, Piece, is_box};
+use crate::plot::PlotSheet;
+use crate::shape::{FilmPiece, Outline, is_box};
 use nalgebra::Vector3;
 use serde::Serialize;
 
 #[derive(Serialize)]
-pub struct Page {
+pub struct PageData {
     version: String,
     statuses: Vec<&'static str>,
     runs: Vec<RunData>,
@@ -28,12 +28,12 @@ struct RunData {
     /// How many steps ended with each status.
     counts: Vec<(&'static str, usize)>,
     worst: Option<Worst>,
-    bodies: Vec<Body>,
-    fixed: Vec<Body>,
+    bodies: Vec<PageBody>,
+    fixed: Vec<PageBody>,
     joints: Vec<JointData>,
     arrows: Arrows,
-    ground: Option<Ground>,
-    frames: Poses,
+    ground: Option<PageGround>,
+    frames: EncodedPoses,
 }
 
 /// The step with the largest residual.
@@ -44,7 +44,7 @@ struct Worst {
 }
 
 #[derive(Serialize)]
-struct Body {
+struct PageBody {
     name: String,
     /// What it is, in words.
     facts: Vec<Fact>,
@@ -95,7 +95,7 @@ struct Arrows {
 
 /// The plane n · x = d, world.
 #[derive(Serialize)]
-struct Ground {
+struct PageGround {
     normal: [f64; 3],
     offset: f64,
 }
@@ -111,10 +111,10 @@ struct SheetData {
     others: Vec<Vec<Plot>>,
 }
 
-impl Page {
+impl PageData {
     pub fn of(version: &str, films: &[&Film]) -> Self {
         let mut sheets: Vec<_> =
-            [Sheet::Motion, Sheet::Energy].map(|sheet| SheetData::of(sheet, films)).into();
+            [PlotSheet::Motion, PlotSheet::Energy].map(|sheet| SheetData::of(sheet, films)).into();
         if let [a, b] = films {
             let plots = vec![super::distance::plot(a, b)];
             let others = Vec::new();
@@ -132,7 +132,7 @@ impl Page {
 impl SheetData {
     /// Of films of one body the panels about its corners; where one has more, those that all
     /// have.
-    fn of(sheet: Sheet, films: &[&Film]) -> Self {
+    fn of(sheet: PlotSheet, films: &[&Film]) -> Self {
         let widest = films.iter().copied().find(|film| !film.is_single()).unwrap_or(films[0]);
         let makers = sheet.panels(widest);
         let of_body = sheet.is_of_one_body() && !widest.is_single();
@@ -147,11 +147,11 @@ impl SheetData {
     }
 }
 
-impl Body {
-    fn of(name: String, facts: Vec<Fact>, points: &[Vector3<f64>], looks: &[Look]) -> Self {
+impl PageBody {
+    fn of(name: String, facts: Vec<Fact>, points: &[Vector3<f64>], looks: &[Outline]) -> Self {
         let solids = looks.iter().filter_map(|look| match look {
-            Look::Solid(piece) => Some(PieceData::of(piece)),
-            Look::Points(_) => None,
+            Outline::Solid(piece) => Some(PieceData::of(piece)),
+            Outline::Points(_) => None,
         });
         Self {
             name,
@@ -166,18 +166,18 @@ impl Body {
 }
 
 impl PieceData {
-    fn of(piece: &Piece) -> Self {
+    fn of(piece: &FilmPiece) -> Self {
         let face = |(face, normal): (&[usize], Vector3<f64>)| FaceData {
             vertices: face.to_vec(),
             normal: normal.into(),
         };
-        let is_mesh = matches!(piece, Piece::Mesh(_));
+        let is_mesh = matches!(piece, FilmPiece::Mesh(_));
         let mut made = Self {
             vertices: piece.core().iter().map(|&vertex| vertex.into()).collect(),
             faces: match piece {
-                Piece::Hull(hull) => hull.sides().map(face).collect(),
-                Piece::Mesh(mesh) => mesh.sides().map(face).collect(),
-                Piece::Sphere { .. } | Piece::Capsule { .. } => Vec::new(),
+                FilmPiece::Hull(hull) => hull.sides().map(face).collect(),
+                FilmPiece::Mesh(mesh) => mesh.sides().map(face).collect(),
+                FilmPiece::Sphere { .. } | FilmPiece::Capsule { .. } => Vec::new(),
             },
             radius: piece.radius(),
             is_mesh,
@@ -201,7 +201,7 @@ impl PieceData {
 /// Of each body the one that a joint ties it to, the first of its own where that makes no ring.
 fn tree(film: &Film) -> Vec<Option<usize>> {
     let mut above = vec![None; film.bodies.len()];
-    for Joint { body, other, .. } in &film.joints {
+    for FilmJoint { body, other, .. } in &film.joints {
         let (Some(other), None) = (*other, above[*body]) else { continue };
         let mut ways = std::iter::successors(Some(other), |place| above[*place]);
         if ways.all(|place| place != *body) {
@@ -222,22 +222,27 @@ impl RunData {
             let facts = if film.is_single() { Vec::new() } else { facts::of_body(film, b) };
             let css = |[red, green, blue]: [u8; 3]| format!("#{red:02x}{green:02x}{blue:02x}");
             let colour = body.colour.map(css);
-            let looks = Look::of(&body.pieces, &body.points);
-            Body { colour, above: above[b], ..Body::of(film.name(b), facts, &body.points, &looks) }
+            let looks = Outline::of(&body.pieces, &body.points);
+            PageBody {
+                colour,
+                above: above[b],
+                ..PageBody::of(film.name(b), facts, &body.points, &looks)
+            }
         };
-        let fixed = |fixed: &Fixed| {
-            let looks: Vec<_> = fixed.pieces.iter().cloned().map(Look::Solid).collect();
-            Body::of(fixed.name.clone(), Vec::new(), &[], &looks)
+        let fixed = |fixed: &FilmFixed| {
+            let looks: Vec<_> = fixed.pieces.iter().cloned().map(Outline::Solid).collect();
+            PageBody::of(fixed.name.clone(), Vec::new(), &[], &looks)
         };
-        let joint = |joint: &Joint| JointData {
+        let joint = |joint: &FilmJoint| JointData {
             name: joint.name.clone(),
             body: joint.body,
             anchor: joint.anchor.into(),
             axis: joint.axis.map(Into::into),
         };
         let scale = Scale::of(film);
-        let ground =
-            film.ground.map(|plane| Ground { normal: plane.normal.into(), offset: plane.offset });
+        let ground = film
+            .ground
+            .map(|plane| PageGround { normal: plane.normal.into(), offset: plane.offset });
         Self {
             title: film.title.clone(),
             facts: facts::facts(film),
@@ -250,7 +255,7 @@ impl RunData {
             joints: film.joints.iter().map(joint).collect(),
             arrows: Arrows { weight: scale.weight, longest: scale.longest },
             ground,
-            frames: Poses::of(film, &scale),
+            frames: EncodedPoses::of(film, &scale),
         }
     }
 }
@@ -267,13 +272,13 @@ fn worst(film: &Film) -> Option<Worst> {
 mod tests {
     use super::*;
     use crate::samples::floating_cube;
-    use crate::shape::Mesh;
+    use crate::shape::FilmMesh;
 
     #[test]
     fn joints_are_a_tree_whatever_rings_they_close() {
         let mut film = floating_cube(1);
         film.bodies = vec![film.bodies[0].clone(); 4];
-        let joint = |body: usize, other: Option<usize>| Joint {
+        let joint = |body: usize, other: Option<usize>| FilmJoint {
             name: String::new(),
             body,
             other,
@@ -298,11 +303,12 @@ mod tests {
         let corner = |x: f64, y: f64, z: f64| Vector3::new(x, y, z) / 3.0;
         let vertices = vec![corner(1.0, 0.0, 0.0), corner(0.0, 2.0, 0.0), corner(0.0, 0.0, 1.0)];
         let triangles = vec![[0, 1, 2]];
-        let mesh = PieceData::of(&Piece::Mesh(Mesh { vertices: vertices.clone(), triangles }));
+        let mesh =
+            PieceData::of(&FilmPiece::Mesh(FilmMesh { vertices: vertices.clone(), triangles }));
         assert!(mesh.is_mesh && mesh.faces.len() == 1);
         assert_eq!(mesh.vertices, [[0.33333, 0.0, 0.0], [0.0, 0.66667, 0.0], [0.0, 0.0, 0.33333]]);
         assert_eq!(mesh.faces[0].normal, [0.667, 0.333, 0.667]);
-        let ball = PieceData::of(&Piece::Sphere { centre: vertices[0], radius: 0.1 });
+        let ball = PieceData::of(&FilmPiece::Sphere { centre: vertices[0], radius: 0.1 });
         assert!(!ball.is_mesh && ball.vertices[0] == <[f64; 3]>::from(vertices[0]));
     }
 }

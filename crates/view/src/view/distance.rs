@@ -1,8 +1,8 @@
 //! How far two runs are from each other.
 
 use super::curves::{self, Plot};
-use crate::film::{Film, Frame};
-use crate::plot::{Kind, Panel, Series};
+use crate::film::{Film, FilmFrame};
+use crate::plot::{Panel, PlotSeries, ScaleKind};
 use nalgebra::Vector3;
 
 /// The plot of ‖r_A − r_B‖, of several bodies the largest, as long as both runs last, at the rows of the run whose
@@ -30,9 +30,9 @@ fn panel(values: Vec<f64>, words: &'static str) -> Panel {
         symbol: ("‖r_A − r_B‖", ""),
         unit: "m",
         words,
-        kind: Kind::Log,
+        kind: ScaleKind::Log,
         height: 190.0,
-        series: vec![Series::new("", 7, values.into_iter())],
+        series: vec![PlotSeries::new("", 7, values.into_iter())],
         nothing: Some("0 at all times"),
         ..Panel::default()
     }
@@ -41,7 +41,7 @@ fn panel(values: Vec<f64>, words: &'static str) -> Panel {
 fn distances(fine: &Film, coarse: &Film) -> Vec<f64> {
     let ratio = fine.frame_time() / coarse.frame_time();
     let frames = fine.frames.iter().enumerate();
-    let distance = |(i, frame): (usize, &Frame)| {
+    let distance = |(i, frame): (usize, &FilmFrame)| {
         let others = positions_at(coarse, i as f64 * ratio)?;
         let apart = frame.poses.iter().zip(others).map(|(pose, other)| pose.position - other);
         Some(apart.map(|apart| apart.norm()).fold(0.0, f64::max))

@@ -13,7 +13,7 @@ use serde::Serialize;
 /// further number n are n + 1 values as predicted, 1 is no number, and 2 d + 1 (d > 0) or
 /// −2 d (d < 0) a value that is d more than predicted.
 #[derive(Debug, Serialize)]
-pub struct Packed {
+pub struct PackedNumbers {
     step: f64,
     count: usize,
     order: u8,
@@ -24,7 +24,7 @@ pub struct Packed {
 const MOST_STEPS: f64 = (1u64 << 48) as f64;
 
 /// Each of `values` to the nearest multiple of `step`.
-pub fn packed(values: impl Iterator<Item = f64>, step: f64) -> Packed {
+pub fn packed(values: impl Iterator<Item = f64>, step: f64) -> PackedNumbers {
     let whole = |value: f64| {
         let steps = (value / step).round();
         (steps.abs() <= MOST_STEPS).then_some(steps as i64)
@@ -33,13 +33,13 @@ pub fn packed(values: impl Iterator<Item = f64>, step: f64) -> Packed {
 }
 
 /// Whole numbers.
-pub fn packed_rows(rows: impl Iterator<Item = usize>) -> Packed {
+pub fn packed_rows(rows: impl Iterator<Item = usize>) -> PackedNumbers {
     packed_whole(&rows.map(|row| i64::try_from(row).ok()).collect::<Vec<_>>(), 1.0)
 }
 
 /// Values to sixteen significant bits: the upper three bytes of an `f32`, negative where it
 /// is.
-pub fn packed_floats(values: impl Iterator<Item = f64>) -> Packed {
+pub fn packed_floats(values: impl Iterator<Item = f64>) -> PackedNumbers {
     /// Of the largest `f32`, so that nothing is rounded to infinity.
     const LARGEST: u32 = 0x7f7f_ffff >> 8;
     let upper = |value: f64| {
@@ -52,10 +52,10 @@ pub fn packed_floats(values: impl Iterator<Item = f64>) -> Packed {
 }
 
 /// By whichever order is shorter.
-fn packed_whole(values: &[Option<i64>], step: f64) -> Packed {
+fn packed_whole(values: &[Option<i64>], step: f64) -> PackedNumbers {
     let (once, twice) = (bytes(values, 1), bytes(values, 2));
     let (order, bytes) = if twice.len() < once.len() { (2, twice) } else { (1, once) };
-    Packed { step, count: values.len(), order, bytes: STANDARD.encode(bytes) }
+    PackedNumbers { step, count: values.len(), order, bytes: STANDARD.encode(bytes) }
 }
 
 fn bytes(values: &[Option<i64>], order: u8) -> Vec<u8> {
@@ -106,7 +106,7 @@ pub fn u8s(values: impl Iterator<Item = u8>) -> String {
 }
 
 #[cfg(test)]
-impl Packed {
+impl PackedNumbers {
     /// The whole numbers, as the page reads them.
     pub fn unpacked(&self) -> Vec<Option<i64>> {
         let bytes = STANDARD.decode(&self.bytes).unwrap();

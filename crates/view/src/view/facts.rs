@@ -1,7 +1,7 @@
 //! The parameters of a film, for people.
 
-use crate::film::{Body, Fact, Film, Ground};
-use crate::shape::{Hull, Look, Piece, is_box};
+use crate::film::{Fact, Film, FilmBody, FilmGround};
+use crate::shape::{FilmHull, FilmPiece, Outline, is_box};
 use nalgebra::{Matrix3, Vector3};
 
 /// What is known of `film`: its own facts, then its parameters; of a single body its own and
@@ -98,7 +98,7 @@ fn cleaned(v: &Vector3<f64>, size: f64) -> String {
 }
 
 /// The height of a level plane; of another the slope and n · x = d, in four digits.
-fn plane(ground: &Ground) -> String {
+fn plane(ground: &FilmGround) -> String {
     if ground.normal == Vector3::z() {
         return format!("level, z = {} m", number(ground.offset));
     }
@@ -137,30 +137,30 @@ fn inertia(inertia: &Matrix3<f64>) -> String {
     format!("[{}]", rows.collect::<Vec<_>>().join("; "))
 }
 
-fn shape(body: &Body) -> String {
-    let looks = Look::of(&body.pieces, &body.points);
+fn shape(body: &FilmBody) -> String {
+    let looks = Outline::of(&body.pieces, &body.points);
     match looks.as_slice() {
-        [Look::Solid(piece)] => solid(piece),
-        [Look::Points(points)] => {
+        [Outline::Solid(piece)] => solid(piece),
+        [Outline::Points(points)] => {
             let s = if points.len() == 1 { "" } else { "s" };
             format!("{} contact point{s}", points.len())
         }
         pieces => {
-            let is_mesh = |look: &Look| matches!(look, Look::Solid(Piece::Mesh(_)));
+            let is_mesh = |look: &Outline| matches!(look, Outline::Solid(FilmPiece::Mesh(_)));
             let convex = if pieces.iter().any(is_mesh) { "" } else { "convex " };
             format!("{} {convex}pieces", pieces.len())
         }
     }
 }
 
-fn solid(piece: &Piece) -> String {
+fn solid(piece: &FilmPiece) -> String {
     match piece {
-        Piece::Sphere { radius, .. } => format!("sphere of radius {} m", number(*radius)),
-        Piece::Capsule { ends: [a, b], radius } => {
+        FilmPiece::Sphere { radius, .. } => format!("sphere of radius {} m", number(*radius)),
+        FilmPiece::Capsule { ends: [a, b], radius } => {
             format!("capsule of radius {} m about {} m", number(*radius), number((b - a).norm()))
         }
-        Piece::Mesh(mesh) => format!("mesh of {} triangles", mesh.triangles.len()),
-        Piece::Hull(Hull { vertices, faces, radius }) => {
+        FilmPiece::Mesh(mesh) => format!("mesh of {} triangles", mesh.triangles.len()),
+        FilmPiece::Hull(FilmHull { vertices, faces, radius }) => {
             let core = if is_box(vertices) {
                 let edges = [1, 2, 4].map(|corner| number((vertices[corner] - vertices[0]).norm()));
                 format!("box {} × {} × {} m", edges[0], edges[1], edges[2])
@@ -207,10 +207,10 @@ mod tests {
         assert_eq!(shape(&body), "box 2 × 2 × 2 m");
         body.points.truncate(1);
         assert_eq!(shape(&body), "1 contact point");
-        body.pieces.push(Piece::Sphere { centre: Vector3::zeros(), radius: 0.5 });
+        body.pieces.push(FilmPiece::Sphere { centre: Vector3::zeros(), radius: 0.5 });
         assert_eq!(shape(&body), "sphere of radius 0.5 m");
         let ends = [Vector3::zeros(), Vector3::x() * 2.0];
-        body.pieces = vec![Piece::Capsule { ends, radius: 0.25 }];
+        body.pieces = vec![FilmPiece::Capsule { ends, radius: 0.25 }];
         assert_eq!(shape(&body), "capsule of radius 0.25 m about 2 m");
     }
 }

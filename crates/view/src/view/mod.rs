@@ -53,7 +53,7 @@ const STILL: u16 = 560;
 /// # Errors
 /// Why the data cannot be written, in words.
 pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
-    let data = serde_json::to_string(&data::Page::of(version, films))
+    let data = serde_json::to_string(&data::PageData::of(version, films))
         .map_err(|error| error.to_string())?;
     let scripts = format!("(() => {{\n\"use strict\";\n{}}})();\n", SCRIPTS.join("\n"));
     let mut page =

@@ -1,8 +1,8 @@
 //! The poses that the page shows, and what happens between them.
 
-use super::encode::{Packed, packed, packed_floats, packed_rows, u8s};
-use crate::film::{Body, Film, Frame, Partner, Place, Pose};
-use crate::forces::{Scale, Site};
+use super::encode::{PackedNumbers, packed, packed_floats, packed_rows, u8s};
+use crate::film::{Film, FilmBody, FilmFrame, FilmPartner, FilmPlace, FilmPose};
+use crate::forces::{ContactSite, Scale};
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -24,19 +24,19 @@ const FORCE_STEP: f64 = 1e-4;
 /// Of the steps from one of them to the next: their mean forces, their largest residual and
 /// their most conspicuous status.
 #[derive(Serialize)]
-pub struct Poses {
+pub struct EncodedPoses {
     every: usize,
     count: usize,
     /// What positions are relative to, m.
     origin: [f64; 3],
     /// Of each body x of all frames, then y and z, m.
-    positions: Packed,
+    positions: PackedNumbers,
     /// Of each body q_w of all frames, then q_x, q_y, q_z; of either sign.
-    attitudes: Packed,
+    attitudes: PackedNumbers,
     /// Of each body ‖v‖ of all frames, m/s.
-    speeds: Packed,
+    speeds: PackedNumbers,
     /// m/s.
-    residuals: Packed,
+    residuals: PackedNumbers,
     /// Places in [`Status::ALL`](crate::Status::ALL).
     statuses: String,
     /// Everything that touches: the body; its partner, -1 for the ground and from -2 downwards
@@ -44,46 +44,46 @@ pub struct Poses {
     /// force.
     sites: Vec<[i64; 4]>,
     /// Of each site the frames in which it has a force.
-    force_frames: Packed,
+    force_frames: PackedNumbers,
     /// Of each site f_x of those frames, then f_y and f_z, on its first body, N.
-    forces: Packed,
+    forces: PackedNumbers,
     /// Of each site at no corner where it is in those frames, x, then y and z, from `origin`,
     /// m.
-    force_points: Packed,
+    force_points: PackedNumbers,
 }
 
 /// A force in a frame, and where it is if that is no corner.
-struct Push {
+struct DrawnForce {
     frame: usize,
     force: Vector3<f64>,
     point: Option<Vector3<f64>>,
 }
 
-impl Poses {
+impl EncodedPoses {
     pub fn of(film: &Film, scale: &Scale) -> Self {
         let frames = &film.frames;
         let corners = film.bodies.iter().map(|body| body.points.len()).max().unwrap_or(0);
         let most = (MOST_FRAMES * 8 / corners.max(8)).min(MOST_POSES / film.bodies.len());
         let every = spacing(frames.len(), most.max(FEWEST_FRAMES));
         let shown: Vec<usize> = shown(frames.len(), every).collect();
-        let spans: Vec<&[Frame]> = (0..shown.len())
+        let spans: Vec<&[FilmFrame]> = (0..shown.len())
             .map(|i| &frames[shown[i]..shown.get(i + 1).copied().unwrap_or(frames.len())])
             .collect();
         // Four digits of the smallest body and of the largest speed are shown; of each a tenth.
-        let smallest = film.bodies.iter().map(Body::reach).fold(f64::INFINITY, f64::min);
+        let smallest = film.bodies.iter().map(FilmBody::reach).fold(f64::INFINITY, f64::min);
         let length_step = digit(smallest, 5);
         let poses = || spans.iter().flat_map(|span| &span[0].poses);
         let fastest = poses().map(|pose| pose.velocity.norm()).fold(0.0, f64::max);
         let start = frames.first().map_or(Vector3::zeros(), |frame| frame.poses[0].position);
         let origin = start.map(|x| (x / length_step).round() * length_step);
-        let of_bodies = |part: &dyn Fn(&Pose) -> f64| -> Vec<Vec<f64>> {
+        let of_bodies = |part: &dyn Fn(&FilmPose) -> f64| -> Vec<Vec<f64>> {
             let of_body = |b: usize| spans.iter().map(|span| part(&span[0].poses[b])).collect();
             (0..film.bodies.len()).map(of_body).collect()
         };
         let positions = [0, 1, 2].map(|k| of_bodies(&|pose| pose.position[k] - origin[k]));
         let pushes = pushes(film, scale, &spans);
-        let of_pushes = |value: &dyn Fn(&Push, usize) -> Option<f64>| -> Vec<f64> {
-            let of_site = |pushes: &Vec<Push>| -> Vec<f64> {
+        let of_pushes = |value: &dyn Fn(&DrawnForce, usize) -> Option<f64>| -> Vec<f64> {
+            let of_site = |pushes: &Vec<DrawnForce>| -> Vec<f64> {
                 (0..3).flat_map(|k| pushes.iter().filter_map(move |p| value(p, k))).collect()
             };
             pushes.values().flat_map(of_site).collect()
@@ -127,7 +127,7 @@ fn interleaved<const N: usize>(components: &[Vec<Vec<f64>>; N]) -> impl Iterator
 }
 
 /// The components of attitudes, each with the sign that is nearer to the one before.
-fn attitudes(film: &Film, spans: &[&[Frame]]) -> [Vec<Vec<f64>>; 4] {
+fn attitudes(film: &Film, spans: &[&[FilmFrame]]) -> [Vec<Vec<f64>>; 4] {
     let mut all = [(); 4].map(|()| Vec::with_capacity(film.bodies.len()));
     for b in 0..film.bodies.len() {
         let mut of_body = [(); 4].map(|()| Vec::with_capacity(spans.len()));
@@ -149,25 +149,33 @@ fn attitudes(film: &Film, spans: &[&[Frame]]) -> [Vec<Vec<f64>>; 4] {
 }
 
 /// The mean forces of each span.
-fn pushes(film: &Film, scale: &Scale, spans: &[&[Frame]]) -> BTreeMap<Site, Vec<Push>> {
-    let mut pushes: BTreeMap<Site, Vec<Push>> = BTreeMap::new();
+fn pushes(
+    film: &Film,
+    scale: &Scale,
+    spans: &[&[FilmFrame]],
+) -> BTreeMap<ContactSite, Vec<DrawnForce>> {
+    let mut pushes: BTreeMap<ContactSite, Vec<DrawnForce>> = BTreeMap::new();
     for (frame, span) in spans.iter().enumerate() {
         for mean in scale.means(film, span) {
             let point = match mean.place {
-                Place::At { point, .. } => Some(point),
-                Place::Corner(_) => None,
+                FilmPlace::At { point, .. } => Some(point),
+                FilmPlace::Corner(_) => None,
             };
-            pushes.entry(mean.site).or_default().push(Push { frame, force: mean.force, point });
+            pushes.entry(mean.site).or_default().push(DrawnForce {
+                frame,
+                force: mean.force,
+                point,
+            });
         }
     }
     pushes
 }
 
-fn described(site: &Site, frames: usize) -> [i64; 4] {
+fn described(site: &ContactSite, frames: usize) -> [i64; 4] {
     let partner = match site.partner {
-        Partner::Ground => -1,
-        Partner::Fixed(i) => -2 - i as i64,
-        Partner::Body(b) => b as i64,
+        FilmPartner::Ground => -1,
+        FilmPartner::Fixed(i) => -2 - i as i64,
+        FilmPartner::Body(b) => b as i64,
     };
     let corner = if site.is_corner { site.key as i64 } else { -1 };
     [site.body as i64, partner, corner, frames as i64]

@@ -3,7 +3,8 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use tumble_view::{
-    Body, Contact, Film, Fixed, Frame, Ground, Hull, Load, Partner, Piece, Place, Pose, Status,
+    Film, FilmBody, FilmContact, FilmFixed, FilmFrame, FilmGround, FilmHull, FilmLoad, FilmPartner,
+    FilmPiece, FilmPlace, FilmPose, Status,
 };
 
 /// Bricks in a row of the wall, and rows.
@@ -18,29 +19,29 @@ const SLOPE: f64 = 0.3;
 const GRAVITY: f64 = 9.81;
 const TIME_STEP: f64 = 0.002;
 
-pub fn cuboid(half: [f64; 3], radius: f64) -> Piece {
+pub fn cuboid(half: [f64; 3], radius: f64) -> FilmPiece {
     let corner =
         |i: usize| Vector3::from_fn(|k, _| if i >> k & 1 == 1 { half[k] } else { -half[k] });
     let faces =
         [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
-    Piece::Hull(Hull {
+    FilmPiece::Hull(FilmHull {
         vertices: (0..8).map(corner).collect(),
         faces: faces.map(|face| face.to_vec()).to_vec(),
         radius,
     })
 }
 
-fn octahedron(size: f64) -> Piece {
+fn octahedron(size: f64) -> FilmPiece {
     let vertices = (0..3).flat_map(|k| [-size, size].map(|x| Vector3::ith(k, x))).collect();
     let faces = (0..8).map(|i| vec![i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2 & 1)]).collect();
-    Piece::Hull(Hull { vertices, faces, radius: 0.0 })
+    FilmPiece::Hull(FilmHull { vertices, faces, radius: 0.0 })
 }
 
 /// A ramp that falls along y and ends at y = 0, 3 m wide.
-fn ramp() -> Piece {
+fn ramp() -> FilmPiece {
     let (run, rise) = (3.0, 3.0 * SLOPE.tan());
     let end = |x: f64| [[x, 0.0, 0.0], [x, -run, 0.0], [x, -run, rise]].map(Vector3::from);
-    Piece::Hull(Hull {
+    FilmPiece::Hull(FilmHull {
         vertices: [end(-1.5), end(1.5)].concat(),
         faces: vec![
             vec![0, 1, 2],
@@ -53,43 +54,43 @@ fn ramp() -> Piece {
     })
 }
 
-fn body(name: String, pieces: Vec<Piece>) -> Body {
-    Body {
+fn body(name: String, pieces: Vec<FilmPiece>) -> FilmBody {
+    FilmBody {
         name,
         mass: 1.0,
         inertia: Matrix3::identity() * 0.01,
         points: Vec::new(),
         pieces,
-        load: Load::default(),
+        load: FilmLoad::default(),
         colour: None,
         label: String::new(),
     }
 }
 
 /// Of which kind body `b` is.
-fn pieces(b: usize) -> (&'static str, Vec<Piece>) {
+fn pieces(b: usize) -> (&'static str, Vec<FilmPiece>) {
     let ends = |a: f64, b: f64| [Vector3::new(0.0, 0.0, a), Vector3::new(0.0, 0.0, b)];
     match b {
         0..60 => ("brick", vec![cuboid(BRICK, 0.0)]),
-        60..75 => ("ball", vec![Piece::Sphere { centre: Vector3::zeros(), radius: BALL }]),
-        75..85 => ("capsule", vec![Piece::Capsule { ends: ends(-0.2, 0.2), radius: 0.09 }]),
+        60..75 => ("ball", vec![FilmPiece::Sphere { centre: Vector3::zeros(), radius: BALL }]),
+        75..85 => ("capsule", vec![FilmPiece::Capsule { ends: ends(-0.2, 0.2), radius: 0.09 }]),
         85..92 => ("octahedron", vec![octahedron(0.22)]),
         92..98 => ("rounded box", vec![cuboid([0.14, 0.1, 0.07], 0.05)]),
         // A hammer of two pieces.
         _ => {
-            let handle = Piece::Capsule { ends: ends(-0.3, 0.2), radius: 0.04 };
-            let Piece::Hull(mut head) = cuboid([0.2, 0.08, 0.08], 0.0) else {
+            let handle = FilmPiece::Capsule { ends: ends(-0.3, 0.2), radius: 0.04 };
+            let FilmPiece::Hull(mut head) = cuboid([0.2, 0.08, 0.08], 0.0) else {
                 unreachable!("a cuboid is a hull")
             };
             head.vertices.iter_mut().for_each(|vertex| vertex.z += 0.2);
-            ("hammer", vec![handle, Piece::Hull(head)])
+            ("hammer", vec![handle, FilmPiece::Hull(head)])
         }
     }
 }
 
 /// Where body `b` is at time `t`.
-fn pose(b: usize, t: f64) -> Pose {
-    let still = Pose {
+fn pose(b: usize, t: f64) -> FilmPose {
+    let still = FilmPose {
         position: Vector3::zeros(),
         attitude: UnitQuaternion::identity(),
         velocity: Vector3::zeros(),
@@ -100,7 +101,7 @@ fn pose(b: usize, t: f64) -> Pose {
         // Every other row is half a brick further.
         let x = 2.0 * BRICK[0] * (column as f64 - 4.75 + 0.5 * (row % 2) as f64);
         let z = BRICK[2] * (2 * row + 1) as f64;
-        return Pose { position: Vector3::new(x, 1.5, z), ..still };
+        return FilmPose { position: Vector3::new(x, 1.5, z), ..still };
     }
     if b < 75 {
         // Rolling without slip from rest: 5/7 of g sin θ down the slope.
@@ -111,7 +112,7 @@ fn pose(b: usize, t: f64) -> Pose {
         let up = Vector3::new(0.0, SLOPE.sin(), SLOPE.cos());
         let down = Vector3::new(0.0, SLOPE.cos(), -SLOPE.sin());
         let x = Vector3::x() * (0.55 * (lane as f64 - 2.0));
-        return Pose {
+        return FilmPose {
             position: x - down * (start - way) + up * BALL,
             attitude: UnitQuaternion::from_axis_angle(&-Vector3::x_axis(), way / BALL),
             velocity: down * speed,
@@ -125,11 +126,11 @@ fn pose(b: usize, t: f64) -> Pose {
     let spin = Vector3::new(1.0 + 0.3 * k, 2.0, -1.0);
     let fall = Vector3::new(velocity.x, velocity.y, 4.6 - 0.5 * GRAVITY * t) * t;
     let attitude = UnitQuaternion::from_scaled_axis(spin * t);
-    Pose { position: start + fall, attitude, velocity, spin }
+    FilmPose { position: start + fall, attitude, velocity, spin }
 }
 
 /// Each brick lies on two of the row below, or on the ground, and carries what is above it.
-fn contacts() -> Vec<Contact> {
+fn contacts() -> Vec<FilmContact> {
     let mut contacts = Vec::new();
     for b in 0..COLUMNS * ROWS {
         let pose = pose(b, 0.0);
@@ -137,19 +138,22 @@ fn contacts() -> Vec<Contact> {
         let load = GRAVITY * (ROWS - row) as f64 / 2.0;
         for (key, side) in [(0u64, -0.1), (1, 0.1)] {
             let partner = match row {
-                0 => Partner::Ground,
+                0 => FilmPartner::Ground,
                 // Row 1 is shifted to the right, row 2 back to the left.
                 _ => {
                     let shift = if row % 2 == 1 { key } else { key.wrapping_sub(1) };
                     let column = (b % COLUMNS) as i64 + shift as i64;
                     let column = column.clamp(0, COLUMNS as i64 - 1);
-                    Partner::Body((row - 1) * COLUMNS + column as usize)
+                    FilmPartner::Body((row - 1) * COLUMNS + column as usize)
                 }
             };
-            contacts.push(Contact {
+            contacts.push(FilmContact {
                 body: b,
                 partner,
-                place: Place::At { point: pose.position + Vector3::new(side, 0.0, -BRICK[2]), key },
+                place: FilmPlace::At {
+                    point: pose.position + Vector3::new(side, 0.0, -BRICK[2]),
+                    key,
+                },
                 force: Vector3::z() * load,
                 carries_force: true,
                 slacks: [0.0; 2],
@@ -172,10 +176,10 @@ pub fn film(steps: u64) -> Film {
         let rolls = |b: usize| {
             let pose = pose(b, time);
             let up = Vector3::new(0.0, SLOPE.sin(), SLOPE.cos());
-            Contact {
+            FilmContact {
                 body: b,
-                partner: Partner::Fixed(0),
-                place: Place::At { point: pose.position - up * BALL, key: 0 },
+                partner: FilmPartner::Fixed(0),
+                place: FilmPlace::At { point: pose.position - up * BALL, key: 0 },
                 force: up * (GRAVITY * SLOPE.cos()),
                 carries_force: true,
                 slacks: [0.0; 2],
@@ -185,9 +189,10 @@ pub fn film(steps: u64) -> Film {
         let is_last = k == steps;
         let contacts = standing.iter().copied().chain((60..75).map(rolls));
         let poses: Vec<_> = (0..100).map(|b| pose(b, time)).collect();
-        let of_one = |pose: &Pose| [pose.velocity.norm_squared() / 2.0, GRAVITY * pose.position[2]];
+        let of_one =
+            |pose: &FilmPose| [pose.velocity.norm_squared() / 2.0, GRAVITY * pose.position[2]];
         let [kinetic, potential] = [0, 1].map(|part| poses.iter().map(|p| of_one(p)[part]).sum());
-        Frame {
+        FilmFrame {
             index: k,
             time,
             poses,
@@ -207,8 +212,8 @@ pub fn film(steps: u64) -> Film {
         every: 1,
         gravity: Vector3::new(0.0, 0.0, -GRAVITY),
         friction: 0.5,
-        ground: Some(Ground { normal: Vector3::z(), offset: 0.0 }),
-        fixed: vec![Fixed { name: "ramp".to_owned(), pieces: vec![ramp()] }],
+        ground: Some(FilmGround { normal: Vector3::z(), offset: 0.0 }),
+        fixed: vec![FilmFixed { name: "ramp".to_owned(), pieces: vec![ramp()] }],
         bodies: bodies.collect(),
         joints: Vec::new(),
         frames: (0..=steps).map(frame).collect(),

@@ -1,6 +1,6 @@
 //! A joint as it is written.
 
-use crate::bodies::entries::Turned;
+use crate::bodies::entries::AttitudeEntry;
 use serde::Deserialize;
 use tumble_core::joint::{Drive, Middle};
 use tumble_model::fields::Numbers;
@@ -46,16 +46,16 @@ with_drive!(JointEntry, "a table [[joints]] is needed" {
     name: Option<String>,
     #[serde(rename = "type")]
     kind: JointKind,
-    bodies: Names,
+    bodies: BodyNames,
     anchor: Option<Numbers<3>>,
     axis: Option<Numbers<3>>,
-    attitude: Option<Turned>,
+    attitude: Option<AttitudeEntry>,
     anchor_a: Option<Numbers<3>>,
     axis_a: Option<Numbers<3>>,
-    attitude_a: Option<Turned>,
+    attitude_a: Option<AttitudeEntry>,
     anchor_b: Option<Numbers<3>>,
     axis_b: Option<Numbers<3>>,
-    attitude_b: Option<Turned>,
+    attitude_b: Option<AttitudeEntry>,
     length: Option<f64>,
     cone: Option<f64>,
     middle: Option<Middle>,
@@ -84,7 +84,7 @@ pub struct DriveFields {
 
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "the name of a body or two are needed, [\"…\", \"…\"]")]
-pub(super) enum Names {
+pub(super) enum BodyNames {
     One(String),
     List(Vec<String>),
 }

@@ -1,23 +1,23 @@
 //! The frames of a joint's sides at the start.
 
-use crate::bodies::entries::Turned;
+use crate::bodies::entries::AttitudeEntry;
 use nalgebra::{Vector3, Vector4};
 use tumble_core::joint::JointFrame;
 use tumble_core::mechanics::State;
 use tumble_core::mechanics::quaternion::{left, rotation};
 use tumble_model::BodyModel;
 use tumble_model::fields::Numbers;
-use tumble_model::shape::Place;
+use tumble_model::shape::ModelPlace;
 
 /// The frame of a joint in the world at the start.
 #[derive(Clone, Copy)]
-pub struct Placed {
+pub struct JointPlace {
     pub anchor: Vector3<f64>,
     pub(super) attitude: Vector4<f64>,
 }
 
 /// Where what a joint's side is in stands at the start: a body, or the world.
-pub struct Side<'a> {
+pub struct JointSide<'a> {
     /// The centre of mass in the frame of the shape.
     centre: Vector3<f64>,
     start: State,
@@ -25,7 +25,7 @@ pub struct Side<'a> {
     pub(super) name: &'a str,
 }
 
-impl<'a> Side<'a> {
+impl<'a> JointSide<'a> {
     pub fn of(body: Option<&'a BodyModel>) -> Self {
         match body {
             Some(body) => {
@@ -34,7 +34,7 @@ impl<'a> Side<'a> {
             }
             None => {
                 let [position, velocity, spin] = [Vector3::zeros(); 3];
-                let attitude = Place::ORIGIN.attitude.into();
+                let attitude = ModelPlace::ORIGIN.attitude.into();
                 let start = State { position, attitude, velocity, spin };
                 Self { centre: Vector3::zeros(), start, name: "the world" }
             }
@@ -42,10 +42,10 @@ impl<'a> Side<'a> {
     }
 
     /// A frame of the shape, in the world.
-    pub fn placed(&self, anchor: &Vector3<f64>, attitude: &Vector4<f64>) -> Placed {
+    pub fn placed(&self, anchor: &Vector3<f64>, attitude: &Vector4<f64>) -> JointPlace {
         let arm = rotation(&self.start.attitude) * (anchor - self.centre);
         let anchor = self.start.position + arm;
-        Placed { anchor, attitude: left(&self.start.attitude) * attitude }
+        JointPlace { anchor, attitude: left(&self.start.attitude) * attitude }
     }
 
     /// A place of the shape, from the centre of mass.
@@ -54,11 +54,11 @@ impl<'a> Side<'a> {
     }
 
     /// A frame of the world, in the body's.
-    pub fn seen(&self, placed: &Placed) -> Place {
+    pub fn seen(&self, placed: &JointPlace) -> ModelPlace {
         let position =
             rotation(&self.start.attitude).tr_mul(&(placed.anchor - self.start.position));
         let attitude = left(&conjugated(&self.start.attitude)) * placed.attitude;
-        Place { position: position.into(), attitude: attitude.into() }
+        ModelPlace { position: position.into(), attitude: attitude.into() }
     }
 }
 
@@ -70,7 +70,7 @@ fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
 pub(super) fn turned(
     ending: &str,
     axis: Option<&Numbers<3>>,
-    attitude: Option<&Turned>,
+    attitude: Option<&AttitudeEntry>,
 ) -> Result<Option<Vector4<f64>>, String> {
     match (axis, attitude) {
         (None, None) => Ok(None),

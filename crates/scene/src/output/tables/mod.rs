@@ -38,7 +38,7 @@ mod write;
 
 pub use key::KeyText;
 pub use named::Misplaced;
-pub use read::{ContactRow, GearRow, JointRow, StepRow, TableStep, TablesReader};
+pub use read::{ContactRow, GearTableRow, JointRow, StepRow, TableStep, TablesReader};
 pub use write::TablesWriter;
 
 use std::fmt;

@@ -28,7 +28,7 @@ pub(super) fn size(piece: &Piece) -> f64 {
 const ELSEWHERE: &str = "is not where the features of its key are";
 
 /// The pieces of a contact, the point's owner first.
-pub(super) type Pieces<'a> = (&'a Piece, &'a Piece);
+pub(super) type ContactPieces<'a> = (&'a Piece, &'a Piece);
 
 /// What the key names of the point's owner and of the plane's; a vertex is one piece's alone.
 fn parts(key: &ContactKey, pair: &PairFeatures) -> (Option<Part>, Option<Part>) {
@@ -85,7 +85,7 @@ pub(super) fn check(
     key: &ContactKey,
     pair: &PairFeatures,
     features: &Features,
-    (own, theirs): Pieces<'_>,
+    (own, theirs): ContactPieces<'_>,
     body: &RigidBody,
 ) -> Result<(), Misplaced> {
     let (of_own, of_theirs) = parts(key, pair);
@@ -138,7 +138,7 @@ pub(super) fn check_round(
     key: &ContactKey,
     pair: &PairFeatures,
     features: &Features,
-    (own, theirs): Pieces<'_>,
+    (own, theirs): ContactPieces<'_>,
     body: &RigidBody,
 ) -> Result<(), Misplaced> {
     let (of_own, of_theirs) = parts(key, pair);
@@ -161,7 +161,7 @@ pub(super) fn check_round(
 pub(super) fn check_start(
     (key, pair): (&ContactKey, &PairFeatures),
     features: &Features,
-    (own, theirs): Pieces<'_>,
+    (own, theirs): ContactPieces<'_>,
     seen: &Vector3<f64>,
     moved: f64,
 ) -> Result<(), Misplaced> {

@@ -1,7 +1,7 @@
 //! Rows become steps, every header, order and field checked.
 
 use super::{KeyText, Streams, Table};
-use crate::output::sheet::{RowsError, Sheet, Steps};
+use crate::output::sheet::{RowsError, Steps, TableReader};
 use nalgebra::Vector3;
 use std::io::Read;
 use tumble_core::contact::Partner;
@@ -23,7 +23,7 @@ pub struct TableStep {
     /// The joints, one a joint of the world.
     pub joints: Vec<JointRow>,
     /// The gears, one a gear of the world.
-    pub gears: Vec<GearRow>,
+    pub gears: Vec<GearTableRow>,
 }
 
 /// A row of the table `steps`.
@@ -111,7 +111,7 @@ impl JointRow {
 
 /// A row of the table `gears`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GearRow {
+pub struct GearTableRow {
     /// Its two coordinates at k, m or rad.
     pub coordinates: [f64; 2],
     /// Its force along the first one over the step, N or N m.
@@ -125,7 +125,7 @@ const TOO_LONG: &str = "there are rows after the step of status `end`";
 
 /// Reads the tables of a run step by step, in memory for one step.
 pub struct TablesReader<R: Read> {
-    sheets: Streams<Sheet<R>>,
+    sheets: Streams<TableReader<R>>,
     counts: [usize; 3],
     order: Steps,
     ended: bool,
@@ -246,7 +246,7 @@ impl<R: Read> TablesReader<R> {
             for gear in 0..gears_in_all {
                 begin(sheet, &step.row, gear)?;
                 let (coordinates, force) = (sheet.numbers(3)?, sheet.number(5)?);
-                step.gears.push(GearRow { coordinates, force, residual: sheet.number(6)? });
+                step.gears.push(GearTableRow { coordinates, force, residual: sheet.number(6)? });
             }
         }
         self.ended = status == StepStatus::End;
@@ -256,7 +256,7 @@ impl<R: Read> TablesReader<R> {
 
 /// Reads the states of all bodies of a step.
 fn states_of<R: Read>(
-    sheet: &mut Sheet<R>,
+    sheet: &mut TableReader<R>,
     step: &StepRow,
     bodies: usize,
 ) -> Result<Vec<State>, RowsError> {
@@ -269,7 +269,11 @@ fn states_of<R: Read>(
 }
 
 /// Reads the row of a step's body, joint or gear, and its first three columns.
-fn begin<R: Read>(sheet: &mut Sheet<R>, step: &StepRow, number: usize) -> Result<(), RowsError> {
+fn begin<R: Read>(
+    sheet: &mut TableReader<R>,
+    step: &StepRow,
+    number: usize,
+) -> Result<(), RowsError> {
     sheet.need_row(CUT_OFF)?;
     sheet.expect(0, step.index)?;
     sheet.expect(2, number as u64)?;
@@ -280,7 +284,7 @@ fn begin<R: Read>(sheet: &mut Sheet<R>, step: &StepRow, number: usize) -> Result
 }
 
 fn step_row<R: Read>(
-    sheet: &Sheet<R>,
+    sheet: &TableReader<R>,
     (index, status): (u64, StepStatus),
     tied: bool,
 ) -> Result<StepRow, RowsError> {
@@ -301,7 +305,7 @@ fn step_row<R: Read>(
     })
 }
 
-fn joint_row<R: Read>(sheet: &Sheet<R>) -> Result<JointRow, RowsError> {
+fn joint_row<R: Read>(sheet: &TableReader<R>) -> Result<JointRow, RowsError> {
     let vector = |first| sheet.numbers::<3>(first).map(Vector3::from);
     let [locked, drive] = sheet.numbers(21)?;
     Ok(JointRow {
@@ -316,7 +320,7 @@ fn joint_row<R: Read>(sheet: &Sheet<R>) -> Result<JointRow, RowsError> {
 }
 
 fn contact_row<R: Read>(
-    sheet: &mut Sheet<R>,
+    sheet: &mut TableReader<R>,
     (k, number): (u64, usize),
 ) -> Result<ContactRow, RowsError> {
     sheet.need_row(CUT_OFF)?;
@@ -345,7 +349,7 @@ fn contact_row<R: Read>(
 }
 
 /// The sheet of a table, of a run with joints or without.
-fn sheet<R: Read>(table: Table, stream: R, joints: bool) -> Result<Sheet<R>, RowsError> {
+fn sheet<R: Read>(table: Table, stream: R, joints: bool) -> Result<TableReader<R>, RowsError> {
     let columns = table.columns(joints).iter().map(|&name| name.to_owned());
-    Sheet::new(table.name(), stream, |_| columns.collect())
+    TableReader::new(table.name(), stream, |_| columns.collect())
 }

@@ -115,7 +115,7 @@ impl ContactRow {
         &self,
         world: &'a World,
         pair: &PairFeatures,
-    ) -> Result<named::Pieces<'a>, Misplaced> {
+    ) -> Result<named::ContactPieces<'a>, Misplaced> {
         let own = world.bodies()[self.body].pieces().get(pair.pieces.0);
         let own = own.ok_or("is of a piece that is not there")?;
         let theirs = match self.partner {
@@ -197,7 +197,7 @@ impl ContactRow {
         &self,
         world: &World,
         features: Features,
-        pieces: named::Pieces<'_>,
+        pieces: named::ContactPieces<'_>,
     ) -> Result<Features, Misplaced> {
         let pair = self.key.pair.ok_or("has a key without pieces")?;
         let (key, body) = (self.key.between(self.body, self.partner), &world.bodies()[self.body]);

@@ -1,7 +1,7 @@
 //! Records become rows.
 
-use super::{ContactRow, GearRow, JointRow, KeyText, StepRow, Streams, Table, TableStep};
-use crate::output::rows::{Kept, RowWriter};
+use super::{ContactRow, GearTableRow, JointRow, KeyText, StepRow, Streams, Table, TableStep};
+use crate::output::rows::{RowChoice, RowWriter};
 use nalgebra::Vector3;
 use std::io::{self, Write};
 use tumble_core::contact::certificate::Claim;
@@ -18,7 +18,7 @@ pub struct TablesWriter<W: Write> {
     world: World,
     /// How joints' frames in the world move.
     courses: Vec<(usize, Knots)>,
-    kept: Kept,
+    kept: RowChoice,
 }
 
 impl<W: Write> TablesWriter<W> {
@@ -49,7 +49,7 @@ impl<W: Write> TablesWriter<W> {
     }
 
     fn of(tables: Streams<RowWriter<W>>, world: &World) -> Self {
-        Self { tables, world: world.clone(), courses: Vec::new(), kept: Kept::ALL }
+        Self { tables, world: world.clone(), courses: Vec::new(), kept: RowChoice::ALL }
     }
 
     /// The same of a run in which the frames in the world of these joints move.
@@ -62,7 +62,7 @@ impl<W: Write> TablesWriter<W> {
     /// The same of each `every`-th step alone, counted from the step `first`, and of the last state; every one for 0.
     #[must_use]
     pub fn every(mut self, every: u64, first: u64) -> Self {
-        self.kept = Kept::new(every, first);
+        self.kept = RowChoice::new(every, first);
         self
     }
 
@@ -225,7 +225,7 @@ impl TableStep {
         };
         let contacts = ContactRow::of(record).collect();
         let joints = JointRow::of(world, record).collect();
-        let gears = GearRow::of(world, record).collect();
+        let gears = GearTableRow::of(world, record).collect();
         Self { row, states: record.states.clone(), ends: Vec::new(), contacts, joints, gears }
     }
 }
@@ -286,7 +286,7 @@ impl JointRow {
     }
 }
 
-impl GearRow {
+impl GearTableRow {
     /// The rows of the gears of `world` in a step; see [`TableStep::of`].
     pub fn of<'a>(world: &'a World, record: &'a StepRecord) -> impl Iterator<Item = Self> + 'a {
         let (solution, is_end) = (&record.solution, record.report.status == StepStatus::End);
