@@ -6,7 +6,7 @@
 #[path = "../bench/measure/src/lib.rs"]
 mod boxes;
 
-use boxes::Scene;
+use boxes::BenchScene;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use std::error::Error;
 use tumble_core::simulation::{Simulation, StepRecord};
@@ -25,7 +25,7 @@ fn benches(criterion: &mut Criterion) -> Result<(), Box<dyn Error>> {
     let mut group = criterion.benchmark_group("several");
     group.sample_size(10);
     for (name, text, before, steps) in PARTS {
-        let scene: Scene = serde_json::from_str(text)?;
+        let scene: BenchScene = serde_json::from_str(text)?;
         let world = scene.world()?;
         assert!(before + steps <= scene.steps, "{name}: behind the end of the scene");
         let advance = |simulation: &mut Simulation<'_>, steps: usize| {

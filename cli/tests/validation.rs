@@ -7,7 +7,7 @@ use tumble::step_nlp::SMOOTHING;
 use tumble_core::error::Error;
 use tumble_core::step::StepSolver;
 use tumble_core::world::World;
-use tumble_validation::{Input, Inputs, PROBLEMS, Problem, Runner, find};
+use tumble_validation::{Input, PROBLEMS, Runner, TestInputs, TestProblem, find};
 
 fn ipopt(world: &World) -> Result<Box<dyn StepSolver>, Error> {
     let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
@@ -15,7 +15,7 @@ fn ipopt(world: &World) -> Result<Box<dyn StepSolver>, Error> {
 }
 
 /// Solves the problem with this time step (s); every step converges and every quantity holds.
-fn assert_holds(problem: &Problem, inputs: &Inputs, time_step: f64) {
+fn assert_holds(problem: &TestProblem, inputs: &TestInputs, time_step: f64) {
     let mut runner = Runner::new(&ipopt, time_step).smoothed(SMOOTHING);
     let findings = problem.solve(inputs, &mut runner).unwrap();
     assert_eq!(runner.counts.failed, 0, "{}", problem.name);
@@ -27,7 +27,8 @@ fn assert_holds(problem: &Problem, inputs: &Inputs, time_step: f64) {
 /// At five times the usual step, which takes a fifth of the steps.
 #[test]
 fn ipopt_has_the_answers() {
-    let takes = |problem: &&Problem| problem.native_only.is_none() && problem.bodies <= MOST_BODIES;
+    let takes =
+        |problem: &&TestProblem| problem.native_only.is_none() && problem.bodies <= MOST_BODIES;
     assert!(PROBLEMS.iter().filter(takes).filter(|problem| problem.bodies > 1).count() >= 6);
     for problem in PROBLEMS.iter().filter(takes) {
         let inputs = problem.inputs();

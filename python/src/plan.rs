@@ -2,7 +2,7 @@
 
 use crate::arrays::{numbers, of_states, shaped, to_states};
 use crate::errors::{of_step, refused};
-use crate::scene::{Scene, in_python};
+use crate::scene::{PyScene, in_python};
 use crate::watch::Watched;
 use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -21,7 +21,7 @@ use tumble_scene::written;
 #[pyo3(signature = (scene, text, start, states, time, threads))]
 pub fn plan<'py>(
     py: Python<'py>,
-    scene: PyRef<'_, Scene>,
+    scene: PyRef<'_, PyScene>,
     text: &str,
     start: Option<PyReadonlyArrayDyn<'_, f64>>,
     states: Option<PyReadonlyArrayDyn<'_, f64>>,

@@ -1,12 +1,12 @@
 //! A run that was recorded: as arrays, as tables, as pictures.
 
-use crate::arrays::{numbers, shaped};
-use crate::contacts::{COLUMNS, Columns, Names};
+use crate::arrays::{Array, numbers, shaped};
+use crate::contacts::{COLUMNS, ContactColumns, PartnerNames};
 use crate::errors::refused;
-use crate::scene::{Scene, in_python};
+use crate::scene::{PyScene, in_python};
 use crate::watch::Watched;
 use nalgebra::Vector3;
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyDict};
@@ -36,7 +36,7 @@ const MOST_ROWS: usize = 1_000_000;
 
 /// A recorded run: K rows, the last one a state without a step.
 #[pyclass(frozen, name = "Recording", module = "tumble._tumble")]
-pub struct Recording {
+pub struct PyRecording {
     pub content: Arc<Content>,
     pub rows: Vec<TableStep>,
     /// The sum of the contact forces on each body over each step, N: K - 1 times N.
@@ -59,19 +59,17 @@ pub fn add_forces(step: &TableStep, sums: &mut Vec<Vector3<f64>>) {
     }
 }
 
-type Array<'py, T> = Bound<'py, PyArrayDyn<T>>;
-
 /// How far the norm of an attitude that is read from trajectory.csv may be from 1.
 const NORM: f64 = 1e-2;
 
 #[pymethods]
-impl Recording {
+impl PyRecording {
     /// The run, or a part of one, whose tables (bytes of states, contacts, steps, of scenes with joints
     /// joints, and of scenes with gears gears) these are. The forces (K - 1, N, 3) are those of a run without recorded contacts.
     #[staticmethod]
     #[pyo3(signature = (scene, states, contacts, steps, joints=None, gears=None, forces=None))]
     fn of_tables(
-        scene: PyRef<'_, Scene>,
+        scene: PyRef<'_, PyScene>,
         states: &[u8],
         contacts: &[u8],
         steps: &[u8],
@@ -131,7 +129,7 @@ impl Recording {
 
     /// The run whose table trajectory.csv (bytes) this is, of a scene of one body and the ground.
     #[staticmethod]
-    fn of_trajectory(scene: PyRef<'_, Scene>, table: &[u8]) -> PyResult<Self> {
+    fn of_trajectory(scene: PyRef<'_, PyScene>, table: &[u8]) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
         let odd = |why: &dyn std::fmt::Display| refused(format!("trajectory: {why}"));
         let world = &content.world;
@@ -343,8 +341,8 @@ impl Recording {
         columns.set_item("k", shaped(py, indices, &[count])?)?;
         let rows = self.rows.iter().flat_map(|step| &step.contacts);
         let pairs = rows.clone().map(|row| (row.body, row.partner)).collect();
-        let names = Arc::new(Names::of(py, &self.content));
-        let contacts = Columns::of(py, pairs, rows, names);
+        let names = Arc::new(PartnerNames::of(py, &self.content));
+        let contacts = ContactColumns::of(py, pairs, rows, names);
         for name in COLUMNS {
             columns.set_item(name, contacts.column(py, name)?)?;
         }
@@ -439,7 +437,7 @@ impl Recording {
     }
 }
 
-impl Recording {
+impl PyRecording {
     fn film(&self) -> PyResult<Film> {
         if self.rows.len() > MOST_ROWS {
             return Err(refused(format!("a picture is made of at most {MOST_ROWS} rows")));

@@ -50,12 +50,12 @@ pub fn in_python(failure: Failure) -> PyErr {
 
 /// What can be simulated. Made by its subclass in Python.
 #[pyclass(frozen, subclass, name = "CoreScene", module = "tumble._tumble")]
-pub struct Scene {
+pub struct PyScene {
     pub content: Arc<Content>,
 }
 
 #[pymethods]
-impl Scene {
+impl PyScene {
     /// The scene of a scenario's text. `path` names it in errors, and meshes are beside it. A `model` that a
     /// simulation tells has other bodies in place of those of the text.
     #[new]
@@ -306,7 +306,7 @@ fn solver_name(name: &str) -> PyResult<SolverName> {
     }
 }
 
-impl Scene {
+impl PyScene {
     /// Axes of joints by the names of these and their numbers.
     fn axes(&self, axes: Vec<(usize, JointAxis)>) -> Vec<(String, usize)> {
         let number = |axis| match axis {

@@ -1,7 +1,7 @@
 //! What goes into a batch of rollouts and what comes out, and whether it fits.
 
 use super::varied::{Varied, varied};
-use super::watch::Watch;
+use super::watch::RolloutWatch;
 use nalgebra::{SVector, Vector3};
 use std::sync::Arc;
 use tumble_core::error::Error;
@@ -47,7 +47,7 @@ pub struct Batch<'a> {
 
 /// Memory for what comes out, the caller's. What is empty is not wanted.
 #[derive(Debug, Default)]
-pub struct Outputs<'a> {
+pub struct RolloutOutputs<'a> {
     /// The states after each step: (B, T, N, 13).
     pub states: &'a mut [f64],
     /// The states after the last step alone: (B, N, 13).
@@ -74,7 +74,7 @@ impl Batch<'_> {
     }
 
     /// Refuses arrays of other lengths than their shapes say.
-    pub(super) fn check(&self, outputs: &Outputs<'_>) -> Result<(), Error> {
+    pub(super) fn check(&self, outputs: &RolloutOutputs<'_>) -> Result<(), Error> {
         let (b, t, n) = (self.rollouts, self.steps, self.bodies());
         count("rollouts", b, "1 or more", b > 0)?;
         count("steps of a rollout", t, "1 or more", t > 0)?;
@@ -120,7 +120,7 @@ impl Batch<'_> {
     pub(super) fn simulation(
         &self,
         rollout: usize,
-        watch: Watch<'_>,
+        watch: RolloutWatch<'_>,
     ) -> Result<(Simulation<'static>, Driven), Error> {
         let world = if self.parameters.is_empty() {
             self.world.clone()
@@ -242,7 +242,7 @@ fn count(
     if fits { Ok(()) } else { Err(Error::Count { field, count, allowed }) }
 }
 
-impl<'a> Outputs<'a> {
+impl<'a> RolloutOutputs<'a> {
     /// The parts that belong to one rollout each, one after the other.
     pub(super) fn shares(self, rollouts: usize) -> impl Iterator<Item = Self> {
         let mut states = parts(self.states, rollouts);

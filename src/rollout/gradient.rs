@@ -4,7 +4,7 @@
 
 use super::batch::{Batch, of};
 use super::run::{RolloutError, hand_out};
-use super::watch::Watch;
+use super::watch::RolloutWatch;
 use std::num::NonZeroUsize;
 use tumble_core::derivative::StateChange;
 use tumble_core::error::Error;
@@ -74,7 +74,7 @@ pub fn gradients(
     cotangents: Cotangents<'_>,
     by: By<'_>,
     threads: NonZeroUsize,
-    watch: Watch<'_>,
+    watch: RolloutWatch<'_>,
 ) -> Result<Gradients, RolloutError> {
     let of_all = |error| RolloutError { rollout: None, error };
     check(batch, cotangents).map_err(of_all)?;
@@ -100,7 +100,7 @@ fn six(wrench: &Wrench) -> [f64; 6] {
 }
 
 fn check(batch: &Batch<'_>, cotangents: Cotangents<'_>) -> Result<(), Error> {
-    batch.check(&super::Outputs::default())?;
+    batch.check(&super::RolloutOutputs::default())?;
     let (numbers, width, allowed) = match cotangents {
         Cotangents::Ends(numbers) => (numbers, batch.change_width(), "(B or 1, N, 12)"),
         Cotangents::States(numbers) => {
@@ -119,7 +119,7 @@ fn one(
     batch: &Batch<'_>,
     cotangents: Cotangents<'_>,
     By { constants: by, smoothing }: By<'_>,
-    (rollout, watch): (usize, Watch<'_>),
+    (rollout, watch): (usize, RolloutWatch<'_>),
 ) -> Result<RunGradient, Error> {
     let (mut simulation, driven) = batch.simulation(rollout, watch)?;
     let (width, steps) = (batch.change_width(), batch.steps as u64);

@@ -15,11 +15,11 @@ use tumble_core::contact::{
 };
 use tumble_core::geometry::mesh::{Mesh, parse_obj, parse_stl};
 use tumble_core::geometry::{
-    Aabb, Hint, Hull, Piece, Scratch, Side, Sweep, bound, manifold, overlap, separation,
+    Aabb, Hint, Hull, PairScratch, Piece, PieceSide, Sweep, bound, manifold, overlap, separation,
 };
 use tumble_core::mechanics::load::Polyline;
 use tumble_core::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
-use tumble_core::simulation::wild::Judge;
+use tumble_core::simulation::wild::EnergyJudge;
 use tumble_core::step::StepSolution;
 use tumble_core::world::{Parameters, World};
 
@@ -142,7 +142,7 @@ fn lists_of_any_length_make_no_search_panic() {
                     for forces in [0, contacts.len(), contacts.len() + 1] {
                         let forces = vec![Vector3::zeros(); forces];
                         panics.look("Judge::is_wild", || {
-                            Judge::new().is_wild(&world, &claim, forces.iter().copied(), 1.0)
+                            EnergyJudge::new().is_wild(&world, &claim, forces.iter().copied(), 1.0)
                         });
                         panics.look("Certifier::contact_step", || {
                             Certifier::new().contact_step(&world, &claim, forces)
@@ -178,7 +178,7 @@ fn a_step_without_a_state_of_every_body_is_not_taken_for_one() {
     );
     let is_wild = |claim: &Claim<'_>| {
         let forces = vec![Vector3::zeros(); claim.contacts.len()];
-        Judge::new().is_wild(&world, claim, forces, 1e-9)
+        EnergyJudge::new().is_wild(&world, claim, forces, 1e-9)
     };
     assert!(!is_wild(&whole));
     for claim in [
@@ -357,7 +357,7 @@ fn hints_and_poses_of_anything_make_no_geometry_panic() {
         pose(0.9, f64::NAN),
         pose(1e300, 0.0),
     ];
-    let (mut scratch, mut touches) = (Scratch::default(), Vec::new());
+    let (mut scratch, mut touches) = (PairScratch::default(), Vec::new());
     for of in &pieces {
         for other in &pieces {
             for at in &poses {
@@ -368,7 +368,7 @@ fn hints_and_poses_of_anything_make_no_geometry_panic() {
                         (of, &poses[0]),
                         (other, &poses[1]),
                         0.1,
-                        Side::B,
+                        PieceSide::B,
                         &mut hint,
                         &mut scratch,
                         &mut touches,
@@ -379,7 +379,7 @@ fn hints_and_poses_of_anything_make_no_geometry_panic() {
                     panics.look("separation", || separation(a, b, &mut one, &mut scratch));
                     panics.look("overlap", || overlap(a, b, &mut two, &mut scratch));
                     panics.look("manifold", || {
-                        manifold(b, a, 0.1, Side::A, &mut three, &mut scratch, &mut touches)
+                        manifold(b, a, 0.1, PieceSide::A, &mut three, &mut scratch, &mut touches)
                     });
                 }
             }
@@ -442,7 +442,7 @@ fn empty_lists_and_missing_parts_are_refused() {
         assert!(refused, "{name}");
     }
     assert_eq!(Polyline::new(vec![]).unwrap().mean(0.0, 1.0), Vector3::zeros());
-    let layout = several::Layout::new(1, [true]);
+    let layout = several::SeveralLayout::new(1, [true]);
     assert_eq!((layout.friction(1), layout.friction_rows(9)), (None, None));
     let mut point = ProgramPoint::zeros(8);
     let nothing = StepSolution::default();

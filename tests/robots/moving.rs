@@ -4,7 +4,7 @@ use serde_json::Value;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble_core::joint::{Axis, Gear, GearAxis, JointAxis, Turning};
+use tumble_core::joint::{Axis, Gear, GearAxis, JointAxis, TurnKind};
 use tumble_core::mechanics::State;
 use tumble_core::simulation::random::Draws;
 use tumble_core::simulation::{Simulation, StepRecord};
@@ -113,7 +113,7 @@ fn ball(joint: &str) -> String {
 fn a_free_sphere_slows_down_as_its_damper_has_it() {
     let scene = scene_of(&ball(r#"<joint type="free" damping="0.5"/>"#), None).unwrap();
     let [joint] = scene.world.joints() else { panic!("{:?}", scene.world.joints()) };
-    assert_eq!(joint.turning(), Turning::Driven);
+    assert_eq!(joint.turning(), TurnKind::Driven);
     let mut simulation = simulation(&scene);
     let v = [3.0, -4.0, 12.0, 0.3, -0.4, 1.2];
     set(&scene, &mut simulation, (&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], &v));

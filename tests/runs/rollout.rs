@@ -9,7 +9,8 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use tumble::rollout::{
-    Batch, Constant, Outputs, Report, RolloutError, Tally, Varied, Watch, roll_out,
+    Batch, Constant, RolloutError, RolloutOutputs, RolloutReport, RolloutTally, RolloutWatch,
+    Varied, roll_out,
 };
 use tumble_core::error::Error;
 use tumble_core::geometry::Piece;
@@ -52,7 +53,7 @@ struct Out {
     forces: Vec<f64>,
     residuals: Vec<f64>,
     statuses: Vec<u8>,
-    report: Report,
+    report: RolloutReport,
 }
 
 fn run(batch: &Batch<'_>, threads: usize) -> Result<Out, RolloutError> {
@@ -60,7 +61,7 @@ fn run(batch: &Batch<'_>, threads: usize) -> Result<Out, RolloutError> {
     let (mut states, mut forces) = (vec![0.0; rows * n * 13], vec![0.0; rows * n * 3]);
     let mut ends = vec![0.0; batch.rollouts * n * 13];
     let (mut residuals, mut statuses) = (vec![0.0; rows], vec![0; rows]);
-    let outputs = Outputs {
+    let outputs = RolloutOutputs {
         states: &mut states,
         ends: &mut ends,
         forces: &mut forces,
@@ -68,7 +69,7 @@ fn run(batch: &Batch<'_>, threads: usize) -> Result<Out, RolloutError> {
         statuses: &mut statuses,
     };
     let threads = NonZeroUsize::new(threads).unwrap();
-    let report = roll_out(batch, outputs, threads, Watch::default())?;
+    let report = roll_out(batch, outputs, threads, RolloutWatch::default())?;
     let last = states.chunks(batch.steps * n * 13).flat_map(|run| &run[run.len() - n * 13..]);
     assert!(ends.iter().eq(last));
     Ok(Out { states, forces, residuals, statuses, report })
@@ -81,11 +82,11 @@ fn looped(simulations: Vec<Simulation<'static>>, push: impl Fn(usize, usize) -> 
         forces: Vec::new(),
         residuals: Vec::new(),
         statuses: Vec::new(),
-        report: Report::default(),
+        report: RolloutReport::default(),
     };
     let mut record = StepRecord::new();
     for (rollout, mut simulation) in simulations.into_iter().enumerate() {
-        let mut tally = Tally::default();
+        let mut tally = RolloutTally::default();
         for step in 0..T {
             simulation.set_wrench(0, push(rollout, step)).unwrap();
             simulation.step(&mut record).unwrap();
@@ -263,8 +264,8 @@ fn arrays_of_other_lengths_and_odd_rollouts_are_refused_by_name() {
         assert_eq!(error.to_string(), sentence);
     }
     let mut states = [0.0; 12];
-    let outputs = Outputs { states: &mut states, ..Outputs::default() };
-    let error = roll_out(&good, outputs, NonZeroUsize::MIN, Watch::default()).unwrap_err();
+    let outputs = RolloutOutputs { states: &mut states, ..RolloutOutputs::default() };
+    let error = roll_out(&good, outputs, NonZeroUsize::MIN, RolloutWatch::default()).unwrap_err();
     assert!(error.to_string().starts_with("numbers for states: 12 given"), "{error}");
 }
 
@@ -345,9 +346,9 @@ fn a_batch_ends_when_its_flag_is_raised_and_counts_its_steps() {
     let world = cube_world(SOLID);
     let start = numbers(&[thrown(0)]);
     let (flag, done) = (Arc::new(AtomicBool::new(false)), AtomicU64::new(0));
-    let watch = Watch { interrupt: Some(&flag), done: Some(&done) };
+    let watch = RolloutWatch { interrupt: Some(&flag), done: Some(&done) };
     let two = NonZeroUsize::new(2).unwrap();
-    roll_out(&batch(&world, &start, 4), Outputs::default(), two, watch).unwrap();
+    roll_out(&batch(&world, &start, 4), RolloutOutputs::default(), two, watch).unwrap();
     assert_eq!(done.load(Ordering::Relaxed), 4 * T as u64);
     let endless = Batch { steps: 1_000_000_000, ..batch(&world, &start, 4) };
     let error = std::thread::scope(|scope| {
@@ -357,7 +358,7 @@ fn a_batch_ends_when_its_flag_is_raised_and_counts_its_steps() {
             }
             flag.store(true, Ordering::Relaxed);
         });
-        roll_out(&endless, Outputs::default(), two, watch).unwrap_err()
+        roll_out(&endless, RolloutOutputs::default(), two, watch).unwrap_err()
     });
     assert_eq!(error, RolloutError { rollout: None, error: Error::Interrupted });
 }
@@ -370,9 +371,9 @@ fn steps_of_a_rollout_allocate_nothing() {
     let count = |steps: usize| {
         let batch = Batch { steps, ..batch(&world, &start, 1) };
         let mut states = vec![0.0; steps * 13];
-        let outputs = Outputs { states: &mut states, ..Outputs::default() };
+        let outputs = RolloutOutputs { states: &mut states, ..RolloutOutputs::default() };
         measure(|| {
-            roll_out(&batch, outputs, NonZeroUsize::MIN, Watch::default()).unwrap();
+            roll_out(&batch, outputs, NonZeroUsize::MIN, RolloutWatch::default()).unwrap();
         })
         .count_total
     };

@@ -13,7 +13,7 @@ use tumble_core::world::{Fixed, Parameters, World};
 
 /// Boxes on the plane z = 0, and for how many steps.
 #[derive(Deserialize)]
-pub struct Scene {
+pub struct BenchScene {
     /// How many.
     pub steps: usize,
     /// h.
@@ -51,7 +51,7 @@ pub struct Cuboid {
     pub start: [f64; 13],
 }
 
-impl Scene {
+impl BenchScene {
     /// The world of the scene.
     pub fn world(&self) -> Result<World, Error> {
         let body = |cuboid: &Cuboid| {

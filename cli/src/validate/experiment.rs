@@ -14,7 +14,8 @@ use tumble_core::step::StepSolver;
 use tumble_core::world::World;
 use tumble_model::shown;
 use tumble_validation::{
-    Input, Inputs, PROBLEMS, Problem, Refusal, Runner, Series, Solver, Trial, find,
+    ErrorSeries, Input, PROBLEMS, Refusal, ReportedSolver, Runner, TestInputs, TestProblem, Trial,
+    find,
 };
 
 /// Ipopt's usual step in steps of the problem: it is some thousand times slower.
@@ -22,8 +23,8 @@ const IPOPT_STEP: f64 = 5.0;
 
 /// A problem with the inputs it is to be run with.
 pub struct ExperimentPlan {
-    pub problem: &'static Problem,
-    pub inputs: Inputs,
+    pub problem: &'static TestProblem,
+    pub inputs: TestInputs,
     /// The time step of `--dt`, s.
     step: Option<f64>,
     /// The flags that change something for this problem.
@@ -37,11 +38,11 @@ pub enum ExperimentStop {
 }
 
 /// The problems that `args` name, or all.
-pub fn chosen(args: &ValidateArgs) -> Result<Vec<&'static Problem>, Failure> {
+pub fn chosen(args: &ValidateArgs) -> Result<Vec<&'static TestProblem>, Failure> {
     if args.problems.is_empty() {
         return Ok(PROBLEMS.iter().collect());
     }
-    let mut chosen: Vec<&'static Problem> = Vec::new();
+    let mut chosen: Vec<&'static TestProblem> = Vec::new();
     for name in &args.problems {
         let problem = find(name).ok_or_else(|| {
             let names: Vec<_> = PROBLEMS.iter().map(|problem| problem.name).collect();
@@ -99,16 +100,16 @@ pub fn given(args: &ValidateArgs) -> Vec<(Input, f64)> {
 }
 
 /// The solvers that `solvers` names, in the order of their runs.
-pub fn each(solvers: Solvers) -> &'static [Solver] {
+pub fn each(solvers: Solvers) -> &'static [ReportedSolver] {
     match solvers {
-        Solvers::Native => &[Solver::Native],
-        Solvers::Ipopt => &[Solver::Ipopt],
-        Solvers::Both => &[Solver::Native, Solver::Ipopt],
+        Solvers::Native => &[ReportedSolver::Native],
+        Solvers::Ipopt => &[ReportedSolver::Ipopt],
+        Solvers::Both => &[ReportedSolver::Native, ReportedSolver::Ipopt],
     }
 }
 
 /// Why Ipopt does not take the problem; `None` where it does.
-fn beyond_ipopt(problem: &Problem) -> Option<String> {
+fn beyond_ipopt(problem: &TestProblem) -> Option<String> {
     let bodies = problem.bodies;
     let many = || format!("it has {bodies} bodies, and Ipopt's path takes up to {MOST_BODIES}");
     let why = problem.native_only.map(str::to_owned);
@@ -116,13 +117,13 @@ fn beyond_ipopt(problem: &Problem) -> Option<String> {
 }
 
 /// Whether `solver` takes the problem.
-pub fn takes(solver: Solver, problem: &Problem) -> bool {
-    solver == Solver::Native || beyond_ipopt(problem).is_none()
+pub fn takes(solver: ReportedSolver, problem: &TestProblem) -> bool {
+    solver == ReportedSolver::Native || beyond_ipopt(problem).is_none()
 }
 
 /// The problems of `args` that are not run with Ipopt where it is asked for, each with the reason.
 pub fn left_out(args: &ValidateArgs) -> Result<Vec<(&'static str, String)>, Failure> {
-    if !each(args.solver).contains(&Solver::Ipopt) {
+    if !each(args.solver).contains(&ReportedSolver::Ipopt) {
         return Ok(Vec::new());
     }
     let problems = chosen(args)?.into_iter();
@@ -137,7 +138,7 @@ pub fn flags(values: &[(Input, f64)], step: Option<f64>) -> String {
 }
 
 impl ExperimentPlan {
-    fn new(problem: &'static Problem, given: &[(Input, f64)], step: Option<f64>) -> Self {
+    fn new(problem: &'static TestProblem, given: &[(Input, f64)], step: Option<f64>) -> Self {
         let mut inputs = problem.inputs();
         let mut used = given.to_vec();
         used.retain(|(input, _)| inputs.has(*input));
@@ -148,14 +149,14 @@ impl ExperimentPlan {
     }
 
     /// The steps with which `solver` runs it, each half of the one before.
-    pub fn time_steps(&self, solver: Solver) -> Vec<f64> {
+    pub fn time_steps(&self, solver: ReportedSolver) -> Vec<f64> {
         let usual = self.inputs.time_step;
         match solver {
-            Solver::Native => {
+            ReportedSolver::Native => {
                 let step = self.step.unwrap_or(usual);
                 vec![step, 0.5 * step, 0.25 * step]
             }
-            Solver::Ipopt => {
+            ReportedSolver::Ipopt => {
                 let step = self.step.unwrap_or(IPOPT_STEP * usual);
                 vec![step, 0.5 * step]
             }
@@ -183,12 +184,12 @@ impl ExperimentPlan {
     /// All runs by `solver`; `done` is called after each.
     pub fn run(
         &self,
-        solver: Solver,
+        solver: ReportedSolver,
         interrupt: &Arc<AtomicBool>,
         done: impl Fn(),
-    ) -> Result<Series, ExperimentStop> {
+    ) -> Result<ErrorSeries, ExperimentStop> {
         let make = |world: &World| make_solver(solver, world, interrupt);
-        let smoothing = if solver == Solver::Ipopt { SMOOTHING } else { 0.0 };
+        let smoothing = if solver == ReportedSolver::Ipopt { SMOOTHING } else { 0.0 };
         let mut trials = Vec::new();
         for time_step in self.time_steps(solver) {
             let runner = Runner::new(&make, time_step).smoothed(smoothing);
@@ -201,12 +202,12 @@ impl ExperimentPlan {
             trials.push(Trial { time_step, findings, counts: runner.counts });
             done();
         }
-        Ok(Series { solver, trials })
+        Ok(ErrorSeries { solver, trials })
     }
 }
 
 /// The inputs of a problem in words: `mass 2 kg, mu 0.3`.
-pub fn inputs_in_words(problem: &Problem, inputs: &Inputs) -> String {
+pub fn inputs_in_words(problem: &TestProblem, inputs: &TestInputs) -> String {
     let word = |&(input, value): &(Input, f64)| {
         let value = shown::number(value);
         format!("{} {value} {}", input.name(), problem.unit(input)).trim_end().to_owned()
@@ -218,7 +219,7 @@ pub fn inputs_in_words(problem: &Problem, inputs: &Inputs) -> String {
 
 /// A solver, unless Ctrl-C came before it.
 fn make_solver(
-    solver: Solver,
+    solver: ReportedSolver,
     world: &World,
     interrupt: &Arc<AtomicBool>,
 ) -> Result<Box<dyn StepSolver>, Error> {
@@ -226,8 +227,8 @@ fn make_solver(
         return Err(Error::Interrupted);
     }
     Ok(match solver {
-        Solver::Native => Box::new(NativeSolver::new(world)),
-        Solver::Ipopt => {
+        ReportedSolver::Native => Box::new(NativeSolver::new(world)),
+        ReportedSolver::Ipopt => {
             let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
             ladder_for(world, Formulation::default(), options)?
         }

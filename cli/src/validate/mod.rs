@@ -12,7 +12,7 @@ use experiment::{ExperimentPlan, ExperimentStop};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_model::shown;
-use tumble_validation::{Experiment, Report, Solver, page};
+use tumble_validation::{Experiment, ReportedSolver, ValidationReport, page};
 
 /// `tumble validate`.
 pub fn run(args: &ValidateArgs) -> Result<Outcome, Failure> {
@@ -45,9 +45,10 @@ fn examine(
     args: &ValidateArgs,
     plans: Vec<ExperimentPlan>,
     interrupt: &Arc<AtomicBool>,
-) -> Result<Report, ExperimentStop> {
+) -> Result<ValidationReport, ExperimentStop> {
     let solvers = experiment::each(args.solver);
-    let takes = |solver: &&Solver, plan: &ExperimentPlan| experiment::takes(**solver, plan.problem);
+    let takes =
+        |solver: &&ReportedSolver, plan: &ExperimentPlan| experiment::takes(**solver, plan.problem);
     let runs = |plan: &ExperimentPlan| -> usize {
         let solvers = solvers.iter().filter(|solver| takes(solver, plan));
         solvers.map(|solver| plan.time_steps(*solver).len()).sum()
@@ -66,14 +67,14 @@ fn examine(
             let inputs = experiment::inputs_in_words(problem, &inputs);
             Experiment { problem: *problem, inputs, series }
         });
-    Ok(Report {
+    Ok(ValidationReport {
         program: format!("tumble {}, Ipopt {}", env!("CARGO_PKG_VERSION"), tumble::ipopt::VERSION),
         given: experiment::flags(&experiment::given(args), args.dt),
         experiments: experiments.collect(),
     })
 }
 
-fn outcome(report: &Report) -> Outcome {
+fn outcome(report: &ValidationReport) -> Outcome {
     let series = || report.experiments.iter().flat_map(|experiment| &experiment.series);
     let (holding, count) = report.holding();
     if series().any(|series| series.sum(|counts| counts.failed) > 0) {
@@ -89,34 +90,35 @@ fn outcome(report: &Report) -> Outcome {
 mod tests {
     use super::*;
     use tumble_validation::{
-        Claim, Convergence, Counts, Curve, Findings, Quantity, Series, Trial, find,
+        Convergence, ErrorSeries, ProblemFindings, QuantityClaim, StepCounts, TestCurve,
+        TestQuantity, Trial, find,
     };
 
     /// A report of one quantity of first order at two time steps, `error` m off the discrete
     /// answer at the second of them.
-    fn report(error: f64, failed: u64) -> Report {
+    fn report(error: f64, failed: u64) -> ValidationReport {
         let trial = |error: f64, time_step: f64| Trial {
             time_step,
-            findings: Findings {
-                quantities: vec![Quantity {
+            findings: ProblemFindings {
+                quantities: vec![TestQuantity {
                     name: "way",
                     unit: "m",
                     measured: 2.0 + time_step + error,
                     discrete: 2.0 + time_step,
                     exact: 2.0,
                     tolerance: 1e-5,
-                    claim: Claim::Equal,
+                    claim: QuantityClaim::Equal,
                     convergence: Convergence::Order(1),
                 }],
-                curve: Curve::default(),
+                curve: TestCurve::default(),
             },
-            counts: Counts { steps: 5, failed, fallback: 0, worst_residual: 1e-12 },
+            counts: StepCounts { steps: 5, failed, fallback: 0, worst_residual: 1e-12 },
         };
         let trials = vec![trial(0.0, 0.01), trial(error, 0.005)];
-        let series = vec![Series { solver: Solver::Native, trials }];
+        let series = vec![ErrorSeries { solver: ReportedSolver::Native, trials }];
         let (problem, inputs) = (*find("free-fall").unwrap(), "mass 2 kg".to_owned());
         let experiments = vec![Experiment { problem, inputs, series }];
-        Report { program: "tumble".to_owned(), given: String::new(), experiments }
+        ValidationReport { program: "tumble".to_owned(), given: String::new(), experiments }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::experiment::inputs_in_words;
 use std::fmt::Write as _;
-use tumble_validation::{Experiment, Problem, Report, Series};
+use tumble_validation::{ErrorSeries, Experiment, TestProblem, ValidationReport};
 use tumble_view::page::{brief, figure};
 
 const HEADS: [&str; 11] = [
@@ -13,10 +13,10 @@ const HEADS: [&str; 11] = [
 const WORDS: [usize; 4] = [0, 1, 2, 10];
 
 /// Name, description, inputs and usual time step of each problem.
-pub fn list(problems: &[&Problem]) -> String {
+pub fn list(problems: &[&TestProblem]) -> String {
     let mut text = String::new();
     for problem in problems {
-        let (inputs, Problem { name, about, .. }) = (problem.inputs(), problem);
+        let (inputs, TestProblem { name, about, .. }) = (problem.inputs(), problem);
         let (words, step) = (inputs_in_words(problem, &inputs), inputs.time_step);
         let _ = writeln!(text, "{name}\n  {about}\n  inputs: {words}, dt {step} s");
     }
@@ -24,7 +24,7 @@ pub fn list(problems: &[&Problem]) -> String {
 }
 
 /// The tables of all problems.
-pub fn describe(report: &Report) -> String {
+pub fn describe(report: &ValidationReport) -> String {
     let mut text = String::new();
     for experiment in &report.experiments {
         let _ = writeln!(text, "{}: {}", experiment.problem.name, experiment.inputs);
@@ -83,7 +83,7 @@ fn align(text: &mut String, rows: &[[String; 11]]) {
 }
 
 /// The statistics of the steps of a solver.
-fn counts(text: &mut String, series: &Series) {
+fn counts(text: &mut String, series: &ErrorSeries) {
     let steps: Vec<_> = series.trials.iter().map(|trial| trial.time_step.to_string()).collect();
     let _ = writeln!(
         text,
@@ -104,7 +104,7 @@ pub fn left_out(problems: &[(&str, String)]) -> String {
 }
 
 /// The quantities that are off, a line each, and how many hold.
-pub fn verdict(report: &Report) -> String {
+pub fn verdict(report: &ValidationReport) -> String {
     let mut text = String::new();
     for experiment in &report.experiments {
         for series in &experiment.series {

@@ -6,7 +6,7 @@ use crate::recording::{RecordedStep, Recording};
 use crate::run::RunOutcome;
 use std::collections::BTreeMap;
 use tumble_core::mechanics::State;
-use tumble_core::simulation::summary::{Counted, RunSummary};
+use tumble_core::simulation::summary::{RunSummary, StatusCount};
 use tumble_core::step::StepStatus;
 use tumble_core::world::World;
 use tumble_model::shown;
@@ -53,7 +53,7 @@ impl StatusCounts {
             RecordedStep::Trajectory(row) => (row.iterations, row.restitution_share),
             RecordedStep::Tables(step) => (step.row.iterations, step.row.restitution_share),
         };
-        self.summary.count(&Counted {
+        self.summary.count(&StatusCount {
             index: step.index(),
             status: step.status(),
             iterations,

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tempfile::TempDir;
 use tumble_core::solver::native::NativeSolver;
-use tumble_validation::{Convergence, PROBLEMS, Problem, Quantity, Runner};
+use tumble_validation::{Convergence, PROBLEMS, Runner, TestProblem, TestQuantity};
 
 /// A finished validation in a directory of its own.
 struct Validated {
@@ -53,7 +53,7 @@ impl Validated {
 }
 
 /// What the library itself finds, with the usual inputs.
-fn quantities(problem: &Problem) -> Vec<Quantity> {
+fn quantities(problem: &TestProblem) -> Vec<TestQuantity> {
     let native = |model: &_| Ok(Box::new(NativeSolver::new(model)) as _);
     let inputs = problem.inputs();
     let mut runner = Runner::new(&native, inputs.time_step);

@@ -15,7 +15,7 @@ use crate::output::tables::{JointRow, StepRow, TableStep};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use tumble_core::simulation::scene as tutorial;
-use tumble_core::simulation::summary::{Counted, RunSummary};
+use tumble_core::simulation::summary::{RunSummary, StatusCount};
 use tumble_model::Model;
 use tumble_model::failure::Failure;
 use tumble_model::shown;
@@ -237,7 +237,7 @@ impl RunFile {
         for (place, step) in rows.iter().enumerate() {
             let StepRow { index, status, iterations, residual, restitution_share, .. } = step.row;
             let part = "";
-            summary.count(&Counted {
+            summary.count(&StatusCount {
                 index,
                 status,
                 iterations,

@@ -15,7 +15,7 @@ pub enum Input {
     Gravity,
     /// Slope of the ground, degrees.
     Slope,
-    /// Speed at the start, in the unit of [`Problem::unit`](crate::Problem::unit).
+    /// Speed at the start, in the unit of [`Problem::unit`](crate::TestProblem::unit).
     Speed,
 }
 
@@ -51,13 +51,13 @@ impl Input {
 
 /// The inputs of a problem with their values.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Inputs {
+pub struct TestInputs {
     values: Vec<(Input, f64)>,
     /// h, s.
     pub time_step: f64,
 }
 
-impl Inputs {
+impl TestInputs {
     /// These values.
     #[must_use]
     pub fn new(time_step: f64, values: &[(Input, f64)]) -> Self {

@@ -1,15 +1,15 @@
 //! Contact problems with closed-form answers, for any solver of the contact step.
 //!
-//! A [`Problem`] simulates one or more runs with the solver of a [`Runner`] and compares the
+//! A [`TestProblem`] simulates one or more runs with the solver of a [`Runner`] and compares the
 //! results with two values. The *exact* value is that of the continuous problem: Newton's and
 //! Coulomb's laws, solved by hand. The *discrete* value is that of the time-stepping scheme of
 //! `docs/formulation.md`: its equations for the same motion, as a sum in closed form or as a
 //! recurrence in one unknown. Both stand above the code that computes them.
 //!
-//! A [`Quantity`] holds if the measured value equals the discrete one, to rounding and to what the
+//! A [`TestQuantity`] holds if the measured value equals the discrete one, to rounding and to what the
 //! residuals of the steps allow (`tolerance.rs`). The order in which the discrete value converges
-//! to the exact one is declared ([`Convergence`]) and checked ([`Quantity::converges`]).
-//! [`Report`] collects the findings for several solvers and time steps, and [`page()`] draws it.
+//! to the exact one is declared ([`Convergence`]) and checked ([`TestQuantity::converges`]).
+//! [`ValidationReport`] collects the findings for several solvers and time steps, and [`page()`] draws it.
 //!
 //! ```
 //! use tumble_core::solver::native::NativeSolver;
@@ -40,21 +40,21 @@ mod runner;
 mod threshold;
 mod tolerance;
 
-pub use inputs::{Input, Inputs};
+pub use inputs::{Input, TestInputs};
 pub use page::page;
 pub use problems::PROBLEMS;
-pub use quantity::{Claim, Convergence, Quantity};
-pub use report::{Experiment, Report, Series, Solver, Trial};
-pub use residual::Residual;
-pub use runner::{Counts, MakeSolver, Runner};
+pub use quantity::{Convergence, QuantityClaim, TestQuantity};
+pub use report::{ErrorSeries, Experiment, ReportedSolver, Trial, ValidationReport};
+pub use residual::ResidualCheck;
+pub use runner::{MakeSolver, Runner, StepCounts};
 
-use quantity::Label;
-use runner::Run;
+use quantity::QuantityLabel;
+use runner::TestRun;
 use tumble_core::error::Error;
 
 /// A problem with a closed-form answer.
 #[derive(Debug, Clone, Copy)]
-pub struct Problem {
+pub struct TestProblem {
     /// The name.
     pub name: &'static str,
     /// The motion and its answer, in a sentence or two with formulas in Unicode.
@@ -69,23 +69,23 @@ pub struct Problem {
     pub native_only: Option<&'static str>,
     /// The unit of [`Input::Speed`].
     speed_unit: &'static str,
-    solve: fn(&Inputs, &mut Runner<'_>) -> Solved,
+    solve: fn(&TestInputs, &mut Runner<'_>) -> SolvedBy,
 }
 
-/// The result of [`Problem::solve`].
-type Solved = Result<Findings, Refusal>;
+/// The result of [`TestProblem::solve`].
+type SolvedBy = Result<ProblemFindings, Refusal>;
 
-impl Problem {
+impl TestProblem {
     /// A problem without a name, for any solver.
-    const fn solved_by(solve: fn(&Inputs, &mut Runner<'_>) -> Solved) -> Self {
+    const fn solved_by(solve: fn(&TestInputs, &mut Runner<'_>) -> SolvedBy) -> Self {
         let (time_step, bodies, native_only, speed_unit) = (0.0, 1, None, "m/s");
         Self { name: "", about: "", time_step, inputs: &[], bodies, native_only, speed_unit, solve }
     }
 
     /// The inputs with their usual values.
     #[must_use]
-    pub fn inputs(&self) -> Inputs {
-        Inputs::new(self.time_step, self.inputs)
+    pub fn inputs(&self) -> TestInputs {
+        TestInputs::new(self.time_step, self.inputs)
     }
 
     /// The unit of `input`.
@@ -98,29 +98,33 @@ impl Problem {
     ///
     /// # Errors
     /// A [`Refusal`] of inputs for which the closed form is not the answer.
-    pub fn solve(&self, inputs: &Inputs, runner: &mut Runner<'_>) -> Result<Findings, Refusal> {
+    pub fn solve(
+        &self,
+        inputs: &TestInputs,
+        runner: &mut Runner<'_>,
+    ) -> Result<ProblemFindings, Refusal> {
         (self.solve)(inputs, runner)
     }
 }
 
 /// The problem with this name.
 #[must_use]
-pub fn find(name: &str) -> Option<&'static Problem> {
+pub fn find(name: &str) -> Option<&'static TestProblem> {
     PROBLEMS.iter().find(|problem| problem.name == name)
 }
 
 /// The results of a problem.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Findings {
+pub struct ProblemFindings {
     /// Measured and expected values.
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<TestQuantity>,
     /// A quantity over time, for a plot.
-    pub curve: Curve,
+    pub curve: TestCurve,
 }
 
 /// A quantity over time, in the simulation and in closed form.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Curve {
+pub struct TestCurve {
     /// The name.
     pub name: &'static str,
     /// The unit.
@@ -133,17 +137,17 @@ pub struct Curve {
     pub exact: Vec<f64>,
 }
 
-impl Curve {
+impl TestCurve {
     /// The curve of `measured(k)` for every state k of `run`, without closed-form values.
-    fn of((name, unit): Label, run: &Run, measured: impl Fn(usize) -> f64) -> Self {
+    fn of((name, unit): QuantityLabel, run: &TestRun, measured: impl Fn(usize) -> f64) -> Self {
         let times: Vec<f64> = (0..=run.steps()).map(|k| run.time(k)).collect();
         let measured = (0..times.len()).map(measured).collect();
         Self { name, unit, measured, exact: vec![f64::NAN; times.len()], times }
     }
 
     /// The findings with this curve.
-    fn with(self, quantities: impl Into<Vec<Quantity>>) -> Solved {
-        Ok(Findings { quantities: quantities.into(), curve: self })
+    fn with(self, quantities: impl Into<Vec<TestQuantity>>) -> SolvedBy {
+        Ok(ProblemFindings { quantities: quantities.into(), curve: self })
     }
 
     /// The curve with the closed form `exact(t)`.

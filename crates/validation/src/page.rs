@@ -1,7 +1,7 @@
 //! The HTML page of a report: a summary, and tables and charts for each problem.
 
-use crate::report::{Experiment, Report, Series, Solver};
-use crate::{Convergence, Curve};
+use crate::report::{ErrorSeries, Experiment, ReportedSolver, ValidationReport};
+use crate::{Convergence, TestCurve};
 use std::fmt::Write as _;
 use tumble_view::page::{
     Chart, LARGEST, brief, dot_key, drawable, escape, figure, html, line_key, number, opening,
@@ -20,7 +20,7 @@ const READING: &str = "Each problem is simulated with a time step h and with its
 
 /// `report` as a self-contained HTML page. The same report gives the same bytes.
 #[must_use]
-pub fn page(report: &Report) -> String {
+pub fn page(report: &ValidationReport) -> String {
     let (holding, count) = report.holding();
     let inputs = match report.given.as_str() {
         "" => "the usual ones of each problem".to_owned(),
@@ -82,7 +82,7 @@ fn headed(head: &str, rows: &[String]) -> String {
 }
 
 /// One row for each problem and solver.
-fn summary(report: &Report) -> String {
+fn summary(report: &ValidationReport) -> String {
     let columns = columns(
         &["problem", "solver", "quantities that hold"],
         &[
@@ -93,7 +93,7 @@ fn summary(report: &Report) -> String {
             "largest residual, m/s",
         ],
     );
-    let row = |series: &Series| {
+    let row = |series: &ErrorSeries| {
         let (holding, count) = series.holding();
         let hold = format!("{holding} of {count}");
         [
@@ -117,7 +117,7 @@ fn summary(report: &Report) -> String {
 
 /// The largest |error| in percent of the tolerance; a dash if one is not a number. A share below 1 is
 /// rounded down, so that an error within the bound never reads as at it.
-fn share(series: &Series) -> String {
+fn share(series: &ErrorSeries) -> String {
     let quantities = series.trials.iter().flat_map(|trial| &trial.findings.quantities);
     let shares = quantities
         .filter(|quantity| quantity.error() != 0.0)
@@ -139,7 +139,7 @@ fn quantities(experiment: &Experiment) -> String {
         &["h, s", "exact", "discrete", "measured", "error", "allowed", "order in h"],
     );
     columns.push(("verdict", false));
-    let row = |series: &Series, i: usize, k: usize| {
+    let row = |series: &ErrorSeries, i: usize, k: usize| {
         let (quantity, span) = (series.quantity(i, k), series.trials.len());
         let solver = format!("<td rowspan=\"{span}\">{}</td>", series.solver.name());
         [
@@ -158,7 +158,8 @@ fn quantities(experiment: &Experiment) -> String {
     let rows = (0..experiment.series[0].count()).map(|i| {
         let named = experiment.series[0].quantity(i, 0);
         let unit = if named.unit == "1" { String::new() } else { format!(", {}", named.unit) };
-        let of = |series: &'_ Series| (0..series.trials.len()).map(|k| row(series, i, k)).collect();
+        let of =
+            |series: &'_ ErrorSeries| (0..series.trials.len()).map(|k| row(series, i, k)).collect();
         let rows: Vec<Vec<String>> = experiment.series.iter().map(of).collect();
         headed(&escape(&format!("{}{unit}", named.name)), &rows.concat())
     });
@@ -172,28 +173,28 @@ const MARKS: usize = 24;
 const MAGNIFIED: f64 = 1e-6;
 
 /// Class and radius of the mark of `solver`: a disc for the native solver within Ipopt's ring.
-fn mark(solver: Solver) -> (&'static str, f64) {
+fn mark(solver: ReportedSolver) -> (&'static str, f64) {
     match solver {
-        Solver::Native => ("native", 1.8),
-        Solver::Ipopt => ("ipopt", 4.0),
+        ReportedSolver::Native => ("native", 1.8),
+        ReportedSolver::Ipopt => ("ipopt", 4.0),
     }
 }
 
-fn marks(chart: &mut Chart, solver: Solver, points: impl Iterator<Item = (f64, f64)>) {
+fn marks(chart: &mut Chart, solver: ReportedSolver, points: impl Iterator<Item = (f64, f64)>) {
     let (class, radius) = mark(solver);
     points.for_each(|point| chart.dot(class, radius, point));
 }
 
 /// The legend of the solvers; `lines` for curves over time.
 fn solver_keys(experiment: &Experiment, lines: bool) -> String {
-    let entry = |series: &Series| {
+    let entry = |series: &ErrorSeries| {
         let (class, radius) = mark(series.solver);
         let mut name = series.solver.name().to_owned();
         if lines {
             name = format!("{name}, h = {} s", series.trials[0].time_step);
         }
         match series.solver {
-            Solver::Native if lines => line_key(class, &name),
+            ReportedSolver::Native if lines => line_key(class, &name),
             _ => dot_key(class, radius, &name),
         }
     };
@@ -204,9 +205,13 @@ fn solver_keys(experiment: &Experiment, lines: bool) -> String {
 /// as rings.
 fn curves(experiment: &Experiment) -> String {
     let values = |values: &[f64]| values.iter().copied().map(drawable).collect();
-    let curve = |series: &Series| {
+    let curve = |series: &ErrorSeries| {
         let curve = &series.trials[0].findings.curve;
-        Curve { measured: values(&curve.measured), exact: values(&curve.exact), ..curve.clone() }
+        TestCurve {
+            measured: values(&curve.measured),
+            exact: values(&curve.exact),
+            ..curve.clone()
+        }
     };
     let curves: Vec<_> = experiment.series.iter().map(curve).collect();
     let first = &curves[0];
@@ -221,8 +226,8 @@ fn curves(experiment: &Experiment) -> String {
     }
     for (series, curve) in experiment.series.iter().zip(&curves) {
         match series.solver {
-            Solver::Native => chart.curve("native", &curve.times, &curve.measured),
-            Solver::Ipopt => {
+            ReportedSolver::Native => chart.curve("native", &curve.times, &curve.measured),
+            ReportedSolver::Ipopt => {
                 let stride = curve.times.len().div_ceil(MARKS).max(1);
                 let points = curve.times.iter().copied().zip(curve.measured.iter().copied());
                 let points = points.filter(|(_, value)| !value.is_nan()).step_by(stride);
@@ -251,7 +256,7 @@ fn errors(experiment: &Experiment) -> String {
     let first_order = Convergence::Order(1);
     let i = quantities.iter().position(|quantity| quantity.convergence == first_order);
     let Some(i) = i else { return String::new() };
-    let points = |series: &Series| -> Vec<(f64, f64)> {
+    let points = |series: &ErrorSeries| -> Vec<(f64, f64)> {
         let points = series.trials.iter().map(|trial| {
             let quantity = &trial.findings.quantities[i];
             (trial.time_step, (quantity.measured - quantity.exact).abs())
@@ -270,7 +275,7 @@ fn errors(experiment: &Experiment) -> String {
     chart.line("guide", guide);
     for series in &experiment.series {
         let points = points(series);
-        if series.solver == Solver::Native {
+        if series.solver == ReportedSolver::Native {
             chart.line("native", points.iter().copied());
         }
         marks(&mut chart, series.solver, points.into_iter());
@@ -283,12 +288,12 @@ fn errors(experiment: &Experiment) -> String {
 mod tests {
     use super::*;
     use crate::quantity::{equal, order};
-    use crate::{Counts, Findings, Trial, find};
+    use crate::{ProblemFindings, StepCounts, Trial, find};
 
     /// A report of one quantity at two time steps, with the error `error` (m) at the second.
-    fn report(error: f64) -> Report {
+    fn report(error: f64) -> ValidationReport {
         let trial = |error: f64, h: f64| {
-            let curve = Curve {
+            let curve = TestCurve {
                 name: "way",
                 unit: "m",
                 times: vec![0.0, 0.1, 0.2],
@@ -297,15 +302,15 @@ mod tests {
             };
             let quantity = equal(("way < & >", "m"), 2.0 + h + error, 2.0, 1e-5);
             let quantities = vec![quantity.stepped(2.0 + h, order(1, 100.0))];
-            let counts = Counts { steps: 5, failed: 0, fallback: 0, worst_residual: 1e-12 };
-            Trial { time_step: h, findings: Findings { quantities, curve }, counts }
+            let counts = StepCounts { steps: 5, failed: 0, fallback: 0, worst_residual: 1e-12 };
+            Trial { time_step: h, findings: ProblemFindings { quantities, curve }, counts }
         };
         let trials = vec![trial(0.0, 0.01), trial(error, 0.005)];
-        let series = vec![Series { solver: Solver::Native, trials }];
+        let series = vec![ErrorSeries { solver: ReportedSolver::Native, trials }];
         let (problem, inputs) = (*find("free-fall").unwrap(), "mass 2 kg".to_owned());
         let experiments = vec![Experiment { problem, inputs, series }];
         let (program, given) = ("tumble".to_owned(), "--speed <b>".to_owned());
-        Report { program, given, experiments }
+        ValidationReport { program, given, experiments }
     }
 
     #[test]

@@ -8,7 +8,7 @@ const ROUNDS: usize = 12; // Newton iterations until a step settles to the last 
 
 /// The plane of the linkage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Plane {
+pub(crate) enum PlanarSurface {
     /// x and y.
     Level,
     /// x and z.
@@ -24,21 +24,21 @@ pub(crate) struct Bar {
 
 /// Holds the point `at` of body `a` (m, body axes) on the point `there` of body `b`, or of the plane.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Pin {
+pub(crate) struct PlanarPin {
     pub a: usize,
     pub at: Vector2<f64>,
     pub b: Option<usize>,
     pub there: Vector2<f64>,
 }
 
-impl Pin {
+impl PlanarPin {
     /// Both sides: body, point, and the sign of the force.
     fn sides(&self) -> [(Option<usize>, Vector2<f64>, f64); 2] {
         [(Some(self.a), self.at, 1.0), (self.b, self.there, -1.0)]
     }
 
     /// The distance vector of the pinned points.
-    pub fn gap(&self, bodies: &[Placed]) -> Vector2<f64> {
+    pub fn gap(&self, bodies: &[PlanarBody]) -> Vector2<f64> {
         let there = self.b.map_or(self.there, |b| bodies[b].point(&self.there));
         bodies[self.a].point(&self.at) - there
     }
@@ -46,14 +46,14 @@ impl Pin {
 
 /// The planar state of a body: m, rad; m/s, rad/s.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Placed {
+pub(crate) struct PlanarBody {
     pub place: Vector2<f64>,
     pub angle: f64,
     pub velocity: Vector2<f64>,
     pub spin: f64,
 }
 
-impl Placed {
+impl PlanarBody {
     /// A body at rest.
     pub fn at(place: Vector2<f64>, angle: f64) -> Self {
         Self { place, angle, velocity: Vector2::zeros(), spin: 0.0 }
@@ -72,15 +72,15 @@ impl Placed {
 }
 
 /// An external load on a body: N, N m.
-pub(crate) type Load = (Vector2<f64>, f64);
+pub(crate) type PlanarLoad = (Vector2<f64>, f64);
 
 /// Bars and pins.
 #[derive(Debug, Clone)]
 pub(crate) struct Linkage {
-    pub plane: Plane,
+    pub plane: PlanarSurface,
     pub bars: Vec<Bar>,
-    pub pins: Vec<Pin>,
-    pub start: Vec<Placed>,
+    pub pins: Vec<PlanarPin>,
+    pub start: Vec<PlanarBody>,
 }
 
 /// A quarter turn.
@@ -92,12 +92,12 @@ impl Linkage {
     /// A setup of the linkage; its joints are hinges in the order of the pins.
     pub fn setup(&self, gravity: f64, duration: f64) -> Result<Setup, Refusal> {
         let out: Vector3<f64> = match self.plane {
-            Plane::Level => Vector3::z(),
-            Plane::Upright => -Vector3::y(),
+            PlanarSurface::Level => Vector3::z(),
+            PlanarSurface::Upright => -Vector3::y(),
         };
         let in_body = |v: &Vector2<f64>| match self.plane {
-            Plane::Level => v3(v[0], v[1], 0.0),
-            Plane::Upright => v3(v[0], 0.0, v[1]),
+            PlanarSurface::Level => v3(v[0], v[1], 0.0),
+            PlanarSurface::Upright => v3(v[0], 0.0, v[1]),
         };
         let in_world = |v: &Vector2<f64>| in_body(v) + Vector3::z() * HEIGHT;
         let subjects = self.bars.iter().zip(&self.start).enumerate().map(|(k, (bar, start))| {
@@ -125,7 +125,7 @@ impl Linkage {
 
     /// The accelerations at rest under `loads`, a = M⁻¹ (f + Jᵀ λ) with J M⁻¹ Jᵀ λ = −J M⁻¹ f, m/s² and
     /// rad/s².
-    pub fn accelerations(&self, loads: &[Load]) -> Vec<(Vector2<f64>, f64)> {
+    pub fn accelerations(&self, loads: &[PlanarLoad]) -> Vec<(Vector2<f64>, f64)> {
         let bars = self.bars.iter().zip(loads);
         let free: Vec<_> =
             bars.map(|(bar, (force, torque))| (force / bar.mass, torque / bar.moment)).collect();
@@ -150,13 +150,13 @@ impl Linkage {
     }
 
     /// A vector for each pin, stacked.
-    fn stacked(&self, of: impl Fn(&Pin) -> Vector2<f64>) -> DVector<f64> {
+    fn stacked(&self, of: impl Fn(&PlanarPin) -> Vector2<f64>) -> DVector<f64> {
         let each = self.pins.iter().map(of);
         DVector::from_iterator(2 * self.pins.len(), each.flat_map(|v| [v[0], v[1]]))
     }
 
     /// The loads of the pins' forces on the bodies.
-    fn pinned(&self, now: &[Placed], forces: &DVector<f64>) -> Vec<Load> {
+    fn pinned(&self, now: &[PlanarBody], forces: &DVector<f64>) -> Vec<PlanarLoad> {
         let mut loads = vec![(Vector2::zeros(), 0.0); now.len()];
         for (k, pin) in self.pins.iter().enumerate() {
             for (body, at, sign) in pin.sides() {
@@ -173,8 +173,8 @@ impl Linkage {
     /// its displacement by a unit force and its rotation by a unit torque.
     fn response(
         &self,
-        now: &[Placed],
-        next: &[Placed],
+        now: &[PlanarBody],
+        next: &[PlanarBody],
         compliance: impl Fn(usize) -> (f64, f64),
     ) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(2 * self.pins.len(), 2 * self.pins.len());
@@ -207,8 +207,8 @@ impl Linkage {
         &self,
         h: f64,
         count: usize,
-        loads: impl Fn(&[Placed]) -> Vec<Load>,
-    ) -> Vec<Vec<Placed>> {
+        loads: impl Fn(&[PlanarBody]) -> Vec<PlanarLoad>,
+    ) -> Vec<Vec<PlanarBody>> {
         let mut all = vec![self.start.clone()];
         let mut forces = DVector::zeros(2 * self.pins.len());
         for k in 0..count {
@@ -229,7 +229,7 @@ impl Linkage {
                     });
                     let angle = before.angle + 2.0 * (0.5 * h * spin).atan();
                     next[body] =
-                        Placed { place: before.place + velocity * h, angle, velocity, spin };
+                        PlanarBody { place: before.place + velocity * h, angle, velocity, spin };
                 }
                 let gaps = self.stacked(|pin| pin.gap(&next));
                 let settled = gaps.amax() < 4.0 * f64::EPSILON;
@@ -256,17 +256,17 @@ impl Linkage {
     /// energy ½ Σ m v² + I w(ω)² of the state and the next one.
     pub fn energy_change(
         &self,
-        track: &[Vec<Placed>],
+        track: &[Vec<PlanarBody>],
         h: f64,
-        potential: impl Fn(&[Placed]) -> f64,
+        potential: impl Fn(&[PlanarBody]) -> f64,
     ) -> f64 {
-        let kinetic = |at: &[Placed]| {
+        let kinetic = |at: &[PlanarBody]| {
             let each = self.bars.iter().zip(at).map(|(bar, at)| {
                 bar.mass * at.velocity.norm_squared() + bar.moment * momentum(h, at.spin).0.powi(2)
             });
             0.5 * each.sum::<f64>()
         };
-        let energy = |pair: &[Vec<Placed>]| {
+        let energy = |pair: &[Vec<PlanarBody>]| {
             0.5 * (kinetic(&pair[0]) + kinetic(&pair[1])) + potential(&pair[0])
         };
         let start = energy(&track[..2]);
@@ -274,19 +274,21 @@ impl Linkage {
     }
 
     /// The planar state of a body, with the angle nearest to `near` (rad).
-    fn seen(&self, state: &State, near: f64) -> Placed {
+    fn seen(&self, state: &State, near: f64) -> PlanarBody {
         let (r, v, q) = (&state.position, &state.velocity, &state.attitude);
         let (place, velocity, half, spin) = match self.plane {
-            Plane::Level => (r.xy(), v.xy(), q[3], state.spin[2]),
-            Plane::Upright => (r.xz() - Vector2::new(0.0, HEIGHT), v.xz(), -q[2], -state.spin[1]),
+            PlanarSurface::Level => (r.xy(), v.xy(), q[3], state.spin[2]),
+            PlanarSurface::Upright => {
+                (r.xz() - Vector2::new(0.0, HEIGHT), v.xz(), -q[2], -state.spin[1])
+            }
         };
         let angle = 2.0 * half.atan2(q[0]);
         let turn = std::f64::consts::TAU;
-        Placed { place, angle: angle + turn * ((near - angle) / turn).round(), velocity, spin }
+        PlanarBody { place, angle: angle + turn * ((near - angle) / turn).round(), velocity, spin }
     }
 
     /// All bodies in all states of `run`, with continuous angles.
-    pub fn track(&self, run: &Run) -> Vec<Vec<Placed>> {
+    pub fn track(&self, run: &TestRun) -> Vec<Vec<PlanarBody>> {
         let mut all = vec![self.start.clone()];
         for k in 0..=run.steps() {
             let last = &all[k];
@@ -298,7 +300,7 @@ impl Linkage {
     }
 
     /// The largest gap of a pin in any state, m.
-    pub fn worst_gap(&self, track: &[Vec<Placed>]) -> f64 {
+    pub fn worst_gap(&self, track: &[Vec<PlanarBody>]) -> f64 {
         largest(track.iter().flat_map(|at| self.pins.iter().map(|pin| pin.gap(at).norm())))
     }
 }

@@ -2,10 +2,12 @@
 
 pub(crate) use crate::Input::{Friction, Gravity, Mass, Restitution, Slope, Speed};
 pub(crate) use crate::quantity::{at_most, at_most_zero, equal, order, second_order, within};
-pub(crate) use crate::runner::{Run, Runner, Setup, Step, Subject, largest};
+pub(crate) use crate::runner::{Runner, Setup, Subject, TestRun, TestStep, largest};
 pub(crate) use crate::threshold::{MOVING, RESOLUTION, Threshold};
 pub(crate) use crate::tolerance::{SlideStep, SlideTolerance, Slider};
-pub(crate) use crate::{Convergence, Curve, Input, Inputs, Problem, Quantity, Refusal, Solved};
+pub(crate) use crate::{
+    Convergence, Input, Refusal, SolvedBy, TestCurve, TestInputs, TestProblem, TestQuantity,
+};
 pub(crate) use nalgebra::{Vector2, Vector3, Vector4};
 pub(crate) use tumble_core::contact::Partner;
 pub(crate) use tumble_core::error::Error;

@@ -4,7 +4,7 @@ use std::f64::consts::LN_2;
 
 /// A measured number and its expected values.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Quantity {
+pub struct TestQuantity {
     /// The name.
     pub name: &'static str,
     /// The unit; `1` for a number.
@@ -18,14 +18,14 @@ pub struct Quantity {
     /// The allowed |measured − discrete|: rounding and the residuals of the steps.
     pub tolerance: f64,
     /// The relation between `measured` and `discrete`.
-    pub claim: Claim,
+    pub claim: QuantityClaim,
     /// The convergence of `discrete` to `exact` as the time step h shrinks.
     pub convergence: Convergence,
 }
 
 /// The relation between the measured and the discrete value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Claim {
+pub enum QuantityClaim {
     /// measured = discrete.
     Equal,
     /// measured ≤ discrete.
@@ -70,25 +70,30 @@ pub(crate) fn second_order(share: f64, value: f64, steps: f64) -> Convergence {
 }
 
 /// A name and its unit.
-pub(crate) type Label = (&'static str, &'static str);
+pub(crate) type QuantityLabel = (&'static str, &'static str);
 
 /// A quantity for which the scheme is exact.
-pub(crate) fn equal((name, unit): Label, measured: f64, exact: f64, tolerance: f64) -> Quantity {
-    let (claim, convergence) = (Claim::Equal, Convergence::Exact);
-    Quantity { name, unit, measured, discrete: exact, exact, tolerance, claim, convergence }
+pub(crate) fn equal(
+    (name, unit): QuantityLabel,
+    measured: f64,
+    exact: f64,
+    tolerance: f64,
+) -> TestQuantity {
+    let (claim, convergence) = (QuantityClaim::Equal, Convergence::Exact);
+    TestQuantity { name, unit, measured, discrete: exact, exact, tolerance, claim, convergence }
 }
 
 /// A quantity that must not be positive.
-pub(crate) fn at_most_zero(label: Label, measured: f64, tolerance: f64) -> Quantity {
-    Quantity { claim: Claim::AtMost, ..equal(label, measured, 0.0, tolerance) }
+pub(crate) fn at_most_zero(label: QuantityLabel, measured: f64, tolerance: f64) -> TestQuantity {
+    TestQuantity { claim: QuantityClaim::AtMost, ..equal(label, measured, 0.0, tolerance) }
 }
 
 /// A quantity that is zero in continuous time and at most `bound` with finite steps.
-pub(crate) fn at_most(label: Label, measured: f64, bound: f64) -> Quantity {
+pub(crate) fn at_most(label: QuantityLabel, measured: f64, bound: f64) -> TestQuantity {
     at_most_zero(label, measured, 0.0).stepped(bound, Convergence::Within(bound))
 }
 
-impl Quantity {
+impl TestQuantity {
     /// The quantity with the value `discrete` of the scheme.
     pub(crate) fn stepped(self, discrete: f64, convergence: Convergence) -> Self {
         Self { discrete, convergence, ..self }
@@ -104,8 +109,8 @@ impl Quantity {
     #[must_use]
     pub fn holds(&self) -> bool {
         match self.claim {
-            Claim::Equal => self.error().abs() <= self.tolerance,
-            Claim::AtMost => self.error() <= self.tolerance,
+            QuantityClaim::Equal => self.error().abs() <= self.tolerance,
+            QuantityClaim::AtMost => self.error() <= self.tolerance,
         }
     }
 

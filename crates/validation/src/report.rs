@@ -1,12 +1,12 @@
 //! Findings for several solvers and time steps.
 
-use crate::quantity::{Convergence, Quantity};
-use crate::{Counts, Findings, Problem};
+use crate::quantity::{Convergence, TestQuantity};
+use crate::{ProblemFindings, StepCounts, TestProblem};
 use tumble_view::page::brief;
 
 /// A whole validation.
 #[derive(Debug, Clone)]
-pub struct Report {
+pub struct ValidationReport {
     /// The version of the program and its solvers.
     pub program: String,
     /// The flags that changed inputs or time steps; empty with the usual ones.
@@ -19,18 +19,18 @@ pub struct Report {
 #[derive(Debug, Clone)]
 pub struct Experiment {
     /// The problem.
-    pub problem: Problem,
+    pub problem: TestProblem,
     /// The inputs in words: `mass 2 kg, mu 0.3`.
     pub inputs: String,
     /// The series, one for each solver, with the same quantities; at least one.
-    pub series: Vec<Series>,
+    pub series: Vec<ErrorSeries>,
 }
 
 /// One problem with one solver, at a time step and its halves.
 #[derive(Debug, Clone)]
-pub struct Series {
+pub struct ErrorSeries {
     /// The solver.
-    pub solver: Solver,
+    pub solver: ReportedSolver,
     /// The trials, each with half the time step of the one before; at least one.
     pub trials: Vec<Trial>,
 }
@@ -41,21 +41,21 @@ pub struct Trial {
     /// h, s.
     pub time_step: f64,
     /// The results.
-    pub findings: Findings,
+    pub findings: ProblemFindings,
     /// The statistics of the steps.
-    pub counts: Counts,
+    pub counts: StepCounts,
 }
 
 /// A solver of the contact step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Solver {
+pub enum ReportedSolver {
     /// Newton's method on the contact law.
     Native,
     /// Ipopt on the nonlinear program.
     Ipopt,
 }
 
-impl Solver {
+impl ReportedSolver {
     /// The name.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -66,24 +66,24 @@ impl Solver {
     }
 }
 
-impl Report {
+impl ValidationReport {
     /// The numbers of quantities that hold and of all, each counted once a solver.
     #[must_use]
     pub fn holding(&self) -> (usize, usize) {
         let series = self.experiments.iter().flat_map(|experiment| &experiment.series);
-        series.map(Series::holding).fold((0, 0), |a, b| (a.0 + b.0, a.1 + b.1))
+        series.map(ErrorSeries::holding).fold((0, 0), |a, b| (a.0 + b.0, a.1 + b.1))
     }
 }
 
-impl Series {
+impl ErrorSeries {
     /// Quantity `i` of trial `k`.
     #[must_use]
-    pub fn quantity(&self, i: usize, k: usize) -> &Quantity {
+    pub fn quantity(&self, i: usize, k: usize) -> &TestQuantity {
         &self.trials[k].findings.quantities[i]
     }
 
     /// Quantity `i` at twice the time step of trial `k`.
-    fn coarser(&self, i: usize, k: usize) -> Option<&Quantity> {
+    fn coarser(&self, i: usize, k: usize) -> Option<&TestQuantity> {
         k.checked_sub(1).map(|k| self.quantity(i, k))
     }
 
@@ -142,7 +142,7 @@ impl Series {
     }
 
     /// The sum of a count over all trials.
-    pub fn sum(&self, count: impl Fn(&Counts) -> u64) -> u64 {
+    pub fn sum(&self, count: impl Fn(&StepCounts) -> u64) -> u64 {
         self.trials.iter().map(|trial| count(&trial.counts)).sum()
     }
 

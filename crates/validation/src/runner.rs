@@ -1,8 +1,8 @@
 //! Simulation of the problems' setups with the solver under test.
 
-use crate::quantity::{Convergence, Label, Quantity, equal, order};
-use crate::residual::Residual;
-use crate::{Curve, Refusal, Solved};
+use crate::quantity::{Convergence, QuantityLabel, TestQuantity, equal, order};
+use crate::residual::ResidualCheck;
+use crate::{Refusal, SolvedBy, TestCurve};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -105,17 +105,17 @@ impl Setup {
 
 /// A step of a run, in the ground's frame.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Step<'a> {
+pub(crate) struct TestStep<'a> {
     /// States at the start of the step, one a body.
     pub before: &'a [State],
     /// States at the end.
     pub after: &'a [State],
     pub contacts: &'a [ContactForce],
     pub joints: &'a [JointForce],
-    pub residual: Residual,
+    pub residual: ResidualCheck,
 }
 
-impl<'a> Step<'a> {
+impl<'a> TestStep<'a> {
     /// Contacts between body `body` and `partner`, in either order.
     pub fn between(
         &self,
@@ -131,11 +131,11 @@ impl<'a> Step<'a> {
 
 /// The trajectory of a run, in the ground's frame.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Run {
+pub(crate) struct TestRun {
     /// h, s.
     pub time_step: f64,
     /// The residual of each step.
-    pub residuals: Vec<Residual>,
+    pub residuals: Vec<ResidualCheck>,
     /// States of each body, one more than steps.
     states: Vec<Vec<State>>,
     /// The sum of the contact forces on each body in each step, N.
@@ -147,7 +147,7 @@ const MOST_STEPS: f64 = 1e6;
 
 /// Statistics of all runs of a problem.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Counts {
+pub struct StepCounts {
     /// Steps.
     pub steps: u64,
     /// Steps that did not converge.
@@ -166,7 +166,7 @@ pub struct Runner<'a> {
     /// h, s.
     pub(crate) time_step: f64,
     /// Statistics of the runs so far.
-    pub counts: Counts,
+    pub counts: StepCounts,
     /// Whether the solver of the last run has the selection rule ([`IslandSolver`](tumble_core::step::IslandSolver)).
     pub(crate) selects: bool,
 }
@@ -175,7 +175,7 @@ impl<'a> Runner<'a> {
     /// A runner for a solver and a time step (s).
     #[must_use]
     pub fn new(make_solver: &'a MakeSolver<'a>, time_step: f64) -> Self {
-        let counts = Counts::default();
+        let counts = StepCounts::default();
         Self { make_solver, interrupt: None, smoothing: 0.0, time_step, counts, selects: false }
     }
 
@@ -192,7 +192,7 @@ impl<'a> Runner<'a> {
     }
 
     /// Simulates `setup` for its duration.
-    pub(crate) fn run(&mut self, setup: &Setup) -> Result<Run, Refusal> {
+    pub(crate) fn run(&mut self, setup: &Setup) -> Result<TestRun, Refusal> {
         self.run_until(setup, |_| false)
     }
 
@@ -200,8 +200,8 @@ impl<'a> Runner<'a> {
     pub(crate) fn watch<T>(
         &mut self,
         setup: &Setup,
-        mut look: impl FnMut(&Step<'_>) -> T,
-    ) -> Result<(Run, Vec<T>), Refusal> {
+        mut look: impl FnMut(&TestStep<'_>) -> T,
+    ) -> Result<(TestRun, Vec<T>), Refusal> {
         let mut seen = Vec::new();
         let run = self.run_until(setup, |step| {
             seen.push(look(step));
@@ -214,8 +214,8 @@ impl<'a> Runner<'a> {
     pub(crate) fn run_until(
         &mut self,
         setup: &Setup,
-        mut ends: impl FnMut(&Step<'_>) -> bool,
-    ) -> Result<Run, Refusal> {
+        mut ends: impl FnMut(&TestStep<'_>) -> bool,
+    ) -> Result<TestRun, Refusal> {
         let (h, duration) = (self.time_step, setup.duration);
         let steps = (duration / h).round();
         let why = format!("the motion takes {duration:.3} s, more than a million steps of {h} s");
@@ -224,7 +224,7 @@ impl<'a> Runner<'a> {
         let mut simulation = self.simulation(setup, &ground)?;
         let mut record = StepRecord::new();
         let mut before: Vec<State> = setup.bodies.iter().map(|subject| subject.start).collect();
-        let mut run = Run {
+        let mut run = TestRun {
             time_step: h,
             residuals: Vec::new(),
             states: before.iter().map(|start| vec![*start]).collect(),
@@ -252,7 +252,7 @@ impl<'a> Runner<'a> {
             }
             let (after, contacts, joints) =
                 (&solution.states, &solution.contacts, &solution.joints);
-            if ends(&Step { before: &before, after, contacts, joints, residual }) {
+            if ends(&TestStep { before: &before, after, contacts, joints, residual }) {
                 break;
             }
             before.copy_from_slice(after);
@@ -293,12 +293,12 @@ impl<'a> Runner<'a> {
 
     /// The residual of a step, as far as it is excused: the largest of all bodies in the equations
     /// of motion, and the certificate's in the laws of contacts and joints.
-    fn residual(&self, setup: &Setup, record: &StepRecord) -> Residual {
+    fn residual(&self, setup: &Setup, record: &StepRecord) -> ResidualCheck {
         let certificate = &record.certificate;
-        let mut residual = Residual {
+        let mut residual = ResidualCheck {
             normal: certificate.normal_law.max(certificate.penetration),
             friction: certificate.friction_law,
-            ..Residual::default()
+            ..ResidualCheck::default()
         };
         for index in 0..setup.bodies.len() {
             let (kinematics, momentum) = self.motion_residual(setup, record, index);
@@ -370,7 +370,7 @@ impl<'a> Runner<'a> {
     }
 }
 
-impl Run {
+impl TestRun {
     /// The number of steps.
     pub fn steps(&self) -> usize {
         self.residuals.len()
@@ -402,23 +402,32 @@ impl Run {
     }
 
     /// A function of the states of body `index`, over time.
-    pub fn curve(&self, label: Label, index: usize, measured: impl Fn(&State) -> f64) -> Curve {
-        Curve::of(label, self, |k| measured(&self.states(index)[k]))
+    pub fn curve(
+        &self,
+        label: QuantityLabel,
+        index: usize,
+        measured: impl Fn(&State) -> f64,
+    ) -> TestCurve {
+        TestCurve::of(label, self, |k| measured(&self.states(index)[k]))
     }
 
     /// A function of the step that ends in a state, over time.
-    pub fn curve_of_steps(&self, label: Label, measured: impl Fn(usize) -> f64) -> Curve {
-        Curve::of(label, self, |k| measured(k.saturating_sub(1)))
+    pub fn curve_of_steps(
+        &self,
+        label: QuantityLabel,
+        measured: impl Fn(usize) -> f64,
+    ) -> TestCurve {
+        TestCurve::of(label, self, |k| measured(k.saturating_sub(1)))
     }
 
     /// Findings of steady motion: the curve is the first quantity, `measured` in each step.
     pub fn steady(
         &self,
-        quantities: impl Into<Vec<Quantity>>,
+        quantities: impl Into<Vec<TestQuantity>>,
         measured: impl Fn(usize) -> f64,
-    ) -> Solved {
+    ) -> SolvedBy {
         let quantities = quantities.into();
-        let Quantity { name, unit, exact, .. } = quantities[0];
+        let TestQuantity { name, unit, exact, .. } = quantities[0];
         self.curve_of_steps((name, unit), measured).beside(|_| exact).with(quantities)
     }
 
@@ -440,7 +449,13 @@ impl Run {
 
     /// The distance ½ a t² at the end of a run from rest with the acceleration `a`; N steps move it by
     /// ½ a h² N (N + 1).
-    pub fn accelerated(&self, label: Label, measured: f64, a: f64, tolerance: f64) -> Quantity {
+    pub fn accelerated(
+        &self,
+        label: QuantityLabel,
+        measured: f64,
+        a: f64,
+        tolerance: f64,
+    ) -> TestQuantity {
         let (h, steps, t) = (self.time_step, self.steps() as f64, self.end_time());
         let convergence = if a > 0.0 { order(1, steps) } else { Convergence::Exact };
         equal(label, measured, 0.5 * a * t * t, tolerance)

@@ -1,8 +1,8 @@
 //! Bisection for the threshold between two motions.
 
 use crate::Refusal;
-use crate::quantity::{Label, Quantity, equal};
-use crate::runner::{Run, Runner, Setup};
+use crate::quantity::{QuantityLabel, TestQuantity, equal};
+use crate::runner::{Runner, Setup, TestRun};
 
 /// A threshold.
 pub(crate) struct Threshold {
@@ -22,7 +22,7 @@ const BRACKET: [f64; 2] = [0.998, 1.0021];
 
 impl Threshold {
     /// The quantity of the threshold.
-    pub fn equals(&self, label: Label, exact: f64) -> Quantity {
+    pub fn equals(&self, label: QuantityLabel, exact: f64) -> TestQuantity {
         equal(label, self.value, exact, self.tolerance)
     }
 
@@ -40,7 +40,7 @@ impl Threshold {
         runner: &mut Runner<'_>,
         expected: f64,
         setup: impl Fn(f64) -> Result<Setup, Refusal>,
-        tolerance: impl Fn(&Run) -> f64,
+        tolerance: impl Fn(&TestRun) -> f64,
     ) -> Result<Self, Refusal> {
         Self::near(expected, RESOLUTION * expected, |value| {
             let setup = setup(value)?;

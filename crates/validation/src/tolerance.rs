@@ -9,8 +9,8 @@
 //! error of any slip         |c − c*| ≤ W n δ + (W G δ²)^⅓             (c)
 //! ```
 
-use crate::residual::Residual;
-use crate::runner::{Run, largest};
+use crate::residual::ResidualCheck;
+use crate::runner::{TestRun, largest};
 
 const CORNERS: f64 = 4.0; // Corners of a face
 
@@ -46,7 +46,7 @@ impl Slider {
     /// The smallest of (a), (b) and (c) in every step, summed.
     pub fn tolerance(
         &self,
-        run: &Run,
+        run: &TestRun,
         steps: impl IntoIterator<Item = SlideStep>,
     ) -> SlideTolerance {
         let (h, w) = (run.time_step, self.mobility);
@@ -125,14 +125,14 @@ impl SlideTolerance {
     }
 }
 
-impl Run {
+impl TestRun {
     /// The largest residual of a step, m/s.
-    pub fn largest(&self, part: impl Fn(&Residual) -> f64) -> f64 {
+    pub fn largest(&self, part: impl Fn(&ResidualCheck) -> f64) -> f64 {
         largest(self.residuals.iter().map(part))
     }
 
     /// The sum of the steps' residuals, m/s.
-    pub fn sum(&self, part: impl Fn(&Residual) -> f64) -> f64 {
+    pub fn sum(&self, part: impl Fn(&ResidualCheck) -> f64) -> f64 {
         self.residuals.iter().map(part).sum()
     }
 
@@ -155,7 +155,7 @@ impl Run {
     /// and h Σ δ_k for positions.
     pub fn flight_way(&self) -> f64 {
         let ages = (1..=self.steps()).rev();
-        let aged = |(residual, age): (&Residual, usize)| age as f64 * residual.momentum;
+        let aged = |(residual, age): (&ResidualCheck, usize)| age as f64 * residual.momentum;
         let fallen: f64 = self.residuals.iter().zip(ages).map(aged).sum();
         let moved = self.sum(|r| r.kinematics);
         let rounding = self.end_time() * self.flight_rounding();

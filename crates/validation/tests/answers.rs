@@ -11,15 +11,15 @@ use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::StepSolver;
 use tumble_core::world::World;
 use tumble_validation::{
-    Claim, Convergence, Findings, Input, Inputs, MakeSolver, PROBLEMS, Problem, Quantity, Refusal,
-    Runner, find,
+    Convergence, Input, MakeSolver, PROBLEMS, ProblemFindings, QuantityClaim, Refusal, Runner,
+    TestInputs, TestProblem, TestQuantity, find,
 };
 
 fn native(world: &World) -> Result<Box<dyn StepSolver>, Error> {
     Ok(Box::new(NativeSolver::new(world)))
 }
 
-fn assert_holds(problem: &Problem, inputs: &Inputs, findings: &Findings) {
+fn assert_holds(problem: &TestProblem, inputs: &TestInputs, findings: &ProblemFindings) {
     for quantity in &findings.quantities {
         assert!(quantity.holds(), "{}: {quantity:?} with {inputs:?}", problem.name);
     }
@@ -101,7 +101,7 @@ fn the_native_solver_has_the_answers() {
 }
 
 /// The native solver is held to some thousand roundings, not to what Ipopt needs.
-fn assert_little_is_allowed(problem: &Problem, quantity: &Quantity) {
+fn assert_little_is_allowed(problem: &TestProblem, quantity: &TestQuantity) {
     // Thresholds are looked for to a millionth; about an edge all errors grow, and a force is an impulse over h.
     let most = match problem.name {
         "pushed-over" | "slope-topple" => 2e-6,
@@ -136,7 +136,7 @@ fn a_box_that_stops_within_a_step_has_its_answer() {
 
 /// That `problem` holds with h, where it was found to be `coarse`, and with h/2, and comes to
 /// the exact answer as it declares.
-fn assert_converges(problem: &Problem, inputs: &Inputs, h: f64, coarse: &Findings) {
+fn assert_converges(problem: &TestProblem, inputs: &TestInputs, h: f64, coarse: &ProblemFindings) {
     let fine = problem.solve(inputs, &mut Runner::new(&native, 0.5 * h)).unwrap();
     for findings in [coarse, &fine] {
         assert_holds(problem, inputs, findings);
@@ -174,7 +174,7 @@ fn other_numbers_have_their_answers(of_one: u32, of_several: u32) {
     });
 }
 
-fn other_numbers_have_the_answers_of(problem: &Problem, (of_one, of_several): (u32, u32)) {
+fn other_numbers_have_the_answers_of(problem: &TestProblem, (of_one, of_several): (u32, u32)) {
     let numbers =
         (0.01..1e3_f64, 0.05..1.2_f64, 1.0..25.0_f64, 0.0..50.0_f64, 0.2..12.0_f64, 1e-3..4e-3_f64);
     // Steps of several bodies take longer; and there may be nothing to vary.
@@ -306,21 +306,21 @@ fn explicit_euler_falls_another_height() {
     let fallen = findings.quantities[0];
     let steps = (1.0 / h).round();
     let measured = 0.5 * 9.81 * h * h * steps * (steps - 1.0);
-    assert!(fallen.holds() && !Quantity { measured, ..fallen }.holds(), "{fallen:?}");
+    assert!(fallen.holds() && !TestQuantity { measured, ..fallen }.holds(), "{fallen:?}");
 }
 
 /// An order is checked where one is declared, in the discrete answer and in the measured one,
 /// as far as the slack lets it be seen.
 #[test]
 fn an_order_that_is_not_the_declared_one_is_found_out() {
-    let quantity = |exact: f64, off: f64, tolerance: f64, convergence: Convergence| Quantity {
+    let quantity = |exact: f64, off: f64, tolerance: f64, convergence: Convergence| TestQuantity {
         name: "way",
         unit: "m",
         measured: exact + off,
         discrete: exact + off,
         exact,
         tolerance,
-        claim: Claim::Equal,
+        claim: QuantityClaim::Equal,
         convergence,
     };
     let pair = |off: [f64; 2], tolerance: f64, convergence: Convergence| {
@@ -342,7 +342,7 @@ fn an_order_that_is_not_the_declared_one_is_found_out() {
     assert_eq!(pair([0.02, 0.001], 1e-9, Convergence::Within(0.019)), (false, None));
     // A measured answer that goes another way than the discrete one.
     let (whole, half) = (quantity(3.0, 0.02, 1e-6, first), quantity(3.0, 0.01, 1e-6, first));
-    assert!(!whole.converges(&Quantity { measured: 3.005, ..half }));
+    assert!(!whole.converges(&TestQuantity { measured: 3.005, ..half }));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! them, slacks and multipliers included.
 
 use super::start::ProgramStart;
-use crate::ipopt::Point;
+use crate::ipopt::IteratePoint;
 use tumble_core::contact::ContactKey;
 use tumble_core::step::StepSolution;
 
@@ -26,7 +26,7 @@ pub(super) struct Multipliers {
 }
 
 impl Multipliers {
-    pub(super) fn of(contacts: Vec<ContactKey>, point: Point<'_>) -> Self {
+    pub(super) fn of(contacts: Vec<ContactKey>, point: IteratePoint<'_>) -> Self {
         Self {
             contacts,
             constraints: point.constraint_multipliers.to_vec(),

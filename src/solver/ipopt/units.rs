@@ -24,13 +24,13 @@ const USUAL_MASS: f64 = 10.0;
 /// Units of mass (kg), length (m) and time (s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct Units {
+pub(crate) struct ProgramUnits {
     mass: f64,
     length: f64,
     time: f64,
 }
 
-impl Units {
+impl ProgramUnits {
     /// SI units.
     pub(crate) const SI: Self = Self { mass: 1.0, length: 1.0, time: 1.0 };
 

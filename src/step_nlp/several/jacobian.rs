@@ -4,8 +4,8 @@ use super::super::entries::EntrySink;
 use super::super::layout::{
     ATTITUDE, ATTITUDE_ROWS, POSITION, POSITION_ROWS, SPIN, SPIN_ROWS, VELOCITY, VELOCITY_ROWS,
 };
-use super::component::Component;
-use super::touch::Side;
+use super::component::MotionComponent;
+use super::touch::ProgramSide;
 use super::{Friction, SeveralNlp};
 use nalgebra::Matrix2;
 
@@ -59,7 +59,7 @@ impl SeveralNlp {
     }
 
     /// Eqs. 8c and 8d of one side of a contact by its force (eq. D5).
-    fn emit_forces(&self, i: usize, side: &Side, sink: &mut impl EntrySink) {
+    fn emit_forces(&self, i: usize, side: &ProgramSide, sink: &mut impl EntrySink) {
         let first = self.layout.state(side.body).start;
         let normal = self.layout.normal(i).first;
         let tangential = self.layout.friction(i).map(|friction| friction.force);
@@ -163,7 +163,7 @@ impl SeveralNlp {
     pub(super) fn emit_motion(
         &self,
         i: usize,
-        (axis, component): (usize, &Component),
+        (axis, component): (usize, &MotionComponent),
         row: usize,
         factor: f64,
         sink: &mut impl EntrySink,

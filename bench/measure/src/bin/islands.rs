@@ -37,7 +37,7 @@ enum Group {
     Single,
 }
 
-struct Scene {
+struct IslandScene {
     name: &'static str,
     group: Group,
     islands: usize,
@@ -45,7 +45,7 @@ struct Scene {
     steps: [usize; 2],
 }
 
-impl Scene {
+impl IslandScene {
     fn begin(&self) -> Result<(World, Vec<State>), tumble_core::error::Error> {
         let mut draws = Draws::new(42);
         let (mut bodies, mut states) = (Vec::new(), Vec::new());
@@ -111,7 +111,7 @@ impl StepSolver for Timed {
 }
 
 /// A simulation on some threads.
-struct Run {
+struct IslandRun {
     simulation: Simulation<'static>,
     record: StepRecord,
     spent: Arc<AtomicU64>,
@@ -119,7 +119,7 @@ struct Run {
     failed: usize,
 }
 
-impl Run {
+impl IslandRun {
     fn new(
         world: &World,
         starts: &[State],
@@ -155,15 +155,20 @@ struct Measured {
     failed: usize,
 }
 
-fn measure(scene: &Scene, threads: NonZeroUsize) -> Result<Measured, tumble_core::error::Error> {
+fn measure(
+    scene: &IslandScene,
+    threads: NonZeroUsize,
+) -> Result<Measured, tumble_core::error::Error> {
     let (world, starts) = scene.begin()?;
     let [before, steps] = scene.steps;
     let none = [[f64::INFINITY; 2]; 2];
     let chunks = vec![none; steps / CHUNK];
     let mut measured = Measured { chunks, contacts: 0, same: true, failed: 0 };
     for _ in 0..ROUNDS {
-        let mut runs =
-            [Run::new(&world, &starts, NonZeroUsize::MIN)?, Run::new(&world, &starts, threads)?];
+        let mut runs = [
+            IslandRun::new(&world, &starts, NonZeroUsize::MIN)?,
+            IslandRun::new(&world, &starts, threads)?,
+        ];
         for run in &mut runs {
             run.advance(before)?;
             run.contacts = 0;
@@ -198,7 +203,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     };
     let scene = |name, group, usual, steps| {
         let islands = islands.unwrap_or(usual);
-        Scene { name, group, islands, steps }
+        IslandScene { name, group, islands, steps }
     };
     let scenes = [
         scene("stacks of 5 cubes at rest", Group::Stack, 100, [10, 100]),

@@ -1,9 +1,9 @@
 //! Contacts of the touches of two pieces.
 
 use super::curved::{Core, Curved};
-use super::proxy::{Owner, Proxy, placed};
+use super::proxy::{PieceOwner, Proxy, placed};
 use super::{Contact, ContactKey, Features, PairFeatures, Partner, frame_along};
-use crate::geometry::{Feature, Part, Piece, Side, Touch};
+use crate::geometry::{CorePart, Feature, Piece, PieceSide, Touch};
 use crate::mechanics::{Pose, RigidBody};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -24,8 +24,8 @@ impl Between<'_> {
     /// ([`super::meeting`]): from the first one on they are a point against a plane.
     pub(super) fn contact(&self, touch: &Touch, plane: u32) -> Option<Contact> {
         let (of_point, of_plane) = match touch.point_of {
-            Side::A => self.proxies,
-            Side::B => (self.proxies.1, self.proxies.0),
+            PieceSide::A => self.proxies,
+            PieceSide::B => (self.proxies.1, self.proxies.0),
         };
         let features = PairFeatures {
             pieces: (of_point.piece, of_plane.piece),
@@ -36,7 +36,7 @@ impl Between<'_> {
             && plane == 0
         {
             let (a, b) = self.proxies;
-            let Owner::Body(body) = a.owner else { return None };
+            let PieceOwner::Body(body) = a.owner else { return None };
             let key = ContactKey {
                 body,
                 point: self.corner(body, a, part_a),
@@ -46,9 +46,9 @@ impl Between<'_> {
             let pieces =
                 (piece(self.world, a.owner, a.piece)?, piece(self.world, b.owner, b.piece)?);
             let normal = match touch.point_of {
-                Side::A => touch.normal,
+                PieceSide::A => touch.normal,
                 // Of A, away from it.
-                Side::B => {
+                PieceSide::B => {
                     let [a, b] = [a, b].map(|proxy| placed(self.world, self.at, proxy).1.rotation);
                     -b.tr_mul(&(a * touch.normal))
                 }
@@ -56,7 +56,7 @@ impl Between<'_> {
             return Some(self.make(key, round(pieces, (part_a, part_b), &normal)?));
         }
         match (of_point.owner, of_plane.owner) {
-            (Owner::Body(body), owner) => {
+            (PieceOwner::Body(body), owner) => {
                 let corner = self.corner(body, of_point, part_of(touch));
                 let key = ContactKey {
                     body,
@@ -74,7 +74,7 @@ impl Between<'_> {
                     ),
                 ))
             }
-            (fixed @ Owner::Fixed(_), Owner::Body(body)) => {
+            (fixed @ PieceOwner::Fixed(_), PieceOwner::Body(body)) => {
                 let pieces = (of_plane.piece, of_point.piece);
                 let key = ContactKey {
                     body,
@@ -84,17 +84,17 @@ impl Between<'_> {
                 };
                 Some(self.make(key, turned_about(touch, &self.at[body])))
             }
-            (Owner::Fixed(_), Owner::Fixed(_)) => None,
+            (PieceOwner::Fixed(_), PieceOwner::Fixed(_)) => None,
         }
     }
 
     /// The contact point of a body that a part of its piece is: that of a vertex, or of an edge's
     /// first end.
-    fn corner(&self, body: usize, proxy: Proxy, part: Part) -> usize {
+    fn corner(&self, body: usize, proxy: Proxy, part: CorePart) -> usize {
         let body = &self.world.bodies()[body];
         let vertex = match part {
-            Part::Vertex(vertex) => vertex,
-            Part::Edge(edge) => first_end(body, proxy, edge),
+            CorePart::Vertex(vertex) => vertex,
+            CorePart::Edge(edge) => first_end(body, proxy, edge),
         };
         body.point_of(proxy.piece, vertex as usize)
     }
@@ -111,23 +111,24 @@ impl Between<'_> {
 }
 
 /// The part of the piece whose the point of a touch is.
-fn part_of(touch: &Touch) -> Part {
+fn part_of(touch: &Touch) -> CorePart {
     match (touch.feature, touch.point_of) {
-        (Feature::Vertex(side, vertex), of) if side == of => Part::Vertex(vertex),
-        (Feature::Edges(edge, _), Side::A) | (Feature::Edges(_, edge), Side::B) => Part::Edge(edge),
-        (Feature::Vertices(vertex, _), Side::A) | (Feature::Vertices(_, vertex), Side::B) => {
-            Part::Vertex(vertex)
+        (Feature::Vertex(side, vertex), of) if side == of => CorePart::Vertex(vertex),
+        (Feature::Edges(edge, _), PieceSide::A) | (Feature::Edges(_, edge), PieceSide::B) => {
+            CorePart::Edge(edge)
         }
-        (Feature::Round(part, _), Side::A) | (Feature::Round(_, part), Side::B) => part,
-        (Feature::Vertex(..), _) => Part::Vertex(0),
+        (Feature::Vertices(vertex, _), PieceSide::A)
+        | (Feature::Vertices(_, vertex), PieceSide::B) => CorePart::Vertex(vertex),
+        (Feature::Round(part, _), PieceSide::A) | (Feature::Round(_, part), PieceSide::B) => part,
+        (Feature::Vertex(..), _) => CorePart::Vertex(0),
     }
 }
 
 /// The piece of this number of an owner, if it has one.
-pub(super) fn piece(world: &World, owner: Owner, number: usize) -> Option<&Piece> {
+pub(super) fn piece(world: &World, owner: PieceOwner, number: usize) -> Option<&Piece> {
     match owner {
-        Owner::Body(index) => world.bodies().get(index)?.pieces().get(number),
-        Owner::Fixed(index) => world.fixed().get(index).map(|fixed| &fixed.piece),
+        PieceOwner::Body(index) => world.bodies().get(index)?.pieces().get(number),
+        PieceOwner::Fixed(index) => world.fixed().get(index).map(|fixed| &fixed.piece),
     }
 }
 
@@ -136,7 +137,7 @@ pub(super) fn piece(world: &World, owner: Owner, number: usize) -> Option<&Piece
 #[must_use]
 pub fn round(
     pieces: (&Piece, &Piece),
-    parts: (Part, Part),
+    parts: (CorePart, CorePart),
     normal: &Vector3<f64>,
 ) -> Option<Features> {
     if pieces.0.radius() + pieces.1.radius() == 0.0 {
@@ -149,12 +150,12 @@ pub fn round(
 }
 
 /// A vertex or an edge of a piece's core, in the frame of its body.
-fn core(piece: &Piece, part: Part) -> Option<Core> {
+fn core(piece: &Piece, part: CorePart) -> Option<Core> {
     let vertices = piece.core().vertices();
     let vertex = |number: u32| vertices.get(number as usize).copied();
     match part {
-        Part::Vertex(number) => Some(Core { from: vertex(number)?, along: Vector3::zeros() }),
-        Part::Edge(number) => {
+        CorePart::Vertex(number) => Some(Core { from: vertex(number)?, along: Vector3::zeros() }),
+        CorePart::Edge(number) => {
             let [from, to] = piece.core().edges().get(number as usize)?.vertices;
             let from = vertex(from)?;
             Some(Core { from, along: vertex(to)? - from })

@@ -2,7 +2,7 @@
 
 use super::memory::Memory;
 use super::neighbours::{Neighbours, Overlap, has_pairs};
-use super::proxy::Extent;
+use super::proxy::PieceExtent;
 use super::restitution::Rebound;
 use super::{Contact, Detection, KeyIndex, Partner, detection};
 use crate::mechanics::State;
@@ -195,7 +195,7 @@ impl Candidates {
 fn allowed_at_start(
     world: &World,
     asked: impl Fn(usize) -> bool,
-) -> impl Fn([(Partner, Extent); 2]) -> f64 {
+) -> impl Fn([(Partner, PieceExtent); 2]) -> f64 {
     /// Of what is thin.
     const PART: f64 = 0.1;
     /// What rounding and the digits of an input may leave, in parts of the world's reach.
@@ -204,7 +204,7 @@ fn allowed_at_start(
         Some(body) => world.bodies()[body].reach(),
         None => f64::INFINITY,
     };
-    move |[a, b]: [(Partner, Extent); 2]| {
+    move |[a, b]: [(Partner, PieceExtent); 2]| {
         if ![a.0, b.0].into_iter().filter_map(Partner::body).any(&asked) {
             return f64::INFINITY;
         }

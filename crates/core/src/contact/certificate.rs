@@ -12,7 +12,7 @@
 //! step.
 
 use super::{Contact, Partner};
-use crate::joint::{JointForce, Seen};
+use crate::joint::{JointForce, JointMotion};
 use crate::mechanics::dynamics::rk4_step;
 use crate::mechanics::quaternion::advance;
 use crate::mechanics::{Pose, RigidBody, State, Wrench, largest};
@@ -146,7 +146,7 @@ pub struct Certifier {
     rested: Vec<bool>,
     of_rested: Certificate,
     /// Where each joint is.
-    seen: Vec<Seen>,
+    seen: Vec<JointMotion>,
 }
 
 impl Certifier {
@@ -277,7 +277,7 @@ impl Certifier {
     }
 
     /// Where the joints were in the step that was certified last.
-    pub(crate) fn seen(&self) -> &[Seen] {
+    pub(crate) fn seen(&self) -> &[JointMotion] {
         &self.seen
     }
 

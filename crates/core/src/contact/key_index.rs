@@ -12,7 +12,7 @@ const NONE: u32 = u32::MAX;
 const FEWEST_SLOTS: usize = 16;
 
 /// A piece of an owner; of what has no pieces in a key, a contact point.
-pub(super) type End = (Partner, usize);
+pub(super) type KeyEnd = (Partner, usize);
 
 /// An index of the contacts in a list, whose memory stays. It lists contacts when it is first asked
 /// about them, so that a list which is never asked about costs nothing.
@@ -120,7 +120,7 @@ impl PieceIndex {
     pub(super) fn between<T: AsRef<ContactKey>>(
         &mut self,
         contacts: &[T],
-        ends: [End; 2],
+        ends: [KeyEnd; 2],
     ) -> impl Iterator<Item = usize> + use<'_, T> {
         self.0.list(contacts, |key| hash_of_ends(ends_of(key)));
         self.0.chain_of(hash_of_ends(ends))
@@ -196,7 +196,7 @@ fn slot(hash: u32, slots: usize) -> usize {
 }
 
 /// What a contact is between.
-pub(super) fn ends_of(key: &ContactKey) -> [End; 2] {
+pub(super) fn ends_of(key: &ContactKey) -> [KeyEnd; 2] {
     let (first, second) = key.pair.map_or((key.point, 0), |pair| pair.pieces);
     [(Partner::Body(key.body), first), (key.partner, second)]
 }
@@ -206,12 +206,12 @@ fn hash_of_key(key: &ContactKey) -> u32 {
 }
 
 /// The same for both orders.
-fn hash_of_ends(ends: [End; 2]) -> u32 {
+fn hash_of_ends(ends: [KeyEnd; 2]) -> u32 {
     upper(sum_of_ends(ends))
 }
 
-fn sum_of_ends([a, b]: [End; 2]) -> u64 {
-    let number = |(owner, part): End| {
+fn sum_of_ends([a, b]: [KeyEnd; 2]) -> u64 {
+    let number = |(owner, part): KeyEnd| {
         let owner = match owner {
             Partner::Ground => 0,
             Partner::Fixed(index) => 2 * index as u64 + 1,
@@ -238,7 +238,7 @@ fn scattered(number: u64) -> u64 {
 mod tests {
     use super::*;
     use crate::contact::PairFeatures;
-    use crate::geometry::{Feature, Side};
+    use crate::geometry::{Feature, PieceSide};
 
     struct Keyed(ContactKey);
 
@@ -249,7 +249,7 @@ mod tests {
     }
 
     fn key(body: usize, point: usize, other: usize, plane: u32) -> ContactKey {
-        let feature = Feature::Vertex(Side::A, point as u32);
+        let feature = Feature::Vertex(PieceSide::A, point as u32);
         let pair = Some(PairFeatures { pieces: (point % 2, 0), feature, plane });
         ContactKey { body, point, partner: Partner::Body(other), pair }
     }

@@ -16,12 +16,12 @@
 //! none, the features that face each other at the start are taken, across whose shortest line nothing is.
 
 use super::between::Between;
-use super::key_index::{End, PieceIndex, ends_of};
+use super::key_index::{KeyEnd, PieceIndex, ends_of};
 use super::owner::plane_of;
-use super::proxy::{Extent, Owner, Proxy, placed, size};
+use super::proxy::{PieceExtent, PieceOwner, Proxy, placed, size};
 use super::{Contact, ContactKey, Partner};
 use crate::geometry::{
-    Advance, Feature, Hint, Moving, Scratch, Touch, bound, first_overlap, manifold, separation,
+    Advance, Feature, Hint, Moving, PairScratch, Touch, bound, first_overlap, manifold, separation,
     stays_clear, travel,
 };
 use crate::mechanics::way::LARGEST_TURN;
@@ -65,21 +65,21 @@ pub(super) struct Looked<'a> {
 }
 
 /// One look at the ways of a step.
-pub(super) struct Look<'a> {
+pub(super) struct Sweeping<'a> {
     pub world: &'a World,
     pub states: &'a [State],
     /// Where the bodies are at both ends.
     pub start: &'a [Pose],
     pub end: &'a [Pose],
     pub ways: &'a [Way],
-    pub extents: &'a [Extent],
+    pub extents: &'a [PieceExtent],
     /// What overlaps by no more at the end has not met, m.
     pub depth: f64,
     /// Memory for poses on the way: those of the two bodies that are looked at are set.
     pub between: &'a mut [Pose],
     /// The contacts of the step, by their pieces.
     pub index: &'a mut PieceIndex,
-    pub scratch: &'a mut Scratch,
+    pub scratch: &'a mut PairScratch,
     pub touches: &'a mut Vec<Touch>,
     /// Whether something was passed or left out.
     pub passed: bool,
@@ -87,7 +87,7 @@ pub(super) struct Look<'a> {
 
 /// Where the bodies are where a pair is looked at.
 #[derive(Debug, Clone, Copy)]
-enum At {
+enum MeetingPlace {
     Start,
     /// The same, for what faces each other there however far that is.
     StartFar,
@@ -95,7 +95,7 @@ enum At {
     Between,
 }
 
-impl At {
+impl MeetingPlace {
     fn of<'a>(self, (start, end, between): (&'a [Pose], &'a [Pose], &'a [Pose])) -> &'a [Pose] {
         match self {
             Self::Start | Self::StartFar => start,
@@ -126,12 +126,12 @@ pub(super) struct Meeting {
     axis: Option<Vector3<f64>>,
 }
 
-impl Look<'_> {
+impl Sweeping<'_> {
     /// Whether a piece is where it was.
     fn stays(&self, proxy: Proxy) -> bool {
         match proxy.owner {
-            Owner::Body(index) => self.start[index] == self.end[index],
-            Owner::Fixed(_) => true,
+            PieceOwner::Body(index) => self.start[index] == self.end[index],
+            PieceOwner::Fixed(_) => true,
         }
     }
 
@@ -164,7 +164,7 @@ impl Look<'_> {
         let deep = fine + DEEP * thick;
         let passing = deep + moving.0.bulge() + moving.1.bulge();
         if *pair.gap < -self.depth {
-            *pair.gap = self.touches(pair, At::End);
+            *pair.gap = self.touches(pair, MeetingPlace::End);
             *pair.is_bound = false;
         }
         let is_deep = *pair.gap < -self.depth;
@@ -194,12 +194,12 @@ impl Look<'_> {
         let was = (placed(self.world, self.start, a), placed(self.world, self.start, b));
         let (mut under, mut begins_near) = (0.0, false);
         if bound(was.0, was.1, pair.hint) <= near {
-            let gap = self.touches(pair, At::Start);
+            let gap = self.touches(pair, MeetingPlace::Start);
             under = gap.min(0.0);
             begins_near = gap <= near;
             let before = contacts.len();
             if begins_near {
-                self.admit(pair.proxies, At::Start, f64::NEG_INFINITY, contacts);
+                self.admit(pair.proxies, MeetingPlace::Start, f64::NEG_INFINITY, contacts);
             }
             if contacts.len() > before {
                 return None;
@@ -228,37 +228,37 @@ impl Look<'_> {
     ) {
         let before = contacts.len();
         self.place(pair.proxies, meeting.share);
-        self.touches(pair, At::Between);
+        self.touches(pair, MeetingPlace::Between);
         if self.is_same_way(meeting, pair) {
             // With what it met, only farther on: all corners that come down are known there.
-            self.touches(pair, At::End);
-            self.admit(pair.proxies, At::End, meeting.under, contacts);
+            self.touches(pair, MeetingPlace::End);
+            self.admit(pair.proxies, MeetingPlace::End, meeting.under, contacts);
             if contacts.len() > before {
                 return;
             }
-            self.touches(pair, At::Between);
+            self.touches(pair, MeetingPlace::Between);
         } else if waits {
             return;
         }
-        if !self.admit(pair.proxies, At::Between, meeting.under, contacts) {
-            self.touches(pair, At::StartFar);
-            self.admit(pair.proxies, At::StartFar, f64::NEG_INFINITY, contacts);
+        if !self.admit(pair.proxies, MeetingPlace::Between, meeting.under, contacts) {
+            self.touches(pair, MeetingPlace::StartFar);
+            self.admit(pair.proxies, MeetingPlace::StartFar, f64::NEG_INFINITY, contacts);
         }
         if contacts.len() == before && meeting.is_deep && meeting.share < 1.0 {
             // Its contacts hold at the end, where another feature is too deep.
             self.place_beside_known(meeting, pair, contacts);
-            self.touches(pair, At::Between);
-            self.admit(pair.proxies, At::Between, meeting.under, contacts);
+            self.touches(pair, MeetingPlace::Between);
+            self.admit(pair.proxies, MeetingPlace::Between, meeting.under, contacts);
             if contacts.len() == before {
-                self.touches(pair, At::End);
-                self.admit(pair.proxies, At::End, meeting.under, contacts);
+                self.touches(pair, MeetingPlace::End);
+                self.admit(pair.proxies, MeetingPlace::End, meeting.under, contacts);
             }
         }
         if contacts.len() > before || !meeting.goes_through && *pair.gap >= -meeting.deep {
             return;
         }
         self.place(pair.proxies, meeting.share);
-        self.touches(pair, At::Between);
+        self.touches(pair, MeetingPlace::Between);
         self.admit_planes_of_round(pair.proxies, meeting.under, contacts);
         self.passed |= contacts.len() == before;
     }
@@ -329,15 +329,15 @@ impl Look<'_> {
         }
     }
 
-    fn moving<'b>(&self, proxy: Proxy, extent: Extent) -> Moving<'b>
+    fn moving<'b>(&self, proxy: Proxy, extent: PieceExtent) -> Moving<'b>
     where
         Self: 'b,
     {
         let (piece, from) = placed(self.world, self.start, proxy);
         let (_, to) = placed(self.world, self.end, proxy);
         let way = match proxy.owner {
-            Owner::Body(index) => &self.ways[index],
-            Owner::Fixed(_) => &Way::STILL,
+            PieceOwner::Body(index) => &self.ways[index],
+            PieceOwner::Fixed(_) => &Way::STILL,
         };
         Moving { piece, way, ends: (from, to), arm: extent.arm }
     }
@@ -345,7 +345,7 @@ impl Look<'_> {
     /// Sets the poses of a pair at a part of its way.
     fn place(&mut self, (a, b): (Proxy, Proxy), share: f64) {
         for proxy in [a, b] {
-            if let Owner::Body(index) = proxy.owner {
+            if let PieceOwner::Body(index) = proxy.owner {
                 let is_end = share >= 1.0;
                 let pose = if is_end { self.end[index] } else { self.ways[index].at(share) };
                 self.between[index] = pose;
@@ -354,13 +354,13 @@ impl Look<'_> {
     }
 
     /// Finds the touches of a pair. Returns the gap, m.
-    fn touches(&mut self, pair: &mut Looked<'_>, at: At) -> f64 {
+    fn touches(&mut self, pair: &mut Looked<'_>, at: MeetingPlace) -> f64 {
         let (a, b) = pair.proxies;
         let (world, ways) = (self.world, (self.start, self.end, &*self.between));
         let poses = at.of(ways);
         let pieces = (placed(world, poses, a), placed(world, poses, b));
         let mut reach = BAND * size(pieces.0.0).min(size(pieces.1.0));
-        if matches!(at, At::StartFar) {
+        if matches!(at, MeetingPlace::StartFar) {
             reach += separation(pieces.0, pieces.1, pair.hint, self.scratch).distance.max(0.0);
         }
         let plane_of = plane_of(world, self.states, self.start, (a, b));
@@ -427,7 +427,7 @@ impl Look<'_> {
     fn admit(
         &mut self,
         proxies: (Proxy, Proxy),
-        at: At,
+        at: MeetingPlace,
         under: f64,
         contacts: &mut Vec<Contact>,
     ) -> bool {
@@ -450,7 +450,7 @@ impl Look<'_> {
 }
 
 /// What a contact of two pieces is between.
-fn pieces((a, b): (Proxy, Proxy)) -> [End; 2] {
+fn pieces((a, b): (Proxy, Proxy)) -> [KeyEnd; 2] {
     [a, b].map(|proxy| (proxy.owner.partner(), proxy.piece))
 }
 

@@ -3,7 +3,7 @@
 use super::meeting::Looked;
 #[cfg(feature = "save")]
 use super::proxy::proxies_of;
-use super::proxy::{Owner, Proxy};
+use super::proxy::{PieceOwner, Proxy};
 use super::{Contact, ContactKey, Partner};
 use crate::geometry::{Aabb, Hint};
 use crate::mechanics::{Pose, State};
@@ -36,7 +36,7 @@ pub(super) struct Neighbour {
 }
 
 impl Neighbour {
-    pub(super) fn owners(&self, proxies: &[Proxy]) -> [Owner; 2] {
+    pub(super) fn owners(&self, proxies: &[Proxy]) -> [PieceOwner; 2] {
         [self.proxies.0, self.proxies.1].map(|at| proxies[at].owner)
     }
 

@@ -134,10 +134,10 @@ impl Features {
 }
 
 /// A body at the start of a step: its constants and its pose.
-pub type Placed<'a> = (&'a RigidBody, &'a Pose);
+pub type PlacedBody<'a> = (&'a RigidBody, &'a Pose);
 
 /// Which features touch, where they are, and by which law.
-type Told = (ContactKey, Features, ContactLaw);
+type PairDetection = (ContactKey, Features, ContactLaw);
 
 /// A point of body A against a plane of body B or of the ground, with what the step takes
 /// from the configuration at its start. Vectors are in the world's axes where no frame is
@@ -182,8 +182,8 @@ impl Contact {
         key: ContactKey,
         features: Features,
         law: ContactLaw,
-        a: Placed<'_>,
-        b: Option<Placed<'_>>,
+        a: PlacedBody<'_>,
+        b: Option<PlacedBody<'_>>,
     ) -> Self {
         match features.curved {
             None => Self::of_plane((key, features, law), a, b),
@@ -193,7 +193,11 @@ impl Contact {
 
     /// The contact of a point against a plane.
     #[inline(always)]
-    fn of_plane((key, features, law): Told, a: Placed<'_>, b: Option<Placed<'_>>) -> Self {
+    fn of_plane(
+        (key, features, law): PairDetection,
+        a: PlacedBody<'_>,
+        b: Option<PlacedBody<'_>>,
+    ) -> Self {
         let (features, radius) = (Features { curved: None, ..features }, features.radius);
         let gap = |normal: &Vector3<f64>, arm: &Vector3<f64>| {
             let Some((_, other)) = b else {
@@ -210,7 +214,11 @@ impl Contact {
 
     /// The contact of two round features.
     #[inline(never)]
-    fn of_round((key, features, law): Told, a: Placed<'_>, b: Option<Placed<'_>>) -> Self {
+    fn of_round(
+        (key, features, law): PairDetection,
+        a: PlacedBody<'_>,
+        b: Option<PlacedBody<'_>>,
+    ) -> Self {
         let (pose, other) = (a.1, b.map(|(_, pose)| pose));
         let features = tangent(features, pose, other);
         let beyond = features.radius + half_gap(&features, pose, other);
@@ -223,8 +231,8 @@ impl Contact {
     /// (m) by the normal and by A_A y.
     #[inline(always)]
     fn assemble(
-        (key, features, law): Told,
-        ((body, pose), b): (Placed<'_>, Option<Placed<'_>>),
+        (key, features, law): PairDetection,
+        ((body, pose), b): (PlacedBody<'_>, Option<PlacedBody<'_>>),
         beyond: f64,
         gap: impl FnOnce(&Vector3<f64>, &Vector3<f64>) -> f64,
     ) -> Self {

@@ -13,13 +13,13 @@ mod places;
 
 use super::between::Between;
 use super::key_index::{PieceIndex, ends_of};
-use super::meeting::{BAND, Look, Meeting};
+use super::meeting::{BAND, Meeting, Sweeping};
 use super::memory::{Memory, NOWHERE, Neighbour};
 use super::owner::plane_of;
-use super::proxy::{Extent, Owner, Proxy, placed, size};
+use super::proxy::{PieceExtent, PieceOwner, Proxy, placed, size};
 use super::seam::shares_a_line_only;
 use super::{Contact, Partner};
-use crate::geometry::{Scratch, Side, Sweep, Touch, bound, manifold};
+use crate::geometry::{PairScratch, PieceSide, Sweep, Touch, bound, manifold};
 use crate::mechanics::{Pose, State, Way};
 use crate::world::World;
 use places::set_poses;
@@ -50,7 +50,7 @@ pub struct Overlap {
 pub(super) struct Neighbours {
     memory: Memory,
     proxies: Vec<Proxy>,
-    extents: Vec<Extent>,
+    extents: Vec<PieceExtent>,
     /// Whose the boxes are.
     bodies: Vec<usize>,
     /// Where the bodies are at `end` and at `from`, and their ways in between.
@@ -77,7 +77,7 @@ pub(super) struct Neighbours {
     sweep: Sweep,
     /// The contacts of the step that is looked at, by their pieces.
     index: PieceIndex,
-    scratch: Scratch,
+    scratch: PairScratch,
     touches: Vec<Touch>,
 }
 
@@ -107,9 +107,9 @@ impl Neighbours {
         let (moved, moved_pairs) = (&mut self.moved, &mut self.moved_pairs);
         moved.clear();
         moved_pairs.clear();
-        let still = |owner: Owner| match owner {
-            Owner::Fixed(_) => true,
-            Owner::Body(index) => before.get(index) == Some(&poses[index]),
+        let still = |owner: PieceOwner| match owner {
+            PieceOwner::Fixed(_) => true,
+            PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
         };
         for (index, pair) in pairs.iter_mut().enumerate() {
             let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| proxies[at]);
@@ -151,7 +151,7 @@ impl Neighbours {
             }
         }
         contacts.extend_from_slice(kept);
-        joined.retain(|contact| contact.key.bodies().map(Owner::Body).all(still));
+        joined.retain(|contact| contact.key.bodies().map(PieceOwner::Body).all(still));
         contacts.extend_from_slice(joined);
     }
 
@@ -216,7 +216,7 @@ impl Neighbours {
         between.clone_from(begin);
         self.index.clear();
         self.index.reserve(contacts.capacity());
-        let mut look = Look {
+        let mut look = Sweeping {
             world,
             states,
             start: begin,
@@ -260,7 +260,7 @@ impl Neighbours {
         &mut self,
         world: &World,
         states: &[State],
-        allowed: impl Fn([(Partner, Extent); 2]) -> f64,
+        allowed: impl Fn([(Partner, PieceExtent); 2]) -> f64,
     ) -> Option<Overlap> {
         let mut deepest: Option<Overlap> = None;
         self.each_depth(world, states, |depth, sides| {
@@ -279,7 +279,7 @@ impl Neighbours {
         &mut self,
         world: &World,
         states: &[State],
-        allowed: impl Fn([(Partner, Extent); 2]) -> f64,
+        allowed: impl Fn([(Partner, PieceExtent); 2]) -> f64,
     ) -> Vec<Overlap> {
         let mut overlaps = Vec::new();
         self.each_depth(world, states, |depth, sides| {
@@ -298,7 +298,7 @@ impl Neighbours {
         &mut self,
         world: &World,
         states: &[State],
-        mut visit: impl FnMut(f64, [(Partner, Extent); 2]),
+        mut visit: impl FnMut(f64, [(Partner, PieceExtent); 2]),
     ) {
         let known = self.memory.end == states && self.lists(world);
         if !known && !self.stand(world, states) {
@@ -314,7 +314,7 @@ impl Neighbours {
             }
             if pair.is_bound && pair.gap < 0.0 {
                 let hint = &mut pair.hint;
-                pair.gap = manifold(pieces.0, pieces.1, 0.0, Side::A, hint, scratch, touches);
+                pair.gap = manifold(pieces.0, pieces.1, 0.0, PieceSide::A, hint, scratch, touches);
                 pair.is_bound = false;
             }
             let extents = (extents[pair.proxies.0], extents[pair.proxies.1]);
@@ -360,19 +360,19 @@ pub(super) fn has_pairs(world: &World) -> bool {
 }
 
 /// Notes that two owners met at the part `share` of the way.
-fn meet(met: &mut [f64], owners: [Owner; 2], share: f64) {
+fn meet(met: &mut [f64], owners: [PieceOwner; 2], share: f64) {
     for owner in owners {
-        if let Owner::Body(index) = owner {
+        if let PieceOwner::Body(index) = owner {
             met[index] = met[index].min(share);
         }
     }
 }
 
 /// Where one of two owners met something first; ∞ if they did not.
-fn has_met(met: &[f64], owners: [Owner; 2]) -> f64 {
-    let of = |owner: Owner| match owner {
-        Owner::Body(index) => met[index],
-        Owner::Fixed(_) => f64::INFINITY,
+fn has_met(met: &[f64], owners: [PieceOwner; 2]) -> f64 {
+    let of = |owner: PieceOwner| match owner {
+        PieceOwner::Body(index) => met[index],
+        PieceOwner::Fixed(_) => f64::INFINITY,
     };
     of(owners[0]).min(of(owners[1]))
 }

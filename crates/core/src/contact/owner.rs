@@ -1,8 +1,8 @@
 //! Whose the plane of a contact is, where the features leave it open: between edges, between faces
 //! that are as good as each other. Geometry says it, not the order of the bodies.
 
-use super::proxy::{Owner, Proxy, placed, size};
-use crate::geometry::Side;
+use super::proxy::{PieceOwner, Proxy, placed, size};
+use crate::geometry::PieceSide;
 use crate::mechanics::{Pose, RigidBody, State};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -25,11 +25,11 @@ pub(super) fn plane_of(
     states: &[State],
     start: &[Pose],
     (a, b): (Proxy, Proxy),
-) -> Side {
+) -> PieceSide {
     let (of_a, of_b) = match (a.owner, b.owner) {
-        (Owner::Fixed(_), _) => return Side::A,
-        (_, Owner::Fixed(_)) => return Side::B,
-        (Owner::Body(of_a), Owner::Body(of_b)) => (of_a, of_b),
+        (PieceOwner::Fixed(_), _) => return PieceSide::A,
+        (_, PieceOwner::Fixed(_)) => return PieceSide::B,
+        (PieceOwner::Body(of_a), PieceOwner::Body(of_b)) => (of_a, of_b),
     };
     let h = world.time_step();
     let bodies = (&world.bodies()[of_a], &world.bodies()[of_b]);
@@ -58,7 +58,7 @@ pub(super) fn plane_of(
             lexicographic(&seen(of_a), &seen(of_b), length)
         })
         .then_with(|| lexicographic(&r_a, &r_b, 0.0));
-    if order == Ordering::Greater { Side::B } else { Side::A }
+    if order == Ordering::Greater { PieceSide::B } else { PieceSide::A }
 }
 
 /// The order of two numbers that are equal within `width`.

@@ -8,12 +8,12 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Whose a piece is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Owner {
+pub(super) enum PieceOwner {
     Body(usize),
     Fixed(usize),
 }
 
-impl Owner {
+impl PieceOwner {
     pub(super) fn partner(self) -> Partner {
         match self {
             Self::Body(index) => Partner::Body(index),
@@ -25,13 +25,13 @@ impl Owner {
 /// A piece of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Proxy {
-    pub(super) owner: Owner,
+    pub(super) owner: PieceOwner,
     pub(super) piece: usize,
 }
 
 /// What of a piece says how its body's motion moves it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Extent {
+pub(super) struct PieceExtent {
     /// ℓ, m: the reach of the piece from its own middle.
     pub(super) size: f64,
     /// m: the largest distance of its core from the body's centre of mass.
@@ -40,7 +40,7 @@ pub(super) struct Extent {
     pub(super) inner: f64,
 }
 
-impl Extent {
+impl PieceExtent {
     pub(super) fn of(piece: &Piece) -> Self {
         let core = piece.core();
         let arm = core.vertices().iter().map(Vector3::norm).fold(0.0, f64::max);
@@ -54,10 +54,10 @@ impl Extent {
 /// The pieces of a world: those of its bodies, in their order, then what is fixed.
 pub(super) fn proxies_of(world: &World) -> impl Iterator<Item = Proxy> + '_ {
     let of_body = |(index, body): (usize, &RigidBody)| {
-        let owner = Owner::Body(index);
+        let owner = PieceOwner::Body(index);
         (0..body.pieces().len()).map(move |piece| Proxy { owner, piece })
     };
-    let fixed = (0..world.fixed().len()).map(Owner::Fixed);
+    let fixed = (0..world.fixed().len()).map(PieceOwner::Fixed);
     let fixed = fixed.map(|owner| Proxy { owner, piece: 0 });
     world.bodies().iter().enumerate().flat_map(of_body).chain(fixed)
 }
@@ -74,8 +74,8 @@ pub(super) fn placed<'a>(
     proxy: Proxy,
 ) -> (&'a Piece, &'a Pose) {
     match proxy.owner {
-        Owner::Body(index) => (&world.bodies()[index].pieces()[proxy.piece], &poses[index]),
-        Owner::Fixed(index) => (&world.fixed()[index].piece, &FIXED),
+        PieceOwner::Body(index) => (&world.bodies()[index].pieces()[proxy.piece], &poses[index]),
+        PieceOwner::Fixed(index) => (&world.fixed()[index].piece, &FIXED),
     }
 }
 

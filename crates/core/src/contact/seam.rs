@@ -1,6 +1,6 @@
 //! Faces that meet in a line only: tiles of a floor.
 
-use crate::geometry::{Placed, Side, Touch};
+use crate::geometry::{PieceSide, PlacedPiece, Touch};
 use nalgebra::Vector3;
 
 /// Face normals are parallel to this: cosine.
@@ -9,18 +9,18 @@ const PARALLEL: f64 = 0.999_55;
 /// Whether two faces lie in one plane but overlap in a line or a point only, to rounding: boxes on a
 /// floor of tiles, where one reaches the next. Neither holds the other there.
 pub(super) fn shares_a_line_only(
-    (a, b): (Placed<'_>, Placed<'_>),
+    (a, b): (PlacedPiece<'_>, PlacedPiece<'_>),
     touches: &[Touch],
     size: f64,
 ) -> bool {
     let Some(first) = touches.first() else { return true };
     let (owner, other) = match first.point_of {
-        Side::A => (b, a),
-        Side::B => (a, b),
+        PieceSide::A => (b, a),
+        PieceSide::B => (a, b),
     };
     // In the world.
     let normal = owner.1.rotation * first.normal;
-    let faces = |(piece, pose): Placed<'_>, normal: Vector3<f64>| {
+    let faces = |(piece, pose): PlacedPiece<'_>, normal: Vector3<f64>| {
         let normal = pose.rotation.tr_mul(&normal);
         piece.core().faces().iter().any(|face| face.normal.dot(&normal) >= PARALLEL)
     };
@@ -29,7 +29,7 @@ pub(super) fn shares_a_line_only(
     }
     let points = || {
         touches.iter().map(|touch| {
-            let (_, pose) = if touch.point_of == Side::A { a } else { b };
+            let (_, pose) = if touch.point_of == PieceSide::A { a } else { b };
             pose.position + pose.rotation * touch.point
         })
     };

@@ -5,7 +5,7 @@
 //! it is asked in a frame that does, too: δn = φ × n.
 
 use super::placement::{FeatureChange, Placement, across};
-use super::side::{Given, Side};
+use super::side::{SideChangeInput, StepSide};
 use crate::contact::curved::{Core, Reach, shortest_way};
 use crate::contact::{Contact, Curved, Partner};
 use crate::mechanics::State;
@@ -33,13 +33,13 @@ pub(crate) struct RowSlopes {
 
 /// How the features of a contact follow the bodies, whatever these do in the step.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Placed {
+pub(crate) struct PlacedFeatures {
     placement: Placement,
     /// How far it is from the end of its features, m.
     room: f64,
 }
 
-impl Placed {
+impl PlacedFeatures {
     /// That of `contact` where the bodies are at `states`.
     pub(crate) fn of(world: &World, contact: &Contact, states: &[State]) -> Self {
         let (placement, room) = match &contact.features.curved {
@@ -60,15 +60,15 @@ impl Placed {
 pub(crate) struct ContactTangent {
     contact: Contact,
     time_step: f64,
-    placed: Placed,
-    a: Side,
-    b: Side,
+    placed: PlacedFeatures,
+    a: StepSide,
+    b: StepSide,
     /// Of a point against a plane, what no change has a part in.
-    way: Way,
+    way: PointTravel,
     /// u, m/s, world, with all that the law speaks of.
     motion: Vector3<f64>,
     /// Where it bounces and the rebound is what counts.
-    rebound: Option<Rebound>,
+    rebound: Option<ReboundRow>,
     /// How far the rows of its gap and of its rebound are from each other, m/s, where it has both: the nearer to zero counts. Of one that
     /// is struck the rebound may be that of a speed of nothing.
     between: f64,
@@ -76,7 +76,7 @@ pub(crate) struct ContactTangent {
 
 /// The way of a contact's point over a step: m, world.
 #[derive(Debug, Clone, Copy)]
-struct Way {
+struct PointTravel {
     /// A_A a at k and at k+1.
     arm: Vector3<f64>,
     arm_end: Vector3<f64>,
@@ -91,8 +91,8 @@ struct Way {
     spin: Vector3<f64>,
 }
 
-impl Way {
-    fn new(contact: &Contact, (a, b): (&Side, &Side), h: f64) -> Self {
+impl PointTravel {
+    fn new(contact: &Contact, (a, b): (&StepSide, &StepSide), h: f64) -> Self {
         let point = contact.features.point;
         let (arm, arm_end) = (a.rotation * point, a.turned * point);
         let seen = a.origin + arm - b.origin;
@@ -107,7 +107,7 @@ impl Way {
 
 /// The row of a rebound.
 #[derive(Debug, Clone, Copy)]
-struct Rebound {
+struct ReboundRow {
     /// u without it, m/s, world.
     plain: Vector3<f64>,
     /// The part of c_n⁻ that it asks for.
@@ -122,13 +122,13 @@ impl ContactTangent {
     /// That of `contact`, which is `placed` so, over a step from `states` that ends with the velocities of `next`.
     pub(crate) fn new(
         world: &World,
-        (contact, placed): (&Contact, &Placed),
+        (contact, placed): (&Contact, &PlacedFeatures),
         states: &[State],
         next: &[State],
     ) -> Self {
         let side = |body: Option<usize>, radius| {
-            body.map_or(Side::fixed(radius), |body| {
-                Side::of_body(world, body, states, next, radius)
+            body.map_or(StepSide::fixed(radius), |body| {
+                StepSide::of_body(world, body, states, next, radius)
             })
         };
         let (key, h) = (&contact.key, world.time_step());
@@ -144,7 +144,7 @@ impl ContactTangent {
         };
         let mut a = side(Some(key.body), radius_a(world, contact));
         let mut b = side(other, radius_b);
-        let surface = |side: &Side, of: Partner| side.rotation * world.surface_of(of);
+        let surface = |side: &StepSide, of: Partner| side.rotation * world.surface_of(of);
         a.surface = surface(&a, Partner::Body(key.body));
         b.surface = surface(&b, key.partner);
         let ends = |body: usize| (states[body].pose(), next[body].pose());
@@ -156,8 +156,8 @@ impl ContactTangent {
         let counts = contact.bounces() && motion != plain;
         let left = contact.normal().dot(&motion);
         let share = contact.rebound / coming;
-        let rebound = counts.then_some(Rebound { plain, share, coming, left });
-        let way = Way::new(contact, (&a, &b), h);
+        let rebound = counts.then_some(ReboundRow { plain, share, coming, left });
+        let way = PointTravel::new(contact, (&a, &b), h);
         let between = match contact.struck || contact.bounces() {
             true => {
                 let parting = contact.departing_velocity(world, states, next);
@@ -219,7 +219,7 @@ impl ContactTangent {
     /// What the changes `given` of A and of B, of h (s) and of e make of its rows.
     pub(crate) fn change(
         &self,
-        (of_a, of_b): (&Given, &Given),
+        (of_a, of_b): (&SideChangeInput, &SideChangeInput),
         time_step: f64,
         restitution: f64,
     ) -> RowChange {
@@ -256,7 +256,7 @@ impl ContactTangent {
             return None;
         }
         let h = self.time_step;
-        let Way { arm, arm_end, seen, back, end, travelled, spin, .. } = &self.way;
+        let PointTravel { arm, arm_end, seen, back, end, travelled, spin, .. } = &self.way;
         let (n, rho) = (self.contact.normal(), self.contact.features.radius);
         let (zero, unit) = (Matrix3::zeros(), Matrix3::identity());
         let (carry, press) = (back / h, (n * n.transpose() - unit) / h);
@@ -289,9 +289,9 @@ impl ContactTangent {
     /// ```
     fn exchange(
         &self,
-        Rebound { plain, share, coming, left }: Rebound,
+        ReboundRow { plain, share, coming, left }: ReboundRow,
         change: &mut RowChange,
-        given: (&Given, &Given),
+        given: (&SideChangeInput, &SideChangeInput),
         (time_step, restitution): (f64, f64),
     ) {
         let n = self.contact.normal();
@@ -310,12 +310,14 @@ impl ContactTangent {
     fn parting(
         &self,
         arms: &[Vector3<f64>; 2],
-        (of_a, of_b): (&Given, &Given),
+        (of_a, of_b): (&SideChangeInput, &SideChangeInput),
         time_step: f64,
         departs: bool,
     ) -> (Vector3<f64>, Vector3<f64>) {
         let [arm_a, arm_b] = self.arms();
-        let of = |side: &Side, given: &Given, (arm, moved): (&Vector3<f64>, &Vector3<f64>)| {
+        let of = |side: &StepSide,
+                  given: &SideChangeInput,
+                  (arm, moved): (&Vector3<f64>, &Vector3<f64>)| {
             let Some(impact) = &side.impact else { return (Vector3::zeros(), Vector3::zeros()) };
             let (linear, linear_change) = if departs {
                 (side.linear, Vector3::zeros())
@@ -336,14 +338,18 @@ impl ContactTangent {
     /// ```text
     /// u = (A_B (A_B⁺ᵀ s⁺ − A_Bᵀ s) + n φ)/h − ρ (A_A ω_A − A_B ω_B) × n            (G4)
     /// ```
-    fn plane_change(&self, (of_a, of_b): (&Given, &Given), time_step: f64) -> RowChange {
+    fn plane_change(
+        &self,
+        (of_a, of_b): (&SideChangeInput, &SideChangeInput),
+        time_step: f64,
+    ) -> RowChange {
         let (a, b, h) = (&self.a, &self.b, self.time_step);
         let sides = (a.change(of_a), b.change(of_b));
         let features = self.placed.placement.change(&self.contact, (&sides.0, &sides.1));
         let FeatureChange { point: moved, radius: wider, normal, offset } = features;
         let Contact { gap, features: own, .. } = &self.contact;
         let (n, rho) = (self.contact.normal(), own.radius);
-        let Way { arm, arm_end, seen, back, end, travelled, length, spin } = &self.way;
+        let PointTravel { arm, arm_end, seen, back, end, travelled, length, spin } = &self.way;
         let normal = b.rotation * normal;
         let turned = of_b.turn.cross(&n) + normal;
         let apart = of_a.position - of_b.position;
@@ -377,7 +383,7 @@ impl ContactTangent {
     fn round_change(
         &self,
         curved: &Curved,
-        (of_a, of_b): (&Given, &Given),
+        (of_a, of_b): (&SideChangeInput, &SideChangeInput),
         time_step: f64,
     ) -> RowChange {
         let (a, b, h) = (&self.a, &self.b, self.time_step);
@@ -415,15 +421,19 @@ impl ContactTangent {
             - turned * (radius + 0.5 * opened);
         // The middles at k, moved on.
         let (turn_a, turn_b) = (of_a.turn + a.rate * time_step, of_b.turn + b.rate * time_step);
-        let end_change =
-            |side: &Side, given: &Given, turn: &Vector3<f64>, core: &Core, share, slid: f64| {
-                let point = core.at(share);
-                let shifted = given.stretch.component_mul(&point) + core.along * slid;
-                given.position
-                    + side.linear * time_step
-                    + turn.cross(&(side.turned * point))
-                    + side.turned * shifted
-            };
+        let end_change = |side: &StepSide,
+                          given: &SideChangeInput,
+                          turn: &Vector3<f64>,
+                          core: &Core,
+                          share,
+                          slid: f64| {
+            let point = core.at(share);
+            let shifted = given.stretch.component_mul(&point) + core.along * slid;
+            given.position
+                + side.linear * time_step
+                + turn.cross(&(side.turned * point))
+                + side.turned * shifted
+        };
         let between = |shares: (f64, f64), slid: (f64, f64)| {
             end_change(a, of_a, &turn_a, &curved.of_a, shares.0, slid.0)
                 - end_change(b, of_b, &turn_b, &curved.of_b, shares.1, slid.1)
@@ -459,8 +469,9 @@ impl ContactTangent {
     /// way between them counts.
     fn end(&self, curved: &Curved) -> ((f64, f64), Reach) {
         let h = self.time_step;
-        let of =
-            |side: &Side, core: &Core| core.moved(&side.turned, &(side.origin + side.linear * h));
+        let of = |side: &StepSide, core: &Core| {
+            core.moved(&side.turned, &(side.origin + side.linear * h))
+        };
         let (shares, way) = shortest_way(&of(&self.a, &curved.of_a), &of(&self.b, &curved.of_b));
         (shares, Reach::of(&way, &self.contact.normal()))
     }

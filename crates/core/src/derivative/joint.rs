@@ -8,7 +8,7 @@
 mod tests;
 
 use super::EndMap;
-use crate::joint::{Axis, Joint, Turn, Turning};
+use crate::joint::{Axis, Joint, Turn, TurnKind};
 use crate::mechanics::{Pose, State};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -293,7 +293,7 @@ impl<'a> JointTangent<'a> {
             let counted = joint.counted(&was, angles);
             let before = Turn::new(joint, (&was, &counted), h, length);
             let still = Vector3::zeros();
-            if joint.turning() == Turning::Driven {
+            if joint.turning() == TurnKind::Driven {
                 let (turned, [now, then]) = turn.turned_since(&before);
                 let then = by_turns(&then.map(|slopes| -slopes));
                 return Some(self.rates((&by_turns(&now), &turned), (&then, &still)));

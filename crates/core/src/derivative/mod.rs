@@ -13,9 +13,9 @@ mod placement;
 mod side;
 mod unseen;
 
-pub(crate) use contact::{ContactTangent, Placed, RowSlopes};
+pub(crate) use contact::{ContactTangent, PlacedFeatures, RowSlopes};
 pub(crate) use joint::{JointTangent, RowsTangent};
-pub(crate) use side::Given;
+pub(crate) use side::SideChangeInput;
 pub(crate) use unseen::nearest_unseen;
 
 use crate::mechanics::quaternion::attitude_map;

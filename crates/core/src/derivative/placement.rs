@@ -84,7 +84,7 @@ impl Placement {
         let (Some(of_a), Some(of_b)) = (body.pieces().get(pair.pieces.0), other) else {
             return (Self::Unknown, 0.0);
         };
-        let seen = Seen { pair, pieces: (of_a, of_b), contact, poses: (a, b) };
+        let seen = PlacedPair { pair, pieces: (of_a, of_b), contact, poses: (a, b) };
         let placement = seen.placement();
         (placement, seen.room(&placement))
     }
@@ -196,14 +196,14 @@ fn slide(
 }
 
 /// A contact of two pieces, where they are.
-struct Seen<'a> {
+struct PlacedPair<'a> {
     pair: PairFeatures,
     pieces: (&'a Piece, &'a Piece),
     contact: &'a Contact,
     poses: (&'a Pose, Option<&'a Pose>),
 }
 
-impl Seen<'_> {
+impl PlacedPair<'_> {
     fn placement(&self) -> Placement {
         let Features { frame, offset, .. } = &self.contact.features;
         let normal = frame.column(2).into_owned();

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// A body at both ends of a step, or what is fixed.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Side {
+pub(super) struct StepSide {
     /// r and A(q) at k; zero and E of what is fixed.
     pub(super) origin: Vector3<f64>,
     pub(super) rotation: Matrix3<f64>,
@@ -22,10 +22,10 @@ pub(super) struct Side {
     /// What carries things along, m/s, world.
     pub(super) surface: Vector3<f64>,
     /// How it turns before and after an impact.
-    pub(super) impact: Option<Impact>,
+    pub(super) impact: Option<ImpactMotion>,
 }
 
-impl Side {
+impl StepSide {
     pub(super) fn fixed(radius: f64) -> Self {
         let (zero, unit) = (Vector3::zeros(), Matrix3::identity());
         Self {
@@ -51,7 +51,7 @@ impl Side {
         let (state, end, h) = (&states[index], &next[index], world.time_step());
         let (start, body): (Pose, &RigidBody) = (state.pose(), &world.bodies()[index]);
         let spin_world = start.rotation * end.spin;
-        let impact = Impact {
+        let impact = ImpactMotion {
             form: world.rotation(),
             time_step: h,
             inertia: *body.inertia(),
@@ -74,7 +74,7 @@ impl Side {
         }
     }
 
-    pub(super) fn change(&self, given: &Given) -> SideChange {
+    pub(super) fn change(&self, given: &SideChangeInput) -> SideChange {
         SideChange {
             origin: self.origin,
             rotation: self.rotation,
@@ -89,7 +89,7 @@ impl Side {
 
 /// A ω̃ of both sides of an impact (eq. 29), and what changes it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Impact {
+pub(super) struct ImpactMotion {
     pub(super) form: Rotation,
     pub(super) time_step: f64,
     pub(super) inertia: Matrix3<f64>,
@@ -101,7 +101,7 @@ pub(super) struct Impact {
     pub(super) new: Vector3<f64>,
 }
 
-impl Impact {
+impl ImpactMotion {
     /// A ω̃ after the impulses, or before them, rad/s, world, and what it changes by: with I ω̃ = P,
     ///
     /// ```text
@@ -109,7 +109,7 @@ impl Impact {
     /// ```
     pub(super) fn spin(
         &self,
-        given: &Given,
+        given: &SideChangeInput,
         time_step: f64,
         departs: bool,
     ) -> (Vector3<f64>, Vector3<f64>) {
@@ -139,7 +139,7 @@ impl Impact {
 
 /// What changes of one side of a contact.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Given {
+pub(crate) struct SideChangeInput {
     /// δr, m, and δθ, rad, both world.
     pub(crate) position: Vector3<f64>,
     pub(crate) turn: Vector3<f64>,
@@ -154,7 +154,7 @@ pub(crate) struct Given {
     pub(crate) inertia: Matrix3<f64>,
 }
 
-impl Given {
+impl SideChangeInput {
     /// Nothing.
     pub(crate) fn nothing() -> Self {
         let zero = Vector3::zeros();

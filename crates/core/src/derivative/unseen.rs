@@ -1,7 +1,7 @@
 //! What a step passed by: the nearest things that were no contacts.
 
 use crate::contact::{Contact, ContactKey, Partner};
-use crate::geometry::{Hint, Piece, Scratch, separation};
+use crate::geometry::{Hint, PairScratch, Piece, separation};
 use crate::mechanics::{Pose, State};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
@@ -48,7 +48,7 @@ pub(crate) fn nearest_unseen(
         .chain(fixed.map(|(index, fixed)| (Partner::Fixed(index), 0, &fixed.piece)))
         .map(|(of, number, piece)| (placed(of, number, piece), piece))
         .collect();
-    let (mut hint, mut scratch) = (Hint::default(), Scratch::default());
+    let (mut hint, mut scratch) = (Hint::default(), PairScratch::default());
     for (place, (a, of_a)) in all.iter().enumerate() {
         let Some(body) = a.0.body() else { break };
         for (b, of_b) in &all[place + 1..] {

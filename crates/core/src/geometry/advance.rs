@@ -27,7 +27,7 @@
 //! up to the length of the mean of the axes, 1 − |Δn|²/8. Whichever lets the way go on farthest is taken.
 
 use super::Piece;
-use super::pair::{Hint, Pair, Placed, Scratch};
+use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece};
 use super::separation::{Separation, separation};
 use crate::mechanics::{Pose, Way};
 use nalgebra::Vector3;
@@ -62,11 +62,11 @@ pub enum Advance {
 }
 
 impl<'a> Moving<'a> {
-    fn at_start(&self) -> Placed<'a> {
+    fn at_start(&self) -> PlacedPiece<'a> {
         (self.piece, self.ends.0)
     }
 
-    fn at_end(&self) -> Placed<'a> {
+    fn at_end(&self) -> PlacedPiece<'a> {
         (self.piece, self.ends.1)
     }
 
@@ -124,7 +124,7 @@ pub fn first_overlap(
     b: &Moving<'_>,
     depth: f64,
     hint: &mut Hint,
-    scratch: &mut Scratch,
+    scratch: &mut PairScratch,
 ) -> Advance {
     let mut at = |share: f64| {
         let (pose_a, pose_b) = (a.way.at(share), b.way.at(share));
@@ -206,7 +206,7 @@ fn sagging(a: &Moving<'_>, b: &Moving<'_>, axis: &Vector3<f64>) -> f64 {
 }
 
 /// How far two pieces are apart along a unit vector (world, from A to B), m.
-fn gap_along(a: Placed<'_>, b: Placed<'_>, axis: &Vector3<f64>) -> f64 {
-    let pair = Pair::new(a, b);
+fn gap_along(a: PlacedPiece<'_>, b: PlacedPiece<'_>, axis: &Vector3<f64>) -> f64 {
+    let pair = PiecePair::new(a, b);
     pair.gap_along(&a.1.rotation.tr_mul(axis)) - pair.radii()
 }

@@ -3,9 +3,9 @@
 //! convex polyhedra", GDC 2013): exact if the cores overlap; if they are apart, a bound from
 //! below on their distance, which is exact if a face or two crossing edges are closest.
 
-use super::pair::{Pair, Scratch, highest, lowest};
+use super::pair::{PairScratch, PiecePair, highest, lowest};
 use super::segment::span;
-use super::touch::Side;
+use super::touch::PieceSide;
 use nalgebra::Vector3;
 
 /// Edges at an angle with a smaller sine are taken for parallel: the direction across them is
@@ -18,7 +18,7 @@ const EQUAL: f64 = 1e-7;
 /// What spans an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub(super) enum Kind {
+pub(super) enum AxisSource {
     FaceA(usize),
     FaceB(usize),
     Edges(usize, usize),
@@ -26,8 +26,8 @@ pub(super) enum Kind {
 
 /// An axis and how far the cores are apart along it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Axis {
-    pub kind: Kind,
+pub(super) struct SeparatingAxis {
+    pub kind: AxisSource,
     /// Unit, frame of A, from A to B.
     pub normal: Vector3<f64>,
     /// m; negative if the cores overlap.
@@ -38,22 +38,22 @@ pub(super) struct Axis {
 
 /// How faces that are as good as each other are told apart.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Tie {
+pub(super) struct TieBreak {
     /// m: gaps that differ by less are equal.
     pub within: f64,
     /// Whose the face is if the areas are equal too.
-    pub to: Side,
+    pub to: PieceSide,
 }
 
 /// The best axis, or one whose gap is above `enough`. None if neither core has a
 /// face. `scratch` holds B's placed vertices and normals; what is outside a face by no more than the
 /// `tie` is wide counts as over it.
 pub(super) fn best_axis(
-    pair: &Pair<'_>,
-    scratch: &mut Scratch,
+    pair: &PiecePair<'_>,
+    scratch: &mut PairScratch,
     enough: f64,
-    tie: Tie,
-) -> Option<Axis> {
+    tie: TieBreak,
+) -> Option<SeparatingAxis> {
     let of_a = best_face_of_a(pair, scratch);
     if let Some(axis) = of_a.filter(|axis| axis.gap > enough) {
         return Some(axis);
@@ -68,30 +68,40 @@ pub(super) fn best_axis(
     };
     // Where the deepest vertex is over the face itself, nothing can be farther apart.
     if best.gap >= 0.0 && meets_face(pair, scratch, &best, tie.within) {
-        return Some(Axis { exact: true, ..best });
+        return Some(SeparatingAxis { exact: true, ..best });
     }
     let best = best_edges(pair, scratch, best);
-    Some(Axis { exact: best.gap <= 0.0, ..best })
+    Some(SeparatingAxis { exact: best.gap <= 0.0, ..best })
 }
 
-fn best_face_of_a(pair: &Pair<'_>, scratch: &Scratch) -> Option<Axis> {
-    let mut best: Option<Axis> = None;
+fn best_face_of_a(pair: &PiecePair<'_>, scratch: &PairScratch) -> Option<SeparatingAxis> {
+    let mut best: Option<SeparatingAxis> = None;
     for (index, face) in pair.a.faces().iter().enumerate() {
         let gap = lowest(&scratch.vertices, &face.normal).1 - face.offset;
         if best.is_none_or(|best| gap > best.gap) {
-            best = Some(Axis { kind: Kind::FaceA(index), normal: face.normal, gap, exact: false });
+            best = Some(SeparatingAxis {
+                kind: AxisSource::FaceA(index),
+                normal: face.normal,
+                gap,
+                exact: false,
+            });
         }
     }
     best
 }
 
-fn best_face_of_b(pair: &Pair<'_>, scratch: &Scratch) -> Option<Axis> {
-    let mut best: Option<Axis> = None;
+fn best_face_of_b(pair: &PiecePair<'_>, scratch: &PairScratch) -> Option<SeparatingAxis> {
+    let mut best: Option<SeparatingAxis> = None;
     for (index, (face, normal)) in pair.b.faces().iter().zip(&scratch.normals).enumerate() {
         let low = lowest(pair.a.vertices(), normal).1;
         let gap = low - face.offset - normal.dot(&pair.shift);
         if best.is_none_or(|best| gap > best.gap) {
-            best = Some(Axis { kind: Kind::FaceB(index), normal: -normal, gap, exact: false });
+            best = Some(SeparatingAxis {
+                kind: AxisSource::FaceB(index),
+                normal: -normal,
+                gap,
+                exact: false,
+            });
         }
     }
     best
@@ -99,8 +109,13 @@ fn best_face_of_b(pair: &Pair<'_>, scratch: &Scratch) -> Option<Axis> {
 
 /// The face with the gap that is larger by more than the `tie`; of equals the larger face; of equals
 /// again the one that the tie goes to.
-fn better_face(pair: &Pair<'_>, a: Axis, b: Axis, tie: Tie) -> Axis {
-    let (Kind::FaceA(face_a), Kind::FaceB(face_b)) = (a.kind, b.kind) else { return a };
+fn better_face(
+    pair: &PiecePair<'_>,
+    a: SeparatingAxis,
+    b: SeparatingAxis,
+    tie: TieBreak,
+) -> SeparatingAxis {
+    let (AxisSource::FaceA(face_a), AxisSource::FaceB(face_b)) = (a.kind, b.kind) else { return a };
     let (area_a, area_b) = (pair.a.faces()[face_a].area, pair.b.faces()[face_b].area);
     let apart = b.gap - a.gap;
     let b_wins = if apart.abs() > tie.within {
@@ -108,24 +123,29 @@ fn better_face(pair: &Pair<'_>, a: Axis, b: Axis, tie: Tie) -> Axis {
     } else if area_b > area_a * (1.0 + EQUAL) {
         true
     } else {
-        tie.to == Side::B && area_a <= area_b * (1.0 + EQUAL)
+        tie.to == PieceSide::B && area_a <= area_b * (1.0 + EQUAL)
     };
     if b_wins { b } else { a }
 }
 
 /// Whether the deepest vertex of the other core is over the face of the axis: then the axis'
 /// gap is the distance.
-fn meets_face(pair: &Pair<'_>, scratch: &Scratch, axis: &Axis, slack: f64) -> bool {
+fn meets_face(
+    pair: &PiecePair<'_>,
+    scratch: &PairScratch,
+    axis: &SeparatingAxis,
+    slack: f64,
+) -> bool {
     match axis.kind {
-        Kind::FaceA(face) => {
+        AxisSource::FaceA(face) => {
             let (deepest, _) = lowest(&scratch.vertices, &axis.normal);
             pair.a.is_over(face, &scratch.vertices[deepest], slack)
         }
-        Kind::FaceB(face) => {
+        AxisSource::FaceB(face) => {
             let (deepest, _) = highest(pair.a.vertices(), &axis.normal);
             pair.b.is_over(face, &pair.in_b(&pair.a.vertices()[deepest]), slack)
         }
-        Kind::Edges(..) => false,
+        AxisSource::Edges(..) => false,
     }
 }
 
@@ -140,7 +160,11 @@ fn meets_face(pair: &Pair<'_>, scratch: &Scratch, axis: &Axis, slack: f64) -> bo
 /// ```
 ///
 /// A segment has a whole circle in place of the arc: what it takes part in is left out.
-fn best_edges(pair: &Pair<'_>, scratch: &mut Scratch, mut best: Axis) -> Axis {
+fn best_edges(
+    pair: &PiecePair<'_>,
+    scratch: &mut PairScratch,
+    mut best: SeparatingAxis,
+) -> SeparatingAxis {
     let (vertices, normals) = (&scratch.vertices, &scratch.normals);
     let products = &mut scratch.products;
     for (index_a, edge_a) in pair.a.edges().iter().enumerate() {
@@ -177,7 +201,12 @@ fn best_edges(pair: &Pair<'_>, scratch: &mut Scratch, mut best: Axis) -> Axis {
             let normal = across * (outward.signum() / norm);
             let gap = normal.dot(&(from_b - from_a));
             if gap > best.gap {
-                best = Axis { kind: Kind::Edges(index_a, index_b), normal, gap, exact: false };
+                best = SeparatingAxis {
+                    kind: AxisSource::Edges(index_a, index_b),
+                    normal,
+                    gap,
+                    exact: false,
+                };
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The closest points of two cores that are apart, over all pairs of features.
 
 use super::hull::Edge;
-use super::pair::{Pair, Scratch, highest, lowest};
+use super::pair::{PairScratch, PiecePair, highest, lowest};
 use super::segment::{nearest_shares, span};
 use nalgebra::Vector3;
 
@@ -35,11 +35,11 @@ impl Points {
 /// B along the axis n, the closest points obey n·b ≤ α + ub and n·a ≥ β − ub: features that do
 /// not reach there are left out.
 pub(super) fn closest(
-    pair: &Pair<'_>,
-    scratch: &mut Scratch,
+    pair: &PiecePair<'_>,
+    scratch: &mut PairScratch,
     axis: Option<&Vector3<f64>>,
 ) -> Points {
-    let Scratch { vertices, near, normals, .. } = scratch;
+    let PairScratch { vertices, near, normals, .. } = scratch;
     let zero = Vector3::zeros();
     let axis = axis.unwrap_or(&zero);
     let (high_a, alpha) = highest(pair.a.vertices(), axis);
@@ -93,7 +93,7 @@ const AT_END: f64 = 1e-9;
 
 /// The closest points of two edges: of p + s u and q + t v, 0 ≤ s, t ≤ 1.
 pub(super) fn of_edges(
-    pair: &Pair<'_>,
+    pair: &PiecePair<'_>,
     vertices_b: &[Vector3<f64>],
     edge_a: usize,
     edge_b: usize,

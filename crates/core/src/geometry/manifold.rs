@@ -6,13 +6,13 @@
 //! parallel edges in the two ends of what they share.
 
 use super::Hull;
-use super::axes::{Axis, Kind, Tie, best_axis};
+use super::axes::{AxisSource, SeparatingAxis, TieBreak, best_axis};
 use super::closest::{On, Points, closest, of_edges};
-use super::overlap::At;
-use super::pair::{Hint, Pair, Placed, Scratch, highest, lowest};
+use super::overlap::PolygonCorner;
+use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece, highest, lowest};
 use super::segment::{nearest, span};
 use super::separation::across_cores;
-use super::touch::{Feature, Part, Side, Touch};
+use super::touch::{CorePart, Feature, PieceSide, Touch};
 use nalgebra::Vector3;
 
 /// A face whose normal is within 0.03 rad of the axis is nearly across it. Seen along the axis
@@ -51,29 +51,29 @@ const MERGE: f64 = 1e-7;
 /// Nothing says that a plane of a thing that is merely near will be met: see where the poses
 /// come from.
 pub fn manifold(
-    a: Placed<'_>,
-    b: Placed<'_>,
+    a: PlacedPiece<'_>,
+    b: PlacedPiece<'_>,
     reach: f64,
-    plane_of: Side,
+    plane_of: PieceSide,
     hint: &mut Hint,
-    scratch: &mut Scratch,
+    scratch: &mut PairScratch,
     out: &mut Vec<Touch>,
 ) -> f64 {
     out.clear();
-    let pair = Pair::new(a, b);
+    let pair = PiecePair::new(a, b);
     let radii = pair.radii();
     let quick = pair.quick_gap(hint) - radii;
     if quick > reach {
         return quick;
     }
     pair.place(scratch);
-    let tie = Tie { within: MERGE * pair.size(), to: plane_of };
+    let tie = TieBreak { within: MERGE * pair.size(), to: plane_of };
     let axis = best_axis(&pair, scratch, reach + radii, tie);
     hint.set(axis.map(|axis| axis.normal), axis.map(|axis| axis.kind));
     if let Some(axis) = axis.filter(|axis| axis.gap - radii > reach) {
         return axis.gap - radii;
     }
-    let mut meeting = Meeting { pair, scratch, reach, plane_of, out, points: None };
+    let mut meeting = ManifoldPair { pair, scratch, reach, plane_of, out, points: None };
     let gap = meeting.find(axis);
     let spanned = meeting.shortest().is_none();
     hint.set(Some(meeting.normal(axis)), axis.filter(|_| spanned).map(|axis| axis.kind));
@@ -82,31 +82,31 @@ pub fn manifold(
 
 /// The edges of both pieces that span the axis of largest separation, if it is edges that do: the axis along
 /// which [`manifold`] sees two faces overlap, where it is not the normal of one of them.
-pub(crate) fn edges_across(a: Placed<'_>, b: Placed<'_>) -> Option<(usize, usize)> {
-    let (pair, mut scratch) = (Pair::new(a, b), Scratch::default());
+pub(crate) fn edges_across(a: PlacedPiece<'_>, b: PlacedPiece<'_>) -> Option<(usize, usize)> {
+    let (pair, mut scratch) = (PiecePair::new(a, b), PairScratch::default());
     pair.place(&mut scratch);
-    let tie = Tie { within: MERGE * pair.size(), to: Side::A };
+    let tie = TieBreak { within: MERGE * pair.size(), to: PieceSide::A };
     match best_axis(&pair, &mut scratch, f64::INFINITY, tie)?.kind {
-        Kind::Edges(first, second) => Some((first, second)),
-        Kind::FaceA(_) | Kind::FaceB(_) => None,
+        AxisSource::Edges(first, second) => Some((first, second)),
+        AxisSource::FaceA(_) | AxisSource::FaceB(_) => None,
     }
 }
 
 /// Two pieces whose touches are looked for.
-struct Meeting<'a, 's> {
-    pair: Pair<'a>,
-    scratch: &'s mut Scratch,
+struct ManifoldPair<'a, 's> {
+    pair: PiecePair<'a>,
+    scratch: &'s mut PairScratch,
     reach: f64,
     /// Whose the plane is where nothing else says it.
-    plane_of: Side,
+    plane_of: PieceSide,
     out: &'s mut Vec<Touch>,
     /// The closest points of the cores, where they had to be found.
     points: Option<Points>,
 }
 
-impl Meeting<'_, '_> {
+impl ManifoldPair<'_, '_> {
     /// Finds the touches; the gap of the cores, m.
-    fn find(&mut self, axis: Option<Axis>) -> f64 {
+    fn find(&mut self, axis: Option<SeparatingAxis>) -> f64 {
         let radii = self.pair.radii();
         let Some(axis) = axis else {
             let gap = self.closest(None);
@@ -143,7 +143,7 @@ impl Meeting<'_, '_> {
         gap
     }
 
-    fn closest(&mut self, axis: Option<&Axis>) -> f64 {
+    fn closest(&mut self, axis: Option<&SeparatingAxis>) -> f64 {
         let points = closest(&self.pair, self.scratch, axis.map(|axis| &axis.normal));
         self.points = Some(points);
         points.distance()
@@ -155,14 +155,14 @@ impl Meeting<'_, '_> {
     }
 
     /// The direction from A to B: along the shortest line where it is known and has one.
-    fn normal(&self, axis: Option<Axis>) -> Vector3<f64> {
+    fn normal(&self, axis: Option<SeparatingAxis>) -> Vector3<f64> {
         self.shortest()
             .or(axis.map(|axis| axis.normal))
             .unwrap_or_else(|| across_cores(&self.pair, self.scratch))
     }
 
     /// The touches of two faces, or of a face and whatever is above it.
-    fn faces(&mut self, axis: &Axis) {
+    fn faces(&mut self, axis: &SeparatingAxis) {
         let normal = self.normal(Some(*axis));
         let (pair, scratch) = (self.pair, &mut *self.scratch);
         let normals_a = || pair.a.faces().iter().map(|face| face.normal);
@@ -185,17 +185,17 @@ impl Meeting<'_, '_> {
         }
         let (face_a, face_b) = (face_a.map(|face| face.0), face_b.map(|face| face.0));
         let reference = match (across_a, across_b, axis.kind) {
-            (true, false, _) | (true, true, Kind::FaceA(_)) => Side::A,
-            (false, _, _) | (true, true, Kind::FaceB(_)) => Side::B,
-            (true, true, Kind::Edges(..)) => {
+            (true, false, _) | (true, true, AxisSource::FaceA(_)) => PieceSide::A,
+            (false, _, _) | (true, true, AxisSource::FaceB(_)) => PieceSide::B,
+            (true, true, AxisSource::Edges(..)) => {
                 let area = |hull: &Hull, face: Option<usize>| {
                     face.map_or(0.0, |face| hull.faces()[face].area)
                 };
                 let areas = (area(pair.a, face_a), area(pair.b, face_b));
                 if areas.1 > areas.0 * (1.0 + MERGE) {
-                    Side::B
+                    PieceSide::B
                 } else if areas.0 > areas.1 * (1.0 + MERGE) {
-                    Side::A
+                    PieceSide::A
                 } else {
                     self.plane_of
                 }
@@ -204,27 +204,27 @@ impl Meeting<'_, '_> {
         scratch.overlap.a.fill(pair.a, pair.a.vertices(), face_a);
         scratch.overlap.b.fill(pair.b, &scratch.vertices, face_b);
         let merge = MERGE * pair.size();
-        scratch.overlap.find(&normal, merge, reference == Side::B);
+        scratch.overlap.find(&normal, merge, reference == PieceSide::B);
         let overlap = std::mem::take(&mut scratch.overlap);
         // Cores of rounded pieces are far apart where the pieces touch: there only what is
         // exactly over a face meets the face.
         let is_round = pair.radii() > 0.0 && axis.gap > 0.0;
         for &at in &overlap.corners {
             let (side, point, feature) = match at {
-                At::A(i) => {
-                    let feature = Feature::Vertex(Side::A, overlap.a.vertices[i] as u32);
-                    (Side::A, overlap.a.points[i], feature)
+                PolygonCorner::A(i) => {
+                    let feature = Feature::Vertex(PieceSide::A, overlap.a.vertices[i] as u32);
+                    (PieceSide::A, overlap.a.points[i], feature)
                 }
-                At::B(j) => {
-                    let feature = Feature::Vertex(Side::B, overlap.b.vertices[j] as u32);
-                    (Side::B, overlap.b.points[j], feature)
+                PolygonCorner::B(j) => {
+                    let feature = Feature::Vertex(PieceSide::B, overlap.b.vertices[j] as u32);
+                    (PieceSide::B, overlap.b.points[j], feature)
                 }
-                At::Crossing(i, j) => {
+                PolygonCorner::Crossing(i, j) => {
                     let (edge_a, edge_b) = (overlap.a.edges[i], overlap.b.edges[j]);
                     let feature = Feature::Edges(edge_a as u32, edge_b as u32);
                     let (side, point) = match reference {
-                        Side::A => (Side::B, overlap.on_b(i, j)),
-                        Side::B => (Side::A, overlap.on_a(i, j)),
+                        PieceSide::A => (PieceSide::B, overlap.on_b(i, j)),
+                        PieceSide::B => (PieceSide::A, overlap.on_a(i, j)),
                     };
                     (side, point, feature)
                 }
@@ -239,7 +239,7 @@ impl Meeting<'_, '_> {
                 continue;
             }
             let touch = match side {
-                Side::A => face_b.and_then(|face| {
+                PieceSide::A => face_b.and_then(|face| {
                     let is_over = || pair.b.is_over(face, &pair.in_b(&point), 0.0);
                     if (across_b && !is_round) || is_over() {
                         return Some(pair.on_face_b(face, &point, feature));
@@ -247,7 +247,7 @@ impl Meeting<'_, '_> {
                     let rim = is_round.then(|| overlap.b.nearest(&point))?;
                     Some(pair.a_against(&point, &rim, &normal, feature))
                 }),
-                Side::B => face_a.and_then(|face| {
+                PieceSide::B => face_a.and_then(|face| {
                     if (across_a && !is_round) || pair.a.is_over(face, &point, 0.0) {
                         return Some(pair.on_face_a(face, &point, feature));
                     }
@@ -262,30 +262,30 @@ impl Meeting<'_, '_> {
 
     /// Cores whose separation is that of the axis, where no corner has it: two edges, or a
     /// vertex and a face that is as good as the best one.
-    fn deepest(&mut self, axis: &Axis) {
+    fn deepest(&mut self, axis: &SeparatingAxis) {
         let pair = self.pair;
         let touch = match axis.kind {
-            Kind::Edges(edge_a, edge_b) => {
+            AxisSource::Edges(edge_a, edge_b) => {
                 let points = of_edges(&pair, &self.scratch.vertices, edge_a, edge_b);
                 let feature = Feature::Edges(edge_a as u32, edge_b as u32);
                 pair.between(&points, &axis.normal, feature, self.point_of())
             }
-            Kind::FaceA(face) => {
+            AxisSource::FaceA(face) => {
                 let (deepest, _) = lowest(&self.scratch.vertices, &axis.normal);
                 let point = self.scratch.vertices[deepest];
-                pair.on_face_a(face, &point, Feature::Vertex(Side::B, deepest as u32))
+                pair.on_face_a(face, &point, Feature::Vertex(PieceSide::B, deepest as u32))
             }
-            Kind::FaceB(face) => {
+            AxisSource::FaceB(face) => {
                 let (deepest, _) = highest(pair.a.vertices(), &axis.normal);
                 let point = pair.a.vertices()[deepest];
-                pair.on_face_b(face, &point, Feature::Vertex(Side::A, deepest as u32))
+                pair.on_face_b(face, &point, Feature::Vertex(PieceSide::A, deepest as u32))
             }
         };
         self.push_new(touch);
     }
 
     /// The touches along the shortest line: one, or the ends of what parallel edges share.
-    fn edges(&mut self, axis: Option<&Axis>) {
+    fn edges(&mut self, axis: Option<&SeparatingAxis>) {
         let Some(points) = self.points else { return };
         let normal = self.normal(axis.copied());
         let merge = MERGE * self.pair.size();
@@ -318,15 +318,15 @@ impl Meeting<'_, '_> {
             && self.pair.radii() > 0.0
         {
             let feature = Feature::Round(a, b);
-            self.push_new(self.pair.between(points, normal, feature, Side::A));
+            self.push_new(self.pair.between(points, normal, feature, PieceSide::A));
             return;
         }
         let (feature, owner) = match (points.on_a, points.on_b) {
             (On::Vertex(vertex), On::Edge(_) | On::Face(_)) => {
-                (Feature::Vertex(Side::A, vertex as u32), Side::A)
+                (Feature::Vertex(PieceSide::A, vertex as u32), PieceSide::A)
             }
             (On::Edge(_) | On::Face(_), On::Vertex(vertex)) => {
-                (Feature::Vertex(Side::B, vertex as u32), Side::B)
+                (Feature::Vertex(PieceSide::B, vertex as u32), PieceSide::B)
             }
             (On::Edge(edge_a), On::Edge(edge_b)) => {
                 (Feature::Edges(edge_a as u32, edge_b as u32), self.point_of())
@@ -340,10 +340,10 @@ impl Meeting<'_, '_> {
     }
 
     /// Whose the point is where nothing else says it.
-    fn point_of(&self) -> Side {
+    fn point_of(&self) -> PieceSide {
         match self.plane_of {
-            Side::A => Side::B,
-            Side::B => Side::A,
+            PieceSide::A => PieceSide::B,
+            PieceSide::B => PieceSide::A,
         }
     }
 
@@ -379,20 +379,21 @@ impl Meeting<'_, '_> {
             let (a, b) = (sides_a.vertices[at_a], sides_b.vertices[at_b]);
             let a_end = p + u * at_a as f64;
             let (feature, owner) = if inside > merge {
-                (Feature::Vertex(Side::B, b), Side::B)
+                (Feature::Vertex(PieceSide::B, b), PieceSide::B)
             } else if inside < -merge {
-                (Feature::Vertex(Side::A, a), Side::A)
+                (Feature::Vertex(PieceSide::A, a), PieceSide::A)
             } else {
                 (Feature::Vertices(a, b), self.point_of())
             };
             let points = if inside > merge { on_a(b_at[at_b]) } else { on_b(a_end) };
             if pair.radii() > 0.0 {
                 // The end against the whole of the other edge, along which it may slide.
-                let is_of_b = inside > merge || (inside >= -merge && self.point_of() == Side::B);
+                let is_of_b =
+                    inside > merge || (inside >= -merge && self.point_of() == PieceSide::B);
                 let feature = if is_of_b {
-                    Feature::Round(Part::Edge(edge_a as u32), Part::Vertex(b))
+                    Feature::Round(CorePart::Edge(edge_a as u32), CorePart::Vertex(b))
                 } else {
-                    Feature::Round(Part::Vertex(a), Part::Edge(edge_b as u32))
+                    Feature::Round(CorePart::Vertex(a), CorePart::Edge(edge_b as u32))
                 };
                 return (points, feature, owner);
             }
@@ -442,7 +443,12 @@ fn has(hull: &Hull, face: usize, vertex: usize) -> bool {
     hull.face_loop(face).iter().any(|corner| corner.vertex as usize == vertex)
 }
 
-fn are_parallel(pair: &Pair<'_>, vertices: &[Vector3<f64>], edge_a: usize, edge_b: usize) -> bool {
+fn are_parallel(
+    pair: &PiecePair<'_>,
+    vertices: &[Vector3<f64>],
+    edge_a: usize,
+    edge_b: usize,
+) -> bool {
     let (Some(a), Some(b)) = (pair.a.edges().get(edge_a), pair.b.edges().get(edge_b)) else {
         return false;
     };
@@ -451,10 +457,10 @@ fn are_parallel(pair: &Pair<'_>, vertices: &[Vector3<f64>], edge_a: usize, edge_
 }
 
 /// What is no face.
-fn part_of(on: On) -> Option<Part> {
+fn part_of(on: On) -> Option<CorePart> {
     match on {
-        On::Vertex(vertex) => Some(Part::Vertex(vertex as u32)),
-        On::Edge(edge) => Some(Part::Edge(edge as u32)),
+        On::Vertex(vertex) => Some(CorePart::Vertex(vertex as u32)),
+        On::Edge(edge) => Some(CorePart::Edge(edge as u32)),
         On::Face(_) => None,
     }
 }

@@ -10,13 +10,13 @@ const POINT: usize = usize::MAX;
 /// points must be.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Near {
-    pub a: Features,
-    pub b: Features,
+    pub a: CoreFeatures,
+    pub b: CoreFeatures,
 }
 
 /// Those of one core.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Features {
+pub(super) struct CoreFeatures {
     pub vertices: Vec<usize>,
     edges: Vec<usize>,
 }
@@ -32,7 +32,7 @@ impl Near {
     }
 }
 
-impl Features {
+impl CoreFeatures {
     /// The vertices that are near, and the edges with an end that is.
     pub fn find(
         &mut self,

@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 
 /// Which corner of the common polygon: places in the loops of both faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum At {
+pub(super) enum PolygonCorner {
     /// A vertex of A's face.
     A(usize),
     /// A vertex of B's face.
@@ -23,14 +23,14 @@ pub(super) enum At {
 
 /// Memory: both polygons, and the distance of every vertex from every side of the other.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Overlap {
+pub(super) struct FaceOverlap {
     pub a: Polygon,
     pub b: Polygon,
     /// Of vertex j of B from side i of A, at i·|B| + j; m, positive inside.
     b_in_a: Vec<f64>,
     /// Of vertex i of A from side j of B, at i·|B| + j.
     a_in_b: Vec<f64>,
-    pub corners: Vec<At>,
+    pub corners: Vec<PolygonCorner>,
 }
 
 /// A face, or a segment or point that stands for one.
@@ -85,7 +85,7 @@ impl Polygon {
     }
 }
 
-impl Overlap {
+impl FaceOverlap {
     /// Finds the corners, along `axis` (unit, from A to B). A's face runs counter-clockwise
     /// about the axis, B's clockwise; `tolerance` in m. `keep_a` says who stays where a vertex
     /// of A and one of B coincide.
@@ -119,12 +119,12 @@ impl Overlap {
             };
             for i in (0..count_a).filter(|&i| is_a(i)) {
                 if keep_a || !(0..count_b).any(|j| coincide(i, j) && is_b(j)) {
-                    corners.push(At::A(i));
+                    corners.push(PolygonCorner::A(i));
                 }
             }
             for j in (0..count_b).filter(|&j| is_b(j)) {
                 if !keep_a || !(0..count_a).any(|i| coincide(i, j) && is_a(i)) {
-                    corners.push(At::B(j));
+                    corners.push(PolygonCorner::B(j));
                 }
             }
             for i in 0..count_a {
@@ -136,7 +136,7 @@ impl Overlap {
                     }
                     let ends = (a_in_b[i * count_b + j], a_in_b[i_next * count_b + j]);
                     if opposite(ends, tolerance) {
-                        corners.push(At::Crossing(i, j));
+                        corners.push(PolygonCorner::Crossing(i, j));
                     }
                 }
             }
@@ -144,16 +144,16 @@ impl Overlap {
             let heights = |i: usize, j: usize| b_in_a[i * count_b + j];
             for end in cut(count_a, count_b, heights, tolerance).into_iter().flatten() {
                 corners.push(match end {
-                    End::Vertex(j) => At::B(j),
-                    End::Side(i) => At::Crossing(i, 0),
+                    CutEnd::Vertex(j) => PolygonCorner::B(j),
+                    CutEnd::Side(i) => PolygonCorner::Crossing(i, 0),
                 });
             }
         } else if count_b >= 3 {
             let heights = |j: usize, i: usize| a_in_b[i * count_b + j];
             for end in cut(count_b, count_a, heights, tolerance).into_iter().flatten() {
                 corners.push(match end {
-                    End::Vertex(i) => At::A(i),
-                    End::Side(j) => At::Crossing(0, j),
+                    CutEnd::Vertex(i) => PolygonCorner::A(i),
+                    CutEnd::Side(j) => PolygonCorner::Crossing(0, j),
                 });
             }
         }
@@ -167,14 +167,14 @@ impl Overlap {
         if self.a.points.len().min(self.b.points.len()) >= 3 {
             return;
         }
-        let place = |at: At| match at {
-            At::A(i) => self.a.points[i],
-            At::B(j) => self.b.points[j],
-            At::Crossing(i, j) if self.b.points.len() < 3 => self.on_b(i, j),
-            At::Crossing(i, j) => self.on_a(i, j),
+        let place = |at: PolygonCorner| match at {
+            PolygonCorner::A(i) => self.a.points[i],
+            PolygonCorner::B(j) => self.b.points[j],
+            PolygonCorner::Crossing(i, j) if self.b.points.len() < 3 => self.on_b(i, j),
+            PolygonCorner::Crossing(i, j) => self.on_a(i, j),
         };
         if (place(first) - place(second)).norm() <= 4.0 * tolerance {
-            let crossing = |at: At| matches!(at, At::Crossing(..));
+            let crossing = |at: PolygonCorner| matches!(at, PolygonCorner::Crossing(..));
             self.corners.remove(usize::from(!crossing(first) || crossing(second)));
         }
     }
@@ -213,7 +213,7 @@ fn opposite((from, to): (f64, f64), tolerance: f64) -> bool {
 }
 
 /// One end of a segment cut to a polygon.
-enum End {
+enum CutEnd {
     Vertex(usize),
     Side(usize),
 }
@@ -225,7 +225,7 @@ fn cut(
     ends: usize,
     height: impl Fn(usize, usize) -> f64,
     tolerance: f64,
-) -> [Option<End>; 2] {
+) -> [Option<CutEnd>; 2] {
     let (mut from, mut to) = ((0.0, None), (1.0, None));
     for side in 0..sides {
         let (first, last) = (height(side, 0), height(side, ends - 1));
@@ -247,6 +247,6 @@ fn cut(
     if from.0 > to.0 {
         return [None, None];
     }
-    let last = (ends > 1).then(|| to.1.map_or(End::Vertex(1), End::Side));
-    [Some(from.1.map_or(End::Vertex(0), End::Side)), last]
+    let last = (ends > 1).then(|| to.1.map_or(CutEnd::Vertex(1), CutEnd::Side));
+    [Some(from.1.map_or(CutEnd::Vertex(0), CutEnd::Side)), last]
 }

@@ -1,19 +1,19 @@
 //! Two pieces in one frame: that of A. The difference of the positions is taken first, so that
 //! a pair far from the world's origin loses no digits.
 
-use super::axes::{Kind, PARALLEL};
+use super::axes::{AxisSource, PARALLEL};
 use super::segment::span;
 use super::{Hull, Piece};
 use crate::mechanics::Pose;
 use nalgebra::{Matrix3, Vector3};
 
 /// A piece and the pose of the body that it belongs to.
-pub type Placed<'a> = (&'a Piece, &'a Pose);
+pub type PlacedPiece<'a> = (&'a Piece, &'a Pose);
 
 /// Memory of the narrow phase, shared by all pairs: nothing is allocated once the largest
 /// hulls have been seen.
 #[derive(Debug, Clone, Default)]
-pub struct Scratch {
+pub struct PairScratch {
     /// Vertices of B, m, frame of A.
     pub(super) vertices: Vec<Vector3<f64>>,
     /// Normals of B's faces, frame of A.
@@ -23,7 +23,7 @@ pub struct Scratch {
     /// Features that may be the closest ones.
     pub(super) near: super::near::Near,
     /// Two faces to be laid over each other.
-    pub(super) overlap: super::overlap::Overlap,
+    pub(super) overlap: super::overlap::FaceOverlap,
 }
 
 /// What is remembered of one pair from step to step. It makes answers faster and does not
@@ -34,7 +34,7 @@ pub struct Hint {
     /// The last axis, unit, frame of A, from A to B, where the pieces were then.
     axis: Option<Vector3<f64>>,
     /// What spanned it, where features did: it turns with them.
-    kind: Option<Kind>,
+    kind: Option<AxisSource>,
 }
 
 impl Hint {
@@ -46,17 +46,21 @@ impl Hint {
 
     /// The same axis where the same features span it now.
     #[must_use]
-    pub(super) fn axis_between(&self, a: Placed<'_>, b: Placed<'_>) -> Option<Vector3<f64>> {
-        self.axis_of(&Pair::new(a, b)).map(|axis| a.1.rotation * axis)
+    pub(super) fn axis_between(
+        &self,
+        a: PlacedPiece<'_>,
+        b: PlacedPiece<'_>,
+    ) -> Option<Vector3<f64>> {
+        self.axis_of(&PiecePair::new(a, b)).map(|axis| a.1.rotation * axis)
     }
 
     /// The same, frame of A.
-    fn axis_of(&self, pair: &Pair<'_>) -> Option<Vector3<f64>> {
+    fn axis_of(&self, pair: &PiecePair<'_>) -> Option<Vector3<f64>> {
         let before = self.axis?;
         let now = self.kind.and_then(|kind| match kind {
-            Kind::FaceA(_) => None,
-            Kind::FaceB(face) => Some(pair.rotation * -pair.b.faces().get(face)?.normal),
-            Kind::Edges(a, b) => {
+            AxisSource::FaceA(_) => None,
+            AxisSource::FaceB(face) => Some(pair.rotation * -pair.b.faces().get(face)?.normal),
+            AxisSource::Edges(a, b) => {
                 let along_a = span(pair.a.vertices(), pair.a.edges().get(a)?).1;
                 let along_b = span(pair.b.vertices(), pair.b.edges().get(b)?).1;
                 let across = along_a.cross(&(pair.rotation * along_b));
@@ -68,14 +72,14 @@ impl Hint {
     }
 
     /// Remembers an axis, unit, frame of A, from A to B, and what spans it, where features do.
-    pub(super) fn set(&mut self, axis: Option<Vector3<f64>>, kind: Option<Kind>) {
+    pub(super) fn set(&mut self, axis: Option<Vector3<f64>>, kind: Option<AxisSource>) {
         (self.axis, self.kind) = (axis, kind);
     }
 }
 
 /// Two pieces, seen from A.
 #[derive(Clone, Copy)]
-pub(super) struct Pair<'a> {
+pub(super) struct PiecePair<'a> {
     pub a: &'a Hull,
     pub b: &'a Hull,
     pub radius_a: f64,
@@ -86,8 +90,8 @@ pub(super) struct Pair<'a> {
     pub shift: Vector3<f64>,
 }
 
-impl<'a> Pair<'a> {
-    pub fn new((a, pose_a): Placed<'a>, (b, pose_b): Placed<'a>) -> Self {
+impl<'a> PiecePair<'a> {
+    pub fn new((a, pose_a): PlacedPiece<'a>, (b, pose_b): PlacedPiece<'a>) -> Self {
         Self {
             a: a.core(),
             b: b.core(),
@@ -109,7 +113,7 @@ impl<'a> Pair<'a> {
     }
 
     /// Fills in B's vertices and normals in the frame of A.
-    pub fn place(&self, scratch: &mut Scratch) {
+    pub fn place(&self, scratch: &mut PairScratch) {
         scratch.vertices.clear();
         scratch.vertices.extend(self.b.vertices().iter().map(|v| self.rotation * v + self.shift));
         scratch.normals.clear();

@@ -1,9 +1,9 @@
 //! How far two pieces are apart, or how deep they overlap.
 
-use super::axes::{Kind, Tie, best_axis};
+use super::axes::{AxisSource, TieBreak, best_axis};
 use super::closest::closest;
-use super::pair::{Hint, Pair, Placed, Scratch};
-use super::touch::Side;
+use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece};
+use super::touch::PieceSide;
 use nalgebra::Vector3;
 
 /// The signed distance of two pieces.
@@ -22,20 +22,25 @@ pub struct Separation {
 /// If cores of a pair without faces (spheres, capsules) overlap, the distance is minus the sum
 /// of their radii.
 pub fn separation(
-    a: Placed<'_>,
-    b: Placed<'_>,
+    a: PlacedPiece<'_>,
+    b: PlacedPiece<'_>,
     hint: &mut Hint,
-    scratch: &mut Scratch,
+    scratch: &mut PairScratch,
 ) -> Separation {
-    let pair = Pair::new(a, b);
+    let pair = PiecePair::new(a, b);
     let (distance, axis, kind) = exact(&pair, scratch);
     hint.set(Some(axis), kind);
     Separation { distance: distance - pair.radii(), axis: a.1.rotation * axis }
 }
 
 /// How deep two pieces overlap, m: 0 if they do not. See [`separation`].
-pub fn overlap(a: Placed<'_>, b: Placed<'_>, hint: &mut Hint, scratch: &mut Scratch) -> f64 {
-    let pair = Pair::new(a, b);
+pub fn overlap(
+    a: PlacedPiece<'_>,
+    b: PlacedPiece<'_>,
+    hint: &mut Hint,
+    scratch: &mut PairScratch,
+) -> f64 {
+    let pair = PiecePair::new(a, b);
     if pair.quick_gap(hint) > pair.radii() {
         return 0.0;
     }
@@ -43,9 +48,12 @@ pub fn overlap(a: Placed<'_>, b: Placed<'_>, hint: &mut Hint, scratch: &mut Scra
 }
 
 /// The separation of the cores, m, its axis (unit, frame of A), and what spans that, where features do.
-fn exact(pair: &Pair<'_>, scratch: &mut Scratch) -> (f64, Vector3<f64>, Option<Kind>) {
+fn exact(
+    pair: &PiecePair<'_>,
+    scratch: &mut PairScratch,
+) -> (f64, Vector3<f64>, Option<AxisSource>) {
     pair.place(scratch);
-    let tie = Tie { within: 0.0, to: Side::A };
+    let tie = TieBreak { within: 0.0, to: PieceSide::A };
     let axis = best_axis(pair, scratch, f64::INFINITY, tie);
     if let Some(axis) = axis.filter(|axis| axis.exact) {
         return (axis.gap, axis.normal, Some(axis.kind));
@@ -62,7 +70,7 @@ fn exact(pair: &Pair<'_>, scratch: &mut Scratch) -> (f64, Vector3<f64>, Option<K
 
 /// A direction across two cores without faces that touch: across both segments, or across the
 /// one that there is, or any.
-pub(super) fn across_cores(pair: &Pair<'_>, scratch: &Scratch) -> Vector3<f64> {
+pub(super) fn across_cores(pair: &PiecePair<'_>, scratch: &PairScratch) -> Vector3<f64> {
     let along = |vertices: &[Vector3<f64>]| vertices[vertices.len() - 1] - vertices[0];
     let (along_a, along_b) = (along(pair.a.vertices()), along(&scratch.vertices));
     let across = along_a.cross(&along_b);

@@ -1,7 +1,7 @@
 //! What a touch is, and how the features of two pieces make one.
 
 use super::closest::Points;
-use super::pair::{Pair, highest};
+use super::pair::{PiecePair, highest};
 use nalgebra::Vector3;
 
 /// A distance of cores that is smaller than this part of the size has no direction.
@@ -10,7 +10,7 @@ const NO_DIRECTION: f64 = 1e-8;
 /// One of the two pieces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub enum Side {
+pub enum PieceSide {
     /// The first.
     A,
     /// The second.
@@ -23,20 +23,20 @@ pub enum Side {
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum Feature {
     /// A vertex of the piece on this side against the other piece.
-    Vertex(Side, u32),
+    Vertex(PieceSide, u32),
     /// An edge of A and an edge of B.
     Edges(u32, u32),
     /// A vertex of A and a vertex of B, of pieces of equal radius.
     Vertices(u32, u32),
     /// A vertex or an edge of A and one of B, of which one is rounded: how far they are apart is
     /// known exactly, wherever the pieces are.
-    Round(Part, Part),
+    Round(CorePart, CorePart),
 }
 
 /// A part of a core that is no face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub enum Part {
+pub enum CorePart {
     /// The vertex of this number.
     Vertex(u32),
     /// The edge of this number.
@@ -48,7 +48,7 @@ pub enum Part {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Touch {
     /// Whose the point is; the plane is the other's.
-    pub point_of: Side,
+    pub point_of: PieceSide,
     /// The point of the core, m, body frame of its owner.
     pub point: Vector3<f64>,
     /// ρ, m: the radius of the point's owner.
@@ -63,20 +63,20 @@ pub struct Touch {
     pub feature: Feature,
 }
 
-impl Pair<'_> {
+impl PiecePair<'_> {
     /// The `point` of `point_of` (frame of its owner) against the plane of the other's core with this
     /// `normal` and `offset` (frame of its owner), above which it is by `height`.
     fn touch(
         &self,
-        point_of: Side,
+        point_of: PieceSide,
         point: Vector3<f64>,
         (normal, offset): (Vector3<f64>, f64),
         height: f64,
         feature: Feature,
     ) -> Touch {
         let (point_radius, radius) = match point_of {
-            Side::A => (self.radius_a, self.radius_b),
-            Side::B => (self.radius_b, self.radius_a),
+            PieceSide::A => (self.radius_a, self.radius_b),
+            PieceSide::B => (self.radius_b, self.radius_a),
         };
         let (offset, gap) = (offset + radius, height - self.radii());
         Touch { point_of, point, point_radius, normal, offset, gap, feature }
@@ -86,18 +86,18 @@ impl Pair<'_> {
     pub(super) fn on_face_a(&self, face: usize, point: &Vector3<f64>, feature: Feature) -> Touch {
         let face = &self.a.faces()[face];
         let own = match feature {
-            Feature::Vertex(Side::B, vertex) => self.b.vertices()[vertex as usize],
+            Feature::Vertex(PieceSide::B, vertex) => self.b.vertices()[vertex as usize],
             _ => self.in_b(point),
         };
         let height = face.normal.dot(point) - face.offset;
-        self.touch(Side::B, own, (face.normal, face.offset), height, feature)
+        self.touch(PieceSide::B, own, (face.normal, face.offset), height, feature)
     }
 
     /// A point of A (m, its frame) against a face of B.
     pub(super) fn on_face_b(&self, face: usize, point: &Vector3<f64>, feature: Feature) -> Touch {
         let face = &self.b.faces()[face];
         let height = face.normal.dot(&self.in_b(point)) - face.offset;
-        self.touch(Side::A, *point, (face.normal, face.offset), height, feature)
+        self.touch(PieceSide::A, *point, (face.normal, face.offset), height, feature)
     }
 
     /// Two points, the one against the plane through the other across `normal` (unit, frame
@@ -107,16 +107,16 @@ impl Pair<'_> {
         points: &Points,
         normal: &Vector3<f64>,
         feature: Feature,
-        owner: Side,
+        owner: PieceSide,
     ) -> Touch {
         let owner = match self.radius_a.total_cmp(&self.radius_b) {
-            std::cmp::Ordering::Greater => Side::A,
-            std::cmp::Ordering::Less => Side::B,
+            std::cmp::Ordering::Greater => PieceSide::A,
+            std::cmp::Ordering::Less => PieceSide::B,
             std::cmp::Ordering::Equal => owner,
         };
         match owner {
-            Side::A => self.a_on_plane(&points.a, &points.b, normal, feature),
-            Side::B => self.b_on_plane(&points.b, &points.a, normal, feature),
+            PieceSide::A => self.a_on_plane(&points.a, &points.b, normal, feature),
+            PieceSide::B => self.b_on_plane(&points.b, &points.a, normal, feature),
         }
     }
 
@@ -130,8 +130,8 @@ impl Pair<'_> {
     /// Whether no part of the plane's owner is more than `merge` (m) above the plane.
     pub(super) fn is_below(&self, touch: &Touch, merge: f64) -> bool {
         let (hull, radius) = match touch.point_of {
-            Side::A => (self.b, self.radius_b),
-            Side::B => (self.a, self.radius_a),
+            PieceSide::A => (self.b, self.radius_b),
+            PieceSide::B => (self.a, self.radius_a),
         };
         highest(hull.vertices(), &touch.normal).1 + radius - touch.offset <= merge
     }
@@ -171,7 +171,7 @@ impl Pair<'_> {
     ) -> Touch {
         let away = self.rotation.tr_mul(&-normal);
         let plane = (away, away.dot(&self.in_b(on)));
-        self.touch(Side::A, *point, plane, normal.dot(&(on - point)), feature)
+        self.touch(PieceSide::A, *point, plane, normal.dot(&(on - point)), feature)
     }
 
     /// A point of B against the plane through a point of A; `normal` from A to B.
@@ -183,6 +183,6 @@ impl Pair<'_> {
         feature: Feature,
     ) -> Touch {
         let (own, plane) = (self.in_b(point), (*normal, normal.dot(on)));
-        self.touch(Side::B, own, plane, normal.dot(&(point - on)), feature)
+        self.touch(PieceSide::B, own, plane, normal.dot(&(point - on)), feature)
     }
 }

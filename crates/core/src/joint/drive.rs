@@ -1,6 +1,6 @@
 //! What acts on an axis of a joint that is not locked.
 
-use super::graph::{Graph, Sum};
+use super::graph::{ForceSum, Graph};
 use crate::error::{Error, in_range};
 
 /// One of the six axes of a joint.
@@ -203,7 +203,7 @@ impl Axis {
         // Of a torque, over the length.
         let to_impulse = time_step / (unit * length);
         let speed_at = |target: f64| length * (target - coordinate) / time_step;
-        let mut sum = Sum::constant((drive.force + start.push) * to_impulse);
+        let mut sum = ForceSum::constant((drive.force + start.push) * to_impulse);
         // f = −k (x + h ẋ − rest) − d ẋ, with ẋ = u/length.
         let pull = |stiffness: f64, damping: f64, target: f64| {
             let slope = (stiffness * time_step + damping) * to_impulse / length;

@@ -1,6 +1,6 @@
 //! Gears: a coordinate of one joint that follows one of another, or a law on how far it is from that.
 
-use super::{Axis, AxisStart, Drive, Joint, JointAxis, JointForce, Turning};
+use super::{Axis, AxisStart, Drive, Joint, JointAxis, JointForce, TurnKind};
 use crate::error::{Error, in_range};
 use crate::mechanics::{RigidBody, State, Wrench};
 use crate::world::{Constant, World};
@@ -119,7 +119,7 @@ impl Gear {
             let bears = match axis {
                 JointAxis::Linear(k) => along.get(k).copied().filter(|_| of.holds_place()),
                 JointAxis::Angular(k) => {
-                    about.get(k).copied().filter(|_| of.turning() != Turning::Driven)
+                    about.get(k).copied().filter(|_| of.turning() != TurnKind::Driven)
                 }
             };
             if bears != Some(true) {

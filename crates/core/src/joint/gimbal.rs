@@ -14,7 +14,7 @@
 //!
 //! and so are (α + π, β + π, π − γ). Where γ is a quarter turn one of the pairs is nothing, and so is what it tells.
 
-use super::{Joint, JointAxis, JointFrame, Turning};
+use super::{Joint, JointAxis, JointFrame, TurnKind};
 use crate::error::{Error, in_range};
 use crate::mechanics::State;
 use nalgebra::{Matrix3, Matrix4x3, Rotation3, RowVector3, UnitQuaternion, Vector3, Vector4};
@@ -118,12 +118,12 @@ fn quaternion(matrix: &Matrix3<f64>) -> Vector4<f64> {
 }
 
 /// A pair of (J14), and the derivatives of its two numbers by (w, x, y, z).
-struct Pair {
+struct AxisPair {
     at: [f64; 2],
     by: [Vector4<f64>; 2],
 }
 
-impl Pair {
+impl AxisPair {
     /// That of the sum, and that of the difference.
     fn both(q: &Vector4<f64>) -> [Self; 2] {
         let pair = |by: [Vector4<f64>; 2]| Self { at: [by[0].dot(q), by[1].dot(q)], by };
@@ -161,7 +161,7 @@ pub(super) fn nearest(angle: f64, near: f64) -> f64 {
 
 /// (α, β, γ) of (J14): of both triples, and with as many turns, those that are nearest to `near`.
 pub(super) fn angles(q: &Vector4<f64>, near: &Vector3<f64>, middle: &Middle) -> Vector3<f64> {
-    let [sum, difference] = Pair::both(q);
+    let [sum, difference] = AxisPair::both(q);
     let (outer, inner) = (sum.angle(), difference.angle());
     let (alpha, beta) = (0.5 * (outer - inner), 0.5 * (outer + inner));
     let gamma = 2.0 * libm::atan2(sum.size(), difference.size()) - FRAC_PI_2;
@@ -181,7 +181,7 @@ pub(super) fn slopes(
     middle: &Middle,
     by: &Matrix4x3<f64>,
 ) -> [RowVector3<f64>; 3] {
-    let [sum, difference] = Pair::both(q);
+    let [sum, difference] = AxisPair::both(q);
     let (outer, inner) = (sum.turning() * 0.5, difference.turning() * 0.5);
     let (a, b) = (sum.size(), difference.size());
     let side = side(at, middle);
@@ -198,8 +198,8 @@ impl Joint {
     /// Whether the first and the last axis of a gimbal are one at `states`, so that its angles are not told apart.
     pub(crate) fn is_folded(&self, states: &[State]) -> bool {
         let Some(at) = self.coordinates(states) else { return false };
-        let pairs = Pair::both(&at.turn);
-        self.turning() == Turning::Gimbal && pairs.iter().any(|pair| pair.size() < SQUARE)
+        let pairs = AxisPair::both(&at.turn);
+        self.turning() == TurnKind::Gimbal && pairs.iter().any(|pair| pair.size() < SQUARE)
     }
 }
 

@@ -12,7 +12,7 @@
 
 /// What acts along an axis, added up: each falls, or stays, with the speed u.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sum {
+pub(super) struct ForceSum {
     /// p = value − slope u.
     value: f64,
     slope: f64,
@@ -24,7 +24,7 @@ pub(super) struct Sum {
     stops: (f64, f64),
 }
 
-impl Sum {
+impl ForceSum {
     pub(super) fn constant(value: f64) -> Self {
         let stops = (f64::NEG_INFINITY, f64::INFINITY);
         Self { value, slope: 0.0, jumps: [None; 2], ramp: None, stops }
@@ -223,7 +223,7 @@ impl Graph {
     /// 0 ≤ u ⊥ p ≥ 0: a stop at the left end.
     #[must_use]
     pub fn limit() -> Self {
-        let mut sum = Sum::constant(0.0);
+        let mut sum = ForceSum::constant(0.0);
         sum.add_stops(0.0, f64::INFINITY);
         sum.graph()
     }
@@ -315,7 +315,7 @@ mod tests {
 
     /// A stop at ±2, friction of 1 and a motor of ±3 with a slope of 2 towards u = 1.
     fn crowded() -> Graph {
-        let mut sum = Sum::constant(0.0);
+        let mut sum = ForceSum::constant(0.0);
         sum.add_jump(0.0, 1.0);
         sum.add_ramp(2.0, 2.0, 3.0);
         sum.add_stops(-2.0, 2.0);
@@ -362,7 +362,7 @@ mod tests {
     /// A point near the middle of a stiff line between far stops keeps its digits.
     #[test]
     fn far_stops_take_no_digits() {
-        let mut sum = Sum::constant(0.25);
+        let mut sum = ForceSum::constant(0.25);
         sum.add_line(0.0, 3e2);
         sum.add_stops(-7e5, 5e5);
         let graph = sum.graph();

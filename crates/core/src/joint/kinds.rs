@@ -16,7 +16,7 @@ impl Joint {
     }
 
     /// Both anchors in one place; the bodies turn freely about it, or under drives of all three axes
-    /// ([`Turning::Driven`](super::Turning::Driven)).
+    /// ([`Turning::Driven`](super::TurnKind::Driven)).
     #[must_use]
     pub fn spherical(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let linear = [Axis::Locked; 3];

@@ -37,7 +37,7 @@ pub(crate) use gear::{angles_near, at_rest};
 pub use gimbal::{Hinges, Middle};
 pub use graph::Graph;
 pub(crate) use graph::Segment;
-pub(crate) use motion::Seen;
+pub(crate) use motion::JointMotion;
 pub use motion::{Coordinates, JointForce, JointResidual};
 pub(crate) use piece::{AxisChange, PieceChange};
 pub(crate) use turn::Turn;
@@ -78,7 +78,7 @@ pub struct Joint {
 
 /// How the frames of a joint can turn against each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Turning {
+pub enum TurnKind {
     /// Any way: no angular rows.
     Free,
     /// Any way, under drives along the parts of its turn (J18) about the axes of A's frame.
@@ -100,7 +100,7 @@ impl Joint {
     /// are locked, or x and y are, as of a [hinge](Joint::revolute), or z is, as of a
     /// [universal joint](Joint::universal), or all are free, as of a [ball](Joint::ball) or a
     /// [gimbal](Joint::gimbal); drives of one that is neither, without limits, act along the parts of its turn
-    /// ([`Turning::Driven`]).
+    /// ([`TurnKind::Driven`]).
     #[must_use]
     pub fn with_axes(self, linear: [Axis; 3], angular: [Axis; 3]) -> Self {
         Self { linear, angular, ..self }
@@ -188,7 +188,7 @@ impl Joint {
     #[must_use]
     pub(crate) fn acting_axes(&self) -> [Axis; 3] {
         let mut axes = self.angular;
-        if self.turning() == Turning::Ball
+        if self.turning() == TurnKind::Ball
             && let Axis::Free(Drive { limits: Some([low, _]), .. }) = &mut axes[0]
         {
             *low = f64::NEG_INFINITY;
@@ -266,23 +266,23 @@ impl Joint {
 
     /// How its frames can turn.
     #[must_use]
-    pub fn turning(&self) -> Turning {
+    pub fn turning(&self) -> TurnKind {
         match self.angular {
-            [Axis::Locked, Axis::Locked, Axis::Locked] => Turning::Locked,
-            [Axis::Locked, Axis::Locked, Axis::Free(_)] => Turning::Hinge,
-            [Axis::Free(_), Axis::Free(_), Axis::Locked] => Turning::Universal,
+            [Axis::Locked, Axis::Locked, Axis::Locked] => TurnKind::Locked,
+            [Axis::Locked, Axis::Locked, Axis::Free(_)] => TurnKind::Hinge,
+            [Axis::Free(_), Axis::Free(_), Axis::Locked] => TurnKind::Universal,
             [Axis::Free(_), Axis::Free(_), Axis::Free(_)] if self.middle.is_some() => {
-                Turning::Gimbal
+                TurnKind::Gimbal
             }
             [Axis::Free(Drive { limits: Some(_), .. }), Axis::Free(_), Axis::Free(_)] => {
-                Turning::Ball
+                TurnKind::Ball
             }
             [Axis::Free(_), Axis::Free(_), Axis::Free(_)]
                 if !self.angular.iter().all(Axis::is_idle) =>
             {
-                Turning::Driven
+                TurnKind::Driven
             }
-            _ => Turning::Free,
+            _ => TurnKind::Free,
         }
     }
 
@@ -301,8 +301,8 @@ impl Joint {
     pub(crate) fn bears(&self) -> [[bool; 3]; 2] {
         let is_free = |axis: &Axis| *axis != Axis::Locked;
         let about = match self.turning() {
-            Turning::Free => [false; 3],
-            Turning::Ball => [false, false, true],
+            TurnKind::Free => [false; 3],
+            TurnKind::Ball => [false, false, true],
             _ => self.angular.each_ref().map(is_free),
         };
         [self.linear.each_ref().map(is_free), about]
@@ -335,7 +335,7 @@ impl Joint {
     /// everything or nothing is.
     pub(crate) fn nearer_frame(&self, states: &[State], part: f64) -> Option<JointFrame> {
         let is_held = self.linear == [Axis::Locked; 3]
-            && matches!(self.turning(), Turning::Locked | Turning::Free | Turning::Driven);
+            && matches!(self.turning(), TurnKind::Locked | TurnKind::Free | TurnKind::Driven);
         let [own, theirs] = self.frames;
         if !is_held {
             return None;
@@ -383,13 +383,13 @@ impl Joint {
     fn check_turn(&self) -> Result<(), Error> {
         let [x, y, _] = &self.angular;
         match self.turning() {
-            Turning::Gimbal => self.middle().check(),
+            TurnKind::Gimbal => self.middle().check(),
             _ if self.middle.is_some() => Err(Error::Unsupported {
                 what: "a middle axis of a joint that is no gimbal",
                 why: "a gimbal turns about three axes, all of them free",
             }),
-            Turning::Locked | Turning::Hinge | Turning::Universal => Ok(()),
-            Turning::Ball => {
+            TurnKind::Locked | TurnKind::Hinge | TurnKind::Universal => Ok(()),
+            TurnKind::Ball => {
                 let allowed =
                     "a ball joint takes a cone, the upper limit of its x axis, and a drive about z";
                 let most = x.limits().map_or(f64::NAN, |[_, most]| most);
@@ -402,13 +402,13 @@ impl Joint {
                     }
                 }
             }
-            Turning::Driven if self.angular.iter().all(|axis| axis.limits().is_none()) => Ok(()),
-            Turning::Driven => Err(Error::Unsupported {
+            TurnKind::Driven if self.angular.iter().all(|axis| axis.limits().is_none()) => Ok(()),
+            TurnKind::Driven => Err(Error::Unsupported {
                 what: "limits about an axis of a joint that turns in any way",
                 why: "such a turn has none but a cone about z, from 0, the limits of its x axis alone",
             }),
-            Turning::Free if self.angular.iter().all(Axis::is_idle) => Ok(()),
-            Turning::Free => Err(Error::Unsupported {
+            TurnKind::Free if self.angular.iter().all(Axis::is_idle) => Ok(()),
+            TurnKind::Free => Err(Error::Unsupported {
                 what: "a joint whose turn is neither locked, nor about its z axis alone, nor free",
                 why: "lock x and y, z alone, or all of it, or leave all of it free",
             }),

@@ -2,10 +2,10 @@
 
 mod judged;
 
-pub(crate) use judged::Seen;
+pub(crate) use judged::JointMotion;
 
 use super::gimbal::{self, nearest};
-use super::{Axis, AxisStart, Drive, Joint, JointAxis, JointFrame, Turn, Turning};
+use super::{Axis, AxisStart, Drive, Joint, JointAxis, JointFrame, Turn, TurnKind};
 use crate::mechanics::quaternion::{product, rotation};
 use crate::mechanics::{State, Wrench, largest};
 use nalgebra::{Matrix3, Vector3, Vector4};
@@ -83,15 +83,15 @@ impl Joint {
         let about_z = || nearest(2.0 * libm::atan2(at.turn[3], at.turn[0]), near[2]);
         let angles = || gimbal::angles(&at.turn, near, &self.middle());
         match turning {
-            Turning::Free | Turning::Driven => vector_of(&at.turn),
-            Turning::Locked => off(),
-            Turning::Hinge => {
+            TurnKind::Free | TurnKind::Driven => vector_of(&at.turn),
+            TurnKind::Locked => off(),
+            TurnKind::Hinge => {
                 let off = off();
                 Vector3::new(off[0], off[1], about_z())
             }
-            Turning::Ball => Vector3::new(swing(&at.turn), 0.0, about_z()),
-            Turning::Gimbal => angles(),
-            Turning::Universal => {
+            TurnKind::Ball => Vector3::new(swing(&at.turn), 0.0, about_z()),
+            TurnKind::Gimbal => angles(),
+            TurnKind::Universal => {
                 let angles = angles();
                 Vector3::new(angles[0], angles[1], off()[2])
             }
@@ -102,7 +102,7 @@ impl Joint {
     #[must_use]
     pub fn counted(&self, at: &Coordinates, near: &Vector3<f64>) -> Vector3<f64> {
         match self.turning() {
-            Turning::Free => Vector3::zeros(),
+            TurnKind::Free => Vector3::zeros(),
             _ => self.turns(at, near),
         }
     }
@@ -117,7 +117,7 @@ impl Joint {
         time_step: f64,
     ) -> (Vector3<f64>, Vector3<f64>) {
         let turned = match self.turning() {
-            Turning::Free | Turning::Driven => {
+            TurnKind::Free | TurnKind::Driven => {
                 vector_of(&(product(&conjugated(&at.turn), &after.turn)))
             }
             _ => {
@@ -137,7 +137,7 @@ impl Joint {
         let linear = self.linear.iter().zip(&at.place).filter(|(axis, _)| locked(axis));
         let place = linear.map(|(_, l)| l.abs()).fold(0.0, f64::max);
         let turn = match self.turning() {
-            Turning::Free | Turning::Driven | Turning::Ball | Turning::Gimbal => 0.0,
+            TurnKind::Free | TurnKind::Driven | TurnKind::Ball | TurnKind::Gimbal => 0.0,
             turning => {
                 let aside = aside(turning, &at.turn);
                 let angular = self.angular.iter().zip(&aside).filter(|(axis, _)| locked(axis));
@@ -209,7 +209,7 @@ impl Joint {
         (at, angles): (&Coordinates, &Vector3<f64>),
         (end, after): (&Coordinates, &Vector3<f64>),
     ) -> Vector3<f64> {
-        if self.turning() != Turning::Driven {
+        if self.turning() != TurnKind::Driven {
             return after - angles;
         }
         let turn = product(&conjugated(&at.turn), &end.turn);
@@ -289,7 +289,7 @@ impl Joint {
     /// The torque on A, in its frame, of torques about the axes of its turn where it is at `at` and at the `angles` (rad).
     fn turning_map(&self, at: (&Coordinates, &Vector3<f64>)) -> Matrix3<f64> {
         match self.turning() {
-            Turning::Free => Matrix3::zeros(),
+            TurnKind::Free => Matrix3::zeros(),
             _ => Turn::new(self, at, 1.0, 1.0).torque_map(),
         }
     }
@@ -322,11 +322,11 @@ pub(super) fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
 }
 
 /// R: of a hinge the part of the turn Q about z, of what turns in any way under drives Q, of what cannot turn ±1.
-pub(super) fn twist(turning: Turning, turn: &Vector4<f64>) -> Vector4<f64> {
+pub(super) fn twist(turning: TurnKind, turn: &Vector4<f64>) -> Vector4<f64> {
     let about = Vector4::new(turn[0], 0.0, 0.0, turn[3]);
     match turning {
-        Turning::Hinge | Turning::Ball if about.norm() > 0.0 => about.normalize(),
-        Turning::Driven => *turn,
+        TurnKind::Hinge | TurnKind::Ball if about.norm() > 0.0 => about.normalize(),
+        TurnKind::Driven => *turn,
         _ => Vector4::new(if turn[0] < 0.0 { -1.0 } else { 1.0 }, 0.0, 0.0, 0.0),
     }
 }
@@ -351,13 +351,13 @@ pub(super) fn crossing(turn: &Vector4<f64>) -> f64 {
 }
 
 /// The imaginary part of R* ⊗ Q: what is turned about what is locked, half of the angle.
-fn aside(turning: Turning, turn: &Vector4<f64>) -> Vector3<f64> {
+fn aside(turning: TurnKind, turn: &Vector4<f64>) -> Vector3<f64> {
     let [w, x, y, z] = turn.data.0[0];
     let size = (w * w + z * z).sqrt();
     match turning {
-        Turning::Universal => return Vector3::new(0.0, 0.0, crossing(turn)),
+        TurnKind::Universal => return Vector3::new(0.0, 0.0, crossing(turn)),
         // R = (w, 0, 0, z)/√(w² + z²).
-        Turning::Hinge | Turning::Ball if size > 0.0 => {
+        TurnKind::Hinge | TurnKind::Ball if size > 0.0 => {
             return Vector3::new((w * x + z * y) / size, (w * y - z * x) / size, 0.0);
         }
         _ => {}

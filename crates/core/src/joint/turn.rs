@@ -6,7 +6,7 @@ mod tangent;
 
 use super::gimbal::{self, nearest};
 use super::motion::{conjugated, crossing, swing, swinging, twist};
-use super::{Coordinates, Joint, Middle, Turning};
+use super::{Coordinates, Joint, Middle, TurnKind};
 use crate::mechanics::quaternion::{attitude_map, left, product, right};
 use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
 
@@ -24,7 +24,7 @@ use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
 /// σ = 2 atan2(√(E_x² + E_y²), √(E_w² + E_z²)) between its z axes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Turn {
-    turning: Turning,
+    turning: TurnKind,
     time_step: f64,
     length: f64,
     /// Q_k, R*, and R* ⊗ Q_k.
@@ -63,7 +63,7 @@ fn pure_by(v: &Vector3<f64>, q: &Vector4<f64>) -> Vector4<f64> {
 }
 
 /// E, n, a_A and a_B of a step.
-struct At {
+struct TurnPoint {
     e: Vector4<f64>,
     n: f64,
     a: Vector3<f64>,
@@ -81,7 +81,7 @@ impl Turn {
     ) -> Self {
         let ([a, b], middle) = (&joint.frames, joint.middle());
         let angles = match joint.turning() {
-            Turning::Gimbal | Turning::Universal => {
+            TurnKind::Gimbal | TurnKind::Universal => {
                 gimbal::angles(&at.turn, &angles.map(|angle| nearest(angle, 0.0)), &middle)
             }
             _ => Vector3::zeros(),
@@ -94,7 +94,7 @@ impl Turn {
             start: at.turn,
             back,
             rest: product(&back, &at.turn),
-            swing: if joint.turning() == Turning::Ball { swing(&at.turn) } else { 0.0 },
+            swing: if joint.turning() == TurnKind::Ball { swing(&at.turn) } else { 0.0 },
             angles,
             middle,
             frames: (a.rotation(), joint.other.map(|_| b.rotation())),
@@ -106,7 +106,7 @@ impl Turn {
     /// ```text
     /// E = (R* ⊗ Q_k + R* ⊗ (Q_k ⊗ (0, a_A) − (0, a_B) ⊗ Q_k − (0, a_B) ⊗ Q_k ⊗ (0, a_A)))/n
     /// ```
-    fn at(&self, spin: &Vector3<f64>, other: Option<&Vector3<f64>>) -> At {
+    fn at(&self, spin: &Vector3<f64>, other: Option<&Vector3<f64>>) -> TurnPoint {
         let half = 0.5 * self.time_step;
         let a = self.frames.0.tr_mul(spin) * half;
         let b = match (&self.frames.1, other) {
@@ -116,7 +116,7 @@ impl Turn {
         let by_a = by_pure(&self.start, &a);
         let by_b = pure_by(&b, &(self.start + by_a));
         let n = ((1.0 + a.norm_squared()) * (1.0 + b.norm_squared())).sqrt();
-        At { e: (self.rest + product(&self.back, &(by_a - by_b))) / n, n, a, b }
+        TurnPoint { e: (self.rest + product(&self.back, &(by_a - by_b))) / n, n, a, b }
     }
 
     /// u (J4), m/s.
@@ -124,11 +124,11 @@ impl Turn {
         let e = self.at(spin, other).e;
         let turned = || libm::atan2(e[3], e[0]);
         let half = match self.turning {
-            Turning::Locked | Turning::Free | Turning::Driven => Vector3::new(e[1], e[2], e[3]),
-            Turning::Hinge => Vector3::new(e[1], e[2], turned()),
-            Turning::Ball => Vector3::new(0.5 * (swing(&e) - self.swing), e[2], turned()),
-            Turning::Gimbal => 0.5 * (self.angles_at(&e) - self.angles),
-            Turning::Universal => {
+            TurnKind::Locked | TurnKind::Free | TurnKind::Driven => Vector3::new(e[1], e[2], e[3]),
+            TurnKind::Hinge => Vector3::new(e[1], e[2], turned()),
+            TurnKind::Ball => Vector3::new(0.5 * (swing(&e) - self.swing), e[2], turned()),
+            TurnKind::Gimbal => 0.5 * (self.angles_at(&e) - self.angles),
+            TurnKind::Universal => {
                 let half = 0.5 * (self.angles_at(&e) - self.angles);
                 Vector3::new(half[0], half[1], crossing(&e))
             }
@@ -152,7 +152,7 @@ impl Turn {
         spin: &Vector3<f64>,
         other: Option<&Vector3<f64>>,
     ) -> (Matrix3<f64>, Matrix3<f64>) {
-        let At { e, n, a, b } = self.at(spin, other);
+        let TurnPoint { e, n, a, b } = self.at(spin, other);
         let whole = |v: Vector3<f64>| Vector4::new(1.0, v[0], v[1], v[2]);
         let turned = product(&self.back, &product(&whole(-b), &self.start));
         let by_a = attitude_map(&turned) / n - e * (a / (1.0 + a.norm_squared())).transpose();
@@ -174,11 +174,11 @@ impl Turn {
         };
         let angles = || gimbal::slopes(e, self.angles_at(e)[2], &self.middle, by);
         let rows = match self.turning {
-            Turning::Locked | Turning::Free | Turning::Driven => [row(1), row(2), row(3)],
-            Turning::Hinge => [row(1), row(2), turned()],
-            Turning::Ball => [by.tr_mul(&swinging(e)).transpose(), row(2), turned()],
-            Turning::Gimbal => angles(),
-            Turning::Universal => {
+            TurnKind::Locked | TurnKind::Free | TurnKind::Driven => [row(1), row(2), row(3)],
+            TurnKind::Hinge => [row(1), row(2), turned()],
+            TurnKind::Ball => [by.tr_mul(&swinging(e)).transpose(), row(2), turned()],
+            TurnKind::Gimbal => angles(),
+            TurnKind::Universal => {
                 let [alpha, beta, _] = angles();
                 [alpha, beta, row(1) * e[2] + row(2) * e[1] + row(3) * e[0] + row(0) * e[3]]
             }
@@ -189,7 +189,7 @@ impl Turn {
 
     /// Whether an axis of it is carried by another one, so that its angles turn what they act along.
     pub(crate) fn is_curved(&self) -> bool {
-        matches!(self.turning, Turning::Gimbal | Turning::Universal)
+        matches!(self.turning, TurnKind::Gimbal | TurnKind::Universal)
     }
 
     /// u as the spins make it along the directions at the step's start.

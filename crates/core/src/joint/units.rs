@@ -4,13 +4,13 @@ use super::{Axis, Drive, Gear, Joint, JointAxis, JointFrame, Motor};
 
 /// The units of an axis: of its coordinate (m, or 1 for rad), of its force (N or N m), and of time.
 #[derive(Clone, Copy)]
-struct Units {
+struct AxisUnits {
     coordinate: f64,
     force: f64,
     time: f64,
 }
 
-impl Units {
+impl AxisUnits {
     fn stiffness(self, value: f64) -> f64 {
         value * self.coordinate / self.force
     }
@@ -52,10 +52,10 @@ impl Units {
 }
 
 /// The units of the axes of places and of turns.
-fn units(mass: f64, length: f64, time: f64) -> (Units, Units) {
+fn units(mass: f64, length: f64, time: f64) -> (AxisUnits, AxisUnits) {
     let force = mass * length / (time * time);
-    let place = Units { coordinate: length, force, time };
-    (place, Units { coordinate: 1.0, force: force * length, time })
+    let place = AxisUnits { coordinate: length, force, time };
+    (place, AxisUnits { coordinate: 1.0, force: force * length, time })
 }
 
 impl Gear {

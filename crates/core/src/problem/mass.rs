@@ -2,7 +2,7 @@
 
 use super::{ProblemError, SparseMatrix};
 use crate::solver::native::fronts::Fronts;
-use crate::solver::native::plan::Plan;
+use crate::solver::native::plan::FrontPlan;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 /// Parts of up to so many numbers are factorised as dense matrices.
@@ -10,36 +10,36 @@ const DENSE: usize = 48;
 
 /// M: its parts, which are coupled to nothing else.
 #[derive(Debug, Clone)]
-pub(crate) struct Mass {
-    components: Vec<Component>,
+pub(crate) struct MassMatrix {
+    components: Vec<MassComponent>,
     /// The part of each number, and its place in it.
     places: Vec<(usize, usize)>,
 }
 
 /// A part of M.
 #[derive(Debug, Clone)]
-pub(crate) struct Component {
+pub(crate) struct MassComponent {
     /// Its numbers, rising.
     pub(crate) numbers: Vec<usize>,
-    factors: Factors,
+    factors: MassFactors,
 }
 
 #[derive(Debug, Clone)]
-enum Factors {
+enum MassFactors {
     Dense(LU<f64, Dyn, Dyn>),
-    Sparse(Box<(Plan, Fronts)>),
+    Sparse(Box<(FrontPlan, Fronts)>),
 }
 
-impl Component {
+impl MassComponent {
     /// M⁻¹ of the part, in the memory of a vector over its numbers.
     pub(crate) fn solve(&self, values: &mut [f64]) {
         match &self.factors {
-            Factors::Dense(factors) => {
+            MassFactors::Dense(factors) => {
                 let mut vector = DVector::from_column_slice(values);
                 factors.solve_mut(&mut vector);
                 values.copy_from_slice(vector.as_slice());
             }
-            Factors::Sparse(both) => {
+            MassFactors::Sparse(both) => {
                 let (plan, fronts) = &**both;
                 let mut placed = vec![0.0; values.len()];
                 for (node, value) in values.iter().enumerate() {
@@ -54,7 +54,7 @@ impl Component {
     }
 }
 
-impl Mass {
+impl MassMatrix {
     /// # Errors
     /// A part that is singular, or shows that it is not positive definite.
     pub(super) fn new(matrix: &SparseMatrix) -> Result<Self, ProblemError> {
@@ -81,11 +81,13 @@ impl Mass {
                 if symmetric.cholesky().is_none() {
                     return Err(refusal);
                 }
-                Factors::Dense(dense.lu())
+                MassFactors::Dense(dense.lu())
             } else {
                 let pairs = entries.iter().map(|(row, column, _)| (place(*row), place(*column)));
-                let plan =
-                    Plan::new(&vec![1; numbers.len()], pairs.filter(|(row, column)| row != column));
+                let plan = FrontPlan::new(
+                    &vec![1; numbers.len()],
+                    pairs.filter(|(row, column)| row != column),
+                );
                 let mut fronts = Fronts::default();
                 fronts.begin(&plan);
                 for (row, column, value) in entries {
@@ -96,14 +98,14 @@ impl Mass {
                 if !is_positive || !fronts.factorise(&plan) {
                     return Err(refusal);
                 }
-                Factors::Sparse(Box::new((plan, fronts)))
+                MassFactors::Sparse(Box::new((plan, fronts)))
             };
-            components.push(Component { numbers, factors });
+            components.push(MassComponent { numbers, factors });
         }
         Ok(Self { components, places })
     }
 
-    pub(crate) fn components(&self) -> &[Component] {
+    pub(crate) fn components(&self) -> &[MassComponent] {
         &self.components
     }
 

@@ -44,7 +44,7 @@ pub use matrix::SparseMatrix;
 pub use measure::Evaluation;
 pub use solution::{DEFAULT_RESIDUAL, Selection, Solution, SolveOptions};
 
-pub(crate) use mass::{Mass, Sets};
+pub(crate) use mass::{MassMatrix, Sets};
 pub(crate) use measure::three;
 
 use error::{all_in_range, length};
@@ -91,12 +91,12 @@ pub struct Global {
     pub momentum: Vec<f64>,
     /// w, m/s.
     pub offset: Vec<f64>,
-    factors: Mass,
+    factors: MassMatrix,
 }
 
 impl Global {
     /// M, taken apart and factorised.
-    pub(crate) fn factors(&self) -> &Mass {
+    pub(crate) fn factors(&self) -> &MassMatrix {
         &self.factors
     }
 }
@@ -144,7 +144,7 @@ impl ContactProblem {
         all_in_range("a number of f", &momentum)?;
         all_in_range("a number of w", &offset)?;
         is_semidefinite("M", &mass)?;
-        let factors = Mass::new(&mass)?;
+        let factors = MassMatrix::new(&mass)?;
         let global = Global { mass, directions, momentum, offset, factors };
         Ok(Self { form: Form::Global(Box::new(global)), laws, starts })
     }

@@ -37,9 +37,9 @@ const ROUNDING: f64 = 1e-12;
 pub(super) struct Bounce {
     islands: Islands,
     /// Of the island that begins with the body.
-    impacts: Vec<Impact>,
+    impacts: Vec<IslandImpact>,
     /// Of the island of the body; `None` where nothing bounces.
-    searches: Vec<Option<Search>>,
+    searches: Vec<Option<ShareSearch>>,
     shares: Vec<f64>,
     /// Whether the island of the body is to be solved again.
     marked: Vec<bool>,
@@ -49,20 +49,20 @@ pub(super) struct Bounce {
 
 /// What the contacts of an island did in a step, and its search.
 #[derive(Debug, Clone, Copy, Default)]
-struct Impact {
+struct IslandImpact {
     bounces: bool,
     /// W, J.
     work: f64,
     /// Σ |p·u|, J.
     size: f64,
-    search: Option<Search>,
+    search: Option<ShareSearch>,
     /// Whether islands with searches of their own have met in it.
     met: bool,
     /// Whether it is to be solved again.
     again: bool,
 }
 
-impl Impact {
+impl IslandImpact {
     fn verdict(&self, solved: bool) -> Verdict {
         match self.work > ROUNDING * self.size {
             _ if !solved => Verdict::Unsolved,
@@ -75,9 +75,9 @@ impl Impact {
     fn go_on(&mut self, solved: bool) {
         if self.met {
             // Shares that were found for each alone say nothing of both.
-            (self.search, self.again) = (Some(Search::WHOLE), true);
+            (self.search, self.again) = (Some(ShareSearch::WHOLE), true);
         } else if self.bounces || self.search.is_some() {
-            let last = self.search.unwrap_or(Search::WHOLE);
+            let last = self.search.unwrap_or(ShareSearch::WHOLE);
             let next = last.after(self.verdict(solved));
             (self.search, self.again) = (Some(next), next.share != last.share);
         }
@@ -95,7 +95,7 @@ enum Verdict {
 
 /// The search for the share of an island.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Search {
+struct ShareSearch {
     /// The share of the last solve.
     share: f64,
     /// The largest share known to be good, or 0; the smallest one known to be bad.
@@ -110,7 +110,7 @@ struct Search {
     halve: bool,
 }
 
-impl Search {
+impl ShareSearch {
     /// Before the first verdict: all of the restitution.
     const WHOLE: Self = Self {
         share: 1.0,
@@ -216,7 +216,7 @@ impl Bounce {
         let keys = contacts.iter().map(|contact| &contact.key);
         self.islands.find(bodies, keys, step.world);
         self.impacts.clear();
-        self.impacts.resize(bodies, Impact::default());
+        self.impacts.resize(bodies, IslandImpact::default());
         let h = step.world.time_step();
         for (contact, force) in contacts.iter().zip(solution.forces()) {
             let impact = &mut self.impacts[self.islands.of(contact.key.body)];

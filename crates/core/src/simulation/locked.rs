@@ -62,7 +62,7 @@ pub enum Finding {
 
 /// A row of (J20), or what is left of it.
 #[derive(Clone)]
-struct Row {
+struct LockedRow {
     /// G.
     along: DVector<f64>,
     /// b.
@@ -71,7 +71,7 @@ struct Row {
     of: Vec<f64>,
 }
 
-impl Row {
+impl LockedRow {
     fn minus(&mut self, part: f64, other: &Self) {
         self.along.axpy(-part, &other.along, 1.0);
         self.velocity -= part * other.velocity;
@@ -92,13 +92,13 @@ impl World {
     /// `courses` from `time` (s) on. Of a mechanism of more than 600 locked rows nothing is said.
     #[must_use]
     pub fn locked(&self, states: &[State], courses: &[(usize, Knots)], time: f64) -> Vec<Finding> {
-        let rows = Rows { world: self, states, courses, time };
+        let rows = LockedRows { world: self, states, courses, time };
         rows.mechanisms().iter().flat_map(|mechanism| rows.of(mechanism)).collect()
     }
 }
 
 /// Makes the rows of a world.
-struct Rows<'a> {
+struct LockedRows<'a> {
     world: &'a World,
     states: &'a [State],
     courses: &'a [(usize, Knots)],
@@ -114,7 +114,7 @@ struct Mechanism {
     bodies: Vec<usize>,
 }
 
-impl Rows<'_> {
+impl LockedRows<'_> {
     /// The mechanisms, without what hangs on one joint alone: it obeys its rows whatever the rest does.
     fn mechanisms(&self) -> Vec<Mechanism> {
         let (joints, gears) = (self.world.joints(), self.world.gears());
@@ -185,7 +185,7 @@ impl Rows<'_> {
     /// What is odd about one mechanism.
     fn of(&self, mechanism: &Mechanism) -> Vec<Finding> {
         let Some((locks, rows)) = self.rows(mechanism) else { return Vec::new() };
-        let mut basis: Vec<Row> = Vec::new();
+        let mut basis: Vec<LockedRow> = Vec::new();
         let (mut findings, mut redundant) = (Vec::new(), Vec::new());
         let mut too_many = 0;
         for row in &rows {
@@ -215,7 +215,7 @@ impl Rows<'_> {
                 let Some(along) = along else { continue };
                 let length = along.norm();
                 let of_none = vec![0.0; locks.len()];
-                let mut row = Row { along: along / length, velocity: 0.0, of: of_none };
+                let mut row = LockedRow { along: along / length, velocity: 0.0, of: of_none };
                 if rest_of(&mut row, &basis) <= DEPENDENT {
                     let locks = involved(&row.of, &locks);
                     findings.push(Finding::LockedAxis { axis: of, locks });
@@ -231,7 +231,7 @@ impl Rows<'_> {
     }
 
     /// The rows of (J20), each of length 1, and whose they are; `None` where there are too many, or a body has no state.
-    fn rows(&self, mechanism: &Mechanism) -> Option<(Vec<Lock>, Vec<Row>)> {
+    fn rows(&self, mechanism: &Mechanism) -> Option<(Vec<Lock>, Vec<LockedRow>)> {
         let (mut locks, mut found) = (Vec::new(), Vec::new());
         for &index in &mechanism.joints {
             let joint = &self.world.joints()[index];
@@ -260,7 +260,7 @@ impl Rows<'_> {
         let row = |(index, (along, velocity)): (usize, (DVector<f64>, f64))| {
             let mut of = vec![0.0; locks.len()];
             of[index] = 1.0;
-            let mut row = Row { along, velocity, of };
+            let mut row = LockedRow { along, velocity, of };
             let length = row.along.norm();
             row.scaled(if length > 0.0 { 1.0 / length } else { 0.0 });
             row
@@ -305,7 +305,7 @@ impl Rows<'_> {
 }
 
 /// What `basis` leaves of a row, and how long it is. Twice, so that rounding of the first time is gone.
-fn rest_of(row: &mut Row, basis: &[Row]) -> f64 {
+fn rest_of(row: &mut LockedRow, basis: &[LockedRow]) -> f64 {
     for _ in 0..2 {
         for other in basis {
             let part = row.along.dot(&other.along);

@@ -84,7 +84,7 @@ pub struct Simulation<'a> {
     taken_back: bool,
     /// Whether its steps are parts of one, which are not taken in parts again.
     is_part: bool,
-    scratch: Scratch,
+    scratch: StepScratch,
     /// That of the world, once it was asked for.
     #[cfg(feature = "save")]
     digest: OnceCell<u64>,
@@ -113,7 +113,7 @@ struct Past<'a> {
 
 /// Memory that steps use again.
 #[derive(Default)]
-struct Scratch {
+struct StepScratch {
     wrenches: Vec<Wrench>,
     free: Vec<State>,
     candidates: Candidates,
@@ -122,11 +122,11 @@ struct Scratch {
     bounce: Bounce,
     solution: StepSolution,
     certifier: Certifier,
-    judge: wild::Judge,
+    judge: wild::EnergyJudge,
     stiffness: Stiffness,
     /// What squeezed in a step that failed.
     squeeze: Option<Squeeze>,
-    rest: rest::Rest,
+    rest: rest::RestingBodies,
 }
 
 impl<'a> Simulation<'a> {
@@ -189,7 +189,7 @@ impl<'a> Simulation<'a> {
             long_before: None,
             taken_back: false,
             is_part: false,
-            scratch: Scratch { candidates, ..Scratch::default() },
+            scratch: StepScratch { candidates, ..StepScratch::default() },
             #[cfg(feature = "save")]
             digest: OnceCell::new(),
         })
@@ -269,7 +269,7 @@ impl<'a> Simulation<'a> {
         for (body, state) in states {
             now.states[*body] = *state;
         }
-        let Scratch { candidates, rewind, rest, .. } = scratch;
+        let StepScratch { candidates, rewind, rest, .. } = scratch;
         rest.end();
         rewind.copy_from(candidates.memory());
         let is_moved = |body: usize| before[body].pose() != now.states[body].pose();
@@ -355,7 +355,7 @@ impl<'a> Simulation<'a> {
             Motion::Contact { detection, solver } => {
                 let past = Past { now, before: before.as_ref() };
                 let (interrupt, solver) = (interrupt.as_deref(), solver.as_mut());
-                let Scratch { rest, candidates, wrenches, .. } = &mut *scratch;
+                let StepScratch { rest, candidates, wrenches, .. } = &mut *scratch;
                 rest.begin((now, before.as_ref()), candidates.memory(), solver, wrenches);
                 // Where no pieces can meet there is nothing to go back to.
                 let rewinds = interrupt.is_some() && !candidates.memory().is_empty();
@@ -385,7 +385,7 @@ impl<'a> Simulation<'a> {
         record.certificate = certificate;
         record.restitution_share = share;
         record.squeeze = self.scratch.squeeze;
-        let Scratch { stiffness, solution, .. } = &mut self.scratch;
+        let StepScratch { stiffness, solution, .. } = &mut self.scratch;
         record.stiffness =
             stiffness.of_step(&self.world, &self.now.states, (&solution.joints, &solution.gears));
         let overlap =

@@ -1,6 +1,6 @@
 //! One step: free flight, or candidates, solver and certificate.
 
-use super::{Past, Scratch, squeeze, wild};
+use super::{Past, StepScratch, squeeze, wild};
 use crate::contact::certificate::{Claim, certify_rk4_step};
 use crate::contact::{Certificate, Detection, rounding};
 use crate::error::Error;
@@ -14,9 +14,9 @@ use std::sync::atomic::AtomicBool;
 pub(super) fn floating_step(
     world: &World,
     states: &[State],
-    scratch: &mut Scratch,
+    scratch: &mut StepScratch,
 ) -> (StepReport, Certificate) {
-    let Scratch { wrenches, candidates, solution, .. } = scratch;
+    let StepScratch { wrenches, candidates, solution, .. } = scratch;
     candidates.clear();
     solution.set_free(&[]);
     let bodies = world.bodies().iter().zip(states).zip(&*wrenches);
@@ -42,9 +42,9 @@ pub(super) fn contact_step(
     detection: Detection,
     solver: &mut dyn StepSolver,
     interrupt: Option<&AtomicBool>,
-    scratch: &mut Scratch,
+    scratch: &mut StepScratch,
 ) -> Result<(StepReport, Certificate, f64), Error> {
-    let Scratch {
+    let StepScratch {
         wrenches,
         free,
         candidates,

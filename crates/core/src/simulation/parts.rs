@@ -18,7 +18,7 @@
 
 use super::islands::Islands;
 use super::wild::{LARGEST_GAIN, ROUNDING};
-use super::{Motion, Scratch, Simulation, StepRecord};
+use super::{Motion, Simulation, StepRecord, StepScratch};
 use crate::contact::certificate::Claim;
 use crate::contact::{Candidates, Certificate};
 use crate::joint::JointForce;
@@ -108,7 +108,7 @@ impl Simulation<'_> {
         short.driving.clone_from(&self.driving);
         short.now.joints.clone_from(&self.now.joints);
         short.is_part = true;
-        let (mut record, mut mean) = (StepRecord::new(), Mean::new(&self.world));
+        let (mut record, mut mean) = (StepRecord::new(), MeanForces::new(&self.world));
         for _ in 0..parts {
             short.step(&mut record).ok()?;
             if matches!(record.report.status, StepStatus::Failed | StepStatus::Wild) {
@@ -117,7 +117,7 @@ impl Simulation<'_> {
             mean.add(&record.solution, 1.0 / parts as f64);
         }
         let ends = exchanged(&short.now.states, &short.world, &self.world)?;
-        let Scratch { solution, .. } = &mut self.scratch;
+        let StepScratch { solution, .. } = &mut self.scratch;
         for (body, end) in ends.into_iter().enumerate().filter(|(body, _)| unsolved[*body]) {
             solution.states[body] = end;
         }
@@ -168,7 +168,7 @@ impl Simulation<'_> {
     /// solution.
     fn makers(&mut self, allowed: f64) -> Vec<bool> {
         let Self { world, now, scratch, .. } = self;
-        let Scratch { candidates, solution, wrenches, judge, certifier, .. } = scratch;
+        let StepScratch { candidates, solution, wrenches, judge, certifier, .. } = scratch;
         let claim = Claim {
             states: &now.states,
             next: &solution.states,
@@ -221,7 +221,7 @@ impl Simulation<'_> {
     /// The certificate of the scratch memory's solution, and its slips.
     fn certify(&mut self) -> Certificate {
         let Self { world, now, scratch, .. } = self;
-        let Scratch { candidates, solution, wrenches, certifier, .. } = scratch;
+        let StepScratch { candidates, solution, wrenches, certifier, .. } = scratch;
         let contacts = candidates.contacts();
         for (force, contact) in solution.contacts.iter_mut().zip(contacts) {
             force.normal_force = contact.normal().dot(&force.force);
@@ -235,13 +235,13 @@ impl Simulation<'_> {
 }
 
 /// The mean forces of parts.
-struct Mean {
+struct MeanForces {
     contacts: Vec<ContactForce>,
     joints: Vec<JointForce>,
     gears: Vec<f64>,
 }
 
-impl Mean {
+impl MeanForces {
     fn new(world: &World) -> Self {
         let joints = vec![JointForce::none(Vector3::zeros()); world.joints().len()];
         Self { contacts: Vec::new(), joints, gears: vec![0.0; world.gears().len()] }

@@ -11,7 +11,7 @@
 //! have not moved; if no other joins, the island is not solved, and not certified again.
 
 use super::islands::Islands;
-use super::{Scratch, Simulation, StepRecord};
+use super::{Simulation, StepRecord, StepScratch};
 use crate::contact::{Certificate, Contact, ContactKey, KeyIndex, Memory};
 use crate::joint::JointForce;
 use crate::mechanics::{State, Wrench};
@@ -20,7 +20,7 @@ use nalgebra::Vector3;
 
 /// The last step, where it left all as it was.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Rest {
+pub(super) struct RestingBodies {
     /// Whether the step at hand begins with the states and forces of the step before.
     begins: bool,
     /// What the search remembered at its start.
@@ -59,7 +59,7 @@ struct Came {
     overlap: f64,
 }
 
-impl Rest {
+impl RestingBodies {
     /// Something is changed from outside: the next step is another one.
     pub(super) fn end(&mut self) {
         (self.last, self.begins, self.none_told, self.stays) = (None, false, false, false);
@@ -168,7 +168,7 @@ impl Simulation<'_> {
     /// Takes the step to come where it is the last one again; its wrenches are set. Returns whether it did.
     #[inline(never)]
     pub(super) fn rest(&mut self, record: &mut StepRecord) -> bool {
-        let Scratch { rest, wrenches, .. } = &self.scratch;
+        let StepScratch { rest, wrenches, .. } = &self.scratch;
         let Some(came) = rest.last else { return false };
         let of_wrench = bits_of_wrench;
         if !wrenches.iter().map(of_wrench).eq(rest.wrenches.iter().map(of_wrench)) {
@@ -196,7 +196,7 @@ impl Simulation<'_> {
     /// Notes whether the step that was taken last, which `record` describes, left all as it was.
     pub(super) fn note_rest(&mut self, record: &StepRecord) {
         let Self { now, before, driving, scratch, .. } = self;
-        let Scratch { rest, wrenches, candidates, .. } = scratch;
+        let StepScratch { rest, wrenches, candidates, .. } = scratch;
         rest.make_room(record.contacts.len(), wrenches.len());
         let is_left = rest.begins
             && driving.is_idle()
@@ -220,8 +220,9 @@ impl Simulation<'_> {
     /// Notes for which islands the step that was taken last, which `record` describes, left all as it was.
     pub(super) fn note_islands(&mut self, record: &StepRecord) {
         let Self { now, before, long_before, driving, scratch, world, .. } = self;
-        let Scratch { rest, wrenches, .. } = scratch;
-        let Rest { bodies, loads, found, still, ties, islands, indices, repeats, .. } = rest;
+        let StepScratch { rest, wrenches, .. } = scratch;
+        let RestingBodies { bodies, loads, found, still, ties, islands, indices, repeats, .. } =
+            rest;
         let (Some(before), Some(long_before)) = (before, long_before) else { return };
         let count = now.states.len();
         let can_rest = *repeats && driving.is_idle();

@@ -35,7 +35,7 @@ const MOST_BETWEEN: usize = 3;
 const ALIKE: f64 = 0.9;
 
 /// A search along contacts from one end.
-struct Search<'a> {
+struct SqueezeSearch<'a> {
     world: &'a World,
     states: &'a [State],
     contacts: &'a [Contact],
@@ -45,7 +45,7 @@ struct Search<'a> {
 
 /// Where a search is.
 #[derive(Clone, Copy)]
-struct Way {
+struct SearchPlace {
     from: Partner,
     between: [usize; MOST_BETWEEN],
     count: usize,
@@ -62,7 +62,7 @@ pub(super) fn find(
     contacts: &[Contact],
     least: f64,
 ) -> Option<Squeeze> {
-    let mut search = Search { world, states, contacts, found: None };
+    let mut search = SqueezeSearch { world, states, contacts, found: None };
     for contact in contacts {
         let body = Partner::Body(contact.key.body);
         for (from, to) in [(body, contact.key.partner), (contact.key.partner, body)] {
@@ -75,7 +75,7 @@ pub(super) fn find(
             let direction = towards(contact, first);
             let closed = direction.dot(&moved) - contact.gap;
             let between = [first; MOST_BETWEEN];
-            search.go_on(&Way { from, between, count: 1, direction, closed });
+            search.go_on(&SearchPlace { from, between, count: 1, direction, closed });
         }
     }
     search.found.filter(|squeeze| squeeze.lacking > least)
@@ -91,7 +91,7 @@ fn towards(contact: &Contact, body: usize) -> Vector3<f64> {
     if contact.key.body == body { contact.normal() } else { -contact.normal() }
 }
 
-impl Search<'_> {
+impl SqueezeSearch<'_> {
     /// How far the step takes a point of `of` that does as it is told, m; `None` of a body that moves as it is pushed.
     fn told(&self, of: Partner, point: &Vector3<f64>) -> Option<Vector3<f64>> {
         let Some(body) = of.body() else { return Some(Vector3::zeros()) };
@@ -109,7 +109,7 @@ impl Search<'_> {
     }
 
     /// Looks on from the last body of the way.
-    fn go_on(&mut self, way: &Way) {
+    fn go_on(&mut self, way: &SearchPlace) {
         let contacts = self.contacts;
         let last = way.between[way.count - 1];
         // It does as it is told itself: the way ends before it.
@@ -139,7 +139,7 @@ impl Search<'_> {
                 None => {
                     let Some(next) = next.body().filter(|next| is_new(*next)) else { continue };
                     if way.count < MOST_BETWEEN {
-                        let mut on = Way { count: way.count + 1, closed, ..*way };
+                        let mut on = SearchPlace { count: way.count + 1, closed, ..*way };
                         on.between[way.count] = next;
                         self.go_on(&on);
                     }

@@ -68,7 +68,7 @@ pub struct RunSummary {
 
 /// What the summary counts of a step that any file of a run has.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Counted {
+pub struct StatusCount {
     /// k.
     pub index: u64,
     /// How it ended.
@@ -91,7 +91,7 @@ impl RunSummary {
         let part = certificate.worst_part();
         let (status, iterations) = (report.status, report.iterations);
         let restitution_share = record.restitution_share;
-        self.count(&Counted { index, status, iterations, residual, part, restitution_share });
+        self.count(&StatusCount { index, status, iterations, residual, part, restitution_share });
         if status == StepStatus::Failed && self.first_failures.len() < MOST_FAILURES_KEPT {
             let (message, part) = (report.message.map(Word::from), Word::from(part));
             let squeeze = record.squeeze;
@@ -106,7 +106,7 @@ impl RunSummary {
 
     /// Counts one step of which no more is known than its row says: neither its start nor why it
     /// failed.
-    pub fn count(&mut self, step: &Counted) {
+    pub fn count(&mut self, step: &StatusCount) {
         match step.status {
             StepStatus::End => return,
             StepStatus::Free => self.free += 1,

@@ -38,7 +38,7 @@
 use super::energy;
 use super::islands::Islands;
 use crate::contact::certificate::Claim;
-use crate::joint::Seen;
+use crate::joint::JointMotion;
 use crate::mechanics::{RigidBody, State, Wrench};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -58,7 +58,7 @@ const REST: f64 = 1e-4;
 
 /// Tells whether steps are wild. Owns memory that steps use again.
 #[derive(Debug, Clone, Default)]
-pub struct Judge {
+pub struct EnergyJudge {
     islands: Islands,
     /// Of the island that begins with the body.
     budgets: Vec<Budget>,
@@ -83,7 +83,7 @@ struct Budget {
     rest: f64,
 }
 
-impl Judge {
+impl EnergyJudge {
     /// A judge without memory yet.
     #[must_use]
     pub fn new() -> Self {
@@ -109,7 +109,7 @@ impl Judge {
         let joints = world.joints().iter().zip(claim.joints);
         let ends = (claim.states, claim.next);
         let seen = joints.map(|(joint, force)| joint.seen(ends, force, world.time_step()));
-        let seen: Vec<Seen> = seen.flatten().collect();
+        let seen: Vec<JointMotion> = seen.flatten().collect();
         self.is_wild_step(world, (claim, &seen), forces, accepted)
     }
 
@@ -117,7 +117,7 @@ impl Judge {
     pub(super) fn makers(
         &mut self,
         world: &World,
-        (claim, seen): (&Claim<'_>, &[Seen]),
+        (claim, seen): (&Claim<'_>, &[JointMotion]),
         forces: impl IntoIterator<Item = Vector3<f64>>,
         allowed: f64,
     ) -> Vec<bool> {
@@ -135,7 +135,7 @@ impl Judge {
     pub(super) fn is_wild_step(
         &mut self,
         world: &World,
-        (claim, seen): (&Claim<'_>, &[Seen]),
+        (claim, seen): (&Claim<'_>, &[JointMotion]),
         forces: impl IntoIterator<Item = Vector3<f64>>,
         accepted: f64,
     ) -> bool {
@@ -152,7 +152,7 @@ impl Judge {
     fn count(
         &mut self,
         world: &World,
-        (claim, seen): (&Claim<'_>, &[Seen]),
+        (claim, seen): (&Claim<'_>, &[JointMotion]),
         forces: impl IntoIterator<Item = Vector3<f64>>,
         accepted: f64,
     ) {

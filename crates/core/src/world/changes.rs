@@ -1,6 +1,6 @@
 //! What changes of a world while it is simulated: bodies that come, go or are held, and surfaces that move.
 
-use super::laws::Pairs;
+use super::laws::PairLaws;
 use super::{Partner, World};
 use crate::error::{Error, all_in_range};
 use crate::joint::{Gear, Joint, Knots};
@@ -118,7 +118,7 @@ impl World {
             };
             Some((number(a)?, partner))
         };
-        let pairs = |pairs: &Pairs| {
+        let pairs = |pairs: &PairLaws| {
             let pair = |(pair, value): &((usize, Partner), f64)| Some((renumbered(pair)?, *value));
             pairs.iter().filter_map(pair).collect()
         };

@@ -262,7 +262,7 @@ impl Constant {
 }
 
 /// Numbers of a constant.
-pub type Given<'a> = (Constant, &'a [f64]);
+pub type ConstantValue<'a> = (Constant, &'a [f64]);
 
 impl World {
     /// This world with the constants that are `given`, of which the last word counts.
@@ -273,7 +273,7 @@ impl World {
     /// their own, which would not vary; a size or radius of a body that is not of one convex piece, or of
     /// points, with one radius and an extent between its corners along each of its axes; a ground that
     /// is not there.
-    pub fn with_constants(&self, given: &[Given<'_>]) -> Result<Self, Error> {
+    pub fn with_constants(&self, given: &[ConstantValue<'_>]) -> Result<Self, Error> {
         for (constant, numbers) in given {
             if numbers.len() != constant.width(self) {
                 let (field, count) = (constant.name(), numbers.len());

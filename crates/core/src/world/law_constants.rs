@@ -119,7 +119,8 @@ impl Constant {
     /// The numbers of such a constant.
     pub(super) fn of_laws(self, world: &World) -> Vec<f64> {
         let bodies = world.bodies().iter();
-        let of_pairs = |pairs: &super::laws::Pairs| pairs.iter().map(|(_, value)| *value).collect();
+        let of_pairs =
+            |pairs: &super::laws::PairLaws| pairs.iter().map(|(_, value)| *value).collect();
         match self {
             Self::BodyFriction => bodies.filter_map(RigidBody::friction).collect(),
             Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).collect(),

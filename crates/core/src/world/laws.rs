@@ -178,9 +178,9 @@ impl World {
 }
 
 /// Coefficients that were given for pairs, in ascending order of the pairs.
-pub(super) type Pairs = Vec<((usize, Partner), f64)>;
+pub(super) type PairLaws = Vec<((usize, Partner), f64)>;
 
-pub(super) fn set_pair(pairs: &mut Pairs, body: usize, partner: Partner, value: f64) {
+pub(super) fn set_pair(pairs: &mut PairLaws, body: usize, partner: Partner, value: f64) {
     let pair = ordered(body, partner);
     match pairs.binary_search_by(|(known, _)| known.cmp(&pair)) {
         Ok(place) => pairs[place].1 = value,
@@ -188,13 +188,13 @@ pub(super) fn set_pair(pairs: &mut Pairs, body: usize, partner: Partner, value: 
     }
 }
 
-pub(super) fn find_pair(pairs: &Pairs, body: usize, partner: Partner) -> Option<f64> {
+pub(super) fn find_pair(pairs: &PairLaws, body: usize, partner: Partner) -> Option<f64> {
     find_place(pairs, body, partner).map(|place| pairs[place].1)
 }
 
 /// Where a pair stands among those that were given a coefficient.
 #[inline]
-pub(super) fn find_place(pairs: &Pairs, body: usize, partner: Partner) -> Option<usize> {
+pub(super) fn find_place(pairs: &PairLaws, body: usize, partner: Partner) -> Option<usize> {
     if pairs.is_empty() {
         return None;
     }

@@ -13,7 +13,7 @@ pub mod plane;
 pub(crate) use changes::without;
 pub use constants::Constant;
 pub(crate) use law_constants::LawSlopes;
-use laws::{Pairs, ordered};
+use laws::{PairLaws, ordered};
 pub use partner::{ContactLaw, Partner};
 pub use plane::Plane;
 
@@ -68,9 +68,9 @@ pub struct World {
     held: Vec<bool>,
     /// Velocities of surfaces, each of an owner.
     surfaces: Vec<(Partner, Vector3<f64>)>,
-    pair_frictions: Pairs,
+    pair_frictions: PairLaws,
     restitution: f64,
-    pair_restitutions: Pairs,
+    pair_restitutions: PairLaws,
     /// What was given for it.
     rebound_speed: Option<f64>,
     reach: f64,
@@ -102,9 +102,9 @@ impl World {
             untouched: Vec::new(),
             held: Vec::new(),
             surfaces: Vec::new(),
-            pair_frictions: Pairs::new(),
+            pair_frictions: PairLaws::new(),
             restitution: 0.0,
-            pair_restitutions: Pairs::new(),
+            pair_restitutions: PairLaws::new(),
             rebound_speed: None,
             reach,
             speed_scale,

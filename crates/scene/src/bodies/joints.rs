@@ -6,7 +6,7 @@ mod placed;
 
 pub use entries::{DriveEntry, JointEntry};
 pub use motor::{MotorEntry, MotorFields};
-pub use placed::{JointPlace, JointSide, anchor_in_range};
+pub use placed::{JointSide, JointStartFrame, anchor_in_range};
 
 use super::copies::name_of;
 use entries::{BodyNames, DriveFields};
@@ -323,7 +323,7 @@ impl JointEntry {
             }
             (None, None) => still,
         };
-        let of_a = JointPlace { anchor, attitude };
+        let of_a = JointStartFrame { anchor, attitude };
         let mut of_b = self.at_its_start(of_a)?;
         if let Some(attitude) = in_b {
             of_b.attitude = b.placed(&Vector3::zeros(), &attitude).attitude;
@@ -349,7 +349,7 @@ impl JointEntry {
     }
 
     /// The frame of B at the start, against which that of A has its coordinates `start`.
-    fn at_its_start(&self, of_a: JointPlace) -> Result<JointPlace, String> {
+    fn at_its_start(&self, of_a: JointStartFrame) -> Result<JointStartFrame, String> {
         let mut at = [0.0; 6];
         let several = self.kind.driven().len() > 1;
         for ((name, axis), drive) in self.kind.driven().iter().zip(self.drives()) {
@@ -374,6 +374,6 @@ impl JointEntry {
             attitude = left(&attitude) * back;
         }
         let off = rotation(&attitude) * Vector3::new(at[0], at[1], at[2]);
-        Ok(JointPlace { anchor: of_a.anchor - off, attitude })
+        Ok(JointStartFrame { anchor: of_a.anchor - off, attitude })
     }
 }

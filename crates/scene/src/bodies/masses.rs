@@ -4,7 +4,7 @@ use super::entries::BodyEntry;
 use super::refused::field_of;
 use crate::tables::InertiaValue;
 use nalgebra::{Matrix3, Vector3};
-use tumble_core::geometry::{Hint, Piece, Scratch, overlap};
+use tumble_core::geometry::{Hint, PairScratch, Piece, overlap};
 use tumble_core::mechanics::Pose;
 use tumble_model::shape::ModelShape;
 
@@ -23,7 +23,7 @@ fn refuse_overlapping_pieces(shape: &ModelShape, entry: &BodyEntry) -> Result<()
     let pieces = shape.pieces().map_err(|error| field_of(&error))?;
     let here = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
     let size = |piece: &Piece| piece.core().reach() + piece.radius();
-    let mut scratch = Scratch::default();
+    let mut scratch = PairScratch::default();
     for (second, piece) in pieces.iter().enumerate() {
         for (first, other) in pieces[..second].iter().enumerate() {
             let placed = [(other, &here), (piece, &here)];

@@ -30,13 +30,13 @@ fn stone(mass: f64, index: usize) -> Result<Subject, Refusal> {
 
 /// The tolerance of the force of a step at rest, as a share of the weight of a stone: each point's
 /// law, the residual of velocities, and the change of a velocity by positions.
-fn force_tolerance(run: &Run, gravity: f64) -> f64 {
+fn force_tolerance(run: &TestRun, gravity: f64) -> f64 {
     let lacked = run.largest(|r| r.momentum) + 2.0 * run.largest(|r| r.kinematics);
     let missed = run.largest(|r| r.normal) + run.largest(|r| r.friction);
     (6.0 * lacked + 2.0 * POINTS * missed) / (gravity * run.time_step) + 64.0 * f64::EPSILON
 }
 
-pub(crate) const ARCH: Problem = Problem {
+pub(crate) const ARCH: TestProblem = TestProblem {
     name: "arch",
     about: "Half a ring of three equal voussoirs stands on the ground if friction in its joints \
             and under its feet is at least (√(4T² + 3) − 2T)/3, T = tan 30°: then its thrust is \
@@ -44,7 +44,7 @@ pub(crate) const ARCH: Problem = Problem {
     time_step: 0.005,
     inputs: &[(Mass, 20.0), EARTH],
     bodies: STONES,
-    ..Problem::solved_by(arch)
+    ..TestProblem::solved_by(arch)
 };
 
 /// ³⁄₂ W under a foot, ½ W in a joint, and a thrust H between its bounds:
@@ -52,7 +52,7 @@ pub(crate) const ARCH: Problem = Problem {
 /// ```text
 /// ½ cot(φ + λ) ≤ H/W ≤ ³⁄₂ μ for some H if μ ≥ (√(4 T² + 3) − 2 T)/3,   tan λ = μ
 /// ```
-fn arch(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn arch(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, gravity] = inputs.all([Mass, Gravity])?;
     let weight = mass * gravity;
     let needed = ((4.0 * INCLINED * INCLINED + 3.0).sqrt() - 2.0 * INCLINED) / 3.0;
@@ -73,7 +73,7 @@ fn arch(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let least = 0.5 * (1.0 - friction * INCLINED) / (friction + INCLINED);
     let longest = largest((0..STONES).map(|index| run.moved(index)));
     let still = 8.0 * run.seat() + 2.0 * run.creep();
-    let twice = |run: &Run| 2.0 * force_tolerance(run, gravity);
+    let twice = |run: &TestRun| 2.0 * force_tolerance(run, gravity);
     let found = Threshold::of_rest(runner, needed, setup, twice)?;
     let quantities = [
         equal(("force under a foot", "W"), foot[2] / weight, 1.5, allowed),

@@ -24,7 +24,7 @@ struct Blocks {
 type Accelerations = [f64; 2];
 
 impl Blocks {
-    fn new(inputs: &Inputs, shares: [f64; 2]) -> Result<Self, Refusal> {
+    fn new(inputs: &TestInputs, shares: [f64; 2]) -> Result<Self, Refusal> {
         let [mass, friction, gravity] = inputs.all([Mass, Friction, Gravity])?;
         let why = format!("with mu {friction} the upper block may tip over; 1.5 is the most");
         Refusal::when(friction > 1.5, why)?;
@@ -91,14 +91,14 @@ fn duration(accelerations: &Accelerations) -> f64 {
 
 /// The tolerance of the speed of a block, m/s: the residuals of the laws of all corners and of the
 /// equations of both blocks, with the lighter one's impulses counted for the heavier, summed.
-fn speed_tolerance(run: &Run) -> f64 {
+fn speed_tolerance(run: &TestRun) -> f64 {
     let missed = run.sum(|r| r.friction + r.normal);
     let lacked = run.sum(|r| r.momentum) + run.largest(|r| r.kinematics);
     (CORNERS * missed + 2.0 * lacked) / UPPER_SHARE + run.flight_rounding()
 }
 
 /// The mean tolerance of an acceleration, m/s².
-fn mean_tolerance(run: &Run) -> f64 {
+fn mean_tolerance(run: &TestRun) -> f64 {
     speed_tolerance(run) / run.end_time()
 }
 
@@ -106,7 +106,12 @@ const UPPER_MOVES: [&str; 2] = ["speed of the upper block", "way of the upper bl
 const LOWER_MOVES: [&str; 2] = ["speed of the lower block", "way of the lower block"];
 
 /// Speed and distance of block `index` with the acceleration `a`.
-fn moved([speed, way]: [&'static str; 2], run: &Run, index: usize, a: f64) -> [Quantity; 2] {
+fn moved(
+    [speed, way]: [&'static str; 2],
+    run: &TestRun,
+    index: usize,
+    a: f64,
+) -> [TestQuantity; 2] {
     let (t, end, off) = (run.end_time(), run.end(index), speed_tolerance(run));
     let found = end.position[0] - run.states(index)[0].position[0];
     [
@@ -115,7 +120,7 @@ fn moved([speed, way]: [&'static str; 2], run: &Run, index: usize, a: f64) -> [Q
     ]
 }
 
-pub(crate) const BLOCKS_ON_SLOPE: Problem = Problem {
+pub(crate) const BLOCKS_ON_SLOPE: TestProblem = TestProblem {
     name: "blocks-on-slope",
     about: "A block on a block on a slope: the one on top, held by μ/2, slides beyond atan μ/2 and \
             leaves the lower one, held by μ; the other way round both slide as one. Each slides at \
@@ -123,11 +128,11 @@ pub(crate) const BLOCKS_ON_SLOPE: Problem = Problem {
     time_step: 0.005,
     inputs: &[(Mass, 2.0), (Friction, 0.4), EARTH, (Slope, 30.0)],
     bodies: 2,
-    ..Problem::solved_by(blocks_on_slope)
+    ..TestProblem::solved_by(blocks_on_slope)
 };
 
 /// [`Blocks::sliding`] with the smoother face above and below; its threshold is atan μ/2 in both.
-fn blocks_on_slope(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn blocks_on_slope(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [gravity, slope] = inputs.all([Gravity, Slope])?;
     let smooth_above = Blocks::new(inputs, [1.0, 0.5])?;
     let smooth_below = Blocks::new(inputs, [0.5, 1.0])?;
@@ -135,7 +140,7 @@ fn blocks_on_slope(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let at_threshold = |friction: &f64| (sin / cos / friction - 1.0).abs() < 1e-3;
     let why = format!("a slope of {slope}° is a threshold, mu or mu/2; one beside it is needed");
     Refusal::when(smooth_above.frictions.iter().any(at_threshold), why)?;
-    let mut go = |blocks: &Blocks| -> Result<(Run, Accelerations), Refusal> {
+    let mut go = |blocks: &Blocks| -> Result<(TestRun, Accelerations), Refusal> {
         let expected = blocks.sliding(gravity * sin, gravity * cos);
         let setup = blocks.setup(UPPER[0] - LOWER[0] + 0.05, 0.0, duration(&expected))?;
         Ok((runner.run(&Setup { slope, ..setup })?, expected))
@@ -167,7 +172,7 @@ fn blocks_on_slope(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         .with(quantities)
 }
 
-pub(crate) const PULLED_BLOCK: Problem = Problem {
+pub(crate) const PULLED_BLOCK: TestProblem = TestProblem {
     name: "pulled-block",
     about: "The lower of two blocks is pulled: they go as one up to (μ₁ + μ₂)(m₁ + m₂) g, with μ₁ \
             on the ground and μ₂ between them; beyond, the upper one has μ₂ g and stays behind.",
@@ -175,15 +180,15 @@ pub(crate) const PULLED_BLOCK: Problem = Problem {
     inputs: &[(Mass, 2.0), (Friction, 0.4), EARTH],
     bodies: 2,
     native_only: Some("on the brink of sliding it leaves residuals of 1e-3 m/s"),
-    ..Problem::solved_by(pulled_block)
+    ..TestProblem::solved_by(pulled_block)
 };
 
 /// [`Blocks::pulled`] with μ₁ = μ/2 and μ₂ = μ, on both sides of the parting force.
-fn pulled_block(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn pulled_block(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let blocks = Blocks::new(inputs, [0.5, 1.0])?;
     let (gravity, parting) = (blocks.gravity, blocks.parting_force());
     let held = blocks.frictions[0] * blocks.mass() * gravity;
-    let mut go = |force: f64| -> Result<(Run, Accelerations), Refusal> {
+    let mut go = |force: f64| -> Result<(TestRun, Accelerations), Refusal> {
         let expected = blocks.pulled(force);
         let setup = blocks.setup(LOWER[0] - UPPER[0] - 0.05, force, duration(&expected))?;
         Ok((runner.run(&setup)?, expected))

@@ -52,18 +52,18 @@ impl Bounces {
     }
 }
 
-pub(crate) const BOUNCING_BOX: Problem = Problem {
+pub(crate) const BOUNCING_BOX: TestProblem = TestProblem {
     name: "bouncing-box",
     about: "A box falls flat from half a metre and bounces: the n-th bounce is e²ⁿ times as high, \
             and lasts eⁿ times as long as the fall and its rise.",
     time_step: 0.002,
     inputs: &[(Mass, 2.0), (Friction, 0.3), (Restitution, 0.7), EARTH],
-    ..Problem::solved_by(bouncing_box)
+    ..TestProblem::solved_by(bouncing_box)
 };
 
 /// H_n = e²ⁿ H, t_n = (v/g) (1 + 2 e + … + 2 eⁿ⁻¹) with v = √(2 g H). A bounce may be off by the way
 /// h v of an impact's step and the speed h g.
-fn bouncing_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn bouncing_box(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, g, friction, e] = inputs.all([Mass, Gravity, Friction, Restitution])?;
     let h = runner.time_step;
     let speed = (2.0 * g * DROP).sqrt();
@@ -116,19 +116,19 @@ fn bouncing_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
 
 const TILT: f64 = 0.5; // The tilt of the box that lands on an edge, rad
 
-pub(crate) const EDGE_IMPACT: Problem = Problem {
+pub(crate) const EDGE_IMPACT: TestProblem = TestProblem {
     name: "edge-impact",
     about: "A tilted box lands on an edge without friction or gravity: the impulse p = (1 + e) \
             v/(1/m + d²/I) throws it up and turns it, d being the edge's distance from below the \
             centre.",
     time_step: 0.0005,
     inputs: &[(Mass, 2.0), (Restitution, 0.6), (Speed, 1.5)],
-    ..Problem::solved_by(edge_impact)
+    ..TestProblem::solved_by(edge_impact)
 };
 
 /// p = (1 + e) v/(1/m + d²/I), v_z⁺ = p/m − v, ω⁺ = p d/I, discrete w(ω⁺) = p d/I, with
 /// I = ⅓ m (a² + c²) and d = a cos θ − c sin θ.
-fn edge_impact(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn edge_impact(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, speed, e] = inputs.all([Mass, Speed, Restitution])?;
     let h = runner.time_step;
     let [a, _, c] = HALF_SIDES.into();
@@ -175,18 +175,18 @@ const FALL: f64 = 1.0;
 const HIGHER: f64 = 0.02;
 const DURATION: f64 = 10.0; // s
 
-pub(crate) const BOUNCING_BALLS: Problem = Problem {
+pub(crate) const BOUNCING_BALLS: TestProblem = TestProblem {
     name: "bouncing-balls",
     about: "49 balls fall from 1 to 2 m and bounce without loss for ten seconds: each keeps its \
             energy, and the step keeps ½ v² + g z − ½ h g v.",
     time_step: 0.01,
     inputs: &[(Mass, 1.0), (Friction, 0.3), EARTH],
     bodies: BALLS,
-    ..Problem::solved_by(bouncing_balls)
+    ..TestProblem::solved_by(bouncing_balls)
 };
 
 /// The step conserves ½ v² + g z − ½ h g v (eq. 30), about which the energy oscillates by ½ h g v.
-fn bouncing_balls(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn bouncing_balls(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, g, friction] = inputs.all([Mass, Gravity, Friction])?;
     let h = runner.time_step;
     let slowest = (2.0 * g * FALL).sqrt();
@@ -220,7 +220,7 @@ fn bouncing_balls(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let swing = largest((0..=run.steps()).map(|k| (energy(k) - energy(0)).abs()));
     let beyond = swing - 0.5 * h * g * fastest;
     let sideways = largest(run.all_states().map(|state| state.velocity.xy().norm()));
-    let curve = Curve::of(("energy", "J/kg"), &run, energy).beside(|_| energy(0));
+    let curve = TestCurve::of(("energy", "J/kg"), &run, energy).beside(|_| energy(0));
     curve.with([
         at_most_zero(("largest change of ½ v² + g z − ½ h g v", "J/kg"), drift, off * fastest),
         at_most_zero(("swing of the mean energy beyond ½ h g v", "J/kg"), beyond, off * fastest),

@@ -25,19 +25,19 @@ const DIGITS: f64 = 1e-6;
 const DURATION: f64 = 1.0; // s
 const HEIGHT: f64 = 4.0; // The origin above the ground, m
 
-pub(crate) const BRICARD: Problem = Problem {
+pub(crate) const BRICARD: TestProblem = TestProblem {
     name: "bricard",
     about: "Bricard's mechanism, five rods between six hinges with one equation too many, falls from rest: after 1 s \
             its corner P₃ is where the published benchmark has it, and no hinge is off.",
     time_step: 0.002,
     bodies: RODS,
     native_only: JOINTS,
-    ..Problem::solved_by(bricard)
+    ..TestProblem::solved_by(bricard)
 };
 
 /// P₃ as published by González and others (2006). From rest, state k of the scheme is that of the time
 /// (k + ½) h to second order.
-fn bricard(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn bricard(_: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let h = runner.time_step;
     Refusal::when(h > 0.01, format!("a step of {h} s is too long for its second order"))?;
     // The benchmark's axes x, y, z are x, z and −y of the world.
@@ -101,7 +101,7 @@ fn bricard(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
         each.sum()
     };
     let strayed = largest((0..steps).map(|k| (energy(k) - energy(0)).abs()));
-    let curve = Curve::of(("height of P₃", "m"), &run, |k| third(k)[1]);
+    let curve = TestCurve::of(("height of P₃", "m"), &run, |k| third(k)[1]);
     curve.with([
         at_most(("way of P₃ from its published place", "m"), astray, DIGITS + h * h),
         at_most(("largest way of a hinge from its place", "m"), worst.0, 1e-12),

@@ -9,7 +9,7 @@ const HALF_SIDES: Vector3<f64> = Vector3::new(0.15, 0.04, 0.02);
 const DURATION: f64 = 0.5;
 const HEIGHT: f64 = 4.0; // Above the ground, m
 
-pub(crate) const FREE_CHAIN: Problem = Problem {
+pub(crate) const FREE_CHAIN: TestProblem = TestProblem {
     name: "free-chain",
     about: "Five links with hinges turn in empty space, with friction and springs between them: \
             the linear and the angular momentum of all stay.",
@@ -18,11 +18,11 @@ pub(crate) const FREE_CHAIN: Problem = Problem {
     bodies: LINKS,
     native_only: JOINTS,
     speed_unit: "rad/s",
-    ..Problem::solved_by(free_chain)
+    ..TestProblem::solved_by(free_chain)
 };
 
 /// Σ m v and Σ r × m v + A P⁻(ω) are constant.
-fn free_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn free_chain(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, speed] = inputs.all([Mass, Speed])?;
     let why = format!("speed {speed} rad/s turns it too far a step");
     Refusal::when(speed * runner.time_step > 0.1, why)?;
@@ -54,7 +54,8 @@ fn free_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let rounding = 4.0 * run.rounding(HEIGHT) * speed;
     let turned_off = total * (3.0 * arm * lacked + speed * astray + rounding);
     let angular = |k: usize| momenta(&setup.bodies, &run, k, &middle).1.norm();
-    let curve = Curve::of(("angular momentum", "kg m²/s"), &run, angular).beside(|_| angular(0));
+    let curve =
+        TestCurve::of(("angular momentum", "kg m²/s"), &run, angular).beside(|_| angular(0));
     curve.with([
         at_most_zero(("change of the momentum", "kg m/s"), strayed, total * lacked),
         at_most_zero(("change of the angular momentum", "kg m²/s"), turned, turned_off),

@@ -8,19 +8,19 @@ fn afloat(x: f64) -> State {
 }
 
 /// The tolerance of the speed of the centre of mass, m/s.
-fn drift(run: &Run) -> f64 {
+fn drift(run: &TestRun) -> f64 {
     run.sum(|r| r.momentum) + run.flight_rounding()
 }
 
 /// The tolerance of a speed of `bodies` in a row, m/s. Neighbours in contact separate with at most 2 δ_n and
 /// the residual of positions.
-fn speed_tolerance(run: &Run, bodies: f64) -> f64 {
+fn speed_tolerance(run: &TestRun, bodies: f64) -> f64 {
     let parting = 2.0 * run.largest(|r| r.normal) + run.largest(|r| r.kinematics);
     drift(run) + bodies * parting
 }
 
 /// The tolerance of a place, m.
-fn place_tolerance(run: &Run, bodies: f64) -> f64 {
+fn place_tolerance(run: &TestRun, bodies: f64) -> f64 {
     run.end_time() * speed_tolerance(run, bodies) + bodies * run.seat()
 }
 
@@ -28,18 +28,18 @@ const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1); // m
 const GAP: f64 = 0.3; // The gap between the boxes at the start, m
 const SECOND: f64 = 1.5; // The second box, in masses of the first
 
-pub(crate) const COLLISION: Problem = Problem {
+pub(crate) const COLLISION: TestProblem = TestProblem {
     name: "collision",
     about: "A box flies into another at rest, face to face and inelastically: both go on with m₁ \
             v/(m₁ + m₂), and ½ v² m₁ m₂/(m₁ + m₂) of energy is lost.",
     time_step: 0.002,
     inputs: &[(Mass, 2.0), (Friction, 0.3), (Speed, 3.0)],
     bodies: 2,
-    ..Problem::solved_by(collision)
+    ..TestProblem::solved_by(collision)
 };
 
 /// V = m₁ v/(m₁ + m₂), x₂(t) = x₂(0) + V (t − d/v), E lost = ½ v² m₁ m₂/(m₁ + m₂) with the gap d.
-fn collision(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn collision(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let masses = [mass, SECOND * mass];
     let mut starts = [afloat(0.0), afloat(2.0 * HALF_SIDES[0] + GAP)];
@@ -80,18 +80,18 @@ const RADIUS: f64 = 0.05; // m
 /// The gaps between the balls at the start, m.
 const GAPS: [f64; 5] = [0.05, 0.08, 0.03, 0.06, 0.04];
 
-pub(crate) const BALL_CHAIN: Problem = Problem {
+pub(crate) const BALL_CHAIN: TestProblem = TestProblem {
     name: "ball-chain",
     about: "The first of six balls in a row is pushed and takes one after the other with it, \
             inelastically: v/2, v/3, …, v/6.",
     time_step: 0.002,
     inputs: &[(Mass, 0.2), (Friction, 0.3), (Speed, 2.0)],
     bodies: GAPS.len() + 1,
-    ..Problem::solved_by(ball_chain)
+    ..TestProblem::solved_by(ball_chain)
 };
 
 /// x = d_1 + … + d_k + (v/(k + 1)) (t − t_k), t_k = Σ d_j j/v for the first ball after the k-th collision.
-fn ball_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn ball_chain(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let mut x = 0.0;
     let mut starts = vec![afloat(0.0)];
@@ -141,7 +141,7 @@ fn ball_chain(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
 const RUN_UP: f64 = 0.1;
 const APART: f64 = 0.08;
 
-pub(crate) const CRADLE: Problem = Problem {
+pub(crate) const CRADLE: TestProblem = TestProblem {
     name: "cradle",
     about: "A ball meets two others, elastically: apart, the last one takes all its speed; in \
             touch, all three meet at once, and Newton's law gives −1/3, 2/3, 2/3.",
@@ -149,11 +149,11 @@ pub(crate) const CRADLE: Problem = Problem {
     inputs: &[(Mass, 0.2), (Friction, 0.3), (Speed, 2.0)],
     bodies: 3,
     native_only: Some("speeds after a bounce are off by more than its residuals say"),
-    ..Problem::solved_by(cradle)
+    ..TestProblem::solved_by(cradle)
 };
 
 /// 0, 0, v apart. In touch v₂ − v₁ = v, v₃ − v₂ = 0, v₁ + v₂ + v₃ = v: −v/3, 2v/3, 2v/3.
-fn cradle(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn cradle(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let (h, way) = (runner.time_step, runner.time_step * speed);
     let why =
@@ -168,11 +168,11 @@ fn cradle(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         runner.run(&Setup { restitution: 1.0, ..setup })
     };
     let (apart, touching) = (run(APART)?, run(0.0)?);
-    let end = |run: &Run, name: &'static str, ball: usize, share: f64| {
+    let end = |run: &TestRun, name: &'static str, ball: usize, share: f64| {
         let found = run.end(ball).velocity[0];
         equal((name, "m/s"), found, share * speed, speed_tolerance(run, 3.0))
     };
-    let conserved = |run: &Run, energy: &'static str, momentum: &'static str| {
+    let conserved = |run: &TestRun, energy: &'static str, momentum: &'static str| {
         let speeds = [0, 1, 2].map(|ball| run.end(ball).velocity[0]);
         let off = 3.0 * mass * speed_tolerance(run, 3.0);
         let kinetic = 0.5 * mass * speeds.iter().map(|v| v * v).sum::<f64>();

@@ -10,7 +10,7 @@ const TORQUE: f64 = 50.0;
 const HEIGHT: f64 = 2.0; // The crank's axis above the ground, m
 const DURATION: f64 = 0.1; // s
 
-pub(crate) const SLIDER_CRANK: Problem = Problem {
+pub(crate) const SLIDER_CRANK: TestProblem = TestProblem {
     name: "slider-crank",
     about: "A torque on the crank of a slider-crank presses its slider on a stop with the force \
             M dθ/dx, by virtual work: M/(r sin θ + r² sin θ cos θ/√(l² − r² sin² θ)).",
@@ -18,11 +18,11 @@ pub(crate) const SLIDER_CRANK: Problem = Problem {
     inputs: &[(Mass, 2.0)],
     bodies: 3,
     native_only: JOINTS,
-    ..Problem::solved_by(slider_crank)
+    ..TestProblem::solved_by(slider_crank)
 };
 
 /// M δθ + N δx = 0, dx/dθ = −r sin θ − r² sin θ cos θ/√(l² − r² sin² θ).
-fn slider_crank(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn slider_crank(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let ([mass], h) = (inputs.all([Mass])?, runner.time_step);
     let (sin, cos) = ANGLE.sin_cos();
     let along = (ROD * ROD - (CRANK * sin).powi(2)).sqrt();

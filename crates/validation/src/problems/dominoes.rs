@@ -45,14 +45,14 @@ fn discrete(domino: &TallBox, h: f64, spin: f64, duration: f64, second: &Planar)
     Some(fall(h, gaps, spins, meet, two.map(|domino| domino.spin)))
 }
 
-pub(crate) const DOMINOES: Problem = Problem {
+pub(crate) const DOMINOES: TestProblem = TestProblem {
     name: "dominoes",
     about: "A domino is pushed over and falls on the next one: its energy says when and how fast, \
             and as nothing rubs between them, both go on with half of its spin.",
     time_step: 0.001,
     inputs: &[(Mass, 3.0), EARTH],
     bodies: 2,
-    ..Problem::solved_by(dominoes)
+    ..TestProblem::solved_by(dominoes)
 };
 
 /// ∫ dφ/ω(φ) until 2c sin φ = s, and then ω₁⁺ = ω₂⁺ = ½ ω, with
@@ -60,7 +60,7 @@ pub(crate) const DOMINOES: Problem = Problem {
 /// ```text
 /// ω² = ω₀² − 2 (m g/I) (R cos(α − φ) − c)
 /// ```
-fn dominoes(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn dominoes(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let domino = TallBox::new(inputs)?;
     let (h, c, growth) = (runner.time_step, domino.half_sides[2], domino.growth_time());
     let fine = growth / h;

@@ -10,7 +10,7 @@ const HEIGHT: f64 = 3.0; // The door's centre above the ground, m
 const LIMIT_ERROR: f64 = 1e-8;
 const DURATION: f64 = 0.1; // s
 
-pub(crate) const DOOR: Problem = Problem {
+pub(crate) const DOOR: TestProblem = TestProblem {
     name: "door",
     about: "A door hangs on two hinges, of which one would do: they share its moment m g ½b by \
             forces F and moments M with F d + 2 M = m g ½b and M/F = 2 ℓ²/d, each with half of the \
@@ -18,7 +18,7 @@ pub(crate) const DOOR: Problem = Problem {
     time_step: 0.004,
     inputs: &[(Mass, 20.0), EARTH],
     native_only: JOINTS,
-    ..Problem::solved_by(door)
+    ..TestProblem::solved_by(door)
 };
 
 /// Each hinge has the smallest Σ F² + (M/ℓ)² with F d + 2 M = T = ½ m g b:
@@ -26,11 +26,11 @@ pub(crate) const DOOR: Problem = Problem {
 /// ```text
 /// F = T d/(d² + 4 ℓ²),   M = 2 T ℓ²/(d² + 4 ℓ²)
 /// ```
-fn door(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn door(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let ([mass, gravity], h) = (inputs.all([Mass, Gravity])?, runner.time_step);
     let weight = mass * gravity;
     let moment = 0.5 * weight * SIDES[0];
-    let (mut quantities, mut curve) = (Vec::new(), Curve::default());
+    let (mut quantities, mut curve) = (Vec::new(), TestCurve::default());
     let names = [
         [
             "narrow bearings: force across",

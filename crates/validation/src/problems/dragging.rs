@@ -9,17 +9,17 @@ const RATE: f64 = FORCE / DURATION;
 const SLIDING: f64 = 0.01; // The cube has slid at this speed, m/s
 const HALF_SIDE: f64 = 0.1; // m
 
-pub(crate) const DRAGGED_CUBE: Problem = Problem {
+pub(crate) const DRAGGED_CUBE: TestProblem = TestProblem {
     name: "dragged-cube",
     about: "A cube is dragged by a force that grows from 0 to 20 N in 2 s: it sticks up to μ m g, \
             then slides while friction stays μ m g.",
     time_step: 0.002,
     inputs: &[(Mass, 1.0), (Friction, 0.4), EARTH],
-    ..Problem::solved_by(dragged_cube)
+    ..TestProblem::solved_by(dragged_cube)
 };
 
 /// v = r (t − t_s)²/(2 m), x = r (t − t_s)³/(6 m) after t_s = μ m g/r.
-fn dragged_cube(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn dragged_cube(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [friction, gravity, mass] = inputs.all([Friction, Gravity, Mass])?;
     let (limit, h, most) = (friction * mass * gravity, runner.time_step, 0.9 * FORCE);
     let why = format!(

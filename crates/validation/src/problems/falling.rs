@@ -4,16 +4,16 @@ use crate::prelude::*;
 
 const DURATION: f64 = 1.0;
 
-pub(crate) const FREE_FALL: Problem = Problem {
+pub(crate) const FREE_FALL: TestProblem = TestProblem {
     name: "free-fall",
     about: "A box thrown sideways falls for a second: z = z₀ − ½ g t², x = v t.",
     time_step: 0.002,
     inputs: &[(Mass, 2.0), EARTH, (Speed, 3.0)],
-    ..Problem::solved_by(free_fall)
+    ..TestProblem::solved_by(free_fall)
 };
 
 /// z₀ − z = ½ g t², v_z = −g t, x = v t.
-fn free_fall(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn free_fall(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, g, speed] = inputs.all([Mass, Gravity, Speed])?;
     let mut start = resting(0.75 * g * DURATION * DURATION + 1.0);
     start.velocity[0] = speed;

@@ -24,13 +24,13 @@ const CONTACTS: f64 = BALLS + 4.0; // Contacts of the balls, and corners of the 
 
 /// Speeds of the box, of a ball and of its rim, m/s.
 #[derive(Debug, Clone, Copy, Default)]
-struct Speeds {
+struct GridSpeeds {
     plate: f64,
     ball: f64,
     rim: f64,
 }
 
-impl Speeds {
+impl GridSpeeds {
     /// The scheme's step of h, with the speed p that friction gives a ball:
     ///
     /// ```text
@@ -63,7 +63,7 @@ impl Speeds {
 
     /// The speeds in state `k` along `direction`: of the box, and of the ball and the rim that are
     /// farthest from `expected`.
-    fn measured(run: &Run, k: usize, direction: &Vector2<f64>, expected: &Self) -> Self {
+    fn measured(run: &TestRun, k: usize, direction: &Vector2<f64>, expected: &Self) -> Self {
         let along = |state: &State| state.velocity.xy().dot(direction);
         // ω × (−R e_z) at the bottom of a ball.
         let rim =
@@ -100,13 +100,13 @@ fn setup(direction: &Vector2<f64>, [mass, friction, gravity]: [f64; 3]) -> Resul
 
 /// The tolerance of a speed, m/s: the residuals of the laws of all contacts and of the equations of all
 /// bodies, summed. A contact's share for the box is a tenth of that for a ball.
-fn tolerance(run: &Run) -> f64 {
+fn tolerance(run: &TestRun) -> f64 {
     let missed = run.sum(|r| r.friction + r.normal);
     let lacked = run.sum(|r| r.momentum) + run.largest(|r| r.kinematics);
     CONTACTS * missed / RATIO + missed + 3.0 * lacked + 4.0 * run.flight_rounding()
 }
 
-pub(crate) const BALL_GRID: Problem = Problem {
+pub(crate) const BALL_GRID: TestProblem = TestProblem {
     name: "ball-grid",
     about: "SimBenchmark's rolling test: a box is pushed over the ground, along y and diagonally, \
             under 25 balls that roll on it, with a_ball = (F − f₁)/M/(⁷⁄₂ + n m/M) and ⁷⁄₂ of that \
@@ -114,11 +114,11 @@ pub(crate) const BALL_GRID: Problem = Problem {
     time_step: 0.01,
     inputs: &[(Mass, 1.0), (Friction, 0.4), EARTH],
     bodies: 1 + SIDE * SIDE,
-    ..Problem::solved_by(ball_grid)
+    ..TestProblem::solved_by(ball_grid)
 };
 
 /// a_ball = (F − f₁)/M/(⁷⁄₂ + n m/M), a_box = ⁷⁄₂ a_ball, R ω̇ = ⁵⁄₂ a_ball.
-fn ball_grid(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn ball_grid(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let values = inputs.all([Mass, Friction, Gravity])?;
     let ([_, friction, gravity], h) = (values, runner.time_step);
     let why = format!("with mu {friction} the balls slide on the box; more friction is needed");
@@ -127,16 +127,16 @@ fn ball_grid(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         ["along y: speed of the box", "speed of a ball", "speed of a rim"],
         ["diagonally: speed of the box", "speed of a ball, too", "speed of a rim, too"],
     ];
-    let (mut quantities, mut curve) = (Vec::new(), Curve::default());
+    let (mut quantities, mut curve) = (Vec::new(), TestCurve::default());
     let (mut squares, mut sideways, mut allowed) = ([0.0; 2], 0.0_f64, 0.0_f64);
     for (direction, names) in DIRECTIONS.iter().zip(names) {
         let run = runner.run(&setup(direction, values)?)?;
-        let (mut discrete, off) = (Speeds::default(), tolerance(&run));
+        let (mut discrete, off) = (GridSpeeds::default(), tolerance(&run));
         let steps = run.steps() as f64;
         for k in 1..=run.steps() {
             discrete = discrete.step(h);
-            let found = Speeds::measured(&run, k, direction, &discrete);
-            let exact = Speeds::exact(run.time(k));
+            let found = GridSpeeds::measured(&run, k, direction, &discrete);
+            let exact = GridSpeeds::exact(run.time(k));
             squares[0] += 0.5 * found.error(&exact) / steps;
             squares[1] += 0.5 * discrete.error(&exact) / steps;
         }
@@ -144,10 +144,10 @@ fn ball_grid(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         let strayed = run.all_states().map(|state| state.velocity.xy().dot(&across).abs());
         sideways = strayed.fold(sideways, f64::max);
         allowed = allowed.max(off);
-        let found = Speeds::measured(&run, run.steps(), direction, &discrete);
-        let exact = Speeds::exact(run.end_time());
+        let found = GridSpeeds::measured(&run, run.steps(), direction, &discrete);
+        let exact = GridSpeeds::exact(run.end_time());
         for (name, speed) in names.into_iter().zip([
-            (|speeds| speeds.plate) as fn(&Speeds) -> f64,
+            (|speeds| speeds.plate) as fn(&GridSpeeds) -> f64,
             |speeds| speeds.ball,
             |speeds| speeds.rim,
         ]) {
@@ -156,7 +156,7 @@ fn ball_grid(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         }
         let along = |state: &State| state.velocity.xy().dot(direction);
         curve = run.curve(("speed of the box, diagonally", "m/s"), 0, along);
-        curve = curve.beside(|t| Speeds::exact(t).plate);
+        curve = curve.beside(|t| GridSpeeds::exact(t).plate);
     }
     let off = 2.0 * allowed * (squares[1].sqrt() + allowed);
     quantities.extend([

@@ -4,17 +4,17 @@
 use crate::prelude::*;
 use tumble_core::simulation::random::Draws;
 
-pub(crate) const BALLS_666: Problem = Problem {
+pub(crate) const BALLS_666: TestProblem = TestProblem {
     name: "balls-666",
     about: "6 × 6 × 6 balls without friction fall on the ground and on each other (SimBenchmark's 666 \
             test, its first 0.3 s): nothing penetrates, momentum stays, energy does not grow.",
     time_step: 0.01,
     inputs: &[(Mass, 10.0), EARTH],
     bodies: BALLS,
-    ..Problem::solved_by(|inputs, runner| fall(inputs, runner, 0.0))
+    ..TestProblem::solved_by(|inputs, runner| fall(inputs, runner, 0.0))
 };
 
-pub(crate) const ELASTIC_666: Problem = Problem {
+pub(crate) const ELASTIC_666: TestProblem = TestProblem {
     name: "elastic-666",
     about: "The same with restitution 1 (SimBenchmark's elastic 666 test, its first 0.3 s): what the \
             step keeps of the energy, ½ v² + g z − ½ h g v, does not grow.",
@@ -49,7 +49,7 @@ fn starts() -> Vec<State> {
 
 /// The mean of ½ v² + g (z − e ½ h v_z), J/kg: the energy, or with e = 1 the quantity that the scheme
 /// conserves in flight and in impacts (eq. 30).
-fn energy(run: &Run, k: usize, gravity: f64, e: f64) -> f64 {
+fn energy(run: &TestRun, k: usize, gravity: f64, e: f64) -> f64 {
     run.mean(k, |state| {
         let height = state.position[2] - e * 0.5 * run.time_step * state.velocity[2];
         0.5 * state.velocity.norm_squared() + gravity * height
@@ -57,7 +57,7 @@ fn energy(run: &Run, k: usize, gravity: f64, e: f64) -> f64 {
 }
 
 /// The mean momentum and the mean angular momentum about the z axis, per mass.
-fn momentum(run: &Run, k: usize) -> (Vector3<f64>, f64) {
+fn momentum(run: &TestRun, k: usize) -> (Vector3<f64>, f64) {
     let (mut linear, mut angular) = (Vector3::zeros(), 0.0);
     for index in 0..BALLS {
         let state = &run.states(index)[k];
@@ -89,7 +89,7 @@ fn penetration(balls: &[State]) -> (f64, f64) {
 }
 
 /// Nothing penetrates or turns, momenta are constant, and the energy does not grow.
-fn fall(inputs: &Inputs, runner: &mut Runner<'_>, restitution: f64) -> Solved {
+fn fall(inputs: &TestInputs, runner: &mut Runner<'_>, restitution: f64) -> SolvedBy {
     let [mass, gravity] = inputs.all([Mass, Gravity])?;
     let bodies = Subject::balls(mass, RADIUS, starts())?;
     let (h, mut pushed) = (runner.time_step, 0.0);
@@ -122,7 +122,7 @@ fn fall(inputs: &Inputs, runner: &mut Runner<'_>, restitution: f64) -> Solved {
     let deep = 6.0 * count * (2.0 * seat).powi(2);
     let arm = EDGE as f64 * APART * lacked;
     let fallen = linear[2] + gravity * run.end_time();
-    let curve = Curve::of(("energy", "J"), &run, |k| energies[k]);
+    let curve = TestCurve::of(("energy", "J"), &run, |k| energies[k]);
     curve.with([
         at_most_zero(("deepest penetration", "m"), deepest, 2.0 * seat),
         at_most_zero(("mean sum of squared penetrations", "m²"), squares / steps as f64, deep),

@@ -49,23 +49,23 @@ fn leaning(angle: f64, side: f64) -> State {
 /// The tolerance of the force of a step at rest, as a share of the weight. The residual of
 /// velocities, as a torque, presses with m ℓ²/(L R) ≤ 2 m times it over h; a law that misses δ at a
 /// point changes the force by as much.
-fn force_tolerance(run: &Run, gravity: f64) -> f64 {
+fn force_tolerance(run: &TestRun, gravity: f64) -> f64 {
     let lacked = run.largest(|r| r.momentum) + run.largest(|r| r.kinematics);
     let missed = run.largest(|r| r.normal) + run.largest(|r| r.friction);
     2.0 * (lacked + 2.0 * POINTS * missed) / (gravity * run.time_step) + 64.0 * f64::EPSILON
 }
 
-pub(crate) const LADDER: Problem = Problem {
+pub(crate) const LADDER: TestProblem = TestProblem {
     name: "ladder",
     about: "A ladder leans on a smooth wall, which pushes with ½ m g cot θ: friction μ on the \
             ground holds it down to tan θ = 1/(2 μ), a little less for its thickness.",
     time_step: 0.005,
     inputs: &[(Mass, 8.0), (Friction, 0.4), EARTH],
-    ..Problem::solved_by(ladder_on_wall)
+    ..TestProblem::solved_by(ladder_on_wall)
 };
 
 /// The push N/(m g), at an angle a third of the way from the threshold to upright, and the threshold.
-fn ladder_on_wall(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn ladder_on_wall(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, friction, gravity] = inputs.all([Mass, Friction, Gravity])?;
     let threshold = angle_of(friction);
     let degrees = threshold.to_degrees();
@@ -89,7 +89,7 @@ fn ladder_on_wall(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         wall.map(|contact| contact.normal_force).sum::<f64>() / (mass * gravity)
     })?;
     let (push, allowed) = (*last(&pushes), force_tolerance(&run, gravity));
-    let twice = |run: &Run| 2.0 * force_tolerance(run, gravity);
+    let twice = |run: &TestRun| 2.0 * force_tolerance(run, gravity);
     let found = Threshold::of_rest(runner, threshold, setup, twice)?;
     let still = 4.0 * run.seat() + run.creep();
     let quantities = [
@@ -100,19 +100,19 @@ fn ladder_on_wall(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     run.steady(quantities, |k| pushes[k])
 }
 
-pub(crate) const CARD_TENT: Problem = Problem {
+pub(crate) const CARD_TENT: TestProblem = TestProblem {
     name: "card-tent",
     about: "Two cards lean on each other at 60°, each the other's wall: they stand if friction on \
             the ground is at least ½ cot θ, a little less for their thickness.",
     time_step: 0.005,
     inputs: &[(Mass, 0.5), EARTH],
     bodies: 2,
-    ..Problem::solved_by(card_tent)
+    ..TestProblem::solved_by(card_tent)
 };
 
 /// By symmetry the cards push each other along the horizontal alone, each as the ladder's wall. The tent
 /// stands with 1.2 times the friction that it takes.
-fn card_tent(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn card_tent(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, gravity] = inputs.all([Mass, Gravity])?;
     let angle = TENT.to_radians();
     let needed = thrust(angle);
@@ -125,7 +125,7 @@ fn card_tent(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
         let between = step.between(0, Partner::Body(1));
         between.map(|contact| contact.force[0].abs()).sum::<f64>() / (mass * gravity)
     })?;
-    let twice = |run: &Run| 2.0 * force_tolerance(run, gravity);
+    let twice = |run: &TestRun| 2.0 * force_tolerance(run, gravity);
     let found = Threshold::of_rest(runner, needed, setup, twice)?;
     let (way, still) = (run.moved(0).max(run.moved(1)), 8.0 * run.seat() + run.creep());
     let quantities = [

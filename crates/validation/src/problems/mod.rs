@@ -29,10 +29,10 @@ mod tumbling;
 mod turntable;
 mod windows;
 
-use crate::Problem;
+use crate::TestProblem;
 
 /// All problems, simple ones first.
-pub static PROBLEMS: [Problem; 43] = [
+pub static PROBLEMS: [TestProblem; 43] = [
     falling::FREE_FALL,
     sliding::SLIDING_STOP,
     slope::STICK,

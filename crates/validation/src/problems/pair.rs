@@ -18,7 +18,7 @@ fn turning(body: &RigidBody, state: &State, h: f64) -> Vector3<f64> {
 /// P = Σ m v and L = Σ r × m v + A P⁻(ω) about `middle` in state `k`.
 pub(crate) fn momenta(
     bodies: &[Subject],
-    run: &Run,
+    run: &TestRun,
     k: usize,
     middle: &Vector3<f64>,
 ) -> (Vector3<f64>, Vector3<f64>) {
@@ -34,7 +34,7 @@ pub(crate) fn momenta(
 }
 
 /// The largest changes of P and L over the run.
-pub(crate) fn changes(bodies: &[Subject], run: &Run, middle: &Vector3<f64>) -> (f64, f64) {
+pub(crate) fn changes(bodies: &[Subject], run: &TestRun, middle: &Vector3<f64>) -> (f64, f64) {
     let (p, l) = momenta(bodies, run, 0, middle);
     (1..=run.steps()).fold((0.0_f64, 0.0_f64), |(strayed, turned), k| {
         let (linear, angular) = momenta(bodies, run, k, middle);
@@ -42,18 +42,18 @@ pub(crate) fn changes(bodies: &[Subject], run: &Run, middle: &Vector3<f64>) -> (
     })
 }
 
-pub(crate) const PAIR_IN_FLIGHT: Problem = Problem {
+pub(crate) const PAIR_IN_FLIGHT: TestProblem = TestProblem {
     name: "pair-in-flight",
     about: "Two spinning cubes meet in empty space, off the centre, with friction: linear and \
             angular momentum of the pair stay, and energy is lost.",
     time_step: 0.002,
     inputs: &[(Mass, 2.0), (Friction, 0.5), (Speed, 3.0)],
     bodies: 2,
-    ..Problem::solved_by(pair_in_flight)
+    ..TestProblem::solved_by(pair_in_flight)
 };
 
 /// Σ m v and Σ r × m v + A P⁻(ω) are constant, in the scheme too.
-fn pair_in_flight(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn pair_in_flight(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let [first, second] = HALF_SIDES.map(Vector3::repeat);
     let [mut a, mut b] =
@@ -65,7 +65,7 @@ fn pair_in_flight(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let bodies =
         vec![Subject::solid_box(mass, first, a)?, Subject::solid_box(SECOND * mass, second, b)?];
     let setup = Setup::new(bodies, 0.0, friction, WAY / speed);
-    let touches = |step: &Step<'_>| step.contacts.iter().any(|contact| contact.carries_force());
+    let touches = |step: &TestStep<'_>| step.contacts.iter().any(|contact| contact.carries_force());
     let (run, touched) = runner.watch(&setup, touches)?;
     Refusal::when(!touched.contains(&true), "the cubes pass each other")?;
 
@@ -93,7 +93,7 @@ fn pair_in_flight(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let energy_off = total * speed * (2.0 * lacked + run.largest(|r| r.normal + r.friction));
     let along = |k: usize| momenta(&setup.bodies, &run, k, &middle).0[0];
     let curve =
-        Curve::of(("momentum along the flight", "kg m/s"), &run, along).beside(|_| along(0));
+        TestCurve::of(("momentum along the flight", "kg m/s"), &run, along).beside(|_| along(0));
     curve.with([
         at_most_zero(("change of the momentum", "kg m/s"), strayed, total * lacked),
         at_most_zero(("change of the angular momentum", "kg m²/s"), turned, turned_off),

@@ -2,7 +2,7 @@
 //!
 //! J = I + m a² about the pin, at the distance a from the centre.
 
-use crate::planar::{Bar, Linkage, Pin, Placed, Plane};
+use crate::planar::{Bar, Linkage, PlanarBody, PlanarPin, PlanarSurface};
 use crate::prelude::*;
 use std::f64::consts::TAU;
 
@@ -22,7 +22,7 @@ struct Rod {
 }
 
 impl Rod {
-    fn of(inputs: &Inputs) -> Result<Self, Refusal> {
+    fn of(inputs: &TestInputs) -> Result<Self, Refusal> {
         let [mass, gravity] = inputs.all([Mass, Gravity])?;
         Ok(Self { mass, gravity })
     }
@@ -56,9 +56,9 @@ impl Rod {
     fn swing(&self, h: f64, steps: usize) -> Vec<f64> {
         let bars = vec![Bar { mass: self.mass, moment: self.own_moment() }];
         let (at, there) = (Vector2::new(0.0, ARM), Vector2::zeros());
-        let start = Placed::at(Vector2::new(-ARM * START.sin(), -ARM * START.cos()), -START);
-        let pins = vec![Pin { a: 0, at, b: None, there }];
-        let linkage = Linkage { plane: Plane::Upright, bars, pins, start: vec![start] };
+        let start = PlanarBody::at(Vector2::new(-ARM * START.sin(), -ARM * START.cos()), -START);
+        let pins = vec![PlanarPin { a: 0, at, b: None, there }];
+        let linkage = Linkage { plane: PlanarSurface::Upright, bars, pins, start: vec![start] };
         let weight = (Vector2::new(0.0, -self.mass * self.gravity), 0.0);
         let track = linkage.steps(h, steps, |_| vec![weight]);
         track.iter().map(|bodies| bodies[0].place[0]).collect()
@@ -70,18 +70,18 @@ fn period(values: &[f64], h: f64) -> f64 {
     2.0 * mean_interval(&zeros(values, h, |before, after| before * after < 0.0), 2 * PERIODS)
 }
 
-pub(crate) const PENDULUM: Problem = Problem {
+pub(crate) const PENDULUM: TestProblem = TestProblem {
     name: "pendulum",
     about: "A rod swings on a hinge from 1 rad: its period is the elliptic integral's, \
             2π √(J/(m g a))/agm(1, cos ½φ₀), and its end stays on the pin.",
     time_step: 0.002,
     inputs: &[(Mass, 2.0), EARTH],
     native_only: JOINTS,
-    ..Problem::solved_by(pendulum)
+    ..TestProblem::solved_by(pendulum)
 };
 
 /// T = 2π √(J/(m g a))/agm(1, cos ½φ₀), discrete by [`Rod::swing`].
-fn pendulum(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn pendulum(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let (rod, h) = (Rod::of(inputs)?, runner.time_step);
     let exact = TAU * (rod.moment() / rod.weight()).sqrt() / agm(1.0, (0.5 * START).cos());
     Refusal::when(exact < 100.0 * h, format!("a period of {exact:.3} s has too few steps"))?;
@@ -105,23 +105,23 @@ fn pendulum(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     ])
 }
 
-pub(crate) const STIFF_HINGE: Problem = Problem {
+pub(crate) const STIFF_HINGE: TestProblem = TestProblem {
     name: "stiff-hinge",
     about: "Dry friction in its hinge holds a rod aslant at 1 rad if it has the moment of the \
             weight, m g a sin φ.",
     time_step: 0.004,
     inputs: &[(Mass, 2.0), EARTH],
     native_only: JOINTS,
-    ..Problem::solved_by(stiff_hinge)
+    ..TestProblem::solved_by(stiff_hinge)
 };
 
 const HELD_FOR: f64 = 0.2; // s
 
 /// The friction at rest, and its threshold, is m g a sin φ.
-fn stiff_hinge(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn stiff_hinge(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let (rod, h) = (Rod::of(inputs)?, runner.time_step);
     let needed = rod.weight() * START.sin();
-    let tolerance = |run: &Run| {
+    let tolerance = |run: &TestRun| {
         let lacked = run.largest(|r| r.momentum + r.joint);
         needed * (16.0 * lacked / (rod.gravity * h) + 64.0 * f64::EPSILON * HEIGHT)
     };
@@ -137,14 +137,14 @@ fn stiff_hinge(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     run.steady(quantities, |k| torques[k])
 }
 
-pub(crate) const SERVO: Problem = Problem {
+pub(crate) const SERVO: TestProblem = TestProblem {
     name: "servo",
     about: "A motor with the stiffness k pulls a rod to an angle; the rod hangs below it by the \
             angle at which k (φ₀ − φ) is the moment of the weight, m g a sin φ.",
     time_step: 0.002,
     inputs: &[(Mass, 2.0), EARTH],
     native_only: JOINTS,
-    ..Problem::solved_by(servo)
+    ..TestProblem::solved_by(servo)
 };
 
 /// k, in m g a; and the simulated time, in √(J/k).
@@ -152,7 +152,7 @@ const STIFFNESS: f64 = 4.0;
 const SETTLES: f64 = 60.0;
 
 /// k (φ₀ − φ) = m g a sin φ at rest, with the critical damping 2 √(k J).
-fn servo(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn servo(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let (rod, h) = (Rod::of(inputs)?, runner.time_step);
     let stiffness = STIFFNESS * rod.weight();
     let unit = (rod.moment() / stiffness).sqrt();

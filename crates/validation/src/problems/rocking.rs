@@ -17,7 +17,7 @@ pub(crate) struct TallBox {
 }
 
 impl TallBox {
-    pub fn new(inputs: &Inputs) -> Result<Self, Refusal> {
+    pub fn new(inputs: &TestInputs) -> Result<Self, Refusal> {
         let [mass, gravity] = inputs.all([Mass, Gravity])?;
         Ok(Self { half_sides: v3(0.1, 0.1, 0.3), mass, gravity })
     }
@@ -98,7 +98,7 @@ impl TallBox {
 
     /// The change of the spin at the start with the effect of the residuals of `run`, rad/s
     /// (docs/validation.md, "Tall boxes and dominoes").
-    pub fn spin_tolerance(&self, run: &Run, spin: f64) -> f64 {
+    pub fn spin_tolerance(&self, run: &TestRun, spin: f64) -> f64 {
         let (h, radius) = (run.time_step, self.radius());
         let reach = self.half_sides.amax();
         let astray = 2.0 * run.largest(|r| r.normal + r.friction) + run.largest(|r| r.kinematics);
@@ -120,7 +120,7 @@ impl TallBox {
     }
 }
 
-pub(crate) const ROCKING: Problem = Problem {
+pub(crate) const ROCKING: TestProblem = TestProblem {
     name: "rocking",
     about: "A tall box turns about an edge with a share (speed) of the spin that would topple it, \
             rises as far as its energy goes, falls back, and keeps 1 − ³⁄₂ sin²α of its spin when \
@@ -128,11 +128,11 @@ pub(crate) const ROCKING: Problem = Problem {
     time_step: 0.001,
     inputs: &[(Mass, 3.0), EARTH, (Speed, 0.9)],
     speed_unit: "of the spin that topples it",
-    ..Problem::solved_by(rocking)
+    ..TestProblem::solved_by(rocking)
 };
 
 /// R cos(α − φ) = c + I ω²/(2 m g) at the peak; ω⁺ = (1 − ³⁄₂ sin²α) ω⁻ in the impact (Housner 1963).
-fn rocking(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn rocking(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let tall = TallBox::new(inputs)?;
     let [share] = inputs.all([Speed])?;
     let why = format!(

@@ -62,7 +62,7 @@ impl Ball {
 
 /// The tolerances of speeds and distances if the first `slides` steps slide and the others roll with
 /// the share τ of the largest friction: δ_f of slides adds up, δ_f/√(1 − τ²) of rolling does not.
-fn tolerances(run: &Run, slides: usize, share: f64) -> (f64, f64) {
+fn tolerances(run: &TestRun, slides: usize, share: f64) -> (f64, f64) {
     let slid: f64 = run.residuals.iter().take(slides).map(|r| r.friction).sum();
     let held = run.largest(|r| r.friction) / (1.0 - share * share).sqrt();
     let once = held + 2.0 * run.largest(|r| r.normal) + run.largest(|r| r.kinematics);
@@ -86,17 +86,17 @@ fn way(h: f64, discrete: &[Speeds]) -> f64 {
     h * discrete.iter().map(|(v, _)| v).sum::<f64>()
 }
 
-pub(crate) const ROLLING_BALL: Problem = Problem {
+pub(crate) const ROLLING_BALL: TestProblem = TestProblem {
     name: "rolling-ball",
     about: "A ball let go on a slope: it rolls with a = ⁵⁄₇ g sin θ up to tan θ = ⁷⁄₂ μ, as \
             usually; beyond, it slides with g (sin θ − μ cos θ) as it turns.",
     time_step: 0.002,
     inputs: &[(Mass, 2.0), (Friction, 0.4), EARTH, (Slope, 30.0)],
-    ..Problem::solved_by(rolling_ball)
+    ..TestProblem::solved_by(rolling_ball)
 };
 
 /// Rolling, a = R ω̇ = ⁵⁄₇ g sin θ. Sliding, a = g (sin θ − μ cos θ) and R ω̇ = ⁵⁄₂ μ g cos θ.
-fn rolling_ball(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn rolling_ball(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [gravity, slope, friction, mass] = inputs.all([Gravity, Slope, Friction, Mass])?;
     let (sin, cos) = slope.to_radians().sin_cos();
     let h = runner.time_step;
@@ -138,17 +138,17 @@ fn rolling_ball(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     ])
 }
 
-pub(crate) const SLIDING_BALL: Problem = Problem {
+pub(crate) const SLIDING_BALL: TestProblem = TestProblem {
     name: "sliding-ball",
     about: "A ball is struck and slides without turning: friction turns it until it rolls, after 2 \
             v/(7 μ g), with ⁵⁄₇ v whatever μ is.",
     time_step: 0.002,
     inputs: &[(Mass, 2.0), (Friction, 0.3), EARTH, (Speed, 4.0)],
-    ..Problem::solved_by(sliding_ball)
+    ..TestProblem::solved_by(sliding_ball)
 };
 
 /// v(t) = v − μ g t while it slides, up to t = 2 v/(7 μ g).
-fn sliding_ball(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn sliding_ball(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [gravity, speed, friction, mass] = inputs.all([Gravity, Speed, Friction, Mass])?;
     let h = runner.time_step;
     let ball = Ball { friction, along: 0.0, onto: gravity, time_step: h };

@@ -13,7 +13,7 @@ struct Slide {
 }
 
 impl Slide {
-    fn along_x(half_sides: Vector3<f64>, inputs: &Inputs) -> Result<Self, Refusal> {
+    fn along_x(half_sides: Vector3<f64>, inputs: &TestInputs) -> Result<Self, Refusal> {
         let [mass, friction, gravity, speed] = inputs.all([Mass, Friction, Gravity, Speed])?;
         Ok(Self { half_sides, mass, friction, gravity, velocity: v3(speed, 0.0, 0.0) })
     }
@@ -44,7 +44,7 @@ impl Slide {
     }
 
     /// v²/(2 μ g), discrete h (M v − ½ M (M + 1) G) with the largest whole M ≤ v/G.
-    fn distance(&self, name: &'static str, measured: f64, h: f64, tolerance: f64) -> Quantity {
+    fn distance(&self, name: &'static str, measured: f64, h: f64, tolerance: f64) -> TestQuantity {
         let whole = (self.speed() / self.grip(h)).floor();
         let discrete = h * (whole * self.speed() - 0.5 * whole * (whole + 1.0) * self.grip(h));
         equal((name, "m"), measured, self.way(self.time()), tolerance)
@@ -55,7 +55,7 @@ impl Slide {
         self.half_sides[0].min(self.half_sides[1])
     }
 
-    fn tolerance(&self, run: &Run) -> SlideTolerance {
+    fn tolerance(&self, run: &TestRun) -> SlideTolerance {
         let grip = self.grip(run.time_step);
         let speeds = self.discrete_speeds(run.time_step, run.steps());
         let lean = self.half_sides[2] / self.foot();
@@ -66,7 +66,7 @@ impl Slide {
 
     /// The run, a quarter longer than the slide. The box tips if μ times half its height is more than
     /// the shorter half side.
-    fn run(&self, runner: &mut Runner<'_>) -> Result<Run, Refusal> {
+    fn run(&self, runner: &mut Runner<'_>) -> Result<TestRun, Refusal> {
         let (mu, most) = (self.friction, 0.95 * self.foot());
         let below = most / self.half_sides[2];
         let why =
@@ -86,7 +86,7 @@ pub(crate) fn stopping_time(
     exact: f64,
     h: f64,
     tolerance: &SlideTolerance,
-) -> Quantity {
+) -> TestQuantity {
     // The states that may be on the line.
     let fast = discrete[1..].iter().take_while(|speed| **speed > 0.01 * discrete[0]).count().max(1);
     let most = |values: &[f64]| largest(values[..fast].iter().copied());
@@ -94,7 +94,7 @@ pub(crate) fn stopping_time(
     let turned = turned * (0.01 * exact + h);
     let allowed = h * most(&tolerance.speeds) / decrement + turned;
     let quantity = equal(("stopping time", "s"), zero_time(measured, h), exact, allowed);
-    Quantity { discrete: zero_time(discrete, h), ..quantity }
+    TestQuantity { discrete: zero_time(discrete, h), ..quantity }
 }
 
 /// The time at which a linearly falling speed is zero, s: the line through the last two `speeds` of
@@ -108,16 +108,16 @@ fn zero_time(speeds: &[f64], h: f64) -> f64 {
     }
 }
 
-pub(crate) const SLIDING_STOP: Problem = Problem {
+pub(crate) const SLIDING_STOP: TestProblem = TestProblem {
     name: "sliding-stop",
     about: "A box slides on level ground until friction stops it, after v²/(2 μ g) and v/(μ g).",
     time_step: 0.002,
     inputs: &[(Mass, 2.0), (Friction, 0.3), EARTH, (Speed, 3.0)],
-    ..Problem::solved_by(sliding_stop)
+    ..TestProblem::solved_by(sliding_stop)
 };
 
 /// The stopping time is exact if two discrete speeds are on the line v − μ g t.
-fn sliding_stop(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn sliding_stop(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let slide = Slide::along_x(v3(0.2, 0.15, 0.1), inputs)?;
     let run = slide.run(runner)?;
     let (h, end, allowed) = (run.time_step, run.end(0), slide.tolerance(&run));
@@ -129,22 +129,22 @@ fn sliding_stop(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let curve = run.curve(("way", "m"), 0, |state| state.position[0]).beside(|t| slide.way(t));
     curve.with([
         slide.distance("stopping distance", end.position[0], h, allowed.way()),
-        Quantity { convergence, ..time },
+        TestQuantity { convergence, ..time },
         equal(("speed at the end", "m/s"), end.velocity.norm(), 0.0, allowed.speed()),
     ])
 }
 
-pub(crate) const FAST_PLATE: Problem = Problem {
+pub(crate) const FAST_PLATE: TestProblem = TestProblem {
     name: "fast-plate",
     about: "A thin plate slides fast and stops: no corner of its face leaves the ground or sinks \
             into it, and it goes straight.",
     time_step: 0.002,
     inputs: &[(Mass, 1.0), (Friction, 0.3), EARTH, (Speed, 10.0)],
-    ..Problem::solved_by(fast_plate)
+    ..TestProblem::solved_by(fast_plate)
 };
 
 /// z = 0 for the corners of the lower face at all times.
-fn fast_plate(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn fast_plate(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let half_sides = v3(0.5, 0.5, 0.025);
     let slide = Slide::along_x(half_sides, inputs)?;
     let run = slide.run(runner)?;
@@ -168,23 +168,23 @@ fn fast_plate(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
 
 const DIRECTIONS: usize = 16;
 
-pub(crate) const COMPASS: Problem = Problem {
+pub(crate) const COMPASS: TestProblem = TestProblem {
     name: "compass",
     about: "A box slides in sixteen directions: each slide is straight and equally long, v²/(2 μ \
             g), as no pyramid of friction would have it.",
     time_step: 0.002,
     inputs: &[(Mass, 2.0), (Friction, 0.3), EARTH, (Speed, 1.0)],
-    ..Problem::solved_by(compass)
+    ..TestProblem::solved_by(compass)
 };
 
 /// Coulomb's cone is round: the slide is the same in every direction, and the box does not turn.
-fn compass(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn compass(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let half_sides = v3(0.2, 0.15, 0.1);
     let east = Slide::along_x(half_sides, inputs)?;
     let start = resting(half_sides[2]).position;
     let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);
     let (mut sideways, mut turned, mut way, mut across) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
-    let mut curve = Curve::default();
+    let mut curve = TestCurve::default();
     for k in 0..DIRECTIONS {
         let (sin, cos) = (TAU * k as f64 / DIRECTIONS as f64).sin_cos();
         let direction = v3(cos, sin, 0.0);

@@ -2,28 +2,28 @@
 
 use crate::prelude::*;
 
-pub(crate) const STICK: Problem = Problem {
+pub(crate) const STICK: TestProblem = TestProblem {
     name: "slope-stick",
     about: "A box on a slope for a minute: below atan μ, as usually, it stays where it is and does \
             not creep; above, it slides.",
     time_step: 0.01,
     inputs: &[(Mass, 2.0), (Friction, 0.4), EARTH, (Slope, 20.0)],
-    ..Problem::solved_by(|inputs, runner| let_go(inputs, runner, 60.0))
+    ..TestProblem::solved_by(|inputs, runner| let_go(inputs, runner, 60.0))
 };
 
-pub(crate) const SLIDE: Problem = Problem {
+pub(crate) const SLIDE: TestProblem = TestProblem {
     name: "slope-slide",
     about: "A box on a slope: above atan μ, as usually, it slides with a = g (sin θ − μ cos θ); \
             below, it stays.",
     time_step: 0.002,
     inputs: &[(Mass, 2.0), (Friction, 0.4), EARTH, (Slope, 30.0)],
-    ..Problem::solved_by(|inputs, runner| let_go(inputs, runner, 2.0))
+    ..TestProblem::solved_by(|inputs, runner| let_go(inputs, runner, 2.0))
 };
 
 const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1); // m
 
 /// a = max(0, g (sin θ − μ cos θ)), v = a t, x = ½ a t².
-fn let_go(inputs: &Inputs, runner: &mut Runner<'_>, duration: f64) -> Solved {
+fn let_go(inputs: &TestInputs, runner: &mut Runner<'_>, duration: f64) -> SolvedBy {
     let [mass, friction, g, slope] = inputs.all([Mass, Friction, Gravity, Slope])?;
     let (sin, cos) = slope.to_radians().sin_cos();
     let why = format!(

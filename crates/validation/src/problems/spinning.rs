@@ -3,20 +3,20 @@
 use super::sliding::stopping_time;
 use crate::prelude::*;
 
-pub(crate) const SPINNING_BOX: Problem = Problem {
+pub(crate) const SPINNING_BOX: TestProblem = TestProblem {
     name: "spinning-box",
     about: "A flat box spins on its four corners: friction at the radius R stops it after R ω/(3 μ \
             g), while its centre stays.",
     time_step: 0.002,
     inputs: &[(Mass, 1.0), (Friction, 0.3), EARTH, (Speed, 10.0)],
     speed_unit: "rad/s",
-    ..Problem::solved_by(spinning_box)
+    ..TestProblem::solved_by(spinning_box)
 };
 
 const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.2, 0.02); // m
 
 /// ω(t) = ω − 3 μ g t/R, t_stop = R ω/(3 μ g), φ = ½ ω t_stop.
-fn spinning_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn spinning_box(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, friction, gravity, spin] = inputs.all([Mass, Friction, Gravity, Speed])?;
     let (h, radius) = (runner.time_step, HALF_SIDES[0].hypot(HALF_SIDES[1]));
     let why = format!("speed {spin} rad/s turns the box by more than half a radian a step");
@@ -51,9 +51,9 @@ fn spinning_box(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let stop = stopping_time([&measured, &discrete], decrement, time, h, &allowed);
     let discrete_angle = discrete[1..].iter().map(|spin| turn(h, *spin)).sum();
     let label = ("angle turned", "rad");
-    let curve = Curve::of(label, &run, |k| angles[k]).beside(angle);
+    let curve = TestCurve::of(label, &run, |k| angles[k]).beside(angle);
     curve.with([
-        Quantity { convergence: order(2, whole), ..stop },
+        TestQuantity { convergence: order(2, whole), ..stop },
         equal(label, *last(&angles), angle(time), allowed.way() / radius)
             .stepped(discrete_angle, order(1, whole.min(fine))),
         at_most_zero(("way of the centre", "m"), astray, allowed.across),

@@ -1,6 +1,6 @@
 //! Andrews' squeezing mechanism: seven bars, three closed loops, and a driving torque.
 
-use crate::planar::{Bar, Linkage, Load, Pin, Placed, Plane};
+use crate::planar::{Bar, Linkage, PlanarBody, PlanarLoad, PlanarPin, PlanarSurface};
 use crate::prelude::*;
 use crate::runner::Torque;
 use std::f64::consts::FRAC_PI_2;
@@ -57,7 +57,7 @@ const CRANK: usize = 0;
 const SPRUNG: usize = 2;
 const LONGEST_STEP: f64 = 1e-4; // The longest step, by the rotation of the crank, s
 
-pub(crate) const SQUEEZER: Problem = Problem {
+pub(crate) const SQUEEZER: TestProblem = TestProblem {
     name: "squeezer",
     about: "Andrews' squeezing mechanism: seven bars on ten pins, held nine times more often than they \
             need, which a torque on the crank turns around within 30 ms. Its angles are those of the IVP \
@@ -65,7 +65,7 @@ pub(crate) const SQUEEZER: Problem = Problem {
     time_step: 1e-5,
     bodies: 7,
     native_only: JOINTS,
-    ..Problem::solved_by(squeezer)
+    ..TestProblem::solved_by(squeezer)
 };
 
 /// The bars K1 … K7 with their pins.
@@ -73,7 +73,7 @@ fn mechanism() -> Linkage {
     let [beta, theta, gamma, phi, delta, omega, epsilon] = START;
     let v = Vector2::new;
     let bars = MASSES.iter().zip(MOMENTS).map(|(&mass, moment)| Bar { mass, moment }).collect();
-    let pin = |a: usize, at, b, there| Pin { a, at, b, there };
+    let pin = |a: usize, at, b, there| PlanarPin { a, at, b, there };
     // The common point of K2, K3, K4 and K6.
     let joined = [v(DA - D, 0.0), v(-SB, SA - SS), v(EA, 0.0), v(FA, 0.0)];
     let pins = vec![
@@ -90,14 +90,15 @@ fn mechanism() -> Linkage {
     ];
     let angles =
         [beta, beta + theta, gamma, phi + delta - FRAC_PI_2, delta, omega + epsilon, epsilon];
-    let mut start: Vec<_> = angles.iter().map(|angle| Placed::at(v(0.0, 0.0), *angle)).collect();
+    let mut start: Vec<_> =
+        angles.iter().map(|angle| PlanarBody::at(v(0.0, 0.0), *angle)).collect();
     // The first pin of each bar determines its position.
     for (body, pinned) in [(0, 0), (1, 1), (2, 2), (4, 3), (6, 4), (3, 5), (5, 6)] {
-        let Pin { at, b, there, .. } = pins[pinned];
+        let PlanarPin { at, b, there, .. } = pins[pinned];
         let held = b.map_or(there, |b: usize| start[b].point(&there));
         start[body].place = held - start[body].point(&at);
     }
-    Linkage { plane: Plane::Level, bars, pins, start }
+    Linkage { plane: PlanarSurface::Level, bars, pins, start }
 }
 
 /// The length of the spring from C to the corner D of K3 at the angle γ, and its moment about B.
@@ -112,14 +113,14 @@ fn spring(gamma: f64) -> (f64, f64) {
 
 /// The published angles (Mazzia and Magherini, Test Set for IVP Solvers), discrete by [`Linkage::steps`]
 /// from the velocities of half a step before the start.
-fn squeezer(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn squeezer(_: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let h = runner.time_step;
     let why =
         format!("a step of {h} s turns the crank too far; at most {LONGEST_STEP} s are needed");
     Refusal::when(h > LONGEST_STEP, why)?;
     let mut mechanism = mechanism();
-    let loads = |now: &[Placed]| {
-        let mut loads: Vec<Load> = vec![(Vector2::zeros(), 0.0); 7];
+    let loads = |now: &[PlanarBody]| {
+        let mut loads: Vec<PlanarLoad> = vec![(Vector2::zeros(), 0.0); 7];
         loads[CRANK].1 = TORQUE;
         loads[SPRUNG].1 = spring(now[SPRUNG].angle).1;
         loads
@@ -150,7 +151,7 @@ fn squeezer(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
             .stepped(expected[k], order(2, DURATION / h))
     };
     let gap = mechanism.worst_gap(&measured);
-    let curve = Curve::of(("angle of the crank", "rad"), &run, |k| measured[k][CRANK].angle);
+    let curve = TestCurve::of(("angle of the crank", "rad"), &run, |k| measured[k][CRANK].angle);
     curve.with([
         angle("β at 0.03 s", 0),
         angle("Θ at 0.03 s", 1),

@@ -15,7 +15,7 @@ const EVEN: f64 = 5e-10;
 
 /// A tower of boxes and the results of its run.
 struct Tower {
-    run: Run,
+    run: TestRun,
     /// The force under each box in each step, as a share of the weight above.
     shares: Vec<Vec<f64>>,
     /// The largest difference between two corners under a box, as a share of a quarter of the force.
@@ -28,7 +28,11 @@ struct Tower {
 
 impl Tower {
     /// Boxes of these masses, from below.
-    fn stand(inputs: &Inputs, masses: &[f64], runner: &mut Runner<'_>) -> Result<Self, Refusal> {
+    fn stand(
+        inputs: &TestInputs,
+        masses: &[f64],
+        runner: &mut Runner<'_>,
+    ) -> Result<Self, Refusal> {
         let [gravity, friction] = inputs.all([Gravity, Friction])?;
         let height = |index: usize| (2.0 * index as f64 + 1.0) * HALF_SIDES[2];
         let bodies = masses.iter().enumerate();
@@ -62,24 +66,24 @@ impl Tower {
 
 /// The tolerance of the force under a box, as a share of the weight above: (δ_m + 2 n (δ_n + δ_k))/(g h)
 /// for n boxes.
-fn force_tolerance(run: &Run, gravity: f64, boxes: f64) -> f64 {
+fn force_tolerance(run: &TestRun, gravity: f64, boxes: f64) -> f64 {
     let astray = 2.0 * boxes * (run.largest(|r| r.normal) + run.largest(|r| r.kinematics));
     (run.largest(|r| r.momentum) + astray) / (gravity * run.time_step) + 16.0 * boxes * f64::EPSILON
 }
 
-pub(crate) const STACK: Problem = Problem {
+pub(crate) const STACK: TestProblem = TestProblem {
     name: "stack",
     about: "Ten equal boxes rest on each other: the force under each is the weight above it, \
             shared by its four corners alike.",
     time_step: 0.002,
     inputs: &[(Mass, 1.0), (Friction, 0.5), EARTH],
     bodies: BOXES,
-    ..Problem::solved_by(stack)
+    ..TestProblem::solved_by(stack)
 };
 
 /// N_i = (n − i) m g under box i, counted from 0 at the bottom. Corners share it equally with the
 /// selection rule, the minimum-compliance limit.
-fn stack(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn stack(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass] = inputs.all([Mass])?;
     let tower = Tower::stand(inputs, &[mass; BOXES], runner)?;
     let (allowed, count, last) = (tower.tolerance, BOXES as f64, last(&tower.shares));
@@ -96,7 +100,7 @@ fn stack(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
     tower.run.steady(quantities, |k| count * tower.shares[k][0])
 }
 
-pub(crate) const MASS_RATIO: Problem = Problem {
+pub(crate) const MASS_RATIO: TestProblem = TestProblem {
     name: "mass-ratio",
     about: "A box rests on one of a ten-thousandth of its mass, and the other way round: the light \
             one carries the heavy one, and nothing sinks.",
@@ -106,11 +110,11 @@ pub(crate) const MASS_RATIO: Problem = Problem {
     native_only: Some(
         "of such masses it solves some steps in a hundred only with the native solution",
     ),
-    ..Problem::solved_by(mass_ratio)
+    ..TestProblem::solved_by(mass_ratio)
 };
 
 /// The force under each box is the weight above it.
-fn mass_ratio(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn mass_ratio(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass] = inputs.all([Mass])?;
     let above = Tower::stand(inputs, &[mass, RATIO * mass], runner)?;
     let below = Tower::stand(inputs, &[RATIO * mass, mass], runner)?;

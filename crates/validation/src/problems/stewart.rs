@@ -23,7 +23,7 @@ const DURATION: f64 = 0.4;
 const SQUARES: f64 = FEET * FEET + PLATFORM * PLATFORM;
 const PRODUCT: f64 = 2.0 * FEET * PLATFORM;
 
-pub(crate) const STEWART: Problem = Problem {
+pub(crate) const STEWART: TestProblem = TestProblem {
     name: "stewart",
     about: "Six legs that grow at two speeds lift a platform and turn it: L² = R² + r² + z² − 2 R r cos(ψ ± φ) at \
             every step. Held, each bears ∂V/∂L of the potential, by virtual work.",
@@ -31,7 +31,7 @@ pub(crate) const STEWART: Problem = Problem {
     inputs: &[(Mass, 10.0), EARTH],
     bodies: 13,
     native_only: JOINTS,
-    ..Problem::solved_by(stewart)
+    ..TestProblem::solved_by(stewart)
 };
 
 /// A body with the corners of a box as contact points, and without pieces: rods may cross.
@@ -79,7 +79,7 @@ fn setup([mass, gravity]: [f64; 2], drives: [Drive; 2], duration: f64) -> Result
 /// L₁² = R² + r² + z² − 2 R r cos(φ − ψ),   sin ψ = (L₂² − L₁²)/(4 R r sin φ)
 /// 6 f = M g L/z + 6 m g (s c²/(z L²) + z/L + (L − s) c²/(z L²))
 /// ```
-fn stewart(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn stewart(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let (values, h) = (inputs.all([Mass, Gravity])?, runner.time_step);
     let [mass, gravity] = values;
     let beside = SQUARES - PRODUCT * SKEW.cos();

@@ -5,17 +5,17 @@ use tumble_core::simulation::random::random_attitude;
 
 const HALF_SIDE: f64 = 1.0; // m
 
-pub(crate) const TUMBLE: Problem = Problem {
+pub(crate) const TUMBLE: TestProblem = TestProblem {
     name: "tumble",
     about: "A cube is thrown on the ground and tumbles to rest: no step adds more energy than its \
             finite turn can, and at the end there is left what a cube at rest on a face has.",
     time_step: 0.002,
     inputs: &[(Mass, 10.0), (Friction, 0.3), EARTH, (Speed, 4.0)],
-    ..Problem::solved_by(tumble)
+    ..TestProblem::solved_by(tumble)
 };
 
 /// E = ½ m v² + ½ ωᵀ I ω + m g z never grows, and ends as m g a.
-fn tumble(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn tumble(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, g, friction, speed] = inputs.all([Mass, Gravity, Friction, Speed])?;
     let start = State {
         attitude: random_attitude(42),
@@ -74,7 +74,7 @@ struct Balance {
 }
 
 impl Balance {
-    fn of(setup: &Setup, h: f64, step: &Step<'_>) -> Self {
+    fn of(setup: &Setup, h: f64, step: &TestStep<'_>) -> Self {
         let (body, old, new) = (&setup.bodies[0].body, &step.before[0], &step.after[0]);
         let (dv, dw) = (new.velocity - old.velocity, new.spin - old.spin);
         let [before, after] = [old, new].map(|state| turning_energy(body, h, state).1);
@@ -109,7 +109,7 @@ impl Ledger {
     /// The tolerances: residuals of velocities and positions enter the balance times momentum and
     /// weight. A corner off the ground by h δ_n, at either end of the step, does the work p_z δ_n, and a
     /// friction error δ_f the work (|p| + m |d|) δ_f.
-    fn enter(&mut self, setup: &Setup, step: &Step<'_>) {
+    fn enter(&mut self, setup: &Setup, step: &TestStep<'_>) {
         let (h, body) = (self.time_step, &setup.bodies[0].body);
         let balance = Balance::of(setup, h, step);
         let (before, after) = (&step.before[0], &step.after[0]);
@@ -139,7 +139,7 @@ impl Ledger {
 
 /// The energy besides m g a that residuals allow a cube at rest, J: its height is off by h δ_n, and
 /// its speed by the residuals of the laws and of its positions.
-fn rest_tolerance(run: &Run, mass: f64, gravity: f64) -> f64 {
+fn rest_tolerance(run: &TestRun, mass: f64, gravity: f64) -> f64 {
     let Some(last) = run.residuals.last() else { return 0.0 };
     let speed = 4.0 * (last.normal + last.friction) + last.kinematics;
     let height = run.time_step * last.normal + run.rounding(HALF_SIDE);

@@ -32,7 +32,7 @@ fn setup([mass, friction, gravity]: [f64; 3], spin: f64, h: f64) -> Result<Setup
 }
 
 /// The distance of the block from its place on the table in each state, m.
-fn strayed(run: &Run) -> Vec<f64> {
+fn strayed(run: &TestRun) -> Vec<f64> {
     let place = |k: usize| {
         let (table, block) = (&run.states(0)[k], &run.states(1)[k]);
         let (sin, cos) = angle_about(2, table).sin_cos();
@@ -44,13 +44,13 @@ fn strayed(run: &Run) -> Vec<f64> {
 }
 
 /// The tolerance of the acceleration of the block in a step, m/s².
-fn tolerance(run: &Run) -> f64 {
+fn tolerance(run: &TestRun) -> f64 {
     let missed = run.largest(|r| r.friction + r.normal);
     let lacked = run.largest(|r| r.momentum + 2.0 * r.kinematics);
     (2.0 * CORNERS * missed + 2.0 * lacked + 4.0 * run.flight_rounding()) / run.time_step
 }
 
-pub(crate) const TURNTABLE: Problem = Problem {
+pub(crate) const TURNTABLE: TestProblem = TestProblem {
     name: "turntable",
     about: "A block on a turntable is carried round by friction m r ω², and slips where that is \
             more than μ m g.",
@@ -58,12 +58,12 @@ pub(crate) const TURNTABLE: Problem = Problem {
     inputs: &[(Mass, 1.0), (Friction, 0.5), EARTH],
     bodies: 2,
     native_only: Some("on the brink of sliding it leaves residuals of 1e-3 m/s"),
-    ..Problem::solved_by(turntable)
+    ..TestProblem::solved_by(turntable)
 };
 
 /// μ g = r ω² at the threshold. A step has the acceleration r ω²/(1 + (½ h ω)²), and the threshold
 /// ω² = (μ g/r)/(1 − ¼ h² μ g/r).
-fn turntable(inputs: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn turntable(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let values = inputs.all([Mass, Friction, Gravity])?;
     let ([mass, friction, gravity], h) = (values, runner.time_step);
     let square = friction * gravity / RADIUS;

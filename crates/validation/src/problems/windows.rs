@@ -1,6 +1,6 @@
 //! Two four-bar windows side by side.
 
-use crate::planar::{Bar, Linkage, Pin, Placed, Plane};
+use crate::planar::{Bar, Linkage, PlanarBody, PlanarPin, PlanarSurface};
 use crate::prelude::*;
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ const GRAVITY: f64 = 9.81;
 const SPEED: f64 = 1.0;
 const TURNS: usize = 5; // Turns
 
-pub(crate) const FOUR_BAR_WINDOWS: Problem = Problem {
+pub(crate) const FOUR_BAR_WINDOWS: TestProblem = TestProblem {
     name: "four-bar-windows",
     about: "Two windows of equal bars, begun upright, go around and around as the pendulum of the same energy does, twice \
             in every turn through the position where all bars lie on one line: \
@@ -21,7 +21,7 @@ pub(crate) const FOUR_BAR_WINDOWS: Problem = Problem {
     time_step: 0.002,
     bodies: 2 * WINDOWS + 1,
     native_only: JOINTS,
-    ..Problem::solved_by(windows)
+    ..TestProblem::solved_by(windows)
 };
 
 /// A turn of n windows takes 2π/agm(ω, √(ω² + 4k)), discrete by [`Linkage::steps`], with
@@ -29,7 +29,7 @@ pub(crate) const FOUR_BAR_WINDOWS: Problem = Problem {
 /// ```text
 /// k = g/L (½(n + 1) + n)/(⅓(n + 1) + n)
 /// ```
-fn windows(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
+fn windows(_: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let (h, count, spin) = (runner.time_step, WINDOWS as f64, SPEED / LENGTH);
     let (weight, inertia) = (0.5 * (count + 1.0) + count, (count + 1.0) / 3.0 + count);
     let k = GRAVITY / LENGTH * weight / inertia;
@@ -39,7 +39,7 @@ fn windows(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
     Refusal::when(fastest * h > 0.05, why)?;
     let linkage = linkage(spin);
     let run = runner.run(&linkage.setup(GRAVITY, (TURNS as f64 + 0.3) * exact)?)?;
-    let loads = |now: &[Placed]| vec![(Vector2::new(0.0, -MASS * GRAVITY), 0.0); now.len()];
+    let loads = |now: &[PlanarBody]| vec![(Vector2::new(0.0, -MASS * GRAVITY), 0.0); now.len()];
     let (measured, discrete) = (linkage.track(&run), linkage.steps(h, run.steps(), loads));
     let [found, expected] = [&measured, &discrete].map(|track| turn_time(track, h));
     let within = (TURNS as f64 * exact / h) as usize;
@@ -47,7 +47,7 @@ fn windows(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let passed = passed.filter(|pair| height(&pair[0]) * height(&pair[1]) < 0.0);
     let singular = passed.count() as f64;
     // All posts stay parallel, and the bars between them level.
-    let askew = |at: &Vec<Placed>| {
+    let askew = |at: &Vec<PlanarBody>| {
         let posts = (1..=WINDOWS).map(|post| at[post].angle - at[0].angle);
         largest(posts.chain(at[WINDOWS + 1..].iter().map(|bar| bar.angle)).map(f64::abs))
     };
@@ -58,7 +58,7 @@ fn windows(_: &Inputs, runner: &mut Runner<'_>) -> Solved {
     let most = 0.2 * inertia * MASS * (LENGTH * fastest).powi(2) * (h * fastest).powi(2);
     let off = 8.0 * (run.sum(|r| r.joint + r.momentum) * h) / SPEED + 1e-11;
     let gap = linkage.worst_gap(&measured);
-    let curve = Curve::of(("height of a post's middle", "m"), &run, |k| height(&measured[k]));
+    let curve = TestCurve::of(("height of a post's middle", "m"), &run, |k| height(&measured[k]));
     curve.with([
         equal(("time of a turn", "s"), found, exact, off).stepped(expected, order(2, exact / h)),
         equal(("passages of the singular position", ""), singular, 2.0 * TURNS as f64, 0.0),
@@ -75,28 +75,28 @@ fn linkage(spin: f64) -> Linkage {
     let (mut pins, mut start) = (Vec::new(), Vec::new());
     for post in 0..=WINDOWS {
         let foot = v(LENGTH * post as f64, 0.0);
-        pins.push(Pin { a: post, at: -half, b: None, there: foot });
-        let upright = Placed::at(v(LENGTH * post as f64, 0.5 * LENGTH), 0.5 * PI);
-        start.push(Placed { velocity: v(0.5 * SPEED, 0.0), spin: -spin, ..upright });
+        pins.push(PlanarPin { a: post, at: -half, b: None, there: foot });
+        let upright = PlanarBody::at(v(LENGTH * post as f64, 0.5 * LENGTH), 0.5 * PI);
+        start.push(PlanarBody { velocity: v(0.5 * SPEED, 0.0), spin: -spin, ..upright });
     }
     for window in 0..WINDOWS {
         let a = WINDOWS + 1 + window;
-        pins.push(Pin { a, at: -half, b: Some(window), there: half });
-        pins.push(Pin { a, at: half, b: Some(window + 1), there: half });
-        let level = Placed::at(v(LENGTH * (window as f64 + 0.5), LENGTH), 0.0);
-        start.push(Placed { velocity: v(SPEED, 0.0), ..level });
+        pins.push(PlanarPin { a, at: -half, b: Some(window), there: half });
+        pins.push(PlanarPin { a, at: half, b: Some(window + 1), there: half });
+        let level = PlanarBody::at(v(LENGTH * (window as f64 + 0.5), LENGTH), 0.0);
+        start.push(PlanarBody { velocity: v(SPEED, 0.0), ..level });
     }
     let bars = vec![Bar { mass: MASS, moment: MASS * LENGTH * LENGTH / 12.0 }; 2 * WINDOWS + 1];
-    Linkage { plane: Plane::Upright, bars, pins, start }
+    Linkage { plane: PlanarSurface::Upright, bars, pins, start }
 }
 
 /// The middle of the first post above its foot, m.
-fn height(at: &[Placed]) -> f64 {
+fn height(at: &[PlanarBody]) -> f64 {
     at[0].place[1]
 }
 
 /// The mean time of a turn after the first passage through level, s.
-fn turn_time(track: &[Vec<Placed>], h: f64) -> f64 {
+fn turn_time(track: &[Vec<PlanarBody>], h: f64) -> f64 {
     let heights: Vec<_> = track.iter().map(|at| height(at)).collect();
     mean_interval(&zeros(&heights, h, |before, after| before > 0.0 && after <= 0.0), TURNS - 1)
 }

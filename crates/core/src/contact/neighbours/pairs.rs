@@ -2,7 +2,7 @@
 
 use super::super::Partner;
 use super::super::memory::{Memory, Neighbour};
-use super::super::proxy::{Extent, Owner, placed, proxies_of};
+use super::super::proxy::{PieceExtent, PieceOwner, placed, proxies_of};
 use super::Neighbours;
 use crate::geometry::{Aabb, Hint, bulge};
 use crate::world::World;
@@ -67,13 +67,14 @@ impl Neighbours {
         self.proxies.extend(proxies_of(world));
         // Where the bodies are plays no part.
         let poses = &self.poses;
-        let extents = self.proxies.iter().map(|proxy| Extent::of(placed(world, poses, *proxy).0));
+        let extents =
+            self.proxies.iter().map(|proxy| PieceExtent::of(placed(world, poses, *proxy).0));
         self.extents.clear();
         self.extents.extend(extents);
         self.bodies.clear();
         self.bodies.extend(self.proxies.iter().map_while(|proxy| match proxy.owner {
-            Owner::Body(index) => Some(index),
-            Owner::Fixed(_) => None,
+            PieceOwner::Body(index) => Some(index),
+            PieceOwner::Fixed(_) => None,
         }));
         let fixed =
             self.proxies[self.bodies.len()..].iter().map(|proxy| placed(world, poses, *proxy));
@@ -139,14 +140,15 @@ impl Neighbours {
 }
 
 /// Whether pieces of two things may touch: of two that are not fixed both, nor one, nor kept apart.
-fn may_meet(world: &World, a: Owner, b: Owner) -> bool {
+fn may_meet(world: &World, a: PieceOwner, b: PieceOwner) -> bool {
     match (a, b) {
-        (Owner::Body(one), Owner::Body(other)) => {
+        (PieceOwner::Body(one), PieceOwner::Body(other)) => {
             one != other && world.may_touch(one, Partner::Body(other))
         }
-        (Owner::Body(body), Owner::Fixed(fixed)) | (Owner::Fixed(fixed), Owner::Body(body)) => {
+        (PieceOwner::Body(body), PieceOwner::Fixed(fixed))
+        | (PieceOwner::Fixed(fixed), PieceOwner::Body(body)) => {
             world.may_touch(body, Partner::Fixed(fixed))
         }
-        (Owner::Fixed(_), Owner::Fixed(_)) => false,
+        (PieceOwner::Fixed(_), PieceOwner::Fixed(_)) => false,
     }
 }

@@ -1,7 +1,7 @@
 //! Where the pieces are, at rest in a state or on their ways from one to the next.
 
 use super::super::memory::Memory;
-use super::super::proxy::Owner;
+use super::super::proxy::PieceOwner;
 use super::{Neighbours, has_pairs};
 use crate::mechanics::{Pose, State, Way};
 use crate::world::World;
@@ -72,8 +72,8 @@ impl Neighbours {
         let Self { memory: Memory { pairs, .. }, proxies, poses, spare_poses: before, .. } = self;
         if poses != before {
             let stays = |at: usize| match proxies[at].owner {
-                Owner::Body(index) => before.get(index) == Some(&poses[index]),
-                Owner::Fixed(_) => true,
+                PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
+                PieceOwner::Fixed(_) => true,
             };
             for pair in pairs.iter_mut().filter(|pair| !pair.is_bound) {
                 pair.is_bound = !(stays(pair.proxies.0) && stays(pair.proxies.1));

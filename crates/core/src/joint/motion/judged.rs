@@ -5,14 +5,14 @@
 
 use super::{
     Axis, AxisStart, Coordinates, Joint, JointAxis, JointForce, JointFrame, JointResidual, Turn,
-    Turning, aside, between, largest, load_of, rotation,
+    TurnKind, aside, between, largest, load_of, rotation,
 };
 use crate::mechanics::{RigidBody, State, Wrench};
 use nalgebra::{Matrix3, Vector3};
 
 /// Where a joint is in a step, found once for all that judges it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Seen {
+pub(crate) struct JointMotion {
     /// Its frames in the world at the start.
     frames: [JointFrame; 2],
     /// Its coordinates at the start, at the end, and where it came from with the velocities of the start; with the angles, rad.
@@ -31,7 +31,7 @@ impl Joint {
         (states, next): (&[State], &[State]),
         force: &JointForce,
         time_step: f64,
-    ) -> Option<Seen> {
+    ) -> Option<JointMotion> {
         let frames = self.placed(states)?;
         let (at, after) = (between(&frames[0], &frames[1]), self.coordinates(next)?);
         let before = self.coasted(states, -time_step)?;
@@ -40,7 +40,7 @@ impl Joint {
         let came = self.counted(&before, &angles);
         let torque_map = self.turning_map((&at, &angles));
         let (at, after, before) = ((at, angles), (after, end), (before, came));
-        Some(Seen { frames, at, after, before, torque_map })
+        Some(JointMotion { frames, at, after, before, torque_map })
     }
 
     /// Adds to the `loads` on all bodies (force in N, world; torque in N m, body) those of the joint's
@@ -114,7 +114,7 @@ impl Joint {
     }
 }
 
-impl Seen {
+impl JointMotion {
     /// Adds what the `force` of `joint` puts on its bodies, which are at `states` at the step's start, to the `loads` on all.
     pub(crate) fn add_loads(
         &self,
@@ -155,14 +155,14 @@ impl Seen {
             Axis::Free(_) => force.torque[k],
         });
         let way = match joint.turning() {
-            Turning::Driven => {
+            TurnKind::Driven => {
                 let came = joint.turned((before, came), (at, angles));
                 came + joint.turned((at, angles), (after, end))
             }
             _ => end - came,
         };
         let mut about = torque.dot(&way);
-        if matches!(joint.turning(), Turning::Gimbal | Turning::Universal) {
+        if matches!(joint.turning(), TurnKind::Gimbal | TurnKind::Universal) {
             let turn = Turn::new(joint, (at, angles), time_step, 1.0);
             let spins = |body: usize| Some(states.get(body)?.spin + next.get(body)?.spin);
             let other = joint.other.and_then(spins);
@@ -241,7 +241,7 @@ impl Seen {
             };
             add(axis, &places[k], (u, force.force[k]), 1.0, JointAxis::Linear(k));
         }
-        if joint.turning() != Turning::Free {
+        if joint.turning() != TurnKind::Free {
             let aside = aside(joint.turning(), &after.turn);
             let turned = joint.turned((at, angles), (after, end));
             for (k, axis) in joint.acting_axes().iter().enumerate() {

@@ -3,7 +3,7 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::{At, Turn, Turning, right};
+use super::{Turn, TurnKind, TurnPoint, right};
 use crate::joint::motion::vector_of;
 use crate::mechanics::quaternion::{attitude_map, left, product, turn_slope};
 use nalgebra::{Matrix3, Matrix4, Matrix4x3, RowVector3, Vector3, Vector4};
@@ -98,15 +98,17 @@ impl Turn {
         let number = |k: usize| Jet::number(k, e);
         let turned = || Jet::argument(&number(0), &number(3));
         match self.turning {
-            Turning::Locked | Turning::Free | Turning::Driven => [number(1), number(2), number(3)],
-            Turning::Hinge => [number(1), number(2), turned()],
-            Turning::Ball => {
+            TurnKind::Locked | TurnKind::Free | TurnKind::Driven => {
+                [number(1), number(2), number(3)]
+            }
+            TurnKind::Hinge => [number(1), number(2), turned()],
+            TurnKind::Ball => {
                 let along = Jet::size(&number(0), &number(3));
                 let aside = Jet::size(&number(1), &number(2));
                 [Jet::argument(&along, &aside), number(2), turned()]
             }
-            Turning::Gimbal => self.half_angles(e),
-            Turning::Universal => {
+            TurnKind::Gimbal => self.half_angles(e),
+            TurnKind::Universal => {
                 let [alpha, beta, _] = self.half_angles(e);
                 // E_x E_y + E_w E_z.
                 let slope = Vector4::new(e[3], e[2], e[1], e[0]);
@@ -137,10 +139,10 @@ impl Turn {
     /// Whether row k is counted from where it is at the step's start.
     fn counts(&self, k: usize) -> bool {
         match self.turning {
-            Turning::Ball => k == 0,
-            Turning::Gimbal => true,
-            Turning::Universal => k < 2,
-            Turning::Locked | Turning::Free | Turning::Driven | Turning::Hinge => false,
+            TurnKind::Ball => k == 0,
+            TurnKind::Gimbal => true,
+            TurnKind::Universal => k < 2,
+            TurnKind::Locked | TurnKind::Free | TurnKind::Driven | TurnKind::Hinge => false,
         }
     }
 
@@ -191,7 +193,7 @@ impl Turn {
         other: Option<&Vector3<f64>>,
         along: &Vector3<f64>,
     ) -> TurnTangent {
-        let At { e, n, a, b } = self.at(spin, other);
+        let TurnPoint { e, n, a, b } = self.at(spin, other);
         let (h, length, q) = (self.time_step, self.length, &self.start);
         let whole = |v: Vector3<f64>| Vector4::new(1.0, v[0], v[1], v[2]);
         let back = left(&self.back);
@@ -201,9 +203,9 @@ impl Turn {
         let nothing = Jet::linear(Vector4::zeros(), &self.rest);
         let pushed = pushed.fold(nothing, Jet::plus);
         let rolled = |of: &Vector4<f64>| Vector4::new(-of[3], -of[2], of[1], of[0]);
-        let twists = matches!(self.turning, Turning::Hinge | Turning::Ball);
+        let twists = matches!(self.turning, TurnKind::Hinge | TurnKind::Ball);
         // Of δQ its conjugate times Q ⊗ E; and twice its part along A's axes, of Q* ⊗ δQ, as a change of φ.
-        let driven = (self.turning == Turning::Driven).then(|| {
+        let driven = (self.turning == TurnKind::Driven).then(|| {
             let counted_from = right(&product(q, &e)) * conjugation();
             (counted_from, turn_slope(&vector_of(q)) * back.fixed_rows::<3>(1) * 2.0)
         });

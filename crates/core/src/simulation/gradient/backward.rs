@@ -56,7 +56,7 @@ struct Stretch {
 
 /// What a step that was linearised is.
 #[derive(Clone, Copy, PartialEq)]
-enum Found {
+enum BackwardResult {
     Motion,
     /// The one at rest that was known.
     Rest,
@@ -207,8 +207,8 @@ impl Backward {
             simulation.advance(run, &mut self.record)?;
             taken[0].note(simulation, &self.record);
             let found = self.linearise(simulation, run, 0)?;
-            is_at_rest = found != Found::Motion;
-            if found == Found::NewRest {
+            is_at_rest = found != BackwardResult::Motion;
+            if found == BackwardResult::NewRest {
                 self.settle(run)?;
                 std::mem::swap(&mut self.derivatives[0], &mut self.resting);
             }
@@ -234,21 +234,25 @@ impl Backward {
         let count = (to - from) as usize;
         let mut taken = std::mem::take(&mut self.taken);
         taken.resize_with(taken.len().max(count), Taken::default);
-        let (mut last, mut used) = (Found::Motion, 0);
+        let (mut last, mut used) = (BackwardResult::Motion, 0);
         for k in 0..count {
             simulation.advance(run, &mut self.record)?;
             taken[k].note(simulation, &self.record);
             last = match last {
-                Found::Rest | Found::NewRest if simulation.scratch.rest.stays() => Found::Rest,
+                BackwardResult::Rest | BackwardResult::NewRest
+                    if simulation.scratch.rest.stays() =>
+                {
+                    BackwardResult::Rest
+                }
                 _ => self.linearise(simulation, run, used)?,
             };
             match last {
-                Found::Motion => {
+                BackwardResult::Motion => {
                     taken[k].derivative = Some(used);
                     used += 1;
                 }
-                Found::Rest => {}
-                Found::NewRest => {
+                BackwardResult::Rest => {}
+                BackwardResult::NewRest => {
                     self.settle(run)?;
                     std::mem::swap(&mut self.derivatives[used], &mut self.resting);
                     // Those before that are without one are of the step at rest that was known.
@@ -275,7 +279,7 @@ impl Backward {
         simulation: &Simulation<'_>,
         run: &Run<'_>,
         place: usize,
-    ) -> Result<Found, Error> {
+    ) -> Result<BackwardResult, Error> {
         if self.derivatives.len() == place {
             self.derivatives.push(derivative_of(run)?);
         }
@@ -285,10 +289,14 @@ impl Backward {
         let mut free = derivative.take_flights();
         let found = simulation.with_step(record, &mut free, |step| {
             if resting.is_at_rest_in(step, contacts, solution) {
-                return Ok(Found::Rest);
+                return Ok(BackwardResult::Rest);
             }
             derivative.linearise(step, contacts, solution)?;
-            Ok(if derivative.is_at_rest() { Found::NewRest } else { Found::Motion })
+            Ok(if derivative.is_at_rest() {
+                BackwardResult::NewRest
+            } else {
+                BackwardResult::Motion
+            })
         });
         derivative.keep_flights(free);
         found?

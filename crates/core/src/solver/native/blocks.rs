@@ -11,8 +11,8 @@
 
 use super::fronts::Fronts;
 use super::pattern::Pattern;
-use super::plan::Plan;
-use super::six::{Factors, subtract_product};
+use super::plan::FrontPlan;
+use super::six::{SixFactors, subtract_product};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 
 /// The matrix, and its factors in its place after [`BlockSystem::factorise`]:
@@ -26,7 +26,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 pub(super) struct BlockSystem {
     diagonal: Vec<Matrix6<f64>>,
     /// D, each factorised.
-    pivots: Vec<Factors>,
+    pivots: Vec<SixFactors>,
     /// The blocks (place, later) and (later, place), by their number in the pattern; D⁻¹ U and L at
     /// last.
     upper: Vec<Matrix6<f64>>,
@@ -105,7 +105,7 @@ impl BlockSystem {
     }
 
     /// Writes the blocks that were added to.
-    fn close(&mut self, plan: &Plan) {
+    fn close(&mut self, plan: &FrontPlan) {
         for (row, column, block) in &self.open[..self.opened] {
             self.fronts.set_block(plan, (plan.place(*row), plan.place(*column)), block);
         }
@@ -131,7 +131,7 @@ impl BlockSystem {
         pivots.clear();
         for (pivot, row) in (0..pattern.order.len()).map(|pivot| (pivot, pattern.order.row(pivot)))
         {
-            let Some(factors) = Factors::new(&diagonal[pivot]) else { return false };
+            let Some(factors) = SixFactors::new(&diagonal[pivot]) else { return false };
             // What is updated is in later rows.
             let (upper, later_upper) = upper.split_at_mut(row.end);
             let (lower, later_lower) = lower.split_at_mut(row.end);

@@ -2,7 +2,7 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::law::{Cone, Law, NaturalMap, Pull, Rows};
+use super::law::{Cone, CouplingLaw, CouplingRows, NaturalMap, Projection};
 use super::tolerances::{COMPLIANCE, ROLLING_GIVE};
 use crate::contact::Contact;
 use crate::joint::Graph;
@@ -19,8 +19,8 @@ pub(super) struct Coupling {
     pub(super) offset: Vector3<f64>,
     /// e c_n⁻, m/s, where a contact bounces; 0 elsewhere.
     pub(super) rebound: f64,
-    pub(super) rows: Rows,
-    pub(super) law: Law,
+    pub(super) rows: CouplingRows,
+    pub(super) law: CouplingLaw,
 }
 
 /// The point at which a coupling acts, of a body A.
@@ -56,14 +56,14 @@ impl Coupling {
             },
             offset: normal * approach(contact, time_step, level),
             rebound: contact.rebound,
-            rows: Rows {
+            rows: CouplingRows {
                 give: match contact.is_rounded() {
                     true => (ROLLING_GIVE * tangential / COMPLIANCE).max(1.0),
                     false => 1.0,
                 },
-                ..Rows::of_contact(contact.frame, responses)
+                ..CouplingRows::of_contact(contact.frame, responses)
             },
-            law: Law::Cone(Cone { friction: contact.law.friction }),
+            law: CouplingLaw::Cone(Cone { friction: contact.law.friction }),
         }
     }
 
@@ -73,22 +73,26 @@ impl Coupling {
         lever: Lever,
         (frame, offset): (Matrix3<f64>, Vector3<f64>),
         response: &Vector3<f64>,
-        law: Law,
+        law: CouplingLaw,
     ) -> Self {
-        let rows = Rows::of_joint(frame, response);
+        let rows = CouplingRows::of_joint(frame, response);
         Self { lever, offset: frame * offset, rebound: 0.0, rows, law }
     }
 
     /// That of the turn of a joint, whose impulse about its rows is a torque on A by `torque_map`.
-    pub(super) fn of_turn(torque_map: Matrix3<f64>, response: &Vector3<f64>, law: Law) -> Self {
+    pub(super) fn of_turn(
+        torque_map: Matrix3<f64>,
+        response: &Vector3<f64>,
+        law: CouplingLaw,
+    ) -> Self {
         let zero = Vector3::zeros();
-        let rows = Rows::of_joint(Matrix3::identity(), response);
+        let rows = CouplingRows::of_joint(Matrix3::identity(), response);
         let lever = Lever { centre: zero, arm: zero, radius: 0.0, torque_map };
         Self { lever, offset: zero, rebound: 0.0, rows, law }
     }
 
     /// That of rows of which nothing is known but their motion without bodies, `offset` (m/s), and their law.
-    pub(super) fn of_rows(rows: Rows, offset: Vector3<f64>, law: Law) -> Self {
+    pub(super) fn of_rows(rows: CouplingRows, offset: Vector3<f64>, law: CouplingLaw) -> Self {
         let (zero, nothing) = (Vector3::zeros(), Matrix3::zeros());
         let lever = Lever { centre: zero, arm: zero, radius: 0.0, torque_map: nothing };
         Self { lever, offset, rebound: 0.0, rows, law }
@@ -96,7 +100,12 @@ impl Coupling {
 
     /// The arguments of its law's projections at its motion u and impulse p̂ (m/s, world).
     #[inline]
-    pub(super) fn pull(&self, map: &NaturalMap, u: &Vector3<f64>, impulse: &Vector3<f64>) -> Pull {
+    pub(super) fn pull(
+        &self,
+        map: &NaturalMap,
+        u: &Vector3<f64>,
+        impulse: &Vector3<f64>,
+    ) -> Projection {
         self.law.pull(map, &self.rows, u, impulse)
     }
 
@@ -107,13 +116,13 @@ impl Coupling {
         of: (&NaturalMap, &[Graph]),
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
-    ) -> (Pull, Vector3<f64>) {
+    ) -> (Projection, Vector3<f64>) {
         self.law.evaluated(of, &self.rows, u, impulse)
     }
 
     /// Whether it is a contact.
     pub(super) fn is_contact(&self) -> bool {
-        matches!(self.law, Law::Cone(_))
+        matches!(self.law, CouplingLaw::Cone(_))
     }
 
     /// Whether a contact bounces.

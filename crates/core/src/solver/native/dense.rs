@@ -7,7 +7,7 @@ const PANEL: usize = 24;
 
 /// Packed factors of a product, which pivots and columns take part, and the triangle of a panel.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Packed {
+pub(super) struct PackedBlocks {
     left: Vec<f64>,
     right: Vec<f64>,
     pivots: Vec<usize>,
@@ -15,7 +15,7 @@ pub(super) struct Packed {
     triangle: Vec<f64>,
 }
 
-impl Packed {
+impl PackedBlocks {
     /// Packs columns `pivots` of `from` (with `stride` rows), rows `rows`: those that are not all zero.
     fn pack_left(
         &mut self,
@@ -113,7 +113,7 @@ impl FrontView<'_> {
     /// ```
     ///
     /// `false` where a pivot is zero.
-    pub(super) fn factorise(&mut self, packed: &mut Packed) -> bool {
+    pub(super) fn factorise(&mut self, packed: &mut PackedBlocks) -> bool {
         let (own, rows) = (self.own, self.own + self.behind);
         let mut begin = 0;
         while begin < own {
@@ -146,7 +146,7 @@ impl FrontView<'_> {
     }
 
     /// Subtracts from `rest`, of the rows and columns behind, what the front makes of them: B L⁻¹ P up.
-    pub(super) fn subtract_from(&self, rest: &mut [f64], packed: &mut Packed) {
+    pub(super) fn subtract_from(&self, rest: &mut [f64], packed: &mut PackedBlocks) {
         let rows = self.own + self.behind;
         packed.pack_left((self.low, rows), self.own..rows, 0..self.own);
         packed.pack_right((self.up, self.own), 0..self.behind);
@@ -200,7 +200,7 @@ fn exchange(column: &mut [f64], swaps: &[usize], (begin, end): (usize, usize)) {
     }
 }
 
-impl Packed {
+impl PackedBlocks {
     /// Keeps the triangle below the diagonal of a panel.
     fn pack_triangle(&mut self, (from, stride): (&[f64], usize), (begin, end): (usize, usize)) {
         self.triangle.clear();

@@ -1,12 +1,12 @@
 //! From starts to a solution: Newton's method with compliance and its limit, from one start after
 //! another.
 
-use super::effort::Effort;
+use super::effort::SolveEffort;
 use super::equations::{Equations, Velocities};
 use super::interior_point::{GOOD_ENOUGH, InteriorPoint, TOLD_APART};
-use super::law::{NaturalMap, Piece};
+use super::law::{MapPiece, NaturalMap};
 use super::newton::{Iterate, Newton, Until, exact_residual};
-use super::policy::Start;
+use super::policy::StartMethod;
 use super::proximal::Proximal;
 use super::starts;
 use super::sweeps::sweep;
@@ -34,9 +34,9 @@ pub(super) struct Descent<E: Equations> {
 
 /// What a start or all starts came to.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Outcome {
+pub(super) struct DescentOutcome {
     pub(super) solved: bool,
-    pub(super) start: Start,
+    pub(super) start: StartMethod,
     /// Whether the law with compliance led to it, so that it is the solution of the selection rule.
     pub(super) selected: bool,
     /// Whether another start had failed before.
@@ -120,7 +120,7 @@ impl<E: Equations> Descent<E> {
 
     /// Of every coupling, the piece of the natural map with compliance that the last solve ended on, and
     /// how far the next one is, m/s.
-    pub(super) fn pieces(&self, equations: &E) -> impl Iterator<Item = (Piece, f64)> {
+    pub(super) fn pieces(&self, equations: &E) -> impl Iterator<Item = (MapPiece, f64)> {
         const MAP: NaturalMap = NaturalMap::with_compliance(COMPLIANCE);
         let couplings = equations.couplings().iter().zip(self.impulses()).zip(self.points());
         couplings.map(|((coupling, impulse), u)| {
@@ -140,8 +140,8 @@ impl<E: Equations> Descent<E> {
         equations: &mut E,
         known: Known<'_>,
         accepted: f64,
-        effort: &mut Effort<'_>,
-    ) -> Outcome {
+        effort: &mut SolveEffort<'_>,
+    ) -> DescentOutcome {
         let (previous, strict) = (known.previous, *equations.tolerances());
         let nothing = Rank {
             unsolved: true,
@@ -149,45 +149,48 @@ impl<E: Equations> Descent<E> {
             made: f64::INFINITY,
             residual: f64::INFINITY,
         };
-        let mut best = (nothing, Start::Previous, false);
+        let mut best = (nothing, StartMethod::Previous, false);
         let takes_any = equations.policy().takes_any;
         let rolls = !equations.setting().all_give_alike;
         let asked = self.asked(equations, known);
         let (mut most, mut tried, mut same) = (equations.policy().first_effort, 0, 0);
         'efforts: loop {
             for start in starts::all(equations.policy(), previous.len(), rolls, asked) {
-                let rough = known.roughly && matches!(start, Start::Moved | Start::Found);
+                let rough =
+                    known.roughly && matches!(start, StartMethod::Moved | StartMethod::Found);
                 let tolerances = if rough { strict.roughly() } else { strict };
                 if known.roughly {
                     equations.setting_mut().tolerances = tolerances;
                 }
-                if start == Start::Alike {
+                if start == StartMethod::Alike {
                     equations.setting_mut().give_alike();
                 }
                 let equations = &*equations;
                 let enough = best.0.residual <= tolerances.sufficient;
-                if (enough || most < u32::MAX) && matches!(start, Start::Scattered(_)) {
+                if (enough || most < u32::MAX) && matches!(start, StartMethod::Scattered(_)) {
                     break;
                 }
                 effort.begin_start(most);
                 match (start, known.found) {
-                    (Start::Found | Start::Led, Some(found)) => {
+                    (StartMethod::Found | StartMethod::Led, Some(found)) => {
                         self.start(equations, found, start, effort)
                     }
                     _ => self.start(equations, previous, start, effort),
                 }
-                let repeated = if start == Start::Previous { self.repeat(equations) } else { None };
-                let evaluated =
-                    start == Start::Previous && repeated.is_none() && self.go_ahead(equations);
+                let repeated =
+                    if start == StartMethod::Previous { self.repeat(equations) } else { None };
+                let evaluated = start == StartMethod::Previous
+                    && repeated.is_none()
+                    && self.go_ahead(equations);
                 let reached = match repeated {
                     Some(residual) => Reached { residual, selected: true },
                     None => match start {
-                        Start::Kept => self.keep(equations, &[(FIRST_PROXIMAL, 1.0)], effort),
-                        Start::Moved => self.keep(equations, &MOVED, effort),
-                        Start::Found => self.keep(equations, &FOUND, effort),
-                        Start::Led => self.lead(equations, LED_ITERATIONS, effort),
-                        Start::Structure => self.stand(equations, effort),
-                        Start::Best(compliance) => {
+                        StartMethod::Kept => self.keep(equations, &[(FIRST_PROXIMAL, 1.0)], effort),
+                        StartMethod::Moved => self.keep(equations, &MOVED, effort),
+                        StartMethod::Found => self.keep(equations, &FOUND, effort),
+                        StartMethod::Led => self.lead(equations, LED_ITERATIONS, effort),
+                        StartMethod::Structure => self.stand(equations, effort),
+                        StartMethod::Best(compliance) => {
                             self.keep(equations, &[(compliance, 1.0)], effort)
                         }
                         _ => self.descend(equations, evaluated, effort),
@@ -212,7 +215,13 @@ impl<E: Equations> Descent<E> {
                     if repeated.is_none() && !rough {
                         self.settle(equations, reached.residual);
                     }
-                    return Outcome { solved: true, start, selected, retried: tried > 0, rough };
+                    return DescentOutcome {
+                        solved: true,
+                        start,
+                        selected,
+                        retried: tried > 0,
+                        rough,
+                    };
                 }
                 let apart = (rank.made - best.0.made).abs();
                 let is_same = rank.made > 0.0 && apart <= SAME_ENERGY * rank.made;
@@ -235,31 +244,41 @@ impl<E: Equations> Descent<E> {
         self.iterate.copy_from(&self.best);
         if !self.iterate.is_finite() {
             // Only where the step's own numbers overflow: free flight is at least finite.
-            self.start(equations, previous, Start::Zero, effort);
+            self.start(equations, previous, StartMethod::Zero, effort);
             self.iterate.evaluate_points(equations);
         }
         let solved = best.0.residual <= accepted;
         let (_, start, selected) = best;
-        Outcome { solved, start, selected, retried: start != Start::Previous, rough: false }
+        DescentOutcome {
+            solved,
+            start,
+            selected,
+            retried: start != StartMethod::Previous,
+            rough: false,
+        }
     }
 
     /// The starts that what is `known` of a crowd asks for before others. What was found for it before is gone on from, and
     /// where that fails the last impulses. Where nothing pressed in the last step, as in the first one, a
     /// structure begins with an interior point, and a vast one keeps what that came to in the step after. Where
     /// impulses change and do not nearly obey this step, the last ones are gone on from by large steps.
-    fn asked(&mut self, equations: &E, known: Known<'_>) -> [Option<Start>; 3] {
+    fn asked(&mut self, equations: &E, known: Known<'_>) -> [Option<StartMethod>; 3] {
         let (contacts, policy) = (known.previous.len(), equations.policy());
         if !policy.follows(contacts) {
             return [None; 3];
         }
         if known.found.is_some() {
             let leads = !known.roughly && policy.leads(contacts);
-            return [leads.then_some(Start::Led), Some(Start::Found), Some(Start::Moved)];
+            return [
+                leads.then_some(StartMethod::Led),
+                Some(StartMethod::Found),
+                Some(StartMethod::Moved),
+            ];
         }
         let vast = policy.is_vast(contacts);
         if known.previous.iter().all(|impulse| *impulse == Vector3::zeros()) {
             let structure = policy.is_structure(contacts);
-            return [structure.then_some(Start::Structure), None, None];
+            return [structure.then_some(StartMethod::Structure), None, None];
         }
         let iterate = &mut self.iterate;
         iterate.impulses.clear();
@@ -272,8 +291,8 @@ impl<E: Equations> Descent<E> {
         }
         let is_far = self.residual(equations) > equations.tolerances().near;
         let start = match is_far {
-            true => changes.then_some(Start::Moved),
-            false => vast.then_some(Start::Kept),
+            true => changes.then_some(StartMethod::Moved),
+            false => vast.then_some(StartMethod::Kept),
         };
         [start, None, None]
     }
@@ -343,51 +362,53 @@ impl<E: Equations> Descent<E> {
         &mut self,
         equations: &E,
         previous: &[Vector3<f64>],
-        start: Start,
-        effort: &mut Effort<'_>,
+        start: StartMethod,
+        effort: &mut SolveEffort<'_>,
     ) {
         let couplings = equations.couplings();
         let Self { interior_point, iterate, best, .. } = self;
         iterate.impulses.clear();
         match start {
-            Start::Previous
-            | Start::Alike
-            | Start::Kept
-            | Start::Moved
-            | Start::Found
-            | Start::Led => iterate.impulses.extend_from_slice(previous),
-            Start::Zero | Start::Compliant(_) | Start::Swept(_) => {
+            StartMethod::Previous
+            | StartMethod::Alike
+            | StartMethod::Kept
+            | StartMethod::Moved
+            | StartMethod::Found
+            | StartMethod::Led => iterate.impulses.extend_from_slice(previous),
+            StartMethod::Zero | StartMethod::Compliant(_) | StartMethod::Swept(_) => {
                 iterate.impulses.extend(couplings.iter().map(|_| Vector3::zeros()));
             }
-            Start::InteriorPoint(scale) => {
+            StartMethod::InteriorPoint(scale) => {
                 let by = (scale, GOOD_ENOUGH);
                 return interior_point.solve(equations, by, iterate, effort);
             }
-            Start::Structure => {
+            StartMethod::Structure => {
                 let by = (equations.bodies() as f64, TOLD_APART);
                 return interior_point.solve(equations, by, iterate, effort);
             }
-            Start::Best(_) => return iterate.copy_from(best),
-            Start::Scattered(number) => {
+            StartMethod::Best(_) => return iterate.copy_from(best),
+            StartMethod::Scattered(number) => {
                 let (speed, impulses) = (equations.speed(), &mut iterate.impulses);
                 starts::scatter(number, couplings, speed, impulses);
             }
         }
         match start {
-            Start::Previous
-            | Start::Alike
-            | Start::Kept
-            | Start::Moved
-            | Start::Found
-            | Start::Led => equations.set_first_velocity(&iterate.impulses, &mut iterate.velocity),
+            StartMethod::Previous
+            | StartMethod::Alike
+            | StartMethod::Kept
+            | StartMethod::Moved
+            | StartMethod::Found
+            | StartMethod::Led => {
+                equations.set_first_velocity(&iterate.impulses, &mut iterate.velocity)
+            }
             _ => equations.set_velocity_after(&iterate.impulses, &mut iterate.velocity),
         }
         match start {
-            Start::Previous if is_restless(equations, iterate) => {
+            StartMethod::Previous if is_restless(equations, iterate) => {
                 sweep(equations, FIRST_SWEEPS, iterate, effort);
             }
-            Start::Compliant(factor) => self.follow(equations, factor, effort),
-            Start::Swept(number) => sweep(equations, number, iterate, effort),
+            StartMethod::Compliant(factor) => self.follow(equations, factor, effort),
+            StartMethod::Swept(number) => sweep(equations, number, iterate, effort),
             _ => {}
         }
     }
@@ -396,14 +417,15 @@ impl<E: Equations> Descent<E> {
     /// `factor` from one to the next, in smaller steps where Newton's method does not follow. Where
     /// the path ends before the compliance is small, it is taken out from there by acting on
     /// changes alone.
-    fn follow(&mut self, equations: &E, factor: f64, effort: &mut Effort<'_>) {
+    fn follow(&mut self, equations: &E, factor: f64, effort: &mut SolveEffort<'_>) {
         let Self { newton, iterate, last_of_path: last, .. } = self;
         let (mut compliance, mut factor) = (starts::SOFTEST, factor);
-        let mut solve = |compliance: f64, iterate: &mut Iterate<E>, effort: &mut Effort<'_>| {
-            let (map, until) =
-                (NaturalMap::with_compliance(compliance), Until::converged(equations));
-            newton.solve(equations, &map, (compliance, until), iterate, effort)
-        };
+        let mut solve =
+            |compliance: f64, iterate: &mut Iterate<E>, effort: &mut SolveEffort<'_>| {
+                let (map, until) =
+                    (NaturalMap::with_compliance(compliance), Until::converged(equations));
+                newton.solve(equations, &map, (compliance, until), iterate, effort)
+            };
         if !solve(compliance, iterate, effort) {
             return;
         }
@@ -425,14 +447,14 @@ impl<E: Equations> Descent<E> {
 
     /// Takes the compliance out by acting on changes alone, from a first ε on and with a scaling of
     /// the natural map. Returns the residual.
-    fn take_out(&mut self, equations: &E, by: (f64, f64), effort: &mut Effort<'_>) -> f64 {
+    fn take_out(&mut self, equations: &E, by: (f64, f64), effort: &mut SolveEffort<'_>) -> f64 {
         let Self { proximal, newton, iterate, .. } = self;
         proximal.solve(equations, by, newton, iterate, effort)
     }
 
     /// Newton with compliance, then its limit; with less and less compliance where the
     /// limit is not in reach. `evaluated` tells that the iterate was.
-    fn descend(&mut self, equations: &E, evaluated: bool, effort: &mut Effort<'_>) -> Reached {
+    fn descend(&mut self, equations: &E, evaluated: bool, effort: &mut SolveEffort<'_>) -> Reached {
         let tolerances = *equations.tolerances();
         let mut reached = Reached { residual: f64::INFINITY, selected: false };
         let mut least = f64::INFINITY;
@@ -482,7 +504,7 @@ impl<E: Equations> Descent<E> {
 
     /// Newton's method with compliance from where the iterate is, and its limit: once, because what does not lead there at
     /// once has other ways.
-    fn lead(&mut self, equations: &E, iterations: u32, effort: &mut Effort<'_>) -> Reached {
+    fn lead(&mut self, equations: &E, iterations: u32, effort: &mut SolveEffort<'_>) -> Reached {
         let map = NaturalMap::with_compliance(COMPLIANCE);
         let until = Until { iterations, ..Until::converged(equations) };
         let Self { newton, iterate, .. } = self;
@@ -495,7 +517,7 @@ impl<E: Equations> Descent<E> {
     }
 
     /// The same in a few iterations from where an interior point of a structure ended; where that leads nowhere, compliance on changes from there.
-    fn stand(&mut self, equations: &E, effort: &mut Effort<'_>) -> Reached {
+    fn stand(&mut self, equations: &E, effort: &mut SolveEffort<'_>) -> Reached {
         self.last_of_path.copy_from(&self.iterate);
         let reached = self.lead(equations, STANDING_ITERATIONS, effort);
         if reached.selected && reached.residual <= equations.tolerances().solved {
@@ -508,7 +530,12 @@ impl<E: Equations> Descent<E> {
     /// Solves the law without compliance from where the iterate is: as it is, or by compliance on
     /// changes from there alone, in one of these ways after another. What is found so is near, and is taken although the law with
     /// compliance did not select it.
-    fn keep(&mut self, equations: &E, ways: &[(f64, f64)], effort: &mut Effort<'_>) -> Reached {
+    fn keep(
+        &mut self,
+        equations: &E,
+        ways: &[(f64, f64)],
+        effort: &mut SolveEffort<'_>,
+    ) -> Reached {
         let mut residual = f64::INFINITY;
         for &way in ways {
             residual = self.take_out(equations, way, effort);
@@ -521,7 +548,7 @@ impl<E: Equations> Descent<E> {
 
     /// Solves the law without compliance from a point near a solution, in every way there
     /// is. Returns its residual.
-    fn polish(&mut self, equations: &E, compliance: f64, effort: &mut Effort<'_>) -> f64 {
+    fn polish(&mut self, equations: &E, compliance: f64, effort: &mut SolveEffort<'_>) -> f64 {
         let solved = equations.tolerances().solved;
         let takes_out_first = equations.policy().takes_out_first;
         if takes_out_first {
@@ -553,7 +580,7 @@ impl<E: Equations> Descent<E> {
 
     /// Takes the compliance out by acting on changes alone, with one scaling of the natural map
     /// after another. Returns the residual.
-    fn take_out_sharply(&mut self, equations: &E, effort: &mut Effort<'_>) -> f64 {
+    fn take_out_sharply(&mut self, equations: &E, effort: &mut SolveEffort<'_>) -> f64 {
         let mut residual = f64::INFINITY;
         for sharpness in PROXIMAL_SHARPNESSES {
             residual = self.take_out(equations, (FIRST_PROXIMAL, sharpness), effort);

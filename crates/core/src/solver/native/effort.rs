@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Counts the iterations of an island, over all its starts, and asks for an interrupt before each.
 #[derive(Debug)]
-pub(super) struct Effort<'a> {
+pub(super) struct SolveEffort<'a> {
     interrupt: Option<&'a AtomicBool>,
     iterations: u32,
     /// How many more there may be, and how many must be left for other starts when this one ends.
@@ -17,7 +17,7 @@ pub(super) struct Effort<'a> {
     interrupted: bool,
 }
 
-impl<'a> Effort<'a> {
+impl<'a> SolveEffort<'a> {
     /// That of an island of so many `bodies` and `contacts`: fewer iterations where each takes longer.
     pub(super) fn new(step: &Step<'a>, bodies: usize, contacts: usize) -> Self {
         Self::of(step.interrupt, Policy::of(bodies).budget, contacts)

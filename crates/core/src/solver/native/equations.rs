@@ -96,14 +96,14 @@ pub(super) fn reserve<T>(list: &mut Vec<T>, count: usize) {
 
 /// Size of all residuals at a point.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Residual {
+pub(super) struct MapResidual {
     /// Largest entry, m/s.
     pub(super) largest: f64,
     /// Sum of squares, m²/s².
     pub(super) squared: f64,
 }
 
-impl Residual {
+impl MapResidual {
     /// Adds numbers that have no axes.
     pub(super) fn add_all(&mut self, numbers: &[f64]) {
         for number in numbers {
@@ -157,7 +157,7 @@ impl<S: Slope> Elimination<S> {
 /// What the equations of one body and of several have alike: the couplings, and what a solver is to
 /// know of the step.
 #[derive(Debug, Clone)]
-pub(super) struct Setting {
+pub(super) struct StepSetting {
     pub(super) couplings: Vec<Coupling>,
     /// The graphs of joints' axes.
     pub(super) graphs: Vec<Graph>,
@@ -168,7 +168,7 @@ pub(super) struct Setting {
     pub(super) unsettled: f64,
 }
 
-impl Setting {
+impl StepSetting {
     /// No couplings yet.
     pub(super) fn new(tolerances: Tolerances) -> Self {
         Self {
@@ -250,8 +250,8 @@ pub(super) trait Equations {
     /// Whether joints may tie the bodies.
     const MAY_BE_TIED: bool = false;
 
-    fn setting(&self) -> &Setting;
-    fn setting_mut(&mut self) -> &mut Setting;
+    fn setting(&self) -> &StepSetting;
+    fn setting_mut(&mut self) -> &mut StepSetting;
     /// How their solution is sought.
     fn policy(&self) -> &'static Policy;
     /// How many bodies bring the momentum that the impulses share.
@@ -305,7 +305,7 @@ pub(super) trait Equations {
         velocity: &Self::Velocity,
         impulses: &[Vector3<f64>],
         scratch: &mut Self::Scratch,
-    ) -> Residual;
+    ) -> MapResidual;
     /// u of coupling `index` (N2), m/s, world.
     fn point(&self, index: usize, velocity: &Self::Velocity) -> Vector3<f64>;
     /// Adds to the velocities what an impulse p̂ more at coupling `index` makes of them.
@@ -322,7 +322,7 @@ pub(super) trait Equations {
     /// behind. `false` where an answer is missing or the system is singular.
     fn linearise(
         &self,
-        at: Point<'_, Self>,
+        at: EvaluatedPoint<'_, Self>,
         answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
         eliminations: &mut Vec<Elimination<Self::Slope>>,
         system: &mut Self::System,
@@ -353,7 +353,7 @@ pub(super) trait Equations {
 
 /// A point of an iteration that was evaluated: the velocities, u of every coupling, and
 /// what the evaluation left in its memory.
-pub(super) struct Point<'a, E: Equations + ?Sized> {
+pub(super) struct EvaluatedPoint<'a, E: Equations + ?Sized> {
     pub(super) velocity: &'a E::Velocity,
     pub(super) points: &'a [Vector3<f64>],
     pub(super) scratch: &'a E::Scratch,

@@ -2,7 +2,7 @@
 //! its spin (N3). Equation numbers are those of `docs/native-solver.md`.
 
 use super::coupling::{Coupling, Lever};
-use super::turning::Turning;
+use super::turning::BodyTurning;
 use nalgebra::{Matrix3, Vector3};
 
 /// u (N2) of a coupling of a body that ends with the velocity `linear` (m/s, world) and turns as
@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, Vector3};
 #[inline]
 pub(super) fn point_velocity(
     coupling: &Coupling,
-    turning: &Turning,
+    turning: &BodyTurning,
     linear: &Vector3<f64>,
 ) -> Vector3<f64> {
     let Lever { centre, radius, .. } = &coupling.lever;
@@ -34,7 +34,7 @@ pub(super) fn point_velocity(
 pub(super) fn slope(
     coupling: &Coupling,
     rotation: &Matrix3<f64>,
-    turning: &Turning,
+    turning: &BodyTurning,
     swept: &Vector3<f64>,
 ) -> Matrix3<f64> {
     let Lever { centre, arm, radius, torque_map } = &coupling.lever;

@@ -1,12 +1,12 @@
-//! A sparse linear system of nodes of any size, eliminated in the fronts of a [plan](Plan) by dense kernels on contiguous columns.
+//! A sparse linear system of nodes of any size, eliminated in the fronts of a [plan](FrontPlan) by dense kernels on contiguous columns.
 //!
 //! The pattern is symmetric, the numbers are not. Pivots are sought inside a front's own rows.
 
-use super::dense::{FrontView, Packed};
-use super::plan::{Plan, Run};
+use super::dense::{FrontView, PackedBlocks};
+use super::plan::{FrontPlan, RowRun};
 use nalgebra::Matrix6;
 
-/// The numbers of a system of a [`Plan`], and their factors in their place after
+/// The numbers of a system of a [`FrontPlan`], and their factors in their place after
 /// [`Fronts::factorise`].
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Fronts {
@@ -17,12 +17,12 @@ pub(crate) struct Fronts {
     /// What fronts leave behind that did not go into another one yet, and that of the front at hand.
     stack: Vec<f64>,
     rest: Vec<f64>,
-    packed: Packed,
+    packed: PackedBlocks,
 }
 
 impl Fronts {
     /// A matrix with ones on its diagonal.
-    pub(crate) fn begin_unit(&mut self, plan: &Plan) {
+    pub(crate) fn begin_unit(&mut self, plan: &FrontPlan) {
         self.begin(plan);
         for front in &plan.fronts {
             for k in 0..front.own {
@@ -32,7 +32,7 @@ impl Fronts {
     }
 
     /// A matrix of zeros.
-    pub(crate) fn begin(&mut self, plan: &Plan) {
+    pub(crate) fn begin(&mut self, plan: &FrontPlan) {
         self.low.clear();
         self.low.resize(plan.entries.0, 0.0);
         self.up.clear();
@@ -45,7 +45,7 @@ impl Fronts {
     /// column after column.
     pub(crate) fn add(
         &mut self,
-        plan: &Plan,
+        plan: &FrontPlan,
         (row, column): (usize, usize),
         rows: usize,
         block: &[f64],
@@ -59,7 +59,11 @@ impl Fronts {
 
     /// Where the numbers of a block at the places `row` and `column` are: the first one, how far columns are apart, and in which
     /// list.
-    fn at(&mut self, plan: &Plan, (row, column): (usize, usize)) -> (usize, usize, &mut [f64]) {
+    fn at(
+        &mut self,
+        plan: &FrontPlan,
+        (row, column): (usize, usize),
+    ) -> (usize, usize, &mut [f64]) {
         let front = &plan.fronts[plan.front_of[row.min(column)]];
         if front.numbers().contains(&column) {
             let first = (column - front.begin) * front.rows() + plan.within(front, row);
@@ -71,7 +75,7 @@ impl Fronts {
     }
 
     /// A block of six at places of the plan.
-    pub(super) fn block(&mut self, plan: &Plan, at: (usize, usize)) -> Matrix6<f64> {
+    pub(super) fn block(&mut self, plan: &FrontPlan, at: (usize, usize)) -> Matrix6<f64> {
         let (first, stride, from) = self.at(plan, at);
         let mut block = Matrix6::zeros();
         for (k, column) in block.data.0.iter_mut().enumerate() {
@@ -81,7 +85,7 @@ impl Fronts {
     }
 
     /// Makes it this one.
-    pub(super) fn set_block(&mut self, plan: &Plan, at: (usize, usize), block: &Matrix6<f64>) {
+    pub(super) fn set_block(&mut self, plan: &FrontPlan, at: (usize, usize), block: &Matrix6<f64>) {
         let (first, stride, to) = self.at(plan, at);
         for (k, column) in block.data.0.iter().enumerate() {
             to[first + k * stride..][..6].copy_from_slice(column);
@@ -89,7 +93,7 @@ impl Fronts {
     }
 
     /// Factorises the matrix; `false` where a front is singular.
-    pub(crate) fn factorise(&mut self, plan: &Plan) -> bool {
+    pub(crate) fn factorise(&mut self, plan: &FrontPlan) -> bool {
         let Self { low, up, swaps, stack, rest, packed } = self;
         stack.clear();
         for front in &plan.fronts {
@@ -121,14 +125,14 @@ impl Fronts {
 
     /// Solves the factorised system for a right-hand side by places, in its memory.
     /// What is behind a front is gathered in `behind`.
-    pub(crate) fn solve(&self, plan: &Plan, values: &mut [f64], behind: &mut Vec<f64>) {
+    pub(crate) fn solve(&self, plan: &FrontPlan, values: &mut [f64], behind: &mut Vec<f64>) {
         self.solve_all::<1>(plan, values.as_chunks_mut().0, behind);
     }
 
     /// The same for several right-hand sides, the numbers of a place beside each other.
     pub(crate) fn solve_all<const C: usize>(
         &self,
-        plan: &Plan,
+        plan: &FrontPlan,
         values: &mut [[f64; C]],
         behind: &mut Vec<f64>,
     ) {
@@ -182,7 +186,7 @@ impl Fronts {
 
 impl Fronts {
     /// The same for the transposed matrix: the ways there and back in the other order, each transposed.
-    pub(super) fn solve_transposed(&self, plan: &Plan, values: &mut [f64]) {
+    pub(super) fn solve_transposed(&self, plan: &FrontPlan, values: &mut [f64]) {
         for front in &plan.fronts {
             let (low, up) = (&self.low[front.columns()], &self.up[front.across()]);
             for (k, column) in low.chunks_exact(front.rows()).enumerate() {
@@ -218,7 +222,7 @@ impl Fronts {
 impl FrontView<'_> {
     /// Adds what a front before left behind it, `size` rows and columns, to the front's own rows and columns and to
     /// `rest` behind them.
-    fn assemble(&mut self, rest: &mut [f64], (left, size): (&[f64], usize), runs: &[Run]) {
+    fn assemble(&mut self, rest: &mut [f64], (left, size): (&[f64], usize), runs: &[RowRun]) {
         let (own, rows) = (self.own, self.own + self.behind);
         for columns in runs {
             for k in 0..columns.count {
@@ -263,7 +267,7 @@ mod tests {
                     }
                 }
             }
-            let plan = Plan::new(&sizes, pairs.iter().copied());
+            let plan = FrontPlan::new(&sizes, pairs.iter().copied());
             let size = plan.size();
             assert_eq!(size, sizes.iter().sum::<usize>());
             fronts.begin_unit(&plan);
@@ -299,7 +303,7 @@ mod tests {
 
     #[test]
     fn a_singular_system_is_none() {
-        let plan = Plan::new(&[2, 2], [(0, 1)].into_iter());
+        let plan = FrontPlan::new(&[2, 2], [(0, 1)].into_iter());
         let mut fronts = Fronts::default();
         fronts.begin(&plan);
         assert!(!fronts.factorise(&plan));

@@ -3,8 +3,8 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::effort::Effort;
-use super::equations::{Elimination, Equations, Point, Velocities, reserve};
+use super::effort::SolveEffort;
+use super::equations::{Elimination, Equations, EvaluatedPoint, Velocities, reserve};
 use super::law::{Answer, Barrier, Pending};
 use super::newton::Iterate;
 use nalgebra::Vector3;
@@ -67,7 +67,7 @@ impl<E: Equations> InteriorPoint<E> {
         equations: &E,
         (scale, enough): (f64, f64),
         iterate: &mut Iterate<E>,
-        effort: &mut Effort<'_>,
+        effort: &mut SolveEffort<'_>,
     ) {
         let speed = self.start(equations, scale, iterate);
         let target = enough * speed * speed;
@@ -97,7 +97,7 @@ impl<E: Equations> InteriorPoint<E> {
         equations: &E,
         (scale, kappa): (f64, f64),
         iterate: &mut Iterate<E>,
-        effort: &mut Effort<'_>,
+        effort: &mut SolveEffort<'_>,
     ) -> bool {
         /// What products may miss, as a part of κ.
         const CENTRED: f64 = 1e-10;
@@ -187,7 +187,7 @@ impl<E: Equations> InteriorPoint<E> {
         equations.set_points(velocity, scratch, points);
         pending.clear();
         let linearised = equations.linearise(
-            Point { velocity, points, scratch, slack: 0.0 },
+            EvaluatedPoint { velocity, points, scratch, slack: 0.0 },
             |index, coupling, u| {
                 let (barrier, frame) = (&barriers[index], &coupling.rows.frame);
                 let aim = (0.0, &barrier.nothing());

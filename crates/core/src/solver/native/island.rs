@@ -15,10 +15,10 @@ mod slopes;
 mod tangent;
 
 use super::coupling::{Coupling, approach};
-use super::equations::{Determined, Equations, Setting, Velocity};
-use super::member::Member;
+use super::equations::{Determined, Equations, StepSetting, Velocity};
+use super::member::IslandBody;
 use super::pattern::Pattern;
-use super::round_motion::Round;
+use super::round_motion::RoundRows;
 use super::tolerances::{SLOW, Tolerances};
 use crate::contact::{Contact, Partner, torque_map_of};
 use crate::joint::Turn;
@@ -32,14 +32,14 @@ pub(super) use gears::IslandSlope;
 use gears::Train;
 pub(super) use joints::JointPlace;
 use motion::Both;
-pub(super) use tangent::{GearRow, HeldSide};
+pub(super) use tangent::{GearTangent, HeldSide};
 
 /// Which bodies of the island a coupling joins.
 #[derive(Debug, Clone, Copy)]
-struct Link {
+struct CouplingLink {
     /// A; of a gear one of its bodies.
     a: usize,
-    kind: Kind,
+    kind: CouplingKind,
     /// B, where it is no fixed thing.
     b: Option<Other>,
     /// What it has to do with energy.
@@ -48,7 +48,7 @@ struct Link {
 
 /// What a coupling is of, with its place among those of its kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum CouplingKind {
     /// A point.
     Point,
     /// Two round features.
@@ -59,10 +59,10 @@ enum Kind {
     Gear(usize),
 }
 
-impl Link {
+impl CouplingLink {
     /// Whether the impulse is one of forces; that of a turn is one of torques alone.
     fn pushes(&self) -> bool {
-        !matches!(self.kind, Kind::Turn(_))
+        !matches!(self.kind, CouplingKind::Turn(_))
     }
 }
 
@@ -84,11 +84,11 @@ pub(super) struct Island {
     begun: u64,
     /// M, kg.
     mass: f64,
-    members: Vec<Member>,
-    setting: Setting,
-    links: Vec<Link>,
+    members: Vec<IslandBody>,
+    setting: StepSetting,
+    links: Vec<CouplingLink>,
     /// What couplings of two round features have beyond others.
-    rounds: Vec<Round>,
+    rounds: Vec<RoundRows>,
     /// The turns of joints.
     turns: Vec<Turn>,
     /// The joints of the island, and where their couplings are.
@@ -114,7 +114,7 @@ impl Island {
             begun: 0,
             mass: 1.0,
             members: Vec::new(),
-            setting: Setting::new(Tolerances::of(world, 0.0)),
+            setting: StepSetting::new(Tolerances::of(world, 0.0)),
             links: Vec::new(),
             rounds: Vec::new(),
             turns: Vec::new(),
@@ -137,7 +137,7 @@ impl Island {
         let logarithms: f64 = indices.iter().map(|&index| libm::log(bodies[index].mass())).sum();
         self.mass = libm::exp(logarithms / indices.len() as f64);
         self.members.clear();
-        self.members.extend(indices.iter().map(|&index| Member::new(step, index, self.mass)));
+        self.members.extend(indices.iter().map(|&index| IslandBody::new(step, index, self.mass)));
         self.links.clear();
         self.rounds.clear();
         self.turns.clear();
@@ -151,7 +151,7 @@ impl Island {
     }
 
     /// Its bodies, in their order.
-    pub(super) fn members(&self) -> &[Member] {
+    pub(super) fn members(&self) -> &[IslandBody] {
         &self.members
     }
 
@@ -179,13 +179,13 @@ impl Island {
             Partner::Ground | Partner::Fixed(_) => None,
         };
         let (h, level) = (self.time_step, self.setting.tolerances.level);
-        let kind = contact.features.curved.map_or(Kind::Point, |curved| {
+        let kind = contact.features.curved.map_or(CouplingKind::Point, |curved| {
             let approach = approach(contact, h, level);
             let (way, carried) = (contact.way(), Vector3::zeros());
-            self.rounds.push(Round { curved, way, approach, carried });
-            Kind::Round(self.rounds.len() - 1)
+            self.rounds.push(RoundRows { curved, way, approach, carried });
+            CouplingKind::Round(self.rounds.len() - 1)
         });
-        self.links.push(Link { a, kind, b, source: Source::Contact });
+        self.links.push(CouplingLink { a, kind, b, source: Source::Contact });
         let share = self.members[a].share;
         self.setting.admit(Coupling::of_contact(contact, h, (share, level)));
     }
@@ -193,14 +193,14 @@ impl Island {
     /// Has surfaces carry what touches at the contact that was admitted last with `carried` (m/s, world).
     pub(super) fn carry(&mut self, carried: Vector3<f64>) {
         self.setting.carry(&carried);
-        if let Some(Kind::Round(round)) = self.links.last().map(|link| link.kind) {
+        if let Some(CouplingKind::Round(round)) = self.links.last().map(|link| link.kind) {
             self.rounds[round].carried = carried;
         }
     }
 
     /// Ties the bodies by the couplings that were admitted: no more are to come.
     pub(super) fn tie(&mut self) {
-        let pair = |link: &Link| link.b.as_ref().map(|other| (link.a, other.index));
+        let pair = |link: &CouplingLink| link.b.as_ref().map(|other| (link.a, other.index));
         let of_gears = self.gears.iter().flat_map(Train::pairs);
         let pairs = self.links.iter().filter_map(pair).chain(of_gears);
         self.pattern.set(self.members.len(), pairs);

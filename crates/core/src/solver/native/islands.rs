@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 /// The islands of a step, in the order of their first bodies, and what each consists of.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Islands {
+pub(super) struct IslandParts {
     /// For each body, another one of its island, at last the first one (union–find).
     parents: Vec<usize>,
     /// For each body, its island; [`NONE`] for a body without contact.
@@ -133,7 +133,7 @@ pub(super) struct IslandView<'a> {
     pub(super) unsettled: f64,
 }
 
-impl Islands {
+impl IslandParts {
     /// Finds the islands of a step. The first `known` contacts have been seen by the last call in
     /// the same step; without one, `first`, what joints tie is to be solved. Islands with a `marked` body are
     /// to be solved all the same.

@@ -26,17 +26,17 @@ mod rest;
 mod slopes;
 mod tied;
 
-use super::islands::{IslandView, Islands, KnownForces, Marked};
+use super::islands::{IslandParts, IslandView, KnownForces, Marked};
 use crate::contact::Contact;
 use crate::derivative::{EndMap, StateChange, nearest_unseen};
 use crate::error::{Error, in_range};
 use crate::mechanics::{State, Wrench};
 use crate::step::{Step, StepSolution};
 use crate::world::Constant;
-use constants::{Constants, Shape};
+use constants::{ConstantChanges, ConstantsBase};
 use island::LinearIsland;
 use nalgebra::{SMatrix, Vector3};
-use rest::{FEW_BODIES, Rest};
+use rest::{FEW_BODIES, RestingStep};
 use tied::Slots;
 
 /// A change of a step's data, lists over the bodies of the world; an empty list is no change.
@@ -92,12 +92,12 @@ pub struct StepDerivative {
     count: usize,
     /// X⁺ by X, V⁺ and h of every body; `None` of one that is held.
     ends: Vec<Option<EndMap>>,
-    shapes: Vec<Shape>,
+    shapes: Vec<ConstantsBase>,
     slots: Slots,
     /// How many numbers each constant has, in the order of [`Constant::ALL`].
     widths: [usize; Constant::ALL.len()],
     /// Memory of the search for islands.
-    found: Islands,
+    found: IslandParts,
     alone: Vec<bool>,
     places: Vec<usize>,
     /// The states at the end with compliance, of the island at hand.
@@ -113,7 +113,7 @@ pub struct StepDerivative {
     /// By what the step that is differentiated differs from the exact one.
     smoothing: Option<Smoothing>,
     /// What it is the derivative of, where nothing moved.
-    rest: Option<Box<Rest>>,
+    rest: Option<Box<RestingStep>>,
     /// Of such a step what was found of the bodies [asked](StepDerivative::by_state) for.
     at_rest: Vec<Vec<SMatrix<f64, 12, 12>>>,
     /// Of all bodies the transposed slopes of V⁺ in it, once they were asked for.
@@ -186,7 +186,7 @@ impl StepDerivative {
             return Ok(());
         }
         self.linearise_anew(step, contacts, solution)?;
-        self.rest = Rest::of(step, contacts, solution);
+        self.rest = RestingStep::of(step, contacts, solution);
         Ok(())
     }
 
@@ -215,7 +215,7 @@ impl StepDerivative {
             (!world.is_held(body)).then_some(map)
         }));
         self.shapes.clear();
-        self.shapes.extend(world.bodies().iter().map(Shape::of));
+        self.shapes.extend(world.bodies().iter().map(ConstantsBase::of));
         self.slots.set(world);
         self.widths = Constant::ALL.map(|constant| match constant {
             of if of.is_of_drives() || of.is_of_gears() => self.slots.width(of),
@@ -369,7 +369,8 @@ impl StepDerivative {
         }
         for linear in &mut self.islands[..self.count] {
             let constants = (!change.constants.is_empty()).then_some(&numbers);
-            let constants = constants.map(|numbers| Constants { shapes: &self.shapes, numbers });
+            let constants =
+                constants.map(|numbers| ConstantChanges { shapes: &self.shapes, numbers });
             linear.push(change, constants, (&self.gravity, &self.ends), end);
         }
         Ok(())

@@ -4,7 +4,7 @@
 
 use super::equations::Velocity;
 use super::tolerances::{LARGE_TURN, TURN_GAIN};
-use super::turning::Turning;
+use super::turning::BodyTurning;
 use crate::mechanics::quaternion::rotation;
 use crate::mechanics::{Rotation, Wrench};
 use crate::step::Step;
@@ -44,7 +44,7 @@ impl BodyGiven {
 
 /// One body of an island.
 #[derive(Debug, Clone)]
-pub(super) struct Member {
+pub(super) struct IslandBody {
     /// h, s.
     time_step: f64,
     /// By which equation it turns.
@@ -72,7 +72,7 @@ pub(super) struct Member {
     mass: f64,
 }
 
-impl Member {
+impl IslandBody {
     /// Room for one.
     pub(super) fn room() -> Self {
         let (zero, nothing) = (Vector3::zeros(), Velocity::zero());
@@ -269,14 +269,18 @@ impl Member {
     }
 
     /// How its points turn in a step that ends with a `spin`.
-    pub(super) fn turning(&self, spin: Vector3<f64>) -> Turning {
-        Turning::new(&self.rotation, spin, self.time_step)
+    pub(super) fn turning(&self, spin: Vector3<f64>) -> BodyTurning {
+        BodyTurning::new(&self.rotation, spin, self.time_step)
     }
 
     /// The same, and how its frame turns back.
     #[inline]
-    pub(super) fn set_turnings(&self, spin: &Vector3<f64>, both: (&mut Turning, &mut Turning)) {
-        Turning::set_there_and_back(&self.rotation, spin, self.time_step, both);
+    pub(super) fn set_turnings(
+        &self,
+        spin: &Vector3<f64>,
+        both: (&mut BodyTurning, &mut BodyTurning),
+    ) {
+        BodyTurning::set_there_and_back(&self.rotation, spin, self.time_step, both);
     }
 
     /// v⁺ + Gᵀ ω̃⁺ (eq. 29): how the point with this torque map moves after the impulses.

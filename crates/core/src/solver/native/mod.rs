@@ -55,14 +55,14 @@ use crate::step::{
     ContactForce, IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus,
 };
 use crate::world::World;
-use descent::Outcome;
+use descent::DescentOutcome;
 use equations::changes;
-use islands::{IslandView, Islands, Marked};
-pub use law::Piece;
+use islands::{IslandParts, IslandView, Marked};
+pub use law::MapPiece;
 pub use linearised::{Smoothing, StepChange, StepDerivative, StepGradient};
 use nalgebra::Vector3;
-use part::{Asked, Part, Parts};
-use policy::{Policy, Start};
+use part::{IslandPart, PartRequest, Parts};
+use policy::{Policy, StartMethod};
 pub(crate) use posed::solve as solve_problem;
 pub use starts::STARTS;
 #[cfg(feature = "threads")]
@@ -79,11 +79,11 @@ pub struct NativeSolver {
     /// What steps are solved to, in a world of the speed scale 1, and times the speed scale of the last one, m/s.
     residual: f64,
     accepted: f64,
-    islands: Islands,
+    islands: IslandParts,
     /// The problems of the islands; memory is kept from step to step.
     parts: Parts,
     /// Of every body, how the problem of its island ended.
-    ends: Vec<End>,
+    ends: Vec<IslandEnd>,
     /// Memory of [`NativeSolver::reached`] and [`NativeSolver::admit_foreseen`].
     reached: Vec<State>,
     /// Memory of [`NativeSolver::solve_marked`]: the bodies whose problems were solved roughly.
@@ -99,13 +99,13 @@ impl NativeSolver {
     /// A solver for steps of `world`.
     #[must_use]
     pub fn new(world: &World) -> Self {
-        let mut first = Part::default();
+        let mut first = IslandPart::default();
         let points = world.bodies().iter().map(|body| body.contact_points().len());
         first.reserve(world, points.max().unwrap_or(0));
         Self {
             residual: ACCEPTED_RESIDUAL,
             accepted: ACCEPTED_RESIDUAL * world.speed_scale(),
-            islands: Islands::default(),
+            islands: IslandParts::default(),
             parts: Parts::new(first),
             ends: Vec::new(),
             reached: Vec::with_capacity(world.bodies().len()),
@@ -158,7 +158,7 @@ impl NativeSolver {
     #[must_use]
     pub fn pieces(&self) -> Vec<ContactPiece> {
         let contacts = self.islands.all().map(|(_, island)| island.contacts.len()).sum();
-        let open = ContactPiece { piece: Piece::Open, margin: f64::INFINITY };
+        let open = ContactPiece { piece: MapPiece::Open, margin: f64::INFINITY };
         let mut pieces = vec![open; contacts];
         for (number, island) in self.islands.all() {
             self.parts.get(number).write_pieces(&island, &mut pieces);
@@ -230,7 +230,7 @@ impl NativeSolver {
         let Self { islands, rests, .. } = self;
         islands.keep(step, (contacts, known), rests, solution);
         self.parts.assign(&self.islands, step.states.len());
-        let asked = Asked { accepted: self.accepted, loosened: self.loosened(), roughly };
+        let asked = PartRequest { accepted: self.accepted, loosened: self.loosened(), roughly };
         let is_solved = self.solve_on_threads(step, contacts, asked)?;
         // In the order of the islands, on whichever threads they were solved.
         let mut iterations = 0_u32;
@@ -240,13 +240,13 @@ impl NativeSolver {
                 part.solve(step, contacts, &island, asked)?;
             }
             let ended = part.write(step, contacts, &island, solution);
-            let Outcome { solved, start, retried, rough, .. } = ended.outcome;
+            let DescentOutcome { solved, start, retried, rough, .. } = ended.outcome;
             let moved = start.is_of_crowds();
             for &body in island.bodies {
                 let end = &mut self.ends[body];
                 let retried = end.retried || retried;
                 let is_quiet = solved && !retried && !rough && ended.iterations == 0;
-                *end = End { solved, start, retried, moved, rough, is_quiet };
+                *end = IslandEnd { solved, start, retried, moved, rough, is_quiet };
             }
             iterations = iterations.saturating_add(ended.iterations);
         }
@@ -295,8 +295,8 @@ impl NativeSolver {
             (true, true) => StepStatus::Retried,
             (false, _) => StepStatus::Failed,
         };
-        let later = self.ends.iter().find(|end| end.start != Start::Previous);
-        let start = later.map_or(Start::Previous, |end| end.start);
+        let later = self.ends.iter().find(|end| end.start != StartMethod::Previous);
+        let start = later.map_or(StartMethod::Previous, |end| end.start);
         Ok(StepReport { status, iterations, start: Some(start.name()), message: None })
     }
 
@@ -320,7 +320,7 @@ impl NativeSolver {
         &mut self,
         step: &Step<'_>,
         contacts: &[Contact],
-        asked: Asked,
+        asked: PartRequest,
     ) -> Result<bool, Error> {
         let Self { islands, parts, threads, .. } = self;
         match threads {
@@ -333,7 +333,12 @@ impl NativeSolver {
 
     /// There are no threads.
     #[cfg(not(feature = "threads"))]
-    fn solve_on_threads(&mut self, _: &Step<'_>, _: &[Contact], _: Asked) -> Result<bool, Error> {
+    fn solve_on_threads(
+        &mut self,
+        _: &Step<'_>,
+        _: &[Contact],
+        _: PartRequest,
+    ) -> Result<bool, Error> {
         Ok(false)
     }
 }
@@ -342,7 +347,7 @@ impl NativeSolver {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactPiece {
     /// The piece of the natural map, with the compliance of the selection rule.
-    pub piece: Piece,
+    pub piece: MapPiece,
     /// How far the next piece is, m/s, in the contact's own scale: where it is small against what a
     /// change of the step's data moves, the solution has a kink.
     pub margin: f64,
@@ -350,9 +355,9 @@ pub struct ContactPiece {
 
 /// How the problem of a body's island ended.
 #[derive(Debug, Clone, Copy)]
-struct End {
+struct IslandEnd {
     solved: bool,
-    start: Start,
+    start: StartMethod,
     /// Whether it, or one that it grew out of in the same call, needed another start than its first.
     retried: bool,
     /// Whether it is that of a crowd whose forces change, to be gone on from.
@@ -363,11 +368,11 @@ struct End {
     is_quiet: bool,
 }
 
-impl End {
+impl IslandEnd {
     /// That of free flight.
     const FREE: Self = Self {
         solved: true,
-        start: Start::Previous,
+        start: StartMethod::Previous,
         retried: false,
         moved: false,
         rough: false,
@@ -413,10 +418,10 @@ impl StepSolver for NativeSolver {
         // What was not solved at once has a report of its own.
         self.rests.truncate(self.ends.len());
         for (rests, end) in self.rests.iter_mut().zip(&self.ends) {
-            *rests &= end.is_quiet && end.start == Start::Previous;
+            *rests &= end.is_quiet && end.start == StartMethod::Previous;
         }
         self.ends.clear();
-        self.ends.resize(step.states.len(), End::FREE);
+        self.ends.resize(step.states.len(), IslandEnd::FREE);
         self.solve_marked(step, Marked::NONE, candidates, solution)
     }
 

@@ -6,9 +6,9 @@ mod iterate;
 mod limit;
 
 use super::coupling::Coupling;
-use super::effort::Effort;
-use super::equations::{Elimination, Equations, Point, Residual, Velocities, reserve};
-use super::law::{Answer, NaturalMap, Piece};
+use super::effort::SolveEffort;
+use super::equations::{Elimination, Equations, EvaluatedPoint, MapResidual, Velocities, reserve};
+use super::law::{Answer, MapPiece, NaturalMap};
 use super::tolerances::{
     CROWD_JUMPS, CROWD_SHORTEST_STEP, FAST_FACTORS, JUMPS, KEPT_SLOPES, NEWTON_ITERATIONS,
     PROXIMAL_SHORTEST_STEP, SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
@@ -18,7 +18,7 @@ use nalgebra::Vector3;
 pub(super) use iterate::{Iterate, evaluate, evaluate_again, exact_residual};
 
 /// Every coupling eliminated, and the piece that it is on.
-pub(super) type Linearised<'a, E> = (&'a [Elimination<<E as Equations>::Slope>], &'a [Piece]);
+pub(super) type Linearised<'a, E> = (&'a [Elimination<<E as Equations>::Slope>], &'a [MapPiece]);
 
 /// When an iteration ends.
 #[derive(Debug, Clone, Copy)]
@@ -41,19 +41,19 @@ impl Until {
 pub(super) struct Newton<E: Equations> {
     trial: Iterate<E>,
     step: E::Velocity,
-    pieces: Vec<Piece>,
+    pieces: Vec<MapPiece>,
     eliminations: Vec<Elimination<E::Slope>>,
     system: E::System,
-    kept: Kept,
+    kept: KeptFactor,
     /// Whether the compliance in the matrix is alike in all directions, also of contacts that can roll.
     gives_alike: bool,
 }
 
 /// Of which point the eliminations and the factorised system are.
 #[derive(Debug, Clone, Default)]
-struct Kept {
+struct KeptFactor {
     /// The pieces there, and the compliance.
-    pieces: Vec<Piece>,
+    pieces: Vec<MapPiece>,
     compliance: f64,
     /// Whether they are good enough for the next step, too.
     are_good: bool,
@@ -67,7 +67,7 @@ impl<E: Equations> Newton<E> {
             pieces: Vec::new(),
             eliminations: Vec::new(),
             system: E::System::default(),
-            kept: Kept::default(),
+            kept: KeptFactor::default(),
             gives_alike: false,
         }
     }
@@ -88,7 +88,7 @@ impl<E: Equations> Newton<E> {
         map: &NaturalMap,
         (matrix, until): (f64, Until),
         iterate: &mut Iterate<E>,
-        effort: &mut Effort<'_>,
+        effort: &mut SolveEffort<'_>,
     ) -> bool {
         let merit = evaluate(equations, map, iterate);
         self.go_on(equations, map, (matrix, until), (merit, iterate), effort).0
@@ -100,9 +100,9 @@ impl<E: Equations> Newton<E> {
         equations: &E,
         map: &NaturalMap,
         (matrix, until): (f64, Until),
-        (mut merit, iterate): (Residual, &mut Iterate<E>),
-        effort: &mut Effort<'_>,
-    ) -> (bool, Residual) {
+        (mut merit, iterate): (MapResidual, &mut Iterate<E>),
+        effort: &mut SolveEffort<'_>,
+    ) -> (bool, MapResidual) {
         let tolerances = equations.tolerances();
         // Without compliance the iteration is near a solution, and to stay there.
         let jumps = if in_crowd(equations) { CROWD_JUMPS } else { JUMPS };
@@ -163,7 +163,7 @@ impl<E: Equations> Newton<E> {
         map: &NaturalMap,
         (until, evaluated): (Until, bool),
         iterate: &mut Iterate<E>,
-        effort: &mut Effort<'_>,
+        effort: &mut SolveEffort<'_>,
     ) -> bool {
         let compliance = map.compliance;
         iterate.keep_impulses(equations, map);
@@ -207,13 +207,13 @@ impl<E: Equations> Newton<E> {
         self.find_pieces(equations, map, iterate);
         self.kept.are_good = false;
         let Iterate { velocity, points, scratch, .. } = iterate;
-        let at = Point { velocity, points, scratch, slack: 0.0 };
+        let at = EvaluatedPoint { velocity, points, scratch, slack: 0.0 };
         let is_regular = equations.linearise(at, answer, &mut self.eliminations, &mut self.system);
         is_regular.then_some((&self.eliminations, &self.pieces))
     }
 
     /// The pieces that were found last.
-    pub(super) fn pieces(&self) -> &[Piece] {
+    pub(super) fn pieces(&self) -> &[MapPiece] {
         &self.pieces
     }
 
@@ -239,7 +239,8 @@ impl<E: Equations> Newton<E> {
         let Self { step, pieces, eliminations, system, kept, .. } = self;
         let keeps = in_crowd(equations) && !iterate.shifts.is_empty();
         let slack = if keeps { KEPT_SLOPES * matrix } else { 0.0 };
-        let (at, graphs) = (Point { velocity, points, scratch, slack }, equations.graphs());
+        let (at, graphs) =
+            (EvaluatedPoint { velocity, points, scratch, slack }, equations.graphs());
         let answer = |index: usize, coupling: &Coupling| {
             let alike;
             let mut rows = &coupling.rows;
@@ -277,8 +278,8 @@ impl<E: Equations> Newton<E> {
         equations: &E,
         map: &NaturalMap,
         iterate: &mut Iterate<E>,
-        merit: &Residual,
-    ) -> Option<Residual> {
+        merit: &MapResidual,
+    ) -> Option<MapResidual> {
         let shortest = match (in_crowd(equations), iterate.shifts.is_empty()) {
             (false, _) => SHORTEST_STEP,
             (true, true) => CROWD_SHORTEST_STEP,

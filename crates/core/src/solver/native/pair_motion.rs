@@ -5,12 +5,12 @@
 use super::coupling::{Coupling, Lever};
 use super::equations::Velocity;
 use super::fixed_motion::rolling;
-use super::turning::Turning;
+use super::turning::BodyTurning;
 use nalgebra::{ArrayStorage, Matrix3, Matrix3x6, Vector3, Vector6};
 
 /// The motion of a pair's touching point, seen from B.
 ///
-/// With s⁺ = r_A⁺ + A_A⁺ a − r_B⁺ and the sweeps K (see [`Turning`]) of A and of B backwards,
+/// With s⁺ = r_A⁺ + A_A⁺ a − r_B⁺ and the sweeps K (see [`BodyTurning`]) of A and of B backwards,
 ///
 /// ```text
 /// A_B (w⁺ − w)/h = v_A − v_B + A_A K_A a + A_B K_B(−ω_B) A_Bᵀ s⁺            (N10)
@@ -21,8 +21,8 @@ pub(super) struct PairMotion<'a> {
     coupling: &'a Coupling,
     /// A(q) of A and of B, body → world.
     rotations: (&'a Matrix3<f64>, &'a Matrix3<f64>),
-    a: &'a Turning,
-    b: &'a Turning,
+    a: &'a BodyTurning,
+    b: &'a BodyTurning,
     time_step: f64,
     /// v_A − v_B + A_A K_A a.
     relative: Vector3<f64>,
@@ -39,7 +39,7 @@ impl<'a> PairMotion<'a> {
         arm: &Vector3<f64>,
         apart: &Vector3<f64>,
         rotations: (&'a Matrix3<f64>, &'a Matrix3<f64>),
-        (a, b): (&'a Turning, &'a Turning),
+        (a, b): (&'a BodyTurning, &'a BodyTurning),
         time_step: f64,
     ) -> Self {
         let relative = apart + a.swept(&coupling.lever.centre);

@@ -1,12 +1,12 @@
 //! The problem of one island: its equations, of one body or of several, and their solution.
 
 use super::ContactPiece;
-use super::descent::{Descent, Known, Outcome};
-use super::effort::Effort;
+use super::descent::{Descent, DescentOutcome, Known};
+use super::effort::SolveEffort;
 use super::equations::{Equations, Velocity, reserve};
 use super::island::Island;
-use super::islands::{IslandView, Islands};
-use super::policy::Start;
+use super::islands::{IslandParts, IslandView};
+use super::policy::StartMethod;
 use super::single::Single;
 use crate::contact::Contact;
 use crate::error::Error;
@@ -19,20 +19,20 @@ use nalgebra::Vector3;
 /// The memory of an island's problem. What it keeps from step to step, the order of elimination above
 /// all, is of the island that it served last.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Part {
+pub(super) struct IslandPart {
     /// The island that it serves in this step, by its number, and the first body of the last one.
     island: Option<usize>,
     first: Option<usize>,
-    alone: Option<Box<Problem<Single>>>,
-    together: Option<Box<Problem<Island>>>,
+    alone: Option<Box<IslandProblem<Single>>>,
+    together: Option<Box<IslandProblem<Island>>>,
     /// The body that the last solve was of, where it was solved alone.
     only: Option<usize>,
-    ended: Ended,
+    ended: PartResult,
 }
 
 /// How well an island is to be solved.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Asked {
+pub(super) struct PartRequest {
     /// A residual that is no failure, m/s.
     pub(super) accepted: f64,
     /// How many times the usual residual it may have.
@@ -43,17 +43,17 @@ pub(super) struct Asked {
 
 /// How the last solve of an island ended.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Ended {
-    pub(super) outcome: Outcome,
+pub(super) struct PartResult {
+    pub(super) outcome: DescentOutcome,
     pub(super) iterations: u32,
 }
 
 /// Nothing was solved.
-impl Default for Ended {
+impl Default for PartResult {
     fn default() -> Self {
-        let outcome = Outcome {
+        let outcome = DescentOutcome {
             solved: false,
-            start: Start::Previous,
+            start: StartMethod::Previous,
             selected: false,
             retried: false,
             rough: false,
@@ -63,7 +63,7 @@ impl Default for Ended {
 }
 
 #[derive(Debug, Clone)]
-struct Problem<E: Equations> {
+struct IslandProblem<E: Equations> {
     equations: E,
     descent: Descent<E>,
     /// p̂ of the last step.
@@ -74,7 +74,7 @@ struct Problem<E: Equations> {
     room: usize,
 }
 
-impl<E: Equations> Problem<E> {
+impl<E: Equations> IslandProblem<E> {
     fn new(equations: E) -> Self {
         Self {
             equations,
@@ -101,9 +101,9 @@ impl<E: Equations> Problem<E> {
         step: &Step<'_>,
         island: &IslandView<'_>,
         mass: f64,
-        asked: Asked,
-        effort: &mut Effort<'_>,
-    ) -> Outcome {
+        asked: PartRequest,
+        effort: &mut SolveEffort<'_>,
+    ) -> DescentOutcome {
         let to_impulse = step.world.time_step() / mass;
         self.reserve(island.contacts.len() + 2 * island.joints.len() + island.gears.len());
         self.previous.clear();
@@ -150,7 +150,7 @@ impl<E: Equations> Problem<E> {
     }
 }
 
-impl Part {
+impl IslandPart {
     /// The number of the island that it serves.
     #[cfg(feature = "threads")]
     pub(super) fn island(&self) -> Option<usize> {
@@ -173,9 +173,9 @@ impl Part {
         step: &Step<'_>,
         contacts: &[Contact],
         island: &IslandView<'_>,
-        asked: Asked,
+        asked: PartRequest,
     ) -> Result<(), Error> {
-        let mut effort = Effort::new(step, island.bodies.len(), island.contacts.len());
+        let mut effort = SolveEffort::new(step, island.bodies.len(), island.contacts.len());
         self.only = only(contacts, island);
         let carries = step.world.has_surfaces();
         let outcome = if let Some(body) = self.only {
@@ -190,7 +190,7 @@ impl Part {
                 }
             }
             let mass = step.world.bodies()[body].mass();
-            problem.solve(step, island, mass, Asked { roughly: false, ..asked }, &mut effort)
+            problem.solve(step, island, mass, PartRequest { roughly: false, ..asked }, &mut effort)
         } else {
             let problem = together(&mut self.together, step.world);
             problem.equations.begin(step, island.bodies, island.unsettled);
@@ -211,7 +211,7 @@ impl Part {
             let mass = problem.equations.mass();
             problem.solve(step, island, mass, asked, &mut effort)
         };
-        self.ended = Ended { outcome, iterations: effort.iterations() };
+        self.ended = PartResult { outcome, iterations: effort.iterations() };
         effort.check()
     }
 
@@ -223,7 +223,7 @@ impl Part {
         contacts: &[Contact],
         island: &IslandView<'_>,
         solution: &mut StepSolution,
-    ) -> Ended {
+    ) -> PartResult {
         let view = (contacts, island);
         if let Some(body) = self.only {
             let problem = alone(&mut self.alone, step.world);
@@ -256,7 +256,7 @@ impl Part {
 /// The parts of a solver, and which of them serves which island.
 #[derive(Debug, Clone)]
 pub(super) struct Parts {
-    list: Vec<Part>,
+    list: Vec<IslandPart>,
     /// Of each island, its part.
     serving: Vec<usize>,
     /// Of each body, the part whose last island began with it; [`NONE`] without one.
@@ -266,13 +266,13 @@ pub(super) struct Parts {
 const NONE: usize = usize::MAX;
 
 impl Parts {
-    pub(super) fn new(first: Part) -> Self {
+    pub(super) fn new(first: IslandPart) -> Self {
         Self { list: vec![first], serving: Vec::new(), of_first: Vec::new() }
     }
 
     /// Gives every island the part that served it in the step before, the one that begins with the same
     /// body; of others one that is left over.
-    pub(super) fn assign(&mut self, islands: &Islands, bodies: usize) {
+    pub(super) fn assign(&mut self, islands: &IslandParts, bodies: usize) {
         if bodies == 1 && self.serving == [0] && self.list[0].island == Some(0) {
             return;
         }
@@ -302,7 +302,7 @@ impl Parts {
                 left += 1;
             }
             if left == self.list.len() {
-                self.list.push(Part::default());
+                self.list.push(IslandPart::default());
             }
             self.serving[number] = left;
             let part = &mut self.list[left];
@@ -311,18 +311,18 @@ impl Parts {
     }
 
     /// That of an island, as it is.
-    pub(super) fn get(&self, island: usize) -> &Part {
+    pub(super) fn get(&self, island: usize) -> &IslandPart {
         &self.list[self.serving[island]]
     }
 
     /// That of an island.
-    pub(super) fn of(&mut self, island: usize) -> &mut Part {
+    pub(super) fn of(&mut self, island: usize) -> &mut IslandPart {
         &mut self.list[self.serving[island]]
     }
 
     /// All of them, whether they serve an island or not.
     #[cfg(feature = "threads")]
-    pub(super) fn all(&mut self) -> &mut [Part] {
+    pub(super) fn all(&mut self) -> &mut [IslandPart] {
         &mut self.list
     }
 }
@@ -338,17 +338,17 @@ fn only(contacts: &[Contact], island: &IslandView<'_>) -> Option<usize> {
 }
 
 fn alone<'a>(
-    problem: &'a mut Option<Box<Problem<Single>>>,
+    problem: &'a mut Option<Box<IslandProblem<Single>>>,
     world: &World,
-) -> &'a mut Problem<Single> {
-    problem.get_or_insert_with(|| Box::new(Problem::new(Single::new(world))))
+) -> &'a mut IslandProblem<Single> {
+    problem.get_or_insert_with(|| Box::new(IslandProblem::new(Single::new(world))))
 }
 
 fn together<'a>(
-    problem: &'a mut Option<Box<Problem<Island>>>,
+    problem: &'a mut Option<Box<IslandProblem<Island>>>,
     world: &World,
-) -> &'a mut Problem<Island> {
-    problem.get_or_insert_with(|| Box::new(Problem::new(Island::new(world))))
+) -> &'a mut IslandProblem<Island> {
+    problem.get_or_insert_with(|| Box::new(IslandProblem::new(Island::new(world))))
 }
 
 /// X⁺ of a body (eq. 8).

@@ -8,10 +8,10 @@ const SMALL: usize = 24;
 /// So are others where zeros are no more than this part of the front.
 const PADDING: f64 = 0.15;
 
-/// The order of elimination and the fronts. Numbers of vectors stand at the [place](Plan::place) of their
+/// The order of elimination and the fronts. Numbers of vectors stand at the [place](FrontPlan::place) of their
 /// node.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Plan {
+pub(crate) struct FrontPlan {
     /// The first number of each node.
     places: Vec<usize>,
     size: usize,
@@ -19,7 +19,7 @@ pub(crate) struct Plan {
     /// The numbers behind each front, rising.
     pub(super) behind: Vec<usize>,
     /// Where they are among the rows of the front that their front goes into, in runs.
-    pub(super) runs: Vec<Run>,
+    pub(super) runs: Vec<RowRun>,
     /// The front of each number.
     pub(super) front_of: Vec<usize>,
     /// How many entries the columns and the rows of all fronts have.
@@ -29,7 +29,7 @@ pub(crate) struct Plan {
 /// Rows of what a front leaves behind that follow each other in the front that it goes into too: the
 /// first of them there and here, and how many.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Run {
+pub(super) struct RowRun {
     pub from: usize,
     pub to: usize,
     pub count: usize,
@@ -74,7 +74,7 @@ impl Front {
     }
 }
 
-impl Plan {
+impl FrontPlan {
     /// For nodes with so many numbers each and blocks at the `pairs` of different nodes, which may come
     /// more than once.
     pub(crate) fn new(sizes: &[usize], pairs: impl Iterator<Item = (usize, usize)>) -> Self {
@@ -85,7 +85,7 @@ impl Plan {
 
     /// For nodes in an order that is known.
     pub(super) fn of(order: &Order, sizes: &[usize]) -> Self {
-        Tree::of(order, sizes).merged().plan()
+        FrontTree::of(order, sizes).merged().plan()
     }
 
     /// How many numbers there are.
@@ -110,7 +110,7 @@ impl Plan {
 
 /// The tree of elimination. Nodes are named by their places in the order; what is merged by the last
 /// of its nodes.
-struct Tree<'a> {
+struct FrontTree<'a> {
     order: &'a Order,
     /// How many numbers a node has, and which it is of those given.
     sizes: Vec<usize>,
@@ -122,7 +122,7 @@ struct Tree<'a> {
     roots: Vec<usize>,
 }
 
-impl<'a> Tree<'a> {
+impl<'a> FrontTree<'a> {
     fn of(order: &'a Order, node_sizes: &[usize]) -> Self {
         let count = node_sizes.len();
         let (mut sizes, mut nodes) = (vec![0; count], vec![0; count]);
@@ -174,9 +174,9 @@ impl<'a> Tree<'a> {
     }
 
     /// The fronts, each behind those that go into it.
-    fn plan(&self) -> Plan {
+    fn plan(&self) -> FrontPlan {
         let count = self.sizes.len();
-        let mut plan = Plan { places: vec![0; count], ..Plan::default() };
+        let mut plan = FrontPlan { places: vec![0; count], ..FrontPlan::default() };
         let mut lasts = Vec::new();
         let mut numbers_of = vec![(0, 0); count];
         // Each with the fronts that went into it so far.
@@ -227,7 +227,7 @@ impl<'a> Tree<'a> {
                     let to = plan.within(front, plan.behind[number]);
                     match plan.runs[begin..].last_mut() {
                         Some(run) if run.to + run.count == to && to != front.own => run.count += 1,
-                        _ => plan.runs.push(Run { from, to, count: 1 }),
+                        _ => plan.runs.push(RowRun { from, to, count: 1 }),
                     }
                 }
                 plan.fronts[child].runs = (begin, plan.runs.len());

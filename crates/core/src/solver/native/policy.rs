@@ -5,7 +5,7 @@ use super::tolerances::{BUDGET, BUDGET_TOGETHER, FIRST_EFFORT, Tolerances};
 
 /// A start of Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Start {
+pub(super) enum StartMethod {
     /// The impulses of the previous step: enough for more than 99.7 % of contact steps.
     Previous,
     /// The impulses of the previous step, from here on with compliance that is equal in all directions,
@@ -41,7 +41,7 @@ pub(super) enum Start {
     Scattered(u32),
 }
 
-impl Start {
+impl StartMethod {
     /// Whether it is one of a crowd whose forces change, to be gone on from where more contacts come to it.
     pub(super) fn is_of_crowds(self) -> bool {
         matches!(self, Self::Moved | Self::Found | Self::Led)
@@ -57,8 +57,8 @@ impl Start {
 #[derive(Debug)]
 pub(super) struct Policy {
     /// The starts in their order, and those of more than [`CROWDED`] contacts.
-    starts: &'static [Start],
-    starts_of_crowds: &'static [Start],
+    starts: &'static [StartMethod],
+    starts_of_crowds: &'static [StartMethod],
     /// How many scattered starts are tried before a step is given up.
     scattered: u32,
     /// Iterations that an island may take in a step.
@@ -98,15 +98,15 @@ pub(super) struct Policy {
 /// For one body: a few unknowns, so that many starts cost little.
 static ALONE: Policy = Policy {
     starts: &[
-        Start::Previous,
-        Start::Zero,
-        Start::InteriorPoint(1.0),
-        Start::InteriorPoint(0.1),
-        Start::InteriorPoint(10.0),
-        Start::InteriorPoint(0.01),
-        Start::InteriorPoint(100.0),
-        Start::Compliant(0.1),
-        Start::Compliant(0.3),
+        StartMethod::Previous,
+        StartMethod::Zero,
+        StartMethod::InteriorPoint(1.0),
+        StartMethod::InteriorPoint(0.1),
+        StartMethod::InteriorPoint(10.0),
+        StartMethod::InteriorPoint(0.01),
+        StartMethod::InteriorPoint(100.0),
+        StartMethod::Compliant(0.1),
+        StartMethod::Compliant(0.3),
     ],
     starts_of_crowds: &[],
     scattered: 1024,
@@ -127,35 +127,35 @@ static ALONE: Policy = Policy {
 /// solution leads nowhere, and the best point so far nearly always on.
 const TOGETHER: Policy = Policy {
     starts: &[
-        Start::Previous,
-        Start::Kept,
-        Start::Best(1e-3),
-        Start::Compliant(0.1),
-        Start::Best(1e-5),
-        Start::Zero,
-        Start::Swept(30),
-        Start::InteriorPoint(1.0),
-        Start::Best(1e-1),
-        Start::InteriorPoint(0.1),
-        Start::InteriorPoint(10.0),
-        Start::Compliant(0.3),
-        Start::Swept(300),
-        Start::InteriorPoint(0.01),
-        Start::Best(1e-3),
+        StartMethod::Previous,
+        StartMethod::Kept,
+        StartMethod::Best(1e-3),
+        StartMethod::Compliant(0.1),
+        StartMethod::Best(1e-5),
+        StartMethod::Zero,
+        StartMethod::Swept(30),
+        StartMethod::InteriorPoint(1.0),
+        StartMethod::Best(1e-1),
+        StartMethod::InteriorPoint(0.1),
+        StartMethod::InteriorPoint(10.0),
+        StartMethod::Compliant(0.3),
+        StartMethod::Swept(300),
+        StartMethod::InteriorPoint(0.01),
+        StartMethod::Best(1e-3),
     ],
     starts_of_crowds: &[
-        Start::Previous,
-        Start::Kept,
-        Start::Best(1e-3),
-        Start::Compliant(0.1),
-        Start::Best(1e-1),
-        Start::InteriorPoint(1.0),
-        Start::Best(1e-4),
-        Start::Swept(30),
-        Start::Best(1e-2),
-        Start::Zero,
-        Start::Best(1e-5),
-        Start::Best(1e-3),
+        StartMethod::Previous,
+        StartMethod::Kept,
+        StartMethod::Best(1e-3),
+        StartMethod::Compliant(0.1),
+        StartMethod::Best(1e-1),
+        StartMethod::InteriorPoint(1.0),
+        StartMethod::Best(1e-4),
+        StartMethod::Swept(30),
+        StartMethod::Best(1e-2),
+        StartMethod::Zero,
+        StartMethod::Best(1e-5),
+        StartMethod::Best(1e-3),
     ],
     scattered: 16,
     budget: BUDGET_TOGETHER,
@@ -221,7 +221,7 @@ impl Policy {
     }
 
     /// The starts for so many contacts, and how many scattered ones come after them.
-    pub(super) fn starts(&self, contacts: usize) -> (&'static [Start], u32) {
+    pub(super) fn starts(&self, contacts: usize) -> (&'static [StartMethod], u32) {
         match contacts > CROWDED && !self.starts_of_crowds.is_empty() {
             true => (self.starts_of_crowds, 0),
             false => (self.starts, self.scattered),

@@ -2,7 +2,7 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::effort::Effort;
+use super::effort::SolveEffort;
 use super::equations::Equations;
 use super::law::NaturalMap;
 use super::newton::{Iterate, Newton, Until, evaluate_again, exact_residual};
@@ -48,7 +48,7 @@ impl<E: Equations> Proximal<E> {
         (mut compliance, sharpness): (f64, f64),
         newton: &mut Newton<E>,
         iterate: &mut Iterate<E>,
-        effort: &mut Effort<'_>,
+        effort: &mut SolveEffort<'_>,
     ) -> f64 {
         let tolerances = equations.tolerances();
         let Self { last, best } = self;

@@ -4,14 +4,14 @@
 use super::coupling::Coupling;
 use super::fixed_motion::rolling;
 use super::pair_motion::beside;
-use super::turning::Turning;
+use super::turning::BodyTurning;
 use crate::contact::Curved;
 use crate::contact::curved::{Core, Reach, shortest_way};
 use nalgebra::{Matrix3, Matrix3x6, Vector3};
 
 /// What a coupling of two round features has beyond others.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Round {
+pub(super) struct RoundRows {
     pub(super) curved: Curved,
     /// d, m, world: from the middle of B's feature to that of A's at step k.
     pub(super) way: Vector3<f64>,
@@ -23,15 +23,15 @@ pub(super) struct Round {
 
 /// One of the two bodies.
 #[derive(Clone, Copy)]
-pub(super) struct Side<'a> {
+pub(super) struct RoundSide<'a> {
     /// A(q) at the step's start, body → world.
     pub(super) rotation: &'a Matrix3<f64>,
-    pub(super) turning: &'a Turning,
+    pub(super) turning: &'a BodyTurning,
     /// v⁺.
     pub(super) linear: &'a Vector3<f64>,
 }
 
-impl Side<'_> {
+impl RoundSide<'_> {
     /// The mean velocity of the body's point c, v + A K c.
     fn velocity(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.linear + self.turning.swept(point)
@@ -58,10 +58,10 @@ impl Side<'_> {
 /// ```
 pub(super) struct RoundMotion<'a> {
     coupling: &'a Coupling,
-    round: &'a Round,
+    round: &'a RoundRows,
     curved: &'a Curved,
-    a: Side<'a>,
-    b: Option<Side<'a>>,
+    a: RoundSide<'a>,
+    b: Option<RoundSide<'a>>,
     /// (E − n nᵀ) …: the difference of the middles' velocities.
     apart: Vector3<f64>,
     /// Shares along the cores at the end.
@@ -75,9 +75,9 @@ impl<'a> RoundMotion<'a> {
     /// Those of a coupling over a step of `time_step` (s).
     pub(super) fn new(
         coupling: &'a Coupling,
-        round: &'a Round,
-        a: Side<'a>,
-        b: Option<Side<'a>>,
+        round: &'a RoundRows,
+        a: RoundSide<'a>,
+        b: Option<RoundSide<'a>>,
         time_step: f64,
     ) -> Self {
         let curved = &round.curved;
@@ -117,7 +117,7 @@ impl<'a> RoundMotion<'a> {
         let (curved, shares) = (self.curved, self.shares);
         let along = normal * self.reach.direction.transpose();
         let across = Matrix3::identity() - normal * normal.transpose();
-        let slopes = |side: &Side<'_>, middle: &Vector3<f64>, end: &Vector3<f64>| {
+        let slopes = |side: &RoundSide<'_>, middle: &Vector3<f64>, end: &Vector3<f64>| {
             let slope = |point| side.turning.slope_of(side.rotation, point);
             (across + along, across * slope(middle) + along * slope(end))
         };

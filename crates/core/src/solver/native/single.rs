@@ -2,15 +2,15 @@
 
 use super::coupling::Coupling;
 use super::equations::{
-    Elimination, Equations, Point, Residual, Setting, Slope, Velocity, reserve,
+    Elimination, Equations, EvaluatedPoint, MapResidual, Slope, StepSetting, Velocity, reserve,
 };
 use super::fixed_motion::{point_velocity, slope};
 use super::law::{Answer, Gain};
-use super::member::Member;
+use super::member::IslandBody;
 use super::policy::Policy;
-use super::six::Factors;
+use super::six::SixFactors;
 use super::tolerances::Tolerances;
-use super::turning::Turning;
+use super::turning::BodyTurning;
 use crate::contact::Contact;
 use crate::step::Step;
 use crate::world::World;
@@ -21,22 +21,22 @@ use nalgebra::{Matrix3, Matrix6, Vector3};
 pub(super) struct Single {
     /// h, s.
     time_step: f64,
-    body: Member,
-    setting: Setting,
+    body: IslandBody,
+    setting: StepSetting,
 }
 
 impl Single {
     /// Room for the steps of a body.
     pub(super) fn new(world: &World) -> Self {
-        let setting = Setting::new(Tolerances::of(world, 0.0));
-        Self { time_step: world.time_step(), body: Member::room(), setting }
+        let setting = StepSetting::new(Tolerances::of(world, 0.0));
+        Self { time_step: world.time_step(), body: IslandBody::room(), setting }
     }
 
     /// Sets the step's constants for body `index`, whose impulses changed by `unsettled` in the
     /// steps before; no couplings yet.
     pub(super) fn begin(&mut self, step: &Step<'_>, index: usize, unsettled: f64) {
         self.time_step = step.world.time_step();
-        self.body = Member::new(step, index, step.world.bodies()[index].mass());
+        self.body = IslandBody::new(step, index, step.world.bodies()[index].mass());
         self.setting.begin(Tolerances::of(step.world, self.body.speed()), unsettled);
     }
 
@@ -75,7 +75,7 @@ impl Single {
     fn point_velocity(
         &self,
         coupling: &Coupling,
-        turning: &Turning,
+        turning: &BodyTurning,
         velocity: &Velocity,
     ) -> Vector3<f64> {
         let u = point_velocity(coupling, turning, &velocity.linear);
@@ -90,7 +90,7 @@ impl Single {
     fn point_slope(
         &self,
         coupling: &Coupling,
-        turning: &Turning,
+        turning: &BodyTurning,
         velocity: &Velocity,
         u: &Vector3<f64>,
     ) -> Matrix3<f64> {
@@ -115,15 +115,15 @@ impl Single {
 impl Equations for Single {
     type Velocity = Velocity;
     type Slope = SpinSlope;
-    type System = Option<Factors>;
+    type System = Option<SixFactors>;
     type Scratch = Evaluated;
 
     #[inline]
-    fn setting(&self) -> &Setting {
+    fn setting(&self) -> &StepSetting {
         &self.setting
     }
 
-    fn setting_mut(&mut self) -> &mut Setting {
+    fn setting_mut(&mut self) -> &mut StepSetting {
         &mut self.setting
     }
 
@@ -167,10 +167,10 @@ impl Equations for Single {
         velocity: &Velocity,
         impulses: &[Vector3<f64>],
         evaluated: &mut Evaluated,
-    ) -> Residual {
+    ) -> MapResidual {
         let motion = self.motion(velocity, impulses);
         evaluated.residual = motion;
-        let mut residual = Residual::default();
+        let mut residual = MapResidual::default();
         residual.add(&motion.linear);
         residual.add(&self.body.as_speed(&motion.spin));
         residual
@@ -204,10 +204,10 @@ impl Equations for Single {
     #[inline]
     fn linearise(
         &self,
-        at: Point<'_, Self>,
+        at: EvaluatedPoint<'_, Self>,
         mut answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
         eliminations: &mut Vec<Elimination<SpinSlope>>,
-        factors: &mut Option<Factors>,
+        factors: &mut Option<SixFactors>,
     ) -> bool {
         let turning = &at.scratch.turning;
         let mut matrix = MotionMatrix {
@@ -236,7 +236,7 @@ impl Equations for Single {
         &self,
         evaluated: &Evaluated,
         eliminations: &[Elimination<SpinSlope>],
-        factors: &mut Option<Factors>,
+        factors: &mut Option<SixFactors>,
         step: &mut Velocity,
     ) -> bool {
         let Velocity { linear, spin } = evaluated.residual;
@@ -255,12 +255,12 @@ impl Equations for Single {
 pub(super) struct Evaluated {
     /// The residuals of the equations of motion.
     residual: Velocity,
-    turning: Turning,
+    turning: BodyTurning,
 }
 
 impl Default for Evaluated {
     fn default() -> Self {
-        let turning = Turning::new(&Matrix3::identity(), Vector3::zeros(), 0.0);
+        let turning = BodyTurning::new(&Matrix3::identity(), Vector3::zeros(), 0.0);
         Self { residual: Velocity::zero(), turning }
     }
 }
@@ -320,19 +320,19 @@ impl MotionMatrix {
     }
 
     #[inline]
-    fn factorised(&self) -> Option<Factors> {
+    fn factorised(&self) -> Option<SixFactors> {
         let mut matrix = Matrix6::zeros();
         matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.linear_linear);
         matrix.fixed_view_mut::<3, 3>(0, 3).copy_from(&self.linear_angular);
         matrix.fixed_view_mut::<3, 3>(3, 0).copy_from(&self.angular_linear);
         matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.angular_angular);
-        Factors::new(&matrix)
+        SixFactors::new(&matrix)
     }
 }
 
 /// (δv, δω), `None` where they are not finite.
 #[inline]
-fn solve(factors: &Factors, linear: &Vector3<f64>, angular: &Vector3<f64>) -> Option<Velocity> {
+fn solve(factors: &SixFactors, linear: &Vector3<f64>, angular: &Vector3<f64>) -> Option<Velocity> {
     let mut rhs = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
     factors.solve(&mut rhs);
     rhs.iter().all(|x| x.is_finite()).then(|| Velocity {

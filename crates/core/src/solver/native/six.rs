@@ -4,26 +4,26 @@
 
 use nalgebra::{Matrix6, SMatrix, Vector6};
 
-type Column = [f64; 6];
+type SixColumn = [f64; 6];
 
 /// P A = L U of a block, with the largest number of each column as pivot.
 #[derive(Debug, Clone)]
-pub(super) struct Factors {
+pub(super) struct SixFactors {
     /// By columns: U, and L below its diagonal of ones.
-    columns: [Column; 6],
+    columns: [SixColumn; 6],
     /// The row that each row was exchanged with, one after the other.
     rows: [usize; 6],
 }
 
 /// y + a x.
 #[inline(always)]
-fn add(y: &mut Column, a: f64, x: &Column) {
+fn add(y: &mut SixColumn, a: f64, x: &SixColumn) {
     for k in 0..6 {
         y[k] += a * x[k];
     }
 }
 
-impl Factors {
+impl SixFactors {
     /// Those of `block`; `None` where it is singular.
     #[inline]
     pub(super) fn new(block: &Matrix6<f64>) -> Option<Self> {
@@ -70,7 +70,7 @@ impl Factors {
 
     /// A x = b, in the memory of b.
     #[inline(always)]
-    pub(super) fn solve(&self, b: &mut Column) {
+    pub(super) fn solve(&self, b: &mut SixColumn) {
         for (k, &row) in self.rows.iter().enumerate() {
             b.swap(k, row);
         }
@@ -169,7 +169,7 @@ mod tests {
             }
             let b = Vector6::from_fn(|_, _| number());
             let library = matrix.lu();
-            let Some(factors) = Factors::new(&matrix) else {
+            let Some(factors) = SixFactors::new(&matrix) else {
                 assert!(!library.is_invertible());
                 continue;
             };
@@ -186,6 +186,6 @@ mod tests {
             // Of condition numbers up to 1e5 with numbers of 1.
             assert!((matrix.tr_mul(&x) - b).amax() < 1e-13 * (1.0 + x.amax()));
         }
-        assert!(Factors::new(&Matrix6::zeros()).is_none());
+        assert!(SixFactors::new(&Matrix6::zeros()).is_none());
     }
 }

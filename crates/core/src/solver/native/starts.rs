@@ -1,7 +1,7 @@
 //! Where an iteration starts, in the order in which starts are tried.
 
 use super::coupling::Coupling;
-use super::policy::{Policy, Start};
+use super::policy::{Policy, StartMethod};
 use super::tolerances::ROLLING_STARTS;
 use nalgebra::Vector3;
 use rand_mt::Mt;
@@ -27,7 +27,7 @@ pub const STARTS: [&str; 13] = [
     "scattered",
 ];
 
-impl Start {
+impl StartMethod {
     /// The word of a report.
     pub(super) fn name(self) -> &'static str {
         let place = match self {
@@ -55,11 +55,11 @@ pub(super) fn all(
     policy: &Policy,
     contacts: usize,
     rolls: bool,
-    asked: [Option<Start>; 3],
-) -> impl Iterator<Item = Start> {
+    asked: [Option<StartMethod>; 3],
+) -> impl Iterator<Item = StartMethod> {
     let (first, scattered) = policy.starts(contacts);
     let rolling = first.iter().copied().take(if rolls { ROLLING_STARTS } else { 0 });
-    let alike = rolls.then_some(Start::Alike);
+    let alike = rolls.then_some(StartMethod::Alike);
     let rest = first.iter().copied().skip(usize::from(rolls));
     asked
         .into_iter()
@@ -67,7 +67,7 @@ pub(super) fn all(
         .chain(rolling)
         .chain(alike)
         .chain(rest)
-        .chain((0..scattered).map(Start::Scattered))
+        .chain((0..scattered).map(StartMethod::Scattered))
 }
 
 /// Scattered start `number`: of each coupling an impulse anywhere in its set, of up to a

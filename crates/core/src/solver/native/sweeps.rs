@@ -1,7 +1,7 @@
 //! Sweeps over the couplings, each solved for its own impulse while the others keep theirs
 //! (projected Gauss–Seidel): slow to the end, but quick to find which contacts press.
 
-use super::effort::Effort;
+use super::effort::SolveEffort;
 use super::equations::Equations;
 use super::law::NaturalMap;
 use super::newton::Iterate;
@@ -19,7 +19,7 @@ pub(super) fn sweep<E: Equations>(
     equations: &E,
     number: u32,
     iterate: &mut Iterate<E>,
-    effort: &mut Effort<'_>,
+    effort: &mut SolveEffort<'_>,
 ) {
     let map = NaturalMap::with_compliance(COMPLIANCE);
     for _ in 0..number {

@@ -1,8 +1,8 @@
 //! Islands solved at the same time, on threads that wait between steps. Each is a problem of its own
 //! in memory of its own, so that what comes out does not depend on who solves it.
 
-use super::islands::{IslandView, Islands};
-use super::part::{Asked, Part, Parts};
+use super::islands::{IslandParts, IslandView};
+use super::part::{IslandPart, PartRequest, Parts};
 use super::tolerances::SETTLED;
 use crate::contact::Contact;
 use crate::error::Error;
@@ -50,7 +50,7 @@ impl Threads {
     }
 
     /// Whether what is to be solved takes longer than asking the threads.
-    pub(super) fn are_worth_it(&self, islands: &Islands) -> bool {
+    pub(super) fn are_worth_it(&self, islands: &IslandParts) -> bool {
         let mut work = 0;
         let of = |island: &IslandView<'_>| match island.unsettled > SETTLED {
             true => UNSETTLED * island.contacts.len(),
@@ -71,12 +71,13 @@ impl Threads {
         &self,
         step: &Step<'_>,
         contacts: &[Contact],
-        islands: &Islands,
+        islands: &IslandParts,
         parts: &mut Parts,
-        asked: Asked,
+        asked: PartRequest,
     ) -> Result<(), Error> {
         let parts = parts.all().par_iter_mut().with_max_len(1);
-        let solve = |part: &mut Part| match part.island().and_then(|n| islands.changed_one(n)) {
+        let solve = |part: &mut IslandPart| match part.island().and_then(|n| islands.changed_one(n))
+        {
             Some(island) => part.solve(step, contacts, &island, asked),
             None => Ok(()),
         };

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 /// (A(q⁺) − A(q)) c / h = A K c,   K c = (ω × c + (h/2) ω × (ω × c)) / (1 + h²ω²/4)
 /// ```
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Turning {
+pub(super) struct BodyTurning {
     spin: Vector3<f64>,
     /// A ω.
     spin_world: Vector3<f64>,
@@ -22,7 +22,7 @@ pub(super) struct Turning {
     sweep: Matrix3<f64>,
 }
 
-impl Turning {
+impl BodyTurning {
     /// That of a body with the `rotation` A(q) at the step's start, at the spin ω⁺ (rad/s,
     /// body), over a step of `time_step` (s).
     #[inline]

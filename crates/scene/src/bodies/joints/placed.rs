@@ -11,7 +11,7 @@ use tumble_model::shape::ModelPlace;
 
 /// The frame of a joint in the world at the start.
 #[derive(Clone, Copy)]
-pub struct JointPlace {
+pub struct JointStartFrame {
     pub anchor: Vector3<f64>,
     pub(super) attitude: Vector4<f64>,
 }
@@ -42,10 +42,10 @@ impl<'a> JointSide<'a> {
     }
 
     /// A frame of the shape, in the world.
-    pub fn placed(&self, anchor: &Vector3<f64>, attitude: &Vector4<f64>) -> JointPlace {
+    pub fn placed(&self, anchor: &Vector3<f64>, attitude: &Vector4<f64>) -> JointStartFrame {
         let arm = rotation(&self.start.attitude) * (anchor - self.centre);
         let anchor = self.start.position + arm;
-        JointPlace { anchor, attitude: left(&self.start.attitude) * attitude }
+        JointStartFrame { anchor, attitude: left(&self.start.attitude) * attitude }
     }
 
     /// A place of the shape, from the centre of mass.
@@ -54,7 +54,7 @@ impl<'a> JointSide<'a> {
     }
 
     /// A frame of the world, in the body's.
-    pub fn seen(&self, placed: &JointPlace) -> ModelPlace {
+    pub fn seen(&self, placed: &JointStartFrame) -> ModelPlace {
         let position =
             rotation(&self.start.attitude).tr_mul(&(placed.anchor - self.start.position));
         let attitude = left(&conjugated(&self.start.attitude)) * placed.attitude;

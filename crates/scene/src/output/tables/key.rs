@@ -2,7 +2,7 @@
 
 use std::fmt;
 use tumble_core::contact::{ContactKey, PairFeatures, Partner};
-use tumble_core::geometry::{Feature, Part, Side};
+use tumble_core::geometry::{CorePart, Feature, PieceSide};
 
 /// What of a [`ContactKey`] is not the body and the partner, as text.
 ///
@@ -57,8 +57,8 @@ impl KeyText {
 fn feature_of(text: &str) -> Option<Feature> {
     let number = text.get(1..)?;
     match text.as_bytes().first()? {
-        b'A' => Some(Feature::Vertex(Side::A, number.parse().ok()?)),
-        b'B' => Some(Feature::Vertex(Side::B, number.parse().ok()?)),
+        b'A' => Some(Feature::Vertex(PieceSide::A, number.parse().ok()?)),
+        b'B' => Some(Feature::Vertex(PieceSide::B, number.parse().ok()?)),
         kind @ (b'E' | b'V') => {
             let (a, b) = number.split_once('x')?;
             let (a, b) = (a.parse().ok()?, b.parse().ok()?);
@@ -72,19 +72,19 @@ fn feature_of(text: &str) -> Option<Feature> {
     }
 }
 
-fn part_of(text: &str) -> Option<Part> {
+fn part_of(text: &str) -> Option<CorePart> {
     let number = text.get(1..)?.parse().ok()?;
     match text.as_bytes().first()? {
-        b'v' => Some(Part::Vertex(number)),
-        b'e' => Some(Part::Edge(number)),
+        b'v' => Some(CorePart::Vertex(number)),
+        b'e' => Some(CorePart::Edge(number)),
         _ => None,
     }
 }
 
-fn word(part: Part) -> String {
+fn word(part: CorePart) -> String {
     match part {
-        Part::Vertex(vertex) => format!("v{vertex}"),
-        Part::Edge(edge) => format!("e{edge}"),
+        CorePart::Vertex(vertex) => format!("v{vertex}"),
+        CorePart::Edge(edge) => format!("e{edge}"),
     }
 }
 
@@ -93,8 +93,8 @@ impl fmt::Display for KeyText {
         let Some(pair) = &self.pair else { return write!(f, "{}", self.point) };
         write!(f, "{}.{}.{}.", self.point, pair.pieces.0, pair.pieces.1)?;
         match pair.feature {
-            Feature::Vertex(Side::A, vertex) => write!(f, "A{vertex}")?,
-            Feature::Vertex(Side::B, vertex) => write!(f, "B{vertex}")?,
+            Feature::Vertex(PieceSide::A, vertex) => write!(f, "A{vertex}")?,
+            Feature::Vertex(PieceSide::B, vertex) => write!(f, "B{vertex}")?,
             Feature::Edges(a, b) => write!(f, "E{a}x{b}")?,
             Feature::Vertices(a, b) => write!(f, "V{a}x{b}")?,
             Feature::Round(a, b) => write!(f, "R{}x{}", word(a), word(b))?,
@@ -111,12 +111,12 @@ mod tests {
     fn keys_read_back_as_they_were_written() {
         let pair = |feature| Some(PairFeatures { pieces: (1, 20), feature, plane: 2 });
         let features = [
-            Feature::Vertex(Side::A, 3),
-            Feature::Vertex(Side::B, 999),
+            Feature::Vertex(PieceSide::A, 3),
+            Feature::Vertex(PieceSide::B, 999),
             Feature::Edges(4, 17),
             Feature::Vertices(0, 1),
-            Feature::Round(Part::Vertex(3), Part::Edge(11)),
-            Feature::Round(Part::Edge(0), Part::Vertex(12)),
+            Feature::Round(CorePart::Vertex(3), CorePart::Edge(11)),
+            Feature::Round(CorePart::Edge(0), CorePart::Vertex(12)),
         ];
         let keys = features.map(|feature| KeyText { point: 12, pair: pair(feature) });
         for key in keys.into_iter().chain([KeyText { point: 7, pair: None }]) {

@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 use tumble_core::contact::{ContactKey, Features, PairFeatures, Partner};
-use tumble_core::geometry::{Feature, Part, Piece, Side};
+use tumble_core::geometry::{CorePart, Feature, Piece, PieceSide};
 use tumble_core::mechanics::RigidBody;
 
 /// Why a row is of no contact of the world, in words that follow "the contact".
@@ -31,12 +31,12 @@ const ELSEWHERE: &str = "is not where the features of its key are";
 pub(super) type ContactPieces<'a> = (&'a Piece, &'a Piece);
 
 /// What the key names of the point's owner and of the plane's; a vertex is one piece's alone.
-fn parts(key: &ContactKey, pair: &PairFeatures) -> (Option<Part>, Option<Part>) {
+fn parts(key: &ContactKey, pair: &PairFeatures) -> (Option<CorePart>, Option<CorePart>) {
     let (of_a, of_b) = match pair.feature {
-        Feature::Vertex(Side::A, vertex) => (Some(Part::Vertex(vertex)), None),
-        Feature::Vertex(Side::B, vertex) => (None, Some(Part::Vertex(vertex))),
-        Feature::Edges(a, b) => (Some(Part::Edge(a)), Some(Part::Edge(b))),
-        Feature::Vertices(a, b) => (Some(Part::Vertex(a)), Some(Part::Vertex(b))),
+        Feature::Vertex(PieceSide::A, vertex) => (Some(CorePart::Vertex(vertex)), None),
+        Feature::Vertex(PieceSide::B, vertex) => (None, Some(CorePart::Vertex(vertex))),
+        Feature::Edges(a, b) => (Some(CorePart::Edge(a)), Some(CorePart::Edge(b))),
+        Feature::Vertices(a, b) => (Some(CorePart::Vertex(a)), Some(CorePart::Vertex(b))),
         Feature::Round(a, b) => (Some(a), Some(b)),
     };
     // The pieces of a pair are in the order of the bodies, and what is fixed is last.
@@ -47,17 +47,17 @@ fn parts(key: &ContactKey, pair: &PairFeatures) -> (Option<Part>, Option<Part>) 
 }
 
 /// The ends of a part of a piece's core, m, the same twice of a vertex.
-fn ends(piece: &Piece, part: Part) -> Option<[Vector3<f64>; 2]> {
+fn ends(piece: &Piece, part: CorePart) -> Option<[Vector3<f64>; 2]> {
     let vertices = match part {
-        Part::Vertex(vertex) => [vertex; 2],
-        Part::Edge(edge) => piece.core().edges().get(edge as usize)?.vertices,
+        CorePart::Vertex(vertex) => [vertex; 2],
+        CorePart::Edge(edge) => piece.core().edges().get(edge as usize)?.vertices,
     };
     let [from, to] = vertices.map(|vertex| piece.core().vertices().get(vertex as usize).copied());
     Some([from?, to?])
 }
 
 /// How far a point is from a part, m; ∞ from one that is not there.
-fn distance(piece: &Piece, part: Part, point: &Vector3<f64>) -> f64 {
+fn distance(piece: &Piece, part: CorePart, point: &Vector3<f64>) -> f64 {
     let Some([from, to]) = ends(piece, part) else { return f64::INFINITY };
     let along = to - from;
     let share = match along.norm_squared() {
@@ -68,7 +68,7 @@ fn distance(piece: &Piece, part: Part, point: &Vector3<f64>) -> f64 {
 }
 
 /// The heights of a part's ends over a plane that is above its piece, n·x = d, m; ∞ of one that is not there.
-fn heights(piece: &Piece, part: Part, features: &Features) -> [f64; 2] {
+fn heights(piece: &Piece, part: CorePart, features: &Features) -> [f64; 2] {
     let normal = features.frame.column(2);
     let height = |end: Vector3<f64>| normal.dot(&end) + piece.radius() - features.offset;
     ends(piece, part).map_or([f64::INFINITY; 2], |ends| ends.map(height))
@@ -106,7 +106,7 @@ pub(super) fn check(
 
 /// Whether a part is nowhere in a plane that is above its piece: an edge of the plane's owner lies in it, a fixed one, of a
 /// plane that is `turned`, may go through it.
-fn is_off_plane(piece: &Piece, part: Part, features: &Features, turned: bool) -> bool {
+fn is_off_plane(piece: &Piece, part: CorePart, features: &Features, turned: bool) -> bool {
     let [a, b] = heights(piece, part, features);
     let through = turned && a * b <= 0.0;
     !through && a.abs().min(b.abs()) > EXACT * size(piece)
@@ -121,8 +121,8 @@ fn check_point(
     may_be_first: bool,
 ) -> Result<(), Misplaced> {
     let first = |part| match part {
-        Part::Vertex(vertex) => Some(vertex),
-        Part::Edge(edge) => Some(own.core().edges().get(edge as usize)?.vertices[0]),
+        CorePart::Vertex(vertex) => Some(vertex),
+        CorePart::Edge(edge) => Some(own.core().edges().get(edge as usize)?.vertices[0]),
     };
     let point_of = |vertex: u32| body.point_of(pair.pieces.0, vertex as usize);
     let named = parts(key, pair).0.map_or(Some(0), first).map(point_of);

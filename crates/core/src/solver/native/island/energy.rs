@@ -4,7 +4,7 @@
 
 use super::super::equations::{Equations, Velocity};
 use super::super::tolerances::LARGE_GAIN;
-use super::{Island, Kind, Link};
+use super::{CouplingKind, CouplingLink, Island};
 use crate::joint::Axis;
 use nalgebra::Vector3;
 
@@ -63,7 +63,7 @@ impl Island {
                         (0..3).filter(|k| rows[*k]).map(|k| 0.5 * u[k] * p[k]).sum()
                     };
                     match link.kind {
-                        Kind::Turn(turn) if self.turns[turn].is_curved() => {
+                        CouplingKind::Turn(turn) if self.turns[turn].is_curved() => {
                             let turn = &self.turns[turn];
                             let spins = |k: usize| velocity[k].spin - self.back[k].spin;
                             let other = link.b.as_ref().map(|other| spins(other.index));
@@ -80,7 +80,7 @@ impl Island {
 
     /// The rate at which the point of a coupling of A with the world moves, on the mean of the velocities before and
     /// after.
-    fn mean_rate(&self, link: &Link, index: usize, velocity: &[Velocity]) -> Vector3<f64> {
+    fn mean_rate(&self, link: &CouplingLink, index: usize, velocity: &[Velocity]) -> Vector3<f64> {
         let (old, new) = (self.members[link.a].old(), &velocity[link.a]);
         let turned = self.setting.couplings[index].lever.torque_map.tr_mul(&(old.spin + new.spin));
         let moved = if link.pushes() { old.linear + new.linear } else { Vector3::zeros() };

@@ -5,16 +5,17 @@
 use super::super::blocks::BlockSystem;
 use super::super::coupling::Coupling;
 use super::super::equations::{
-    Determined, Elimination, Equations, Point, Residual, Setting, Velocities, Velocity,
+    Determined, Elimination, Equations, EvaluatedPoint, MapResidual, StepSetting, Velocities,
+    Velocity,
 };
 use super::super::islands::IslandView;
 use super::super::law::{Answer, Gain};
-use super::super::member::Member;
+use super::super::member::IslandBody;
 use super::super::pair_motion::stacked;
 use super::super::policy::Policy;
 use super::super::tolerances::Tolerances;
 use super::kept_slopes::KeptSlopes;
-use super::{Both, Island, IslandSlope, Kind};
+use super::{Both, CouplingKind, Island, IslandSlope};
 use crate::step::Step;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
@@ -42,11 +43,11 @@ impl Equations for Island {
 
     const MAY_BE_TIED: bool = true;
 
-    fn setting(&self) -> &Setting {
+    fn setting(&self) -> &StepSetting {
         &self.setting
     }
 
-    fn setting_mut(&mut self) -> &mut Setting {
+    fn setting_mut(&mut self) -> &mut StepSetting {
         &mut self.setting
     }
 
@@ -59,7 +60,7 @@ impl Equations for Island {
     }
 
     fn speed(&self) -> f64 {
-        self.members.iter().map(Member::speed).fold(0.0, f64::max)
+        self.members.iter().map(IslandBody::speed).fold(0.0, f64::max)
     }
 
     fn foresee(&mut self, step: &Step<'_>, island: &IslandView<'_>, previous: &[Vector3<f64>]) {
@@ -120,7 +121,7 @@ impl Equations for Island {
 
     fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Vec<Velocity>) {
         let link = &self.links[index];
-        if let Kind::Gear(gear) = link.kind {
+        if let CouplingKind::Gear(gear) = link.kind {
             for (body, wrench) in self.gears[gear].sides() {
                 let turned = wrench.fixed_rows::<3>(3) * impulse[0];
                 velocity[body].linear += wrench.fixed_rows::<3>(0) * impulse[0];
@@ -157,7 +158,7 @@ impl Equations for Island {
             }
         }
         // What joints tie moves together or not at all: one of two at rest would take its joint apart.
-        let slow = |(member, velocity): (&Member, &Velocity)| member.is_slow(rest, velocity);
+        let slow = |(member, velocity): (&IslandBody, &Velocity)| member.is_slow(rest, velocity);
         if self.joints.is_empty() || self.members.iter().zip(&*velocity).all(slow) {
             for (member, velocity) in self.members.iter().zip(velocity) {
                 member.rest(rest, velocity);
@@ -183,10 +184,10 @@ impl Equations for Island {
         velocity: &Vec<Velocity>,
         impulses: &[Vector3<f64>],
         scratch: &mut IslandScratch,
-    ) -> Residual {
+    ) -> MapResidual {
         let residuals = &mut scratch.residuals;
         self.motion(velocity, impulses, residuals);
-        let mut size = Residual::default();
+        let mut size = MapResidual::default();
         for (member, residual) in self.members.iter().zip(&*residuals) {
             size.add(&residual.linear);
             size.add(&member.as_speed(&residual.spin));
@@ -226,7 +227,7 @@ impl Equations for Island {
 
     fn linearise(
         &self,
-        at: Point<'_, Self>,
+        at: EvaluatedPoint<'_, Self>,
         mut answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
         eliminations: &mut Vec<Elimination<IslandSlope>>,
         system: &mut IslandSystem,

@@ -5,9 +5,9 @@
 
 use super::super::coupling::Coupling;
 use super::super::equations::{Slope, Velocity};
-use super::super::law::{Axes, Law};
+use super::super::law::{AxesLaw, CouplingLaw};
 use super::super::pair_motion::{PairSlope, stacked};
-use super::{Both, GearRow, Island, Kind, Link, Source};
+use super::{Both, CouplingKind, CouplingLink, GearTangent, Island, Source};
 use crate::joint::{Axis, AxisStart, Drive, GearAxis, JointAxis, at_rest};
 use crate::step::{Step, StepSolution};
 use nalgebra::{Matrix3, RowVector6, Vector3, Vector6};
@@ -60,9 +60,9 @@ pub(super) struct Train {
 
 impl Train {
     /// Its row, as the coupling in this place.
-    pub(super) fn row(&self, coupling: usize) -> GearRow {
+    pub(super) fn row(&self, coupling: usize) -> GearTangent {
         let Self { gear, parts, offset, length, .. } = *self;
-        GearRow { coupling, gear, parts, offset, length }
+        GearTangent { coupling, gear, parts, offset, length }
     }
 
     /// The bodies that it acts on, and what an impulse of one is there: M/m times force and torque.
@@ -172,17 +172,17 @@ impl Island {
             .sum();
         let idle = Axis::Free(Drive::NONE).graph(&AxisStart::default(), 1.0, (1.0, 1.0));
         let own = law.free_graph(&at_rest(sum), self.time_step, (length, self.mass));
-        let axes = Axes::new(&mut self.setting.graphs, false, |k| match k {
+        let axes = AxesLaw::new(&mut self.setting.graphs, false, |k| match k {
             0 => own,
             _ => Some(idle),
         });
-        let kind = Kind::Gear(self.gears.len());
+        let kind = CouplingKind::Gear(self.gears.len());
         let source = Source::Drives([gear.drive().is_some(), false, false]);
         let a = self.links[parts[0].0].a;
-        self.links.push(Link { a, kind, b: None, source });
+        self.links.push(CouplingLink { a, kind, b: None, source });
         self.gears.push(Train { gear: index, parts, offset, length, sides });
         let response = Vector3::repeat(response);
-        self.setting.admit(Coupling::of_turn(Matrix3::zeros(), &response, Law::Axes(axes)));
+        self.setting.admit(Coupling::of_turn(Matrix3::zeros(), &response, CouplingLaw::Axes(axes)));
     }
 
     /// ∂u/∂V of a gear: the sum of those of its parts.

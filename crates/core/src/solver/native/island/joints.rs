@@ -3,10 +3,10 @@
 //! Equation numbers are those of `docs/joints.md`.
 
 use super::super::coupling::{Coupling, Lever};
-use super::super::law::{Axes, Law};
-use super::{Island, Kind, Link, Other, Source};
+use super::super::law::{AxesLaw, CouplingLaw};
+use super::{CouplingKind, CouplingLink, Island, Other, Source};
 use crate::contact::torque_map_of;
-use crate::joint::{AxisStart, Coordinates, Joint, JointForce, Turn, Turning};
+use crate::joint::{AxisStart, Coordinates, Joint, JointForce, Turn, TurnKind};
 use crate::step::{Step, StepSolution};
 use nalgebra::Vector3;
 
@@ -43,7 +43,7 @@ impl Island {
         let sides = (place(joint.body()), joint.other().map(place));
         let [along, about] = joint.starts(step.states, (&at, &angles), self.time_step);
         let place = joint.holds_place().then(|| self.admit_place(joint, &along, sides));
-        let turn = (joint.turning() != Turning::Free)
+        let turn = (joint.turning() != TurnKind::Free)
             .then(|| self.admit_turn(joint, (&at, &angles), (&about, length), sides));
         let (joint, is_of_two, along) = (index, sides.1.is_some(), at.place);
         self.joints.push(JointPlace { joint, place, turn, length, is_of_two, along, angles });
@@ -74,11 +74,11 @@ impl Island {
         response += member.response(&(torque_map * frame), true);
         let (h, unit) = (self.time_step, self.mass);
         let graph = |k: usize| joint.linear()[k].free_graph(&starts[k], h, (1.0, unit));
-        let axes = Axes::new(&mut self.setting.graphs, true, graph);
+        let axes = AxesLaw::new(&mut self.setting.graphs, true, graph);
         let offset = Vector3::from_fn(|k, _| joint.linear()[k].offset(starts[k].coordinate, h));
         let source = Source::of(joint.linear(), joint.moves());
-        self.links.push(Link { a, kind: Kind::Point, b, source });
-        let law = Law::Axes(axes);
+        self.links.push(CouplingLink { a, kind: CouplingKind::Point, b, source });
+        let law = CouplingLaw::Axes(axes);
         self.setting.admit(Coupling::of_place(lever, (frame, offset), &response, law));
         self.links.len() - 1
     }
@@ -109,12 +109,12 @@ impl Island {
         let scale = (length, self.mass);
         let acting = joint.acting_axes();
         let graph = |k: usize| acting[k].free_graph(&starts[k], h, scale);
-        let axes = Axes::new(&mut self.setting.graphs, false, graph);
+        let axes = AxesLaw::new(&mut self.setting.graphs, false, graph);
         self.turns.push(turn);
         let source = Source::of(joint.angular(), joint.moves());
-        let kind = Kind::Turn(self.turns.len() - 1);
-        self.links.push(Link { a, kind, b, source });
-        self.setting.admit(Coupling::of_turn(torque_map, &response, Law::Axes(axes)));
+        let kind = CouplingKind::Turn(self.turns.len() - 1);
+        self.links.push(CouplingLink { a, kind, b, source });
+        self.setting.admit(Coupling::of_turn(torque_map, &response, CouplingLaw::Axes(axes)));
         self.links.len() - 1
     }
 

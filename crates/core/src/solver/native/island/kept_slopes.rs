@@ -2,8 +2,8 @@
 
 use super::super::coupling::Coupling;
 use super::super::equations::Velocity;
-use super::super::member::Member;
-use super::Link;
+use super::super::member::IslandBody;
+use super::CouplingLink;
 
 /// Of which points the slopes of an island's couplings are.
 #[derive(Debug, Clone, Default)]
@@ -22,7 +22,7 @@ impl KeptSlopes {
     /// in parts of themselves. Returns whether some may be kept; where none may, that of every coupling is asked for anew.
     pub(super) fn follow(
         &mut self,
-        (problem, members): (u64, &[Member]),
+        (problem, members): (u64, &[IslandBody]),
         velocity: &[Velocity],
         slack: f64,
     ) -> bool {
@@ -51,7 +51,7 @@ impl KeptSlopes {
     pub(super) fn are_of(
         &mut self,
         index: usize,
-        (link, coupling): (&Link, &Coupling),
+        (link, coupling): (&CouplingLink, &Coupling),
         is_asked: bool,
     ) -> bool {
         if index == self.known.len() {

@@ -5,11 +5,11 @@
 use super::super::coupling::Coupling;
 use super::super::equations::{Equations, Velocity};
 use super::super::fixed_motion::point_velocity;
-use super::super::member::Member;
+use super::super::member::IslandBody;
 use super::super::pair_motion::PairMotion;
-use super::super::round_motion::{RoundMotion, Side};
-use super::super::turning::Turning;
-use super::{Island, Kind, Link, Other};
+use super::super::round_motion::{RoundMotion, RoundSide};
+use super::super::turning::BodyTurning;
+use super::{CouplingKind, CouplingLink, Island, Other};
 use nalgebra::{Matrix3, Vector3};
 
 impl Island {
@@ -35,7 +35,7 @@ impl Island {
         }));
         let couplings = self.links.iter().zip(&self.setting.couplings);
         for ((link, coupling), impulse) in couplings.zip(impulses) {
-            if let Kind::Gear(gear) = link.kind {
+            if let CouplingKind::Gear(gear) = link.kind {
                 for (body, wrench) in self.gears[gear].sides() {
                     residuals[body].linear -= wrench.fixed_rows::<3>(0) * impulse[0];
                     residuals[body].spin -= wrench.fixed_rows::<3>(3) * impulse[0];
@@ -113,7 +113,7 @@ impl Island {
     pub(super) fn pair_motion<'a>(
         &'a self,
         coupling: &'a Coupling,
-        (link, other): (&Link, &Other),
+        (link, other): (&CouplingLink, &Other),
         velocity: &[Velocity],
         (a, b): (&'a Both, &'a Both),
     ) -> PairMotion<'a> {
@@ -127,11 +127,11 @@ impl Island {
     pub(super) fn round_motion<'a>(
         &'a self,
         (coupling, round): (&'a Coupling, usize),
-        link: &Link,
+        link: &CouplingLink,
         velocity: &'a [Velocity],
         (a, b): (&'a Both, Option<&'a Both>),
     ) -> RoundMotion<'a> {
-        let side = |index: usize, turnings: &'a Both| Side {
+        let side = |index: usize, turnings: &'a Both| RoundSide {
             rotation: &self.members[index].rotation,
             turning: &turnings.there,
             linear: &velocity[index].linear,
@@ -147,7 +147,7 @@ impl Island {
         if let Some(u) = self.turned_velocity(link, velocity) {
             return u;
         }
-        if link.kind == Kind::Point && !coupling.is_contact() {
+        if link.kind == CouplingKind::Point && !coupling.is_contact() {
             return self.anchor_velocity((link, coupling), velocity);
         }
         let turnings = |body: usize| Both::of(&self.members[body], &velocity[body]);
@@ -158,11 +158,11 @@ impl Island {
     /// The same of a joint's anchor, (N10) point by point.
     fn anchor_velocity(
         &self,
-        (link, coupling): (&Link, &Coupling),
+        (link, coupling): (&CouplingLink, &Coupling),
         velocity: &[Velocity],
     ) -> Vector3<f64> {
         let swept = |index: usize, spin: &Vector3<f64>, point: &Vector3<f64>| {
-            Turning::swept_once(&self.members[index].rotation, spin, self.time_step, point)
+            BodyTurning::swept_once(&self.members[index].rotation, spin, self.time_step, point)
         };
         let of_a = &velocity[link.a];
         let moved = of_a.linear + swept(link.a, &of_a.spin, &coupling.lever.centre);
@@ -177,10 +177,10 @@ impl Island {
     /// The same of a joint's turn.
     pub(super) fn turned_velocity(
         &self,
-        link: &Link,
+        link: &CouplingLink,
         velocity: &[Velocity],
     ) -> Option<Vector3<f64>> {
-        let Kind::Turn(turn) = link.kind else { return None };
+        let CouplingKind::Turn(turn) = link.kind else { return None };
         let other = link.b.as_ref().map(|other| &velocity[other.index].spin);
         Some(self.turns[turn].u(&velocity[link.a].spin, other))
     }
@@ -188,7 +188,7 @@ impl Island {
     /// The same, where the bodies that it joins turn as told.
     pub(super) fn point_velocity(
         &self,
-        (link, coupling): (&Link, &Coupling),
+        (link, coupling): (&CouplingLink, &Coupling),
         velocity: &[Velocity],
         turnings: (&Both, Option<&Both>),
     ) -> Vector3<f64> {
@@ -202,22 +202,22 @@ impl Island {
     /// The same with the gap speed along the normal, also where it bounces.
     pub(super) fn gap_velocity(
         &self,
-        (link, coupling): (&Link, &Coupling),
+        (link, coupling): (&CouplingLink, &Coupling),
         velocity: &[Velocity],
         turnings: (&Both, Option<&Both>),
     ) -> Vector3<f64> {
         match link.kind {
-            Kind::Round(round) => {
+            CouplingKind::Round(round) => {
                 return self.round_motion((coupling, round), link, velocity, turnings).u();
             }
-            Kind::Turn(_) => {
+            CouplingKind::Turn(_) => {
                 return self.turned_velocity(link, velocity).unwrap_or_default();
             }
-            Kind::Gear(gear) => {
+            CouplingKind::Gear(gear) => {
                 let point = |index: usize| self.point_at(index, velocity);
                 return self.gears[gear].u(&self.setting.couplings, point);
             }
-            Kind::Point => {}
+            CouplingKind::Point => {}
         }
         match (&link.b, turnings.1) {
             (Some(other), Some(b)) => {
@@ -230,7 +230,7 @@ impl Island {
     /// v⁺ + Gᵀ ω̃⁺ of A less that of B (eq. 29): how the touching points part after the impulses.
     pub(super) fn departing(
         &self,
-        (link, coupling): (&Link, &Coupling),
+        (link, coupling): (&CouplingLink, &Coupling),
         velocity: &[Velocity],
     ) -> Vector3<f64> {
         let of_side = |index: usize, torque_map: &Matrix3<f64>| {
@@ -245,15 +245,15 @@ impl Island {
 /// Cayley map of −a is the transpose of that of a.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Both {
-    pub(super) there: Turning,
-    pub(super) back: Turning,
+    pub(super) there: BodyTurning,
+    pub(super) back: BodyTurning,
 }
 
 impl Both {
     /// Those of what does not turn.
-    const STILL: Self = Self { there: Turning::STILL, back: Turning::STILL };
+    const STILL: Self = Self { there: BodyTurning::STILL, back: BodyTurning::STILL };
 
-    pub(super) fn of(member: &Member, velocity: &Velocity) -> Self {
+    pub(super) fn of(member: &IslandBody, velocity: &Velocity) -> Self {
         let mut both = Self::STILL;
         member.set_turnings(&velocity.spin, (&mut both.there, &mut both.back));
         both

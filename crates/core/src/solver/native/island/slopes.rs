@@ -9,7 +9,7 @@ use super::super::equations::{Elimination, Velocity};
 use super::super::fixed_motion::slope;
 use super::super::law::Gain;
 use super::super::pair_motion::{PairSlope, beside};
-use super::{Both, Island, IslandSlope, Kind, Link};
+use super::{Both, CouplingKind, CouplingLink, Island, IslandSlope};
 use nalgebra::{Matrix3, Matrix3x6, RowVector6, Vector3, Vector6};
 
 impl Island {
@@ -17,11 +17,11 @@ impl Island {
     #[inline]
     pub(super) fn slope(
         &self,
-        (link, coupling): (&Link, &Coupling),
+        (link, coupling): (&CouplingLink, &Coupling),
         velocity: &[Velocity],
         turnings: &[Both],
     ) -> IslandSlope {
-        if let Kind::Gear(gear) = link.kind {
+        if let CouplingKind::Gear(gear) = link.kind {
             return IslandSlope::Gear(self.gear_slope(gear, velocity, turnings));
         }
         IslandSlope::Pair(self.pair_slope(link, coupling, velocity, turnings))
@@ -31,7 +31,7 @@ impl Island {
     #[inline]
     pub(super) fn pair_slope(
         &self,
-        link: &Link,
+        link: &CouplingLink,
         coupling: &Coupling,
         velocity: &[Velocity],
         turnings: &[Both],
@@ -74,13 +74,13 @@ impl Island {
     #[inline]
     fn gap_slope(
         &self,
-        link: &Link,
+        link: &CouplingLink,
         coupling: &Coupling,
         velocity: &[Velocity],
         turnings: &[Both],
     ) -> PairSlope {
         let of_a = &turnings[link.a];
-        if let Kind::Turn(turn) = link.kind {
+        if let CouplingKind::Turn(turn) = link.kind {
             let other = link.b.as_ref().map(|other| (other.index, &velocity[other.index].spin));
             let (by_a, by_b) =
                 self.turns[turn].slopes(&velocity[link.a].spin, other.map(|(_, spin)| spin));
@@ -88,7 +88,7 @@ impl Island {
             let b = other.map(|(index, _)| (index, of(&by_b)));
             return PairSlope { a: (link.a, of(&by_a)), b };
         }
-        if let Kind::Round(round) = link.kind {
+        if let CouplingKind::Round(round) = link.kind {
             let both = (of_a, link.b.as_ref().map(|other| &turnings[other.index]));
             let (by_a, by_b) = self.round_motion((coupling, round), link, velocity, both).slopes();
             let b = link.b.as_ref().zip(by_b).map(|(other, by_b)| (other.index, by_b));
@@ -113,7 +113,7 @@ impl Island {
     /// The bodies that a coupling's impulse acts on: which, M/m with its sign, and the torque map.
     pub(super) fn sides<'a>(
         &self,
-        (link, coupling): (&'a Link, &'a Coupling),
+        (link, coupling): (&'a CouplingLink, &'a Coupling),
     ) -> impl Iterator<Item = (usize, f64, &'a Matrix3<f64>)> {
         let share = |index: usize| self.members[index].share;
         let a = (link.a, share(link.a), &coupling.lever.torque_map);
@@ -129,11 +129,11 @@ impl Island {
     /// ```
     pub(super) fn add_offset(
         &self,
-        of: (&Link, &Coupling),
+        of: (&CouplingLink, &Coupling),
         offset: &Vector3<f64>,
         values: &mut [Vector6<f64>],
     ) {
-        if let Kind::Gear(gear) = of.0.kind {
+        if let CouplingKind::Gear(gear) = of.0.kind {
             for (body, wrench) in self.gears[gear].sides() {
                 values[self.pattern.order.place(body)] += wrench * offset[0];
             }
@@ -152,7 +152,7 @@ impl Island {
     /// Adds to the matrix what the gain D of a turn makes of them (N12): torques alone, by spins alone.
     fn add_turning_gain(
         &self,
-        of: (&Link, &Coupling),
+        of: (&CouplingLink, &Coupling),
         (gain, slope): (&Gain, &PairSlope),
         blocks: &mut BlockSystem,
     ) {
@@ -173,14 +173,14 @@ impl Island {
     /// Adds to the matrix what its gain D makes of them (N12).
     pub(super) fn add_gain(
         &self,
-        of: (&Link, &Coupling),
+        of: (&CouplingLink, &Coupling),
         coupling: &Elimination<IslandSlope>,
         blocks: &mut BlockSystem,
     ) {
         let Elimination { answer, slope } = coupling;
         let slope = match (slope, of.0.kind) {
             (IslandSlope::Pair(slope), _) => slope,
-            (IslandSlope::Gear(slope), Kind::Gear(gear)) => {
+            (IslandSlope::Gear(slope), CouplingKind::Gear(gear)) => {
                 let gain = answer.gain.first();
                 for (row, wrench) in self.gears[gear].sides() {
                     for (column, slope) in slope.bodies() {
@@ -203,7 +203,7 @@ impl Island {
         let Some(by_a) = gained(by_a) else { return };
         let b = b.and_then(|(b, by_b)| Some((*b, gained(by_b)?)));
         // ∂u/∂v_B = −∂u/∂v_A of points (N11).
-        let opposite = if of.0.kind == Kind::Point && !of.1.bounces() { 3 } else { 0 };
+        let opposite = if of.0.kind == CouplingKind::Point && !of.1.bounces() { 3 } else { 0 };
         for (row, share, torque_map) in self.sides(of) {
             let [x, y, z] = &torque_map.data.0;
             let column = |gained: &[f64; 3]| {

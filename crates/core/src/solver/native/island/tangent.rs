@@ -3,15 +3,15 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::law::{Factored, Law};
+use super::super::law::{CouplingLaw, Factored};
 use super::super::pair_motion::PairSlope;
-use super::{Island, IslandSlope, IslandSystem, JointPlace, Kind};
+use super::{CouplingKind, Island, IslandSlope, IslandSystem, JointPlace};
 use crate::joint::Segment;
 use nalgebra::{Matrix3, Matrix3x6, Matrix6x3, SMatrix, Vector3, Vector6};
 
 /// The row of a gear.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct GearRow {
+pub(in super::super) struct GearTangent {
     /// Its coupling, and its index in the world.
     pub(in super::super) coupling: usize,
     pub(in super::super) gear: usize,
@@ -54,7 +54,7 @@ impl Island {
                     sides.push(HeldSide { body, rows: gain.from.tr_mul(slope), effect });
                 }
             }
-            (IslandSlope::Gear(slope), Kind::Gear(gear)) => {
+            (IslandSlope::Gear(slope), CouplingKind::Gear(gear)) => {
                 for ((body, slope), (_, wrench)) in slope.bodies().zip(self.gears[gear].sides()) {
                     let (mut rows, mut effect) = (Matrix3x6::zeros(), Matrix6x3::zeros());
                     rows.row_mut(0).copy_from(&slope);
@@ -80,7 +80,7 @@ impl Island {
         rhs: &mut [SMatrix<f64, 6, C>],
     ) {
         let of = (&self.links[coupling], &self.setting.couplings[coupling]);
-        if let Kind::Gear(gear) = of.0.kind {
+        if let CouplingKind::Gear(gear) = of.0.kind {
             for (member, wrench) in self.gears[gear].sides() {
                 rhs[member] += wrench * impulse.row(0);
             }
@@ -109,7 +109,7 @@ impl Island {
         rhs: &mut [SMatrix<f64, 6, C>],
     ) {
         let of = (&self.links[coupling], &self.setting.couplings[coupling]);
-        if let Kind::Gear(_) = of.0.kind {
+        if let CouplingKind::Gear(_) = of.0.kind {
             return;
         }
         for (side, (member, share, _)) in self.sides(of).enumerate() {
@@ -128,7 +128,7 @@ impl Island {
     ) -> Vector3<f64> {
         let of = (&self.links[coupling], &self.setting.couplings[coupling]);
         let mut impulse = Vector3::zeros();
-        if let Kind::Gear(gear) = of.0.kind {
+        if let CouplingKind::Gear(gear) = of.0.kind {
             let sides = self.gears[gear].sides();
             impulse[0] = sides.map(|(member, wrench)| wrench.dot(&rhs[member])).sum();
             return impulse;
@@ -151,7 +151,7 @@ impl Island {
     ) -> Vector6<f64> {
         let of = (&self.links[coupling], &self.setting.couplings[coupling]);
         let mut torques = Vector6::zeros();
-        if let Kind::Gear(_) = of.0.kind {
+        if let CouplingKind::Gear(_) = of.0.kind {
             return torques;
         }
         for (side, (member, share, _)) in self.sides(of).enumerate() {
@@ -208,7 +208,7 @@ impl Island {
     }
 
     /// Its gears.
-    pub(in super::super) fn gear_rows(&self) -> impl Iterator<Item = GearRow> {
+    pub(in super::super) fn gear_rows(&self) -> impl Iterator<Item = GearTangent> {
         let first = self.links.len() - self.gears.len();
         self.gears.iter().enumerate().map(move |(place, train)| train.row(first + place))
     }
@@ -231,8 +231,8 @@ impl Island {
     /// A piece of the law of row k of a joint's coupling.
     pub(in super::super) fn segment(&self, coupling: usize, k: usize, piece: u8) -> Segment {
         match &self.setting.couplings[coupling].law {
-            Law::Axes(axes) => axes.segment(&self.setting.graphs, k, piece),
-            Law::Cone(_) => Segment::NONE,
+            CouplingLaw::Axes(axes) => axes.segment(&self.setting.graphs, k, piece),
+            CouplingLaw::Cone(_) => Segment::NONE,
         }
     }
 

@@ -5,13 +5,13 @@
 use super::answer::{Answer, Factored};
 use super::cone_barrier::Pending;
 use super::map::NaturalMap;
-use super::rows::Rows;
+use super::rows::CouplingRows;
 use crate::joint::{Graph, Segment};
 use nalgebra::{Matrix3, Vector3};
 
 /// Three rows, each under a graph.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct Axes {
+pub(in super::super) struct AxesLaw {
     /// The place of the graph of each row that is not locked among those of the step.
     places: [u32; 3],
     /// Which of them are locked.
@@ -22,7 +22,7 @@ pub(in super::super) struct Axes {
 
 static LOCKED: Graph = Graph::locked();
 
-impl Axes {
+impl AxesLaw {
     /// Those of three graphs, `None` of a row that is locked; the others join the `graphs` of a step. `turned` tells whether
     /// the frame of the rows is another one than the identity.
     pub(in super::super) fn new(
@@ -54,13 +54,13 @@ impl Axes {
 
     /// What has these parts along the rows.
     #[inline]
-    fn out(&self, rows: &Rows, along: Vector3<f64>) -> Vector3<f64> {
+    fn out(&self, rows: &CouplingRows, along: Vector3<f64>) -> Vector3<f64> {
         if self.turned { rows.frame * along } else { along }
     }
 
     /// The parts along the rows.
     #[inline]
-    fn along(&self, rows: &Rows, of: Vector3<f64>) -> Vector3<f64> {
+    fn along(&self, rows: &CouplingRows, of: Vector3<f64>) -> Vector3<f64> {
         if self.turned { rows.frame.tr_mul(&of) } else { of }
     }
 
@@ -73,8 +73,8 @@ impl Axes {
 /// The arguments of the projections of three rows, y = p̂ − ρ û, in their axes; those of three that are locked in the axes in which
 /// the coupling moves.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct Pull {
-    axes: Axes,
+pub(in super::super) struct AxesProjection {
+    axes: AxesLaw,
     /// û.
     u: Vector3<f64>,
     /// p̂.
@@ -82,12 +82,12 @@ pub(in super::super) struct Pull {
     rho: Vector3<f64>,
 }
 
-impl Pull {
+impl AxesProjection {
     // Not within the loops over the contacts of one body, which have none.
     #[inline(never)]
     pub(super) fn new(
         map: &NaturalMap,
-        (rows, axes): (&Rows, &Axes),
+        (rows, axes): (&CouplingRows, &AxesLaw),
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
     ) -> Self {
@@ -104,7 +104,7 @@ impl Pull {
     }
 
     /// P(y) (J3) of each row.
-    pub(super) fn projected(&self, rows: &Rows, graphs: &[Graph]) -> Vector3<f64> {
+    pub(super) fn projected(&self, rows: &CouplingRows, graphs: &[Graph]) -> Vector3<f64> {
         if self.axes.all_locked() {
             let slowed = rows.frame.tr_mul(&self.u).component_mul(&self.rho);
             return self.p - rows.frame * slowed;
@@ -114,7 +114,7 @@ impl Pull {
     }
 
     /// (p̂ − P(y))/ρ of each row.
-    pub(super) fn natural_map(&self, rows: &Rows, graphs: &[Graph]) -> Vector3<f64> {
+    pub(super) fn natural_map(&self, rows: &CouplingRows, graphs: &[Graph]) -> Vector3<f64> {
         if self.axes.all_locked() {
             return self.axes.out(rows, self.u);
         }
@@ -177,7 +177,7 @@ impl Pull {
     pub(super) fn answer(
         &self,
         pieces: [u8; 3],
-        (rows, graphs): (&Rows, &[Graph]),
+        (rows, graphs): (&CouplingRows, &[Graph]),
         compliance: f64,
     ) -> Answer {
         if self.axes.all_locked() {
@@ -197,7 +197,7 @@ impl Pull {
     pub(super) fn offset(
         &self,
         pieces: [u8; 3],
-        (rows, graphs): (&Rows, &[Graph]),
+        (rows, graphs): (&CouplingRows, &[Graph]),
         compliance: f64,
     ) -> Vector3<f64> {
         match self.axes.all_locked() {
@@ -210,7 +210,7 @@ impl Pull {
     pub(super) fn factored(
         &self,
         pieces: [u8; 3],
-        (rows, graphs): (&Rows, &[Graph]),
+        (rows, graphs): (&CouplingRows, &[Graph]),
         compliance: f64,
     ) -> Factored {
         Factored::along(&rows.frame, self.along_axes(pieces, graphs, compliance).1)
@@ -238,25 +238,25 @@ impl Pull {
 /// method.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct AxesBarrier {
-    pull: Pull,
+    pull: AxesProjection,
 }
 
 impl AxesBarrier {
-    pub(super) fn new(axes: &Axes, rows: &Rows) -> Self {
+    pub(super) fn new(axes: &AxesLaw, rows: &CouplingRows) -> Self {
         let zero = Vector3::zeros();
-        Self { pull: Pull { axes: *axes, u: zero, p: zero, rho: rows.scale } }
+        Self { pull: AxesProjection { axes: *axes, u: zero, p: zero, rho: rows.scale } }
     }
 
     pub(super) fn nothing(&self) -> Self {
-        Self { pull: Pull { p: Vector3::zeros(), ..self.pull } }
+        Self { pull: AxesProjection { p: Vector3::zeros(), ..self.pull } }
     }
 
     pub(super) fn impulse(&self) -> Vector3<f64> {
         self.pull.p
     }
 
-    fn at(&self, u: &Vector3<f64>) -> Pull {
-        Pull { u: u + super::super::tolerances::COMPLIANCE * self.pull.p, ..self.pull }
+    fn at(&self, u: &Vector3<f64>) -> AxesProjection {
+        AxesProjection { u: u + super::super::tolerances::COMPLIANCE * self.pull.p, ..self.pull }
     }
 
     /// How far the rows are from their graphs where they move by u, m/s.
@@ -278,10 +278,10 @@ impl AxesBarrier {
     }
 
     pub(super) fn step(&self, impulse: &Vector3<f64>) -> Self {
-        Self { pull: Pull { p: *impulse, ..self.pull } }
+        Self { pull: AxesProjection { p: *impulse, ..self.pull } }
     }
 
     pub(super) fn moved(&self, step: &Self, length: f64) -> Self {
-        Self { pull: Pull { p: self.pull.p + length * step.pull.p, ..self.pull } }
+        Self { pull: AxesProjection { p: self.pull.p + length * step.pull.p, ..self.pull } }
     }
 }

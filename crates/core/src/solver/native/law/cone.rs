@@ -4,8 +4,8 @@
 //! Equation numbers are those of `docs/native-solver.md`.
 
 use super::answer::{Answer, Factored};
-use super::map::{NaturalMap, Piece};
-use super::rows::Rows;
+use super::map::{MapPiece, NaturalMap};
+use super::rows::CouplingRows;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
 
@@ -20,7 +20,7 @@ impl Cone {
     /// With even odds open or pressed by up to `strength`, its friction anywhere in the cone.
     pub(super) fn scattered(
         &self,
-        rows: &Rows,
+        rows: &CouplingRows,
         strength: f64,
         mut uniform: impl FnMut() -> f64,
     ) -> Vector3<f64> {
@@ -39,7 +39,7 @@ impl Cone {
 /// γ − ρ_n û_n   and   β − ρ_t û_t
 /// ```
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct Pull {
+pub(in super::super) struct ConeProjection {
     /// û.
     u: Vector3<f64>,
     /// û_n.
@@ -60,11 +60,11 @@ pub(in super::super) struct Pull {
     friction: f64,
 }
 
-impl Pull {
+impl ConeProjection {
     #[inline]
     pub(super) fn new(
         map: &NaturalMap,
-        (rows, cone): (&Rows, &Cone),
+        (rows, cone): (&CouplingRows, &Cone),
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
     ) -> Self {
@@ -80,7 +80,7 @@ impl Pull {
     }
 
     /// The impulse of both projections: n max(0, γ − ρ_n û_n) + Π(β − ρ_t û_t).
-    pub(super) fn projected(&self, rows: &Rows) -> Vector3<f64> {
+    pub(super) fn projected(&self, rows: &CouplingRows) -> Vector3<f64> {
         let normal = self.normal.max(0.0);
         let radius = self.friction * normal;
         let shrink = if self.size > radius { radius / self.size } else { 1.0 };
@@ -93,7 +93,7 @@ impl Pull {
     /// n (γ − max(0, γ − ρ_n û_n))/ρ_n + (β − Π_{μ max(0, γ − ρ_n û_n)}(β − ρ_t û_t))/ρ_t
     /// ```
     #[inline]
-    pub(super) fn natural_map(&self, rows: &Rows) -> Vector3<f64> {
+    pub(super) fn natural_map(&self, rows: &CouplingRows) -> Vector3<f64> {
         let normal = self.normal.max(0.0);
         let radius = self.friction * normal;
         let shrink = if self.size > radius { radius / self.size } else { 1.0 };
@@ -102,13 +102,13 @@ impl Pull {
     }
 
     /// The piece of the natural map; within `stick_margin` of the cone it is stick.
-    pub(super) fn piece(&self, stick_margin: f64) -> Piece {
+    pub(super) fn piece(&self, stick_margin: f64) -> MapPiece {
         if self.normal <= 0.0 {
-            Piece::Open
+            MapPiece::Open
         } else if self.size <= self.friction * (1.0 + stick_margin) * self.normal {
-            Piece::Stick
+            MapPiece::Stick
         } else {
-            Piece::Slip
+            MapPiece::Slip
         }
     }
 
@@ -130,14 +130,14 @@ impl Pull {
     #[inline(always)]
     pub(super) fn answer(
         &self,
-        piece: Piece,
-        rows: &Rows,
+        piece: MapPiece,
+        rows: &CouplingRows,
         impulse: &Vector3<f64>,
         compliance: f64,
     ) -> Answer {
         match piece {
-            Piece::Open => Answer::open(impulse),
-            Piece::Stick => {
+            MapPiece::Open => Answer::open(impulse),
+            MapPiece::Stick => {
                 let stiffness = 1.0 / compliance;
                 if rows.give_alike() {
                     return Answer::stick(-stiffness * self.u, stiffness);
@@ -149,7 +149,7 @@ impl Pull {
                 let springs = Matrix3::from_diagonal_element(across) + along;
                 Answer::full(-springs * self.u, -springs)
             }
-            Piece::Slip | Piece::Axes(_) => {
+            MapPiece::Slip | MapPiece::Axes(_) => {
                 let (offset, gain) = self.linearise_slip(rows, compliance);
                 Answer::full(offset, gain)
             }
@@ -161,7 +161,7 @@ impl Pull {
     ///
     /// û_n = 0, and β = μ (γ − ρ_n û_n) t with t the direction of the pull β − ρ_t û_t. By
     /// δû_n = −û_n and δt = s sᵀ (δβ − ρ_t δû_t)/|pull|, s = n × t.
-    fn linearise_slip(&self, rows: &Rows, compliance: f64) -> (Vector3<f64>, Matrix3<f64>) {
+    fn linearise_slip(&self, rows: &CouplingRows, compliance: f64) -> (Vector3<f64>, Matrix3<f64>) {
         let Slip { t, s, n, across, turn, stiffness } = self.slip(rows, compliance);
         let friction = self.friction;
         let normal_offset = -stiffness * self.u_n;
@@ -183,7 +183,7 @@ impl Pull {
     /// What û_n/ε presses, D δu takes back along the old t: along the new one their difference would be an impulse.
     pub(super) fn slip_offset(
         &self,
-        rows: &Rows,
+        rows: &CouplingRows,
         compliance: f64,
         gain: &Matrix3<f64>,
     ) -> Vector3<f64> {
@@ -195,7 +195,7 @@ impl Pull {
 
     /// The axes of the slip piece, and its numbers along them.
     #[inline(always)]
-    fn slip(&self, rows: &Rows, compliance: f64) -> Slip {
+    fn slip(&self, rows: &CouplingRows, compliance: f64) -> Slip {
         let (n, friction) = (rows.normal(), self.friction);
         let size = self.size.max(f64::MIN_POSITIVE);
         let t = self.tangential / size;
@@ -211,15 +211,20 @@ impl Pull {
     /// ```text
     /// D = (−ρ_t bend/across) s sᵀ − (n + μ t) nᵀ/ε
     /// ```
-    pub(super) fn factored(&self, piece: Piece, rows: &Rows, compliance: f64) -> Factored {
+    pub(super) fn factored(
+        &self,
+        piece: MapPiece,
+        rows: &CouplingRows,
+        compliance: f64,
+    ) -> Factored {
         match piece {
-            Piece::Open => Factored::nothing(),
-            Piece::Stick => {
+            MapPiece::Open => Factored::nothing(),
+            MapPiece::Stick => {
                 let along = -1.0 / compliance;
                 let across = along / rows.give;
                 Factored::along(&rows.frame, Vector3::new(across, across, along))
             }
-            Piece::Slip | Piece::Axes(_) => {
+            MapPiece::Slip | MapPiece::Axes(_) => {
                 let Slip { t, s, n, turn, stiffness, .. } = self.slip(rows, compliance);
                 Factored {
                     to: Matrix3::from_columns(&[t, s, n + t * self.friction]),
@@ -248,13 +253,13 @@ mod tests {
     const COMPLIANCE: f64 = 1e-6;
 
     /// A slipping contact that presses by 0.02 m/s along `direction` (rad), and moves on by u_n along its normal.
-    fn slipping(direction: f64, u_n: f64) -> (Rows, Pull, Vector3<f64>) {
-        let rows = Rows::of_contact(Matrix3::identity(), (2.0, 1.5));
+    fn slipping(direction: f64, u_n: f64) -> (CouplingRows, ConeProjection, Vector3<f64>) {
+        let rows = CouplingRows::of_contact(Matrix3::identity(), (2.0, 1.5));
         let (sin, cos) = direction.sin_cos();
         let impulse = Vector3::new(-0.006 * cos, -0.006 * sin, 0.02);
         let u = Vector3::new(0.3 * cos, 0.3 * sin, u_n);
         let map = NaturalMap::with_compliance(COMPLIANCE);
-        let pull = Pull::new(&map, (&rows, &Cone { friction: 0.3 }), &u, &impulse);
+        let pull = ConeProjection::new(&map, (&rows, &Cone { friction: 0.3 }), &u, &impulse);
         (rows, pull, impulse)
     }
 

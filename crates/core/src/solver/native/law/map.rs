@@ -23,7 +23,7 @@ impl NaturalMap {
 
 /// The piece of the natural map that a coupling is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Piece {
+pub enum MapPiece {
     /// No impulse.
     Open,
     /// It presses, and its point does not slip.

@@ -1,11 +1,11 @@
 //! The laws that couplings obey, behind one set of functions.
 //!
-//! Solvers know a law by what it answers here: the arguments of its projection ([`Law::pull`]), the
-//! projection and the residual ([`Pull::projected`], [`Law::evaluated`]), the piece of the natural
-//! map that a point is on and how far the next one is ([`Pull::piece`], [`Pull::margin`]), that piece
-//! solved for the impulse ([`Pull::answer`]), an impulse somewhere in its set ([`Law::scattered`]), and
+//! Solvers know a law by what it answers here: the arguments of its projection ([`CouplingLaw::pull`]), the
+//! projection and the residual ([`Projection::projected`], [`CouplingLaw::evaluated`]), the piece of the natural
+//! map that a point is on and how far the next one is ([`Projection::piece`], [`Projection::margin`]), that piece
+//! solved for the impulse ([`Projection::answer`]), an impulse somewhere in its set ([`CouplingLaw::scattered`]), and
 //! the variables of an interior point ([`Barrier`]). A new law is a file beside [`cone`] and a variant of
-//! [`Law`], [`Pull`] and [`Barrier`].
+//! [`CouplingLaw`], [`Projection`] and [`Barrier`].
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
@@ -17,12 +17,12 @@ mod map;
 mod rows;
 
 pub(super) use answer::{Answer, Factored, Gain};
-pub(super) use axes::Axes;
+pub(super) use axes::AxesLaw;
 pub(super) use cone::Cone;
 pub(super) use cone_barrier::Pending;
+pub use map::MapPiece;
 pub(super) use map::NaturalMap;
-pub use map::Piece;
-pub(super) use rows::Rows;
+pub(super) use rows::CouplingRows;
 
 use crate::joint::Graph;
 use axes::AxesBarrier;
@@ -31,18 +31,18 @@ use nalgebra::{Matrix3, Vector3};
 
 /// A law of three rows, with its constants.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Law {
+pub(super) enum CouplingLaw {
     /// Hard contact and Coulomb's round cone, with maximum dissipation.
     Cone(Cone),
     /// A graph for each row: what a joint does along its axes.
-    Axes(Axes),
+    Axes(AxesLaw),
 }
 
 /// A coupling's arguments of the projections in the natural map.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Pull {
-    Cone(cone::Pull),
-    Axes(axes::Pull),
+pub(super) enum Projection {
+    Cone(cone::ConeProjection),
+    Axes(axes::AxesProjection),
 }
 
 /// The variables of a coupling in an interior point, besides V.
@@ -52,19 +52,23 @@ pub(super) enum Barrier {
     Axes(AxesBarrier),
 }
 
-impl Law {
+impl CouplingLaw {
     /// The arguments of the projections of a coupling with these `rows` at its motion u and impulse p̂ (m/s, world).
     #[inline]
     pub(super) fn pull(
         &self,
         map: &NaturalMap,
-        rows: &Rows,
+        rows: &CouplingRows,
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
-    ) -> Pull {
+    ) -> Projection {
         match self {
-            Self::Cone(cone) => Pull::Cone(cone::Pull::new(map, (rows, cone), u, impulse)),
-            Self::Axes(axes) => Pull::Axes(axes::Pull::new(map, (rows, axes), u, impulse)),
+            Self::Cone(cone) => {
+                Projection::Cone(cone::ConeProjection::new(map, (rows, cone), u, impulse))
+            }
+            Self::Axes(axes) => {
+                Projection::Axes(axes::AxesProjection::new(map, (rows, axes), u, impulse))
+            }
         }
     }
 
@@ -73,20 +77,20 @@ impl Law {
     pub(super) fn evaluated(
         &self,
         (map, graphs): (&NaturalMap, &[Graph]),
-        rows: &Rows,
+        rows: &CouplingRows,
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
-    ) -> (Pull, Vector3<f64>) {
+    ) -> (Projection, Vector3<f64>) {
         match self {
             Self::Cone(cone) => {
-                let pull = cone::Pull::new(map, (rows, cone), u, impulse);
+                let pull = cone::ConeProjection::new(map, (rows, cone), u, impulse);
                 let missed = pull.natural_map(rows);
-                (Pull::Cone(pull), missed)
+                (Projection::Cone(pull), missed)
             }
             Self::Axes(axes) => {
-                let pull = axes::Pull::new(map, (rows, axes), u, impulse);
+                let pull = axes::AxesProjection::new(map, (rows, axes), u, impulse);
                 let missed = pull.natural_map(rows, graphs);
-                (Pull::Axes(pull), missed)
+                (Projection::Axes(pull), missed)
             }
         }
     }
@@ -95,7 +99,7 @@ impl Law {
     /// numbers between 0 and 1.
     pub(super) fn scattered(
         &self,
-        rows: &Rows,
+        rows: &CouplingRows,
         strength: f64,
         uniform: impl FnMut() -> f64,
     ) -> Vector3<f64> {
@@ -108,7 +112,7 @@ impl Law {
 
     /// The centred variables of an interior point: rows that move at the speed `speed`, and an impulse
     /// of the size `strength` (m/s).
-    pub(super) fn centred(&self, rows: &Rows, speed: f64, strength: f64) -> Barrier {
+    pub(super) fn centred(&self, rows: &CouplingRows, speed: f64, strength: f64) -> Barrier {
         match self {
             Self::Cone(cone) => Barrier::Cone(ConeBarrier::centred(cone, speed, strength)),
             Self::Axes(axes) => Barrier::Axes(AxesBarrier::new(axes, rows)),
@@ -116,9 +120,9 @@ impl Law {
     }
 }
 
-impl Pull {
+impl Projection {
     /// The impulse that the projections give, m/s, world.
-    pub(super) fn projected(&self, rows: &Rows, graphs: &[Graph]) -> Vector3<f64> {
+    pub(super) fn projected(&self, rows: &CouplingRows, graphs: &[Graph]) -> Vector3<f64> {
         match self {
             Self::Cone(pull) => pull.projected(rows),
             Self::Axes(pull) => pull.projected(rows, graphs),
@@ -127,19 +131,19 @@ impl Pull {
 
     /// The piece of the natural map.
     #[inline]
-    pub(super) fn piece(&self, map: &NaturalMap, graphs: &[Graph]) -> Piece {
+    pub(super) fn piece(&self, map: &NaturalMap, graphs: &[Graph]) -> MapPiece {
         match self {
             Self::Cone(pull) => pull.piece(map.stick_margin),
-            Self::Axes(pull) => Piece::Axes(pull.pieces(graphs)),
+            Self::Axes(pull) => MapPiece::Axes(pull.pieces(graphs)),
         }
     }
 
     /// At least so many rows are held wherever they are: not those that slip nearly sideways.
     pub(super) fn stiff_rows(&self, map: &NaturalMap, graphs: &[Graph]) -> usize {
         match (self, self.piece(map, graphs)) {
-            (Self::Axes(pull), Piece::Axes(pieces)) => pull.stiff_rows(pieces, graphs),
-            (_, Piece::Stick) => 3,
-            (_, Piece::Slip) => 1,
+            (Self::Axes(pull), MapPiece::Axes(pieces)) => pull.stiff_rows(pieces, graphs),
+            (_, MapPiece::Stick) => 3,
+            (_, MapPiece::Slip) => 1,
             _ => 0,
         }
     }
@@ -172,13 +176,13 @@ impl Pull {
     #[inline(always)]
     pub(super) fn answer(
         &self,
-        piece: Piece,
-        (rows, graphs): (&Rows, &[Graph]),
+        piece: MapPiece,
+        (rows, graphs): (&CouplingRows, &[Graph]),
         impulse: &Vector3<f64>,
         compliance: f64,
     ) -> Answer {
         match (self, piece) {
-            (Self::Axes(pull), Piece::Axes(pieces)) => {
+            (Self::Axes(pull), MapPiece::Axes(pieces)) => {
                 pull.answer(pieces, (rows, graphs), compliance)
             }
             (Self::Cone(pull), piece) => pull.answer(piece, rows, impulse, compliance),
@@ -190,16 +194,16 @@ impl Pull {
     #[inline]
     pub(super) fn offset(
         &self,
-        piece: Piece,
-        (rows, graphs): (&Rows, &[Graph]),
+        piece: MapPiece,
+        (rows, graphs): (&CouplingRows, &[Graph]),
         impulse: &Vector3<f64>,
         (compliance, gain): (f64, &Gain),
     ) -> Vector3<f64> {
         match (self, piece, gain) {
-            (Self::Axes(pull), Piece::Axes(pieces), _) => {
+            (Self::Axes(pull), MapPiece::Axes(pieces), _) => {
                 pull.offset(pieces, (rows, graphs), compliance)
             }
-            (Self::Cone(pull), Piece::Slip, Gain::Full(gain)) => {
+            (Self::Cone(pull), MapPiece::Slip, Gain::Full(gain)) => {
                 pull.slip_offset(rows, compliance, gain)
             }
             _ => self.answer(piece, (rows, graphs), impulse, compliance).offset,
@@ -209,12 +213,12 @@ impl Pull {
     /// The gain of that answer in its factors.
     pub(super) fn factored(
         &self,
-        piece: Piece,
-        (rows, graphs): (&Rows, &[Graph]),
+        piece: MapPiece,
+        (rows, graphs): (&CouplingRows, &[Graph]),
         compliance: f64,
     ) -> Factored {
         match (self, piece) {
-            (Self::Axes(pull), Piece::Axes(pieces)) => {
+            (Self::Axes(pull), MapPiece::Axes(pieces)) => {
                 pull.factored(pieces, (rows, graphs), compliance)
             }
             (Self::Cone(pull), piece) => pull.factored(piece, rows, compliance),

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// The axes of a coupling's rows, and the scales of each.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct Rows {
+pub(in super::super) struct CouplingRows {
     /// The axes as columns: (t₁, t₂, n) of a contact.
     pub(in super::super) frame: Matrix3<f64>,
     /// ρ of each row: the inverse of its own response, which scales the natural map.
@@ -13,7 +13,7 @@ pub(in super::super) struct Rows {
     pub(in super::super) give: f64,
 }
 
-impl Rows {
+impl CouplingRows {
     /// Those of a contact along the axes `frame`, (t₁, t₂, n), with these responses along the tangents and the
     /// normal.
     pub(in super::super) fn of_contact(

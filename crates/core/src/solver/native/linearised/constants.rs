@@ -1,7 +1,7 @@
 //! Changes of constants of the world, as what they change of bodies and of the sides of contacts.
 
 use super::super::member::BodyGiven;
-use crate::derivative::Given;
+use crate::derivative::SideChangeInput;
 use crate::mechanics::RigidBody;
 use crate::world::Constant;
 use crate::world::constants::extents;
@@ -10,7 +10,7 @@ use std::ops::Range;
 
 /// What constants of a body are counted from.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shape {
+pub(super) struct ConstantsBase {
     pub(super) mass: f64,
     pub(super) inertia: Matrix3<f64>,
     /// Half the extents, m, and the radius.
@@ -18,7 +18,7 @@ pub(super) struct Shape {
     pub(super) radius: f64,
 }
 
-impl Shape {
+impl ConstantsBase {
     pub(super) fn of(body: &RigidBody) -> Self {
         let radius = body.contact_points().iter().map(|point| point.radius).fold(0.0, f64::max);
         let (mass, inertia) = (body.mass(), *body.inertia());
@@ -27,12 +27,12 @@ impl Shape {
 }
 
 /// Changes of constants, by their places among the numbers of each.
-pub(super) struct Constants<'a, F: Fn(Constant, usize) -> f64> {
-    pub(super) shapes: &'a [Shape],
+pub(super) struct ConstantChanges<'a, F: Fn(Constant, usize) -> f64> {
+    pub(super) shapes: &'a [ConstantsBase],
     pub(super) numbers: &'a F,
 }
 
-impl<F: Fn(Constant, usize) -> f64> Constants<'_, F> {
+impl<F: Fn(Constant, usize) -> f64> ConstantChanges<'_, F> {
     /// δm and δI: inertia goes with the mass.
     pub(super) fn mass(&self, body: usize) -> (f64, Matrix3<f64>) {
         let (shape, of) = (&self.shapes[body], self.numbers);
@@ -60,7 +60,7 @@ impl<F: Fn(Constant, usize) -> f64> Constants<'_, F> {
     /// ```text
     /// σ = (a δs − δρ)/(a − ρ)
     /// ```
-    pub(super) fn side(&self, body: usize) -> Given {
+    pub(super) fn side(&self, body: usize) -> SideChangeInput {
         let (shape, of) = (&self.shapes[body], self.numbers);
         let (size, radius) = (of(Constant::Size, body), of(Constant::Radius, body));
         let stretch = if size == 0.0 && radius == 0.0 {
@@ -68,7 +68,12 @@ impl<F: Fn(Constant, usize) -> f64> Constants<'_, F> {
         } else {
             shape.extents.map(|a| (a * size - radius) / (a - shape.radius))
         };
-        Given { stretch, radius, inertia: self.mass(body).1, ..Given::nothing() }
+        SideChangeInput {
+            stretch,
+            radius,
+            inertia: self.mass(body).1,
+            ..SideChangeInput::nothing()
+        }
     }
 }
 

@@ -2,11 +2,11 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::law::Piece;
-use super::constants::{Constants, Shape, side_places, unit};
-use super::slopes::{RowsChange, Slopes};
+use super::super::law::MapPiece;
+use super::constants::{ConstantChanges, ConstantsBase, side_places, unit};
+use super::slopes::{LinearisedSlopes, RowsChange};
 use crate::contact::{Contact, Partner};
-use crate::derivative::{ContactTangent, Given, Placed, RowSlopes};
+use crate::derivative::{ContactTangent, PlacedFeatures, RowSlopes, SideChangeInput};
 use crate::mechanics::State;
 use crate::step::Step;
 use crate::world::{Constant, LawSlopes};
@@ -17,7 +17,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 pub(super) struct LinearCoupling {
     /// Its place among the couplings of the island.
     pub(super) index: usize,
-    pub(super) slopes: Slopes,
+    pub(super) slopes: LinearisedSlopes,
     pub(super) rotations: [Matrix3<f64>; 2],
     pub(super) tangent: ContactTangent,
     /// The rows along which D of (N5) sees motions.
@@ -35,10 +35,10 @@ impl LinearCoupling {
     /// Of a point of the central path `by_friction` is δp̂ by δμ. `limit` is the ε of which the limit is taken, or 0: what the law itself makes of the impulse does not give way (G14).
     pub(super) fn new(
         step: &Step<'_>,
-        (contact, placed, index): (&Contact, &Placed, usize),
+        (contact, placed, index): (&Contact, &PlacedFeatures, usize),
         next: &[State],
         (piece, by_friction, from, impulse): (
-            Piece,
+            MapPiece,
             Option<Vector3<f64>>,
             &Matrix3<f64>,
             Vector3<f64>,
@@ -53,7 +53,7 @@ impl LinearCoupling {
         let across = |v: &Vector3<f64>| v - n * n.dot(v);
         // Along the friction, or against the slip where there is none.
         let by_friction = by_friction.unwrap_or_else(|| match piece {
-            Piece::Slip => {
+            MapPiece::Slip => {
                 let along = match contact.law.friction > 0.0 {
                     true => across(&impulse),
                     false => -across(tangent.motion()),
@@ -67,7 +67,7 @@ impl LinearCoupling {
         };
         let mut coupling = Self {
             index,
-            slopes: Slopes::of(bodies),
+            slopes: LinearisedSlopes::of(bodies),
             rotations: bodies.map(rotation),
             tangent,
             from: *from,
@@ -144,21 +144,21 @@ impl LinearCoupling {
         let mut by_velocity = contact.bounces().then(|| Box::new(SMatrix::<f64, 6, 12>::zeros()));
         for side in (0..2).filter(|&side| self.slopes.bodies[side].is_some()) {
             for k in 0..6 {
-                let (unit, nothing) = (Vector3::ith(k % 3, 1.0), Given::nothing());
+                let (unit, nothing) = (Vector3::ith(k % 3, 1.0), SideChangeInput::nothing());
                 let column = match (k, side) {
                     // Where both move alike, nothing changes.
                     (0..3, 1) => self.slopes.by_pose.columns(k).negated(),
-                    (0..3, _) => self.changed(side, &Given { position: unit, ..nothing }),
+                    (0..3, _) => self.changed(side, &SideChangeInput { position: unit, ..nothing }),
                     _ => {
                         let turn = self.rotations[side] * unit;
-                        self.changed(side, &Given { turn, ..nothing })
+                        self.changed(side, &SideChangeInput { turn, ..nothing })
                     }
                 };
                 self.slopes.by_pose.set(6 * side + k, &column);
                 if let Some(slopes) = &mut by_velocity {
                     let faster = match k {
-                        0..3 => Given { velocity: unit, ..nothing },
-                        _ => Given { spin: unit, ..nothing },
+                        0..3 => SideChangeInput { velocity: unit, ..nothing },
+                        _ => SideChangeInput { spin: unit, ..nothing },
                     };
                     let RowsChange { motion, impulse, .. } = self.changed(side, &faster);
                     slopes.fixed_view_mut::<3, 1>(0, 6 * side + k).copy_from(&motion);
@@ -170,8 +170,8 @@ impl LinearCoupling {
     }
 
     /// What a change of one side makes.
-    fn changed(&self, side: usize, given: &Given) -> RowsChange<1> {
-        let nothing = Given::nothing();
+    fn changed(&self, side: usize, given: &SideChangeInput) -> RowsChange<1> {
+        let nothing = SideChangeInput::nothing();
         let sides = if side == 0 { (given, &nothing) } else { (&nothing, given) };
         self.change(sides, 0.0, 0.0)
     }
@@ -184,7 +184,7 @@ impl LinearCoupling {
     /// ```
     pub(super) fn change(
         &self,
-        sides: (&Given, &Given),
+        sides: (&SideChangeInput, &SideChangeInput),
         time_step: f64,
         restitution: f64,
     ) -> RowsChange<1> {
@@ -205,10 +205,12 @@ impl LinearCoupling {
     /// By changes of constants.
     pub(super) fn by_constants<F: Fn(Constant, usize) -> f64>(
         &self,
-        constants: &Constants<'_, F>,
+        constants: &ConstantChanges<'_, F>,
     ) -> RowsChange<1> {
         let of = constants.numbers;
-        let side = |body: Option<usize>| body.map_or(Given::nothing(), |body| constants.side(body));
+        let side = |body: Option<usize>| {
+            body.map_or(SideChangeInput::nothing(), |body| constants.side(body))
+        };
         let (a, mut b) = (side(self.slopes.bodies[0]), side(self.slopes.bodies[1]));
         if self.is_ground {
             b.position = self.tangent.normal() * of(Constant::Ground, 0);
@@ -224,10 +226,10 @@ impl LinearCoupling {
     pub(super) fn pull_constants(
         &self,
         by: &RowsChange<1>,
-        (shapes, constants): (&[Shape], &[Constant]),
+        (shapes, constants): (&[ConstantsBase], &[Constant]),
         sums: &mut [Vec<f64>],
     ) {
-        let nothing = Given::nothing();
+        let nothing = SideChangeInput::nothing();
         let [frictions, restitutions] = &self.law;
         for (&constant, sums) in constants.iter().zip(sums) {
             let of_constant = |slopes: &LawSlopes| {
@@ -246,7 +248,7 @@ impl LinearCoupling {
                     sums[0] += by.dot(&self.change((&nothing, &nothing), 1.0, 0.0));
                 }
                 Constant::Ground if self.is_ground => {
-                    let raised = Given { position: self.tangent.normal(), ..nothing };
+                    let raised = SideChangeInput { position: self.tangent.normal(), ..nothing };
                     sums[0] += by.dot(&self.change((&nothing, &raised), 0.0, 0.0));
                 }
                 _ => {}
@@ -255,7 +257,7 @@ impl LinearCoupling {
                 let Some(body) = body else { continue };
                 for place in side_places(constant, body, self.tangent.bounces()) {
                     let numbers = unit(constant, place);
-                    let given = Constants { shapes, numbers: &numbers }.side(body);
+                    let given = ConstantChanges { shapes, numbers: &numbers }.side(body);
                     sums[place] += by.dot(&self.changed(side, &given));
                 }
             }

@@ -16,10 +16,10 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::island::GearRow;
+use super::super::island::GearTangent;
 use super::constants::{add_anchors, anchors_of};
 use super::slopes::RowsChange;
-use super::tied::RowLaw;
+use super::tied::TiedRowLaw;
 use crate::derivative::{RowsTangent, StateChange};
 use crate::joint::{AxisChange, GearAxis};
 use crate::mechanics::State;
@@ -120,8 +120,8 @@ impl LinearGear {
     /// The row u = ℓ (q₁⁺ − r q₂⁺ − q₀)/h of which the coordinates are rows of joints, under the `impulse` p̂ along it, or that of a drive of their
     /// sum, which has a `law` where the sum is that at the start; `next` are the states at the end.
     pub(super) fn new(
-        row: &GearRow,
-        (tangents, law): (&[TiedRows], &dyn Fn(f64) -> RowLaw),
+        row: &GearTangent,
+        (tangents, law): (&[TiedRows], &dyn Fn(f64) -> TiedRowLaw),
         (step, next, impulse): (&Step<'_>, &[State], f64),
     ) -> Option<Self> {
         let (h, joints) = (step.world.time_step(), step.world.joints());

@@ -7,13 +7,13 @@ use super::super::island::Island;
 use super::super::islands::IslandView;
 use super::super::member::BodyGiven;
 use super::super::tolerances::COMPLIANCE;
-use super::constants::{Constants, Shape, places, unit};
-use super::point::{Given, LinearPoint};
-use super::refined::{Columns, Drawn};
+use super::constants::{ConstantChanges, ConstantsBase, places, unit};
+use super::point::{LinearPoint, PointCompliance};
+use super::refined::{Drawn, RefinedColumns};
 use super::tied::Slots;
 use super::{Smoothing, StepChange, StepGradient};
 use crate::contact::Contact;
-use crate::derivative::{EndMap, Placed, StateChange};
+use crate::derivative::{EndMap, PlacedFeatures, StateChange};
 use crate::error::Error;
 use crate::mechanics::State;
 use crate::step::Step;
@@ -31,13 +31,13 @@ pub(super) struct LinearIsland {
     /// Whether the first point is all: where its limit is taken by itself, or the compliance is no limit.
     is_one: bool,
     /// With what each is linearised.
-    given: [Given; 2],
+    given: [PointCompliance; 2],
     /// The impulses of the solution that was found.
     found: Vec<Vector3<f64>>,
     /// (∂(angular part)/∂ω⁺)⁻¹ of a body by itself, which is all that its system has.
     free: Option<Matrix3<f64>>,
     /// How the features of its contacts follow the bodies, where it was asked.
-    placed: Vec<Option<Placed>>,
+    placed: Vec<Option<PlacedFeatures>>,
     /// Whether the rows that hold can follow any changes of the bodies' poses, and of their velocities.
     pub(super) follows_poses: bool,
     pub(super) follows_velocities: bool,
@@ -80,7 +80,7 @@ impl LinearIsland {
             points: [LinearPoint::new(), LinearPoint::new()],
             is_determined: false,
             is_one: false,
-            given: [Given { compliance: COMPLIANCE, is_limit: true }; 2],
+            given: [PointCompliance { compliance: COMPLIANCE, is_limit: true }; 2],
             found: Vec::new(),
             free: None,
             placed: Vec::new(),
@@ -189,11 +189,11 @@ impl LinearIsland {
         match smoothed {
             Some(Smoothing::Compliance(compliance)) => {
                 self.soften(step, view, compliance)?;
-                self.given[0] = Given { compliance, is_limit: false };
+                self.given[0] = PointCompliance { compliance, is_limit: false };
                 return self.factorise().map(|()| false);
             }
             Some(Smoothing::CentralPath(speed)) => {
-                self.given[0] = Given { compliance: COMPLIANCE, is_limit: false };
+                self.given[0] = PointCompliance { compliance: COMPLIANCE, is_limit: false };
                 return self.centre(step, view, speed * speed).map(|()| false);
             }
             None => {}
@@ -203,21 +203,22 @@ impl LinearIsland {
         let is_solved = rolls || residual <= island.tolerances().newton;
         // More rows than bodies have ways to move are not independent.
         if is_solved && near.stiff_rows(island) <= 6 * view.bodies.len() {
-            let on = Given { compliance: FINE, is_limit: true };
+            let on = PointCompliance { compliance: FINE, is_limit: true };
             near.keep(island, step, view, FINE);
             if near.factorise(island, on).is_some() && near.is_determined(island) {
                 (self.is_determined, self.given[0]) = (true, on);
                 return Ok(false);
             }
         }
-        self.given[0] = Given { compliance: COMPLIANCE, is_limit: true };
+        self.given[0] = PointCompliance { compliance: COMPLIANCE, is_limit: true };
         if rolls {
             self.points[0].keep(&self.island, step, view, COMPLIANCE);
             return self.factorise().map(|()| false);
         }
         if self.selects(step, view)? {
             self.is_one = self.island.is_plain();
-            self.given = COMPLIANCES.map(|compliance| Given { compliance, is_limit: false });
+            self.given =
+                COMPLIANCES.map(|compliance| PointCompliance { compliance, is_limit: false });
             return self.factorise().map(|()| false);
         }
         self.points[0].keep(&self.island, step, view, COMPLIANCE);
@@ -317,7 +318,7 @@ impl LinearIsland {
     pub(super) fn push<F: Fn(Constant, usize) -> f64>(
         &mut self,
         change: &StepChange<'_>,
-        constants: Option<Constants<'_, F>>,
+        constants: Option<ConstantChanges<'_, F>>,
         (gravity, ends): (&Vector3<f64>, &[Option<EndMap>]),
         end: &mut [StateChange],
     ) {
@@ -401,7 +402,7 @@ impl LinearIsland {
         }
         let [near, far] = all;
         let far = (!*is_one).then_some(far);
-        let solved = |place: usize, of: fn(&LinearPoint) -> &Columns<6>| match &far {
+        let solved = |place: usize, of: fn(&LinearPoint) -> &RefinedColumns<6>| match &far {
             Some(far) => of(near).solved[place] * WEIGHTS[0] + of(far).solved[place] * WEIGHTS[1],
             None => of(near).solved[place],
         };
@@ -416,7 +417,7 @@ impl LinearIsland {
     pub(super) fn pull(
         &mut self,
         by_velocity: &[(Vector3<f64>, Vector3<f64>)],
-        (gravity, shapes): (&Vector3<f64>, &[Shape]),
+        (gravity, shapes): (&Vector3<f64>, &[ConstantsBase]),
         constants: &[Constant],
         gradient: &mut StepGradient,
     ) {
@@ -444,7 +445,7 @@ impl LinearIsland {
                 for (&constant, sums) in constants.iter().zip(&mut gradient.constants) {
                     for place in places(constant, body) {
                         let numbers = unit(constant, place);
-                        let given = Constants { shapes, numbers: &numbers }.body(body);
+                        let given = ConstantChanges { shapes, numbers: &numbers }.body(body);
                         sums[place] += rhs.dot(&member.change(new, &given, gravity));
                     }
                 }

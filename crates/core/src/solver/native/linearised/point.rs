@@ -3,12 +3,12 @@
 //! Equation numbers are those of `docs/gradients.md`.
 
 use super::super::coupling::Coupling;
-use super::super::effort::Effort;
+use super::super::effort::SolveEffort;
 use super::super::equations::{Equations, Velocity};
 use super::super::interior_point::InteriorPoint;
 use super::super::island::Island;
 use super::super::islands::IslandView;
-use super::super::law::{Answer, Factored, NaturalMap, Piece};
+use super::super::law::{Answer, Factored, MapPiece, NaturalMap};
 use super::super::member::BodyGiven;
 use super::super::newton::{Iterate, Newton, Until, evaluate};
 use super::super::part::next_state;
@@ -16,10 +16,10 @@ use super::super::tolerances::COMPLIANCE;
 use super::StepChange;
 use super::coupling::LinearCoupling;
 use super::geared::LinearGear;
-use super::refined::{Columns, Held};
-use super::tied::{self, LinearRows, Slots, Solved};
+use super::refined::{Held, RefinedColumns};
+use super::tied::{self, LinearRows, Slots, SolvedRows};
 use crate::contact::Contact;
-use crate::derivative::Placed;
+use crate::derivative::PlacedFeatures;
 use crate::error::Error;
 use crate::mechanics::State;
 use crate::step::Step;
@@ -27,7 +27,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// With which compliance a point is linearised.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Given {
+pub(super) struct PointCompliance {
     /// ε of the matrix, and of the law that was evaluated last.
     pub(super) compliance: f64,
     /// Whether its limit is taken there (G14): the law is that of changes alone.
@@ -50,9 +50,9 @@ pub(super) struct LinearPoint {
     pub(super) joints: Vec<LinearRows>,
     pub(super) gears: Vec<LinearGear>,
     /// One change, and those by the pose of a body and by its velocities.
-    pub(super) one: Columns<1>,
-    pub(super) by_pose: Columns<6>,
-    pub(super) by_velocity: Columns<6>,
+    pub(super) one: RefinedColumns<1>,
+    pub(super) by_pose: RefinedColumns<6>,
+    pub(super) by_velocity: RefinedColumns<6>,
 }
 
 impl LinearPoint {
@@ -67,9 +67,9 @@ impl LinearPoint {
             couplings: Vec::new(),
             joints: Vec::new(),
             gears: Vec::new(),
-            one: Columns::new(),
-            by_pose: Columns::new(),
-            by_velocity: Columns::new(),
+            one: RefinedColumns::new(),
+            by_pose: RefinedColumns::new(),
+            by_velocity: RefinedColumns::new(),
         }
     }
 
@@ -127,7 +127,7 @@ impl LinearPoint {
         /// Iterations: as the start is as near as the compliance, two or three are enough.
         const ITERATIONS: u32 = 20;
         let map = NaturalMap::with_compliance(compliance);
-        let mut effort = Effort::new(step, view.bodies.len(), view.contacts.len());
+        let mut effort = SolveEffort::new(step, view.bodies.len(), view.contacts.len());
         effort.begin_start(u32::MAX);
         let tolerances = island.tolerances();
         let until = Until { iterations: ITERATIONS, residual: tolerances.rounding };
@@ -150,7 +150,7 @@ impl LinearPoint {
         const SCALES: [f64; 5] = [1.0, 0.1, 10.0, 0.01, 100.0];
         for scale in SCALES {
             self.begin(island, step, view);
-            let mut effort = Effort::new(step, view.bodies.len(), view.contacts.len());
+            let mut effort = SolveEffort::new(step, view.bodies.len(), view.contacts.len());
             effort.begin_start(u32::MAX);
             let Self { interior, iterate, .. } = self;
             let is_there = interior.centre(island, (scale, kappa), iterate, &mut effort);
@@ -184,8 +184,8 @@ impl LinearPoint {
     }
 
     /// Factorises the equations here, where ε = `compliance` has been evaluated last; `None` where they are singular.
-    pub(super) fn factorise(&mut self, island: &Island, on: Given) -> Option<()> {
-        let Given { compliance, is_limit } = on;
+    pub(super) fn factorise(&mut self, island: &Island, on: PointCompliance) -> Option<()> {
+        let PointCompliance { compliance, is_limit } = on;
         let map = NaturalMap::with_compliance(compliance);
         let Self { newton, iterate, held, gains, by_friction, .. } = self;
         by_friction.clear();
@@ -232,7 +232,7 @@ impl LinearPoint {
             let (frame, gain, rubs) = gain(index, &iterate.points()[index])?;
             by_friction.push(frame * rubs.unwrap_or_default());
             let gain = match piece {
-                Piece::Axes(_) => iterate.factored(island, (index, *piece), COMPLIANCE),
+                MapPiece::Axes(_) => iterate.factored(island, (index, *piece), COMPLIANCE),
                 _ => Factored { to: frame * gain, gains: Vector3::repeat(1.0), from: *frame },
             };
             if gain.gains != Vector3::zeros() {
@@ -289,10 +289,10 @@ impl LinearPoint {
         &mut self,
         island: &Island,
         (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
-        (next, placed, slots): (&mut [State], &mut [Option<Placed>], &Slots),
-        on: Given,
+        (next, placed, slots): (&mut [State], &mut [Option<PlacedFeatures>], &Slots),
+        on: PointCompliance,
     ) {
-        let Given { compliance, is_limit } = on;
+        let PointCompliance { compliance, is_limit } = on;
         let Self { newton, iterate, couplings, joints, gears, gains, by_friction, .. } = self;
         let (pieces, limit) = (newton.pieces(), if is_limit { compliance } else { 0.0 });
         for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
@@ -302,7 +302,8 @@ impl LinearPoint {
         for (index, gain) in &*gains {
             let Some(place) = view.contacts.get(*index) else { continue };
             let (contact, known) = (&contacts[*place], &mut placed[*index]);
-            let placed = known.get_or_insert_with(|| Placed::of(step.world, contact, step.states));
+            let placed =
+                known.get_or_insert_with(|| PlacedFeatures::of(step.world, contact, step.states));
             let rubs = by_friction.get(*index).copied();
             let on = (pieces[*index], rubs, &gain.from, iterate.impulses[*index]);
             couplings.push(LinearCoupling::new(step, (contact, placed, *index), next, on, limit));
@@ -313,7 +314,7 @@ impl LinearPoint {
             return;
         }
         let Iterate { velocity, impulses, .. } = &*iterate;
-        let solved = Solved { pieces, impulses, points: iterate.points(), compliance, limit };
+        let solved = SolvedRows { pieces, impulses, points: iterate.points(), compliance, limit };
         let of_body = |body: usize| {
             let Velocity { linear, spin } = velocity[view.places[body]];
             (linear, spin)

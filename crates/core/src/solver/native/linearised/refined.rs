@@ -109,7 +109,7 @@ impl Held {
     pub(super) fn is_determined(
         &mut self,
         island: &Island,
-        (columns, system): (&mut Columns<1>, &mut IslandSystem),
+        (columns, system): (&mut RefinedColumns<1>, &mut IslandSystem),
     ) -> bool {
         /// What may be left of the drawn impulses after the first solution, if one follows; and after the last.
         const FEW: f64 = 1e-5;
@@ -176,7 +176,7 @@ impl HeldSide {
 
 /// Columns of right-hand sides by members and by couplings, of their solutions, and scratch.
 #[derive(Debug, Clone)]
-pub(super) struct Columns<const C: usize> {
+pub(super) struct RefinedColumns<const C: usize> {
     /// b, or c; then what is left of it.
     pub(super) rhs: Vec<SMatrix<f64, 6, C>>,
     /// m of every coupling along its rows, m/s; or λ.
@@ -190,7 +190,7 @@ pub(super) struct Columns<const C: usize> {
     given: Vec<SMatrix<f64, 3, C>>,
 }
 
-impl<const C: usize> Columns<C> {
+impl<const C: usize> RefinedColumns<C> {
     pub(super) fn new() -> Self {
         let (rhs, solved, values, begun) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         Self { rhs, motions: Vec::new(), solved, values, begun, given: Vec::new() }
@@ -305,7 +305,7 @@ impl<const C: usize> Columns<C> {
     }
 }
 
-impl Columns<1> {
+impl RefinedColumns<1> {
     /// What of the motions of rows that are stiff the solution does not take back, m/s: the largest.
     pub(super) fn left(&self, held: &Held) -> f64 {
         let left = |(rows, sides): (&HeldRows, &[HeldSide])| {

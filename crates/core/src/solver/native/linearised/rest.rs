@@ -19,14 +19,14 @@ pub(super) const FEW_BODIES: usize = 64;
 
 /// A step in which nothing moved, so that the next one may be the same.
 #[derive(Debug, Clone)]
-pub(super) struct Rest {
+pub(super) struct RestingStep {
     world: World,
     wrenches: Vec<Wrench>,
     contacts: Vec<Contact>,
     solution: StepSolution,
 }
 
-impl Rest {
+impl RestingStep {
     /// That of a step, if it is one.
     pub(super) fn of(
         step: &Step<'_>,

@@ -65,7 +65,7 @@ impl RowsChange<12> {
 
 /// Of a coupling, by the states of A and B.
 #[derive(Debug, Clone)]
-pub(super) struct Slopes {
+pub(super) struct LinearisedSlopes {
     /// A and B, bodies of the world.
     pub(super) bodies: [Option<usize>; 2],
     /// By δr (world) and δθ (body) of A and of B.
@@ -80,7 +80,7 @@ fn six(position: &Vector3<f64>, turn: &Vector3<f64>) -> Vector6<f64> {
     Vector6::new(r[0], r[1], r[2], t[0], t[1], t[2])
 }
 
-impl Slopes {
+impl LinearisedSlopes {
     pub(super) fn of(bodies: [Option<usize>; 2]) -> Self {
         Self { bodies, by_pose: RowsChange::zero(), by_velocity: None }
     }

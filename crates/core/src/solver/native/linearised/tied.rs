@@ -10,10 +10,10 @@
 //! and the impulse acts where and how its bodies have it then. Equation numbers are those of `docs/gradients.md`.
 
 use super::super::island::{Island, JointPlace};
-use super::super::law::Piece;
+use super::super::law::MapPiece;
 use super::constants::{add_anchors, anchors_of, unit};
 use super::geared::{LinearGear, TiedRows};
-use super::slopes::{RowsChange, Slopes};
+use super::slopes::{LinearisedSlopes, RowsChange};
 use crate::derivative::{JointTangent, RowsTangent};
 use crate::joint::{Axis, AxisChange, AxisStart, JointAxis, PieceChange, Segment, at_rest};
 use crate::mechanics::State;
@@ -27,19 +27,19 @@ use std::ops::Range;
 pub(super) struct LinearRows {
     /// The coupling in the island.
     pub(super) coupling: usize,
-    pub(super) slopes: Slopes,
+    pub(super) slopes: LinearisedSlopes,
     by_time_step: RowsChange<1>,
     /// The joint in the world, and by its anchors in A and in B.
     joint: usize,
     by_anchors: Option<Box<RowsChange<6>>>,
     /// The rows' axes, and what each answers to.
     frame: Matrix3<f64>,
-    laws: [RowLaw; 3],
+    laws: [TiedRowLaw; 3],
 }
 
 /// A row on a piece of its law.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct RowLaw {
+pub(super) struct TiedRowLaw {
     axis: Axis,
     start: AxisStart,
     time_step: f64,
@@ -54,10 +54,10 @@ pub(super) struct RowLaw {
     slots: AxisSlots,
 }
 
-impl RowLaw {
+impl TiedRowLaw {
     /// That of row k of a coupling, of an axis that begins so in a step of h (s), with ℓ and M.
     fn new(
-        (solved, island): (&Solved<'_>, &Island),
+        (solved, island): (&SolvedRows<'_>, &Island),
         (coupling, k): (usize, usize),
         (axis, start): (&Axis, &AxisStart),
         (time_step, scale): (f64, (f64, f64)),
@@ -200,8 +200,8 @@ fn next(has: bool, count: &mut usize) -> Option<usize> {
 }
 
 /// What of the solution the rows of an island are linearised at.
-pub(super) struct Solved<'a> {
-    pub(super) pieces: &'a [Piece],
+pub(super) struct SolvedRows<'a> {
+    pub(super) pieces: &'a [MapPiece],
     /// p̂ and u of every coupling, m/s, world.
     pub(super) impulses: &'a [Vector3<f64>],
     pub(super) points: &'a [Vector3<f64>],
@@ -210,10 +210,10 @@ pub(super) struct Solved<'a> {
     pub(super) limit: f64,
 }
 
-impl Solved<'_> {
+impl SolvedRows<'_> {
     /// The piece of row k of a coupling.
     fn segment(&self, island: &Island, coupling: usize, k: usize) -> Segment {
-        let Piece::Axes(pieces) = self.pieces[coupling] else { return Segment::NONE };
+        let MapPiece::Axes(pieces) = self.pieces[coupling] else { return Segment::NONE };
         island.segment(coupling, k, pieces[k])
     }
 }
@@ -223,7 +223,7 @@ impl Solved<'_> {
 pub(super) fn linearise(
     step: &Step<'_>,
     island: &Island,
-    (solved, slots): (&Solved<'_>, &Slots),
+    (solved, slots): (&SolvedRows<'_>, &Slots),
     (velocity, next): (impl Fn(usize) -> (Vector3<f64>, Vector3<f64>), &[State]),
     (rows, gears): (&mut Vec<LinearRows>, &mut Vec<LinearGear>),
 ) {
@@ -260,7 +260,7 @@ pub(super) fn linearise(
                 let axis = if about { JointAxis::Angular(k) } else { JointAxis::Linear(k) };
                 let (at, scale) = ((coupling, k), (length, island.mass()));
                 let own = slots.of(*number, axis);
-                RowLaw::new((solved, island), at, (&axes[k], &starts[k]), (h, scale), own)
+                TiedRowLaw::new((solved, island), at, (&axes[k], &starts[k]), (h, scale), own)
             };
             let laws = [law(0), law(1), law(2)];
             rows.push(LinearRows::new((coupling, *number), bodies, &of, (frame, laws)));
@@ -275,7 +275,7 @@ pub(super) fn linearise(
             let scale = (step.world.time_step(), (row.length, island.mass()));
             let at = (row.coupling, 0);
             let none = AxisSlots::default();
-            RowLaw::new((solved, island), at, (axis, &at_rest(sum)), scale, none)
+            TiedRowLaw::new((solved, island), at, (axis, &at_rest(sum)), scale, none)
         };
         gears.extend(LinearGear::new(&row, (&tangents, &law), (step, next, impulse)));
     }
@@ -286,9 +286,9 @@ impl LinearRows {
         (coupling, joint): (usize, usize),
         bodies: [Option<usize>; 2],
         of: &RowsTangent,
-        (frame, laws): (Matrix3<f64>, [RowLaw; 3]),
+        (frame, laws): (Matrix3<f64>, [TiedRowLaw; 3]),
     ) -> Self {
-        let mut slopes = Slopes::of(bodies);
+        let mut slopes = LinearisedSlopes::of(bodies);
         let (load, mut by_time_step) = (&of.load, RowsChange::<1>::zero());
         let pose = &mut slopes.by_pose;
         pose.motion = of.motion;

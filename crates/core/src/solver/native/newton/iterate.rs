@@ -2,8 +2,8 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::super::equations::{Equations, Residual, Velocities, reserve};
-use super::super::law::{Factored, NaturalMap, Piece, Pull};
+use super::super::equations::{Equations, MapResidual, Velocities, reserve};
+use super::super::law::{Factored, MapPiece, NaturalMap, Projection};
 use nalgebra::Vector3;
 
 /// A point of the iteration.
@@ -15,12 +15,12 @@ pub(in super::super) struct Iterate<E: Equations> {
     /// u of every coupling (N2), kept from the last evaluation; without shifts.
     pub(super) points: Vec<Vector3<f64>>,
     /// The arguments of every coupling's projections, for the map evaluated last.
-    pub(super) pulls: Vec<Pull>,
+    pub(super) pulls: Vec<Projection>,
     /// The residual of the equations of motion, which no map of the laws changes.
-    pub(super) motion: Residual,
+    pub(super) motion: MapResidual,
     /// The map evaluated last, and the residual.
     pub(super) map: NaturalMap,
-    pub(super) residual: Residual,
+    pub(super) residual: MapResidual,
     /// ε D p̂_0 of every coupling, m/s, where the compliance acts on changes from impulses p̂_0
     /// (N13); empty otherwise.
     pub(super) shifts: Vec<Vector3<f64>>,
@@ -34,9 +34,9 @@ impl<E: Equations> Iterate<E> {
             impulses: Vec::new(),
             points: Vec::new(),
             pulls: Vec::new(),
-            motion: Residual::default(),
+            motion: MapResidual::default(),
             map: NaturalMap::EXACT,
-            residual: Residual::default(),
+            residual: MapResidual::default(),
             shifts: Vec::new(),
             scratch: E::Scratch::default(),
         }
@@ -61,7 +61,7 @@ impl<E: Equations> Iterate<E> {
 
     /// At least so many rows are held wherever they are, of the last evaluation.
     pub(in super::super) fn stiff_rows(&self, equations: &E) -> usize {
-        let rows = |pull: &Pull| pull.stiff_rows(&self.map, equations.graphs());
+        let rows = |pull: &Projection| pull.stiff_rows(&self.map, equations.graphs());
         self.pulls.iter().map(rows).sum()
     }
 
@@ -69,7 +69,7 @@ impl<E: Equations> Iterate<E> {
     pub(in super::super) fn factored(
         &self,
         equations: &E,
-        (index, piece): (usize, Piece),
+        (index, piece): (usize, MapPiece),
         compliance: f64,
     ) -> Factored {
         let of = (&equations.couplings()[index].rows, equations.graphs());
@@ -132,7 +132,7 @@ pub(in super::super) fn evaluate<E: Equations>(
     equations: &E,
     map: &NaturalMap,
     iterate: &mut Iterate<E>,
-) -> Residual {
+) -> MapResidual {
     let Iterate { velocity, impulses, points, scratch, motion, .. } = &mut *iterate;
     *motion = equations.motion_residual(velocity, impulses, scratch);
     equations.set_points(velocity, scratch, points);
@@ -144,7 +144,7 @@ pub(in super::super) fn evaluate_again<E: Equations>(
     equations: &E,
     map: &NaturalMap,
     iterate: &mut Iterate<E>,
-) -> Residual {
+) -> MapResidual {
     if !iterate.shifts.is_empty() {
         return evaluate_shifted(equations, map, iterate);
     }
@@ -171,7 +171,7 @@ fn evaluate_shifted<E: Equations>(
     equations: &E,
     map: &NaturalMap,
     iterate: &mut Iterate<E>,
-) -> Residual {
+) -> MapResidual {
     let (mut size, graphs) = (iterate.motion, equations.graphs());
     iterate.map = *map;
     iterate.pulls.clear();

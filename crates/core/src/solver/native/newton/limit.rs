@@ -2,8 +2,8 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md` and, from J on, of `docs/joints.md`.
 
-use super::super::effort::Effort;
-use super::super::equations::{Determined, Equations, Residual};
+use super::super::effort::SolveEffort;
+use super::super::equations::{Determined, Equations, MapResidual};
 use super::super::law::NaturalMap;
 use super::super::tolerances::{
     CLEAR, CORRECTIONS, DETERMINED_ITERATIONS, KEPT_FACTORS, LEFT_OPEN, ROLLING_CORRECTIONS,
@@ -22,7 +22,7 @@ impl<E: Equations> Newton<E> {
         equations: &E,
         map: &NaturalMap,
         iterate: &mut Iterate<E>,
-        effort: &mut Effort<'_>,
+        effort: &mut SolveEffort<'_>,
     ) -> f64 {
         if iterate.map != *map {
             evaluate_again(equations, map, iterate);
@@ -48,8 +48,8 @@ impl<E: Equations> Newton<E> {
         &mut self,
         equations: &E,
         ((mut matrix, least), limit, mut left): ((f64, f64), f64, u32),
-        (mut merit, iterate): (Residual, &mut Iterate<E>),
-        effort: &mut Effort<'_>,
+        (mut merit, iterate): (MapResidual, &mut Iterate<E>),
+        effort: &mut SolveEffort<'_>,
     ) -> f64 {
         let enough = self::limit(equations);
         while left > 0 {
@@ -89,7 +89,7 @@ impl<E: Equations> Newton<E> {
         equations: &E,
         (evaluated, matrix, determined): (bool, f64, Determined),
         iterate: &mut Iterate<E>,
-        effort: &mut Effort<'_>,
+        effort: &mut SolveEffort<'_>,
     ) -> f64 {
         let (map, mut until) = (NaturalMap::EXACT, Until::converged(equations));
         if determined == Determined::Maybe {

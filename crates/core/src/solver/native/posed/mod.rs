@@ -15,12 +15,14 @@ mod parts;
 
 use super::coupling::Coupling;
 use super::descent::{Descent, Known};
-use super::effort::Effort;
-use super::equations::{Elimination, Equations, Point, Residual, Setting, Slope, Velocities};
+use super::effort::SolveEffort;
+use super::equations::{
+    Elimination, Equations, EvaluatedPoint, MapResidual, Slope, StepSetting, Velocities,
+};
 use super::fronts::Fronts;
 use super::law::{Answer, Gain};
-use super::plan::Plan;
-use super::policy::{Policy, Start};
+use super::plan::FrontPlan;
+use super::policy::{Policy, StartMethod};
 use crate::problem::{ContactProblem, ProblemError, Selection, Solution, SolveOptions};
 use nalgebra::{Matrix3, Vector3};
 
@@ -34,14 +36,14 @@ pub(crate) fn solve(
 ) -> Result<Solution, ProblemError> {
     let any = options.selection == Selection::Any;
     let mut impulses = vec![0.0; problem.row_count()];
-    let (mut iterations, mut selected, mut start) = (0, true, Start::Previous);
+    let (mut iterations, mut selected, mut start) = (0, true, StartMethod::Previous);
     let mut descent = Descent::new();
     let parts = parts::of(problem, options.residual, Policy::posed(any));
     for part in &parts {
         let mut equations = part.equations.clone();
         let previous = part.scaled(problem, options.start);
         let budget = equations.policy().budget;
-        let mut effort = Effort::of(options.interrupt, budget, previous.len());
+        let mut effort = SolveEffort::of(options.interrupt, budget, previous.len());
         descent.reserve(previous.len());
         let accepted = options.residual / part.speed;
         let known = Known { previous: &previous, found: None, roughly: false };
@@ -50,7 +52,7 @@ pub(crate) fn solve(
         part.write(problem, descent.impulses(), &mut impulses);
         iterations += u64::from(effort.iterations());
         selected &= outcome.selected && outcome.solved;
-        if start == Start::Previous {
+        if start == StartMethod::Previous {
             start = outcome.start;
         }
     }
@@ -59,7 +61,7 @@ pub(crate) fn solve(
         iterations,
         parts: parts.len(),
         start: match (start, options.start) {
-            (Start::Previous, None) => Start::Zero.name(),
+            (StartMethod::Previous, None) => StartMethod::Zero.name(),
             (start, _) => start.name(),
         },
         selected: selected && evaluation.residual <= options.residual,
@@ -69,14 +71,14 @@ pub(crate) fn solve(
 
 /// Velocities of nodes.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Motion {
+pub(super) struct PosedMotion {
     /// By their places in the plan.
     numbers: Vec<f64>,
     /// What the rows of every coupling see of a direction; empty of a point.
     seen: Vec<Vector3<f64>>,
 }
 
-impl Velocities for Motion {
+impl Velocities for PosedMotion {
     fn empty() -> Self {
         Self::default()
     }
@@ -100,12 +102,12 @@ impl Velocities for Motion {
 
 /// ∂u/∂V of a coupling, by its index: what its rows see of a direction was found with it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Seen(usize);
+pub(super) struct CouplingSlope(usize);
 
-impl Slope for Seen {
-    type Velocity = Motion;
+impl Slope for CouplingSlope {
+    type Velocity = PosedMotion;
 
-    fn point_step(&self, change: &Motion) -> Vector3<f64> {
+    fn point_step(&self, change: &PosedMotion) -> Vector3<f64> {
         change.seen[self.0]
     }
 }
@@ -115,12 +117,12 @@ impl Slope for Seen {
 pub(super) struct Links {
     /// Where the links of each coupling end.
     ends: Vec<usize>,
-    links: Vec<Link>,
+    links: Vec<PosedLink>,
     numbers: Vec<f64>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Link {
+struct PosedLink {
     /// The place of the node, and how many numbers it has.
     place: usize,
     size: usize,
@@ -132,7 +134,7 @@ impl Links {
     /// Adds a link to the coupling at hand; `by` are three numbers for each of the node's, of the coupling's
     /// rows.
     fn add(&mut self, (place, size): (usize, usize), by: &[f64]) {
-        self.links.push(Link { place, size, at: self.numbers.len() });
+        self.links.push(PosedLink { place, size, at: self.numbers.len() });
         self.numbers.extend_from_slice(by);
     }
 
@@ -171,10 +173,10 @@ impl Links {
 
 /// The equations of a part of a problem (C5), in its own units of speed and of impulse.
 #[derive(Debug, Clone)]
-pub(super) struct Posed {
-    setting: Setting,
+pub(super) struct PosedEquations {
+    setting: StepSetting,
     policy: &'static Policy,
-    plan: Plan,
+    plan: FrontPlan,
     /// V_free.
     free: Vec<f64>,
     /// B and C.
@@ -192,18 +194,18 @@ pub(super) struct PosedSystem {
     block: Vec<f64>,
 }
 
-impl Equations for Posed {
-    type Velocity = Motion;
-    type Slope = Seen;
+impl Equations for PosedEquations {
+    type Velocity = PosedMotion;
+    type Slope = CouplingSlope;
     type System = PosedSystem;
     /// r.
     type Scratch = Vec<f64>;
 
-    fn setting(&self) -> &Setting {
+    fn setting(&self) -> &StepSetting {
         &self.setting
     }
 
-    fn setting_mut(&mut self) -> &mut Setting {
+    fn setting_mut(&mut self) -> &mut StepSetting {
         &mut self.setting
     }
 
@@ -216,7 +218,7 @@ impl Equations for Posed {
         1.0
     }
 
-    fn set_velocity_after(&self, impulses: &[Vector3<f64>], velocity: &mut Motion) {
+    fn set_velocity_after(&self, impulses: &[Vector3<f64>], velocity: &mut PosedMotion) {
         velocity.numbers.clone_from(&self.free);
         velocity.seen.clear();
         for (index, impulse) in impulses.iter().enumerate() {
@@ -225,22 +227,22 @@ impl Equations for Posed {
     }
 
     /// Nothing is known of the motion before.
-    fn keep_velocity(&self, _: &mut Motion) {}
+    fn keep_velocity(&self, _: &mut PosedMotion) {}
 
-    fn turns_too_far(&self, _: &Motion) -> bool {
+    fn turns_too_far(&self, _: &PosedMotion) -> bool {
         false
     }
 
-    fn energy_made(&self, _: &Motion, _: &[Vector3<f64>], _: &[Vector3<f64>]) -> f64 {
+    fn energy_made(&self, _: &PosedMotion, _: &[Vector3<f64>], _: &[Vector3<f64>]) -> f64 {
         0.0
     }
 
     fn motion_residual(
         &self,
-        velocity: &Motion,
+        velocity: &PosedMotion,
         impulses: &[Vector3<f64>],
         residuals: &mut Vec<f64>,
-    ) -> Residual {
+    ) -> MapResidual {
         residuals.clear();
         let both = velocity.numbers.iter().zip(&self.free);
         residuals.extend(both.map(|(number, free)| number - free));
@@ -249,29 +251,29 @@ impl Equations for Posed {
                 self.pushes.push(index, &-impulse, residuals);
             }
         }
-        let mut size = Residual::default();
+        let mut size = MapResidual::default();
         size.add_all(residuals);
         size
     }
 
-    fn point(&self, index: usize, velocity: &Motion) -> Vector3<f64> {
+    fn point(&self, index: usize, velocity: &PosedMotion) -> Vector3<f64> {
         self.setting.couplings[index].offset + self.sees.seen(index, &velocity.numbers)
     }
 
-    fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Motion) {
+    fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut PosedMotion) {
         self.pushes.push(index, impulse, &mut velocity.numbers);
     }
 
-    fn set_points(&self, velocity: &Motion, _: &mut Vec<f64>, points: &mut Vec<Vector3<f64>>) {
+    fn set_points(&self, velocity: &PosedMotion, _: &mut Vec<f64>, points: &mut Vec<Vector3<f64>>) {
         points.clear();
         points.extend((0..self.setting.couplings.len()).map(|index| self.point(index, velocity)));
     }
 
     fn linearise(
         &self,
-        at: Point<'_, Self>,
+        at: EvaluatedPoint<'_, Self>,
         mut answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
-        eliminations: &mut Vec<Elimination<Seen>>,
+        eliminations: &mut Vec<Elimination<CouplingSlope>>,
         system: &mut PosedSystem,
     ) -> bool {
         let PosedSystem { fronts, pushed, block, .. } = system;
@@ -279,7 +281,7 @@ impl Equations for Posed {
         eliminations.clear();
         for (index, (coupling, u)) in self.setting.couplings.iter().zip(at.points).enumerate() {
             let Some(answer) = answer(index, coupling, u) else { return false };
-            eliminations.push(Elimination { answer, slope: Seen(index) });
+            eliminations.push(Elimination { answer, slope: CouplingSlope(index) });
             let gain = match answer.gain {
                 Gain::Zero => continue,
                 Gain::Spring(stiffness) => Matrix3::from_diagonal_element(-stiffness),
@@ -308,9 +310,9 @@ impl Equations for Posed {
     fn direction(
         &self,
         residuals: &Vec<f64>,
-        eliminations: &[Elimination<Seen>],
+        eliminations: &[Elimination<CouplingSlope>],
         system: &mut PosedSystem,
-        step: &mut Motion,
+        step: &mut PosedMotion,
     ) -> bool {
         let PosedSystem { fronts, values, behind, .. } = system;
         values.clear();

@@ -1,12 +1,12 @@
 //! A problem taken apart, in nodes and in units of its own.
 
 use super::super::coupling::Coupling;
-use super::super::equations::Setting;
-use super::super::law::{Axes, Cone, Law, Rows};
-use super::super::plan::Plan;
+use super::super::equations::StepSetting;
+use super::super::law::{AxesLaw, Cone, CouplingLaw, CouplingRows};
+use super::super::plan::FrontPlan;
 use super::super::policy::Policy;
 use super::super::tolerances::Tolerances;
-use super::{Links, Posed};
+use super::{Links, PosedEquations};
 use crate::joint::Graph;
 use crate::problem::{self, ContactProblem, Form, Sets, SparseMatrix, three};
 use nalgebra::{Matrix3, Vector3};
@@ -15,8 +15,8 @@ use std::ops::Range;
 
 /// A part of a problem: groups of rows that are coupled to no others.
 #[derive(Debug, Clone)]
-pub(super) struct Part {
-    pub(super) equations: Posed,
+pub(super) struct ProblemPart {
+    pub(super) equations: PosedEquations,
     groups: Vec<usize>,
     /// What speeds and impulses are divided by, m/s and N s.
     pub(super) speed: f64,
@@ -24,7 +24,11 @@ pub(super) struct Part {
 }
 
 /// All parts, by their first groups. A solution to `residual` (m/s) is asked for.
-pub(super) fn of(problem: &ContactProblem, residual: f64, policy: &'static Policy) -> Vec<Part> {
+pub(super) fn of(
+    problem: &ContactProblem,
+    residual: f64,
+    policy: &'static Policy,
+) -> Vec<ProblemPart> {
     let nodes = Nodes::of(problem);
     let responses = problem.responses();
     let groups = nodes.parts(problem.laws().len());
@@ -34,7 +38,7 @@ pub(super) fn of(problem: &ContactProblem, residual: f64, policy: &'static Polic
         .collect()
 }
 
-impl Part {
+impl ProblemPart {
     /// The impulses of a start in the part's unit; none where there is none.
     pub(super) fn scaled(
         &self,
@@ -188,7 +192,7 @@ impl Nodes {
         numbers: &[usize],
     ) {
         let node = self.sizes.len();
-        let mut own = Own::new(global, numbers);
+        let mut own = OwnMass::new(global, numbers);
         self.sizes.push(numbers.len());
         self.free.push(own.free());
         for &group in groups {
@@ -214,7 +218,7 @@ impl Nodes {
         groups: &[usize],
         numbers: &[usize],
     ) {
-        let mut own = Own::new(global, numbers);
+        let mut own = OwnMass::new(global, numbers);
         let free = own.free();
         let columns: Vec<usize> = groups.iter().flat_map(|group| problem.rows(*group)).collect();
         let along: Vec<Vec<f64>> =
@@ -268,7 +272,7 @@ impl Nodes {
         groups: Vec<usize>,
         responses: &[f64],
         (residual, policy): (f64, &'static Policy),
-    ) -> Part {
+    ) -> ProblemPart {
         let mut used: Vec<usize> = groups
             .iter()
             .flat_map(|group| self.pushes[*group].iter().chain(&self.sees[*group]))
@@ -283,7 +287,7 @@ impl Nodes {
                 self.sees[group].iter().map(move |(column, _)| (within(*row), within(*column)))
             })
         });
-        let plan = Plan::new(&sizes, pairs.filter(|(row, column)| row != column));
+        let plan = FrontPlan::new(&sizes, pairs.filter(|(row, column)| row != column));
         let (speed, impulse) = self.units(problem, &groups, responses);
         let mut free = vec![0.0; plan.size()];
         for (at, &node) in used.iter().enumerate() {
@@ -292,7 +296,7 @@ impl Nodes {
             own.for_each(|(to, value)| *to = value / speed);
         }
         let (mut pushes, mut sees) = (Links::default(), Links::default());
-        let mut setting = Setting::new(Tolerances::posed(residual / speed));
+        let mut setting = StepSetting::new(Tolerances::posed(residual / speed));
         let mut scaled = Vec::new();
         for &group in &groups {
             for (node, by) in &self.pushes[group] {
@@ -311,8 +315,8 @@ impl Nodes {
             let coupling = coupling(law, own, offset, (impulse, speed), &mut setting.graphs);
             setting.admit(coupling);
         }
-        Part {
-            equations: Posed { setting, policy, plan, free, pushes, sees },
+        ProblemPart {
+            equations: PosedEquations { setting, policy, plan, free, pushes, sees },
             groups,
             speed,
             impulse,
@@ -340,7 +344,7 @@ impl Nodes {
 }
 
 /// M⁻¹ in some numbers of the velocities alone, which nothing couples to others.
-struct Own<'a> {
+struct OwnMass<'a> {
     global: &'a problem::Global,
     numbers: &'a [usize],
     moved: Vec<f64>,
@@ -348,7 +352,7 @@ struct Own<'a> {
     answer: Vec<f64>,
 }
 
-impl<'a> Own<'a> {
+impl<'a> OwnMass<'a> {
     fn new(global: &'a problem::Global, numbers: &'a [usize]) -> Self {
         let moved = vec![0.0; global.mass.rows()];
         Self { global, numbers, moved, along: Vec::new(), answer: Vec::new() }
@@ -399,17 +403,19 @@ fn coupling(
             // The first component is the normal one: the axes are (t₁, t₂, n).
             let frame = Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
             let response = problem::Law::response(responses);
-            let rows =
-                Rows::of_contact(frame, (response.tangential * unit, response.normal * unit));
-            Coupling::of_rows(rows, offset, Law::Cone(Cone { friction: *friction }))
+            let rows = CouplingRows::of_contact(
+                frame,
+                (response.tangential * unit, response.normal * unit),
+            );
+            Coupling::of_rows(rows, offset, CouplingLaw::Cone(Cone { friction: *friction }))
         }
         problem::Law::Rows(rows) => {
             let graph = |k: usize| rows.get(k).map_or(Graph::free(), |row| row.graph(impulse));
-            let axes = Axes::new(graphs, true, |k| Some(graph(k)));
+            let axes = AxesLaw::new(graphs, true, |k| Some(graph(k)));
             let response =
                 Vector3::from_fn(|k, _| responses.get(k).map_or(1.0, |response| response * unit));
-            let rows = Rows::of_joint(Matrix3::identity(), &response);
-            Coupling::of_rows(rows, offset, Law::Axes(axes))
+            let rows = CouplingRows::of_joint(Matrix3::identity(), &response);
+            Coupling::of_rows(rows, offset, CouplingLaw::Axes(axes))
         }
     }
 }
