@@ -48,7 +48,7 @@ impl Pages {
             let records = vec![StepRecord::new(); records];
             let _ = written.send(RowPage { records, count: 0, checkpoint: None });
         }
-        let writing = scope.spawn(move || write_all((writer, checkpoints), &to_write, &written));
+        let writing = scope.spawn(move || write_all(writer, checkpoints, &to_write, &written));
         (Self { full, empty }, writing)
     }
 
@@ -65,7 +65,8 @@ impl Pages {
 }
 
 fn write_all(
-    (writer, checkpoints): (&mut RunWriter, Option<&CheckpointWriter<'_>>),
+    writer: &mut RunWriter,
+    checkpoints: Option<&CheckpointWriter<'_>>,
     to_write: &Receiver<RowPage>,
     written: &Sender<RowPage>,
 ) -> Result<(), Failure> {

@@ -151,7 +151,7 @@ impl<'a> Recording<'a> {
                 ends: some(Table::Ends, 1)?,
             };
             let tied = (world.joints().len(), world.gears().len());
-            let reader = TablesReader::of_some(streams, world.bodies().len(), tied);
+            let reader = TablesReader::of_some(streams, world.bodies().len(), tied.0, tied.1);
             let reader = reader.map_err(|error| odd_tables(path, &error))?;
             RecordingRows::Tables(Box::new(reader.from_index(run.start_index).every(kept.every)))
         };

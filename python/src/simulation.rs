@@ -264,7 +264,7 @@ impl PySimulation {
         damping: f64,
         most: f64,
     ) -> PyResult<()> {
-        let motor = motor((speed, position), (stiffness, damping), most);
+        let motor = motor(speed, position, stiffness, damping, most);
         let mut own = self.owned()?;
         let simulation = &mut own.moved().simulation;
         simulation.set_motor(joint, joint_axis(axis), motor).map_err(refused)
@@ -281,7 +281,7 @@ impl PySimulation {
         damping: f64,
         most: f64,
     ) -> PyResult<()> {
-        let motor = motor((speed, position), (stiffness, damping), most);
+        let motor = motor(speed, position, stiffness, damping, most);
         let mut own = self.owned()?;
         let simulation = &mut own.moved().simulation;
         let drive = simulation.world().gears().get(gear).and_then(Gear::drive);
@@ -531,8 +531,10 @@ impl Drop for Owned {
 
 /// The motor that holds a speed, or pulls to it with a damping, or to a position; none where neither is given.
 fn motor(
-    (speed, position): (Option<f64>, Option<f64>),
-    (stiffness, damping): (f64, f64),
+    speed: Option<f64>,
+    position: Option<f64>,
+    stiffness: f64,
+    damping: f64,
     most: f64,
 ) -> Option<Motor> {
     match (speed, position) {

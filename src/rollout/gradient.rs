@@ -79,7 +79,7 @@ pub fn gradients(
     let of_all = |error| RolloutError { rollout: None, error };
     check(batch, cotangents).map_err(of_all)?;
     let rollouts = 0..batch.rollouts;
-    let found = hand_out(rollouts, batch.rollouts, (threads, watch), |rollout, _, _| {
+    let found = hand_out(rollouts, batch.rollouts, threads, watch, |rollout, _, _| {
         one(batch, cotangents, by, (rollout, watch))
     })?;
     let mut all =

@@ -75,7 +75,7 @@ pub fn roll_out(
 ) -> Result<RolloutReport, RolloutError> {
     batch.check(&outputs).map_err(|error| RolloutError { rollout: None, error })?;
     let shares = outputs.shares(batch.rollouts);
-    let results = hand_out(shares, batch.rollouts, (threads, watch), |rollout, share, record| {
+    let results = hand_out(shares, batch.rollouts, threads, watch, |rollout, share, record| {
         one(batch, rollout, share, record, watch)
     })?;
     let mut report = RolloutReport::default();
@@ -88,7 +88,8 @@ pub fn roll_out(
 pub(super) fn hand_out<S: Send, T: Send>(
     items: impl Iterator<Item = S> + Send,
     count: usize,
-    (threads, watch): (NonZeroUsize, RolloutWatch<'_>),
+    threads: NonZeroUsize,
+    watch: RolloutWatch<'_>,
     work: impl Fn(usize, S, &mut StepRecord) -> Result<T, Error> + Sync,
 ) -> Result<Vec<T>, RolloutError> {
     let interrupted = || watch.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed));

@@ -165,7 +165,7 @@ impl StepJudge {
         };
         let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
         let lost = self.lost(step, contacts, next);
-        let status = self.another_status((step, next), &wrenches, &touching, lost);
+        let status = self.another_status(step, next, &wrenches, &touching, lost);
         let (differs, overlap) = match step {
             RecordedStep::Trajectory(row) => {
                 let of_forces = self.lost_of_forces(&touching, states);
@@ -254,7 +254,8 @@ impl StepJudge {
     /// Why a step that is what its row says cannot have the status that its row has.
     fn another_status(
         &mut self,
-        (step, next): (&RecordedStep, &[State]),
+        step: &RecordedStep,
+        next: &[State],
         wrenches: &[Wrench],
         touching: &StepContacts,
         lost: f64,
@@ -293,7 +294,7 @@ impl StepJudge {
         } else if is_solved && step.residual() > self.accepted.max(lost) {
             "its residual is above what a solved step may have"
         } else if status == StepStatus::Substepped
-            && self.makes_energy((step.states(), next), wrenches, touching)
+            && self.makes_energy(step.states(), next, wrenches, touching)
         {
             "it has more energy after it than loads and drives give"
         } else {
@@ -318,7 +319,7 @@ impl StepJudge {
         contacts.iter().find_map(|contact| {
             let (point, normal) = (contact.key.point, contact.normal());
             let (force, slip) = (row.force(point), contact.slip(&self.world, states, next).norm());
-            let found = program_columns(&self.world, contact, (states, next), &pose, (force, slip));
+            let found = program_columns(&self.world, contact, (states, next), &pose, force, slip);
             let has = row.products(point);
             // What is lost of a gap and of a speed, times the forces that they are multiplied by;
             // λ is the slip times √(f² + ε²)/f.
@@ -365,7 +366,7 @@ impl StepJudge {
         let (states, row, contacts) = (&step.states[..], &step.row, &touching.contacts);
         let (complete, mut differs) = (touching.wrong.is_none(), touching.wrong.clone());
         let mut differ = |what: String| differs = differs.take().or(Some(what));
-        if self.has_another_rebound(touching, (states, next), wrenches, row.restitution_share) {
+        if self.has_another_rebound(touching, states, next, wrenches, row.restitution_share) {
             differ("a contact of it bounces as none of the world does".to_owned());
         }
         let slip_lost = self.lost_in(contacts, states, next);
@@ -408,7 +409,7 @@ impl StepJudge {
         if !self.has_its_energy(step) {
             differ(OTHER_ENERGY.to_owned());
         }
-        if !self.has_its_works((step, next), wrenches, touching) {
+        if !self.has_its_works(step, next, wrenches, touching) {
             differ("the terms of its energy's change are others".to_owned());
         }
         (differs, overlap)
@@ -419,7 +420,8 @@ impl StepJudge {
     fn has_another_rebound(
         &self,
         StepContacts { contacts, forces, .. }: &StepContacts,
-        (states, next): (&[State], &[State]),
+        states: &[State],
+        next: &[State],
         wrenches: &[Wrench],
         share: f64,
     ) -> bool {
@@ -465,7 +467,8 @@ impl StepJudge {
     /// Rounding is of the largest of the terms, and of the energies of which D is a difference.
     fn has_its_works(
         &self,
-        (step, next): (&TableStep, &[State]),
+        step: &TableStep,
+        next: &[State],
         wrenches: &[Wrench],
         touching: &StepContacts,
     ) -> bool {
@@ -479,7 +482,8 @@ impl StepJudge {
     /// Whether a step ends with more energy than it begins with and loads and drives give.
     fn makes_energy(
         &self,
-        (states, next): (&[State], &[State]),
+        states: &[State],
+        next: &[State],
         wrenches: &[Wrench],
         touching: &StepContacts,
     ) -> bool {

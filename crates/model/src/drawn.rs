@@ -55,7 +55,8 @@ impl DrawnModel {
 pub fn state_at(
     ground: Option<&Plane>,
     place: &ModelPlace,
-    (velocity, spin): (Vector3<f64>, Vector3<f64>),
+    velocity: Vector3<f64>,
+    spin: Vector3<f64>,
     centre: &Vector3<f64>,
 ) -> State {
     let position = Vector3::from(place.position) + place.rotation() * centre;
@@ -80,7 +81,8 @@ impl Model {
         let body = self.bodies.iter().find(|body| {
             let Some(drawn) = &body.drawn else { return false };
             let ground = plane.as_ref().filter(|_| drawn.ground);
-            let found = state_at(ground, &drawn.place(&mut draws), still, &body.centre.into());
+            let found =
+                state_at(ground, &drawn.place(&mut draws), still.0, still.1, &body.centre.into());
             let start = body.start.state();
             let off = (found.position - start.position).amax();
             let turned = (found.attitude - start.attitude).amax();

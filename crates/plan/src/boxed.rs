@@ -103,7 +103,8 @@ const ENOUGH: f64 = 0.1;
 pub(super) fn least_in_box(
     matrix: &DMatrix<f64>,
     gradient: &DVector<f64>,
-    (low, high): (&DVector<f64>, &DVector<f64>),
+    low: &DVector<f64>,
+    high: &DVector<f64>,
 ) -> Option<Boxed> {
     let count = gradient.len();
     let clipped = |d: DVector<f64>| d.zip_zip_map(low, high, |d, low, high| d.clamp(low, high));
@@ -177,7 +178,7 @@ mod tests {
             let gradient = DVector::from_fn(6, |_, _| draw());
             let low = DVector::from_fn(6, |_, _| -draw().abs());
             let high = DVector::from_fn(6, |_, _| draw().abs());
-            let found = least_in_box(&matrix, &gradient, (&low, &high)).unwrap();
+            let found = least_in_box(&matrix, &gradient, &low, &high).unwrap();
             let slope = &matrix * &found.step + &gradient;
             for k in 0..6 {
                 let d = found.step[k];

@@ -119,7 +119,14 @@ impl DdpModel {
         let turn = |tape: &mut Vec<(usize, Tape)>, transitions: &mut Vec<Transition>| {
             let all = std::mem::take(tape).into_par_iter().map(|(step, tape)| {
                 let choices = choices_in(problem, step, controls, &constants);
-                transition(tape, choices, problem.scene.starts.len(), &scales, &constants)
+                transition(
+                    tape,
+                    choices.0,
+                    choices.1,
+                    problem.scene.starts.len(),
+                    &scales,
+                    &constants,
+                )
             });
             transitions.extend(all.collect::<Result<Vec<_>, PlanError>>()?);
             Ok::<_, PlanError>(())
@@ -205,7 +212,7 @@ impl DdpModel {
             };
             let Room { down, up } = &self.centre.room;
             let (low, high) = (of(down), of(up));
-            let found = least_in_box(&matrix, &gradient, (&low, &high))?;
+            let found = least_in_box(&matrix, &gradient, &low, &high)?;
             let mut by = DMatrix::zeros(count, first);
             if let Some(factor) = found.factor {
                 let right = DMatrix::from_fn(found.free.len(), first, |i, j| {
@@ -404,7 +411,8 @@ fn to_start(
 /// Transition of a step, row by row with the transposed derivative.
 fn transition(
     mut tape: Tape,
-    (acting, chosen): (Vec<usize>, Vec<usize>),
+    acting: Vec<usize>,
+    chosen: Vec<usize>,
     bodies: usize,
     scales: &DVector<f64>,
     constants: &MotorConstants,

@@ -28,7 +28,7 @@ impl PlanProblem {
         let scene = self.scene.clone();
         let drawn = scene.drawn && starts == scene.starts;
         let mut model = scene.model.clone();
-        rewrite(&mut model, &world, (&starts, &loads));
+        rewrite(&mut model, &world, &starts, &loads);
         Ok(Scene { drawn, ..scene.with_model(model)? })
     }
 
@@ -48,7 +48,7 @@ impl PlanProblem {
 }
 
 /// Writes constants, starts and loads into a model.
-fn rewrite(model: &mut Model, world: &World, (starts, loads): (&[State], &[Load])) {
+fn rewrite(model: &mut Model, world: &World, starts: &[State], loads: &[Load]) {
     model.mu = world.friction();
     model.restitution = world.restitution();
     model.gravity = (*world.gravity()).into();

@@ -194,7 +194,7 @@ impl PlanProblem {
                 let (numbers, places) = self.numbers(index, self.knot(index, step), controls);
                 for (joint, axis) in axes {
                     let of = &self.scene.world.joints()[*joint];
-                    acting.extend(motor(of, states, *axis, (numbers[0], places[0])));
+                    acting.extend(motor(of, states, *axis, numbers[0], places[0]));
                 }
             }
             let Some(body) = control.kind.body() else { continue };
@@ -353,7 +353,8 @@ fn motor(
     joint: &Joint,
     states: &[State],
     axis: JointAxis,
-    (number, place): (f64, Option<usize>),
+    number: f64,
+    place: Option<usize>,
 ) -> Vec<Acting> {
     let slopes = motor_wrenches(joint, states, axis, 1.0);
     let act = |(body, slope)| {

@@ -170,7 +170,7 @@ pub fn drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, Str
     let at = ActuatedCoordinate { reference: joint.reference, effort: joint.effort };
     for (actuator, control) in controlled(robot, controls).filter(|(of, _)| of.sum.is_none()) {
         for (_, share) in actuator.joints.iter().filter(|(of, _)| *of == index) {
-            add_actuator((actuator, share * actuator.gear), control, at, &mut drive)?;
+            add_actuator(actuator, share * actuator.gear, control, at, &mut drive)?;
         }
     }
     if let (Some([low, high]), None) = (joint.effort, &drive.motor) {
@@ -196,7 +196,7 @@ pub fn sum_drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive,
                     actuator.at
                 ));
             }
-            add_actuator((actuator, by * actuator.gear), control, at, &mut drive)?;
+            add_actuator(actuator, by * actuator.gear, control, at, &mut drive)?;
         }
     }
     Ok(drive)
@@ -218,7 +218,8 @@ struct ActuatedCoordinate {
 }
 
 fn add_actuator(
-    (actuator, gear): (&Actuator, f64),
+    actuator: &Actuator,
+    gear: f64,
     control: f64,
     at: ActuatedCoordinate,
     drive: &mut Drive,

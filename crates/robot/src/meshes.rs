@@ -259,7 +259,7 @@ const SURE_GROWTH: f64 = 0.25;
 /// Whether the hull of the points surely has more corners than a piece may have: as many of them are corners already where
 /// others are outside. Far faster than that hull, which asks each point for each face.
 fn has_too_many(points: &[Vector3<f64>]) -> bool {
-    let grown = grown(points, LEAST_REDUCED, (SURELY, SURE_GROWTH));
+    let grown = grown(points, LEAST_REDUCED, SURELY, SURE_GROWTH);
     grown.is_ok_and(|(piece, outside)| {
         let core = piece.core();
         core.vertices().len() >= LEAST_REDUCED && outside > SURELY * 2.0 * core.reach()
@@ -268,7 +268,7 @@ fn has_too_many(points: &[Vector3<f64>]) -> bool {
 
 /// The hull of at most `most` of the points, and how far the others are outside of its planes (m).
 pub fn reduced(points: &[Vector3<f64>], most: usize) -> Result<(Piece, f64), Error> {
-    grown(points, most, (OUTSIDE, 0.0))
+    grown(points, most, OUTSIDE, 0.0)
 }
 
 /// The hull of at most `most` of the points, and how far the others are outside of its planes (m), at last `allowed` parts of its
@@ -277,7 +277,8 @@ pub fn reduced(points: &[Vector3<f64>], most: usize) -> Result<(Piece, f64), Err
 fn grown(
     points: &[Vector3<f64>],
     most: usize,
-    (allowed, growth): (f64, f64),
+    allowed: f64,
+    growth: f64,
 ) -> Result<(Piece, f64), Error> {
     let mut chosen: Vec<Vector3<f64>> = Vec::new();
     for number in 0..27 {

@@ -39,7 +39,7 @@ impl Scene {
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
         if super::is_robot(text, path) {
-            return Self::of_robot(text, path, (flags, given), read);
+            return Self::of_robot(text, path, flags, given, read);
         }
         flags.robot.refuse()?;
         let (name, ParsedScene { settings: below, ground, entries }) = super::read(text, path)?;
@@ -66,7 +66,8 @@ impl Scene {
     fn of_robot(
         text: &str,
         path: &Path,
-        (flags, given): (Settings, &[&str]),
+        flags: Settings,
+        given: &[&str],
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
         bodies::refuse_idle_settings(&flags)?;

@@ -102,7 +102,8 @@ impl Chart {
         &mut self,
         class: &str,
         spans: impl Iterator<Item = (f64, f64)>,
-        (low, high): (f64, f64),
+        low: f64,
+        high: f64,
     ) {
         let mut path = String::new();
         for (from, to) in spans {

@@ -187,7 +187,7 @@ fn ribbon(report: &PlanReport) -> String {
         for (class, mode) in [("stick", PlanTouch::Stick), ("slip", PlanTouch::Slip)] {
             let spans = modes.iter().zip(report.times.windows(2)).filter(|(of, _)| **of == mode);
             let spans = spans.map(|(_, span)| (span[0], span[1]));
-            chart.bars(class, spans, (k as f64 + 0.15, k as f64 + 0.85));
+            chart.bars(class, spans, k as f64 + 0.15, k as f64 + 0.85);
         }
     }
     let square = |class: &str, name: &str| {

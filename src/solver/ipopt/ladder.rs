@@ -182,7 +182,7 @@ impl Ladder {
                     PosedProgram::of(contacts, |index, _| native.contacts[index].carries_force());
             }
             Rung::FreeFlight => start.reset(step.free, contacts.len()),
-            Rung::SharedWeight => start.share_weight(step, (contacts, posed), &units),
+            Rung::SharedWeight => start.share_weight(step, contacts, posed, &units),
             Rung::Native => return Ok(None),
         }
         let hold = Manner::of(contacts, posed).hold(rung.has_settled());

@@ -177,7 +177,7 @@ impl IpoptProgram {
         end: &mut ProgramStart,
     ) -> Result<Attempted, Error> {
         let Self { world, units, tutorial, options, prepared, scratch } = self;
-        scratch.take(step, (candidates, posed), units);
+        scratch.take(step, candidates, posed, units);
         let ProgramScratch { states, wrenches, contacts, places, x, zeros } = scratch;
         places.clear();
         let (nlp, bounds, bodies) = match tutorial {
@@ -267,7 +267,8 @@ impl ProgramScratch {
     fn take(
         &mut self,
         step: &Step<'_>,
-        (candidates, posed): (&[Contact], &PosedProgram),
+        candidates: &[Contact],
+        posed: &PosedProgram,
         units: &ProgramUnits,
     ) {
         self.states.clear();

@@ -121,7 +121,8 @@ impl ProgramStart {
     pub(super) fn share_weight(
         &mut self,
         step: &Step<'_>,
-        (candidates, posed): (&[Contact], &PosedProgram),
+        candidates: &[Contact],
+        posed: &PosedProgram,
         units: &ProgramUnits,
     ) {
         self.reset(step.free, candidates.len());

@@ -125,7 +125,7 @@ impl SeveralNlp {
             let (position, attitude) = (at(body) + POSITION.start, at(body) + ATTITUDE.start);
             sink.put_lower(attitude, &own.turning);
             if self.members[body].holds {
-                sink.put_block((attitude, position), &own.moving.transpose());
+                sink.put_block(attitude, position, &own.moving.transpose());
             }
             if self.members[body].is_round {
                 sink.put_lower(position, &own.positions);
@@ -133,15 +133,15 @@ impl SeveralNlp {
         }
         for pair in &poses.pairs {
             let (i, j) = (at(pair.bodies.0), at(pair.bodies.1));
-            sink.put_block((j + ATTITUDE.start, i + ATTITUDE.start), &pair.turning);
+            sink.put_block(j + ATTITUDE.start, i + ATTITUDE.start, &pair.turning);
             if let Some(moving) = &pair.first_moves {
-                sink.put_block((j + ATTITUDE.start, i + POSITION.start), &moving.transpose());
+                sink.put_block(j + ATTITUDE.start, i + POSITION.start, &moving.transpose());
             }
             if let Some(moving) = &pair.second_moves {
-                sink.put_block((j + POSITION.start, i + ATTITUDE.start), moving);
+                sink.put_block(j + POSITION.start, i + ATTITUDE.start, moving);
             }
             if let Some(positions) = &pair.positions {
-                sink.put_block((j + POSITION.start, i + POSITION.start), positions);
+                sink.put_block(j + POSITION.start, i + POSITION.start, positions);
             }
         }
     }

@@ -117,7 +117,7 @@ impl RoundFeatures {
 
     /// |D|_n: with m its direction, m by r_A, J_Aᵀ m by q_A and −J_Bᵀ m by q_B, at the nearest points.
     pub(crate) fn distance(&self, at: (ProgramPose, Option<ProgramPose>)) -> MotionComponent {
-        let met = self.meet(at);
+        let met = self.meet(at.0, at.1);
         let by: ByPoses = met.slope.tr_mul(&met.reach.direction);
         MotionComponent {
             value: met.reach.length,
@@ -134,7 +134,7 @@ impl RoundFeatures {
     /// Jᵀ P J + Σ m_k ∇²D_k − C S⁻¹ Cᵀ,   C = Jᵀ P w + ẇᵀ m,   S = wᵀ P w       (eq. D13)
     /// ```
     pub(crate) fn distance_curvature(&self, at: (ProgramPose, Option<ProgramPose>)) -> Curvature {
-        let met = self.meet(at);
+        let met = self.meet(at.0, at.1);
         let round = met.reach.curvature(&met.way, &self.normal);
         let m = &met.reach.direction;
         let mut whole = met.slope.transpose() * round * met.slope;
@@ -202,7 +202,7 @@ impl RoundFeatures {
         }
     }
 
-    fn meet(&self, (a, b): (ProgramPose, Option<ProgramPose>)) -> Met {
+    fn meet(&self, a: ProgramPose, b: Option<ProgramPose>) -> Met {
         let moved = |core: &Core, along: &TurnedPoint, place: &ProgramPose| Core {
             from: place.position
                 + 0.5 * rows(&rotated_point_forms(&core.from), &place.attitude) * place.attitude,

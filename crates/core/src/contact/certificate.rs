@@ -231,7 +231,7 @@ impl Certifier {
         let ends = (claim.states, claim.next);
         self.seen.clear();
         for (joint, force) in world.joints().iter().zip(claim.joints) {
-            let seen = joint.seen(ends, force, h);
+            let seen = joint.seen(ends.0, ends.1, force, h);
             let parts = seen.as_ref().and_then(|seen| {
                 seen.add_loads(joint, claim.states, force, &mut self.loads);
                 seen.residual(joint, (world.bodies(), claim.states), force, h)
@@ -261,7 +261,7 @@ impl Certifier {
             let certificate = &mut both[usize::from(rests)];
             let (state, next) = (&claim.states[index], &claim.next[index]);
             let motion = match world.is_held(index) {
-                false => momentum_residual(world, body, (state, next), &self.loads[index]),
+                false => momentum_residual(world, body, state, next, &self.loads[index]),
                 true => difference(body, (state, next), h),
             };
             certificate.dynamics = largest(certificate.dynamics, motion);
@@ -357,7 +357,8 @@ fn difference(body: &RigidBody, (exact, next): (&State, &State), h: f64) -> f64 
 fn momentum_residual(
     world: &World,
     body: &RigidBody,
-    (state, next): (&State, &State),
+    state: &State,
+    next: &State,
     load: &Wrench,
 ) -> f64 {
     let h = world.time_step();

@@ -103,7 +103,7 @@ impl Curved {
 /// that of `b` to that of `a`, m.
 #[must_use]
 pub fn shortest_way(a: &Core, b: &Core) -> ((f64, f64), Vector3<f64>) {
-    let shares = nearest_shares((&a.from, &a.along), (&b.from, &b.along));
+    let shares = nearest_shares(&a.from, &a.along, &b.from, &b.along);
     (shares, a.at(shares.0) - b.at(shares.1))
 }
 

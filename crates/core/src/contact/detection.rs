@@ -47,7 +47,7 @@ impl Detection {
             for (point, (now, then)) in heights.enumerate() {
                 let candidate = now <= band || (self == Self::Predictive && then <= 0.0);
                 if candidate {
-                    contacts.push(ground_contact((world, ground), index, point, &pose));
+                    contacts.push(ground_contact(world, ground, index, point, &pose));
                 }
                 needs_contact |= candidate || then < 0.0;
             }
@@ -73,7 +73,7 @@ pub fn all_contacts(world: &World, states: &[State], contacts: &mut Vec<Contact>
     for (index, (body, state)) in world.bodies().iter().zip(states).enumerate() {
         let pose = state.pose();
         let points = 0..body.contact_points().len();
-        let of_point = |point| ground_contact((world, ground), index, point, &pose);
+        let of_point = |point| ground_contact(world, ground, index, point, &pose);
         contacts.extend(points.map(of_point));
     }
 }
@@ -99,7 +99,7 @@ pub fn admit_missed(
         for (point, height) in world.heights(body, &next.pose()).enumerate() {
             let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
             if height < -depth && index.find(contacts, &key, contacts.len()).is_none() {
-                contacts.push(ground_contact((world, ground), body, point, &state.pose()));
+                contacts.push(ground_contact(world, ground, body, point, &state.pose()));
             }
         }
     }
@@ -108,7 +108,8 @@ pub fn admit_missed(
 
 /// The contact of a body's point with the ground of the world.
 fn ground_contact(
-    (world, ground): (&World, &Plane),
+    world: &World,
+    ground: &Plane,
     body: usize,
     point: usize,
     pose: &Pose,

@@ -181,7 +181,7 @@ impl Sweeping<'_> {
                 return None;
             }
             let mut known = self.index.between(contacts, pieces((a, b)));
-            let is_known = known.any(|place| is_between(&contacts[place].key, (a, b)));
+            let is_known = known.any(|place| is_between(&contacts[place].key, a, b));
             drop(known);
             // What has no contact yet, nothing holds.
             let most = if is_known { passing } else { fine };
@@ -294,7 +294,7 @@ impl Sweeping<'_> {
     fn lift(&mut self, proxies: (Proxy, Proxy), contacts: &[Contact]) {
         let mut lift: Option<(usize, Vector3<f64>, f64)> = None;
         let known = self.index.between(contacts, pieces(proxies)).map(|place| &contacts[place]);
-        for contact in known.filter(|contact| is_between(&contact.key, proxies)) {
+        for contact in known.filter(|contact| is_between(&contact.key, proxies.0, proxies.1)) {
             let a = &self.between[contact.key.body];
             let b = match contact.key.partner {
                 Partner::Body(other) => Some(&self.between[other]),
@@ -363,7 +363,7 @@ impl Sweeping<'_> {
         if matches!(at, MeetingPlace::StartFar) {
             reach += separation(pieces.0, pieces.1, pair.hint, self.scratch).distance.max(0.0);
         }
-        let plane_of = plane_of(world, self.states, self.start, (a, b));
+        let plane_of = plane_of(world, self.states, self.start, a, b);
         manifold(pieces.0, pieces.1, reach, plane_of, pair.hint, self.scratch, self.touches)
     }
 
@@ -383,7 +383,7 @@ impl Sweeping<'_> {
                 continue;
             }
             let is_same = |contact: &&Contact| {
-                is_between(&contact.key, proxies)
+                is_between(&contact.key, proxies.0, proxies.1)
                     && contact.key.pair.is_some_and(|pair| pair.feature == touch.feature)
             };
             let ends = pieces(proxies);
@@ -455,7 +455,7 @@ fn pieces((a, b): (Proxy, Proxy)) -> [KeyEnd; 2] {
 }
 
 /// Whether a contact is one of two pieces.
-fn is_between(key: &ContactKey, (a, b): (Proxy, Proxy)) -> bool {
+fn is_between(key: &ContactKey, a: Proxy, b: Proxy) -> bool {
     let Some(features) = key.pair else { return false };
     let owners = (Partner::Body(key.body), key.partner);
     let of = |proxy: Proxy, owner: Partner, piece: usize| {

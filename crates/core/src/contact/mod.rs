@@ -209,7 +209,7 @@ impl Contact {
             let seen = other.rotation.tr_mul(&(point - other.position));
             features.frame.column(2).dot(&seen) - features.offset - radius
         };
-        Self::assemble((key, features, law), (a, b), radius, gap)
+        Self::assemble((key, features, law), a, b, radius, gap)
     }
 
     /// The contact of two round features.
@@ -224,7 +224,7 @@ impl Contact {
         let beyond = features.radius + half_gap(&features, pose, other);
         let gap =
             |normal: &Vector3<f64>, _: &Vector3<f64>| gap_between(&features, normal, pose, other);
-        Self::assemble((key, features, law), (a, b), beyond, gap)
+        Self::assemble((key, features, law), a, b, beyond, gap)
     }
 
     /// The contact of features that are placed, whose forces act `beyond` (m) from the point; `gap` gives φ
@@ -232,7 +232,8 @@ impl Contact {
     #[inline(always)]
     fn assemble(
         (key, features, law): PairDetection,
-        ((body, pose), b): (PlacedBody<'_>, Option<PlacedBody<'_>>),
+        (body, pose): PlacedBody<'_>,
+        b: Option<PlacedBody<'_>>,
         beyond: f64,
         gap: impl FnOnce(&Vector3<f64>, &Vector3<f64>) -> f64,
     ) -> Self {

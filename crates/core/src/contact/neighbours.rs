@@ -119,12 +119,12 @@ impl Neighbours {
             let first = moved.len();
             let pieces = (placed(world, poses, a), placed(world, poses, b));
             let size = size(pieces.0.0).min(size(pieces.1.0));
-            let plane_of = plane_of(world, states, poses, (a, b));
+            let plane_of = plane_of(world, states, poses, a, b);
             let hint = &mut pair.hint;
             pair.gap = manifold(pieces.0, pieces.1, BAND * size, plane_of, hint, scratch, touches);
             // Seen from the plane's side, to a last bit of its own.
             pair.is_bound = true;
-            if pair.gap <= TOUCH * size && !shares_a_line_only(pieces, touches, size) {
+            if pair.gap <= TOUCH * size && !shares_a_line_only(pieces.0, pieces.1, touches, size) {
                 let between = Between { world, proxies: (a, b), at: poses, start: poses };
                 moved.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
             }

@@ -24,7 +24,8 @@ pub(super) fn plane_of(
     world: &World,
     states: &[State],
     start: &[Pose],
-    (a, b): (Proxy, Proxy),
+    a: Proxy,
+    b: Proxy,
 ) -> PieceSide {
     let (of_a, of_b) = match (a.owner, b.owner) {
         (PieceOwner::Fixed(_), _) => return PieceSide::A,

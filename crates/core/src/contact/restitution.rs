@@ -44,7 +44,7 @@ impl Contact {
     #[must_use]
     pub fn arriving_velocity(&self, world: &World, states: &[State]) -> Vector3<f64> {
         let h = world.time_step();
-        self.parting_velocity(world, (states, states), |body, spin| {
+        self.parting_velocity(world, states, states, |body, spin| {
             let inertia = (body.inertia(), body.inertia_inverse());
             world.rotation().arriving_spin(inertia, spin, h)
         })
@@ -60,7 +60,7 @@ impl Contact {
         next: &[State],
     ) -> Vector3<f64> {
         let h = world.time_step();
-        self.parting_velocity(world, (states, next), |body, spin| {
+        self.parting_velocity(world, states, next, |body, spin| {
             let inertia = (body.inertia(), body.inertia_inverse());
             world.rotation().departing_spin(inertia, spin, h)
         })
@@ -70,7 +70,8 @@ impl Contact {
     fn parting_velocity(
         &self,
         world: &World,
-        (states, moving): (&[State], &[State]),
+        states: &[State],
+        moving: &[State],
         spin: impl Fn(&RigidBody, &Vector3<f64>) -> Vector3<f64>,
     ) -> Vector3<f64> {
         let unknown = Vector3::repeat(f64::NAN);

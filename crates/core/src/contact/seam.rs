@@ -9,7 +9,8 @@ const PARALLEL: f64 = 0.999_55;
 /// Whether two faces lie in one plane but overlap in a line or a point only, to rounding: boxes on a
 /// floor of tiles, where one reaches the next. Neither holds the other there.
 pub(super) fn shares_a_line_only(
-    (a, b): (PlacedPiece<'_>, PlacedPiece<'_>),
+    a: PlacedPiece<'_>,
+    b: PlacedPiece<'_>,
     touches: &[Touch],
     size: f64,
 ) -> bool {

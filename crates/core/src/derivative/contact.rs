@@ -224,8 +224,8 @@ impl ContactTangent {
         restitution: f64,
     ) -> RowChange {
         let mut change = match &self.contact.features.curved {
-            None => self.plane_change((of_a, of_b), time_step),
-            Some(curved) => self.round_change(curved, (of_a, of_b), time_step),
+            None => self.plane_change(of_a, of_b, time_step),
+            Some(curved) => self.round_change(curved, of_a, of_b, time_step),
         };
         let n = self.contact.normal();
         let turned = change.turn.cross(&n);
@@ -236,7 +236,7 @@ impl ContactTangent {
                 across(&n, &moved) - turned * n.dot(&carried) - n * turned.dot(&carried);
         }
         if let Some(rebound) = self.rebound {
-            self.exchange(rebound, &mut change, (of_a, of_b), (time_step, restitution));
+            self.exchange(rebound, &mut change, (of_a, of_b), time_step, restitution);
         }
         change
     }
@@ -292,11 +292,12 @@ impl ContactTangent {
         ReboundRow { plain, share, coming, left }: ReboundRow,
         change: &mut RowChange,
         given: (&SideChangeInput, &SideChangeInput),
-        (time_step, restitution): (f64, f64),
+        time_step: f64,
+        restitution: f64,
     ) {
         let n = self.contact.normal();
         let turned = change.turn.cross(&n);
-        let parting = |departs| self.parting(&change.arms, given, time_step, departs);
+        let parting = |departs| self.parting(&change.arms, given.0, given.1, time_step, departs);
         let ((apart, parted), (met, meeting)) = (parting(true), parting(false));
         let faster = -(turned.dot(&met) + n.dot(&meeting));
         let law = self.contact.law.restitution;
@@ -310,7 +311,8 @@ impl ContactTangent {
     fn parting(
         &self,
         arms: &[Vector3<f64>; 2],
-        (of_a, of_b): (&SideChangeInput, &SideChangeInput),
+        of_a: &SideChangeInput,
+        of_b: &SideChangeInput,
         time_step: f64,
         departs: bool,
     ) -> (Vector3<f64>, Vector3<f64>) {
@@ -340,7 +342,8 @@ impl ContactTangent {
     /// ```
     fn plane_change(
         &self,
-        (of_a, of_b): (&SideChangeInput, &SideChangeInput),
+        of_a: &SideChangeInput,
+        of_b: &SideChangeInput,
         time_step: f64,
     ) -> RowChange {
         let (a, b, h) = (&self.a, &self.b, self.time_step);
@@ -383,7 +386,8 @@ impl ContactTangent {
     fn round_change(
         &self,
         curved: &Curved,
-        (of_a, of_b): (&SideChangeInput, &SideChangeInput),
+        of_a: &SideChangeInput,
+        of_b: &SideChangeInput,
         time_step: f64,
     ) -> RowChange {
         let (a, b, h) = (&self.a, &self.b, self.time_step);

@@ -183,7 +183,8 @@ impl EndMap {
     /// Adds to six columns of δX⁺, from `first` on, what columns of δV⁺ make of them.
     pub(crate) fn add_velocities(
         &self,
-        (solved, first): (&Matrix6<f64>, usize),
+        solved: &Matrix6<f64>,
+        first: usize,
         end: &mut SMatrix<f64, 12, 12>,
     ) {
         let (linear, spin) = (solved.fixed_rows::<3>(0), solved.fixed_rows::<3>(3));

@@ -112,7 +112,7 @@ impl Placement {
             Self::Crossing { of_a, of_b, axis } => {
                 let (normal, offset) = face();
                 let (along, turned) = match axis {
-                    Some((u, v)) => spanned((u, a), (v, b), &n),
+                    Some((u, v)) => spanned(u, a, v, b, &n),
                     None => (n, b.rotation * normal + b.turn.cross(&n)),
                 };
                 let slid = slide((of_a, a), (of_b, b), (&along, &turned));
@@ -122,7 +122,7 @@ impl Placement {
             Self::Edges { of_a, of_b } => {
                 let (u, v, y) = (of_a.along, of_b.along, of_b.from);
                 let (by_a, by_b) = (a.linear(), b.linear());
-                let turned = spanned((of_a, a), (of_b, b), &n).1;
+                let turned = spanned(of_a, a, of_b, b, &n).1;
                 // The nearest points stay across both edges.
                 let (apart, moved) = (x - y, a.carried(&x) - b.carried(&y));
                 let matrix = Matrix2::new(u.dot(&u), -u.dot(&v), u.dot(&v), -v.dot(&v));
@@ -168,8 +168,10 @@ impl Placement {
 
 /// The unit vector across a line of A and one of B, on the side of `n`, and what it changes by.
 fn spanned(
-    (of_a, a): (&Line, &SideChange),
-    (of_b, b): (&Line, &SideChange),
+    of_a: &Line,
+    a: &SideChange,
+    of_b: &Line,
+    b: &SideChange,
     n: &Vector3<f64>,
 ) -> (Vector3<f64>, Vector3<f64>) {
     let (u, v) = (of_a.along, of_b.along);

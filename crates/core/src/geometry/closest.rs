@@ -103,7 +103,7 @@ pub(super) fn of_edges(
     };
     let (p, u) = part(pair.a.vertices(), pair.a.edges(), edge_a);
     let (q, v) = part(vertices_b, pair.b.edges(), edge_b);
-    let (s, t) = nearest_shares((&p, &u), (&q, &v));
+    let (s, t) = nearest_shares(&p, &u, &q, &v);
     let on = |edges: &[Edge], edge: usize, at: f64| match edges.get(edge) {
         None => On::Vertex(0),
         Some(edge) if at < AT_END => On::Vertex(edge.vertices[0] as usize),

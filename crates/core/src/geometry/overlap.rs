@@ -131,11 +131,11 @@ impl FaceOverlap {
                 for j in 0..count_b {
                     let (i_next, j_next) = ((i + 1) % count_a, (j + 1) % count_b);
                     let ends = (b_in_a[i * count_b + j], b_in_a[i * count_b + j_next]);
-                    if !opposite(ends, tolerance) {
+                    if !opposite(ends.0, ends.1, tolerance) {
                         continue;
                     }
                     let ends = (a_in_b[i * count_b + j], a_in_b[i_next * count_b + j]);
-                    if opposite(ends, tolerance) {
+                    if opposite(ends.0, ends.1, tolerance) {
                         corners.push(PolygonCorner::Crossing(i, j));
                     }
                 }
@@ -208,7 +208,7 @@ fn inward(polygon: &Polygon, side: usize, axis: &Vector3<f64>) -> (Vector3<f64>,
     (*from, axis.cross(&(to - from)).try_normalize(0.0).unwrap_or_default())
 }
 
-fn opposite((from, to): (f64, f64), tolerance: f64) -> bool {
+fn opposite(from: f64, to: f64, tolerance: f64) -> bool {
     (from > tolerance && to < -tolerance) || (from < -tolerance && to > tolerance)
 }
 

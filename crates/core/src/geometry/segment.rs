@@ -14,8 +14,10 @@ pub(super) fn span(vertices: &[Vector3<f64>], edge: &Edge) -> (Vector3<f64>, Vec
 #[must_use]
 #[inline(always)]
 pub fn nearest_shares(
-    (p, u): (&Vector3<f64>, &Vector3<f64>),
-    (q, v): (&Vector3<f64>, &Vector3<f64>),
+    p: &Vector3<f64>,
+    u: &Vector3<f64>,
+    q: &Vector3<f64>,
+    v: &Vector3<f64>,
 ) -> (f64, f64) {
     let (uu, vv, uv) = (u.norm_squared(), v.norm_squared(), u.dot(v));
     let (ur, vr) = (u.dot(&(q - p)), v.dot(&(q - p)));

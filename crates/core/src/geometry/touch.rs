@@ -70,7 +70,8 @@ impl PiecePair<'_> {
         &self,
         point_of: PieceSide,
         point: Vector3<f64>,
-        (normal, offset): (Vector3<f64>, f64),
+        normal: Vector3<f64>,
+        offset: f64,
         height: f64,
         feature: Feature,
     ) -> Touch {
@@ -90,14 +91,14 @@ impl PiecePair<'_> {
             _ => self.in_b(point),
         };
         let height = face.normal.dot(point) - face.offset;
-        self.touch(PieceSide::B, own, (face.normal, face.offset), height, feature)
+        self.touch(PieceSide::B, own, face.normal, face.offset, height, feature)
     }
 
     /// A point of A (m, its frame) against a face of B.
     pub(super) fn on_face_b(&self, face: usize, point: &Vector3<f64>, feature: Feature) -> Touch {
         let face = &self.b.faces()[face];
         let height = face.normal.dot(&self.in_b(point)) - face.offset;
-        self.touch(PieceSide::A, *point, (face.normal, face.offset), height, feature)
+        self.touch(PieceSide::A, *point, face.normal, face.offset, height, feature)
     }
 
     /// Two points, the one against the plane through the other across `normal` (unit, frame
@@ -171,7 +172,7 @@ impl PiecePair<'_> {
     ) -> Touch {
         let away = self.rotation.tr_mul(&-normal);
         let plane = (away, away.dot(&self.in_b(on)));
-        self.touch(PieceSide::A, *point, plane, normal.dot(&(on - point)), feature)
+        self.touch(PieceSide::A, *point, plane.0, plane.1, normal.dot(&(on - point)), feature)
     }
 
     /// A point of B against the plane through a point of A; `normal` from A to B.
@@ -183,6 +184,6 @@ impl PiecePair<'_> {
         feature: Feature,
     ) -> Touch {
         let (own, plane) = (self.in_b(point), (*normal, normal.dot(on)));
-        self.touch(PieceSide::B, own, plane, normal.dot(&(point - on)), feature)
+        self.touch(PieceSide::B, own, plane.0, plane.1, normal.dot(&(point - on)), feature)
     }
 }

@@ -189,12 +189,7 @@ impl Axis {
     /// The law of the axis in a step of `time_step` (s) that begins at `start`, in the
     /// scaled row u = `length` × (change of the coordinate)/h and the impulse p = h f/(`unit` `length`):
     /// what is locked is to make its coordinate zero, which [`Axis::offset`] is for.
-    pub(crate) fn graph(
-        &self,
-        start: &AxisStart,
-        time_step: f64,
-        (length, unit): (f64, f64),
-    ) -> Graph {
+    pub(crate) fn graph(&self, start: &AxisStart, time_step: f64, length: f64, unit: f64) -> Graph {
         let Self::Free(drive) = self else { return Graph::locked() };
         if self.is_idle() && start.push == 0.0 {
             return Graph::free();
@@ -246,7 +241,7 @@ impl Axis {
         time_step: f64,
         scale: (f64, f64),
     ) -> Option<Graph> {
-        matches!(self, Self::Free(_)).then(|| self.graph(start, time_step, scale))
+        matches!(self, Self::Free(_)).then(|| self.graph(start, time_step, scale.0, scale.1))
     }
 
     /// What the row of a locked axis is off by at the step's start, over h.

@@ -233,7 +233,7 @@ impl Gear {
         let Some(response) = self.response(world, states) else { return f64::NAN };
         // Impulses over the mass of the first body.
         let unit = bodies[joints[self.axes[0].joint].body()].mass();
-        let graph = self.law.graph(&at_rest(start), h, (length, unit));
+        let graph = self.law.graph(&at_rest(start), h, length, unit);
         let rho = 1.0 / (length * length * unit * response);
         let (u, p) = (length * (end - start) / h, force * h / (unit * length));
         let missed = graph.residual(u, p, if rho.is_finite() { rho } else { 1.0 });
@@ -338,7 +338,8 @@ pub(crate) fn at_rest(coordinate: f64) -> AxisStart {
 
 /// See [`World::angles_near`].
 pub(crate) fn angles_near(
-    (joints, gears): (&[Joint], &[Gear]),
+    joints: &[Joint],
+    gears: &[Gear],
     states: &[State],
     near: &[Vector3<f64>],
 ) -> Vec<Vector3<f64>> {

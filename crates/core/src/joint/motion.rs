@@ -112,7 +112,8 @@ impl Joint {
     #[must_use]
     pub fn rates(
         &self,
-        (at, after): (&Coordinates, &Coordinates),
+        at: &Coordinates,
+        after: &Coordinates,
         near: &Vector3<f64>,
         time_step: f64,
     ) -> (Vector3<f64>, Vector3<f64>) {
@@ -179,11 +180,12 @@ impl Joint {
     pub(crate) fn starts(
         &self,
         states: &[State],
-        (at, angles): (&Coordinates, &Vector3<f64>),
+        at: &Coordinates,
+        angles: &Vector3<f64>,
         time_step: f64,
     ) -> [[AxisStart; 3]; 2] {
         match self.linear.iter().chain(&self.angular).any(Axis::has_armature) {
-            true => self.starts_with_rates(states, (at, angles), time_step),
+            true => self.starts_with_rates(states, at, angles, time_step),
             false => self.starts_at((at, angles), <_>::default()),
         }
     }
@@ -192,7 +194,8 @@ impl Joint {
     pub(crate) fn starts_with_rates(
         &self,
         states: &[State],
-        (at, angles): (&Coordinates, &Vector3<f64>),
+        at: &Coordinates,
+        angles: &Vector3<f64>,
         time_step: f64,
     ) -> [[AxisStart; 3]; 2] {
         let rates = self.coasted(states, -time_step).map(|before| {
@@ -270,13 +273,14 @@ impl Joint {
         let frames = self.placed(states)?;
         let at = between(&frames[0], &frames[1]);
         let torque_map = self.turning_map((&at, &force.angles));
-        Some(self.acting_at((&frames, &torque_map), states.get(self.body)?, force))
+        Some(self.acting_at(&frames, &torque_map, states.get(self.body)?, force))
     }
 
     /// The same where its frames in the world are known, the [map](Joint::turning_map) of its torques, and the state of A.
     fn acting_at(
         &self,
-        (frames, torque_map): (&[JointFrame; 2], &Matrix3<f64>),
+        frames: &[JointFrame; 2],
+        torque_map: &Matrix3<f64>,
         state: &State,
         force: &JointForce,
     ) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {

@@ -58,7 +58,7 @@ impl Axis {
         let (h, x) = (time_step, start.coordinate);
         let longer = change.time_step / h;
         if is_vertical {
-            return PieceChange::Speed(drive.corner_change((u, x), (length, h), change));
+            return PieceChange::Speed(drive.corner_change(u, x, length, h, change));
         }
         let to_impulse = h / (unit * length);
         let (mut value, mut slope) = (change.force + (drive.force + start.push) * longer, 0.0);
@@ -110,12 +110,7 @@ impl Axis {
 
 impl Drive {
     /// δu₀ of its stop, friction or motor at the speed u.
-    fn corner_change(
-        &self,
-        (u, x): (f64, f64),
-        (length, h): (f64, f64),
-        change: &AxisChange,
-    ) -> f64 {
+    fn corner_change(&self, u: f64, x: f64, length: f64, h: f64, change: &AxisChange) -> f64 {
         // Which of them it is: the nearest.
         let stops = self.limits.into_iter().flatten().zip(change.limits);
         let stop = stops.map(|(limit, moved)| {

@@ -68,7 +68,7 @@ impl ContactProblem {
             let range = self.rows(group);
             let own = (&p[range.clone()], &velocities[range.clone()]);
             residual = largest(residual, law.residual(&responses[range], own));
-            squared += law.squared_error(own);
+            squared += law.squared_error(own.0, own.1);
         }
         let scale = if size > f64::EPSILON { size } else { 1.0 };
         Evaluation { velocities, body_velocities, residual, relative_error: squared.sqrt() / scale }
@@ -139,7 +139,7 @@ impl Law {
     }
 
     /// The square of a group's part in (C4).
-    fn squared_error(&self, (p, u): (&[f64], &[f64])) -> f64 {
+    fn squared_error(&self, p: &[f64], u: &[f64]) -> f64 {
         match self {
             Self::Contact { friction, .. } => {
                 let (p, mut pull) = (three(p), three(p) - three(u));

@@ -109,7 +109,7 @@ impl EnergyBalance {
         let bodies = world.bodies().iter().zip(claim.states.iter().zip(claim.next));
         for (index, (body, ends)) in bodies.enumerate() {
             if !world.is_held(index) {
-                balance.discretisation += discretisation(world, body, ends);
+                balance.discretisation += discretisation(world, body, ends.0, ends.1);
             }
         }
         balance
@@ -172,7 +172,7 @@ impl<'a> Means<'a> {
 }
 
 /// D of a body.
-fn discretisation(world: &World, body: &RigidBody, (state, next): (&State, &State)) -> f64 {
+fn discretisation(world: &World, body: &RigidBody, state: &State, next: &State) -> f64 {
     let (h, inertia) = (world.time_step(), body.inertia());
     let form = world.rotation();
     match form {

@@ -119,7 +119,7 @@ impl Simulation<'_> {
             self.world().with_constants(&[(*constant, &constant.of(self.world()))])?;
         }
         let mut backward = Backward::begin(run, self.index(), self.world())?;
-        backward.go(self, run, (0, run.steps), start)?;
+        backward.go(self, run, 0, run.steps, start)?;
         backward.end(self, run, start)
     }
 }

@@ -90,7 +90,7 @@ pub(super) fn contact_step(
     if !within {
         report.status = StepStatus::Failed;
     } else if solved
-        && judge.is_wild_step(world, (&claim, certifier.seen()), solution.forces(), accepted)
+        && judge.is_wild_step(world, &claim, certifier.seen(), solution.forces(), accepted)
     {
         report.status = StepStatus::Wild;
     }

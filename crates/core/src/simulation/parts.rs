@@ -96,7 +96,7 @@ impl Simulation<'_> {
         let exchanged = |states: &[State], from: &World, to: &World| -> Option<Vec<State>> {
             let bodies = from.bodies().iter().zip(states).zip(&flies);
             let of = |((body, state), flies): ((&RigidBody, &State), &bool)| {
-                same_momentum(body, state, *flies, (from, to))
+                same_momentum(body, state, *flies, from, to)
             };
             bodies.map(of).collect()
         };
@@ -178,7 +178,7 @@ impl Simulation<'_> {
             gears: &solution.gears,
         };
         certifier.contact_step(world, &claim, solution.forces());
-        judge.makers(world, (&claim, certifier.seen()), solution.forces(), allowed)
+        judge.makers(world, &claim, certifier.seen(), solution.forces(), allowed)
     }
 
     /// Gives islands that make energy a motion that does not.
@@ -274,7 +274,8 @@ fn same_momentum(
     body: &RigidBody,
     state: &State,
     flies: bool,
-    (from, to): (&World, &World),
+    from: &World,
+    to: &World,
 ) -> Option<State> {
     let (form, inertia, h) = (from.rotation(), body.inertia(), to.time_step());
     let mut velocity = state.velocity;

@@ -224,7 +224,7 @@ impl<'a> Simulation<'a> {
     pub fn restore(&mut self, saved: &Saved) -> Result<(), Error> {
         saved.check(&self.world, self.digest())?;
         let ties = (&*saved.joints, &*saved.gears);
-        let world = self.world.with_changes(&saved.held, ties, &saved.surfaces)?;
+        let world = self.world.with_changes(&saved.held, ties.0, ties.1, &saved.surfaces)?;
         self.motion.recall(&world, &saved.solver)?;
         self.world = world;
         self.scratch.rest.end();

@@ -61,7 +61,7 @@ impl Stiffness {
         if states.len() != world.bodies().len() {
             return vec![0.0; world.joints().len()];
         }
-        self.collect(world, states, forces);
+        self.collect(world, states, forces.0, forces.1);
         let of_body = |body: usize| {
             let lever = self.held[body].unwrap_or_default();
             let largest = self.fastest(body, &inertia(&world.bodies()[body], &lever));
@@ -82,7 +82,7 @@ impl Stiffness {
         states: &[State],
         forces: (&[JointForce], &[f64]),
     ) -> f64 {
-        self.collect(world, states, forces);
+        self.collect(world, states, forces.0, forces.1);
         let bodies = world.bodies();
         // No eigenvalue is larger than the norm, ‖L⁻¹ K L⁻ᵀ‖² = tr (I⁻¹ K)²; a number without an order has none.
         self.most.clear();
@@ -107,12 +107,7 @@ impl Stiffness {
     }
 
     /// K of every body, and where joints hold it in the world.
-    fn collect(
-        &mut self,
-        world: &World,
-        states: &[State],
-        (joints, gears): (&[JointForce], &[f64]),
-    ) {
+    fn collect(&mut self, world: &World, states: &[State], joints: &[JointForce], gears: &[f64]) {
         let bodies = world.bodies();
         self.of.clear();
         self.of.resize(bodies.len(), Matrix3::zeros());

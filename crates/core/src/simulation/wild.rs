@@ -108,16 +108,18 @@ impl EnergyJudge {
         }
         let joints = world.joints().iter().zip(claim.joints);
         let ends = (claim.states, claim.next);
-        let seen = joints.map(|(joint, force)| joint.seen(ends, force, world.time_step()));
+        let seen =
+            joints.map(|(joint, force)| joint.seen(ends.0, ends.1, force, world.time_step()));
         let seen: Vec<JointMotion> = seen.flatten().collect();
-        self.is_wild_step(world, (claim, &seen), forces, accepted)
+        self.is_wild_step(world, claim, &seen, forces, accepted)
     }
 
     /// Whether the island of each body makes more energy than the part `allowed` of its own.
     pub(super) fn makers(
         &mut self,
         world: &World,
-        (claim, seen): (&Claim<'_>, &[JointMotion]),
+        claim: &Claim<'_>,
+        seen: &[JointMotion],
         forces: impl IntoIterator<Item = Vector3<f64>>,
         allowed: f64,
     ) -> Vec<bool> {
@@ -135,7 +137,8 @@ impl EnergyJudge {
     pub(super) fn is_wild_step(
         &mut self,
         world: &World,
-        (claim, seen): (&Claim<'_>, &[JointMotion]),
+        claim: &Claim<'_>,
+        seen: &[JointMotion],
         forces: impl IntoIterator<Item = Vector3<f64>>,
         accepted: f64,
     ) -> bool {
@@ -168,10 +171,10 @@ impl EnergyJudge {
         let (weight, slow) = (world.gravity().norm(), REST * world.speed_scale());
         for (index, body) in world.bodies().iter().enumerate() {
             let budget = &mut self.budgets[self.islands.of(index)];
-            let ends = (&claim.states[index], &claim.next[index]);
+            let (state, next) = (&claim.states[index], &claim.next[index]);
             let work = if budget.bounces { work_of_bounce } else { work };
-            let [before, after] = [ends.0, ends.1].map(|state| kinetic_energy(world, body, state));
-            let work = work(world, body, ends, &claim.wrenches[index]);
+            let [before, after] = [state, next].map(|state| kinetic_energy(world, body, state));
+            let work = work(world, body, state, next, &claim.wrenches[index]);
             budget.gained += after - before - work;
             budget.size += before.max(after) + work.abs();
             let lift = weight * (h * accepted + budget.under);
@@ -254,7 +257,7 @@ pub fn is_lost(world: &World, states: &[State], next: &[State]) -> bool {
 }
 
 /// The work of gravity and `wrench` on a body in a step that does not bounce (eq. 32), J.
-fn work(world: &World, body: &RigidBody, (state, next): (&State, &State), wrench: &Wrench) -> f64 {
+fn work(world: &World, body: &RigidBody, state: &State, next: &State, wrench: &Wrench) -> f64 {
     let force = wrench.force + world.gravity() * body.mass();
     let moved = next.position - state.position;
     force.dot(&moved) + world.time_step() * wrench.torque.dot(&next.spin)
@@ -264,7 +267,8 @@ fn work(world: &World, body: &RigidBody, (state, next): (&State, &State), wrench
 fn work_of_bounce(
     world: &World,
     body: &RigidBody,
-    (state, next): (&State, &State),
+    state: &State,
+    next: &State,
     wrench: &Wrench,
 ) -> f64 {
     let force = wrench.force + world.gravity() * body.mass();

@@ -56,7 +56,8 @@ impl World {
     pub(crate) fn with_changes(
         &self,
         held: &[bool],
-        (joints, gears): (&[Joint], &[Gear]),
+        joints: &[Joint],
+        gears: &[Gear],
         surfaces: &[(Partner, Vector3<f64>)],
     ) -> Result<Self, Error> {
         let mut world = self.clone().holding(held)?;

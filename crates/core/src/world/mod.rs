@@ -174,7 +174,7 @@ impl World {
     /// nearest to `near`, or to zero, but where a gear says how often one has turned, as often as that.
     #[must_use]
     pub fn angles_near(&self, states: &[State], near: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-        angles_near((&self.joints, &self.gears), states, near)
+        angles_near(&self.joints, &self.gears, states, near)
     }
 
     /// This world, its fixed pieces, its restitution and what was said of pairs, with other

@@ -141,7 +141,7 @@ impl Assembled {
         }
         let is_own = |shape: &RobotShape| self.links[shape.link].0 == Some(place);
         let others: Vec<_> = touching.iter().filter(|(_, shape)| !is_own(shape)).collect();
-        let law = |a: usize, b: usize| self.law(placing, (a, b), usual);
+        let law = |a: usize, b: usize| self.law(placing, a, b, usual);
         let own_friction = |index: usize| friction_of(&self.robot.shapes[index]);
         let alike = |a: usize, b: usize| {
             own_friction(a) == own_friction(b)

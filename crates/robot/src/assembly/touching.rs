@@ -96,7 +96,7 @@ impl Assembled {
                 if !is_later {
                     continue;
                 }
-                let friction = self.law(placing, (*shape, *theirs), model.mu);
+                let friction = self.law(placing, *shape, *theirs, model.mu);
                 let (partner, theirs) = match *other {
                     ShapeOwner::Ground => (PartnerModel::Ground, model.mu),
                     ShapeOwner::Fixed(fixed) => (
@@ -121,7 +121,7 @@ impl Assembled {
     }
 
     /// With what friction two shapes touch; `None` where they do not. What is said of a pair counts before groups and links.
-    pub(super) fn law(&self, placing: &Placing, (a, b): (usize, usize), usual: f64) -> Option<f64> {
+    pub(super) fn law(&self, placing: &Placing, a: usize, b: usize, usual: f64) -> Option<f64> {
         let [ours, theirs] = [a, b].map(|index| &self.robot.shapes[index]);
         let links = [ours.link, theirs.link];
         let both_move = links.iter().all(|link| self.links[*link].0.is_some());

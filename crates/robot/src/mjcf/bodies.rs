@@ -125,10 +125,10 @@ impl MjcfReader<'_> {
     ) -> Result<(), String> {
         for child in &element.children {
             match &*child.tag {
-                "geom" => self.read_shape(child, (within.link, &within.frame), within.class)?,
+                "geom" => self.read_shape(child, within.link, &within.frame, within.class)?,
                 "body" => below.push((child, within.clone())),
                 "joint" | "freejoint" => self.read_joint(child, within)?,
-                "site" => self.read_site(child, (within.link, &within.frame), within.class)?,
+                "site" => self.read_site(child, within.link, &within.frame, within.class)?,
                 "inertial" if within.link > 0 && element.tag == "body" => {}
                 "frame" => {
                     child.refuse_others(

@@ -45,7 +45,8 @@ impl MjcfReader<'_> {
     pub(super) fn read_shape(
         &mut self,
         element: &Element,
-        (link, frame): (usize, &LinkFrame),
+        link: usize,
+        frame: &LinkFrame,
         class: &str,
     ) -> Result<(), String> {
         const READ: [&str; 24] = [
@@ -103,7 +104,7 @@ impl MjcfReader<'_> {
                 // For the eye alone: a flat mesh has no hull and needs none.
                 self.flat.insert(name.to_owned());
                 match link > 0 && self.files.contains_key(name) {
-                    true => self.read_look(&read, (link, placed), &RobotForm::Hull(Vec::new())),
+                    true => self.read_look(&read, link, placed, &RobotForm::Hull(Vec::new())),
                     false => self.notes.idle("geom of a mesh without a hull"),
                 }
                 return Ok(());
@@ -120,7 +121,7 @@ impl MjcfReader<'_> {
             .map(|(index, usual)| friction.get(index).copied().unwrap_or(usual));
         let rolling = if touches { rolling } else { [0.0; 2] };
         let rubs = self.rubs(element, condim, &rolling)?;
-        self.weigh(&read, (link, &placed), &form, &volume)?;
+        self.weigh(&read, link, &placed, &form, &volume)?;
         let (form, placed) = match form {
             RobotForm::Plane if touches && std::mem::replace(&mut self.has_ground, true) => {
                 self.notes.say(format!(
@@ -134,7 +135,7 @@ impl MjcfReader<'_> {
             form => (form, placed),
         };
         if !touches && link > 0 {
-            self.read_look(&read, (link, placed), &form);
+            self.read_look(&read, link, placed, &form);
         }
         if touches && matches!(form, RobotForm::Ellipsoid(_)) {
             self.notes.say("ellipsoids that touch are rounded hulls within them".to_owned());
@@ -155,12 +156,7 @@ impl MjcfReader<'_> {
     }
 
     /// A shape that touches nothing, as a part of what its link looks like.
-    fn read_look(
-        &mut self,
-        read: &Defaulted<'_>,
-        (link, frame): (usize, LinkFrame),
-        form: &RobotForm,
-    ) {
+    fn read_look(&mut self, read: &Defaulted<'_>, link: usize, frame: LinkFrame, form: &RobotForm) {
         let file = read.get("mesh").and_then(|mesh| self.files.get(mesh));
         let seen = match (form, file) {
             (RobotForm::Hull(_), Some((file, scale))) => {
@@ -261,7 +257,8 @@ impl MjcfReader<'_> {
     fn weigh(
         &mut self,
         read: &Defaulted<'_>,
-        (link, frame): (usize, &LinkFrame),
+        link: usize,
+        frame: &LinkFrame,
         form: &RobotForm,
         volume: &Volume,
     ) -> Result<(), String> {

@@ -12,7 +12,8 @@ impl MjcfReader<'_> {
     pub(super) fn read_site(
         &mut self,
         element: &Element,
-        (link, frame): (usize, &LinkFrame),
+        link: usize,
+        frame: &LinkFrame,
         class: &str,
     ) -> Result<(), String> {
         const READ: [&str; 9] =

@@ -260,7 +260,7 @@ impl Builder<'_> {
             start.checked().map_err(|error| named(field_of(&error)))?;
             let start = BodyStart::of(&start);
             let usual = ("body", self.model.bodies.len());
-            let name = name_of(entry.name.as_deref(), usual, (number, count));
+            let name = name_of(entry.name.as_deref(), usual.0, usual.1, number, count);
             partners.push(PartnerModel::Body(self.model.bodies.len()));
             self.model.bodies.push(BodyModel { name, start, drawn, ..template.clone() });
         }
@@ -289,7 +289,7 @@ impl Builder<'_> {
             let outer =
                 ModelPlace { position: start.position.into(), attitude: start.attitude.into() };
             let usual = ("fixed", self.model.fixed.len());
-            let name = name_of(entry.name.as_deref(), usual, (number, count));
+            let name = name_of(entry.name.as_deref(), usual.0, usual.1, number, count);
             for piece in &pieces {
                 let piece =
                     PlacedForm { form: piece.form.clone(), place: piece.place.within(&outer) };
@@ -316,7 +316,7 @@ impl Builder<'_> {
             (Some(StartFrame::Ground), Some(plane)) => Some(plane),
             (Some(StartFrame::Ground), None) => return Err(NO_GROUND.to_owned()),
         };
-        Ok(state_at(ground, place, (velocity, spin), centre))
+        Ok(state_at(ground, place, velocity, spin, centre))
     }
 
     fn shape(&self, at: &str, entry: &mut BodyEntry) -> Result<ModelShape, String> {

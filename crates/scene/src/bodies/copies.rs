@@ -74,8 +74,10 @@ pub fn copies(
 /// index.
 pub fn name_of(
     given: Option<&str>,
-    (kind, index): (&str, usize),
-    (number, count): (usize, usize),
+    kind: &str,
+    index: usize,
+    number: usize,
+    count: usize,
 ) -> String {
     match (given, count) {
         (None, _) => format!("{kind}-{index}"),

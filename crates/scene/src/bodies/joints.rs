@@ -54,7 +54,7 @@ impl JointEntries {
         for (number, (body, other)) in pairs.into_iter().enumerate() {
             let index = self.models.len();
             let usual = ("joint", index);
-            let name = name_of(entry.name.as_deref(), usual, (number, count));
+            let name = name_of(entry.name.as_deref(), usual.0, usual.1, number, count);
             let sides = [Some(&bodies[body]), other.map(|other| &bodies[other])].map(JointSide::of);
             self.push(JointModel {
                 name,

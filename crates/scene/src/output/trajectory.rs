@@ -197,7 +197,7 @@ impl<W: Write> TrajectoryWriter<W> {
                 return Err(refused("the record has a contact of a point that the body has not"));
             }
             let products =
-                program_columns(&self.world, contact, ends, &next.pose(), (force, slip.norm()));
+                program_columns(&self.world, contact, ends, &next.pose(), force, slip.norm());
             let Products { normal, friction, slip_speed } = products;
             let values = [force[0], force[1], force[2], normal, friction, slip_speed];
             let places = self.layout.contact_variables(contact.key.point);
@@ -248,7 +248,8 @@ pub fn program_columns(
     contact: &Contact,
     ends: (&[State], &[State]),
     next: &Pose,
-    (force, slip): (Vector3<f64>, f64),
+    force: Vector3<f64>,
+    slip: f64,
 ) -> Products {
     let (h, normal) = (world.time_step(), contact.normal());
     let opening = normal * (contact.gap_at(next, None) / h);

@@ -5,7 +5,7 @@ use crate::film::Status;
 use std::fmt::Write as _;
 
 /// Hundredths of a unit, the precision of a path.
-fn hundredths((x, y): (f64, f64)) -> (i64, i64) {
+fn hundredths(x: f64, y: f64) -> (i64, i64) {
     ((100.0 * x).round() as i64, (100.0 * y).round() as i64)
 }
 
@@ -18,7 +18,8 @@ fn push(path: &mut String, command: char, (x, y): (i64, i64)) {
 pub fn line(points: &[PlotPoint]) -> String {
     let mut path = String::new();
     for stretch in points.split(Option::is_none) {
-        let stretch: Vec<_> = stretch.iter().flatten().copied().map(hundredths).collect();
+        let stretch: Vec<_> =
+            stretch.iter().flatten().copied().map(|(x, y)| hundredths(x, y)).collect();
         for (i, &point) in stretch.iter().enumerate() {
             let inside = 0 < i
                 && i + 1 < stretch.len()
@@ -36,7 +37,7 @@ pub fn line(points: &[PlotPoint]) -> String {
 pub fn dots(points: &[PlotPoint], all: bool) -> String {
     let mut path = String::new();
     for stretch in points.split(Option::is_none).filter(|stretch| all || stretch.len() == 1) {
-        for point in stretch.iter().flatten().copied().map(hundredths) {
+        for point in stretch.iter().flatten().copied().map(|(x, y)| hundredths(x, y)) {
             push(&mut path, 'M', point);
             path.push_str("h.01");
         }

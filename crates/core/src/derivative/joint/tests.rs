@@ -65,7 +65,7 @@ fn rows(
     let [a, b] = joint.frames();
     let pose = |body: Option<usize>| body.map_or_else(still, |body| states[body].pose());
     let (of_a, of_b) = (pose(Some(0)), pose(joint.other()));
-    let starts = joint.starts(states, (&at, &counted), h);
+    let starts = joint.starts(states, &at, &counted, h);
     let has_other = if joint.other().is_some() { 1.0 } else { 0.0 };
     let rates = |starts: &[crate::joint::AxisStart; 3]| Vector3::from_fn(|k, _| starts[k].rate);
     if about {

@@ -28,7 +28,8 @@ impl Joint {
     /// state.
     pub(crate) fn seen(
         &self,
-        (states, next): (&[State], &[State]),
+        states: &[State],
+        next: &[State],
         force: &JointForce,
         time_step: f64,
     ) -> Option<JointMotion> {
@@ -62,7 +63,7 @@ impl Joint {
         loads: &mut [Wrench],
     ) {
         let Some(state) = states.get(self.body) else { return };
-        let acting = self.acting_at(at, state, force);
+        let acting = self.acting_at(at.0, at.1, state, force);
         let sides = [(Some(self.body), 1.0), (self.other, -1.0)];
         for (body, sign) in sides {
             let Some(body) = body else { continue };
@@ -93,7 +94,7 @@ impl Joint {
         force: &JointForce,
         time_step: f64,
     ) -> Option<f64> {
-        self.seen(ends, force, time_step)?.work(self, ends, force, time_step)
+        self.seen(ends.0, ends.1, force, time_step)?.work(self, ends, force, time_step)
     }
 
     /// How far the step `states` → `next` of `time_step` (s) with the force `force` is from the laws of the
@@ -107,7 +108,7 @@ impl Joint {
         force: &JointForce,
         time_step: f64,
     ) -> JointResidual {
-        let seen = self.seen(ends, force, time_step);
+        let seen = self.seen(ends.0, ends.1, force, time_step);
         let by = (bodies, ends.0);
         let residual = seen.and_then(|seen| seen.residual(self, by, force, time_step));
         residual.unwrap_or(JointResidual { locked: f64::NAN, drive: f64::NAN })
@@ -138,7 +139,7 @@ impl JointMotion {
             self;
         if joint.moves {
             let (state, next) = (states.get(joint.body)?, next.get(joint.body)?);
-            let (anchor, along, about) = joint.acting_at((frames, &self.torque_map), state, force);
+            let (anchor, along, about) = joint.acting_at(frames, &self.torque_map, state, force);
             let torque = (anchor - state.position).cross(&along) + about;
             let torque = rotation(&state.attitude).tr_mul(&torque);
             let power = along.dot(&(state.velocity + next.velocity))
@@ -220,7 +221,7 @@ impl JointMotion {
             let (part, missed) = match axis {
                 Axis::Locked => (&mut residual.locked, u.abs()),
                 Axis::Free(_) => {
-                    let graph = axis.graph(start, h, (length, unit));
+                    let graph = axis.graph(start, h, length, unit);
                     let w = match axis.is_idle() {
                         true => 1.0,
                         false => self.response(joint, (bodies, states), (which, length)),

@@ -151,12 +151,13 @@ impl Backward {
         &mut self,
         simulation: &mut Simulation<'_>,
         run: &mut Run<'_>,
-        (from, to): (u64, u64),
+        from: u64,
+        to: u64,
         start: &Saved,
     ) -> Result<(), Error> {
         let count = to - from;
         if count <= self.stretch {
-            return self.leaf(simulation, run, (from, to), start);
+            return self.leaf(simulation, run, from, to, start);
         }
         // As few stretches as fill the memory, or all that there are.
         let parts = count.div_ceil(self.stretch).min(self.saved);
@@ -180,9 +181,9 @@ impl Backward {
         self.saved = (saved.saturating_sub(parts)).max(2);
         let mut end = to;
         while let Some(Stretch { from, start, rests }) = stretches.pop() {
-            if from < end && !(rests && self.rest(simulation, run, (from, end), &start)?) {
+            if from < end && !(rests && self.rest(simulation, run, from, end, &start)?) {
                 self.is_resting = false;
-                self.go(simulation, run, (from, end), &start)?;
+                self.go(simulation, run, from, end, &start)?;
             }
             end = from;
         }
@@ -195,7 +196,8 @@ impl Backward {
         &mut self,
         simulation: &mut Simulation<'_>,
         run: &mut Run<'_>,
-        (from, to): (u64, u64),
+        from: u64,
+        to: u64,
         start: &Saved,
     ) -> Result<bool, Error> {
         let mut taken = std::mem::take(&mut self.taken);
@@ -227,7 +229,8 @@ impl Backward {
         &mut self,
         simulation: &mut Simulation<'_>,
         run: &mut Run<'_>,
-        (from, to): (u64, u64),
+        from: u64,
+        to: u64,
         start: &Saved,
     ) -> Result<(), Error> {
         simulation.restore(start)?;

@@ -90,7 +90,7 @@ pub(super) fn check(
 ) -> Result<(), Misplaced> {
     let (of_own, of_theirs) = parts(key, pair);
     let turned = may_be_turned(key, pair);
-    check_point(key, pair, (own, body), turned)?;
+    check_point(key, pair, own, body, turned)?;
     // Of round features all follows from these.
     if features.curved.is_some() {
         return Ok(());
@@ -117,7 +117,8 @@ fn is_off_plane(piece: &Piece, part: CorePart, features: &Features, turned: bool
 fn check_point(
     key: &ContactKey,
     pair: &PairFeatures,
-    (own, body): (&Piece, &RigidBody),
+    own: &Piece,
+    body: &RigidBody,
     may_be_first: bool,
 ) -> Result<(), Misplaced> {
     let first = |part| match part {
@@ -148,7 +149,7 @@ pub(super) fn check_round(
     {
         return Err("is of features that its pieces do not have");
     }
-    check_point(key, pair, (own, body), matches!(key.partner, Partner::Fixed(_)))?;
+    check_point(key, pair, own, body, matches!(key.partner, Partner::Fixed(_)))?;
     let part = of_theirs.filter(|_| may_be_turned(key, pair));
     match part.is_some_and(|part| is_off_plane(theirs, part, features, true)) {
         true => Err(ELSEWHERE),
@@ -159,7 +160,8 @@ pub(super) fn check_round(
 /// Holds what the key names of the plane's owner against where it is at the step's start: `seen` is the touching
 /// point there, in the frame of the plane's owner; `moved` (m) is what the bodies move.
 pub(super) fn check_start(
-    (key, pair): (&ContactKey, &PairFeatures),
+    key: &ContactKey,
+    pair: &PairFeatures,
     features: &Features,
     (own, theirs): ContactPieces<'_>,
     seen: &Vector3<f64>,

@@ -141,7 +141,7 @@ impl<R: Read> TablesReader<R> {
         bodies: usize,
         (joints, gears): (usize, usize),
     ) -> Result<Self, RowsError> {
-        let reader = Self::of_some(streams, bodies, (joints, gears))?;
+        let reader = Self::of_some(streams, bodies, joints, gears)?;
         let sheets = &reader.sheets;
         for (table, is_missing, why) in [
             (Table::Contacts, sheets.contacts.is_none(), "it is not given"),
@@ -170,7 +170,8 @@ impl<R: Read> TablesReader<R> {
     pub fn of_some(
         streams: Streams<R>,
         bodies: usize,
-        (joints, gears): (usize, usize),
+        joints: usize,
+        gears: usize,
     ) -> Result<Self, RowsError> {
         let tied = joints > 0;
         let sheets = streams.each(|table, stream| sheet(table, stream, tied))?;
@@ -215,7 +216,7 @@ impl<R: Read> TablesReader<R> {
         steps.need_row(CUT_OFF)?;
         let status = steps.field(2, "a status", StepStatus::from_name)?;
         let index = self.order.next(steps, status)?;
-        let row = step_row(steps, (index, status), joints_in_all > 0)?;
+        let row = step_row(steps, index, status, joints_in_all > 0)?;
         // As many as the table has: the number that was asked for may be any.
         let states = states_of(of_bodies, &row, bodies)?;
         let ends = match ends {
@@ -233,7 +234,7 @@ impl<R: Read> TablesReader<R> {
         };
         if let Some(sheet) = contacts {
             for number in 0..step.row.contacts {
-                step.contacts.push(contact_row(sheet, (index, number))?);
+                step.contacts.push(contact_row(sheet, index, number)?);
             }
         }
         if let Some(sheet) = joints {
@@ -285,7 +286,8 @@ fn begin<R: Read>(
 
 fn step_row<R: Read>(
     sheet: &TableReader<R>,
-    (index, status): (u64, StepStatus),
+    index: u64,
+    status: StepStatus,
     tied: bool,
 ) -> Result<StepRow, RowsError> {
     Ok(StepRow {
@@ -321,7 +323,8 @@ fn joint_row<R: Read>(sheet: &TableReader<R>) -> Result<JointRow, RowsError> {
 
 fn contact_row<R: Read>(
     sheet: &mut TableReader<R>,
-    (k, number): (u64, usize),
+    k: u64,
+    number: usize,
 ) -> Result<ContactRow, RowsError> {
     sheet.need_row(CUT_OFF)?;
     sheet.expect(0, k)?;

@@ -93,7 +93,7 @@ impl ContactRow {
         }
         let seen = |point: Vector3<f64>| other.rotation.tr_mul(&(point - other.position));
         let point = seen(pose.position + contact.arm);
-        named::check_start((&contact.key, &pair), &contact.features, pieces, &point, moved)
+        named::check_start(&contact.key, &pair, &contact.features, pieces, &point, moved)
     }
 
     /// The point that the key names, against the ground.

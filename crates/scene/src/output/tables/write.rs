@@ -110,7 +110,7 @@ impl<W: Write> TablesWriter<W> {
         steps.end_row()?;
         if let Some(table) = contacts {
             for (index, contact) in step.contacts.iter().enumerate() {
-                write_contact(table, (row.index, index), contact)?;
+                write_contact(table, row.index, index, contact)?;
             }
         }
         if let Some(table) = joints {
@@ -179,7 +179,8 @@ fn write_states<W: Write>(
 
 fn write_contact<W: Write>(
     table: &mut RowWriter<W>,
-    (k, index): (u64, usize),
+    k: u64,
+    index: usize,
     contact: &ContactRow,
 ) -> io::Result<()> {
     let (partner, partner_index) = match contact.partner {
@@ -272,7 +273,7 @@ impl JointRow {
         };
         if let (Some(at), Some(next)) = (at, next) {
             let (h, after) = (world.time_step(), joint.coordinates(next));
-            let rates = after.map(|after| joint.rates((&at, &after), &turns, h));
+            let rates = after.map(|after| joint.rates(&at, &after, &turns, h));
             (row.velocity, row.spin) = rates.unwrap_or((unknown, unknown));
             row.residual = joint.residual(world.bodies(), (states, next), force, h);
         }

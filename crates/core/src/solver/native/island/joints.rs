@@ -41,7 +41,7 @@ impl Island {
         let before = step.previous.joints.get(index).map_or(Vector3::zeros(), |last| last.angles);
         let (angles, length) = (joint.counted(&at, &before), joint.length(step.world.bodies()));
         let sides = (place(joint.body()), joint.other().map(place));
-        let [along, about] = joint.starts(step.states, (&at, &angles), self.time_step);
+        let [along, about] = joint.starts(step.states, &at, &angles, self.time_step);
         let place = joint.holds_place().then(|| self.admit_place(joint, &along, sides));
         let turn = (joint.turning() != TurnKind::Free)
             .then(|| self.admit_turn(joint, (&at, &angles), (&about, length), sides));

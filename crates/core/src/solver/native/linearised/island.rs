@@ -408,8 +408,8 @@ impl LinearIsland {
         };
         for (place, of) in bodies.iter().enumerate() {
             let Some(map) = &ends[*of] else { continue };
-            map.add_velocities((&solved(place, |point| &point.by_pose), 0), &mut end[*of]);
-            map.add_velocities((&solved(place, |point| &point.by_velocity), 6), &mut end[*of]);
+            map.add_velocities(&solved(place, |point| &point.by_pose), 0, &mut end[*of]);
+            map.add_velocities(&solved(place, |point| &point.by_velocity), 6, &mut end[*of]);
         }
         true
     }

@@ -239,7 +239,7 @@ pub(super) fn linearise(
         let velocities = bodies.map(|body| body.map(&velocity));
         let tangent = JointTangent::new(joint, step.states, h, velocities);
         let Some(at) = joint.coordinates(step.states) else { continue };
-        let starts = joint.starts_with_rates(step.states, (&at, angles), h);
+        let starts = joint.starts_with_rates(step.states, &at, angles, h);
         let acting = joint.acting_axes();
         let own = [
             at_place.map(|coupling| (coupling, 1.0, joint.linear(), &starts[0])),
