@@ -1,5 +1,5 @@
 //! `tumble view` and `--html`: what the page holds, and what is refused. That it works in a
-//! browser is for `cli/tests/pictures/browser.rs`.
+//! browser is for `cli/tests/pictures/browser/mod.rs`.
 
 use crate::ROOT;
 use crate::support::{
