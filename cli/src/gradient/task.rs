@@ -1,8 +1,8 @@
 //! A number that a run decides, and its derivatives.
 
-use super::super::args::GradientQuantity;
-use super::super::outcome::Failure;
 use super::argument::Argument;
+use crate::args::GradientQuantity;
+use crate::outcome::Failure;
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! Text in.
 
-use super::super::{ContactProblem, Law, ProblemError, SparseMatrix};
+use crate::problem::{ContactProblem, Law, ProblemError, SparseMatrix};
 
 /// Why a text is no problem. Each message says where, and what is wanted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -4,10 +4,10 @@
 //! also with themselves where round features touch, the poses of two bodies that touch with each other, and the variables of a contact with
 //! themselves and with the poses of its bodies (eq. D9).
 
-use super::super::entries::EntrySink;
-use super::super::layout::{ATTITUDE, ATTITUDE_ROWS, POSITION, SPIN, SPIN_ROWS};
 use super::SeveralNlp;
 use super::component::Curvature;
+use crate::step_nlp::entries::EntrySink;
+use crate::step_nlp::layout::{ATTITUDE, ATTITUDE_ROWS, POSITION, SPIN, SPIN_ROWS};
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector2, Vector3, Vector4};
 
 /// Second derivatives of two touching bodies i < j by each other's poses.

@@ -1,12 +1,12 @@
 //! The Jacobian of the program of several bodies.
 
-use super::super::entries::EntrySink;
-use super::super::layout::{
-    ATTITUDE, ATTITUDE_ROWS, POSITION, POSITION_ROWS, SPIN, SPIN_ROWS, VELOCITY, VELOCITY_ROWS,
-};
 use super::component::MotionComponent;
 use super::touch::ProgramSide;
 use super::{Friction, SeveralNlp};
+use crate::step_nlp::entries::EntrySink;
+use crate::step_nlp::layout::{
+    ATTITUDE, ATTITUDE_ROWS, POSITION, POSITION_ROWS, SPIN, SPIN_ROWS, VELOCITY, VELOCITY_ROWS,
+};
 use nalgebra::Matrix2;
 
 impl SeveralNlp {

@@ -1,7 +1,7 @@
 //! The order of variables and rows of the program of several bodies (eqs. 23 and 26 of
 //! `docs/formulation.md`).
 
-use super::super::layout::STATE;
+use crate::step_nlp::layout::STATE;
 use std::ops::Range;
 
 /// Where variables and rows stand: bodies one after the other, then contacts, kind by kind. A

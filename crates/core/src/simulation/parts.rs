@@ -17,7 +17,6 @@
 //! Of all motions with this P and L, a rigid one has the least kinetic energy.
 
 use super::islands::Islands;
-use super::wild::{LARGEST_GAIN, ROUNDING};
 use super::{Motion, Simulation, StepRecord, StepScratch};
 use crate::contact::certificate::Claim;
 use crate::contact::{Candidates, Certificate};
@@ -62,24 +61,20 @@ impl Simulation<'_> {
         let unsolved: Vec<bool> = (0..bodies).map(|body| all_are || !is_solved(body)).collect();
         unsolved_bodies.extend((0..bodies).filter(|body| unsolved[*body]));
 
-        if is_near && !self.makers(ROUNDING).contains(&true) {
+        if is_near && !self.makers().contains(&true) {
             return None;
         }
         let mut report = report;
         let mut parts = 2;
         let mut is_taken = false;
-        let best = self.scratch.solution.clone();
         while parts <= MOST_PARTS && !is_taken {
-            // The mean forces of the shorter steps may do another work in one step than they did one by one.
-            is_taken = self.in_parts(parts, &unsolved).is_some()
-                && !self.makers(LARGEST_GAIN).contains(&true);
+            is_taken = self.in_parts(parts, &unsolved).is_some();
             parts *= 2;
         }
         if is_taken {
             report.status = StepStatus::Substepped;
             self.scratch.squeeze = None;
         } else {
-            self.scratch.solution = best;
             self.hold_energy();
         }
         self.scratch.rest.end();
@@ -164,9 +159,8 @@ impl Simulation<'_> {
         islands
     }
 
-    /// Whether the island of each body makes more energy than the part `allowed` of its own in the scratch memory's
-    /// solution.
-    fn makers(&mut self, allowed: f64) -> Vec<bool> {
+    /// Whether the island of each body makes energy in the scratch memory's solution.
+    fn makers(&mut self) -> Vec<bool> {
         let Self { world, now, scratch, .. } = self;
         let StepScratch { candidates, solution, wrenches, judge, certifier, .. } = scratch;
         let claim = Claim {
@@ -178,12 +172,12 @@ impl Simulation<'_> {
             gears: &solution.gears,
         };
         certifier.contact_step(world, &claim, solution.forces());
-        judge.makers(world, &claim, certifier.seen(), solution.forces(), allowed)
+        judge.makers(world, &claim, certifier.seen(), solution.forces())
     }
 
     /// Gives islands that make energy a motion that does not.
     fn hold_energy(&mut self) {
-        let (islands, standing, made) = (self.islands(), self.standing(), self.makers(ROUNDING));
+        let (islands, standing, made) = (self.islands(), self.standing(), self.makers());
         let Self { world, now, scratch, .. } = self;
         let solution = &mut scratch.solution;
         let bodies = now.states.len();

@@ -50,7 +50,7 @@ pub use crate::mechanics::way::LARGEST_TURN;
 pub const LARGEST_GAIN: f64 = 1e-3;
 
 /// A part of the same that rounding may make.
-pub(super) const ROUNDING: f64 = 1e-9;
+const ROUNDING: f64 = 1e-9;
 
 /// A motion slower than this, m/s in the world's [scale](World::speed_scale), has no energy to speak
 /// of.
@@ -114,20 +114,19 @@ impl EnergyJudge {
         self.is_wild_step(world, claim, &seen, forces, accepted)
     }
 
-    /// Whether the island of each body makes more energy than the part `allowed` of its own.
+    /// Whether the island of each body makes energy, however little beside its own.
     pub(super) fn makers(
         &mut self,
         world: &World,
         claim: &Claim<'_>,
         seen: &[JointMotion],
         forces: impl IntoIterator<Item = Vector3<f64>>,
-        allowed: f64,
     ) -> Vec<bool> {
         self.count(world, (claim, seen), forces, 0.0);
         let makes = |body: usize| {
             let of = &self.budgets[self.islands.of(body)];
             // A NaN is no small gain.
-            let is_small = of.gained <= allowed * of.size;
+            let is_small = of.gained <= ROUNDING * of.size;
             !is_small
         };
         (0..claim.states.len()).map(makes).collect()

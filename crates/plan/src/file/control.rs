@@ -1,8 +1,8 @@
 //! Controls from their tables.
 
-use super::super::control::{Control, ControlKind, PushControl, StartPart};
 use super::tables::{ControlTable, JointNames, KindName, PartName, Range};
 use super::{body_of, unit};
+use crate::control::{Control, ControlKind, PushControl, StartPart};
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::joint::JointAxis;
 use tumble_core::world::Constant;

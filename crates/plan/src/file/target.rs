@@ -1,9 +1,9 @@
 //! Targets and path constraints from their tables.
 
-use super::super::path_constraint::{PathConstraint, PathConstraintKind};
-use super::super::target::{Target, TargetKind};
 use super::tables::{PathConstraintTable, PointTable, TargetTable, WallTable};
 use super::{body_of, unit};
+use crate::path_constraint::{PathConstraint, PathConstraintKind};
+use crate::target::{Target, TargetKind};
 use nalgebra::Vector3;
 use tumble_model::fields::Exactly;
 use tumble_scene::scene::Scene;

@@ -1,7 +1,7 @@
 //! Checks of the parts of a problem.
 
-use super::super::PlanError;
-use super::super::control::{Control, ControlKind, PushControl};
+use crate::PlanError;
+use crate::control::{Control, ControlKind, PushControl};
 use crate::target::FARTHEST;
 use tumble_core::joint::JointAxis;
 use tumble_core::world::constants::extents;

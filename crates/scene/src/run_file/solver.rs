@@ -1,6 +1,6 @@
 //! The solver's settings in run.json.
 
-use super::super::solver_choice::SolverChoice;
+use crate::solver_choice::SolverChoice;
 use serde::{Deserialize, Serialize};
 use tumble_core::world::World;
 use tumble_model::failure::Failure;

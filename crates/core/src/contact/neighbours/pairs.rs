@@ -1,9 +1,9 @@
 //! The broad phase: which pieces there are, boxes around them on their ways, and the pairs whose boxes share something.
 
-use super::super::Partner;
-use super::super::memory::{Memory, Neighbour};
-use super::super::proxy::{PieceExtent, PieceOwner, placed, proxies_of};
 use super::Neighbours;
+use crate::contact::Partner;
+use crate::contact::memory::{Memory, Neighbour};
+use crate::contact::proxy::{PieceExtent, PieceOwner, placed, proxies_of};
 use crate::geometry::{Aabb, Hint, bulge};
 use crate::world::World;
 

@@ -1,8 +1,8 @@
 //! Where the pieces are, at rest in a state or on their ways from one to the next.
 
-use super::super::memory::Memory;
-use super::super::proxy::PieceOwner;
 use super::{Neighbours, has_pairs};
+use crate::contact::memory::Memory;
+use crate::contact::proxy::PieceOwner;
 use crate::mechanics::{Pose, State, Way};
 use crate::world::World;
 

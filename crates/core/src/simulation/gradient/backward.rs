@@ -3,11 +3,11 @@
 //! The run is cut into stretches. A first pass forwards saves where each begins; then they are run again from the last to the first, each
 //! forwards with its derivatives and then backwards. A stretch in which nothing moves is not run again: all its steps are one.
 
-use super::super::{Saved, Simulation, StepRecord};
 use super::{Run, RunGradient};
 use crate::derivative::StateChange;
 use crate::error::Error;
 use crate::mechanics::State;
+use crate::simulation::{Saved, Simulation, StepRecord};
 use crate::solver::native::{StepDerivative, StepGradient};
 use crate::step::StepStatus;
 use crate::world::World;

@@ -2,10 +2,10 @@
 //!
 //! Equation numbers are those of `docs/formulation.md` and `docs/joints.md`.
 
-use super::super::equations::{Equations, Velocity};
-use super::super::tolerances::LARGE_GAIN;
 use super::{CouplingKind, CouplingLink, Island};
 use crate::joint::Axis;
+use crate::solver::native::equations::{Equations, Velocity};
+use crate::solver::native::tolerances::LARGE_GAIN;
 use nalgebra::Vector3;
 
 /// What a coupling of a joint has to do with energy.

@@ -2,20 +2,20 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::super::blocks::BlockSystem;
-use super::super::coupling::Coupling;
-use super::super::equations::{
+use super::kept_slopes::KeptSlopes;
+use super::{Both, CouplingKind, Island, IslandSlope};
+use crate::solver::native::blocks::BlockSystem;
+use crate::solver::native::coupling::Coupling;
+use crate::solver::native::equations::{
     Determined, Elimination, Equations, EvaluatedPoint, MapResidual, StepSetting, Velocities,
     Velocity,
 };
-use super::super::islands::IslandView;
-use super::super::law::{Answer, Gain};
-use super::super::member::IslandBody;
-use super::super::pair_motion::stacked;
-use super::super::policy::Policy;
-use super::super::tolerances::Tolerances;
-use super::kept_slopes::KeptSlopes;
-use super::{Both, CouplingKind, Island, IslandSlope};
+use crate::solver::native::islands::IslandView;
+use crate::solver::native::law::{Answer, Gain};
+use crate::solver::native::member::IslandBody;
+use crate::solver::native::pair_motion::stacked;
+use crate::solver::native::policy::Policy;
+use crate::solver::native::tolerances::Tolerances;
 use crate::step::Step;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 

@@ -3,12 +3,12 @@
 //! A gear is a sum of rows of couplings that are there, held or under a law: u = Σ c u_i + q̇₀, of the places and the turns of its joints. So are its
 //! slopes, and its impulse is one on each of them. Equation numbers are those of `docs/joints.md`.
 
-use super::super::coupling::Coupling;
-use super::super::equations::{Slope, Velocity};
-use super::super::law::{AxesLaw, CouplingLaw};
-use super::super::pair_motion::{PairSlope, stacked};
 use super::{Both, CouplingKind, CouplingLink, GearTangent, Island, Source};
 use crate::joint::{Axis, AxisStart, Drive, GearAxis, JointAxis, at_rest};
+use crate::solver::native::coupling::Coupling;
+use crate::solver::native::equations::{Slope, Velocity};
+use crate::solver::native::law::{AxesLaw, CouplingLaw};
+use crate::solver::native::pair_motion::{PairSlope, stacked};
 use crate::step::{Step, StepSolution};
 use nalgebra::{Matrix3, RowVector6, Vector3, Vector6};
 

@@ -2,11 +2,11 @@
 //!
 //! Equation numbers are those of `docs/joints.md`.
 
-use super::super::coupling::{Coupling, Lever};
-use super::super::law::{AxesLaw, CouplingLaw};
 use super::{CouplingKind, CouplingLink, Island, Other, Source};
 use crate::contact::torque_map_of;
 use crate::joint::{AxisStart, Coordinates, Joint, JointForce, Turn, TurnKind};
+use crate::solver::native::coupling::{Coupling, Lever};
+use crate::solver::native::law::{AxesLaw, CouplingLaw};
 use crate::step::{Step, StepSolution};
 use nalgebra::Vector3;
 

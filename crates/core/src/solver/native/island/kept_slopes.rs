@@ -1,9 +1,9 @@
 //! Slopes of couplings that are good for the next matrix, too.
 
-use super::super::coupling::Coupling;
-use super::super::equations::Velocity;
-use super::super::member::IslandBody;
 use super::CouplingLink;
+use crate::solver::native::coupling::Coupling;
+use crate::solver::native::equations::Velocity;
+use crate::solver::native::member::IslandBody;
 
 /// Of which points the slopes of an island's couplings are.
 #[derive(Debug, Clone, Default)]

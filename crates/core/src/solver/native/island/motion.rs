@@ -2,14 +2,14 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::super::coupling::Coupling;
-use super::super::equations::{Equations, Velocity};
-use super::super::fixed_motion::point_velocity;
-use super::super::member::IslandBody;
-use super::super::pair_motion::PairMotion;
-use super::super::round_motion::{RoundMotion, RoundSide};
-use super::super::turning::BodyTurning;
 use super::{CouplingKind, CouplingLink, Island, Other};
+use crate::solver::native::coupling::Coupling;
+use crate::solver::native::equations::{Equations, Velocity};
+use crate::solver::native::fixed_motion::point_velocity;
+use crate::solver::native::member::IslandBody;
+use crate::solver::native::pair_motion::PairMotion;
+use crate::solver::native::round_motion::{RoundMotion, RoundSide};
+use crate::solver::native::turning::BodyTurning;
 use nalgebra::{Matrix3, Vector3};
 
 impl Island {

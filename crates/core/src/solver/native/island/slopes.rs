@@ -3,13 +3,13 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::super::blocks::BlockSystem;
-use super::super::coupling::Coupling;
-use super::super::equations::{Elimination, Velocity};
-use super::super::fixed_motion::slope;
-use super::super::law::Gain;
-use super::super::pair_motion::{PairSlope, beside};
 use super::{Both, CouplingKind, CouplingLink, Island, IslandSlope};
+use crate::solver::native::blocks::BlockSystem;
+use crate::solver::native::coupling::Coupling;
+use crate::solver::native::equations::{Elimination, Velocity};
+use crate::solver::native::fixed_motion::slope;
+use crate::solver::native::law::Gain;
+use crate::solver::native::pair_motion::{PairSlope, beside};
 use nalgebra::{Matrix3, Matrix3x6, RowVector6, Vector3, Vector6};
 
 impl Island {

@@ -3,10 +3,10 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::law::{CouplingLaw, Factored};
-use super::super::pair_motion::PairSlope;
 use super::{CouplingKind, Island, IslandSlope, IslandSystem, JointPlace};
 use crate::joint::Segment;
+use crate::solver::native::law::{CouplingLaw, Factored};
+use crate::solver::native::pair_motion::PairSlope;
 use nalgebra::{Matrix3, Matrix3x6, Matrix6x3, SMatrix, Vector3, Vector6};
 
 /// The row of a gear.

@@ -256,7 +256,10 @@ impl AxesBarrier {
     }
 
     fn at(&self, u: &Vector3<f64>) -> AxesProjection {
-        AxesProjection { u: u + super::super::tolerances::COMPLIANCE * self.pull.p, ..self.pull }
+        AxesProjection {
+            u: u + crate::solver::native::tolerances::COMPLIANCE * self.pull.p,
+            ..self.pull
+        }
     }
 
     /// How far the rows are from their graphs where they move by u, m/s.
@@ -272,7 +275,7 @@ impl AxesBarrier {
         graphs: &[Graph],
     ) -> (Vector3<f64>, Matrix3<f64>, Pending) {
         let at = self.at(u);
-        let compliance = super::super::tolerances::COMPLIANCE;
+        let compliance = crate::solver::native::tolerances::COMPLIANCE;
         let (offset, gain) = at.along_axes(at.pieces(graphs), graphs, compliance);
         (offset, Matrix3::from_diagonal(&gain), Pending::NONE)
     }

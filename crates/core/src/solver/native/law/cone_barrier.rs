@@ -2,8 +2,8 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::super::tolerances::COMPLIANCE;
 use super::cone::Cone;
+use crate::solver::native::tolerances::COMPLIANCE;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// The variables of one contact besides V, in its own frame (t₁, t₂, n), or their change.

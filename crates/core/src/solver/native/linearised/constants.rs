@@ -1,8 +1,8 @@
 //! Changes of constants of the world, as what they change of bodies and of the sides of contacts.
 
-use super::super::member::BodyGiven;
 use crate::derivative::SideChangeInput;
 use crate::mechanics::RigidBody;
+use crate::solver::native::member::BodyGiven;
 use crate::world::Constant;
 use crate::world::constants::extents;
 use nalgebra::{Matrix3, Vector3, Vector6};

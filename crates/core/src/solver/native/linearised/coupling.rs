@@ -2,12 +2,12 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::law::MapPiece;
 use super::constants::{ConstantChanges, ConstantsBase, side_places, unit};
 use super::slopes::{LinearisedSlopes, RowsChange};
 use crate::contact::{Contact, Partner};
 use crate::derivative::{ContactTangent, PlacedFeatures, RowSlopes, SideChangeInput};
 use crate::mechanics::State;
+use crate::solver::native::law::MapPiece;
 use crate::step::Step;
 use crate::world::{Constant, LawSlopes};
 use nalgebra::{Matrix3, SMatrix, Vector3};

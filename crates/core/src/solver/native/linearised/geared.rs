@@ -16,13 +16,13 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::island::GearTangent;
 use super::constants::{add_anchors, anchors_of};
 use super::slopes::RowsChange;
 use super::tied::TiedRowLaw;
 use crate::derivative::{RowsTangent, StateChange};
 use crate::joint::{AxisChange, GearAxis};
 use crate::mechanics::State;
+use crate::solver::native::island::GearTangent;
 use crate::step::Step;
 use crate::world::Constant;
 use nalgebra::{Matrix3, RowSVector, SVector, Vector3};

@@ -2,11 +2,6 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::equations::Equations;
-use super::super::island::Island;
-use super::super::islands::IslandView;
-use super::super::member::BodyGiven;
-use super::super::tolerances::COMPLIANCE;
 use super::constants::{ConstantChanges, ConstantsBase, places, unit};
 use super::point::{LinearPoint, PointCompliance};
 use super::refined::{Drawn, RefinedColumns};
@@ -16,6 +11,11 @@ use crate::contact::Contact;
 use crate::derivative::{EndMap, PlacedFeatures, StateChange};
 use crate::error::Error;
 use crate::mechanics::State;
+use crate::solver::native::equations::Equations;
+use crate::solver::native::island::Island;
+use crate::solver::native::islands::IslandView;
+use crate::solver::native::member::BodyGiven;
+use crate::solver::native::tolerances::COMPLIANCE;
 use crate::step::Step;
 use crate::world::{Constant, World};
 use nalgebra::{Matrix3, SMatrix, Vector3};

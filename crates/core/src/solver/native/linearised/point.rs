@@ -2,17 +2,6 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::coupling::Coupling;
-use super::super::effort::SolveEffort;
-use super::super::equations::{Equations, Velocity};
-use super::super::interior_point::InteriorPoint;
-use super::super::island::Island;
-use super::super::islands::IslandView;
-use super::super::law::{Answer, Factored, MapPiece, NaturalMap};
-use super::super::member::BodyGiven;
-use super::super::newton::{Iterate, Newton, Until, evaluate};
-use super::super::part::next_state;
-use super::super::tolerances::COMPLIANCE;
 use super::StepChange;
 use super::coupling::LinearCoupling;
 use super::geared::LinearGear;
@@ -22,6 +11,17 @@ use crate::contact::Contact;
 use crate::derivative::PlacedFeatures;
 use crate::error::Error;
 use crate::mechanics::State;
+use crate::solver::native::coupling::Coupling;
+use crate::solver::native::effort::SolveEffort;
+use crate::solver::native::equations::{Equations, Velocity};
+use crate::solver::native::interior_point::InteriorPoint;
+use crate::solver::native::island::Island;
+use crate::solver::native::islands::IslandView;
+use crate::solver::native::law::{Answer, Factored, MapPiece, NaturalMap};
+use crate::solver::native::member::BodyGiven;
+use crate::solver::native::newton::{Iterate, Newton, Until, evaluate};
+use crate::solver::native::part::next_state;
+use crate::solver::native::tolerances::COMPLIANCE;
 use crate::step::Step;
 use nalgebra::{Matrix3, Vector3};
 

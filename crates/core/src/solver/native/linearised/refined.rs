@@ -32,10 +32,10 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
-use super::super::equations::Equations;
-use super::super::island::{HeldSide, Island, IslandSlope, IslandSystem};
-use super::super::law::Factored;
 use super::slopes::RowsChange;
+use crate::solver::native::equations::Equations;
+use crate::solver::native::island::{HeldSide, Island, IslandSlope, IslandSystem};
+use crate::solver::native::law::Factored;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 
 /// What the system at a point consists of.

@@ -9,14 +9,14 @@
 //!
 //! and the impulse acts where and how its bodies have it then. Equation numbers are those of `docs/gradients.md`.
 
-use super::super::island::{Island, JointPlace};
-use super::super::law::MapPiece;
 use super::constants::{add_anchors, anchors_of, unit};
 use super::geared::{LinearGear, TiedRows};
 use super::slopes::{LinearisedSlopes, RowsChange};
 use crate::derivative::{JointTangent, RowsTangent};
 use crate::joint::{Axis, AxisChange, AxisStart, JointAxis, PieceChange, Segment, at_rest};
 use crate::mechanics::State;
+use crate::solver::native::island::{Island, JointPlace};
+use crate::solver::native::law::MapPiece;
 use crate::step::Step;
 use crate::world::{Constant, World};
 use nalgebra::{Matrix3, RowSVector, SMatrix, Vector3, Vector6};

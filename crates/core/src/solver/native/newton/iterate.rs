@@ -2,8 +2,8 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::super::equations::{Equations, MapResidual, Velocities, reserve};
-use super::super::law::{Factored, MapPiece, NaturalMap, Projection};
+use crate::solver::native::equations::{Equations, MapResidual, Velocities, reserve};
+use crate::solver::native::law::{Factored, MapPiece, NaturalMap, Projection};
 use nalgebra::Vector3;
 
 /// A point of the iteration.

@@ -2,14 +2,14 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md` and, from J on, of `docs/joints.md`.
 
-use super::super::effort::SolveEffort;
-use super::super::equations::{Determined, Equations, MapResidual};
-use super::super::law::NaturalMap;
-use super::super::tolerances::{
+use super::{Iterate, Newton, Until, evaluate, evaluate_again, keeps};
+use crate::solver::native::effort::SolveEffort;
+use crate::solver::native::equations::{Determined, Equations, MapResidual};
+use crate::solver::native::law::NaturalMap;
+use crate::solver::native::tolerances::{
     CLEAR, CORRECTIONS, DETERMINED_ITERATIONS, KEPT_FACTORS, LEFT_OPEN, ROLLING_CORRECTIONS,
     SETTLING,
 };
-use super::{Iterate, Newton, Until, evaluate, evaluate_again, keeps};
 use nalgebra::Vector3;
 
 impl<E: Equations> Newton<E> {

@@ -1,14 +1,14 @@
 //! A problem taken apart, in nodes and in units of its own.
 
-use super::super::coupling::Coupling;
-use super::super::equations::StepSetting;
-use super::super::law::{AxesLaw, Cone, CouplingLaw, CouplingRows};
-use super::super::plan::FrontPlan;
-use super::super::policy::Policy;
-use super::super::tolerances::Tolerances;
 use super::{Links, PosedEquations};
 use crate::joint::Graph;
 use crate::problem::{self, ContactProblem, Form, Sets, SparseMatrix, three};
+use crate::solver::native::coupling::Coupling;
+use crate::solver::native::equations::StepSetting;
+use crate::solver::native::law::{AxesLaw, Cone, CouplingLaw, CouplingRows};
+use crate::solver::native::plan::FrontPlan;
+use crate::solver::native::policy::Policy;
+use crate::solver::native::tolerances::Tolerances;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::HashMap;
 use std::ops::Range;
