@@ -261,7 +261,6 @@ proptest! {
     }
 }
 
-#[cfg(feature = "ipopt")]
 mod with_ipopt {
     use super::{askew_box, in_form};
     use crate::common::{certify, flagged_contacts, point_forces, solve};
@@ -316,7 +315,6 @@ mod with_ipopt {
 }
 
 /// A box of 3 kg above the ground in the tutorial's form, and its throw: a corner comes first.
-#[cfg(feature = "ipopt")]
 fn askew_box() -> (World, State) {
     let body = RigidBody::solid_box(3.0, Vector3::new(0.5, 0.3, 0.2)).unwrap();
     let given = Parameters { bodies: vec![body], ..tutorial_parameters() };
@@ -327,7 +325,6 @@ fn askew_box() -> (World, State) {
 }
 
 /// The same in another form.
-#[cfg(feature = "ipopt")]
 fn in_form((world, start): &(World, State), rotation: Rotation) -> (World, State) {
     let given = Parameters { rotation, ..world.parameters().clone() };
     (World::new(given).unwrap(), *start)

@@ -116,11 +116,13 @@ fn check(friction: f64, push: f64) {
 }
 
 #[test]
+#[ignore = "slow"]
 fn scaled_copies_take_the_same_iterations() {
     check(0.3, 0.0);
 }
 
 #[test]
+#[ignore = "slow"]
 fn without_friction_as_well() {
     check(0.0, 0.0);
 }

@@ -247,7 +247,6 @@ fn no_impact_makes_energy() {
 
 /// A box that lands on a corner: Ipopt on the tutorial's program and on the general one find the
 /// native solver's motion.
-#[cfg(feature = "ipopt")]
 #[test]
 fn ipopt_bounces_as_the_native_solver_does() {
     use tumble::ipopt::Options;

@@ -179,6 +179,7 @@ fn ipopt_agrees_with_the_native_solver_where_the_motion_is_determined() {
 /// Whole runs: no step fails, few are the native solver's, and every residual is at most what the
 /// ladder accepts. A stack stands where it stood, to the residuals of its steps (measured: 1.2e-11 m).
 #[test]
+#[ignore = "slow"]
 fn whole_runs_are_solved_and_stand() {
     for (name, scene, steps) in [
         ("stack of 5", stack(5, 0.0), 60),

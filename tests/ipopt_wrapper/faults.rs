@@ -81,6 +81,7 @@ fn for_every_fault(mut job: impl FnMut(&Problem, Callback, usize, &str)) {
 const NO_NUMBERS: [f64; 4] = [f64::NAN, f64::NEG_INFINITY, 1e200, 1e100];
 
 #[test]
+#[ignore = "slow"]
 fn a_callback_that_returns_no_number_from_some_call_on_never_succeeds_and_never_crashes() {
     let name = "faults::a_callback_that_returns_no_number_from_some_call_on_never_succeeds_and_\
                 never_crashes";
@@ -127,6 +128,7 @@ fn brief_solver(problem: &Problem) -> RawSolver {
 }
 
 #[test]
+#[ignore = "slow"]
 fn huge_and_tiny_numbers_that_are_numbers_crash_nothing() {
     in_child("faults::huge_and_tiny_numbers_that_are_numbers_crash_nothing", || {
         for_every_fault(|problem, callback, earlier, what| {

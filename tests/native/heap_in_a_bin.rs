@@ -78,6 +78,7 @@ fn run((world, starts): (World, Vec<State>), steps: u32, residual: f64) -> Count
 }
 
 #[test]
+#[ignore = "slow"]
 fn every_step_of_small_heaps_in_a_bin_is_solved() {
     let crowded: u32 = [31, 32, 33, 34]
         .map(|seed| run(bin(seed, 44), 800, ACCEPTED_RESIDUAL).crowded)

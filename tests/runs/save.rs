@@ -253,6 +253,7 @@ impl StepSolver for GivesUp {
 }
 
 #[test]
+#[ignore = "slow"]
 fn a_step_that_was_interrupted_is_taken_as_if_it_had_not_been() {
     let scene = scenario("pile.toml", Settings::default());
     let known = steps(&mut simulation(&scene), 260);

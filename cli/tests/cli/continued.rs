@@ -81,6 +81,7 @@ fn goes_on(args: &[&str], parts: &[&str], rows: &str) {
 }
 
 #[test]
+#[ignore = "slow"]
 fn every_scenario_in_parts_is_the_scenario_in_one_go() {
     for entry in fs::read_dir(Path::new(ROOT).join("scenarios")).unwrap() {
         let path = entry.unwrap().path();

@@ -283,6 +283,7 @@ fn under_nohup_a_hangup_changes_nothing() {
 
 /// A picture under way is given up at once, and leaves nothing behind.
 #[test]
+#[ignore = "slow"]
 fn a_signal_ends_a_picture_at_once_and_leaves_nothing() {
     let simulated = simulate(&["--steps", "20000", "--solver", "native"]);
     let csv = simulated.path("trajectory.csv");

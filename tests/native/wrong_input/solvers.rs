@@ -12,7 +12,6 @@ fn a_step_of_any_lists_does_not_make_the_native_solver_panic() {
     look_at_solvers(&|world| vec![Box::new(NativeSolver::new(world))], false);
 }
 
-#[cfg(feature = "ipopt")]
 #[test]
 fn a_step_of_any_lists_makes_no_solver_of_ipopt_panic() {
     use tumble::solver::ipopt::{Formulation, IpoptSolver, alone_for, ladder_for};

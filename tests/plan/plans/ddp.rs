@@ -74,6 +74,7 @@ fn a_flight_has_the_least_effort_within_bounds() {
 
 /// A start at rest, where exact derivatives are zero.
 #[test]
+#[ignore = "slow"]
 fn what_sticks_is_moved() {
     for name in ["slide.toml", "uphill.toml", "push.toml", "planar-push.toml", "lift.toml"] {
         let file = shipped(name);
@@ -122,6 +123,7 @@ fn what_nothing_moves_is_said() {
 
 /// Pushes at random, from no force at all.
 #[test]
+#[ignore = "slow"]
 fn random_pushes_are_planned() {
     campaign(5, 5, &[StageName::Ddp]);
 }

@@ -106,6 +106,7 @@ impl Draw {
 const SCENES: usize = 12;
 
 #[test]
+#[ignore = "slow"]
 fn drawn_scenes_against_differences() {
     let mut draw = Draw(Mt::new(17));
     let mut all = 0;

@@ -186,6 +186,7 @@ fn transposes(derivative: &StepDerivative) {
 }
 
 #[test]
+#[ignore = "slow"]
 fn every_argument_in_every_regime() {
     // And how many steps of each.
     let names = [

@@ -107,6 +107,7 @@ fn check_inspect(directory: &Path, bytes: &[u8]) {
 }
 
 #[test]
+#[ignore = "slow"]
 fn a_mutated_point_is_evaluated_or_refused_in_one_line() {
     let directory = tempfile::tempdir().unwrap();
     let point = point();
@@ -143,6 +144,7 @@ fn check_verify(directory: &Path, csv: &[u8], json: &[u8]) {
 }
 
 #[test]
+#[ignore = "slow"]
 fn a_mutated_trajectory_is_verified_or_refused_in_one_line() {
     let directory = tempfile::tempdir().unwrap();
     let (csv, json) = contact_run();
@@ -165,6 +167,7 @@ fn a_mutated_trajectory_is_verified_or_refused_in_one_line() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn a_mutated_run_json_is_used_or_refused_in_one_line() {
     let directory = tempfile::tempdir().unwrap();
     let (csv, json) = contact_run();

@@ -160,6 +160,7 @@ const ODD: [&str; 44] = [
 ];
 
 #[test]
+#[ignore = "slow"]
 fn every_flag_with_every_odd_value_ends_in_one_of_the_documented_ways() {
     for flag in FLAGS.into_iter().chain(["--on-failure", "--worst", "--quiet", "--wrong"]) {
         for value in ODD {
@@ -202,6 +203,7 @@ fn is_long_run(flag: &str, value: &str) -> bool {
 }
 
 #[test]
+#[ignore = "slow"]
 fn any_values_of_the_flags_end_in_one_of_the_documented_ways() {
     let flags = proptest::collection::vec((select(FLAGS.to_vec()), value()), 1..3);
     each(500, flags, |flags| {
@@ -221,6 +223,7 @@ fn any_values_of_the_flags_end_in_one_of_the_documented_ways() {
 
 #[cfg(unix)]
 #[test]
+#[ignore = "slow"]
 fn arguments_that_are_no_text_end_in_one_of_the_documented_ways() {
     use std::os::unix::ffi::OsStringExt;
     let bytes = proptest::collection::vec(1..=255_u8, 0..12);
@@ -238,6 +241,7 @@ fn arguments_that_are_no_text_end_in_one_of_the_documented_ways() {
 
 /// Valid arguments, however absurd, give a file that can be read again.
 #[test]
+#[ignore = "slow"]
 fn a_run_of_any_valid_arguments_writes_a_file_that_can_be_read() {
     // A power of e may be above its end by rounding.
     let number = |low: f64, high: f64| {

@@ -71,6 +71,7 @@ fn absurd_world() -> impl Strategy<Value = World> {
 }
 
 #[test]
+#[ignore = "slow"]
 fn the_native_solver_takes_any_valid_state() {
     let seen = Seen::default();
     let cube = tutorial_world();
@@ -83,6 +84,7 @@ fn the_native_solver_takes_any_valid_state() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn the_native_solver_takes_any_valid_world() {
     let seen = Seen::default();
     each(60, (absurd_world(), start()), |(world, start)| {

@@ -30,6 +30,7 @@ fn assert_names(error: &dyn std::fmt::Display, field: &str) {
 
 /// Mass, inertia, points: one of them odd.
 #[test]
+#[ignore = "slow"]
 fn a_body_of_any_numbers_is_refused_by_name_or_can_be_simulated() {
     let seen = Seen::default();
     let numbers = (0..3_usize, vec(wild(), 1 + 9 + 24), any::<bool>());
@@ -105,6 +106,7 @@ fn constants_of_any_numbers_are_refused_by_name_or_can_be_simulated() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn a_state_of_any_numbers_is_refused_by_name_or_can_be_simulated() {
     let seen = Seen::default();
     let world = tutorial_world();

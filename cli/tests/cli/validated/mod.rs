@@ -61,6 +61,7 @@ fn quantities(problem: &TestProblem) -> Vec<TestQuantity> {
 }
 
 #[test]
+#[ignore = "slow"]
 fn the_native_solver_has_every_answer_in_the_table_and_on_the_page() {
     let validated = validate(&["--solver", "native"]);
     let end = &validated.end;
