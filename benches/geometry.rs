@@ -5,8 +5,10 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::hint::black_box;
-use tumble::geometry::{Aabb, Hint, Piece, Scratch, Side, Sweep, manifold, separation};
-use tumble::mechanics::Pose;
+use tumble_core::geometry::{
+    Aabb, Hint, PairScratch, Piece, PieceSide, Sweep, manifold, separation,
+};
+use tumble_core::mechanics::Pose;
 
 type V = Vector3<f64>;
 
@@ -40,13 +42,13 @@ fn pairs(criterion: &mut Criterion) {
         ("drum of 16 sides on box", cube, drum, pose([0.1, 0.2, 1.0], [0.0; 3])),
     ];
     let ground = Pose { position: V::zeros(), rotation: Matrix3::identity() };
-    let mut scratch = Scratch::default();
+    let mut scratch = PairScratch::default();
     for (name, a, b, pose) in &cases {
         let (mut hint, mut out) = (Hint::default(), Vec::new());
         criterion.bench_function(&format!("manifold/{name}"), |bencher| {
             bencher.iter(|| {
                 let (a, b) = ((*a, black_box(&ground)), (*b, black_box(pose)));
-                black_box(manifold(a, b, 1e-3, Side::B, &mut hint, &mut scratch, &mut out))
+                black_box(manifold(a, b, 1e-3, PieceSide::B, &mut hint, &mut scratch, &mut out))
             });
         });
         criterion.bench_function(&format!("separation/{name}"), |bencher| {

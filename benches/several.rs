@@ -6,11 +6,11 @@
 #[path = "../bench/measure/src/lib.rs"]
 mod boxes;
 
-use boxes::Scene;
+use boxes::BenchScene;
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use std::error::Error;
-use tumble::simulation::{Simulation, StepRecord};
-use tumble::solver::native::NativeSolver;
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
 
 /// Name, file, the steps before the part that is timed, and how many it has.
 const PARTS: [(&str, &str, usize, usize); 5] = [
@@ -25,7 +25,7 @@ fn benches(criterion: &mut Criterion) -> Result<(), Box<dyn Error>> {
     let mut group = criterion.benchmark_group("several");
     group.sample_size(10);
     for (name, text, before, steps) in PARTS {
-        let scene: Scene = serde_json::from_str(text)?;
+        let scene: BenchScene = serde_json::from_str(text)?;
         let world = scene.world()?;
         assert!(before + steps <= scene.steps, "{name}: behind the end of the scene");
         let advance = |simulation: &mut Simulation<'_>, steps: usize| {
@@ -34,7 +34,7 @@ fn benches(criterion: &mut Criterion) -> Result<(), Box<dyn Error>> {
         };
         group.bench_function(format!("{name}, {steps} steps"), |bencher| {
             bencher.iter_batched(
-                || -> Result<_, tumble::error::Error> {
+                || -> Result<_, tumble_core::error::Error> {
                     let mut simulation = scene.begin(&world, NativeSolver::new(&world))?;
                     advance(&mut simulation, before)?;
                     Ok(simulation)

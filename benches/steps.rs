@@ -6,15 +6,15 @@
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
-use tumble::contact::{Candidates, Contact, Detection};
-use tumble::error::Error;
-use tumble::mechanics::{State, Wrench};
-use tumble::simulation::scene::{self, TutorialScene};
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
-use tumble::solver::native::NativeSolver;
-use tumble::step::{Step, StepSolution, StepSolver};
-use tumble::world::World;
+use tumble_core::contact::{Candidates, Contact, Detection};
+use tumble_core::error::Error;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::simulation::scene::{self, TutorialScene};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{Step, StepSolution, StepSolver};
+use tumble_core::world::World;
 
 /// A step to be solved again and again.
 struct Recorded {

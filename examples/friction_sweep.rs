@@ -12,12 +12,10 @@ use std::error::Error;
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 use std::thread;
-use tumble::mechanics::{RigidBody, State};
-use tumble::simulation::random::random_attitude;
-use tumble::simulation::scene::tutorial_parameters;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble::{
+    Motion, Parameters, RigidBody, Simulation, State, StepRecord, StepStatus, World,
+    random_attitude, tutorial_parameters,
+};
 
 /// A half side of the cube, m.
 const HALF_SIDE: f64 = 0.1;
@@ -53,7 +51,7 @@ fn slip(record: &StepRecord, time_step: f64) -> f64 {
     if load > 0.0 { time_step * weighted / load } else { 0.0 }
 }
 
-fn toss(friction: f64) -> Result<Outcome, tumble::error::Error> {
+fn toss(friction: f64) -> Result<Outcome, tumble_core::error::Error> {
     let body = RigidBody::solid_box(1.0, Vector3::repeat(HALF_SIDE))?;
     let bodies = vec![body];
     let world = World::new(Parameters { bodies, friction, ..tutorial_parameters()? })?;
@@ -84,7 +82,10 @@ fn toss(friction: f64) -> Result<Outcome, tumble::error::Error> {
 }
 
 /// The outcome of every toss, in the order of `frictions`.
-fn sweep(frictions: &[f64], threads: NonZeroUsize) -> Result<Vec<Outcome>, tumble::error::Error> {
+fn sweep(
+    frictions: &[f64],
+    threads: NonZeroUsize,
+) -> Result<Vec<Outcome>, tumble_core::error::Error> {
     let mut outcomes = vec![Ok(Outcome::default()); frictions.len()];
     let share = frictions.len().div_ceil(threads.get()).max(1);
     thread::scope(|scope| {

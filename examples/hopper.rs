@@ -7,13 +7,10 @@
 //! ```
 
 use nalgebra::{SVector, Vector3, Vector4};
-use tumble::contact::Plane;
-use tumble::derivative::StateChange;
-use tumble::error::Error;
-use tumble::joint::{Drive, Joint, JointFrame};
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::{Checkpoints, Motion, Run, Simulation};
-use tumble::world::{Parameters, World};
+use tumble::{
+    Checkpoints, Drive, Error, Joint, JointFrame, Motion, Parameters, Plane, RigidBody, Rotation,
+    Run, Simulation, State, StateChange, World, Wrench,
+};
 
 /// The bodies.
 const TORSO: usize = 0;

@@ -9,12 +9,10 @@
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
-use tumble::error::Error;
-use tumble::simulation::scene::{TutorialScene, tutorial_parameters};
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, TOLERANCE};
-use tumble::step::StepStatus;
-use tumble::world::World;
+use tumble::{
+    Error, Motion, Simulation, StepRecord, StepStatus, TutorialScene, World, tutorial_parameters,
+};
 
 /// Steps: the fall and the first impacts.
 const STEPS: u64 = 400;

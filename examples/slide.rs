@@ -7,13 +7,10 @@
 
 use nalgebra::{Matrix2, Vector2, Vector3, Vector4};
 use std::time::Instant;
-use tumble::contact::Plane;
-use tumble::derivative::StateChange;
-use tumble::error::Error;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::native::{StepChange, StepDerivative};
-use tumble::world::{Constant, Parameters, World};
+use tumble::{
+    Constant, Error, Motion, Parameters, Plane, RigidBody, Rotation, Simulation, State,
+    StateChange, StepChange, StepDerivative, StepRecord, World,
+};
 
 /// When it is looked at, in steps of 2 ms.
 const TIMES: [u64; 2] = [100, 200];

@@ -7,12 +7,10 @@
 //! ```
 
 use nalgebra::{Matrix2x3, Vector2, Vector3, Vector4};
-use tumble::contact::Plane;
-use tumble::derivative::StateChange;
-use tumble::error::Error;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::{Checkpoints, Motion, Run, Simulation};
-use tumble::world::{Parameters, World};
+use tumble::{
+    Checkpoints, Error, Motion, Parameters, Plane, RigidBody, Rotation, Run, Simulation, State,
+    StateChange, World,
+};
 
 /// Steps of 2 ms, after which it lies.
 const STEPS: u64 = 900;

@@ -3,11 +3,9 @@
 //!
 //! `cargo run --release --example toss`
 
-use tumble::error::Error;
-use tumble::simulation::scene::{TutorialScene, tutorial_parameters};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::World;
+use tumble::{
+    Error, Motion, Simulation, StepRecord, StepStatus, TutorialScene, World, tutorial_parameters,
+};
 
 fn main() -> Result<(), Error> {
     let scene = TutorialScene::drop();

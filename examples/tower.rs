@@ -14,12 +14,10 @@
 //! ```
 
 use nalgebra::{Vector3, Vector4};
-use tumble::contact::Plane;
-use tumble::derivative::StateChange;
-use tumble::error::Error;
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
-use tumble::world::{Constant, Parameters, World};
+use tumble::{
+    Checkpoints, Constant, Error, Motion, Parameters, Plane, RigidBody, Rotation, Run, Simulation,
+    State, StateChange, StepRecord, World, Wrench,
+};
 
 /// Steps of 1 ms: those in which it is pushed, and those of the table.
 const PUSHED: u64 = 300;

@@ -1,35 +1,90 @@
-#![cfg_attr(feature = "guide", doc = include_str!(concat!(env!("OUT_DIR"), "/guide.md")))]
-#![cfg_attr(not(feature = "guide"), doc = include_str!("../docs/guide.md"))]
+//! Rigid bodies in hard frictional contact: every time step one optimisation problem, solved and certified.
+//!
+//! A step of length h finds the states X⁺ and the contact forces f of
+//!
+//! ```text
+//! M (v⁺ − v) = h (f_ext + Jᵀ f)        dynamics
+//! 0 ≤ f_n ⊥ φ⁺ ≥ 0                     no penetration, complementarity
+//! ‖f_t‖ ≤ μ f_n,  f_t · u_t minimal    Coulomb's cone, maximum dissipation
+//! ```
+//!
+//! for all bodies at once. Every step has a [`Certificate`]: its residual in these equations, in m/s, whoever solved it. A
+//! step that was not solved says so ([`StepStatus`]).
+//!
+//! ```
+//! use tumble::nalgebra::Vector3;
+//! use tumble::{Motion, Parameters, Plane, RigidBody, Rotation, Simulation, State, StepRecord, World};
+//!
+//! let world = World::new(Parameters {
+//!     bodies: vec![RigidBody::solid_box(1.0, Vector3::repeat(0.1))?], // kg, half sides in m
+//!     ground: Some(Plane::level()),
+//!     gravity: Vector3::new(0.0, 0.0, -9.81), // m/s²
+//!     friction: 0.5,
+//!     time_step: 0.002, // s
+//!     rotation: Rotation::Momentum,
+//! })?;
+//! let start = State {
+//!     position: Vector3::new(0.0, 0.0, 0.5), // m, the centre of mass
+//!     attitude: tumble::random_attitude(42), // unit quaternion (w, x, y, z), body → world
+//!     velocity: Vector3::new(3.0, 0.0, 0.0), // m/s, world
+//!     spin: Vector3::new(0.0, 10.0, 5.0),    // rad/s, body
+//! };
+//! let motion = Motion::native(&world);
+//! let mut simulation = Simulation::new(world, [start], motion)?;
+//! let mut record = StepRecord::new();
+//! for _ in 0..1000 {
+//!     simulation.step(&mut record)?;
+//!     assert!(record.certificate.residual() < 1e-9); // m/s
+//! }
+//! assert!((simulation.state().position.z - 0.1).abs() < 1e-9); // it lies on a face
+//! # Ok::<(), tumble::Error>(())
+//! ```
+//!
+//! The guide shows more: joints, several bodies, derivatives, solvers of one's own
+//! ([`docs/guide.md`](https://docs.rs/crate/tumble/latest/source/docs/guide.md)). Scenario files, robots, plans and pictures
+//! are crates of their own: `tumble-scene`, `tumble-robot`, `tumble-plan`, `tumble-view`.
+//!
+//! The library prints nothing, opens no file, reads no environment and looks at no clock. The same input gives the same
+//! doubles, on one thread or on many.
+
 #![deny(unsafe_code)]
 
-pub use tumble_core::{contact, derivative, error, geometry, joint, mechanics, step, world};
+pub use nalgebra;
+pub use tumble_core::contact::{Candidates, Certificate, Contact, ContactKey, Detection};
+pub use tumble_core::derivative::StateChange;
+pub use tumble_core::error::Error;
+pub use tumble_core::geometry::Piece;
+pub use tumble_core::joint::{Axis, Drive, Gear, Joint, JointFrame, Motor};
+pub use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State, Wrench};
+pub use tumble_core::simulation::random::random_attitude;
+pub use tumble_core::simulation::scene::{TutorialScene, tutorial_parameters};
+pub use tumble_core::simulation::summary::RunSummary;
+#[cfg(feature = "save")]
+pub use tumble_core::simulation::{Checkpoints, Run, Saved};
+pub use tumble_core::simulation::{Motion, Simulation, StepRecord};
+pub use tumble_core::solver::native::{NativeSolver, StepChange, StepDerivative};
+pub use tumble_core::step::{
+    ContactForce, IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus,
+};
+pub use tumble_core::world::{Constant, Fixed, Parameters, Partner, Plane, World};
 
-#[cfg(feature = "film")]
-pub mod film;
 pub mod problem;
+#[cfg(feature = "rollout")]
+pub mod rollout;
+
+#[cfg(feature = "ipopt")]
+pub mod ipopt;
+#[cfg(feature = "ipopt")]
 pub mod solver;
 #[cfg(feature = "program")]
 pub mod sparsity;
 #[cfg(feature = "program")]
 pub mod step_nlp;
 
-#[cfg(feature = "plan")]
-pub mod plan;
-#[cfg(feature = "robot")]
-pub mod robot;
-#[cfg(feature = "rollout")]
-pub mod rollout;
-#[cfg(feature = "scenario")]
-pub mod scenario;
-pub mod simulation;
-
-#[cfg(feature = "ipopt")]
-pub mod ipopt;
-
-/// The programs of the document of robots, compiled.
-#[cfg(all(doctest, feature = "robot"))]
-#[doc = include_str!("../docs/robots.md")]
-struct Robots;
+/// The programs of the guide, compiled and run.
+#[cfg(all(doctest, feature = "ipopt", feature = "rollout", feature = "save"))]
+#[doc = include_str!("../docs/guide.md")]
+struct Guide;
 
 /// The README's programs, compiled and run.
 #[cfg(doctest)]

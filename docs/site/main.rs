@@ -5,6 +5,7 @@
 //!   runs' pictures from the folder RUNS, each in one of its name;
 //! - `site check SITE` names every link of the finished site that leads nowhere.
 
+mod formulas;
 mod links;
 mod pages;
 

@@ -1,9 +1,6 @@
 //! The documents as sources of the book.
 
-#[path = "../../build/formulas.rs"]
-mod formulas;
-
-use crate::{Done, beside};
+use crate::{Done, beside, formulas};
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -62,17 +59,22 @@ const REFERENCE: &str = "reference.md";
 
 const REFERENCE_TEXT: &str = "# Reference
 
-- [Rust](rust/tumble/index.html): the library, made by rustdoc
+- [Rust](rust/tumble/index.html): the library and the crates around it, made by rustdoc
 - [Python](python/tumble.html): the package, made of its docstrings by pdoc
 - [Scenario files](scenarios/index.html): every field
 ";
 
 /// Crates, by the folders of their sources.
-const CRATES: &[(&str, &[&str])] = &[
-    ("src/", &["tumble"]),
-    ("core/src/", &["tumble", "tumble_core"]),
-    ("pictures/src/", &["tumble_pictures"]),
-    ("ipopt-sys/src/", &["ipopt_sys"]),
+const CRATES: &[(&str, &str)] = &[
+    ("src/", "tumble"),
+    ("crates/core/src/", "tumble_core"),
+    ("crates/film/src/", "tumble_film"),
+    ("crates/model/src/", "tumble_model"),
+    ("crates/plan/src/", "tumble_plan"),
+    ("crates/robot/src/", "tumble_robot"),
+    ("crates/scene/src/", "tumble_scene"),
+    ("crates/view/src/", "tumble_view"),
+    ("ipopt-sys/src/", "ipopt_sys"),
 ];
 
 pub fn write(out: &Path, rust: &Path, runs: &Path) -> Done {
@@ -120,15 +122,15 @@ fn target(from: &Path, link: &str, rust: &Path) -> Option<String> {
         let hash = if fragment.is_empty() { "" } else { "#" };
         return Some(format!("{up}{page}{hash}{fragment}"));
     }
-    let (folder, crates) = CRATES.iter().find(|(folder, _)| source.starts_with(folder))?;
+    let (folder, name) = CRATES.iter().find(|(folder, _)| source.starts_with(folder))?;
     let module = source[folder.len()..].trim_end_matches(".rs").trim_end_matches("/mod");
-    let found = crates.iter().find_map(|name| item(rust, &format!("{name}/{module}"), fragment))?;
+    let found = item(rust, &format!("{name}/{module}"), fragment)?;
     Some(format!("{up}rust/{found}"))
 }
 
 /// rustdoc's page of an item like `Plane::new` of a module like `tumble/world/plane`.
 fn item(rust: &Path, module: &str, name: &str) -> Option<String> {
-    let module = module.trim_end_matches("/lib");
+    let module = module.strip_suffix("/lib").unwrap_or(module);
     if name.is_empty() {
         let page = format!("{module}/index.html");
         return rust.join(&page).exists().then_some(page);

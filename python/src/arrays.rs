@@ -5,7 +5,10 @@ use nalgebra::SVector;
 use numpy::ndarray::ArrayD;
 use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use tumble::mechanics::State;
+use tumble_core::mechanics::State;
+
+/// An array that Python gets.
+pub type Array<'py, T = f64> = Bound<'py, PyArrayDyn<T>>;
 
 /// The numbers as an array of this shape: the memory becomes the array's. It is a copy that nobody
 /// follows, and can therefore not be written to.

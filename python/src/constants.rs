@@ -1,10 +1,10 @@
 //! The constants of a scene as numbers with names.
 
 use crate::rollout::parameter;
-use crate::scene::Scene;
+use crate::scene::PyScene;
 use pyo3::prelude::*;
-use tumble::scenario::label::label;
-use tumble::world::Constant;
+use tumble_core::world::Constant;
+use tumble_scene::label::label;
 
 /// The numbers of one constant.
 #[derive(IntoPyObject)]
@@ -24,7 +24,7 @@ pub struct ConstantNumbers {
 /// The numbers of the constant `name` of a scene.
 #[pyfunction]
 #[pyo3(signature = (name, scene))]
-pub fn constant_numbers(name: &str, scene: PyRef<'_, Scene>) -> PyResult<ConstantNumbers> {
+pub fn constant_numbers(name: &str, scene: PyRef<'_, PyScene>) -> PyResult<ConstantNumbers> {
     let (constant, world) = (parameter(name)?, &scene.content.world);
     Ok(ConstantNumbers {
         own: constant.of(world),
@@ -35,7 +35,7 @@ pub fn constant_numbers(name: &str, scene: PyRef<'_, Scene>) -> PyResult<Constan
     })
 }
 
-fn names(scene: &Scene, constant: Constant) -> Vec<String> {
+fn names(scene: &PyScene, constant: Constant) -> Vec<String> {
     let content = &scene.content;
     let count = constant.width(&content.world);
     let labels: Vec<_> = (0..count).map(|number| label(content, constant, number)).collect();

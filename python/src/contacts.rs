@@ -9,10 +9,10 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PySlice, PyString, PyTuple};
 use std::borrow::Borrow;
 use std::sync::Arc;
-use tumble::contact::{Contact, Partner};
-use tumble::scenario::scene::Scene as Content;
-use tumble::simulation::StepRecord;
-use tumble::simulation::tables::ContactRow;
+use tumble_core::contact::{Contact, Partner};
+use tumble_core::simulation::StepRecord;
+use tumble_scene::output::tables::ContactRow;
+use tumble_scene::scene::Scene as Content;
 
 /// What contacts have as columns.
 pub const COLUMNS: [&str; 8] =
@@ -23,7 +23,7 @@ const NUMBERS: [(&str, usize); 6] =
     [("point", 3), ("normal", 3), ("force", 3), ("slip", 3), ("normal_force", 1), ("gap", 1)];
 
 /// The names of whom contacts are with, as texts of Python, which a column refers to.
-pub struct Names {
+pub struct PartnerNames {
     ground: Py<PyString>,
     fixed: Vec<Py<PyString>>,
     bodies: Vec<Py<PyString>>,
@@ -31,7 +31,7 @@ pub struct Names {
     none: Py<PyString>,
 }
 
-impl Names {
+impl PartnerNames {
     /// Those of a scene.
     pub fn of(py: Python<'_>, content: &Content) -> Self {
         let text = |name: &str| PyString::new(py, name).unbind();
@@ -51,14 +51,14 @@ impl Names {
 }
 
 /// Whom contacts are between.
-struct Pairs {
+struct PairColumns {
     all: Vec<(usize, Partner)>,
     /// The columns of both, once they were read.
     made: [PyOnceLock<Py<PyAny>>; 2],
 }
 
 /// The numbers of contacts in one array, a column after the other.
-struct Numbers {
+struct ColumnNumbers {
     all: Py<PyArray1<f64>>,
     /// Its memory, once it was written to again.
     memory: PyOnceLock<PyBuffer<f64>>,
@@ -67,29 +67,29 @@ struct Numbers {
 }
 
 /// Contacts, C in all, by column, each made when it is first read.
-#[pyclass(frozen, module = "tumble._tumble")]
-pub struct Columns {
-    names: Arc<Names>,
-    pairs: Arc<Pairs>,
-    numbers: Numbers,
+#[pyclass(frozen, name = "Columns", module = "tumble._tumble")]
+pub struct ContactColumns {
+    names: Arc<PartnerNames>,
+    pairs: Arc<PairColumns>,
+    numbers: ColumnNumbers,
 }
 
-impl Columns {
+impl ContactColumns {
     /// Those of contacts between these, a row each.
     pub fn of<R: Borrow<ContactRow>>(
         py: Python<'_>,
         all: Vec<(usize, Partner)>,
         rows: impl Iterator<Item = R>,
-        names: Arc<Names>,
+        names: Arc<PartnerNames>,
     ) -> Self {
         let mut numbers = Vec::new();
         fill(&mut numbers, all.len(), rows);
-        let numbers = Numbers {
+        let numbers = ColumnNumbers {
             all: PyArray1::from_vec(py, numbers).unbind(),
             memory: PyOnceLock::new(),
             made: [const { PyOnceLock::new() }; NUMBERS.len()],
         };
-        let pairs = Arc::new(Pairs { all, made: [const { PyOnceLock::new() }; 2] });
+        let pairs = Arc::new(PairColumns { all, made: [const { PyOnceLock::new() }; 2] });
         Self { names, pairs, numbers }
     }
 
@@ -97,7 +97,7 @@ impl Columns {
     pub fn of_step(
         py: Python<'_>,
         record: &StepRecord,
-        names: &Arc<Names>,
+        names: &Arc<PartnerNames>,
         others: Option<&Self>,
     ) -> Self {
         let (all, rows) = (pairs(record).collect(), ContactRow::of(record));
@@ -158,7 +158,7 @@ impl Columns {
 }
 
 #[pymethods]
-impl Columns {
+impl ContactColumns {
     /// The column of this name, (C,) or (C, 3).
     pub fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let Some(place) = COLUMNS.iter().position(|of| *of == name) else {
@@ -181,7 +181,7 @@ impl Columns {
     }
 }
 
-impl Numbers {
+impl ColumnNumbers {
     /// Whether nobody else has the array or a view of it. Every view, one of a view too, has the array itself.
     fn is_free(&self, py: Python<'_>) -> bool {
         let mut made = self.made.iter().filter_map(|made| made.get(py));

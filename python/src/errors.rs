@@ -4,7 +4,7 @@ use pyo3::PyErr;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use std::fmt::Display;
-use tumble::error::Error;
+use tumble_core::error::Error;
 
 create_exception!(
     tumble,

@@ -1,23 +1,21 @@
 //! Derivatives of a step and of a run.
 
-use crate::arrays::{numbers, of_states, shaped, to_states};
+use crate::arrays::{Array, numbers, of_states, shaped, to_states};
 use crate::errors::{of_step, refused};
-use crate::scene::Scene;
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use crate::scene::PyScene;
+use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
-use tumble::derivative::StateChange;
-use tumble::error::Error;
-use tumble::mechanics::{State, Wrench};
-use tumble::scenario::scene::Scene as Content;
-use tumble::simulation::{Checkpoints, Run, Simulation, StepRecord};
-use tumble::solver::native::{Smoothing, StepChange, StepDerivative};
-use tumble::world::Constant;
-
-type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+use tumble_core::derivative::StateChange;
+use tumble_core::error::Error;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::simulation::{Checkpoints, Run, Simulation, StepRecord};
+use tumble_core::solver::native::{Smoothing, StepChange, StepDerivative};
+use tumble_core::world::Constant;
+use tumble_scene::scene::Scene as Content;
 
 /// The ends (N, 13); derivatives by states, by wrenches and by each constant; both margins, m/s; steps that were not
 /// solved, whose features are not known, whose shares were kept, of which restitution was taken in part; of a run the steps of both margins.
-type Found<'py> = (Array<'py>, Vec<Array<'py>>, [f64; 2], [u64; 4], [u64; 2]);
+type GradientArrays<'py> = (Array<'py>, Vec<Array<'py>>, [f64; 2], [u64; 4], [u64; 2]);
 
 /// A simulation of the scene from `states`.
 fn begin(content: &Content, states: Vec<State>) -> Result<Simulation<'static>, Error> {
@@ -60,12 +58,12 @@ pub fn smoothing_of(given: Option<(String, f64)>) -> PyResult<Option<Smoothing>>
 #[pyo3(signature = (scene, states, pushes, by, smoothing))]
 pub fn jacobian<'py>(
     py: Python<'py>,
-    scene: PyRef<'_, Scene>,
+    scene: PyRef<'_, PyScene>,
     states: PyReadonlyArrayDyn<'_, f64>,
     pushes: Option<PyReadonlyArrayDyn<'_, f64>>,
     by: Vec<String>,
     smoothing: Option<(String, f64)>,
-) -> PyResult<Found<'py>> {
+) -> PyResult<GradientArrays<'py>> {
     let (content, constants) = (&scene.content, constants_of(&by)?);
     let (world, bodies) = (&content.world, content.world.bodies().len());
     // What cannot be set cannot vary.
@@ -162,14 +160,14 @@ struct Change {
 #[pyo3(signature = (scene, states, controls, steps, by_end, by, smoothing))]
 pub fn vjp<'py>(
     py: Python<'py>,
-    scene: PyRef<'_, Scene>,
+    scene: PyRef<'_, PyScene>,
     states: PyReadonlyArrayDyn<'_, f64>,
     controls: Option<PyReadonlyArrayDyn<'_, f64>>,
     steps: u64,
     by_end: PyReadonlyArrayDyn<'_, f64>,
     by: Vec<String>,
     smoothing: Option<(String, f64)>,
-) -> PyResult<Found<'py>> {
+) -> PyResult<GradientArrays<'py>> {
     let smoothing = smoothing_of(smoothing)?;
     let (content, constants) = (&scene.content, constants_of(&by)?);
     let (world, bodies) = (&content.world, content.world.bodies().len());

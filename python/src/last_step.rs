@@ -1,20 +1,20 @@
 //! The last step of a simulation.
 
-use crate::contacts::{Columns, Names, holders};
+use crate::contacts::{ContactColumns, PartnerNames, holders};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 use std::sync::Arc;
-use tumble::scenario::scene::Scene as Content;
-use tumble::simulation::StepRecord;
+use tumble_core::simulation::StepRecord;
+use tumble_scene::scene::Scene as Content;
 
 /// The last step, and its contacts as Python has them.
 pub struct LastStep {
     record: StepRecord,
     /// The names of whom contacts are with, once they were asked for.
-    names: Option<Arc<Names>>,
+    names: Option<Arc<PartnerNames>>,
     /// Contacts that were asked for, the last ones first, to be written anew when nobody has them.
-    told: Vec<Told>,
+    told: Vec<LastStepParts>,
     /// Whether the first of these are those of the record.
     is_told: bool,
     /// Room for the numbers of contacts.
@@ -26,14 +26,14 @@ pub struct LastStep {
 const KEPT: usize = 8;
 
 /// Contacts that were asked for.
-struct Told {
+struct LastStepParts {
     /// A `tumble.Contacts` of the columns.
     contacts: Py<PyAny>,
-    columns: Py<Columns>,
+    columns: Py<ContactColumns>,
 }
 
-impl Told {
-    fn of(py: Python<'_>, columns: Columns) -> PyResult<Self> {
+impl LastStepParts {
+    fn of(py: Python<'_>, columns: ContactColumns) -> PyResult<Self> {
         static CONTACTS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
         let columns = Py::new(py, columns)?;
         let contacts = CONTACTS.import(py, "tumble._contacts", "Contacts")?.call1((&columns,))?;
@@ -96,9 +96,10 @@ impl LastStep {
             if let Some(place) = again {
                 told[..=place].rotate_right(1);
             } else {
-                let names = names.get_or_insert_with(|| Arc::new(Names::of(py, content)));
+                let names = names.get_or_insert_with(|| Arc::new(PartnerNames::of(py, content)));
                 let others = told.first().map(|told| told.columns.get());
-                let made = Told::of(py, Columns::of_step(py, record, names, others))?;
+                let made =
+                    LastStepParts::of(py, ContactColumns::of_step(py, record, names, others))?;
                 told.truncate(KEPT - 1);
                 told.insert(0, made);
             }

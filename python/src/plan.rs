@@ -2,7 +2,7 @@
 
 use crate::arrays::{numbers, of_states, shaped, to_states};
 use crate::errors::{of_step, refused};
-use crate::scene::{Scene, in_python};
+use crate::scene::{PyScene, in_python};
 use crate::watch::Watched;
 use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -12,16 +12,16 @@ use rayon::ThreadPoolBuilder;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
-use tumble::plan::file::ProblemFile;
-use tumble::plan::{Plan, PlanError, Problem, Progress, Watch};
-use tumble::scenario::written;
+use tumble_plan::file::ProblemFile;
+use tumble_plan::{Plan, PlanError, PlanProblem, SearchProgress, SearchWatch};
+use tumble_scene::written;
 
 /// Searches controls of the problem in `text` from `start`, for at most `time` (s), and returns the plan as a dictionary.
 #[pyfunction]
 #[pyo3(signature = (scene, text, start, states, time, threads))]
 pub fn plan<'py>(
     py: Python<'py>,
-    scene: PyRef<'_, Scene>,
+    scene: PyRef<'_, PyScene>,
     text: &str,
     start: Option<PyReadonlyArrayDyn<'_, f64>>,
     states: Option<PyReadonlyArrayDyn<'_, f64>>,
@@ -50,11 +50,11 @@ pub fn plan<'py>(
     let work = || {
         let clock = Instant::now();
         let time = time.or(file.time);
-        let mut progress = |_: &Progress<'_>| {
+        let mut progress = |_: &SearchProgress<'_>| {
             done.fetch_add(1, Ordering::Relaxed);
             time.is_none_or(|time| clock.elapsed().as_secs_f64() < time)
         };
-        let mut watch = Watch { interrupt: &interrupt, progress: &mut progress };
+        let mut watch = SearchWatch { interrupt: &interrupt, progress: &mut progress };
         pool.install(|| problem.plan(&start, &file.built_stages(), &mut watch))
     };
     let watched = Watched { interrupt: &interrupt, done: &done, total: 0, progress: None };
@@ -67,7 +67,7 @@ pub fn plan<'py>(
 }
 
 /// Plan as a dictionary.
-fn told<'py>(py: Python<'py>, problem: &Problem, plan: &Plan) -> PyResult<Bound<'py, PyDict>> {
+fn told<'py>(py: Python<'py>, problem: &PlanProblem, plan: &Plan) -> PyResult<Bound<'py, PyDict>> {
     let replay = &plan.replay;
     let all = PyDict::new(py);
     all.set_item("status", plan.status.name())?;
@@ -119,7 +119,7 @@ fn told<'py>(py: Python<'py>, problem: &Problem, plan: &Plan) -> PyResult<Bound<
     all.set_item("stages", stages)?;
     let scene = problem.scene();
     let modes = replay.modes.iter().map(|modes| {
-        let of = |of: &tumble::plan::ContactMode| {
+        let of = |of: &tumble_plan::ContactMode| {
             let key = &of.key;
             (
                 scene.bodies[key.body].clone(),

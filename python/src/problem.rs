@@ -1,9 +1,9 @@
 //! Contact problems by themselves.
 
-use crate::arrays::{numbers, shaped};
+use crate::arrays::{Array, numbers, shaped};
 use crate::errors::refused;
 use crate::watch::Watched;
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -13,10 +13,9 @@ use tumble::problem::{
     SparseMatrix, dat,
 };
 
-type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
-type Numbers<'py> = PyReadonlyArrayDyn<'py, f64>;
+type ArrayNumbers<'py> = PyReadonlyArrayDyn<'py, f64>;
 /// Rows and columns, and the entries: their rows, their columns, their values.
-type Entries<'py> = (usize, usize, Vec<usize>, Vec<usize>, Numbers<'py>);
+type ProblemEntries<'py> = (usize, usize, Vec<usize>, Vec<usize>, ArrayNumbers<'py>);
 /// μ, or rows by name with two bounds.
 type GivenLaw = (Option<f64>, Vec<(String, f64, f64)>);
 
@@ -24,7 +23,7 @@ type GivenLaw = (Option<f64>, Vec<(String, f64, f64)>);
 const LONG: usize = 300;
 
 /// A contact problem in the library's memory.
-#[pyclass(frozen, module = "tumble._tumble")]
+#[pyclass(frozen, name = "CoreProblem", module = "tumble._tumble")]
 pub struct CoreProblem {
     content: ContactProblem,
 }
@@ -36,7 +35,10 @@ fn of_problem(error: &ProblemError) -> PyErr {
     }
 }
 
-fn matrix(name: &str, (rows, columns, at, along, values): &Entries<'_>) -> PyResult<SparseMatrix> {
+fn matrix(
+    name: &str,
+    (rows, columns, at, along, values): &ProblemEntries<'_>,
+) -> PyResult<SparseMatrix> {
     let values = numbers(name, values)?;
     if at.len() != values.len() || along.len() != values.len() {
         return Err(refused(format!("{name}: as many rows and columns as entries are needed")));
@@ -72,8 +74,8 @@ impl CoreProblem {
     #[staticmethod]
     #[pyo3(signature = (w, q, dimension, groups))]
     fn local(
-        w: Entries<'_>,
-        q: Numbers<'_>,
+        w: ProblemEntries<'_>,
+        q: ArrayNumbers<'_>,
         dimension: usize,
         groups: Vec<GivenLaw>,
     ) -> PyResult<Self> {
@@ -86,10 +88,10 @@ impl CoreProblem {
     #[staticmethod]
     #[pyo3(signature = (m, h, f, w, dimension, groups))]
     fn of_bodies(
-        m: Entries<'_>,
-        h: Entries<'_>,
-        f: Numbers<'_>,
-        w: Numbers<'_>,
+        m: ProblemEntries<'_>,
+        h: ProblemEntries<'_>,
+        f: ArrayNumbers<'_>,
+        w: ArrayNumbers<'_>,
         dimension: usize,
         groups: Vec<GivenLaw>,
     ) -> PyResult<Self> {
@@ -191,7 +193,7 @@ impl CoreProblem {
         &self,
         py: Python<'py>,
         residual: f64,
-        start: Option<Numbers<'py>>,
+        start: Option<ArrayNumbers<'py>>,
         rule: &str,
     ) -> PyResult<([Array<'py>; 3], [f64; 2], (u64, usize), &'static str, bool)> {
         let selection = match rule {
@@ -232,7 +234,7 @@ impl CoreProblem {
     fn evaluate<'py>(
         &self,
         py: Python<'py>,
-        impulses: Numbers<'py>,
+        impulses: ArrayNumbers<'py>,
     ) -> PyResult<([Array<'py>; 2], [f64; 2])> {
         let found = self.content.evaluate(numbers("impulses", &impulses)?);
         let (u, v) = (found.velocities, found.body_velocities);

@@ -1,12 +1,12 @@
 //! A run that was recorded: as arrays, as tables, as pictures.
 
-use crate::arrays::{numbers, shaped};
-use crate::contacts::{COLUMNS, Columns, Names};
+use crate::arrays::{Array, numbers, shaped};
+use crate::contacts::{COLUMNS, ContactColumns, PartnerNames};
 use crate::errors::refused;
-use crate::scene::{Scene, in_python};
+use crate::scene::{PyScene, in_python};
 use crate::watch::Watched;
 use nalgebra::Vector3;
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyDict};
@@ -14,30 +14,29 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use tumble::contact::Partner;
-use tumble::film::{self, Cast, Keys};
-use tumble::joint::{JointForce, JointResidual};
-use tumble::mechanics::State;
-use tumble::scenario::model::BodyModel;
-use tumble::scenario::run_file::{RunFile, checksum_of};
-use tumble::scenario::scene::Scene as Content;
-use tumble::simulation::StepRecord;
-use tumble::simulation::tables::{
-    ContactRow, GearRow, JointRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
+use tumble_core::contact::Partner;
+use tumble_core::joint::{JointForce, JointResidual};
+use tumble_core::mechanics::State;
+use tumble_core::simulation::StepRecord;
+use tumble_core::step::StepStatus;
+use tumble_film::{Cast, Keys, Role};
+use tumble_scene::output::tables::{
+    ContactRow, GearTableRow, JointRow, StepRow, Streams, TableStep, TablesReader, TablesWriter,
 };
-use tumble::simulation::trajectory::{TrajectoryReader, TrajectoryRow, TrajectoryWriter};
-use tumble::step::StepStatus;
-use tumble_pictures::animation::{Settings, View, animate};
-use tumble_pictures::plot::{self, Sheet};
-use tumble_pictures::view::page;
-use tumble_pictures::{Fact, Film};
+use tumble_scene::output::trajectory::{TrajectoryReader, TrajectoryRow, TrajectoryWriter};
+use tumble_scene::run_file::{RunFile, checksum_of};
+use tumble_scene::scene::Scene as Content;
+use tumble_view::animation::{AnimationSettings, View, animate};
+use tumble_view::plot::{self, PlotSheet};
+use tumble_view::view::page;
+use tumble_view::{Fact, Film};
 
 /// Rows that a picture may be made of: they are all in memory once more.
 const MOST_ROWS: usize = 1_000_000;
 
 /// A recorded run: K rows, the last one a state without a step.
-#[pyclass(frozen, module = "tumble._tumble")]
-pub struct Recording {
+#[pyclass(frozen, name = "Recording", module = "tumble._tumble")]
+pub struct PyRecording {
     pub content: Arc<Content>,
     pub rows: Vec<TableStep>,
     /// The sum of the contact forces on each body over each step, N: K - 1 times N.
@@ -60,19 +59,17 @@ pub fn add_forces(step: &TableStep, sums: &mut Vec<Vector3<f64>>) {
     }
 }
 
-type Array<'py, T> = Bound<'py, PyArrayDyn<T>>;
-
 /// How far the norm of an attitude that is read from trajectory.csv may be from 1.
 const NORM: f64 = 1e-2;
 
 #[pymethods]
-impl Recording {
+impl PyRecording {
     /// The run, or a part of one, whose tables (bytes of states, contacts, steps, of scenes with joints
     /// joints, and of scenes with gears gears) these are. The forces (K - 1, N, 3) are those of a run without recorded contacts.
     #[staticmethod]
     #[pyo3(signature = (scene, states, contacts, steps, joints=None, gears=None, forces=None))]
     fn of_tables(
-        scene: PyRef<'_, Scene>,
+        scene: PyRef<'_, PyScene>,
         states: &[u8],
         contacts: &[u8],
         steps: &[u8],
@@ -132,7 +129,7 @@ impl Recording {
 
     /// The run whose table trajectory.csv (bytes) this is, of a scene of one body and the ground.
     #[staticmethod]
-    fn of_trajectory(scene: PyRef<'_, Scene>, table: &[u8]) -> PyResult<Self> {
+    fn of_trajectory(scene: PyRef<'_, PyScene>, table: &[u8]) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
         let odd = |why: &dyn std::fmt::Display| refused(format!("trajectory: {why}"));
         let world = &content.world;
@@ -216,7 +213,7 @@ impl Recording {
                 *row = JointRow::between(&world, joint, (&last.states, None), &force);
             }
             for gear in &mut last.gears {
-                *gear = GearRow { force: 0.0, residual: 0.0, ..*gear };
+                *gear = GearTableRow { force: 0.0, residual: 0.0, ..*gear };
             }
         }
         let bodies = self.content.world.bodies().len();
@@ -344,8 +341,8 @@ impl Recording {
         columns.set_item("k", shaped(py, indices, &[count])?)?;
         let rows = self.rows.iter().flat_map(|step| &step.contacts);
         let pairs = rows.clone().map(|row| (row.body, row.partner)).collect();
-        let names = Arc::new(Names::of(py, &self.content));
-        let contacts = Columns::of(py, pairs, rows, names);
+        let names = Arc::new(PartnerNames::of(py, &self.content));
+        let contacts = ContactColumns::of(py, pairs, rows, names);
         for name in COLUMNS {
             columns.set_item(name, contacts.column(py, name)?)?;
         }
@@ -379,8 +376,8 @@ impl Recording {
     /// The plot of a body, "motion" or "energy", as SVG.
     fn svg(&self, py: Python<'_>, sheet: &str, body: usize) -> PyResult<String> {
         let sheet = match sheet {
-            "motion" => Sheet::Motion,
-            "energy" => Sheet::Energy,
+            "motion" => PlotSheet::Motion,
+            "energy" => PlotSheet::Energy,
             _ => return Err(refused(format!("{sheet:?} is no plot; motion or energy is needed"))),
         };
         let bodies = self.content.bodies.len();
@@ -408,7 +405,7 @@ impl Recording {
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyBytes>> {
         let view = camera.map(|(azimuth, elevation)| View { azimuth, elevation });
-        let settings = Settings { speed, size, view };
+        let settings = AnimationSettings { speed, size, view };
         let film = self.film()?;
         let (flag, done) = (Arc::new(AtomicBool::new(false)), AtomicU64::new(0));
         let follow = |frame, _| {
@@ -440,16 +437,16 @@ impl Recording {
     }
 }
 
-impl Recording {
+impl PyRecording {
     fn film(&self) -> PyResult<Film> {
         if self.rows.len() > MOST_ROWS {
             return Err(refused(format!("a picture is made of at most {MOST_ROWS} rows")));
         }
         let content = &self.content;
         let mut keys = Keys::new();
-        let frame = |row| film::frame(&content.world, row, &mut keys);
+        let frame = |row| tumble_film::frame(&content.world, row, &mut keys);
         let frames = self.rows.iter().map(frame).collect();
-        let roles: Vec<_> = content.model.bodies.iter().map(BodyModel::role).collect();
+        let roles: Vec<_> = content.model.bodies.iter().map(Role::from).collect();
         let cast = Cast {
             world: &content.world,
             bodies: &roles,
@@ -458,8 +455,8 @@ impl Recording {
             loads: &content.loads,
             floating: content.contact.is_none(),
         };
-        let mut film = film::film(cast, frames);
-        content.model.dress(&mut film).map_err(in_python)?;
+        let mut film = tumble_film::film(cast, frames);
+        tumble_film::dress(&content.model, &mut film).map_err(in_python)?;
         let seed = content.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
         film.title = format!("{}, {seed}{}", content.name, content.solver());
         film.facts = vec![Fact::new("scene", content.name.clone())];

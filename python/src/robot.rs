@@ -1,34 +1,32 @@
 //! A robot of a scene: its coordinates, and what its file says.
 
-use crate::arrays::{numbers, of_states, shaped, to_states};
+use crate::arrays::{Array, numbers, of_states, shaped, to_states};
 use crate::errors::refused;
-use crate::scene::Scene;
+use crate::scene::PyScene;
 use nalgebra::{DMatrix, Vector3, Vector4};
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use std::sync::Arc;
-use tumble::robot::model::Moves;
-use tumble::robot::motion::{LinkMotion, Motion};
-use tumble::robot::sensors::Site;
-use tumble::robot::{Assembled, Frame};
-use tumble::scenario::scene::Scene as Content;
-
-type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+use tumble_robot::model::Moves;
+use tumble_robot::motion::{LinkMotion, RobotMotion};
+use tumble_robot::sensors::RobotSite;
+use tumble_robot::{Assembled, LinkFrame};
+use tumble_scene::scene::Scene as Content;
 
 /// One robot of a scene. Nothing of it changes; a simulation's states are given to it.
 #[pyclass(frozen, subclass, name = "CoreRobot", module = "tumble._tumble")]
-pub struct Robot {
+pub struct PyRobot {
     content: Arc<Content>,
     index: usize,
 }
 
-impl Robot {
+impl PyRobot {
     /// What it is in the scene.
     pub fn own(&self) -> &Assembled {
         &self.content.robots[self.index]
     }
 
-    fn at(&self, q: &PyReadonlyArrayDyn<'_, f64>, v: Option<&[f64]>) -> PyResult<Motion> {
+    fn at(&self, q: &PyReadonlyArrayDyn<'_, f64>, v: Option<&[f64]>) -> PyResult<RobotMotion> {
         let robot = self.own().robot();
         let still = vec![0.0; robot.counts().1];
         robot.motion(numbers("q", q)?, v.unwrap_or(&still)).map_err(refused)
@@ -54,10 +52,10 @@ fn of_links<'py>(py: Python<'py>, links: &[LinkMotion]) -> PyResult<Vec<Array<'p
 }
 
 #[pymethods]
-impl Robot {
+impl PyRobot {
     /// The robot of this number in a scene.
     #[new]
-    fn new(scene: PyRef<'_, Scene>, index: usize) -> PyResult<Self> {
+    fn new(scene: PyRef<'_, PyScene>, index: usize) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
         match index < content.robots.len() {
             true => Ok(Self { content, index }),
@@ -85,8 +83,8 @@ impl Robot {
 
     /// Of its file's sites the names, links and frames there.
     #[getter]
-    fn site_list(&self) -> Vec<(String, Place)> {
-        let place = |Site { link, frame }: &Site| -> Place {
+    fn site_list(&self) -> Vec<(String, LinkPlace)> {
+        let place = |RobotSite { link, frame }: &RobotSite| -> LinkPlace {
             (*link, frame.position.into(), frame.attitude.into())
         };
         let sites = &self.own().robot().sites;
@@ -268,7 +266,7 @@ impl Robot {
     fn site_motion<'py>(
         &self,
         py: Python<'py>,
-        site: Place,
+        site: LinkPlace,
         states: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<Vec<Array<'py>>> {
         let links = self.own().links_at(&to_states("states", &states)?).map_err(refused)?;
@@ -288,7 +286,7 @@ impl Robot {
     fn site_inertial<'py>(
         &self,
         py: Python<'py>,
-        site: Place,
+        site: LinkPlace,
         start: PyReadonlyArrayDyn<'py, f64>,
         end: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
@@ -306,14 +304,14 @@ impl Robot {
 }
 
 /// A link, a point of it (m), and an attitude there.
-pub type Place = (usize, [f64; 3], [f64; 4]);
+pub type LinkPlace = (usize, [f64; 3], [f64; 4]);
 
 /// The frame at a place.
-pub fn at_place((link, point, attitude): Place) -> PyResult<Site> {
+pub fn at_place((link, point, attitude): LinkPlace) -> PyResult<RobotSite> {
     let attitude = Vector4::from(attitude);
     if attitude.norm().is_nan() || attitude.norm() < 1e-12 {
         return Err(refused("attitude: four numbers are needed that are not all zero"));
     }
-    let frame = Frame { position: point.into(), attitude: attitude.normalize() };
-    Ok(Site { link, frame })
+    let frame = LinkFrame { position: point.into(), attitude: attitude.normalize() };
+    Ok(RobotSite { link, frame })
 }

@@ -3,7 +3,7 @@
 use crate::arrays::{numbers, shaped};
 use crate::errors::{of_step, refused};
 use crate::gradient::{constants_of, smoothing_of};
-use crate::scene::Scene;
+use crate::scene::PyScene;
 use crate::watch::Watched;
 use numpy::{Element, PyArrayDyn, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -11,24 +11,24 @@ use pyo3::prelude::*;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
-use tumble::error::Error;
 use tumble::rollout::{
-    Batch, By, Constant, Cotangents, Noted, Outputs, RolloutError, Varied, Watch, gradients,
-    roll_out,
+    Batch, By, Constant, Cotangents, Noted, RolloutError, RolloutOutputs, RolloutWatch, Varied,
+    gradients, roll_out,
 };
-use tumble::world::World;
+use tumble_core::error::Error;
+use tumble_core::world::World;
 
 /// Fewer steps than this, times bodies, are done by the calling thread, which is faster.
 const FEW_STEPS: usize = 2000;
 
 /// How many steps ended in each way; of each rollout, how many took a part of their restitution; of
 /// every step that failed or was wild: rollout, step, status, residual (m/s).
-type Report = (Vec<u64>, Vec<u64>, Vec<(usize, usize, &'static str, f64)>);
+type PyReport = (Vec<u64>, Vec<u64>, Vec<(usize, usize, &'static str, f64)>);
 
 /// What a batch is made of: scene, rollouts, steps, starts, controls, motors, forces of joints, and constants by name.
 #[derive(FromPyObject)]
-pub struct Inputs<'py>(
-    PyRef<'py, Scene>,
+pub struct RolloutInputs<'py>(
+    PyRef<'py, PyScene>,
     usize,
     usize,
     PyReadonlyArrayDyn<'py, f64>,
@@ -41,11 +41,12 @@ pub struct Inputs<'py>(
 /// Does `work` on the batch of `inputs`, followed by `progress`.
 fn on_batch<T: Send>(
     py: Python<'_>,
-    inputs: &Inputs<'_>,
+    inputs: &RolloutInputs<'_>,
     progress: Option<&Bound<'_, PyAny>>,
-    work: impl FnOnce(&Batch<'_>, Watch<'_>) -> Result<T, RolloutError> + Send,
+    work: impl FnOnce(&Batch<'_>, RolloutWatch<'_>) -> Result<T, RolloutError> + Send,
 ) -> PyResult<T> {
-    let Inputs(scene, rollouts, steps, starts, controls, motors, joint_forces, parameters) = inputs;
+    let RolloutInputs(scene, rollouts, steps, starts, controls, motors, joint_forces, parameters) =
+        inputs;
     let content = Arc::clone(&scene.content);
     let mut varied = Vec::new();
     for (name, values) in parameters {
@@ -73,7 +74,7 @@ fn on_batch<T: Send>(
         parameters: &varied,
     };
     let (interrupt, done) = (Arc::new(AtomicBool::new(false)), AtomicU64::new(0));
-    let watch = Watch { interrupt: Some(&interrupt), done: Some(&done) };
+    let watch = RolloutWatch { interrupt: Some(&interrupt), done: Some(&done) };
     let work = || work(&batch, watch);
     let total = rollouts.saturating_mul(*steps);
     let is_small = total.saturating_mul(content.world.bodies().len()) <= FEW_STEPS;
@@ -102,7 +103,7 @@ fn of_threads(threads: usize) -> PyResult<NonZeroUsize> {
 #[allow(clippy::too_many_arguments)]
 pub fn rollout(
     py: Python<'_>,
-    inputs: Inputs<'_>,
+    inputs: RolloutInputs<'_>,
     threads: usize,
     mut states: Option<PyReadwriteArrayDyn<'_, f64>>,
     mut ends: Option<PyReadwriteArrayDyn<'_, f64>>,
@@ -110,8 +111,8 @@ pub fn rollout(
     mut residuals: Option<PyReadwriteArrayDyn<'_, f64>>,
     mut statuses: Option<PyReadwriteArrayDyn<'_, u8>>,
     progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<Report> {
-    let outputs = Outputs {
+) -> PyResult<PyReport> {
+    let outputs = RolloutOutputs {
         states: memory(&mut states)?,
         ends: memory(&mut ends)?,
         forces: memory(&mut forces)?,
@@ -139,7 +140,7 @@ type Derivatives<'py> = (Vec<Bound<'py, PyArrayDyn<f64>>>, Vec<([f64; 2], [u64; 
 #[pyo3(signature = (inputs, threads, cotangents, of_ends, by, smoothing))]
 pub fn rollout_gradients<'py>(
     py: Python<'py>,
-    inputs: Inputs<'_>,
+    inputs: RolloutInputs<'_>,
     threads: usize,
     cotangents: PyReadonlyArrayDyn<'_, f64>,
     of_ends: bool,
@@ -173,7 +174,7 @@ pub fn rollout_gradients<'py>(
 /// The shape of a parameter's values for one rollout of a scene.
 #[pyfunction]
 #[pyo3(signature = (name, scene))]
-pub fn parameter_shape(name: &str, scene: PyRef<'_, Scene>) -> PyResult<Vec<usize>> {
+pub fn parameter_shape(name: &str, scene: PyRef<'_, PyScene>) -> PyResult<Vec<usize>> {
     Ok(parameter(name)?.shape(&scene.content.world))
 }
 

@@ -1,7 +1,7 @@
 //! What a run.json says of the files of its run.
 
 use pyo3::prelude::*;
-use tumble::scenario::run_file::RunFile;
+use tumble_scene::run_file::RunFile;
 
 /// The names of the files of the run whose run.json has this text; none of a text that is not as a run wrote it.
 #[pyfunction]

@@ -1,21 +1,21 @@
 //! A simulation with its last step, as one thread has it.
 
 use crate::last_step::LastStep;
-use crate::recording::{Recording, add_forces};
+use crate::recording::{PyRecording, add_forces};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
-use tumble::contact::Contact;
-use tumble::error::Error;
-use tumble::mechanics::{State, Wrench};
-use tumble::scenario::scene::Scene;
-use tumble::simulation::save::{Saved, from_bytes, to_bytes};
-use tumble::simulation::tables::TableStep;
-use tumble::simulation::{self, Motion, StepRecord};
-use tumble::step::StepSolution;
+use tumble_core::contact::Contact;
+use tumble_core::error::Error;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::simulation::save::{Saved, from_bytes, to_bytes};
+use tumble_core::simulation::{self, Motion, StepRecord};
+use tumble_core::step::StepSolution;
+use tumble_scene::output::tables::TableStep;
+use tumble_scene::scene::Scene;
 
 /// What a saved state has besides: of the last step its start, its contacts and its solution; whether nothing moved it but
 /// what the scene says; and what Python's side of it keeps, in words of its own.
-type Notes<'a> = (&'a str, Vec<State>, Vec<Contact>, StepSolution, Option<bool>, &'a str);
+type StepNotes<'a> = (&'a str, Vec<State>, Vec<Contact>, StepSolution, Option<bool>, &'a str);
 
 /// What these begin with.
 const NOTES: &str = "python";
@@ -43,7 +43,7 @@ impl Running {
             Self { simulation, last: LastStep::none(), took: None, is_of_scene: None };
         // What the command line saves tells nothing of the last step.
         let Ok((NOTES, states, contacts, solution, is_of_scene, kept)) =
-            from_bytes::<Notes<'_>>(saved.notes())
+            from_bytes::<StepNotes<'_>>(saved.notes())
         else {
             return Ok((running, String::new()));
         };
@@ -96,7 +96,7 @@ impl Running {
         &mut self,
         steps: usize,
         wrenches: Option<&[f64]>,
-        recording: &mut Recording,
+        recording: &mut PyRecording,
         done: &AtomicU64,
     ) -> Result<(), Error> {
         recording.rows.reserve(steps.min(1 << 20) + 1);

@@ -8,16 +8,16 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use tumble::joint::{GearAxis, JointAxis};
-use tumble::mechanics::Rotation;
-use tumble::scenario::LARGEST_START;
-use tumble::scenario::choices::SolverName;
-use tumble::scenario::failure::Failure;
-use tumble::scenario::joint::JointModel;
-use tumble::scenario::model::Model;
-use tumble::scenario::scene::Scene as Content;
-use tumble::scenario::settings::{RobotSettings, Settings};
-use tumble::world::constants::extents;
+use tumble_core::joint::{GearAxis, JointAxis};
+use tumble_core::mechanics::Rotation;
+use tumble_core::world::constants::extents;
+use tumble_model::Model;
+use tumble_model::failure::Failure;
+use tumble_model::joint::JointModel;
+use tumble_scene::LARGEST_START;
+use tumble_scene::choices::SolverName;
+use tumble_scene::scene::Scene as Content;
+use tumble_scene::settings::{RobotSettings, Settings};
 
 /// The bytes of a regular file of at most `most`.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
@@ -50,12 +50,12 @@ pub fn in_python(failure: Failure) -> PyErr {
 
 /// What can be simulated. Made by its subclass in Python.
 #[pyclass(frozen, subclass, name = "CoreScene", module = "tumble._tumble")]
-pub struct Scene {
+pub struct PyScene {
     pub content: Arc<Content>,
 }
 
 #[pymethods]
-impl Scene {
+impl PyScene {
     /// The scene of a scenario's text. `path` names it in errors, and meshes are beside it. A `model` that a
     /// simulation tells has other bodies in place of those of the text.
     #[new]
@@ -306,7 +306,7 @@ fn solver_name(name: &str) -> PyResult<SolverName> {
     }
 }
 
-impl Scene {
+impl PyScene {
     /// Axes of joints by the names of these and their numbers.
     fn axes(&self, axes: Vec<(usize, JointAxis)>) -> Vec<(String, usize)> {
         let number = |axis| match axis {

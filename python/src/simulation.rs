@@ -1,12 +1,12 @@
 //! A running simulation.
 
-use crate::arrays::{as_many, numbers, of_states, to_states};
+use crate::arrays::{Array, as_many, numbers, of_states, to_states};
 use crate::errors::{of_step, refused};
 use crate::last_step::LastStep;
-use crate::recording::{JOINT_COLUMNS, NO_STEP, Recording};
-use crate::robot::{Robot, at_place};
+use crate::recording::{JOINT_COLUMNS, NO_STEP, PyRecording};
+use crate::robot::{PyRobot, at_place};
 use crate::running::Running;
-use crate::scene::{Scene, in_python, read};
+use crate::scene::{PyScene, in_python, read};
 use crate::watch::Watched;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyBaseException;
@@ -17,16 +17,14 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
-use tumble::error::Error;
-use tumble::joint::{Axis, Drive, Gear, JointAxis, Motor};
-use tumble::scenario::joint::JointModel;
-use tumble::scenario::scene::Scene as Content;
-use tumble::simulation::save::Saved;
-use tumble::simulation::tables::JointRow;
-use tumble::simulation::{self, Motion, StepRecord};
-use tumble::world::Partner;
-
-type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+use tumble_core::error::Error;
+use tumble_core::joint::{Axis, Drive, Gear, JointAxis, Motor};
+use tumble_core::simulation::save::Saved;
+use tumble_core::simulation::{self, Motion, StepRecord};
+use tumble_core::world::Partner;
+use tumble_model::joint::JointModel;
+use tumble_scene::output::tables::JointRow;
+use tumble_scene::scene::Scene as Content;
 
 /// More bodies than this may take long for a first step, so that it must be possible to end it.
 const MANY_BODIES: usize = 4;
@@ -39,7 +37,7 @@ const SHORT: Duration = Duration::from_millis(1);
 ///
 /// One call at a time has what is in it: another thread, or a callback of a run, is refused while it lasts.
 #[pyclass(frozen, subclass, name = "CoreSimulation", module = "tumble._tumble")]
-pub struct Simulation(Mutex<Owned>);
+pub struct PySimulation(Mutex<Owned>);
 
 /// What one call at a time has.
 struct Owned {
@@ -55,14 +53,14 @@ struct Owned {
 }
 
 #[pymethods]
-impl Simulation {
+impl PySimulation {
     /// A simulation from the scene's start, or from states (N, 13), at step `index` or the
     /// scene's, or from where the bytes `saved` of `saved_with`, or of the command line's state.bin, are; on up to
     /// `threads` threads.
     #[new]
     #[pyo3(signature = (scene, states=None, threads=1, index=None, saved=None))]
     fn new(
-        scene: PyRef<'_, Scene>,
+        scene: PyRef<'_, PyScene>,
         states: Option<PyReadonlyArrayDyn<'_, f64>>,
         threads: usize,
         index: Option<u64>,
@@ -266,7 +264,7 @@ impl Simulation {
         damping: f64,
         most: f64,
     ) -> PyResult<()> {
-        let motor = motor((speed, position), (stiffness, damping), most);
+        let motor = motor(speed, position, stiffness, damping, most);
         let mut own = self.owned()?;
         let simulation = &mut own.moved().simulation;
         simulation.set_motor(joint, joint_axis(axis), motor).map_err(refused)
@@ -283,7 +281,7 @@ impl Simulation {
         damping: f64,
         most: f64,
     ) -> PyResult<()> {
-        let motor = motor((speed, position), (stiffness, damping), most);
+        let motor = motor(speed, position, stiffness, damping, most);
         let mut own = self.owned()?;
         let simulation = &mut own.moved().simulation;
         let drive = simulation.world().gears().get(gear).and_then(Gear::drive);
@@ -294,7 +292,7 @@ impl Simulation {
     /// Has a robot's actuators drive its joints under these controls (A,), as its file says.
     fn put_controls(
         &self,
-        robot: PyRef<'_, Robot>,
+        robot: PyRef<'_, PyRobot>,
         controls: PyReadonlyArrayDyn<'_, f64>,
     ) -> PyResult<()> {
         let controls = numbers("controls", &controls)?;
@@ -385,7 +383,7 @@ impl Simulation {
     /// many metres about a point of the link, if these are given.
     fn touched(
         &self,
-        robot: PyRef<'_, Robot>,
+        robot: PyRef<'_, PyRobot>,
         link: usize,
         partner: Option<&str>,
         within: Option<([f64; 3], f64)>,
@@ -439,7 +437,7 @@ impl Simulation {
         wrenches: Option<PyReadonlyArrayDyn<'_, f64>>,
         contacts: bool,
         progress: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<(Recording, Option<Py<PyBaseException>>)> {
+    ) -> PyResult<(PyRecording, Option<Py<PyBaseException>>)> {
         let mut own = self.owned()?;
         own.leave_lost_threads()?;
         let Owned { running, interrupt, content, .. } = &mut *own;
@@ -449,7 +447,7 @@ impl Simulation {
         let done = AtomicU64::new(0);
         let progress = progress.as_ref();
         let watched = Watched { interrupt, done: &done, total: steps as u64, progress };
-        let mut recording = Recording {
+        let mut recording = PyRecording {
             content: Arc::clone(content),
             rows: Vec::new(),
             forces: Vec::new(),
@@ -468,7 +466,7 @@ impl Simulation {
 const BUSY: &str = "this simulation is running in another thread or in a callback of its own; wait for its end, or copy \
                     it first (copy.copy) for each thread";
 
-impl Simulation {
+impl PySimulation {
     /// What one call at a time has; refused while another call has it.
     fn owned(&self) -> PyResult<MutexGuard<'_, Owned>> {
         match self.0.try_lock() {
@@ -533,8 +531,10 @@ impl Drop for Owned {
 
 /// The motor that holds a speed, or pulls to it with a damping, or to a position; none where neither is given.
 fn motor(
-    (speed, position): (Option<f64>, Option<f64>),
-    (stiffness, damping): (f64, f64),
+    speed: Option<f64>,
+    position: Option<f64>,
+    stiffness: f64,
+    damping: f64,
     most: f64,
 ) -> Option<Motor> {
     match (speed, position) {

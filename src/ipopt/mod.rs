@@ -25,8 +25,8 @@ mod raw;
 mod status;
 
 pub use options::{BarrierStrategy, MultiplierStep, Options, Scaling};
-pub use problem::{Bounds, NonlinearProgram, Progress, StartPoint};
-pub use raw::{Outcome, Point, Solver};
+pub use problem::{Bounds, IpoptProgress, NonlinearProgram, StartPoint};
+pub use raw::{IteratePoint, RawSolver, SolveOutcome};
 pub use status::ReturnStatus;
 
 /// The version of the Ipopt this build is linked with, "3.11.9" for example.

@@ -99,7 +99,7 @@ const WARM_START_PUSH: f64 = 1e-8;
 
 /// One option as Ipopt's C interface takes it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Setting {
+pub(super) enum OptionValue {
     Text(&'static str, &'static str),
     Number(&'static str, f64),
     Integer(&'static str, i32),
@@ -144,8 +144,8 @@ impl Options {
     }
 
     /// The settings to hand to Ipopt, `warm` for a start with multipliers.
-    pub(super) fn settings(&self, warm: bool) -> Vec<Setting> {
-        use Setting::{Integer, Number, Text};
+    pub(super) fn settings(&self, warm: bool) -> Vec<OptionValue> {
+        use OptionValue::{Integer, Number, Text};
         let int = |value: u32| i32::try_from(value).unwrap_or(i32::MAX);
         let mut settings = vec![
             // Silence: the level alone leaves the banner.

@@ -43,14 +43,14 @@ pub trait NonlinearProgram {
 
     /// Called once per iteration; `false` ends the solve with
     /// [`UserRequestedStop`](super::ReturnStatus::UserRequestedStop).
-    fn keep_going(&mut self, _progress: &Progress) -> bool {
+    fn keep_going(&mut self, _progress: &IpoptProgress) -> bool {
         true
     }
 }
 
 /// What Ipopt reports of an iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
+pub struct IpoptProgress {
     /// Number of the iteration, from 0.
     pub iteration: u32,
     /// Whether the restoration phase is running.

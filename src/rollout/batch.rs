@@ -1,14 +1,14 @@
 //! What goes into a batch of rollouts and what comes out, and whether it fits.
 
 use super::varied::{Varied, varied};
-use super::watch::Watch;
-use crate::error::Error;
-use crate::joint::{Course, Drive, JointAxis, Knots};
-use crate::mechanics::{Load, State, Wrench};
-use crate::simulation::{Motion, Simulation};
-use crate::world::World;
+use super::watch::RolloutWatch;
 use nalgebra::{SVector, Vector3};
 use std::sync::Arc;
+use tumble_core::error::Error;
+use tumble_core::joint::{Course, Drive, JointAxis, Knots};
+use tumble_core::mechanics::{Load, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation};
+use tumble_core::world::World;
 
 /// What makes the motion of one rollout's world.
 pub type MotionOf<'a> = &'a (dyn Fn(&World) -> Result<Motion<'static>, Error> + Sync);
@@ -47,7 +47,7 @@ pub struct Batch<'a> {
 
 /// Memory for what comes out, the caller's. What is empty is not wanted.
 #[derive(Debug, Default)]
-pub struct Outputs<'a> {
+pub struct RolloutOutputs<'a> {
     /// The states after each step: (B, T, N, 13).
     pub states: &'a mut [f64],
     /// The states after the last step alone: (B, N, 13).
@@ -56,7 +56,7 @@ pub struct Outputs<'a> {
     pub forces: &'a mut [f64],
     /// The residual of each step, m/s: (B, T).
     pub residuals: &'a mut [f64],
-    /// How each step ended, the place in [`StepStatus::ALL`](crate::step::StepStatus::ALL):
+    /// How each step ended, the place in [`StepStatus::ALL`](tumble_core::step::StepStatus::ALL):
     /// (B, T).
     pub statuses: &'a mut [u8],
 }
@@ -70,11 +70,11 @@ impl Batch<'_> {
     /// How many numbers the changes of a rollout's states have.
     #[cfg(feature = "save")]
     pub(super) fn change_width(&self) -> usize {
-        crate::derivative::StateChange::LEN * self.bodies()
+        tumble_core::derivative::StateChange::LEN * self.bodies()
     }
 
     /// Refuses arrays of other lengths than their shapes say.
-    pub(super) fn check(&self, outputs: &Outputs<'_>) -> Result<(), Error> {
+    pub(super) fn check(&self, outputs: &RolloutOutputs<'_>) -> Result<(), Error> {
         let (b, t, n) = (self.rollouts, self.steps, self.bodies());
         count("rollouts", b, "1 or more", b > 0)?;
         count("steps of a rollout", t, "1 or more", t > 0)?;
@@ -120,7 +120,7 @@ impl Batch<'_> {
     pub(super) fn simulation(
         &self,
         rollout: usize,
-        watch: Watch<'_>,
+        watch: RolloutWatch<'_>,
     ) -> Result<(Simulation<'static>, Driven), Error> {
         let world = if self.parameters.is_empty() {
             self.world.clone()
@@ -242,7 +242,7 @@ fn count(
     if fits { Ok(()) } else { Err(Error::Count { field, count, allowed }) }
 }
 
-impl<'a> Outputs<'a> {
+impl<'a> RolloutOutputs<'a> {
     /// The parts that belong to one rollout each, one after the other.
     pub(super) fn shares(self, rollouts: usize) -> impl Iterator<Item = Self> {
         let mut states = parts(self.states, rollouts);

@@ -1,17 +1,17 @@
 //! Derivatives of what a batch of rollouts decides: one pass backwards through each, on all threads.
 //!
-//! Each is [`Simulation::gradient`](crate::simulation::Simulation::gradient) of its rollout; what is said there holds here.
+//! Each is [`Simulation::gradient`](tumble_core::simulation::Simulation::gradient) of its rollout; what is said there holds here.
 
 use super::batch::{Batch, of};
 use super::run::{RolloutError, hand_out};
-use super::watch::Watch;
-use crate::derivative::StateChange;
-use crate::error::Error;
-use crate::mechanics::{State, Wrench};
-use crate::simulation::{Checkpoints, Run, RunGradient, Simulation};
-use crate::solver::native::Smoothing;
-use crate::world::Constant;
+use super::watch::RolloutWatch;
 use std::num::NonZeroUsize;
+use tumble_core::derivative::StateChange;
+use tumble_core::error::Error;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::simulation::{Checkpoints, Run, RunGradient, Simulation};
+use tumble_core::solver::native::Smoothing;
+use tumble_core::world::Constant;
 
 /// Derivatives of a number that each rollout decides, by its states: twelve a body, see [`StateChange`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,12 +74,12 @@ pub fn gradients(
     cotangents: Cotangents<'_>,
     by: By<'_>,
     threads: NonZeroUsize,
-    watch: Watch<'_>,
+    watch: RolloutWatch<'_>,
 ) -> Result<Gradients, RolloutError> {
     let of_all = |error| RolloutError { rollout: None, error };
     check(batch, cotangents).map_err(of_all)?;
     let rollouts = 0..batch.rollouts;
-    let found = hand_out(rollouts, batch.rollouts, (threads, watch), |rollout, _, _| {
+    let found = hand_out(rollouts, batch.rollouts, threads, watch, |rollout, _, _| {
         one(batch, cotangents, by, (rollout, watch))
     })?;
     let mut all =
@@ -100,7 +100,7 @@ fn six(wrench: &Wrench) -> [f64; 6] {
 }
 
 fn check(batch: &Batch<'_>, cotangents: Cotangents<'_>) -> Result<(), Error> {
-    batch.check(&super::Outputs::default())?;
+    batch.check(&super::RolloutOutputs::default())?;
     let (numbers, width, allowed) = match cotangents {
         Cotangents::Ends(numbers) => (numbers, batch.change_width(), "(B or 1, N, 12)"),
         Cotangents::States(numbers) => {
@@ -119,7 +119,7 @@ fn one(
     batch: &Batch<'_>,
     cotangents: Cotangents<'_>,
     By { constants: by, smoothing }: By<'_>,
-    (rollout, watch): (usize, Watch<'_>),
+    (rollout, watch): (usize, RolloutWatch<'_>),
 ) -> Result<RunGradient, Error> {
     let (mut simulation, driven) = batch.simulation(rollout, watch)?;
     let (width, steps) = (batch.change_width(), batch.steps as u64);

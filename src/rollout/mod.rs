@@ -1,8 +1,8 @@
 //! Many runs of one world at once: other starts, other pushes, other constants, on all cores.
 //!
 //! A [`Batch`] says what is to be simulated, as plain numbers in the order of numpy's arrays; the
-//! caller gives the [memory](Outputs) for what comes out. Every rollout is a
-//! [`Simulation`](crate::simulation::Simulation) of its own, so that its numbers are those of a
+//! caller gives the [memory](RolloutOutputs) for what comes out. Every rollout is a
+//! [`Simulation`](tumble_core::simulation::Simulation) of its own, so that its numbers are those of a
 //! loop over simulations, to the last bit, whatever the number of threads. The
 //! threads are those of one call, and end with it.
 //!
@@ -49,10 +49,10 @@
 //! | ends | (B, N, 13) | as the starts: after the last step |
 //!
 //! Beside these arrays, the caller's, a call takes the memory of one simulation a thread, and of its
-//! [`Report`]: thousands of rollouts of small worlds take no more than some.
+//! [`RolloutReport`]: thousands of rollouts of small worlds take no more than some.
 //!
-//! B rollouts of T steps of N bodies, of which D axes of joints can be [driven](crate::world::World::driven_axes) and M have
-//! [motors](crate::world::World::motors), those of [sums](crate::world::World::gear_motors) behind them; the last index fastest.
+//! B rollouts of T steps of N bodies, of which D axes of joints can be [driven](tumble_core::world::World::driven_axes) and M have
+//! [motors](tumble_core::world::World::motors), those of [sums](tumble_core::world::World::gear_motors) behind them; the last index fastest.
 
 mod batch;
 #[cfg(feature = "save")]
@@ -61,9 +61,9 @@ mod run;
 mod varied;
 mod watch;
 
-pub use batch::{Batch, Outputs};
+pub use batch::{Batch, RolloutOutputs};
 #[cfg(feature = "save")]
 pub use gradient::{By, Cotangents, Gradients, Noted, gradients};
-pub use run::{Report, RolloutError, Tally, Unsolved, roll_out};
+pub use run::{RolloutError, RolloutReport, RolloutTally, Unsolved, roll_out};
 pub use varied::{Constant, Varied};
-pub use watch::Watch;
+pub use watch::RolloutWatch;

@@ -1,14 +1,14 @@
 //! The rollouts themselves, on as many threads as are given.
 
-use super::batch::{Batch, Outputs};
-use super::watch::Watch;
-use crate::error::Error;
-use crate::simulation::{Simulation, StepRecord};
-use crate::step::StepStatus;
+use super::batch::{Batch, RolloutOutputs};
+use super::watch::RolloutWatch;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
+use tumble_core::error::Error;
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::step::StepStatus;
 
 /// Steps between two reports of progress.
 const CHUNK: usize = 64;
@@ -28,7 +28,7 @@ pub struct Unsolved {
 
 /// How steps went.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Tally {
+pub struct RolloutTally {
     /// How many ended in each way, in the order of [`StepStatus::ALL`].
     pub statuses: [u64; StepStatus::ALL.len()],
     /// How many took a [part](StepRecord::restitution_share) of their restitution alone, because the whole
@@ -40,11 +40,11 @@ pub struct Tally {
 
 /// How a batch went. It takes 72 bytes a rollout, and 32 a step without an answer.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Report {
+pub struct RolloutReport {
     /// All steps.
-    pub all: Tally,
+    pub all: RolloutTally,
     /// Those of each rollout.
-    pub each: Vec<Tally>,
+    pub each: Vec<RolloutTally>,
     /// Every step that failed or was wild, in the order of rollouts and steps.
     pub unsolved: Vec<Unsolved>,
 }
@@ -64,21 +64,21 @@ pub struct RolloutError {
 /// the same, and stands in the report.
 ///
 /// # Errors
-/// Arrays that do not have the lengths that [`Batch`] and [`Outputs`] name; the first rollout, by
+/// Arrays that do not have the lengths that [`Batch`] and [`RolloutOutputs`] name; the first rollout, by
 /// its index, whose world, start or control is refused; [`Error::Interrupted`]. Outputs may be
 /// filled in part then.
 pub fn roll_out(
     batch: &Batch<'_>,
-    outputs: Outputs<'_>,
+    outputs: RolloutOutputs<'_>,
     threads: NonZeroUsize,
-    watch: Watch<'_>,
-) -> Result<Report, RolloutError> {
+    watch: RolloutWatch<'_>,
+) -> Result<RolloutReport, RolloutError> {
     batch.check(&outputs).map_err(|error| RolloutError { rollout: None, error })?;
     let shares = outputs.shares(batch.rollouts);
-    let results = hand_out(shares, batch.rollouts, (threads, watch), |rollout, share, record| {
+    let results = hand_out(shares, batch.rollouts, threads, watch, |rollout, share, record| {
         one(batch, rollout, share, record, watch)
     })?;
-    let mut report = Report::default();
+    let mut report = RolloutReport::default();
     results.into_iter().for_each(|part| report.add(part));
     Ok(report)
 }
@@ -88,7 +88,8 @@ pub fn roll_out(
 pub(super) fn hand_out<S: Send, T: Send>(
     items: impl Iterator<Item = S> + Send,
     count: usize,
-    (threads, watch): (NonZeroUsize, Watch<'_>),
+    threads: NonZeroUsize,
+    watch: RolloutWatch<'_>,
     work: impl Fn(usize, S, &mut StepRecord) -> Result<T, Error> + Sync,
 ) -> Result<Vec<T>, RolloutError> {
     let interrupted = || watch.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed));
@@ -144,14 +145,14 @@ pub(super) fn hand_out<S: Send, T: Send>(
 fn one(
     batch: &Batch<'_>,
     rollout: usize,
-    share: Outputs<'_>,
+    share: RolloutOutputs<'_>,
     record: &mut StepRecord,
-    watch: Watch<'_>,
-) -> Result<Report, Error> {
+    watch: RolloutWatch<'_>,
+) -> Result<RolloutReport, Error> {
     let (mut simulation, driven) = batch.simulation(rollout, watch)?;
-    let Outputs { states, ends, forces, residuals, statuses } = share;
+    let RolloutOutputs { states, ends, forces, residuals, statuses } = share;
     let bodies = simulation.states().len();
-    let mut report = Report::default();
+    let mut report = RolloutReport::default();
     let mut counted = 0;
     for step in 0..batch.steps {
         driven.set(batch, (rollout, step), &mut simulation)?;
@@ -196,7 +197,7 @@ fn place(status: StepStatus) -> u8 {
     StepStatus::ALL.iter().position(|known| *known == status).unwrap_or(0) as u8
 }
 
-impl Tally {
+impl RolloutTally {
     /// How many steps there are.
     #[must_use]
     pub fn steps(&self) -> u64 {
@@ -221,7 +222,7 @@ impl Tally {
     }
 }
 
-impl Report {
+impl RolloutReport {
     /// All steps.
     #[must_use]
     pub fn steps(&self) -> u64 {
@@ -233,7 +234,7 @@ impl Report {
         let mut statuses = [0; StepStatus::ALL.len()];
         statuses[usize::from(place(status))] = 1;
         let tempered = u64::from(record.restitution_share < 1.0);
-        self.all.add(&Tally { statuses, tempered, largest_residual: residual });
+        self.all.add(&RolloutTally { statuses, tempered, largest_residual: residual });
         if matches!(status, StepStatus::Failed | StepStatus::Wild) {
             self.unsolved.push(Unsolved { rollout, step, status, residual });
         }

@@ -1,9 +1,9 @@
 //! The constants that differ from rollout to rollout.
 
-use crate::error::Error;
-pub use crate::world::Constant;
-use crate::world::World;
-use crate::world::constants::Given;
+use tumble_core::error::Error;
+pub use tumble_core::world::Constant;
+use tumble_core::world::World;
+use tumble_core::world::constants::ConstantValue;
 
 /// A constant and its numbers, for B rollouts.
 #[derive(Debug, Clone, Copy)]
@@ -21,6 +21,6 @@ pub(super) fn varied(world: &World, values: &[Varied<'_>], rollout: usize) -> Re
         rollout * width..(rollout + 1) * width
     };
     let given = values.iter().map(|given| (given.constant, &given.values[of_rollout(given)]));
-    let given: Vec<Given<'_>> = given.collect();
+    let given: Vec<ConstantValue<'_>> = given.collect();
     world.with_constants(&given)
 }

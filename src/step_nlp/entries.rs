@@ -18,7 +18,8 @@ pub(crate) trait EntrySink {
     /// A block, row by row, whose first entry is that of `row` and `col`.
     fn put_block<const N: usize, const M: usize>(
         &mut self,
-        (row, col): (usize, usize),
+        row: usize,
+        col: usize,
         block: &SMatrix<f64, N, M>,
     ) {
         for k in 0..N {

@@ -1,8 +1,8 @@
 //! The gyroscopic term of the rows (8d), I⁻¹ G(ω, ω⁺), with its derivatives by ω⁺: both programs
 //! have it.
 
-use crate::mechanics::{RigidBody, Rotation};
 use nalgebra::{Matrix3, RowVector3, Vector3};
+use tumble_core::mechanics::{RigidBody, Rotation};
 
 /// The term of one body.
 #[derive(Debug, Clone)]

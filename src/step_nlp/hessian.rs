@@ -7,8 +7,8 @@
 use super::StepNlp;
 use super::entries::EntrySink;
 use super::layout::{ATTITUDE, ATTITUDE_ROWS, SPIN, SPIN_ROWS, UNIT_NORM_ROW};
-use crate::mechanics::State;
 use nalgebra::{Matrix3, Matrix4, Vector2, Vector3, Vector4};
+use tumble_core::mechanics::State;
 
 /// The multipliers of one contact's rows.
 struct ContactMultipliers {

@@ -7,8 +7,8 @@ use super::layout::{
     VELOCITY_ROWS,
 };
 
-use crate::mechanics::State;
 use nalgebra::{Matrix3, Vector4};
+use tumble_core::mechanics::State;
 
 impl StepNlp {
     /// All entries, row block by row block. Which entries exist depends on the model

@@ -18,7 +18,7 @@
 //!
 //! This is the tutorial's program and knows one body and the ground. A contact is the point of
 //! its index; its force and slip have the components (x, y, z) along the tangents and the
-//! normal of the ground's [frame](crate::contact::Plane::frame), z_i is its height above the
+//! normal of the ground's [frame](tumble_core::contact::Plane::frame), z_i is its height above the
 //! plane. On level ground these are the world's axes. Points x have [`Layout::variables`]
 //! numbers, rows and multipliers [`Layout::constraints`]; the methods of [`StepNlp`] panic on
 //! shorter slices.
@@ -34,18 +34,18 @@ pub mod several;
 
 pub use point::ProgramPoint;
 
-use crate::contact::{Partner, Plane};
-use crate::error::{Error, in_range};
-use crate::mechanics::body::ContactPoint;
-use crate::mechanics::quaternion::{attitude_map, rotated_point_forms, rotation};
-use crate::mechanics::{RigidBody, State, Wrench};
 use crate::sparsity::SparsityPattern;
-use crate::world::World;
 use entries::{PatternSink, ValueSink};
 use gyroscopic::Gyroscopic;
 use kernels::{Normalised, SmoothForce};
 use layout::Layout;
 use nalgebra::{Matrix3, Matrix4, Matrix4x3, SVector, Vector2, Vector3, Vector4};
+use tumble_core::contact::{Partner, Plane};
+use tumble_core::error::{Error, in_range};
+use tumble_core::mechanics::body::ContactPoint;
+use tumble_core::mechanics::quaternion::{attitude_map, rotated_point_forms, rotation};
+use tumble_core::mechanics::{RigidBody, State, Wrench};
+use tumble_core::world::World;
 
 /// ε of the tutorial, N: the smoothing of the friction force's norm (eq. 11), and the small
 /// force added in its denominator.

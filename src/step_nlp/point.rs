@@ -4,10 +4,10 @@
 //! slacks and the multiplier λ. [`products`] gives those that belong to a solution.
 
 use super::layout::{self, Layout};
-use crate::contact::Plane;
-use crate::mechanics::State;
-use crate::step::StepSolution;
 use nalgebra::{SVector, Vector3};
+use tumble_core::contact::Plane;
+use tumble_core::mechanics::State;
+use tumble_core::step::StepSolution;
 
 /// A point of the step problem: (X⁺, f_x, f_y, f_z, s1, s2, λ), 13 + 6n numbers in the order
 /// of [`Layout`]; forces along the ground's frame.

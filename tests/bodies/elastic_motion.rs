@@ -4,13 +4,13 @@
 use nalgebra::Vector3;
 use std::io;
 use std::path::Path;
-use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, State};
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::simulation::{Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::World;
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, State};
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::World;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 /// The scene of a scenario's text.
 fn scene(text: &str) -> Scene {

@@ -7,17 +7,17 @@ use crate::common::{
 };
 use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
-use tumble::contact::Detection;
 use tumble::ipopt::Options;
-use tumble::mechanics::dynamics::{free_flight, rk4_step};
-use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::scene::TutorialScene;
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver};
-use tumble::step::{StepSolution, StepStatus};
 use tumble::step_nlp::{ProgramPoint, SMOOTHING, StepNlp, layout};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::Detection;
+use tumble_core::mechanics::dynamics::{free_flight, rk4_step};
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::scene::TutorialScene;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::{StepSolution, StepStatus};
+use tumble_core::world::{Parameters, World};
 
 /// The tutorial's cube on its way, under its rule for the contact flags.
 fn flight(start: State) -> Simulation<'static> {

@@ -3,9 +3,9 @@
 use crate::common;
 
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::mechanics::{Load, Polyline, RigidBody, State, Wrench};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::world::{Parameters, World};
+use tumble_core::mechanics::{Load, Polyline, RigidBody, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::world::{Parameters, World};
 
 /// 2 kg and 0.5 kg m² about every axis, without gravity.
 fn world(time_step: f64) -> World {

@@ -1,7 +1,7 @@
 //! The start attitudes are the ones that NumPy draws.
 
 use crate::common::reference;
-use tumble::simulation::random::{Draws, numpy_rand4, random_attitude};
+use tumble_core::simulation::random::{Draws, numpy_rand4, random_attitude};
 
 /// The numbers of the array `key` in one object of `numpy_draws.json`, read by the
 /// standard library, which rounds correctly; serde_json may be one unit in the last place

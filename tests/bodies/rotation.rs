@@ -4,14 +4,14 @@
 use crate::common::{any_state, cases, inertia, tutorial_parameters, vector};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
-use tumble::contact::certificate::{Certifier, Claim};
-use tumble::mechanics::dynamics::rk4_step;
-use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::{Motion, Simulation, StepRecord, energy};
-use tumble::solver::native::NativeSolver;
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::contact::certificate::{Certifier, Claim};
+use tumble_core::mechanics::dynamics::rk4_step;
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 /// A brick of 3 kg whose principal axes lie askew in it, free of everything.
 fn askew(form: Rotation, h: f64) -> World {
@@ -240,7 +240,7 @@ proptest! {
         let scale = after.norm() + before.norm();
         prop_assert!((after - before - turned - h * term).norm() < 1e-14 * scale.max(1.0));
         let q = old.attitude.normalize();
-        let next = tumble::mechanics::quaternion::advance(&q, &new.spin, h);
+        let next = tumble_core::mechanics::quaternion::advance(&q, &new.spin, h);
         let (begun, ended) = (rotation(&q) * after, rotation(&next) * momentum(&new.spin, h));
         prop_assert!((begun - ended).norm() < 1e-13 * scale.max(1.0));
     }
@@ -261,16 +261,15 @@ proptest! {
     }
 }
 
-#[cfg(feature = "ipopt")]
 mod with_ipopt {
     use super::{askew_box, in_form};
     use crate::common::{certify, flagged_contacts, point_forces, solve};
     use nalgebra::Vector3;
     use tumble::ipopt::Options;
-    use tumble::mechanics::{Rotation, Wrench};
-    use tumble::simulation::{Motion, Simulation, StepRecord};
     use tumble::solver::ipopt::{Formulation, IpoptSolver};
-    use tumble::step::{StepSolution, StepStatus};
+    use tumble_core::mechanics::{Rotation, Wrench};
+    use tumble_core::simulation::{Motion, Simulation, StepRecord};
+    use tumble_core::step::{StepSolution, StepStatus};
 
     /// A spinning box lands on a corner: the steps with one point in contact, which the laws
     /// determine, by both solvers. What the forms differ by in such a step, h (G − G′), is 0.02 rad/s
@@ -316,7 +315,6 @@ mod with_ipopt {
 }
 
 /// A box of 3 kg above the ground in the tutorial's form, and its throw: a corner comes first.
-#[cfg(feature = "ipopt")]
 fn askew_box() -> (World, State) {
     let body = RigidBody::solid_box(3.0, Vector3::new(0.5, 0.3, 0.2)).unwrap();
     let given = Parameters { bodies: vec![body], ..tutorial_parameters() };
@@ -327,7 +325,6 @@ fn askew_box() -> (World, State) {
 }
 
 /// The same in another form.
-#[cfg(feature = "ipopt")]
 fn in_form((world, start): &(World, State), rotation: Rotation) -> (World, State) {
     let given = Parameters { rotation, ..world.parameters().clone() };
     (World::new(given).unwrap(), *start)

@@ -3,13 +3,13 @@
 
 use crate::common::{body, state, tutorial_parameters};
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::contact::certificate::{Claim, certify_rk4_step};
-use tumble::mechanics::dynamics::rk4_step;
-use tumble::mechanics::quaternion::{left, rotation};
-use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::simulation::scene::TutorialScene;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::certificate::{Claim, certify_rk4_step};
+use tumble_core::mechanics::dynamics::rk4_step;
+use tumble_core::mechanics::quaternion::{left, rotation};
+use tumble_core::mechanics::{RigidBody, State, Wrench};
+use tumble_core::simulation::scene::TutorialScene;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::world::{Parameters, World};
 
 /// The turn by `angle` (rad) about the unit `axis`.
 fn turn(axis: &Vector3<f64>, angle: f64) -> Vector4<f64> {

@@ -3,12 +3,12 @@
 
 use crate::common::tutorial_parameters;
 use nalgebra::{Matrix3, Vector3};
-use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::simulation::random::random_attitude;
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::mechanics::{RigidBody, State, Wrench};
+use tumble_core::simulation::random::random_attitude;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 /// The factors by which a copy's masses, lengths and gravity differ; times follow, with the
 /// square root of length over gravity.
@@ -116,11 +116,13 @@ fn check(friction: f64, push: f64) {
 }
 
 #[test]
+#[ignore = "slow"]
 fn scaled_copies_take_the_same_iterations() {
     check(0.3, 0.0);
 }
 
 #[test]
+#[ignore = "slow"]
 fn without_friction_as_well() {
     check(0.0, 0.0);
 }

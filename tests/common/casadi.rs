@@ -4,9 +4,9 @@ use crate::slopes::Program;
 use nalgebra::Matrix3;
 use serde::Deserialize;
 use std::collections::HashMap;
-use tumble::contact::{Contact, ContactKey, ContactLaw, Features, Partner};
-use tumble::mechanics::{Pose, RigidBody};
 use tumble::sparsity::SparsityPattern;
+use tumble_core::contact::{Contact, ContactKey, ContactLaw, Features, Partner};
+use tumble_core::mechanics::{Pose, RigidBody};
 
 /// One line of a file: `input` is what poses the program.
 #[derive(Deserialize)]

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use tumble::error::Error;
-use tumble::simulation::{Simulation, StepRecord};
+use tumble_core::error::Error;
+use tumble_core::simulation::{Simulation, StepRecord};
 
 /// Steps on until an interrupt that is raised after `delay`, and returns how long after it the steps
 /// end. A thousand steps must take longer than that.

@@ -14,22 +14,24 @@ use serde::Deserialize;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
-use tumble::contact::certificate::{Certificate, Certifier, Claim};
-use tumble::contact::detection::all_contacts;
-use tumble::contact::{Candidates, Contact, Plane};
-use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::scene;
-use tumble::step::{Step, StepReport, StepSolution, StepSolver};
 use tumble::step_nlp::ProgramPoint;
-use tumble::world::{Parameters, World};
+use tumble_core::contact::certificate::{Certificate, Certifier, Claim};
+use tumble_core::contact::detection::all_contacts;
+use tumble_core::contact::{Candidates, Contact, Plane};
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::scene;
+use tumble_core::step::{Step, StepReport, StepSolution, StepSolver};
+use tumble_core::world::{Parameters, World};
 
 /// The seeds of `data/tutorial`.
 pub const SEEDS: [u32; 4] = [42, 0, 1, 2];
 
 /// A file of the reference data, unpacked where its name ends in `.gz`.
 pub fn reference(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name);
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = package.ancestors().find(|folder| folder.join("data").is_dir());
+    let path = root.expect("a folder with data").join("data").join(name);
     let mut file = File::open(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let mut text = String::new();
     let read = if name.ends_with(".gz") {

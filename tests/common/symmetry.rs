@@ -4,8 +4,8 @@
 #![allow(dead_code)]
 
 use nalgebra::{Vector3, Vector4};
-use tumble::mechanics::State;
-use tumble::mechanics::quaternion::{left, rotation};
+use tumble_core::mechanics::State;
+use tumble_core::mechanics::quaternion::{left, rotation};
 
 /// The state where the whole world is turned by `q`, of length 1.
 pub fn turned(state: &State, q: &Vector4<f64>) -> State {

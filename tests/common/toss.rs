@@ -7,14 +7,14 @@
 use crate::common::{body, certify, contacts, point_forces, solve_after, tutorial_parameters};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use rand_mt::Mt;
-use tumble::contact::{Certificate, Detection};
-use tumble::mechanics::quaternion::left;
-use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::simulation::scene::TutorialScene;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::native::NativeSolver;
-use tumble::step::{ContactForce, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::{Certificate, Detection};
+use tumble_core::mechanics::quaternion::left;
+use tumble_core::mechanics::{RigidBody, State, Wrench};
+use tumble_core::simulation::scene::TutorialScene;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{ContactForce, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::{Parameters, World};
 
 /// I of the tutorial's cube over E₃, kg m².
 pub const LIGHT: f64 = 0.01;

@@ -1,12 +1,12 @@
 //! What does not touch: pairs that are kept apart, and bodies that touch nothing.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::contact::{Candidates, Detection, Plane};
-use tumble::geometry::Piece;
-use tumble::joint::{Joint, JointFrame};
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::world::{Fixed, Parameters, Partner, World};
+use tumble_core::contact::{Candidates, Detection, Plane};
+use tumble_core::geometry::Piece;
+use tumble_core::joint::{Joint, JointFrame};
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::world::{Fixed, Parameters, Partner, World};
 
 fn ball() -> RigidBody {
     let inertia = Matrix3::from_diagonal_element(0.4 * 0.01);

@@ -4,9 +4,9 @@ use crate::curved_common as common;
 
 use common::{G, MASS, at, body, capsule_along_y, normal_forces, run, sphere, world};
 use nalgebra::{Matrix3, Vector3};
-use tumble::geometry::Piece;
-use tumble::mechanics::State;
-use tumble::simulation::StepRecord;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::State;
+use tumble_core::simulation::StepRecord;
 
 fn total_force(record: &StepRecord) -> Vector3<f64> {
     record.solution.forces().sum()

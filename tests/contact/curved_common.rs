@@ -1,11 +1,11 @@
 //! Bodies of round pieces, worlds of fixed ones, and runs of them.
 
 use nalgebra::{Rotation3, Vector3, Vector4};
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, State};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Fixed, Parameters, World};
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Fixed, Parameters, World};
 
 pub const G: f64 = 9.81;
 pub const MASS: f64 = 1.0;
@@ -44,7 +44,7 @@ pub fn world(
         gravity,
         friction,
         time_step,
-        rotation: tumble::mechanics::Rotation::Momentum,
+        rotation: tumble_core::mechanics::Rotation::Momentum,
     })
     .unwrap();
     world.with_fixed(pieces.into_iter().map(fixed).collect()).unwrap()

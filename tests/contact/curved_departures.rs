@@ -5,9 +5,9 @@ use crate::curved_common as common;
 
 use common::{G, MASS, at, body, capsule_along_y, normal_forces, run, sphere, world};
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, State};
-use tumble::simulation::StepRecord;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, State};
+use tumble_core::simulation::StepRecord;
 
 const RADIUS: f64 = 0.1;
 

@@ -5,11 +5,11 @@ use crate::common::tutorial_parameters;
 use crate::interrupt::interrupt_after;
 use nalgebra::{Matrix3, Vector3, Vector4};
 use std::time::Duration;
-use tumble::mechanics::{RigidBody, State};
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::mechanics::{RigidBody, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 /// A plate of 1 m that slides and turns on a grid of `side`² points.
 fn sliding_plate(side: usize) -> Simulation<'static> {

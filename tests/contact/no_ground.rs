@@ -1,14 +1,14 @@
 //! Worlds without a ground: pairs in free space, and fixed pieces with nothing under them.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::contact::{Partner, Plane};
-use tumble::error::Error;
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, ladder_for};
-use tumble::step::StepStatus;
-use tumble::world::{Fixed, Parameters, World};
+use tumble_core::contact::{Partner, Plane};
+use tumble_core::error::Error;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Fixed, Parameters, World};
 
 const GRAVITY: f64 = 9.81;
 const STEP: f64 = 0.002;

@@ -5,11 +5,11 @@ use crate::common::symmetry::turned;
 use crate::common::{cases, quaternion, vector};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
-use tumble::contact::certificate::{Certificate, Certifier, Claim};
-use tumble::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
-use tumble::mechanics::quaternion::{advance, rotation};
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::certificate::{Certificate, Certifier, Claim};
+use tumble_core::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
+use tumble_core::mechanics::quaternion::{advance, rotation};
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::world::{Parameters, World};
 
 /// h, s.
 const TIME_STEP: f64 = 0.01;

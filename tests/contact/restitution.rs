@@ -5,12 +5,12 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 use std::cell::Cell;
-use tumble::contact::{Partner, Plane};
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::contact::{Partner, Plane};
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 fn at(x: f64, y: f64, z: f64) -> State {
     State {
@@ -247,7 +247,6 @@ fn no_impact_makes_energy() {
 
 /// A box that lands on a corner: Ipopt on the tutorial's program and on the general one find the
 /// native solver's motion.
-#[cfg(feature = "ipopt")]
 #[test]
 fn ipopt_bounces_as_the_native_solver_does() {
     use tumble::ipopt::Options;

@@ -9,19 +9,19 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::cell::Cell;
-use tumble::contact::certificate::{Certifier, Claim};
-use tumble::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
-use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::solver::native::NativeSolver;
-use tumble::step::{StepSolution, StepStatus};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::certificate::{Certifier, Claim};
+use tumble_core::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, State, Wrench};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{StepSolution, StepStatus};
+use tumble_core::world::{Parameters, World};
 
 /// The contacts of all points of the body with the ground, each rounded by `radius`.
 fn rounded(world: &World, state: &State, radius: f64) -> Vec<Contact> {
     let (body, ground, pose) = (common::body(world), world.ground().unwrap(), state.pose());
     let points = body.contact_points().iter().enumerate();
-    let contact = |(point, place): (usize, &tumble::mechanics::body::ContactPoint)| {
+    let contact = |(point, place): (usize, &tumble_core::mechanics::body::ContactPoint)| {
         let (frame, offset) = (*ground.frame(), ground.offset());
         let features = Features::of_plane(place.position, radius, frame, offset);
         let key = ContactKey { body: 0, point, partner: Partner::Ground, pair: None };

@@ -2,12 +2,12 @@
 //! and one that is driven into the ground meets it.
 
 use nalgebra::{Vector3, Vector4};
-use tumble::contact::Plane;
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Fixed, Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Fixed, Parameters, World};
 
 fn ball(mass: f64, radius: f64) -> RigidBody {
     RigidBody::solid(mass, &[Piece::sphere(radius).unwrap()]).unwrap().0

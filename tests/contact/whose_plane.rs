@@ -2,14 +2,14 @@
 //! permutes the motion, through impacts as well.
 
 use nalgebra::{Vector3, Vector4};
-use tumble::contact::Plane;
-use tumble::geometry::Piece;
-use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, State};
-use tumble::simulation::random::Draws;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, State};
+use tumble_core::simulation::random::Draws;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 type V = Vector3<f64>;
 
@@ -26,7 +26,7 @@ fn run(placed: &[Placed], order: &[usize], gravity: f64, steps: usize) -> Vec<St
         gravity,
         friction: 0.4,
         time_step: 0.002,
-        rotation: tumble::mechanics::Rotation::Momentum,
+        rotation: tumble_core::mechanics::Rotation::Momentum,
     };
     let world = World::new(parameters).unwrap();
     let motion = Motion::native(&world);

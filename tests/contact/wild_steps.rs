@@ -2,13 +2,13 @@
 
 use crate::toss::*;
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::contact::{Candidates, Plane};
-use tumble::error::Error;
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, State};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::{Candidates, Plane};
+use tumble_core::error::Error;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::{Parameters, World};
 
 /// ½ m v² + ½ ωᵀ I ω − m g·r, J.
 fn energy(world: &World, state: &State) -> f64 {
@@ -160,7 +160,7 @@ fn what_happens_elsewhere_excuses_no_energy() {
             gravity,
             friction: 0.0,
             time_step: 0.002,
-            rotation: tumble::mechanics::Rotation::Momentum,
+            rotation: tumble_core::mechanics::Rotation::Momentum,
         };
         let world = World::new(parameters).unwrap();
         let mut starts = vec![ball_at(0.0, 1.0), ball_at(0.2, -1.0)];

@@ -42,7 +42,7 @@ fn the_source_cites_equations_that_exist() {
     let mut known = tags(&read("docs/formulation.md"));
     known.insert("8".to_owned());
     let mut files = Vec::new();
-    for folder in ["core/src", "src", "pictures/src"] {
+    for folder in ["crates", "cli/src", "src"] {
         sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), &mut files);
     }
     let mut cited = 0;

@@ -1,4 +1,5 @@
-//! What the documents say: their links, and the equations that the code cites.
+//! What the documents say: their links, their formulas, and the equations that the code cites.
 
 mod citations;
+mod formulas;
 mod links;

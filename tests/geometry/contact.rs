@@ -4,8 +4,10 @@
 use crate::pieces::*;
 use nalgebra::{Matrix3, Rotation3};
 use std::collections::BTreeSet;
-use tumble::geometry::{Feature, Hint, Part, Piece, Scratch, Side, Touch, overlap};
-use tumble::mechanics::Pose;
+use tumble_core::geometry::{
+    CorePart, Feature, Hint, PairScratch, Piece, PieceSide, Touch, overlap,
+};
+use tumble_core::mechanics::Pose;
 
 fn features(touches: &[Touch]) -> BTreeSet<Feature> {
     touches.iter().map(|touch| touch.feature).collect()
@@ -81,7 +83,7 @@ fn overlapping_boxes_leave_each_other_by_the_least_translation() {
         pose_b.position -= pose_b.rotation * b.core().centre();
         let found = separate((&a, &pose_a), (&b, &pose_b));
         assert!(found.distance < 0.0);
-        let mut scratch = Scratch::default();
+        let mut scratch = PairScratch::default();
         let depth = overlap((&a, &pose_a), (&b, &pose_b), &mut Hint::default(), &mut scratch);
         assert_eq!(depth, -found.distance);
         for (shift, left) in [(1.0 + 1e-9, false), (1.0 - 1e-6, true)] {
@@ -259,8 +261,8 @@ fn drifts_leave_the_touches_of_faces_as_they_are() {
 
 fn swapped(feature: Feature) -> Feature {
     match feature {
-        Feature::Vertex(Side::A, vertex) => Feature::Vertex(Side::B, vertex),
-        Feature::Vertex(Side::B, vertex) => Feature::Vertex(Side::A, vertex),
+        Feature::Vertex(PieceSide::A, vertex) => Feature::Vertex(PieceSide::B, vertex),
+        Feature::Vertex(PieceSide::B, vertex) => Feature::Vertex(PieceSide::A, vertex),
         Feature::Edges(a, b) => Feature::Edges(b, a),
         Feature::Vertices(a, b) => Feature::Vertices(b, a),
         Feature::Round(a, b) => Feature::Round(b, a),
@@ -331,11 +333,11 @@ fn round_pieces_touch_where_they_should() {
         // What is no face is round with the ball.
         let is_over_face = pose.position[0] < 2.0;
         match found[0].feature {
-            Feature::Vertex(Side::B, 0) => assert!(is_over_face),
-            Feature::Round(_, Part::Vertex(0)) => assert!(!is_over_face),
+            Feature::Vertex(PieceSide::B, 0) => assert!(is_over_face),
+            Feature::Round(_, CorePart::Vertex(0)) => assert!(!is_over_face),
             other => panic!("{other:?}"),
         }
-        assert_eq!((found[0].point_of, found[0].point), (Side::B, V::zeros()));
+        assert_eq!((found[0].point_of, found[0].point), (PieceSide::B, V::zeros()));
         let half_sides = v(2.0, 2.0, 0.5);
         let nearest = pose.position.sup(&-half_sides).inf(&half_sides);
         let away = (pose.position - nearest).normalize();
@@ -347,7 +349,7 @@ fn round_pieces_touch_where_they_should() {
     let lying = on(&capsule(), at(0.0, 0.0, 0.6));
     near(&gaps(&lying), 2);
     assert_eq!(features(&lying).len(), 2);
-    assert!(lying.iter().all(|touch| touch.point_of == Side::B));
+    assert!(lying.iter().all(|touch| touch.point_of == PieceSide::B));
     let over = on(&capsule(), at(1.9, 0.0, 0.6));
     near(&gaps(&over), 2);
     assert_eq!(over.iter().filter(|t| matches!(t.feature, Feature::Edges(..))).count(), 1);
@@ -369,14 +371,17 @@ fn round_pieces_touch_where_they_should() {
     assert_eq!(
         features(&shifted),
         [
-            Feature::Round(Part::Vertex(1), Part::Edge(0)),
-            Feature::Round(Part::Edge(0), Part::Vertex(0))
+            Feature::Round(CorePart::Vertex(1), CorePart::Edge(0)),
+            Feature::Round(CorePart::Edge(0), CorePart::Vertex(0))
         ]
         .into()
     );
     let crossed = Pose { position: v(0.1, 0.2, 0.2), rotation: turn(0.0, 0.0, 1.0) };
-    assert_eq!(features(&pair(crossed)), [Feature::Round(Part::Edge(0), Part::Edge(0))].into());
-    let ends = Feature::Round(Part::Vertex(1), Part::Vertex(0));
+    assert_eq!(
+        features(&pair(crossed)),
+        [Feature::Round(CorePart::Edge(0), CorePart::Edge(0))].into()
+    );
+    let ends = Feature::Round(CorePart::Vertex(1), CorePart::Vertex(0));
     assert_eq!(features(&pair(at(1.2, 0.0, 0.0))), [ends].into());
 
     // Two spheres: the plane is across the line of centres.
@@ -455,7 +460,7 @@ fn cubes_on_edge_and_corner_touch_in_one_or_two_points() {
     let tilt = Rotation3::rotation_between(&v(1., 1., 1.), &v(0., 0., -1.)).unwrap();
     let corner = Pose { position: v(0.1, 0.2, 0.5 + 0.75f64.sqrt()), rotation: *tilt.matrix() };
     let (_, found) = touches((&floor, &ground), (&cube, &corner), 1e-9);
-    assert_eq!(features(&found), [Feature::Vertex(Side::B, 7)].into());
+    assert_eq!(features(&found), [Feature::Vertex(PieceSide::B, 7)].into());
     // Two edges crossed at a right angle.
     let lower =
         Pose { position: V::zeros(), rotation: turn(std::f64::consts::FRAC_PI_4, 0.0, 0.0) };

@@ -5,8 +5,10 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand_mt::Mt64;
-use tumble::geometry::{Hint, Piece, Scratch, Separation, Side, Touch, manifold, separation};
-use tumble::mechanics::Pose;
+use tumble_core::geometry::{
+    Hint, PairScratch, Piece, PieceSide, Separation, Touch, manifold, separation,
+};
+use tumble_core::mechanics::Pose;
 
 pub type V = Vector3<f64>;
 
@@ -84,7 +86,7 @@ impl Draw {
         V::from_fn(|_, _| self.between(0.1, 0.6))
     }
 
-    fn cloud(&mut self, radius: f64) -> Result<Piece, tumble::error::Error> {
+    fn cloud(&mut self, radius: f64) -> Result<Piece, tumble_core::error::Error> {
         let count = 5 + self.below(20);
         let points: Vec<V> = (0..count).map(|_| self.vector(0.6)).collect();
         Piece::hull(&points, radius)
@@ -93,13 +95,20 @@ impl Draw {
 
 /// Both answers with fresh memory.
 pub fn separate(a: (&Piece, &Pose), b: (&Piece, &Pose)) -> Separation {
-    separation(a, b, &mut Hint::default(), &mut Scratch::default())
+    separation(a, b, &mut Hint::default(), &mut PairScratch::default())
 }
 
 pub fn touches(a: (&Piece, &Pose), b: (&Piece, &Pose), reach: f64) -> (f64, Vec<Touch>) {
     let mut out = Vec::new();
-    let gap =
-        manifold(a, b, reach, Side::B, &mut Hint::default(), &mut Scratch::default(), &mut out);
+    let gap = manifold(
+        a,
+        b,
+        reach,
+        PieceSide::B,
+        &mut Hint::default(),
+        &mut PairScratch::default(),
+        &mut out,
+    );
     (gap, out)
 }
 
@@ -143,7 +152,7 @@ pub fn distance_bounds(a: (&Piece, &Pose), b: (&Piece, &Pose), steps: usize) -> 
 /// The points of a touch in the world: on the surface of the point's owner, and below it on
 /// the plane; and the plane's normal.
 pub fn in_world(touch: &Touch, a: &Pose, b: &Pose) -> (V, V, V) {
-    let (own, other) = if touch.point_of == Side::A { (a, b) } else { (b, a) };
+    let (own, other) = if touch.point_of == PieceSide::A { (a, b) } else { (b, a) };
     let normal = other.rotation * touch.normal;
     let point = own.rotation * touch.point + own.position - normal * touch.point_radius;
     let height = normal.dot(&(point - other.position)) - touch.offset;
@@ -153,7 +162,7 @@ pub fn in_world(touch: &Touch, a: &Pose, b: &Pose) -> (V, V, V) {
 /// What holds for every touch: the gap is that of the point over the plane, the normal is a
 /// unit, the point is in its core and the plane's owner is below the plane.
 pub fn check_touch(touch: &Touch, a: (&Piece, &Pose), b: (&Piece, &Pose)) {
-    let (own, other) = if touch.point_of == Side::A { (a, b) } else { (b, a) };
+    let (own, other) = if touch.point_of == PieceSide::A { (a, b) } else { (b, a) };
     let world = own.1.rotation * touch.point + own.1.position;
     let w = other.1.rotation.tr_mul(&(world - other.1.position));
     let gap = touch.normal.dot(&w) - touch.offset - touch.point_radius;

@@ -6,13 +6,13 @@ use crate::common;
 use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
-use tumble::contact::Plane;
-use tumble::contact::certificate::{Certifier, Claim};
-use tumble::mechanics::quaternion::{left, rotation};
-use tumble::mechanics::{Load, Polyline, RigidBody, State, Wrench};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::contact::certificate::{Certifier, Claim};
+use tumble_core::mechanics::quaternion::{left, rotation};
+use tumble_core::mechanics::{Load, Polyline, RigidBody, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 /// A turn of the world, and a shift.
 #[derive(Debug)]

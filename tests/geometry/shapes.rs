@@ -5,9 +5,9 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use std::f64::consts::PI;
-use tumble::geometry::mesh::{Mesh, parse_obj, parse_stl};
-use tumble::geometry::{Hull, MassProperties, Piece};
-use tumble::mechanics::body::solid_box_inertia;
+use tumble_core::geometry::mesh::{Mesh, parse_obj, parse_stl};
+use tumble_core::geometry::{Hull, MassProperties, Piece};
+use tumble_core::mechanics::body::solid_box_inertia;
 
 type V = Vector3<f64>;
 

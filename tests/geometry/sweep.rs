@@ -4,11 +4,11 @@
 use crate::pieces::*;
 use allocation_counter::measure;
 use nalgebra::Vector4;
-use tumble::geometry::{
-    Aabb, Advance, Hint, Moving, Piece, Scratch, Side, Sweep, first_overlap, manifold, overlap,
-    separation, travel,
+use tumble_core::geometry::{
+    Aabb, Advance, Hint, Moving, PairScratch, Piece, PieceSide, Sweep, first_overlap, manifold,
+    overlap, separation, travel,
 };
-use tumble::mechanics::{State, Way};
+use tumble_core::mechanics::{State, Way};
 
 fn boxes(draw: &mut Draw, count: usize, spread: V) -> Vec<Aabb> {
     let place = |draw: &mut Draw| {
@@ -93,7 +93,7 @@ fn warm_memory_is_enough() {
     let mut draw = Draw::new(3);
     let pieces: Vec<Piece> = (0..20).map(|_| draw.piece()).collect();
     let poses: Vec<_> = (0..20).map(|_| draw.pose(0.4)).collect();
-    let (mut sweep, mut scratch) = (Sweep::new(), Scratch::default());
+    let (mut sweep, mut scratch) = (Sweep::new(), PairScratch::default());
     let (mut boxes, mut out, mut pairs) = (Vec::new(), Vec::new(), 0);
     let mut hint = Hint::default();
     let mut round = || {
@@ -102,7 +102,7 @@ fn warm_memory_is_enough() {
         pairs = 0;
         sweep.pairs(&boxes, |i, j| {
             let (a, b) = ((&pieces[i], &poses[i]), (&pieces[j], &poses[j]));
-            manifold(a, b, 1e-2, Side::B, &mut hint, &mut scratch, &mut out);
+            manifold(a, b, 1e-2, PieceSide::B, &mut hint, &mut scratch, &mut out);
             separation(a, b, &mut hint, &mut scratch);
             overlap(a, b, &mut hint, &mut scratch);
             pairs += 1;
@@ -117,7 +117,7 @@ fn warm_memory_is_enough() {
 #[test]
 fn hints_do_not_change_answers() {
     let mut draw = Draw::new(4);
-    let mut scratch = Scratch::default();
+    let mut scratch = PairScratch::default();
     for _ in 0..100 {
         let (a, b) = (draw.piece(), draw.piece());
         let mut hint = Hint::default();
@@ -128,7 +128,7 @@ fn hints_do_not_change_answers() {
             pose.rotation *= start.rotation;
             let (a, b) = ((&a, &at(0., 0., 0.)), (&b, &pose));
             let mut out = Vec::new();
-            manifold(a, b, 1e-2, Side::B, &mut hint, &mut scratch, &mut out);
+            manifold(a, b, 1e-2, PieceSide::B, &mut hint, &mut scratch, &mut out);
             let (_, fresh) = touches(a, b, 1e-2);
             assert_eq!(out, fresh);
             assert_eq!(separation(a, b, &mut hint, &mut scratch), separate(a, b));
@@ -144,7 +144,7 @@ fn hints_do_not_change_answers() {
 #[test]
 fn the_first_overlap_is_the_first() {
     let mut draw = Draw::new(5);
-    let mut scratch = Scratch::default();
+    let mut scratch = PairScratch::default();
     let (mut met, mut clear) = (0, 0);
     for _ in 0..400 {
         let pieces = [draw.piece(), draw.piece()];

@@ -8,10 +8,10 @@ use crate::points::{Input, Output, Point, Triplets, compare, points};
 use crate::slopes::{Program as _, hessian_error, jacobian_error};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
-use tumble::mechanics::{RigidBody, Wrench};
 use tumble::sparsity::SparsityPattern;
 use tumble::step_nlp::StepNlp;
-use tumble::world::{Parameters, World};
+use tumble_core::mechanics::{RigidBody, Wrench};
+use tumble_core::world::{Parameters, World};
 
 /// The problem of a point's step.
 fn nlp_of(input: &Input) -> StepNlp {

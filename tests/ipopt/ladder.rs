@@ -5,12 +5,12 @@ use crate::common;
 
 use crate::common::{certify, point_forces, tutorial_world};
 use crate::toss::*;
-use tumble::contact::Contact;
-use tumble::mechanics::{State, Wrench};
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
-use tumble::step::{StepReport, StepSolution, StepStatus};
-use tumble::world::World;
+use tumble_core::contact::Contact;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::{StepReport, StepSolution, StepStatus};
+use tumble_core::world::World;
 
 fn ladder(world: &World, rungs: &[Rung], most_iterations: u32) -> Ladder {
     let options = IpoptSolver::options(1e-6, most_iterations);

@@ -5,11 +5,11 @@ use crate::common::{heights, points};
 use crate::toss::*;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
-use tumble::contact::Plane;
-use tumble::mechanics::{RigidBody, Wrench};
-use tumble::simulation::StepRecord;
 use tumble::step_nlp::{ProgramPoint, SMOOTHING, StepNlp, layout};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::mechanics::{RigidBody, Wrench};
+use tumble_core::simulation::StepRecord;
+use tumble_core::world::{Parameters, World};
 
 /// The solution of a step as a point of the program, its slacks the least that the rows allow.
 fn point_of(nlp: &StepNlp, step: &StepRecord) -> ProgramPoint {

@@ -3,19 +3,19 @@
 
 use nalgebra::{Vector3, Vector4};
 use std::sync::atomic::AtomicBool;
-use tumble::contact::certificate::{Certifier, Claim};
-use tumble::contact::{Candidates, Plane};
-use tumble::error::Error;
-use tumble::geometry::Piece;
 use tumble::ipopt::Options;
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{
     Formulation, IpoptSolver, LADDER_RESIDUAL, Ladder, MOST_BODIES, Rung, ladder_for,
 };
-use tumble::solver::native::NativeSolver;
-use tumble::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble::world::{Fixed, Parameters, World};
+use tumble_core::contact::certificate::{Certifier, Claim};
+use tumble_core::contact::{Candidates, Plane};
+use tumble_core::error::Error;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::{Fixed, Parameters, World};
 
 /// A world, where its bodies start, and the force on the first one, N.
 struct Scene {
@@ -179,6 +179,7 @@ fn ipopt_agrees_with_the_native_solver_where_the_motion_is_determined() {
 /// Whole runs: no step fails, few are the native solver's, and every residual is at most what the
 /// ladder accepts. A stack stands where it stood, to the residuals of its steps (measured: 1.2e-11 m).
 #[test]
+#[ignore = "slow"]
 fn whole_runs_are_solved_and_stand() {
     for (name, scene, steps) in [
         ("stack of 5", stack(5, 0.0), 60),

@@ -8,14 +8,14 @@ use crate::common::{
 };
 use nalgebra::Vector3;
 use proptest::prelude::*;
-use tumble::contact::{Candidates, Certificate};
 use tumble::ipopt::ReturnStatus;
-use tumble::mechanics::quaternion::advance;
-use tumble::mechanics::{State, Wrench};
 use tumble::solver::ipopt::{Formulation, IpoptSolver};
-use tumble::step::{Step, StepReport, StepSolution, StepStatus};
 use tumble::step_nlp::{SMOOTHING, StepNlp};
-use tumble::world::World;
+use tumble_core::contact::{Candidates, Certificate};
+use tumble_core::mechanics::quaternion::advance;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::step::{Step, StepReport, StepSolution, StepStatus};
+use tumble_core::world::World;
 
 /// The recorded steps k → k+1 of a run: the row before and the row of the solve.
 fn steps(rows: &[Row]) -> impl Iterator<Item = (&Row, &Row)> {

@@ -2,7 +2,7 @@
 
 use super::problems::Problem;
 use tumble::ipopt::{
-    NonlinearProgram, Options, Outcome, Progress, ReturnStatus, Solver, StartPoint,
+    IpoptProgress, NonlinearProgram, Options, RawSolver, ReturnStatus, SolveOutcome, StartPoint,
 };
 use tumble::sparsity::SparsityPattern;
 
@@ -17,7 +17,7 @@ pub struct Answer {
 }
 
 impl Answer {
-    pub fn of(outcome: &Outcome<'_>) -> Self {
+    pub fn of(outcome: &SolveOutcome<'_>) -> Self {
         let point = outcome.point.expect("a solve that iterated has a point");
         let arrays = [
             point.x,
@@ -47,12 +47,12 @@ impl Answer {
     }
 }
 
-pub fn solver(problem: &Problem) -> Solver {
-    Solver::new(problem, Options::default()).unwrap()
+pub fn solver(problem: &Problem) -> RawSolver {
+    RawSolver::new(problem, Options::default()).unwrap()
 }
 
 /// Solves with `solver` from the problem's own start.
-pub fn solve_with(solver: &mut Solver, problem: &Problem) -> Answer {
+pub fn solve_with(solver: &mut RawSolver, problem: &Problem) -> Answer {
     let mut program = problem.clone();
     let start = StartPoint::Cold { x: &problem.start };
     Answer::of(&solver.solve(&mut program, &problem.bounds, &start).unwrap())
@@ -88,7 +88,7 @@ pub struct Call<'a> {
     pub callback: Callback,
     pub earlier: usize,
     pub values: &'a mut [f64],
-    pub progress: Option<&'a Progress>,
+    pub progress: Option<&'a IpoptProgress>,
 }
 
 /// A problem whose every callback is shown to `hook`; what the hook returns for
@@ -108,7 +108,7 @@ impl<'a, H: FnMut(Call<'_>) -> bool> Probe<'a, H> {
         &mut self,
         callback: Callback,
         values: &mut [f64],
-        progress: Option<&Progress>,
+        progress: Option<&IpoptProgress>,
     ) -> bool {
         let count = &mut self.counts[callback as usize];
         *count += 1;
@@ -150,7 +150,7 @@ impl<H: FnMut(Call<'_>) -> bool> NonlinearProgram for Probe<'_, H> {
         (self.problem.hessian_values)(x, factor, multipliers, values);
         self.show(Callback::Hessian, values, None);
     }
-    fn keep_going(&mut self, progress: &Progress) -> bool {
+    fn keep_going(&mut self, progress: &IpoptProgress) -> bool {
         self.show(Callback::KeepGoing, &mut [], Some(progress))
     }
 }

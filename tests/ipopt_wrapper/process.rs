@@ -134,6 +134,7 @@ const MOST_NEW_PAGES: i64 = 256;
 
 #[cfg(target_os = "linux")]
 #[test]
+#[ignore = "slow"]
 fn memory_stays_flat_over_two_thousand_create_solve_free_cycles() {
     in_child("process::memory_stays_flat_over_two_thousand_create_solve_free_cycles", || {
         let problem = hs071();

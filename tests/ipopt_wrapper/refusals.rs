@@ -2,7 +2,7 @@
 
 use super::probe::{solve, solve_with, solver};
 use super::problems::{Problem, hs006, hs035, hs071, pattern};
-use tumble::ipopt::{Bounds, IpoptError, Options, Solver, StartPoint};
+use tumble::ipopt::{Bounds, IpoptError, Options, RawSolver, StartPoint};
 use tumble::sparsity::SparsityPattern;
 
 const NAN: f64 = f64::NAN;
@@ -37,7 +37,7 @@ fn options_out_of_range_are_refused_by_ipopts_name() {
     }
     for (expected, options) in table {
         let validated = options.validate();
-        let Err(refusal) = Solver::new(&hs071(), options.clone()).map(|_| ()) else {
+        let Err(refusal) = RawSolver::new(&hs071(), options.clone()).map(|_| ()) else {
             panic!("{options:?} is accepted");
         };
         assert!(matches!(&refusal, IpoptError::Option { name, .. } if *name == expected));
@@ -76,7 +76,7 @@ fn bounds_that_are_no_intervals_are_refused_with_their_index() {
 }
 
 fn assert_bounds_refused(
-    solver: &mut Solver,
+    solver: &mut RawSolver,
     problem: &Problem,
     bounds: &Bounds,
     expected: &str,
@@ -189,7 +189,7 @@ fn a_pattern_with_an_impossible_entry_is_refused_with_its_position() {
         let mut problem = hs035();
         let broken = pattern(positions);
         *(if matrix == "Jacobian" { &mut problem.jacobian } else { &mut problem.hessian }) = broken;
-        let Err(refusal) = Solver::new(&problem, Options::default()).map(|_| ()) else {
+        let Err(refusal) = RawSolver::new(&problem, Options::default()).map(|_| ()) else {
             panic!("{matrix} {positions:?} is accepted");
         };
         let IpoptError::Structure { what, index, row, col, why } = refusal else {
@@ -210,7 +210,7 @@ fn a_problem_without_variables_is_refused() {
         constraint_upper: Vec::new(),
     };
     (problem.jacobian, problem.hessian) = (SparsityPattern::new(), SparsityPattern::new());
-    let refusal = Solver::new(&problem, Options::default()).map(|_| ()).unwrap_err();
+    let refusal = RawSolver::new(&problem, Options::default()).map(|_| ()).unwrap_err();
     assert_eq!(refusal, IpoptError::Size { variables: 0, constraints: 0 });
 }
 

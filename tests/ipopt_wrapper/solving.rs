@@ -3,7 +3,7 @@
 use super::probe::{Answer, Call, Callback, Probe, solve, solve_with, solver};
 use super::problems::{Problem, all, hs006, hs035, hs071, linear, rosenbrock};
 use std::thread;
-use tumble::ipopt::{BarrierStrategy, Options, ReturnStatus, Scaling, Solver, StartPoint};
+use tumble::ipopt::{BarrierStrategy, Options, RawSolver, ReturnStatus, Scaling, StartPoint};
 
 /// With the tolerance 1e-8 each bound leaves about 1e-8 in the objective, and Ipopt
 /// relaxes bounds by 1e-8 of their size, which a multiplier of at most 20 turns into
@@ -67,7 +67,7 @@ fn a_warm_start_with_multipliers_takes_fewer_iterations_than_a_cold_one() {
         let cold = solve(&problem);
         // A neighbour of the problem: the same solver, the start moved to the solution.
         let options = Options { initial_barrier: 1e-7, ..Options::default() };
-        let mut solver = Solver::new(&problem, options).unwrap();
+        let mut solver = RawSolver::new(&problem, options).unwrap();
         let mut program = problem.clone();
         let outcome = solver.solve(&mut program, &problem.bounds, &cold.as_start()).unwrap();
         let warm = Answer::of(&outcome);
@@ -111,7 +111,7 @@ fn four_threads_with_fifty_solves_each_get_what_one_thread_gets() {
 /// A solver owns plain data; what belongs to a thread lives only as long as a solve.
 const _: () = {
     const fn is_send<T: Send>() {}
-    is_send::<Solver>();
+    is_send::<RawSolver>();
 };
 
 #[test]
@@ -169,7 +169,7 @@ fn the_iteration_limit_is_a_status_with_the_last_iterate() {
     for max_iterations in 0..4 {
         let problem = rosenbrock();
         let options = Options { max_iterations, ..Options::default() };
-        let answer = solve_with(&mut Solver::new(&problem, options).unwrap(), &problem);
+        let answer = solve_with(&mut RawSolver::new(&problem, options).unwrap(), &problem);
         assert_eq!(answer.status, ReturnStatus::MaximumIterationsExceeded);
         assert_eq!(answer.iterations, max_iterations);
         assert!(answer.objective > problem.optimum + 1e-3);
@@ -238,7 +238,8 @@ fn every_setting_that_is_accepted_solves_or_says_why_not() {
     settings.extend(orders.filter(|options| options.validate().is_ok()));
     for options in settings {
         for problem in all() {
-            let answer = solve_with(&mut Solver::new(&problem, options.clone()).unwrap(), &problem);
+            let answer =
+                solve_with(&mut RawSolver::new(&problem, options.clone()).unwrap(), &problem);
             let near = (answer.objective - problem.optimum).abs() < OBJECTIVE_TOLERANCE;
             assert!(answer.status.is_success() && near, "{options:?}: {answer:?}");
         }
@@ -250,7 +251,7 @@ fn every_setting_that_is_accepted_solves_or_says_why_not() {
         Options { max_iterations: 0, ..d() },
     ] {
         for problem in all() {
-            let mut solver = Solver::new(&problem, options.clone()).unwrap();
+            let mut solver = RawSolver::new(&problem, options.clone()).unwrap();
             let mut program = problem.clone();
             let start = StartPoint::Cold { x: &problem.start };
             let outcome = solver.solve(&mut program, &problem.bounds, &start).unwrap();

@@ -1,11 +1,11 @@
 //! Starts that do not fit their joints: the least change that makes them fit.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::joint::{Drive, Joint, JointFrame};
-use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::world::{Parameters, World};
+use tumble_core::joint::{Drive, Joint, JointFrame};
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::world::{Parameters, World};
 
 fn bar(mass: f64, half: Vector3<f64>) -> RigidBody {
     RigidBody::solid_box(mass, half).unwrap()

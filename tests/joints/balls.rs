@@ -1,11 +1,11 @@
 //! Ball joints with a cone: within it they are balls, whichever way they turn and from wherever they begin.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::contact::certificate::{Certifier, Claim};
-use tumble::joint::{Drive, Joint, JointFrame};
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::certificate::{Certifier, Claim};
+use tumble_core::joint::{Drive, Joint, JointFrame};
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::world::{Parameters, World};
 
 const H: f64 = 0.002;
 
@@ -38,7 +38,7 @@ fn frames(axis: Vector3<f64>, swing: f64) -> [JointFrame; 2] {
     let a = JointFrame::along(Vector3::new(0.2, 0.0, 0.0), axis).unwrap();
     let b = JointFrame::along(Vector3::new(-0.2, 0.0, 0.0), axis).unwrap();
     let turn = Vector4::new((0.5 * swing).cos(), (0.5 * swing).sin(), 0.0, 0.0);
-    let attitude = tumble::mechanics::quaternion::left(&b.attitude) * turn;
+    let attitude = tumble_core::mechanics::quaternion::left(&b.attitude) * turn;
     [a, JointFrame { attitude, ..b }]
 }
 

@@ -2,14 +2,14 @@
 //! given; against closed forms.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::contact::Plane;
-use tumble::geometry::Piece;
-use tumble::joint::{Course, Drive, Joint, JointAxis, JointFrame, JointLoad, Knots, Motor};
-use tumble::mechanics::{Polyline, RigidBody, Rotation, State};
-use tumble::simulation::save::Saved;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Fixed, Parameters, Partner, World};
+use tumble_core::contact::Plane;
+use tumble_core::geometry::Piece;
+use tumble_core::joint::{Course, Drive, Joint, JointAxis, JointFrame, JointLoad, Knots, Motor};
+use tumble_core::mechanics::{Polyline, RigidBody, Rotation, State};
+use tumble_core::simulation::save::Saved;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Fixed, Parameters, Partner, World};
 
 const G: f64 = 9.81;
 const H: f64 = 1e-3;

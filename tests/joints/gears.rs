@@ -1,13 +1,13 @@
 //! Gears: coordinates of two joints that follow each other to rounding, and move as closed forms say.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::contact::certificate::{Certifier, Claim};
-use tumble::geometry::Piece;
-use tumble::joint::{Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::{Motion, Simulation, StepRecord, energy};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::contact::certificate::{Certifier, Claim};
+use tumble_core::geometry::Piece;
+use tumble_core::joint::{Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 const G: f64 = 9.81;
 const H: f64 = 1e-3;
@@ -272,8 +272,11 @@ fn the_certificate_knows_gears() {
         let mut next = record.solution.states.clone();
         next[1].spin[2] += turned;
         let mut joints = record.solution.joints.clone();
-        next[1].attitude =
-            tumble::mechanics::quaternion::advance(&record.states[1].attitude, &next[1].spin, H);
+        next[1].attitude = tumble_core::mechanics::quaternion::advance(
+            &record.states[1].attitude,
+            &next[1].spin,
+            H,
+        );
         joints[1].angles[2] += H * turned;
         let claim = Claim {
             states: &record.states,

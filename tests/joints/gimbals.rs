@@ -1,12 +1,14 @@
 //! Universal joints and gimbals: every angle is held, driven and stopped as that of a hinge.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::joint::{Axis, Drive, Hinges, Joint, JointAxis, JointForce, JointFrame, Middle, Motor};
-use tumble::mechanics::quaternion::{left, rotation};
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::{Motion, Simulation, StepRecord, energy};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::joint::{
+    Axis, Drive, Hinges, Joint, JointAxis, JointForce, JointFrame, Middle, Motor,
+};
+use tumble_core::mechanics::quaternion::{left, rotation};
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 const G: f64 = 9.81;
 

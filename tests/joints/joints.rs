@@ -1,13 +1,13 @@
 //! Joints: what is locked holds to rounding, and mechanisms move as closed forms say.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::contact::Plane;
-use tumble::geometry::Piece;
-use tumble::joint::{Drive, Joint, JointForce, JointFrame, Motor};
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Fixed, Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::geometry::Piece;
+use tumble_core::joint::{Drive, Joint, JointForce, JointFrame, Motor};
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Fixed, Parameters, World};
 
 const G: f64 = 9.81;
 
@@ -78,7 +78,7 @@ fn pendulum(time_step: f64, drive: Drive) -> (World, State) {
     let world =
         world(vec![bar(2.0, half)], vec![Joint::revolute(0, None, frames, drive)], time_step);
     let attitude = about_y(1.0);
-    let arm = tumble::mechanics::quaternion::rotation(&attitude) * top;
+    let arm = tumble_core::mechanics::quaternion::rotation(&attitude) * top;
     let state = State { attitude, ..at(Vector3::new(0.0, 0.0, 2.0) - arm) };
     (world, state)
 }
@@ -223,7 +223,7 @@ fn a_chain_keeps_its_joints() {
     let world = world(vec![body; links], joints, 1e-3);
     let states = (0..links).map(|k| at(Vector3::new(half * (2 * k + 1) as f64, 0.0, 5.0)));
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
-    let start = tumble::simulation::energy::total(&world, simulation.states());
+    let start = tumble_core::simulation::energy::total(&world, simulation.states());
     let mut iterations = 0;
     for _ in 0..20 {
         let mut record = StepRecord::new();
@@ -233,7 +233,7 @@ fn a_chain_keeps_its_joints() {
         }
         assert!(error(&world, &record.solution.states) < 1e-12);
     }
-    let end = tumble::simulation::energy::total(&world, simulation.states());
+    let end = tumble_core::simulation::energy::total(&world, simulation.states());
     println!("{} iterations a step; energy {start} -> {end}", f64::from(iterations) / 2000.0);
     assert!((end - start).abs() < 1e-2 * start.abs(), "{start} {end}");
 }
@@ -421,7 +421,7 @@ fn a_universal_joint_turns_as_a_cardan_shaft() {
     let shaft = || bar(1.0, Vector3::new(0.02, 0.02, 0.3));
     let along = Vector3::new(bend.sin(), 0.0, bend.cos());
     let second = Vector4::new((0.5 * bend).cos(), 0.0, (0.5 * bend).sin(), 0.0);
-    let turned = |q: &Vector4<f64>| tumble::mechanics::quaternion::rotation(q);
+    let turned = |q: &Vector4<f64>| tumble_core::mechanics::quaternion::rotation(q);
     let tip = Vector3::new(0.0, 0.0, 0.3);
     let states = [at(-tip), State { attitude: second, ..at(along * 0.3) }];
     // Both shafts turn in bearings of the world about their own axes; the first one is driven.
@@ -472,14 +472,15 @@ fn a_ball_joint_keeps_its_cone_and_its_twist() {
         for _ in 0..30 {
             let record = run(&mut simulation, 100);
             state = *record.next();
-            let z = tumble::mechanics::quaternion::rotation(&state.attitude) * Vector3::z();
+            let z = tumble_core::mechanics::quaternion::rotation(&state.attitude) * Vector3::z();
             let swing = z.xy().norm().atan2(z[2]);
             assert!(swing < cone + 1e-12, "{swing}");
             assert!(error(&world, &[state]) < 1e-13);
         }
         let record = run(&mut simulation, 1);
         let joint = record.solution.joints[0];
-        let z = tumble::mechanics::quaternion::rotation(&record.next().attitude) * Vector3::z();
+        let z =
+            tumble_core::mechanics::quaternion::rotation(&record.next().attitude) * Vector3::z();
         // What presses on the cone is the moment of push and weight there: the rod leans against the push's direction
         // with its top, so that its lower end goes along.
         let lean = -push.dot(&z);

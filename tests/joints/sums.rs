@@ -1,12 +1,12 @@
 //! Laws on sums of coordinates: springs, limits, friction and motors on x₁ + 2 x₂, by closed forms and virtual work.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble::contact::certificate::{Certifier, Claim};
-use tumble::joint::{Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::{Motion, Simulation, StepRecord, energy};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::contact::certificate::{Certifier, Claim};
+use tumble_core::joint::{Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 const H: f64 = 1e-3;
 const MASSES: [f64; 2] = [2.0, 3.0];
@@ -261,7 +261,7 @@ fn a_drive_of_a_sum_is_set_in_mid_run() {
     assert!((record.solution.gears[0] + 2.0).abs() < 1e-12);
     let mut other = started(&world, [0.0; 2]);
     other
-        .restore(&tumble::simulation::Saved::from_bytes(&saved.to_bytes().unwrap()).unwrap())
+        .restore(&tumble_core::simulation::Saved::from_bytes(&saved.to_bytes().unwrap()).unwrap())
         .unwrap();
     let mut again = StepRecord::new();
     step(&mut other, &mut again);

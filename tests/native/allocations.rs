@@ -5,12 +5,12 @@ use crate::toss::*;
 use allocation_counter::measure;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
-use tumble::contact::Candidates;
-use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::simulation::StepRecord;
-use tumble::solver::native::NativeSolver;
-use tumble::step::{Step, StepSolution, StepSolver, StepStatus};
-use tumble::world::World;
+use tumble_core::contact::Candidates;
+use tumble_core::mechanics::{RigidBody, State, Wrench};
+use tumble_core::simulation::StepRecord;
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{Step, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::World;
 
 /// The solutions that a simulation keeps: the one to come, the last and the two before it. A
 /// step writes where the fourth one before it did.
@@ -88,12 +88,12 @@ fn a_step_that_seeks_a_share_allocates_nothing() {
         spin: Vector3::new(0.0, 1.0, 0.0),
     };
     let bodies = vec![rod.clone(); 4];
-    let parameters = tumble::world::Parameters { bodies, friction: 1.0, ..parameters(rod) };
+    let parameters = tumble_core::world::Parameters { bodies, friction: 1.0, ..parameters(rod) };
     let world = World::new(parameters).unwrap().with_restitution(1.0).unwrap();
-    let motion = tumble::simulation::Motion::native(&world);
+    let motion = tumble_core::simulation::Motion::native(&world);
     let starts = (0..4).map(start);
     let mut simulation =
-        tumble::simulation::Simulation::new(world.clone(), starts, motion).unwrap();
+        tumble_core::simulation::Simulation::new(world.clone(), starts, motion).unwrap();
     let mut record = StepRecord::new();
     let (mut sought, mut most) = (0, [None; KEPT]);
     for k in 0..600 {
@@ -114,7 +114,7 @@ fn a_step_that_seeks_a_share_allocates_nothing() {
 /// allocate.
 #[test]
 fn driven_joints_allocate_nothing() {
-    use tumble::joint::{Course, Drive, Joint, JointAxis, JointFrame, JointLoad, Motor};
+    use tumble_core::joint::{Course, Drive, Joint, JointAxis, JointFrame, JointLoad, Motor};
     let frame = |x: f64| JointFrame::along(Vector3::x() * x, Vector3::y()).unwrap();
     let link = RigidBody::solid_box(1.0, Vector3::new(0.14, 0.04, 0.02)).unwrap();
     let tray = RigidBody::solid_box(5.0, Vector3::new(2.0, 1.0, 0.05)).unwrap();
@@ -127,7 +127,7 @@ fn driven_joints_allocate_nothing() {
     let mut bodies = vec![tray];
     bodies.extend((1..5).map(|_| link.clone()));
     let parameters =
-        tumble::world::Parameters { bodies, ground: None, friction: 0.5, ..parameters(link) };
+        tumble_core::world::Parameters { bodies, ground: None, friction: 0.5, ..parameters(link) };
     let world = World::new(parameters).unwrap().with_joints(joints).unwrap();
     let at = |position: Vector3<f64>| State {
         position,
@@ -137,11 +137,13 @@ fn driven_joints_allocate_nothing() {
     };
     let links = (0..4).map(|k| at(Vector3::new(0.3 * f64::from(k) - 0.5, 0.0, 0.07)));
     let states = std::iter::once(at(Vector3::zeros())).chain(links);
-    let motion = tumble::simulation::Motion::native(&world);
+    let motion = tumble_core::simulation::Motion::native(&world);
     let mut simulation =
-        tumble::simulation::Simulation::new(world.clone(), states, motion).unwrap();
-    let line =
-        tumble::mechanics::Polyline::new(vec![(0.0, Vector3::zeros()), (0.5, Vector3::z() * 0.3)]);
+        tumble_core::simulation::Simulation::new(world.clone(), states, motion).unwrap();
+    let line = tumble_core::mechanics::Polyline::new(vec![
+        (0.0, Vector3::zeros()),
+        (0.5, Vector3::z() * 0.3),
+    ]);
     let load = JointLoad { torque: line.unwrap(), ..JointLoad::default() };
     simulation.set_joint_load(2, load).unwrap();
     let mut record = StepRecord::new();
@@ -199,7 +201,6 @@ fn a_step_that_fails_allocates_nothing() {
 /// Cubes at rest, each an island, on two threads. The counter counts the calling thread: it does
 /// not make the islands' memory, which those do that solve them, and then allocates nothing but a
 /// block of the queue for every 63 calls of the threads.
-#[cfg(feature = "threads")]
 #[test]
 fn on_threads_only_their_queue_allocates() {
     let bodies: Vec<_> = cubes().into_iter().cycle().take(150).collect();
@@ -211,14 +212,14 @@ fn on_threads_only_their_queue_allocates() {
     };
     let starts: Vec<_> = (0..bodies.len()).map(place).collect();
     let some = parameters(bodies[0].clone());
-    let world = World::new(tumble::world::Parameters { bodies, ..some }).unwrap();
+    let world = World::new(tumble_core::world::Parameters { bodies, ..some }).unwrap();
     let [alone, together] = [1, 2].map(|threads| {
         let threads = std::num::NonZeroUsize::new(threads).unwrap();
         let solver = NativeSolver::new(&world).with_threads(threads).unwrap();
-        let motion = tumble::simulation::Motion::contact(solver);
+        let motion = tumble_core::simulation::Motion::contact(solver);
         let starts = starts.iter().copied();
         let mut simulation =
-            tumble::simulation::Simulation::new(world.clone(), starts, motion).unwrap();
+            tumble_core::simulation::Simulation::new(world.clone(), starts, motion).unwrap();
         let mut record = StepRecord::new();
         let mut steps = |count: usize| {
             measure(|| (0..count).for_each(|_| simulation.step(&mut record).unwrap())).count_total

@@ -4,14 +4,14 @@
 use nalgebra::{Vector3, Vector4};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use tumble::contact::{Candidates, Plane};
-use tumble::error::Error;
-use tumble::mechanics::{Load, Polyline, RigidBody, Rotation, State, Wrench};
-use tumble::simulation::scene::{TutorialScene, tutorial_parameters};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::native::NativeSolver;
-use tumble::step::{Step, StepReport, StepSolution, StepSolver};
-use tumble::world::{Parameters, Partner, World};
+use tumble_core::contact::{Candidates, Plane};
+use tumble_core::error::Error;
+use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::scene::{TutorialScene, tutorial_parameters};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{IslandSolver, Step, StepReport, StepSolution, StepSolver};
+use tumble_core::world::{Parameters, Partner, World};
 
 /// The native solver, which counts its steps, and the bodies that it left as they were in them.
 struct Counting(NativeSolver, Arc<AtomicU32>, Arc<AtomicU32>);
@@ -19,10 +19,6 @@ struct Counting(NativeSolver, Arc<AtomicU32>, Arc<AtomicU32>);
 impl StepSolver for Counting {
     fn accepted_residual(&self) -> f64 {
         self.0.accepted_residual()
-    }
-
-    fn repeats(&self) -> bool {
-        self.0.repeats()
     }
 
     fn solve(
@@ -35,6 +31,30 @@ impl StepSolver for Counting {
         self.0.solve(step, candidates, solution)
     }
 
+    fn islands(&mut self) -> Option<&mut dyn IslandSolver> {
+        Some(self)
+    }
+
+    fn change_world(&mut self, world: &World) -> Result<(), Error> {
+        self.0.change_world(world)
+    }
+}
+
+impl IslandSolver for Counting {
+    fn solve_again(
+        &mut self,
+        step: &Step<'_>,
+        marked: &[bool],
+        candidates: &mut Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        self.0.solve_again(step, marked, candidates, solution)
+    }
+
+    fn is_solved(&self, body: usize) -> bool {
+        self.0.is_solved(body)
+    }
+
     fn expect_rest(&mut self, bodies: &[bool]) {
         self.0.expect_rest(bodies);
     }
@@ -43,10 +63,6 @@ impl StepSolver for Counting {
         let rested = self.0.rested(body);
         self.2.fetch_add(u32::from(rested), Ordering::Relaxed);
         rested
-    }
-
-    fn change_world(&mut self, world: &World) -> Result<(), Error> {
-        self.0.change_world(world)
     }
 }
 

@@ -4,16 +4,16 @@
 use nalgebra::{Matrix3, Vector3, Vector4};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
-use tumble::contact::{Candidates, Plane};
-use tumble::error::Error;
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::native::NativeSolver;
-use tumble::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::{Candidates, Plane};
+use tumble_core::error::Error;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::{Parameters, World};
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 fn at(x: f64, z: f64) -> State {
     State {
@@ -156,7 +156,6 @@ fn what_bounces_in_one_island_changes_nothing_in_another() {
     let sum: Vec<_> =
         iterations(&alone).iter().zip(iterations(&without_rod)).map(|(a, b)| a + b).collect();
     assert_eq!(first_difference(&iterations(&together), &sum), None, "iterations");
-    #[cfg(feature = "threads")]
     {
         let threads = std::num::NonZeroUsize::new(3).unwrap();
         let found = run(&theirs, &[start], solver().with_threads(threads).unwrap());
@@ -218,11 +217,20 @@ impl StepSolver for Noted {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         let report = self.solver.solve(step, candidates, solution)?;
-        self.whole = rebound(candidates);
-        let call = Call { marked: (0..=ROD).collect(), share: 1.0, changed_others: false };
+        if self.calls.lock().unwrap().is_empty() {
+            self.whole = rebound(candidates);
+        }
+        let share = rebound(candidates) / self.whole;
+        let call = Call { marked: (0..=ROD).collect(), share, changed_others: false };
         Ok(self.note(report, call))
     }
 
+    fn islands(&mut self) -> Option<&mut dyn IslandSolver> {
+        if self.of_bodies { Some(self) } else { None }
+    }
+}
+
+impl IslandSolver for Noted {
     fn solve_again(
         &mut self,
         step: &Step<'_>,
@@ -242,9 +250,16 @@ impl StepSolver for Noted {
         Ok(self.note(report, call))
     }
 
-    fn is_solved(&self, body: usize) -> Option<bool> {
-        let solved = self.solver.is_solved(body)? && !(body == ROD && self.failed);
-        self.of_bodies.then_some(solved)
+    fn is_solved(&self, body: usize) -> bool {
+        self.solver.is_solved(body) && !(body == ROD && self.failed)
+    }
+
+    fn expect_rest(&mut self, bodies: &[bool]) {
+        self.solver.expect_rest(bodies);
+    }
+
+    fn rested(&self, body: usize) -> bool {
+        self.solver.rested(body)
     }
 }
 

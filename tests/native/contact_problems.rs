@@ -3,15 +3,15 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::sync::atomic::AtomicBool;
-use tumble::contact::Plane;
-use tumble::mechanics::{RigidBody, Rotation, State};
 use tumble::problem::{
     ContactProblem, Form, Law, ProblemError, RowLaw, Selection, SolveOptions, SparseMatrix, dat,
 };
-use tumble::simulation::random::Draws;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::random::Draws;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 fn dense(matrix: &DMatrix<f64>) -> SparseMatrix {
     let (rows, columns) = matrix.shape();

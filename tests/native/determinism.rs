@@ -3,10 +3,10 @@
 use crate::common::point_forces;
 use crate::toss::*;
 use std::thread;
-use tumble::mechanics::Rotation;
-use tumble::simulation::StepRecord;
-use tumble::solver::native::NativeSolver;
-use tumble::world::World;
+use tumble_core::mechanics::Rotation;
+use tumble_core::simulation::StepRecord;
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::world::World;
 
 /// FNV-1a, 64 bits, over the bytes of the numbers, lowest first.
 fn fingerprint(numbers: impl IntoIterator<Item = f64>) -> u64 {

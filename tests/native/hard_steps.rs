@@ -5,8 +5,8 @@ use crate::common::{point_forces, reference, state};
 use crate::toss::*;
 use nalgebra::Vector3;
 use serde::Deserialize;
-use tumble::solver::native::NativeSolver;
-use tumble::step::StepStatus;
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::StepStatus;
 
 #[derive(Deserialize)]
 struct Steps {

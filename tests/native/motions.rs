@@ -4,9 +4,9 @@ use crate::common::state;
 use crate::toss::*;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use tumble::mechanics::{RigidBody, State};
-use tumble::simulation::StepRecord;
-use tumble::world::{Parameters, World};
+use tumble_core::mechanics::{RigidBody, State};
+use tumble_core::simulation::StepRecord;
+use tumble_core::world::{Parameters, World};
 
 const GRAVITY: f64 = 9.81;
 /// Speed at which the boxes start to slide, m/s.

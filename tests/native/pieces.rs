@@ -3,10 +3,10 @@
 use crate::common::{contacts, solve_after};
 use crate::toss::*;
 use nalgebra::{Vector3, Vector4};
-use tumble::mechanics::{State, Wrench};
-use tumble::solver::native::{ContactPiece, NativeSolver, Piece};
-use tumble::step::{StepReport, StepSolution};
-use tumble::world::World;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::solver::native::{ContactPiece, MapPiece, NativeSolver};
+use tumble_core::step::{StepReport, StepSolution};
+use tumble_core::world::World;
 
 /// The solid cube of 2 m flat on the ground.
 fn at_rest() -> State {
@@ -51,7 +51,7 @@ fn a_push_brings_a_stuck_block_to_its_cone_and_over_it() {
         let (_, solution, pieces) =
             solved(&mut solver, &world, &push(&world, part), (&start, None));
         assert_eq!(pieces.len(), 4);
-        let expected = if part < 1.0 { Piece::Stick } else { Piece::Slip };
+        let expected = if part < 1.0 { MapPiece::Stick } else { MapPiece::Slip };
         assert!(pieces.iter().all(|at| at.piece == expected), "{part}: {pieces:?}");
         (pieces[0].margin, solution)
     };
@@ -100,7 +100,7 @@ fn what_flies_on_is_open_by_its_gap_speed() {
     let (pieces, h) = (solver.pieces(), world.time_step());
     for (at, contact) in pieces.iter().zip(&touching) {
         let speed = 3.0 + h * world.gravity()[2] + contact.gap / h;
-        assert_eq!(at.piece, Piece::Open);
+        assert_eq!(at.piece, MapPiece::Open);
         assert!((at.margin - speed).abs() < 1e-12 * speed, "{} {speed}", at.margin);
     }
 }

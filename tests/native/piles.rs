@@ -3,15 +3,15 @@
 
 use crate::common::symmetry::{mirrored, turned};
 use nalgebra::{Vector3, Vector4};
-use tumble::contact::{Contact, Partner, Plane};
-use tumble::error::Error;
-use tumble::geometry::Piece;
-use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::random::Draws;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::{ContactForce, StepStatus};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::{Contact, Partner, Plane};
+use tumble_core::error::Error;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::random::Draws;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::{ContactForce, StepStatus};
+use tumble_core::world::{Parameters, World};
 
 /// Bodies, and where they start.
 struct Pile {

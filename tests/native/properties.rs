@@ -7,12 +7,12 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::cell::Cell;
-use tumble::contact::Plane;
-use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::StepRecord;
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::StepRecord;
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 /// Steps of each toss.
 const STEPS: usize = 50;

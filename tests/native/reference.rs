@@ -5,11 +5,11 @@ use crate::common::{reference, state};
 use crate::toss::{motion_apart, native_run, pose_apart, worst_residual};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
-use tumble::contact::Plane;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::StepRecord;
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::StepRecord;
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 #[derive(Deserialize)]
 struct Index {

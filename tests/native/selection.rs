@@ -5,11 +5,11 @@ use crate::common::{points, state};
 use crate::toss::*;
 use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::FRAC_1_SQRT_2;
-use tumble::mechanics::State;
-use tumble::simulation::StepRecord;
-use tumble::solver::native::NativeSolver;
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::mechanics::State;
+use tumble_core::simulation::StepRecord;
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
 /// Starts of each step: no forces, then random ones.
 const STARTS: u32 = 4;

@@ -4,15 +4,15 @@ use nalgebra::{Vector3, Vector4};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::error::Error;
-use tumble::joint::{Drive, Joint, JointFrame};
-use tumble::mechanics::load::Polyline;
-use tumble::mechanics::{Load, RigidBody, Rotation, State};
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::error::Error;
+use tumble_core::joint::{Drive, Joint, JointFrame};
+use tumble_core::mechanics::load::Polyline;
+use tumble_core::mechanics::{Load, RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 fn scenario(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);

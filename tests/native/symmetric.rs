@@ -4,9 +4,9 @@
 use crate::common::symmetry::mirrored;
 use crate::toss::*;
 use nalgebra::{Matrix3, Vector3};
-use tumble::mechanics::State;
-use tumble::simulation::StepRecord;
-use tumble::world::{Parameters, World};
+use tumble_core::mechanics::State;
+use tumble_core::simulation::StepRecord;
+use tumble_core::world::{Parameters, World};
 
 const SEEDS: [u32; 7] = [0, 1, 2, 3, 6, 8, 42];
 

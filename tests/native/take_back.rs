@@ -4,14 +4,14 @@
 use crate::toss::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use tumble::contact::Plane;
-use tumble::error::Error;
-use tumble::mechanics::State;
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
-use tumble::solver::native::NativeSolver;
-use tumble::step::{StepSolver, StepStatus};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::error::Error;
+use tumble_core::mechanics::State;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{StepSolver, StepStatus};
+use tumble_core::world::{Parameters, World};
 
 /// A solver made anew for a world, and steps of a run that it takes in a second or so.
 type Case = (&'static str, fn(&World) -> Box<dyn StepSolver>, usize);

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use tumble::problem::{ContactProblem, Law, Solution, SolveOptions, SparseMatrix};
-use tumble::simulation::random::Draws;
+use tumble_core::simulation::random::Draws;
 
 /// W of full rank, of which every q has a solution whatever the coefficients are, and q.
 fn drawn(seed: u32, count: usize) -> (DMatrix<f64>, DVector<f64>) {
@@ -82,6 +82,7 @@ fn the_widest_cones_are_solved_or_said() {
 
 /// What has no solution is said to have none, and what is returned is no worse than no impulses.
 #[test]
+#[ignore = "slow"]
 fn the_best_point_is_no_worse_than_none() {
     for seed in 0..20 {
         let (response, free) = drawn(seed, 4);

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::simulation::{Simulation, StepRecord};
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 /// An ankle of two hinges whose axes pass each other 4 cm apart and are not at a right angle, with springs.
 const ANKLE: &str = r#"<mujoco>
@@ -106,7 +106,7 @@ fn joints_in_a_row_are_as_many_as_it_takes() {
     robot.set_states(&at, &rates, &mut states).unwrap();
     simulation.set_states(&states).unwrap();
     let mut record = StepRecord::new();
-    let height = |states: &[tumble::mechanics::State]| states[1].position.z;
+    let height = |states: &[tumble_core::mechanics::State]| states[1].position.z;
     let (start, rising) = (height(simulation.states()), states[1].velocity.z);
     for _ in 0..100 {
         simulation.step(&mut record).unwrap();

@@ -5,9 +5,9 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::simulation::StepRecord;
+use tumble_core::simulation::StepRecord;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 const FILES: [&str; 6] = [
     "data/robots/arm.urdf",

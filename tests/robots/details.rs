@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::robot::Assembled;
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::simulation::{Simulation, StepRecord};
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_robot::Assembled;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 fn data() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/data/robots"))

@@ -2,10 +2,10 @@
 
 use std::io;
 use std::path::Path;
-use tumble::robot::model::{Form, Moves, Robot};
-use tumble::robot::{Reading, read};
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
+use tumble_robot::model::{Moves, Robot, RobotForm};
+use tumble_robot::{Reading, read};
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 fn robot_of(text: &str, files: &[(&str, &[u8])]) -> Result<Robot, String> {
     let read_file = |path: &Path, _: u64| {
@@ -77,7 +77,7 @@ const WITH_MESH: &str = "<robot name='m'><link name='a'><inertial><density value
 fn meshes_of_gltf_stand_where_their_nodes_are() {
     let bytes = tetrahedron();
     let robot = robot_of(WITH_MESH, &[("a.glb", &bytes)]).unwrap();
-    let Form::Hull(corners) = &robot.shapes[0].form else { panic!("{:?}", robot.shapes) };
+    let RobotForm::Hull(corners) = &robot.shapes[0].form else { panic!("{:?}", robot.shapes) };
     // (x, y, z) → (½ − x, y, z) → (−y, ½ − x, z).
     let expected = [[0.0, 0.5, 0.0], [0.0, -0.5, 0.0], [-2.0, 0.5, 0.0], [0.0, 0.5, 3.0]];
     assert_eq!(corners.len(), 4);

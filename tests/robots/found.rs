@@ -4,10 +4,10 @@
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::mechanics::State;
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::simulation::{Simulation, StepRecord};
+use tumble_core::mechanics::State;
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 fn read(path: &str, text: &str, arena: &str) -> Result<Scene, String> {
     let files = |_: &Path, _: u64| Ok(arena.as_bytes().to_vec());

@@ -4,12 +4,12 @@ use nalgebra::Vector3;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::contact::Partner;
-use tumble::robot::{Reading, read};
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::scenario::written;
-use tumble::simulation::{Simulation, StepRecord};
+use tumble_core::contact::Partner;
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_robot::{Reading, read};
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
+use tumble_scene::written;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

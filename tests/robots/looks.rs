@@ -3,17 +3,17 @@
 use nalgebra::Vector3;
 use std::io;
 use std::path::Path;
-use tumble::film::{self, Cast, Keys};
-use tumble::geometry::Piece as Solid;
-use tumble::robot::model::Look;
-use tumble::robot::{Reading, read};
-use tumble::scenario::model::{BodyModel, Model};
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::scenario::written;
-use tumble::simulation::tables::TableStep;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble_pictures::{Film, Mesh, Piece};
+use tumble_core::geometry::Piece as Solid;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_film::{Cast, Keys, Role, dress};
+use tumble_model::Model;
+use tumble_robot::model::RobotLook;
+use tumble_robot::{Reading, read};
+use tumble_scene::output::tables::TableStep;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
+use tumble_scene::written;
+use tumble_view::{Film, FilmMesh, FilmPiece};
 
 /// The corners of an L of three unit squares.
 const CORNERS: [[f64; 2]; 6] =
@@ -61,7 +61,7 @@ fn film_of(scene: &Scene, model: &Model) -> Film {
     let mut end = StepRecord::new();
     simulation.end(&mut end);
     let step = TableStep::of(&scene.world, &end);
-    let roles: Vec<_> = model.bodies.iter().map(BodyModel::role).collect();
+    let roles: Vec<_> = model.bodies.iter().map(Role::from).collect();
     let names = |names: &[String]| names.to_vec();
     let (fixed, joints) = (names(&scene.fixed), names(&scene.joints));
     let fixed: Vec<_> = fixed.iter().map(String::as_str).collect();
@@ -74,19 +74,19 @@ fn film_of(scene: &Scene, model: &Model) -> Film {
         loads: &scene.loads,
         floating: false,
     };
-    let frame = film::frame(&scene.world, &step, &mut Keys::new());
-    let mut film = film::film(cast, vec![frame]);
-    model.dress(&mut film).unwrap();
+    let frame = tumble_film::frame(&scene.world, &step, &mut Keys::new());
+    let mut film = tumble_film::film(cast, vec![frame]);
+    dress(model, &mut film).unwrap();
     film
 }
 
-fn mesh(piece: &Piece) -> &Mesh {
-    let Piece::Mesh(mesh) = piece else { panic!("a mesh is drawn: {piece:?}") };
+fn mesh(piece: &FilmPiece) -> &FilmMesh {
+    let FilmPiece::Mesh(mesh) = piece else { panic!("a mesh is drawn: {piece:?}") };
     mesh
 }
 
 /// The volume within triangles that are counter-clockwise seen from outside; less than 0 where they are turned over.
-fn volume(mesh: &Mesh) -> f64 {
+fn volume(mesh: &FilmMesh) -> f64 {
     let tetrahedron = |triangle: &[usize; 3]| {
         let [a, b, c] = triangle.map(|corner| mesh.vertices[corner]);
         a.cross(&b).dot(&c) / 6.0
@@ -138,11 +138,11 @@ fn looks_are_read_back() {
     let model = Model::of_text(&model_of(&scene).text().unwrap()).unwrap();
     let (film, mut again) = (film_of(&scene, model_of(&scene)), film_of(&scene, &model));
     assert_eq!(film.bodies, again.bodies);
-    let ball = Piece::Sphere { centre: Vector3::new(-0.3, 0.0, 2.0), radius: 0.5 };
+    let ball = FilmPiece::Sphere { centre: Vector3::new(-0.3, 0.0, 2.0), radius: 0.5 };
     assert_eq!(film.bodies[0].pieces[1], ball);
     let mut odd = model;
     odd.looks.clear();
-    let why = odd.dress(&mut again).unwrap_err().to_string();
+    let why = dress(&odd, &mut again).unwrap_err().to_string();
     assert_eq!(why, "model.bodies[0].look: there is no such look");
 }
 
@@ -208,7 +208,9 @@ fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
         let text = one(&format!("{}{}", mesh("prism.obj"), mesh(file)));
         let scene = scene_of(&text);
         let film = film_of(&scene, model_of(&scene));
-        let [Piece::Hull(hull)] = &film.bodies[0].pieces[..] else { panic!("the box is drawn") };
+        let [FilmPiece::Hull(hull)] = &film.bodies[0].pieces[..] else {
+            panic!("the box is drawn")
+        };
         assert_eq!(hull.vertices.len(), 8);
         let notes: Vec<_> = scene.notes().into_iter().filter(|note| note.contains(why)).collect();
         assert_eq!(notes.len(), 1, "{file}: {:?}", scene.notes());
@@ -229,7 +231,7 @@ fn large_meshes_are_drawn_coarser() {
     let reading = Reading { folder: Path::new("robots"), read: &files, ..Reading::none() };
     let robot = read(&text, &reading).unwrap();
     assert_eq!(robot.looks.iter().map(|look| look.link).collect::<Vec<_>>(), [1, 2]);
-    let counts: Vec<_> = robot.looks.iter().map(Look::triangles).collect();
+    let counts: Vec<_> = robot.looks.iter().map(RobotLook::triangles).collect();
     assert!(counts.iter().all(|count| (5000..=10_000).contains(count)), "{counts:?}");
     let said = format!("drawn coarser: {} triangles instead of 20002", counts[0] + counts[1]);
     assert!(robot.notes.iter().any(|note| note.contains(&said)), "{said}: {:?}", robot.notes);
@@ -255,12 +257,12 @@ fn a_body_looks_like_its_mesh_that_touches_nothing() {
       </worldbody></mujoco>"#;
     let scene = scene_of(text);
     let film = film_of(&scene, model_of(&scene));
-    let [drawn, Piece::Sphere { radius, .. }] = &film.bodies[0].pieces[..] else {
+    let [drawn, FilmPiece::Sphere { radius, .. }] = &film.bodies[0].pieces[..] else {
         panic!("a mesh and a ball are drawn: {:?}", film.bodies[0].pieces)
     };
     assert!((volume(mesh(drawn)) - 0.003).abs() < 1e-15 && *radius == 0.02);
     let centre = Vector3::from(model_of(&scene).bodies[0].centre);
     let lowest = mesh(drawn).vertices.iter().map(|v| v.z + centre.z).fold(f64::INFINITY, f64::min);
     assert!((lowest - 0.2).abs() < 1e-15);
-    assert!(matches!(film.bodies[1].pieces[..], [Piece::Sphere { radius: 0.1, .. }]));
+    assert!(matches!(film.bodies[1].pieces[..], [FilmPiece::Sphere { radius: 0.1, .. }]));
 }

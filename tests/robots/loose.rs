@@ -6,10 +6,10 @@ use std::io::{Error, ErrorKind};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::simulation::{Simulation, StepRecord};
-use tumble::step::StepStatus;
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 const AIR: &str =
     "gravity = 9.81\n[ground]\nnone = true\nfriction = 0.5\n[[robots]]\nfile = \"robot.urdf\"\n";

@@ -5,8 +5,8 @@
 use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use tumble::robot::model::{Moves, Robot};
-use tumble::robot::{Reading, read};
+use tumble_robot::model::{Moves, Robot};
+use tumble_robot::{Reading, read};
 
 /// Of numbers of size 1, and of others in parts of the largest of their kind.
 const ALIKE: f64 = 1e-12;

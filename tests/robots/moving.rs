@@ -4,14 +4,14 @@ use serde_json::Value;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::joint::{Axis, Gear, GearAxis, JointAxis, Turning};
-use tumble::mechanics::State;
-use tumble::robot::model::Moves;
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::scenario::written;
-use tumble::simulation::random::Draws;
-use tumble::simulation::{Simulation, StepRecord};
+use tumble_core::joint::{Axis, Gear, GearAxis, JointAxis, TurnKind};
+use tumble_core::mechanics::State;
+use tumble_core::simulation::random::Draws;
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_robot::model::Moves;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
+use tumble_scene::written;
 
 pub(super) fn scene_of(text: &str, h: Option<f64>) -> Result<Scene, String> {
     let name = if text.trim_start().starts_with('<') { "given.xml" } else { "given.toml" };
@@ -113,7 +113,7 @@ fn ball(joint: &str) -> String {
 fn a_free_sphere_slows_down_as_its_damper_has_it() {
     let scene = scene_of(&ball(r#"<joint type="free" damping="0.5"/>"#), None).unwrap();
     let [joint] = scene.world.joints() else { panic!("{:?}", scene.world.joints()) };
-    assert_eq!(joint.turning(), Turning::Driven);
+    assert_eq!(joint.turning(), TurnKind::Driven);
     let mut simulation = simulation(&scene);
     let v = [3.0, -4.0, 12.0, 0.3, -0.4, 1.2];
     set(&scene, &mut simulation, (&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], &v));
@@ -140,7 +140,7 @@ fn a_ball_with_dry_friction_holds_still_or_slows_down_evenly() {
         let mut simulation = simulation(&scene);
         let joint = scene.world.joints()[0].clone();
         let Axis::Free(drive) = joint.angular()[1] else { panic!("{joint:?}") };
-        let pushed = tumble::joint::Drive { force, ..drive };
+        let pushed = tumble_core::joint::Drive { force, ..drive };
         simulation.set_drive(0, JointAxis::Angular(1), pushed).unwrap();
         step(&mut simulation, 100);
         simulation.states()[0].spin

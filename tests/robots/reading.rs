@@ -5,9 +5,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::{RobotSettings, Settings};
-use tumble::simulation::StepRecord;
+use tumble_core::simulation::StepRecord;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::{RobotSettings, Settings};
 
 const WEDGE: &[u8] = include_bytes!("../../data/robots/parts/wedge.obj");
 
@@ -358,7 +358,7 @@ fn driven(rest: &str, controls: &[f64], steps: usize) -> Vec<f64> {
     for joint in 0..2 {
         let (number, axis) = robot.axis(joint).unwrap();
         let drive = robot.drive(joint, controls).unwrap();
-        simulation.set_drive(number, tumble::joint::JointAxis::Linear(axis), drive).unwrap();
+        simulation.set_drive(number, tumble_core::joint::JointAxis::Linear(axis), drive).unwrap();
     }
     let mut record = StepRecord::new();
     for _ in 0..steps {

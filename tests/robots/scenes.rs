@@ -4,14 +4,14 @@ use nalgebra::Vector3;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::joint::{JointAxis, Motor};
-use tumble::mechanics::{Load, Polyline};
-use tumble::robot::{Assembled, Reading, read};
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::scenario::written;
-use tumble::simulation::{Simulation, StepRecord};
-use tumble::step::StepStatus;
+use tumble_core::joint::{JointAxis, Motor};
+use tumble_core::mechanics::{Load, Polyline};
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_robot::{Assembled, Reading, read};
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
+use tumble_scene::written;
 
 fn data() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/data/robots"))

@@ -2,16 +2,16 @@
 
 use super::moving::{scene_of, simulation, step};
 use nalgebra::{Vector3, Vector4};
-use tumble::robot::Frame;
-use tumble::robot::sensors::Site;
-use tumble::simulation::{Simulation, StepRecord};
-use tumble::world::Partner;
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::world::Partner;
+use tumble_robot::LinkFrame;
+use tumble_robot::sensors::RobotSite;
 
 /// What an accelerometer and a gyroscope read of a step.
 fn read(
-    scene: &tumble::scenario::scene::Scene,
+    scene: &tumble_scene::scene::Scene,
     record: &StepRecord,
-    site: &Site,
+    site: &RobotSite,
 ) -> [Vector3<f64>; 2] {
     let robot = &scene.robots[0];
     let links =
@@ -37,7 +37,8 @@ fn an_arm_that_turns() {
     let half = 0.5_f64.sqrt();
     // x stays, y is up.
     let attitude = Vector4::new(half, half, 0.0, 0.0);
-    let site = Site { link, frame: Frame { position: Vector3::new(r, 0.0, 0.0), attitude } };
+    let site =
+        RobotSite { link, frame: LinkFrame { position: Vector3::new(r, 0.0, 0.0), attitude } };
     let [pulled, spin] = read(&scene, &record, &site);
     let expected = Vector3::new(-omega * omega * r, 10.0, 0.0);
     // The mean over a step is at its middle.
@@ -46,7 +47,7 @@ fn an_arm_that_turns() {
     // Turns are solved but for a part of (h ω)².
     let part = omega * (h * omega).powi(2);
     assert!((spin - Vector3::new(0.0, omega, 0.0)).amax() < part, "{spin}");
-    assert!(Site { link: 7, ..site }.motion(&[]).is_err());
+    assert!(RobotSite { link: 7, ..site }.motion(&[]).is_err());
 }
 
 /// A ball of 2 kg on the ground under one of 1 kg: what touches it from below and from above, and near its lowest point.
@@ -60,7 +61,7 @@ fn a_ball_is_touched() {
     let record = step(&mut simulation(&scene), 20);
     let robot = &scene.robots[0];
     let [low, high] = ["low", "high"].map(|name| robot.robot().link(name).unwrap());
-    let foot = Site { link: low, frame: Frame::at(Vector3::new(0.0, 0.0, -0.1)) };
+    let foot = RobotSite { link: low, frame: LinkFrame::at(Vector3::new(0.0, 0.0, -0.1)) };
     let other = Partner::Body(robot.body(high).unwrap());
     for (partner, within, expected) in [
         (None, None, 40.0),

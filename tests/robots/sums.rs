@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::scenario::written;
-use tumble::simulation::StepRecord;
+use tumble_core::simulation::StepRecord;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
+use tumble_scene::written;
 
 /// A slide and a hinge that a tendon pulls on; its length is 2 a − b/2.
 const MODEL: &str = r#"<mujoco>

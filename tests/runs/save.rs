@@ -5,16 +5,16 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble::contact::Candidates;
-use tumble::error::Error;
-use tumble::mechanics::Wrench;
-use tumble::scenario::choices::SolverName;
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::simulation::save::{Saved, to_bytes};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::native::NativeSolver;
-use tumble::step::{Step, StepReport, StepSolution, StepSolver};
+use tumble_core::contact::Candidates;
+use tumble_core::error::Error;
+use tumble_core::mechanics::Wrench;
+use tumble_core::simulation::save::{Saved, to_bytes};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{Step, StepReport, StepSolution, StepSolver};
+use tumble_scene::choices::SolverName;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 fn read(path: &Path, _: u64) -> std::io::Result<Vec<u8>> {
     std::fs::read(path)
@@ -162,7 +162,7 @@ fn joints_along_any_axes_are_the_same_again() {
 #[test]
 fn ipopt_goes_on_with_its_multipliers() {
     let scene = Scene::of_tutorial(
-        tumble::scenario::choices::SceneName::Drop,
+        tumble_scene::choices::SceneName::Drop,
         Settings::default(),
         SolverName::Ipopt,
     )
@@ -253,6 +253,7 @@ impl StepSolver for GivesUp {
 }
 
 #[test]
+#[ignore = "slow"]
 fn a_step_that_was_interrupted_is_taken_as_if_it_had_not_been() {
     let scene = scenario("pile.toml", Settings::default());
     let known = steps(&mut simulation(&scene), 260);

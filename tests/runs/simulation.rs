@@ -4,12 +4,12 @@
 use crate::common::{body, points};
 use crate::toss::*;
 use nalgebra::{Matrix3, Vector3};
-use tumble::contact::{Candidates, Plane};
-use tumble::error::Error;
-use tumble::mechanics::{Load, RigidBody, State, Wrench};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::{Candidates, Plane};
+use tumble_core::error::Error;
+use tumble_core::mechanics::{Load, RigidBody, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::{Parameters, World};
 
 /// A run may go on on another thread.
 const fn can_be_sent<T: Send>() {}

@@ -3,13 +3,13 @@
 
 use crate::toss::*;
 use std::thread;
-use tumble::contact::{ContactKey, Detection};
-use tumble::mechanics::State;
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
-use tumble::solver::native::NativeSolver;
-use tumble::step::StepStatus;
-use tumble::world::World;
+use tumble_core::contact::{ContactKey, Detection};
+use tumble_core::mechanics::State;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::StepStatus;
+use tumble_core::world::World;
 
 const THREADS: usize = 8;
 /// Steps by Ipopt: from shortly before the first touch to well into the contact.

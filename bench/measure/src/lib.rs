@@ -3,17 +3,17 @@
 
 use nalgebra::{Matrix3, SVector, Vector3};
 use serde::Deserialize;
-use tumble::contact::Plane;
-use tumble::error::Error;
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::{Motion, Simulation};
-use tumble::solver::native::NativeSolver;
-use tumble::world::{Fixed, Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::error::Error;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::{Motion, Simulation};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::world::{Fixed, Parameters, World};
 
 /// Boxes on the plane z = 0, and for how many steps.
 #[derive(Deserialize)]
-pub struct Scene {
+pub struct BenchScene {
     /// How many.
     pub steps: usize,
     /// h.
@@ -51,7 +51,7 @@ pub struct Cuboid {
     pub start: [f64; 13],
 }
 
-impl Scene {
+impl BenchScene {
     /// The world of the scene.
     pub fn world(&self) -> Result<World, Error> {
         let body = |cuboid: &Cuboid| {

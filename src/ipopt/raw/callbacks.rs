@@ -2,7 +2,7 @@
 //! module.
 
 use super::Context;
-use crate::ipopt::Progress;
+use crate::ipopt::IpoptProgress;
 use ipopt_sys as sys;
 use std::ffi::c_int;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -188,7 +188,7 @@ pub(super) unsafe extern "C" fn intermediate(
     unsafe {
         guarded(user, |context| {
             context.iterations = u32::try_from(iteration).unwrap_or(0);
-            context.program.keep_going(&Progress {
+            context.program.keep_going(&IpoptProgress {
                 iteration: context.iterations,
                 in_restoration: mode == sys::AlgorithmMode::RestorationPhaseMode as c_int,
                 objective,

@@ -3,14 +3,14 @@
 //! Invariants that the `SAFETY` notes refer to:
 //!
 //! - (A) *lengths*: n, m and the entry counts that Ipopt is told are those of the
-//!   [`Solver`], and the arrays that it hands to the callbacks have the lengths they imply.
+//!   [`RawSolver`], and the arrays that it hands to the callbacks have the lengths they imply.
 //! - (B) *context*: `user_data` is a pointer to the [`Context`] on the stack of
-//!   [`Solver::solve`], which outlives the call and is not touched by it meanwhile;
+//!   [`RawSolver::solve`], which outlives the call and is not touched by it meanwhile;
 //!   Ipopt calls back on the same thread, one callback at a time.
 
 mod callbacks;
 
-use super::options::Setting;
+use super::options::OptionValue;
 use super::{Bounds, IpoptError, NonlinearProgram, Options, ReturnStatus, StartPoint};
 use crate::sparsity::SparsityPattern;
 use ipopt_sys as sys;
@@ -30,7 +30,7 @@ struct CPattern {
 
 /// A solver for problems of one structure: owns the checked patterns, the options
 /// and all scratch arrays, so that repeated solves allocate little.
-pub struct Solver {
+pub struct RawSolver {
     n: usize,
     m: usize,
     jacobian: CPattern,
@@ -46,19 +46,19 @@ pub struct Solver {
 
 /// The end of a solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outcome<'a> {
+pub struct SolveOutcome<'a> {
     /// What Ipopt said.
     pub status: ReturnStatus,
     /// Iterations taken.
     pub iterations: u32,
     /// The last iterate, where Ipopt iterated at all and every number is finite.
-    pub point: Option<Point<'a>>,
+    pub point: Option<IteratePoint<'a>>,
 }
 
-/// The last iterate of a solve; borrowed from the [`Solver`]. Ipopt projects x onto its
+/// The last iterate of a solve; borrowed from the [`RawSolver`]. Ipopt projects x onto its
 /// bounds at the very end: objective and constraints are those of x just before.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point<'a> {
+pub struct IteratePoint<'a> {
     /// Objective value.
     pub objective: f64,
     /// Variables, n numbers.
@@ -82,7 +82,7 @@ struct Context<'a> {
     panic: Option<Box<dyn Any + Send>>,
 }
 
-impl Solver {
+impl RawSolver {
     /// Checks the structure of `program` and makes room for its solves.
     ///
     /// # Errors
@@ -125,12 +125,12 @@ impl Solver {
         Ok(())
     }
 
-    /// Solves `program`, which must have the structure given to [`Solver::new`].
+    /// Solves `program`, which must have the structure given to [`RawSolver::new`].
     /// Waits while another thread solves.
     ///
     /// # Errors
     /// Refusals before Ipopt runs. How the solve itself ended is in
-    /// [`Outcome::status`].
+    /// [`SolveOutcome::status`].
     ///
     /// # Panics
     /// Only with a panic of `program`'s own, resumed here; the solver stays usable.
@@ -139,7 +139,7 @@ impl Solver {
         program: &mut dyn NonlinearProgram,
         bounds: &Bounds,
         start: &StartPoint<'_>,
-    ) -> Result<Outcome<'_>, IpoptError> {
+    ) -> Result<SolveOutcome<'_>, IpoptError> {
         let sizes = [
             ("variables", self.n, program.variable_count()),
             ("constraints", self.m, program.constraint_count()),
@@ -192,7 +192,7 @@ impl Solver {
             resume_unwind(payload);
         }
         let status = ReturnStatus::from_code(code);
-        Ok(Outcome { status, iterations, point: self.point(status, objective) })
+        Ok(SolveOutcome { status, iterations, point: self.point(status, objective) })
     }
 
     /// Ipopt copies the bounds here and offers no way to change them later: a
@@ -219,7 +219,7 @@ impl Solver {
     }
 
     /// The arrays that the solve wrote, if they mean something.
-    fn point(&self, status: ReturnStatus, objective: f64) -> Option<Point<'_>> {
+    fn point(&self, status: ReturnStatus, objective: f64) -> Option<IteratePoint<'_>> {
         let arrays = [
             &self.x,
             &self.constraints,
@@ -229,7 +229,7 @@ impl Solver {
         ];
         let finite = objective.is_finite()
             && arrays.iter().all(|array| array.iter().all(|value| value.is_finite()));
-        (status.has_point() && finite).then_some(Point {
+        (status.has_point() && finite).then_some(IteratePoint {
             objective,
             x: &self.x,
             constraints: &self.constraints,
@@ -306,14 +306,17 @@ fn c_index(index: usize) -> c_int {
 }
 
 /// Hands one option to Ipopt.
-fn set(problem: &mut sys::Problem<'_>, setting: Setting) -> Result<(), IpoptError> {
-    let (Setting::Text(name, _) | Setting::Number(name, _) | Setting::Integer(name, _)) = setting;
+fn set(problem: &mut sys::Problem<'_>, setting: OptionValue) -> Result<(), IpoptError> {
+    let (OptionValue::Text(name, _) | OptionValue::Number(name, _) | OptionValue::Integer(name, _)) =
+        setting;
     let refused = |_| IpoptError::OptionRefused { name };
     let key = CString::new(name).map_err(refused)?;
     let accepted = match setting {
-        Setting::Text(_, value) => problem.set_text(&key, &CString::new(value).map_err(refused)?),
-        Setting::Number(_, value) => problem.set_number(&key, value),
-        Setting::Integer(_, value) => problem.set_integer(&key, value),
+        OptionValue::Text(_, value) => {
+            problem.set_text(&key, &CString::new(value).map_err(refused)?)
+        }
+        OptionValue::Number(_, value) => problem.set_number(&key, value),
+        OptionValue::Integer(_, value) => problem.set_integer(&key, value),
     };
     if accepted { Ok(()) } else { Err(IpoptError::OptionRefused { name }) }
 }

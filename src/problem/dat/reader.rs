@@ -1,6 +1,6 @@
 //! Text in.
 
-use super::super::{ContactProblem, Law, ProblemError, SparseMatrix};
+use crate::problem::{ContactProblem, Law, ProblemError, SparseMatrix};
 
 /// Why a text is no problem. Each message says where, and what is wanted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -185,7 +185,7 @@ impl<'a> Words<'a> {
     }
 
     /// All entries, column after column.
-    fn dense(&mut self, rows: usize, columns: usize) -> Result<Entries, DatError> {
+    fn dense(&mut self, rows: usize, columns: usize) -> Result<MatrixEntries, DatError> {
         for (wanted, count) in
             [("the number of rows again", rows), ("the number of columns again", columns)]
         {
@@ -205,7 +205,7 @@ impl<'a> Words<'a> {
     }
 
     /// Blocks, row after row, each with its number before its entries column after column.
-    fn blocks(&mut self) -> Result<Entries, DatError> {
+    fn blocks(&mut self) -> Result<MatrixEntries, DatError> {
         if self.count("the number of blocks")? == 0 {
             return Ok(Vec::new());
         }
@@ -257,7 +257,7 @@ impl<'a> Words<'a> {
     }
 
     /// CSparse's print: a line of its version, a line of sizes, and triplets or columns.
-    fn sparse(&mut self, rows: usize, columns: usize) -> Result<Entries, DatError> {
+    fn sparse(&mut self, rows: usize, columns: usize) -> Result<MatrixEntries, DatError> {
         if !self.passes("CSparse") {
             // Which form is the original one; the print tells it.
             self.number("the origin of a sparse matrix")?;
@@ -289,7 +289,7 @@ impl<'a> Words<'a> {
     }
 
     /// Row, column and value of entries, as many as there are.
-    fn triplets(&mut self) -> Result<Entries, DatError> {
+    fn triplets(&mut self) -> Result<MatrixEntries, DatError> {
         let mut entries = Vec::new();
         while self.words.get(self.at + 2).is_some_and(|(_, word)| *word == ":") {
             let row = self.count("the row of an entry")?;
@@ -301,7 +301,7 @@ impl<'a> Words<'a> {
     }
 
     /// Every column, with its places among the entries, and its entries.
-    fn columns_of_entries(&mut self, columns: usize) -> Result<Entries, DatError> {
+    fn columns_of_entries(&mut self, columns: usize) -> Result<MatrixEntries, DatError> {
         if self.passes("1-norm:") {
             self.number("the norm of a sparse matrix")?;
         }
@@ -344,7 +344,7 @@ impl<'a> Words<'a> {
     }
 }
 
-type Entries = Vec<(usize, usize, f64)>;
+type MatrixEntries = Vec<(usize, usize, f64)>;
 
 /// Whether a word is a count as C prints it, with six digits.
 fn is_printed(word: &str, count: usize) -> bool {

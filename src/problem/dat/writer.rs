@@ -1,6 +1,6 @@
 //! Text out.
 
-use super::super::{ContactProblem, Form, Law, ProblemError, SparseMatrix};
+use crate::problem::{ContactProblem, Form, Law, ProblemError, SparseMatrix};
 use std::fmt::Write as _;
 
 /// Writes a problem of contacts, as Siconos 4.4 reads it: a local one with blocks, a global one with sparse

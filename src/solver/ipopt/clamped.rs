@@ -1,9 +1,9 @@
 //! The tutorial's program as Ipopt gets it: which of its variables a contact has, and its bounds.
 
-use crate::contact::Contact;
 use crate::ipopt::Bounds;
 use crate::step_nlp::layout::{Layout, STATE};
 use crate::step_nlp::several::{ContactVariables, Friction, Normal};
+use tumble_core::contact::Contact;
 
 /// The variables of `contact`.
 pub(super) fn place(layout: Layout, contact: &Contact) -> ContactVariables {

@@ -2,17 +2,17 @@
 //! rungs, each with its reason, the last of which always holds.
 
 use super::memory::Multipliers;
-use super::posed::Posed;
+use super::posed::PosedProgram;
 use super::posing::{posed_in, solve_posed};
-use super::program::{Attempted, Effort, Hold, StartMultipliers};
+use super::program::{Attempted, Hold, IpoptEffort, StartMultipliers};
 use super::start::ProgramStart;
 use super::{IpoptSolver, Rung, missed_depth};
-use crate::contact::certificate::{Certifier, Claim};
-use crate::contact::{Candidates, Contact, Partner, rounding};
-use crate::error::Error;
-use crate::solver::native::NativeSolver;
-use crate::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
-use crate::world::World;
+use tumble_core::contact::certificate::{Certifier, Claim};
+use tumble_core::contact::{Candidates, Contact, Partner, rounding};
+use tumble_core::error::Error;
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::World;
 
 /// A step counts as solved only with a residual of at most this, m/s, whatever Ipopt says
 /// of it: a hundred times what its solutions usually have. The number is that of the
@@ -67,7 +67,7 @@ const TOGETHER: Manner = Manner { friction: 0.1, normal: 0.1, worth_it: 1.0 };
 
 impl Manner {
     /// That of what is `posed` of `candidates`.
-    fn of(candidates: &[Contact], posed: &Posed) -> &'static Self {
+    fn of(candidates: &[Contact], posed: &PosedProgram) -> &'static Self {
         let mut partners = posed.contacts.iter().map(|&index| candidates[index].key.partner);
         if partners.any(|partner| partner != Partner::Ground) { &TOGETHER } else { &APART }
     }
@@ -178,14 +178,15 @@ impl Ladder {
             Rung::NativeStart => {
                 multipliers = StartMultipliers::Zero;
                 start.set_solution(step, contacts, native, &units);
-                *posed = Posed::of(contacts, |index, _| native.contacts[index].carries_force());
+                *posed =
+                    PosedProgram::of(contacts, |index, _| native.contacts[index].carries_force());
             }
             Rung::FreeFlight => start.reset(step.free, contacts.len()),
-            Rung::SharedWeight => start.share_weight(step, (contacts, posed), &units),
+            Rung::SharedWeight => start.share_weight(step, contacts, posed, &units),
             Rung::Native => return Ok(None),
         }
         let hold = Manner::of(contacts, posed).hold(rung.has_settled());
-        let effort = Effort { limit, depth, tightness: 1.0, hold };
+        let effort = IpoptEffort { limit, depth, tightness: 1.0, hold };
         solve_posed(program, step, (start, multipliers), effort, (candidates, posed), end).map(Some)
     }
 
@@ -210,7 +211,7 @@ impl Ladder {
             }
             let Some(known) = &attempted.multipliers else { break };
             let limit = PATIENCE_TIGHTER.min(left - attempted.iterations);
-            let effort = Effort { limit, depth: 0.0, tightness, hold: manner.hold(true) };
+            let effort = IpoptEffort { limit, depth: 0.0, tightness, hold: manner.hold(true) };
             let IpoptSolver { program, posed, start, end, .. } = &mut self.ipopt;
             start.clone_from(end);
             let from = (&*start, StartMultipliers::Known(known));

@@ -2,9 +2,9 @@
 //! them, slacks and multipliers included.
 
 use super::start::ProgramStart;
-use crate::contact::ContactKey;
-use crate::ipopt::Point;
-use crate::step::StepSolution;
+use crate::ipopt::IteratePoint;
+use tumble_core::contact::ContactKey;
+use tumble_core::step::StepSolution;
 
 /// A solution with what the program knows of it.
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
@@ -26,7 +26,7 @@ pub(super) struct Multipliers {
 }
 
 impl Multipliers {
-    pub(super) fn of(contacts: Vec<ContactKey>, point: Point<'_>) -> Self {
+    pub(super) fn of(contacts: Vec<ContactKey>, point: IteratePoint<'_>) -> Self {
         Self {
             contacts,
             constraints: point.constraint_multipliers.to_vec(),

@@ -19,22 +19,22 @@ pub(crate) mod units;
 pub use ladder::{LADDER_RESIDUAL, Ladder};
 pub use rung::Rung;
 
-use crate::contact::{Candidates, Contact};
-use crate::error::Error;
 use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options, Scaling};
-#[cfg(feature = "save")]
-use crate::simulation::save::{from_bytes, to_bytes};
-use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::step_nlp::several::SeveralNlp;
 use crate::step_nlp::{ProgramPoint, StepNlp};
-use crate::world::World;
 use memory::IpoptMemory;
-use posed::Posed;
+use posed::PosedProgram;
 use posing::{posed_in, solve_posed};
-use program::{Effort, Hold, Program, StartMultipliers};
+use program::{Hold, IpoptEffort, IpoptProgram, StartMultipliers};
 use start::ProgramStart;
+use tumble_core::contact::{Candidates, Contact};
+use tumble_core::error::Error;
 #[cfg(feature = "save")]
-use units::Units;
+use tumble_core::simulation::save::{from_bytes, to_bytes};
+use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::World;
+#[cfg(feature = "save")]
+use units::ProgramUnits;
 
 /// Ipopt's tolerance in the tutorial.
 pub const TOLERANCE: f64 = 1e-6;
@@ -75,11 +75,11 @@ impl Formulation {
 /// Ipopt for the steps of one world; by itself, from the previous solution without multipliers, as the
 /// tutorial does it.
 pub struct IpoptSolver {
-    program: Program,
+    program: IpoptProgram,
     accepted: f64,
     memory: IpoptMemory,
     /// What was posed last.
-    posed: Posed,
+    posed: PosedProgram,
     /// The start and the end of the last solve.
     start: ProgramStart,
     end: ProgramStart,
@@ -153,10 +153,10 @@ impl IpoptSolver {
             return Err(Error::Solver { solver: "Ipopt", why: why.to_owned() });
         }
         Ok(Self {
-            program: Program::new(world, formulation, options)?,
+            program: IpoptProgram::new(world, formulation, options)?,
             accepted: ACCEPTED_RESIDUAL * world.speed_scale(),
             memory: IpoptMemory::default(),
-            posed: Posed::default(),
+            posed: PosedProgram::default(),
             start: ProgramStart::default(),
             end: ProgramStart::default(),
         })
@@ -254,8 +254,8 @@ impl IpoptSolver {
             self.memory.clear();
             return Ok(());
         }
-        let (units, memory): (Units, IpoptMemory) = from_bytes(remembered)?;
-        let are_mine = !self.program.is_tutorials() || units == Units::SI;
+        let (units, memory): (ProgramUnits, IpoptMemory) = from_bytes(remembered)?;
+        let are_mine = !self.program.is_tutorials() || units == ProgramUnits::SI;
         if !are_mine || !units.are_possible() || !memory.is_whole() {
             return Err(Error::Saved("has a memory that is not Ipopt's".to_owned()));
         }
@@ -274,7 +274,7 @@ impl IpoptSolver {
         let Self { program, memory, posed, start, end, accepted } = self;
         let (limit, depth) = (program.max_iterations(), missed_depth(step, *accepted));
         *posed = posed_in(program, step, candidates.contacts(), depth);
-        let effort = Effort { limit, depth, tightness: 1.0, hold: Hold::NOT };
+        let effort = IpoptEffort { limit, depth, tightness: 1.0, hold: Hold::NOT };
         let from = (start, StartMultipliers::Estimated);
         let attempted = solve_posed(program, step, from, effort, (candidates, posed), end)?;
         end.write(step, candidates.contacts(), &program.units, solution);

@@ -1,16 +1,16 @@
 //! Which bodies and contacts of a step its program has.
 
-use crate::contact::{Contact, ContactKey};
+use tumble_core::contact::{Contact, ContactKey};
 
 /// The bodies and contacts that take part, indices of the world and of the candidates, both in
 /// ascending order.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Posed {
+pub(super) struct PosedProgram {
     pub(super) bodies: Vec<usize>,
     pub(super) contacts: Vec<usize>,
 }
 
-impl Posed {
+impl PosedProgram {
     /// The candidates of which `takes_part` is true, and their bodies.
     pub(super) fn of(
         candidates: &[Contact],

@@ -9,23 +9,23 @@
 //! obeys the contact law, whether it was posed or not. Bodies without such a contact are in free flight.
 //! The tutorial's program is posed with all candidates.
 
-use super::posed::Posed;
-use super::program::{Attempted, Effort, Hold, Program, StartMultipliers};
-use super::start::{Poses, ProgramStart};
-use crate::contact::{Candidates, Contact, KeyIndex, Partner};
-use crate::error::Error;
-use crate::step::{ContactForce, Step};
+use super::posed::PosedProgram;
+use super::program::{Attempted, Hold, IpoptEffort, IpoptProgram, StartMultipliers};
+use super::start::{ProgramPoses, ProgramStart};
+use tumble_core::contact::{Candidates, Contact, KeyIndex, Partner};
+use tumble_core::error::Error;
+use tumble_core::step::{ContactForce, Step};
 
 /// What `program` is posed with in `step`: a contact that free flight leaves open by no more than
 /// `near` (m) counts as closed.
 pub(super) fn posed_in(
-    program: &Program,
+    program: &IpoptProgram,
     step: &Step<'_>,
     candidates: &[Contact],
     near: f64,
-) -> Posed {
-    let (free, mut index) = (Poses::of(step.states, step.free), KeyIndex::new());
-    Posed::of(candidates, |place, contact| {
+) -> PosedProgram {
+    let (free, mut index) = (ProgramPoses::of(step.states, step.free), KeyIndex::new());
+    PosedProgram::of(candidates, |place, contact| {
         let mut before = || index.find(&step.previous.contacts, &contact.key, place);
         let rests = matches!(contact.key.partner, Partner::Body(_))
             && before().is_some_and(ContactForce::carries_force);
@@ -36,14 +36,14 @@ pub(super) fn posed_in(
 /// Solves `step` with what is `posed`, from `start`, and again with the contacts that it missed, in
 /// all within `effort`. `posed` is that of the last solve.
 pub(super) fn solve_posed(
-    program: &mut Program,
+    program: &mut IpoptProgram,
     step: &Step<'_>,
     (start, multipliers): (&mut ProgramStart, StartMultipliers<'_>),
-    effort: Effort,
-    (candidates, posed): (&mut Candidates, &mut Posed),
+    effort: IpoptEffort,
+    (candidates, posed): (&mut Candidates, &mut PosedProgram),
     end: &mut ProgramStart,
 ) -> Result<Attempted, Error> {
-    let Effort { limit, depth, hold, .. } = effort;
+    let IpoptEffort { limit, depth, hold, .. } = effort;
     let contacts = candidates.contacts();
     // The tutorial's program has the heights of all points, of candidates or not.
     let mut attempted = if posed.bodies.is_empty() && !program.is_tutorials() {
@@ -55,9 +55,10 @@ pub(super) fn solve_posed(
     while !program.is_tutorials() && attempted.converged && attempted.iterations < limit {
         candidates.admit_missed(step.world, step.states, &end.states, depth);
         let contacts = candidates.contacts();
-        let poses = Poses::of(step.states, &end.states);
-        let wider =
-            Posed::of(contacts, |index, contact| posed.has(index) || poses.gap(contact) < -depth);
+        let poses = ProgramPoses::of(step.states, &end.states);
+        let wider = PosedProgram::of(contacts, |index, contact| {
+            posed.has(index) || poses.gap(contact) < -depth
+        });
         if wider == *posed {
             break;
         }
@@ -65,7 +66,7 @@ pub(super) fn solve_posed(
         start.values.resize_with(contacts.len(), Default::default);
         // What was missed has no force to hold on to.
         let (limit, hold) = (limit - attempted.iterations, Hold { normal: 0.0, ..hold });
-        let effort = Effort { limit, hold, ..effort };
+        let effort = IpoptEffort { limit, hold, ..effort };
         let from = (&*start, StartMultipliers::Estimated);
         let before = attempted.iterations;
         attempted = program.attempt(step, (contacts, posed), from, effort, end)?;

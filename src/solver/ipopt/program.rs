@@ -1,45 +1,47 @@
 //! One solve of the step's program by Ipopt: contacts, start and limit in, a point out.
 
 use super::memory::Multipliers;
-use super::posed::Posed;
+use super::posed::PosedProgram;
 use super::start::{ContactValues, ProgramStart};
-use super::units::Units;
+use super::units::ProgramUnits;
 use super::{BODY, Formulation, clamped};
-use crate::contact::Contact;
-use crate::error::Error;
-use crate::ipopt::{self, Bounds, NonlinearProgram, Options, Progress, ReturnStatus, Solver};
-use crate::mechanics::{State, Wrench};
+use crate::ipopt::{
+    self, Bounds, IpoptProgress, NonlinearProgram, Options, RawSolver, ReturnStatus,
+};
 use crate::sparsity::SparsityPattern;
-use crate::step::Step;
-use crate::step_nlp::several::{ContactVariables, Layout, PosedStep, SeveralNlp};
+use crate::step_nlp::several::{ContactVariables, PosedStep, SeveralLayout, SeveralNlp};
 use crate::step_nlp::{SMOOTHING, StepNlp};
-use crate::world::World;
 use nalgebra::{SVector, Vector3};
 use std::sync::atomic::{AtomicBool, Ordering};
+use tumble_core::contact::Contact;
+use tumble_core::error::Error;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::step::Step;
+use tumble_core::world::World;
 
 /// Ipopt for the programs of one world.
-pub(super) struct Program {
+pub(super) struct IpoptProgram {
     /// The world in `units`.
     world: World,
-    pub(super) units: Units,
+    pub(super) units: ProgramUnits,
     /// The tutorial's program, where that is the one.
     tutorial: Option<StepNlp>,
     options: Options,
     /// The solver of the last structure, kept for as long as that does not change.
     prepared: Option<Prepared>,
-    scratch: Scratch,
+    scratch: ProgramScratch,
 }
 
 /// A solver and the structure that it is for.
 struct Prepared {
     jacobian: SparsityPattern,
     hessian: SparsityPattern,
-    solver: Solver,
+    solver: RawSolver,
 }
 
 /// Memory of a solve.
 #[derive(Default)]
-struct Scratch {
+struct ProgramScratch {
     states: Vec<State>,
     wrenches: Vec<Wrench>,
     contacts: Vec<Contact>,
@@ -64,7 +66,7 @@ impl Hold {
 
 /// How exact a solve is, and how long it may take.
 #[derive(Clone, Copy)]
-pub(super) struct Effort {
+pub(super) struct IpoptEffort {
     /// Iterations.
     pub(super) limit: u32,
     /// A contact that ends no deeper need not have been posed, m.
@@ -104,7 +106,7 @@ impl Attempted {
     }
 }
 
-impl Program {
+impl IpoptProgram {
     pub(super) fn new(
         world: &World,
         formulation: Formulation,
@@ -112,10 +114,12 @@ impl Program {
     ) -> Result<Self, Error> {
         options.validate()?;
         let (units, tutorial) = match formulation {
-            Formulation::Clamped => (Units::SI, Some(StepNlp::new(world.clone(), SMOOTHING)?)),
-            Formulation::Reduced => (Units::of(world, &[]), None),
+            Formulation::Clamped => {
+                (ProgramUnits::SI, Some(StepNlp::new(world.clone(), SMOOTHING)?))
+            }
+            Formulation::Reduced => (ProgramUnits::of(world, &[]), None),
         };
-        let (world, scratch) = (units.world(world), Scratch::default());
+        let (world, scratch) = (units.world(world), ProgramScratch::default());
         Ok(Self { world, units, tutorial, options, prepared: None, scratch })
     }
 
@@ -143,7 +147,7 @@ impl Program {
         if self.is_tutorials() {
             return false;
         }
-        let units = Units::of(step.world, step.wrenches);
+        let units = ProgramUnits::of(step.world, step.wrenches);
         if units == self.units {
             return false;
         }
@@ -152,7 +156,7 @@ impl Program {
     }
 
     /// Poses steps of `world` in `units`.
-    pub(super) fn take_units(&mut self, world: &World, units: Units) {
+    pub(super) fn take_units(&mut self, world: &World, units: ProgramUnits) {
         self.world = units.world(world);
         self.units = units;
     }
@@ -167,14 +171,14 @@ impl Program {
     pub(super) fn attempt(
         &mut self,
         step: &Step<'_>,
-        (candidates, posed): (&[Contact], &Posed),
+        (candidates, posed): (&[Contact], &PosedProgram),
         (start, multipliers): (&ProgramStart, StartMultipliers<'_>),
-        effort: Effort,
+        effort: IpoptEffort,
         end: &mut ProgramStart,
     ) -> Result<Attempted, Error> {
         let Self { world, units, tutorial, options, prepared, scratch } = self;
-        scratch.take(step, (candidates, posed), units);
-        let Scratch { states, wrenches, contacts, places, x, zeros } = scratch;
+        scratch.take(step, candidates, posed, units);
+        let ProgramScratch { states, wrenches, contacts, places, x, zeros } = scratch;
         places.clear();
         let (nlp, bounds, bodies) = match tutorial {
             Some(nlp) => {
@@ -200,7 +204,7 @@ impl Program {
             }
         };
         let (variables, rows) = (bounds.lower.len(), bounds.constraint_lower.len());
-        let part = Part { bodies, contacts: &posed.contacts, places };
+        let part = ProgramPart { bodies, contacts: &posed.contacts, places };
         gather(part, start, units, variables, x);
         zeros.clear();
         zeros.resize(variables.max(rows), 0.0);
@@ -230,7 +234,7 @@ impl Program {
             other => other.insert(Prepared {
                 jacobian: jacobian.clone(),
                 hessian: hessian.clone(),
-                solver: Solver::new(&program, options.clone())?,
+                solver: RawSolver::new(&program, options.clone())?,
             }),
         };
         let solver = &mut prepared.solver;
@@ -258,9 +262,15 @@ impl Program {
     }
 }
 
-impl Scratch {
+impl ProgramScratch {
     /// Takes the step and what is `posed` of `candidates`, in `units`.
-    fn take(&mut self, step: &Step<'_>, (candidates, posed): (&[Contact], &Posed), units: &Units) {
+    fn take(
+        &mut self,
+        step: &Step<'_>,
+        candidates: &[Contact],
+        posed: &PosedProgram,
+        units: &ProgramUnits,
+    ) {
         self.states.clear();
         self.states.extend(step.states.iter().map(|state| units.state(state)));
         self.wrenches.clear();
@@ -273,7 +283,7 @@ impl Scratch {
 
 /// What takes part, indices of the world and of the candidates, and where the contacts' variables are.
 #[derive(Clone, Copy)]
-struct Part<'a> {
+struct ProgramPart<'a> {
     bodies: &'a [usize],
     contacts: &'a [usize],
     places: &'a [ContactVariables],
@@ -281,15 +291,15 @@ struct Part<'a> {
 
 /// The variables of a body that takes part as number `place`: the same in both programs.
 fn state_at(place: usize) -> std::ops::Range<usize> {
-    Layout::new(place + 1, []).state(place)
+    SeveralLayout::new(place + 1, []).state(place)
 }
 
 /// X⁺ and the values of the contacts at `start` as a point of the program, the other of its
 /// `variables` those of the tutorial's start, or zero.
 fn gather(
-    Part { bodies, contacts, places }: Part<'_>,
+    ProgramPart { bodies, contacts, places }: ProgramPart<'_>,
     start: &ProgramStart,
-    units: &Units,
+    units: &ProgramUnits,
     variables: usize,
     x: &mut Vec<f64>,
 ) {
@@ -312,9 +322,9 @@ fn gather(
 
 /// The other way round; what takes no part stays as it is.
 fn scatter(
-    Part { bodies, contacts, places }: Part<'_>,
+    ProgramPart { bodies, contacts, places }: ProgramPart<'_>,
     x: &[f64],
-    units: &Units,
+    units: &ProgramUnits,
     end: &mut ProgramStart,
 ) {
     for (place, &body) in bodies.iter().enumerate() {
@@ -384,7 +394,7 @@ struct Bound<'a> {
 }
 
 impl NonlinearProgram for Bound<'_> {
-    fn keep_going(&mut self, _progress: &Progress) -> bool {
+    fn keep_going(&mut self, _progress: &IpoptProgress) -> bool {
         !self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 

@@ -1,6 +1,6 @@
 //! The rungs of the ladder, each with its reason.
 
-use crate::step::StepStatus;
+use tumble_core::step::StepStatus;
 
 /// How a step came to be solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

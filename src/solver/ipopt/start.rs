@@ -1,15 +1,15 @@
 //! Points of the program, told by bodies and candidates, so that they outlive it: where Ipopt starts
 //! and where it ends.
 
-use super::posed::Posed;
-use super::units::Units;
-use crate::contact::{Contact, KeyIndex, Partner};
-use crate::mechanics::quaternion::advance;
-use crate::mechanics::{Pose, State};
-use crate::step::{ContactForce, Step, StepSolution};
+use super::posed::PosedProgram;
+use super::units::ProgramUnits;
 use crate::step_nlp::point::products;
 use crate::step_nlp::{ProgramPoint, SMOOTHING};
 use nalgebra::Vector3;
+use tumble_core::contact::{Contact, KeyIndex, Partner};
+use tumble_core::mechanics::quaternion::advance;
+use tumble_core::mechanics::{Pose, State};
+use tumble_core::step::{ContactForce, Step, StepSolution};
 
 /// What the program has of a contact, in its units.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -50,7 +50,7 @@ impl ProgramStart {
         step: &Step<'_>,
         candidates: &[Contact],
         known: Option<&Self>,
-        units: &Units,
+        units: &ProgramUnits,
     ) {
         self.reset(step.states, candidates.len());
         let before = &step.previous.contacts;
@@ -70,7 +70,7 @@ impl ProgramStart {
         &mut self,
         candidates: &[Contact],
         point: &ProgramPoint,
-        units: &Units,
+        units: &ProgramUnits,
     ) {
         self.reset(&[point.state()], candidates.len());
         let x = point.as_slice();
@@ -90,7 +90,7 @@ impl ProgramStart {
 
     /// Moves the states of the bodies that take part, those of step k, on by one step at their own
     /// velocities: what slides steadily is then where it will be.
-    pub(super) fn coast(&mut self, step: &Step<'_>, posed: &Posed) {
+    pub(super) fn coast(&mut self, step: &Step<'_>, posed: &PosedProgram) {
         let h = step.world.time_step();
         for &body in &posed.bodies {
             let state = &mut self.states[body];
@@ -105,10 +105,10 @@ impl ProgramStart {
         step: &Step<'_>,
         candidates: &[Contact],
         solution: &StepSolution,
-        units: &Units,
+        units: &ProgramUnits,
     ) {
         self.reset(&solution.states, candidates.len());
-        let poses = Poses::of(step.states, &solution.states);
+        let poses = ProgramPoses::of(step.states, &solution.states);
         for ((contact, force), slot) in
             candidates.iter().zip(&solution.contacts).zip(&mut self.values)
         {
@@ -121,8 +121,9 @@ impl ProgramStart {
     pub(super) fn share_weight(
         &mut self,
         step: &Step<'_>,
-        (candidates, posed): (&[Contact], &Posed),
-        units: &Units,
+        candidates: &[Contact],
+        posed: &PosedProgram,
+        units: &ProgramUnits,
     ) {
         self.reset(step.free, candidates.len());
         for &index in &posed.contacts {
@@ -138,11 +139,11 @@ impl ProgramStart {
         &self,
         step: &Step<'_>,
         candidates: &[Contact],
-        units: &Units,
+        units: &ProgramUnits,
         solution: &mut StepSolution,
     ) {
         solution.set_free(&self.states);
-        let (poses, h) = (Poses::of(step.states, &self.states), step.world.time_step());
+        let (poses, h) = (ProgramPoses::of(step.states, &self.states), step.world.time_step());
         solution.contacts.extend(candidates.iter().enumerate().map(|(place, contact)| {
             let values = self.values.get(place).copied().unwrap_or_default();
             let force = values.force * units.force();
@@ -158,7 +159,12 @@ impl ProgramStart {
 }
 
 /// The values of a contact with `force` that ends with the gap `gap` (m).
-fn values_of(contact: &Contact, force: &ContactForce, gap: f64, units: &Units) -> ContactValues {
+fn values_of(
+    contact: &Contact,
+    force: &ContactForce,
+    gap: f64,
+    units: &ProgramUnits,
+) -> ContactValues {
     let local = contact.frame.tr_mul(&force.force);
     let (friction, smoothing) = (contact.law.friction, SMOOTHING * units.force());
     let products = products(&local, force.slip.norm(), gap, friction, smoothing);
@@ -174,7 +180,7 @@ fn values_of(contact: &Contact, force: &ContactForce, gap: f64, units: &Units) -
 
 impl ContactValues {
     /// Brings these from SI units to `units`.
-    fn convert(&mut self, units: &Units) {
+    fn convert(&mut self, units: &ProgramUnits) {
         self.force /= units.force();
         self.normal_slack /= units.force() * units.length();
         self.friction_slack /= units.force() * units.speed();
@@ -183,9 +189,9 @@ impl ContactValues {
 }
 
 /// Where all bodies are at both ends of a step.
-pub(super) struct Poses(Vec<(Pose, Pose)>);
+pub(super) struct ProgramPoses(Vec<(Pose, Pose)>);
 
-impl Poses {
+impl ProgramPoses {
     pub(super) fn of(states: &[State], next: &[State]) -> Self {
         Self(states.iter().zip(next).map(|(state, next)| (state.pose(), next.pose())).collect())
     }

@@ -14,9 +14,9 @@
 //! (masses times a, lengths times b, gravity times c, times times √(b/c), loads accordingly) are then one program, to
 //! rounding.
 
-use crate::contact::{Contact, Features};
-use crate::mechanics::{State, Wrench};
-use crate::world::World;
+use tumble_core::contact::{Contact, Features};
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::world::World;
 
 /// The mass of the tutorial's cube, kg.
 const USUAL_MASS: f64 = 10.0;
@@ -24,13 +24,13 @@ const USUAL_MASS: f64 = 10.0;
 /// Units of mass (kg), length (m) and time (s).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) struct Units {
+pub(crate) struct ProgramUnits {
     mass: f64,
     length: f64,
     time: f64,
 }
 
-impl Units {
+impl ProgramUnits {
     /// SI units.
     pub(crate) const SI: Self = Self { mass: 1.0, length: 1.0, time: 1.0 };
 

@@ -1,20 +1,20 @@
 //! A component of a motion in the program: its value, and its first and second derivatives by where the
 //! bodies are.
 
-use crate::mechanics::State;
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
+use tumble_core::mechanics::State;
 
 /// Q_x, Q_y, Q_z of a vector (eq. 3).
 pub(crate) type Forms = [Matrix4<f64>; 3];
 
 /// Where a body is in the program: r⁺ and q⁺, which need not have unit length.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct ProgramPose {
     pub(crate) position: Vector3<f64>,
     pub(crate) attitude: Vector4<f64>,
 }
 
-impl Place {
+impl ProgramPose {
     pub(crate) fn of(state: &State) -> Self {
         Self { position: state.position, attitude: state.attitude }
     }
@@ -29,7 +29,7 @@ impl Place {
 /// ```
 ///
 /// with J_A the rows (Q_k(c) q_A)ᵀ and J_B the rows (Q_k(e) q_B)ᵀ. (Of round features: eq. D12.)
-pub(crate) struct Component {
+pub(crate) struct MotionComponent {
     pub(crate) value: f64,
     /// ∂g/∂r_A.
     pub(crate) by_position: Vector3<f64>,
@@ -39,7 +39,7 @@ pub(crate) struct Component {
     pub(crate) by_b: Vector4<f64>,
 }
 
-/// The second derivatives of a [`Component`] (eq. D8, D13); those by r_B are the negative of those by
+/// The second derivatives of a [`MotionComponent`] (eq. D8, D13); those by r_B are the negative of those by
 /// r_A.
 #[derive(Default)]
 pub(crate) struct Curvature {

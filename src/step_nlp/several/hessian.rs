@@ -4,14 +4,14 @@
 //! also with themselves where round features touch, the poses of two bodies that touch with each other, and the variables of a contact with
 //! themselves and with the poses of its bodies (eq. D9).
 
-use super::super::entries::EntrySink;
-use super::super::layout::{ATTITUDE, ATTITUDE_ROWS, POSITION, SPIN, SPIN_ROWS};
 use super::SeveralNlp;
 use super::component::Curvature;
+use crate::step_nlp::entries::EntrySink;
+use crate::step_nlp::layout::{ATTITUDE, ATTITUDE_ROWS, POSITION, SPIN, SPIN_ROWS};
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector2, Vector3, Vector4};
 
 /// Second derivatives of two touching bodies i < j by each other's poses.
-struct Pair {
+struct BodyPair {
     bodies: (usize, usize),
     /// q_j × q_i.
     turning: Matrix4<f64>,
@@ -25,17 +25,17 @@ struct Pair {
 
 /// q × q, r × q and r × r of a body.
 #[derive(Default, Clone, Copy)]
-struct Own {
+struct OwnCurvature {
     turning: Matrix4<f64>,
     moving: Matrix3x4<f64>,
     positions: Matrix3<f64>,
 }
 
 /// The pose blocks of all bodies and pairs.
-struct Poses {
-    bodies: Vec<Own>,
+struct HessianPoses {
+    bodies: Vec<OwnCurvature>,
     /// In ascending order.
-    pairs: Vec<Pair>,
+    pairs: Vec<BodyPair>,
 }
 
 impl SeveralNlp {
@@ -64,9 +64,9 @@ impl SeveralNlp {
 
     /// The curvatures (eq. D8) of slips and gaps with the multipliers of their rows: those of eq.
     /// 10 over h, of the gap and of s1 − f_n φ⁺ times −f_n.
-    fn poses(&self, x: &[f64], multipliers: &[f64]) -> Poses {
-        let bodies = vec![Own::default(); self.members.len()];
-        let mut poses = Poses { bodies, pairs: self.pairs() };
+    fn poses(&self, x: &[f64], multipliers: &[f64]) -> HessianPoses {
+        let bodies = vec![OwnCurvature::default(); self.members.len()];
+        let mut poses = HessianPoses { bodies, pairs: self.pairs() };
         for (i, touch) in self.touches.iter().enumerate() {
             let (at, row) = (self.places(x, i), self.layout.normal_rows(i));
             let force = x[self.layout.normal(i).first];
@@ -87,15 +87,15 @@ impl SeveralNlp {
     }
 
     /// The pairs of bodies that touch, without values.
-    fn pairs(&self) -> Vec<Pair> {
-        let mut pairs: Vec<Pair> = Vec::new();
+    fn pairs(&self) -> Vec<BodyPair> {
+        let mut pairs: Vec<BodyPair> = Vec::new();
         for touch in &self.touches {
             let (a, Some(b)) = (touch.a.body, touch.b.as_ref().map(|b| b.body)) else { continue };
             let is_round = touch.is_round();
             let bodies = (a.min(b), a.max(b));
             let place = pairs.binary_search_by(|pair| pair.bodies.cmp(&bodies));
             let place = place.unwrap_or_else(|place| {
-                let pair = Pair {
+                let pair = BodyPair {
                     bodies,
                     turning: Matrix4::zeros(),
                     first_moves: None,
@@ -119,13 +119,13 @@ impl SeveralNlp {
         pairs
     }
 
-    fn emit_poses(&self, poses: &Poses, sink: &mut impl EntrySink) {
+    fn emit_poses(&self, poses: &HessianPoses, sink: &mut impl EntrySink) {
         let at = |body: usize| self.layout.state(body).start;
         for (body, own) in poses.bodies.iter().enumerate() {
             let (position, attitude) = (at(body) + POSITION.start, at(body) + ATTITUDE.start);
             sink.put_lower(attitude, &own.turning);
             if self.members[body].holds {
-                sink.put_block((attitude, position), &own.moving.transpose());
+                sink.put_block(attitude, position, &own.moving.transpose());
             }
             if self.members[body].is_round {
                 sink.put_lower(position, &own.positions);
@@ -133,15 +133,15 @@ impl SeveralNlp {
         }
         for pair in &poses.pairs {
             let (i, j) = (at(pair.bodies.0), at(pair.bodies.1));
-            sink.put_block((j + ATTITUDE.start, i + ATTITUDE.start), &pair.turning);
+            sink.put_block(j + ATTITUDE.start, i + ATTITUDE.start, &pair.turning);
             if let Some(moving) = &pair.first_moves {
-                sink.put_block((j + ATTITUDE.start, i + POSITION.start), &moving.transpose());
+                sink.put_block(j + ATTITUDE.start, i + POSITION.start, &moving.transpose());
             }
             if let Some(moving) = &pair.second_moves {
-                sink.put_block((j + POSITION.start, i + ATTITUDE.start), moving);
+                sink.put_block(j + POSITION.start, i + ATTITUDE.start, moving);
             }
             if let Some(positions) = &pair.positions {
-                sink.put_block((j + POSITION.start, i + POSITION.start), positions);
+                sink.put_block(j + POSITION.start, i + POSITION.start, positions);
             }
         }
     }
@@ -211,7 +211,7 @@ impl SeveralNlp {
     }
 }
 
-impl Poses {
+impl HessianPoses {
     /// Adds `weight` times the curvature of a component of a contact of A and B.
     fn add(&mut self, (a, b): (usize, Option<usize>), curvature: &Curvature, weight: f64) {
         let own = &mut self.bodies[a];

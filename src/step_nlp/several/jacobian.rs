@@ -1,12 +1,12 @@
 //! The Jacobian of the program of several bodies.
 
-use super::super::entries::EntrySink;
-use super::super::layout::{
+use super::component::MotionComponent;
+use super::touch::ProgramSide;
+use super::{Friction, SeveralNlp};
+use crate::step_nlp::entries::EntrySink;
+use crate::step_nlp::layout::{
     ATTITUDE, ATTITUDE_ROWS, POSITION, POSITION_ROWS, SPIN, SPIN_ROWS, VELOCITY, VELOCITY_ROWS,
 };
-use super::component::Component;
-use super::touch::Side;
-use super::{Friction, SeveralNlp};
 use nalgebra::Matrix2;
 
 impl SeveralNlp {
@@ -59,7 +59,7 @@ impl SeveralNlp {
     }
 
     /// Eqs. 8c and 8d of one side of a contact by its force (eq. D5).
-    fn emit_forces(&self, i: usize, side: &Side, sink: &mut impl EntrySink) {
+    fn emit_forces(&self, i: usize, side: &ProgramSide, sink: &mut impl EntrySink) {
         let first = self.layout.state(side.body).start;
         let normal = self.layout.normal(i).first;
         let tangential = self.layout.friction(i).map(|friction| friction.force);
@@ -105,7 +105,7 @@ impl SeveralNlp {
         let touch = &self.touches[i];
         if !touch.bounces() {
             let component = touch.component(2, self.places(x, i));
-            return self.emit_motion(i, (2, &component), row, factor, sink);
+            return self.emit_motion(i, 2, &component, row, factor, sink);
         }
         let factor = factor * self.time_step;
         for side in touch.sides() {
@@ -138,7 +138,7 @@ impl SeveralNlp {
         let by_force = force.direction_jacobian() * slip_speed + yielding;
         for axis in 0..2 {
             let (row, component) = (row.dissipation + axis, touch.component(axis, at));
-            self.emit_motion(i, (axis, &component), row, 1.0 / self.time_step, sink);
+            self.emit_motion(i, axis, &component, row, 1.0 / self.time_step, sink);
             for side in touch.sides() {
                 let Some(rolling) = &side.rolling else { continue };
                 let first = self.layout.state(side.body).start + SPIN.start;
@@ -163,7 +163,8 @@ impl SeveralNlp {
     pub(super) fn emit_motion(
         &self,
         i: usize,
-        (axis, component): (usize, &Component),
+        axis: usize,
+        component: &MotionComponent,
         row: usize,
         factor: f64,
         sink: &mut impl EntrySink,

@@ -1,13 +1,13 @@
 //! The order of variables and rows of the program of several bodies (eqs. 23 and 26 of
 //! `docs/formulation.md`).
 
-use super::super::layout::STATE;
+use crate::step_nlp::layout::STATE;
 use std::ops::Range;
 
 /// Where variables and rows stand: bodies one after the other, then contacts, kind by kind. A
 /// contact without friction has a normal force and its slack only.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Layout {
+pub struct SeveralLayout {
     bodies: usize,
     /// For each contact, which of those with friction it is.
     rubbing: Vec<Option<usize>>,
@@ -55,7 +55,7 @@ pub struct FrictionRows {
     pub complementarity: usize,
 }
 
-impl Layout {
+impl SeveralLayout {
     /// The layout of `bodies` bodies and of contacts that have `friction` or not.
     #[must_use]
     pub fn new(bodies: usize, friction: impl IntoIterator<Item = bool>) -> Self {
@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn variables_and_rows_are_numbered_without_a_gap() {
         for friction in [vec![true; 3], vec![false, true, false, true], vec![false; 2], vec![]] {
-            let layout = Layout::new(2, friction);
+            let layout = SeveralLayout::new(2, friction);
             let (mut variables, mut rows): (Vec<_>, Vec<_>) =
                 ((0..26).collect(), (0..26).collect());
             for i in 0..layout.contacts() {
@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn two_bodies_with_five_rough_contacts_have_56_variables() {
-        let layout = Layout::new(2, [true; 5]);
+        let layout = SeveralLayout::new(2, [true; 5]);
         assert_eq!((layout.variables(), layout.equalities()), (13 * 2 + 6 * 5, 26 + 10));
     }
 }

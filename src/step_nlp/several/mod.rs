@@ -29,21 +29,21 @@ mod layout;
 mod round;
 pub(crate) mod touch;
 
-pub use layout::{ContactVariables, Friction, FrictionRows, Layout, Normal};
+pub use layout::{ContactVariables, Friction, FrictionRows, Normal, SeveralLayout};
 
 use super::entries::{PatternSink, ValueSink};
 use super::gyroscopic::Gyroscopic;
 use super::kernels::{Normalised, SmoothForce};
 use super::layout::{ATTITUDE_ROWS, POSITION_ROWS, SPIN_ROWS, VELOCITY_ROWS};
-use crate::contact::Contact;
-use crate::error::{Error, in_range};
-use crate::mechanics::quaternion::attitude_map;
-use crate::mechanics::{State, Wrench};
 use crate::sparsity::SparsityPattern;
-use crate::world::World;
-use component::Place;
+use component::ProgramPose;
 use nalgebra::{Matrix3, Matrix4x3, SVector, Vector2, Vector3};
-use touch::Touch;
+use touch::ProgramContact;
+use tumble_core::contact::Contact;
+use tumble_core::error::{Error, in_range};
+use tumble_core::mechanics::quaternion::attitude_map;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::world::World;
 
 /// One step that the program is of; lists go over the bodies of the world.
 #[derive(Debug, Clone, Copy)]
@@ -60,27 +60,27 @@ pub struct PosedStep<'a> {
     pub contacts: &'a [Contact],
 }
 
-/// The program of one step. Points x have [`Layout::variables`] numbers, rows and multipliers
-/// [`Layout::constraints`]; methods panic on shorter slices.
+/// The program of one step. Points x have [`SeveralLayout::variables`] numbers, rows and multipliers
+/// [`SeveralLayout::constraints`]; methods panic on shorter slices.
 #[derive(Debug, Clone)]
 pub struct SeveralNlp {
     time_step: f64,
     /// ε, N.
     smoothing: f64,
-    members: Vec<Member>,
-    touches: Vec<Touch>,
+    members: Vec<ProgramBody>,
+    touches: Vec<ProgramContact>,
     /// κ, m/s a N, and f_0 of every contact.
     yielding: Vec<(f64, Vector3<f64>)>,
     /// σ, m²: what a normal force costs that differs from f_0.
     stiffness: f64,
-    layout: Layout,
+    layout: SeveralLayout,
     jacobian_pattern: SparsityPattern,
     hessian_pattern: SparsityPattern,
 }
 
 /// One body of the program.
 #[derive(Debug, Clone)]
-struct Member {
+struct ProgramBody {
     old: State,
     /// h (f_ext/m + g), m/s.
     push: Vector3<f64>,
@@ -136,7 +136,7 @@ impl SeveralNlp {
                 let allowed = "a body of the world with a state and a wrench";
                 return Err(Error::Count { field: "body", count: index, allowed });
             };
-            members.push(Member {
+            members.push(ProgramBody {
                 old: *state,
                 push: h * (wrench.force / body.mass() + world.gravity()),
                 twist: h * (body.inertia_inverse() * wrench.torque),
@@ -157,7 +157,7 @@ impl SeveralNlp {
                 members[at].holds = true;
                 b = Some((at, &world.bodies()[index], &step.states[index]));
             }
-            let touch = Touch::new(contact, a, b, h);
+            let touch = ProgramContact::new(contact, a, b, h);
             if touch.is_round() {
                 for side in touch.sides() {
                     (members[side.body].holds, members[side.body].is_round) = (true, true);
@@ -166,7 +166,7 @@ impl SeveralNlp {
             touches.push(touch);
         }
         let rough = touches.iter().map(|touch| touch.friction > 0.0);
-        let layout = Layout::new(members.len(), rough);
+        let layout = SeveralLayout::new(members.len(), rough);
         let mut nlp = Self {
             time_step: h,
             smoothing,
@@ -204,7 +204,7 @@ impl SeveralNlp {
         self.stiffness = stiffness;
         for ((slot, touch), force) in self.yielding.iter_mut().zip(&self.touches).zip(forces) {
             // h/m of a side: the velocity by a unit of force.
-            let answer = |side: &touch::Side| side.velocity_per_force.column(2).norm();
+            let answer = |side: &touch::ProgramSide| side.velocity_per_force.column(2).norm();
             let both = answer(&touch.a) + touch.b.as_ref().map_or(0.0, answer);
             *slot = (share * both, force);
         }
@@ -212,7 +212,7 @@ impl SeveralNlp {
 
     /// The order of variables and rows.
     #[must_use]
-    pub fn layout(&self) -> &Layout {
+    pub fn layout(&self) -> &SeveralLayout {
         &self.layout
     }
 
@@ -344,7 +344,7 @@ impl SeveralNlp {
     /// What the spins add to the slip of a rounded feature, m/s (eq. 10a, 10b).
     fn rolled(&self, x: &[f64], i: usize, axis: usize) -> f64 {
         let touch = &self.touches[i];
-        let of_side = |side: &touch::Side| {
+        let of_side = |side: &touch::ProgramSide| {
             let spin = self.next_state(x, side.body).spin;
             side.rolling.map_or(0.0, |rolling| (rolling * spin)[axis])
         };
@@ -354,7 +354,7 @@ impl SeveralNlp {
     /// h (ċ⁺ − e c_n⁻) of a contact that bounces, m: what stands in the place of its gap (eq. 25d).
     fn rebounded(&self, x: &[f64], i: usize) -> f64 {
         let touch = &self.touches[i];
-        let of_side = |side: &touch::Side| {
+        let of_side = |side: &touch::ProgramSide| {
             let next = self.next_state(x, side.body);
             let spin = self.members[side.body].gyroscopic.departing(&next.spin);
             side.sign * touch.normal.dot(&next.velocity) + side.lever.dot(&spin)
@@ -368,9 +368,9 @@ impl SeveralNlp {
     }
 
     /// Where the bodies of a contact end.
-    fn places(&self, x: &[f64], i: usize) -> (Place, Option<Place>) {
+    fn places(&self, x: &[f64], i: usize) -> (ProgramPose, Option<ProgramPose>) {
         let touch = &self.touches[i];
-        let place = |side: &touch::Side| Place::of(&self.next_state(x, side.body));
+        let place = |side: &touch::ProgramSide| ProgramPose::of(&self.next_state(x, side.body));
         (place(&touch.a), touch.b.as_ref().map(place))
     }
 
@@ -390,7 +390,7 @@ impl SeveralNlp {
     }
 }
 
-impl Member {
+impl ProgramBody {
     /// q + ½ h L(q) H ω⁺, normalised.
     fn advanced_attitude(&self, spin: &Vector3<f64>) -> Normalised {
         Normalised::new(self.old.attitude + self.attitude_rate * spin)

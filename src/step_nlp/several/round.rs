@@ -9,20 +9,20 @@
 //! s and t move with the bodies. Because they are the best ones they do not count in the first
 //! derivatives; in the second they do.
 
-use super::component::{Component, Curvature, Forms, Place, rows, weighted};
-use crate::contact::Contact;
-use crate::contact::curved::{Core, Reach, shortest_way};
-use crate::mechanics::quaternion::rotated_point_forms;
+use super::component::{Curvature, Forms, MotionComponent, ProgramPose, rows, weighted};
 use nalgebra::{Matrix3x4, SMatrix, SVector, Vector3};
+use tumble_core::contact::Contact;
+use tumble_core::contact::curved::{Core, Reach, shortest_way};
+use tumble_core::mechanics::quaternion::rotated_point_forms;
 
 /// A point of a core, or its direction, with its forms (eq. 3).
 #[derive(Debug, Clone)]
-struct Turned {
+struct TurnedPoint {
     vector: Vector3<f64>,
     forms: Forms,
 }
 
-impl Turned {
+impl TurnedPoint {
     fn new(vector: Vector3<f64>) -> Self {
         Self { vector, forms: rotated_point_forms(&vector) }
     }
@@ -30,15 +30,15 @@ impl Turned {
 
 /// Two round features.
 #[derive(Debug, Clone)]
-pub(crate) struct Round {
+pub(crate) struct RoundFeatures {
     of_a: Core,
     of_b: Core,
     /// The middles that are nearest at k: those that slip.
-    point: Turned,
-    foot: Turned,
+    point: TurnedPoint,
+    foot: TurnedPoint,
     /// u and v.
-    along_a: Turned,
-    along_b: Turned,
+    along_a: TurnedPoint,
+    along_b: TurnedPoint,
     /// n at k, world.
     normal: Vector3<f64>,
     /// Forms of a vector that is zero only where no point of A's core turns.
@@ -60,7 +60,7 @@ struct Met {
     along: (Vector3<f64>, Vector3<f64>),
 }
 
-impl Round {
+impl RoundFeatures {
     /// That of a contact of two round features.
     pub(crate) fn new(contact: &Contact) -> Option<Self> {
         let curved = contact.features.curved.as_ref()?;
@@ -69,10 +69,10 @@ impl Round {
         Some(Self {
             of_a: curved.of_a,
             of_b: curved.of_b,
-            point: Turned::new(curved.point()),
-            foot: Turned::new(curved.foot()),
-            along_a: Turned::new(curved.of_a.along),
-            along_b: Turned::new(curved.of_b.along),
+            point: TurnedPoint::new(curved.point()),
+            foot: TurnedPoint::new(curved.foot()),
+            along_a: TurnedPoint::new(curved.of_a.along),
+            along_b: TurnedPoint::new(curved.of_b.along),
             normal: contact.normal(),
             widest: rotated_point_forms(&reach),
         })
@@ -83,7 +83,11 @@ impl Round {
     /// ```text
     /// ∂g/∂r_A = e,   ∂g/∂q_A = J_Aᵀ e,   ∂g/∂q_B = −J_Bᵀ e                     (eq. D12)
     /// ```
-    pub(crate) fn along(&self, e: &Vector3<f64>, (a, b): (Place, Option<Place>)) -> Component {
+    pub(crate) fn along(
+        &self,
+        e: &Vector3<f64>,
+        (a, b): (ProgramPose, Option<ProgramPose>),
+    ) -> MotionComponent {
         let turned_a = rows(&self.point.forms, &a.attitude);
         let mut apart = a.position + 0.5 * turned_a * a.attitude;
         let mut turned_b = Matrix3x4::zeros();
@@ -94,7 +98,7 @@ impl Round {
             }
             None => self.foot.vector,
         };
-        Component {
+        MotionComponent {
             value: e.dot(&apart),
             by_position: *e,
             by_a: turned_a.tr_mul(e),
@@ -112,10 +116,10 @@ impl Round {
     }
 
     /// |D|_n: with m its direction, m by r_A, J_Aᵀ m by q_A and −J_Bᵀ m by q_B, at the nearest points.
-    pub(crate) fn distance(&self, at: (Place, Option<Place>)) -> Component {
-        let met = self.meet(at);
+    pub(crate) fn distance(&self, at: (ProgramPose, Option<ProgramPose>)) -> MotionComponent {
+        let met = self.meet(at.0, at.1);
         let by: ByPoses = met.slope.tr_mul(&met.reach.direction);
-        Component {
+        MotionComponent {
             value: met.reach.length,
             by_position: by.fixed_rows::<3>(0).into(),
             by_a: by.fixed_rows::<4>(3).into(),
@@ -129,8 +133,8 @@ impl Round {
     /// ```text
     /// Jᵀ P J + Σ m_k ∇²D_k − C S⁻¹ Cᵀ,   C = Jᵀ P w + ẇᵀ m,   S = wᵀ P w       (eq. D13)
     /// ```
-    pub(crate) fn distance_curvature(&self, at: (Place, Option<Place>)) -> Curvature {
-        let met = self.meet(at);
+    pub(crate) fn distance_curvature(&self, at: (ProgramPose, Option<ProgramPose>)) -> Curvature {
+        let met = self.meet(at.0, at.1);
         let round = met.reach.curvature(&met.way, &self.normal);
         let m = &met.reach.direction;
         let mut whole = met.slope.transpose() * round * met.slope;
@@ -156,7 +160,7 @@ impl Round {
     fn sliding(
         &self,
         met: &Met,
-        (a, b): (Place, Option<Place>),
+        (a, b): (ProgramPose, Option<ProgramPose>),
         round: &nalgebra::Matrix3<f64>,
     ) -> SMatrix<f64, 11, 11> {
         let is_free = |core: &Core, share: f64| {
@@ -198,8 +202,8 @@ impl Round {
         }
     }
 
-    fn meet(&self, (a, b): (Place, Option<Place>)) -> Met {
-        let moved = |core: &Core, along: &Turned, place: &Place| Core {
+    fn meet(&self, a: ProgramPose, b: Option<ProgramPose>) -> Met {
+        let moved = |core: &Core, along: &TurnedPoint, place: &ProgramPose| Core {
             from: place.position
                 + 0.5 * rows(&rotated_point_forms(&core.from), &place.attitude) * place.attitude,
             along: 0.5 * rows(&along.forms, &place.attitude) * place.attitude,

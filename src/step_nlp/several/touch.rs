@@ -1,16 +1,16 @@
 //! One contact of the program: what is constant in a step, and the three components of its motion
 //! with their derivatives.
 
-use super::component::{Component, Curvature, Forms, Place, rows, weighted};
-use super::round::Round;
-use crate::contact::{Contact, torque_map_of};
-use crate::mechanics::quaternion::{rotated_point_forms, rotation};
-use crate::mechanics::{RigidBody, State};
+use super::component::{Curvature, Forms, MotionComponent, ProgramPose, rows, weighted};
+use super::round::RoundFeatures;
 use nalgebra::{Matrix2x3, Matrix3, Matrix3x4, Vector2, Vector3, Vector4};
+use tumble_core::contact::{Contact, torque_map_of};
+use tumble_core::mechanics::quaternion::{rotated_point_forms, rotation};
+use tumble_core::mechanics::{RigidBody, State};
 
 /// One side of a contact.
 #[derive(Debug, Clone)]
-pub(crate) struct Side {
+pub(crate) struct ProgramSide {
     /// The place of the body among those of the program.
     pub(crate) body: usize,
     /// ±h/m F: the change of v⁺ by the force along the contact's frame.
@@ -27,10 +27,10 @@ pub(crate) struct Side {
 
 /// A contact in the program.
 #[derive(Debug, Clone)]
-pub(crate) struct Touch {
-    pub(crate) a: Side,
+pub(crate) struct ProgramContact {
+    pub(crate) a: ProgramSide,
     /// Where B is no fixed thing.
-    pub(crate) b: Option<Side>,
+    pub(crate) b: Option<ProgramSide>,
     pub(crate) friction: f64,
     /// d + ρ, m; of round features ρ_A + ρ_B.
     offset: f64,
@@ -39,14 +39,14 @@ pub(crate) struct Touch {
     /// The point a along t₁, t₂ and n in the frame of B; of round features in the world.
     sight: Sight,
     /// Where both features are round.
-    round: Option<Round>,
+    round: Option<RoundFeatures>,
     /// n, world, at k.
     pub(crate) normal: Vector3<f64>,
     /// e c_n⁻, m/s (eq. 29); 0 where the contact does not bounce.
     pub(crate) rebound: f64,
 }
 
-impl Touch {
+impl ProgramContact {
     /// The contact `contact` of the bodies (place in the program, constants, state at k) `a` and
     /// `b` in a step of `time_step`.
     pub(crate) fn new(
@@ -55,7 +55,7 @@ impl Touch {
         b: Option<(usize, &RigidBody, &State)>,
         time_step: f64,
     ) -> Self {
-        let round = Round::new(contact);
+        let round = RoundFeatures::new(contact);
         // Round features move along the tangents of the world.
         let frame = if round.is_some() { contact.frame } else { contact.features.frame };
         let rolling = |state: &State, factor: f64| {
@@ -75,7 +75,7 @@ impl Touch {
                 (false, None) => contact.features.radius,
                 (false, Some(curved)) => -curved.radius,
             };
-            Side {
+            ProgramSide {
                 body: place,
                 velocity_per_force: contact.frame * (factor / body.mass()),
                 spin_per_force: factor * body.inertia_inverse() * torques,
@@ -100,14 +100,18 @@ impl Touch {
             sight,
             round,
         };
-        let before = (Place::of(a.2), b.map(|b| Place::of(b.2)));
+        let before = (ProgramPose::of(a.2), b.map(|b| ProgramPose::of(b.2)));
         touch.old = Vector2::from_fn(|axis, _| touch.component(axis, before).value);
         touch
     }
 
     /// The component along t₁, t₂ or n of the point a where A and B are at `at`; of round features the
     /// way between them along t₁ and t₂, and how long it is.
-    pub(crate) fn component(&self, axis: usize, at: (Place, Option<Place>)) -> Component {
+    pub(crate) fn component(
+        &self,
+        axis: usize,
+        at: (ProgramPose, Option<ProgramPose>),
+    ) -> MotionComponent {
         match &self.round {
             Some(round) if axis == 2 => round.distance(at),
             Some(round) => round.along(&self.sight.directions[axis], at),
@@ -116,7 +120,11 @@ impl Touch {
     }
 
     /// Its second derivatives.
-    pub(crate) fn curvature(&self, axis: usize, at: (Place, Option<Place>)) -> Curvature {
+    pub(crate) fn curvature(
+        &self,
+        axis: usize,
+        at: (ProgramPose, Option<ProgramPose>),
+    ) -> Curvature {
         match &self.round {
             Some(round) if axis == 2 => round.distance_curvature(at),
             Some(round) => round.along_curvature(&self.sight.directions[axis]),
@@ -125,12 +133,12 @@ impl Touch {
     }
 
     /// φ (eq. 4, 4a) of the normal's component.
-    pub(crate) fn gap(&self, component: &Component) -> f64 {
+    pub(crate) fn gap(&self, component: &MotionComponent) -> f64 {
         component.value - self.offset
     }
 
     /// How far the feature's middle has moved, m, from the component along a tangent.
-    pub(crate) fn slipped(&self, axis: usize, component: &Component) -> f64 {
+    pub(crate) fn slipped(&self, axis: usize, component: &MotionComponent) -> f64 {
         component.value - self.old[axis]
     }
 
@@ -140,7 +148,7 @@ impl Touch {
     }
 
     /// A, and B where it is no fixed thing.
-    pub(crate) fn sides(&self) -> impl Iterator<Item = &Side> {
+    pub(crate) fn sides(&self) -> impl Iterator<Item = &ProgramSide> {
         std::iter::once(&self.a).chain(&self.b)
     }
 
@@ -187,17 +195,28 @@ impl Sight {
     }
 
     /// The component along direction `axis` where A and B are at `at`.
-    pub(crate) fn component(&self, axis: usize, at: (Place, Option<Place>)) -> Component {
+    pub(crate) fn component(
+        &self,
+        axis: usize,
+        at: (ProgramPose, Option<ProgramPose>),
+    ) -> MotionComponent {
         self.seen(axis, at).component()
     }
 
     /// Its second derivatives.
-    pub(crate) fn curvature(&self, axis: usize, at: (Place, Option<Place>)) -> Curvature {
+    pub(crate) fn curvature(
+        &self,
+        axis: usize,
+        at: (ProgramPose, Option<ProgramPose>),
+    ) -> Curvature {
         self.seen(axis, at).curvature(&self.point_forms, &self.direction_forms[axis])
     }
 
-    fn seen(&self, axis: usize, at: (Place, Option<Place>)) -> Seen {
-        Seen::new((&self.point_forms, &self.directions[axis], &self.direction_forms[axis]), at)
+    fn seen(&self, axis: usize, at: (ProgramPose, Option<ProgramPose>)) -> ComponentFactors {
+        ComponentFactors::new(
+            (&self.point_forms, &self.directions[axis], &self.direction_forms[axis]),
+            at,
+        )
     }
 
     /// Whether ∂g/∂r_A can differ from zero in its component `k` where B is fixed.
@@ -214,18 +233,18 @@ impl Sight {
 }
 
 /// The factors of a component seen from B: m, s, J_A and J_B of eq. D7.
-pub(super) struct Seen {
+pub(super) struct ComponentFactors {
     direction: Vector3<f64>,
     apart: Vector3<f64>,
     turned_a: Matrix3x4<f64>,
     turned_b: Matrix3x4<f64>,
 }
 
-impl Seen {
+impl ComponentFactors {
     /// Those of the point of A and the direction of B that have these forms, where both are at `at`.
     pub(super) fn new(
         (point, direction, direction_forms): (&Forms, &Vector3<f64>, &Forms),
-        (a, b): (Place, Option<Place>),
+        (a, b): (ProgramPose, Option<ProgramPose>),
     ) -> Self {
         let turned_a = rows(point, &a.attitude);
         let mut apart = a.position + 0.5 * turned_a * a.attitude;
@@ -238,8 +257,8 @@ impl Seen {
         Self { direction, apart, turned_a, turned_b }
     }
 
-    pub(super) fn component(&self) -> Component {
-        Component {
+    pub(super) fn component(&self) -> MotionComponent {
+        MotionComponent {
             value: self.direction.dot(&self.apart),
             by_position: self.direction,
             by_a: self.turned_a.tr_mul(&self.direction),

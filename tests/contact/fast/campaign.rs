@@ -3,14 +3,14 @@
 use super::own::{distance, fixed, overlap_by, part_way, turn};
 use super::{V, is_solved, run, v, world};
 use nalgebra::Vector4;
-use tumble::contact::Partner;
-use tumble::geometry::Piece;
-use tumble::mechanics::quaternion::rotation;
-use tumble::mechanics::{Pose, RigidBody, State, Wrench};
-use tumble::simulation::StepRecord;
-use tumble::simulation::random::Draws;
-use tumble::step::StepStatus;
-use tumble::world::World;
+use tumble_core::contact::Partner;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{Pose, RigidBody, State, Wrench};
+use tumble_core::simulation::StepRecord;
+use tumble_core::simulation::random::Draws;
+use tumble_core::step::StepStatus;
+use tumble_core::world::World;
 
 /// Balls, boxes, capsules, plates, rods, needles, hulls: what a draw brings.
 pub fn piece(draws: &mut Draws) -> Piece {

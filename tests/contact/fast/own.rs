@@ -2,8 +2,8 @@
 //! Keerthi on support points, with the nearest point of a simplex by trying all its faces.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use tumble::geometry::Piece;
-use tumble::mechanics::State;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::State;
 
 type V = Vector3<f64>;
 

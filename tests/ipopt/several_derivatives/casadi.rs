@@ -4,10 +4,10 @@ use crate::casadi::{Asked, Meeting, Point};
 use crate::common::{reference, state};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
-use tumble::contact::Plane;
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble::step_nlp::several::{PosedStep, SeveralNlp};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::world::{Parameters, World};
 
 #[derive(Deserialize)]
 struct Input {

@@ -4,11 +4,11 @@
 use super::{at_rest, frames, laid, parameters, rod};
 use nalgebra::{Matrix4, Vector3, Vector4};
 use std::f64::consts::{PI, TAU};
-use tumble::geometry::Piece;
-use tumble::joint::{Drive, Joint, Motor};
-use tumble::mechanics::quaternion::{left, rotation};
-use tumble::mechanics::{RigidBody, State};
-use tumble::world::{Partner, World};
+use tumble_core::geometry::Piece;
+use tumble_core::joint::{Drive, Joint, Motor};
+use tumble_core::mechanics::quaternion::{left, rotation};
+use tumble_core::mechanics::{RigidBody, State};
+use tumble_core::world::{Partner, World};
 
 /// Numbers between 0 and 1, the same in every run.
 pub struct Numbers(pub u64);
@@ -292,4 +292,16 @@ pub fn mechanism(numbers: &mut Numbers) -> (World, Vec<State>, Vec<usize>) {
     let world = World::new(parameters(bodies, time_step)).unwrap().with_joints(joints).unwrap();
     let bars: Vec<_> = (0..bars).collect();
     (smooth(world, &bars), states, bars)
+}
+
+/// The same mechanism with masses that differ by factors of up to 10⁵.
+pub fn uneven(world: &World, bars: &[usize], numbers: &mut Numbers) -> World {
+    let scaled = |body: &RigidBody| {
+        let factor = 10.0_f64.powf(numbers.between(-2.5, 2.5));
+        body.with_mass(factor * body.mass(), factor * body.inertia()).unwrap()
+    };
+    let bodies = world.bodies().iter().map(scaled).collect();
+    let joints = world.joints().to_vec();
+    let world = World::new(parameters(bodies, world.time_step())).unwrap();
+    smooth(world.with_joints(joints).unwrap(), bars)
 }

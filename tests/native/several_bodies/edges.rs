@@ -2,11 +2,11 @@
 
 use super::{Scene, at, run, solid_box};
 use nalgebra::{Matrix3, Vector3};
-use tumble::contact::Partner;
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, State};
-use tumble::simulation::StepRecord;
-use tumble::world::Fixed;
+use tumble_core::contact::Partner;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, State};
+use tumble_core::simulation::StepRecord;
+use tumble_core::world::Fixed;
 
 fn fixed_box(half_sides: [f64; 3], centre: [f64; 3]) -> Fixed {
     let piece = Piece::cuboid(Vector3::from(half_sides)).unwrap();

@@ -1,18 +1,17 @@
 //! Steps that are none, handed to the solvers.
 
 use super::{Panics, contact_lists, contacts_of, lists, tower, world_of};
-use tumble::contact::{Candidates, Contact};
-use tumble::mechanics::Wrench;
-use tumble::solver::native::NativeSolver;
-use tumble::step::{Step, StepSolution, StepSolver};
-use tumble::world::World;
+use tumble_core::contact::{Candidates, Contact};
+use tumble_core::mechanics::Wrench;
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{Step, StepSolution, StepSolver};
+use tumble_core::world::World;
 
 #[test]
 fn a_step_of_any_lists_does_not_make_the_native_solver_panic() {
     look_at_solvers(&|world| vec![Box::new(NativeSolver::new(world))], false);
 }
 
-#[cfg(feature = "ipopt")]
 #[test]
 fn a_step_of_any_lists_makes_no_solver_of_ipopt_panic() {
     use tumble::solver::ipopt::{Formulation, IpoptSolver, alone_for, ladder_for};

@@ -1,11 +1,11 @@
 //! Motors as controls: against a weight in closed form, and against the library's own forces of joints.
 
 use super::{assert_replays, plan, planned, shipped, told};
-use tumble::joint::JointLoad;
-use tumble::mechanics::Polyline;
-use tumble::plan::file::ProblemFile;
-use tumble::plan::{ContactMode, ControlKind, Mode, Plan, PlanStatus, Shoot};
-use tumble::simulation::{Simulation, StepRecord};
+use tumble_core::joint::JointLoad;
+use tumble_core::mechanics::Polyline;
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_plan::file::ProblemFile;
+use tumble_plan::{ContactMode, ControlKind, Mode, Plan, PlanStatus, Shoot};
 
 /// A rod of 1 kg and 1 m hangs from a hinge.
 const ROD: &str = "

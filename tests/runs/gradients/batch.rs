@@ -2,12 +2,12 @@
 
 use super::*;
 use std::num::NonZeroUsize;
-use tumble::contact::Partner;
-use tumble::error::Error;
 use tumble::rollout::{
-    Batch, By, Cotangents, Gradients, Outputs, Varied, Watch, gradients, roll_out,
+    Batch, By, Cotangents, Gradients, RolloutOutputs, RolloutWatch, Varied, gradients, roll_out,
 };
-use tumble::step::Step;
+use tumble_core::contact::Partner;
+use tumble_core::error::Error;
+use tumble_core::step::Step;
 
 const STEPS: usize = 25;
 const ROLLOUTS: usize = 3;
@@ -64,9 +64,9 @@ impl Slides {
     /// coordinates of position and velocity, m and m/s.
     fn sums(&self, cotangents: &[f64]) -> Vec<f64> {
         let mut states = vec![0.0; ROLLOUTS * STEPS * 13];
-        let outputs = Outputs { states: &mut states, ..Outputs::default() };
+        let outputs = RolloutOutputs { states: &mut states, ..RolloutOutputs::default() };
         let one = NonZeroUsize::MIN;
-        self.with_batch(|batch| roll_out(batch, outputs, one, Watch::default())).unwrap();
+        self.with_batch(|batch| roll_out(batch, outputs, one, RolloutWatch::default())).unwrap();
         let step = |(state, by): (&[f64], &[f64])| {
             let positions = state[..3].iter().zip(&by[..3]);
             positions.chain(state[7..10].iter().zip(&by[6..9])).map(|(x, y)| x * y).sum::<f64>()
@@ -80,7 +80,7 @@ impl Slides {
         let by = [Constant::Friction, Constant::Mass, Constant::Inertia, Constant::Gravity];
         let threads = NonZeroUsize::new(threads).unwrap();
         let cotangents = Cotangents::States(cotangents);
-        let watch = Watch::default();
+        let watch = RolloutWatch::default();
         let by = By { constants: &by, smoothing: None };
         self.with_batch(|batch| gradients(batch, cotangents, by, threads, watch)).unwrap()
     }
@@ -143,7 +143,7 @@ fn a_batch_is_differentiated_by_all_that_it_varies() {
 fn what_a_batch_refuses() {
     let slides = Slides::new();
     let refused = |cotangents: Cotangents<'_>| {
-        let (threads, watch) = (NonZeroUsize::MIN, Watch::default());
+        let (threads, watch) = (NonZeroUsize::MIN, RolloutWatch::default());
         let by = By { constants: &[], smoothing: None };
         let found = slides.with_batch(|batch| gradients(batch, cotangents, by, threads, watch));
         found.unwrap_err().error

@@ -5,10 +5,10 @@ use super::draw::Draw;
 use super::{Tally, compare, step};
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3, Vector4};
 use rand_mt::Mt;
-use tumble::contact::Plane;
-use tumble::joint::{Drive, Joint, JointFrame, Motor};
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::world::{Constant, Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::joint::{Drive, Joint, JointFrame, Motor};
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::world::{Constant, Parameters, World};
 
 impl Draw {
     fn world(&mut self, bodies: Vec<RigidBody>, normal: Vector3<f64>, h: f64) -> World {
@@ -106,6 +106,7 @@ impl Draw {
 const SCENES: usize = 12;
 
 #[test]
+#[ignore = "slow"]
 fn drawn_scenes_against_differences() {
     let mut draw = Draw(Mt::new(17));
     let mut all = 0;

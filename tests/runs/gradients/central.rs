@@ -4,13 +4,13 @@
 use super::{on_a_slope, scenario, step, transposes};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use std::path::Path;
-use tumble::contact::Plane;
-use tumble::derivative::StateChange;
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::{Simulation, StepRecord};
-use tumble::solver::native::{Smoothing, StepChange, StepDerivative};
-use tumble::world::{Constant, Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::derivative::StateChange;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::{Simulation, StepRecord};
+use tumble_core::solver::native::{Smoothing, StepChange, StepDerivative};
+use tumble_core::world::{Constant, Parameters, World};
 
 const MASS: f64 = 2.0;
 const H: f64 = 0.002;

@@ -2,11 +2,11 @@
 
 use super::step;
 use nalgebra::Vector3;
-use tumble::derivative::StateChange;
-use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::simulation::StepRecord;
-use tumble::solver::native::{StepChange, StepDerivative, StepGradient};
-use tumble::world::{Constant, World};
+use tumble_core::derivative::StateChange;
+use tumble_core::mechanics::{RigidBody, State, Wrench};
+use tumble_core::simulation::StepRecord;
+use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
+use tumble_core::world::{Constant, World};
 
 /// An argument of a step, and a direction in it.
 pub struct Direction {

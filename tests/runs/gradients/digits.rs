@@ -3,11 +3,11 @@
 
 use super::on_a_slope;
 use nalgebra::Vector3;
-use tumble::derivative::StateChange;
-use tumble::mechanics::State;
-use tumble::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
-use tumble::solver::native::{StepChange, StepDerivative};
-use tumble::world::{Constant, World};
+use tumble_core::derivative::StateChange;
+use tumble_core::mechanics::State;
+use tumble_core::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
+use tumble_core::solver::native::{StepChange, StepDerivative};
+use tumble_core::world::{Constant, World};
 
 const ANGLE: f64 = 0.5;
 const FRICTION: f64 = 0.3;

@@ -2,12 +2,12 @@
 
 use super::{scenario, size, step};
 use nalgebra::{SMatrix, Vector3, Vector4};
-use tumble::derivative::StateChange;
-use tumble::joint::{Drive, Joint, JointFrame, Motor};
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::StepRecord;
-use tumble::solver::native::{StepChange, StepDerivative, StepGradient};
-use tumble::world::{Constant, Parameters, World};
+use tumble_core::derivative::StateChange;
+use tumble_core::joint::{Drive, Joint, JointFrame, Motor};
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::StepRecord;
+use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
+use tumble_core::world::{Constant, Parameters, World};
 
 const H: f64 = 0.01;
 const MASS: f64 = 2.0;

@@ -6,11 +6,11 @@ use super::own::seen_from;
 use super::{Direction, apart, difference, size, step};
 use nalgebra::{Vector3, Vector4};
 use rand_mt::Mt;
-use tumble::derivative::StateChange;
-use tumble::joint::{Axis, Drive, Gear, GearAxis, Joint, JointAxis, JointFrame};
-use tumble::mechanics::{RigidBody, Rotation, State, quaternion};
-use tumble::solver::native::{StepChange, StepDerivative, StepGradient};
-use tumble::world::{Constant, Parameters, World};
+use tumble_core::derivative::StateChange;
+use tumble_core::joint::{Axis, Drive, Gear, GearAxis, Joint, JointAxis, JointFrame};
+use tumble_core::mechanics::{RigidBody, Rotation, State, quaternion};
+use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
+use tumble_core::world::{Constant, Parameters, World};
 
 pub const H: f64 = 0.005;
 

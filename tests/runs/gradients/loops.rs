@@ -6,12 +6,12 @@ use super::step;
 use nalgebra::Vector3;
 use rand_mt::Mt;
 use std::path::Path;
-use tumble::derivative::StateChange;
-use tumble::mechanics::{State, Wrench};
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::solver::native::{StepChange, StepDerivative};
-use tumble::world::{Constant, World};
+use tumble_core::derivative::StateChange;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_core::solver::native::{StepChange, StepDerivative};
+use tumble_core::world::{Constant, World};
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 fn scene(text: &str) -> (World, Vec<State>) {
     let read = |path: &Path, _: u64| std::fs::read(path);

@@ -5,12 +5,12 @@ use super::draw::Draw;
 use super::{Tally, compare, on_a_slope, step};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use rand_mt::Mt;
-use tumble::contact::{Partner, Plane};
-use tumble::geometry::Piece;
-use tumble::joint::{Axis, Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
-use tumble::mechanics::{RigidBody, Rotation, State, quaternion};
-use tumble::solver::native::{StepChange, StepDerivative, StepGradient};
-use tumble::world::{Constant, Parameters, World};
+use tumble_core::contact::{Partner, Plane};
+use tumble_core::geometry::Piece;
+use tumble_core::joint::{Axis, Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
+use tumble_core::mechanics::{RigidBody, Rotation, State, quaternion};
+use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
+use tumble_core::world::{Constant, Parameters, World};
 
 /// δv of the first body along `way` by one number of a constant, forwards and backwards.
 fn by_one(
@@ -29,7 +29,7 @@ fn by_one(
         .push(&StepChange { constants: &constants, ..StepChange::default() }, &mut end)
         .unwrap();
     let found = way.dot(&end[0].velocity);
-    let mut by_end = vec![tumble::derivative::StateChange::zero(); states.len()];
+    let mut by_end = vec![tumble_core::derivative::StateChange::zero(); states.len()];
     by_end[0].velocity = way;
     derivative.pull(&by_end, &[constant], &mut gradient).unwrap();
     let back = gradient.constants[0][place];

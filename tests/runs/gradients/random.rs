@@ -5,12 +5,12 @@ use super::draw::Draw;
 use super::{Tally, apart, compare, directions, size, step};
 use nalgebra::{Vector3, Vector4};
 use rand_mt::Mt;
-use tumble::contact::Partner;
-use tumble::derivative::StateChange;
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, Rotation, State, quaternion};
-use tumble::solver::native::{StepChange, StepDerivative};
-use tumble::world::{Fixed, Parameters, World};
+use tumble_core::contact::Partner;
+use tumble_core::derivative::StateChange;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, Rotation, State, quaternion};
+use tumble_core::solver::native::{StepChange, StepDerivative};
+use tumble_core::world::{Fixed, Parameters, World};
 
 impl Draw {
     /// A box, a rounded box, a capsule or a ball of about `size` (m), as thin as a thirtieth of it.

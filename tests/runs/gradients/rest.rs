@@ -2,12 +2,12 @@
 
 use super::{scenario, size};
 use nalgebra::Vector3;
-use tumble::derivative::StateChange;
-use tumble::error::Error;
-use tumble::mechanics::Wrench;
-use tumble::simulation::{Checkpoints, Run, Simulation, StepRecord};
-use tumble::solver::native::{StepDerivative, StepGradient};
-use tumble::world::Constant;
+use tumble_core::derivative::StateChange;
+use tumble_core::error::Error;
+use tumble_core::mechanics::Wrench;
+use tumble_core::simulation::{Checkpoints, Run, Simulation, StepRecord};
+use tumble_core::solver::native::{StepDerivative, StepGradient};
+use tumble_core::world::Constant;
 
 const STEPS: u64 = 400;
 

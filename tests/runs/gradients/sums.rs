@@ -6,11 +6,11 @@ use super::laws::{self, mechanism};
 use super::{Direction, apart, difference, size, step, transposed};
 use nalgebra::Vector3;
 use rand_mt::Mt;
-use tumble::derivative::StateChange;
-use tumble::joint::{Axis, Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
-use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::solver::native::{StepChange, StepDerivative, StepGradient};
-use tumble::world::{Constant, World};
+use tumble_core::derivative::StateChange;
+use tumble_core::joint::{Axis, Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
+use tumble_core::mechanics::{RigidBody, State, Wrench};
+use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
+use tumble_core::world::{Constant, World};
 
 /// What a drive does where the sum is `s`.
 fn drives(s: f64) -> [(&'static str, Drive); 9] {

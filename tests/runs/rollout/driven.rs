@@ -4,7 +4,7 @@ use super::*;
 
 /// A pendulum with a motor, and a slide with a spring beside it.
 fn driven_world() -> World {
-    use tumble::joint::{Drive, Joint, JointFrame, Motor};
+    use tumble_core::joint::{Drive, Joint, JointFrame, Motor};
     let bodies = [1.0, 2.0].map(|mass| {
         let corners = [Vector3::new(0.1, 0.2, 0.3), Vector3::new(-0.1, -0.2, -0.3)];
         RigidBody::new(mass, Matrix3::identity() * 0.1 * mass, &corners).unwrap()
@@ -41,7 +41,7 @@ fn driven_starts() -> Vec<f64> {
 /// Constants of joints are read as they are set, in their shapes, and are those of the drives.
 #[test]
 fn constants_of_joints_are_those_of_their_drives() {
-    use tumble::joint::{Axis, Drive, Gear, GearAxis, JointAxis, Motor};
+    use tumble_core::joint::{Axis, Drive, Gear, GearAxis, JointAxis, Motor};
     let world = driven_world();
     let mut joints = world.joints().to_vec();
     let slide = Drive {
@@ -124,7 +124,7 @@ fn constants_of_joints_are_those_of_their_drives() {
 /// Targets of motors, forces of joints and constants of both, from rollout to rollout and step to step: as a loop.
 #[test]
 fn motors_are_driven_in_rollouts() {
-    use tumble::joint::Drive;
+    use tumble_core::joint::Drive;
     const B: usize = 3;
     const T: usize = 60;
     let (world, starts) = (driven_world(), driven_starts());
@@ -170,7 +170,7 @@ fn motors_are_driven_in_rollouts() {
 /// Those of motors of sums stand behind those of axes.
 #[test]
 fn motors_of_sums_are_driven_in_rollouts() {
-    use tumble::joint::{Drive, Gear, GearAxis, JointAxis, Motor};
+    use tumble_core::joint::{Drive, Gear, GearAxis, JointAxis, Motor};
     const T: usize = 40;
     let servo = Motor::Position { target: 0.0, stiffness: 40.0, damping: 1.0, most: 3.0 };
     let axes = [JointAxis::Angular(2), JointAxis::Linear(2)];

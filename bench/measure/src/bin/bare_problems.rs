@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use tumble::problem::{ContactProblem, Form, Law, Selection, SolveOptions, dat};
 
-type Failure = Box<dyn std::error::Error>;
+type BareFailure = Box<dyn std::error::Error>;
 
 /// The least of the times of a problem counts, of so many runs, or fewer if they take long.
 const RUNS: usize = 5;
@@ -17,7 +17,7 @@ const LONG_SECONDS: f64 = 0.5;
 
 /// What tumble makes of a problem.
 #[derive(Serialize)]
-struct Found {
+struct BareResult {
     name: String,
     contacts: usize,
     /// Its place in FILE; `None` if it is not there.
@@ -42,7 +42,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(folder: &Path, file: &Path) -> Result<(), Failure> {
+fn run(folder: &Path, file: &Path) -> Result<(), BareFailure> {
     let entries = std::fs::read_dir(folder)?.collect::<Result<Vec<_>, _>>()?;
     let mut paths: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).collect();
     paths.retain(|path| path.extension().is_some_and(|end| end == "dat"));
@@ -62,7 +62,7 @@ fn run(folder: &Path, file: &Path) -> Result<(), Failure> {
             write(&mut written, count, any.0, &problem.to_local()?)?;
             count += 1;
         }
-        found.push(Found {
+        found.push(BareResult {
             name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             contacts: problem.laws().len(),
             place: place.then(|| count - 1),
@@ -76,7 +76,7 @@ fn run(folder: &Path, file: &Path) -> Result<(), Failure> {
 }
 
 /// Processor time and residual of one problem from nothing.
-fn solved(problem: &ContactProblem, selection: Selection) -> Result<(f64, f64), Failure> {
+fn solved(problem: &ContactProblem, selection: Selection) -> Result<(f64, f64), BareFailure> {
     let options = SolveOptions { selection, ..SolveOptions::default() };
     let (mut least, mut spent, mut residual) = (f64::INFINITY, 0.0, f64::INFINITY);
     for _ in 0..RUNS {
@@ -97,7 +97,7 @@ fn write(
     number: usize,
     seconds: f64,
     problem: &ContactProblem,
-) -> Result<(), Failure> {
+) -> Result<(), BareFailure> {
     let Form::Local { response, free } = problem.form() else {
         return Err("it is not local".into());
     };

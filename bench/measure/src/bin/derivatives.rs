@@ -12,12 +12,12 @@ use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tumble::derivative::StateChange;
-use tumble::mechanics::State;
-use tumble::scenario::scene::Scene;
-use tumble::scenario::settings::Settings;
-use tumble::simulation::{Checkpoints, Run, Simulation, StepRecord};
-use tumble::solver::native::StepDerivative;
+use tumble_core::derivative::StateChange;
+use tumble_core::mechanics::State;
+use tumble_core::simulation::{Checkpoints, Run, Simulation, StepRecord};
+use tumble_core::solver::native::StepDerivative;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
 
 /// Each is the least of so many runs, taken in turn.
 const TURNS: usize = 7;

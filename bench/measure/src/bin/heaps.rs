@@ -11,15 +11,15 @@ use nalgebra::{Vector3, Vector4};
 use std::error::Error;
 use std::process::ExitCode;
 use std::time::Instant;
-use tumble::contact::Plane;
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::random::Draws;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::step::StepStatus;
-use tumble::world::{Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::random::Draws;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Parameters, World};
 
-type Built = (Vec<RigidBody>, Vec<State>);
+type BuiltHeap = (Vec<RigidBody>, Vec<State>);
 
 /// Name, number of bodies, μ.
 const SCENES: [(&str, usize, f64); 14] = [
@@ -44,7 +44,11 @@ fn at_rest(position: Vector3<f64>, attitude: Vector4<f64>) -> State {
 }
 
 /// Bodies anyhow above each other, that fall with some speed and spin.
-fn heap(name: &str, count: usize, draws: &mut Draws) -> Result<Built, tumble::error::Error> {
+fn heap(
+    name: &str,
+    count: usize,
+    draws: &mut Draws,
+) -> Result<BuiltHeap, tumble_core::error::Error> {
     let (mut bodies, mut starts) = (Vec::new(), Vec::new());
     for index in 0..count {
         let places = [index % 3, index / 3 % 3, index / 9].map(|place| place as f64);
@@ -69,7 +73,7 @@ fn heap(name: &str, count: usize, draws: &mut Draws) -> Result<Built, tumble::er
 }
 
 /// Boxes of 20 × 15 × 10 cm, layers of 25 so near each other that they fall on one another.
-fn dense(count: usize, draws: &mut Draws) -> Result<Built, tumble::error::Error> {
+fn dense(count: usize, draws: &mut Draws) -> Result<BuiltHeap, tumble_core::error::Error> {
     let brick = RigidBody::solid_box(1.5, Vector3::new(0.1, 0.075, 0.05))?;
     let start = |index: usize| {
         let places = [index % 5, index / 5 % 5, index / 25].map(|place| place as f64);
@@ -79,7 +83,7 @@ fn dense(count: usize, draws: &mut Draws) -> Result<Built, tumble::error::Error>
 }
 
 /// A cube of 2 m and 10 kg thrown at a wall of bricks of 1 × 0.5 × 0.5 m and 20 kg, three in a row.
-fn wall(count: usize, draws: &mut Draws) -> Result<Built, tumble::error::Error> {
+fn wall(count: usize, draws: &mut Draws) -> Result<BuiltHeap, tumble_core::error::Error> {
     let cube = RigidBody::solid_box(10.0, Vector3::repeat(1.0))?;
     let brick = RigidBody::solid_box(20.0, Vector3::new(0.495, 0.25, 0.25))?;
     let upright = Vector4::new(1.0, 0.0, 0.0, 0.0);
@@ -99,7 +103,7 @@ fn wall(count: usize, draws: &mut Draws) -> Result<Built, tumble::error::Error> 
 
 /// What the runs of a scene came to.
 #[derive(Default)]
-struct Counts {
+struct HeapCounts {
     contact: u32,
     retried: u32,
     failed: u32,
@@ -116,7 +120,7 @@ struct Counts {
     time: f64,
 }
 
-impl Counts {
+impl HeapCounts {
     fn add(&mut self, record: &StepRecord, seconds: f64) {
         self.contact += u32::from(record.report.status != StepStatus::Free);
         match record.report.status {
@@ -138,8 +142,8 @@ impl Counts {
 fn run(
     (name, count, friction): (&str, usize, f64),
     (seeds, steps): (std::ops::Range<u32>, u32),
-) -> Result<Counts, tumble::error::Error> {
-    let mut counts = Counts::default();
+) -> Result<HeapCounts, tumble_core::error::Error> {
+    let mut counts = HeapCounts::default();
     for seed in seeds {
         let draws = &mut Draws::new(seed);
         let (bodies, starts) = match name {

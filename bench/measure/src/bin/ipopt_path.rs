@@ -5,18 +5,18 @@
 
 use std::process::ExitCode;
 use std::time::Instant;
-use tumble::contact::detection::Detection;
-use tumble::error::Error;
 use tumble::ipopt::{BarrierStrategy, Options};
-use tumble::simulation::scene::{self, TutorialScene};
-use tumble::simulation::summary::RunSummary;
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
-use tumble::step::StepSolver;
-use tumble::world::World;
+use tumble_core::contact::detection::Detection;
+use tumble_core::error::Error;
+use tumble_core::simulation::scene::{self, TutorialScene};
+use tumble_core::simulation::summary::RunSummary;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepSolver;
+use tumble_core::world::World;
 
 /// One row of the table.
-struct Setting {
+struct PathSetting {
     name: &'static str,
     detection: Detection,
     formulation: Formulation,
@@ -26,14 +26,14 @@ struct Setting {
 }
 
 /// Every row changes one thing of the row before it.
-fn settings() -> Vec<Setting> {
+fn settings() -> Vec<PathSetting> {
     let tutorial = IpoptSolver::tutorial_options();
     let adaptive = Options { barrier: BarrierStrategy::Adaptive, ..tutorial.clone() };
     let recommended = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
     let unscaled = Options { objective_scaling: 1.0, ..recommended.clone() };
     let (height, predictive) = (Detection::Height, Detection::Predictive);
     let (clamped, reduced) = (Formulation::Clamped, Formulation::Reduced);
-    let row = |name, detection, formulation, options: &Options, rungs| Setting {
+    let row = |name, detection, formulation, options: &Options, rungs| PathSetting {
         name,
         detection,
         formulation,
@@ -52,7 +52,7 @@ fn settings() -> Vec<Setting> {
     ]
 }
 
-fn run(world: &World, setting: &Setting, seed: u32) -> Result<RunSummary, Error> {
+fn run(world: &World, setting: &PathSetting, seed: u32) -> Result<RunSummary, Error> {
     let scene = TutorialScene::drop();
     let ipopt = IpoptSolver::new(world, setting.formulation, setting.options.clone())?;
     let solver: Box<dyn StepSolver> = if setting.rungs.is_empty() {

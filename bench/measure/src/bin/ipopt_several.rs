@@ -5,17 +5,17 @@
 
 use nalgebra::{Vector3, Vector4};
 use std::time::Instant;
-use tumble::contact::Plane;
-use tumble::error::Error;
-use tumble::geometry::Piece;
-use tumble::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, Rung};
-use tumble::step::StepStatus;
-use tumble::world::{Fixed, Parameters, World};
+use tumble_core::contact::Plane;
+use tumble_core::error::Error;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Fixed, Parameters, World};
 
 /// A scene: its world, where it starts, and the force on its first body (N).
-struct Scene {
+struct SeveralScene {
     name: &'static str,
     world: World,
     starts: Vec<State>,
@@ -58,26 +58,31 @@ fn stack(count: usize, masses: impl Fn(usize) -> f64) -> Result<(World, Vec<Stat
     Ok((world(bodies, 9.81, 0.5)?, starts))
 }
 
-fn scenes() -> Result<Vec<Scene>, Error> {
+fn scenes() -> Result<Vec<SeveralScene>, Error> {
     let still = Vector3::zeros();
     let mut scenes = Vec::new();
     for (name, count) in [("stack of 2", 2), ("stack of 5", 5), ("stack of 10", 10)] {
         let (world, starts) = stack(count, |_| 1.0)?;
-        scenes.push(Scene { name, world, starts, push: still });
+        scenes.push(SeveralScene { name, world, starts, push: still });
     }
     let (heavy, starts) = stack(2, |i| [1.0, 100.0][i])?;
-    scenes.push(Scene { name: "100 kg on 1 kg", world: heavy, starts, push: still });
+    scenes.push(SeveralScene { name: "100 kg on 1 kg", world: heavy, starts, push: still });
     let (pushed, starts) = stack(2, |_| 1.0)?;
     let push = Vector3::new(25.0, 0.0, 0.0);
-    scenes.push(Scene { name: "stack of 2, lower one pulled", world: pushed, starts, push });
+    scenes.push(SeveralScene { name: "stack of 2, lower one pulled", world: pushed, starts, push });
     let balls = world(vec![cube(2.0, 0.2)?, ball(0.5, 0.1)?], 9.81, 0.5)?;
     let starts = vec![at([0.0, 0.0, 0.2]), at([0.01, 0.02, 0.55])];
-    scenes.push(Scene { name: "ball falls on a box", world: balls, starts, push: still });
+    scenes.push(SeveralScene { name: "ball falls on a box", world: balls, starts, push: still });
     let space = world(vec![cube(1.0, 0.1)?, cube(3.0, 0.1)?], 0.0, 0.3)?;
     let mut starts = vec![at([0.0, 0.0, 10.0]), at([0.25, 0.03, 10.05])];
     starts[0].velocity = Vector3::new(1.0, 0.0, 0.0);
     starts[0].spin = Vector3::new(0.3, 0.2, 0.5);
-    scenes.push(Scene { name: "two boxes meet in space", world: space, starts, push: still });
+    scenes.push(SeveralScene {
+        name: "two boxes meet in space",
+        world: space,
+        starts,
+        push: still,
+    });
     let thrown = (0..4).map(|_| cube(1.0, 0.1)).collect::<Result<_, _>>()?;
     let starts = (0..4_u8)
         .map(|i| {
@@ -88,7 +93,12 @@ fn scenes() -> Result<Vec<Scene>, Error> {
         })
         .collect();
     let thrown = world(thrown, 9.81, 0.5)?;
-    scenes.push(Scene { name: "4 boxes fall into a heap", world: thrown, starts, push: still });
+    scenes.push(SeveralScene {
+        name: "4 boxes fall into a heap",
+        world: thrown,
+        starts,
+        push: still,
+    });
     let ramp = [[0.0, -1.0, 0.0], [2.0, -1.0, 0.0], [0.0, -1.0, 1.0]];
     let points: Vec<Vector3<f64>> = ramp
         .iter()
@@ -100,13 +110,18 @@ fn scenes() -> Result<Vec<Scene>, Error> {
     let slope = Vector3::new(1.0, 0.0, 2.0).normalize();
     let on = Vector3::new(0.5, 0.0, 0.75) + slope * 0.1;
     let starts = vec![at(on.into())];
-    scenes.push(Scene { name: "ball rolls down a ramp", world: rolling, starts, push: still });
+    scenes.push(SeveralScene {
+        name: "ball rolls down a ramp",
+        world: rolling,
+        starts,
+        push: still,
+    });
     Ok(scenes)
 }
 
 /// What a run came to.
 #[derive(Default)]
-struct Tally {
+struct SeveralTally {
     contact_steps: u32,
     iterations: u32,
     retried: u32,
@@ -116,11 +131,16 @@ struct Tally {
     seconds: f64,
 }
 
-fn run(scene: &Scene, steps: u32, motion: Motion<'_>) -> Result<(Tally, Vec<State>), Error> {
+fn run(
+    scene: &SeveralScene,
+    steps: u32,
+    motion: Motion<'_>,
+) -> Result<(SeveralTally, Vec<State>), Error> {
     let mut simulation =
         Simulation::new(scene.world.clone(), scene.starts.iter().copied(), motion)?;
     simulation.set_wrench(0, Wrench { force: scene.push, torque: Vector3::zeros() })?;
-    let (mut record, mut tally, begin) = (StepRecord::new(), Tally::default(), Instant::now());
+    let (mut record, mut tally, begin) =
+        (StepRecord::new(), SeveralTally::default(), Instant::now());
     for _ in 0..steps {
         simulation.step(&mut record)?;
         if record.report.status == StepStatus::Free {

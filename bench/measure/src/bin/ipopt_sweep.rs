@@ -5,13 +5,13 @@
 
 use nalgebra::{Matrix3, Vector3};
 use std::process::ExitCode;
-use tumble::error::Error;
-use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::simulation::scene::{self, TutorialScene};
-use tumble::simulation::summary::RunSummary;
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
-use tumble::world::{Parameters, World};
+use tumble_core::error::Error;
+use tumble_core::mechanics::{RigidBody, State, Wrench};
+use tumble_core::simulation::scene::{self, TutorialScene};
+use tumble_core::simulation::summary::RunSummary;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::world::{Parameters, World};
 
 /// A copy of the drop scene with other constants.
 #[derive(Clone, Copy)]

@@ -13,13 +13,13 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
-use tumble::contact::{Candidates, Plane};
-use tumble::mechanics::{RigidBody, Rotation, State};
-use tumble::simulation::random::Draws;
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::solver::native::NativeSolver;
-use tumble::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble::world::{Parameters, World};
+use tumble_core::contact::{Candidates, Plane};
+use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::simulation::random::Draws;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::{Parameters, World};
 
 /// Rounds of which the fastest counts, chunk by chunk: the machine has other work.
 const ROUNDS: usize = 30;
@@ -37,7 +37,7 @@ enum Group {
     Single,
 }
 
-struct Scene {
+struct IslandScene {
     name: &'static str,
     group: Group,
     islands: usize,
@@ -45,8 +45,8 @@ struct Scene {
     steps: [usize; 2],
 }
 
-impl Scene {
-    fn begin(&self) -> Result<(World, Vec<State>), tumble::error::Error> {
+impl IslandScene {
+    fn begin(&self) -> Result<(World, Vec<State>), tumble_core::error::Error> {
         let mut draws = Draws::new(42);
         let (mut bodies, mut states) = (Vec::new(), Vec::new());
         for place in 0..self.islands {
@@ -97,16 +97,12 @@ impl StepSolver for Timed {
         self.solver.accepted_residual()
     }
 
-    fn selects(&self) -> bool {
-        self.solver.selects()
-    }
-
     fn solve(
         &mut self,
         step: &Step<'_>,
         candidates: &mut Candidates,
         solution: &mut StepSolution,
-    ) -> Result<StepReport, tumble::error::Error> {
+    ) -> Result<StepReport, tumble_core::error::Error> {
         let clock = Instant::now();
         let report = self.solver.solve(step, candidates, solution);
         self.spent.fetch_add(clock.elapsed().as_nanos() as u64, Ordering::Relaxed);
@@ -115,7 +111,7 @@ impl StepSolver for Timed {
 }
 
 /// A simulation on some threads.
-struct Run {
+struct IslandRun {
     simulation: Simulation<'static>,
     record: StepRecord,
     spent: Arc<AtomicU64>,
@@ -123,12 +119,12 @@ struct Run {
     failed: usize,
 }
 
-impl Run {
+impl IslandRun {
     fn new(
         world: &World,
         starts: &[State],
         threads: NonZeroUsize,
-    ) -> Result<Self, tumble::error::Error> {
+    ) -> Result<Self, tumble_core::error::Error> {
         let spent = Arc::new(AtomicU64::new(0));
         let solver = NativeSolver::new(world).with_threads(threads)?;
         let motion = Motion::contact(Timed { solver, spent: Arc::clone(&spent) });
@@ -137,7 +133,7 @@ impl Run {
     }
 
     /// Takes `steps` steps; how long they took, s, and how long of it the solver.
-    fn advance(&mut self, steps: usize) -> Result<[f64; 2], tumble::error::Error> {
+    fn advance(&mut self, steps: usize) -> Result<[f64; 2], tumble_core::error::Error> {
         self.spent.store(0, Ordering::Relaxed);
         let clock = Instant::now();
         for _ in 0..steps {
@@ -159,15 +155,20 @@ struct Measured {
     failed: usize,
 }
 
-fn measure(scene: &Scene, threads: NonZeroUsize) -> Result<Measured, tumble::error::Error> {
+fn measure(
+    scene: &IslandScene,
+    threads: NonZeroUsize,
+) -> Result<Measured, tumble_core::error::Error> {
     let (world, starts) = scene.begin()?;
     let [before, steps] = scene.steps;
     let none = [[f64::INFINITY; 2]; 2];
     let chunks = vec![none; steps / CHUNK];
     let mut measured = Measured { chunks, contacts: 0, same: true, failed: 0 };
     for _ in 0..ROUNDS {
-        let mut runs =
-            [Run::new(&world, &starts, NonZeroUsize::MIN)?, Run::new(&world, &starts, threads)?];
+        let mut runs = [
+            IslandRun::new(&world, &starts, NonZeroUsize::MIN)?,
+            IslandRun::new(&world, &starts, threads)?,
+        ];
         for run in &mut runs {
             run.advance(before)?;
             run.contacts = 0;
@@ -202,7 +203,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     };
     let scene = |name, group, usual, steps| {
         let islands = islands.unwrap_or(usual);
-        Scene { name, group, islands, steps }
+        IslandScene { name, group, islands, steps }
     };
     let scenes = [
         scene("stacks of 5 cubes at rest", Group::Stack, 100, [10, 100]),

@@ -22,24 +22,24 @@ use rustix::time::{ClockId, clock_gettime};
 use serde::Deserialize;
 use std::io::{BufWriter, Write};
 use std::process::ExitCode;
-use tumble::contact::{Contact, KeyIndex, Partner};
-use tumble::mechanics::{RigidBody, State, Wrench};
-use tumble::simulation::StepRecord;
-use tumble::solver::native::NativeSolver;
-use tumble::step::StepSolution;
-use tumble::world::World;
-use tumble_measure::Scene;
+use tumble_core::contact::{Contact, KeyIndex, Partner};
+use tumble_core::mechanics::{RigidBody, State, Wrench};
+use tumble_core::simulation::StepRecord;
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::StepSolution;
+use tumble_core::world::World;
+use tumble_measure::BenchScene;
 
-type Failure = Box<dyn std::error::Error>;
+type LocalFailure = Box<dyn std::error::Error>;
 
 /// The least of the times of a step counts, of so many runs.
 const RUNS: usize = 3;
 
 /// A scene, and the steps whose problems are wanted.
 #[derive(Deserialize)]
-struct Request {
+struct LocalRequest {
     #[serde(flatten)]
-    scene: Scene,
+    scene: BenchScene,
     /// k of the first.
     first: usize,
     /// From one to the next.
@@ -47,7 +47,7 @@ struct Request {
 }
 
 /// Three rows of J: the blocks of A and of B, each of velocity and spin.
-struct Rows {
+struct LocalRows {
     a: (usize, Matrix3<f64>, Matrix3<f64>),
     b: Option<(usize, Matrix3<f64>, Matrix3<f64>)>,
 }
@@ -66,8 +66,8 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(path: &str) -> Result<(), Failure> {
-    let request: Request = serde_json::from_reader(std::io::stdin())?;
+fn run(path: &str) -> Result<(), LocalFailure> {
+    let request: LocalRequest = serde_json::from_reader(std::io::stdin())?;
     let world = request.scene.world()?;
     let seconds = fastest(&request.scene, &world)?;
     let mut simulation = request.scene.begin(&world, NativeSolver::new(&world))?;
@@ -87,7 +87,7 @@ fn run(path: &str) -> Result<(), Failure> {
 }
 
 /// Processor time of every step, the least of some runs.
-fn fastest(scene: &Scene, world: &World) -> Result<Vec<f64>, Failure> {
+fn fastest(scene: &BenchScene, world: &World) -> Result<Vec<f64>, LocalFailure> {
     let mut least = vec![f64::INFINITY; scene.steps];
     for _ in 0..RUNS {
         let (mut simulation, mut record) =
@@ -107,7 +107,7 @@ fn write_problem(
     record: &StepRecord,
     previous: &StepSolution,
     seconds: f64,
-) -> Result<(), Failure> {
+) -> Result<(), LocalFailure> {
     let (h, contacts) = (world.time_step(), &record.contacts);
     let free: Vec<State> = record
         .states
@@ -115,7 +115,7 @@ fn write_problem(
         .enumerate()
         .map(|(i, state)| world.free_flight(i, state, &Wrench::zero()))
         .collect();
-    let rows: Vec<Rows> = contacts.iter().map(|c| Rows::new(&record.states, c)).collect();
+    let rows: Vec<LocalRows> = contacts.iter().map(|c| LocalRows::new(&record.states, c)).collect();
     let n = contacts.len();
     let (mut w, mut q) = (DMatrix::zeros(3 * n, 3 * n), DVector::zeros(3 * n));
     let mut known = KeyIndex::new();
@@ -141,7 +141,7 @@ fn write_problem(
     Ok(())
 }
 
-impl Rows {
+impl LocalRows {
     fn new(states: &[State], contact: &Contact) -> Self {
         let frame = normal_first(contact);
         let body = contact.key.body;

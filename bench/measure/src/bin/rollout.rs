@@ -10,11 +10,11 @@ use std::error::Error;
 use std::num::NonZeroUsize;
 use std::process::ExitCode;
 use std::time::Instant;
-use tumble::mechanics::State;
-use tumble::rollout::{Batch, Outputs, Report, Watch, roll_out};
-use tumble::simulation::scene::{TutorialScene, tutorial_parameters};
-use tumble::simulation::{Motion, Simulation, StepRecord};
-use tumble::world::World;
+use tumble::rollout::{Batch, RolloutOutputs, RolloutReport, RolloutWatch, roll_out};
+use tumble_core::mechanics::State;
+use tumble_core::simulation::scene::{TutorialScene, tutorial_parameters};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::world::World;
 
 /// Rounds of which the fastest counts: the machine has other work.
 const ROUNDS: usize = 9;
@@ -33,7 +33,7 @@ fn looped(
     rollouts: usize,
     steps: usize,
     states: &mut [f64],
-) -> Result<(), tumble::error::Error> {
+) -> Result<(), tumble_core::error::Error> {
     let mut record = StepRecord::new();
     for (seed, states) in (0..rollouts).zip(states.chunks_exact_mut(13 * steps)) {
         let motion = Motion::native(world);
@@ -78,16 +78,16 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     let mut states = vec![0.0; rollouts * steps * 13];
     let mut expected = states.clone();
     let mut fastest = [f64::INFINITY; 3];
-    let mut report = Report::default();
+    let mut report = RolloutReport::default();
     for _ in 0..ROUNDS {
         let clock = Instant::now();
         looped(&world, rollouts, steps, &mut expected)?;
         fastest[0] = fastest[0].min(clock.elapsed().as_secs_f64());
         for (place, threads) in [(1, 1), (2, threads)] {
             let clock = Instant::now();
-            let outputs = Outputs { states: &mut states, ..Outputs::default() };
+            let outputs = RolloutOutputs { states: &mut states, ..RolloutOutputs::default() };
             let threads = NonZeroUsize::new(threads).unwrap_or(NonZeroUsize::MIN);
-            report = roll_out(&batch, outputs, threads, Watch::default())?;
+            report = roll_out(&batch, outputs, threads, RolloutWatch::default())?;
             fastest[place] = fastest[place].min(clock.elapsed().as_secs_f64());
         }
     }

@@ -3,22 +3,22 @@
 
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
-use tumble::mechanics::State;
-use tumble::simulation::StepRecord;
-use tumble::solver::native::NativeSolver;
-use tumble::step::StepStatus;
-use tumble_measure::Scene;
+use tumble_core::mechanics::State;
+use tumble_core::simulation::StepRecord;
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::StepStatus;
+use tumble_measure::BenchScene;
 
-type Failure = Box<dyn std::error::Error>;
+type BoxesFailure = Box<dyn std::error::Error>;
 
 /// A step counts as certified with a residual of at most this, m/s.
 const CERTIFIED: f64 = 1e-9;
 
 /// A scene, and what is to be kept of it.
 #[derive(Deserialize)]
-struct Request {
+struct BoxesRequest {
     #[serde(flatten)]
-    scene: Scene,
+    scene: BenchScene,
     /// Steps before those that are timed, counted and kept.
     #[serde(default)]
     untimed: usize,
@@ -33,7 +33,7 @@ struct Request {
 
 /// What came out.
 #[derive(Serialize, Default)]
-struct Outcome {
+struct BoxesOutcome {
     /// Of the stepping, certificates included, processor time.
     seconds: f64,
     /// Of the slowest step; 0 if steps are neither timed nor kept.
@@ -53,8 +53,8 @@ struct Outcome {
     states: Vec<Vec<[f64; 13]>>,
 }
 
-fn main() -> Result<(), Failure> {
-    let request: Request = serde_json::from_reader(std::io::stdin())?;
+fn main() -> Result<(), BoxesFailure> {
+    let request: BoxesRequest = serde_json::from_reader(std::io::stdin())?;
     let before = memory("VmRSS:");
     let world = request.scene.world()?;
     let solver = NativeSolver::new(&world);
@@ -64,7 +64,7 @@ fn main() -> Result<(), Failure> {
     };
     let mut simulation = request.scene.begin(&world, solver)?;
     let mut record = StepRecord::new();
-    let mut outcome = Outcome::default();
+    let mut outcome = BoxesOutcome::default();
     for _ in 0..request.untimed {
         simulation.step(&mut record)?;
     }
@@ -90,7 +90,7 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-impl Outcome {
+impl BoxesOutcome {
     fn add(&mut self, record: &StepRecord) {
         let residual = record.certificate.residual();
         self.certified += usize::from(residual <= CERTIFIED);

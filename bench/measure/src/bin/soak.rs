@@ -4,14 +4,14 @@
 
 use std::process::ExitCode;
 use std::time::Instant;
-use tumble::contact::detection::Detection;
-use tumble::error::Error;
-use tumble::simulation::scene::{self, TutorialScene};
-use tumble::simulation::{Motion, Simulation, StepRecord};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
-use tumble::solver::native::NativeSolver;
-use tumble::step::{StepSolver, StepStatus};
-use tumble::world::World;
+use tumble_core::contact::detection::Detection;
+use tumble_core::error::Error;
+use tumble_core::simulation::scene::{self, TutorialScene};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::solver::native::NativeSolver;
+use tumble_core::step::{StepSolver, StepStatus};
+use tumble_core::world::World;
 
 const USAGE: &str = "usage: soak [NATIVE_STEPS [IPOPT_STEPS]] | soak seeds FIRST END";
 /// Steps by the native solver and by Ipopt.
@@ -29,7 +29,7 @@ enum Who {
 
 /// What became of the steps, in memory that does not grow with them.
 #[derive(Default)]
-struct Counts {
+struct SoakCounts {
     steps: u64,
     by_status: [u64; 6],
     /// The largest residual with its seed and step.
@@ -45,7 +45,7 @@ const STATUSES: [StepStatus; 6] = [
     StepStatus::Failed,
 ];
 
-impl Counts {
+impl SoakCounts {
     fn add(&mut self, seed: u32, record: &StepRecord) {
         self.steps += 1;
         for (count, status) in self.by_status.iter_mut().zip(STATUSES) {
@@ -85,7 +85,7 @@ fn solver(world: &World, who: Who) -> Result<Box<dyn StepSolver>, Error> {
 }
 
 /// At most `most` steps of the throw with `seed`.
-fn throw(who: Who, seed: u32, most: u64, counts: &mut Counts) -> Result<u64, Error> {
+fn throw(who: Who, seed: u32, most: u64, counts: &mut SoakCounts) -> Result<u64, Error> {
     let (world, scene) = (world()?, TutorialScene::drop());
     let start = scene.start(scene.attitude(seed));
     let mut record = StepRecord::new();
@@ -111,7 +111,7 @@ fn resident() -> i64 {
 /// Consecutive seeds, a new simulation and solver for each, until `steps` steps are done.
 /// Returns the growth of the memory after the first throw, KiB.
 fn soak(who: Who, steps: u64) -> Result<i64, Error> {
-    let (mut counts, mut seed, mut tenths) = (Counts::default(), 0, 0_u64);
+    let (mut counts, mut seed, mut tenths) = (SoakCounts::default(), 0, 0_u64);
     let (mut after_warm_up, clock) = (resident(), Instant::now());
     print!("{who:?}: resident memory, KiB: {after_warm_up} at the start;");
     while counts.steps < steps {
@@ -136,7 +136,7 @@ fn soak(who: Who, steps: u64) -> Result<i64, Error> {
 
 /// The native solver's throws with the seeds from `first` to before `end`.
 fn seeds(first: u32, end: u32) -> Result<(), Error> {
-    let (mut counts, clock) = (Counts::default(), Instant::now());
+    let (mut counts, clock) = (SoakCounts::default(), Instant::now());
     for seed in first..end {
         throw(Who::Native, seed, THROW, &mut counts)?;
     }

@@ -1,0 +1,283 @@
+//! A run that goes on from where an earlier one ended, by its `state.bin`, under its run.json, after its rows; or where it
+//! was killed, by its checkpoint.
+
+use super::args::SimulateArgs;
+use super::checkpoint::{self, Checkpoint};
+use super::input;
+use super::outcome::{Failure, refuse_flags};
+use super::recording::Recording;
+use super::run::{RunOutcome, RunPlan};
+use super::scene::{Scene, on_threads};
+use super::table_file::WrittenRows;
+use super::writer::{RunWriter, Written};
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use tumble_core::mechanics;
+use tumble_core::simulation::Simulation;
+use tumble_core::simulation::save::{Saved, from_bytes, to_bytes};
+use tumble_core::simulation::summary::RunSummary;
+use tumble_core::step::StepStatus;
+use tumble_model::shown;
+use tumble_scene::choices::{DetectionName, FormulationName, OnFailure, Preset, SolverName};
+use tumble_scene::joints_summary::{JointsSummary, Taut};
+use tumble_scene::kept::KeptSteps;
+use tumble_scene::run_file::{self, RunFile, SolverSettings};
+use tumble_scene::settings::Settings;
+use tumble_scene::solver_choice::SolverChoice;
+
+/// The name of the file that a run leaves to be continued from.
+pub const FILE: &str = "state.bin";
+
+/// The outcome that a checkpoint's run.json has.
+pub const UNFINISHED: &str = "unfinished";
+
+/// More bytes than this are no state: a thousand times those of the largest scenes.
+const LARGEST_STATE: u64 = 1 << 32;
+
+/// What the state of a run has besides that of its simulation: what the run came to.
+#[derive(Serialize, Deserialize)]
+pub struct ContinuedNotes {
+    /// What the tables had, without a last row of the state alone.
+    rows: Vec<WrittenRows>,
+    summary: RunSummary,
+    elapsed: Duration,
+    overlap: Option<(u64, f64)>,
+    joints: Option<JointsSummary>,
+    taut: Taut,
+}
+
+/// A run that goes on.
+pub struct Continued<'a> {
+    directory: &'a Path,
+    /// The file that has the state.
+    file: PathBuf,
+    saved: Saved,
+    notes: ContinuedNotes,
+    kept: KeptSteps,
+}
+
+impl ContinuedNotes {
+    /// What `run` came to, whose tables have these rows.
+    pub fn of(run: &RunPlan, rows: Vec<WrittenRows>) -> Self {
+        let RunPlan { elapsed, overlap, joints, .. } = *run;
+        let (summary, taut) = (run.summary.clone(), run.taut.clone());
+        Self { rows, summary, elapsed, overlap, joints, taut }
+    }
+
+    /// The same with these rows.
+    pub fn with_rows(self, rows: Vec<WrittenRows>) -> Self {
+        Self { rows, ..self }
+    }
+}
+
+/// The state of a run, as bytes.
+pub fn state_bytes(saved: Saved, notes: &ContinuedNotes) -> Result<Vec<u8>, Failure> {
+    Ok(saved.with_notes(to_bytes(notes)?).to_bytes()?)
+}
+
+impl<'a> Continued<'a> {
+    /// The scene of the run in `directory`, and where it is.
+    pub fn read(args: &SimulateArgs, directory: &'a Path) -> Result<(Scene, Self), Failure> {
+        let given = args.given();
+        let flags: Vec<_> = given.iter().map(|flag| (*flag, *flag != "steps")).collect();
+        refuse_flags("--continue, which takes it from the run.json of its run", &flags)?;
+        let (run, path, state) = match checkpoint_in(directory)? {
+            Some(found) => found,
+            None => ended_in(directory)?,
+        };
+        let in_run_file = |failure: Failure| match failure {
+            Failure::Setting { name, why } => {
+                Failure::Input(format!("{}: {name}: {why}", shown::path(&path)))
+            }
+            Failure::Input(why) => Failure::Input(format!("{}: {why}", shown::path(&path))),
+            other => other,
+        };
+        let mut scene = scene_of(&run).map_err(in_run_file)?;
+        let SavedState { file, saved, notes } = state;
+        let steps = saved.index().checked_sub(scene.start_index).ok_or_else(|| {
+            let (k, start) = (saved.index(), scene.start_index);
+            odd_state(&file, &format!("it is at k = {k}, and its run begins at {start}"))
+        })?;
+        if let Some(rows) = args.steps {
+            // Of steps in parts, each whole one has a row.
+            scene.rows = (rows - 1).saturating_mul(run.substeps).saturating_add(1);
+        }
+        if scene.rows < steps + 1 {
+            let rows = steps / run.substeps + 1;
+            let why = format!(
+                "{} has {rows} rows already; --steps counts them too, and {rows} or more are needed",
+                shown::path(directory)
+            );
+            return Err(Failure::setting("steps", why));
+        }
+        let kept = run.kept.clone();
+        if run.outcome != UNFINISHED {
+            check_rows(&RunWriter::first_file(&scene, &kept, directory), run, &saved)?;
+        }
+        Ok((on_threads(args, scene)?, Self { directory, file, saved, notes, kept }))
+    }
+
+    /// Brings the simulation of the `scene` to where the run ended.
+    pub fn restore(&self, simulation: &mut Simulation<'_>) -> Result<(), Failure> {
+        simulation.restore(&self.saved).map_err(|error| odd_state(&self.file, &error))
+    }
+
+    /// The rows that the run has left.
+    pub fn written(&self) -> Written<'_> {
+        Written { directory: self.directory, rows: &self.notes.rows }
+    }
+
+    /// Which of its rows are kept.
+    pub fn kept(&self) -> &KeptSteps {
+        &self.kept
+    }
+
+    /// What the run came to so far.
+    pub fn into_run(self) -> RunPlan {
+        let ContinuedNotes { rows: _, summary, elapsed, overlap, joints, taut } = self.notes;
+        RunPlan { end: RunOutcome::Complete, summary, elapsed, overlap, joints, taut }
+    }
+}
+
+fn odd_state(path: &Path, why: &dyn std::fmt::Display) -> Failure {
+    Failure::Input(format!("{} cannot be continued from: {why}", shown::path(path)))
+}
+
+/// Where a run is, read from a file.
+struct SavedState {
+    file: PathBuf,
+    saved: Saved,
+    notes: ContinuedNotes,
+}
+
+/// The run that was killed in `directory`, where a checkpoint of it is there, and the file that says of it.
+fn checkpoint_in(directory: &Path) -> Result<Option<(RunFile, PathBuf, SavedState)>, Failure> {
+    let file = directory.join(checkpoint::FILE);
+    let bytes = match input::bytes(&file, LARGEST_STATE) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(odd_state(&file, &error)),
+    };
+    let Checkpoint { run_json, state } =
+        Checkpoint::of_bytes(&bytes).map_err(|error| odd_state(&file, &error))?;
+    let Some(run) = RunFile::read(Ok(run_json), &file, || Ok(()))? else { return Ok(None) };
+    let state = state_in(file.clone(), &state)?;
+    Ok(Some((run, file, state)))
+}
+
+/// The run that has ended in `directory`, and the file that says of it.
+fn ended_in(directory: &Path) -> Result<(RunFile, PathBuf, SavedState), Failure> {
+    let path = directory.join("run.json");
+    let run = RunFile::read(input::text(&path, run_file::LARGEST_FILE), &path, || Ok(()))?;
+    let run = run.ok_or_else(|| {
+        let directory = shown::path(directory);
+        Failure::Input(format!(
+            "--continue: {directory} has no run.json; the directory of a run is needed"
+        ))
+    })?;
+    let file = directory.join(FILE);
+    let bytes = input::bytes(&file, LARGEST_STATE).map_err(|error| odd_state(&file, &error))?;
+    let state = state_in(file, &bytes)?;
+    Ok((run, path, state))
+}
+
+/// The state that the `bytes` of a file are, and what its run came to.
+fn state_in(file: PathBuf, bytes: &[u8]) -> Result<SavedState, Failure> {
+    let saved = Saved::from_bytes(bytes).map_err(|error| odd_state(&file, &error))?;
+    let notes = from_bytes(saved.notes())
+        .map_err(|_| odd_state(&file, &"it is the state of a simulation, but not of a run"))?;
+    Ok(SavedState { file, saved, notes })
+}
+
+/// Refuses rows that do not end where the state is: those of another run, or tampered with.
+fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
+    let mut rows = Recording::of_run(path, run)?;
+    if let Some(changed) = rows.changed_files()?.first() {
+        let why = format!("{changed}; a run goes on from its own rows");
+        return Err(Failure::Input(format!("--continue: {why}")));
+    }
+    while let Some(step) = rows.next_step()? {
+        if step.status() != StepStatus::End {
+            continue;
+        }
+        let numbers = |state: &mechanics::State| state.to_vector().map(f64::to_bits);
+        let is_same = step.index() == saved.index()
+            && step.states().iter().map(numbers).eq(saved.states().iter().map(numbers));
+        if !is_same {
+            let place = rows.place();
+            return Err(odd_state(
+                &path.with_file_name(FILE),
+                &format!(
+                    "it is at k = {}, and {place} does not end there with the same numbers; both \
+                     must be of one run",
+                    saved.index()
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The scene of a run, as far as it is to be continued.
+fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
+    let model = run.model.clone();
+    Ok(Scene {
+        name: run.scene.clone(),
+        changed: run.changed.clone(),
+        seed: run.seed,
+        drawn: run.drawn_seed().is_some(),
+        start_index: run.start_index,
+        rows: run.steps,
+        substeps: run.substeps,
+        world: model.world()?,
+        starts: model.states(),
+        loads: model.loads()?,
+        courses: model.courses()?,
+        bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
+        fixed: model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
+        joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
+        contact: contact_of(&run.solver)?,
+        usual_solver: false,
+        robots: Vec::new(),
+        model,
+        trajectory: run.trajectory,
+    })
+}
+
+/// How the contact steps of a run are posed and solved; `None` without a ground.
+pub fn contact_of(solver: &SolverSettings) -> Result<Option<SolverChoice>, Failure> {
+    if solver.name == "rk4" {
+        return Ok(None);
+    }
+    let preset = word::<Preset>("preset", solver.preset.as_ref())?;
+    let settings = match preset {
+        Some(_) => Settings { preset, ..Settings::default() },
+        None => Settings {
+            solver: word::<SolverName>("name", Some(&solver.name))?,
+            formulation: word::<FormulationName>("formulation", solver.formulation.as_ref())?,
+            detection: word::<DetectionName>("detection", solver.detection.as_ref())?,
+            on_failure: word::<OnFailure>("on_failure", solver.on_failure.as_ref())?,
+            tol: solver.tol,
+            max_iter: solver.max_iter,
+            residual: solver.residual,
+            ..Settings::default()
+        },
+    };
+    SolverChoice::new(&settings, SolverName::Native).map(Some)
+}
+
+/// The choice that a field of the solver's settings names.
+fn word<T: ValueEnum>(field: &str, word: Option<&String>) -> Result<Option<T>, Failure> {
+    let choice = |word: &String| {
+        T::from_str(word, false).map_err(|_| {
+            let words = T::value_variants().iter().filter_map(ValueEnum::to_possible_value);
+            let words: Vec<_> = words.map(|word| word.get_name().to_owned()).collect();
+            let why = format!("{} is none of {}", shown::line(word), words.join(", "));
+            Failure::Input(format!("solver.{field}: {why}"))
+        })
+    };
+    word.map(choice).transpose()
+}

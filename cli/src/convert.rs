@@ -1,0 +1,48 @@
+//! `tumble convert`: a robot, or a scenario with robots, as one scenario file.
+
+use super::args::ConvertArgs;
+use super::directory::OutputDirectory;
+use super::outcome::{Failure, Outcome};
+use super::output::{PendingFile, Voice, directory_of};
+use super::{input, scenario};
+use std::path::Path;
+use tumble_model::shown;
+use tumble_scene::choices::SolverName;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
+use tumble_scene::{LARGEST_FILE, written};
+
+pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
+    let text = scenario::read_text(&args.file)?;
+    let flags = (Settings { robot: args.robot.settings(), ..Settings::default() }, &[][..]);
+    let scene = Scene::told(&text, &args.file, flags, SolverName::Native, &input::bytes)?;
+    let written = written::text(&scene)?;
+    if written.len() as u64 > LARGEST_FILE {
+        let (file, length) = (shown::path(&args.file), written.len());
+        return Err(Failure::Input(format!(
+            "{file}: its scenario would have {length} bytes; {LARGEST_FILE} are allowed; give fewer or coarser meshes"
+        )));
+    }
+    let name = args.out.file_name().and_then(|name| name.to_str());
+    let name = name.filter(|name| name.ends_with(".toml")).ok_or_else(|| {
+        let out = shown::path(&args.out);
+        Failure::Input(format!("{out}: the name of a file that ends in .toml is needed"))
+    })?;
+    let same = |a: &Path, b: &Path| Some(a.canonicalize().ok()? == b.canonicalize().ok()?);
+    if same(&args.file, &args.out) == Some(true) {
+        let out = shown::path(&args.out);
+        return Err(Failure::Input(format!(
+            "{out}: it is the file that is converted; another one is needed"
+        )));
+    }
+    let directory = OutputDirectory::for_pictures(directory_of(None, &args.out))?;
+    let file = PendingFile::create(&directory, name)?;
+    file.write(written.as_bytes())?;
+    let path = file.publish()?;
+    let mut voice = Voice::new(args.quiet);
+    for note in scene.notes() {
+        voice.say(&format!("{}\n", shown::line(&note)));
+    }
+    voice.say(&format!("wrote {}\n", shown::path(&path)));
+    voice.end(Outcome::Done)
+}

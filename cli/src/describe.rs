@@ -1,0 +1,215 @@
+//! The summary of a run, for people.
+
+use super::run::{RunOutcome, RunPlan};
+use super::scene::Scene;
+use std::fmt::Write as _;
+use tumble_core::contact::Partner;
+use tumble_core::simulation::Squeeze;
+use tumble_core::simulation::summary::{FailedStep, RunSummary};
+use tumble_core::step::StepStatus;
+use tumble_model::shown;
+use tumble_scene::joints_summary::TautJoint;
+use tumble_scene::run_file::heading;
+use tumble_scene::solver_choice::SolverChoice;
+
+/// The summary for people.
+pub fn describe(scene: &Scene, run: &RunPlan) -> String {
+    let summary = &run.summary;
+    let h = scene.world.time_step();
+    let simulated = summary.steps() as f64 * h;
+    let seed = scene.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
+    let mut text = format!(
+        "{}, {seed}{} rows, h = {} s: {simulated:.3} s of motion\n",
+        heading(&scene.name, &scene.changed),
+        summary.steps() + 1,
+        shown::number(h)
+    );
+    text += &ending(scene, run);
+    let overlap = run.overlap.filter(|_| !scene.trajectory);
+    if !scene.trajectory {
+        text += &cast(scene);
+    }
+    let _ = writeln!(
+        text,
+        "  steps        {} ({} in contact, {} in free flight)",
+        summary.steps(),
+        summary.contact_steps(),
+        summary.free
+    );
+    if summary.contact_steps() > 0 {
+        text += &contact_steps(scene, summary);
+    }
+    let asked = scene.contact.as_ref().and_then(SolverChoice::residual);
+    text += &certificates(summary, asked);
+    if let Some((index, overlap)) = overlap {
+        let _ = match overlap {
+            0.0 => writeln!(text, "  overlap      none"),
+            _ => writeln!(text, "  overlap      largest {overlap:.1e} m after step k = {index}"),
+        };
+    }
+    if let Some(joints) = &run.joints {
+        let _ = writeln!(text, "  joints       {}, {joints}", scene.joints.len());
+        text += &too_stiff(scene, run);
+    }
+    let seconds = run.elapsed.as_secs_f64();
+    let _ = write!(text, "  time         {seconds:.3} s stepping");
+    if seconds > 0.0 {
+        let _ = write!(text, ", {:.2} × real time", simulated / seconds);
+    }
+    text + "\n"
+}
+
+/// Which bodies there are, and who solves their contacts.
+fn cast(scene: &Scene) -> String {
+    format!(
+        "  bodies       {}, and {} fixed pieces\n  solver       {}{}\n",
+        scene.bodies.len(),
+        scene.fixed.len(),
+        scene.solver(),
+        if scene.usual_solver { ", the default for several bodies" } else { "" }
+    )
+}
+
+/// Why a run is shorter than it was to be.
+fn ending(scene: &Scene, run: &RunPlan) -> String {
+    let rows = scene.rows;
+    match run.end {
+        RunOutcome::Complete => String::new(),
+        RunOutcome::Interrupted => format!("  interrupted  {rows} rows were asked for\n"),
+        RunOutcome::Stopped => format!(
+            "  stopped      step k = {} was not solved; {rows} rows were asked for\n",
+            run.summary.steps()
+        ),
+    }
+}
+
+/// What the solver made of the contact steps.
+fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
+    let mut text = format!(
+        "  {:<12} {} iterations, {:.1} a contact step\n  converged    {}",
+        scene.solver(),
+        summary.iterations,
+        summary.iterations as f64 / summary.contact_steps() as f64,
+        summary.converged
+    );
+    for (status, count) in [
+        (StepStatus::Retried, summary.retried),
+        (StepStatus::Fallback, summary.fallback),
+        (StepStatus::Substepped, summary.substepped),
+        (StepStatus::Wild, summary.wild),
+    ] {
+        if count > 0 {
+            let _ = write!(text, ", {status} {count}");
+        }
+    }
+    let _ = writeln!(text, "\n  failed       {}", summary.failed);
+    if summary.substepped > 0 {
+        text +=
+            "    substepped steps were not solved at once: solved in 2 to 64 shorter steps each\n";
+    }
+    if summary.wild > 0 {
+        text += "    wild steps turn a body by more than 1 rad, make energy or let something pass:\n    \
+                 solved, but no physics; take a smaller time step\n";
+    }
+    if summary.tempered > 0 {
+        let _ = writeln!(
+            text,
+            "  restitution  taken in part in {} steps, whose impacts would have made energy",
+            summary.tempered
+        );
+    }
+    for failure in &summary.first_failures {
+        let message = reason(scene, failure);
+        let _ = writeln!(
+            text,
+            "    k = {:<6}   {message}, residual {:.1e} m/s ({})",
+            failure.index, failure.residual, failure.part
+        );
+    }
+    if summary.failed > summary.first_failures.len() as u64 {
+        text += "    …            see the column `status`\n";
+    }
+    text
+}
+
+/// Which joints the time step is too long for, and which would do.
+fn too_stiff(scene: &Scene, run: &RunPlan) -> String {
+    /// More joints than this are only counted.
+    const MOST_NAMED: usize = 4;
+    /// What the flag takes, and the shortest step of a world, s.
+    const MOST_SUBSTEPS: f64 = 1000.0;
+    const LEAST_TIME_STEP: f64 = 1e-6;
+    let h = scene.world.time_step();
+    // Of a step that is one of many already, the flag would count from another one.
+    let is_divided = scene.changed.iter().any(|name| name == "substeps");
+    let mut joints = run.taut.joints(h);
+    joints.sort_by(|a, b| b.stiffness.total_cmp(&a.stiffness));
+    if joints.is_empty() {
+        return String::new();
+    }
+    let mut text = "    in two steps running these were too stiff for h (h ω above 2), so that what they hold taut may \
+                    shake\n    itself to pieces; the time step given would do (--substeps takes shorter ones and keeps as many rows)\n"
+        .to_owned();
+    for TautJoint { joint, stiffness, time_step_s } in joints.iter().take(MOST_NAMED) {
+        let name = scene.joints.get(*joint).map_or("", |name| name);
+        let _ = write!(
+            text,
+            "    {:<12} h ω {stiffness:.1}: at most {time_step_s:.1e} s",
+            shown::line(name)
+        );
+        let substeps = (h / time_step_s).ceil();
+        if !is_divided && substeps <= MOST_SUBSTEPS && h >= substeps * LEAST_TIME_STEP {
+            let _ = write!(text, ", --substeps {substeps:.0}");
+        }
+        text.push('\n');
+    }
+    if joints.len() > MOST_NAMED {
+        let _ =
+            writeln!(text, "    …            {} in all, see taut_joints in run.json", joints.len());
+    }
+    text
+}
+
+/// Why a step has no solution, as far as that is known, and whose.
+fn reason(scene: &Scene, failure: &FailedStep) -> String {
+    if let Some(squeeze) = &failure.squeeze {
+        return format!("no solution exists{}", squeezed(scene, squeeze));
+    }
+    if let Some(message) = &failure.message {
+        return message.as_ref().to_owned();
+    }
+    let name = |body: &usize| scene.bodies.get(*body).map_or(String::new(), |of| shown::line(of));
+    let names: Vec<_> = failure.unsolved.iter().map(name).collect();
+    match names.is_empty() {
+        true => "no solution was found".to_owned(),
+        false => format!("no solution was found for {}", names.join(", ")),
+    }
+}
+
+/// What leaves too little room for what.
+fn squeezed(scene: &Scene, squeeze: &Squeeze) -> String {
+    let name = |of: Partner| match of {
+        Partner::Ground => "the ground".to_owned(),
+        Partner::Fixed(index) => {
+            scene.fixed.get(index).map_or(String::new(), |name| shown::line(name))
+        }
+        Partner::Body(index) => {
+            scene.bodies.get(index).map_or(String::new(), |name| shown::line(name))
+        }
+    };
+    let [one, other] = squeeze.by.map(name);
+    let body = name(Partner::Body(squeeze.body));
+    format!(": {one} and {other} leave {body} {:.1e} m too little room", squeeze.lacking)
+}
+
+/// The residuals reached, and the one `asked` for.
+fn certificates(summary: &RunSummary, asked: Option<f64>) -> String {
+    let Some((index, residual, part)) = &summary.worst else {
+        return String::new();
+    };
+    let median = summary
+        .median_residual()
+        .map_or(String::new(), |median| format!("median {median:.1e} m/s in contact, "));
+    let asked = asked.map_or(String::new(), |asked| format!(", {asked:e} m/s asked for"));
+    format!("  residual     {median}largest {residual:.1e} m/s at k = {index} ({part}){asked}\n")
+}

@@ -1,0 +1,206 @@
+//! A recording as a film: what the library calls things, in the words of the pictures.
+
+use super::outcome::Failure;
+use super::recording::{RecordedStep, Recording};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tumble_core::contact::Partner;
+use tumble_core::world::World;
+use tumble_film::{Cast, Keys, Role};
+use tumble_model::shown;
+use tumble_scene::output::tables::TableStep;
+use tumble_scene::run_file::{RunFile, heading};
+use tumble_view::{Fact, Film, FilmFrame, FilmGround};
+
+/// Memory that the rows of a picture may take: a million rows of a box that lies on all its
+/// corners.
+const MOST_BYTES: usize = 1_200_000_000;
+
+/// All rows in memory, to be drawn; more than `most` of them, or more than memory should hold, are
+/// refused. `None` if `interrupt` is raised.
+pub fn film(
+    mut recording: Recording<'_>,
+    most: usize,
+    interrupt: &AtomicBool,
+) -> Result<Option<Film>, Failure> {
+    let (path, mut keys) = (recording.steps_file(), Keys::new());
+    let every = recording.kept().every;
+    let (mut frames, mut first) = (Frames::new(&path, most), None);
+    while let Some(step) = recording.next_step()? {
+        if interrupt.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        // Frames are equally far from each other; the last state may be nearer to the one before.
+        let from_first = step.index() - *first.get_or_insert(step.index());
+        if !from_first.is_multiple_of(every) {
+            continue;
+        }
+        frames.push(match &step {
+            RecordedStep::Trajectory(row) => tumble_film::frame_of_row(&recording.world, row),
+            RecordedStep::Tables(step) => {
+                check_contacts(&recording.world, step).map_err(|why| recording.odd(&why))?;
+                tumble_film::frame(&recording.world, step, &mut keys)
+            }
+        })?;
+    }
+    let floating = recording.floating();
+    let Recording { world, loads, run, .. } = recording;
+    let model = run.as_ref().filter(|run| !run.trajectory).map(|run| &run.model);
+    let one = || vec![Role::default()];
+    let bodies = model.map_or_else(one, |model| model.bodies.iter().map(Role::from).collect());
+    let fixed = model.map_or(&[][..], |model| &model.fixed);
+    let fixed: Vec<_> = fixed.iter().map(|fixed| fixed.name.as_str()).collect();
+    let joints = model.map_or(&[][..], |model| &model.joints);
+    let joints: Vec<_> = joints.iter().map(|joint| joint.name.as_str()).collect();
+    let (bodies, fixed, joints) = (&bodies, &fixed, &joints);
+    let cast = Cast { world: &world, bodies, fixed, joints, loads: &loads, floating };
+    let mut film = tumble_film::film(cast, frames.all());
+    if let Some(model) = model {
+        tumble_film::dress(model, &mut film)?;
+    } else {
+        // The rows are about points, whatever they are corners of.
+        let points = world.bodies()[0].contact_points().iter().map(|point| point.position);
+        (film.bodies[0].points, film.bodies[0].pieces) = (points.collect(), Vec::new());
+        // And their ground is there, however far.
+        let ground = world.ground().filter(|_| !floating);
+        film.ground = ground.map(|at| FilmGround { normal: *at.normal(), offset: at.offset() });
+    }
+    film.every = every;
+    film.title = run.as_ref().map_or(String::new(), title);
+    film.facts = run.map_or(Vec::new(), facts);
+    Ok(Some(film))
+}
+
+/// Contacts must be of what there is.
+fn check_contacts(world: &World, step: &TableStep) -> Result<(), String> {
+    let (bodies, fixed) = (world.bodies().len(), world.fixed().len());
+    for (number, row) in step.contacts.iter().enumerate() {
+        let is_there = match row.partner {
+            Partner::Ground => world.ground().is_some(),
+            Partner::Fixed(index) => index < fixed,
+            Partner::Body(index) => index < bodies && index != row.body,
+        };
+        if row.body >= bodies || !is_there {
+            return Err(format!(
+                "contact {number} of step {} is between things that are not in run.json",
+                step.row.index
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The frames of a film, as many as are allowed.
+pub struct Frames<'a> {
+    path: &'a Path,
+    most: usize,
+    frames: Vec<FilmFrame>,
+    bytes: usize,
+}
+
+impl<'a> Frames<'a> {
+    /// None yet, of the rows of `path`, and never more than `most`.
+    pub fn new(path: &'a Path, most: usize) -> Self {
+        Self { path, most, frames: Vec::new(), bytes: 0 }
+    }
+
+    /// Adds a frame, unless there are too many or memory should not hold it.
+    pub fn push(&mut self, frame: FilmFrame) -> Result<(), Failure> {
+        let (path, rows, most) = (shown::path(self.path), self.frames.len(), self.most);
+        if rows == most {
+            return Err(Failure::Input(format!(
+                "{path} has more than {most} rows, too many for this picture"
+            )));
+        }
+        self.bytes += memory(&frame);
+        self.frames.push(frame);
+        if self.bytes > MOST_BYTES {
+            return Err(Failure::Input(format!(
+                "{path}: a picture of its first {rows} rows alone takes {} MB of memory; no more \
+                 is allowed",
+                MOST_BYTES / 1_000_000
+            )));
+        }
+        Ok(())
+    }
+
+    /// All that were added.
+    pub fn all(self) -> Vec<FilmFrame> {
+        self.frames
+    }
+}
+
+/// Bytes that a row takes: most of them are its contacts, of which there may be a thousand.
+fn memory(frame: &FilmFrame) -> usize {
+    size_of::<FilmFrame>()
+        + size_of_val(frame.poses.as_slice())
+        + size_of_val(frame.contacts.as_slice())
+        + size_of_val(frame.ties.as_slice())
+}
+
+/// Scene, seed and solver.
+fn title(run: &RunFile) -> String {
+    let seed = run.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
+    format!("{}, {seed}{}", heading(&run.scene, &run.changed), run.solver.name)
+}
+
+/// What run.json says besides the model's constants.
+fn facts(run: RunFile) -> Vec<Fact> {
+    let seed = run.drawn_seed();
+    let mut facts = vec![Fact::new("scene", run.scene)];
+    if !run.changed.is_empty() {
+        facts.push(Fact::new("changed", run.changed.join(", ")));
+    }
+    let mut add = |name, value: Option<String>| facts.extend(value.map(|v| Fact::new(name, v)));
+    let solver = run.solver;
+    add("seed", seed.map(|seed| seed.to_string()));
+    add("solver", Some(solver.name));
+    add("formulation", solver.formulation);
+    add("detection", solver.detection);
+    add("on failure", solver.on_failure);
+    add("tolerance", solver.tol.map(|tol| format!("{tol:e}")));
+    add("iteration limit", solver.max_iter.map(|limit| limit.to_string()));
+    add("solved to", solver.residual.map(|residual| format!("{residual:e} m/s")));
+    add("largest overlap", run.largest_overlap_m.map(|overlap| format!("{overlap:.1e} m")));
+    add("outcome", (run.outcome != "complete").then_some(run.outcome));
+    add("tumble", Some(run.tumble_version));
+    facts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tumble_core::mechanics::State;
+    use tumble_core::simulation::scene;
+    use tumble_core::step::StepStatus;
+    use tumble_scene::output::trajectory::TrajectoryRow;
+
+    /// A row of a body whose `count` points all touch.
+    fn row(count: usize) -> TrajectoryRow {
+        TrajectoryRow {
+            index: 0,
+            time: 0.0,
+            state: State::from_vector(&nalgebra::SVector::from_element(0.5)),
+            step: vec![1.0; 6 * count],
+            carrying: vec![true; count],
+            status: StepStatus::Converged,
+            iterations: 1,
+            residual: 0.0,
+            restitution_share: 1.0,
+        }
+    }
+
+    /// A million rows of a box fit; of a body of a thousand points, only some thousand do.
+    #[test]
+    fn memory_counts_the_points_that_touch() {
+        let cube = World::new(scene::tutorial_parameters().unwrap()).unwrap();
+        let of = |count| memory(&tumble_film::frame_of_row(&cube, &row(count)));
+        assert!(of(8) * 1_000_000 <= MOST_BYTES, "{}", of(8));
+        let rows = MOST_BYTES / of(1000);
+        assert!((5_000..20_000).contains(&rows), "{rows}");
+        // A point without a number is not kept.
+        let still =
+            TrajectoryRow { step: vec![0.0; 6000], carrying: vec![false; 1000], ..row(1000) };
+        assert!(memory(&tumble_film::frame_of_row(&cube, &still)) < of(8));
+    }
+}

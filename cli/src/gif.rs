@@ -1,0 +1,128 @@
+//! `tumble gif`, and `--gif` of a simulation: a trajectory file as an animation.
+
+use super::args::{AnimationArgs, GifArgs, SimulateArgs};
+use super::directory::OutputDirectory;
+use super::file_names::ANIMATION;
+use super::film::film;
+use super::outcome::{Failure, Outcome, refuse_flags};
+use super::output::{PendingFile, Voice, directory_of, progress_bar};
+use super::recording::Recording;
+use super::signals::raise_on_signals;
+use std::ffi::OsStr;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tumble_model::shown;
+use tumble_view::Film;
+use tumble_view::animation::{AnimationError, AnimationSettings, animate, frame_count};
+
+/// Rows that an animation may be made of: they are all in memory, 0.6 kB each.
+pub const MOST_ROWS: usize = 500_000;
+
+/// `tumble gif`.
+pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
+    let interrupt = Arc::new(AtomicBool::new(false));
+    raise_on_signals(&interrupt)?;
+    let (out, name) = target(args)?;
+    let recording = Recording::open(&args.file, &args.physics)?;
+    let note = recording.note_line();
+    let Some(film) = film(recording, MOST_ROWS, &interrupt)? else {
+        return Ok(Outcome::Interrupted);
+    };
+    let directory = OutputDirectory::for_pictures(out)?;
+    let mut voice = Voice::new(args.quiet);
+    let place = (&directory, name);
+    let outcome = match write(&film, place, &args.animation, &mut voice, &interrupt)? {
+        Outcome::Done if film.has_failed() => Outcome::Unconverged,
+        outcome => outcome,
+    };
+    voice.say(&note);
+    voice.end(outcome)
+}
+
+/// The directory and the file name of the animation.
+fn target(args: &GifArgs) -> Result<(&Path, &str), Failure> {
+    let named = args.out.as_deref().filter(|out| {
+        let bytes = out.as_os_str().as_encoded_bytes();
+        out.extension().is_some() && !bytes.ends_with(b"/") && !out.is_dir()
+    });
+    let Some(out) = named else {
+        return Ok((directory_of(args.out.as_deref(), &args.file), ANIMATION));
+    };
+    let refused =
+        |needed: &str| Failure::Input(format!("--out {}: {needed} is needed", shown::path(out)));
+    if out.extension().and_then(OsStr::to_str) != Some("gif") {
+        return Err(refused("a name that ends in .gif, or a directory,"));
+    }
+    let name = out.file_name().and_then(OsStr::to_str);
+    let name = name.ok_or_else(|| refused("a name of letters that are Unicode"))?;
+    Ok((directory_of(None, out), name))
+}
+
+/// Refuses, before a simulation of so many `rows`, what would be refused after it.
+pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failure> {
+    let animation = &args.animation;
+    if !args.gif {
+        let flags = [
+            ("--gif-speed", animation.gif_speed.is_some()),
+            ("--gif-size", animation.gif_size.is_some()),
+            ("--camera", animation.camera.is_some()),
+        ];
+        return refuse_flags("a simulation without --gif", &flags);
+    }
+    let duration = (rows - 1) as f64 * time_step;
+    frame_count(duration, settings(animation).speed).map_err(refused)?;
+    Ok(())
+}
+
+fn settings(args: &AnimationArgs) -> AnimationSettings {
+    let default = AnimationSettings::default();
+    AnimationSettings {
+        speed: args.gif_speed.unwrap_or(default.speed),
+        size: args.gif_size.unwrap_or(default.size),
+        view: args.camera,
+    }
+}
+
+/// Writes the animation of `film` under a name in a directory; no file if `interrupt` is raised.
+pub fn write(
+    film: &Film,
+    (out, name): (&OutputDirectory, &str),
+    args: &AnimationArgs,
+    voice: &mut Voice,
+    interrupt: &AtomicBool,
+) -> Result<Outcome, Failure> {
+    let pending = PendingFile::create(out, name)?;
+    let bar = progress_bar(0, "frames", voice.is_quiet());
+    let progress = |done, frames| {
+        bar.set_length(frames);
+        bar.set_position(done);
+        if interrupt.load(Ordering::Relaxed) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
+    let animation = match animate(film, &settings(args), progress) {
+        Ok(animation) => animation,
+        Err(AnimationError::Interrupted) => return Ok(Outcome::Interrupted),
+        Err(error) => return Err(refused(error)),
+    };
+    bar.finish_and_clear();
+    pending.write(&animation)?;
+    let path = pending.publish()?;
+    let megabytes = animation.len() as f64 / 1e6;
+    voice.say(&format!("wrote {} ({megabytes:.2} MB)\n", shown::path(&path)));
+    Ok(Outcome::Done)
+}
+
+fn refused(error: AnimationError) -> Failure {
+    match error {
+        AnimationError::TooLong { .. } => {
+            Failure::Input(format!("{error}; a larger --gif-speed makes fewer"))
+        }
+        AnimationError::Gif(_) => Failure::Other(error.to_string()),
+        AnimationError::TooFar | AnimationError::Interrupted => Failure::Input(error.to_string()),
+    }
+}

@@ -1,0 +1,187 @@
+//! `tumble gradient`: derivatives of a number that a run decides.
+
+mod argument;
+mod task;
+
+use super::args::{GradientArgs, GradientQuantity};
+use super::directory::OutputDirectory;
+use super::input;
+use super::outcome::{Failure, Outcome};
+use super::output::{PendingFile, quoted, say};
+use super::scenario::read_text;
+use super::signals::raise_on_signals;
+use argument::arguments;
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use task::{GradientRow, GradientStop, Task};
+use tumble_core::solver::native::{Smoothing, StepDerivative};
+use tumble_model::shown;
+use tumble_scene::scene::Scene;
+use tumble_scene::settings::Settings;
+
+/// What gradient.json says.
+#[derive(Debug, Serialize)]
+struct GradientReport<'a> {
+    scene: &'a str,
+    of: String,
+    body: &'a str,
+    steps: u64,
+    value: f64,
+    /// Of smoothed derivatives, which are those of other steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    compliance: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    central_path_m_s: Option<f64>,
+    #[serde(skip)]
+    smoothing: Option<Smoothing>,
+    /// m/s, and the step that it is of; null where nothing is near.
+    margin: Option<(f64, u64)>,
+    feature_margin: Option<(f64, u64)>,
+    /// Steps that failed or are wild, in which features are not known as functions of the poses, and in which shares
+    /// of forces follow the history.
+    unsolved: u64,
+    unknown: u64,
+    kept: u64,
+    /// Steps that took a part of their restitution.
+    limited: u64,
+    derivatives: &'a [GradientRow],
+}
+
+/// What the derivatives are smoothed by.
+fn smoothing(args: &GradientArgs) -> Result<Option<Smoothing>, Failure> {
+    let compliance = args.compliance.map(|by| ("--compliance", Smoothing::Compliance(by)));
+    let central = args.central_path.map(|by| ("--central-path", Smoothing::CentralPath(by)));
+    let Some((flag, smoothing)) = compliance.or(central) else { return Ok(None) };
+    match StepDerivative::smoothed(smoothing) {
+        Ok(_) => Ok(Some(smoothing)),
+        Err(error) => Err(Failure::Input(format!("{flag}: {error}"))),
+    }
+}
+
+/// `tumble gradient`.
+pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
+    let arguments = arguments("--by", &args.by)?;
+    if args.differences.is_some_and(|by| !(by > 0.0 && by < 1.0)) {
+        return Err(Failure::Input(
+            "--differences: a size above 0 and below 1 is needed".to_owned(),
+        ));
+    }
+    let smoothing = smoothing(args)?;
+    let text = read_text(&args.file)?;
+    let flags = Settings {
+        seed: args.seed,
+        steps: args.steps.map(|steps| steps + 1),
+        ..Settings::default()
+    };
+    let scene = Scene::of_text(&text, &args.file, flags, &input::bytes)?;
+    if scene.solver() == "ipopt" {
+        let why = "derivatives are those of steps that are solved to rounding; leave the solver out, \
+                   or name the native one";
+        return Err(Failure::Input(format!("{}: solver: {why}", shown::path(&args.file))));
+    }
+    let body = body_of(&scene, args.body.as_deref())?;
+    let interrupt = Arc::new(AtomicBool::new(false));
+    raise_on_signals(&interrupt)?;
+    let task = Task { scene: &scene, body, of: args.of, smoothing, interrupt: &interrupt };
+    let (value, found, rows) = match task.derivatives(&arguments, args.differences) {
+        Ok(found) => found,
+        Err(GradientStop::Interrupted) => return Ok(Outcome::Interrupted),
+        Err(GradientStop::Failed(failure)) => return Err(failure),
+    };
+    let near = |(margin, at): (f64, u64)| margin.is_finite().then_some((margin, at));
+    let report = GradientReport {
+        scene: &scene.name,
+        of: name_of(args.of),
+        body: &scene.bodies[body],
+        steps: scene.rows - 1,
+        value,
+        compliance: args.compliance,
+        central_path_m_s: args.central_path,
+        smoothing,
+        margin: near(found.margin),
+        feature_margin: near(found.feature_margin),
+        unsolved: found.unsolved,
+        unknown: found.unknown,
+        kept: found.kept,
+        limited: found.limited,
+        derivatives: &rows,
+    };
+    let directory = OutputDirectory::for_pictures(&args.out)?;
+    let (csv, json) = (
+        PendingFile::create(&directory, "gradient.csv")?,
+        PendingFile::create(&directory, "gradient.json")?,
+    );
+    csv.write(table(&rows).as_bytes())?;
+    let text = serde_json::to_string_pretty(&report);
+    let text = text.map_err(|error| Failure::Other(format!("gradient.json: {error}")))?;
+    json.write((text + "\n").as_bytes())?;
+    let (csv, json) = (csv.publish()?, json.publish()?);
+    if !args.quiet {
+        say(&(described(&report)
+            + &format!("wrote {} and {}\n", shown::path(&csv), shown::path(&json))))?;
+    }
+    Ok(if found.unsolved > 0 { Outcome::Unconverged } else { Outcome::Done })
+}
+
+/// The word for a quantity.
+pub fn name_of(quantity: GradientQuantity) -> String {
+    use clap::ValueEnum;
+    quantity.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
+}
+
+fn body_of(scene: &Scene, wanted: Option<&str>) -> Result<usize, Failure> {
+    let Some(wanted) = wanted else { return Ok(0) };
+    let by_name = scene.bodies.iter().position(|name| name == wanted);
+    let by_index = || wanted.parse().ok().filter(|index| *index < scene.bodies.len());
+    by_name.or_else(by_index).ok_or_else(|| {
+        let last = scene.bodies.len() - 1;
+        let why = format!("the scene has no such body; its names and 0 to {last} are allowed");
+        Failure::Input(format!("--body {wanted}: {why}"))
+    })
+}
+
+/// gradient.csv.
+fn table(rows: &[GradientRow]) -> String {
+    let mut text = "argument,component,part,unit,derivative,difference\n".to_owned();
+    for GradientRow { argument, component, part, unit, derivative, difference } in rows {
+        let difference = difference.map_or(String::new(), |difference| difference.to_string());
+        let part = quoted(part);
+        let _ = writeln!(text, "{argument},{component},{part},{unit},{derivative},{difference}");
+    }
+    text
+}
+
+/// What stands on the terminal.
+fn described(report: &GradientReport<'_>) -> String {
+    let GradientReport { of, body, steps, value, .. } = report;
+    let mut text = format!("{of} of {body} after {steps} steps: {value}\n");
+    if let Some(smoothing) = report.smoothing {
+        let _ = writeln!(text, "  smoothed by {smoothing}: of other steps than the run's");
+    }
+    for GradientRow { argument, part, unit, derivative, difference, .. } in report.derivatives {
+        let per = if unit.is_empty() { String::new() } else { format!(" per {unit}") };
+        let beside = difference
+            .map_or(String::new(), |difference| format!("  (difference {difference:.9e})"));
+        let _ = writeln!(text, "  {argument:>11} {part:<8}  {derivative:>18.9e}{per}{beside}");
+    }
+    let near = |text: &mut String, what, margin: Option<(f64, u64)>| {
+        if let Some((margin, at)) = margin {
+            let _ = writeln!(text, "nearest kink {what}: {margin:.1e} m/s, in step {at}");
+        }
+    };
+    near(&mut text, "of a law or a touch", report.margin);
+    near(&mut text, "of what touches", report.feature_margin);
+    for (count, what) in [
+        (report.unsolved, "not solved: what follows them is no derivative"),
+        (report.unknown, "with features that are taken for fixed in their bodies"),
+        (report.kept, "with forces whose shares follow the history"),
+        (report.limited, "with a part of their restitution, which is taken for a constant"),
+    ] {
+        if count > 0 {
+            let _ = writeln!(text, "{count} steps {what}");
+        }
+    }
+    text
+}

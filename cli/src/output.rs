@@ -1,0 +1,178 @@
+//! Files that are either whole or not there, and standard output that may be closed.
+
+use super::directory::OutputDirectory;
+use super::file_names::{RANDOM, TEMPORARY};
+use super::outcome::{Failure, Outcome};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::fs::File;
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+use tumble_model::shown;
+
+/// A file under a temporary name, renamed to its own when it is complete; removed if it
+/// never is.
+pub struct PendingFile {
+    path: PathBuf,
+    temporary: NamedTempFile,
+}
+
+impl PendingFile {
+    /// Opens a temporary file in `directory` for the later `directory/name`.
+    pub fn create(directory: &OutputDirectory, name: &str) -> Result<Self, Failure> {
+        let directory = directory.path();
+        let path = directory.join(name);
+        if path.is_dir() {
+            return Err(Failure::Other(format!(
+                "{} is a directory; a file is to be written there",
+                shown::path(&path)
+            )));
+        }
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1).rand_bytes(RANDOM);
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // Readable as the umask allows, like any file a program writes.
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let temporary =
+            builder.tempfile_in(directory).map_err(|error| cannot_write(&path, &error))?;
+        Ok(Self { path, temporary })
+    }
+
+    /// The name that it will have in its directory.
+    pub fn name(&self) -> String {
+        self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
+    /// The name that it has until then.
+    pub fn temporary_name(&self) -> String {
+        self.temporary.path().file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+
+    /// Leaves the file under its temporary name.
+    pub fn leave(self) {
+        // What cannot be left is removed.
+        let _ = self.temporary.keep();
+    }
+
+    /// The file, to write to.
+    pub fn open(&self) -> Result<File, Failure> {
+        self.temporary.reopen().map_err(|error| self.failed(&error))
+    }
+
+    /// A buffered stream into the file.
+    pub fn stream(&self) -> Result<BufWriter<File>, Failure> {
+        self.open().map(BufWriter::new)
+    }
+
+    /// Writes all of the file, down to the disk: a full one must be noticed before the file
+    /// gets its name.
+    pub fn write(&self, bytes: &[u8]) -> Result<(), Failure> {
+        let mut stream = self.stream()?;
+        stream
+            .write_all(bytes)
+            .and_then(|()| stream.flush())
+            .and_then(|()| stream.get_ref().sync_all())
+            .map_err(|error| self.failed(&error))
+    }
+
+    /// Turns an error of the stream into a sentence.
+    pub fn failed(&self, error: &io::Error) -> Failure {
+        cannot_write(&self.path, error)
+    }
+
+    /// Gives the complete file its name.
+    pub fn publish(self) -> Result<PathBuf, Failure> {
+        match self.temporary.persist(&self.path) {
+            Ok(_) => Ok(self.path),
+            Err(error) => Err(cannot_write(&self.path, &error.error)),
+        }
+    }
+}
+
+/// Where pictures of the trajectory `file` go: to `out`, or beside it.
+pub fn directory_of<'a>(out: Option<&'a Path>, file: &'a Path) -> &'a Path {
+    // `x.csv` has the parent "", which is no name of a directory.
+    let beside = file.parent().filter(|parent| !parent.as_os_str().is_empty());
+    out.or(beside).unwrap_or(Path::new("."))
+}
+
+fn cannot_write(path: &Path, error: &io::Error) -> Failure {
+    Failure::Other(format!("{} cannot be written: {error}", shown::path(path)))
+}
+
+/// Says on standard error what is wrong, where the command goes on.
+pub fn complain(failure: &Failure) {
+    // Nobody may listen.
+    let _ = writeln!(io::stderr(), "tumble: {failure}");
+}
+
+/// Prints `text` to standard output.
+pub fn say(text: &str) -> Result<(), Failure> {
+    let mut stdout = io::stdout().lock();
+    stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+        .map_err(|error| Failure::Other(format!("standard output cannot be written: {error}")))
+}
+
+/// What a command says while it still has files to write: nobody may listen, and they are written
+/// all the same.
+pub struct Voice {
+    quiet: bool,
+    failure: Option<Failure>,
+}
+
+impl Voice {
+    pub fn new(quiet: bool) -> Self {
+        Self { quiet, failure: None }
+    }
+
+    pub fn is_quiet(&self) -> bool {
+        self.quiet
+    }
+
+    /// Prints `text`, unless it is to be quiet or could not be heard before.
+    pub fn say(&mut self, text: &str) {
+        if !self.quiet && self.failure.is_none() {
+            self.failure = say(text).err();
+        }
+    }
+
+    /// How a command ends that came to `outcome`.
+    pub fn end(self, outcome: Outcome) -> Result<Outcome, Failure> {
+        self.failure.map_or(Ok(outcome), Err)
+    }
+}
+
+/// A line on standard error that says how far something is; hidden where nobody looks.
+pub fn spinner(quiet: bool) -> ProgressBar {
+    if quiet || !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    ProgressBar::new_spinner()
+}
+
+/// A bar on standard error for `length` of what `unit` names; hidden where nobody looks.
+pub fn progress_bar(length: u64, unit: &str, quiet: bool) -> ProgressBar {
+    if quiet || !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(length);
+    let template = format!("{{bar:40}} {{pos}}/{{len}} {unit}, {{eta}} left");
+    if let Ok(style) = ProgressStyle::with_template(&template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// A name as a field of CSV.
+pub fn quoted(name: &str) -> String {
+    if name.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", name.replace('"', "\"\""))
+    } else {
+        name.to_owned()
+    }
+}

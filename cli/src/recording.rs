@@ -1,0 +1,447 @@
+//! The files of a run, in either format: its rows, and what they are rows of.
+
+use super::args::PhysicsArgs;
+use super::file_names::{TRAJECTORY, file_of};
+use super::input;
+use super::outcome::{Failure, refuse_flags};
+use super::output::directory_of;
+use super::scene::of_physics;
+use super::table_file::TableSource;
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::path::{Path, PathBuf};
+use tumble::solver::ipopt::{self, LADDER_RESIDUAL};
+use tumble::step_nlp::StepNlp;
+use tumble_core::contact::Detection;
+use tumble_core::joint::Knots;
+use tumble_core::mechanics::{Load, State};
+use tumble_core::solver::native;
+use tumble_core::step::StepStatus;
+use tumble_core::world::World;
+use tumble_model::names::FileKind;
+use tumble_model::shown;
+use tumble_scene::choices::SceneName;
+use tumble_scene::kept::{KeptSteps, TableForm};
+use tumble_scene::output::tables::{Streams, Table, TableStep, TablesReader};
+use tumble_scene::output::trajectory::{TrajectoryReader, TrajectoryRow};
+use tumble_scene::physics;
+use tumble_scene::run_file::{self, RunFile, Seal, SolverSettings, checksum_of};
+use tumble_scene::settings::Settings;
+
+/// More bytes than the header of a table has.
+const LONGEST_HEADER: u64 = 1 << 12;
+
+/// The files of a run that are being read.
+pub struct Recording<'a> {
+    path: &'a Path,
+    rows: RecordingRows,
+    /// run.json, where there is one: tables always have it.
+    pub run: Option<RunFile>,
+    pub world: World,
+    /// One a body.
+    pub loads: Vec<Load>,
+    /// How joints' frames in the world move.
+    pub courses: Vec<(usize, Knots)>,
+}
+
+/// What reads the rows of one format.
+enum RecordingRows {
+    Trajectory(Box<TrajectoryReader<TableSource>>),
+    Tables(Box<TablesReader<TableSource>>),
+}
+
+/// A step as the files of one format have it.
+pub enum RecordedStep {
+    Trajectory(TrajectoryRow),
+    Tables(TableStep),
+}
+
+impl RecordedStep {
+    /// k.
+    pub fn index(&self) -> u64 {
+        match self {
+            Self::Trajectory(row) => row.index,
+            Self::Tables(step) => step.row.index,
+        }
+    }
+
+    fn time(&self) -> f64 {
+        match self {
+            Self::Trajectory(row) => row.time,
+            Self::Tables(step) => step.row.time,
+        }
+    }
+
+    pub fn status(&self) -> StepStatus {
+        match self {
+            Self::Trajectory(row) => row.status,
+            Self::Tables(step) => step.row.status,
+        }
+    }
+
+    /// As the file has it, m/s.
+    pub fn residual(&self) -> f64 {
+        match self {
+            Self::Trajectory(row) => row.residual,
+            Self::Tables(step) => step.row.residual,
+        }
+    }
+
+    /// X at step k+1, where the files have it beside the step; empty where the next one has it.
+    pub fn ends(&self) -> &[State] {
+        match self {
+            Self::Trajectory(_) => &[],
+            Self::Tables(step) => &step.ends,
+        }
+    }
+
+    /// X at step k, one a body.
+    pub fn states(&self) -> &[State] {
+        match self {
+            Self::Trajectory(row) => std::slice::from_ref(&row.state),
+            Self::Tables(step) => &step.states,
+        }
+    }
+}
+
+impl<'a> Recording<'a> {
+    /// Opens the files of which `path` is one. Their run.json stands beside them; only a trajectory may lack it, and
+    /// `flags` then change the drop scene's parameters.
+    pub fn open(path: &'a Path, flags: &PhysicsArgs) -> Result<Self, Failure> {
+        let run_path = path.with_file_name("run.json");
+        let run = RunFile::read(input::text(&run_path, run_file::LARGEST_FILE), &run_path, || {
+            refuse_lonely_table(path, &run_path)
+        })?;
+        let Some(run) = run else { return Self::without_run(path, of_physics(flags)?) };
+        let given: Vec<_> = flags.given().iter().map(|flag| (*flag, true)).collect();
+        refuse_flags("a run with a run.json, which has all parameters", &given)?;
+        if !run.trajectory {
+            refuse_another_file(path, run.kept.form)?;
+        }
+        Self::of_run(path, run)
+    }
+
+    /// Opens the files of `run`, of which `path` is one.
+    pub fn of_run(path: &'a Path, run: RunFile) -> Result<Self, Failure> {
+        let run_path = path.with_file_name("run.json");
+        let wrong = |failure: Failure| match failure {
+            Failure::Setting { name, why } => {
+                Failure::Input(format!("{}: model.{name}: {why}", shown::path(&run_path)))
+            }
+            other => other.in_file(&run_path, FileKind::Run, &[]),
+        };
+        let (model, kept) = (&run.model, &run.kept);
+        let world = model.world().map_err(wrong)?;
+        let loads = model.loads().map_err(wrong)?;
+        let courses = model.courses().map_err(wrong)?;
+        let rows = if run.trajectory {
+            let reader = trajectory(path, &world, "run.json names")?;
+            RecordingRows::Trajectory(Box::new(
+                reader.from_index(run.start_index).every(kept.every),
+            ))
+        } else {
+            let some = |of: Table, count: usize| {
+                (count > 0 && kept.has(of)).then(|| table(path, of, kept.form)).transpose()
+            };
+            let streams = Streams {
+                states: table(path, Table::States, kept.form)?,
+                contacts: some(Table::Contacts, 1)?,
+                steps: table(path, Table::Steps, kept.form)?,
+                joints: some(Table::Joints, world.joints().len())?,
+                gears: some(Table::Gears, world.gears().len())?,
+                ends: some(Table::Ends, 1)?,
+            };
+            let tied = (world.joints().len(), world.gears().len());
+            let reader = TablesReader::of_some(streams, world.bodies().len(), tied.0, tied.1);
+            let reader = reader.map_err(|error| odd_tables(path, &error))?;
+            RecordingRows::Tables(Box::new(reader.from_index(run.start_index).every(kept.every)))
+        };
+        Ok(Self { path, rows, run: Some(run), world, loads, courses })
+    }
+
+    /// Opens a trajectory without a run.json: of the drop scene, changed by `flags`.
+    fn without_run(path: &'a Path, flags: Settings) -> Result<Self, Failure> {
+        let settings = flags.over(Settings::of_scene(SceneName::Drop));
+        let (world, load) = physics::of_settings(&settings)?;
+        let reader = trajectory(path, &world, "without a run.json there are")?;
+        let rows = RecordingRows::Trajectory(Box::new(reader));
+        Ok(Self { path, rows, run: None, world, loads: vec![load], courses: Vec::new() })
+    }
+
+    /// The next step, its time checked, and of tables its states; `None` after the last.
+    pub fn next_step(&mut self) -> Result<Option<RecordedStep>, Failure> {
+        let step = match &mut self.rows {
+            RecordingRows::Trajectory(reader) => reader
+                .next_row()
+                .map(|row| row.map(RecordedStep::Trajectory))
+                .map_err(|error| odd_trajectory(self.path, &error)),
+            RecordingRows::Tables(reader) => reader
+                .next_step()
+                .map(|step| step.map(RecordedStep::Tables))
+                .map_err(|error| odd_tables(self.path, &error)),
+        }?;
+        if let Some(step) = &step {
+            self.check_time(step)?;
+            self.check_states(step)?;
+        }
+        Ok(step)
+    }
+
+    /// Has what moves in the world be where it is at the step.
+    pub fn follow(&mut self, step: &RecordedStep) {
+        self.world.follow(&self.courses, step.index() as f64 * self.world.time_step());
+    }
+
+    /// Times that do not fit the time step show that the parameters are another run's.
+    fn check_time(&self, step: &RecordedStep) -> Result<(), Failure> {
+        let (index, time, h) = (step.index(), step.time(), self.world.time_step());
+        let expected = index as f64 * h;
+        if (time - expected).abs() <= 1e-9 * expected.max(h) {
+            return Ok(());
+        }
+        let [time, h] = [time, h].map(shown::number);
+        let why = format!("has t_s = {time}, which does not fit a time step of {h} s");
+        Err(match step {
+            RecordedStep::Trajectory(_) => Failure::Input(format!(
+                "{}: row {index} {why}; give the run's own with --dt",
+                shown::path(self.path)
+            )),
+            RecordedStep::Tables(_) => self.odd(&format!("step {index} {why}")),
+        })
+    }
+
+    /// A state of tables that is none: no step can be judged or drawn with it. A run may come to one that it could not
+    /// start from.
+    fn check_states(&self, step: &RecordedStep) -> Result<(), Failure> {
+        let RecordedStep::Tables(step) = step else { return Ok(()) };
+        let names = self.run.iter().flat_map(RunFile::bodies);
+        let names: Vec<_> = names.collect();
+        let named = |states| names.iter().zip(states);
+        for (name, state) in named(&step.states).chain(named(&step.ends)) {
+            let why = |error| self.odd(&format!("step {}, {name}: {error}", step.row.index));
+            state.with_unit_attitude().map_err(why)?;
+        }
+        Ok(())
+    }
+
+    /// The index of the body that is `wanted` by its name, or else by its number; the first where
+    /// none is.
+    pub fn body(&self, wanted: Option<&str>) -> Result<usize, Failure> {
+        if matches!(self.rows, RecordingRows::Trajectory(_)) {
+            refuse_flags("a trajectory of one body", &[("--body", wanted.is_some())])?;
+        }
+        let Some(wanted) = wanted else { return Ok(0) };
+        let bodies: Vec<_> = self.run.iter().flat_map(RunFile::bodies).collect();
+        let named = bodies.iter().position(|name| *name == wanted);
+        let numbered = || wanted.parse().ok().filter(|index| *index < bodies.len());
+        named.or_else(numbered).ok_or_else(|| {
+            Failure::Input(format!(
+                "--body: {} is none; a body's name, as {}, or its number, 0 to {}, is needed",
+                shown::line(wanted),
+                bodies[0],
+                bodies.len() - 1
+            ))
+        })
+    }
+
+    /// Whether its rows are those of the tutorial's table.
+    pub fn is_one_table(&self) -> bool {
+        matches!(self.rows, RecordingRows::Trajectory(_))
+    }
+
+    /// Which of the run's rows there are.
+    pub fn kept(&self) -> KeptSteps {
+        self.run.as_ref().map(|run| run.kept.clone()).unwrap_or_default()
+    }
+
+    /// Whether there is no ground: without one there is but one way to move.
+    pub fn floating(&self) -> bool {
+        self.run.as_ref().is_some_and(|run| run.solver.name == "rk4")
+    }
+
+    /// The residual that a solved contact step may have, m/s: what its solver holds its steps to,
+    /// or the laxest of them where there is no run.json.
+    pub fn accepted(&self) -> Result<f64, Failure> {
+        let Some(run) = &self.run else {
+            return Ok(ipopt::ACCEPTED_RESIDUAL * self.world.speed_scale());
+        };
+        promised(&run.solver, &self.world).map_err(|why| {
+            let run_path = self.path.with_file_name("run.json");
+            Failure::Input(format!("{}: {why}", shown::path(&run_path)))
+        })
+    }
+
+    /// By which points become candidates; `None` where run.json does not say it.
+    pub fn detection(&self) -> Option<Detection> {
+        let name = self.run.as_ref()?.solver.detection.as_deref()?;
+        [Detection::Height, Detection::Predictive].into_iter().find(|rule| rule.name() == name)
+    }
+
+    /// What must be said of parameters that no run.json has; empty where one has them.
+    pub fn note(&self) -> &'static str {
+        match self.run {
+            Some(_) => "",
+            None => "no run.json beside the file: the drop scene's parameters, and the flags given",
+        }
+    }
+
+    /// The note as a line to print; empty where there is nothing to say.
+    pub fn note_line(&self) -> String {
+        let note = self.note();
+        if note.is_empty() { String::new() } else { format!("note: {note}\n") }
+    }
+
+    /// What is wrong with the tables, in a sentence.
+    pub fn odd(&self, why: &dyn std::fmt::Display) -> Failure {
+        odd_tables(self.path, why)
+    }
+
+    /// What the rows are in, as it can be shown: a file, or the folder of the tables.
+    pub fn place(&self) -> String {
+        match self.rows {
+            RecordingRows::Trajectory(_) => shown::path(self.path),
+            RecordingRows::Tables(_) => shown::path(directory_of(None, self.path)),
+        }
+    }
+
+    /// What was changed in the files after the run wrote them, by their checksums in run.json; nothing where that has none.
+    pub fn changed_files(&self) -> Result<Vec<String>, Failure> {
+        let Some(run) = &self.run else { return Ok(Vec::new()) };
+        let mut found = Vec::new();
+        match run.seal {
+            Seal::Broken => found.push(
+                "run.json was changed after it was written: its checksum is another".to_owned(),
+            ),
+            Seal::None if !run.checksums.is_empty() => found.push(
+                "run.json was changed after it was written: it has lost its checksum".to_owned(),
+            ),
+            _ => {}
+        }
+        let of_one = file_of(TRAJECTORY, run.kept.form);
+        for (name, expected) in &run.checksums {
+            let path = match self.rows {
+                // It may have been given another name.
+                RecordingRows::Trajectory(_) if *name == of_one => self.path.to_owned(),
+                RecordingRows::Tables(_) if *name != of_one => self.path.with_file_name(name),
+                _ => continue,
+            };
+            let shown = shown::path(&path);
+            let checksum = input::open(&path)
+                .and_then(checksum_of)
+                .map_err(|error| Failure::Input(format!("{shown} cannot be read: {error}")))?;
+            if checksum != *expected {
+                let expected = shown::line(expected);
+                found.push(format!(
+                    "{shown} was changed after the run wrote it: its checksum is {checksum}, run.json says {expected}"
+                ));
+            }
+        }
+        Ok(found)
+    }
+
+    /// The file that has a row for each step.
+    pub fn steps_file(&self) -> PathBuf {
+        match self.rows {
+            RecordingRows::Trajectory(_) => self.path.to_owned(),
+            RecordingRows::Tables(_) => {
+                self.path.with_file_name(file_of(Table::Steps.name(), self.kept().form))
+            }
+        }
+    }
+}
+
+/// Opens a trajectory of the body of `world`, whose contact points `source` has.
+fn trajectory(
+    path: &Path,
+    world: &World,
+    source: &str,
+) -> Result<TrajectoryReader<TableSource>, Failure> {
+    let file = TableSource::open(path).map_err(|error| odd_trajectory(path, &error))?;
+    let reader = TrajectoryReader::new(file).map_err(|error| odd_trajectory(path, &error))?;
+    let points = world.bodies().first().map_or(0, |body| body.contact_points().len());
+    if points != reader.contacts() {
+        return Err(Failure::Input(format!(
+            "{} has columns for {} contact points; {source} {points}",
+            shown::path(path),
+            reader.contacts(),
+        )));
+    }
+    Ok(reader)
+}
+
+fn odd_trajectory(path: &Path, error: &dyn std::fmt::Display) -> Failure {
+    Failure::Input(format!("{} cannot be read as a trajectory: {error}", shown::path(path)))
+}
+
+fn odd_tables(file: &Path, why: &dyn std::fmt::Display) -> Failure {
+    let folder = shown::path(directory_of(None, file));
+    Failure::Input(format!("the tables in {folder} cannot be read: {why}"))
+}
+
+fn table(beside: &Path, table: Table, form: TableForm) -> Result<TableSource, Failure> {
+    let path = beside.with_file_name(file_of(table.name(), form));
+    TableSource::open(&path)
+        .map_err(|error| Failure::Input(format!("{} cannot be read: {error}", shown::path(&path))))
+}
+
+/// A table of several bodies says nothing without the model in its run.json.
+fn refuse_lonely_table(file: &Path, run_path: &Path) -> Result<(), Failure> {
+    let headers =
+        [false, true].map(|joints| Table::ALL.map(|table| table.columns(joints).join(",")));
+    let mut first = String::new();
+    // What cannot be read is no table, and is refused where it is read.
+    let start = TableSource::open(file).map(|file| file.take(LONGEST_HEADER));
+    let _ = start.and_then(|start| BufReader::new(start).read_line(&mut first));
+    if !headers.iter().flatten().any(|header| header == first.trim_end()) {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "{}: a table of several bodies needs the run.json of its run beside it; {} is not there, or not one of \
+         such tables",
+        shown::path(file),
+        shown::path(run_path)
+    )))
+}
+
+/// The run.json beside a file says nothing of one that is no table of its run.
+fn refuse_another_file(file: &Path, form: TableForm) -> Result<(), Failure> {
+    let names = Table::ALL.map(|table| file_of(table.name(), form));
+    let name = file.file_name().unwrap_or_default();
+    if names.iter().any(|table| name == table.as_str()) {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "{}: the run.json beside it is of a run of several bodies; its tables are {}",
+        shown::path(file),
+        names.join(", ")
+    )))
+}
+
+/// The residual that a contact step of `world` may have that counts as solved, m/s: what its
+/// solver holds its steps to. Where the file does not say it, the name must be known.
+fn promised(settings: &SolverSettings, world: &World) -> Result<f64, String> {
+    if let Some(accepted) = settings.accepted_residual_m_s {
+        return match accepted >= 0.0 {
+            true => Ok(accepted),
+            false => Err(format!(
+                "solver.accepted_residual_m_s is {}; a speed of 0 or more is needed",
+                shown::number(accepted)
+            )),
+        };
+    }
+    // The program of several bodies has the ladder's, with and without its other rungs.
+    let ladder = || settings.on_failure.as_deref() == Some("ladder");
+    let accepted = match settings.name.as_str() {
+        "native" => native::ACCEPTED_RESIDUAL,
+        "rk4" => 0.0,
+        "ipopt" if ladder() || StepNlp::unsuitable(world).is_some() => LADDER_RESIDUAL,
+        "ipopt" => ipopt::ACCEPTED_RESIDUAL,
+        other => {
+            return Err(format!(
+                "solver.name: {} is no solver of tumble; what it promises is needed in \
+                 solver.accepted_residual_m_s",
+                shown::line(other)
+            ));
+        }
+    };
+    Ok(accepted * world.speed_scale())
+}

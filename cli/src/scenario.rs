@@ -1,0 +1,17 @@
+//! Scenario files, read.
+
+use super::input;
+use super::outcome::Failure;
+use std::path::Path;
+use tumble_model::shown;
+use tumble_scene::LARGEST_FILE;
+
+/// The text of a file that may be a scenario, or a robot.
+pub fn read_text(path: &Path) -> Result<String, Failure> {
+    let is_robot = path.extension().is_some_and(|end| end == "urdf" || end == "xml");
+    let most = if is_robot { tumble_robot::LARGEST_FILE } else { LARGEST_FILE };
+    input::text(path, most).map_err(|error| {
+        let file = shown::path(path);
+        Failure::Input(format!("{file}: cannot be read as a scenario: {error}"))
+    })
+}

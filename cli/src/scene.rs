@@ -1,0 +1,108 @@
+//! The scene that the arguments of a simulation amount to.
+
+use super::args::{PhysicsArgs, SimulateArgs};
+use super::outcome::{Failure, refuse_flags};
+use super::{input, scenario};
+use tumble_model::names::FileKind;
+use tumble_scene::choices::{BodyShape, SceneName, SolverName};
+use tumble_scene::run_file;
+pub use tumble_scene::scene::Scene;
+use tumble_scene::settings::{Settings, polyline};
+use tumble_scene::solver_choice::SolverChoice;
+
+/// With more contact points than this Ipopt takes more than 10 ms an iteration
+/// (docs/ipopt-path.md).
+const MANY_POINTS: usize = 100;
+
+/// The scene, checked.
+pub fn of_args(args: &SimulateArgs) -> Result<Scene, Failure> {
+    let flags = of_flags(args)?;
+    let scene = match &args.scenario {
+        None => {
+            let name = args.scene.unwrap_or(SceneName::Drop);
+            Scene::of_tutorial(name, flags, SolverName::Ipopt)?
+        }
+        Some(path) => {
+            let (text, flags) = (scenario::read_text(path)?, (flags, &args.given()[..]));
+            let scene = Scene::told(&text, path, flags, SolverName::Ipopt, &input::bytes)?;
+            let large = run_file::refuse_large(&scene.model);
+            large.map_err(|failure| failure.in_file(path, FileKind::Scenario, &[]))?;
+            scene
+        }
+    };
+    let scene = match args.substeps {
+        Some(substeps) => scene.in_substeps(substeps)?,
+        None => scene,
+    };
+    on_threads(args, scene)
+}
+
+/// The scene, to be solved on the threads that are asked for.
+pub fn on_threads(args: &SimulateArgs, mut scene: Scene) -> Result<Scene, Failure> {
+    if let Some(threads) = args.threads {
+        let place = "one body, whose steps are one problem each";
+        refuse_flags(place, &[("--threads", scene.bodies.len() == 1)])?;
+        if let Some(contact) = &mut scene.contact {
+            contact.set_threads(threads)?;
+        }
+    }
+    Ok(scene)
+}
+
+/// What must be said before a run that takes long.
+pub fn note(scene: &Scene) -> Option<String> {
+    let ipopt = scene.contact.as_ref().is_some_and(SolverChoice::is_ipopt);
+    let points = scene.world.bodies().iter().map(|body| body.contact_points().len());
+    let points = points.max().unwrap_or(0);
+    (ipopt && points > MANY_POINTS).then(|| {
+        format!(
+            "{points} contact points are many for Ipopt, which may take seconds a step with \
+             them: --solver native is made for this\n"
+        )
+    })
+}
+
+/// What the flags of a simulation say.
+fn of_flags(args: &SimulateArgs) -> Result<Settings, Failure> {
+    Ok(Settings {
+        steps: args.steps,
+        start_index: args.start_index,
+        seed: args.seed,
+        position: args.position,
+        height: args.height,
+        attitude: args.attitude.clone(),
+        velocity: args.velocity,
+        spin: args.spin,
+        frame: args.frame,
+        solver: args.solver,
+        preset: args.preset,
+        formulation: args.formulation,
+        detection: args.detection,
+        tol: args.tol,
+        max_iter: args.max_iter,
+        residual: args.residual,
+        on_failure: args.on_failure,
+        robot: args.robot.settings(),
+        ..of_physics(&args.physics)?
+    })
+}
+
+/// What the flags that residuals depend on say.
+pub fn of_physics(physics: &PhysicsArgs) -> Result<Settings, Failure> {
+    Ok(Settings {
+        dt: physics.dt,
+        rotation: physics.rotation.map(Into::into),
+        mu: physics.mu,
+        restitution: physics.restitution,
+        rebound_speed: physics.rebound_speed,
+        mass: physics.mass,
+        inertia: physics.inertia.clone(),
+        gravity: physics.gravity,
+        shape: physics.sides.map(BodyShape::Box),
+        plane: physics.plane.clone(),
+        force: polyline("force", &physics.force)?,
+        torque: polyline("torque", &physics.torque)?,
+        force_at: physics.force_at,
+        ..Settings::default()
+    })
+}

@@ -1,0 +1,151 @@
+//! The main job: simulate a scene, write its rows and the run file, say how it went.
+
+use super::args::SimulateArgs;
+use super::checkpoint::CheckpointWriter;
+use super::continued::{self, Continued, ContinuedNotes, UNFINISHED};
+use super::describe::describe;
+use super::directory::{Claims, OutputDirectory};
+use super::exported::Exported;
+use super::file_names::{self, RUN_JSON};
+use super::outcome::{Failure, Outcome, refuse_flags};
+use super::output::{PendingFile, Voice};
+use super::pictures::{self, Pictures};
+use super::recording::Recording;
+use super::run::{self, RunOutcome, RunOutputs, RunPlan};
+use super::scene;
+use super::scene::Scene;
+use super::signals::raise_on_signals;
+use super::writer::{RunWriter, WrittenFiles};
+use std::fmt::Write as _;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use tumble_model::shown;
+use tumble_scene::kept::KeptSteps;
+use tumble_scene::output::tables::Table;
+use tumble_scene::run_file::RunFile;
+
+pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
+    let (scene, before) = match &args.continued {
+        None => (scene::of_args(args)?, None),
+        Some(directory) => {
+            let (scene, before) = Continued::read(args, directory)?;
+            (scene, Some(before))
+        }
+    };
+    let exported =
+        args.export_problems.as_deref().map(|path| Exported::check(path, &scene, args.out()));
+    let exported = exported.transpose()?;
+    let kept = before.as_ref().map_or_else(|| args.kept(), |before| before.kept().clone());
+    check_kept(args, &scene, &kept)?;
+    pictures::check(args, kept.rows(scene.rows), kept.every as f64 * scene.world.time_step())?;
+    let interrupt = Arc::new(AtomicBool::new(false));
+    let mut simulation = scene.simulation(&interrupt)?;
+    if let Some(before) = &before {
+        before.restore(&mut simulation)?;
+    }
+
+    // Before the first file: a signal that comes earlier would leave it behind.
+    raise_on_signals(&interrupt)?;
+    let mut files = RunWriter::names(&scene, &kept);
+    files.extend([RUN_JSON, continued::FILE].map(str::to_owned));
+    files.extend(pictures::names(args));
+    let claims = Claims {
+        files: files.clone(),
+        alike: file_names::of_rows().collect(),
+        overwrite: args.overwrite,
+        continues: args.continued.as_deref() == Some(args.out()),
+    };
+    let out = OutputDirectory::for_run(args.out(), claims)?;
+    let mut voice = Voice::new(args.quiet);
+    if let Some(note) = scene::note(&scene) {
+        voice.say(&note);
+    }
+    for note in scene.notes() {
+        voice.say(&format!("{}\n", shown::line(&note)));
+    }
+    let from = before.as_ref().map_or(0, |_| simulation.index());
+    let exported = exported.map(|wanted| Exported::begin(wanted, from, args.overwrite));
+    let mut exported = exported.transpose()?;
+    let mut writer =
+        RunWriter::create(&scene, &kept, &out, before.as_ref().map(Continued::written))?;
+    let [run_json, state] = [RUN_JSON, continued::FILE].map(|name| PendingFile::create(&out, name));
+    let (run_json, state) = (run_json?, state?);
+    let pictures = Pictures::create(args, &out)?;
+    let run = before.map_or_else(|| RunPlan::new(&scene), Continued::into_run);
+    let mut run_file = RunFile::of(&scene, &RunPlan::new(&scene).ended())?;
+    (run_file.kept, run_file.outcome) = (kept.clone(), UNFINISHED.to_owned());
+    let run_text = run_file.text()?;
+    let checkpoints = args.checkpoint().map(|every| CheckpointWriter {
+        directory: &out,
+        run_json: run_text,
+        every,
+    });
+    let outputs = RunOutputs {
+        writer: &mut writer,
+        exported: exported.as_mut(),
+        checkpoints: checkpoints.as_ref(),
+    };
+    let run = match run::run(&scene, &mut simulation, run, &interrupt, outputs, args.quiet) {
+        Ok(run) => run,
+        Err(failure) => return Err(left_to_continue(failure, writer, args.out())),
+    };
+
+    let WrittenFiles { files: mut pending, checksums, before_end } = writer.finish()?;
+    let mut run_file = RunFile::of(&scene, &run.ended())?;
+    (run_file.kept, run_file.files, run_file.checksums) = (kept, files, checksums);
+    run_json.write(run_file.text()?.as_bytes())?;
+    let notes = ContinuedNotes::of(&run, before_end);
+    state.write(&continued::state_bytes(simulation.save(), &notes)?)?;
+    pending.extend([run_json, state]);
+    let written = pending.into_iter().map(PendingFile::publish).collect::<Result<Vec<_>, _>>()?;
+    let removed = out.remove_former(&written)?;
+    let mut text = describe(&scene, &run);
+    let names: Vec<_> = written.iter().map(|path| shown::path(path)).collect();
+    let _ = writeln!(text, "wrote {}", names.join(", "));
+    if let Some(exported) = &exported {
+        text += &exported.described();
+    }
+    if !removed.is_empty() {
+        let _ = writeln!(text, "removed {} of an earlier run", removed.join(", "));
+    }
+    voice.say(&text);
+    // What ended the run does not end the pictures of it, but what comes after does.
+    interrupt.store(false, Ordering::Relaxed);
+    let animated = args.gif && run.end != RunOutcome::Interrupted;
+    let animated = animated.then_some((args, &out));
+    let open = || Recording::of_run(&written[0], run_file);
+    let drawn = pictures.draw(open, animated, &mut voice, &interrupt)?;
+    voice.end(match run.end {
+        RunOutcome::Interrupted => Outcome::Interrupted,
+        _ if !drawn => Outcome::Interrupted,
+        RunOutcome::Stopped => Outcome::Unconverged,
+        RunOutcome::Complete if run.summary.failed > 0 => Outcome::Unconverged,
+        RunOutcome::Complete => Outcome::Done,
+    })
+}
+
+/// The failure of a run that had begun, whose rows stay if it has a checkpoint.
+fn left_to_continue(failure: Failure, writer: RunWriter, out: &Path) -> Failure {
+    match failure {
+        Failure::Other(why) if writer.leave() => {
+            let out = shown::path(out);
+            Failure::Other(format!("{why}; --continue {out} goes on from the last checkpoint"))
+        }
+        failure => failure,
+    }
+}
+
+/// Refuses tables of a scene that has but one, and pictures of files that tumble does not read.
+fn check_kept(args: &SimulateArgs, scene: &Scene, kept: &KeptSteps) -> Result<(), Failure> {
+    if scene.trajectory {
+        let place = "a scene of one body, whose rows are one table";
+        refuse_flags(place, &[("--tables", args.tables.is_some())])?;
+    }
+    let asks_for_ends = args.tables.iter().flatten().any(|table| *table == Table::Ends);
+    if asks_for_ends && kept.every <= 1 {
+        let why = "the table ends is of a run that leaves out rows; give --every or --substeps too";
+        return Err(Failure::setting("tables", why));
+    }
+    Ok(())
+}

@@ -1,0 +1,220 @@
+//! What the text of a flag's value means, and what may stand there.
+
+use nalgebra::{Matrix3, Vector3, Vector4};
+use std::num::NonZeroUsize;
+use tumble_core::world::Plane;
+use tumble_scene::LARGEST_START;
+use tumble_scene::choices::{Attitude, Inertia};
+use tumble_view::animation::View;
+
+pub fn number(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("a finite number is needed".to_owned()),
+    }
+}
+
+/// How long something may take.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match number(text) {
+        Ok(value) if value > 0.0 => Ok(value),
+        _ => Err("a number above 0 is needed".to_owned()),
+    }
+}
+
+/// The time between two checkpoints.
+pub fn checkpoint(text: &str) -> Result<f64, String> {
+    match number(text) {
+        Ok(value) if (0.0..=1e6).contains(&value) => Ok(value),
+        _ => Err("a number from 0 to 1e6 is needed".to_owned()),
+    }
+}
+
+/// A time step that is also halved, twice at most.
+pub fn halved_step(text: &str) -> Result<f64, String> {
+    match number(text) {
+        Ok(value) if (4e-6..=0.1).contains(&value) => Ok(value),
+        _ => Err("a number from 4e-6 to 0.1 is needed".to_owned()),
+    }
+}
+
+fn integer<T: std::str::FromStr + PartialOrd>(
+    text: &str,
+    low: T,
+    high: T,
+    needed: &str,
+) -> Result<T, String> {
+    match text.trim().parse::<T>() {
+        Ok(value) if low <= value && value <= high => Ok(value),
+        _ => Err(format!("a whole number from {needed} is needed")),
+    }
+}
+
+pub fn rows(text: &str) -> Result<u64, String> {
+    integer(text, 1, 10_000_000, "1 to 10000000")
+}
+
+pub fn every(text: &str) -> Result<u64, String> {
+    integer(text, 1, 1_000_000, "1 to 1000000")
+}
+
+pub fn substeps(text: &str) -> Result<u64, String> {
+    integer(text, 1, 1000, "1 to 1000")
+}
+
+pub fn start_index(text: &str) -> Result<u64, String> {
+    integer(text, 0, LARGEST_START, "0 to 9000000000000000")
+}
+
+pub fn count(text: &str) -> Result<usize, String> {
+    integer(text, 0, 10_000_000, "0 to 10000000")
+}
+
+pub fn seed(text: &str) -> Result<u32, String> {
+    integer(text, 0, u32::MAX, "0 to 4294967295")
+}
+
+pub fn iterations(text: &str) -> Result<u32, String> {
+    integer(text, 1, 1_000_000, "1 to 1000000")
+}
+
+/// As many as the native solver takes.
+pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let count = integer(text, 1, 1024, "1 to 1024")?;
+    Ok(NonZeroUsize::new(count).unwrap_or(NonZeroUsize::MIN))
+}
+
+pub fn speed(text: &str) -> Result<f64, String> {
+    match number(text) {
+        Ok(value) if (1e-4..=1e4).contains(&value) => Ok(value),
+        _ => Err("a number from 0.0001 to 10000 is needed".to_owned()),
+    }
+}
+
+pub fn pixels(text: &str) -> Result<u16, String> {
+    integer(text, 100, 2000, "100 to 2000")
+}
+
+pub fn view(text: &str) -> Result<View, String> {
+    match numbers(text).as_deref() {
+        Some(&[azimuth, elevation])
+            if azimuth.abs() <= 360.0 && (0.0..=90.0).contains(&elevation) =>
+        {
+            Ok(View { azimuth, elevation })
+        }
+        _ => Err("an azimuth from -360 to 360 and an elevation from 0 to 90 are needed".to_owned()),
+    }
+}
+
+fn numbers(text: &str) -> Option<Vec<f64>> {
+    text.split(',').map(|part| number(part).ok()).collect()
+}
+
+pub fn vector(text: &str) -> Result<Vector3<f64>, String> {
+    match numbers(text).as_deref() {
+        Some(&[x, y, z]) => Ok(Vector3::new(x, y, z)),
+        _ => Err("three finite numbers X,Y,Z are needed".to_owned()),
+    }
+}
+
+pub fn sides(text: &str) -> Result<Vector3<f64>, String> {
+    match numbers(text).as_deref() {
+        Some(&[side]) => Ok(Vector3::repeat(side)),
+        Some(&[x, y, z]) => Ok(Vector3::new(x, y, z)),
+        _ => Err("one finite number (a cube) or three X,Y,Z are needed".to_owned()),
+    }
+}
+
+pub fn gravity(text: &str) -> Result<Vector3<f64>, String> {
+    match numbers(text).as_deref() {
+        // Without any, 0 and not -0.
+        Some(&[g]) => Ok(Vector3::new(0.0, 0.0, 0.0 - g)),
+        Some(&[x, y, z]) => Ok(Vector3::new(x, y, z)),
+        _ => Err("one finite number (downwards) or three X,Y,Z are needed".to_owned()),
+    }
+}
+
+pub fn inertia(text: &str) -> Result<Inertia, String> {
+    if text.trim() == "solid" {
+        return Ok(Inertia::Solid);
+    }
+    match numbers(text).as_deref() {
+        Some(&[moment]) => Ok(Inertia::Matrix(Matrix3::from_diagonal_element(moment))),
+        Some(&[x, y, z]) => Ok(Inertia::Matrix(Matrix3::from_diagonal(&Vector3::new(x, y, z)))),
+        Some(all) if all.len() == 9 => Ok(Inertia::Matrix(Matrix3::from_row_slice(all))),
+        _ => Err("one, three or nine finite numbers, or `solid`, are needed".to_owned()),
+    }
+}
+
+pub fn attitude(text: &str) -> Result<Attitude, String> {
+    if text.trim() == "random" {
+        return Ok(Attitude::Random);
+    }
+    match numbers(text).as_deref() {
+        Some(&[w, x, y, z]) => Attitude::given(Vector4::new(w, x, y, z)),
+        _ => Err("four finite numbers W,X,Y,Z, or `random`, are needed".to_owned()),
+    }
+}
+
+pub fn plane(text: &str) -> Result<Plane, String> {
+    match numbers(text).as_deref() {
+        Some(&[slope]) => Plane::sloping(slope),
+        Some(&[x, y, z]) => Plane::new(Vector3::new(x, y, z), 0.0),
+        Some(&[x, y, z, offset]) => Plane::new(Vector3::new(x, y, z), offset),
+        _ => {
+            let needed = "a slope in degrees, a normal NX,NY,NZ or a normal and an offset \
+                          NX,NY,NZ,D are needed";
+            return Err(needed.to_owned());
+        }
+    }
+    .map_err(|error| error.to_string())
+}
+
+pub use tumble_scene::settings::LoadKnot;
+
+pub fn load_knot(text: &str) -> Result<LoadKnot, String> {
+    let needed = "three finite numbers X,Y,Z, or T:X,Y,Z with a time in s, are needed";
+    let (time, value) = match text.split_once(':') {
+        Some((time, value)) => (Some(number(time).map_err(|_| needed.to_owned())?), value),
+        None => (None, text),
+    };
+    Ok((time, vector(value).map_err(|_| needed.to_owned())?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn matrices_come_from_one_three_or_nine_numbers() {
+        let matrix = |text: &str| match inertia(text).unwrap() {
+            Inertia::Matrix(matrix) => matrix,
+            Inertia::Solid => panic!("{text}"),
+        };
+        assert_eq!(matrix("2"), Matrix3::identity() * 2.0);
+        assert_eq!(matrix("1,2,3")[(2, 2)], 3.0);
+        assert_eq!(matrix("1,2,3,4,5,6,7,8,9")[(0, 2)], 3.0);
+        for bad in ["", "1,2", "nan", "1,inf,2", "1;2;3", "hollow"] {
+            assert!(inertia(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn planes_come_from_a_slope_or_a_normal() {
+        assert!(plane("0").unwrap().is_level());
+        assert_eq!(plane("30").unwrap(), Plane::sloping(30.0).unwrap());
+        assert_eq!(plane("0,3,4,-2").unwrap().offset(), -2.0);
+        for bad in ["", "1,2", "0,0,0", "nan", "1,2,3,4,5", "400", "0,0,1,inf"] {
+            assert!(plane(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn knots_of_a_load_may_have_a_time() {
+        assert_eq!(load_knot("1,2,3").unwrap(), (None, Vector3::new(1.0, 2.0, 3.0)));
+        assert_eq!(load_knot("0.5:1,2,3").unwrap().0, Some(0.5));
+        for bad in ["", "1,2", "a:1,2,3", "0:1,2", "1:2:3,4,5"] {
+            assert!(load_knot(bad).is_err(), "{bad}");
+        }
+    }
+}

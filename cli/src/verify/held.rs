@@ -1,0 +1,312 @@
+//! What run.json says of a run, held against the run's rows.
+
+use crate::continued::contact_of;
+use crate::outcome::Failure;
+use crate::recording::{RecordedStep, Recording};
+use crate::run::RunOutcome;
+use std::collections::BTreeMap;
+use tumble_core::mechanics::State;
+use tumble_core::simulation::summary::{RunSummary, StatusCount};
+use tumble_core::step::StepStatus;
+use tumble_core::world::World;
+use tumble_model::shown;
+use tumble_scene::joints_summary::{JointsSummary, Taut, TautJoint};
+use tumble_scene::run_file::{RunFile, SolverSettings, SummaryFile};
+use tumble_scene::solver_choice::IPOPT_VERSION;
+
+/// Numbers of run.json and of rows are the same doubles, but for their norms.
+const SAME: f64 = 1e-12;
+
+/// A stiffness is the root of an eigenvalue.
+const STIFFNESS_FOUND_TO: f64 = 1e-6;
+
+/// More names of starts than any ladder has.
+const MOST_STARTS: usize = 100;
+
+/// The rows of a run, counted as the run counted its steps.
+#[derive(Default)]
+pub struct StatusCounts {
+    rows: u64,
+    /// The indices of the first and of the last row.
+    indices: Option<(u64, u64)>,
+    summary: RunSummary,
+    /// X of the first row.
+    starts: Vec<State>,
+    /// Steps by the start that their solution came from; tables alone have it.
+    rungs: BTreeMap<String, u64>,
+    overlap: f64,
+    joints: JointsSummary,
+}
+
+impl StatusCounts {
+    /// Counts a row of a run in `world`, the last one too.
+    pub fn add(&mut self, world: &World, step: &RecordedStep) {
+        if self.rows == 0 {
+            self.starts = step.states().to_vec();
+        } else {
+            self.joints.add_errors(world, step.states());
+        }
+        self.rows += 1;
+        let (first, _) = self.indices.unwrap_or((step.index(), 0));
+        self.indices = Some((first, step.index()));
+        let (iterations, restitution_share) = match step {
+            RecordedStep::Trajectory(row) => (row.iterations, row.restitution_share),
+            RecordedStep::Tables(step) => (step.row.iterations, step.row.restitution_share),
+        };
+        self.summary.count(&StatusCount {
+            index: step.index(),
+            status: step.status(),
+            iterations,
+            residual: step.residual(),
+            part: "",
+            restitution_share,
+        });
+        let RecordedStep::Tables(step) = step else { return };
+        self.overlap = self.overlap.max(step.row.overlap);
+        self.joints.add_stiffness(step.row.stiffness);
+        for joint in &step.joints {
+            self.joints.add_residual(joint.residual.locked, joint.residual.drive);
+        }
+        for (gear, of) in step.gears.iter().zip(world.gears()) {
+            self.joints.add_gear(of, gear.residual);
+        }
+        let start = &step.row.start;
+        let is_step = step.row.status != StepStatus::End && !start.is_empty();
+        if is_step && (self.rungs.contains_key(start) || self.rungs.len() < MOST_STARTS) {
+            *self.rungs.entry(start.clone()).or_default() += 1;
+        }
+    }
+
+    /// What the joints came to.
+    pub fn joints(&self) -> &JointsSummary {
+        &self.joints
+    }
+
+    /// What the run.json of the recording says otherwise than the rows; nothing without one.
+    pub fn differences(&self, recording: &Recording<'_>, taut: &Taut) -> Vec<String> {
+        let Some(run) = &recording.run else { return Vec::new() };
+        let mut found = self.of_start(run);
+        found.extend(of_solver(&run.solver, &recording.world));
+        if recording.kept().every > 1 {
+            found.extend(self.beyond_counts(run));
+            found.extend(of_sums(run));
+            let accepted = recording.accepted().unwrap_or(f64::INFINITY);
+            found.extend(of_promise(run, accepted));
+            found.extend(self.of_length(run, self.span()));
+            return found;
+        }
+        found.extend(self.of_counts(run));
+        found.extend(self.of_length(run, self.rows));
+        found.extend(other_taut(run, &taut.joints(recording.world.time_step())));
+        found
+    }
+
+    fn of_start(&self, run: &RunFile) -> Vec<String> {
+        let mut found = Vec::new();
+        let starts = run.model.states();
+        let is_same = |(a, b): (&State, &State)| is_same_state(a, b);
+        if starts.len() != self.starts.len() || !starts.iter().zip(&self.starts).all(is_same) {
+            found.push("the start is another than that of the first row".to_owned());
+        }
+        found.extend(run.drawn_otherwise());
+        found
+    }
+
+    /// How many rows a run has that keeps all, from the first row to the last.
+    fn span(&self) -> u64 {
+        self.indices.map_or(0, |(first, last)| last.saturating_sub(first).saturating_add(1))
+    }
+
+    /// What run.json counts, and the rows.
+    fn of_steps(&self, run: &RunFile) -> [(&'static str, u64, u64); 10] {
+        let (said, counted) = (&run.summary, &self.summary);
+        [
+            ("free_steps", said.free_steps, counted.free),
+            ("contact_steps", said.contact_steps, counted.contact_steps()),
+            ("iterations", said.iterations, counted.iterations),
+            ("converged", said.converged, counted.converged),
+            ("retried", said.retried, counted.retried),
+            ("fallback", said.fallback, counted.fallback),
+            ("substepped", said.substepped, counted.substepped),
+            ("wild", said.wild, counted.wild),
+            ("tempered", said.tempered.unwrap_or(counted.tempered), counted.tempered),
+            ("failed", said.failed, counted.failed),
+        ]
+    }
+
+    /// The largest of what steps come to: what run.json has, and the rows.
+    fn of_largest(&self, run: &RunFile) -> Vec<(&'static str, Option<f64>, Option<f64>)> {
+        let (said, overlap) = (&run.summary, run.largest_overlap_m);
+        let residual = (said.certificate_max_m_s, self.summary.largest_residual());
+        let mut all = vec![
+            ("summary.certificate_max_m_s", residual.0, residual.1),
+            ("largest_overlap_m", overlap, overlap.map(|_| self.overlap)),
+        ];
+        if let Some(said) = &run.joints {
+            let pairs = said.numbers().into_iter().zip(self.joints.numbers());
+            all.extend(pairs.map(|((name, said), (_, found))| (name, Some(said), Some(found))));
+        }
+        all
+    }
+
+    /// Of the steps between kept ones there are no rows, and all are counted in run.json: it has no less of anything than the rows.
+    fn beyond_counts(&self, run: &RunFile) -> Vec<String> {
+        let mut found = Vec::new();
+        let (rows, span) = (run.summary.rows, self.span());
+        if rows != span {
+            found.push(format!(
+                "summary.rows is {rows}; from the first row to the last there are {span}"
+            ));
+        }
+        let counts = self.of_steps(run).into_iter().filter(|(_, said, found)| found > said);
+        found.extend(counts.map(|(name, said, found)| {
+            format!("summary.{name} is {said}; the rows alone have {found}")
+        }));
+        let is_beyond = |(_, said, found): &(_, Option<f64>, Option<f64>)| match (said, found) {
+            (Some(said), Some(found)) => *found > said + SAME * said.abs(),
+            (None, found) => found.is_some(),
+            _ => false,
+        };
+        let numbers = self.of_largest(run).into_iter().filter(is_beyond);
+        found.extend(numbers.map(|(name, said, found)| {
+            format!("{name} is {}; the rows alone have {}", shown_number(said), shown_number(found))
+        }));
+        found
+    }
+
+    fn of_counts(&self, run: &RunFile) -> Vec<String> {
+        let (said, counted) = (&run.summary, &self.summary);
+        let rows = [("rows", said.rows, self.rows)];
+        let counts = rows.into_iter().chain(self.of_steps(run));
+        let counts = counts.filter(|(_, said, found)| said != found);
+        let mut found: Vec<_> = counts
+            .map(|(name, said, found)| format!("summary.{name} is {said}; the rows have {found}"))
+            .collect();
+        let median = counted.median_residual();
+        let median = [("summary.certificate_median_m_s", said.certificate_median_m_s, median)];
+        let numbers = median.into_iter().chain(self.of_largest(run));
+        let numbers = numbers.filter(|(_, said, found)| !is_same_number(*said, *found));
+        found.extend(numbers.map(|(name, said, found)| {
+            format!("{name} is {}; the rows have {}", shown_number(said), shown_number(found))
+        }));
+        let steps = said.rungs.values().fold(0_u64, |sum, count| sum.saturating_add(*count));
+        let are_same = if run.trajectory {
+            // A trajectory has no column of starts. A wild step may have met nothing.
+            let contact_steps = counted.contact_steps();
+            (contact_steps.saturating_sub(counted.wild)..=contact_steps).contains(&steps)
+        } else {
+            said.rungs == self.rungs
+        };
+        if !said.rungs.is_empty() && !are_same {
+            found.push("summary.rungs are not the starts of the rows".to_owned());
+        }
+        found
+    }
+
+    /// A complete run has the rows that were asked for, any other has fewer.
+    fn of_length(&self, run: &RunFile, rows: u64) -> Option<String> {
+        let asked = run.steps;
+        let is_complete = run.outcome == RunOutcome::Complete.name();
+        let is_cut = [RunOutcome::Interrupted, RunOutcome::Stopped]
+            .map(RunOutcome::name)
+            .contains(&&*run.outcome);
+        let fits = is_complete && rows == asked || is_cut && rows < asked;
+        (!fits).then(|| {
+            let outcome = shown::line(&run.outcome);
+            format!("the outcome is {outcome} of {asked} rows; there are {rows}")
+        })
+    }
+}
+
+/// What a file says of a solver of tumble that this solver is not: settings that it does not have, and steps that
+/// count as solved with more of a residual than it leaves.
+fn of_solver(said: &SolverSettings, world: &World) -> Option<String> {
+    // Of a build without Ipopt there is nothing to hold its settings against.
+    let is_known = ["native", "rk4"].contains(&&*said.name);
+    if !is_known && (said.name != "ipopt" || IPOPT_VERSION.is_empty()) {
+        return None;
+    }
+    let made = contact_of(said).and_then(|choice| SolverSettings::of(choice.as_ref(), world));
+    let made = match made {
+        Ok(made) => made,
+        Err(Failure::Input(why)) => return Some(why),
+        Err(other) => return Some(format!("solver: {other}")),
+    };
+    let same = |said: &Option<String>, made: &Option<String>| said.is_none() || said == made;
+    let others = [
+        ("name", said.name == made.name),
+        ("formulation", same(&said.formulation, &made.formulation)),
+        ("detection", same(&said.detection, &made.detection)),
+        ("on_failure", same(&said.on_failure, &made.on_failure)),
+        ("tol", said.tol.is_none() || said.tol == made.tol),
+        ("max_iter", said.max_iter.is_none() || said.max_iter == made.max_iter),
+    ];
+    if let Some((field, _)) = others.into_iter().find(|(_, same)| !same) {
+        return Some(format!("solver.{field} is not that of its other settings"));
+    }
+    let promised = made.accepted_residual_m_s.unwrap_or_default();
+    let most = said.accepted_residual_m_s.filter(|most| *most > promised * (1.0 + SAME))?;
+    let [most, promised] = [most, promised].map(shown::number);
+    Some(format!(
+        "solver.accepted_residual_m_s is {most}; this solver holds its steps to {promised}"
+    ))
+}
+
+fn shown_number(number: Option<f64>) -> String {
+    number.map_or("null".to_owned(), shown::number)
+}
+
+/// Where the counts of a run.json do not add up to its steps.
+fn of_sums(run: &RunFile) -> Option<String> {
+    let said = &run.summary;
+    let SummaryFile { converged, retried, fallback, substepped, wild, failed, .. } = *said;
+    let solved = [converged, retried, fallback, substepped, wild, failed];
+    let sum = |counts: &[u64]| counts.iter().fold(0_u64, |sum, count| sum.saturating_add(*count));
+    let (steps, ways) = (sum(&[said.free_steps, said.contact_steps]), sum(&solved));
+    if steps.saturating_add(1) != said.rows {
+        let rows = said.rows;
+        return Some(format!("summary.rows is {rows}; free steps and contact steps are {steps}"));
+    }
+    (ways != said.contact_steps).then(|| {
+        let steps = said.contact_steps;
+        format!("summary.contact_steps is {steps}; those of each status together are {ways}")
+    })
+}
+
+/// A residual that no solved step has, where every step is said to be solved.
+fn of_promise(run: &RunFile, accepted: f64) -> Option<String> {
+    let said = &run.summary;
+    let largest = said.certificate_max_m_s.filter(|largest| *largest > accepted)?;
+    (said.failed == 0 && said.wild == 0 && said.substepped == 0).then(|| {
+        let [largest, accepted] = [Some(largest), Some(accepted)].map(shown_number);
+        let promised = format!("solved steps have {accepted} at most");
+        format!(
+            "summary.certificate_max_m_s is {largest}; {promised}, and all are counted as solved"
+        )
+    })
+}
+
+/// Whether the joints that are said to have been too stiff are others than those of the rows, `taut`. What is computed again has
+/// another rounding.
+fn other_taut(run: &RunFile, taut: &[TautJoint]) -> Option<String> {
+    let near = |a: f64, b: f64| (a - b).abs() <= STIFFNESS_FOUND_TO * b;
+    let is_same = |(a, b): (&TautJoint, &TautJoint)| {
+        a.joint == b.joint && near(a.stiffness, b.stiffness) && near(a.time_step_s, b.time_step_s)
+    };
+    let said = &run.taut_joints;
+    let same = said.len() == taut.len() && said.iter().zip(taut).all(is_same);
+    (!same).then(|| format!("taut_joints are not those of the rows, which have {}", taut.len()))
+}
+
+fn is_same_state(a: &State, b: &State) -> bool {
+    let (a, b) = (a.to_vector(), b.to_vector());
+    a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= SAME * b.abs())
+}
+
+/// Both none, or the same but for rounding.
+fn is_same_number(a: Option<f64>, b: Option<f64>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => (a - b).abs() <= SAME * b.abs(),
+        (a, b) => a.is_none() && b.is_none(),
+    }
+}

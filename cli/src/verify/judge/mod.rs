@@ -1,0 +1,526 @@
+//! A step judged by the files alone.
+//!
+//! The world comes from run.json. A row of the tutorial's table has the forces of all points, whose
+//! contacts follow from the state; tables have contacts, which are rebuilt from their rows and held
+//! against the shapes ([`tumble_scene::output::tables`]). What the step then comes to must be what the
+//! files say: the residual, and of tables its parts, the slips, all of the joints but their forces, which
+//! the residual is of, the overlap of all pairs after the step and the energy; of the tutorial's table what its program has of each point. The status is
+//! what such a step can have.
+
+mod joints;
+mod lost;
+mod rows;
+
+use crate::outcome::Failure;
+use crate::recording::{RecordedStep, Recording};
+use nalgebra::Vector3;
+use tumble::solver::ipopt::Rung;
+use tumble_core::contact::certificate::{Certifier, Claim, certify_rk4_step};
+use tumble_core::contact::{Candidates, Certificate, Contact, Detection, rounding};
+use tumble_core::joint::{Joint, JointForce, JointResidual, Knots};
+use tumble_core::mechanics::{Load, State, Wrench};
+use tumble_core::simulation::{EnergyBalance, Stiffness, energy};
+use tumble_core::solver::native::STARTS;
+use tumble_core::step::StepStatus;
+use tumble_core::world::World;
+use tumble_model::shown;
+use tumble_scene::joints_summary::Taut;
+use tumble_scene::output::tables::{JointRow, TableStep};
+use tumble_scene::output::trajectory::{TrajectoryRow, program_columns};
+
+/// What is recomputed may differ from its column by this part of it, and by what rounding makes of
+/// an exact step.
+const RELATIVE_TOLERANCE: f64 = 1e-9;
+
+/// The search for the axis of the smallest overlap ends where the next one is no better by this
+/// part of the reach, so that it depends so far on where it began.
+const OVERLAP_FOUND_TO: f64 = 1e-9;
+
+/// The part of its energy that a step taken in parts may gain: the parts turn by angles that one step does not have.
+const ENERGY_MADE: f64 = 1e-6;
+
+/// What is lost of a sum of some products, in parts of the largest of them.
+const ROUNDED: f64 = 16.0 * f64::EPSILON;
+
+/// One verified step.
+pub struct Verified {
+    pub index: u64,
+    pub status: StepStatus,
+    /// m/s.
+    pub residual: f64,
+    /// The largest part of the residual.
+    pub part: &'static str,
+    /// The residual that the file has, m/s.
+    pub column: f64,
+    /// What is not as the files say, if anything.
+    pub differs: Option<String>,
+    /// Whether the step is less exact than one that counts as solved, whatever its status says.
+    pub inexact: bool,
+    /// m, after the step.
+    pub overlap: f64,
+}
+
+/// A run that is being verified.
+pub struct StepJudge {
+    world: World,
+    loads: Vec<Load>,
+    courses: Vec<(usize, Knots)>,
+    floating: bool,
+    certifier: Certifier,
+    stiffness: Stiffness,
+    candidates: Candidates,
+    /// What a contact step that counts as solved may have, m/s.
+    pub accepted: f64,
+    /// By which points become candidates, where the files say it.
+    detection: Option<Detection>,
+    /// The angles of joints at the step's start, as the steps before have turned them, rad; empty before the first.
+    angles: Vec<Vector3<f64>>,
+    /// Whether the joints may have turned before the first step.
+    turned_before: bool,
+    /// Whether there are steps between those of the rows.
+    has_gaps: bool,
+    /// The joints that were too stiff for the time step.
+    pub taut: Taut,
+}
+
+/// The contacts of a step and their forces.
+#[derive(Default)]
+struct StepContacts {
+    contacts: Vec<Contact>,
+    forces: Vec<Vector3<f64>>,
+    joints: Vec<JointForce>,
+    gears: Vec<f64>,
+    /// What is wrong with a row of which no contact could be made.
+    wrong: Option<String>,
+}
+
+/// Whether all columns of the points are zero.
+fn is_blank(row: &TrajectoryRow) -> bool {
+    row.step.iter().all(|number| *number == 0.0) && !row.carrying.contains(&true)
+}
+
+/// Whether the column `start` may have this word.
+fn is_start(word: &str) -> bool {
+    word.is_empty() || STARTS.contains(&word) || Rung::ALL.iter().any(|rung| rung.name() == word)
+}
+
+/// Whether a number found again is its column.
+fn is_near(found: f64, column: f64, lost: f64) -> bool {
+    (found - column).abs() <= lost + RELATIVE_TOLERANCE * column.abs()
+}
+
+impl StepJudge {
+    pub fn of(recording: &Recording<'_>) -> Result<Self, Failure> {
+        Ok(Self {
+            world: recording.world.clone(),
+            loads: recording.loads.clone(),
+            courses: recording.courses.clone(),
+            floating: recording.floating(),
+            certifier: Certifier::new(),
+            stiffness: Stiffness::default(),
+            candidates: Candidates::new(),
+            accepted: recording.accepted()?,
+            detection: recording.detection(),
+            angles: Vec::new(),
+            turned_before: recording.run.as_ref().is_some_and(|run| run.start_index > 0),
+            has_gaps: recording.kept().every > 1,
+            taut: Taut::default(),
+        })
+    }
+
+    /// Counts the turns of joints from `step` on, where the rows begin: on from those of its rows, where the joints may
+    /// have turned before.
+    fn count(&mut self, step: &RecordedStep) {
+        if !self.angles.is_empty() && !self.has_gaps {
+            return;
+        }
+        self.angles = match step {
+            RecordedStep::Tables(step) if self.turned_before || self.has_gaps => {
+                let joints = self.world.joints().iter().zip(&step.joints);
+                let counted = |(joint, row): (&Joint, &JointRow)| {
+                    let at = joint.coordinates(&step.states);
+                    at.map_or(row.turns, |at| joint.counted(&at, &row.turns))
+                };
+                joints.map(counted).collect()
+            }
+            step => self.world.angles_near(step.states(), &[]),
+        };
+    }
+
+    /// The step that ends at `next`.
+    pub fn step(&mut self, step: &RecordedStep, next: &[State]) -> Verified {
+        let states = step.states();
+        self.world.follow(&self.courses, (step.index() + 1) as f64 * self.world.time_step());
+        self.count(step);
+        let wrenches = self.wrenches(step.index(), states);
+        let touching = match step {
+            RecordedStep::Trajectory(row) => self.of_points(row, next, &wrenches),
+            RecordedStep::Tables(step) => self.of_rows(step, next, &wrenches),
+        };
+        let StepContacts { contacts, forces, joints, gears, wrong } = &touching;
+        let claim = Claim { states, next, wrenches: &wrenches, contacts, joints, gears };
+        let certificate = match self.floating {
+            true => certify_rk4_step(&self.world, &claim),
+            false => self.certifier.contact_step(&self.world, &claim, forces.iter().copied()),
+        };
+        let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
+        let lost = self.lost(step, contacts, next);
+        let status = self.another_status(step, next, &wrenches, &touching, lost);
+        let (differs, overlap) = match step {
+            RecordedStep::Trajectory(row) => {
+                let of_forces = self.lost_of_forces(&touching, states);
+                let is_same = is_near(residual, row.residual, lost + of_forces);
+                let other = (!is_same).then(|| "its residual is another".to_owned());
+                (other.or(status).or_else(|| self.another_column(row, next, contacts)), 0.0)
+            }
+            RecordedStep::Tables(step) => {
+                let (differs, overlap) =
+                    self.compare(step, next, &wrenches, &touching, &certificate);
+                (differs.or(status), overlap)
+            }
+        };
+        self.angles = joints.iter().map(|joint| joint.angles).collect();
+        // Free flight is exact, whoever solves the contacts.
+        let flies = step.status() == StepStatus::Free && forces.iter().all(|f| f.amax() == 0.0);
+        let accepted = if flies { 0.0 } else { self.accepted };
+        // A NaN is within nothing.
+        let is_exact = residual <= accepted.max(lost);
+        Verified {
+            index: step.index(),
+            status: step.status(),
+            residual,
+            part: certificate.worst_part(),
+            column: step.residual(),
+            differs,
+            // Its parts were exact, which no row shows.
+            inexact: !is_exact && step.status() != StepStatus::Substepped,
+            overlap,
+        }
+    }
+
+    /// The last state, if it has another energy than its row says, or anything of a step.
+    pub fn end(&mut self, end: &RecordedStep) -> Option<Verified> {
+        self.world.follow(&self.courses, end.index() as f64 * self.world.time_step());
+        let is_bare = match end {
+            RecordedStep::Trajectory(row) => {
+                is_blank(row) && row.iterations == 0 && row.residual == 0.0
+            }
+            RecordedStep::Tables(step) => {
+                let row = &step.row;
+                let numbers = row.parts.iter().chain([&row.residual, &row.overlap, &row.stiffness]);
+                let of_joint = |joint: &JointRow| {
+                    let JointRow { velocity, spin, force, torque, residual, .. } = joint;
+                    let still = [velocity, spin, force, torque].map(Vector3::amax);
+                    still == [0.0; 4] && *residual == JointResidual::default()
+                };
+                row.contacts == 0
+                    && step.joints.iter().all(of_joint)
+                    && row.iterations == 0
+                    && row.works == [0.0; 6]
+                    && row.start.is_empty()
+                    && row.restitution_share == 1.0
+                    && numbers.copied().all(|number| number == 0.0)
+            }
+        };
+        let has_energy = match end {
+            RecordedStep::Trajectory(_) => true,
+            RecordedStep::Tables(step) => self.has_its_energy(step),
+        };
+        self.count(end);
+        let joint = match end {
+            RecordedStep::Trajectory(_) => None,
+            RecordedStep::Tables(step) => {
+                self.another_joint(step, None).or_else(|| self.another_gear(step, None))
+            }
+        };
+        let differs = match (is_bare, has_energy, joint) {
+            (true, true, None) => return None,
+            (false, ..) => "no step begins at its state, and its row has one".to_owned(),
+            (true, _, Some(joint)) => joint,
+            (true, false, None) => OTHER_ENERGY.to_owned(),
+        };
+        Some(Verified {
+            index: end.index(),
+            status: end.status(),
+            residual: 0.0,
+            part: "dynamics",
+            column: end.residual(),
+            differs: Some(differs),
+            inexact: false,
+            overlap: 0.0,
+        })
+    }
+
+    /// Why a step that is what its row says cannot have the status that its row has.
+    fn another_status(
+        &mut self,
+        step: &RecordedStep,
+        next: &[State],
+        wrenches: &[Wrench],
+        touching: &StepContacts,
+        lost: f64,
+    ) -> Option<String> {
+        let status = step.status();
+        let is_solved =
+            matches!(status, StepStatus::Converged | StepStatus::Retried | StepStatus::Fallback);
+        let (iterations, started) = match step {
+            RecordedStep::Trajectory(row) => (row.iterations, None),
+            RecordedStep::Tables(step) => (step.row.iterations, Some(!step.row.start.is_empty())),
+        };
+        let touches = match step {
+            // A state that no body may have has no candidates.
+            RecordedStep::Trajectory(row) => row.state.checked().ok().and_then(|_| {
+                let (states, rule) = (step.states(), self.detection?);
+                let free = self.free_flight(states, wrenches);
+                Some(self.candidates.find(rule, &self.world, states, &free))
+            }),
+            RecordedStep::Tables(step) => Some(step.row.contacts > 0 || !step.joints.is_empty()),
+        };
+        let pushed = touching.forces.iter().any(|force| force.amax() > 0.0);
+        if let RecordedStep::Tables(step) = step
+            && !is_start(&step.row.start)
+        {
+            let start = shown::line(&step.row.start);
+            return Some(format!("its start is `{start}`, which no solver of tumble has"));
+        }
+        let why = if status == StepStatus::Free && pushed {
+            "it has forces"
+        } else if status == StepStatus::Free && (iterations > 0 || started == Some(true)) {
+            "it was solved"
+        } else if status == StepStatus::Free && touches == Some(true) {
+            "something can touch"
+        } else if is_solved && (touches == Some(false) || started == Some(false)) {
+            "nothing can touch, and no problem was solved"
+        } else if is_solved && step.residual() > self.accepted.max(lost) {
+            "its residual is above what a solved step may have"
+        } else if status == StepStatus::Substepped
+            && self.makes_energy(step.states(), next, wrenches, touching)
+        {
+            "it has more energy after it than loads and drives give"
+        } else {
+            return None;
+        };
+        Some(format!("its status is `{}`, and {why}", status.name()))
+    }
+
+    /// Which of the program's columns is not what force and motion make it.
+    fn another_column(
+        &self,
+        row: &TrajectoryRow,
+        next: &[State],
+        contacts: &[Contact],
+    ) -> Option<String> {
+        if self.floating || row.status == StepStatus::Free {
+            let is_blank = is_blank(row);
+            return (!is_blank).then(|| "it has no contact, and columns of one".to_owned());
+        }
+        let (states, pose) = (std::slice::from_ref(&row.state), next[0].pose());
+        let speed_lost = self.lost_in(contacts, states, next);
+        contacts.iter().find_map(|contact| {
+            let (point, normal) = (contact.key.point, contact.normal());
+            let (force, slip) = (row.force(point), contact.slip(&self.world, states, next).norm());
+            let found = program_columns(&self.world, contact, (states, next), &pose, force, slip);
+            let has = row.products(point);
+            // What is lost of a gap and of a speed, times the forces that they are multiplied by;
+            // λ is the slip times √(f² + ε²)/f.
+            let size = force.norm();
+            let gap_lost = self.world.time_step() * speed_lost
+                + rounding::gap(&normal, &pose.position, contact.features.offset, &contact.arm);
+            let of_law = (1.0 + contact.law.friction) * size;
+            let stretch = if slip > 0.0 { found.slip_speed / slip } else { 1.0 };
+            let of_slip = speed_lost * stretch.max(1.0);
+            let columns = [
+                ("s1_", found.normal, has.normal, size * gap_lost),
+                ("s2_", found.friction, has.friction, of_law * of_slip),
+                ("lam", found.slip_speed, has.slip_speed, of_slip),
+            ];
+            let pressing = normal.dot(&force);
+            let carries = row.carrying[point];
+            let is_its_flag =
+                carries == (pressing > 0.0) || pressing != 0.0 && pressing.abs() <= ROUNDED * size;
+            let other = columns.into_iter().find(|(_, a, b, lost)| !is_near(*a, *b, *lost));
+            let other = other.map(|(name, found, ..)| format!("{name}{point} is {found:.3e}"));
+            other.or_else(|| (!is_its_flag).then(|| format!("alpha{point} is {}", !carries as u8)))
+        })
+    }
+
+    /// Every point of the one body, at the forces of the row.
+    fn of_points(&self, row: &TrajectoryRow, next: &[State], wrenches: &[Wrench]) -> StepContacts {
+        let contacts = match self.floating {
+            true => Vec::new(),
+            false => row.contacts(&self.world, next, &wrenches[0]),
+        };
+        let forces = row.forces().collect();
+        StepContacts { contacts, forces, ..StepContacts::default() }
+    }
+
+    /// What of a step is not what its tables say, and how deep pieces overlap after it, m.
+    fn compare(
+        &mut self,
+        step: &TableStep,
+        next: &[State],
+        wrenches: &[Wrench],
+        touching: &StepContacts,
+        certificate: &Certificate,
+    ) -> (Option<String>, f64) {
+        let (states, row, contacts) = (&step.states[..], &step.row, &touching.contacts);
+        let (complete, mut differs) = (touching.wrong.is_none(), touching.wrong.clone());
+        let mut differ = |what: String| differs = differs.take().or(Some(what));
+        if self.has_another_rebound(touching, states, next, wrenches, row.restitution_share) {
+            differ("a contact of it bounces as none of the world does".to_owned());
+        }
+        let slip_lost = self.lost_in(contacts, states, next);
+        let lost = slip_lost + self.lost_of_forces(touching, states);
+        if let Some(other) = self.another_joint(step, Some((next, &touching.joints))) {
+            differ(other);
+        }
+        if let Some(other) = self.another_gear(step, Some((next, &touching.joints))) {
+            differ(other);
+        }
+        if complete && !is_near(certificate.residual(), row.residual, lost) {
+            differ(format!("its residual in the table is {:.3e} m/s", row.residual));
+        }
+        for ((part, found), column) in certificate.parts().into_iter().zip(row.parts) {
+            if complete && !is_near(found, column, lost) {
+                differ(format!("its {part} in the table is {column:.3e} m/s, not {found:.3e}"));
+            }
+        }
+        let pairs = contacts.iter().zip(&step.contacts).filter(|_| complete).enumerate();
+        for (number, (contact, row)) in pairs {
+            if (contact.slip(&self.world, states, next) - row.slip).amax() > slip_lost {
+                differ(format!("its contact {number} has another slip"));
+            }
+        }
+        let overlap = self.candidates.deepest_overlap(&self.world, next);
+        let overlap = overlap.map_or(0.0, |(depth, ..)| depth);
+        if !is_near(overlap, row.overlap, OVERLAP_FOUND_TO * self.world.reach()) {
+            differ(format!("its overlap in the table is {:.3e} m, not {overlap:.3e}", row.overlap));
+        }
+        let stiffness =
+            self.stiffness.of_step(&self.world, states, (&touching.joints, &touching.gears));
+        let forces = (&touching.joints[..], &touching.gears[..]);
+        self.taut.add((&self.world, states), forces, stiffness);
+        if !is_near(stiffness, row.stiffness, ROUNDED.sqrt()) {
+            differ(format!(
+                "its stiffness in the table is {:.3e}, not {stiffness:.3e}",
+                row.stiffness
+            ));
+        }
+        if !self.has_its_energy(step) {
+            differ(OTHER_ENERGY.to_owned());
+        }
+        if !self.has_its_works(step, next, wrenches, touching) {
+            differ("the terms of its energy's change are others".to_owned());
+        }
+        (differs, overlap)
+    }
+
+    /// Whether a contact must part more slowly than the step's share of the restitution says, or
+    /// faster than all of it does.
+    fn has_another_rebound(
+        &self,
+        StepContacts { contacts, forces, .. }: &StepContacts,
+        states: &[State],
+        next: &[State],
+        wrenches: &[Wrench],
+        share: f64,
+    ) -> bool {
+        let world = &self.world;
+        if !world.has_restitution() {
+            return share != 1.0 || contacts.iter().any(Contact::bounces);
+        }
+        let free = self.free_flight(states, wrenches);
+        let rounding = self.lost_in(contacts, states, &free);
+        let range =
+            |contact: &Contact| [share, 1.0].map(|s| contact.rebound_of(world, states, &free, s));
+        let mut pushed = vec![0.0; states.len()];
+        for (contact, force) in contacts.iter().zip(forces) {
+            let speed = contact.pushed_by(world, force);
+            contact.key.bodies().for_each(|body| pushed[body] += speed);
+        }
+        // What another's impulse closes: only where one arrives, and what was near enough.
+        let arrives = contacts.iter().any(|contact| range(contact)[1] > 0.0);
+        contacts.iter().any(|contact| {
+            let mut ends = range(contact);
+            let pushed = contact.key.bodies().map(|body| pushed[body]).sum();
+            let may_be_struck = arrives && contact.could_close(world, states, next, pushed);
+            if ends[1] == 0.0 && contact.bounces() && may_be_struck {
+                ends = range(&Contact { struck: true, ..*contact });
+            }
+            let (least, most) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+            !(least - rounding..=most + rounding).contains(&contact.rebound)
+        })
+    }
+
+    fn wrenches(&self, index: u64, states: &[State]) -> Vec<Wrench> {
+        let h = self.world.time_step();
+        let pairs = self.loads.iter().zip(states);
+        pairs.map(|(load, state)| load.wrench(index, h, &state.attitude)).collect()
+    }
+
+    /// Where the bodies would be without contact.
+    fn free_flight(&self, states: &[State], wrenches: &[Wrench]) -> Vec<State> {
+        let flights = states.iter().zip(wrenches).enumerate();
+        flights.map(|(i, (state, wrench))| self.world.free_flight(i, state, wrench)).collect()
+    }
+
+    /// Rounding is of the largest of the terms, and of the energies of which D is a difference.
+    fn has_its_works(
+        &self,
+        step: &TableStep,
+        next: &[State],
+        wrenches: &[Wrench],
+        touching: &StepContacts,
+    ) -> bool {
+        let found = self.balance((&step.states, next), wrenches, touching).terms();
+        let ends = [&step.states[..], next].map(|states| self.energy_scale(states));
+        let scale = found.iter().fold(ends[0] + ends[1], |scale, term| scale + term.abs());
+        let mut pairs = found.iter().zip(&step.row.works);
+        pairs.all(|(found, column)| (found - column).abs() <= RELATIVE_TOLERANCE * scale)
+    }
+
+    /// Whether a step ends with more energy than it begins with and loads and drives give.
+    fn makes_energy(
+        &self,
+        states: &[State],
+        next: &[State],
+        wrenches: &[Wrench],
+        touching: &StepContacts,
+    ) -> bool {
+        let EnergyBalance { loads, drives, .. } = self.balance((states, next), wrenches, touching);
+        let [before, after] = [states, next].map(|states| energy::total(&self.world, states));
+        let scale = self.energy_scale(states) + self.energy_scale(next);
+        // A NaN is no small gain.
+        let is_small = after - before <= loads.abs() + drives.abs() + ENERGY_MADE * scale;
+        !is_small
+    }
+
+    fn balance(
+        &self,
+        (states, next): (&[State], &[State]),
+        wrenches: &[Wrench],
+        StepContacts { contacts, forces, joints, gears, .. }: &StepContacts,
+    ) -> EnergyBalance {
+        let claim = Claim { states, next, wrenches, contacts, joints, gears };
+        EnergyBalance::of(&self.world, &claim, forces.iter().copied())
+    }
+
+    fn has_its_energy(&self, step: &TableStep) -> bool {
+        let found = energy::total(&self.world, &step.states);
+        (found - step.row.energy).abs() <= RELATIVE_TOLERANCE * self.energy_scale(&step.states)
+    }
+
+    /// The energy is a sum of large parts of both signs; rounding is of the largest of them.
+    fn energy_scale(&self, states: &[State]) -> f64 {
+        let (gravity, h) = (self.world.gravity(), self.world.time_step());
+        let parts = self.world.bodies().iter().zip(states).map(|(body, state)| {
+            let (velocity, position) = (&state.velocity, &state.position);
+            let fallen = h * gravity.dot(velocity).abs() + gravity.dot(position).abs();
+            let linear = velocity.norm_squared() + fallen;
+            body.mass() * linear + energy::turning(&self.world, body, &state.spin)
+        });
+        parts.sum()
+    }
+}
+
+const OTHER_ENERGY: &str = "its energy is another";

@@ -1,0 +1,76 @@
+//! The contacts of tables, rebuilt from their rows.
+
+use super::{StepContacts, StepJudge};
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+use tumble_core::contact::{ContactKey, PairFeatures};
+use tumble_core::geometry::Feature;
+use tumble_core::joint::JointForce;
+use tumble_core::mechanics::{State, Wrench};
+use tumble_scene::output::tables::{Misplaced, TableStep};
+
+impl StepJudge {
+    /// The contacts and the forces of joints that the tables have.
+    pub(super) fn of_rows(
+        &self,
+        step: &TableStep,
+        next: &[State],
+        wrenches: &[Wrench],
+    ) -> StepContacts {
+        let joints = self.world.joints().iter().zip(&step.joints).map(|(joint, row)| {
+            let at = joint.coordinates(next);
+            let unknown = Vector3::repeat(f64::NAN);
+            let angles = at.map_or(unknown, |at| joint.counted(&at, &row.turns));
+            JointForce { force: row.force, torque: row.torque, angles }
+        });
+        let gears = step.gears.iter().map(|gear| gear.force).collect();
+        let mut touching =
+            StepContacts { joints: joints.collect(), gears, ..StepContacts::default() };
+        let mut planes = BTreeMap::new();
+        let moved = if step.contacts.is_empty() { 0.0 } else { self.moved(step, next, wrenches) };
+        for (number, row) in step.contacts.iter().enumerate() {
+            let contact = row.contact(&self.world, &step.states).and_then(|contact| {
+                row.is_there(&contact, &self.world, &step.states, moved)?;
+                is_next_plane(&contact.key, &mut planes)?;
+                Ok(contact)
+            });
+            match contact {
+                Ok(contact) => touching.contacts.push(contact),
+                Err(why) => {
+                    touching.wrong.get_or_insert_with(|| format!("its contact {number} {why}"));
+                }
+            }
+            touching.forces.push(row.force);
+        }
+        touching
+    }
+
+    /// How far a point of any body goes at most on the ways on which contacts of the step were found, m: to where it
+    /// ends, to where it flies, or, pushed by another that is pushed back later, as far again.
+    fn moved(&self, step: &TableStep, next: &[State], wrenches: &[Wrench]) -> f64 {
+        let free = self.free_flight(&step.states, wrenches);
+        let pairs = step.states.iter().zip(next).chain(step.states.iter().zip(&free));
+        let pairs = pairs.zip(self.world.bodies().iter().cycle());
+        let ways = pairs.map(|((from, to), body)| {
+            let (from, to) = (from.pose(), to.pose());
+            let turned = (to.rotation - from.rotation).norm();
+            (to.position - from.position).norm() + body.reach() * turned
+        });
+        2.0 * ways.fold(0.0, f64::max)
+    }
+}
+
+/// Counts the planes that features have met in a step, which the key of each says: of round features, which are
+/// known without one, from 1 on.
+fn is_next_plane(
+    key: &ContactKey,
+    planes: &mut BTreeMap<ContactKey, u32>,
+) -> Result<(), Misplaced> {
+    let Some(pair) = key.pair else { return Ok(()) };
+    let features = ContactKey { pair: Some(PairFeatures { plane: 0, ..pair }), ..*key };
+    let count = planes.entry(features).or_default();
+    let of_round = matches!(pair.feature, Feature::Round(..)).then(|| (*count).max(1));
+    let is_next = pair.plane == *count || Some(pair.plane) == of_round;
+    *count += 1;
+    if is_next { Ok(()) } else { Err("counts another number of planes than its features have met") }
+}

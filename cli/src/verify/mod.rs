@@ -1,0 +1,208 @@
+//! `tumble verify`: recompute the residual of every step from the files of a run, and judge every
+//! step by it.
+
+mod held;
+mod judge;
+
+use super::args::VerifyArgs;
+use super::outcome::{Failure, Outcome};
+use super::output::say;
+use super::recording::{RecordedStep, Recording};
+use held::StatusCounts;
+use judge::{StepJudge, Verified};
+use std::fmt::Write as _;
+use tumble_core::step::StepStatus;
+use tumble_scene::output::tables::Table;
+use tumble_scene::run_file::Seal;
+
+/// What the steps amount to, in memory that does not grow with the files.
+#[derive(Default)]
+struct VerifyFindings {
+    steps: u64,
+    failed: u64,
+    substepped: u64,
+    inexact: u64,
+    differing: u64,
+    largest_overlap: f64,
+    /// Disagreeing steps first, then the largest residuals.
+    worst: Vec<Verified>,
+}
+
+impl VerifyFindings {
+    /// Counts `step`, and keeps it if it is among the `most` worst.
+    fn add(&mut self, step: Verified, most: usize) {
+        self.steps += 1;
+        self.failed += u64::from(step.status == StepStatus::Failed);
+        self.substepped += u64::from(step.status == StepStatus::Substepped);
+        self.inexact += u64::from(step.inexact);
+        self.differing += u64::from(step.differs.is_some());
+        self.largest_overlap = self.largest_overlap.max(step.overlap);
+        self.keep(step, most);
+    }
+
+    fn keep(&mut self, step: Verified, most: usize) {
+        // NaN counts as largest.
+        let rank = |a: &Verified, b: &Verified| {
+            let worst = b.residual.total_cmp(&a.residual);
+            b.differs.is_some().cmp(&a.differs.is_some()).then(worst)
+        };
+        let place = self.worst.partition_point(|kept| rank(kept, &step).is_le());
+        if place < most {
+            self.worst.insert(place, step);
+            self.worst.truncate(most);
+        }
+    }
+}
+
+pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
+    let mut recording = Recording::open(&args.file, &args.physics)?;
+    refuse_partial(&recording)?;
+    let (mut judge, kept) = (StepJudge::of(&recording)?, recording.kept());
+    let (mut findings, mut previous) = (VerifyFindings::default(), None::<RecordedStep>);
+    let mut counts = StatusCounts::default();
+    while let Some(step) = recording.next_step()? {
+        recording.follow(&step);
+        counts.add(&recording.world, &step);
+        if let Some(previous) = previous {
+            // The next step that is kept may be some later.
+            let ends = if kept.every > 1 { previous.ends() } else { step.states() };
+            let mut verified = judge.step(&previous, ends);
+            let is_next = step.index() == previous.index() + 1;
+            if verified.differs.is_none() && is_next && ends != step.states() {
+                let what = "the states after it are not those of the next row";
+                verified.differs = Some(what.to_owned());
+            }
+            findings.add(verified, args.worst);
+        }
+        previous = Some(step);
+    }
+    if let Some(end) = previous.and_then(|end| judge.end(&end)) {
+        findings.differing += 1;
+        findings.keep(end, args.worst);
+    }
+    report(&recording, &judge, &findings, &counts)
+}
+
+/// A step is judged by what moved it, by the state before and after it and by all its forces: a run of which tables were left out cannot
+/// be. Of one that does not keep every step those that it keeps are, by the states after them in the table of these.
+fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
+    let (kept, place) = (recording.kept(), recording.place());
+    if recording.run.as_ref().is_some_and(|run| run.pushed) {
+        return Err(Failure::Input(format!(
+            "{place} cannot be verified: more moved it than its run.json says (`pushed`): wrenches, motors or states that \
+             were set on the way"
+        )));
+    }
+    let world = &recording.world;
+    let ends = usize::from(kept.every > 1);
+    let counts = [1, 1, 1, world.joints().len(), world.gears().len(), ends];
+    let absent = Table::ALL.into_iter().zip(counts);
+    let absent =
+        absent.filter(|(table, count)| *count > 0 && !kept.has(*table)).map(|(table, _)| table);
+    let why = match (absent.map(Table::name).next(), recording.is_one_table()) {
+        (Some(table), false) => {
+            format!("its run left out the table {table}; run it without --tables")
+        }
+        (_, true) if kept.every > 1 => format!(
+            "its run left out rows (--every {}), and in a table of one body a step is judged by the row after it; run \
+             it without --every, or from a scenario file of [[bodies]]",
+            kept.every
+        ),
+        _ => return Ok(()),
+    };
+    Err(Failure::Input(format!("{place} cannot be verified: {why}")))
+}
+
+fn report(
+    recording: &Recording<'_>,
+    judge: &StepJudge,
+    findings: &VerifyFindings,
+    counts: &StatusCounts,
+) -> Result<Outcome, Failure> {
+    let differences = counts.differences(recording, &judge.taut);
+    let changed = recording.changed_files()?;
+    let mut text = format!("{}: {} steps", recording.place(), findings.steps);
+    let every = recording.kept().every;
+    if every > 1 {
+        let _ = write!(text, ", one of each {every}, by itself,");
+    }
+    if !recording.is_one_table() {
+        let _ = write!(text, " of {} bodies", recording.world.bodies().len());
+    }
+    text.push('\n');
+    if !recording.note().is_empty() {
+        let _ = writeln!(text, "  note: {}", recording.note());
+    }
+    if recording.run.as_ref().is_some_and(|run| run.checksums.is_empty() && run.seal == Seal::None)
+    {
+        let _ = writeln!(
+            text,
+            "  note: run.json has no checksums: changes that obey the physics are not seen"
+        );
+    }
+    let _ = writeln!(text, "  status `failed`: {}", findings.failed);
+    let between = match &recording.run {
+        Some(run) if every > 1 && run.summary.failed > findings.failed => run.summary.failed,
+        _ => 0,
+    };
+    if between > 0 {
+        let _ = writeln!(text, "  of all its steps, run.json says: {between}");
+    }
+    let _ = writeln!(
+        text,
+        "  residuals above what a solved step may have, {:.1e} m/s: {}",
+        judge.accepted, findings.inexact
+    );
+    if findings.substepped > 0 {
+        let count = findings.substepped;
+        let _ = writeln!(text, "  taken in shorter steps, which no row shows: {count}");
+    }
+    let differing = findings.differing;
+    let _ = writeln!(text, "  steps that are not what the rows say: {differing}");
+    if !recording.is_one_table() {
+        let _ = writeln!(text, "  largest overlap: {:.1e} m", findings.largest_overlap);
+    }
+    if !recording.world.joints().is_empty() {
+        let _ = writeln!(text, "  joints: {}", counts.joints());
+    }
+    if !differences.is_empty() {
+        let _ = writeln!(text, "  run.json is not of these rows:");
+    }
+    for difference in &differences {
+        let _ = writeln!(text, "    {difference}");
+    }
+    if !changed.is_empty() {
+        let _ = writeln!(text, "  files that are not what the run wrote:");
+    }
+    for change in &changed {
+        let _ = writeln!(text, "    {change}");
+    }
+    if !findings.worst.is_empty() {
+        let _ = writeln!(text, "  worst steps:");
+    }
+    for step in &findings.worst {
+        let _ = write!(
+            text,
+            "    k = {:<7} {:<9}  residual {:.3e} m/s ({})",
+            step.index,
+            step.status.name(),
+            step.residual,
+            step.part
+        );
+        if recording.is_one_table() {
+            let _ = write!(text, ", column {:.3e}", step.column);
+        }
+        let _ = match &step.differs {
+            Some(what) => writeln!(text, ": {what}"),
+            None => writeln!(text),
+        };
+    }
+    say(&text)?;
+    Ok(if differing > 0 || !differences.is_empty() || !changed.is_empty() {
+        Outcome::Mismatch
+    } else if findings.failed + findings.inexact + between > 0 {
+        Outcome::Unconverged
+    } else {
+        Outcome::Done
+    })
+}

@@ -1,0 +1,209 @@
+//! The files of a run, in either format.
+
+use super::directory::OutputDirectory;
+use super::file_names::{TRAJECTORY, file_of};
+use super::outcome::Failure;
+use super::output::PendingFile;
+use super::scene::Scene;
+use super::table_file::{TableSink, WrittenRows};
+use std::io;
+use std::path::{Path, PathBuf};
+use tumble_core::simulation::StepRecord;
+use tumble_core::step::StepStatus;
+use tumble_model::shown;
+use tumble_scene::kept::KeptSteps;
+use tumble_scene::output::tables::{Streams, Table, TablesWriter};
+use tumble_scene::output::trajectory::TrajectoryWriter;
+use tumble_scene::run_file::Checksums;
+
+/// What writes the rows of one format.
+enum TableWriters {
+    Trajectory(Box<TrajectoryWriter<TableSink>>),
+    Tables(Box<TablesWriter<TableSink>>),
+}
+
+/// Writes the rows of a run, and gives the files their names when all are written.
+pub struct RunWriter {
+    files: Vec<PendingFile>,
+    rows: TableWriters,
+    /// The rows without the last, of the state alone.
+    before_end: Vec<WrittenRows>,
+    /// Whether the run can be continued from a checkpoint.
+    pub has_checkpoint: bool,
+}
+
+/// The files of all rows of a run.
+pub struct WrittenFiles {
+    pub files: Vec<PendingFile>,
+    pub checksums: Checksums,
+    /// The rows without the last, of the state alone.
+    pub before_end: Vec<WrittenRows>,
+}
+
+/// Rows that are there already.
+#[derive(Clone, Copy)]
+pub struct Written<'a> {
+    /// The directory of their files.
+    pub directory: &'a Path,
+    /// The rows of each table.
+    pub rows: &'a [WrittenRows],
+}
+
+impl RunWriter {
+    /// Opens the files of a run of `scene` of which these rows are kept, and writes their headers or what of the
+    /// run is `written`.
+    pub fn create(
+        scene: &Scene,
+        kept: &KeptSteps,
+        out: &OutputDirectory,
+        written: Option<Written<'_>>,
+    ) -> Result<Self, Failure> {
+        let mut files = Vec::new();
+        let mut open = |name: &str| {
+            let name = file_of(name, kept.form);
+            let file = PendingFile::create(out, &name)?;
+            let mut stream = TableSink::new(file.open()?, kept.form);
+            if let Some(written) = written {
+                copy_rows(&written, &name, &mut stream)?;
+            }
+            files.push(file);
+            Ok::<_, Failure>(stream)
+        };
+        let (goes_on, world) = (written.is_some(), &scene.world);
+        let (every, first) = (kept.every, scene.start_index);
+        let rows = if scene.trajectory {
+            let stream = open(TRAJECTORY)?;
+            let rows = if goes_on {
+                TrajectoryWriter::after(stream, world)
+            } else {
+                TrajectoryWriter::new(stream, world)
+            };
+            rows.map(|rows| TableWriters::Trajectory(Box::new(rows.every(every, first))))
+        } else {
+            let has = |table: Table| has(scene, kept, table);
+            let states = open(Table::States.name())?;
+            let contacts =
+                has(Table::Contacts).then(|| open(Table::Contacts.name())).transpose()?;
+            let steps = open(Table::Steps.name())?;
+            let joints = has(Table::Joints).then(|| open(Table::Joints.name())).transpose()?;
+            let gears = has(Table::Gears).then(|| open(Table::Gears.name())).transpose()?;
+            let ends = has(Table::Ends).then(|| open(Table::Ends.name())).transpose()?;
+            let streams = Streams { states, contacts, steps, joints, gears, ends };
+            let rows = if goes_on {
+                Ok(TablesWriter::after(streams, world))
+            } else {
+                TablesWriter::new(streams, world)
+            };
+            rows.map(|rows| {
+                let rows = rows.driven(scene.courses.clone()).every(every, first);
+                TableWriters::Tables(Box::new(rows))
+            })
+        };
+        let rows = rows.map_err(|error| files[0].failed(&error))?;
+        Ok(Self { files, rows, before_end: Vec::new(), has_checkpoint: false })
+    }
+
+    /// The names of the files that [`RunWriter::create`] opens.
+    pub fn names(scene: &Scene, kept: &KeptSteps) -> Vec<String> {
+        if scene.trajectory {
+            return vec![file_of(TRAJECTORY, kept.form)];
+        }
+        let tables = Table::ALL.into_iter().filter(|table| has(scene, kept, *table));
+        tables.map(|table| file_of(table.name(), kept.form)).collect()
+    }
+
+    /// The file of rows in `directory` by which a run of `scene` is opened.
+    pub fn first_file(scene: &Scene, kept: &KeptSteps, directory: &Path) -> PathBuf {
+        let name = if scene.trajectory { TRAJECTORY } else { Table::States.name() };
+        directory.join(file_of(name, kept.form))
+    }
+
+    /// Writes the rows of one step, if it is one that is kept.
+    pub fn write(&mut self, record: &StepRecord) -> Result<(), Failure> {
+        if record.report.status == StepStatus::End {
+            let rows = self.rows_so_far(|_| Ok(()))?.into_iter();
+            self.before_end = rows.map(WrittenRows::in_place).collect();
+        }
+        let written = match &mut self.rows {
+            TableWriters::Trajectory(rows) => rows.write(record),
+            TableWriters::Tables(rows) => rows.write(record),
+        };
+        written.map_err(|error| self.files[0].failed(&error))
+    }
+
+    /// The rows so far, brought to the disk.
+    pub fn synced_rows(&mut self) -> Result<Vec<WrittenRows>, Failure> {
+        self.rows_so_far(TableSink::sync)
+    }
+
+    /// The rows so far, each table `flushed` before it is looked at.
+    fn rows_so_far(
+        &mut self,
+        flushed: impl Fn(&mut TableSink) -> io::Result<()>,
+    ) -> Result<Vec<WrittenRows>, Failure> {
+        let streams = match &mut self.rows {
+            TableWriters::Trajectory(rows) => rows.flushed().map(|stream| vec![stream]),
+            TableWriters::Tables(rows) => rows.flushed(),
+        };
+        let rows = streams.and_then(|streams| {
+            let of = |(stream, file): (&mut TableSink, &PendingFile)| {
+                flushed(stream)?;
+                stream.rows(file.name(), file.temporary_name())
+            };
+            streams.into_iter().zip(&self.files).map(of).collect()
+        });
+        rows.map_err(|error| self.files[0].failed(&error))
+    }
+
+    /// Leaves the files as they are, to be continued from by their checkpoint, if there is one.
+    pub fn leave(self) -> bool {
+        if self.has_checkpoint {
+            self.files.into_iter().for_each(PendingFile::leave);
+        }
+        self.has_checkpoint
+    }
+
+    /// The files and their checksums, everything down to the disk: a full one must be noticed before the files
+    /// get their names.
+    pub fn finish(self) -> Result<WrittenFiles, Failure> {
+        let streams = match self.rows {
+            TableWriters::Trajectory(rows) => rows.finish().map(|stream| vec![stream]),
+            TableWriters::Tables(rows) => {
+                rows.finish().map(|Streams { states, contacts, steps, joints, gears, ends }| {
+                    // As they were opened.
+                    let all = [Some(states), contacts, Some(steps), joints, gears, ends];
+                    all.into_iter().flatten().collect()
+                })
+            }
+        };
+        let sums = streams.and_then(|streams| {
+            streams.into_iter().map(TableSink::finish).collect::<io::Result<Vec<_>>>()
+        });
+        let sums = sums.map_err(|error| self.files[0].failed(&error))?;
+        let checksums = self.files.iter().map(PendingFile::name).zip(sums).collect();
+        Ok(WrittenFiles { files: self.files, checksums, before_end: self.before_end })
+    }
+}
+
+/// Whether a run of `scene`, of which these rows are kept, has the table.
+fn has(scene: &Scene, kept: &KeptSteps, table: Table) -> bool {
+    kept.has(table)
+        && match table {
+            Table::Joints => !scene.joints.is_empty(),
+            Table::Gears => !scene.world.gears().is_empty(),
+            Table::States | Table::Contacts | Table::Steps | Table::Ends => true,
+        }
+}
+
+/// Copies the rows that are written of the table `name`.
+fn copy_rows(written: &Written<'_>, name: &str, to: &mut TableSink) -> Result<(), Failure> {
+    let rows = written.rows.iter().find(|rows| rows.name == name);
+    let copied = rows.map_or_else(
+        || Err(io::Error::other("there are none")),
+        |rows| rows.copy(written.directory, to),
+    );
+    copied.map_err(|error| {
+        let path = shown::path(&written.directory.join(name));
+        Failure::Input(format!("the rows of {path} cannot be copied: {error}"))
+    })
+}

@@ -1,0 +1,124 @@
+//! Where the energy goes: the terms of steps.csv add up to its change, and are what closed forms say.
+
+use super::scenario::run_scenario;
+use super::support::{Table, run};
+use crate::ROOT;
+use std::fs;
+use std::path::Path;
+
+/// What the balance may leave, in parts of its largest term.
+const CLOSES: f64 = 1e-10;
+/// What is less than this is at rest, J.
+const REST: f64 = 1e-20;
+
+const TERMS: [&str; 6] =
+    ["loads_J", "drives_J", "reactions_J", "impacts_J", "friction_J", "discretisation_J"];
+
+struct Balance {
+    energy: Vec<f64>,
+    terms: [Vec<f64>; 6],
+    status: Vec<String>,
+}
+
+impl Balance {
+    fn read(out: &Path) -> Self {
+        let table = Table::parse(&fs::read_to_string(out.join("steps.csv")).unwrap());
+        let column = table.column("status");
+        let status = table.rows.iter().map(|row| row[column].clone()).collect();
+        Self {
+            energy: table.numbers("energy_J"),
+            terms: TERMS.map(|name| table.numbers(name)),
+            status,
+        }
+    }
+
+    /// The sum over the run of a term.
+    fn total(&self, name: &str) -> f64 {
+        let place = TERMS.iter().position(|term| *term == name).unwrap();
+        self.terms[place].iter().sum()
+    }
+
+    fn assert_closed(&self, name: &str) {
+        for k in 0..self.energy.len() - 1 {
+            if ["failed", "substepped"].contains(&self.status[k].as_str()) {
+                continue;
+            }
+            let terms = self.terms.each_ref().map(|term| term[k]);
+            let (before, after) = (self.energy[k], self.energy[k + 1]);
+            let left = after - before - terms.iter().sum::<f64>();
+            let largest = terms.iter().fold(before.abs().max(after.abs()), |a, b| a.max(b.abs()));
+            assert!(
+                left.abs() <= CLOSES * largest.max(REST),
+                "{name}, k = {k}: {left:e} of {largest:e}"
+            );
+        }
+    }
+}
+
+/// Falls, slides, impacts, bounces, motors, driven bodies, loops and gears.
+#[test]
+fn the_terms_add_up_to_the_change_of_energy() {
+    for name in [
+        "billiard",
+        "card-house",
+        "chain",
+        "double-pendulum",
+        "four-bar",
+        "marbles",
+        "pusher",
+        "quadruped",
+        "slider-crank",
+    ] {
+        let scene = format!("{ROOT}/scenarios/{name}.toml");
+        let directory = tempfile::tempdir().unwrap();
+        let out = directory.path().to_str().unwrap();
+        let end = run(&["--scenario", &scene, "--steps", "400", "--quiet", "--out", out]);
+        assert!(matches!(end.code, Some(0 | 3)), "{name}: {end:?}");
+        Balance::read(directory.path()).assert_closed(name);
+    }
+}
+
+fn balance(text: &str) -> Balance {
+    let (end, directory) = run_scenario(text, &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let balance = Balance::read(&directory.path().join("out"));
+    balance.assert_closed("scene");
+    balance
+}
+
+/// A block of 2 kg with 3 m/s slides to rest on μ = 0.4: friction takes ½ m v², nothing else does anything.
+#[test]
+fn friction_takes_the_energy_of_what_slides() {
+    let of = balance(
+        "steps = 800\ntime_step = 0.001\ngravity = 10\n[ground]\nfriction = 0.4\n[[bodies]]\nbox = 0.2\nmass = 2.0\n\
+         position = [0, 0, 0.1]\nvelocity = [3, 0, 0]\n",
+    );
+    assert!((of.total("friction_J") + 9.0).abs() < 1e-9, "{}", of.total("friction_J"));
+    assert!(of.total("impacts_J").abs() < 1e-9, "{}", of.total("impacts_J"));
+}
+
+/// A ball of 1 kg lands with 2 m/s and does not bounce: the impact takes 2 J, but for what the last step before it still fell.
+#[test]
+fn an_impact_takes_the_energy_of_what_lands() {
+    let of = balance(
+        "steps = 400\ntime_step = 0.001\ngravity = 0\n[ground]\nfriction = 0.0\n[[bodies]]\nsphere = 0.1\nmass = 1.0\n\
+         position = [0, 0, 0.3]\nvelocity = [0, 0, -2]\n",
+    );
+    assert!((of.total("impacts_J") + 2.0).abs() < 1e-9, "{}", of.total("impacts_J"));
+}
+
+/// A motor of 0.8 N m on a hinge without weight does 0.8 J a radian, and a step of it from rest is no cause for alarm.
+#[test]
+fn a_motor_does_the_work_of_its_torque() {
+    let rod = "steps = 101\ntime_step = 0.01\ngravity = 0\n[ground]\nnone = true\nfriction = 0.5\n[[bodies]]\nname = \"rod\"\n\
+               box = [0.04, 0.04, 0.5]\nmass = 1.0\nposition = [0, 0, 0.75]\n[[joints]]\nname = \"pivot\"\n\
+               type = \"revolute\"\nbodies = \"rod\"\nanchor = [0, 0, 1]\naxis = [0, 1, 0]\nforce = 0.8\n";
+    let of = balance(rod);
+    assert!(!of.status.contains(&"wild".to_owned()), "{:?}", of.status);
+    let of = balance(&rod.replace("time_step = 0.01", "time_step = 0.001").replace("101", "301"));
+    // Half of τ²t²/I with the moment of inertia about the hinge, 1/12 (0.5² + 0.04²) + 0.25².
+    let inertia = (0.25 + 0.0016) / 12.0 + 0.0625;
+    let work = 0.5 * 0.64 * 0.09 / inertia;
+    let found = of.total("drives_J");
+    assert!((found - work).abs() < 5e-3 * work, "{found} of {work}");
+}

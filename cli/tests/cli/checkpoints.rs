@@ -1,0 +1,127 @@
+//! A run that is killed goes on from its last checkpoint, and leaves what a run in one go leaves, byte for byte.
+
+use super::support::{PROGRAM, everything_in, run};
+use crate::ROOT;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// A run of several tables, with a joint.
+fn scene(steps: &str) -> Vec<String> {
+    let scenario = format!("{ROOT}/scenarios/door.toml");
+    let args = ["--scenario", &scenario, "--steps", steps, "--quiet"];
+    args.map(str::to_owned).to_vec()
+}
+
+/// The tables of a run, and how many there are.
+fn tables(directory: &Path) -> Vec<(String, Vec<u8>)> {
+    let names = everything_in(directory).into_iter();
+    let names = names.map(|name| name.to_str().unwrap().to_owned());
+    let tables = names.filter(|name| name.contains(".csv"));
+    tables.map(|name| (name.clone(), fs::read(directory.join(name)).unwrap())).collect()
+}
+
+/// Starts the program and kills it after `time`, or later where it has no checkpoint yet and one is `awaited`.
+fn killed(args: &[String], out: &Path, time: Duration, awaited: bool) {
+    let mut command = Command::new(PROGRAM);
+    command.args(args).arg("--out").arg(out).stdout(Stdio::null());
+    let mut child = command.spawn().unwrap();
+    let begun = Instant::now();
+    let is_there = || !awaited || out.join("checkpoint.bin").exists();
+    while (begun.elapsed() < time || !is_there()) && child.try_wait().unwrap().is_none() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "no checkpoint");
+        sleep(Duration::from_millis(1));
+    }
+    // SIGKILL; it may have ended.
+    let _ = child.kill();
+    child.wait().unwrap();
+}
+
+fn goes_on(out: &Path) {
+    let out = out.to_str().unwrap();
+    let end = run(&["--continue", out, "--quiet", "--checkpoint", "0.02"]);
+    assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
+}
+
+fn assert_like(one: &Path, other: &Path) {
+    let (one, other) = (tables(one), tables(other));
+    let names = |tables: &[(String, Vec<u8>)]| -> Vec<String> {
+        tables.iter().map(|(name, _)| name.clone()).collect()
+    };
+    assert_eq!(names(&one), names(&other));
+    for ((name, one), (_, other)) in one.iter().zip(&other) {
+        assert!(one == other, "{name} differs");
+    }
+}
+
+/// In both forms, killed twice, with nothing left of either.
+#[test]
+#[ignore = "slow"]
+fn a_killed_run_goes_on_from_its_checkpoint() {
+    for form in ["csv", "zstd"] {
+        let places = tempfile::tempdir().unwrap();
+        let [whole, parts] = ["whole", "parts"].map(|name| places.path().join(name));
+        let args = [scene("20000"), vec!["--format".to_owned(), form.to_owned()]].concat();
+        let end =
+            run(&[&args[..], &["--out".to_owned(), whole.to_str().unwrap().to_owned()]].concat());
+        assert_eq!(end.code, Some(0), "{end:?}");
+
+        let often = ["--checkpoint", "0.02"].map(str::to_owned);
+        killed(&[&args[..], &often].concat(), &parts, Duration::from_millis(150), true);
+        assert!(!parts.join("run.json").exists(), "it was too fast to be killed");
+        let other = run(&["--steps", "5", "--out", parts.to_str().unwrap()]);
+        other.assert_refused(2, &["checkpoint", "--continue", "--overwrite"]);
+        let again = ["--continue", parts.to_str().unwrap(), "--quiet", "--checkpoint", "0.02"];
+        killed(&again.map(str::to_owned), &parts, Duration::from_millis(150), false);
+        goes_on(&parts);
+        assert_like(&whole, &parts);
+        let verified = run(&[
+            "verify",
+            parts
+                .join(format!("states.csv{}", if form == "zstd" { ".zst" } else { "" }))
+                .to_str()
+                .unwrap(),
+        ]);
+        assert_eq!(verified.code, Some(0), "{verified:?}");
+        assert_eq!(everything_in(&whole), everything_in(&parts), "{form}: nothing is left over");
+    }
+}
+
+/// Of many kills at any moment, also during a checkpoint, none loses the run.
+#[test]
+#[ignore = "a hundred runs are killed: three minutes"]
+fn a_hundred_kills_lose_nothing() {
+    let places = tempfile::tempdir().unwrap();
+    let whole = places.path().join("whole");
+    let args = scene("3000");
+    let end = run(&[&args[..], &["--out".to_owned(), whole.to_str().unwrap().to_owned()]].concat());
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let mut seed = 7_u64;
+    let mut kills = 0;
+    for number in 0..20 {
+        let parts = places.path().join(number.to_string());
+        let often = ["--checkpoint", "0.001"].map(str::to_owned);
+        let again = ["--continue", parts.to_str().unwrap(), "--quiet", "--checkpoint", "0.001"];
+        let again = again.map(str::to_owned);
+        for part in 0..5 {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            let time = Duration::from_micros(2_000 + (seed >> 40) % 30_000);
+            if parts.join("checkpoint.bin").exists() {
+                killed(&again, &parts, time, false);
+            } else if part == 0 {
+                killed(&[&args[..], &often].concat(), &parts, time, true);
+            }
+            kills += 1;
+        }
+        if parts.join("checkpoint.bin").exists() {
+            goes_on(&parts);
+        }
+        assert_like(&whole, &parts);
+        fs::remove_dir_all(&parts).unwrap();
+    }
+    assert_eq!(kills, 100);
+}

@@ -1,0 +1,220 @@
+//! `--continue`: a run in parts leaves what a run in one go leaves, byte for byte.
+
+use super::support::{everything_in, run, unseal};
+use crate::ROOT;
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+const ROWS: [&str; 4] = ["trajectory.csv", "states.csv", "contacts.csv", "steps.csv"];
+
+struct Places(TempDir);
+
+impl Places {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn text(&self, name: &str) -> String {
+        self.path(name).to_str().unwrap().to_owned()
+    }
+
+    fn run(&self, args: &[&str], out: &str) {
+        let out = self.text(out);
+        let end = run(&[args, &["--out", &out]].concat());
+        assert!(matches!(end.code, Some(0 | 3)), "{args:?}: {end:?}");
+    }
+}
+
+/// The files of rows, and run.json but for the time that it took.
+fn left(folder: &Path) -> (Vec<(PathBuf, String)>, Value) {
+    let files =
+        everything_in(folder).into_iter().filter(|name| ROWS.iter().any(|row| name.ends_with(row)));
+    let files = files.map(|name| {
+        let text = fs::read_to_string(folder.join(&name)).unwrap();
+        (name, text)
+    });
+    let json = fs::read_to_string(folder.join("run.json")).unwrap();
+    let mut json: Value = serde_json::from_str(&json).unwrap();
+    let seconds = json["summary"]["solve_seconds"].take();
+    // Of pictures too, which not every run has.
+    let _ = (json["files"].take(), json["checksum"].take());
+    assert!(seconds.as_f64().unwrap() > 0.0);
+    (files.collect(), json)
+}
+
+fn assert_same(places: &Places, one: &str, other: &str) {
+    let [one, other] = [one, other].map(|name| left(&places.path(name)));
+    for (file, again) in one.0.iter().zip(&other.0) {
+        assert_eq!(file.0, again.0);
+        assert!(file.1 == again.1, "{} differs", file.0.display());
+    }
+    assert_eq!(one.0.len(), other.0.len());
+    assert_eq!(one.1, other.1);
+}
+
+fn scenario(name: &str) -> String {
+    format!("{ROOT}/scenarios/{name}.toml")
+}
+
+/// A run of `args` and so many rows, in one go and in parts.
+fn goes_on(args: &[&str], parts: &[&str], rows: &str) {
+    let places = Places::new();
+    places.run(&[args, &["--steps", rows]].concat(), "whole");
+    places.run(&[args, &["--steps", parts[0]]].concat(), "parts");
+    for part in parts[1..].iter().chain(&[rows]) {
+        let end = run(&["--continue", &places.text("parts"), "--steps", part]);
+        assert!(matches!(end.code, Some(0 | 3)), "{args:?}: {end:?}");
+    }
+    assert_same(&places, "whole", "parts");
+    let file = everything_in(&places.path("parts"))
+        .into_iter()
+        .find(|name| name.ends_with("trajectory.csv") || name.ends_with("states.csv"));
+    let file = places.path("parts").join(file.unwrap());
+    let verified = run(&["verify", file.to_str().unwrap()]);
+    assert!(matches!(verified.code, Some(0 | 3)), "{args:?}: {verified:?}");
+}
+
+#[test]
+#[ignore = "slow"]
+fn every_scenario_in_parts_is_the_scenario_in_one_go() {
+    for entry in fs::read_dir(Path::new(ROOT).join("scenarios")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            let args = ["--scenario", path.to_str().unwrap(), "--solver", "native"];
+            let floats = path.ends_with("floating.toml");
+            goes_on(if floats { &args[..2] } else { &args }, &["2", "90", "91"], "150");
+        }
+    }
+}
+
+#[test]
+fn ipopt_in_parts_is_ipopt_in_one_go() {
+    goes_on(&["--height", "1.75"], &["20", "45"], "60");
+    goes_on(&["--seed", "3"], &["215", "228"], "240");
+    goes_on(&["--preset", "tutorial", "--height", "1.75"], &["30"], "50");
+    goes_on(
+        &["--on-failure", "record", "--formulation", "clamped", "--height", "1.75"],
+        &["30"],
+        "50",
+    );
+}
+
+#[test]
+fn loads_slopes_and_bounces_go_on() {
+    let native = ["--solver", "native", "--height", "1.8"];
+    let with = |more: &[&'static str]| [&native[..], more].concat();
+    goes_on(&with(&["--plane", "17.3", "--inertia", "solid"]), &["60"], "200");
+    goes_on(&with(&["--plane", "0.3,0.2,0.9,-0.1", "--restitution", "0.7"]), &["60", "77"], "200");
+    goes_on(
+        &with(&["--force", "0:0,0,0", "--force", "0.4:300,0,20", "--force-at", "0,0,0.2"]),
+        &["50"],
+        "250",
+    );
+    goes_on(&["--scene", "floating"], &["1", "7"], "40");
+    goes_on(
+        &with(&["--start-index", "700", "--force", "1.5:0,0,0", "--force", "2:90,0,0"]),
+        &["60"],
+        "250",
+    );
+    let pile = scenario("door");
+    goes_on(&["--scenario", &pile, "--start-index", "123456"], &["60"], "150");
+}
+
+#[test]
+fn without_steps_the_rows_that_were_asked_for_are_made() {
+    let places = Places::new();
+    places.run(&["--solver", "native", "--steps", "300"], "whole");
+    // A run that ended early has fewer rows than its run.json asks for.
+    places.run(&["--solver", "native", "--steps", "120"], "early");
+    let file = places.path("early").join("run.json");
+    unseal(&file);
+    let json = fs::read_to_string(&file).unwrap().replace("\"steps\": 120", "\"steps\": 300");
+    fs::write(file, json).unwrap();
+    let end = run(&["--continue", &places.text("early")]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    assert_same(&places, "whole", "early");
+    // Once more: there is nothing left to do.
+    let end = run(&["--continue", &places.text("early")]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    assert_same(&places, "whole", "early");
+}
+
+#[test]
+fn with_another_out_the_whole_run_is_there_and_the_first_one_stays() {
+    let places = Places::new();
+    let pile = scenario("bricks");
+    places.run(&["--scenario", &pile, "--steps", "80"], "first");
+    places.run(&["--scenario", &pile, "--steps", "60"], "again");
+    places.run(&["--scenario", &pile, "--steps", "60"], "kept");
+    places.run(
+        &[
+            "--continue",
+            &places.text("again"),
+            "--steps",
+            "80",
+            "--gif",
+            "--gif-size",
+            "100",
+            "--html",
+        ],
+        "on",
+    );
+    assert_same(&places, "first", "on");
+    assert_same(&places, "again", "kept");
+    assert!(places.path("on").join("view.html").exists());
+    let states = places.path("on").join("states.csv");
+    for command in ["verify", "view", "gif"] {
+        let end = run(&[command, states.to_str().unwrap()]);
+        assert_eq!(end.code, Some(0), "{command}: {end:?}");
+    }
+}
+
+#[test]
+fn what_cannot_be_continued_is_refused_in_a_sentence() {
+    let places = Places::new();
+    let native = ["--solver", "native", "--steps", "40"];
+    places.run(&native, "run");
+    let folder = places.text("run");
+    let refused = |args: &[&str], words: &[&str]| run(args).assert_refused(2, words);
+    refused(&["--continue", &folder, "--mu", "0.5"], &["--mu", "run.json"]);
+    refused(&["--continue", &folder, "--solver", "ipopt"], &["--solver", "run.json"]);
+    refused(&["--continue", &folder, "--seed", "1"], &["--seed", "run.json"]);
+    refused(&["--continue", &folder, "--scene", "drop"], &["--continue", "--scene"]);
+    refused(&["--continue", &folder, "--steps", "39"], &["--steps", "40 rows already"]);
+    refused(&["--continue", &places.text("nowhere")], &["nowhere", "no run.json"]);
+    assert!(!places.path("nowhere").exists());
+
+    let state = places.path("run").join("state.bin");
+    let bytes = fs::read(&state).unwrap();
+    let on = ["--continue", &folder, "--steps", "60"];
+    fs::write(&state, &bytes[..bytes.len() / 2]).unwrap();
+    refused(&on, &["state.bin", "cut off"]);
+    let mut changed = bytes.clone();
+    changed[200] ^= 4;
+    fs::write(&state, changed).unwrap();
+    refused(&on, &["state.bin", "damaged"]);
+    fs::remove_file(&state).unwrap();
+    refused(&on, &["state.bin"]);
+    fs::write(&state, &bytes).unwrap();
+
+    // Another world, and rows that end elsewhere.
+    let json = places.path("run").join("run.json");
+    unseal(&json);
+    let text = fs::read_to_string(&json).unwrap();
+    fs::write(&json, text.replace("\"mu\": 0.3", "\"mu\": 0.31")).unwrap();
+    refused(&on, &["state.bin", "another world"]);
+    fs::write(&json, &text).unwrap();
+    places.run(&["--solver", "native", "--steps", "35"], "other");
+    fs::copy(
+        places.path("other").join("trajectory.csv"),
+        places.path("run").join("trajectory.csv"),
+    )
+    .unwrap();
+    refused(&on, &["state.bin", "k = 39", "does not end there"]);
+}

@@ -1,0 +1,279 @@
+//! The arguments of the program, a table and some hundred drawn at random.
+
+use super::each;
+use crate::support::{End, PROGRAM, everything_in};
+use proptest::prelude::*;
+use proptest::sample::select;
+use std::ffi::{OsStr, OsString};
+use std::fs::File;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+use tumble_core::step::StepStatus;
+use tumble_scene::output::trajectory::TrajectoryReader;
+
+/// What is refused is refused in milliseconds, and a step takes as long; the disk that a run
+/// waits for at its end may be busy.
+pub const REFUSED_WITHIN: Duration = Duration::from_secs(1);
+pub const DONE_WITHIN: Duration = Duration::from_secs(5);
+
+/// Runs the program in `directory`; killed where it does not end.
+pub fn end_of<S: AsRef<OsStr>>(directory: &Path, args: &[S]) -> (End, Duration) {
+    let begin = Instant::now();
+    let mut command = Command::new(PROGRAM);
+    command.args(args).current_dir(directory).stdin(Stdio::null());
+    // Files and no pipes, which would fill up.
+    let streams = ["stdout", "stderr"].map(|name| directory.join(name));
+    let [stdout, stderr] = streams.each_ref().map(|path| File::create(path).unwrap());
+    let mut child = command.stdout(stdout).stderr(stderr).spawn().unwrap();
+    let status = loop {
+        match child.try_wait().unwrap() {
+            Some(status) => break status,
+            None if begin.elapsed() > 2 * DONE_WITHIN => {
+                child.kill().unwrap();
+                child.wait().unwrap();
+                panic!("still running");
+            }
+            None => sleep(Duration::from_micros(300)),
+        }
+    };
+    let took = begin.elapsed();
+    let [stdout, stderr] = streams.map(|path| {
+        let text = std::fs::read_to_string(&path).unwrap();
+        std::fs::remove_file(path).unwrap();
+        text
+    });
+    (End { code: status.code(), stdout, stderr }, took)
+}
+
+/// One line that ends, is not endless and holds nothing that a terminal would obey.
+pub fn assert_one_line(end: &End) {
+    let line = end.stderr.strip_prefix("tumble: ").unwrap_or_else(|| panic!("{end:?}"));
+    let line = line.strip_suffix('\n').unwrap_or_else(|| panic!("{end:?}"));
+    assert!(!line.is_empty() && !line.chars().any(char::is_control), "{end:?}");
+    assert!(!line.contains("panicked"), "{end:?}");
+}
+
+/// The end that any arguments of a simulation may have; the files are there or not.
+fn check_simulation(args: &[OsString]) {
+    let directory = tempfile::tempdir().unwrap();
+    let (end, took) = end_of(directory.path(), args);
+    match end.code {
+        Some(0 | 3) => {
+            assert_eq!(end.stderr, "", "{args:?}");
+            assert!(took < DONE_WITHIN, "{args:?}: {took:?}");
+            if directory.path().join("out").exists() {
+                check_file(&directory.path().join("out/trajectory.csv"), &end);
+            }
+        }
+        Some(2) => {
+            assert_one_line(&end);
+            assert_eq!(end.stdout, "", "{args:?}");
+            assert!(took < REFUSED_WITHIN, "{args:?}: {took:?}");
+            assert!(everything_in(directory.path()).is_empty(), "{args:?}");
+        }
+        _ => panic!("{args:?}: {end:?}"),
+    }
+}
+
+/// A file that the program wrote can be read again, every number in it is finite, and it holds
+/// failed steps where the exit code, 3, says so.
+fn check_file(path: &Path, end: &End) {
+    let mut reader = TrajectoryReader::new(File::open(path).unwrap()).unwrap();
+    let mut failed = false;
+    while let Some(row) = reader.next_row().unwrap() {
+        let state = row.state.to_vector();
+        let numbers = row.step.iter().chain(&state).chain([&row.residual]);
+        assert!(numbers.into_iter().all(|number| number.is_finite()), "{row:?}");
+        failed |= row.status == StepStatus::Failed;
+    }
+    assert_eq!(end.code, Some(if failed { 3 } else { 0 }), "{end:?}");
+}
+
+/// The flags with a value.
+const FLAGS: [&str; 16] = [
+    "--scene",
+    "--steps",
+    "--seed",
+    "--dt",
+    "--mu",
+    "--mass",
+    "--inertia",
+    "--gravity",
+    "--box",
+    "--height",
+    "--velocity",
+    "--spin",
+    "--solver",
+    "--detection",
+    "--tol",
+    "--max-iter",
+];
+
+/// Values that are odd for any flag. None is a large count.
+const ODD: [&str; 44] = [
+    "",
+    " ",
+    "  1",
+    "1 ",
+    "\t",
+    "\n",
+    "1\n2",
+    "-",
+    "--",
+    "---",
+    "=",
+    "==1",
+    ",",
+    ",,",
+    "1,",
+    ",1",
+    "1,,2",
+    "0",
+    "-0",
+    "+1",
+    "1.",
+    ".5",
+    "1e",
+    "1e5",
+    "1e-400",
+    "1e400",
+    "-1e400",
+    "NaN",
+    "inf",
+    "-infinity",
+    "0x10",
+    "1_000",
+    "١٢٣",
+    "½",
+    "∞",
+    "null",
+    "true",
+    "None",
+    "'1'",
+    "\"1\"",
+    "%s%n",
+    "$HOME",
+    "\u{1b}[31m",
+    "\u{202e}1",
+];
+
+#[test]
+#[ignore = "slow"]
+fn every_flag_with_every_odd_value_ends_in_one_of_the_documented_ways() {
+    for flag in FLAGS.into_iter().chain(["--on-failure", "--worst", "--quiet", "--wrong"]) {
+        for value in ODD {
+            // Joined and apart by turns: both must be understood.
+            let args = if value.len() % 2 == 0 {
+                vec![flag.to_owned(), value.to_owned()]
+            } else {
+                vec![format!("{flag}={value}")]
+            };
+            let mut args: Vec<OsString> = args.into_iter().map(OsString::from).collect();
+            if flag != "--steps" {
+                args.extend(["--steps", "1"].map(OsString::from));
+            }
+            check_simulation(&args);
+        }
+    }
+}
+
+/// What a person, a script or an accident may write after a flag.
+fn value() -> impl Strategy<Value = String> {
+    let number = prop_oneof![
+        super::wild().prop_map(|number| format!("{number:?}")),
+        super::wild().prop_map(|number| format!("{number}")),
+        any::<i64>().prop_map(|number| number.to_string()),
+        "[-+]?[0-9]{0,3}\\.?[0-9]{0,3}([eE][-+]?[0-9]{0,4})?",
+    ];
+    let list = proptest::collection::vec(number, 1..11).prop_map(|numbers| numbers.join(","));
+    prop_oneof![
+        4 => list,
+        1 => "\\PC{0,12}",
+        1 => "[^\\x00]{0,12}",
+        1 => select(ODD.to_vec()).prop_map(str::to_owned),
+        1 => "[0-9,e-]{100,3000}",
+    ]
+}
+
+/// A count of steps that would take longer than a test may.
+fn is_long_run(flag: &str, value: &str) -> bool {
+    flag == "--steps" && value.trim().parse::<u64>().is_ok_and(|steps| steps > 300)
+}
+
+#[test]
+#[ignore = "slow"]
+fn any_values_of_the_flags_end_in_one_of_the_documented_ways() {
+    let flags = proptest::collection::vec((select(FLAGS.to_vec()), value()), 1..3);
+    each(500, flags, |flags| {
+        let long = flags.iter().any(|(flag, value)| is_long_run(flag, value));
+        let steps = flags.iter().any(|(flag, _)| *flag == "--steps");
+        if !long {
+            let words = flags.into_iter().map(|(flag, value)| format!("{flag}={value}"));
+            let mut args: Vec<OsString> = words.map(OsString::from).collect();
+            if !steps {
+                args.push("--steps=3".into());
+            }
+            check_simulation(&args);
+        }
+        Ok(())
+    });
+}
+
+#[cfg(unix)]
+#[test]
+#[ignore = "slow"]
+fn arguments_that_are_no_text_end_in_one_of_the_documented_ways() {
+    use std::os::unix::ffi::OsStringExt;
+    let bytes = proptest::collection::vec(1..=255_u8, 0..12);
+    each(200, (select(FLAGS.to_vec()), bytes), |(flag, mut bytes)| {
+        bytes.push(0xff);
+        let value = OsString::from_vec(bytes);
+        let mut joined = OsString::from(format!("{flag}="));
+        joined.push(&value);
+        for args in [vec![flag.into(), value.clone()], vec![joined], vec![value]] {
+            check_simulation(&args);
+        }
+        Ok(())
+    });
+}
+
+/// Valid arguments, however absurd, give a file that can be read again.
+#[test]
+#[ignore = "slow"]
+fn a_run_of_any_valid_arguments_writes_a_file_that_can_be_read() {
+    // A power of e may be above its end by rounding.
+    let number = |low: f64, high: f64| {
+        (low.ln()..high.ln()).prop_map(move |power| power.exp().clamp(low, high))
+    };
+    let numbers = (number(1e-6, 0.1), number(1e-9, 1e9), number(6e-7, 1e6), number(2e-6, 2e4));
+    let motion = proptest::array::uniform6(-1e5..1e5_f64);
+    let rest = (numbers, 0.0..10.0_f64, -1e3..1e3_f64, motion, any::<bool>());
+    each(80, rest, |((dt, mass, ratio, side), mu, gravity, [x, y, z, a, b, c], native)| {
+        let inertia = ratio * mass * side * side;
+        // So high that no corner starts below the ground, so low that some soon touch it.
+        let height = 0.867 * side + 1e-3 * dt * z.abs();
+        let mut args = vec![
+            format!("--dt={dt:?}"),
+            format!("--mass={mass:?}"),
+            format!("--inertia={inertia:?}"),
+            format!("--box={side:?}"),
+            format!("--mu={mu:?}"),
+            format!("--gravity={gravity:?}"),
+            format!("--height={height:?}"),
+            format!("--velocity={x:?},{y:?},{z:?}"),
+            format!("--spin={a:?},{b:?},{c:?}"),
+            "--steps=6".to_owned(),
+        ];
+        args.push(if native { "--solver=native" } else { "--max-iter=60" }.to_owned());
+        let directory = tempfile::tempdir().unwrap();
+        let (end, took) = end_of(directory.path(), &args);
+        prop_assert!(matches!(end.code, Some(0 | 3)) && end.stderr.is_empty(), "{:?}", end);
+        prop_assert!(took < DONE_WITHIN, "{:?}", took);
+        check_file(&directory.path().join("out/trajectory.csv"), &end);
+        let (verified, _) = end_of(directory.path(), &["verify", "out/trajectory.csv"]);
+        prop_assert_eq!(verified.code, end.code, "{:?} {:?}", verified, end);
+        Ok(())
+    });
+}

@@ -1,0 +1,47 @@
+//! Scenes with steps that no solver has solved at once: they are taken in shorter steps, and make no energy.
+
+use super::support::{Table, run};
+use crate::ROOT;
+use std::fs;
+use std::path::Path;
+
+/// A part of the kinetic energy that counts as made.
+const ROUNDING: f64 = 1e-9;
+
+/// A ball joint at the stop of its cone, a cone with a motor on the ground, masses of a ratio of 1e5.
+#[test]
+fn steps_that_are_not_solved_at_once_make_no_energy() {
+    let mut substepped = 0;
+    for (name, most_failed) in [("cone31", 1), ("fail9081", 0), ("ratio623", 0)] {
+        let scene = format!("{ROOT}/cli/tests/cli/hard/{name}.toml");
+        let directory = tempfile::tempdir().unwrap();
+        let out = directory.path().join("out");
+        let end = run(&["--scenario", &scene, "--out", out.to_str().unwrap()]);
+        assert!(matches!(end.code, Some(0 | 3)), "{name}: {end:?}");
+        let table = Table::parse(&fs::read_to_string(out.join("steps.csv")).unwrap());
+        let (energy, status) = (table.numbers("energy_J"), table.column("status"));
+        let words: Vec<_> = table.rows.iter().map(|row| row[status].as_str()).collect();
+        let mut failed = 0;
+        for (k, ends) in energy.windows(2).enumerate() {
+            if ["failed", "substepped"].contains(&words[k]) {
+                let size = ends[0].abs().max(ends[1].abs());
+                assert!(ends[1] - ends[0] <= ROUNDING * size, "{name}, k = {k}: {ends:?}");
+            }
+            failed += u32::from(words[k] == "failed");
+        }
+        substepped += words.iter().filter(|word| **word == "substepped").count();
+        assert!(failed <= most_failed, "{name}: {failed} failed");
+        assert_verified(&out, failed > 0);
+        let said = end.stdout.contains("substepped steps were not solved at once");
+        assert_eq!(said, words.contains(&"substepped"), "{name}: {end:?}");
+    }
+    assert!(substepped > 3, "{substepped}");
+}
+
+/// `verify` reads every run, and its steps are what their rows say.
+fn assert_verified(out: &Path, has_failed: bool) {
+    let end = run(&["verify", out.join("states.csv").to_str().unwrap()]);
+    assert!(matches!(end.code, Some(0 | 1 | 3)), "{end:?}");
+    assert!(end.stdout.contains("steps that are not what the rows say: 0"), "{end:?}");
+    assert_eq!(end.stdout.contains("status `failed`: 0"), !has_failed, "{end:?}");
+}

@@ -1,0 +1,293 @@
+//! Files that are no files, have no end or say odd things: one sentence each, that names the file
+//! and the field.
+
+use super::support::{End, PROGRAM, contact_run, run, simulate, tumble};
+use crate::ROOT;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// A directory with the files of a contact run.
+fn a_run() -> tempfile::TempDir {
+    let directory = tempfile::tempdir().unwrap();
+    fs::write(directory.path().join("trajectory.csv"), &contact_run().0).unwrap();
+    fs::write(directory.path().join("run.json"), &contact_run().1).unwrap();
+    directory
+}
+
+/// What reads a trajectory, run in its directory.
+const READERS: [&str; 4] = ["verify", "plot", "view", "gif"];
+
+fn read(command: &str, directory: &Path) -> End {
+    tumble().args([command, "trajectory.csv"]).current_dir(directory).output().unwrap().into()
+}
+
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices_are_refused_and_not_waited_for() {
+    let directory = tempfile::tempdir().unwrap();
+    let pipe = directory.path().join("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for place in [pipe.to_str().unwrap(), "/dev/zero", "/dev/null"] {
+        let words = [place, "a pipe or a device"];
+        for command in READERS {
+            run(&[command, place]).assert_refused(2, &words);
+        }
+        run(&["inspect", place]).assert_refused(2, &words);
+        run(&["--scenario", place]).assert_refused(2, &words);
+    }
+    for command in READERS {
+        run(&[command, "/"]).assert_refused(2, &["a directory"]);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_json_that_is_no_file_or_has_no_end_is_refused() {
+    for command in READERS {
+        let directory = a_run();
+        let json = directory.path().join("run.json");
+        fs::remove_file(&json).unwrap();
+        std::os::unix::fs::symlink("/dev/zero", &json).unwrap();
+        read(command, directory.path()).assert_refused(2, &["run.json", "a pipe or a device"]);
+        fs::remove_file(&json).unwrap();
+        // A sparse file of 16 GB.
+        fs::File::create(&json).unwrap().set_len(1 << 34).unwrap();
+        read(command, directory.path()).assert_refused(2, &["run.json", "longer than 268435456"]);
+    }
+}
+
+#[test]
+fn a_row_without_end_is_refused_with_its_line() {
+    let (csv, _) = contact_run();
+    let third = csv.match_indices('\n').nth(2).unwrap().0 + 1;
+    let long = "1".repeat(2 << 20);
+    for (text, words) in [
+        (long.clone(), "line 1 has"),
+        (format!("{}{long}", &csv[..third]), "line 4 has"),
+        (format!("{}\"{}", &csv[..third], "1\n".repeat(1 << 20)), "line 4 has"),
+        (format!("{}{}", &csv[..third], "\n".repeat(2 << 20)), "1048576 bytes"),
+    ] {
+        let directory = a_run();
+        fs::write(directory.path().join("trajectory.csv"), text).unwrap();
+        for command in READERS {
+            read(command, directory.path()).assert_refused(2, &["trajectory.csv", words]);
+        }
+    }
+}
+
+/// The run.json of a contact run with one text in the place of another.
+fn with_json(old: &str, new: &str) -> tempfile::TempDir {
+    let directory = a_run();
+    let json = contact_run().1.clone();
+    assert!(json.contains(old), "{old}");
+    fs::write(directory.path().join("run.json"), json.replacen(old, new, 1)).unwrap();
+    directory
+}
+
+#[test]
+fn bad_values_of_a_run_json_name_the_file_and_the_field() {
+    let long = format!("\"{}\"", "x".repeat(1 << 20));
+    for (old, new, words) in [
+        ("\"drop\"", long.as_str(), ["scene", "80 characters"]),
+        ("\"ipopt\"", &long, ["solver.name", "80 characters"]),
+        ("\"mass\": 10.0", "\"mass\": -1", ["model.bodies[0]: mass", "1e-9 to 1e9"]),
+        ("\"mass\": 10.0", "\"mass\": \"10\"", ["model.bodies[0].mass", "a number is needed"]),
+        ("\"mass\": 10.0", "\"mass\": 1e9", ["model.bodies[0]", "0.01"]),
+        ("\"dt\": 0.002", "\"dt\": 7", ["model.dt", "7"]),
+        ("\"mu\": 0.3", "\"mu\": -3", ["model.mu", "-3"]),
+        ("\"gravity\": [", "\"gravity\": [0,", ["model.gravity", "trailing characters"]),
+        ("\"normal\": [", "\"normal\": [0,", ["model.plane.normal", "length 4"]),
+        (
+            "\"sides\": [",
+            "\"sides\": [0,",
+            ["model.shapes[0].pieces[0].form", "trailing characters"],
+        ),
+        (
+            "\"start\": {\n          \"position\": [",
+            "\"start\": {\n          \"position\": [0,",
+            ["model.bodies[0].start.position", "trailing characters"],
+        ),
+        (
+            "\"attitude\": [",
+            "\"attitude\": [0,",
+            ["model.shapes[0].pieces[0].place.attitude", "trailing characters"],
+        ),
+        ("\"drawn\": true", "\"drawn\": 1", ["drawn", "boolean"]),
+        ("\"seed\": 42", "\"seed\": -42", ["seed", "-42"]),
+        ("\"load\": null", "\"load\": 7", ["model.bodies[0].load", "force, torque and at"]),
+        (
+            "\"load\": null",
+            "\"load\": {\"force\": [[0, 1, 2, 3, 4]], \"torque\": [], \"at\": [0, 0, 0]}",
+            ["model.bodies[0].load.force[0]", "length 5"],
+        ),
+        (
+            "\"load\": null",
+            "\"load\": {\"force\": [[0, 1, 2, 1e30]], \"torque\": [], \"at\": [0, 0, 0]}",
+            ["model.force", "1e30"],
+        ),
+    ] {
+        let directory = with_json(old, new);
+        for command in READERS {
+            let end = read(command, directory.path());
+            end.assert_refused(2, &[&["run.json"], words.as_slice()].concat());
+            assert!(!end.stderr.contains("struct ") && end.stderr.len() < 1000, "{end:?}");
+        }
+    }
+    // A flag's own value is not the file's fault.
+    let directory = a_run();
+    fs::remove_file(directory.path().join("run.json")).unwrap();
+    let flag = ["verify", "trajectory.csv", "--mass", "-1"];
+    let end: End = tumble().args(flag).current_dir(directory.path()).output().unwrap().into();
+    end.assert_refused(2, &["--mass", "-1"]);
+    assert!(!end.stderr.contains("run.json"), "{end:?}");
+}
+
+#[test]
+fn without_run_json_every_command_says_what_it_took() {
+    for command in READERS {
+        let directory = a_run();
+        fs::remove_file(directory.path().join("run.json")).unwrap();
+        let end = read(command, directory.path());
+        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{command}");
+        let note = "no run.json beside the file: the drop scene's parameters";
+        assert!(end.stdout.contains(note), "{command}: {}", end.stdout);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_not_for_the_eye_is_shown_escaped() {
+    let evil = "a\u{1b}]0;owned\u{7}\u{1b}[31m\u{202e}b";
+    let directory = tempfile::tempdir().unwrap();
+    let place = directory.path().join(evil);
+    let place = place.to_str().unwrap();
+    let ends = [
+        run(&["verify", place]),
+        run(&["plot", place]),
+        run(&["gif", place]),
+        run(&["view", place]),
+        run(&["inspect", place]),
+        run(&["--scenario", place]),
+        run(&["--out", "/dev/null/x\u{1b}[31my", "--steps", "2"]),
+    ];
+    for end in &ends {
+        assert!(end.stderr.contains("\\u{1b}"), "{end:?}");
+    }
+    let done = run(&["--steps", "3", "--plot", "--html", "--gif", "--out", place]);
+    assert_eq!(done.code, Some(0), "{done:?}");
+    assert!(done.stdout.contains("\\u{1b}"), "{done:?}");
+    for end in ends.iter().chain([&done, &run(&["--mass", evil]), &run(&[evil])]) {
+        let odd = ['\u{1b}', '\u{7}', '\u{202e}'];
+        assert!(!end.stderr.contains(odd) && !end.stdout.contains(odd), "{end:?}");
+    }
+}
+
+#[test]
+fn a_flag_that_lacks_its_value_is_named() {
+    for args in [
+        ["--steps", "--out", "x"].as_slice(),
+        &["--mass", "--steps", "5"],
+        &["--velocity", "--out", "verify"],
+        &["verify", "x.csv", "--mass", "--worst", "3"],
+        &["gif", "--mu", "--out", "x", "y.csv"],
+        &["validate", "--mass", "--out", "x"],
+    ] {
+        let lacking = args.windows(2).find(|pair| pair.iter().all(|arg| arg.starts_with("--")));
+        let lacking = lacking.unwrap();
+        let words = format!("{} needs a value, and {} follows", lacking[0], lacking[1]);
+        run(args).assert_refused(2, &[&words]);
+    }
+    // What is a value stays one.
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().join("out");
+    let args = ["--steps", "3", "--velocity", "-1,2,3", "--out", out.to_str().unwrap()];
+    assert_eq!(run(&args).code, Some(0));
+}
+
+#[test]
+fn numbers_are_shown_as_they_are_typed() {
+    for args in [
+        ["--height", "1e-320"],
+        ["--height", "-1e300"],
+        ["--position", "0,0,1e-320"],
+        ["--tol", "1e-320"],
+        ["--mass", "1e-320"],
+    ] {
+        let end = run(&args);
+        end.assert_refused(2, &[args[0]]);
+        assert!(end.stderr.len() < 240, "{end:?}");
+    }
+}
+
+#[test]
+fn a_tolerance_that_rounding_cannot_reach_is_refused_with_the_reason() {
+    for tolerance in ["1e-16", "9e-13", "1e-300"] {
+        let words = ["--tol", tolerance, "1e-12", "rounding", "native"];
+        run(&["--steps", "5", "--tol", tolerance]).assert_refused(2, &words);
+    }
+    assert_eq!(simulate(&["--steps", "5", "--tol", "1e-12"]).end.code, Some(0));
+}
+
+/// A run of other numbers is not the scene's own: summary, run.json and pictures say so.
+#[test]
+fn titles_name_what_was_changed() {
+    for (flags, title) in [
+        ([].as_slice(), "drop scene, seed 42, "),
+        (&["--mu", "0.3", "--height", "2.5", "--plane", "0"], "drop scene, seed 42, "),
+        (&["--mu", "0.2"], "drop scene with changed mu, seed 42, "),
+        (
+            &["--box", "1", "--height", "3", "--mass", "2"],
+            "with changed mass, box, height, seed 42",
+        ),
+        (&["--scene", "floating", "--spin", "1,1,1"], "floating scene with changed spin, "),
+        (
+            &["--mu", "0", "--mass", "2", "--dt", "0.001", "--height", "4", "--gravity", "2"],
+            "drop scene with 5 changed settings, seed 42, ",
+        ),
+    ] {
+        let args = [flags, &["--steps", "5", "--plot", "--html"]].concat();
+        let run = simulate(&args);
+        assert_eq!(run.end.code, Some(0), "{:?}", run.end);
+        assert!(run.end.stdout.contains(title), "{flags:?}: {}", run.end.stdout);
+        let svg = fs::read_to_string(run.path("plot.svg")).unwrap();
+        assert!(svg.contains(title), "{flags:?}");
+        let changed = run.run_json()["changed"].as_array().unwrap().len();
+        assert_eq!(changed == 0, !title.contains("changed"), "{flags:?}");
+    }
+    let scenario = &format!("{ROOT}/scenarios/slope.toml");
+    let flags = ["--scenario", scenario, "--solver", "native", "--mu", "0.9", "--steps", "5"];
+    let run = simulate(&flags);
+    assert!(run.end.stdout.contains(" with changed mu, 5 rows"), "{}", run.end.stdout);
+}
+
+/// Without an end, or many: what is too long is cut, and the file is still named.
+#[test]
+fn no_refusal_repeats_a_file() {
+    let directory = tempfile::tempdir().unwrap();
+    let long = "x".repeat(500_000);
+    for (name, text) in [
+        ("a.toml", format!("[body]\nbox = 1.0\nmass = \"{long}\"\n[start]\nposition = [0,0,0]\n")),
+        ("b.toml", format!("{long} = 1\n")),
+        ("c.toml", long.clone()),
+    ] {
+        let path = directory.path().join(name);
+        fs::write(&path, text).unwrap();
+        let end = run(&["--scenario", path.to_str().unwrap()]);
+        end.assert_refused(2, &[name]);
+        assert!(end.stderr.len() < 1000, "{name}: {} bytes", end.stderr.len());
+    }
+    let point = format!("{{\"state\": \"{long}\"}}");
+    fs::write(directory.path().join("p.json"), point).unwrap();
+    let end: End = Command::new(PROGRAM)
+        .arg("inspect")
+        .arg(directory.path().join("p.json"))
+        .output()
+        .unwrap()
+        .into();
+    end.assert_refused(2, &["p.json", "state"]);
+    assert!(end.stderr.len() < 1000, "{} bytes", end.stderr.len());
+    let end = run(&["--mass", &"9".repeat(100_000)]);
+    end.assert_refused(2, &["--mass"]);
+    assert!(end.stderr.len() < 1000, "{} bytes", end.stderr.len());
+}

@@ -1,0 +1,315 @@
+//! `--every`, `--tables` and `--format`: which rows a run leaves, and in which form.
+
+use super::support::{run, unseal};
+use crate::ROOT;
+use std::fs;
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+struct Runs(TempDir);
+
+impl Runs {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, run: &str, file: &str) -> PathBuf {
+        self.0.path().join(run).join(file)
+    }
+
+    fn text(&self, run: &str, file: &str) -> String {
+        self.path(run, file).to_str().unwrap().to_owned()
+    }
+
+    /// A run of `args` in a folder of this name.
+    fn run(&self, name: &str, args: &[&str]) {
+        let out = self.text(name, "");
+        let end = run(&[args, &["--quiet", "--out", &out]].concat());
+        assert!(matches!(end.code, Some(0 | 3)), "{args:?}: {end:?}");
+    }
+
+    fn lines(&self, run: &str, file: &str) -> Vec<String> {
+        let text = fs::read_to_string(self.path(run, file)).unwrap();
+        text.lines().map(str::to_owned).collect()
+    }
+
+    fn refused(&self, args: &[&str], words: &[&str]) {
+        run(args).assert_refused(2, words);
+    }
+}
+
+fn scenario(name: &str) -> String {
+    format!("{ROOT}/scenarios/{name}.toml")
+}
+
+/// The header, and of `lines` those of each `every`-th k and of the last one.
+fn thinned(lines: &[String], every: u64, first: u64) -> Vec<String> {
+    let k = |line: &String| line.split(',').next().unwrap().parse::<u64>();
+    let last = lines.iter().rev().find_map(|line| k(line).ok());
+    let stays = |line: &&String| match k(line) {
+        Ok(k) => (k - first).is_multiple_of(every) || Some(k) == last,
+        Err(_) => true,
+    };
+    lines.iter().filter(stays).cloned().collect()
+}
+
+#[test]
+fn each_nth_step_has_the_rows_that_it_has_among_all() {
+    let runs = Runs::new();
+    let drop = ["--solver", "native", "--steps", "342", "--start-index", "5"];
+    runs.run("all", &drop);
+    runs.run("some", &[&drop[..], &["--every", "10"]].concat());
+    let all = runs.lines("all", "trajectory.csv");
+    assert_eq!(runs.lines("some", "trajectory.csv"), thinned(&all, 10, 5));
+
+    let scene = scenario("four-bar");
+    let scene = ["--scenario", &scene, "--steps", "100"];
+    runs.run("all", &scene);
+    runs.run("some", &[&scene[..], &["--every", "7"]].concat());
+    for (table, is_of_steps) in
+        [("states", false), ("steps", false), ("joints", false), ("contacts", true)]
+    {
+        let file = format!("{table}.csv");
+        let all = runs.lines("all", &file);
+        let mut expected = thinned(&all, 7, 0);
+        if is_of_steps {
+            // The last state has no contacts; the last step before it is left out.
+            expected.retain(|line| {
+                line.starts_with('k')
+                    || line.split(',').next().unwrap().parse::<u64>().unwrap() % 7 == 0
+            });
+        }
+        assert_eq!(runs.lines("some", &file), expected, "{table}");
+    }
+    assert!(fs::read_to_string(runs.path("some", "run.json")).unwrap().contains("\"every\": 7"));
+}
+
+#[test]
+fn what_is_kept_is_drawn_and_gone_on_with() {
+    let runs = Runs::new();
+    let scene = scenario("marbles");
+    let scene = ["--scenario", &scene, "--every", "8", "--tables", "contacts"];
+    runs.run("whole", &[&scene[..], &["--steps", "90"]].concat());
+    runs.run("parts", &[&scene[..], &["--steps", "33"]].concat());
+    for rows in ["50", "90"] {
+        runs.run("parts", &["--continue", &runs.text("parts", ""), "--steps", rows]);
+    }
+    for file in ["states.csv", "contacts.csv", "steps.csv", "state.bin"] {
+        if file.ends_with("csv") {
+            assert_eq!(runs.lines("whole", file), runs.lines("parts", file), "{file}");
+        }
+    }
+    let states = runs.text("whole", "states.csv");
+    runs.refused(&["verify", &states], &["cannot be verified", "left out the table ends"]);
+    runs.refused(
+        &["--continue", &runs.text("parts", ""), "--every", "2"],
+        &["every", "--continue"],
+    );
+    for command in ["gif", "view", "plot"] {
+        let end = run(&[command, &states, "--out", &runs.text("whole", "")]);
+        assert_eq!(end.code, Some(0), "{command}: {end:?}");
+    }
+    // 12 frames 8 steps apart, of which an animation of the whole run has as many as one of all rows.
+    let page = fs::read_to_string(runs.path("whole", "view.html")).unwrap();
+    assert!(page.contains("one of 8"));
+
+    let scene = scenario("double-pendulum");
+    runs.run("bare", &["--scenario", &scene, "--steps", "20", "--tables", "steps"]);
+    for file in ["joints.csv", "contacts.csv"] {
+        assert!(!runs.path("bare", file).exists(), "{file}");
+    }
+    runs.run("bare", &["--continue", &runs.text("bare", ""), "--steps", "30"]);
+    runs.run("full", &["--scenario", &scene, "--steps", "30"]);
+    for file in ["states.csv", "steps.csv"] {
+        assert_eq!(runs.lines("bare", file), runs.lines("full", file), "{file}");
+    }
+    let states = runs.text("bare", "states.csv");
+    runs.refused(&["verify", &states], &["left out the table contacts"]);
+    let end = run(&["view", &states]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+}
+
+/// Of a run that leaves out steps each one that is kept is judged by the states after it, and turns of joints are counted on
+/// from its own row.
+#[test]
+fn steps_that_are_kept_are_verified_by_themselves() {
+    let runs = Runs::new();
+    for name in ["four-bar", "marbles"] {
+        let scene = scenario(name);
+        let scene = ["--scenario", &scene, "--steps", "120"];
+        runs.run("all", &scene);
+        runs.run("some", &[&scene[..], &["--every", "7"]].concat());
+        let states = runs.text("some", "states.csv");
+        let end = run(&["verify", &states]);
+        assert_eq!(end.code, Some(0), "{end:?}");
+        assert!(end.stdout.contains("17 steps, one of each 7, by itself,"), "{end:?}");
+        // The table has the states that the run of all steps has one step later.
+        let numbers = |line: &String| line.splitn(4, ',').nth(3).unwrap().to_owned();
+        let of = |file: &str, run: &str, wanted: &dyn Fn(u64) -> bool| -> Vec<String> {
+            let rows = runs.lines(run, file).into_iter().skip(1);
+            let k = |line: &String| line.split(',').next().unwrap().parse().unwrap();
+            rows.filter(|line| wanted(k(line))).map(|line| numbers(&line)).collect()
+        };
+        let later = of("states.csv", "all", &|k| k % 7 == 1 && k < 119);
+        assert_eq!(of("ends.csv", "some", &|_| true), later);
+        // Another end is no end of its step.
+        unseal(&runs.path("some", "run.json"));
+        let lines = runs.lines("some", "ends.csv");
+        let mut fields: Vec<_> = lines[20].split(',').map(str::to_owned).collect();
+        fields[10] = "0.25".to_owned();
+        let text = lines.join("\n").replace(&lines[20], &fields.join(",")) + "\n";
+        fs::write(runs.path("some", "ends.csv"), text).unwrap();
+        let end = run(&["verify", &states]);
+        assert_eq!(end.code, Some(1), "{end:?}");
+    }
+    let drop = ["--solver", "native", "--steps", "40", "--every", "3"];
+    runs.run("table", &drop);
+    let table = runs.text("table", "trajectory.csv");
+    runs.refused(&["verify", &table], &["--every 3", "row after it", "[[bodies]]"]);
+}
+
+/// run.json counts all steps: it has as many as there are from the first row to the last, and no less of anything than the rows; what it
+/// says that failed between the rows did fail. The state after the last step is that of the last row.
+#[test]
+fn run_json_is_held_against_the_steps_that_are_kept() {
+    let runs = Runs::new();
+    let scene = scenario("marbles");
+    runs.run("some", &["--scenario", &scene, "--steps", "16", "--every", "7"]);
+    let states = runs.text("some", "states.csv");
+    let verify = || run(&["verify", &states]);
+    assert_eq!(verify().code, Some(0));
+    let file = runs.path("some", "run.json");
+    unseal(&file);
+    let whole = fs::read_to_string(&file).unwrap();
+    let said: serde_json::Value = serde_json::from_str(&whole).unwrap();
+    let [free, touching] =
+        ["free_steps", "contact_steps"].map(|field| said["summary"][field].as_f64().unwrap());
+    let wrong: [(&[_], _, _); 8] = [
+        (&[("rows", 17.0)], 1, "summary.rows is 17; from the first row to the last there are 16"),
+        (
+            &[("failed", 1.0), ("free_steps", free - 1.0), ("contact_steps", touching + 1.0)],
+            3,
+            "of all its steps, run.json says: 1",
+        ),
+        (&[("converged", touching + 1.0)], 1, "those of each status together are"),
+        (&[("wild", 1.0)], 1, "those of each status together are"),
+        (&[("contact_steps", 16.0)], 1, "summary.rows is 16; free steps and contact steps are"),
+        (&[("free_steps", 0.0)], 1, "summary.free_steps is 0; the rows alone have"),
+        (&[("certificate_max_m_s", 0.0)], 1, "the rows alone have"),
+        (&[("certificate_max_m_s", 1e-3)], 1, "and all are counted as solved"),
+    ];
+    for (changes, code, words) in wrong {
+        let (mut json, pointer) = (said.clone(), changes[0].0);
+        for (field, value) in changes {
+            let whole = value.fract() == 0.0;
+            json["summary"][field] = if whole { (*value as i64).into() } else { (*value).into() };
+        }
+        fs::write(&file, json.to_string()).unwrap();
+        let end = verify();
+        assert_eq!(end.code, Some(code), "{pointer}: {end:?}");
+        assert!(end.stdout.contains(words), "{pointer}: {end:?}");
+    }
+    fs::write(&file, &whole).unwrap();
+    // Row 15 is the state after step 14, to the last bit.
+    let lines = runs.lines("some", "states.csv");
+    let mut fields: Vec<_> = lines.last().unwrap().split(',').map(str::to_owned).collect();
+    let x: f64 = fields[3].parse().unwrap();
+    fields[3] = (x + 1e-9).to_string();
+    let text = lines.join("\n").replace(lines.last().unwrap(), &fields.join(",")) + "\n";
+    fs::write(runs.path("some", "states.csv"), text).unwrap();
+    let end = verify();
+    assert_eq!(end.code, Some(1), "{end:?}");
+    assert!(end.stdout.contains("not those of the next row"), "{end:?}");
+}
+
+/// Steps of a quarter, of which each fourth is kept: the bytes of a run with that time step and `--every`.
+#[test]
+fn substeps_are_shorter_steps_of_which_some_are_kept() {
+    let runs = Runs::new();
+    let drop = ["--solver", "native", "--start-index", "0"];
+    runs.run("substeps", &[&drop[..], &["--steps", "50", "--substeps", "4"]].concat());
+    let short = ["--steps", "197", "--dt", "0.0005", "--every", "4"];
+    runs.run("short", &[&drop[..], &short].concat());
+    assert_eq!(runs.lines("substeps", "trajectory.csv"), runs.lines("short", "trajectory.csv"));
+    let scene = scenario("double-pendulum");
+    let scene = ["--scenario", &scene, "--steps", "40", "--substeps", "5", "--every", "2"];
+    runs.run("pendulum", &scene);
+    let json = fs::read_to_string(runs.path("pendulum", "run.json")).unwrap();
+    assert!(json.contains("\"every\": 10"), "{json}");
+    let end = run(&["verify", &runs.text("pendulum", "states.csv")]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    runs.run(
+        "parts",
+        &[&scene[..2], &["--steps", "20", "--substeps", "5", "--every", "2"]].concat(),
+    );
+    runs.run("parts", &["--continue", &runs.text("parts", ""), "--steps", "40"]);
+    for file in ["states.csv", "ends.csv", "joints.csv"] {
+        assert_eq!(runs.lines("parts", file), runs.lines("pendulum", file), "{file}");
+    }
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let runs = Runs::new();
+    let out = runs.text("out", "");
+    let refused = |args: &[&str], words: &[&str]| {
+        runs.refused(&[args, &["--out", &out]].concat(), words);
+        assert!(!Path::new(&out).exists());
+    };
+    refused(&["--every", "0"], &["--every", "1 to 1000000"]);
+    refused(&["--every", "-3"], &["--every", "1 to 1000000"]);
+    refused(&["--every", "1.5"], &["--every"]);
+    refused(&["--substeps", "0"], &["--substeps", "1 to 1000"]);
+    refused(&["--substeps", "1000", "--steps", "20000"], &["substeps", "10000000"]);
+    refused(&["--substeps", "1000", "--dt", "1e-6"], &["substeps", "time step"]);
+    let late = ["--substeps", "1000", "--start-index", "9000000000000000", "--steps", "5"];
+    refused(&late, &["substeps", "index", "2^53"]);
+    let bodies = scenario("four-bar");
+    refused(&["--scenario", &bodies, "--tables", "ends"], &["ends", "--every"]);
+    refused(&["--tables", "steps"], &["tables", "one table"]);
+    refused(&["--tables", "stairs"], &["stairs", "states"]);
+    refused(&["--format", "arrow"], &["arrow", "zstd"]);
+    runs.run("compressed", &["--solver", "native", "--steps", "20", "--format", "zstd"]);
+    let file = runs.text("compressed", "trajectory.csv.zst");
+    fs::write(&file, b"no frame of Zstandard").unwrap();
+    runs.refused(&["verify", &file], &["trajectory.csv.zst", "cannot be read"]);
+    // A later run in CSV removes it.
+    runs.run("compressed", &["--solver", "native", "--steps", "20"]);
+    assert!(!Path::new(&file).exists());
+    let run_file = runs.path("compressed", "run.json");
+    let text = fs::read_to_string(&run_file).unwrap();
+    let broken = text.replacen("\"solver\"", "\"kept\": {\"every\": 0}, \"solver\"", 1);
+    fs::write(&run_file, broken).unwrap();
+    runs.refused(&["verify", &runs.text("compressed", "trajectory.csv")], &["kept.every"]);
+}
+
+/// Compressed tables have the text of plain ones, and every command reads them.
+#[test]
+fn compressed_tables_are_the_plain_ones() {
+    let runs = Runs::new();
+    let marbles = scenario("marbles");
+    let bar = scenario("four-bar");
+    let cases: [(&[&str], &str, &[&str]); 3] = [
+        (&["--solver", "native", "--restitution", "0.3"], "300", &["trajectory"]),
+        (&["--scenario", &marbles], "120", &["states", "contacts", "steps"]),
+        (&["--scenario", &bar], "60", &["states", "contacts", "steps", "joints"]),
+    ];
+    let bytes = |run: &str, file: &str| fs::read(runs.path(run, file)).unwrap();
+    for (args, steps, tables) in cases {
+        runs.run("plain", &[args, &["--steps", steps]].concat());
+        runs.run("whole", &[args, &["--steps", steps, "--format", "zstd"]].concat());
+        runs.run("parts", &[args, &["--steps", "40", "--format", "zstd"]].concat());
+        runs.run("parts", &["--continue", &runs.text("parts", ""), "--steps", steps]);
+        for table in tables {
+            let compressed = format!("{table}.csv.zst");
+            let text = zstd::decode_all(&bytes("whole", &compressed)[..]).unwrap();
+            assert!(text == bytes("plain", &format!("{table}.csv")), "{table}");
+            assert!(bytes("parts", &compressed) == bytes("whole", &compressed), "{table}");
+        }
+        let file = runs.text("whole", &format!("{}.csv.zst", tables[0]));
+        for command in [&["verify"][..], &["view"], &["plot"], &["gif", "--gif-size", "100"]] {
+            let end = run(&[command, &[&file]].concat());
+            assert_eq!(end.code, Some(0), "{command:?}: {end:?}");
+        }
+    }
+}

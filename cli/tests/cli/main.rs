@@ -1,0 +1,62 @@
+//! The command line end to end, in temporary directories: files, exit codes, messages.
+
+mod balance;
+mod changed_files;
+mod checkpoints;
+#[path = "../../../tests/common/mod.rs"]
+mod common;
+mod continued;
+mod driven;
+mod failure;
+mod flags;
+mod foreign_files;
+mod fuzz;
+mod gears;
+mod gradient;
+mod hard;
+mod held;
+mod input;
+mod inspect;
+mod inspect_several;
+mod interrupted;
+mod joints;
+mod kept;
+mod leftovers;
+mod locks;
+mod mechanisms;
+mod output;
+mod picture;
+mod plan;
+mod plot;
+#[path = "../../../tests/common/points.rs"]
+mod points;
+mod residual;
+mod restitution;
+mod robots;
+mod rotation;
+mod scenario;
+mod several;
+mod several_input;
+mod several_ipopt;
+mod several_pictures;
+mod several_tampering;
+mod simulate;
+#[path = "../../../tests/common/sizes.rs"]
+mod sizes;
+mod solve;
+mod start_index;
+mod streams;
+mod sums;
+mod support;
+mod tampering;
+#[path = "../../../tests/common/terms.rs"]
+mod terms;
+mod threads;
+mod tutorial;
+mod validated;
+mod verify;
+mod verify_fixed;
+mod view;
+
+/// Root of the repository.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");

@@ -1,0 +1,452 @@
+//! Scenario files, planes and loads from the command line: the shipped ones, those of others,
+//! and broken ones.
+
+use super::support::{End, everything_in, run, simulate, tumble};
+use crate::ROOT;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+pub fn shipped() -> Vec<PathBuf> {
+    let folder = Path::new(ROOT).join("scenarios");
+    let mut files: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    files.sort();
+    files
+}
+
+/// Whether a file is a scene of several bodies: `several.rs` runs those.
+pub fn is_of_several(path: &Path) -> bool {
+    fs::read_to_string(path).unwrap().contains("[[bodies]]")
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// Writes `scenario` to a directory of its own and runs it there with `flags`.
+pub fn run_scenario(scenario: &str, flags: &[&str]) -> (End, tempfile::TempDir) {
+    let directory = tempfile::tempdir().unwrap();
+    fs::write(directory.path().join("test.toml"), scenario).unwrap();
+    let output = tumble()
+        .args(["--scenario", "test.toml", "--out", "out"])
+        .args(flags)
+        .current_dir(directory.path())
+        .output()
+        .unwrap();
+    (output.into(), directory)
+}
+
+#[test]
+fn every_shipped_scenario_runs_and_verifies() {
+    let of_one = || shipped().into_iter().filter(|path| !is_of_several(path));
+    assert!(of_one().count() >= 7);
+    for path in of_one() {
+        let floating = path.ends_with("floating.toml");
+        let flags: &[&str] = if floating { &[] } else { &["--solver", "native"] };
+        let done = simulate(&[&["--scenario", text(&path)], flags].concat());
+        assert_eq!(done.end.code, Some(0), "{path:?}: {:?}", done.end);
+        let verified = run(&["verify", text(&done.path("trajectory.csv"))]);
+        assert_eq!(verified.code, Some(0), "{path:?}: {verified:?}");
+        assert!(verified.stdout.contains("not what the rows say: 0"), "{verified:?}");
+    }
+}
+
+#[test]
+fn the_tutorials_scenes_are_the_same_from_a_file() {
+    for (scene, flags) in [("drop", ["--steps", "400"]), ("floating", ["--steps", "1200"])] {
+        let file = format!("{ROOT}/scenarios/{scene}.toml");
+        let named = simulate(&[&["--scene", scene], flags.as_slice()].concat());
+        let read = simulate(&[&["--scenario", file.as_str()], flags.as_slice()].concat());
+        assert_eq!(named.csv(), read.csv(), "{scene}");
+        let without_time = |run: &super::support::Simulated| {
+            let mut json = run.run_json();
+            json["summary"]["solve_seconds"] = 0.into();
+            json
+        };
+        assert_eq!(without_time(&named), without_time(&read), "{scene}");
+    }
+}
+
+const BLOCK: &str = r#"
+[body]
+box = [1.0, 0.3, 0.1]
+mass = 3.0
+[ground]
+normal = [0.2, -0.1, 2.0]
+offset = -0.7
+friction = 0.5
+[start]
+frame = "ground"
+position = [0.3, 0.1, 0.05]
+"#;
+
+/// A ten-to-one box on an odd plane, held by friction (the slope is 6.4°): it does not move,
+/// and the forces in the file are the weight, upwards in the world.
+#[test]
+fn a_block_on_an_odd_plane_stays_and_its_weight_is_carried() {
+    for solver in ["native", "ipopt"] {
+        let (end, directory) = run_scenario(BLOCK, &["--solver", solver, "--steps", "200"]);
+        assert_eq!(end.code, Some(0), "{end:?}");
+        let csv = fs::read_to_string(directory.path().join("out/trajectory.csv")).unwrap();
+        let table = super::support::Table::parse(&csv);
+        // Ipopt's steps are exact to about 1e-4 m/s, for 0.4 s.
+        let allowed = if solver == "native" { 1e-12 } else { 1e-4 };
+        for column in ["x_m", "y_m", "z_m", "qw", "qx", "qy"] {
+            let values = table.numbers(column);
+            let moved = values.iter().map(|x| (x - values[0]).abs()).fold(0.0, f64::max);
+            assert!(moved < allowed, "{solver} {column}: {moved}");
+        }
+        let force = |axis: &str, row: usize| -> f64 {
+            (0..8).map(|i| table.numbers(&format!("f{axis}{i}_N"))[row]).sum()
+        };
+        let allowed = if solver == "native" { 1e-9 } else { 1.0 };
+        for (axis, expected) in [("x", 0.0), ("y", 0.0), ("z", 3.0 * 9.81)] {
+            let found = force(axis, 150);
+            assert!((found - expected).abs() < allowed, "{solver} {axis}: {found}");
+        }
+        let verified = run(&["verify", text(&directory.path().join("out/trajectory.csv"))]);
+        assert_eq!(verified.code, Some(0), "{verified:?}");
+    }
+}
+
+/// Far from the plane's origin the turn of the frame costs digits, which 1/h magnifies: the
+/// file still verifies, and a changed one does not.
+#[test]
+fn a_slope_far_from_the_origin_verifies() {
+    for place in [["--position", "5000,0,0.05"], ["--position", "0,3e5,0.05"]] {
+        let flags = [&place[..], &["--solver", "native", "--steps", "200", "--mu", "0.05"]];
+        let (end, directory) = run_scenario(BLOCK, &flags.concat());
+        assert_eq!(end.code, Some(0), "{end:?}");
+        let path = directory.path().join("out/trajectory.csv");
+        assert_eq!(run(&["verify", text(&path)]).code, Some(0), "{place:?}");
+        let run_file = directory.path().join("out/run.json");
+        let other = fs::read_to_string(&run_file).unwrap().replace("\"mu\": 0.05", "\"mu\": 0.06");
+        fs::write(&run_file, other).unwrap();
+        let other = run(&["verify", text(&path)]);
+        assert_eq!(other.code, Some(1), "{other:?}");
+    }
+}
+
+/// What the turn of the frame costs does not excuse a place out of this world.
+#[test]
+fn a_place_out_of_this_world_does_not_verify_on_a_slope() {
+    let (end, directory) = run_scenario(BLOCK, &["--solver", "native", "--steps", "20"]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let path = directory.path().join("out/trajectory.csv");
+    let mut table = super::support::Table::parse(&fs::read_to_string(&path).unwrap());
+    let x = table.column("x_m");
+    for far in ["1e12", "1e100", "1e308"] {
+        table.rows[10][x] = far.to_owned();
+        fs::write(&path, table.text()).unwrap();
+        assert_eq!(run(&["verify", text(&path)]).code, Some(1), "{far}");
+    }
+}
+
+/// More than any state may have gained in one step is a mistake in the load.
+#[test]
+fn a_load_that_throws_the_body_out_of_the_world_is_refused() {
+    for flags in [["--force", "1e9,0,0"], ["--torque", "1e7,0,0"]] {
+        let end: End = tumble().args(flags).output().unwrap().into();
+        end.assert_refused(2, &["--force or --torque", "at most"]);
+    }
+}
+
+/// Without run.json the plane and the load come from flags.
+#[test]
+fn flags_make_the_same_planes_and_loads_as_files() {
+    let flags = [
+        "--plane",
+        "25",
+        "--frame",
+        "ground",
+        "--position",
+        "0,0,1",
+        "--attitude",
+        "1,0,0,0",
+        "--velocity",
+        "0,0,0",
+        "--spin",
+        "0,0,0",
+        "--inertia",
+        "solid",
+        "--solver",
+        "native",
+        "--steps",
+        "300",
+        "--mu",
+        "0.4",
+        "--force",
+        "0:0,0,0",
+        "--force",
+        "0.3:9,5,0",
+        "--torque",
+        "0.1,0,0",
+        "--force-at",
+        "0,0,0.5",
+    ];
+    let scenario = r#"
+        steps = 300
+        [body]
+        box = 2.0
+        mass = 10.0
+        [ground]
+        normal = [0.42261826174069944, 0.0, 0.9063077870366499]
+        friction = 0.4
+        [start]
+        frame = "ground"
+        position = [0.0, 0.0, 1.0]
+        [load]
+        force = [[0.0, 0.0, 0.0, 0.0], [0.3, 9.0, 5.0, 0.0]]
+        torque = [0.1, 0.0, 0.0]
+        at = [0.0, 0.0, 0.5]
+    "#;
+    let by_flags = simulate(&flags);
+    assert_eq!(by_flags.end.code, Some(0), "{:?}", by_flags.end);
+    let (end, directory) = run_scenario(scenario, &["--solver", "native"]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let csv = fs::read_to_string(directory.path().join("out/trajectory.csv")).unwrap();
+    let (one, other) = (by_flags.table(), super::support::Table::parse(&csv));
+    for column in ["x_m", "y_m", "z_m", "vx_m_s", "wy_rad_s"] {
+        // The normals differ in their last digit.
+        for (a, b) in one.numbers(column).iter().zip(other.numbers(column)) {
+            assert!((a - b).abs() < 1e-12, "{column}: {a} {b}");
+        }
+    }
+
+    let path = by_flags.path("trajectory.csv");
+    fs::remove_file(by_flags.path("run.json")).unwrap();
+    let mut verify = vec!["verify", text(&path)];
+    verify.extend(["--plane", "25", "--inertia", "solid", "--mu", "0.4", "--force", "0:0,0,0"]);
+    verify.extend(["--force", "0.3:9,5,0", "--torque", "0.1,0,0", "--force-at", "0,0,0.5"]);
+    let verified = run(&verify);
+    assert_eq!(verified.code, Some(0), "{verified:?}");
+    // Another load is another run's.
+    let doubted = run(&["verify", text(&path), "--plane", "25", "--inertia", "solid"]);
+    assert_eq!(doubted.code, Some(1), "{doubted:?}");
+}
+
+#[test]
+fn flags_go_before_the_file() {
+    let flags = ["--steps", "7", "--dt", "0.001", "--mass", "4", "--solver", "native"];
+    let (end, directory) = run_scenario(BLOCK, &flags);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let json = fs::read_to_string(directory.path().join("out/run.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["steps"], 7);
+    assert_eq!(json["model"]["dt"], 0.001);
+    assert_eq!(json["model"]["bodies"][0]["mass"], 4.0);
+    assert_eq!(json["model"]["mu"], 0.5);
+    assert_eq!(json["scene"], "test");
+    // A solid box of 4 kg: m (b² + c²)/12 with the sides.
+    let inertia = json["model"]["bodies"][0]["inertia"][0][0].as_f64().unwrap();
+    assert!((inertia - 4.0 * (0.09 + 0.01) / 12.0).abs() < 1e-15);
+}
+
+#[test]
+fn pictures_show_slopes() {
+    let flags = ["--solver", "native", "--steps", "60", "--plot", "--gif", "--gif-size", "200"];
+    let (end, directory) = run_scenario(BLOCK, &flags);
+    assert_eq!(end.code, Some(0), "{end:?}");
+    let svg = fs::read_to_string(directory.path().join("out/plot.svg")).unwrap();
+    assert!(svg.contains("test, native"), "the heading has the scenario's name");
+    assert!(directory.path().join("out/animation.gif").exists());
+}
+
+/// What is changed in `BLOCK`, by what, and the words of the refusal.
+const BROKEN: [(&str, &str, &[&str]); 52] = [
+    ("[body]", "[load]\nforce = []\n[body]", &["load.force", "no knots"]),
+    ("[body]", "[[body]]", &["body: ", "list", "one table is needed", "[[bodies]]"]),
+    ("mass = 3.0", "mass = -3.0", &["body.mass", "-3", "1e-9 to 1e9"]),
+    ("mass = 3.0", "mass = nan", &["mass", "NaN"]),
+    ("mass = 3.0", "mass = \"heavy\"", &["line 4", "mass", "heavy"]),
+    ("mass = 3.0", "", &["line 2", "mass"]),
+    ("mass = 3.0", "mass = 3.0\nmass = 4.0", &["line 5", "mass", "duplicate"]),
+    ("mass = 3.0", "mass = 3.0\ncolour = \"red\"", &["line 5", "colour", "unknown"]),
+    ("mass = 3.0", "mass = 3.0\npoints = [[0, 0, 1]]", &["box", "points"]),
+    ("box = [1.0, 0.3, 0.1]", "", &["box", "points"]),
+    ("box = [1.0, 0.3, 0.1]", "box = [1.0, 0.3]", &["line 3", "one number", "three"]),
+    ("box = [1.0, 0.3, 0.1]", "box = [1.0, 0.3, 0.0]", &["box: side of the box (m) is 0.0"]),
+    ("box = [1.0, 0.3, 0.1]", "points = [[0.0, 0.0, -0.05]]", &["inertia", "points"]),
+    ("mass = 3.0", "mass = 3.0\ninertia = \"hollow\"", &["line 5", "solid"]),
+    ("mass = 3.0", "mass = 3.0\ninertia = [1.0, 1.0, -1.0]", &["inertia", "positive definite"]),
+    ("friction = 0.5", "", &["line 5", "friction"]),
+    ("friction = 0.5", "friction = 11.0", &["ground.friction", "11", "0 to 10"]),
+    ("friction = 0.5", "friction = 0.5\nslope = 10.0", &["slope", "normal"]),
+    ("normal = [0.2, -0.1, 2.0]", "normal = [0.0, 0.0, 0.0]", &["ground.normal"]),
+    ("normal = [0.2, -0.1, 2.0]", "normal = [0.0, nan, 1.0]", &["ground", "normal"]),
+    ("normal = [0.2, -0.1, 2.0]", "slope = 270.0", &["ground.slope", "270"]),
+    ("offset = -0.7", "offset = inf", &["ground.offset"]),
+    ("frame = \"ground\"", "frame = \"moon\"", &["line 10", "world", "ground"]),
+    ("position = [0.3, 0.1, 0.05]", "", &["line 9", "position"]),
+    (
+        "position = [0.3, 0.1, 0.05]",
+        "position = [0.3, 0.1, 0.04]",
+        &["position", "below the ground", "0.05"],
+    ),
+    (
+        "position = [0.3, 0.1, 0.05]",
+        "position = [0.3, 0.1, 0.05]\nattitude = [0, 0, 0, 0]",
+        &["attitude", "W,X,Y,Z"],
+    ),
+    (
+        "position = [0.3, 0.1, 0.05]",
+        "position = [0.3, 0.1, 0.05]\nattitude = \"upright\"",
+        &["line 12", "random", "four numbers"],
+    ),
+    ("position = [0.3, 0.1, 0.05]", "position = [0.3, 0.1, 0.05]\nspin = [1e9, 0, 0]", &["spin"]),
+    ("[body]", "steps = 0\n[body]", &["steps", "1 to 10000000"]),
+    ("[body]", "time_step = 1.0\n[body]", &["time_step", "1e-6 to 0.1"]),
+    ("[body]", "name = \"\"\n[body]", &["name"]),
+    ("[body]", "[load]\nforce = [[1.0, 0, 0, 0], [0.5, 0, 0, 0]]\n[body]", &["load.force", "time"]),
+    (
+        "[body]",
+        "[load]\ntorque = [[1, 0, 0, 0], [1, 2, 0, 0], [1, 0, 0, 0]]\n[body]",
+        &["load.torque: the load has more than two knots at 1.0 s", "two for a jump"],
+    ),
+    ("[body]", "[load]\nforce = [1.0, 0.0]\n[body]", &["line 3", "three numbers"]),
+    (
+        "position = [0.3, 0.1, 0.05]",
+        "position = [0.3, 0.1, 0.05, 77]",
+        &["start.position", "length 4"],
+    ),
+    ("position = [0.3, 0.1, 0.05]", "position = [0.3, 0.1]", &["start.position", "length 2"]),
+    (
+        "position = [0.3, 0.1, 0.05]",
+        "position = [0.3, 0.1, 0.05]\nvelocity = [1, 2, 3, 4, 5]",
+        &["start.velocity", "length 5"],
+    ),
+    (
+        "position = [0.3, 0.1, 0.05]",
+        "position = [0.3, 0.1, 0.05]\nspin = [1, 2, 3, 4]",
+        &["start.spin", "length 4"],
+    ),
+    (
+        "position = [0.3, 0.1, 0.05]",
+        "position = [0.3, 0.1, 0.05]\nattitude = [1, 0, 0, 0, 0]",
+        &["start.attitude", "four numbers"],
+    ),
+    ("[0.2, -0.1, 2.0]", "[0.2, -0.1, 2.0, 0.0]", &["ground.normal", "length 4"]),
+    (
+        "box = [1.0, 0.3, 0.1]",
+        "inertia = 1.0\npoints = [[0, 0, -1], [0, 0, 1, 2]]",
+        &["body.points[1]", "length 4"],
+    ),
+    ("box = [1.0, 0.3, 0.1]", "box = [1.0, 0.3, 0.1, 0.1]", &["body.box", "three"]),
+    ("mass = 3.0", "mass = 3.0\ninertia = [1, 1, 1, 1]", &["body.inertia", "three"]),
+    (
+        "mass = 3.0",
+        "mass = 3.0\ninertia = [[1, 0, 0], [0, 1, 0], [0, 0, 1, 0]]",
+        &["body.inertia", "matrix"],
+    ),
+    ("mass = 3.0", "mass = 3.0\ninertia = 1e-12", &["body.inertia", "1e-12", "allowed"]),
+    ("[body]", "gravity = [0, 0, -9.81, 0]\n[body]", &["gravity", "three"]),
+    ("[body]", "[load]\nforce = [[0, 1, 2, 3, 4]]\n[body]", &["load.force", "knots [t, x, y, z]"]),
+    ("[body]", "[load]\nforce = [1, 0, 0]\nat = [0, 0, 0, 1]\n[body]", &["load.at", "length 4"]),
+    ("[body]", "[load]\nforce = [1e9, 0, 0]\n[body]", &["load.force or load.torque", "at most"]),
+    ("[body]", "[solver]\ntolerance = 1e-16\n[body]", &["solver.tolerance", "rounding"]),
+    ("[body]", "[load]\nat = [0, 0, 1.0]\n[body]", &["load.at", "load.force"]),
+    (
+        "[body]",
+        "[solver]\nname = \"native\"\ntolerance = 1e-8\n[body]",
+        &["solver.tolerance", "native"],
+    ),
+];
+
+#[test]
+fn broken_scenarios_are_refused_in_one_line_with_the_file_and_the_fault() {
+    for (old, new, words) in BROKEN {
+        assert!(BLOCK.contains(old), "{old}");
+        let (end, directory) = run_scenario(&BLOCK.replacen(old, new, 1), &[]);
+        end.assert_refused(2, &[&["test.toml"], words].concat());
+        assert!(!end.stderr.contains("--") || words.contains(&"below the ground"), "{end:?}");
+        assert!(!end.stderr.contains("struct "), "{end:?}");
+        assert_eq!(everything_in(directory.path()).len(), 1, "{new}: something was written");
+    }
+    for (name, contents) in [("empty", ""), ("no TOML", "{\"body\": 1}"), ("cut off", "[body")] {
+        let (end, _directory) = run_scenario(contents, &[]);
+        end.assert_refused(2, &["test.toml"]);
+        assert!(!end.stderr.contains('|'), "{name}: {}", end.stderr);
+    }
+    run(&["--scenario", "/nowhere.toml"]).assert_refused(2, &["/nowhere.toml", "cannot be read"]);
+    run(&["--scenario", "a.toml", "--scene", "drop"]).assert_refused(2, &["--scene", "--scenario"]);
+}
+
+/// A cube of water, 1 mm: nobody gave its inertia, which is small, as it must be.
+#[test]
+fn a_body_of_any_size_has_the_range_of_its_own_inertia() {
+    for (side, mass) in [(1e-3, 1e-6), (1e-2, 1e-3), (1.0, 1e3), (100.0, 1e9)] {
+        let sides = format!("[body]\nbox = {side:?}\nmass = {mass:?}\n[ground]\nfriction = 0.3\n");
+        let start = format!("[start]\nposition = [0.0, 0.0, {:?}]\n", 0.6 * side);
+        let (end, _directory) =
+            run_scenario(&(sides + &start), &["--solver", "native", "--steps", "50"]);
+        assert_eq!(end.code, Some(0), "{side} m: {end:?}");
+    }
+}
+
+/// What a flag says is not the file's fault.
+#[test]
+fn a_flag_beside_a_scenario_is_named_as_a_flag() {
+    for (flags, word) in [
+        (["--mass", "-1"], "--mass"),
+        (["--dt", "7"], "--dt"),
+        (["--mu", "-1"], "--mu"),
+        (["--height", "-1"], "--height"),
+        (["--inertia", "1e-12"], "--inertia"),
+        (["--tol", "1e-16"], "--tol"),
+    ] {
+        let (end, _directory) = run_scenario(BLOCK, &flags);
+        end.assert_refused(2, &[word]);
+        assert!(!end.stderr.contains("test.toml"), "{end:?}");
+    }
+}
+
+#[test]
+fn flags_that_mean_nothing_to_a_scenario_are_refused() {
+    let seed = run_scenario(BLOCK, &["--seed", "3"]).0;
+    seed.assert_refused(2, &["--seed", "random"]);
+    let floating = BLOCK
+        .replacen("[ground]\nnormal = [0.2, -0.1, 2.0]\noffset = -0.7\nfriction = 0.5\n", "", 1)
+        .replacen("frame = \"ground\"", "", 1);
+    let mu = run_scenario(&floating, &["--mu", "0.3"]).0;
+    mu.assert_refused(2, &["--mu", "floating"]);
+    let plane = run_scenario(&floating, &["--plane", "10"]).0;
+    plane.assert_refused(2, &["--plane", "floating"]);
+    let (end, _directory) = run_scenario(&floating, &["--steps", "50"]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+}
+
+/// Every field of the format stands in its description, and every shipped file in its table.
+#[test]
+fn the_description_names_every_field_and_file() {
+    let root = Path::new(ROOT);
+    let page = fs::read_to_string(root.join("scenarios/README.md")).unwrap();
+    let source = ["file.rs", "tables.rs"].map(|file| root.join("crates/scene/src").join(file));
+    let source = source.map(|file| fs::read_to_string(file).unwrap()).concat();
+    let several = fs::read_to_string(root.join("crates/scene/src/bodies/entries.rs")).unwrap();
+    let several = several.replace(", expecting", ")]\n#[serde(expecting");
+    let tables = source.split("#[serde(deny_unknown_fields)]\n").skip(1);
+    let forms = several.split("\nwith_form!").skip(1);
+    let tables =
+        tables.chain(several.split("#[serde(deny_unknown_fields)]\n").skip(1)).chain(forms);
+    let mut fields = 0;
+    for table in tables {
+        let body = table.split('}').next().unwrap();
+        for line in body.lines().filter(|line| line.starts_with("    ") && line.contains(": ")) {
+            let name = line.trim().trim_start_matches("pub ").split(':').next().unwrap();
+            let name = if name == "sides" { "box" } else { name };
+            // The macro's own placeholder.
+            if name.starts_with('$') {
+                continue;
+            }
+            let named = [format!("`{name}`"), format!("[{name}]")];
+            assert!(named.iter().any(|name| page.contains(name)), "{name}");
+            fields += 1;
+        }
+    }
+    assert!(fields > 75, "{fields}");
+    for path in shipped() {
+        let name = path.file_name().unwrap().to_str().unwrap();
+        assert!(page.contains(&format!("`{name}`")), "{name}");
+    }
+}

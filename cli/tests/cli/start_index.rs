@@ -1,0 +1,100 @@
+//! Runs that begin at another index than 0: rows, times, loads, run.json, and what verifies and goes on.
+
+use super::support::{Simulated, Table, run, simulate};
+use crate::ROOT;
+use std::fs;
+
+const LOAD: [&str; 4] = ["--force", "1:0,0,0", "--force", "2:40,0,30"];
+
+fn table(done: &Simulated, name: &str) -> Table {
+    Table::parse(&fs::read_to_string(done.path(name)).unwrap())
+}
+
+fn simulated(args: &[&str]) -> Simulated {
+    let done = simulate(args);
+    assert_eq!(done.end.code, Some(0), "{args:?}: {:?}", done.end);
+    done
+}
+
+fn verified(done: &Simulated, name: &str) -> Option<i32> {
+    run(&["verify", done.path(name).to_str().unwrap()]).code
+}
+
+/// A floating cube under a load over time, from k = 600 of a run on: the rows of that run, to the
+/// digits of its start in the flags.
+#[test]
+fn a_run_from_an_index_has_the_rows_and_loads_of_that_time() {
+    let scene = ["--scene", "floating"];
+    let whole = simulated(&[&scene[..], &LOAD, &["--steps", "1000"]].concat());
+    let rows = fs::read_to_string(whole.path("trajectory.csv")).unwrap();
+    let at = |k: usize| rows.lines().nth(k + 1).unwrap().split(',').collect::<Vec<_>>();
+    let from = at(600);
+    let [position, attitude, velocity, spin] =
+        [2..5, 5..9, 9..12, 12..15].map(|columns| from[columns].join(","));
+    let start = ["--position", &position, "--attitude", &attitude, "--velocity", &velocity];
+    let later = ["--spin", &spin, "--start-index", "600", "--steps", "400"];
+    let part = simulated(&[&scene[..], &LOAD, &start, &later].concat());
+    let (mine, all) = (table(&part, "trajectory.csv"), table(&whole, "trajectory.csv"));
+    for column in ["k", "t_s", "x_m", "z_m", "qw", "vx_m_s", "wy_rad_s"] {
+        let (mine, all) = (mine.numbers(column), &all.numbers(column)[600..]);
+        assert_eq!(mine.len(), all.len());
+        let off = mine.iter().zip(all).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // The attitude is made a unit quaternion again.
+        assert!(off < 1e-12, "{column}: {off}");
+    }
+    assert_eq!(part.run_json()["start_index"], 600);
+    assert_eq!(verified(&part, "trajectory.csv"), Some(0));
+    let changed = part.run_json()["changed"].to_string();
+    assert!(changed.contains("start-index"), "{changed}");
+    // A run from 0 says nothing of it.
+    assert!(whole.run_json().get("start_index").is_none());
+}
+
+/// Without loads nothing depends on the time: tables, but for their k and t, are those of a run from 0.
+#[test]
+fn a_scenario_says_where_it_begins() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("later.toml");
+    let text = fs::read_to_string(format!("{ROOT}/scenarios/door.toml"));
+    let text = text.unwrap();
+    fs::write(&file, format!("start_index = 9000\n{text}")).unwrap();
+    let file = file.to_str().unwrap();
+    let later = simulated(&["--scenario", file, "--steps", "60"]);
+    let first = simulated(&["--scenario", file, "--steps", "60", "--start-index", "0"]);
+    for name in ["states.csv", "joints.csv", "contacts.csv", "steps.csv"] {
+        let bare = |done: &Simulated| {
+            let text = fs::read_to_string(done.path(name)).unwrap();
+            let timed = usize::from(name != "contacts.csv") + 1;
+            let bare = |line: &str| line.splitn(timed + 1, ',').last().map(str::to_owned);
+            text.lines().map(bare).collect::<Vec<_>>()
+        };
+        assert_eq!(bare(&later), bare(&first), "{name}");
+        let k = table(&later, name).numbers("k");
+        assert!(k.iter().all(|k| (9000.0..9060.0).contains(k)), "{name}");
+    }
+    assert_eq!(verified(&later, "states.csv"), Some(0));
+    assert_eq!(later.run_json()["start_index"], 9000);
+    // Of another index, rows and run.json do not fit each other.
+    let json = fs::read_to_string(later.path("run.json")).unwrap();
+    fs::write(later.path("run.json"), json.replace("9000", "9001")).unwrap();
+    let end = run(&["verify", later.path("states.csv").to_str().unwrap()]);
+    assert_eq!(end.code, Some(2), "{end:?}");
+    assert!(end.stderr.contains("k is 9000 where 9001 follows"), "{end:?}");
+}
+
+#[test]
+fn an_index_that_is_none_is_refused() {
+    for odd in ["-1", "1.5", "9000000000000001", "x"] {
+        let end = run(&["--start-index", odd]);
+        assert_eq!(end.code, Some(2), "{end:?}");
+        let why = "a whole number from 0 to 9000000000000000 is needed";
+        assert!(end.stderr.contains(why), "{end:?}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("odd.toml");
+    let text = fs::read_to_string(format!("{ROOT}/scenarios/door.toml"));
+    fs::write(&file, format!("start_index = 9000000000000001\n{}", text.unwrap())).unwrap();
+    let end = run(&["--scenario", file.to_str().unwrap()]);
+    assert_eq!(end.code, Some(2), "{end:?}");
+    assert!(end.stderr.contains("start_index is 9000000000000001; allowed is 0 to"), "{end:?}");
+}

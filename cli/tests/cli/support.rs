@@ -1,0 +1,210 @@
+//! Running the program, and reading what it wrote.
+
+use assert_cmd::Command;
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+use std::sync::OnceLock;
+use std::time::Duration;
+use tempfile::TempDir;
+
+pub const PROGRAM: &str = env!("CARGO_BIN_EXE_tumble");
+
+/// The program; killed, and the test failed, after a minute.
+pub fn tumble() -> Command {
+    let mut command = Command::new(PROGRAM);
+    command.timeout(Duration::from_secs(60));
+    command
+}
+
+/// The end of a command, as text.
+#[derive(Debug)]
+pub struct End {
+    pub code: Option<i32>,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+impl From<Output> for End {
+    fn from(output: Output) -> Self {
+        Self {
+            code: output.status.code(),
+            stdout: String::from_utf8(output.stdout).unwrap(),
+            stderr: String::from_utf8(output.stderr).unwrap(),
+        }
+    }
+}
+
+impl End {
+    /// Exit code `code`, nothing on standard output, and one line on standard error that
+    /// contains every word of `words`.
+    pub fn assert_refused(&self, code: i32, words: &[&str]) {
+        assert_eq!(self.code, Some(code), "{self:?}");
+        assert_eq!(self.stdout, "", "{self:?}");
+        let line = self.stderr.strip_prefix("tumble: ").expect("the program's name comes first");
+        assert_eq!(line.matches('\n').count(), 1, "{self:?}");
+        assert!(line.ends_with('\n') && line.len() > 2, "{self:?}");
+        for word in words {
+            assert!(line.contains(word), "{word:?} is missing: {self:?}");
+        }
+        assert!(!line.contains("panicked"), "{self:?}");
+    }
+}
+
+pub fn run<S: AsRef<std::ffi::OsStr>>(args: &[S]) -> End {
+    tumble().args(args).output().unwrap().into()
+}
+
+/// A finished simulation in a directory of its own.
+pub struct Simulated {
+    pub end: End,
+    pub directory: TempDir,
+}
+
+/// Runs a simulation with `args` and `--out` to a directory that does not exist yet.
+pub fn simulate(args: &[&str]) -> Simulated {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().join("out");
+    let end = tumble().args(args).arg("--out").arg(out).output().unwrap().into();
+    Simulated { end, directory }
+}
+
+impl Simulated {
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.directory.path().join("out").join(name)
+    }
+
+    pub fn csv(&self) -> String {
+        fs::read_to_string(self.path("trajectory.csv")).unwrap()
+    }
+
+    pub fn table(&self) -> Table {
+        Table::parse(&self.csv())
+    }
+
+    pub fn run_json(&self) -> Value {
+        serde_json::from_str(&fs::read_to_string(self.path("run.json")).unwrap()).unwrap()
+    }
+}
+
+/// 240 rows of the default drop: contact from about row 223 on.
+pub const CONTACT_RUN: [&str; 2] = ["--steps", "240"];
+
+/// A run in which steps must fail, whoever solves them: a body with as little inertia as is allowed,
+/// which turns by 350 radians a step while it hits the ground at 100 km/s.
+pub const FAILING_RUN: [&str; 14] = [
+    "--steps",
+    "4",
+    "--height",
+    "1.7",
+    "--velocity",
+    "1e5,1e5,-1e5",
+    "--mass",
+    "1",
+    "--inertia",
+    "1e-5",
+    "--spin",
+    "1e5,1e5,1e5",
+    "--mu",
+    "10",
+];
+
+/// A run.json without its checksums, which every change would break: what else notices one is asked.
+pub fn unsealed(run_json: &str) -> String {
+    let at = run_json.find(",\n  \"checksums\": {").expect("checksums, the last of a run.json");
+    format!("{}\n}}\n", &run_json[..at])
+}
+
+/// Takes the checksums from the run.json `path`.
+pub fn unseal(path: &Path) {
+    let text = fs::read_to_string(path).unwrap();
+    fs::write(path, unsealed(&text)).unwrap();
+}
+
+/// The two files of [`CONTACT_RUN`], simulated once, run.json without checksums.
+pub fn contact_run() -> &'static (String, String) {
+    static RUN: OnceLock<(String, String)> = OnceLock::new();
+    RUN.get_or_init(|| {
+        let run = simulate(&CONTACT_RUN);
+        assert_eq!(run.end.code, Some(0), "{:?}", run.end);
+        (run.csv(), unsealed(&fs::read_to_string(run.path("run.json")).unwrap()))
+    })
+}
+
+/// A cube that stands still for 200 000 rows, except for two impacts of one step each, the
+/// first of which failed. No run.json belongs to it.
+pub fn two_impacts() -> String {
+    let header = tumble_scene::output::trajectory::header(8, false).join(",");
+    let mut csv = header + "\n";
+    for k in 0..200_000_u64 {
+        let (z, force, status) = match k {
+            77_777 => (9.0, 20_000.0, "failed"),
+            123_456 => (-3.0, 25.0, "converged"),
+            199_999 => (1.0, 0.0, "end"),
+            _ => (1.0, 25.0, "converged"),
+        };
+        let forces = format!("{force},0,0,0,25,0,0,0");
+        let zeros = "0,0,0,0,0,0,0,0";
+        let time = k as f64 * 0.002;
+        let _ = writeln!(
+            csv,
+            "{k},{time},0,0,{z},1,0,0,0,0,0,0,0,0,0,{zeros},{zeros},{forces},{zeros},{zeros},\
+             {zeros},1,0,0,0,1,0,0,0,{status},3,1e-9"
+        );
+    }
+    csv
+}
+
+/// A CSV file split into fields.
+#[derive(Clone)]
+pub struct Table {
+    pub header: Vec<String>,
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    pub fn parse(text: &str) -> Self {
+        let mut lines =
+            text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+        let header = lines.next().unwrap();
+        Self { header, rows: lines.collect() }
+    }
+
+    pub fn text(&self) -> String {
+        let lines = std::iter::once(&self.header).chain(&self.rows);
+        lines.map(|fields| fields.join(",") + "\n").collect()
+    }
+
+    pub fn column(&self, name: &str) -> usize {
+        self.header.iter().position(|column| column == name).unwrap()
+    }
+
+    /// All fields of one column.
+    pub fn texts(&self, name: &str) -> Vec<&str> {
+        let column = self.column(name);
+        self.rows.iter().map(|row| row[column].as_str()).collect()
+    }
+
+    pub fn numbers(&self, name: &str) -> Vec<f64> {
+        self.texts(name).iter().map(|text| text.parse().unwrap()).collect()
+    }
+}
+
+/// Every file and directory below `directory`, relative, sorted.
+pub fn everything_in(directory: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut open = vec![directory.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in fs::read_dir(&next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path.clone());
+            }
+            found.push(path.strip_prefix(directory).unwrap().to_owned());
+        }
+    }
+    found.sort();
+    found
+}

@@ -1,0 +1,158 @@
+//! `--preset tutorial` and `--formulation`: the tutorial's program to the letter, and beside it the
+//! reduced one.
+
+use crate::common::{Row, SEEDS, tutorial_rows};
+use crate::support::{Simulated, Table, run, simulate};
+use std::fs;
+use tumble_core::mechanics::State;
+
+/// The states of a trajectory, row by row.
+fn states(table: &Table) -> Vec<State> {
+    let names = [
+        "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s",
+        "wy_rad_s", "wz_rad_s",
+    ];
+    let columns = names.map(|name| table.numbers(name));
+    let row = |k: usize| crate::common::state(&columns.each_ref().map(|column| column[k]));
+    (0..table.rows.len()).map(row).collect()
+}
+
+fn tutorial(seed: u32, steps: i64) -> Simulated {
+    let (seed, rows) = (seed.to_string(), (steps + 1).to_string());
+    simulate(&["--preset", "tutorial", "--seed", &seed, "--steps", &rows])
+}
+
+/// From the start to the first step that the tutorial's Ipopt did not solve, a run by the preset
+/// is the recorded run. The record solves free flight as well, to Ipopt's tolerance of 10⁻⁶ on rows
+/// in m, m/s and rad/s: over the 200 steps its end may be off by as much (measured: 8e-10 m, 3e-9
+/// m/s, 2e-7 rad/s). The first step with a contact is the one that is not solved: a corner jumps the
+/// band of 5 mm in a step, and a force clamped to zero cannot hold it. That step fails here as well,
+/// is kept, and named; for seed 1 it is only Ipopt's limit of iterations that is met, and this
+/// build's Ipopt gets there before it.
+#[test]
+fn the_preset_follows_the_recorded_runs_to_their_first_failed_step() {
+    for (seed, infeasible) in SEEDS.into_iter().zip([true, true, false, true]) {
+        let rows = tutorial_rows(seed);
+        let failed = rows[1..].iter().position(|row| !row.solved).unwrap();
+        let first = rows[1 + failed].k;
+        let run = tutorial(seed, first + 1);
+        let table = run.table();
+        let ours = states(&table);
+        for Row { point, k, .. } in &rows[1..=failed] {
+            let apart = (ours[*k as usize + 1].to_vector() - point.state().to_vector()).amax();
+            assert!(apart < 1e-6, "seed {seed}, step {k}: {apart:e}");
+        }
+        let statuses = table.texts("status");
+        assert!(!statuses[..first as usize].contains(&"failed"), "seed {seed}");
+        if infeasible {
+            assert_eq!(statuses[first as usize], "failed", "seed {seed}");
+            assert_eq!(run.end.code, Some(3), "{:?}", run.end);
+            assert!(run.end.stdout.contains("Infeasible_Problem_Detected"), "{:?}", run.end);
+        }
+    }
+}
+
+/// What the preset stands for is in run.json, and failed steps are kept: the run goes on.
+#[test]
+fn the_preset_says_what_it_is_and_keeps_failed_steps() {
+    let run = tutorial(42, 260);
+    assert_eq!(run.end.code, Some(3), "{:?}", run.end);
+    let file = run.run_json();
+    let solver = &file["solver"];
+    assert_eq!(solver["name"], "ipopt");
+    assert_eq!(solver["formulation"], "clamped");
+    assert_eq!(solver["detection"], "height");
+    assert_eq!(solver["on_failure"], "record");
+    assert_eq!((&solver["tol"], &solver["max_iter"]), (&1e-6.into(), &300.into()));
+    assert_eq!(file["summary"]["rows"], 261);
+    assert_eq!(file["summary"]["retried"], 0);
+    assert_eq!(file["summary"]["fallback"], 0);
+    let table = run.table();
+    let failed = table.texts("status").iter().filter(|status| **status == "failed").count();
+    assert!(failed > 0 && file["summary"]["failed"] == failed, "{failed}");
+}
+
+/// The same from a scenario file; a preset by flag goes before what the file says of the solver.
+#[test]
+fn scenarios_name_the_preset_and_the_formulation() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("drop.toml");
+    let scenario = |solver: &str| {
+        let text = format!(
+            "steps = 230\nseed = 42\nrotation = \"tutorial\"\n[body]\nbox = 2.0\nmass = 10.0\ninertia = 0.01\n\
+             [ground]\nfriction = 0.3\n[start]\nposition = [0, 0, 2.5]\nattitude = \
+             \"random\"\nvelocity = [0, 4, 0]\nspin = [0, -2, 1]\n[solver]\n{solver}\n"
+        );
+        fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let expected = tutorial(42, 229).csv();
+    let by_field = simulate(&["--scenario", &scenario("preset = \"tutorial\"")]);
+    assert_eq!(by_field.csv(), expected);
+    let file = scenario("name = \"native\"");
+    let by_flag = simulate(&["--scenario", &file, "--preset", "tutorial"]);
+    assert_eq!(by_flag.csv(), expected);
+    let clamped = simulate(&["--scenario", &scenario("formulation = \"clamped\"")]);
+    assert_eq!(clamped.run_json()["solver"]["formulation"], "clamped");
+    let contradiction = scenario("preset = \"tutorial\"\ntolerance = 1e-5");
+    let refused = run(&["--scenario", &contradiction]);
+    refused.assert_refused(2, &["solver.tolerance", "--preset tutorial"]);
+}
+
+/// What a preset or a solver without a program cannot have is refused by name.
+#[test]
+fn contradictions_are_refused() {
+    for flag in [
+        &["--solver", "native"][..],
+        &["--formulation", "reduced"],
+        &["--detection", "predictive"],
+        &["--tol", "1e-7"],
+        &["--max-iter", "200"],
+        &["--on-failure", "ladder"],
+    ] {
+        let args = [&["--preset", "tutorial"], flag].concat();
+        run(&args).assert_refused(2, &[flag[0], "--preset tutorial", "leave it out"]);
+    }
+    run(&["--solver", "native", "--formulation", "clamped"])
+        .assert_refused(2, &["--formulation", "native solver"]);
+    run(&["--scene", "floating", "--preset", "tutorial"]).assert_refused(2, &["--preset"]);
+}
+
+/// Both formulations move the cube in the same way: each step of either is within 10⁻³ m/s of the
+/// exact laws by its residual, over the 20 contact steps before faces meet (measured: 1e-5 m/s).
+#[test]
+fn both_formulations_move_the_cube_alike() {
+    let steps = |formulation| {
+        let args = ["--formulation", formulation, "--steps", "245", "--seed", "42"];
+        let run = simulate(&args);
+        assert_eq!(run.end.code, Some(0), "{:?}", run.end);
+        assert_eq!(run.run_json()["solver"]["formulation"], formulation);
+        states(&run.table())
+    };
+    for (k, (a, b)) in steps("clamped").iter().zip(steps("reduced")).enumerate() {
+        let apart = (a.velocity - b.velocity).amax();
+        assert!(apart < 1e-3, "step {k}: {apart:e} m/s");
+    }
+}
+
+/// Many points take Ipopt long, and one line says so before it begins.
+#[test]
+fn many_points_are_announced() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("grid.toml");
+    let points: Vec<_> = (0..121).map(|k| format!("[{}, {}, -0.1]", k % 11, k / 11)).collect();
+    let text = format!(
+        "steps = 2\n[body]\nmass = 1.0\ninertia = 10.0\npoints = [{}]\n[ground]\nfriction = \
+         0.3\n[start]\nposition = [0, 0, 5]\n",
+        points.join(", ")
+    );
+    fs::write(&path, text).unwrap();
+    let path = path.to_str().unwrap();
+    let said = |args: &[&str]| {
+        let run = simulate(&[&["--scenario", path], args].concat());
+        assert_eq!(run.end.code, Some(0), "{:?}", run.end);
+        run.end.stdout.contains("--solver native is made for this")
+    };
+    assert!(said(&[]));
+    assert!(!said(&["--quiet"]) && !said(&["--solver", "native"]));
+}

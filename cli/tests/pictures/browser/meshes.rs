@@ -1,0 +1,166 @@
+//! Pages of bodies that are drawn as large meshes.
+
+use super::driver::Browser;
+use super::pages::Pages;
+use crate::pile;
+use nalgebra::Vector3;
+use std::fs;
+use std::io::Write as _;
+use std::path::Path;
+use tumble_view::{FilmMesh, FilmPiece};
+
+/// Meshes in a scene.
+const MESHES: usize = 10;
+/// Quadrilaterals along a meridian and around the axis of a mesh.
+const RINGS: usize = 100;
+/// Triangles of a mesh.
+const TRIANGLES: usize = 2 * RINGS * RINGS;
+/// The first of ten bodies of the film that fly.
+const FLYING: usize = 75;
+/// Triangles of all links of a robot in its page.
+const MOST_DRAWN: usize = 20_000;
+/// Size of a page of so many triangles, bytes.
+const LARGEST_PAGE: u64 = 5 << 20;
+
+/// A torus with `bumps` bumps around it, 0.36 m across.
+fn torus(bumps: usize) -> FilmMesh {
+    let turn = |k: usize| (k % RINGS) as f64 / RINGS as f64 * std::f64::consts::TAU;
+    let vertex = |i: usize| {
+        let (around, across) = (turn(i / RINGS), turn(i % RINGS));
+        let thick = 0.05 + 0.01 * (bumps as f64 * around).cos();
+        let far = 0.12 + thick * across.cos();
+        Vector3::new(far * around.cos(), far * around.sin(), thick * across.sin())
+    };
+    let place = |around: usize, across: usize| around % RINGS * RINGS + across % RINGS;
+    let triangles = (0..RINGS * RINGS).flat_map(|i| {
+        let (k, l) = (i / RINGS, i % RINGS);
+        let [a, b, c, d] = [place(k, l), place(k + 1, l), place(k + 1, l + 1), place(k, l + 1)];
+        [[a, b, c], [a, c, d]]
+    });
+    FilmMesh { vertices: (0..RINGS * RINGS).map(vertex).collect(), triangles: triangles.collect() }
+}
+
+/// Writes a mesh as binary STL.
+fn write_stl(path: &Path, mesh: &FilmMesh) {
+    let mut bytes = vec![0; 80];
+    bytes.extend((mesh.triangles.len() as u32).to_le_bytes());
+    for triangle in &mesh.triangles {
+        // Readers find the normal themselves where it is 0.
+        bytes.extend([0; 12]);
+        for corner in triangle.map(|corner| mesh.vertices[corner]) {
+            corner.iter().for_each(|x| bytes.extend((*x as f32).to_le_bytes()));
+        }
+        bytes.extend([0; 2]);
+    }
+    fs::write(path, bytes).unwrap();
+}
+
+/// A URDF of a trunk and links that hang on it, each with a mesh of its own for the eye and a small ball that touches.
+fn write_robot(directory: &Path) -> std::path::PathBuf {
+    let path = directory.join("robot.urdf");
+    let mut file = fs::File::create(&path).unwrap();
+    writeln!(file, "<robot name=\"rings\">").unwrap();
+    for k in 0..MESHES {
+        write_stl(&directory.join(format!("ring-{k}.stl")), &torus(3 + k));
+        writeln!(
+            file,
+            "<link name=\"ring-{k}\"><inertial><mass value=\"1\"/>
+               <inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>
+               <visual><geometry><mesh filename=\"ring-{k}.stl\"/></geometry></visual>
+               <collision><geometry><sphere radius=\"0.05\"/></geometry></collision></link>"
+        )
+        .unwrap();
+        if k > 0 {
+            let (x, y) = (0.4 * (k % 5) as f64, 0.4 * (k / 5) as f64);
+            writeln!(
+                file,
+                "<joint name=\"hinge-{k}\" type=\"continuous\"><parent link=\"ring-0\"/>
+                   <child link=\"ring-{k}\"/><origin xyz=\"{x} {y} 0\"/><axis xyz=\"1 0 0\"/></joint>"
+            )
+            .unwrap();
+        }
+    }
+    writeln!(file, "</robot>").unwrap();
+    path
+}
+
+/// Triangles of each body of the open page.
+fn triangles_drawn(browser: &Browser) -> Vec<usize> {
+    let counts = browser.run(
+        "const { runs } = JSON.parse(document.getElementById('data').textContent); \
+         return runs[0].bodies.map(({ pieces }) => \
+           pieces.reduce((sum, piece) => sum + (piece.is_mesh ? piece.faces.length : 0), 0))",
+    );
+    counts.as_array().unwrap().iter().map(|count| count.as_u64().unwrap() as usize).collect()
+}
+
+/// Part of the first view's pixels that are coloured, as bodies are and the ground is not.
+fn coloured_share(browser: &Browser) -> f64 {
+    let share = browser.run(
+        "const canvas = document.querySelector('.stage canvas'); \
+         const { width, height } = canvas; \
+         const copy = Object.assign(document.createElement('canvas'), { width, height }); \
+         const context = copy.getContext('2d', { willReadFrequently: true }); \
+         context.drawImage(canvas, 0, 0); \
+         const { data } = context.getImageData(0, 0, width, height); \
+         let coloured = 0; \
+         for (let i = 0; i < data.length; i += 4) { \
+           const [low, high] = [Math.min(data[i], data[i + 1], data[i + 2]), \
+                                Math.max(data[i], data[i + 1], data[i + 2])]; \
+           if (high - low > 50) coloured += 1; \
+         } \
+         return coloured / (width * height)",
+    );
+    share.as_f64().unwrap()
+}
+
+/// The links of a robot share the triangles of its page: each is drawn as its own mesh, made coarser.
+#[test]
+#[ignore = "a browser"]
+fn a_robot_of_ten_large_meshes_is_drawn() {
+    let pages = Pages::new();
+    let robot = write_robot(pages.path("robot.urdf").parent().unwrap());
+    let page =
+        pages.simulate("rings", &["--scenario", robot.to_str().unwrap(), "--steps", "50"], 0);
+    let browser = Browser::start(1280, 800);
+    browser.open(&page);
+    browser.screenshot("meshes-robot");
+    browser.assert_quiet();
+    let share = coloured_share(&browser);
+    assert!(share > 0.03, "{share} of the picture is of bodies");
+    let drawn = triangles_drawn(&browser);
+    assert_eq!(drawn.len(), MESHES);
+    assert!(drawn.iter().sum::<usize>() <= MOST_DRAWN, "{drawn:?}");
+    assert!(drawn.iter().all(|count| *count > MOST_DRAWN / MESHES / 2), "{drawn:?}");
+    let size = fs::metadata(&page).unwrap().len();
+    assert!(size < LARGEST_PAGE, "{size} bytes");
+}
+
+/// A page takes meshes of any size: here ten of all their triangles.
+#[test]
+#[ignore = "a browser"]
+fn a_page_of_ten_large_meshes_is_drawn() {
+    let pages = Pages::new();
+    let mut film = pile::film(20);
+    // All other bodies are too small to be seen.
+    for body in &mut film.bodies {
+        body.pieces = vec![FilmPiece::Sphere { centre: Vector3::zeros(), radius: 0.005 }];
+    }
+    for (k, body) in film.bodies[FLYING..FLYING + MESHES].iter_mut().enumerate() {
+        body.pieces = vec![FilmPiece::Mesh(torus(3 + k))];
+    }
+    let path = pages.path("meshes.html");
+    fs::write(&path, tumble_view::view::page("0", &[&film]).unwrap()).unwrap();
+    let browser = Browser::start(1280, 800);
+    browser.open(&path);
+    browser.screenshot("meshes-page");
+    browser.assert_quiet();
+    let share = coloured_share(&browser);
+    assert!(share > 0.005, "{share} of the picture is of bodies");
+    assert_eq!(triangles_drawn(&browser)[FLYING..FLYING + MESHES], [TRIANGLES; MESHES]);
+    // The plots of all bodies and the view at the end are drawn too.
+    browser.run("document.querySelectorAll('details').forEach((plot) => { plot.open = true })");
+    browser.press(super::END, None);
+    browser.press("r", None);
+    browser.assert_quiet();
+}

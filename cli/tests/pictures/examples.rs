@@ -1,0 +1,159 @@
+//! The example programs, run as a user runs them: exit codes, and the physics of what they
+//! print.
+
+use crate::ROOT;
+use crate::example::built;
+use std::process::{Command, Output};
+
+/// Runs an example.
+fn run(example: &str, arguments: &[&str]) -> Output {
+    let mut program = Command::new(built(example));
+    program.args(arguments).current_dir(ROOT).output().unwrap()
+}
+
+fn printed(example: &str, arguments: &[&str], code: i32) -> String {
+    let output = run(example, arguments);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{example} {arguments:?}: {errors}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The numbers of a line, other words left out.
+fn numbers(line: &str) -> Vec<f64> {
+    let words = line.split([' ', ';', ',', ':']);
+    words.filter_map(|word| word.parse().ok()).collect()
+}
+
+fn line<'a>(text: &'a str, start: &str) -> &'a str {
+    text.lines().find(|line| line.starts_with(start)).unwrap_or_else(|| panic!("{start}: {text}"))
+}
+
+#[test]
+fn the_tossed_cube_ends_on_the_ground_with_its_weight_carried() {
+    let text = printed("toss", &[], 0);
+    let last = numbers(line(&text, "step 900"));
+    assert_eq!(last, [900.0, 1.0, 98.1], "step, half side (m), 10 kg times 9.81 m/s²");
+    let summary = text.lines().find(|line| line.contains("in contact")).unwrap();
+    let [contact, failed, worst] = numbers(summary)[..] else { panic!("{summary}") };
+    assert!(contact > 500.0 && failed == 0.0 && worst < 1e-9, "{summary}");
+    assert!(numbers(line(&text, "the lowest corner"))[0].abs() < 1e-12, "{text}");
+}
+
+/// It falls on several faces on its way, and the derivatives of the whole run lead it to the mark all the same.
+#[test]
+fn the_thrown_cube_lies_on_the_mark() {
+    let text = printed("throw", &[], 0);
+    let missed = numbers(line(&text, "it lies"))[0];
+    assert!(missed < 1e-8, "{text}");
+    // From a throw that leads a metre away.
+    assert!(numbers(line(&text, "    0"))[4] > 0.5, "{text}");
+}
+
+/// A push counts as much as the mass against it, as differences say; and on its edge a tower is a pendulum upside down.
+#[test]
+fn the_fall_of_a_tower_depends_on_what_it_must() {
+    let text = printed("tower", &[], 0);
+    let pushed = numbers(line(&text, "  10.00"));
+    let [_, tilt, by_push, difference, by_mass, friction, ..] = pushed[..] else {
+        panic!("{text}")
+    };
+    assert!((by_push - difference).abs() < 2e-5 && (by_push + by_mass).abs() < 2e-5, "{text}");
+    assert!(tilt > 0.1 && friction.abs() < 1e-9, "{text}");
+    // Of the linear pendulum: the rest of the way to the edge is e^{−pt}.
+    let (rate, last) = (numbers(line(&text, "a push of")), numbers(line(&text, "    2.4")));
+    assert!((last[3] - (0.75 * 9.81 / 0.1_f64.hypot(0.4)).sqrt()).abs() < 1e-3, "{text}");
+    assert!(rate[0] > 9.5 && rate[0] < 10.5, "{text}");
+}
+
+#[test]
+fn rollouts_have_the_numbers_of_a_loop() {
+    let text = printed("rollout", &["12", "150", "3"], 0);
+    assert!(text.contains("numbers the same: true; steps not solved: 0"), "{text}");
+    assert_eq!(run("rollout", &["12", "0", "3"]).status.code(), Some(2));
+}
+
+/// Two short runs of ten boxes: what is counted is what the steps say, and all are solved.
+#[test]
+fn heaps_are_counted() {
+    let text = printed("heaps", &["2", "400", "7", "boxes"], 0);
+    let first = numbers(text.lines().nth(1).unwrap());
+    let [bodies, friction, contact, wild, failed, ..] = first[..] else { panic!("{text}") };
+    assert_eq!((bodies, friction, wild, failed), (10.0, 0.3, 0.0, 0.0), "{text}");
+    assert!(contact > 400.0 && contact < 800.0, "{text}");
+    assert_eq!(run("heaps", &["0"]).status.code(), Some(2));
+    assert_eq!(run("heaps", &["1", "10", "1", "pyramids"]).status.code(), Some(2));
+}
+
+#[test]
+fn islands_have_the_same_numbers_on_threads() {
+    let text = printed("islands", &["3", "4"], 0);
+    assert!(text.contains("numbers the same: true; steps not solved: 0"), "{text}");
+    assert_eq!(run("islands", &["3"]).status.code(), Some(2));
+    assert_eq!(run("islands", &["0", "4"]).status.code(), Some(2));
+}
+
+/// Friction is at most μ times the normal force, and from the start, without vertical speed,
+/// to rest the impulse of the normal force is that of the weight, m g T. So 3 m/s are not lost
+/// before T = v/(μ g).
+#[test]
+fn the_swept_cubes_come_to_rest_on_a_face_and_no_sooner_than_friction_can() {
+    let text = printed("friction_sweep", &["1"], 0);
+    let rows: Vec<_> = text.lines().skip(1).map(numbers).collect();
+    assert_eq!(rows.len(), 12);
+    for row in &rows {
+        let [friction, _, _, z, time, slid, certificate, failed] = row[..] else {
+            panic!("{row:?}")
+        };
+        assert!((z - 0.1).abs() < 1e-6, "{row:?}");
+        assert!(time >= 3.0 / (friction * 9.81) - 1e-3, "{row:?}");
+        assert!(slid > 0.0 && certificate < 1e-9 && failed == 0.0, "{row:?}");
+    }
+    assert_eq!(printed("friction_sweep", &["5"], 0), text);
+    assert_eq!(printed("friction_sweep", &[], 0), text);
+}
+
+/// The counts of `react_to_failure`: contact steps, failures by law, repeated, unsolved, and
+/// the worst certificate.
+fn reaction(text: &str) -> (f64, f64, f64, f64, f64) {
+    let contact = numbers(line(text, "400 steps"))[1];
+    let laws = text.lines().filter(|line| line.starts_with("failed by"));
+    let by_law = laws.map(|line| numbers(line)[0]).sum();
+    let [repeated, unsolved, worst] = numbers(line(text, "repeated"))[..] else { panic!("{text}") };
+    (contact, by_law, repeated, unsolved, worst)
+}
+
+#[test]
+fn failed_steps_are_repeated() {
+    let output = run("react_to_failure", &[]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let (contact, by_law, repeated, unsolved, worst) = reaction(&text);
+    assert!(0.0 < repeated && repeated <= contact, "{text}");
+    assert_eq!(by_law, repeated, "{text}");
+    // Ipopt promises 0.1 m/s.
+    assert!(worst <= 0.1, "{text}");
+    let code = if unsolved > 0.0 { 3 } else { 0 };
+    assert_eq!(output.status.code(), Some(code), "{text}");
+}
+
+/// Without any iteration of Ipopt the run is the native solver's, but for the steps in which free
+/// flight takes no candidate to the ground: these it solves without an iteration.
+#[test]
+fn without_an_iteration_every_step_that_needs_one_is_repeated() {
+    let text = printed("react_to_failure", &["0"], 0);
+    let (contact, by_law, repeated, unsolved, worst) = reaction(&text);
+    assert!(contact > 50.0 && repeated > 30.0 && repeated <= contact, "{text}");
+    assert_eq!((by_law, unsolved), (repeated, 0.0), "{text}");
+    assert!(worst < 1e-9, "{text}");
+}
+
+#[test]
+fn bad_numbers_are_refused_in_a_sentence() {
+    for (example, argument) in
+        [("friction_sweep", "0"), ("friction_sweep", "x"), ("react_to_failure", "-1")]
+    {
+        let output = run(example, &[argument]);
+        assert_eq!(output.status.code(), Some(2), "{example} {argument}");
+        assert!(output.stdout.is_empty());
+        assert!(String::from_utf8_lossy(&output.stderr).contains("is needed, for example"));
+    }
+}

@@ -1,0 +1,13 @@
+//! Pictures: GIFs, the HTML view in a browser; and the examples.
+
+mod bench_programs;
+mod browser;
+#[path = "../../../tests/common/example.rs"]
+mod example;
+mod examples;
+mod gif;
+#[path = "../../../crates/view/tests/pile/mod.rs"]
+mod pile;
+
+/// Root of the repository.
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");

@@ -1,0 +1,180 @@
+//! Contacts of the touches of two pieces.
+
+use super::curved::{Core, Curved};
+use super::proxy::{PieceOwner, Proxy, placed};
+use super::{Contact, ContactKey, Features, PairFeatures, Partner, frame_along};
+use crate::geometry::{CorePart, Feature, Piece, PieceSide, Touch};
+use crate::mechanics::{Pose, RigidBody};
+use crate::world::World;
+use nalgebra::Vector3;
+
+/// Makes contacts of the touches of two pieces.
+pub(super) struct Between<'a> {
+    pub(super) world: &'a World,
+    pub(super) proxies: (Proxy, Proxy),
+    /// Where the bodies are where the touches were found.
+    pub(super) at: &'a [Pose],
+    /// Where they are at the start of the step.
+    pub(super) start: &'a [Pose],
+}
+
+impl Between<'_> {
+    /// The contact of a touch; `plane` counts the planes that its features have met. Two round features
+    /// are known wherever they are, and have no other plane but where that lets them through
+    /// ([`super::meeting`]): from the first one on they are a point against a plane.
+    pub(super) fn contact(&self, touch: &Touch, plane: u32) -> Option<Contact> {
+        let (of_point, of_plane) = match touch.point_of {
+            PieceSide::A => self.proxies,
+            PieceSide::B => (self.proxies.1, self.proxies.0),
+        };
+        let features = PairFeatures {
+            pieces: (of_point.piece, of_plane.piece),
+            feature: touch.feature,
+            plane,
+        };
+        if let Feature::Round(part_a, part_b) = touch.feature
+            && plane == 0
+        {
+            let (a, b) = self.proxies;
+            let PieceOwner::Body(body) = a.owner else { return None };
+            let key = ContactKey {
+                body,
+                point: self.corner(body, a, part_a),
+                partner: b.owner.partner(),
+                pair: Some(PairFeatures { pieces: (a.piece, b.piece), ..features }),
+            };
+            let pieces =
+                (piece(self.world, a.owner, a.piece)?, piece(self.world, b.owner, b.piece)?);
+            let normal = match touch.point_of {
+                PieceSide::A => touch.normal,
+                // Of A, away from it.
+                PieceSide::B => {
+                    let [a, b] = [a, b].map(|proxy| placed(self.world, self.at, proxy).1.rotation);
+                    -b.tr_mul(&(a * touch.normal))
+                }
+            };
+            return Some(self.make(key, round(pieces, (part_a, part_b), &normal)?));
+        }
+        match (of_point.owner, of_plane.owner) {
+            (PieceOwner::Body(body), owner) => {
+                let corner = self.corner(body, of_point, part_of(touch));
+                let key = ContactKey {
+                    body,
+                    point: corner,
+                    partner: owner.partner(),
+                    pair: Some(features),
+                };
+                Some(self.make(
+                    key,
+                    Features::of_plane(
+                        touch.point,
+                        touch.point_radius,
+                        frame_along(&touch.normal),
+                        touch.offset,
+                    ),
+                ))
+            }
+            (fixed @ PieceOwner::Fixed(_), PieceOwner::Body(body)) => {
+                let pieces = (of_plane.piece, of_point.piece);
+                let key = ContactKey {
+                    body,
+                    point: self.world.bodies()[body].point_of(of_plane.piece, 0),
+                    partner: fixed.partner(),
+                    pair: Some(PairFeatures { pieces, ..features }),
+                };
+                Some(self.make(key, turned_about(touch, &self.at[body])))
+            }
+            (PieceOwner::Fixed(_), PieceOwner::Fixed(_)) => None,
+        }
+    }
+
+    /// The contact point of a body that a part of its piece is: that of a vertex, or of an edge's
+    /// first end.
+    fn corner(&self, body: usize, proxy: Proxy, part: CorePart) -> usize {
+        let body = &self.world.bodies()[body];
+        let vertex = match part {
+            CorePart::Vertex(vertex) => vertex,
+            CorePart::Edge(edge) => first_end(body, proxy, edge),
+        };
+        body.point_of(proxy.piece, vertex as usize)
+    }
+
+    fn make(&self, key: ContactKey, features: Features) -> Contact {
+        let law = self.world.law_between(key.body, key.partner);
+        let bodies = self.world.bodies();
+        let b = match key.partner {
+            Partner::Body(other) => Some((&bodies[other], &self.start[other])),
+            Partner::Fixed(_) | Partner::Ground => None,
+        };
+        Contact::new(key, features, law, (&bodies[key.body], &self.start[key.body]), b)
+    }
+}
+
+/// The part of the piece whose the point of a touch is.
+fn part_of(touch: &Touch) -> CorePart {
+    match (touch.feature, touch.point_of) {
+        (Feature::Vertex(side, vertex), of) if side == of => CorePart::Vertex(vertex),
+        (Feature::Edges(edge, _), PieceSide::A) | (Feature::Edges(_, edge), PieceSide::B) => {
+            CorePart::Edge(edge)
+        }
+        (Feature::Vertices(vertex, _), PieceSide::A)
+        | (Feature::Vertices(_, vertex), PieceSide::B) => CorePart::Vertex(vertex),
+        (Feature::Round(part, _), PieceSide::A) | (Feature::Round(_, part), PieceSide::B) => part,
+        (Feature::Vertex(..), _) => CorePart::Vertex(0),
+    }
+}
+
+/// The piece of this number of an owner, if it has one.
+pub(super) fn piece(world: &World, owner: PieceOwner, number: usize) -> Option<&Piece> {
+    match owner {
+        PieceOwner::Body(index) => world.bodies().get(index)?.pieces().get(number),
+        PieceOwner::Fixed(index) => world.fixed().get(index).map(|fixed| &fixed.piece),
+    }
+}
+
+/// Two round features, the first one of A; `None` where the pieces do not have them, or no radius. Where
+/// their cores coincide the plane is across `normal` (unit, frame of B).
+#[must_use]
+pub fn round(
+    pieces: (&Piece, &Piece),
+    parts: (CorePart, CorePart),
+    normal: &Vector3<f64>,
+) -> Option<Features> {
+    if pieces.0.radius() + pieces.1.radius() == 0.0 {
+        return None;
+    }
+    let (of_a, of_b) = (core(pieces.0, parts.0)?, core(pieces.1, parts.1)?);
+    let curved = Curved { of_a, of_b, radius: pieces.1.radius(), shares: (0.0, 0.0) };
+    let plane = Features::of_plane(of_a.from, pieces.0.radius(), frame_along(normal), 0.0);
+    Some(Features { curved: Some(curved), ..plane })
+}
+
+/// A vertex or an edge of a piece's core, in the frame of its body.
+fn core(piece: &Piece, part: CorePart) -> Option<Core> {
+    let vertices = piece.core().vertices();
+    let vertex = |number: u32| vertices.get(number as usize).copied();
+    match part {
+        CorePart::Vertex(number) => Some(Core { from: vertex(number)?, along: Vector3::zeros() }),
+        CorePart::Edge(number) => {
+            let [from, to] = piece.core().edges().get(number as usize)?.vertices;
+            let from = vertex(from)?;
+            Some(Core { from, along: vertex(to)? - from })
+        }
+    }
+}
+
+/// A fixed point against a plane of the body at `pose`, as a point of the body against a fixed
+/// plane, which is what a contact is: the point is the foot of the fixed point on the body's
+/// plane, and the plane, turned about, stays where it is for the step.
+fn turned_about(touch: &Touch, pose: &Pose) -> Features {
+    let normal = pose.rotation * touch.normal;
+    let surface = touch.point - normal * touch.point_radius;
+    let foot = surface - normal * touch.gap;
+    let point = pose.rotation.tr_mul(&(foot - pose.position));
+    Features::of_plane(point, 0.0, frame_along(&-normal), -normal.dot(&surface))
+}
+
+/// The first vertex of an edge of a body's piece.
+fn first_end(body: &RigidBody, proxy: Proxy, edge: u32) -> u32 {
+    body.pieces()[proxy.piece].core().edges()[edge as usize].vertices[0]
+}

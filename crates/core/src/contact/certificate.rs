@@ -1,0 +1,384 @@
+//! The certificate of a step: how far its states and contact forces miss the equations of an
+//! exact step, whoever computed them.
+//!
+//! Its number is a **residual**, in m/s, each contact in its own scale (eq. 18): zero exactly
+//! at the solutions of the hard-contact step with Coulomb's cone and maximum dissipation. It is
+//! *not* a distance to a solution: where the problem is badly conditioned a small residual may
+//! belong to a state that is much farther from the solution, and where the laws leave the
+//! motion open it does not say which solution this is. Unlike a product such as f_n φ⁺ it
+//! cannot be made small by making two errors small.
+//!
+//! This module knows no solver; [`Simulation`](crate::simulation::Simulation) certifies every
+//! step.
+
+use super::{Contact, Partner};
+use crate::joint::{JointForce, JointMotion};
+use crate::mechanics::dynamics::rk4_step;
+use crate::mechanics::quaternion::advance;
+use crate::mechanics::{Pose, RigidBody, State, Wrench, largest};
+use crate::world::World;
+use nalgebra::Vector3;
+
+/// The parts of a step's residual, each in m/s: the largest over bodies, contacts and joints.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Certificate {
+    /// The equations of motion (eq. 18a); angles are turned into distances by the
+    /// body's [reach](RigidBody::reach).
+    pub dynamics: f64,
+    /// max(0, −φ⁺/h): how fast the deepest point went through the ground (eq. 18b).
+    pub penetration: f64,
+    /// Force without touch, or touch with a pulling force (eq. 18c).
+    pub normal_law: f64,
+    /// Friction that does not oppose the slip with all it has, or that holds without
+    /// sticking (eq. 18d).
+    pub friction_law: f64,
+    /// Friction beyond the cone (eq. 18e).
+    pub cone: f64,
+    /// How fast what joints lock has moved (J7).
+    pub joint: f64,
+    /// How far what joints leave free is from their drives (J7).
+    pub joint_law: f64,
+}
+
+/// What a step claims: to be judged.
+#[derive(Debug, Clone, Copy)]
+pub struct Claim<'a> {
+    /// X at step k, one a body.
+    pub states: &'a [State],
+    /// X at step k+1.
+    pub next: &'a [State],
+    /// External wrenches without gravity, one a body.
+    pub wrenches: &'a [Wrench],
+    /// The contacts between the bodies at step k.
+    pub contacts: &'a [Contact],
+    /// The forces of the joints, one a joint of the world.
+    pub joints: &'a [JointForce],
+    /// The forces of the gears, N or N m, one a gear of the world.
+    pub gears: &'a [f64],
+}
+
+impl Claim<'_> {
+    /// Whether it is one of a step of `world`: with as many states and wrenches as there are
+    /// bodies, with contacts of those alone, and with a force for each joint and gear.
+    pub(crate) fn is_of(&self, world: &World) -> bool {
+        let bodies = world.bodies().len();
+        let lengths = [self.states.len(), self.next.len(), self.wrenches.len()];
+        let mut named = self.contacts.iter().flat_map(|contact| contact.key.bodies());
+        lengths == [bodies; 3]
+            && named.all(|body| body < bodies)
+            && self.joints.len() == world.joints().len()
+            && self.gears.len() == world.gears().len()
+    }
+}
+
+impl Certificate {
+    /// What cannot be judged: every part is NaN, which no tolerance accepts.
+    const UNKNOWN: Self = Self {
+        dynamics: f64::NAN,
+        penetration: f64::NAN,
+        normal_law: f64::NAN,
+        friction_law: f64::NAN,
+        cone: f64::NAN,
+        joint: f64::NAN,
+        joint_law: f64::NAN,
+    };
+
+    /// That of both: of every part the larger one, NaN if either is.
+    fn joined(&self, other: &Self) -> Self {
+        Self {
+            dynamics: largest(self.dynamics, other.dynamics),
+            penetration: largest(self.penetration, other.penetration),
+            normal_law: largest(self.normal_law, other.normal_law),
+            friction_law: largest(self.friction_law, other.friction_law),
+            cone: largest(self.cone, other.cone),
+            joint: largest(self.joint, other.joint),
+            joint_law: largest(self.joint_law, other.joint_law),
+        }
+    }
+
+    /// The residual of the step: the largest part, m/s. NaN if any part is.
+    #[must_use]
+    pub fn residual(&self) -> f64 {
+        self.parts().into_iter().map(|(_, value)| value).fold(0.0, largest)
+    }
+
+    /// Which part is the largest.
+    #[must_use]
+    pub fn worst_part(&self) -> &'static str {
+        let residual = self.residual();
+        self.parts()
+            .into_iter()
+            .find(|(_, value)| *value == residual || value.is_nan())
+            .map_or("dynamics", |(name, _)| name)
+    }
+
+    /// The parts that contacts and motion have, by name: all of them in a world without joints.
+    #[must_use]
+    pub fn contact_parts(&self) -> [(&'static str, f64); 5] {
+        let [dynamics, penetration, normal, friction, cone, ..] = self.parts();
+        [dynamics, penetration, normal, friction, cone]
+    }
+
+    /// The parts by name.
+    #[must_use]
+    pub fn parts(&self) -> [(&'static str, f64); 7] {
+        [
+            ("dynamics", self.dynamics),
+            ("penetration", self.penetration),
+            ("normal law", self.normal_law),
+            ("friction law", self.friction_law),
+            ("cone", self.cone),
+            ("joint", self.joint),
+            ("joint law", self.joint_law),
+        ]
+    }
+}
+
+/// Certifies steps of one world; owns its scratch memory, so that certifying allocates
+/// nothing.
+#[derive(Debug, Clone, Default)]
+pub struct Certifier {
+    /// Poses of the bodies at both ends of the step.
+    poses: Vec<(Pose, Pose)>,
+    /// Force (world) and torque (body) of all contacts and the outside on each body.
+    loads: Vec<Wrench>,
+    /// The bodies that rested in the last step, and what it was worth for them.
+    rested: Vec<bool>,
+    of_rested: Certificate,
+    /// Where each joint is.
+    seen: Vec<JointMotion>,
+}
+
+impl Certifier {
+    /// Room for the steps of any world.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Certifies a contact step under the contact forces `forces` (N, world, on body A), one a
+    /// contact of the claim; contacts without one are passed over. Points that are no contact must
+    /// not end below the ground either. Every part is NaN where the claim's lists are not one entry a
+    /// body, or a contact is of a body that is not there.
+    pub fn contact_step(
+        &mut self,
+        world: &World,
+        claim: &Claim<'_>,
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+    ) -> Certificate {
+        self.step_beside(world, claim, forces, &[])
+    }
+
+    /// The same, where all that is claimed of the bodies that `rest`, one a body or none at all, and of what they touch is
+    /// what was claimed of them in the last step that this judged, if they rested in that: what it is worth is known then.
+    /// They touch none that does not rest.
+    pub(crate) fn step_beside(
+        &mut self,
+        world: &World,
+        claim: &Claim<'_>,
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+        rest: &[bool],
+    ) -> Certificate {
+        if !claim.is_of(world) {
+            self.rested.clear();
+            return Certificate::UNKNOWN;
+        }
+        if rest.is_empty() {
+            self.rested.clear();
+            return self.judge::<false>(world, claim, forces, (rest, false));
+        }
+        let is_known = self.rested == rest;
+        if !is_known {
+            self.rested.clear();
+            self.rested.extend_from_slice(rest);
+            self.of_rested = Certificate::default();
+        }
+        self.judge::<true>(world, claim, forces, (rest, is_known))
+    }
+
+    /// What a claim is worth, beside the bodies that `rest` if any do: what is known of those is left as it is.
+    fn judge<const SOME_REST: bool>(
+        &mut self,
+        world: &World,
+        claim: &Claim<'_>,
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+        (rest, is_known): (&[bool], bool),
+    ) -> Certificate {
+        let h = world.time_step();
+        let rests = |body: usize| SOME_REST && rest.get(body).is_some_and(|rests| *rests);
+        self.begin(claim, |body| is_known && rests(body));
+        let mut both = [Certificate::default(), self.of_rested];
+        for (contact, force) in claim.contacts.iter().zip(forces) {
+            let rests = rests(contact.key.body);
+            if is_known && rests {
+                continue;
+            }
+            let certificate = &mut both[usize::from(rests)];
+            self.add_force(contact, &force);
+            let a = &self.poses[contact.key.body];
+            let b = contact.key.partner.body().map(|index| &self.poses[index]);
+            let u = contact.motion((&a.0, &a.1), b.map(|b| (&b.0, &b.1)), h);
+            let u = contact.law_motion(u, world, claim.states, claim.next);
+            let p = force * (h / world.bodies()[contact.key.body].mass());
+            let parts = contact.law.residual(&contact.response, &contact.normal(), &p, &u);
+            certificate.normal_law = largest(certificate.normal_law, parts.normal);
+            certificate.friction_law = largest(certificate.friction_law, parts.friction);
+            certificate.cone = largest(certificate.cone, parts.cone);
+            let through = -contact.normal().dot(&u);
+            certificate.penetration = largest(certificate.penetration, through);
+        }
+        let certificate = &mut both[0];
+        let ends = (claim.states, claim.next);
+        self.seen.clear();
+        for (joint, force) in world.joints().iter().zip(claim.joints) {
+            let seen = joint.seen(ends.0, ends.1, force, h);
+            let parts = seen.as_ref().and_then(|seen| {
+                seen.add_loads(joint, claim.states, force, &mut self.loads);
+                seen.residual(joint, (world.bodies(), claim.states), force, h)
+            });
+            self.seen.extend(seen);
+            let (locked, drive) = parts.map_or((f64::NAN, f64::NAN), |of| (of.locked, of.drive));
+            certificate.joint = largest(certificate.joint, locked);
+            certificate.joint_law = largest(certificate.joint_law, drive);
+        }
+        for (gear, force) in world.gears().iter().zip(claim.gears) {
+            let joints = world.joints();
+            for (joint, load) in gear.loads(*force, claim.joints) {
+                joints[joint].add_loads(claim.states, &load, &mut self.loads);
+            }
+            let missed = gear.residual(world, ends, claim.joints, *force);
+            let part = match gear.drive() {
+                None => &mut certificate.joint,
+                Some(_) => &mut certificate.joint_law,
+            };
+            *part = largest(*part, missed);
+        }
+        for (index, (body, (_, pose))) in world.bodies().iter().zip(&self.poses).enumerate() {
+            let rests = rests(index);
+            if is_known && rests {
+                continue;
+            }
+            let certificate = &mut both[usize::from(rests)];
+            let (state, next) = (&claim.states[index], &claim.next[index]);
+            let motion = match world.is_held(index) {
+                false => momentum_residual(world, body, state, next, &self.loads[index]),
+                true => difference(body, (state, next), h),
+            };
+            certificate.dynamics = largest(certificate.dynamics, motion);
+            let depth = world.heights(index, pose).map(|height| -height).fold(0.0, largest);
+            certificate.penetration = largest(certificate.penetration, depth / h);
+        }
+        let [moving, resting] = both;
+        if !SOME_REST {
+            return moving;
+        }
+        self.of_rested = resting;
+        moving.joined(&resting)
+    }
+
+    /// Where the joints were in the step that was certified last.
+    pub(crate) fn seen(&self) -> &[JointMotion] {
+        &self.seen
+    }
+
+    /// Places the bodies but those that are `known` to be where they were.
+    fn begin(&mut self, claim: &Claim<'_>, known: impl Fn(usize) -> bool) {
+        let pairs = claim.states.iter().zip(claim.next);
+        if self.poses.len() == claim.states.len() {
+            for (body, (poses, (state, next))) in self.poses.iter_mut().zip(pairs).enumerate() {
+                if !known(body) {
+                    *poses = (state.pose(), next.pose());
+                }
+            }
+        } else {
+            self.poses.clear();
+            self.poses.extend(pairs.map(|(state, next)| (state.pose(), next.pose())));
+        }
+        self.loads.clear();
+        self.loads.extend_from_slice(claim.wrenches);
+    }
+
+    /// A force acts on A at the touching point and, opposite, on B at the same point of the
+    /// world: momentum of the pair is kept.
+    fn add_force(&mut self, contact: &Contact, force: &Vector3<f64>) {
+        let load = &mut self.loads[contact.key.body];
+        load.force += force;
+        load.torque += contact.torque_map * force;
+        if let Partner::Body(other) = contact.key.partner {
+            let (a, b) = (&self.poses[contact.key.body].0, &self.poses[other].0);
+            let arm = a.position + contact.arm - b.position;
+            let load = &mut self.loads[other];
+            load.force -= force;
+            load.torque -= b.rotation.tr_mul(&arm.cross(force));
+        }
+    }
+}
+
+/// Certifies a step of the fourth-order Runge–Kutta method, which has no contact: the
+/// difference between the next states and the method's own steps under the claim's wrenches
+/// and gravity, scaled as the dynamics part of a contact step.
+///
+/// It says whether a file holds what the method computes; how good the method is, the tests of
+/// [`rk4_step`] say. Every part is NaN where lists are not one entry a body.
+#[must_use]
+pub fn certify_rk4_step(world: &World, claim: &Claim<'_>) -> Certificate {
+    let h = world.time_step();
+    let mut certificate = Certificate::default();
+    if !claim.is_of(world) {
+        return Certificate::UNKNOWN;
+    }
+    for (index, body) in world.bodies().iter().enumerate() {
+        let (state, next) = (&claim.states[index], &claim.next[index]);
+        let mut wrench = claim.wrenches[index];
+        wrench.force += world.gravity() * body.mass();
+        let motion = match world.is_held(index) {
+            false => difference(body, (&rk4_step(body, state, &wrench, h), next), h),
+            true => difference(body, (state, next), h),
+        };
+        certificate.dynamics = largest(certificate.dynamics, motion);
+    }
+    certificate
+}
+
+/// How far two states of a body are apart, m/s: lengths over the time step.
+fn difference(body: &RigidBody, (exact, next): (&State, &State), h: f64) -> f64 {
+    let reach = body.reach();
+    let parts = [
+        norm_inf(&(exact.position - next.position)) / h,
+        norm_inf(&(exact.attitude - next.attitude)) * reach / h,
+        norm_inf(&(exact.velocity - next.velocity)),
+        norm_inf(&(exact.spin - next.spin)) * reach,
+    ];
+    parts.into_iter().fold(0.0, largest)
+}
+
+/// The largest residual of the four equations of motion of a body (eq. 8), m/s, under all that
+/// acts on it besides gravity.
+fn momentum_residual(
+    world: &World,
+    body: &RigidBody,
+    state: &State,
+    next: &State,
+    load: &Wrench,
+) -> f64 {
+    let h = world.time_step();
+    let gyroscopic = world.rotation().gyroscopic(body.inertia(), &state.spin, &next.spin, h);
+    let position = next.position - state.position - h * next.velocity;
+    let attitude = next.attitude - advance(&state.attitude, &next.spin, h);
+    let acceleration = load.force / body.mass() + world.gravity();
+    let velocity = next.velocity - state.velocity - h * acceleration;
+    let spin = next.spin - state.spin - h * (body.inertia_inverse() * (load.torque - gyroscopic));
+    [
+        norm_inf(&position) / h,
+        norm_inf(&attitude) * body.reach() / h,
+        norm_inf(&velocity),
+        norm_inf(&spin) * body.reach(),
+    ]
+    .into_iter()
+    .fold(0.0, largest)
+}
+
+/// ‖a‖∞, NaN if any entry is.
+fn norm_inf<'a>(entries: impl IntoIterator<Item = &'a f64>) -> f64 {
+    entries.into_iter().map(|entry| entry.abs()).fold(0.0, largest)
+}

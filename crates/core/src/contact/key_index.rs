@@ -1,0 +1,317 @@
+//! Where the contacts of a list are, by what they are between.
+//!
+//! A search that goes over all contacts for each of them grows with the square of a scene. Here it is a table
+//! of chains: a contact stands in the chain of its hash, in the order of the list. What is found is decided by
+//! the keys themselves, so that answers are those of a search over the list, and no hash is ever seen.
+
+use super::{ContactKey, Partner};
+
+/// No contact.
+const NONE: u32 = u32::MAX;
+/// The smallest table.
+const FEWEST_SLOTS: usize = 16;
+
+/// A piece of an owner; of what has no pieces in a key, a contact point.
+pub(super) type KeyEnd = (Partner, usize);
+
+/// An index of the contacts in a list, whose memory stays. It lists contacts when it is first asked
+/// about them, so that a list which is never asked about costs nothing.
+///
+/// Between two calls of [`KeyIndex::clear`] all questions are about one list, which may grow at its end. Of
+/// another list the answers may lack contacts, but are none of other keys.
+#[derive(Debug, Clone, Default)]
+pub struct KeyIndex(Chains);
+
+/// The same of the contacts between two pieces; of the ground those of one point.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PieceIndex(Chains);
+
+#[derive(Debug, Clone, Default)]
+struct Chains {
+    /// The first and the last contact of each chain; as many chains as a power of two.
+    chains: Vec<(u32, u32)>,
+    /// Of every contact that is listed its hash, and the next one in its chain.
+    links: Vec<(u32, u32)>,
+}
+
+impl KeyIndex {
+    /// Nothing listed.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Forgets the list.
+    pub fn clear(&mut self) {
+        self.0.links.clear();
+    }
+
+    /// Makes room for so many contacts.
+    #[inline]
+    pub fn reserve(&mut self, contacts: usize) {
+        self.0.reserve(contacts);
+    }
+
+    /// The place of the contact `key` in `contacts`; of several the first from `near` on, or from the
+    /// beginning. `near` is where to look first: contacts keep their order from step to step, so that
+    /// it is mostly there.
+    #[must_use]
+    #[inline(always)]
+    pub fn place<T: AsRef<ContactKey>>(
+        &mut self,
+        contacts: &[T],
+        key: &ContactKey,
+        near: usize,
+    ) -> Option<usize> {
+        match contacts.get(near) {
+            Some(contact) if contact.as_ref() == key => Some(near),
+            _ => self.place_elsewhere(contacts, key, near),
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn place_elsewhere<T: AsRef<ContactKey>>(
+        &mut self,
+        contacts: &[T],
+        key: &ContactKey,
+        near: usize,
+    ) -> Option<usize> {
+        let mut before = None;
+        self.0.list(contacts, hash_of_key);
+        for place in
+            self.0.chain_of(hash_of_key(key)).filter(|place| contacts[*place].as_ref() == key)
+        {
+            if place >= near {
+                return Some(place);
+            }
+            before = before.or(Some(place));
+        }
+        before
+    }
+
+    /// The contact `key` in `contacts`, as [`KeyIndex::place`] finds it.
+    #[must_use]
+    #[inline(always)]
+    pub fn find<'a, T: AsRef<ContactKey>>(
+        &mut self,
+        contacts: &'a [T],
+        key: &ContactKey,
+        near: usize,
+    ) -> Option<&'a T> {
+        match contacts.get(near) {
+            Some(contact) if contact.as_ref() == key => Some(contact),
+            _ => self.place_elsewhere(contacts, key, near).map(|place| &contacts[place]),
+        }
+    }
+}
+
+impl PieceIndex {
+    pub(super) fn clear(&mut self) {
+        self.0.links.clear();
+    }
+
+    pub(super) fn reserve(&mut self, contacts: usize) {
+        self.0.reserve(contacts);
+    }
+
+    /// The places of the contacts between these two in either order, ascending in `contacts`; some
+    /// that are between others may be among them.
+    pub(super) fn between<T: AsRef<ContactKey>>(
+        &mut self,
+        contacts: &[T],
+        ends: [KeyEnd; 2],
+    ) -> impl Iterator<Item = usize> + use<'_, T> {
+        self.0.list(contacts, |key| hash_of_ends(ends_of(key)));
+        self.0.chain_of(hash_of_ends(ends))
+    }
+}
+
+impl Chains {
+    #[inline]
+    fn reserve(&mut self, contacts: usize) {
+        if contacts > self.chains.len() {
+            self.grow(contacts);
+        }
+    }
+
+    #[cold]
+    fn grow(&mut self, contacts: usize) {
+        let slots = contacts.next_power_of_two().max(FEWEST_SLOTS);
+        self.links.reserve(slots - self.links.len());
+        self.chains.resize(slots, (NONE, NONE));
+        self.chains.fill((NONE, NONE));
+        for place in 0..self.links.len() {
+            self.chain(place);
+        }
+    }
+
+    /// The places in the chain of a hash.
+    fn chain_of(&self, hash: u32) -> impl Iterator<Item = usize> {
+        let known = |place: u32| (place != NONE).then_some(place as usize);
+        // Without links the chains are those of a list that is forgotten.
+        let first = match self.links.is_empty() {
+            true => NONE,
+            false => self.chains[slot(hash, self.chains.len())].0,
+        };
+        std::iter::successors(known(first), move |place| known(self.links[*place].1))
+    }
+
+    /// Lists the contacts that are not listed yet.
+    fn list<T: AsRef<ContactKey>>(&mut self, contacts: &[T], hash: impl Fn(&ContactKey) -> u32) {
+        if contacts.len() < self.links.len() {
+            self.links.clear();
+        }
+        if self.links.len() == contacts.len() {
+            return;
+        }
+        if self.links.is_empty() {
+            self.chains.fill((NONE, NONE));
+        }
+        self.reserve(contacts.len());
+        for contact in &contacts[self.links.len()..] {
+            self.links.push((hash(contact.as_ref()), NONE));
+            self.chain(self.links.len() - 1);
+        }
+    }
+
+    /// Puts a contact that is listed at the end of its chain.
+    fn chain(&mut self, place: usize) {
+        let slots = self.chains.len();
+        let (hash, next) = &mut self.links[place];
+        *next = NONE;
+        let (first, last) = &mut self.chains[slot(*hash, slots)];
+        let (before, this) = (*last, place as u32);
+        *last = this;
+        if before == NONE {
+            *first = this;
+        } else {
+            self.links[before as usize].1 = this;
+        }
+    }
+}
+
+fn slot(hash: u32, slots: usize) -> usize {
+    hash as usize & (slots - 1)
+}
+
+/// What a contact is between.
+pub(super) fn ends_of(key: &ContactKey) -> [KeyEnd; 2] {
+    let (first, second) = key.pair.map_or((key.point, 0), |pair| pair.pieces);
+    [(Partner::Body(key.body), first), (key.partner, second)]
+}
+
+fn hash_of_key(key: &ContactKey) -> u32 {
+    upper(scattered(sum_of_ends(ends_of(key)).wrapping_add(key.point as u64)))
+}
+
+/// The same for both orders.
+fn hash_of_ends(ends: [KeyEnd; 2]) -> u32 {
+    upper(sum_of_ends(ends))
+}
+
+fn sum_of_ends([a, b]: [KeyEnd; 2]) -> u64 {
+    let number = |(owner, part): KeyEnd| {
+        let owner = match owner {
+            Partner::Ground => 0,
+            Partner::Fixed(index) => 2 * index as u64 + 1,
+            Partner::Body(index) => 2 * index as u64 + 2,
+        };
+        scattered(scattered(owner).wrapping_add(part as u64))
+    };
+    number(a).wrapping_add(number(b))
+}
+
+fn upper(number: u64) -> u32 {
+    (number >> 32) as u32
+}
+
+/// A number whose upper half depends on all digits of `number`: the fractional part of the product with the
+/// golden ratio, Knuth's multiplicative hash, with the upper half folded in between.
+fn scattered(number: u64) -> u64 {
+    const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
+    let product = number.wrapping_add(1).wrapping_mul(GOLDEN);
+    (product ^ (product >> 32)).wrapping_mul(GOLDEN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::PairFeatures;
+    use crate::geometry::{Feature, PieceSide};
+
+    struct Keyed(ContactKey);
+
+    impl AsRef<ContactKey> for Keyed {
+        fn as_ref(&self) -> &ContactKey {
+            &self.0
+        }
+    }
+
+    fn key(body: usize, point: usize, other: usize, plane: u32) -> ContactKey {
+        let feature = Feature::Vertex(PieceSide::A, point as u32);
+        let pair = Some(PairFeatures { pieces: (point % 2, 0), feature, plane });
+        ContactKey { body, point, partner: Partner::Body(other), pair }
+    }
+
+    fn linear(contacts: &[Keyed], key: &ContactKey, near: usize) -> Option<usize> {
+        let near = near.min(contacts.len());
+        (near..contacts.len()).chain(0..near).find(|place| contacts[*place].0 == *key)
+    }
+
+    #[test]
+    fn finds_what_a_search_over_the_list_finds_while_the_list_grows() {
+        let mut index = KeyIndex::new();
+        let mut contacts = Vec::new();
+        for count in 0..300_usize {
+            // Some keys come twice.
+            contacts.push(Keyed(key(count % 17, count % 5, 17 + count % 7, (count % 2) as u32)));
+            for asked in 0..count + 3 {
+                let wanted = key(asked % 17, asked % 5, 17 + asked % 7, (asked % 3) as u32);
+                let near = (7 * asked) % (count + 5);
+                let found = index.place(&contacts, &wanted, near);
+                assert_eq!(found, linear(&contacts, &wanted, near), "{count} {asked}");
+            }
+        }
+    }
+
+    #[test]
+    fn contacts_between_two_pieces_come_in_their_order_from_either_side() {
+        let mut index = PieceIndex::default();
+        let contacts: Vec<_> = (0..200).map(|i| Keyed(key(i % 9, i % 4, 9 + i % 3, 0))).collect();
+        for contact in &contacts {
+            let [a, b] = ends_of(&contact.0);
+            let same = |place: &usize| {
+                let [c, d] = ends_of(&contacts[*place].0);
+                [c, d] == [a, b] || [d, c] == [a, b]
+            };
+            let wanted: Vec<_> = (0..contacts.len()).filter(same).collect();
+            for ends in [[a, b], [b, a]] {
+                let found: Vec<_> = index.between(&contacts, ends).filter(same).collect();
+                assert_eq!(found, wanted);
+            }
+        }
+    }
+
+    #[test]
+    fn a_list_that_was_cleared_is_forgotten_and_one_that_is_shorter_is_another() {
+        let mut index = KeyIndex::new();
+        let (many, few) = ([key(0, 0, 1, 0), key(0, 1, 1, 0)].map(Keyed), [Keyed(key(0, 1, 1, 0))]);
+        assert_eq!(index.place(&many, &key(0, 1, 1, 0), 5), Some(1));
+        assert_eq!(index.place(&few, &key(0, 1, 1, 0), 5), Some(0));
+        index.clear();
+        assert_eq!(index.place(&many, &key(0, 1, 1, 0), 5), Some(1));
+        assert_eq!(index.place::<Keyed>(&[], &key(0, 1, 1, 0), 0), None);
+    }
+
+    #[test]
+    fn hashes_of_a_large_scene_are_spread() {
+        let mut index = KeyIndex::new();
+        let contacts: Vec<_> = (0..8192).map(|i| Keyed(key(i / 8, i % 8, 1 + i / 8, 0))).collect();
+        index.0.list(&contacts, hash_of_key);
+        let longest = (0..index.0.chains.len())
+            .map(|slot| index.0.links.iter().filter(|link| link.0 as usize & 8191 == slot).count())
+            .max();
+        assert!(longest <= Some(12), "{longest:?}");
+    }
+}

@@ -1,0 +1,471 @@
+//! Contact as a value: a point of one body against a plane of another, for one step.
+//!
+//! A [`Contact`] is made anew in every step by [`detection`] and holds all that the contact
+//! [`law`] needs to know of the two bodies. The solvers find its force, the
+//! [`certificate`] judges it.
+//!
+//! With body A's point a (rounded by a radius ρ) and the plane n·x = d of B,
+//!
+//! ```text
+//! w(X) = A_Bᵀ (r_A + A_A a − r_B),   gap φ(X) = n·w − d − ρ                (eq. 4)
+//! ```
+//!
+//! Point and plane are fixed in their bodies' frames for the step, so that turning the whole
+//! world turns the answer and no plane is special. The ground is a B that never moves:
+//! r_B = 0, A_B = E. Where both features are round, a vertex or an edge against another, the plane is
+//! the tangent one at k and the gap at k+1 that of the [features themselves](curved). Equation
+//! numbers are those of `docs/formulation.md`.
+
+mod between;
+mod candidates;
+pub mod certificate;
+pub mod curved;
+pub mod detection;
+mod key_index;
+pub mod law;
+mod meeting;
+mod memory;
+mod neighbours;
+mod owner;
+mod proxy;
+pub mod restitution;
+pub mod rounding;
+mod seam;
+
+pub use crate::world::{ContactLaw, Partner, Plane};
+pub use between::round;
+pub use candidates::Candidates;
+pub use certificate::{Certificate, Certifier};
+pub use curved::Curved;
+pub use detection::Detection;
+pub use key_index::KeyIndex;
+pub use law::Response;
+pub(crate) use memory::Memory;
+pub use neighbours::Overlap;
+
+use crate::geometry::Feature;
+use crate::mechanics::quaternion::{rotation, turning_rate};
+use crate::mechanics::state::Pose;
+use crate::mechanics::{RigidBody, State};
+use crate::world::World;
+use curved::Reach;
+use nalgebra::{Matrix3, Vector3};
+
+/// Which features of two pieces touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub struct PairFeatures {
+    /// The piece of A and the piece of B, indices of their [pieces](RigidBody::pieces); 0 for a
+    /// fixed piece.
+    pub pieces: (usize, usize),
+    /// The features.
+    pub feature: Feature,
+    /// Counts the planes that a step met these features with: 0 for the first.
+    pub plane: u32,
+}
+
+/// Which features touch: the same from step to step, so that forces find their contact again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub struct ContactKey {
+    /// A, an index of [`World::bodies`](crate::world::World::bodies).
+    pub body: usize,
+    /// The index of A's [contact point](RigidBody::contact_points) that touches; where an edge does
+    /// between its ends, that of its first end.
+    pub point: usize,
+    /// B.
+    pub partner: Partner,
+    /// Which features of which pieces, where B has several; none for the ground.
+    pub pair: Option<PairFeatures>,
+}
+
+impl ContactKey {
+    /// The bodies that touch, of which the second may be none.
+    pub fn bodies(&self) -> impl Iterator<Item = usize> + use<> {
+        std::iter::once(self.body).chain(self.partner.body())
+    }
+
+    /// Whether `world` has all that it names: bodies, contact point, partner, pieces.
+    #[cfg(feature = "save")]
+    pub(crate) fn is_of(&self, world: &World) -> bool {
+        let bodies = world.bodies();
+        let Some(a) = bodies.get(self.body) else { return false };
+        let pieces = match self.partner {
+            Partner::Ground => world.ground().map(|_| 1),
+            Partner::Fixed(index) => world.fixed().get(index).map(|_| 1),
+            Partner::Body(index) => bodies.get(index).map(|body| body.pieces().len()),
+        };
+        let has = |pair: PairFeatures| {
+            pair.pieces.0 < a.pieces().len() && pieces.is_some_and(|count| pair.pieces.1 < count)
+        };
+        self.point < a.contact_points().len() && pieces.is_some() && self.pair.is_none_or(has)
+    }
+}
+
+impl AsRef<ContactKey> for Contact {
+    fn as_ref(&self) -> &ContactKey {
+        &self.key
+    }
+}
+
+/// The features that make a contact: what [`Contact::new`] is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub struct Features {
+    /// a, m, frame of A.
+    pub point: Vector3<f64>,
+    /// ρ, m: the rounding radius about a.
+    pub radius: f64,
+    /// (t₁, t₂, n) as columns, right-handed, unit, frame of B; n points away from B.
+    pub frame: Matrix3<f64>,
+    /// d, m, in the frame of B: the plane is n·x = d.
+    pub offset: f64,
+    /// What the plane is tangent to, where both features are round. Point, frame and offset are then
+    /// those of the nearest points at k, whatever was given.
+    pub curved: Option<Curved>,
+}
+
+impl Features {
+    /// A point, rounded by a radius, against a plane: see the fields.
+    #[must_use]
+    pub fn of_plane(point: Vector3<f64>, radius: f64, frame: Matrix3<f64>, offset: f64) -> Self {
+        Self { point, radius, frame, offset, curved: None }
+    }
+}
+
+/// A body at the start of a step: its constants and its pose.
+pub type PlacedBody<'a> = (&'a RigidBody, &'a Pose);
+
+/// Which features touch, where they are, and by which law.
+type PairDetection = (ContactKey, Features, ContactLaw);
+
+/// A point of body A against a plane of body B or of the ground, with what the step takes
+/// from the configuration at its start. Vectors are in the world's axes where no frame is
+/// named.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub struct Contact {
+    /// Which features touch.
+    pub key: ContactKey,
+    /// The features, in their bodies' frames.
+    pub features: Features,
+    /// (t₁, t₂, n) as columns, world, at the step's start.
+    pub frame: Matrix3<f64>,
+    /// φ at the step's start, m; exactly zero where rounding alone is left of it
+    /// ([`rounding::gap`]).
+    pub gap: f64,
+    /// e c_n⁻, m/s: how fast the contact must part at least where it [bounces](restitution), below 0 where
+    /// it was parting and is [struck](Contact::struck); 0 elsewhere.
+    pub rebound: f64,
+    /// Whether the impulse of another contact closes it in the step, so that it bounces although free
+    /// flight would not close it.
+    pub struck: bool,
+    /// Friction and restitution.
+    pub law: ContactLaw,
+    /// y = a − ρ A_Aᵀ n, m, frame of A: the point that touches, where forces act; of two round features
+    /// half of their gap beyond it, so that the order of the bodies is no matter.
+    pub lever: Vector3<f64>,
+    /// A_A y, m: from A's centre of mass to the touching point.
+    pub arm: Vector3<f64>,
+    /// `[y]× A_Aᵀ`, m: the torque (frame of A) of an impulse on A (world).
+    pub torque_map: Matrix3<f64>,
+    /// How the touching point answers an impulse.
+    pub response: Response,
+}
+
+impl Contact {
+    /// The contact of `features` between `a`, the body that `key` names, and `b`, its partner:
+    /// `None` for the ground.
+    #[must_use]
+    #[inline]
+    pub fn new(
+        key: ContactKey,
+        features: Features,
+        law: ContactLaw,
+        a: PlacedBody<'_>,
+        b: Option<PlacedBody<'_>>,
+    ) -> Self {
+        match features.curved {
+            None => Self::of_plane((key, features, law), a, b),
+            Some(_) => Self::of_round((key, features, law), a, b),
+        }
+    }
+
+    /// The contact of a point against a plane.
+    #[inline(always)]
+    fn of_plane(
+        (key, features, law): PairDetection,
+        a: PlacedBody<'_>,
+        b: Option<PlacedBody<'_>>,
+    ) -> Self {
+        let (features, radius) = (Features { curved: None, ..features }, features.radius);
+        let gap = |normal: &Vector3<f64>, arm: &Vector3<f64>| {
+            let Some((_, other)) = b else {
+                // As the heights of points without a radius are computed, to the last bit.
+                let touching = if radius == 0.0 { *arm } else { a.1.rotation * features.point };
+                return normal.dot(&(a.1.position + touching)) - features.offset - radius;
+            };
+            let point = a.1.position + a.1.rotation * features.point;
+            let seen = other.rotation.tr_mul(&(point - other.position));
+            features.frame.column(2).dot(&seen) - features.offset - radius
+        };
+        Self::assemble((key, features, law), a, b, radius, gap)
+    }
+
+    /// The contact of two round features.
+    #[inline(never)]
+    fn of_round(
+        (key, features, law): PairDetection,
+        a: PlacedBody<'_>,
+        b: Option<PlacedBody<'_>>,
+    ) -> Self {
+        let (pose, other) = (a.1, b.map(|(_, pose)| pose));
+        let features = tangent(features, pose, other);
+        let beyond = features.radius + half_gap(&features, pose, other);
+        let gap =
+            |normal: &Vector3<f64>, _: &Vector3<f64>| gap_between(&features, normal, pose, other);
+        Self::assemble((key, features, law), a, b, beyond, gap)
+    }
+
+    /// The contact of features that are placed, whose forces act `beyond` (m) from the point; `gap` gives φ
+    /// (m) by the normal and by A_A y.
+    #[inline(always)]
+    fn assemble(
+        (key, features, law): PairDetection,
+        (body, pose): PlacedBody<'_>,
+        b: Option<PlacedBody<'_>>,
+        beyond: f64,
+        gap: impl FnOnce(&Vector3<f64>, &Vector3<f64>) -> f64,
+    ) -> Self {
+        let frame = b.map_or(features.frame, |(_, b)| b.rotation * features.frame);
+        let normal = frame.column(2).into_owned();
+        let mut lever = features.point;
+        if beyond != 0.0 {
+            lever -= beyond * pose.rotation.tr_mul(&normal);
+        }
+        let arm = pose.rotation * lever;
+        let torque_map = torque_map_of(&lever, &pose.rotation);
+        let mut response = Response::of_point(body, &torque_map, &frame);
+        if let Some((other, other_pose)) = b {
+            let arm = pose.position + arm - other_pose.position;
+            let lever = other_pose.rotation.tr_mul(&arm);
+            let torque_map = torque_map_of(&lever, &other_pose.rotation);
+            let share = Response::of_point(other, &torque_map, &frame);
+            response = response.plus(&share.times(body.mass() / other.mass()));
+        }
+        let gap = gap(&normal, &arm);
+        let mut noise = rounding::gap(&normal, &pose.position, features.offset, &arm);
+        if let Some((_, other)) = b {
+            noise += rounding::gap(&normal, &other.position, 0.0, &Vector3::zeros());
+        }
+        Self {
+            key,
+            features,
+            frame,
+            gap: if gap.abs() <= noise { 0.0 } else { gap },
+            rebound: 0.0,
+            struck: false,
+            law,
+            lever,
+            arm,
+            torque_map,
+            response,
+        }
+    }
+
+    /// n, world, at the step's start: from B to A.
+    #[must_use]
+    pub fn normal(&self) -> Vector3<f64> {
+        self.frame.column(2).into_owned()
+    }
+
+    /// Whether one of the features that touch is rounded, so that they can roll.
+    #[must_use]
+    pub fn is_rounded(&self) -> bool {
+        self.features.radius > 0.0 || self.features.curved.is_some()
+    }
+
+    /// From the middle of B's feature to that of A's at the step's start, m, world, where both are
+    /// round: along the normal, as far as the gap and both radii. Zero for a point against a plane.
+    #[must_use]
+    pub fn way(&self) -> Vector3<f64> {
+        let radii = |curved: &Curved| self.features.radius + curved.radius;
+        let curved = self.features.curved.as_ref();
+        curved.map_or(Vector3::zeros(), |curved| self.normal() * (self.gap + radii(curved)))
+    }
+
+    /// φ (eq. 4, 4a), m, where A is at `a` and B at `b`, `None` for the ground.
+    #[must_use]
+    pub fn gap_at(&self, a: &Pose, b: Option<&Pose>) -> f64 {
+        gap_between(&self.features, &self.normal(), a, b)
+    }
+
+    /// u (eq. 10, 12), m/s, world: the mean slip of the touching point over the step of `h` (s)
+    /// across the normal, and along it the gap speed φ⁺/h.
+    ///
+    /// ```text
+    /// u = A_B (E − n nᵀ) (w⁺ − w)/h − (Ω_A − Ω_B) × ρ n + n φ⁺/h           (eq. 10a)
+    /// ```
+    ///
+    /// w being the point a seen from B, and Ω the rates at which the bodies turn: the slip of a
+    /// rounded feature is that of its middle and of the spins, so that what rolls does not slip. Of
+    /// two round features it is that of both middles a and b, and of both spins,
+    ///
+    /// ```text
+    /// u_t = (E − n nᵀ) ((a⁺ − b⁺) − (a − b))/h − (ρ_A Ω_A + ρ_B Ω_B) × n     (eq. 10b)
+    /// ```
+    ///
+    /// `a` and `b` are the poses (start, end) of the two bodies; `None` is the ground.
+    #[must_use]
+    pub fn motion(&self, a: (&Pose, &Pose), b: Option<(&Pose, &Pose)>, h: f64) -> Vector3<f64> {
+        if self.features.curved.is_some() {
+            return self.round_motion(a, b, h);
+        }
+        let (normal, radius) = (self.normal(), self.features.radius);
+        let mut arm = self.arm;
+        if radius > 0.0 {
+            arm += radius * normal;
+        }
+        let before = seen_from(b.map(|b| b.0), &(a.0.position + arm));
+        let after = seen_from(b.map(|b| b.1), &(a.1.position + a.1.rotation * self.features.point));
+        let mut moved = after - before;
+        if let Some((b, _)) = b {
+            moved = b.rotation * moved;
+        }
+        if radius > 0.0 {
+            let relative = turning(a, h) - b.map_or(Vector3::zeros(), |b| turning(b, h));
+            moved -= h * radius * relative.cross(&normal);
+        }
+        let gap = self.features.frame.column(2).dot(&after) - self.features.offset - radius;
+        slip_and_gap(&normal, &moved, gap) / h
+    }
+
+    /// How fast the [surfaces](World::with_surface) of `world` carry what touches in a step from `states`: that of A less that of B across
+    /// the normal, m/s, world. It comes to the slip of the law, so that what a conveyor takes along does
+    /// not slip.
+    #[must_use]
+    pub fn carried(&self, world: &World, states: &[State]) -> Vector3<f64> {
+        let surface = |of: Partner| {
+            let velocity = world.surface_of(of);
+            let state = of.body().and_then(|body| states.get(body));
+            state.map_or(velocity, |state| rotation(&state.attitude) * velocity)
+        };
+        let apart = surface(Partner::Body(self.key.body)) - surface(self.key.partner);
+        let normal = self.normal();
+        apart - normal * normal.dot(&apart)
+    }
+
+    /// The mean slip over the step `states` → `next` of `world`, m/s, world, with what surfaces carry; NaN where a
+    /// list has no state of one of the bodies.
+    #[must_use]
+    pub fn slip(&self, world: &World, states: &[State], next: &[State]) -> Vector3<f64> {
+        let poses = |body: usize| Some((states.get(body)?.pose(), next.get(body)?.pose()));
+        let b = self.key.partner.body().map(poses);
+        let (Some(a), None | Some(Some(_))) = (poses(self.key.body), &b) else {
+            return Vector3::repeat(f64::NAN);
+        };
+        let b = b.flatten();
+        let u = self.motion((&a.0, &a.1), b.as_ref().map(|b| (&b.0, &b.1)), world.time_step());
+        let slip = u - self.normal() * self.normal().dot(&u);
+        if world.has_surfaces() { slip + self.carried(world, states) } else { slip }
+    }
+
+    /// u of two round features (eq. 10b).
+    #[inline(never)]
+    fn round_motion(&self, a: (&Pose, &Pose), b: Option<(&Pose, &Pose)>, h: f64) -> Vector3<f64> {
+        let Some(curved) = &self.features.curved else { return Vector3::zeros() };
+        let apart = |a: &Pose, b: Option<&Pose>| {
+            let (point, foot) = (curved.point(), curved.foot());
+            let foot = b.map_or(foot, |b| b.position + b.rotation * foot);
+            a.position + a.rotation * point - foot
+        };
+        let normal = self.normal();
+        let mut rolling = turning(a, h) * self.features.radius;
+        if let Some(b) = b {
+            rolling += turning(b, h) * curved.radius;
+        }
+        let moved = apart(a.1, b.map(|b| b.1)) - apart(a.0, b.map(|b| b.0));
+        let moved = moved - h * rolling.cross(&normal);
+        slip_and_gap(&normal, &moved, self.gap_at(a.1, b.map(|b| b.1))) / h
+    }
+}
+
+/// φ (eq. 4, 4a), m, of `features` with the `normal` at the step's start.
+fn gap_between(features: &Features, normal: &Vector3<f64>, a: &Pose, b: Option<&Pose>) -> f64 {
+    let Features { point, radius, frame, offset, curved } = features;
+    if let Some(curved) = curved {
+        let (_, way) = way_between(curved, a, b);
+        return Reach::of(&way, normal).length - radius - curved.radius;
+    }
+    let w = seen_from(b, &(a.position + a.rotation * point));
+    frame.column(2).dot(&w) - offset - radius
+}
+
+/// `[y]× Aᵀ`: the torque (frame of the body) of an impulse (world) at y, m, frame of the body, which is turned
+/// by A.
+#[must_use]
+#[inline]
+pub fn torque_map_of(y: &Vector3<f64>, a: &Matrix3<f64>) -> Matrix3<f64> {
+    y.cross_matrix() * a.transpose()
+}
+
+/// Ω, rad/s, world.
+fn turning((from, to): (&Pose, &Pose), h: f64) -> Vector3<f64> {
+    turning_rate(&from.rotation, &to.rotation, h)
+}
+
+/// What moves across the normal, and the gap along it, m.
+#[inline]
+fn slip_and_gap(normal: &Vector3<f64>, moved: &Vector3<f64>, gap: f64) -> Vector3<f64> {
+    moved - normal * normal.dot(moved) + normal * gap
+}
+
+/// These features with the point, frame and offset of the tangent plane where A is at `a` and B at
+/// `b`, where both are round; as they are otherwise, and where the cores have no distance.
+fn tangent(features: Features, a: &Pose, b: Option<&Pose>) -> Features {
+    /// A distance smaller than this part of the radii has no direction.
+    const NO_DIRECTION: f64 = 1e-8;
+    let Some(mut curved) = features.curved else { return features };
+    let (shares, way) = way_between(&curved, a, b);
+    curved.shares = shares;
+    let (point, foot, distance) = (curved.point(), curved.foot(), way.norm());
+    let frame = if distance > NO_DIRECTION * (features.radius + curved.radius) {
+        let normal = way / distance;
+        frame_along(&b.map_or(normal, |b| b.rotation.tr_mul(&normal)))
+    } else {
+        features.frame
+    };
+    let offset = frame.column(2).dot(&foot) + curved.radius;
+    Features { point, frame, offset, curved: Some(curved), ..features }
+}
+
+/// Half of the gap between two round features, m, below 0 where they overlap; 0 for a point against a plane.
+fn half_gap(features: &Features, a: &Pose, b: Option<&Pose>) -> f64 {
+    let Some(curved) = &features.curved else { return 0.0 };
+    let distance = way_between(curved, a, b).1.norm();
+    0.5 * (distance - features.radius - curved.radius)
+}
+
+/// Where along their cores two round features are nearest to each other, and the way from that of B
+/// to that of A, m, world.
+fn way_between(curved: &Curved, a: &Pose, b: Option<&Pose>) -> ((f64, f64), Vector3<f64>) {
+    let of_a = curved.of_a.moved(&a.rotation, &a.position);
+    let of_b = b.map_or(curved.of_b, |b| curved.of_b.moved(&b.rotation, &b.position));
+    curved::shortest_way(&of_a, &of_b)
+}
+
+/// (t₁, t₂, n), right-handed, with t₁ across the axis that n is least along.
+pub(crate) fn frame_along(normal: &Vector3<f64>) -> Matrix3<f64> {
+    let axis = Vector3::ith(normal.iamin(), 1.0);
+    let first = (axis - normal * normal.dot(&axis)).normalize();
+    Matrix3::from_columns(&[first, normal.cross(&first), *normal])
+}
+
+/// A point of the world in the frame of B.
+#[inline]
+fn seen_from(b: Option<&Pose>, point: &Vector3<f64>) -> Vector3<f64> {
+    match b {
+        Some(b) => b.rotation.tr_mul(&(point - b.position)),
+        None => *point,
+    }
+}

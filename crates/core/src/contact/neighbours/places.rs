@@ -1,0 +1,97 @@
+//! Where the pieces are, at rest in a state or on their ways from one to the next.
+
+use super::{Neighbours, has_pairs};
+use crate::contact::memory::Memory;
+use crate::contact::proxy::PieceOwner;
+use crate::mechanics::{Pose, State, Way};
+use crate::world::World;
+
+impl Neighbours {
+    /// Places the pieces at `states`. `false` where nothing can touch but the ground, or where there is not
+    /// one state a body.
+    pub(super) fn stand(&mut self, world: &World, states: &[State]) -> bool {
+        if !is_of(world, states) {
+            return false;
+        }
+        let listed = self.lists(world);
+        if listed && self.are_apart(world) {
+            return false;
+        }
+        if listed && self.memory.end == states {
+            return true;
+        }
+        self.set_end(states);
+        self.memory.from.clear();
+        if !listed {
+            self.list(world);
+        }
+        self.begin.clone_from(&self.poses);
+        self.ways.clear();
+        self.ways.resize(states.len(), Way::STILL);
+        self.fit_boxes(world, true);
+        true
+    }
+
+    /// Places the pieces at `next`, on their ways from `states`. `false` as above.
+    pub(super) fn place(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
+        if !is_of(world, states) || next.len() != states.len() {
+            return false;
+        }
+        let listed = self.lists(world);
+        if listed && self.are_apart(world) {
+            return false;
+        }
+        // What was looked at last is in its boxes.
+        let Self { memory: Memory { from, end, .. }, begin, poses, .. } = self;
+        let begun = listed && (*from == states || *end == states);
+        if *from != states {
+            if *end == states {
+                begin.clone_from(poses);
+            } else {
+                set_poses(begin, states);
+            }
+            from.clear();
+            from.extend_from_slice(states);
+        }
+        self.set_end(next);
+        self.ways.clear();
+        self.ways.extend(states.iter().zip(next).map(|(from, to)| Way::between(from, to)));
+        if !listed {
+            self.list(world);
+        }
+        self.fit_boxes(world, begun);
+        true
+    }
+
+    pub(super) fn set_end(&mut self, states: &[State]) {
+        self.memory.end.clear();
+        self.memory.end.extend_from_slice(states);
+        std::mem::swap(&mut self.poses, &mut self.spare_poses);
+        set_poses(&mut self.poses, states);
+        // Separations were asked for where the bodies were.
+        let Self { memory: Memory { pairs, .. }, proxies, poses, spare_poses: before, .. } = self;
+        if poses != before {
+            let stays = |at: usize| match proxies[at].owner {
+                PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
+                PieceOwner::Fixed(_) => true,
+            };
+            for pair in pairs.iter_mut().filter(|pair| !pair.is_bound) {
+                pair.is_bound = !(stays(pair.proxies.0) && stays(pair.proxies.1));
+            }
+        }
+    }
+}
+
+/// Whether pieces of `world` can touch anything but the ground, and `states` has one state a body.
+fn is_of(world: &World, states: &[State]) -> bool {
+    let bodies = world.bodies();
+    has_pairs(world)
+        && states.len() == bodies.len()
+        && bodies.iter().any(|body| !body.pieces().is_empty())
+}
+
+/// Makes `poses` those of `states`.
+pub(super) fn set_poses(poses: &mut Vec<Pose>, states: &[State]) {
+    poses.clear();
+    poses.extend(states.iter().map(State::pose));
+}

@@ -1,0 +1,79 @@
+//! Whose the plane of a contact is, where the features leave it open: between edges, between faces
+//! that are as good as each other. Geometry says it, not the order of the bodies.
+
+use super::proxy::{PieceOwner, Proxy, placed, size};
+use crate::geometry::PieceSide;
+use crate::mechanics::{Pose, RigidBody, State};
+use crate::world::World;
+use nalgebra::Vector3;
+use std::cmp::Ordering;
+
+/// Bodies whose turns in a step differ by less turn alike, rad: what rests is not told apart by the last
+/// digits of its spin.
+const SAME_TURN: f64 = 1e-6;
+
+/// Lengths that differ by less than this part of the smaller piece's size are equal.
+const SAME_LENGTH: f64 = 1e-6;
+
+/// Whose the plane is between two pieces of bodies at `states`, whose poses are `start`: what is fixed has
+/// it; then what turns less in the step, for a plane is drawn as if it did not turn; the heavier; the
+/// larger; the lower one; the one from which the other is seen along a more even direction in its own
+/// axes. All that is the same where the world is turned or mirrored and the bodies are renumbered. Twins
+/// in a symmetric place are told apart by where they are.
+pub(super) fn plane_of(
+    world: &World,
+    states: &[State],
+    start: &[Pose],
+    a: Proxy,
+    b: Proxy,
+) -> PieceSide {
+    let (of_a, of_b) = match (a.owner, b.owner) {
+        (PieceOwner::Fixed(_), _) => return PieceSide::A,
+        (_, PieceOwner::Fixed(_)) => return PieceSide::B,
+        (PieceOwner::Body(of_a), PieceOwner::Body(of_b)) => (of_a, of_b),
+    };
+    let h = world.time_step();
+    let bodies = (&world.bodies()[of_a], &world.bodies()[of_b]);
+    let sizes = [a, b].map(|proxy| size(placed(world, start, proxy).0));
+    // What a hit makes a body turn with: the whole of the speed at the smallest radius of gyration.
+    let (mass, speed) = (
+        1.0 / (1.0 / bodies.0.mass() + 1.0 / bodies.1.mass()),
+        (states[of_a].velocity - states[of_b].velocity).norm(),
+    );
+    let turn = |index: usize, body: &RigidBody| {
+        let hit = mass / body.mass() * speed * body.specific_inertia_inverse().norm().sqrt();
+        h * (states[index].spin.norm() + hit)
+    };
+    let (r_a, r_b) = (start[of_a].position, start[of_b].position);
+    let length = SAME_LENGTH * sizes[0].min(sizes[1]);
+    let exact = |x: f64, y: f64| x.total_cmp(&y);
+    let order = differ(turn(of_a, bodies.0), turn(of_b, bodies.1), SAME_TURN)
+        .then_with(|| exact(bodies.1.mass(), bodies.0.mass()))
+        .then_with(|| exact(sizes[1], sizes[0]))
+        .then_with(|| {
+            let up = -world.gravity().try_normalize(0.0).unwrap_or_default();
+            differ(up.dot(&(r_a - r_b)), 0.0, length)
+        })
+        .then_with(|| {
+            let seen = |body: usize| sorted(start[body].rotation.tr_mul(&(r_b - r_a)));
+            lexicographic(&seen(of_a), &seen(of_b), length)
+        })
+        .then_with(|| lexicographic(&r_a, &r_b, 0.0));
+    if order == Ordering::Greater { PieceSide::B } else { PieceSide::A }
+}
+
+/// The order of two numbers that are equal within `width`.
+fn differ(x: f64, y: f64, width: f64) -> Ordering {
+    if (x - y).abs() <= width { Ordering::Equal } else { x.total_cmp(&y) }
+}
+
+fn lexicographic(x: &Vector3<f64>, y: &Vector3<f64>, width: f64) -> Ordering {
+    (0..3).fold(Ordering::Equal, |order, i| order.then_with(|| differ(x[i], y[i], width)))
+}
+
+/// The sizes of the components, the largest first.
+fn sorted(vector: Vector3<f64>) -> Vector3<f64> {
+    let mut sizes = vector.abs();
+    sizes.as_mut_slice().sort_unstable_by(|x, y| y.total_cmp(x));
+    sizes
+}

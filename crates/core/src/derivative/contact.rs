@@ -1,0 +1,502 @@
+//! How a contact's motion over a step, and where its impulse acts, change with both bodies at the step's
+//! start, at fixed velocities V⁺ at its end.
+//!
+//! All changes are those of vectors of the world. The law of a contact turns with its normal, so that
+//! it is asked in a frame that does, too: δn = φ × n.
+
+use super::placement::{FeatureChange, Placement, across};
+use super::side::{SideChangeInput, StepSide};
+use crate::contact::curved::{Core, Reach, shortest_way};
+use crate::contact::{Contact, Curved, Partner};
+use crate::mechanics::State;
+use crate::world::World;
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+
+/// How the rows of a contact change at fixed V⁺.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RowChange {
+    /// δu, m/s, world.
+    pub(crate) motion: Vector3<f64>,
+    /// φ, rad, world: δn = φ × n.
+    pub(crate) turn: Vector3<f64>,
+    /// Of the arms from the centres of A and B to where the impulse acts, m, world.
+    pub(crate) arms: [Vector3<f64>; 2],
+}
+
+/// How the rows of a contact change with a place (m) or a turn (rad) of one side, world.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RowSlopes {
+    pub(crate) motion: Matrix3<f64>,
+    pub(crate) turn: Matrix3<f64>,
+    pub(crate) arms: [Matrix3<f64>; 2],
+}
+
+/// How the features of a contact follow the bodies, whatever these do in the step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PlacedFeatures {
+    placement: Placement,
+    /// How far it is from the end of its features, m.
+    room: f64,
+}
+
+impl PlacedFeatures {
+    /// That of `contact` where the bodies are at `states`.
+    pub(crate) fn of(world: &World, contact: &Contact, states: &[State]) -> Self {
+        let (placement, room) = match &contact.features.curved {
+            Some(curved) => (Placement::Fixed, round_room(curved)),
+            None if contact.key.pair.is_none() => (Placement::Fixed, f64::INFINITY),
+            None => {
+                let pose = |body: usize| states[body].pose();
+                let other = contact.key.partner.body().map(pose);
+                Placement::of(world, contact, &pose(contact.key.body), other.as_ref())
+            }
+        };
+        Self { placement, room }
+    }
+}
+
+/// A contact over a step, ready to be differentiated.
+#[derive(Debug, Clone)]
+pub(crate) struct ContactTangent {
+    contact: Contact,
+    time_step: f64,
+    placed: PlacedFeatures,
+    a: StepSide,
+    b: StepSide,
+    /// Of a point against a plane, what no change has a part in.
+    way: PointTravel,
+    /// u, m/s, world, with all that the law speaks of.
+    motion: Vector3<f64>,
+    /// Where it bounces and the rebound is what counts.
+    rebound: Option<ReboundRow>,
+    /// How far the rows of its gap and of its rebound are from each other, m/s, where it has both: the nearer to zero counts. Of one that
+    /// is struck the rebound may be that of a speed of nothing.
+    between: f64,
+}
+
+/// The way of a contact's point over a step: m, world.
+#[derive(Debug, Clone, Copy)]
+struct PointTravel {
+    /// A_A a at k and at k+1.
+    arm: Vector3<f64>,
+    arm_end: Vector3<f64>,
+    /// s, and A_B A_B⁺ᵀ.
+    seen: Vector3<f64>,
+    back: Matrix3<f64>,
+    /// s⁺, its way as B sees it, and that with the gap.
+    end: Vector3<f64>,
+    travelled: Vector3<f64>,
+    length: Vector3<f64>,
+    /// A_A ω_A − A_B ω_B, rad/s.
+    spin: Vector3<f64>,
+}
+
+impl PointTravel {
+    fn new(contact: &Contact, (a, b): (&StepSide, &StepSide), h: f64) -> Self {
+        let point = contact.features.point;
+        let (arm, arm_end) = (a.rotation * point, a.turned * point);
+        let seen = a.origin + arm - b.origin;
+        let end = seen + (a.linear - b.linear) * h + arm_end - arm;
+        let back = b.rotation * b.turned.transpose();
+        let travelled = back * end - seen;
+        let length = travelled + contact.normal() * contact.gap;
+        let spin = a.spin_world - b.spin_world;
+        Self { arm, arm_end, seen, back, end, travelled, length, spin }
+    }
+}
+
+/// The row of a rebound.
+#[derive(Debug, Clone, Copy)]
+struct ReboundRow {
+    /// u without it, m/s, world.
+    plain: Vector3<f64>,
+    /// The part of c_n⁻ that it asks for.
+    share: f64,
+    /// c_n⁻, m/s.
+    coming: f64,
+    /// n·ċ⁺ − e c_n⁻, m/s.
+    left: f64,
+}
+
+impl ContactTangent {
+    /// That of `contact`, which is `placed` so, over a step from `states` that ends with the velocities of `next`.
+    pub(crate) fn new(
+        world: &World,
+        (contact, placed): (&Contact, &PlacedFeatures),
+        states: &[State],
+        next: &[State],
+    ) -> Self {
+        let side = |body: Option<usize>, radius| {
+            body.map_or(StepSide::fixed(radius), |body| {
+                StepSide::of_body(world, body, states, next, radius)
+            })
+        };
+        let (key, h) = (&contact.key, world.time_step());
+        let other = key.partner.body();
+        let radius_b = match (contact.features.curved, key.partner, key.pair) {
+            (Some(curved), ..) => curved.radius,
+            (None, Partner::Fixed(index), _) => world.fixed()[index].piece.radius(),
+            (None, Partner::Body(index), Some(pair)) => world.bodies()[index]
+                .pieces()
+                .get(pair.pieces.1)
+                .map_or(0.0, |piece| piece.radius()),
+            _ => 0.0,
+        };
+        let mut a = side(Some(key.body), radius_a(world, contact));
+        let mut b = side(other, radius_b);
+        let surface = |side: &StepSide, of: Partner| side.rotation * world.surface_of(of);
+        a.surface = surface(&a, Partner::Body(key.body));
+        b.surface = surface(&b, key.partner);
+        let ends = |body: usize| (states[body].pose(), next[body].pose());
+        let (of_a, of_b) = (ends(key.body), other.map(ends));
+        let gap = contact.motion((&of_a.0, &of_a.1), of_b.as_ref().map(|b| (&b.0, &b.1)), h);
+        let motion = contact.law_motion(gap, world, states, next);
+        let plain = if world.has_surfaces() { gap + contact.carried(world, states) } else { gap };
+        let coming = -contact.normal().dot(&contact.arriving_velocity(world, states));
+        let counts = contact.bounces() && motion != plain;
+        let left = contact.normal().dot(&motion);
+        let share = contact.rebound / coming;
+        let rebound = counts.then_some(ReboundRow { plain, share, coming, left });
+        let way = PointTravel::new(contact, (&a, &b), h);
+        let between = match contact.struck || contact.bounces() {
+            true => {
+                let parting = contact.departing_velocity(world, states, next);
+                (contact.normal().dot(&(parting - plain)) - contact.rebound).abs()
+            }
+            false => f64::INFINITY,
+        };
+        Self {
+            contact: *contact,
+            time_step: h,
+            placed: *placed,
+            a,
+            b,
+            way,
+            motion,
+            rebound,
+            between,
+        }
+    }
+
+    /// How far it is from where the other one of its two rows counts, m/s; ∞ where it has one.
+    pub(crate) fn between_rows(&self) -> f64 {
+        self.between
+    }
+
+    /// u, m/s, world.
+    pub(crate) fn motion(&self) -> &Vector3<f64> {
+        &self.motion
+    }
+
+    /// How far it is from the end of its features, m: there another contact takes its place.
+    pub(crate) fn room(&self) -> f64 {
+        self.placed.room
+    }
+
+    /// n, world.
+    pub(crate) fn normal(&self) -> Vector3<f64> {
+        self.contact.normal()
+    }
+
+    /// Whether it bounces, and the rebound is what counts.
+    pub(crate) fn bounces(&self) -> bool {
+        self.rebound.is_some()
+    }
+
+    /// From the centres of A and of B to where the impulse acts, m, world.
+    pub(crate) fn arms(&self) -> [Vector3<f64>; 2] {
+        let arm = self.contact.arm;
+        [arm, self.a.origin + arm - self.b.origin]
+    }
+
+    /// Whether it is known how its features change with the bodies.
+    pub(crate) fn is_known(&self) -> bool {
+        let exact =
+            || self.contact.features.curved.is_none_or(|curved| self.end(&curved).1.is_exact);
+        self.placed.placement != Placement::Unknown && exact()
+    }
+
+    /// What the changes `given` of A and of B, of h (s) and of e make of its rows.
+    pub(crate) fn change(
+        &self,
+        (of_a, of_b): (&SideChangeInput, &SideChangeInput),
+        time_step: f64,
+        restitution: f64,
+    ) -> RowChange {
+        let mut change = match &self.contact.features.curved {
+            None => self.plane_change(of_a, of_b, time_step),
+            Some(curved) => self.round_change(curved, of_a, of_b, time_step),
+        };
+        let n = self.contact.normal();
+        let turned = change.turn.cross(&n);
+        let carried = self.a.surface - self.b.surface;
+        if carried != Vector3::zeros() {
+            let moved = of_a.turn.cross(&self.a.surface) - of_b.turn.cross(&self.b.surface);
+            change.motion +=
+                across(&n, &moved) - turned * n.dot(&carried) - n * turned.dot(&carried);
+        }
+        if let Some(rebound) = self.rebound {
+            self.exchange(rebound, &mut change, (of_a, of_b), time_step, restitution);
+        }
+        change
+    }
+
+    /// What [`change`](Self::change) makes of the place of A, of its turn, and of the turn of B, where the features stay in
+    /// their bodies and nothing bounces or is carried; of the place of B it is that of A with the other sign. (G4) by
+    /// columns: with K = A_B A_B⁺ᵀ/h and N = (n nᵀ − E)/h
+    ///
+    /// ```text
+    /// ∂u/∂r_A = K + N,   ∂u/∂θ_A = −K [A_A⁺ a]× − N [A_A a]× − ρ [n]× [A_A ω_A]×
+    /// ∂u/∂θ_B = K [s⁺]× + N [s]× − ([K h s⁺ − s]× + φ [n]×)/h + ρ ([n]× [A_B ω_B]× + [Δω]× [n]×)
+    /// ```
+    pub(crate) fn rigid_slopes(&self) -> Option<[RowSlopes; 3]> {
+        let stays = matches!(self.placed.placement, Placement::Fixed | Placement::Unknown);
+        let carried = self.a.surface != self.b.surface;
+        if !stays || carried || self.rebound.is_some() || self.contact.features.curved.is_some() {
+            return None;
+        }
+        let h = self.time_step;
+        let PointTravel { arm, arm_end, seen, back, end, travelled, spin, .. } = &self.way;
+        let (n, rho) = (self.contact.normal(), self.contact.features.radius);
+        let (zero, unit) = (Matrix3::zeros(), Matrix3::identity());
+        let (carry, press) = (back / h, (n * n.transpose() - unit) / h);
+        let (lever, upright) = (arm.cross_matrix(), n.cross_matrix());
+        let mut by_turn = -carry * arm_end.cross_matrix() - press * lever;
+        if rho > 0.0 {
+            by_turn -= upright * self.a.spin_world.cross_matrix() * rho;
+        }
+        let place = RowSlopes { motion: carry + press, turn: zero, arms: [zero, unit] };
+        let turn = RowSlopes { motion: by_turn, turn: zero, arms: [-lever, -lever] };
+        if self.contact.key.partner.body().is_none() {
+            return Some([place, turn, RowSlopes { motion: zero, turn: zero, arms: [zero, zero] }]);
+        }
+        let mut motion = carry * end.cross_matrix() + press * seen.cross_matrix()
+            - (travelled.cross_matrix() + upright * self.contact.gap) / h;
+        if rho > 0.0 {
+            let rolling = upright * self.b.spin_world.cross_matrix();
+            motion += (rolling + spin.cross_matrix() * upright) * rho;
+        }
+        let beyond = upright * rho;
+        let of_b = RowSlopes { motion, turn: -press * h, arms: [beyond, beyond] };
+        Some([place, turn, of_b])
+    }
+
+    /// Puts what is left of the rebound, n·ċ⁺ − e c_n⁻, in the place of the gap speed (eq. 29): of
+    /// u' = u + n (left − n·u),
+    ///
+    /// ```text
+    /// δu' = δu + δn (left − n·u) + n (δleft − δn·u − n·δu)
+    /// ```
+    fn exchange(
+        &self,
+        ReboundRow { plain, share, coming, left }: ReboundRow,
+        change: &mut RowChange,
+        given: (&SideChangeInput, &SideChangeInput),
+        time_step: f64,
+        restitution: f64,
+    ) {
+        let n = self.contact.normal();
+        let turned = change.turn.cross(&n);
+        let parting = |departs| self.parting(&change.arms, given.0, given.1, time_step, departs);
+        let ((apart, parted), (met, meeting)) = (parting(true), parting(false));
+        let faster = -(turned.dot(&met) + n.dot(&meeting));
+        let law = self.contact.law.restitution;
+        let more = share * faster + restitution * share / law * coming;
+        let left_change = turned.dot(&apart) + n.dot(&parted) - more;
+        let along = turned.dot(&plain) + n.dot(&change.motion);
+        change.motion += turned * (left - n.dot(&plain)) + n * (left_change - along);
+    }
+
+    /// ċ after the impulses, or before them (eq. 29), m/s, world, and what it changes by.
+    fn parting(
+        &self,
+        arms: &[Vector3<f64>; 2],
+        of_a: &SideChangeInput,
+        of_b: &SideChangeInput,
+        time_step: f64,
+        departs: bool,
+    ) -> (Vector3<f64>, Vector3<f64>) {
+        let [arm_a, arm_b] = self.arms();
+        let of = |side: &StepSide,
+                  given: &SideChangeInput,
+                  (arm, moved): (&Vector3<f64>, &Vector3<f64>)| {
+            let Some(impact) = &side.impact else { return (Vector3::zeros(), Vector3::zeros()) };
+            let (linear, linear_change) = if departs {
+                (side.linear, Vector3::zeros())
+            } else {
+                (impact.arriving, given.velocity)
+            };
+            let (spin, spin_change) = impact.spin(given, time_step, departs);
+            let velocity = linear + spin.cross(arm);
+            (velocity, linear_change + spin_change.cross(arm) + spin.cross(moved))
+        };
+        let (a, of_a) = of(&self.a, of_a, (&arm_a, &arms[0]));
+        let (b, of_b) = of(&self.b, of_b, (&arm_b, &arms[1]));
+        (a - b, of_a - of_b)
+    }
+
+    /// Of a point against a plane: with s = r_A + A_A a − r_B at k and s⁺ at k+1,
+    ///
+    /// ```text
+    /// u = (A_B (A_B⁺ᵀ s⁺ − A_Bᵀ s) + n φ)/h − ρ (A_A ω_A − A_B ω_B) × n            (G4)
+    /// ```
+    fn plane_change(
+        &self,
+        of_a: &SideChangeInput,
+        of_b: &SideChangeInput,
+        time_step: f64,
+    ) -> RowChange {
+        let (a, b, h) = (&self.a, &self.b, self.time_step);
+        let sides = (a.change(of_a), b.change(of_b));
+        let features = self.placed.placement.change(&self.contact, (&sides.0, &sides.1));
+        let FeatureChange { point: moved, radius: wider, normal, offset } = features;
+        let Contact { gap, features: own, .. } = &self.contact;
+        let (n, rho) = (self.contact.normal(), own.radius);
+        let PointTravel { arm, arm_end, seen, back, end, travelled, length, spin } = &self.way;
+        let normal = b.rotation * normal;
+        let turned = of_b.turn.cross(&n) + normal;
+        let apart = of_a.position - of_b.position;
+        let arm_change = of_a.turn.cross(arm) + a.rotation * moved;
+        let s_change = apart + arm_change;
+        let (turn_a, turn_b) = (of_a.turn + a.rate * time_step, of_b.turn + b.rate * time_step);
+        let s_end_change =
+            apart + (a.linear - b.linear) * time_step + turn_a.cross(arm_end) + a.turned * moved;
+        // Seen from B: A_B w, and A_B w⁺.
+        let seen_change = s_change - of_b.turn.cross(seen);
+        let seen_end_change = back * (s_end_change - turn_b.cross(end));
+        let gap_change = normal.dot(seen) + n.dot(&seen_change) - offset - wider;
+        let length_change = of_b.turn.cross(travelled) + seen_end_change - seen_change
+            + turned * *gap
+            + n * gap_change;
+        let spin_change = of_a.turn.cross(&a.spin_world) - of_b.turn.cross(&b.spin_world);
+        let motion = (length_change - length * (time_step / h)) / h
+            - (spin_change * rho + spin * wider).cross(&n)
+            - (spin * rho).cross(&turned);
+        let beyond = arm_change - turned * rho - n * wider;
+        RowChange { motion, turn: n.cross(&turned), arms: [beyond, apart + beyond] }
+    }
+
+    /// Of two round features: of (10b), with the middles a and b that are nearest at k, D the way between those
+    /// that are at k+1, and m its direction,
+    ///
+    /// ```text
+    /// u_t = (E − n nᵀ) (s⁺ − s)/h − (ρ_A A_A ω_A + ρ_B A_B ω_B) × n
+    /// u_n = (|D| − ρ_A − ρ_B)/h,   δ|D| = m·δD at the same shares                   (G5)
+    /// ```
+    fn round_change(
+        &self,
+        curved: &Curved,
+        of_a: &SideChangeInput,
+        of_b: &SideChangeInput,
+        time_step: f64,
+    ) -> RowChange {
+        let (a, b, h) = (&self.a, &self.b, self.time_step);
+        let sides = (a.change(of_a), b.change(of_b));
+        let (by_a, by_b) = (sides.0.linear(), sides.1.linear());
+        let n = self.contact.normal();
+        let (x, y) = (sides.0.place(&curved.point()), sides.1.place(&curved.foot()));
+        let (u, v) = (a.rotation * curved.of_a.along, b.rotation * curved.of_b.along);
+        let way = x - y;
+        let moved = sides.0.carried(&x) - sides.1.carried(&y);
+        // The shares that are not at an end stay those of the nearest points.
+        let is_free = |core: &Core, share: f64| core.is_segment() && share > 0.0 && share < 1.0;
+        let free = (is_free(&curved.of_a, curved.shares.0), is_free(&curved.of_b, curved.shares.1));
+        let (rhs_a, rhs_b) =
+            (-(moved.dot(&u) + way.dot(&(by_a * u))), -(moved.dot(&v) + way.dot(&(by_b * v))));
+        let (slid_a, slid_b) = match free {
+            (false, false) => (0.0, 0.0),
+            (true, false) => (rhs_a / u.dot(&u), 0.0),
+            (false, true) => (0.0, -rhs_b / v.dot(&v)),
+            (true, true) => {
+                let matrix = Matrix2::new(u.dot(&u), -u.dot(&v), u.dot(&v), -v.dot(&v));
+                let solved = matrix.lu().solve(&Vector2::new(rhs_a, rhs_b));
+                solved.map_or((0.0, 0.0), |slid| (slid[0], slid[1]))
+            }
+        };
+        let way_change = moved + u * slid_a - v * slid_b;
+        let distance = way.norm();
+        let turned = across(&n, &way_change) / distance;
+        // Where the impulse acts: half of the gap beyond the radius.
+        let radius = self.contact.features.radius;
+        let opened = distance - radius - curved.radius;
+        let wider = n.dot(&way_change) - of_a.radius - of_b.radius;
+        let arm_change = by_a * (x - a.origin) + u * slid_a
+            - n * (of_a.radius + 0.5 * wider)
+            - turned * (radius + 0.5 * opened);
+        // The middles at k, moved on.
+        let (turn_a, turn_b) = (of_a.turn + a.rate * time_step, of_b.turn + b.rate * time_step);
+        let end_change = |side: &StepSide,
+                          given: &SideChangeInput,
+                          turn: &Vector3<f64>,
+                          core: &Core,
+                          share,
+                          slid: f64| {
+            let point = core.at(share);
+            let shifted = given.stretch.component_mul(&point) + core.along * slid;
+            given.position
+                + side.linear * time_step
+                + turn.cross(&(side.turned * point))
+                + side.turned * shifted
+        };
+        let between = |shares: (f64, f64), slid: (f64, f64)| {
+            end_change(a, of_a, &turn_a, &curved.of_a, shares.0, slid.0)
+                - end_change(b, of_b, &turn_b, &curved.of_b, shares.1, slid.1)
+        };
+        let (shares, reach) = self.end(curved);
+        let moved_end = (a.linear - b.linear) * h + (a.turned - a.rotation) * curved.point()
+            - (b.turned - b.rotation) * curved.foot();
+        let slip = across(&n, &moved_end);
+        let moved_end_change = between(curved.shares, (slid_a, slid_b)) - way_change;
+        let slip_change =
+            across(&n, &moved_end_change) - turned * n.dot(&moved_end) - n * turned.dot(&moved_end);
+        let rolling = a.spin_world * radius + b.spin_world * curved.radius;
+        let rolling_change = of_a.turn.cross(&a.spin_world) * radius
+            + of_b.turn.cross(&b.spin_world) * curved.radius
+            + a.spin_world * of_a.radius
+            + b.spin_world * of_b.radius;
+        let opening = (reach.length - radius - curved.radius) / h;
+        let opening_change = (reach.direction.dot(&between(shares, (0.0, 0.0)))
+            - of_a.radius
+            - of_b.radius
+            - opening * time_step)
+            / h;
+        let motion = (slip_change - slip * (time_step / h)) / h
+            - rolling_change.cross(&n)
+            - rolling.cross(&turned)
+            + turned * opening
+            + n * opening_change;
+        let apart = of_a.position - of_b.position;
+        RowChange { motion, turn: n.cross(&turned), arms: [arm_change, apart + arm_change] }
+    }
+
+    /// The nearest points of two round features at k+1: their shares, and how the length of the
+    /// way between them counts.
+    fn end(&self, curved: &Curved) -> ((f64, f64), Reach) {
+        let h = self.time_step;
+        let of = |side: &StepSide, core: &Core| {
+            core.moved(&side.turned, &(side.origin + side.linear * h))
+        };
+        let (shares, way) = shortest_way(&of(&self.a, &curved.of_a), &of(&self.b, &curved.of_b));
+        (shares, Reach::of(&way, &self.contact.normal()))
+    }
+}
+
+/// How far the nearest points of two cores are from the ends of those that are segments, or beyond them, m;
+/// infinite of points.
+fn round_room(curved: &Curved) -> f64 {
+    let of = |core: &Core, share: f64| {
+        let is_inside = core.is_segment() && share > 0.0 && share < 1.0;
+        if is_inside { core.along.norm() * share.min(1.0 - share) } else { f64::INFINITY }
+    };
+    of(&curved.of_a, curved.shares.0).min(of(&curved.of_b, curved.shares.1))
+}
+
+/// ρ of A's piece: also where the contact's point has none, because the plane is A's.
+fn radius_a(world: &World, contact: &Contact) -> f64 {
+    let own = contact.features.radius;
+    let piece = contact
+        .key
+        .pair
+        .and_then(|pair| world.bodies()[contact.key.body].pieces().get(pair.pieces.0));
+    piece.map_or(own, |piece| piece.radius())
+}

@@ -1,0 +1,322 @@
+//! How the rows of a joint, and what an impulse along them does, change with its bodies at the start of a step, at
+//! fixed velocities V⁺ at its end.
+//!
+//! Columns are the places (m, world) and the turns (rad, body) of A, then those of B. Equation numbers are those of
+//! `docs/gradients.md`.
+
+#[cfg(test)]
+mod tests;
+
+use super::EndMap;
+use crate::joint::{Axis, Joint, Turn, TurnKind};
+use crate::mechanics::{Pose, State};
+use nalgebra::{Matrix3, SMatrix, Vector3};
+
+/// By the poses of A and of B.
+pub(crate) type ByPoses<const ROWS: usize> = SMatrix<f64, ROWS, 12>;
+
+/// By the anchors in A and in B, m, in their frames.
+pub(crate) type ByAnchors<const ROWS: usize> = SMatrix<f64, ROWS, 6>;
+
+/// Three rows of a joint over a step.
+#[derive(Debug, Clone)]
+pub(crate) struct RowsTangent {
+    /// ∂u, m/s, in the rows' axes.
+    pub(crate) motion: ByPoses<3>,
+    /// ∂u/∂h, m/s².
+    pub(crate) by_time_step: Vector3<f64>,
+    /// Of the coordinates at the step's start, m or rad.
+    pub(crate) coordinates: ByPoses<3>,
+    /// Of their rates before, m/s or rad/s, where an armature asks for them.
+    pub(crate) rates: Option<Box<Rates>>,
+    /// At a fixed impulse along the rows: of the impulse (world, where it pushes), and of the torques of what it is on A and on B,
+    /// each in its body's frame.
+    pub(crate) load: ByPoses<9>,
+    /// By the anchors, of the rows of a place.
+    pub(crate) anchors: Option<Box<Anchors>>,
+}
+
+/// What the anchors of a joint have a part in, at fixed poses.
+#[derive(Debug, Clone)]
+pub(crate) struct Anchors {
+    /// ∂u, m/s, in the rows' axes.
+    pub(crate) motion: ByAnchors<3>,
+    /// Of the coordinates at the step's start, m, and of their rates before, m/s.
+    pub(crate) coordinates: ByAnchors<3>,
+    pub(crate) rates: ByAnchors<3>,
+    /// Of the torques on A and on B of a fixed impulse, each in its body's frame.
+    pub(crate) torques: ByAnchors<6>,
+}
+
+/// Changes of the mean rates before a step, m/s or rad/s.
+#[derive(Debug, Clone)]
+pub(crate) struct Rates {
+    pub(crate) by_poses: ByPoses<3>,
+    /// By v (world) and ω (body) of A and of B at k.
+    pub(crate) by_velocities: ByPoses<3>,
+    pub(crate) by_time_step: Vector3<f64>,
+}
+
+/// A joint over a step, ready to be differentiated.
+pub(crate) struct JointTangent<'a> {
+    joint: &'a Joint,
+    states: &'a [State],
+    time_step: f64,
+    /// A and B: the ends of the step, and where they came from; `None` for the world.
+    sides: [Option<Side>; 2],
+}
+
+/// A body of the joint.
+#[derive(Clone, Copy)]
+struct Side {
+    /// Its poses before, at the start and at the end of the step.
+    poses: [Pose; 3],
+    /// ω⁺.
+    spin: Vector3<f64>,
+    /// From the start on, and back.
+    on: EndMap,
+    back: EndMap,
+}
+
+/// Where a body of a joint is, before a step, at its start, at its end.
+const BEFORE: usize = 0;
+const START: usize = 1;
+const END: usize = 2;
+
+/// The pose of the world.
+fn still() -> Pose {
+    Pose { position: Vector3::zeros(), rotation: Matrix3::identity() }
+}
+
+/// Sets three columns.
+fn set<const R: usize>(to: &mut ByPoses<R>, column: usize, part: &SMatrix<f64, R, 3>) {
+    to.fixed_columns_mut::<3>(column).copy_from(part);
+}
+
+/// The part of the places or turns of a side.
+fn part<const R: usize>(of: &ByPoses<R>, column: usize) -> SMatrix<f64, R, 3> {
+    of.fixed_columns::<3>(column).into_owned()
+}
+
+impl<'a> JointTangent<'a> {
+    /// That of `joint` over a step of `time_step` (s) from `states`, in which its bodies end with these velocities:
+    /// v⁺ and ω⁺ of A and of B.
+    pub(crate) fn new(
+        joint: &'a Joint,
+        states: &'a [State],
+        time_step: f64,
+        velocities: [Option<(Vector3<f64>, Vector3<f64>)>; 2],
+    ) -> Self {
+        let bodies = [Some(joint.body()), joint.other()];
+        let side = |number: usize| {
+            let (state, (velocity, spin)) = (&states[bodies[number]?], velocities[number]?);
+            let end = State { velocity, spin, ..*state }.coasted(time_step).pose();
+            Some(Side {
+                poses: [state.coasted(-time_step).pose(), state.pose(), end],
+                spin,
+                on: EndMap::new(&velocity, &spin, time_step),
+                back: EndMap::new(&state.velocity, &state.spin, -time_step),
+            })
+        };
+        Self { joint, states, time_step, sides: [side(0), side(1)] }
+    }
+
+    /// Those of a side at one of the times.
+    fn pose(&self, side: usize, time: usize) -> Pose {
+        self.sides[side].as_ref().map_or_else(still, |side| side.poses[time])
+    }
+
+    /// l (J1) at one of the times, and w = A_Bᵀ s, by the poses then: with C = A_B F_B
+    ///
+    /// ```text
+    /// δl = Cᵀ (δr_A − δr_B − A_A [a]× δθ_A) + F_Bᵀ [w]× δθ_B
+    /// ```
+    fn place(&self, time: usize) -> (Vector3<f64>, Vector3<f64>, ByPoses<3>) {
+        let (a, b) = (self.pose(0, time), self.pose(1, time));
+        let [of_a, of_b] = self.joint.frames();
+        let seen = b.rotation.tr_mul(&(a.position + a.rotation * of_a.anchor - b.position));
+        let frame = of_b.rotation();
+        let to_rows = (b.rotation * frame).transpose();
+        let mut slopes = ByPoses::zeros();
+        set(&mut slopes, 0, &to_rows);
+        set(&mut slopes, 3, &(-to_rows * a.rotation * of_a.anchor.cross_matrix()));
+        if self.sides[1].is_some() {
+            set(&mut slopes, 6, &-to_rows);
+            set(&mut slopes, 9, &(frame.transpose() * seen.cross_matrix()));
+        }
+        (frame.tr_mul(&(seen - of_b.anchor)), seen, slopes)
+    }
+
+    /// ∂l by the anchors at one of the times: δl = F_Bᵀ (A_Bᵀ A_A δa_A − δa_B) (G12).
+    fn place_by_anchors(&self, time: usize) -> ByAnchors<3> {
+        let to_rows = self.joint.frames()[1].rotation().transpose();
+        let seen = self.pose(1, time).rotation.tr_mul(&self.pose(0, time).rotation);
+        let mut slopes = ByAnchors::<3>::zeros();
+        slopes.fixed_columns_mut::<3>(0).copy_from(&(to_rows * seen));
+        slopes.fixed_columns_mut::<3>(3).copy_from(&-to_rows);
+        slopes
+    }
+
+    /// What the anchors make of the rows of its place, where `impulse` acts along them: with P = C p, p_B = F_B p
+    ///
+    /// ```text
+    /// δτ_A = δa_A × A_Aᵀ P,   δτ_B = A_Bᵀ A_A δa_A × p_B                               (G12)
+    /// ```
+    fn anchors(&self, impulse: &Vector3<f64>) -> Box<Anchors> {
+        let h = self.time_step;
+        let coordinates = self.place_by_anchors(START);
+        let mut motion = self.place_by_anchors(END);
+        for k in (0..3).filter(|k| self.joint.linear()[*k] != Axis::Locked) {
+            let row = motion.row(k) - coordinates.row(k);
+            motion.set_row(k, &row);
+        }
+        let (a, b) = (self.pose(0, START).rotation, self.pose(1, START).rotation);
+        let seen = b.tr_mul(&a);
+        let of_b = self.joint.frames()[1].rotation() * impulse;
+        let mut torques = ByAnchors::<6>::zeros();
+        let on_a = -seen.tr_mul(&of_b).cross_matrix();
+        torques.fixed_view_mut::<3, 3>(0, 0).copy_from(&on_a);
+        if self.sides[1].is_some() {
+            let on_b = -of_b.cross_matrix() * seen;
+            torques.fixed_view_mut::<3, 3>(3, 0).copy_from(&on_b);
+        }
+        let rates = (coordinates - self.place_by_anchors(BEFORE)) / h;
+        Box::new(Anchors { motion: motion / h, coordinates, rates, torques })
+    }
+
+    /// What slopes by poses that `maps` lead to make of those by the states at k: by poses, by velocities, and by h where
+    /// that is how far they lead and `forward` which way.
+    fn led(
+        &self,
+        slopes: &ByPoses<3>,
+        map: impl Fn(&Side) -> &EndMap,
+        forward: f64,
+    ) -> (ByPoses<3>, ByPoses<3>, Vector3<f64>) {
+        let (mut poses, mut velocities) = (ByPoses::zeros(), ByPoses::zeros());
+        let mut by_time_step = Vector3::zeros();
+        for (number, side) in self.sides.iter().enumerate() {
+            let Some(side) = side else { continue };
+            let (map, column) = (map(side), 6 * number);
+            let (place, turn) = (part(slopes, column), part(slopes, column + 3));
+            set(&mut poses, column, &place);
+            set(&mut poses, column + 3, &(turn * map.back));
+            set(&mut velocities, column, &(place * map.time_step));
+            set(&mut velocities, column + 3, &(turn * map.turning));
+            by_time_step += (place * map.velocity + turn * map.rate) * forward;
+        }
+        (poses, velocities, by_time_step)
+    }
+
+    /// The rates before the step of coordinates that have these slopes at its start and before it, and were `x` and `was`.
+    fn rates(
+        &self,
+        (now, x): (&ByPoses<3>, &Vector3<f64>),
+        (before, was): (&ByPoses<3>, &Vector3<f64>),
+    ) -> Box<Rates> {
+        let h = self.time_step;
+        let (poses, velocities, longer) = self.led(before, |side| &side.back, -1.0);
+        Box::new(Rates {
+            by_poses: (now - poses) / h,
+            by_velocities: velocities / -h,
+            by_time_step: (-longer - (x - was) / h) / h,
+        })
+    }
+
+    /// The rows of its place, where `impulse` acts along them: with P = C p, w of the step's start and p_B = F_B p
+    ///
+    /// ```text
+    /// u = (l⁺ − l)/h, of what is locked l⁺/h
+    /// δP = A_B δθ_B × P,   δτ_A = a × (A_Aᵀ P × δθ_A),   δτ_B = δw × p_B + w × (p_B × δθ_B)      (G9)
+    /// ```
+    pub(crate) fn of_place(&self, impulse: &Vector3<f64>) -> RowsTangent {
+        let (joint, h) = (self.joint, self.time_step);
+        let (l, seen, coordinates) = self.place(START);
+        let (end, _, at_end) = self.place(END);
+        let (mut motion, _, mut by_time_step) = self.led(&at_end, |side| &side.on, 1.0);
+        let mut moved = end;
+        for k in (0..3).filter(|k| joint.linear()[*k] != Axis::Locked) {
+            moved[k] -= l[k];
+            let row = motion.row(k) - coordinates.row(k);
+            motion.set_row(k, &row);
+        }
+        motion /= h;
+        by_time_step = (by_time_step - moved / h) / h;
+        let rates = joint.linear().iter().any(Axis::has_armature).then(|| {
+            let (was, _, before) = self.place(BEFORE);
+            self.rates((&coordinates, &l), (&before, &was))
+        });
+        let (a, b) = (self.pose(0, START).rotation, self.pose(1, START).rotation);
+        let [of_a, of_b] = joint.frames();
+        let frame = of_b.rotation();
+        let of_b = frame * impulse;
+        let along = b * of_b;
+        let mut load = ByPoses::<9>::zeros();
+        let twisted = of_a.anchor.cross_matrix() * a.tr_mul(&along).cross_matrix();
+        load.fixed_view_mut::<3, 3>(3, 3).copy_from(&twisted);
+        if self.sides[1].is_some() {
+            let arm = -of_b.cross_matrix() * frame * coordinates;
+            load.fixed_view_mut::<3, 12>(6, 0).copy_from(&arm);
+            load.fixed_view_mut::<3, 3>(0, 9).copy_from(&(-along.cross_matrix() * b));
+            let mut part = load.fixed_view_mut::<3, 3>(6, 9);
+            part += seen.cross_matrix() * of_b.cross_matrix();
+        }
+        let anchors = Some(self.anchors(impulse));
+        RowsTangent { motion, by_time_step, coordinates, rates, load, anchors }
+    }
+
+    /// The rows of its turn, scaled by `length` (m) and counted from the `angles` (rad), where `impulse` acts along them: with
+    /// t = G p
+    ///
+    /// ```text
+    /// δτ_B = A_Bᵀ (A_A δt + (A_A δθ_A − A_B δθ_B) × A_A t)                             (G9)
+    /// ```
+    pub(crate) fn of_turn(
+        &self,
+        (angles, length): (&Vector3<f64>, f64),
+        impulse: &Vector3<f64>,
+    ) -> Option<RowsTangent> {
+        let (joint, h) = (self.joint, self.time_step);
+        let at = joint.coordinates(self.states)?;
+        let turn = Turn::new(joint, (&at, angles), h, length);
+        let spins = self.sides.map(|side| side.map(|side| side.spin));
+        let own = turn.tangent(&spins[0]?, spins[1].as_ref(), impulse);
+        let by_turns = |parts: &[Matrix3<f64>; 2]| {
+            let mut slopes = ByPoses::zeros();
+            set(&mut slopes, 3, &parts[0]);
+            set(&mut slopes, 9, &parts[1]);
+            slopes
+        };
+        let coordinates = by_turns(&own.angles);
+        let armed = joint.angular().iter().any(Axis::has_armature);
+        let rates = armed.then(|| {
+            let was = joint.coasted(self.states, -h)?;
+            let counted = joint.counted(&was, angles);
+            let before = Turn::new(joint, (&was, &counted), h, length);
+            let still = Vector3::zeros();
+            if joint.turning() == TurnKind::Driven {
+                let (turned, [now, then]) = turn.turned_since(&before);
+                let then = by_turns(&then.map(|slopes| -slopes));
+                return Some(self.rates((&by_turns(&now), &turned), (&then, &still)));
+            }
+            let before = by_turns(&before.tangent(&still, Some(&still), &still).angles);
+            Some(self.rates((&coordinates, angles), (&before, &counted)))
+        });
+        let torque = turn.torque_map() * impulse;
+        let mut load = ByPoses::<9>::zeros();
+        for (column, slope) in [(3, &own.torque[0]), (9, &own.torque[1])] {
+            load.fixed_view_mut::<3, 3>(3, column).copy_from(slope);
+        }
+        if self.sides[1].is_some() {
+            let (a, b) = (self.pose(0, START).rotation, self.pose(1, START).rotation);
+            let seen = b.tr_mul(&a);
+            let of_a = seen * (own.torque[0] - torque.cross_matrix());
+            let of_b = seen * own.torque[1] + (seen * torque).cross_matrix();
+            load.fixed_view_mut::<3, 3>(6, 3).copy_from(&of_a);
+            load.fixed_view_mut::<3, 3>(6, 9).copy_from(&of_b);
+        }
+        let motion = by_turns(&own.motion);
+        let by_time_step = own.by_time_step;
+        let rates = rates.flatten();
+        Some(RowsTangent { motion, by_time_step, coordinates, rates, load, anchors: None })
+    }
+}

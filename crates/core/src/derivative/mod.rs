@@ -1,0 +1,284 @@
+//! Small changes of a step's data: what a derivative of a step maps from, and to.
+//!
+//! A change of a state is a [`StateChange`]: twelve numbers, because an attitude changes by a turn and
+//! not by four. How a contact's motion, and the place where its impulse acts, change with the bodies at the
+//! start of the step, is a `ContactTangent`; of a joint, `JointTangent`. The step itself is differentiated by
+//! [`StepDerivative`](crate::solver::native::StepDerivative), which solves for what follows.
+//!
+//! Equation numbers G1, G2, … are those of `docs/gradients.md`.
+
+mod contact;
+mod joint;
+mod placement;
+mod side;
+mod unseen;
+
+pub(crate) use contact::{ContactTangent, PlacedFeatures, RowSlopes};
+pub(crate) use joint::{JointTangent, RowsTangent};
+pub(crate) use side::SideChangeInput;
+pub(crate) use unseen::nearest_unseen;
+
+use crate::mechanics::quaternion::attitude_map;
+use crate::mechanics::{State, quaternion};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector4};
+
+/// A small change of the state of a body, or, of a function of states, its derivative by them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StateChange {
+    /// δr, m, world.
+    pub position: Vector3<f64>,
+    /// δθ, rad, **body**: A(q) becomes `A(q) (E + [δθ]×)`, q becomes q + ½ L(q) H δθ.
+    pub turn: Vector3<f64>,
+    /// δv, m/s, world.
+    pub velocity: Vector3<f64>,
+    /// δω, rad/s, **body**.
+    pub spin: Vector3<f64>,
+}
+
+impl StateChange {
+    /// How many numbers it has.
+    pub const LEN: usize = 12;
+
+    /// None.
+    #[must_use]
+    pub fn zero() -> Self {
+        let zero = Vector3::zeros();
+        Self { position: zero, turn: zero, velocity: zero, spin: zero }
+    }
+
+    /// Its numbers, in the order of the fields.
+    #[must_use]
+    pub fn to_array(&self) -> [f64; Self::LEN] {
+        let mut numbers = [0.0; Self::LEN];
+        let parts = [&self.position, &self.turn, &self.velocity, &self.spin];
+        for (numbers, part) in numbers.chunks_exact_mut(3).zip(parts) {
+            numbers.copy_from_slice(part.as_slice());
+        }
+        numbers
+    }
+
+    /// Of such numbers.
+    #[must_use]
+    pub fn from_array(numbers: &[f64; Self::LEN]) -> Self {
+        let part = |k: usize| Vector3::from_column_slice(&numbers[3 * k..3 * k + 3]);
+        Self { position: part(0), turn: part(1), velocity: part(2), spin: part(3) }
+    }
+
+    /// The sum of the products of all numbers.
+    #[must_use]
+    pub fn dot(&self, other: &Self) -> f64 {
+        self.position.dot(&other.position)
+            + self.turn.dot(&other.turn)
+            + self.velocity.dot(&other.velocity)
+            + self.spin.dot(&other.spin)
+    }
+
+    /// This and `factor` times `other`.
+    #[must_use]
+    pub fn plus(&self, factor: f64, other: &Self) -> Self {
+        Self {
+            position: self.position + other.position * factor,
+            turn: self.turn + other.turn * factor,
+            velocity: self.velocity + other.velocity * factor,
+            spin: self.spin + other.spin * factor,
+        }
+    }
+
+    /// The state that `state` becomes by this change, of any size: turned by the rotation vector δθ. Without a turn its attitude
+    /// stays as it is, to the last bit.
+    #[must_use]
+    pub fn applied(&self, state: &State) -> State {
+        let angle = self.turn.norm();
+        let (sin, cos) = libm::sincos(0.5 * angle);
+        let axis = if angle == 0.0 { self.turn } else { self.turn / angle };
+        let turned = Vector4::new(cos, sin * axis[0], sin * axis[1], sin * axis[2]);
+        State {
+            position: state.position + self.position,
+            attitude: if angle == 0.0 {
+                state.attitude
+            } else {
+                (quaternion::left(&state.attitude) * turned).normalize()
+            },
+            velocity: state.velocity + self.velocity,
+            spin: state.spin + self.spin,
+        }
+    }
+
+    /// The change that makes `from` of `to`: the inverse of [`StateChange::applied`], turns of up to half a
+    /// turn.
+    #[must_use]
+    pub fn between(from: &State, to: &State) -> Self {
+        let conjugated = |q: &Vector4<f64>| Vector4::new(q[0], -q[1], -q[2], -q[3]);
+        let mut q = quaternion::left(&conjugated(&from.attitude)) * to.attitude;
+        if q[0] < 0.0 {
+            q = -q;
+        }
+        let vector = Vector3::new(q[1], q[2], q[3]);
+        let sin = vector.norm();
+        let angle = 2.0 * libm::atan2(sin, q[0]);
+        Self {
+            position: to.position - from.position,
+            turn: if sin > 0.0 { vector * (angle / sin) } else { vector },
+            velocity: to.velocity - from.velocity,
+            spin: to.spin - from.spin,
+        }
+    }
+
+    /// As a change of the thirteen numbers of `state`: δq = ½ L(q) H δθ.
+    #[must_use]
+    pub fn to_coordinates(&self, state: &State) -> State {
+        State {
+            position: self.position,
+            attitude: attitude_map(&state.attitude) * (self.turn * 0.5),
+            velocity: self.velocity,
+            spin: self.spin,
+        }
+    }
+}
+
+/// How a state at the end of a step follows those at its start: with a = ½ h ω⁺ and C the Cayley map of a,
+///
+/// ```text
+/// δr⁺ = δr + h δv⁺,   δθ⁺ = Cᵀ δθ + h T δω⁺,   T = (E − [a]×)/(1 + a·a)                  (G1)
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct EndMap {
+    time_step: f64,
+    /// Cᵀ.
+    back: Matrix3<f64>,
+    /// h T.
+    turning: Matrix3<f64>,
+    velocity: Vector3<f64>,
+    /// ω⁺/(1 + a·a): how it turns for a longer step.
+    rate: Vector3<f64>,
+}
+
+impl EndMap {
+    /// That of a step of `time_step` (s) that ends with these velocities.
+    pub(crate) fn new(velocity: &Vector3<f64>, spin: &Vector3<f64>, time_step: f64) -> Self {
+        let a = spin * (0.5 * time_step);
+        let shrink = 1.0 / (1.0 + a.norm_squared());
+        let cross = a.cross_matrix();
+        // C = E + 2 ([a]× + [a]×[a]×)/(1 + a·a), of which the transpose has −a.
+        let back = Matrix3::identity() + (cross * cross - cross) * (2.0 * shrink);
+        let turning = (Matrix3::identity() - cross) * (shrink * time_step);
+        Self { time_step, back, turning, velocity: *velocity, rate: spin * shrink }
+    }
+
+    /// Of the changes of the state at the start, of V⁺ and of h.
+    pub(crate) fn push(
+        &self,
+        start: &StateChange,
+        (linear, spin): (&Vector3<f64>, &Vector3<f64>),
+        time_step: f64,
+    ) -> StateChange {
+        StateChange {
+            position: start.position + linear * self.time_step + self.velocity * time_step,
+            turn: self.back * start.turn + self.turning * spin + self.rate * time_step,
+            velocity: *linear,
+            spin: *spin,
+        }
+    }
+
+    /// Adds to six columns of δX⁺, from `first` on, what columns of δV⁺ make of them.
+    pub(crate) fn add_velocities(
+        &self,
+        solved: &Matrix6<f64>,
+        first: usize,
+        end: &mut SMatrix<f64, 12, 12>,
+    ) {
+        let (linear, spin) = (solved.fixed_rows::<3>(0), solved.fixed_rows::<3>(3));
+        let mut add = |row: usize, part: SMatrix<f64, 3, 6>| {
+            let mut rows = end.fixed_view_mut::<3, 6>(row, first);
+            rows += part;
+        };
+        add(0, linear * self.time_step);
+        add(3, self.turning * spin);
+        add(6, linear.into_owned());
+        add(9, spin.into_owned());
+    }
+
+    /// ∂X⁺/∂X at fixed V⁺.
+    pub(crate) fn by_state(&self) -> SMatrix<f64, 12, 12> {
+        let mut columns = SMatrix::<f64, 12, 12>::zeros();
+        columns.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
+        columns.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.back);
+        columns
+    }
+
+    /// The transpose: what derivatives by the end make of those by the state at the start, by V⁺ and by h.
+    pub(crate) fn pull(
+        &self,
+        end: &StateChange,
+    ) -> (StateChange, (Vector3<f64>, Vector3<f64>), f64) {
+        let start = StateChange {
+            position: end.position,
+            turn: self.back.tr_mul(&end.turn),
+            ..StateChange::zero()
+        };
+        let linear = end.velocity + end.position * self.time_step;
+        let spin = end.spin + self.turning.tr_mul(&end.turn);
+        let time_step = end.position.dot(&self.velocity) + end.turn.dot(&self.rate);
+        (start, (linear, spin), time_step)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn state() -> State {
+        State {
+            position: Vector3::new(0.3, -1.0, 2.0),
+            attitude: Vector4::new(0.3, -0.7, 0.2, 0.5).normalize(),
+            velocity: Vector3::new(1.0, 2.0, -0.5),
+            spin: Vector3::new(9.0, -14.0, 5.0),
+        }
+    }
+
+    #[test]
+    fn a_change_and_what_it_makes_belong_together() {
+        let change = StateChange {
+            position: Vector3::new(1.0, 2.0, 3.0),
+            turn: Vector3::new(0.4, -1.1, 0.7),
+            velocity: Vector3::new(4.0, 5.0, 6.0),
+            spin: Vector3::new(7.0, 8.0, 9.0),
+        };
+        let found = StateChange::between(&state(), &change.applied(&state()));
+        assert!(found.plus(-1.0, &change).dot(&found.plus(-1.0, &change)) < 1e-28);
+        assert_eq!(StateChange::from_array(&change.to_array()), change);
+    }
+
+    /// Central differences of 1e-6: of third order 1e-12, of rounding 1e-10.
+    #[test]
+    fn the_end_of_a_step_follows_its_start() {
+        let (start, h) = (state(), 0.03);
+        let end = |start: &State, h: f64| start.coasted(h);
+        let map = EndMap::new(&start.velocity, &start.spin, h);
+        for k in 0..StateChange::LEN + 1 {
+            let mut numbers = [0.0; 13];
+            numbers[k] = 1e-6;
+            let moved = |sign: f64| {
+                let part: [f64; 12] = std::array::from_fn(|k| sign * numbers[k]);
+                let moved = StateChange::from_array(&part).applied(&start);
+                end(&moved, h + sign * numbers[12])
+            };
+            let difference = StateChange::between(&moved(-1.0), &moved(1.0)).to_array();
+            let change = StateChange::from_array(&std::array::from_fn(|k| numbers[k] * 1e6));
+            let step = numbers[12] * 1e6;
+            let pushed = map.push(&change, (&change.velocity, &change.spin), step).to_array();
+            for (found, expected) in pushed.iter().zip(difference) {
+                assert!((found - expected / 2e-6).abs() < 1e-8, "{k}: {found} {expected}");
+            }
+            // ⟨w, J v⟩ is ⟨Jᵀ w, v⟩.
+            let w = StateChange::from_array(&std::array::from_fn(|k| (k as f64).sin() + 0.3));
+            let (back, (linear, spin), by_step) = map.pull(&w);
+            let there = w.dot(&StateChange::from_array(&pushed));
+            let here = back.dot(&change)
+                + linear.dot(&change.velocity)
+                + spin.dot(&change.spin)
+                + by_step * step;
+            assert!((there - here).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! What a step passed by: the nearest things that were no contacts.
+
+use crate::contact::{Contact, ContactKey, Partner};
+use crate::geometry::{Hint, PairScratch, Piece, separation};
+use crate::mechanics::{Pose, State};
+use crate::world::World;
+use nalgebra::{Matrix3, Vector3};
+
+/// How far the nearest points and pieces that may touch and are no `contacts` are apart where the bodies are at
+/// `states`, m; at most `beyond`.
+pub(crate) fn nearest_unseen(
+    world: &World,
+    states: &[State],
+    contacts: &[Contact],
+    beyond: f64,
+) -> f64 {
+    let is_seen = |key: &dyn Fn(&ContactKey) -> bool| contacts.iter().any(|c| key(&c.key));
+    let mut nearest = beyond;
+    for (body, state) in states.iter().enumerate() {
+        for (point, height) in world.heights(body, &state.pose()).enumerate() {
+            let is = |key: &ContactKey| {
+                (key.body, key.point, key.partner) == (body, point, Partner::Ground)
+            };
+            if height.abs() < nearest && !is_seen(&is) {
+                nearest = height.abs();
+            }
+        }
+    }
+    if states.len() == 1 && world.fixed().is_empty() {
+        return nearest;
+    }
+    let poses: Vec<Pose> = states.iter().map(State::pose).collect();
+    let still = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
+    let at = |of: &Partner| of.body().map_or(&still, |body| &poses[body]);
+    // Whose it is, its number there, the piece, and a ball around it.
+    let placed = |of: Partner, number: usize, piece: &Piece| {
+        let pose = at(&of);
+        let middle = pose.position + pose.rotation * piece.core().centre();
+        (of, number, middle, piece.core().reach() + piece.radius())
+    };
+    let of_body = |body: usize| {
+        let pieces = world.bodies()[body].pieces().iter().enumerate();
+        pieces.map(move |(number, piece)| (Partner::Body(body), number, piece))
+    };
+    let fixed = world.fixed().iter().enumerate();
+    let all: Vec<_> = (0..poses.len())
+        .flat_map(of_body)
+        .chain(fixed.map(|(index, fixed)| (Partner::Fixed(index), 0, &fixed.piece)))
+        .map(|(of, number, piece)| (placed(of, number, piece), piece))
+        .collect();
+    let (mut hint, mut scratch) = (Hint::default(), PairScratch::default());
+    for (place, (a, of_a)) in all.iter().enumerate() {
+        let Some(body) = a.0.body() else { break };
+        for (b, of_b) in &all[place + 1..] {
+            // By their balls first: most pairs are far apart.
+            let reach = a.3 + b.3 + nearest;
+            let is_far = (a.2 - b.2).norm_squared() >= reach * reach;
+            if is_far || b.0 == Partner::Body(body) || !world.may_touch(body, b.0) {
+                continue;
+            }
+            let is = |key: &ContactKey| {
+                let pieces = key.pair.map(|pair| pair.pieces);
+                let own = (Partner::Body(key.body), key.partner, pieces);
+                own == (a.0, b.0, Some((a.1, b.1))) || own == (b.0, a.0, Some((b.1, a.1)))
+            };
+            if is_seen(&is) {
+                continue;
+            }
+            let found = separation((*of_a, at(&a.0)), (*of_b, at(&b.0)), &mut hint, &mut scratch);
+            nearest = nearest.min(found.distance.abs());
+        }
+    }
+    nearest
+}

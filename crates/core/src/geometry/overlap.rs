@@ -1,0 +1,252 @@
+//! Where two faces overlap, seen along an axis: the corners of the common polygon.
+//!
+//! Every vertex is held against every side of the other face, and every side against every
+//! side, so that the answer does not depend on an order of clipping. What is within a
+//! tolerance of a side counts as inside, and two sides cross only if the ends of both are on
+//! opposite sides beyond it: a corner is then found as a vertex or as a crossing, and where
+//! sides lie on each other as a vertex alone.
+
+use super::Hull;
+use super::segment::nearest;
+use nalgebra::Vector3;
+
+/// Which corner of the common polygon: places in the loops of both faces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum PolygonCorner {
+    /// A vertex of A's face.
+    A(usize),
+    /// A vertex of B's face.
+    B(usize),
+    /// The side of A's face from this place on and the side of B's.
+    Crossing(usize, usize),
+}
+
+/// Memory: both polygons, and the distance of every vertex from every side of the other.
+#[derive(Debug, Clone, Default)]
+pub(super) struct FaceOverlap {
+    pub a: Polygon,
+    pub b: Polygon,
+    /// Of vertex j of B from side i of A, at i·|B| + j; m, positive inside.
+    b_in_a: Vec<f64>,
+    /// Of vertex i of A from side j of B, at i·|B| + j.
+    a_in_b: Vec<f64>,
+    pub corners: Vec<PolygonCorner>,
+}
+
+/// A face, or a segment or point that stands for one.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Polygon {
+    /// Numbers of the vertices in their hull.
+    pub vertices: Vec<usize>,
+    /// m, frame of A.
+    pub points: Vec<Vector3<f64>>,
+    /// The edge from each vertex to the next.
+    pub edges: Vec<usize>,
+}
+
+impl Polygon {
+    /// The loop of a face, or the whole core where it has none.
+    pub fn fill(&mut self, hull: &Hull, placed: &[Vector3<f64>], face: Option<usize>) {
+        self.vertices.clear();
+        self.edges.clear();
+        match face {
+            Some(face) => {
+                for corner in hull.face_loop(face) {
+                    self.vertices.push(corner.vertex as usize);
+                    self.edges.push(corner.edge as usize);
+                }
+            }
+            None => {
+                self.vertices.extend(0..placed.len());
+                self.edges.extend(hull.edges().iter().map(|_| 0));
+            }
+        }
+        self.points.clear();
+        self.points.extend(self.vertices.iter().map(|&vertex| placed[vertex]));
+    }
+
+    /// The side from place `at` on: its ends.
+    pub fn side(&self, at: usize) -> (&Vector3<f64>, &Vector3<f64>) {
+        (&self.points[at], &self.points[(at + 1) % self.points.len()])
+    }
+
+    /// The point of the rim that is nearest to `point`, m.
+    pub fn nearest(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        let mut best = (self.points[0], f64::INFINITY);
+        for at in 0..self.points.len() {
+            let (from, to) = self.side(at);
+            let candidate = nearest(point, from, &(to - from));
+            let square = (candidate - point).norm_squared();
+            if square < best.1 {
+                best = (candidate, square);
+            }
+        }
+        best.0
+    }
+}
+
+impl FaceOverlap {
+    /// Finds the corners, along `axis` (unit, from A to B). A's face runs counter-clockwise
+    /// about the axis, B's clockwise; `tolerance` in m. `keep_a` says who stays where a vertex
+    /// of A and one of B coincide.
+    pub fn find(&mut self, axis: &Vector3<f64>, tolerance: f64, keep_a: bool) {
+        let Self { a, b, b_in_a, a_in_b, corners } = self;
+        let (count_a, count_b) = (a.points.len(), b.points.len());
+        corners.clear();
+        b_in_a.clear();
+        b_in_a.resize(count_a * count_b, 0.0);
+        a_in_b.clear();
+        a_in_b.resize(count_a * count_b, 0.0);
+        for i in 0..a.edges.len() {
+            let (from, inward) = inward(a, i, axis);
+            for (j, point) in b.points.iter().enumerate() {
+                b_in_a[i * count_b + j] = inward.dot(&(point - from));
+            }
+        }
+        for j in 0..b.edges.len() {
+            let (from, inward) = inward(b, j, &-axis);
+            for (i, point) in a.points.iter().enumerate() {
+                a_in_b[i * count_b + j] = inward.dot(&(point - from));
+            }
+        }
+        if count_a >= 3 && count_b >= 3 {
+            let is_a = |i: usize| (0..count_b).all(|j| a_in_b[i * count_b + j] >= -tolerance);
+            let is_b = |j: usize| (0..count_a).all(|i| b_in_a[i * count_b + j] >= -tolerance);
+            let most = 4.0 * tolerance;
+            let coincide = |i: usize, j: usize| {
+                let between = b.points[j] - a.points[i];
+                (between - axis * axis.dot(&between)).norm_squared() <= most * most
+            };
+            for i in (0..count_a).filter(|&i| is_a(i)) {
+                if keep_a || !(0..count_b).any(|j| coincide(i, j) && is_b(j)) {
+                    corners.push(PolygonCorner::A(i));
+                }
+            }
+            for j in (0..count_b).filter(|&j| is_b(j)) {
+                if !keep_a || !(0..count_a).any(|i| coincide(i, j) && is_a(i)) {
+                    corners.push(PolygonCorner::B(j));
+                }
+            }
+            for i in 0..count_a {
+                for j in 0..count_b {
+                    let (i_next, j_next) = ((i + 1) % count_a, (j + 1) % count_b);
+                    let ends = (b_in_a[i * count_b + j], b_in_a[i * count_b + j_next]);
+                    if !opposite(ends.0, ends.1, tolerance) {
+                        continue;
+                    }
+                    let ends = (a_in_b[i * count_b + j], a_in_b[i_next * count_b + j]);
+                    if opposite(ends.0, ends.1, tolerance) {
+                        corners.push(PolygonCorner::Crossing(i, j));
+                    }
+                }
+            }
+        } else if count_a >= 3 {
+            let heights = |i: usize, j: usize| b_in_a[i * count_b + j];
+            for end in cut(count_a, count_b, heights, tolerance).into_iter().flatten() {
+                corners.push(match end {
+                    CutEnd::Vertex(j) => PolygonCorner::B(j),
+                    CutEnd::Side(i) => PolygonCorner::Crossing(i, 0),
+                });
+            }
+        } else if count_b >= 3 {
+            let heights = |j: usize, i: usize| a_in_b[i * count_b + j];
+            for end in cut(count_b, count_a, heights, tolerance).into_iter().flatten() {
+                corners.push(match end {
+                    CutEnd::Vertex(i) => PolygonCorner::A(i),
+                    CutEnd::Side(j) => PolygonCorner::Crossing(0, j),
+                });
+            }
+        }
+        self.join_ends(tolerance);
+    }
+
+    /// A segment that passes over no more than the rim has one corner: its vertex if there is
+    /// one, otherwise its crossing with the first side.
+    fn join_ends(&mut self, tolerance: f64) {
+        let &[first, second] = self.corners.as_slice() else { return };
+        if self.a.points.len().min(self.b.points.len()) >= 3 {
+            return;
+        }
+        let place = |at: PolygonCorner| match at {
+            PolygonCorner::A(i) => self.a.points[i],
+            PolygonCorner::B(j) => self.b.points[j],
+            PolygonCorner::Crossing(i, j) if self.b.points.len() < 3 => self.on_b(i, j),
+            PolygonCorner::Crossing(i, j) => self.on_a(i, j),
+        };
+        if (place(first) - place(second)).norm() <= 4.0 * tolerance {
+            let crossing = |at: PolygonCorner| matches!(at, PolygonCorner::Crossing(..));
+            self.corners.remove(usize::from(!crossing(first) || crossing(second)));
+        }
+    }
+
+    /// A crossing as a point of A's side, m.
+    pub fn on_a(&self, i: usize, j: usize) -> Vector3<f64> {
+        let (next, count_b) = ((i + 1) % self.a.points.len(), self.b.points.len());
+        let (from, to) = (self.a_in_b[i * count_b + j], self.a_in_b[next * count_b + j]);
+        let (start, end) = self.a.side(i);
+        start.lerp(end, zero_between(from, to))
+    }
+
+    /// A crossing as a point of B's side, m.
+    pub fn on_b(&self, i: usize, j: usize) -> Vector3<f64> {
+        let count_b = self.b.points.len();
+        let next = (j + 1) % count_b;
+        let (from, to) = (self.b_in_a[i * count_b + j], self.b_in_a[i * count_b + next]);
+        let (start, end) = self.b.side(j);
+        start.lerp(end, zero_between(from, to))
+    }
+}
+
+/// Where between 0 and 1 what runs from one value to another is nothing.
+fn zero_between(from: f64, to: f64) -> f64 {
+    if from == to { 0.0 } else { (from / (from - to)).clamp(0.0, 1.0) }
+}
+
+/// The first point of a side and the unit vector into the polygon, across axis and side.
+fn inward(polygon: &Polygon, side: usize, axis: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let (from, to) = polygon.side(side);
+    (*from, axis.cross(&(to - from)).try_normalize(0.0).unwrap_or_default())
+}
+
+fn opposite(from: f64, to: f64, tolerance: f64) -> bool {
+    (from > tolerance && to < -tolerance) || (from < -tolerance && to > tolerance)
+}
+
+/// One end of a segment cut to a polygon.
+enum CutEnd {
+    Vertex(usize),
+    Side(usize),
+}
+
+/// Cuts a segment (or a point) to a polygon of `sides` sides: its two ends, one of a point,
+/// none outside. `height(side, end)` is the distance of an end inside a side.
+fn cut(
+    sides: usize,
+    ends: usize,
+    height: impl Fn(usize, usize) -> f64,
+    tolerance: f64,
+) -> [Option<CutEnd>; 2] {
+    let (mut from, mut to) = ((0.0, None), (1.0, None));
+    for side in 0..sides {
+        let (first, last) = (height(side, 0), height(side, ends - 1));
+        if first < -tolerance && last < -tolerance {
+            return [None, None];
+        }
+        if first < -tolerance {
+            let at = if last > 0.0 { first / (first - last) } else { 1.0 };
+            if at > from.0 {
+                from = (at, Some(side));
+            }
+        } else if last < -tolerance {
+            let at = if first > 0.0 { first / (first - last) } else { 0.0 };
+            if at < to.0 {
+                to = (at, Some(side));
+            }
+        }
+    }
+    if from.0 > to.0 {
+        return [None, None];
+    }
+    let last = (ends > 1).then(|| to.1.map_or(CutEnd::Vertex(1), CutEnd::Side));
+    [Some(from.1.map_or(CutEnd::Vertex(0), CutEnd::Side)), last]
+}

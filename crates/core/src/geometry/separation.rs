@@ -1,0 +1,84 @@
+//! How far two pieces are apart, or how deep they overlap.
+
+use super::axes::{AxisSource, TieBreak, best_axis};
+use super::closest::closest;
+use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece};
+use super::touch::PieceSide;
+use nalgebra::Vector3;
+
+/// The signed distance of two pieces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Separation {
+    /// m: the distance if the pieces are apart; if they overlap, minus the length of the
+    /// shortest translation that ends it.
+    pub distance: f64,
+    /// Unit, world, from A to B: along the shortest way between the pieces, or, if they
+    /// overlap, the direction in which B leaves A by the shortest translation.
+    pub axis: Vector3<f64>,
+}
+
+/// The separation of two pieces at two poses: exact to rounding.
+///
+/// If cores of a pair without faces (spheres, capsules) overlap, the distance is minus the sum
+/// of their radii.
+pub fn separation(
+    a: PlacedPiece<'_>,
+    b: PlacedPiece<'_>,
+    hint: &mut Hint,
+    scratch: &mut PairScratch,
+) -> Separation {
+    let pair = PiecePair::new(a, b);
+    let (distance, axis, kind) = exact(&pair, scratch);
+    hint.set(Some(axis), kind);
+    Separation { distance: distance - pair.radii(), axis: a.1.rotation * axis }
+}
+
+/// How deep two pieces overlap, m: 0 if they do not. See [`separation`].
+pub fn overlap(
+    a: PlacedPiece<'_>,
+    b: PlacedPiece<'_>,
+    hint: &mut Hint,
+    scratch: &mut PairScratch,
+) -> f64 {
+    let pair = PiecePair::new(a, b);
+    if pair.quick_gap(hint) > pair.radii() {
+        return 0.0;
+    }
+    (-separation(a, b, hint, scratch).distance).max(0.0)
+}
+
+/// The separation of the cores, m, its axis (unit, frame of A), and what spans that, where features do.
+fn exact(
+    pair: &PiecePair<'_>,
+    scratch: &mut PairScratch,
+) -> (f64, Vector3<f64>, Option<AxisSource>) {
+    pair.place(scratch);
+    let tie = TieBreak { within: 0.0, to: PieceSide::A };
+    let axis = best_axis(pair, scratch, f64::INFINITY, tie);
+    if let Some(axis) = axis.filter(|axis| axis.exact) {
+        return (axis.gap, axis.normal, Some(axis.kind));
+    }
+    let points = closest(pair, scratch, axis.as_ref().map(|axis| &axis.normal));
+    let distance = points.distance();
+    // Rounded to nothing, a distance has no direction; then the axis has.
+    if distance > 1e-12 * pair.size() {
+        return (distance, (points.b - points.a) / distance, None);
+    }
+    let normal = axis.map_or_else(|| across_cores(pair, scratch), |axis| axis.normal);
+    (distance, normal, axis.map(|axis| axis.kind))
+}
+
+/// A direction across two cores without faces that touch: across both segments, or across the
+/// one that there is, or any.
+pub(super) fn across_cores(pair: &PiecePair<'_>, scratch: &PairScratch) -> Vector3<f64> {
+    let along = |vertices: &[Vector3<f64>]| vertices[vertices.len() - 1] - vertices[0];
+    let (along_a, along_b) = (along(pair.a.vertices()), along(&scratch.vertices));
+    let across = along_a.cross(&along_b);
+    if across.norm() > 1e-9 * along_a.norm() * along_b.norm() && across.norm() > 0.0 {
+        return across.normalize();
+    }
+    let along = if along_a.norm() > 0.0 { along_a } else { along_b };
+    let least = along.iamin();
+    let across = along.cross(&Vector3::ith(least, 1.0));
+    across.try_normalize(0.0).unwrap_or_else(Vector3::z)
+}

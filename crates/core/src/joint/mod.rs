@@ -1,0 +1,436 @@
+//! Joints: rows between two bodies, or a body and the world, that hold at the end of every step.
+//!
+//! A joint has an anchor and a frame in each of its bodies. With the frame of B seen from the world as
+//! C = A_B F_B, its coordinates are the place of A's anchor in B's frame and the turn of A's frame
+//! against B's,
+//!
+//! ```text
+//! l(X) = F_Bᵀ (A_Bᵀ (r_A + A_A a − r_B) − b),   Q(X) = (q_B ⊗ j_B)* ⊗ q_A ⊗ j_A      (J1)
+//! ```
+//!
+//! Each of the six axes, three of l and three of the turn, is [locked](Axis::Locked), or free under a
+//! [drive](Drive): limits, dry friction, a motor, a spring, damping, a constant force. Bodies keep their
+//! 13 numbers; nothing is reduced, nothing is stabilised, and nothing drifts: what is locked holds at the
+//! end of every step to rounding, by impulses that act as at its start (SHAKE; Ryckaert, Ciccotti
+//! and Berendsen, J. Comput. Phys. 23, 1977).
+//!
+//! Equation numbers J1, J2, … are those of `docs/joints.md`.
+
+mod course;
+mod drive;
+mod frame;
+mod gear;
+mod gimbal;
+mod graph;
+mod kinds;
+mod motion;
+mod piece;
+mod turn;
+mod units;
+
+pub use course::{Course, JointLoad, Knots};
+pub(crate) use drive::AxisStart;
+pub use drive::{Axis, Drive, Motor};
+pub use frame::JointFrame;
+pub use gear::{GEAR_AT_THE_START, Gear, GearAxis};
+pub(crate) use gear::{angles_near, at_rest};
+pub use gimbal::{Hinges, Middle};
+pub use graph::Graph;
+pub(crate) use graph::Segment;
+pub(crate) use motion::JointMotion;
+pub use motion::{Coordinates, JointForce, JointResidual};
+pub(crate) use piece::{AxisChange, PieceChange};
+pub(crate) use turn::Turn;
+
+use crate::error::{Error, in_range};
+use crate::mechanics::quaternion::product;
+use crate::mechanics::{Pose, RigidBody, State};
+use nalgebra::{Vector3, Vector4};
+
+/// One of the axes of a joint, x, y or z by 0, 1 or 2.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub enum JointAxis {
+    /// Of the anchor's place.
+    Linear(usize),
+    /// Of the turn.
+    Angular(usize),
+}
+
+/// A joint between body A and body B, or A and the world.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub struct Joint {
+    body: usize,
+    other: Option<usize>,
+    frames: [JointFrame; 2],
+    linear: [Axis; 3],
+    angular: [Axis; 3],
+    /// The middle axis of a gimbal; none of others.
+    middle: Option<Middle>,
+    length: Option<f64>,
+    collides: bool,
+    /// What pushes along the axes of the place and of the turn in a step, N and N m.
+    push: [Vector3<f64>; 2],
+    /// Whether its frame in the world moves.
+    moves: bool,
+}
+
+/// How the frames of a joint can turn against each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TurnKind {
+    /// Any way: no angular rows.
+    Free,
+    /// Any way, under drives along the parts of its turn (J18) about the axes of A's frame.
+    Driven,
+    /// About z alone.
+    Hinge,
+    /// About x of A's frame and y of B's.
+    Universal,
+    /// About these and a third axis that is square to both.
+    Gimbal,
+    /// Any way, within a cone of the z axes and under a drive of the twist about z.
+    Ball,
+    /// Not at all.
+    Locked,
+}
+
+impl Joint {
+    /// This joint with other axes: x, y, z of the anchor's place, and of the turn. Of the turn either all
+    /// are locked, or x and y are, as of a [hinge](Joint::revolute), or z is, as of a
+    /// [universal joint](Joint::universal), or all are free, as of a [ball](Joint::ball) or a
+    /// [gimbal](Joint::gimbal); drives of one that is neither, without limits, act along the parts of its turn
+    /// ([`TurnKind::Driven`]).
+    #[must_use]
+    pub fn with_axes(self, linear: [Axis; 3], angular: [Axis; 3]) -> Self {
+        Self { linear, angular, ..self }
+    }
+
+    /// This joint with `length` (m) in place of the usual [length](Joint::length).
+    #[must_use]
+    pub fn with_length(self, length: f64) -> Self {
+        Self { length: Some(length), ..self }
+    }
+
+    /// This joint with `drive` on the free axis `axis`.
+    ///
+    /// # Errors
+    /// An axis that is locked, or not 0, 1 or 2.
+    pub fn with_drive(mut self, axis: JointAxis, drive: Drive) -> Result<Self, Error> {
+        *self.drive_mut(axis)? = drive;
+        Ok(self)
+    }
+
+    /// Sets the drive of a free axis of a joint that was checked; what is refused leaves the one before.
+    pub(crate) fn set_drive(&mut self, axis: JointAxis, drive: Drive) -> Result<(), Error> {
+        let before = std::mem::replace(self.drive_mut(axis)?, drive);
+        let checked = Axis::Free(drive).check().and_then(|()| self.check_turn());
+        if checked.is_err() {
+            *self.drive_mut(axis)? = before;
+        }
+        checked
+    }
+
+    /// The drive of a free axis.
+    pub(crate) fn drive_mut(&mut self, axis: JointAxis) -> Result<&mut Drive, Error> {
+        let (axes, k) = match axis {
+            JointAxis::Linear(k) => (&mut self.linear, k),
+            JointAxis::Angular(k) => (&mut self.angular, k),
+        };
+        let count = Error::Count { field: "axis of a joint", count: k, allowed: "0 to 2" };
+        match axes.get_mut(k).ok_or(count)? {
+            Axis::Free(drive) => Ok(drive),
+            Axis::Locked => Err(Error::Unsupported {
+                what: "a drive of an axis that is locked",
+                why: "it moves along its free axes alone",
+            }),
+        }
+    }
+
+    /// This joint with bodies that touch each other all the same.
+    #[must_use]
+    pub fn colliding(self) -> Self {
+        Self { collides: true, ..self }
+    }
+
+    /// A, an index of [`World::bodies`](crate::world::World::bodies).
+    #[must_use]
+    pub fn body(&self) -> usize {
+        self.body
+    }
+
+    /// B; `None` for the world.
+    #[must_use]
+    pub fn other(&self) -> Option<usize> {
+        self.other
+    }
+
+    /// The frames in A and in B, or in the world.
+    #[must_use]
+    pub fn frames(&self) -> &[JointFrame; 2] {
+        &self.frames
+    }
+
+    /// The axes of the anchor's place: x, y, z of B's frame.
+    #[must_use]
+    pub fn linear(&self) -> &[Axis; 3] {
+        &self.linear
+    }
+
+    /// The axes of the turn.
+    #[must_use]
+    pub fn angular(&self) -> &[Axis; 3] {
+        &self.angular
+    }
+
+    /// The axes of its turn as they act: a swing is never below zero, which is no stop but what an angle is, so that of a cone
+    /// the upper limit alone acts. A stop there would hold axes that are in one line.
+    #[must_use]
+    pub(crate) fn acting_axes(&self) -> [Axis; 3] {
+        let mut axes = self.angular;
+        if self.turning() == TurnKind::Ball
+            && let Axis::Free(Drive { limits: Some([low, _]), .. }) = &mut axes[0]
+        {
+            *low = f64::NEG_INFINITY;
+        }
+        axes
+    }
+
+    /// Whether its bodies touch each other.
+    #[must_use]
+    pub fn collides(&self) -> bool {
+        self.collides
+    }
+
+    /// ℓ, m: what makes speeds of the angular rows and impulses of their torques. What was given, or that of the
+    /// joint's own bodies,
+    ///
+    /// ```text
+    /// ℓ² = Σ (1/m + ⅓ tr Gᵀ I⁻¹ G) / Σ ⅓ tr I⁻¹,                               (J2)
+    /// ```
+    ///
+    /// `G = [a]×` of the anchor: the square of a radius of gyration and of the lever. In a mechanism that is
+    /// held more often than it needs, it decides how forces and moments share the load.
+    #[must_use]
+    pub fn length(&self, bodies: &[RigidBody]) -> f64 {
+        if let Some(length) = self.length {
+            return length;
+        }
+        let (mut linear, mut angular) = (0.0, 0.0);
+        let sides = [Some(self.body), self.other].into_iter().zip(&self.frames);
+        for (body, frame) in sides.filter_map(|(body, frame)| Some((bodies.get(body?)?, frame))) {
+            let (inverse, lever) = (body.inertia_inverse(), &frame.anchor);
+            // tr Gᵀ I⁻¹ G = a² tr I⁻¹ − a·I⁻¹ a
+            let (trace, along) = (inverse.trace(), lever.dot(&(inverse * lever)));
+            linear += 1.0 / body.mass() + (lever.norm_squared() * trace - along) / 3.0;
+            angular += trace / 3.0;
+        }
+        if angular > 0.0 { (linear / angular).sqrt() } else { 1.0 }
+    }
+
+    /// Whether every axis that `load` acts on is free.
+    pub(crate) fn takes(&self, load: &JointLoad) -> bool {
+        let (bears, acts) = (self.bears(), load.acts());
+        acts.iter().flatten().zip(bears.iter().flatten()).all(|(acts, bears)| !acts || *bears)
+    }
+
+    /// What of it no simulation changes: without its drives, and without its frame in the world where a
+    /// course may move that.
+    #[cfg(feature = "save")]
+    pub(crate) fn lasting(&self) -> Self {
+        let bare = |axis: &Axis| match axis {
+            Axis::Locked => Axis::Locked,
+            Axis::Free(_) => Axis::Free(Drive::NONE),
+        };
+        let mut frames = self.frames;
+        if self.holds_in_world() {
+            frames[1] = JointFrame::at(Vector3::zeros());
+        }
+        let (linear, angular) =
+            (self.linear.each_ref().map(bare), self.angular.each_ref().map(bare));
+        let push = [Vector3::zeros(); 2];
+        Self { frames, linear, angular, push, moves: false, ..self.clone() }
+    }
+
+    /// Whether it ties the body `body`.
+    #[must_use]
+    pub fn ties(&self, body: usize) -> bool {
+        self.body == body || self.other == Some(body)
+    }
+
+    /// The same where the body `removed`, which it does not tie, is taken out of the world.
+    pub(crate) fn without(&self, removed: usize) -> Self {
+        let number = |body: usize| if body > removed { body - 1 } else { body };
+        Self { body: number(self.body), other: self.other.map(number), ..self.clone() }
+    }
+
+    /// How its frames can turn.
+    #[must_use]
+    pub fn turning(&self) -> TurnKind {
+        match self.angular {
+            [Axis::Locked, Axis::Locked, Axis::Locked] => TurnKind::Locked,
+            [Axis::Locked, Axis::Locked, Axis::Free(_)] => TurnKind::Hinge,
+            [Axis::Free(_), Axis::Free(_), Axis::Locked] => TurnKind::Universal,
+            [Axis::Free(_), Axis::Free(_), Axis::Free(_)] if self.middle.is_some() => {
+                TurnKind::Gimbal
+            }
+            [Axis::Free(Drive { limits: Some(_), .. }), Axis::Free(_), Axis::Free(_)] => {
+                TurnKind::Ball
+            }
+            [Axis::Free(_), Axis::Free(_), Axis::Free(_)]
+                if !self.angular.iter().all(Axis::is_idle) =>
+            {
+                TurnKind::Driven
+            }
+            _ => TurnKind::Free,
+        }
+    }
+
+    /// The middle axis of a gimbal or a universal joint.
+    #[must_use]
+    pub fn middle(&self) -> Middle {
+        self.middle.unwrap_or(Middle::STRAIGHT)
+    }
+
+    /// Whether it says anything of the place of its anchor.
+    pub(crate) fn holds_place(&self) -> bool {
+        self.linear.iter().any(|axis| !axis.is_idle())
+    }
+
+    /// Along and about which of its axes a drive acts.
+    pub(crate) fn bears(&self) -> [[bool; 3]; 2] {
+        let is_free = |axis: &Axis| *axis != Axis::Locked;
+        let about = match self.turning() {
+            TurnKind::Free => [false; 3],
+            TurnKind::Ball => [false, false, true],
+            _ => self.angular.each_ref().map(is_free),
+        };
+        [self.linear.each_ref().map(is_free), about]
+    }
+
+    /// Whether it holds a body in the world in all its axes, so that its frame there can drive it.
+    #[must_use]
+    pub fn holds_in_world(&self) -> bool {
+        let locked = |axes: &[Axis; 3]| axes.iter().all(|axis| *axis == Axis::Locked);
+        self.other.is_none() && locked(&self.linear) && locked(&self.angular)
+    }
+
+    /// The frames, for constants of the world to set.
+    pub(crate) fn frames_mut(&mut self) -> &mut [JointFrame; 2] {
+        &mut self.frames
+    }
+
+    /// Has its frame in the world, which may move, at `frame` from here on.
+    pub(crate) fn move_to(&mut self, frame: JointFrame) {
+        self.frames[1] = frame;
+        self.moves = true;
+    }
+
+    /// The same with another frame in B, or in the world.
+    pub(crate) fn with_other_frame(self, frame: JointFrame) -> Self {
+        Self { frames: [self.frames[0], frame], ..self }
+    }
+
+    /// That frame, this `part` of the way to where A's is at `states`, if everything of the place is locked and of the turn
+    /// everything or nothing is.
+    pub(crate) fn nearer_frame(&self, states: &[State], part: f64) -> Option<JointFrame> {
+        let is_held = self.linear == [Axis::Locked; 3]
+            && matches!(self.turning(), TurnKind::Locked | TurnKind::Free | TurnKind::Driven);
+        let [own, theirs] = self.frames;
+        if !is_held {
+            return None;
+        }
+        let seen = own.placed(states.get(self.body)?);
+        let seen = match self.other {
+            None => seen,
+            Some(other) => {
+                let Pose { position, rotation } = states.get(other)?.pose();
+                let [w, x, y, z]: [f64; 4] = states[other].attitude.into();
+                let back = Vector4::new(w, -x, -y, -z);
+                let anchor = rotation.tr_mul(&(seen.anchor - position));
+                JointFrame { anchor, attitude: product(&back, &seen.attitude) }
+            }
+        };
+        let near =
+            if seen.attitude.dot(&theirs.attitude) < 0.0 { -seen.attitude } else { seen.attitude };
+        let attitude = theirs.attitude + (near - theirs.attitude) * part;
+        let anchor = theirs.anchor + (seen.anchor - theirs.anchor) * part;
+        Some(JointFrame { anchor, attitude: attitude.normalize() })
+    }
+
+    /// The same without them.
+    pub(crate) fn without_push(self) -> Self {
+        Self { push: [Vector3::zeros(); 2], ..self }
+    }
+
+    /// Whether its frame in the world moves.
+    pub(crate) fn moves(&self) -> bool {
+        self.moves
+    }
+
+    /// What pushes along the axes of its place (N) and of its turn (N m) in a step, besides their drives.
+    #[must_use]
+    pub fn push(&self) -> &[Vector3<f64>; 2] {
+        &self.push
+    }
+
+    /// Has `push` along its axes in the steps to come, N and N m.
+    pub(crate) fn set_push(&mut self, push: [Vector3<f64>; 2]) {
+        self.push = push;
+    }
+
+    /// Whether its turn is one of those that there are.
+    fn check_turn(&self) -> Result<(), Error> {
+        let [x, y, _] = &self.angular;
+        match self.turning() {
+            TurnKind::Gimbal => self.middle().check(),
+            _ if self.middle.is_some() => Err(Error::Unsupported {
+                what: "a middle axis of a joint that is no gimbal",
+                why: "a gimbal turns about three axes, all of them free",
+            }),
+            TurnKind::Locked | TurnKind::Hinge | TurnKind::Universal => Ok(()),
+            TurnKind::Ball => {
+                let allowed =
+                    "a ball joint takes a cone, the upper limit of its x axis, and a drive about z";
+                let most = x.limits().map_or(f64::NAN, |[_, most]| most);
+                in_range("cone of a ball joint (rad)", most, 0.01, 3.1, "0.01 to 3.1")?;
+                match *x == Axis::cone(most) && y.is_idle() {
+                    true => Ok(()),
+                    false => {
+                        let what = "a drive about x or y of a ball joint";
+                        Err(Error::Unsupported { what, why: allowed })
+                    }
+                }
+            }
+            TurnKind::Driven if self.angular.iter().all(|axis| axis.limits().is_none()) => Ok(()),
+            TurnKind::Driven => Err(Error::Unsupported {
+                what: "limits about an axis of a joint that turns in any way",
+                why: "such a turn has none but a cone about z, from 0, the limits of its x axis alone",
+            }),
+            TurnKind::Free if self.angular.iter().all(Axis::is_idle) => Ok(()),
+            TurnKind::Free => Err(Error::Unsupported {
+                what: "a joint whose turn is neither locked, nor about its z axis alone, nor free",
+                why: "lock x and y, z alone, or all of it, or leave all of it free",
+            }),
+        }
+    }
+
+    /// The joint, checked against the bodies of its world.
+    pub(crate) fn checked(self, bodies: usize) -> Result<Self, Error> {
+        let known = |body: usize| body < bodies;
+        if !known(self.body) || self.other.is_some_and(|other| !known(other) || other == self.body)
+        {
+            let allowed = "two different bodies, or a body and the world";
+            return Err(Error::Count { field: "bodies of a joint", count: self.body, allowed });
+        }
+        self.check_turn()?;
+        for axis in self.linear.iter().chain(&self.angular) {
+            axis.check()?;
+        }
+        if let Some(length) = self.length {
+            in_range("length of a joint (m)", length, 1e-6, 1e6, "1e-6 to 1e6")?;
+        }
+        let frames = [self.frames[0].checked()?, self.frames[1].checked()?];
+        Ok(Self { frames, ..self })
+    }
+}

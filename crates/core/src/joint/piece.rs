@@ -1,0 +1,129 @@
+//! How the straight piece of an axis' graph that a step is on changes with what the graph is made of.
+//!
+//! Equation numbers are those of `docs/gradients.md`.
+
+use super::{Axis, AxisStart, Drive, Motor};
+
+/// What may change of an axis in a step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct AxisChange {
+    /// Of x_k, m or rad, and of (x_k − x_{k−1})/h.
+    pub(crate) coordinate: f64,
+    pub(crate) rate: f64,
+    /// δh, s.
+    pub(crate) time_step: f64,
+    /// Of constants of its [`Drive`].
+    pub(crate) friction: f64,
+    pub(crate) stiffness: f64,
+    pub(crate) rest: f64,
+    pub(crate) damping: f64,
+    pub(crate) force: f64,
+    pub(crate) armature: f64,
+    pub(crate) limits: [f64; 2],
+    /// Of constants of its [`Motor`].
+    pub(crate) target: f64,
+    pub(crate) motor_stiffness: f64,
+    pub(crate) motor_damping: f64,
+    pub(crate) most: f64,
+}
+
+/// A piece and what it changes by, in the scaled row u and impulse p of [`Axis::graph`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum PieceChange {
+    /// Of u = u₀: δu₀.
+    Speed(f64),
+    /// Of p = v − s u: δv and δs.
+    Line(f64, f64),
+}
+
+impl Axis {
+    /// That of the piece that has the point u and is vertical or not, in a step of `time_step` (s) that begins at `start`,
+    /// with `length` and `unit` as in [`Axis::graph`]: the differentials of what is added up there,
+    ///
+    /// ```text
+    /// stop          u₀ = ℓ (x* − x)/h
+    /// spring        s = (k h + d) c/ℓ,   v = k (x* − x) c,   c = h/(M ℓ)
+    /// armature      s = I/(M ℓ²),   v = I ẋ_k/(M ℓ)
+    /// friction, motor that holds a speed   u₀ = 0 or ℓ times its target,   v = ± f c               (G10)
+    /// ```
+    pub(crate) fn piece_change(
+        &self,
+        start: &AxisStart,
+        time_step: f64,
+        (length, unit): (f64, f64),
+        (u, is_vertical): (f64, bool),
+        change: &AxisChange,
+    ) -> PieceChange {
+        let Self::Free(drive) = self else { return PieceChange::Speed(0.0) };
+        let (h, x) = (time_step, start.coordinate);
+        let longer = change.time_step / h;
+        if is_vertical {
+            return PieceChange::Speed(drive.corner_change(u, x, length, h, change));
+        }
+        let to_impulse = h / (unit * length);
+        let (mut value, mut slope) = (change.force + (drive.force + start.push) * longer, 0.0);
+        // δ of k (x* − x) c and of (k h + d) c/ℓ, over c.
+        let mut pull = |(k, d, target): (f64, f64, f64), (dk, dd, dtarget): (f64, f64, f64)| {
+            value += dk * (target - x) + k * (dtarget - change.coordinate + (target - x) * longer);
+            slope += (dk * h + dd + (2.0 * k * h + d) * longer) / length;
+        };
+        let spring = (drive.stiffness, drive.damping, drive.rest);
+        pull(spring, (change.stiffness, change.damping, change.rest));
+        let mut held = 0.0;
+        let side = |is_left: bool| if is_left { 1.0 } else { -1.0 };
+        if drive.friction > 0.0 || change.friction != 0.0 {
+            held += side(u < 0.0) * (change.friction + drive.friction * longer);
+        }
+        match drive.motor {
+            None => {}
+            Some(Motor::Speed { target, most }) => {
+                held += side(u < target * length) * (change.most + most * longer);
+            }
+            Some(Motor::Position { target, stiffness, damping, most }) => {
+                let pulls = stiffness * (target - x) - (stiffness * h + damping) * u / length;
+                if pulls.abs() > most {
+                    held += pulls.signum() * (change.most + most * longer);
+                } else {
+                    let by = (change.motor_stiffness, change.motor_damping, change.target);
+                    pull((stiffness, damping, target), by);
+                }
+            }
+            Some(Motor::Damper { target, damping, most }) => {
+                let pulls = damping * (target - u / length);
+                if pulls.abs() > most {
+                    held += pulls.signum() * (change.most + most * longer);
+                } else {
+                    // Beside a damper at rest the constant force of its speed.
+                    held +=
+                        change.motor_damping * target + damping * (change.target + target * longer);
+                    pull((0.0, damping, 0.0), (0.0, change.motor_damping, 0.0));
+                }
+            }
+        }
+        let armature = drive.armature * change.rate + change.armature * start.rate;
+        PieceChange::Line(
+            (value + held) * to_impulse + armature / (unit * length),
+            slope * to_impulse + change.armature / (unit * length * length),
+        )
+    }
+}
+
+impl Drive {
+    /// δu₀ of its stop, friction or motor at the speed u.
+    fn corner_change(&self, u: f64, x: f64, length: f64, h: f64, change: &AxisChange) -> f64 {
+        // Which of them it is: the nearest.
+        let stops = self.limits.into_iter().flatten().zip(change.limits);
+        let stop = stops.map(|(limit, moved)| {
+            let at = length * (limit - x) / h;
+            (at, length * (moved - change.coordinate) / h - at * change.time_step / h)
+        });
+        let friction = (self.friction > 0.0).then_some((0.0, 0.0));
+        let motor = match self.motor {
+            Some(Motor::Speed { target, .. }) => Some((target * length, change.target * length)),
+            _ => None,
+        };
+        let all = stop.chain(friction).chain(motor);
+        let nearest = all.min_by(|(a, _), (b, _)| (a - u).abs().total_cmp(&(b - u).abs()));
+        nearest.map_or(0.0, |(_, change)| change)
+    }
+}

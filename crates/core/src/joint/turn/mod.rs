@@ -1,0 +1,206 @@
+//! The turn of a joint in a step: its rows, and how they follow the spins of its bodies.
+//!
+//! Equation numbers are those of `docs/joints.md`.
+
+mod tangent;
+
+use super::gimbal::{self, nearest};
+use super::motion::{conjugated, crossing, swing, swinging, twist};
+use super::{Coordinates, Joint, Middle, TurnKind};
+use crate::mechanics::quaternion::{attitude_map, left, product, right};
+use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
+
+/// The angular rows of a joint in a step, as functions of the spins ω⁺ of both bodies. With a = ½ h Fᵀ ω⁺ of
+/// each and R as at the step's start,
+///
+/// ```text
+/// E = R* ⊗ (1, −a_B) ⊗ Q_k ⊗ (1, a_A) / √((1 + a_A²)(1 + a_B²))
+/// u = ℓ 2 (E_x, E_y, E_z)/h;   of a hinge u_z = ℓ 2 atan2(E_z, E_w)/h             (J4)
+/// ```
+///
+/// With R = Q_k what turns in any way has u = ℓ 2 (E_x, E_y, E_z)/h too (J18). With R = ±1 a gimbal has u = ℓ (α⁺ − α_k, β⁺ − β_k, γ⁺ − γ_k)/h of the angles (J13) of E, a universal joint the same of
+/// α and β, and u_z = ℓ 2 (E_x E_y + E_w E_z)/h, the cosine of the angle between its axes, and
+/// with R as of a hinge a ball joint u_x = ℓ (σ⁺ − σ_k)/h (J11), of the angle
+/// σ = 2 atan2(√(E_x² + E_y²), √(E_w² + E_z²)) between its z axes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Turn {
+    turning: TurnKind,
+    time_step: f64,
+    length: f64,
+    /// Q_k, R*, and R* ⊗ Q_k.
+    start: Vector4<f64>,
+    back: Vector4<f64>,
+    rest: Vector4<f64>,
+    /// σ_k of a ball joint.
+    swing: f64,
+    /// The angles of a gimbal at k, but for whole turns, and its middle axis.
+    angles: Vector3<f64>,
+    middle: Middle,
+    /// F of A and of B; `None` for the world.
+    frames: (Matrix3<f64>, Option<Matrix3<f64>>),
+}
+
+/// q ⊗ (0, v).
+fn by_pure(q: &Vector4<f64>, v: &Vector3<f64>) -> Vector4<f64> {
+    let ([a, b, c, d], [x, y, z]) = (q.data.0[0], v.data.0[0]);
+    Vector4::new(
+        -(b * x) - c * y - d * z,
+        a * x - d * y + c * z,
+        d * x + a * y - b * z,
+        b * y - c * x + a * z,
+    )
+}
+
+/// (0, v) ⊗ q.
+fn pure_by(v: &Vector3<f64>, q: &Vector4<f64>) -> Vector4<f64> {
+    let ([b, c, d], [w, x, y, z]) = (v.data.0[0], q.data.0[0]);
+    Vector4::new(
+        -(b * x) - c * y - d * z,
+        b * w - d * y + c * z,
+        c * w + d * x - b * z,
+        d * w - c * x + b * y,
+    )
+}
+
+/// E, n, a_A and a_B of a step.
+struct TurnPoint {
+    e: Vector4<f64>,
+    n: f64,
+    a: Vector3<f64>,
+    b: Vector3<f64>,
+}
+
+impl Turn {
+    /// Those of a joint that is at `at` and the `angles` (rad) in a step of `time_step` (s), with rows scaled by
+    /// `length` (m).
+    pub(crate) fn new(
+        joint: &Joint,
+        (at, angles): (&Coordinates, &Vector3<f64>),
+        time_step: f64,
+        length: f64,
+    ) -> Self {
+        let ([a, b], middle) = (&joint.frames, joint.middle());
+        let angles = match joint.turning() {
+            TurnKind::Gimbal | TurnKind::Universal => {
+                gimbal::angles(&at.turn, &angles.map(|angle| nearest(angle, 0.0)), &middle)
+            }
+            _ => Vector3::zeros(),
+        };
+        let back = conjugated(&twist(joint.turning(), &at.turn));
+        Self {
+            turning: joint.turning(),
+            time_step,
+            length,
+            start: at.turn,
+            back,
+            rest: product(&back, &at.turn),
+            swing: if joint.turning() == TurnKind::Ball { swing(&at.turn) } else { 0.0 },
+            angles,
+            middle,
+            frames: (a.rotation(), joint.other.map(|_| b.rotation())),
+        }
+    }
+
+    /// E by what is small alone:
+    ///
+    /// ```text
+    /// E = (R* ⊗ Q_k + R* ⊗ (Q_k ⊗ (0, a_A) − (0, a_B) ⊗ Q_k − (0, a_B) ⊗ Q_k ⊗ (0, a_A)))/n
+    /// ```
+    fn at(&self, spin: &Vector3<f64>, other: Option<&Vector3<f64>>) -> TurnPoint {
+        let half = 0.5 * self.time_step;
+        let a = self.frames.0.tr_mul(spin) * half;
+        let b = match (&self.frames.1, other) {
+            (Some(frame), Some(spin)) => frame.tr_mul(spin) * half,
+            _ => Vector3::zeros(),
+        };
+        let by_a = by_pure(&self.start, &a);
+        let by_b = pure_by(&b, &(self.start + by_a));
+        let n = ((1.0 + a.norm_squared()) * (1.0 + b.norm_squared())).sqrt();
+        TurnPoint { e: (self.rest + product(&self.back, &(by_a - by_b))) / n, n, a, b }
+    }
+
+    /// u (J4), m/s.
+    pub(crate) fn u(&self, spin: &Vector3<f64>, other: Option<&Vector3<f64>>) -> Vector3<f64> {
+        let e = self.at(spin, other).e;
+        let turned = || libm::atan2(e[3], e[0]);
+        let half = match self.turning {
+            TurnKind::Locked | TurnKind::Free | TurnKind::Driven => Vector3::new(e[1], e[2], e[3]),
+            TurnKind::Hinge => Vector3::new(e[1], e[2], turned()),
+            TurnKind::Ball => Vector3::new(0.5 * (swing(&e) - self.swing), e[2], turned()),
+            TurnKind::Gimbal => 0.5 * (self.angles_at(&e) - self.angles),
+            TurnKind::Universal => {
+                let half = 0.5 * (self.angles_at(&e) - self.angles);
+                Vector3::new(half[0], half[1], crossing(&e))
+            }
+        };
+        half * (2.0 * self.length / self.time_step)
+    }
+
+    /// The angles of a gimbal at E.
+    fn angles_at(&self, e: &Vector4<f64>) -> Vector3<f64> {
+        gimbal::angles(e, &self.angles, &self.middle)
+    }
+
+    /// ∂u/∂ω_A and ∂u/∂ω_B:
+    ///
+    /// ```text
+    /// ∂E/∂a_A = L(R* ⊗ (1, −a_B) ⊗ Q_k) H/n − E a_Aᵀ/(1 + a_A²)
+    /// ∂E/∂a_B = −L(R*) R(Q_k ⊗ (1, a_A)) H/n − E a_Bᵀ/(1 + a_B²),   ∂a/∂ω = ½ h Fᵀ
+    /// ```
+    pub(crate) fn slopes(
+        &self,
+        spin: &Vector3<f64>,
+        other: Option<&Vector3<f64>>,
+    ) -> (Matrix3<f64>, Matrix3<f64>) {
+        let TurnPoint { e, n, a, b } = self.at(spin, other);
+        let whole = |v: Vector3<f64>| Vector4::new(1.0, v[0], v[1], v[2]);
+        let turned = product(&self.back, &product(&whole(-b), &self.start));
+        let by_a = attitude_map(&turned) / n - e * (a / (1.0 + a.norm_squared())).transpose();
+        let of_b = self.frames.1.map_or(Matrix3::zeros(), |frame| {
+            let after = right(&product(&self.start, &whole(a)));
+            let by_b = -(left(&self.back) * after.fixed_columns::<3>(1)) / n
+                - e * (b / (1.0 + b.norm_squared())).transpose();
+            self.rows(&e, &by_b) * frame.transpose()
+        });
+        (self.rows(&e, &by_a) * self.frames.0.transpose(), of_b)
+    }
+
+    /// The rows of u from those of E by a.
+    fn rows(&self, e: &Vector4<f64>, by: &Matrix4x3<f64>) -> Matrix3<f64> {
+        let row = |k: usize| by.row(k).into_owned();
+        let turned = || {
+            let size = e[0] * e[0] + e[3] * e[3];
+            (row(3) * e[0] - row(0) * e[3]) / size
+        };
+        let angles = || gimbal::slopes(e, self.angles_at(e)[2], &self.middle, by);
+        let rows = match self.turning {
+            TurnKind::Locked | TurnKind::Free | TurnKind::Driven => [row(1), row(2), row(3)],
+            TurnKind::Hinge => [row(1), row(2), turned()],
+            TurnKind::Ball => [by.tr_mul(&swinging(e)).transpose(), row(2), turned()],
+            TurnKind::Gimbal => angles(),
+            TurnKind::Universal => {
+                let [alpha, beta, _] = angles();
+                [alpha, beta, row(1) * e[2] + row(2) * e[1] + row(3) * e[0] + row(0) * e[3]]
+            }
+        };
+        // 2/h of E, ½ h of the spins.
+        Matrix3::from_rows(&rows) * self.length
+    }
+
+    /// Whether an axis of it is carried by another one, so that its angles turn what they act along.
+    pub(crate) fn is_curved(&self) -> bool {
+        matches!(self.turning, TurnKind::Gimbal | TurnKind::Universal)
+    }
+
+    /// u as the spins make it along the directions at the step's start.
+    pub(crate) fn rates(&self, spin: &Vector3<f64>, other: Option<&Vector3<f64>>) -> Vector3<f64> {
+        let still = Vector3::zeros();
+        let (by_a, by_b) = self.slopes(&still, Some(&still));
+        by_a * spin + other.map_or(still, |spin| by_b * spin)
+    }
+
+    /// G: the torque on A (frame of A) of an impulse along the rows, ∂u/∂ω_A transposed where nothing turns.
+    pub(crate) fn torque_map(&self) -> Matrix3<f64> {
+        self.frames.0 * self.rows(&self.rest, &attitude_map(&self.rest)).transpose()
+    }
+}

@@ -1,0 +1,199 @@
+//! A mass matrix taken apart into what is coupled, each part factorised.
+
+use super::{ProblemError, SparseMatrix};
+use crate::solver::native::fronts::Fronts;
+use crate::solver::native::plan::FrontPlan;
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+
+/// Parts of up to so many numbers are factorised as dense matrices.
+const DENSE: usize = 48;
+
+/// M: its parts, which are coupled to nothing else.
+#[derive(Debug, Clone)]
+pub(crate) struct MassMatrix {
+    components: Vec<MassComponent>,
+    /// The part of each number, and its place in it.
+    places: Vec<(usize, usize)>,
+}
+
+/// A part of M.
+#[derive(Debug, Clone)]
+pub(crate) struct MassComponent {
+    /// Its numbers, rising.
+    pub(crate) numbers: Vec<usize>,
+    factors: MassFactors,
+}
+
+#[derive(Debug, Clone)]
+enum MassFactors {
+    Dense(LU<f64, Dyn, Dyn>),
+    Sparse(Box<(FrontPlan, Fronts)>),
+}
+
+impl MassComponent {
+    /// M⁻¹ of the part, in the memory of a vector over its numbers.
+    pub(crate) fn solve(&self, values: &mut [f64]) {
+        match &self.factors {
+            MassFactors::Dense(factors) => {
+                let mut vector = DVector::from_column_slice(values);
+                factors.solve_mut(&mut vector);
+                values.copy_from_slice(vector.as_slice());
+            }
+            MassFactors::Sparse(both) => {
+                let (plan, fronts) = &**both;
+                let mut placed = vec![0.0; values.len()];
+                for (node, value) in values.iter().enumerate() {
+                    placed[plan.place(node)] = *value;
+                }
+                fronts.solve(plan, &mut placed, &mut Vec::new());
+                for (node, value) in values.iter_mut().enumerate() {
+                    *value = placed[plan.place(node)];
+                }
+            }
+        }
+    }
+}
+
+impl MassMatrix {
+    /// # Errors
+    /// A part that is singular, or shows that it is not positive definite.
+    pub(super) fn new(matrix: &SparseMatrix) -> Result<Self, ProblemError> {
+        let parts = components(matrix);
+        let mut places = vec![(0, 0); matrix.rows()];
+        for (part, numbers) in parts.iter().enumerate() {
+            for (place, number) in numbers.iter().enumerate() {
+                places[*number] = (part, place);
+            }
+        }
+        let mut components = Vec::with_capacity(parts.len());
+        for numbers in parts {
+            let refusal = ProblemError::Mass { row: numbers[0] };
+            let place = |number: usize| places[number].1;
+            let of =
+                |column: usize| matrix.column(column).map(move |(row, value)| (row, column, value));
+            let entries: Vec<_> = numbers.iter().flat_map(|&column| of(column)).collect();
+            let factors = if numbers.len() <= DENSE {
+                let mut dense = DMatrix::zeros(numbers.len(), numbers.len());
+                for &(row, column, value) in &entries {
+                    dense[(place(row), place(column))] = value;
+                }
+                let symmetric = 0.5 * (&dense + dense.transpose());
+                if symmetric.cholesky().is_none() {
+                    return Err(refusal);
+                }
+                MassFactors::Dense(dense.lu())
+            } else {
+                let pairs = entries.iter().map(|(row, column, _)| (place(*row), place(*column)));
+                let plan = FrontPlan::new(
+                    &vec![1; numbers.len()],
+                    pairs.filter(|(row, column)| row != column),
+                );
+                let mut fronts = Fronts::default();
+                fronts.begin(&plan);
+                for (row, column, value) in entries {
+                    let at = (plan.place(place(row)), plan.place(place(column)));
+                    fronts.add(&plan, at, 1, &[value]);
+                }
+                let is_positive = numbers.iter().all(|&number| matrix.at(number, number) > 0.0);
+                if !is_positive || !fronts.factorise(&plan) {
+                    return Err(refusal);
+                }
+                MassFactors::Sparse(Box::new((plan, fronts)))
+            };
+            components.push(MassComponent { numbers, factors });
+        }
+        Ok(Self { components, places })
+    }
+
+    pub(crate) fn components(&self) -> &[MassComponent] {
+        &self.components
+    }
+
+    /// The part of a number, and its place in it.
+    pub(crate) fn place(&self, number: usize) -> (usize, usize) {
+        self.places[number]
+    }
+
+    /// M⁻¹ of a vector, in its memory.
+    pub(crate) fn solve(&self, values: &mut [f64]) {
+        for component in &self.components {
+            let mut own: Vec<f64> = component.numbers.iter().map(|&k| values[k]).collect();
+            component.solve(&mut own);
+            component.numbers.iter().zip(own).for_each(|(&k, value)| values[k] = value);
+        }
+    }
+
+    /// Sets `moved`, which is zero, to M⁻¹ of a vector of few entries, and tells where it may not be zero
+    /// then.
+    pub(crate) fn solve_sparse(
+        &self,
+        entries: impl Iterator<Item = (usize, f64)>,
+        moved: &mut [f64],
+    ) -> Vec<usize> {
+        let mut parts = Vec::new();
+        for (row, value) in entries {
+            moved[row] = value;
+            parts.push(self.places[row].0);
+        }
+        parts.sort_unstable();
+        parts.dedup();
+        let mut touched = Vec::new();
+        for part in parts {
+            let component = &self.components[part];
+            let mut own: Vec<f64> = component.numbers.iter().map(|&k| moved[k]).collect();
+            component.solve(&mut own);
+            component.numbers.iter().zip(own).for_each(|(&k, value)| moved[k] = value);
+            touched.extend_from_slice(&component.numbers);
+        }
+        touched
+    }
+}
+
+/// The parts of a matrix that no entry couples, each with its numbers rising, by their first.
+fn components(matrix: &SparseMatrix) -> Vec<Vec<usize>> {
+    let mut sets = Sets::new(matrix.rows());
+    for (row, column, _) in matrix.triplets() {
+        sets.join(row, column);
+    }
+    sets.lists()
+}
+
+/// Sets of numbers that are joined one after another.
+pub(crate) struct Sets(Vec<usize>);
+
+impl Sets {
+    /// Each by itself.
+    pub(crate) fn new(count: usize) -> Self {
+        Self((0..count).collect())
+    }
+
+    /// The first of the set of a number.
+    pub(crate) fn first(&mut self, number: usize) -> usize {
+        let mut first = number;
+        while self.0[first] != first {
+            self.0[first] = self.0[self.0[first]];
+            first = self.0[first];
+        }
+        first
+    }
+
+    pub(crate) fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.first(a), self.first(b));
+        self.0[a.max(b)] = a.min(b);
+    }
+
+    /// All sets, by their firsts, numbers rising.
+    pub(crate) fn lists(&mut self) -> Vec<Vec<usize>> {
+        let count = self.0.len();
+        let (mut lists, mut place) = (Vec::new(), vec![usize::MAX; count]);
+        for number in 0..count {
+            let first = self.first(number);
+            if place[first] == usize::MAX {
+                place[first] = lists.len();
+                lists.push(Vec::new());
+            }
+            lists[place[first]].push(number);
+        }
+        lists
+    }
+}

@@ -1,0 +1,169 @@
+//! How far impulses are from a solution, found from the problem and the impulses alone.
+
+use super::{ContactProblem, Form, Law};
+use crate::contact::Response;
+use crate::mechanics::largest;
+use crate::world::ContactLaw;
+use nalgebra::Vector3;
+
+/// What impulses come to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluation {
+    /// u of every row, m/s.
+    pub velocities: Vec<f64>,
+    /// v of the global form, M v = H p + f solved for it; empty of the local one.
+    pub body_velocities: Vec<f64>,
+    /// The largest miss of a law, m/s, each group in its own scale (C3).
+    pub residual: f64,
+    /// The error that Siconos and FCLIB measure, without a unit (C4).
+    pub relative_error: f64,
+}
+
+impl ContactProblem {
+    /// u, v and how far the impulses are from a solution.
+    ///
+    /// With W_ii the response of a group to itself, w_n = W_nn, and w_t the mean over its tangents, the
+    /// residual is the certificate's of a contact, in m/s,
+    ///
+    /// ```text
+    /// |min(w_n p_n, u_n)|,  ‖w_t p_t − Π(w_t p_t − u_t)‖,  max(0, w_t (‖p_t‖ − μ p_n))      (C3)
+    /// ```
+    ///
+    /// of another row |p − P(p − u/w)| w. The relative error is
+    ///
+    /// ```text
+    /// √(Σ |p − Π_K(p − u − μ‖u_t‖ n)|²) / ‖q‖                                              (C4)
+    /// ```
+    ///
+    /// Π_K being on the cone, and q of the local form. Numbers that are missing count as zero.
+    #[must_use]
+    pub fn evaluate(&self, impulses: &[f64]) -> Evaluation {
+        let rows = self.row_count();
+        let mut p = impulses.to_vec();
+        p.resize(rows, 0.0);
+        let (mut velocities, body_velocities, size) = match &self.form {
+            Form::Local { response, free } => {
+                let mut velocities = free.clone();
+                response.add_product(&p, &mut velocities);
+                (velocities, Vec::new(), norm(free))
+            }
+            Form::Global(global) => {
+                let of = |momentum: &mut Vec<f64>| {
+                    global.factors.solve(momentum);
+                    let mut velocities = global.offset.clone();
+                    global.directions.add_transposed_product(momentum, &mut velocities);
+                    velocities
+                };
+                let mut momentum = global.momentum.clone();
+                let size = norm(&of(&mut momentum));
+                momentum.copy_from_slice(&global.momentum);
+                global.directions.add_product(&p, &mut momentum);
+                (of(&mut momentum), momentum, size)
+            }
+        };
+        velocities.resize(rows, 0.0);
+        let responses = self.responses();
+        let (mut residual, mut squared) = (0.0, 0.0);
+        for (group, law) in self.laws.iter().enumerate() {
+            let range = self.rows(group);
+            let own = (&p[range.clone()], &velocities[range.clone()]);
+            residual = largest(residual, law.residual(&responses[range], own));
+            squared += law.squared_error(own.0, own.1);
+        }
+        let scale = if size > f64::EPSILON { size } else { 1.0 };
+        Evaluation { velocities, body_velocities, residual, relative_error: squared.sqrt() / scale }
+    }
+
+    /// What every row answers to an impulse along itself, 1/kg: the diagonal of W. Where it is nothing,
+    /// 1 in its place.
+    pub(crate) fn responses(&self) -> Vec<f64> {
+        let mut responses: Vec<f64> = match &self.form {
+            Form::Local { response, .. } => {
+                (0..self.row_count()).map(|row| response.at(row, row)).collect()
+            }
+            Form::Global(global) => {
+                let mut moved = vec![0.0; global.mass.rows()];
+                let columns = 0..self.row_count();
+                columns
+                    .map(|column| {
+                        let directions = global.directions.column(column);
+                        let touched = global.factors.solve_sparse(directions, &mut moved);
+                        let along = global.directions.column(column);
+                        let response = along.map(|(row, value)| value * moved[row]).sum();
+                        touched.iter().for_each(|&place| moved[place] = 0.0);
+                        response
+                    })
+                    .collect()
+            }
+        };
+        for response in &mut responses {
+            if *response <= 0.0 {
+                *response = 1.0;
+            }
+        }
+        responses
+    }
+}
+
+fn norm(numbers: &[f64]) -> f64 {
+    numbers.iter().map(|number| number * number).sum::<f64>().sqrt()
+}
+
+/// Up to three numbers, zeros behind them.
+pub(crate) fn three(numbers: &[f64]) -> Vector3<f64> {
+    Vector3::from_fn(|k, _| numbers.get(k).copied().unwrap_or(0.0))
+}
+
+impl Law {
+    /// w_n and w_t of a contact whose rows answer so.
+    pub(crate) fn response(responses: &[f64]) -> Response {
+        let tangents = &responses[1..];
+        let tangential = tangents.iter().sum::<f64>() / tangents.len() as f64;
+        Response { normal: responses[0], tangential }
+    }
+
+    /// The largest part of (C3), m/s.
+    fn residual(&self, responses: &[f64], (p, u): (&[f64], &[f64])) -> f64 {
+        match self {
+            Self::Contact { friction, .. } => {
+                let (law, response) = (ContactLaw::plastic(*friction), Self::response(responses));
+                let missed = law.residual(&response, &Vector3::x(), &three(p), &three(u));
+                largest(missed.normal, largest(missed.friction, missed.cone))
+            }
+            Self::Rows(rows) => {
+                let each = rows.iter().zip(responses).zip(p.iter().zip(u));
+                each.map(|((row, w), (p, u))| row.graph(1.0).residual(*u, *p, 1.0 / w))
+                    .fold(0.0, largest)
+            }
+        }
+    }
+
+    /// The square of a group's part in (C4).
+    fn squared_error(&self, p: &[f64], u: &[f64]) -> f64 {
+        match self {
+            Self::Contact { friction, .. } => {
+                let (p, mut pull) = (three(p), three(p) - three(u));
+                pull[0] -= friction * three(u).yz().norm();
+                (p - project_on_cone(pull, *friction)).norm_squared()
+            }
+            Self::Rows(rows) => {
+                let each = rows.iter().zip(p.iter().zip(u));
+                each.map(|(row, (p, u))| (p - row.graph(1.0).projected(p - u, 1.0)).powi(2)).sum()
+            }
+        }
+    }
+}
+
+/// The nearest point of ‖x_t‖ ≤ μ x_n, the first component being the normal one.
+fn project_on_cone(x: Vector3<f64>, friction: f64) -> Vector3<f64> {
+    let (normal, tangential) = (x[0], x.yz().norm());
+    if tangential <= friction * normal {
+        return x;
+    }
+    if friction * tangential <= -normal {
+        return Vector3::zeros();
+    }
+    let pressed = (friction * tangential + normal) / (1.0 + friction * friction);
+    let shrink = friction * pressed / tangential;
+    Vector3::new(pressed, shrink * x[1], shrink * x[2])
+}

@@ -1,0 +1,192 @@
+//! Where the energy of a step goes.
+//!
+//! A step changes the energy E = T + V (eq. 35) by the work of all that acts on the bodies, on the means of their velocities
+//! before and after its impulses, and by what the scheme adds:
+//!
+//! ```text
+//! E⁺ − E = Σ h (f·v̄ + τ·ω̄) + D,   v̄ = ½ (v + v⁺),   ω̄ = ½ I⁻¹ (P⁻(ω) + P⁺(ω⁺))          (eq. 36)
+//! ```
+//!
+//! The sum goes over loads, drives, reactions of joints, and contacts along and across their normals; gravity has its part in E.
+//! D is what turning the momentum changes of the energy in it,
+//!
+//! ```text
+//! D = ½ P⁻(ω⁺)·I⁻¹ P⁻(ω⁺) − ½ P⁺(ω⁺)·I⁻¹ P⁺(ω⁺),
+//! ```
+//!
+//! and of the tutorial's form −½ h m g·(v⁺ − v) − ½ h ω·(ω⁺ × I ω⁺). Every term is computed by itself. With a residual of
+//! rounding the balance closes to rounding.
+
+use crate::contact::certificate::Claim;
+use crate::contact::{Contact, Partner};
+use crate::joint::{Axis, JointForce};
+use crate::mechanics::{RigidBody, Rotation, State, Wrench};
+use crate::world::World;
+use nalgebra::Vector3;
+
+/// The terms of (36), J.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct EnergyBalance {
+    /// The work of forces and torques from outside, without gravity.
+    pub loads: f64,
+    /// Of motors, springs, dampers, friction and limits of joints, of drives of gears, and of frames in the world that move.
+    pub drives: f64,
+    /// Of what joints and gears hold.
+    pub reactions: f64,
+    /// Of contacts along their normals: below zero in an inelastic impact.
+    pub impacts: f64,
+    /// Of contacts across their normals: below zero where nothing carries.
+    pub friction: f64,
+    /// D.
+    pub discretisation: f64,
+}
+
+impl EnergyBalance {
+    /// Terms that cannot be known.
+    const UNKNOWN: Self = Self {
+        loads: f64::NAN,
+        drives: f64::NAN,
+        reactions: f64::NAN,
+        impacts: f64::NAN,
+        friction: f64::NAN,
+        discretisation: f64::NAN,
+    };
+
+    /// The balance of the step of `world` that `claim` tells, with these contact forces (N, world), one a contact. Every
+    /// term is NaN if the claim is none of the world.
+    #[must_use]
+    pub fn of(
+        world: &World,
+        claim: &Claim<'_>,
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+    ) -> Self {
+        if !claim.is_of(world) {
+            return Self::UNKNOWN;
+        }
+        let means = Means::of(world, claim);
+        let mut balance = Self::default();
+        for (body, wrench) in claim.wrenches.iter().enumerate() {
+            balance.loads += means.work(body, wrench);
+        }
+        for (contact, force) in claim.contacts.iter().zip(forces) {
+            let along = contact.normal() * contact.normal().dot(&force);
+            balance.impacts += means.work_of_contact(contact, &along);
+            balance.friction += means.work_of_contact(contact, &(force - along));
+        }
+        for (joint, force) in world.joints().iter().zip(claim.joints) {
+            let held = |axes: &[Axis; 3], force: &Vector3<f64>| {
+                Vector3::from_fn(
+                    |k, _| if matches!(axes[k], Axis::Locked) { force[k] } else { 0.0 },
+                )
+            };
+            let reaction = JointForce {
+                force: held(joint.linear(), &force.force),
+                torque: held(joint.angular(), &force.torque),
+                ..*force
+            };
+            let drive = JointForce {
+                force: force.force - reaction.force,
+                torque: force.torque - reaction.torque,
+                ..*force
+            };
+            let work = |of| means.work_of_all(|loads| joint.add_loads(claim.states, of, loads));
+            balance.drives += work(&drive);
+            let kind = if joint.moves() { &mut balance.drives } else { &mut balance.reactions };
+            *kind += work(&reaction);
+        }
+        for (gear, force) in world.gears().iter().zip(claim.gears) {
+            let mut work = 0.0;
+            for (index, load) in gear.loads(*force, claim.joints) {
+                let joint = &world.joints()[index];
+                work += means.work_of_all(|loads| joint.add_loads(claim.states, &load, loads));
+            }
+            let kind = match gear.drive() {
+                None => &mut balance.reactions,
+                Some(_) => &mut balance.drives,
+            };
+            *kind += work;
+        }
+        let bodies = world.bodies().iter().zip(claim.states.iter().zip(claim.next));
+        for (index, (body, ends)) in bodies.enumerate() {
+            if !world.is_held(index) {
+                balance.discretisation += discretisation(world, body, ends.0, ends.1);
+            }
+        }
+        balance
+    }
+
+    /// The terms, in the order of the columns of steps.csv.
+    #[must_use]
+    pub fn terms(&self) -> [f64; 6] {
+        let Self { loads, drives, reactions, impacts, friction, discretisation } = *self;
+        [loads, drives, reactions, impacts, friction, discretisation]
+    }
+}
+
+/// The mean velocities of a step.
+struct Means<'a> {
+    claim: &'a Claim<'a>,
+    h: f64,
+    /// v̄ (world) and ω̄ (body); zero of what is held.
+    velocities: Vec<(Vector3<f64>, Vector3<f64>)>,
+}
+
+impl<'a> Means<'a> {
+    fn of(world: &World, claim: &'a Claim<'a>) -> Self {
+        let h = world.time_step();
+        let mean = |(index, body): (usize, &RigidBody)| {
+            if world.is_held(index) {
+                return (Vector3::zeros(), Vector3::zeros());
+            }
+            let (state, next) = (&claim.states[index], &claim.next[index]);
+            let (form, inertia) = (world.rotation(), (body.inertia(), body.inertia_inverse()));
+            let before = form.arriving_spin(inertia, &state.spin, h);
+            let after = form.departing_spin(inertia, &next.spin, h);
+            (0.5 * (state.velocity + next.velocity), 0.5 * (before + after))
+        };
+        Self { claim, h, velocities: world.bodies().iter().enumerate().map(mean).collect() }
+    }
+
+    fn work(&self, body: usize, wrench: &Wrench) -> f64 {
+        let (velocity, spin) = &self.velocities[body];
+        self.h * (wrench.force.dot(velocity) + wrench.torque.dot(spin))
+    }
+
+    /// The work of a force on A at a contact, and of the opposite one on B.
+    fn work_of_contact(&self, contact: &Contact, force: &Vector3<f64>) -> f64 {
+        let a = contact.key.body;
+        let on_a = self.work(a, &Wrench { force: *force, torque: contact.torque_map * force });
+        let Partner::Body(b) = contact.key.partner else { return on_a };
+        let [of_a, of_b] = [a, b].map(|body| &self.claim.states[body]);
+        let arm = of_a.position + contact.arm - of_b.position;
+        let torque = of_b.pose().rotation.tr_mul(&arm.cross(force));
+        on_a - self.work(b, &Wrench { force: *force, torque })
+    }
+
+    /// The work of what `add` puts on all bodies.
+    fn work_of_all(&self, add: impl FnOnce(&mut [Wrench])) -> f64 {
+        let mut loads = vec![Wrench::zero(); self.velocities.len()];
+        add(&mut loads);
+        loads.iter().enumerate().map(|(body, load)| self.work(body, load)).sum()
+    }
+}
+
+/// D of a body.
+fn discretisation(world: &World, body: &RigidBody, state: &State, next: &State) -> f64 {
+    let (h, inertia) = (world.time_step(), body.inertia());
+    let form = world.rotation();
+    match form {
+        Rotation::Tutorial => {
+            let falling = world.gravity().dot(&(next.velocity - state.velocity));
+            let turning = state.spin.dot(&next.spin.cross(&(inertia * next.spin)));
+            -0.5 * h * (body.mass() * falling + turning)
+        }
+        Rotation::Momentum => {
+            let inverse = body.inertia_inverse();
+            let arriving = form.arriving_spin((inertia, inverse), &next.spin, h);
+            let departing = form.departing_spin((inertia, inverse), &next.spin, h);
+            // A difference of two near numbers, of which the sum and the difference are known.
+            0.5 * (arriving - departing).dot(&(inertia * (arriving + departing)))
+        }
+    }
+}

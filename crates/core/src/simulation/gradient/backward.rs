@@ -1,0 +1,379 @@
+//! The backward pass through a run.
+//!
+//! The run is cut into stretches. A first pass forwards saves where each begins; then they are run again from the last to the first, each
+//! forwards with its derivatives and then backwards. A stretch in which nothing moves is not run again: all its steps are one.
+
+use super::{Run, RunGradient};
+use crate::derivative::StateChange;
+use crate::error::Error;
+use crate::mechanics::State;
+use crate::simulation::{Saved, Simulation, StepRecord};
+use crate::solver::native::{StepDerivative, StepGradient};
+use crate::step::StepStatus;
+use crate::world::World;
+use nalgebra::Matrix3;
+
+/// Derivatives of so few steps at a time are as fast as any number, and their memory stays near.
+const FEW: u64 = 16;
+
+/// What the way back needs of a step beside its derivative.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Taken {
+    pub(super) index: u64,
+    /// Whether it neither failed nor is wild.
+    pub(super) is_solved: bool,
+    /// Whether it took a part of its restitution.
+    pub(super) is_limited: bool,
+    /// At its end.
+    states: Vec<State>,
+    /// Of the bodies with loads that act beside their centres, how the torques follow their turns, N m/rad, body.
+    turned: Vec<(usize, Matrix3<f64>)>,
+    /// Which of the stretch's derivatives is its own; none of a step that is the one at rest.
+    derivative: Option<usize>,
+}
+
+impl Taken {
+    /// Notes the last step of the simulation, which `record` describes.
+    fn note(&mut self, simulation: &Simulation<'_>, record: &StepRecord) {
+        let Self { index, is_solved, is_limited, states, turned, derivative } = self;
+        *index = record.index;
+        let unsolved = [StepStatus::Failed, StepStatus::Substepped, StepStatus::Wild];
+        *is_solved = !unsolved.contains(&record.report.status);
+        *is_limited = record.restitution_share < 1.0;
+        states.clone_from(&record.solution.states);
+        turned.clear();
+        turned.extend(simulation.loads_by_turns(record));
+        *derivative = None;
+    }
+}
+
+/// Where a stretch begins, and whether each of its steps is the one before it again.
+struct Stretch {
+    from: u64,
+    start: Saved,
+    rests: bool,
+}
+
+/// What a step that was linearised is.
+#[derive(Clone, Copy, PartialEq)]
+enum BackwardResult {
+    Motion,
+    /// The one at rest that was known.
+    Rest,
+    /// Another one.
+    NewRest,
+}
+
+/// The backward pass.
+pub(super) struct Backward {
+    first: u64,
+    /// How many steps are linearised at a time, and how many simulations may be saved.
+    stretch: u64,
+    saved: u64,
+    /// The derivatives by the states that the pass is at.
+    dual: Vec<StateChange>,
+    found: RunGradient,
+    step: StepGradient,
+    /// The steps of a stretch, what the last of them came to, and derivatives of those that move: all to be used again.
+    taken: Vec<Taken>,
+    record: StepRecord,
+    derivatives: Vec<StepDerivative>,
+    /// The derivative of the step at rest that was met last, and the sum of all that went back through it and is still to be
+    /// multiplied for the constants.
+    resting: StepDerivative,
+    owed: Vec<StateChange>,
+    /// Whether the pass is at a stretch that rests, through whose steps it went by `resting`.
+    is_resting: bool,
+    end: Option<Saved>,
+}
+
+impl Backward {
+    /// At the end of a run from step `first` on, of which nothing is known yet.
+    pub(super) fn begin(run: &Run<'_>, first: u64, world: &World) -> Result<Self, Error> {
+        let bodies = world.bodies().len();
+        let infinite = (f64::INFINITY, first);
+        let saved = run.checkpoints.saved.max(2) as u64;
+        Ok(Self {
+            first,
+            stretch: run.steps.div_ceil(saved).max(FEW).min(run.checkpoints.steps.max(1) as u64),
+            saved,
+            dual: vec![StateChange::zero(); bodies],
+            found: RunGradient {
+                constants: run.constants.iter().map(|c| vec![0.0; c.width(world)]).collect(),
+                margin: infinite,
+                feature_margin: infinite,
+                ..RunGradient::default()
+            },
+            step: StepGradient::default(),
+            taken: Vec::new(),
+            record: StepRecord::new(),
+            derivatives: Vec::new(),
+            resting: derivative_of(run)?,
+            owed: vec![StateChange::zero(); bodies],
+            is_resting: false,
+            end: None,
+        })
+    }
+
+    /// What was found, the pass being at `start`; the simulation is left at the end of the run.
+    pub(super) fn end(
+        mut self,
+        simulation: &mut Simulation<'_>,
+        run: &mut Run<'_>,
+        start: &Saved,
+    ) -> Result<RunGradient, Error> {
+        self.settle(run)?;
+        self.add(run, 0, start.states())?;
+        if let Some(end) = &self.end {
+            simulation.restore(end)?;
+        }
+        let mut found = self.found;
+        found.states = self.dual;
+        found.wrenches.reverse();
+        Ok(found)
+    }
+
+    /// Adds the derivatives by the `states` after so many steps.
+    fn add(&mut self, run: &mut Run<'_>, steps: u64, states: &[State]) -> Result<(), Error> {
+        let Some(by_states) = (run.by_states)(steps, states) else { return Ok(()) };
+        let (field, count) = ("derivatives by states", by_states.len());
+        if count != self.dual.len() {
+            return Err(Error::Count { field, count, allowed: "one a body" });
+        }
+        for (dual, more) in self.dual.iter_mut().zip(&by_states) {
+            *dual = dual.plus(1.0, more);
+        }
+        Ok(())
+    }
+
+    /// Goes through the steps `from`…`to` backwards; `start` is where the first of them begins.
+    pub(super) fn go(
+        &mut self,
+        simulation: &mut Simulation<'_>,
+        run: &mut Run<'_>,
+        from: u64,
+        to: u64,
+        start: &Saved,
+    ) -> Result<(), Error> {
+        let count = to - from;
+        if count <= self.stretch {
+            return self.leaf(simulation, run, from, to, start);
+        }
+        // As few stretches as fill the memory, or all that there are.
+        let parts = count.div_ceil(self.stretch).min(self.saved);
+        let length = count.div_ceil(parts);
+        let mut stretches = vec![Stretch { from, start: start.clone(), rests: true }];
+        simulation.restore(start)?;
+        for k in from..to {
+            if k > from && (k - from).is_multiple_of(length) {
+                stretches.push(Stretch { from: k, start: simulation.save(), rests: true });
+            }
+            let Some(stretch) = stretches.last_mut() else { break };
+            // The last part runs when it is differentiated.
+            if k >= from + (parts - 1) * length {
+                stretch.rests = false;
+                break;
+            }
+            simulation.advance(run, &mut self.record)?;
+            stretch.rests &= simulation.scratch.rest.stays();
+        }
+        let saved = self.saved;
+        self.saved = (saved.saturating_sub(parts)).max(2);
+        let mut end = to;
+        while let Some(Stretch { from, start, rests }) = stretches.pop() {
+            if from < end && !(rests && self.rest(simulation, run, from, end, &start)?) {
+                self.is_resting = false;
+                self.go(simulation, run, from, end, &start)?;
+            }
+            end = from;
+        }
+        self.saved = saved;
+        Ok(())
+    }
+
+    /// The steps of a stretch of which each is the one before it again, if that is so of the first; whether it is.
+    fn rest(
+        &mut self,
+        simulation: &mut Simulation<'_>,
+        run: &mut Run<'_>,
+        from: u64,
+        to: u64,
+        start: &Saved,
+    ) -> Result<bool, Error> {
+        let mut taken = std::mem::take(&mut self.taken);
+        taken.resize_with(taken.len().max(1), Taken::default);
+        // A stretch that is followed by one of the same steps has them, too.
+        let mut is_at_rest = self.is_resting;
+        if !is_at_rest {
+            simulation.restore(start)?;
+            simulation.advance(run, &mut self.record)?;
+            taken[0].note(simulation, &self.record);
+            let found = self.linearise(simulation, run, 0)?;
+            is_at_rest = found != BackwardResult::Motion;
+            if found == BackwardResult::NewRest {
+                self.settle(run)?;
+                std::mem::swap(&mut self.derivatives[0], &mut self.resting);
+            }
+        }
+        for k in (from..to).rev().take_while(|_| is_at_rest) {
+            taken[0].index = self.first + k;
+            self.back(run, &taken[0], &mut [])?;
+        }
+        self.is_resting = is_at_rest;
+        self.taken = taken;
+        Ok(is_at_rest)
+    }
+
+    /// The steps of one stretch: forwards with their derivatives, then backwards.
+    fn leaf(
+        &mut self,
+        simulation: &mut Simulation<'_>,
+        run: &mut Run<'_>,
+        from: u64,
+        to: u64,
+        start: &Saved,
+    ) -> Result<(), Error> {
+        simulation.restore(start)?;
+        let count = (to - from) as usize;
+        let mut taken = std::mem::take(&mut self.taken);
+        taken.resize_with(taken.len().max(count), Taken::default);
+        let (mut last, mut used) = (BackwardResult::Motion, 0);
+        for k in 0..count {
+            simulation.advance(run, &mut self.record)?;
+            taken[k].note(simulation, &self.record);
+            last = match last {
+                BackwardResult::Rest | BackwardResult::NewRest
+                    if simulation.scratch.rest.stays() =>
+                {
+                    BackwardResult::Rest
+                }
+                _ => self.linearise(simulation, run, used)?,
+            };
+            match last {
+                BackwardResult::Motion => {
+                    taken[k].derivative = Some(used);
+                    used += 1;
+                }
+                BackwardResult::Rest => {}
+                BackwardResult::NewRest => {
+                    self.settle(run)?;
+                    std::mem::swap(&mut self.derivatives[used], &mut self.resting);
+                    // Those before that are without one are of the step at rest that was known.
+                    let earlier = taken[..k].iter_mut().map(|taken| &mut taken.derivative);
+                    earlier.filter(|of| of.is_none()).for_each(|of| *of = Some(used));
+                    used += 1;
+                }
+            }
+        }
+        if self.end.is_none() {
+            self.end = Some(simulation.save());
+        }
+        let mut derivatives = std::mem::take(&mut self.derivatives);
+        for step in taken[..count].iter().rev() {
+            self.back(run, step, &mut derivatives)?;
+        }
+        (self.taken, self.derivatives) = (taken, derivatives);
+        Ok(())
+    }
+
+    /// Linearises the last step, which `record` describes, with the derivative that has this place, unless it is the one at rest.
+    fn linearise(
+        &mut self,
+        simulation: &Simulation<'_>,
+        run: &Run<'_>,
+        place: usize,
+    ) -> Result<BackwardResult, Error> {
+        if self.derivatives.len() == place {
+            self.derivatives.push(derivative_of(run)?);
+        }
+        let Self { record, derivatives, resting, .. } = self;
+        let (contacts, solution, derivative) =
+            (&record.contacts, &record.solution, &mut derivatives[place]);
+        let mut free = derivative.take_flights();
+        let found = simulation.with_step(record, &mut free, |step| {
+            if resting.is_at_rest_in(step, contacts, solution) {
+                return Ok(BackwardResult::Rest);
+            }
+            derivative.linearise(step, contacts, solution)?;
+            Ok(if derivative.is_at_rest() {
+                BackwardResult::NewRest
+            } else {
+                BackwardResult::Motion
+            })
+        });
+        derivative.keep_flights(free);
+        found?
+    }
+
+    /// Goes back through a step, of which the derivative is among these or that of the step at rest.
+    fn back(
+        &mut self,
+        run: &mut Run<'_>,
+        step: &Taken,
+        derivatives: &mut [StepDerivative],
+    ) -> Result<(), Error> {
+        self.add(run, step.index + 1 - self.first, &step.states)?;
+        let derivative = match step.derivative {
+            Some(of) => &mut derivatives[of],
+            None => &mut self.resting,
+        };
+        self.found.note(step, derivative);
+        if step.derivative.is_none() && derivative.pull_at_rest(&self.dual, &mut self.step)? {
+            let owed = self.owed.iter_mut().zip(&self.dual);
+            owed.for_each(|(owed, dual)| *owed = owed.plus(1.0, dual));
+        } else {
+            derivative.pull(&self.dual, run.constants, &mut self.step)?;
+        }
+        self.dual.clone_from(&self.step.states);
+        // Loads that act at a point of a body turn it otherwise where it is turned.
+        for (body, by) in &step.turned {
+            self.dual[*body].turn += by.tr_mul(&self.step.wrenches[*body].torque);
+        }
+        self.found.wrenches.push(self.step.wrenches.clone());
+        self.add_constants();
+        Ok(())
+    }
+
+    /// Adds the derivatives by the constants of what went back through the step at rest: a product with the sum.
+    fn settle(&mut self, run: &Run<'_>) -> Result<(), Error> {
+        if self.owed.iter().all(|owed| *owed == StateChange::zero()) {
+            return Ok(());
+        }
+        if !run.constants.is_empty() {
+            self.resting.pull(&self.owed, run.constants, &mut self.step)?;
+            self.add_constants();
+        }
+        self.owed.fill(StateChange::zero());
+        Ok(())
+    }
+
+    /// Adds the derivatives by the constants of the last product.
+    fn add_constants(&mut self) {
+        let sums = self.found.constants.iter_mut().zip(&self.step.constants);
+        for (sum, more) in sums.flat_map(|(sums, more)| sums.iter_mut().zip(more)) {
+            *sum += more;
+        }
+    }
+}
+
+/// Of no step yet, smoothed as the run asks for.
+fn derivative_of(run: &Run<'_>) -> Result<StepDerivative, Error> {
+    run.smoothing.map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)
+}
+
+impl Simulation<'_> {
+    /// Of the bodies with loads that act beside their centres in a step, how the torques follow their turns, N m/rad, body.
+    fn loads_by_turns(&self, record: &StepRecord) -> impl Iterator<Item = (usize, Matrix3<f64>)> {
+        let h = self.world().time_step();
+        let each = self.outside.iter().zip(&record.states).enumerate();
+        each.filter_map(move |(body, (outside, state))| {
+            Some((body, outside.load.torque_by_turn(record.index, h, &state.attitude)?))
+        })
+    }
+
+    /// One step of `run`.
+    fn advance(&mut self, run: &mut Run<'_>, record: &mut StepRecord) -> Result<(), Error> {
+        (run.before)(self)?;
+        self.step(record)
+    }
+}

@@ -1,0 +1,133 @@
+//! One step: free flight, or candidates, solver and certificate.
+
+use super::{Past, StepScratch, squeeze, wild};
+use crate::contact::certificate::{Claim, certify_rk4_step};
+use crate::contact::{Certificate, Detection, rounding};
+use crate::error::Error;
+use crate::mechanics::State;
+use crate::mechanics::dynamics::rk4_step;
+use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use crate::world::World;
+use std::sync::atomic::AtomicBool;
+
+/// Each body by itself, by the Runge–Kutta method.
+pub(super) fn floating_step(
+    world: &World,
+    states: &[State],
+    scratch: &mut StepScratch,
+) -> (StepReport, Certificate) {
+    let StepScratch { wrenches, candidates, solution, .. } = scratch;
+    candidates.clear();
+    solution.set_free(&[]);
+    let bodies = world.bodies().iter().zip(states).zip(&*wrenches);
+    solution.states.extend(bodies.enumerate().map(|(index, ((body, state), wrench))| {
+        if world.is_held(index) {
+            return *state;
+        }
+        let mut total = *wrench;
+        total.force += world.gravity() * body.mass();
+        rk4_step(body, state, &total, world.time_step())
+    }));
+    let contacts = candidates.contacts();
+    let claim =
+        Claim { states, next: &solution.states, wrenches, contacts, joints: &[], gears: &[] };
+    (StepReport::without_problem(StepStatus::Free), certify_rk4_step(world, &claim))
+}
+
+/// Free flight, detection, solver, certificate; and the share of restitution taken. The solution
+/// is left in the scratch memory.
+pub(super) fn contact_step(
+    world: &World,
+    past: Past<'_>,
+    detection: Detection,
+    solver: &mut dyn StepSolver,
+    interrupt: Option<&AtomicBool>,
+    scratch: &mut StepScratch,
+) -> Result<(StepReport, Certificate, f64), Error> {
+    let StepScratch {
+        wrenches,
+        free,
+        candidates,
+        bounce,
+        solution,
+        certifier,
+        judge,
+        squeeze,
+        rest,
+        ..
+    } = scratch;
+    let Past { now: previous, before: earlier } = past;
+    let states = &previous.states;
+    free.clear();
+    let flights = states.iter().zip(&*wrenches).enumerate();
+    free.extend(flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)));
+
+    let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
+    let needs_contact = candidates.find(detection, world, states, free);
+    rest.found(candidates.contacts().len());
+    let (mut report, share, accepted) = if needs_contact {
+        rest.tell(solver);
+        let (report, share) = bounce.solve(&step, solver, candidates, solution)?;
+        let islands = solver.islands();
+        rest.keep(|body| islands.as_ref().is_some_and(|islands| islands.rested(body)));
+        (report, share, solver.accepted_residual())
+    } else {
+        rest.keep(|_| false);
+        solution.set_free(free);
+        // Exact but for an implicit gyroscopic equation without a solution in reach.
+        (StepReport::without_problem(StepStatus::Free), 1.0, 0.0)
+    };
+    let passes = candidates.passes(world, states, &solution.states);
+    let contacts = candidates.contacts();
+    let (joints, gears) = (&solution.joints, &solution.gears);
+    let claim = Claim { states, next: &solution.states, wrenches, contacts, joints, gears };
+    let certificate = certifier.step_beside(world, &claim, solution.forces(), rest.bodies());
+    // A solver may think better of a point than it is. A NaN is within nothing.
+    let residual = certificate.residual();
+    let rounding = || rounding::residual(world, states, &solution.states);
+    let within = residual <= accepted || residual <= rounding();
+    let solved = !matches!(report.status, StepStatus::Free | StepStatus::Failed);
+    if !within {
+        report.status = StepStatus::Failed;
+    } else if solved
+        && judge.is_wild_step(world, &claim, certifier.seen(), solution.forces(), accepted)
+    {
+        report.status = StepStatus::Wild;
+    }
+    if report.status == StepStatus::Failed {
+        let least = world.time_step() * accepted.max(rounding());
+        *squeeze = squeeze::find(world, states, contacts, least);
+    }
+    // What met something unseen went another way.
+    let unseen = passes || wild::is_lost(world, states, &solution.states);
+    if unseen && report.status != StepStatus::Failed {
+        report.status = StepStatus::Wild;
+    }
+    Ok((report, certificate, share))
+}
+
+/// A solution of another size than the step's would be read out of place.
+#[inline]
+pub(super) fn check_sizes(
+    solution: &StepSolution,
+    step: &Step<'_>,
+    contacts: usize,
+) -> Result<(), Error> {
+    let StepSolution { states, contacts: forces, joints, gears } = solution;
+    let found = [states.len(), forces.len(), joints.len(), gears.len()];
+    let (world, bodies) = (step.world, step.states.len());
+    let wanted = [bodies, contacts, world.joints().len(), world.gears().len()];
+    if found == wanted { Ok(()) } else { Err(of_another_size(found, wanted)) }
+}
+
+#[cold]
+#[inline(never)]
+fn of_another_size(found: [usize; 4], wanted: [usize; 4]) -> Error {
+    let [states, contacts, joints, gears] = found;
+    let [bodies, candidates, tied, geared] = wanted;
+    let why = format!(
+        "its solution has {states} states, {contacts} contact forces and the forces of {joints} joints and \
+         {gears} gears where the step has {bodies}, {candidates}, {tied} and {geared}"
+    );
+    Error::Solver { solver: "the step's solver", why }
+}

@@ -1,0 +1,339 @@
+//! A step that the native solver does not solve: shorter steps in its place, or a motion that makes no energy.
+//!
+//! The world is taken through 2, 4, … 64 steps of h/n until each of them is solved. The bodies of the islands without a solution
+//! end where that ends; all others keep the solution that they have. Two numbers of a state depend on the time step and are
+//! exchanged before and after: a spin for that of the same momentum P⁻ (eq. 34), and the velocity of what flies for
+//! v + ½ (h − h/n) g. Contacts and joints have the mean force of the shorter steps. The residual is that of these forces in one
+//! step, and not small.
+//!
+//! A point near the solution that makes no energy stays, and the step is failed. If the shorter steps are not solved either, an
+//! island that makes no energy keeps the best point of the solver. Any other moves on as one rigid body with its momentum P and
+//! angular momentum L, or stands still if it touches what is fixed:
+//!
+//! ```text
+//! v = P/m + h g,   ω = I⁻¹ L
+//! ```
+//!
+//! Of all motions with this P and L, a rigid one has the least kinetic energy.
+
+use super::islands::Islands;
+use super::{Motion, Simulation, StepRecord, StepScratch};
+use crate::contact::certificate::Claim;
+use crate::contact::{Candidates, Certificate};
+use crate::joint::JointForce;
+use crate::mechanics::quaternion::{product, rotation};
+use crate::mechanics::{RigidBody, Rotation, State};
+use crate::step::{ContactForce, StepReport, StepSolution, StepStatus};
+use crate::world::World;
+use nalgebra::{Matrix3, Vector3, Vector4};
+
+/// A point that misses the law by less than this many times what counts as solved is nearer to the solution than shorter
+/// steps, which fall by another half of h² g.
+const NEAR: f64 = 1e3;
+
+/// The most parts that a step is taken in.
+const MOST_PARTS: u64 = 64;
+
+/// Newton steps to the spin of a momentum, at most: the map is near linear.
+const MOST_NEWTON: u32 = 20;
+
+/// Report and certificate of a step that its solver had not solved.
+type Rescued = (StepReport, Certificate);
+
+impl Simulation<'_> {
+    /// Takes the step that failed so in shorter ones, or has it make no energy. `unsolved_bodies` gets the
+    /// bodies of the islands without a solution. `None` where the step stays as it is: of another solver, and near the
+    /// solution.
+    /// An interrupt waits for it: what another solver has begun could not be begun again with the same bits.
+    pub(super) fn rescued(
+        &mut self,
+        (report, certificate): Rescued,
+        unsolved_bodies: &mut Vec<usize>,
+    ) -> Option<Rescued> {
+        let bodies = self.now.states.len();
+        let Motion::Contact { solver, .. } = &mut self.motion else { return None };
+        let is_near = certificate.residual() <= NEAR * solver.accepted_residual();
+        // The steps of other solvers stay what they made of them.
+        let solver = solver.islands()?;
+        let is_solved = |body: usize| solver.is_solved(body);
+        // A certificate may find fault with what the solver took for solved.
+        let all_are = (0..bodies).all(is_solved);
+        let unsolved: Vec<bool> = (0..bodies).map(|body| all_are || !is_solved(body)).collect();
+        unsolved_bodies.extend((0..bodies).filter(|body| unsolved[*body]));
+
+        if is_near && !self.makers().contains(&true) {
+            return None;
+        }
+        let mut report = report;
+        let mut parts = 2;
+        let mut is_taken = false;
+        while parts <= MOST_PARTS && !is_taken {
+            is_taken = self.in_parts(parts, &unsolved).is_some();
+            parts *= 2;
+        }
+        if is_taken {
+            report.status = StepStatus::Substepped;
+            self.scratch.squeeze = None;
+        } else {
+            self.hold_energy();
+        }
+        self.scratch.rest.end();
+        Some((report, self.certify()))
+    }
+
+    /// Takes the step in so many parts. The states and forces of the `unsolved` bodies are then in the scratch memory's
+    /// solution. `None` if one of the parts is not solved.
+    fn in_parts(&mut self, parts: u64, unsolved: &[bool]) -> Option<()> {
+        let mut parameters = self.world.parameters().clone();
+        parameters.time_step /= parts as f64;
+        let world = self.world.with_parameters(parameters).ok()?;
+        let flies: Vec<bool> = self.standing().into_iter().map(|stands| !stands).collect();
+        let exchanged = |states: &[State], from: &World, to: &World| -> Option<Vec<State>> {
+            let bodies = from.bodies().iter().zip(states).zip(&flies);
+            let of = |((body, state), flies): ((&RigidBody, &State), &bool)| {
+                same_momentum(body, state, *flies, from, to)
+            };
+            bodies.map(of).collect()
+        };
+        let states = exchanged(&self.now.states, &self.world, &world)?;
+        let motion = Motion::native(&world);
+        let mut short = Simulation::at(world, &states, motion, Candidates::new()).ok()?;
+        short.index = self.index.saturating_mul(parts);
+        short.outside.clone_from(&self.outside);
+        short.driving.clone_from(&self.driving);
+        short.now.joints.clone_from(&self.now.joints);
+        short.is_part = true;
+        let (mut record, mut mean) = (StepRecord::new(), MeanForces::new(&self.world));
+        for _ in 0..parts {
+            short.step(&mut record).ok()?;
+            if matches!(record.report.status, StepStatus::Failed | StepStatus::Wild) {
+                return None;
+            }
+            mean.add(&record.solution, 1.0 / parts as f64);
+        }
+        let ends = exchanged(&short.now.states, &short.world, &self.world)?;
+        let StepScratch { solution, .. } = &mut self.scratch;
+        for (body, end) in ends.into_iter().enumerate().filter(|(body, _)| unsolved[*body]) {
+            solution.states[body] = end;
+        }
+        for force in solution.contacts.iter_mut().filter(|force| unsolved[force.key.body]) {
+            force.force = mean.force(force);
+        }
+        for (index, joint) in self.world.joints().iter().enumerate() {
+            if unsolved[joint.body()] {
+                let JointForce { force, torque, .. } = mean.joints[index];
+                let angles = short.now.joints[index].angles;
+                solution.joints[index] = JointForce { force, torque, angles };
+            }
+        }
+        for (index, gear) in self.world.gears().iter().enumerate() {
+            if unsolved[self.world.joints()[gear.axes()[0].joint].body()] {
+                solution.gears[index] = mean.gears[index];
+            }
+        }
+        Some(())
+    }
+
+    /// Of each body, whether its island touches what is fixed.
+    fn standing(&self) -> Vec<bool> {
+        let Self { world, now, scratch, .. } = self;
+        let (contacts, bodies) = (scratch.candidates.contacts(), now.states.len());
+        let islands = self.islands();
+        let mut stands = vec![false; bodies];
+        for body in (0..bodies).filter(|body| world.is_held(*body)) {
+            stands[islands.of(body)] = true;
+        }
+        for contact in contacts {
+            stands[islands.of(contact.key.body)] |= contact.key.partner.body().is_none();
+        }
+        for joint in world.joints() {
+            stands[islands.of(joint.body())] |= joint.other().is_none();
+        }
+        (0..bodies).map(|body| stands[islands.of(body)]).collect()
+    }
+
+    fn islands(&self) -> Islands {
+        let mut islands = Islands::default();
+        let keys = self.scratch.candidates.contacts().iter().map(|contact| &contact.key);
+        islands.find(self.now.states.len(), keys, &self.world);
+        islands
+    }
+
+    /// Whether the island of each body makes energy in the scratch memory's solution.
+    fn makers(&mut self) -> Vec<bool> {
+        let Self { world, now, scratch, .. } = self;
+        let StepScratch { candidates, solution, wrenches, judge, certifier, .. } = scratch;
+        let claim = Claim {
+            states: &now.states,
+            next: &solution.states,
+            wrenches,
+            contacts: candidates.contacts(),
+            joints: &solution.joints,
+            gears: &solution.gears,
+        };
+        certifier.contact_step(world, &claim, solution.forces());
+        judge.makers(world, &claim, certifier.seen(), solution.forces())
+    }
+
+    /// Gives islands that make energy a motion that does not.
+    fn hold_energy(&mut self) {
+        let (islands, standing, made) = (self.islands(), self.standing(), self.makers());
+        let Self { world, now, scratch, .. } = self;
+        let solution = &mut scratch.solution;
+        let bodies = now.states.len();
+        for (label, &stands) in standing.iter().enumerate() {
+            let members: Vec<_> = (0..bodies).filter(|body| islands.of(*body) == label).collect();
+            if !members.iter().any(|body| made[*body]) {
+                continue;
+            }
+            let motion =
+                if stands { None } else { Some(RigidMotion::of(world, &now.states, &members)) };
+            for &body in &members {
+                let state = &now.states[body];
+                solution.states[body] = match &motion {
+                    Some(motion) => motion.moved(world, state),
+                    None => State { velocity: Vector3::zeros(), spin: Vector3::zeros(), ..*state },
+                };
+            }
+            let is_member = |body: usize| islands.of(body) == label;
+            for force in solution.contacts.iter_mut().filter(|force| is_member(force.key.body)) {
+                *force = ContactForce::none(force.key);
+            }
+            for (index, joint) in world.joints().iter().enumerate() {
+                if is_member(joint.body()) {
+                    solution.joints[index] = JointForce::none(now.joints[index].angles);
+                }
+            }
+            for (index, gear) in world.gears().iter().enumerate() {
+                if is_member(world.joints()[gear.axes()[0].joint].body()) {
+                    solution.gears[index] = 0.0;
+                }
+            }
+        }
+    }
+
+    /// The certificate of the scratch memory's solution, and its slips.
+    fn certify(&mut self) -> Certificate {
+        let Self { world, now, scratch, .. } = self;
+        let StepScratch { candidates, solution, wrenches, certifier, .. } = scratch;
+        let contacts = candidates.contacts();
+        for (force, contact) in solution.contacts.iter_mut().zip(contacts) {
+            force.normal_force = contact.normal().dot(&force.force);
+            force.slip = contact.slip(world, &now.states, &solution.states);
+        }
+        let (joints, gears) = (&solution.joints, &solution.gears);
+        let (states, next) = (&now.states, &solution.states);
+        let claim = Claim { states, next, wrenches, contacts, joints, gears };
+        certifier.contact_step(world, &claim, solution.forces())
+    }
+}
+
+/// The mean forces of parts.
+struct MeanForces {
+    contacts: Vec<ContactForce>,
+    joints: Vec<JointForce>,
+    gears: Vec<f64>,
+}
+
+impl MeanForces {
+    fn new(world: &World) -> Self {
+        let joints = vec![JointForce::none(Vector3::zeros()); world.joints().len()];
+        Self { contacts: Vec::new(), joints, gears: vec![0.0; world.gears().len()] }
+    }
+
+    fn add(&mut self, part: &StepSolution, share: f64) {
+        let pressing = part.contacts.iter().filter(|contact| contact.carries_force());
+        self.contacts.extend(pressing.map(|contact| {
+            let force = share * contact.force;
+            ContactForce { force, ..*contact }
+        }));
+        for (mean, joint) in self.joints.iter_mut().zip(&part.joints) {
+            mean.force += share * joint.force;
+            mean.torque += share * joint.torque;
+        }
+        for (mean, gear) in self.gears.iter_mut().zip(&part.gears) {
+            *mean += share * gear;
+        }
+    }
+
+    fn force(&self, of: &ContactForce) -> Vector3<f64> {
+        self.contacts.iter().filter(|part| part.key == of.key).map(|part| part.force).sum()
+    }
+}
+
+/// `state` in the world `to` as it is in the world `from`: with a spin of the same momentum and, where the body `flies`, with
+/// the velocity that falls as far in a step, since a velocity is that of half a step before (eq. 35). `None` where no spin of that
+/// momentum is found, as of many radians a step.
+fn same_momentum(
+    body: &RigidBody,
+    state: &State,
+    flies: bool,
+    from: &World,
+    to: &World,
+) -> Option<State> {
+    let (form, inertia, h) = (from.rotation(), body.inertia(), to.time_step());
+    let mut velocity = state.velocity;
+    if flies && form == Rotation::Momentum {
+        velocity += 0.5 * (from.time_step() - h) * from.gravity();
+    }
+    let wanted = form.momentum(inertia, &state.spin, from.time_step());
+    let mut spin = state.spin;
+    for _ in 0..MOST_NEWTON {
+        let off = form.momentum(inertia, &spin, h) - wanted;
+        if off.norm() <= 8.0 * f64::EPSILON * wanted.norm() {
+            return Some(State { velocity, spin, ..*state });
+        }
+        spin -= form.momentum_slope(inertia, &spin, h).try_inverse()? * off;
+    }
+    None
+}
+
+/// How a group of bodies moves as one.
+struct RigidMotion {
+    centre: Vector3<f64>,
+    velocity: Vector3<f64>,
+    /// World.
+    spin: Vector3<f64>,
+}
+
+impl RigidMotion {
+    /// That of the same momentum and angular momentum.
+    fn of(world: &World, states: &[State], members: &[usize]) -> Self {
+        let of = |body: usize| (&world.bodies()[body], &states[body]);
+        let mass: f64 = members.iter().map(|body| of(*body).0.mass()).sum();
+        let weighted = |vector: fn(&State) -> Vector3<f64>| -> Vector3<f64> {
+            let parts = members.iter().map(|body| of(*body));
+            parts.map(|(body, state)| body.mass() * vector(state)).sum::<Vector3<f64>>() / mass
+        };
+        let (centre, velocity) =
+            (weighted(|state| state.position), weighted(|state| state.velocity));
+        let (mut inertia, mut momentum) = (Matrix3::zeros(), Vector3::zeros());
+        for (body, state) in members.iter().map(|body| of(*body)) {
+            let (turn, arm) = (rotation(&state.attitude), state.position - centre);
+            let own = turn * body.inertia() * turn.transpose();
+            inertia += own
+                + body.mass() * (arm.norm_squared() * Matrix3::identity() - arm * arm.transpose());
+            let about = world.rotation().momentum(body.inertia(), &state.spin, world.time_step());
+            momentum += turn * about + body.mass() * arm.cross(&(state.velocity - velocity));
+        }
+        let spin = inertia.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * momentum);
+        Self { centre, velocity: velocity + world.gravity() * world.time_step(), spin }
+    }
+
+    /// The state after the step of a body of the group.
+    fn moved(&self, world: &World, state: &State) -> State {
+        let h = world.time_step();
+        let (angle, arm) = (h * self.spin.norm(), state.position - self.centre);
+        let (sine, cosine) = (0.5 * angle).sin_cos();
+        let axis = if angle > 0.0 { self.spin / self.spin.norm() } else { Vector3::zeros() };
+        let turn = Vector4::new(cosine, sine * axis[0], sine * axis[1], sine * axis[2]);
+        let attitude = product(&turn, &state.attitude).normalize();
+        let arm = rotation(&turn) * arm;
+        State {
+            position: self.centre + h * self.velocity + arm,
+            attitude,
+            velocity: self.velocity + self.spin.cross(&arm),
+            spin: rotation(&attitude).transpose() * self.spin,
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! A sparse linear system of 6 × 6 blocks, one row of blocks a body, with a block where two
+//! bodies are coupled.
+//!
+//! The [pattern](Pattern) is symmetric, the numbers are not. Pivots are
+//! sought inside a body's own block. Between the bodies none are needed as a rule, because the
+//! block of a body holds its own mass and every spring that holds it; where one fails all the same
+//! the system counts as singular, and the caller looks for another direction.
+//!
+//! Where much is to be eliminated, the [fronts](super::fronts) of the same order do it, with the same pattern and pivots
+//! inside a front.
+
+use super::fronts::Fronts;
+use super::pattern::Pattern;
+use super::plan::FrontPlan;
+use super::six::{SixFactors, subtract_product};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
+
+/// The matrix, and its factors in its place after [`BlockSystem::factorise`]:
+///
+/// ```text
+/// M = (D + L) (E + D⁻¹ U)
+/// ```
+///
+/// with the pivot blocks D, what is below them, L, and what is above, U.
+#[derive(Debug, Clone, Default)]
+pub(super) struct BlockSystem {
+    diagonal: Vec<Matrix6<f64>>,
+    /// D, each factorised.
+    pivots: Vec<SixFactors>,
+    /// The blocks (place, later) and (later, place), by their number in the pattern; D⁻¹ U and L at
+    /// last.
+    upper: Vec<Matrix6<f64>>,
+    lower: Vec<Matrix6<f64>>,
+    /// In place of all this where the pattern has a plan for it, and a vector by its places.
+    fronts: Fronts,
+    numbers: Vec<f64>,
+    behind: Vec<f64>,
+    /// Blocks of the fronts that are added to, with their row and column: contacts of the same bodies come one after another.
+    open: [(usize, usize, Matrix6<f64>); OPEN],
+    opened: usize,
+}
+
+/// As many blocks as two bodies have.
+const OPEN: usize = 4;
+
+impl BlockSystem {
+    /// A matrix of this pattern, all of it zero.
+    pub(super) fn begin(&mut self, pattern: &Pattern) {
+        if let Some(plan) = pattern.plan() {
+            self.opened = 0;
+            return self.fronts.begin(plan);
+        }
+        self.diagonal.clear();
+        self.diagonal.resize(pattern.order.len(), Matrix6::zeros());
+        self.upper.clear();
+        self.upper.resize(pattern.order.blocks(), Matrix6::zeros());
+        self.lower.clear();
+        self.lower.resize(pattern.order.blocks(), Matrix6::zeros());
+    }
+
+    /// Adds to the block (row, column), which must be of the pattern.
+    pub(super) fn add(
+        &mut self,
+        pattern: &Pattern,
+        (row, column): (usize, usize),
+        block: &Matrix6<f64>,
+    ) {
+        *self.block_of(pattern, (row, column)) += block;
+    }
+
+    /// Adds to the last three rows and columns of the block (row, column).
+    pub(super) fn add_turning(
+        &mut self,
+        pattern: &Pattern,
+        (row, column): (usize, usize),
+        turning: &Matrix3<f64>,
+    ) {
+        let block = self.block_of(pattern, (row, column));
+        for (to, from) in block.data.0[3..].iter_mut().zip(&turning.data.0) {
+            (0..3).for_each(|i| to[3 + i] += from[i]);
+        }
+    }
+
+    /// The block (row, column), which must be of the pattern, to be added to.
+    pub(super) fn block_of(
+        &mut self,
+        pattern: &Pattern,
+        (row, column): (usize, usize),
+    ) -> &mut Matrix6<f64> {
+        let Some(plan) = pattern.plan() else {
+            return self.block(pattern, pattern.order.place(row), pattern.order.place(column));
+        };
+        let known =
+            self.open[..self.opened].iter().position(|open| (open.0, open.1) == (row, column));
+        let place = known.unwrap_or_else(|| {
+            if self.opened == OPEN {
+                self.close(plan);
+            }
+            let block = self.fronts.block(plan, (plan.place(row), plan.place(column)));
+            self.open[self.opened] = (row, column, block);
+            self.opened += 1;
+            self.opened - 1
+        });
+        &mut self.open[place].2
+    }
+
+    /// Writes the blocks that were added to.
+    fn close(&mut self, plan: &FrontPlan) {
+        for (row, column, block) in &self.open[..self.opened] {
+            self.fronts.set_block(plan, (plan.place(*row), plan.place(*column)), block);
+        }
+        self.opened = 0;
+    }
+
+    /// The block of two places.
+    fn block(&mut self, pattern: &Pattern, row: usize, column: usize) -> &mut Matrix6<f64> {
+        match row.cmp(&column) {
+            std::cmp::Ordering::Equal => &mut self.diagonal[row],
+            std::cmp::Ordering::Less => &mut self.upper[pattern.order.find(row, column)],
+            std::cmp::Ordering::Greater => &mut self.lower[pattern.order.find(column, row)],
+        }
+    }
+
+    /// Factorises the matrix; `false` where a pivot block is singular.
+    pub(super) fn factorise(&mut self, pattern: &Pattern) -> bool {
+        if let Some(plan) = pattern.plan() {
+            self.close(plan);
+            return self.fronts.factorise(plan);
+        }
+        let Self { diagonal, pivots, upper, lower, .. } = self;
+        pivots.clear();
+        for (pivot, row) in (0..pattern.order.len()).map(|pivot| (pivot, pattern.order.row(pivot)))
+        {
+            let Some(factors) = SixFactors::new(&diagonal[pivot]) else { return false };
+            // What is updated is in later rows.
+            let (upper, later_upper) = upper.split_at_mut(row.end);
+            let (lower, later_lower) = lower.split_at_mut(row.end);
+            for upper in &mut upper[row.clone()] {
+                factors.solve_block(upper);
+            }
+            pivots.push(factors);
+            let mut updated = pattern.order.updated(pivot);
+            for i in row.clone() {
+                subtract_product(&mut diagonal[pattern.order.column(i)], &lower[i], &upper[i]);
+                for (j, block) in (i + 1..row.end).zip(&mut updated) {
+                    let later = block - row.end;
+                    subtract_product(&mut later_upper[later], &lower[i], &upper[j]);
+                    subtract_product(&mut later_lower[later], &lower[j], &upper[i]);
+                }
+            }
+        }
+        true
+    }
+
+    /// Solves the factorised system, or that of the transposed matrix, for a right-hand side by places,
+    /// in its memory.
+    pub(super) fn solve<const TRANSPOSED: bool>(
+        &mut self,
+        pattern: &Pattern,
+        values: &mut [Vector6<f64>],
+    ) {
+        if let Some(plan) = pattern.plan() {
+            let Self { fronts, numbers, behind, .. } = self;
+            numbers.resize(plan.size(), 0.0);
+            let places = |body: usize| (plan.place(body), pattern.order.place(body));
+            for (to, from) in (0..pattern.order.len()).map(places) {
+                numbers[to..to + 6].copy_from_slice(values[from].as_slice());
+            }
+            if TRANSPOSED {
+                fronts.solve_transposed(plan, numbers);
+            } else {
+                fronts.solve(plan, numbers, behind);
+            }
+            for (from, to) in (0..pattern.order.len()).map(places) {
+                values[to].copy_from_slice(&numbers[from..from + 6]);
+            }
+            return;
+        }
+        if TRANSPOSED {
+            self.solve_transposed(pattern, values);
+            return;
+        }
+        for (pivot, factors) in self.pivots.iter().enumerate() {
+            factors.solve(&mut values[pivot].data.0[0]);
+            let value = values[pivot];
+            for i in pattern.order.row(pivot) {
+                values[pattern.order.column(i)] -= self.lower[i] * value;
+            }
+        }
+        for pivot in (0..pattern.order.len()).rev() {
+            let mut value = values[pivot];
+            for i in pattern.order.row(pivot) {
+                value -= self.upper[i] * values[pattern.order.column(i)];
+            }
+            values[pivot] = value;
+        }
+    }
+
+    /// Solves the factorised system for several right-hand sides by places, in their memory.
+    pub(super) fn solve_all<const C: usize>(
+        &mut self,
+        pattern: &Pattern,
+        values: &mut [SMatrix<f64, 6, C>],
+    ) {
+        if let Some(plan) = pattern.plan() {
+            let Self { fronts, numbers, behind, .. } = self;
+            numbers.resize(plan.size() * C, 0.0);
+            let numbers = numbers.as_chunks_mut().0;
+            let places = |body: usize| (plan.place(body), pattern.order.place(body));
+            for (to, from) in (0..pattern.order.len()).map(places) {
+                for (row, to) in numbers[to..to + 6].iter_mut().enumerate() {
+                    *to = std::array::from_fn(|k| values[from][(row, k)]);
+                }
+            }
+            fronts.solve_all::<C>(plan, numbers, behind);
+            for (from, to) in (0..pattern.order.len()).map(places) {
+                for (row, from) in numbers[from..from + 6].iter().enumerate() {
+                    (0..C).for_each(|k| values[to][(row, k)] = from[k]);
+                }
+            }
+            return;
+        }
+        // Nothing comes before the first places that have numbers.
+        let first = values.iter().position(|value| *value != SMatrix::<f64, 6, C>::zeros());
+        let first = first.unwrap_or(values.len());
+        for (pivot, factors) in self.pivots.iter().enumerate().skip(first) {
+            factors.solve_block(&mut values[pivot]);
+            let value = values[pivot];
+            for i in pattern.order.row(pivot) {
+                subtract_product(&mut values[pattern.order.column(i)], &self.lower[i], &value);
+            }
+        }
+        for pivot in (0..pattern.order.len()).rev() {
+            let mut value = values[pivot];
+            for i in pattern.order.row(pivot) {
+                subtract_product(&mut value, &self.upper[i], &values[pattern.order.column(i)]);
+            }
+            values[pivot] = value;
+        }
+    }
+
+    /// Mᵀ x = b: first (E + D⁻¹ U)ᵀ, then (D + L)ᵀ.
+    fn solve_transposed(&self, pattern: &Pattern, values: &mut [Vector6<f64>]) {
+        for pivot in 0..pattern.order.len() {
+            let value = values[pivot];
+            for i in pattern.order.row(pivot) {
+                values[pattern.order.column(i)] -= self.upper[i].tr_mul(&value);
+            }
+        }
+        for (pivot, factors) in self.pivots.iter().enumerate().rev() {
+            let mut value = values[pivot];
+            for i in pattern.order.row(pivot) {
+                value -= self.lower[i].tr_mul(&values[pattern.order.column(i)]);
+            }
+            factors.solve_transposed(&mut value);
+            values[pivot] = value;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+
+    /// A few patterns, with numbers of a fixed sequence, against a dense factorisation.
+    #[test]
+    fn the_solution_is_that_of_a_dense_system() {
+        let patterns: [(usize, &[(usize, usize)]); 4] = [
+            (1, &[]),
+            (4, &[(0, 1), (2, 1), (3, 2), (1, 0)]),
+            (5, &[(0, 1), (0, 2), (0, 3), (0, 4)]),
+            (6, &[(0, 1), (1, 2), (2, 3), (3, 4), (4, 5), (5, 0), (1, 4)]),
+        ];
+        let (mut pattern, mut system) = (Pattern::default(), BlockSystem::default());
+        let mut twister = rand_mt::Mt::new(5);
+        let mut number = || f64::from(twister.next_u32()) / f64::from(u32::MAX) - 0.5;
+        for (bodies, pairs) in patterns {
+            let mut dense = DMatrix::zeros(6 * bodies, 6 * bodies);
+            pattern.set(bodies, pairs.iter().copied());
+            system.begin(&pattern);
+            let both = pairs.iter().flat_map(|&(i, j)| [(i, j), (j, i)]);
+            for (i, j) in (0..bodies).map(|i| (i, i)).chain(both) {
+                let mut block = Matrix6::from_fn(|_, _| number());
+                if i == j {
+                    block += 4.0 * Matrix6::identity();
+                }
+                system.add(&pattern, (i, j), &block);
+                let mut view = dense.fixed_view_mut::<6, 6>(6 * i, 6 * j);
+                view += block;
+            }
+            assert!(system.factorise(&pattern));
+            let (of_transposed, factors) = (dense.transpose().lu(), dense.lu());
+            // With the same factors, for one right-hand side after another.
+            for transposed in [false, true, false] {
+                let mut values = vec![Vector6::zeros(); bodies];
+                let mut rhs = DVector::zeros(6 * bodies);
+                for i in 0..bodies {
+                    let part = Vector6::from_fn(|_, _| number());
+                    values[pattern.order.place(i)] = part;
+                    rhs.fixed_rows_mut::<6>(6 * i).copy_from(&part);
+                }
+                let expected = if transposed {
+                    system.solve::<true>(&pattern, &mut values);
+                    of_transposed.solve(&rhs).unwrap()
+                } else {
+                    system.solve::<false>(&pattern, &mut values);
+                    factors.solve(&rhs).unwrap()
+                };
+                for i in 0..bodies {
+                    // Condition numbers are below 100.
+                    let apart = expected.fixed_rows::<6>(6 * i) - values[pattern.order.place(i)];
+                    assert!(apart.amax() < 1e-13, "{bodies} {i} {transposed}");
+                }
+            }
+        }
+    }
+}

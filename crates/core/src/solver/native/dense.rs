@@ -1,0 +1,224 @@
+//! Dense kernels of a front: columns stored one after another, pivots sought in the first rows alone.
+
+/// Rows and columns of the product's tiles.
+const TILE: usize = 4;
+/// Columns that are eliminated before the rest is updated.
+const PANEL: usize = 24;
+
+/// Packed factors of a product, which pivots and columns take part, and the triangle of a panel.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PackedBlocks {
+    left: Vec<f64>,
+    right: Vec<f64>,
+    pivots: Vec<usize>,
+    columns: Vec<usize>,
+    triangle: Vec<f64>,
+}
+
+impl PackedBlocks {
+    /// Packs columns `pivots` of `from` (with `stride` rows), rows `rows`: those that are not all zero.
+    fn pack_left(
+        &mut self,
+        (from, stride): (&[f64], usize),
+        rows: std::ops::Range<usize>,
+        pivots: std::ops::Range<usize>,
+    ) {
+        let column = |k: usize| &from[k * stride + rows.start..k * stride + rows.end];
+        self.pivots.clear();
+        self.pivots.extend(pivots.filter(|&k| column(k).iter().any(|value| *value != 0.0)));
+        self.left.clear();
+        self.left.resize(rows.len().div_ceil(TILE) * TILE * self.pivots.len(), 0.0);
+        let count = self.pivots.len();
+        for (at, &k) in self.pivots.iter().enumerate() {
+            for (tile, part) in column(k).chunks(TILE).enumerate() {
+                let to = (tile * count + at) * TILE;
+                self.left[to..to + part.len()].copy_from_slice(part);
+            }
+        }
+    }
+
+    /// Packs the rows of the pivots of `from` (with `stride` rows), of the columns in which they are not all
+    /// zero.
+    fn pack_right(&mut self, (from, stride): (&[f64], usize), columns: std::ops::Range<usize>) {
+        let Self { right, pivots, columns: taken, .. } = self;
+        taken.clear();
+        let taking = |j: &usize| pivots.iter().any(|k| from[j * stride + k] != 0.0);
+        taken.extend(columns.filter(taking));
+        right.clear();
+        right.resize(taken.len().div_ceil(TILE) * TILE * pivots.len(), 0.0);
+        for (place, j) in taken.iter().enumerate() {
+            let (tile, lane) = (place / TILE, place % TILE);
+            for (at, k) in pivots.iter().enumerate() {
+                right[(tile * pivots.len() + at) * TILE + lane] = from[j * stride + k];
+            }
+        }
+    }
+
+    /// to −= left · right, in the rows `rows` of a matrix with `stride` rows, which are the first of the
+    /// left factor's.
+    fn subtract(&self, (to, stride): (&mut [f64], usize), rows: std::ops::Range<usize>) {
+        let step = TILE * self.pivots.len();
+        if step == 0 || rows.is_empty() {
+            return;
+        }
+        for (right, columns) in self.right.chunks_exact(step).zip(self.columns.chunks(TILE)) {
+            for (tile, left) in self.left.chunks_exact(step).enumerate() {
+                let first = rows.start + tile * TILE;
+                if first >= rows.end {
+                    break;
+                }
+                let sums = product(left, right);
+                let last = (first + TILE).min(rows.end);
+                for (sum, j) in sums.iter().zip(columns) {
+                    let column = &mut to[j * stride + first..j * stride + last];
+                    column.iter_mut().zip(sum).for_each(|(value, sum)| *value -= sum);
+                }
+            }
+        }
+    }
+}
+
+/// A tile of a product: four rows of packed columns times four columns of packed rows.
+#[inline(always)]
+fn product(left: &[f64], right: &[f64]) -> [[f64; TILE]; TILE] {
+    let mut sums = [[0.0; TILE]; TILE];
+    for (a, b) in left.chunks_exact(TILE).zip(right.chunks_exact(TILE)) {
+        for (sum, b) in sums.iter_mut().zip(b) {
+            for (sum, a) in sum.iter_mut().zip(a) {
+                *sum += a * b;
+            }
+        }
+    }
+    sums
+}
+
+/// A front: its own columns in `low`, with all its rows, and in `up` what its own rows have behind them.
+#[derive(Debug)]
+pub(super) struct FrontView<'a> {
+    pub(super) low: &'a mut [f64],
+    pub(super) up: &'a mut [f64],
+    /// How many rows and columns are its own, and how many come behind.
+    pub(super) own: usize,
+    pub(super) behind: usize,
+    /// The row that each of its own was exchanged with.
+    pub(super) swaps: &'a mut [usize],
+}
+
+impl FrontView<'_> {
+    /// Factorises it in its place, pivots sought in its own rows alone:
+    ///
+    /// ```text
+    /// P ⎡ low's own rows   up ⎤ = ⎡ L ⎤ (U   L⁻¹ P up)
+    ///   ⎣ low's last rows   · ⎦   ⎣ B ⎦
+    /// ```
+    ///
+    /// `false` where a pivot is zero.
+    pub(super) fn factorise(&mut self, packed: &mut PackedBlocks) -> bool {
+        let (own, rows) = (self.own, self.own + self.behind);
+        let mut begin = 0;
+        while begin < own {
+            let end = (begin + PANEL).min(own);
+            if !self.factorise_panel(begin..end) {
+                return false;
+            }
+            let panel = (begin, end);
+            packed.pack_triangle((self.low, rows), panel);
+            packed.pack_left((self.low, rows), end..rows, begin..end);
+            // Rows of earlier panels are exchanged with them.
+            for column in self.low.chunks_exact_mut(rows).take(begin) {
+                exchange(column, self.swaps, panel);
+            }
+            for column in self.low.chunks_exact_mut(rows).skip(end) {
+                exchange(column, self.swaps, panel);
+                packed.solve_triangle(column, panel);
+            }
+            for column in self.up.chunks_exact_mut(own) {
+                exchange(column, self.swaps, panel);
+                packed.solve_triangle(column, panel);
+            }
+            packed.pack_right((self.low, rows), end..own);
+            packed.subtract((self.low, rows), end..rows);
+            packed.pack_right((self.up, own), 0..self.behind);
+            packed.subtract((self.up, own), end..own);
+            begin = end;
+        }
+        true
+    }
+
+    /// Subtracts from `rest`, of the rows and columns behind, what the front makes of them: B L⁻¹ P up.
+    pub(super) fn subtract_from(&self, rest: &mut [f64], packed: &mut PackedBlocks) {
+        let rows = self.own + self.behind;
+        packed.pack_left((self.low, rows), self.own..rows, 0..self.own);
+        packed.pack_right((self.up, self.own), 0..self.behind);
+        packed.subtract((rest, self.behind), 0..self.behind);
+    }
+
+    /// Eliminates the columns of a panel within itself.
+    fn factorise_panel(&mut self, panel: std::ops::Range<usize>) -> bool {
+        let rows = self.own + self.behind;
+        let own = self.own;
+        for pivot in panel.clone() {
+            let column = &self.low[pivot * rows..(pivot + 1) * rows];
+            let mut best = pivot;
+            for row in pivot + 1..own {
+                if column[row].abs() > column[best].abs() {
+                    best = row;
+                }
+            }
+            let value = column[best];
+            if value == 0.0 || !value.is_finite() {
+                return false;
+            }
+            self.swaps[pivot] = best;
+            if best != pivot {
+                for k in panel.clone() {
+                    self.low.swap(k * rows + pivot, k * rows + best);
+                }
+            }
+            let (before, after) = self.low.split_at_mut((pivot + 1) * rows);
+            let column = &mut before[pivot * rows + pivot + 1..];
+            if column.iter().all(|value| *value == 0.0) {
+                continue;
+            }
+            column.iter_mut().for_each(|entry| *entry /= value);
+            for other in after.chunks_exact_mut(rows).take(panel.end - pivot - 1) {
+                let factor = other[pivot];
+                if factor != 0.0 {
+                    let below = other[pivot + 1..].iter_mut().zip(&*column);
+                    below.for_each(|(entry, multiplier)| *entry -= factor * multiplier);
+                }
+            }
+        }
+        true
+    }
+}
+
+/// Exchanges rows of a column as the pivots of a panel were.
+fn exchange(column: &mut [f64], swaps: &[usize], (begin, end): (usize, usize)) {
+    for (pivot, other) in swaps.iter().enumerate().take(end).skip(begin) {
+        column.swap(pivot, *other);
+    }
+}
+
+impl PackedBlocks {
+    /// Keeps the triangle below the diagonal of a panel.
+    fn pack_triangle(&mut self, (from, stride): (&[f64], usize), (begin, end): (usize, usize)) {
+        self.triangle.clear();
+        for k in begin..end {
+            self.triangle.extend_from_slice(&from[k * stride + begin..k * stride + end]);
+        }
+    }
+
+    /// L⁻¹ of the panel, in its rows of a column.
+    fn solve_triangle(&self, column: &mut [f64], (begin, end): (usize, usize)) {
+        let count = end - begin;
+        let part = &mut column[begin..end];
+        for (k, multipliers) in self.triangle.chunks_exact(count).enumerate() {
+            let value = part[k];
+            if value != 0.0 {
+                let below = part[k + 1..].iter_mut().zip(&multipliers[k + 1..]);
+                below.for_each(|(entry, multiplier)| *entry -= value * multiplier);
+            }
+        }
+    }
+}

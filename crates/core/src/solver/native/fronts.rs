@@ -1,0 +1,311 @@
+//! A sparse linear system of nodes of any size, eliminated in the fronts of a [plan](FrontPlan) by dense kernels on contiguous columns.
+//!
+//! The pattern is symmetric, the numbers are not. Pivots are sought inside a front's own rows.
+
+use super::dense::{FrontView, PackedBlocks};
+use super::plan::{FrontPlan, RowRun};
+use nalgebra::Matrix6;
+
+/// The numbers of a system of a [`FrontPlan`], and their factors in their place after
+/// [`Fronts::factorise`].
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Fronts {
+    /// The columns of all fronts, each with all its rows, and what its own rows have behind it.
+    low: Vec<f64>,
+    up: Vec<f64>,
+    swaps: Vec<usize>,
+    /// What fronts leave behind that did not go into another one yet, and that of the front at hand.
+    stack: Vec<f64>,
+    rest: Vec<f64>,
+    packed: PackedBlocks,
+}
+
+impl Fronts {
+    /// A matrix with ones on its diagonal.
+    pub(crate) fn begin_unit(&mut self, plan: &FrontPlan) {
+        self.begin(plan);
+        for front in &plan.fronts {
+            for k in 0..front.own {
+                self.low[front.low + k * front.rows() + k] = 1.0;
+            }
+        }
+    }
+
+    /// A matrix of zeros.
+    pub(crate) fn begin(&mut self, plan: &FrontPlan) {
+        self.low.clear();
+        self.low.resize(plan.entries.0, 0.0);
+        self.up.clear();
+        self.up.resize(plan.entries.1, 0.0);
+        self.swaps.clear();
+        self.swaps.resize(plan.size(), 0);
+    }
+
+    /// Adds a block at the places `row` and `column`, which must be of the plan, its `rows` × `columns` numbers
+    /// column after column.
+    pub(crate) fn add(
+        &mut self,
+        plan: &FrontPlan,
+        (row, column): (usize, usize),
+        rows: usize,
+        block: &[f64],
+    ) {
+        let (first, stride, to) = self.at(plan, (row, column));
+        for (k, column) in block.chunks_exact(rows).enumerate() {
+            let to = &mut to[first + k * stride..][..rows];
+            to.iter_mut().zip(column).for_each(|(entry, value)| *entry += value);
+        }
+    }
+
+    /// Where the numbers of a block at the places `row` and `column` are: the first one, how far columns are apart, and in which
+    /// list.
+    fn at(
+        &mut self,
+        plan: &FrontPlan,
+        (row, column): (usize, usize),
+    ) -> (usize, usize, &mut [f64]) {
+        let front = &plan.fronts[plan.front_of[row.min(column)]];
+        if front.numbers().contains(&column) {
+            let first = (column - front.begin) * front.rows() + plan.within(front, row);
+            (first, front.rows(), &mut self.low[front.columns()])
+        } else {
+            let behind = plan.within(front, column) - front.own;
+            (behind * front.own + row - front.begin, front.own, &mut self.up[front.across()])
+        }
+    }
+
+    /// A block of six at places of the plan.
+    pub(super) fn block(&mut self, plan: &FrontPlan, at: (usize, usize)) -> Matrix6<f64> {
+        let (first, stride, from) = self.at(plan, at);
+        let mut block = Matrix6::zeros();
+        for (k, column) in block.data.0.iter_mut().enumerate() {
+            column.copy_from_slice(&from[first + k * stride..][..6]);
+        }
+        block
+    }
+
+    /// Makes it this one.
+    pub(super) fn set_block(&mut self, plan: &FrontPlan, at: (usize, usize), block: &Matrix6<f64>) {
+        let (first, stride, to) = self.at(plan, at);
+        for (k, column) in block.data.0.iter().enumerate() {
+            to[first + k * stride..][..6].copy_from_slice(column);
+        }
+    }
+
+    /// Factorises the matrix; `false` where a front is singular.
+    pub(crate) fn factorise(&mut self, plan: &FrontPlan) -> bool {
+        let Self { low, up, swaps, stack, rest, packed } = self;
+        stack.clear();
+        for front in &plan.fronts {
+            let behind = front.behind();
+            rest.clear();
+            rest.resize(behind * behind, 0.0);
+            let mut view = FrontView {
+                low: &mut low[front.columns()],
+                up: &mut up[front.across()],
+                own: front.own,
+                behind,
+                swaps: &mut swaps[front.numbers()],
+            };
+            // The last one is on top.
+            for &child in front.children.iter().rev() {
+                let (size, runs) = (plan.fronts[child].behind(), plan.fronts[child].runs);
+                let left = stack.len() - size * size;
+                view.assemble(rest, (&stack[left..], size), &plan.runs[runs.0..runs.1]);
+                stack.truncate(left);
+            }
+            if !view.factorise(packed) {
+                return false;
+            }
+            view.subtract_from(rest, packed);
+            stack.extend_from_slice(rest);
+        }
+        true
+    }
+
+    /// Solves the factorised system for a right-hand side by places, in its memory.
+    /// What is behind a front is gathered in `behind`.
+    pub(crate) fn solve(&self, plan: &FrontPlan, values: &mut [f64], behind: &mut Vec<f64>) {
+        self.solve_all::<1>(plan, values.as_chunks_mut().0, behind);
+    }
+
+    /// The same for several right-hand sides, the numbers of a place beside each other.
+    pub(crate) fn solve_all<const C: usize>(
+        &self,
+        plan: &FrontPlan,
+        values: &mut [[f64; C]],
+        behind: &mut Vec<f64>,
+    ) {
+        #[inline(always)]
+        fn subtract<const C: usize>(from: &mut [f64; C], factor: f64, value: &[f64; C]) {
+            from.iter_mut().zip(value).for_each(|(entry, value)| *entry -= factor * value);
+        }
+        let is_nothing = |value: &[f64; C]| value.iter().all(|number| *number == 0.0);
+        let Self { low, up, swaps, .. } = self;
+        for front in &plan.fronts {
+            let low = &low[front.columns()];
+            for (pivot, swap) in swaps[front.numbers()].iter().enumerate() {
+                values.swap(front.begin + pivot, front.begin + swap);
+            }
+            let list = &plan.behind[front.list.0..front.list.1];
+            behind.clear();
+            behind.extend(list.iter().flat_map(|place| values[*place]));
+            let behind = behind.as_chunks_mut::<C>().0;
+            for (k, column) in low.chunks_exact(front.rows()).enumerate() {
+                let value = values[front.begin + k];
+                if is_nothing(&value) {
+                    continue;
+                }
+                let own = values[front.begin + k + 1..][..front.own - k - 1].iter_mut();
+                own.zip(&column[k + 1..])
+                    .for_each(|(entry, factor)| subtract(entry, *factor, &value));
+                let left = behind.iter_mut().zip(&column[front.own..]);
+                left.for_each(|(entry, factor)| subtract(entry, *factor, &value));
+            }
+            list.iter().zip(&*behind).for_each(|(place, value)| values[*place] = *value);
+        }
+        for front in plan.fronts.iter().rev() {
+            let (low, up) = (&low[front.columns()], &up[front.across()]);
+            let list = &plan.behind[front.list.0..front.list.1];
+            for (place, column) in list.iter().zip(up.chunks_exact(front.own)) {
+                let value = values[*place];
+                if !is_nothing(&value) {
+                    let own = values[front.numbers()].iter_mut();
+                    own.zip(column).for_each(|(entry, factor)| subtract(entry, *factor, &value));
+                }
+            }
+            for (k, column) in low.chunks_exact(front.rows()).enumerate().rev() {
+                let value = values[front.begin + k].map(|number| number / column[k]);
+                values[front.begin + k] = value;
+                let above = values[front.begin..front.begin + k].iter_mut();
+                above.zip(column).for_each(|(entry, factor)| subtract(entry, *factor, &value));
+            }
+        }
+    }
+}
+
+impl Fronts {
+    /// The same for the transposed matrix: the ways there and back in the other order, each transposed.
+    pub(super) fn solve_transposed(&self, plan: &FrontPlan, values: &mut [f64]) {
+        for front in &plan.fronts {
+            let (low, up) = (&self.low[front.columns()], &self.up[front.across()]);
+            for (k, column) in low.chunks_exact(front.rows()).enumerate() {
+                let own = &values[front.begin..front.begin + k];
+                let known: f64 = own.iter().zip(column).map(|(value, factor)| value * factor).sum();
+                values[front.begin + k] = (values[front.begin + k] - known) / column[k];
+            }
+            let list = &plan.behind[front.list.0..front.list.1];
+            for (place, column) in list.iter().zip(up.chunks_exact(front.own)) {
+                let own = values[front.numbers()].iter().zip(column);
+                let known: f64 = own.map(|(value, factor)| value * factor).sum();
+                values[*place] -= known;
+            }
+        }
+        for front in plan.fronts.iter().rev() {
+            let low = &self.low[front.columns()];
+            let list = &plan.behind[front.list.0..front.list.1];
+            for (k, column) in low.chunks_exact(front.rows()).enumerate().rev() {
+                let own = values[front.begin + k + 1..][..front.own - k - 1].iter();
+                let inside: f64 =
+                    own.zip(&column[k + 1..]).map(|(value, factor)| value * factor).sum();
+                let behind = list.iter().zip(&column[front.own..]);
+                let outside: f64 = behind.map(|(place, factor)| values[*place] * factor).sum();
+                values[front.begin + k] -= inside + outside;
+            }
+            for (pivot, swap) in self.swaps[front.numbers()].iter().enumerate().rev() {
+                values.swap(front.begin + pivot, front.begin + swap);
+            }
+        }
+    }
+}
+
+impl FrontView<'_> {
+    /// Adds what a front before left behind it, `size` rows and columns, to the front's own rows and columns and to
+    /// `rest` behind them.
+    fn assemble(&mut self, rest: &mut [f64], (left, size): (&[f64], usize), runs: &[RowRun]) {
+        let (own, rows) = (self.own, self.own + self.behind);
+        for columns in runs {
+            for k in 0..columns.count {
+                let column = &left[(columns.from + k) * size..][..size];
+                let to = columns.to + k;
+                for run in runs {
+                    let target = if to < own {
+                        &mut self.low[to * rows + run.to..]
+                    } else if run.to < own {
+                        &mut self.up[(to - own) * own + run.to..]
+                    } else {
+                        &mut rest[(to - own) * self.behind + run.to - own..]
+                    };
+                    let part = &column[run.from..run.from + run.count];
+                    let target = target[..run.count].iter_mut().zip(part);
+                    target.for_each(|(entry, value)| *entry += value);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+
+    /// Random patterns of nodes of one to six numbers, with numbers of a fixed sequence, some columns of them
+    /// those of a unit matrix, against a dense factorisation.
+    #[test]
+    fn the_solution_is_that_of_a_dense_system() {
+        let mut twister = rand_mt::Mt::new(7);
+        let mut uniform = || f64::from(twister.next_u32()) / f64::from(u32::MAX);
+        let mut fronts = Fronts::default();
+        for (nodes, odds) in [(1, 0.0), (5, 0.5), (12, 0.2), (30, 0.1), (60, 0.05), (40, 1.0)] {
+            let sizes: Vec<usize> = (0..nodes).map(|_| 1 + (6.0 * uniform()) as usize).collect();
+            let mut pairs = Vec::new();
+            for i in 0..nodes {
+                for j in 0..i {
+                    if uniform() < odds {
+                        pairs.push((i, j));
+                    }
+                }
+            }
+            let plan = FrontPlan::new(&sizes, pairs.iter().copied());
+            let size = plan.size();
+            assert_eq!(size, sizes.iter().sum::<usize>());
+            fronts.begin_unit(&plan);
+            let mut dense = DMatrix::identity(size, size);
+            let is_unit: Vec<bool> = (0..nodes).map(|_| uniform() < 0.3).collect();
+            let both = pairs.iter().flat_map(|&(i, j)| [(i, j), (j, i)]);
+            for (i, j) in (0..nodes).map(|i| (i, i)).chain(both).filter(|(_, j)| !is_unit[*j]) {
+                let block: Vec<f64> = (0..sizes[i] * sizes[j]).map(|_| uniform() - 0.5).collect();
+                let at = (plan.place(i), plan.place(j));
+                fronts.add(&plan, at, sizes[i], &block);
+                let mut view = dense.view_mut(at, (sizes[i], sizes[j]));
+                view += DMatrix::from_column_slice(sizes[i], sizes[j], &block);
+            }
+            // Its diagonal outweighs the rest, so that pivots inside a front do.
+            for k in 0..size {
+                let more = 0.5 * size as f64;
+                fronts.add(&plan, (k, k), 1, &[more]);
+                dense[(k, k)] += more;
+            }
+            assert!(fronts.factorise(&plan));
+            let rhs = DVector::from_fn(size, |_, _| uniform() - 0.5);
+            let mut values = rhs.as_slice().to_vec();
+            fronts.solve(&plan, &mut values, &mut Vec::new());
+            let mut transposed = rhs.as_slice().to_vec();
+            fronts.solve_transposed(&plan, &mut transposed);
+            for (found, matrix) in [(values, dense.clone()), (transposed, dense.transpose())] {
+                let expected = matrix.lu().solve(&rhs).unwrap();
+                let apart = (DVector::from_vec(found) - expected).amax();
+                assert!(apart < 1e-12, "{nodes} nodes: {apart}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_singular_system_is_none() {
+        let plan = FrontPlan::new(&[2, 2], [(0, 1)].into_iter());
+        let mut fronts = Fronts::default();
+        fronts.begin(&plan);
+        assert!(!fronts.factorise(&plan));
+    }
+}

@@ -1,0 +1,265 @@
+//! A primal–dual interior point on the laws' own [barriers](Barrier): slower than Newton's method,
+//! but with a large region of convergence. Its answer is where Newton's method starts again.
+//!
+//! Equation numbers are those of `docs/native-solver.md`.
+
+use super::effort::SolveEffort;
+use super::equations::{Elimination, Equations, EvaluatedPoint, Velocities, reserve};
+use super::law::{Answer, Barrier, Pending};
+use super::newton::Iterate;
+use nalgebra::Vector3;
+
+/// Scratch of the iteration.
+#[derive(Debug, Clone)]
+pub(super) struct InteriorPoint<E: Equations> {
+    barriers: Vec<Barrier>,
+    steps: Vec<Barrier>,
+    /// What the steps of the barriers still need of the last elimination.
+    pending: Vec<Pending>,
+    eliminations: Vec<Elimination<E::Slope>>,
+    points: Vec<Vector3<f64>>,
+    step: E::Velocity,
+    moved: E::Velocity,
+    scratch: E::Scratch,
+    system: E::System,
+}
+
+const MOST_ITERATIONS: u32 = 60;
+/// Complementarity (m²/s², relative to the speed scale) at which Newton takes over.
+pub(super) const GOOD_ENOUGH: f64 = 1e-13;
+/// The same for a structure: contacts without a load, of which neither the impulse nor the speed is known at its root, are told
+/// apart by rounding alone, and Newton's method throws everything about (walls of 300 and 1000 bricks: 57 and 59 iterations in vain; with
+/// this 26 and 28 in all).
+pub(super) const TOLD_APART: f64 = 1e-19;
+/// The error of the equations (relative to the speed scale) that goes with it.
+const NEAR: f64 = 1e-9;
+/// The least speed that a start is scaled with, in parts of the world's scale.
+const LEAST: f64 = 1e-6;
+
+impl<E: Equations> InteriorPoint<E> {
+    pub(super) fn new() -> Self {
+        Self {
+            barriers: Vec::new(),
+            steps: Vec::new(),
+            pending: Vec::new(),
+            eliminations: Vec::new(),
+            points: Vec::new(),
+            step: E::Velocity::empty(),
+            moved: E::Velocity::empty(),
+            scratch: E::Scratch::default(),
+            system: E::System::default(),
+        }
+    }
+
+    /// Room for so many contacts.
+    pub(super) fn reserve(&mut self, contacts: usize) {
+        reserve(&mut self.barriers, contacts);
+        reserve(&mut self.steps, contacts);
+        reserve(&mut self.pending, contacts);
+        reserve(&mut self.eliminations, contacts);
+        reserve(&mut self.points, contacts);
+    }
+
+    /// Brings `iterate` near a solution from a centred start with normal impulses of
+    /// `scale` times the momentum over the number of contacts, until the complementarity is `enough`.
+    pub(super) fn solve(
+        &mut self,
+        equations: &E,
+        (scale, enough): (f64, f64),
+        iterate: &mut Iterate<E>,
+        effort: &mut SolveEffort<'_>,
+    ) {
+        let speed = self.start(equations, scale, iterate);
+        let target = enough * speed * speed;
+        for _ in 0..MOST_ITERATIONS {
+            let gap = self.complementarity(0.0);
+            let there = gap <= target && self.error(equations, iterate) <= NEAR * speed;
+            if there || !effort.spend() {
+                return;
+            }
+            // The predictor's progress says how much to centre (Mehrotra).
+            if !self.predict(equations, iterate) {
+                return;
+            }
+            let after = self.complementarity(self.longest_step());
+            let centring = (after / gap).clamp(0.0, 1.0).powi(3);
+            if !self.correct(equations, centring * gap) {
+                return;
+            }
+            self.advance(equations, iterate, self.longest_step());
+        }
+    }
+
+    /// Brings `iterate` to where every product is `kappa` (m²/s²), from a centred start as before: a point of the central path.
+    /// Whether it came there.
+    pub(super) fn centre(
+        &mut self,
+        equations: &E,
+        (scale, kappa): (f64, f64),
+        iterate: &mut Iterate<E>,
+        effort: &mut SolveEffort<'_>,
+    ) -> bool {
+        /// What products may miss, as a part of κ.
+        const CENTRED: f64 = 1e-10;
+        /// Above so many κ the products are brought down as for a solution.
+        const FAR: f64 = 4.0;
+        self.start(equations, scale, iterate);
+        let (tolerances, mut before) = (equations.tolerances(), f64::INFINITY);
+        for _ in 0..MOST_ITERATIONS {
+            let off = self.barriers.iter().map(|at| at.off_centre(kappa)).fold(0.0, f64::max);
+            let error = self.error(equations, iterate);
+            // Between masses that differ by much, rounding is above its usual bound.
+            let is_least = error <= tolerances.newton && error > 0.5 * before;
+            if off <= CENTRED * kappa && (error <= tolerances.rounding || is_least) {
+                return true;
+            }
+            before = error;
+            if !effort.spend() || !self.predict(equations, iterate) {
+                return false;
+            }
+            let gap = self.complementarity(0.0);
+            let aim = if gap > FAR * kappa {
+                let after = self.complementarity(self.longest_step());
+                ((after / gap).clamp(0.0, 1.0).powi(3) * gap).max(kappa)
+            } else {
+                // Newton's method, without what the predictor has of second order.
+                self.steps.iter_mut().for_each(|step| *step = step.nothing());
+                kappa
+            };
+            if !self.correct(equations, aim) {
+                return false;
+            }
+            self.advance(equations, iterate, self.longest_step());
+        }
+        false
+    }
+
+    /// The variables of coupling `index`.
+    pub(super) fn barrier(&self, index: usize) -> &Barrier {
+        &self.barriers[index]
+    }
+
+    /// The centred start; returns the speed scale.
+    fn start(&mut self, equations: &E, scale: f64, iterate: &mut Iterate<E>) -> f64 {
+        let couplings = equations.couplings();
+        let speed = equations.speed().max(LEAST);
+        let strength = scale * speed / couplings.len() as f64;
+        self.barriers.clear();
+        self.barriers.extend(couplings.iter().map(|c| c.law.centred(&c.rows, speed, strength)));
+        self.steps.clear();
+        self.steps.extend(self.barriers.iter().map(Barrier::nothing));
+        self.set_impulses(equations, iterate);
+        equations.set_velocity_after(&[], &mut iterate.velocity);
+        speed
+    }
+
+    /// Mean complementarity of all products after a step of `length` along `steps`.
+    fn complementarity(&self, length: f64) -> f64 {
+        let moved = self.barriers.iter().zip(&self.steps).map(|(at, step)| at.moved(step, length));
+        let (mut total, mut count) = (0.0, 0);
+        for (sum, products) in moved.map(|barrier| barrier.products()) {
+            total += sum;
+            count += products;
+        }
+        // Of joints alone there is none.
+        if count > 0 { total / count as f64 } else { 0.0 }
+    }
+
+    /// Largest error of the equations of motion and of the rows' speeds against û, m/s.
+    fn error(&mut self, equations: &E, iterate: &Iterate<E>) -> f64 {
+        let Self { barriers, points, scratch, .. } = self;
+        let motion = equations.motion_residual(&iterate.velocity, &iterate.impulses, scratch);
+        let mut largest = motion.largest;
+        equations.set_points(&iterate.velocity, scratch, points);
+        for ((coupling, barrier), u) in equations.couplings().iter().zip(&*barriers).zip(&*points) {
+            let u = coupling.rows.frame.tr_mul(u);
+            largest = largest.max(barrier.error(&u, equations.graphs()));
+        }
+        largest
+    }
+
+    /// Linearises at the iterate and sets the predictor: the direction of the velocities to `step` and
+    /// that of the barriers' variables to `steps`. `false` where there is none.
+    fn predict(&mut self, equations: &E, iterate: &Iterate<E>) -> bool {
+        let Self { barriers, pending, eliminations, points, scratch, system, .. } = self;
+        let velocity = &iterate.velocity;
+        equations.motion_residual(velocity, &iterate.impulses, scratch);
+        equations.set_points(velocity, scratch, points);
+        pending.clear();
+        let linearised = equations.linearise(
+            EvaluatedPoint { velocity, points, scratch, slack: 0.0 },
+            |index, coupling, u| {
+                let (barrier, frame) = (&barriers[index], &coupling.rows.frame);
+                let aim = (0.0, &barrier.nothing());
+                let (offset, gain, rest) =
+                    barrier.eliminate(aim, &frame.tr_mul(u), equations.graphs())?;
+                pending.push(rest);
+                Some(Answer::full(frame * offset, frame * gain * frame.transpose()))
+            },
+            eliminations,
+            system,
+        );
+        linearised && self.set_direction(equations)
+    }
+
+    /// The same direction to products of `kappa`, to second order along the predictor found before.
+    fn correct(&mut self, equations: &E, kappa: f64) -> bool {
+        let Self { barriers, steps, pending, eliminations, points, .. } = self;
+        let (couplings, graphs) = (equations.couplings().iter().zip(&*points), equations.graphs());
+        let at = barriers.iter().zip(&*steps).zip(couplings);
+        for (((barrier, predictor), (coupling, u)), (elimination, rest)) in
+            at.zip(eliminations.iter_mut().zip(pending))
+        {
+            let frame = &coupling.rows.frame;
+            let aim = (kappa, predictor);
+            let Some((offset, _, left)) = barrier.eliminate(aim, &frame.tr_mul(u), graphs) else {
+                return false;
+            };
+            elimination.answer.offset = frame * offset;
+            *rest = left;
+        }
+        self.set_direction(equations)
+    }
+
+    /// Solves the system that was linearised for the offsets of the eliminations.
+    fn set_direction(&mut self, equations: &E) -> bool {
+        let Self { barriers, steps, pending, eliminations, step, scratch, system, .. } = self;
+        if !equations.direction(scratch, eliminations, system, step) {
+            return false;
+        }
+        let couplings = equations.couplings().iter().zip(&*barriers);
+        let solved = eliminations.iter().zip(&*pending);
+        for ((target, (coupling, barrier)), (elimination, rest)) in
+            steps.iter_mut().zip(couplings).zip(solved)
+        {
+            let frame = &coupling.rows.frame;
+            let impulse = frame.tr_mul(&elimination.impulse_step(step));
+            let moved = frame.tr_mul(&elimination.point_step(step));
+            *target = barrier.step(&impulse, &moved, rest);
+        }
+        true
+    }
+
+    /// The longest step that keeps every barrier's variables strictly inside.
+    fn longest_step(&self) -> f64 {
+        let steps = self.barriers.iter().zip(&self.steps);
+        steps.map(|(barrier, step)| barrier.longest_step(step)).fold(1.0, f64::min)
+    }
+
+    fn advance(&mut self, equations: &E, iterate: &mut Iterate<E>, length: f64) {
+        self.moved.set_moved(&iterate.velocity, length, &self.step);
+        iterate.velocity.copy_from(&self.moved);
+        for (barrier, step) in self.barriers.iter_mut().zip(&self.steps) {
+            *barrier = barrier.moved(step, length);
+        }
+        self.set_impulses(equations, iterate);
+    }
+
+    /// The barriers' impulses in the world's axes.
+    fn set_impulses(&self, equations: &E, iterate: &mut Iterate<E>) {
+        let couplings = equations.couplings().iter().zip(&self.barriers);
+        iterate.impulses.clear();
+        let impulses = couplings.map(|(coupling, barrier)| coupling.rows.frame * barrier.impulse());
+        iterate.impulses.extend(impulses);
+    }
+}

@@ -1,0 +1,89 @@
+//! Whether a point makes energy in what joints tie: the discrete equations have solutions that do.
+//!
+//! Equation numbers are those of `docs/formulation.md` and `docs/joints.md`.
+
+use super::{CouplingKind, CouplingLink, Island};
+use crate::joint::Axis;
+use crate::solver::native::equations::{Equations, Velocity};
+use crate::solver::native::tolerances::LARGE_GAIN;
+use nalgebra::Vector3;
+
+/// What a coupling of a joint has to do with energy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Source {
+    /// A contact.
+    Contact,
+    /// A joint, whose drives work along these of its rows.
+    Drives([bool; 3]),
+    /// A joint whose frame in the world moves.
+    Course,
+}
+
+impl Source {
+    /// That of a joint's rows under `axes`.
+    pub(super) fn of(axes: &[Axis; 3], moves: bool) -> Self {
+        match moves {
+            true => Self::Course,
+            false => Self::Drives(axes.each_ref().map(|axis| *axis != Axis::Locked)),
+        }
+    }
+}
+
+impl Island {
+    /// How much more energy an island ends with than forces from outside, drives and surfaces
+    /// have put into it, in parts of what it has, where it is a large part: (32), with (J6), on the mean of the velocities
+    /// before and after, over the mass M. `points` are u of every coupling after.
+    pub(super) fn made(
+        &self,
+        velocity: &Vec<Velocity>,
+        impulses: &[Vector3<f64>],
+        points: &[Vector3<f64>],
+    ) -> f64 {
+        let (mut gained, mut kinetic, mut least) = (0.0, 0.0, 0.0);
+        for (member, velocity) in self.members.iter().zip(velocity) {
+            let [before, after] = [member.old(), velocity].map(|velocity| member.energy(velocity));
+            let work = member.work_from_outside(velocity);
+            gained += (after - before - work) / member.share;
+            kinetic += before.max(after) / member.share;
+            least += 0.5 * self.slow * self.slow / member.share;
+        }
+        let couplings = self.links.iter().zip(&self.setting.couplings).zip(impulses);
+        for (index, ((link, coupling), impulse)) in couplings.enumerate() {
+            gained -= match link.source {
+                Source::Contact => {
+                    let (normal, offset) = (coupling.rows.normal(), &coupling.offset);
+                    -impulse.dot(&(offset - normal * normal.dot(offset)))
+                }
+                Source::Drives([false, false, false]) => 0.0,
+                Source::Drives(rows) => {
+                    let u = points[index] - self.point(index, &self.back);
+                    let (u, p) =
+                        (coupling.rows.frame.tr_mul(&u), coupling.rows.frame.tr_mul(impulse));
+                    let on = |u: &Vector3<f64>| -> f64 {
+                        (0..3).filter(|k| rows[*k]).map(|k| 0.5 * u[k] * p[k]).sum()
+                    };
+                    match link.kind {
+                        CouplingKind::Turn(turn) if self.turns[turn].is_curved() => {
+                            let turn = &self.turns[turn];
+                            let spins = |k: usize| velocity[k].spin - self.back[k].spin;
+                            let other = link.b.as_ref().map(|other| spins(other.index));
+                            on(&u).max(on(&turn.rates(&spins(link.a), other.as_ref())))
+                        }
+                        _ => on(&u),
+                    }
+                }
+                Source::Course => self.mean_rate(link, index, velocity).dot(impulse),
+            };
+        }
+        if gained > LARGE_GAIN * kinetic + least { gained / (kinetic + least) } else { 0.0 }
+    }
+
+    /// The rate at which the point of a coupling of A with the world moves, on the mean of the velocities before and
+    /// after.
+    fn mean_rate(&self, link: &CouplingLink, index: usize, velocity: &[Velocity]) -> Vector3<f64> {
+        let (old, new) = (self.members[link.a].old(), &velocity[link.a]);
+        let turned = self.setting.couplings[index].lever.torque_map.tr_mul(&(old.spin + new.spin));
+        let moved = if link.pushes() { old.linear + new.linear } else { Vector3::zeros() };
+        0.5 * (moved + turned)
+    }
+}

@@ -1,0 +1,300 @@
+//! An island as equations, with the linear system of its bodies.
+//!
+//! Equation numbers are those of `docs/native-solver.md`.
+
+use super::kept_slopes::KeptSlopes;
+use super::{Both, CouplingKind, Island, IslandSlope};
+use crate::solver::native::blocks::BlockSystem;
+use crate::solver::native::coupling::Coupling;
+use crate::solver::native::equations::{
+    Determined, Elimination, Equations, EvaluatedPoint, MapResidual, StepSetting, Velocities,
+    Velocity,
+};
+use crate::solver::native::islands::IslandView;
+use crate::solver::native::law::{Answer, Gain};
+use crate::solver::native::member::IslandBody;
+use crate::solver::native::pair_motion::stacked;
+use crate::solver::native::policy::Policy;
+use crate::solver::native::tolerances::Tolerances;
+use crate::step::Step;
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+
+/// Memory of an evaluation: residuals, and, where no joints tie them, how the bodies turn and turn back.
+#[derive(Debug, Clone, Default)]
+pub(in super::super) struct IslandScratch {
+    residuals: Vec<Velocity>,
+    turnings: Vec<Both>,
+}
+
+/// The linear system, the velocities by their places in it, and how bodies that joints tie turn where it is made.
+#[derive(Debug, Clone, Default)]
+pub(in super::super) struct IslandSystem {
+    pub(super) blocks: BlockSystem,
+    values: Vec<Vector6<f64>>,
+    turnings: Vec<Both>,
+    slopes: KeptSlopes,
+}
+
+impl Equations for Island {
+    type Velocity = Vec<Velocity>;
+    type Slope = IslandSlope;
+    type System = IslandSystem;
+    type Scratch = IslandScratch;
+
+    const MAY_BE_TIED: bool = true;
+
+    fn setting(&self) -> &StepSetting {
+        &self.setting
+    }
+
+    fn setting_mut(&mut self) -> &mut StepSetting {
+        &mut self.setting
+    }
+
+    fn policy(&self) -> &'static Policy {
+        if self.joints.is_empty() { Policy::of(self.members.len()) } else { Policy::tied() }
+    }
+
+    fn bodies(&self) -> usize {
+        self.members.len()
+    }
+
+    fn speed(&self) -> f64 {
+        self.members.iter().map(IslandBody::speed).fold(0.0, f64::max)
+    }
+
+    fn foresee(&mut self, step: &Step<'_>, island: &IslandView<'_>, previous: &[Vector3<f64>]) {
+        let Some(earlier) = step.earlier.filter(|_| !self.joints.is_empty()) else { return };
+        let (mut velocity, mut impulses) = std::mem::take(&mut self.ahead);
+        let to_impulse = self.time_step / self.mass;
+        let ahead = &island.known.ahead;
+        impulses.extend(island.contacts.iter().map(|&place| ahead[place] * to_impulse));
+        let contacts = impulses.len();
+        impulses.extend_from_slice(&previous[contacts..]);
+        for (now, before) in
+            impulses[contacts..].iter_mut().zip(self.joint_impulses(&earlier.joints))
+        {
+            *now = 2.0 * *now - before;
+        }
+        let before = island.bodies.iter().filter_map(|body| earlier.states.get(*body));
+        let before = before.map(|state| Velocity { linear: state.velocity, spin: state.spin });
+        self.set_velocity_under(&impulses, &mut velocity);
+        self.follow(before, &mut velocity);
+        self.ahead = (velocity, impulses);
+    }
+
+    fn set_foreseen(
+        &self,
+        velocity: &mut Vec<Velocity>,
+        impulses: &mut Vec<Vector3<f64>>,
+    ) -> Option<f64> {
+        velocity.copy_from(&self.ahead.0);
+        impulses.clone_from(&self.ahead.1);
+        let members = self.members.iter().zip(&self.ahead.0);
+        members.map(|(member, ahead)| member.way_from_old(ahead)).reduce(f64::max)
+    }
+
+    fn determined(&self) -> Option<Determined> {
+        self.determined
+    }
+
+    fn extend_previous(&self, step: &Step<'_>, previous: &mut Vec<Vector3<f64>>) {
+        previous.extend(self.joint_impulses(&step.previous.joints));
+        previous.extend(self.gear_impulses(step));
+    }
+
+    fn set_first_velocity(&self, impulses: &[Vector3<f64>], velocity: &mut Vec<Velocity>) {
+        if self.joints.is_empty() {
+            return self.set_velocity_after(impulses, velocity);
+        }
+        velocity.clear();
+        velocity.extend(self.members.iter().map(|member| *member.old()));
+    }
+
+    fn set_velocity_after(&self, impulses: &[Vector3<f64>], velocity: &mut Vec<Velocity>) {
+        velocity.clear();
+        velocity.extend(self.members.iter().map(|member| member.free));
+        for (index, impulse) in impulses.iter().enumerate() {
+            self.push(index, impulse, velocity);
+        }
+    }
+
+    fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Vec<Velocity>) {
+        let link = &self.links[index];
+        if let CouplingKind::Gear(gear) = link.kind {
+            for (body, wrench) in self.gears[gear].sides() {
+                let turned = wrench.fixed_rows::<3>(3) * impulse[0];
+                velocity[body].linear += wrench.fixed_rows::<3>(0) * impulse[0];
+                velocity[body].spin += self.members[body].inertia_inverse * turned;
+            }
+            return;
+        }
+        let pushes = link.pushes();
+        let mut push = |index: usize, impulse: &Vector3<f64>, torque_map: &Matrix3<f64>| {
+            let member = &self.members[index];
+            let impulse = member.share * impulse;
+            if pushes {
+                velocity[index].linear += impulse;
+            }
+            velocity[index].spin += member.inertia_inverse * (torque_map * impulse);
+        };
+        push(link.a, impulse, &self.setting.couplings[index].lever.torque_map);
+        if let Some(other) = &link.b {
+            push(other.index, &-impulse, &other.torque_map);
+        }
+    }
+
+    fn keep_velocity(&self, velocity: &mut Vec<Velocity>) {
+        let Tolerances { exact, rest, .. } = self.setting.tolerances;
+        for (member, velocity) in self.members.iter().zip(velocity.iter_mut()) {
+            member.keep(exact, velocity);
+        }
+        let contacts = self.links.iter().zip(&self.setting.couplings);
+        for (link, coupling) in contacts.filter(|(_, coupling)| coupling.is_contact()) {
+            let sides = [Some(link.a), link.b.as_ref().map(|other| other.index)];
+            for index in sides.into_iter().flatten() {
+                let normal = &coupling.rows.normal();
+                self.members[index].keep_along(normal, exact, &mut velocity[index]);
+            }
+        }
+        // What joints tie moves together or not at all: one of two at rest would take its joint apart.
+        let slow = |(member, velocity): (&IslandBody, &Velocity)| member.is_slow(rest, velocity);
+        if self.joints.is_empty() || self.members.iter().zip(&*velocity).all(slow) {
+            for (member, velocity) in self.members.iter().zip(velocity) {
+                member.rest(rest, velocity);
+            }
+        }
+    }
+
+    fn turns_too_far(&self, velocity: &Vec<Velocity>) -> bool {
+        self.members.iter().zip(velocity).any(|(member, velocity)| member.turns_too_far(velocity))
+    }
+
+    fn energy_made(
+        &self,
+        velocity: &Vec<Velocity>,
+        impulses: &[Vector3<f64>],
+        points: &[Vector3<f64>],
+    ) -> f64 {
+        if self.joints.is_empty() { 0.0 } else { self.made(velocity, impulses, points) }
+    }
+
+    fn motion_residual(
+        &self,
+        velocity: &Vec<Velocity>,
+        impulses: &[Vector3<f64>],
+        scratch: &mut IslandScratch,
+    ) -> MapResidual {
+        let residuals = &mut scratch.residuals;
+        self.motion(velocity, impulses, residuals);
+        let mut size = MapResidual::default();
+        for (member, residual) in self.members.iter().zip(&*residuals) {
+            size.add(&residual.linear);
+            size.add(&member.as_speed(&residual.spin));
+        }
+        size
+    }
+
+    fn point(&self, index: usize, velocity: &Vec<Velocity>) -> Vector3<f64> {
+        self.point_at(index, velocity)
+    }
+
+    fn set_points(
+        &self,
+        velocity: &Vec<Velocity>,
+        scratch: &mut IslandScratch,
+        points: &mut Vec<Vector3<f64>>,
+    ) {
+        points.clear();
+        if !self.joints.is_empty() {
+            let count = self.links.len() - self.gears.len();
+            // Of what joints tie most rows are theirs, and most points are not linearised at.
+            points.extend((0..count).map(|index| self.point_at(index, velocity)));
+            // Gears come last: what they tie is known.
+            for gear in &self.gears {
+                points.push(gear.u(&self.setting.couplings, |index| points[index]));
+            }
+            return;
+        }
+        let turnings = &mut scratch.turnings;
+        self.set_turnings(velocity, turnings);
+        let couplings = self.links.iter().zip(&self.setting.couplings);
+        points.extend(couplings.map(|(link, coupling)| {
+            let b = link.b.as_ref().map(|other| &turnings[other.index]);
+            self.point_velocity((link, coupling), velocity, (&turnings[link.a], b))
+        }));
+    }
+
+    fn linearise(
+        &self,
+        at: EvaluatedPoint<'_, Self>,
+        mut answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
+        eliminations: &mut Vec<Elimination<IslandSlope>>,
+        system: &mut IslandSystem,
+    ) -> bool {
+        let IslandSystem { blocks, turnings, slopes, .. } = system;
+        let turnings = match self.joints.is_empty() {
+            true => &at.scratch.turnings,
+            false => {
+                self.set_turnings(at.velocity, turnings);
+                &*turnings
+            }
+        };
+        blocks.begin(&self.pattern);
+        for (index, (member, velocity)) in self.members.iter().zip(at.velocity).enumerate() {
+            let mut diagonal = Matrix6::identity();
+            let slope = member.angular_slope(&velocity.spin);
+            diagonal.fixed_view_mut::<3, 3>(3, 3).copy_from(&slope);
+            blocks.add(&self.pattern, (index, index), &diagonal);
+        }
+        if !slopes.follow((self.begun, &self.members), at.velocity, at.slack) {
+            eliminations.clear();
+        }
+        let couplings = self.setting.couplings.iter().zip(at.points);
+        for (index, ((coupling, u), link)) in couplings.zip(&self.links).enumerate() {
+            let Some(answer) = answer(index, coupling, u) else { return false };
+            let is_asked = !matches!(answer.gain, Gain::Zero);
+            let is_known = slopes.are_of(index, (link, coupling), is_asked);
+            let slope = match is_asked && !is_known {
+                true => Some(self.slope((link, coupling), at.velocity, turnings)),
+                false => None,
+            };
+            match (eliminations.get_mut(index), slope) {
+                (Some(known), Some(slope)) => *known = Elimination { answer, slope },
+                (Some(known), None) => known.answer = answer,
+                (None, slope) => {
+                    let slope = slope.unwrap_or(IslandSlope::NONE);
+                    eliminations.push(Elimination { answer, slope });
+                }
+            }
+            self.add_gain((link, coupling), &eliminations[index], blocks);
+        }
+        blocks.factorise(&self.pattern)
+    }
+
+    fn direction(
+        &self,
+        scratch: &IslandScratch,
+        eliminations: &[Elimination<IslandSlope>],
+        system: &mut IslandSystem,
+        step: &mut Vec<Velocity>,
+    ) -> bool {
+        let IslandSystem { blocks, values, .. } = system;
+        values.clear();
+        values.resize(self.members.len(), Vector6::zeros());
+        for (index, residual) in scratch.residuals.iter().enumerate() {
+            values[self.pattern.order.place(index)] = -stacked(residual);
+        }
+        let couplings = self.links.iter().zip(&self.setting.couplings);
+        for (of, elimination) in couplings.zip(eliminations) {
+            self.add_offset(of, &elimination.answer.offset, values);
+        }
+        blocks.solve::<false>(&self.pattern, values);
+        step.clear();
+        step.extend((0..self.members.len()).map(|index| {
+            let x = &values[self.pattern.order.place(index)];
+            Velocity { linear: x.fixed_rows::<3>(0).into(), spin: x.fixed_rows::<3>(3).into() }
+        }));
+        step.is_finite()
+    }
+}

@@ -1,0 +1,168 @@
+//! The joints of an island as couplings: one of the anchor, and one of the turn.
+//!
+//! Equation numbers are those of `docs/joints.md`.
+
+use super::{CouplingKind, CouplingLink, Island, Other, Source};
+use crate::contact::torque_map_of;
+use crate::joint::{AxisStart, Coordinates, Joint, JointForce, Turn, TurnKind};
+use crate::solver::native::coupling::{Coupling, Lever};
+use crate::solver::native::law::{AxesLaw, CouplingLaw};
+use crate::step::{Step, StepSolution};
+use nalgebra::Vector3;
+
+/// Where a joint of the world is in its island.
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct JointPlace {
+    /// Its index in the world.
+    pub(in super::super) joint: usize,
+    /// The coupling of its anchor, where it holds that.
+    pub(in super::super) place: Option<usize>,
+    /// The coupling of its turn, where it holds that.
+    pub(in super::super) turn: Option<usize>,
+    /// ℓ, m.
+    pub(in super::super) length: f64,
+    /// Whether it ties two bodies.
+    pub(super) is_of_two: bool,
+    /// Its coordinates at the step's start: the place, m, and the angles, rad.
+    pub(in super::super) along: Vector3<f64>,
+    pub(in super::super) angles: Vector3<f64>,
+}
+
+impl Island {
+    /// Adds joint `index` of the world; `place` gives the place of a body of the world in the island.
+    pub(in super::super) fn admit_joint(
+        &mut self,
+        step: &Step<'_>,
+        index: usize,
+        place: impl Fn(usize) -> usize,
+    ) {
+        let joint = &step.world.joints()[index];
+        let Some(at) = joint.coordinates(step.states) else { return };
+        let before = step.previous.joints.get(index).map_or(Vector3::zeros(), |last| last.angles);
+        let (angles, length) = (joint.counted(&at, &before), joint.length(step.world.bodies()));
+        let sides = (place(joint.body()), joint.other().map(place));
+        let [along, about] = joint.starts(step.states, &at, &angles, self.time_step);
+        let place = joint.holds_place().then(|| self.admit_place(joint, &along, sides));
+        let turn = (joint.turning() != TurnKind::Free)
+            .then(|| self.admit_turn(joint, (&at, &angles), (&about, length), sides));
+        let (joint, is_of_two, along) = (index, sides.1.is_some(), at.place);
+        self.joints.push(JointPlace { joint, place, turn, length, is_of_two, along, angles });
+    }
+
+    /// Adds the coupling of its anchor.
+    fn admit_place(
+        &mut self,
+        joint: &Joint,
+        starts: &[AxisStart; 3],
+        (a, b): (usize, Option<usize>),
+    ) -> usize {
+        let [of_a, of_b] = joint.frames();
+        let member = &self.members[a];
+        let arm = member.rotation * of_a.anchor;
+        let torque_map = torque_map_of(&of_a.anchor, &member.rotation);
+        let lever = Lever { centre: of_a.anchor, arm, radius: 0.0, torque_map };
+        let mut frame = of_b.rotation();
+        let mut response = Vector3::zeros();
+        let b = b.map(|index| {
+            let other = &self.members[index];
+            let arm = member.position + arm - other.position;
+            frame = other.rotation * frame;
+            let torque_map = torque_map_of(&other.rotation.tr_mul(&arm), &other.rotation);
+            response += other.response(&(torque_map * frame), true);
+            Other { index, torque_map, arm }
+        });
+        response += member.response(&(torque_map * frame), true);
+        let (h, unit) = (self.time_step, self.mass);
+        let graph = |k: usize| joint.linear()[k].free_graph(&starts[k], h, (1.0, unit));
+        let axes = AxesLaw::new(&mut self.setting.graphs, true, graph);
+        let offset = Vector3::from_fn(|k, _| joint.linear()[k].offset(starts[k].coordinate, h));
+        let source = Source::of(joint.linear(), joint.moves());
+        self.links.push(CouplingLink { a, kind: CouplingKind::Point, b, source });
+        let law = CouplingLaw::Axes(axes);
+        self.setting.admit(Coupling::of_place(lever, (frame, offset), &response, law));
+        self.links.len() - 1
+    }
+
+    /// Adds the coupling of its turn.
+    fn admit_turn(
+        &mut self,
+        joint: &Joint,
+        at: (&Coordinates, &Vector3<f64>),
+        (starts, length): (&[AxisStart; 3], f64),
+        (a, b): (usize, Option<usize>),
+    ) -> usize {
+        let h = self.time_step;
+        let turn = Turn::new(joint, at, h, length);
+        let torque_map = turn.torque_map();
+        let member = &self.members[a];
+        let mut response = member.response(&torque_map, false);
+        let b = b.map(|index| {
+            let other = &self.members[index];
+            let torque_map = other.rotation.tr_mul(&(member.rotation * torque_map));
+            response += other.response(&torque_map, false);
+            Other { index, torque_map, arm: Vector3::zeros() }
+        });
+        // Where nothing acts about an axis its row may turn nothing: its scale is that of z.
+        for k in (0..2).filter(|k| joint.angular()[*k].is_idle()) {
+            response[k] = response[2];
+        }
+        let scale = (length, self.mass);
+        let acting = joint.acting_axes();
+        let graph = |k: usize| acting[k].free_graph(&starts[k], h, scale);
+        let axes = AxesLaw::new(&mut self.setting.graphs, false, graph);
+        self.turns.push(turn);
+        let source = Source::of(joint.angular(), joint.moves());
+        let kind = CouplingKind::Turn(self.turns.len() - 1);
+        self.links.push(CouplingLink { a, kind, b, source });
+        self.setting.admit(Coupling::of_turn(torque_map, &response, CouplingLaw::Axes(axes)));
+        self.links.len() - 1
+    }
+
+    /// The impulses p̂ of the couplings of all joints under the forces of a step before, one a joint of the world, in their
+    /// order.
+    pub(in super::super) fn joint_impulses<'a>(
+        &'a self,
+        forces: &'a [JointForce],
+    ) -> impl Iterator<Item = Vector3<f64>> + 'a {
+        let to_impulse = self.time_step / self.mass;
+        self.joints.iter().flat_map(move |at| {
+            let before = forces.get(at.joint);
+            let force = before.map_or(Vector3::zeros(), |before| before.force);
+            let torque = before.map_or(Vector3::zeros(), |before| before.torque);
+            let along = at.place.map(|k| self.setting.couplings[k].rows.frame * force * to_impulse);
+            let about = at.turn.map(|_| torque * (to_impulse / at.length));
+            along.into_iter().chain(about)
+        })
+    }
+
+    /// Writes the forces of the joints where the impulses of all couplings are `impulses`, and the states
+    /// those of the solution.
+    pub(in super::super) fn write_joints(
+        &self,
+        step: &Step<'_>,
+        impulses: &[Vector3<f64>],
+        solution: &mut StepSolution,
+    ) {
+        let to_force = self.mass / self.time_step;
+        for at in &self.joints {
+            let of = &step.world.joints()[at.joint];
+            // What turns freely counts nothing.
+            let end = match at.turn {
+                Some(_) => of.coordinates(&solution.states),
+                None => None,
+            };
+            let end = end.map_or(at.angles, |end| of.counted(&end, &at.angles));
+            let mut force = JointForce::none(end);
+            if let Some(k) = at.place {
+                let frame = &self.setting.couplings[k].rows.frame;
+                force.force = frame.tr_mul(&impulses[k]) * to_force;
+            }
+            if let Some(k) = at.turn {
+                force.torque = impulses[k] * (to_force * at.length);
+            }
+            if let Some(of_joint) = solution.joints.get_mut(at.joint) {
+                *of_joint = force;
+            }
+        }
+    }
+}

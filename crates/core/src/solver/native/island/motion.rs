@@ -1,0 +1,261 @@
+//! How the bodies of an island and the rows of its couplings move.
+//!
+//! Equation numbers are those of `docs/native-solver.md`.
+
+use super::{CouplingKind, CouplingLink, Island, Other};
+use crate::solver::native::coupling::Coupling;
+use crate::solver::native::equations::{Equations, Velocity};
+use crate::solver::native::fixed_motion::point_velocity;
+use crate::solver::native::member::IslandBody;
+use crate::solver::native::pair_motion::PairMotion;
+use crate::solver::native::round_motion::{RoundMotion, RoundSide};
+use crate::solver::native::turning::BodyTurning;
+use nalgebra::{Matrix3, Vector3};
+
+impl Island {
+    /// The residuals of the equations of motion (N1) of all bodies: linear and
+    /// angular, per unit of a body's own mass.
+    pub(super) fn motion(
+        &self,
+        velocity: &[Velocity],
+        impulses: &[Vector3<f64>],
+        residuals: &mut Vec<Velocity>,
+    ) {
+        residuals.clear();
+        let bodies = self.members.iter().zip(velocity);
+        residuals.extend(bodies.map(|(member, velocity)| {
+            let mut turned = member.turned(&velocity.spin);
+            if let Some(gyroscopic) = member.gyroscopic(&velocity.spin) {
+                turned += gyroscopic;
+            }
+            Velocity {
+                linear: velocity.linear - member.free.linear,
+                spin: turned - member.torque_impulse,
+            }
+        }));
+        let couplings = self.links.iter().zip(&self.setting.couplings);
+        for ((link, coupling), impulse) in couplings.zip(impulses) {
+            if let CouplingKind::Gear(gear) = link.kind {
+                for (body, wrench) in self.gears[gear].sides() {
+                    residuals[body].linear -= wrench.fixed_rows::<3>(0) * impulse[0];
+                    residuals[body].spin -= wrench.fixed_rows::<3>(3) * impulse[0];
+                }
+                continue;
+            }
+            let share = self.members[link.a].share;
+            if link.pushes() {
+                residuals[link.a].linear -= share * impulse;
+            }
+            residuals[link.a].spin -= share * (coupling.lever.torque_map * impulse);
+            if let Some(other) = &link.b {
+                let share = self.members[other.index].share;
+                if link.pushes() {
+                    residuals[other.index].linear += share * impulse;
+                }
+                residuals[other.index].spin += share * (other.torque_map * impulse);
+            }
+        }
+    }
+
+    /// Sets the velocities to those that the impulses leave, with the gyroscopic term to second order in h: a digit or two more
+    /// than [`set_velocity_after`](Equations::set_velocity_after), which takes it as in free flight.
+    pub(super) fn set_velocity_under(
+        &self,
+        impulses: &[Vector3<f64>],
+        velocity: &mut Vec<Velocity>,
+    ) {
+        self.set_velocity_after(impulses, velocity);
+        for (member, velocity) in self.members.iter().zip(velocity) {
+            let now = member.gyroscopic(&velocity.spin);
+            if let Some((now, free)) = now.zip(member.gyroscopic(&member.free.spin)) {
+                velocity.spin -= member.inertia_inverse * (now - free);
+            }
+        }
+    }
+
+    /// Where velocities are not near those to which the last step and the velocities `before` it lead on, in parts of the way
+    /// there, makes them these: impulses of light bodies turn with them. None are left where one is missing.
+    pub(super) fn follow(
+        &self,
+        before: impl Iterator<Item = Velocity> + Clone,
+        velocity: &mut Vec<Velocity>,
+    ) {
+        let led = self.members.iter().zip(before).map(|(member, before)| {
+            let now = member.old();
+            let linear = 2.0 * now.linear - before.linear;
+            (member, Velocity { linear, spin: 2.0 * now.spin - before.spin })
+        });
+        let (mut way, mut apart, mut count) = (0.0_f64, 0.0_f64, 0);
+        for ((member, led), velocity) in led.clone().zip(&*velocity) {
+            way = way.max(member.way(member.old(), &led));
+            apart = apart.max(member.way(velocity, &led));
+            count += 1;
+        }
+        // A NaN is near nothing.
+        let is_near = apart <= way;
+        if count < self.members.len() {
+            velocity.clear();
+        } else if !is_near {
+            velocity.clear();
+            velocity.extend(led.map(|(_, led)| led));
+        }
+    }
+
+    /// Those of all bodies.
+    pub(super) fn set_turnings(&self, velocity: &[Velocity], turnings: &mut Vec<Both>) {
+        turnings.resize(self.members.len(), Both::STILL);
+        for ((member, velocity), both) in self.members.iter().zip(velocity).zip(turnings) {
+            member.set_turnings(&velocity.spin, (&mut both.there, &mut both.back));
+        }
+    }
+
+    /// The motion of a coupling whose plane is a body's, which turn as told.
+    pub(super) fn pair_motion<'a>(
+        &'a self,
+        coupling: &'a Coupling,
+        (link, other): (&CouplingLink, &Other),
+        velocity: &[Velocity],
+        (a, b): (&'a Both, &'a Both),
+    ) -> PairMotion<'a> {
+        let apart = velocity[link.a].linear - velocity[other.index].linear;
+        let rotations = (&self.members[link.a].rotation, &self.members[other.index].rotation);
+        let turnings = (&a.there, &b.back);
+        PairMotion::new(coupling, &other.arm, &apart, rotations, turnings, self.time_step)
+    }
+
+    /// The motion of a coupling of two round features, the one in this place among those.
+    pub(super) fn round_motion<'a>(
+        &'a self,
+        (coupling, round): (&'a Coupling, usize),
+        link: &CouplingLink,
+        velocity: &'a [Velocity],
+        (a, b): (&'a Both, Option<&'a Both>),
+    ) -> RoundMotion<'a> {
+        let side = |index: usize, turnings: &'a Both| RoundSide {
+            rotation: &self.members[index].rotation,
+            turning: &turnings.there,
+            linear: &velocity[index].linear,
+        };
+        let of_b = link.b.as_ref().zip(b).map(|(other, b)| side(other.index, b));
+        let round = &self.rounds[round];
+        RoundMotion::new(coupling, round, side(link.a, a), of_b, self.time_step)
+    }
+
+    /// u of coupling `index` (N2).
+    pub(super) fn point_at(&self, index: usize, velocity: &[Velocity]) -> Vector3<f64> {
+        let (link, coupling) = (&self.links[index], &self.setting.couplings[index]);
+        if let Some(u) = self.turned_velocity(link, velocity) {
+            return u;
+        }
+        if link.kind == CouplingKind::Point && !coupling.is_contact() {
+            return self.anchor_velocity((link, coupling), velocity);
+        }
+        let turnings = |body: usize| Both::of(&self.members[body], &velocity[body]);
+        let (a, b) = (turnings(link.a), link.b.as_ref().map(|other| turnings(other.index)));
+        self.point_velocity((link, coupling), velocity, (&a, b.as_ref()))
+    }
+
+    /// The same of a joint's anchor, (N10) point by point.
+    fn anchor_velocity(
+        &self,
+        (link, coupling): (&CouplingLink, &Coupling),
+        velocity: &[Velocity],
+    ) -> Vector3<f64> {
+        let swept = |index: usize, spin: &Vector3<f64>, point: &Vector3<f64>| {
+            BodyTurning::swept_once(&self.members[index].rotation, spin, self.time_step, point)
+        };
+        let of_a = &velocity[link.a];
+        let moved = of_a.linear + swept(link.a, &of_a.spin, &coupling.lever.centre);
+        let Some(other) = &link.b else { return moved + coupling.offset };
+        let of_b = &velocity[other.index];
+        let relative = moved - of_b.linear;
+        let arm = other.arm + relative * self.time_step;
+        let seen = self.members[other.index].rotation.tr_mul(&arm);
+        relative + swept(other.index, &-of_b.spin, &seen) + coupling.offset
+    }
+
+    /// The same of a joint's turn.
+    pub(super) fn turned_velocity(
+        &self,
+        link: &CouplingLink,
+        velocity: &[Velocity],
+    ) -> Option<Vector3<f64>> {
+        let CouplingKind::Turn(turn) = link.kind else { return None };
+        let other = link.b.as_ref().map(|other| &velocity[other.index].spin);
+        Some(self.turns[turn].u(&velocity[link.a].spin, other))
+    }
+
+    /// The same, where the bodies that it joins turn as told.
+    pub(super) fn point_velocity(
+        &self,
+        (link, coupling): (&CouplingLink, &Coupling),
+        velocity: &[Velocity],
+        turnings: (&Both, Option<&Both>),
+    ) -> Vector3<f64> {
+        let u = self.gap_velocity((link, coupling), velocity, turnings);
+        if !coupling.bounces() {
+            return u;
+        }
+        coupling.bounded(u, &self.departing((link, coupling), velocity)).0
+    }
+
+    /// The same with the gap speed along the normal, also where it bounces.
+    pub(super) fn gap_velocity(
+        &self,
+        (link, coupling): (&CouplingLink, &Coupling),
+        velocity: &[Velocity],
+        turnings: (&Both, Option<&Both>),
+    ) -> Vector3<f64> {
+        match link.kind {
+            CouplingKind::Round(round) => {
+                return self.round_motion((coupling, round), link, velocity, turnings).u();
+            }
+            CouplingKind::Turn(_) => {
+                return self.turned_velocity(link, velocity).unwrap_or_default();
+            }
+            CouplingKind::Gear(gear) => {
+                let point = |index: usize| self.point_at(index, velocity);
+                return self.gears[gear].u(&self.setting.couplings, point);
+            }
+            CouplingKind::Point => {}
+        }
+        match (&link.b, turnings.1) {
+            (Some(other), Some(b)) => {
+                self.pair_motion(coupling, (link, other), velocity, (turnings.0, b)).u()
+            }
+            _ => point_velocity(coupling, &turnings.0.there, &velocity[link.a].linear),
+        }
+    }
+
+    /// v⁺ + Gᵀ ω̃⁺ of A less that of B (eq. 29): how the touching points part after the impulses.
+    pub(super) fn departing(
+        &self,
+        (link, coupling): (&CouplingLink, &Coupling),
+        velocity: &[Velocity],
+    ) -> Vector3<f64> {
+        let of_side = |index: usize, torque_map: &Matrix3<f64>| {
+            self.members[index].departing(&velocity[index], torque_map)
+        };
+        let a = of_side(link.a, &coupling.lever.torque_map);
+        link.b.as_ref().map_or(a, |other| a - of_side(other.index, &other.torque_map))
+    }
+}
+
+/// How a body turns, and how its frame turns back: with the spin −ω, because w = A_Bᵀ (…) and the
+/// Cayley map of −a is the transpose of that of a.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Both {
+    pub(super) there: BodyTurning,
+    pub(super) back: BodyTurning,
+}
+
+impl Both {
+    /// Those of what does not turn.
+    const STILL: Self = Self { there: BodyTurning::STILL, back: BodyTurning::STILL };
+
+    pub(super) fn of(member: &IslandBody, velocity: &Velocity) -> Self {
+        let mut both = Self::STILL;
+        member.set_turnings(&velocity.spin, (&mut both.there, &mut both.back));
+        both
+    }
+}

@@ -1,0 +1,235 @@
+//! How the points of an island's contacts answer to the velocities of its bodies, and what that makes of
+//! the linear system.
+//!
+//! Equation numbers are those of `docs/native-solver.md`.
+
+use super::{Both, CouplingKind, CouplingLink, Island, IslandSlope};
+use crate::solver::native::blocks::BlockSystem;
+use crate::solver::native::coupling::Coupling;
+use crate::solver::native::equations::{Elimination, Velocity};
+use crate::solver::native::fixed_motion::slope;
+use crate::solver::native::law::Gain;
+use crate::solver::native::pair_motion::{PairSlope, beside};
+use nalgebra::{Matrix3, Matrix3x6, RowVector6, Vector3, Vector6};
+
+impl Island {
+    /// ∂u/∂V of a coupling.
+    #[inline]
+    pub(super) fn slope(
+        &self,
+        (link, coupling): (&CouplingLink, &Coupling),
+        velocity: &[Velocity],
+        turnings: &[Both],
+    ) -> IslandSlope {
+        if let CouplingKind::Gear(gear) = link.kind {
+            return IslandSlope::Gear(self.gear_slope(gear, velocity, turnings));
+        }
+        IslandSlope::Pair(self.pair_slope(link, coupling, velocity, turnings))
+    }
+
+    /// The same of one that ties two bodies at most.
+    #[inline]
+    pub(super) fn pair_slope(
+        &self,
+        link: &CouplingLink,
+        coupling: &Coupling,
+        velocity: &[Velocity],
+        turnings: &[Both],
+    ) -> PairSlope {
+        let mut slope = self.gap_slope(link, coupling, velocity, turnings);
+        if !coupling.bounces() {
+            return slope;
+        }
+        let both = (&turnings[link.a], link.b.as_ref().map(|other| &turnings[other.index]));
+        let u = self.gap_velocity((link, coupling), velocity, both);
+        if coupling.bounded(u, &self.departing((link, coupling), velocity)).1 {
+            let normal = &coupling.rows.normal();
+            let exchange = |slope: &mut Matrix3x6<f64>, along: RowVector6<f64>| {
+                *slope += normal * (along - slope.tr_mul(normal).transpose());
+            };
+            let of_a = (link.a, &coupling.lever.torque_map);
+            exchange(&mut slope.a.1, self.departing_slope(normal, of_a, velocity));
+            if let (Some((_, by_b)), Some(other)) = (&mut slope.b, &link.b) {
+                let of_b = (other.index, &other.torque_map);
+                exchange(by_b, -self.departing_slope(normal, of_b, velocity));
+            }
+        }
+        slope
+    }
+
+    /// nᵀ ∂/∂V of what [`departing`](Self::departing) is, for one side of a coupling.
+    fn departing_slope(
+        &self,
+        normal: &Vector3<f64>,
+        (index, torque_map): (usize, &Matrix3<f64>),
+        velocity: &[Velocity],
+    ) -> RowVector6<f64> {
+        let along = self.members[index].departing_slope(&velocity[index], torque_map, normal);
+        let mut row = RowVector6::zeros();
+        row.fixed_columns_mut::<3>(0).copy_from(&normal.transpose());
+        row.fixed_columns_mut::<3>(3).copy_from(&along);
+        row
+    }
+
+    #[inline]
+    fn gap_slope(
+        &self,
+        link: &CouplingLink,
+        coupling: &Coupling,
+        velocity: &[Velocity],
+        turnings: &[Both],
+    ) -> PairSlope {
+        let of_a = &turnings[link.a];
+        if let CouplingKind::Turn(turn) = link.kind {
+            let other = link.b.as_ref().map(|other| (other.index, &velocity[other.index].spin));
+            let (by_a, by_b) =
+                self.turns[turn].slopes(&velocity[link.a].spin, other.map(|(_, spin)| spin));
+            let of = |slope: &Matrix3<f64>| beside(&Matrix3::zeros(), slope);
+            let b = other.map(|(index, _)| (index, of(&by_b)));
+            return PairSlope { a: (link.a, of(&by_a)), b };
+        }
+        if let CouplingKind::Round(round) = link.kind {
+            let both = (of_a, link.b.as_ref().map(|other| &turnings[other.index]));
+            let (by_a, by_b) = self.round_motion((coupling, round), link, velocity, both).slopes();
+            let b = link.b.as_ref().zip(by_b).map(|(other, by_b)| (other.index, by_b));
+            return PairSlope { a: (link.a, by_a), b };
+        }
+        match &link.b {
+            Some(other) => {
+                let both = (of_a, &turnings[other.index]);
+                let pair = self.pair_motion(coupling, (link, other), velocity, both);
+                let (by_a, by_b) = pair.slopes();
+                PairSlope { a: (link.a, by_a), b: Some((other.index, by_b)) }
+            }
+            None => {
+                let (turning, rotation) = (&of_a.there, &self.members[link.a].rotation);
+                let swept = turning.swept(&coupling.lever.centre);
+                let by_spin = slope(coupling, rotation, turning, &swept);
+                PairSlope { a: (link.a, beside(&Matrix3::identity(), &by_spin)), b: None }
+            }
+        }
+    }
+
+    /// The bodies that a coupling's impulse acts on: which, M/m with its sign, and the torque map.
+    pub(super) fn sides<'a>(
+        &self,
+        (link, coupling): (&'a CouplingLink, &'a Coupling),
+    ) -> impl Iterator<Item = (usize, f64, &'a Matrix3<f64>)> {
+        let share = |index: usize| self.members[index].share;
+        let a = (link.a, share(link.a), &coupling.lever.torque_map);
+        let b = link.b.as_ref().map(|other| (other.index, -share(other.index), &other.torque_map));
+        std::iter::once(a).chain(b)
+    }
+
+    /// Adds to the right-hand side what the offset d of a coupling's answer δp̂ = d + D δu makes of the
+    /// equations of motion: with H = M/m (E; G) of A and −M/m (E; G) of B,
+    ///
+    /// ```text
+    /// rhs_i += H_i d,   block (i, j) −= H_i D ∂u/∂V_j                            (N12)
+    /// ```
+    pub(super) fn add_offset(
+        &self,
+        of: (&CouplingLink, &Coupling),
+        offset: &Vector3<f64>,
+        values: &mut [Vector6<f64>],
+    ) {
+        if let CouplingKind::Gear(gear) = of.0.kind {
+            for (body, wrench) in self.gears[gear].sides() {
+                values[self.pattern.order.place(body)] += wrench * offset[0];
+            }
+            return;
+        }
+        for (row, share, torque_map) in self.sides(of) {
+            let mut rhs = Vector6::zeros();
+            if of.0.pushes() {
+                rhs.fixed_rows_mut::<3>(0).copy_from(&(share * offset));
+            }
+            rhs.fixed_rows_mut::<3>(3).copy_from(&(share * (torque_map * offset)));
+            values[self.pattern.order.place(row)] += rhs;
+        }
+    }
+
+    /// Adds to the matrix what the gain D of a turn makes of them (N12): torques alone, by spins alone.
+    fn add_turning_gain(
+        &self,
+        of: (&CouplingLink, &Coupling),
+        (gain, slope): (&Gain, &PairSlope),
+        blocks: &mut BlockSystem,
+    ) {
+        for (column, slope) in std::iter::once(&slope.a).chain(slope.b.as_ref()) {
+            let by_spin = slope.fixed_columns::<3>(3);
+            let gained = match gain {
+                Gain::Zero => continue,
+                Gain::Spring(stiffness) => by_spin * -stiffness,
+                Gain::Full(gain) => gain * by_spin,
+            };
+            for (row, share, torque_map) in self.sides(of) {
+                let turning = torque_map * (gained * -share);
+                blocks.add_turning(&self.pattern, (row, *column), &turning);
+            }
+        }
+    }
+
+    /// Adds to the matrix what its gain D makes of them (N12).
+    pub(super) fn add_gain(
+        &self,
+        of: (&CouplingLink, &Coupling),
+        coupling: &Elimination<IslandSlope>,
+        blocks: &mut BlockSystem,
+    ) {
+        let Elimination { answer, slope } = coupling;
+        let slope = match (slope, of.0.kind) {
+            (IslandSlope::Pair(slope), _) => slope,
+            (IslandSlope::Gear(slope), CouplingKind::Gear(gear)) => {
+                let gain = answer.gain.first();
+                for (row, wrench) in self.gears[gear].sides() {
+                    for (column, slope) in slope.bodies() {
+                        blocks.add(&self.pattern, (row, column), &(wrench * (slope * -gain)));
+                    }
+                }
+                return;
+            }
+            (IslandSlope::Gear(_), _) => return,
+        };
+        if !of.0.pushes() {
+            return self.add_turning_gain(of, (&answer.gain, slope), blocks);
+        }
+        let gained = |slope: &Matrix3x6<f64>| match &answer.gain {
+            Gain::Zero => None,
+            Gain::Spring(stiffness) => Some(slope * -stiffness),
+            Gain::Full(gain) => Some(gain * slope),
+        };
+        let ((a, by_a), b) = (&slope.a, slope.b.as_ref());
+        let Some(by_a) = gained(by_a) else { return };
+        let b = b.and_then(|(b, by_b)| Some((*b, gained(by_b)?)));
+        // ∂u/∂v_B = −∂u/∂v_A of points (N11).
+        let opposite = if of.0.kind == CouplingKind::Point && !of.1.bounces() { 3 } else { 0 };
+        for (row, share, torque_map) in self.sides(of) {
+            let [x, y, z] = &torque_map.data.0;
+            let column = |gained: &[f64; 3]| {
+                let [l, m, n] = gained.map(|entry| entry * -share);
+                let turned = |k: usize| x[k] * l + y[k] * m + z[k] * n;
+                [l, m, n, turned(0), turned(1), turned(2)]
+            };
+            let mut left = [[0.0; 6]; 3];
+            let block = blocks.block_of(&self.pattern, (row, *a));
+            for (k, (to, gained)) in block.data.0.iter_mut().zip(&by_a.data.0).enumerate() {
+                let more = column(gained);
+                (0..6).for_each(|i| to[i] += more[i]);
+                if k < 3 {
+                    left[k] = more;
+                }
+            }
+            let Some((b, by_b)) = &b else { continue };
+            let block = blocks.block_of(&self.pattern, (row, *b));
+            for (to, less) in block.data.0.iter_mut().zip(&left[..opposite]) {
+                (0..6).for_each(|i| to[i] -= less[i]);
+            }
+            let columns = block.data.0.iter_mut().zip(&by_b.data.0);
+            for (to, gained) in columns.skip(opposite) {
+                let more = column(gained);
+                (0..6).for_each(|i| to[i] += more[i]);
+            }
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! The linearised equations of an island, for any right-hand side, and transposed: what a derivative of the
+//! step is solved by.
+//!
+//! Equation numbers are those of `docs/gradients.md`.
+
+use super::{CouplingKind, Island, IslandSlope, IslandSystem, JointPlace};
+use crate::joint::Segment;
+use crate::solver::native::law::{CouplingLaw, Factored};
+use crate::solver::native::pair_motion::PairSlope;
+use nalgebra::{Matrix3, Matrix3x6, Matrix6x3, SMatrix, Vector3, Vector6};
+
+/// The row of a gear.
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct GearTangent {
+    /// Its coupling, and its index in the world.
+    pub(in super::super) coupling: usize,
+    pub(in super::super) gear: usize,
+    /// Of each coordinate its coupling, the row there, and the factor of that row's speed.
+    pub(in super::super) parts: [(usize, usize, f64); 2],
+    /// What it is off by at the step's start, over h, m/s.
+    pub(in super::super) offset: f64,
+    /// ℓ of the first coordinate, m of a turn.
+    pub(in super::super) length: f64,
+}
+
+/// What the rows of a coupling see of a body of it, and what a motion along them makes of the right-hand sides of that body's
+/// equations of motion: with the gain D = T diag(g) Fᵀ, Fᵀ J and H T diag(g).
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct HeldSide {
+    pub(in super::super) body: usize,
+    pub(in super::super) rows: Matrix3x6<f64>,
+    pub(in super::super) effect: Matrix6x3<f64>,
+}
+
+impl Island {
+    /// The sides of a coupling of this slope and gain.
+    pub(in super::super) fn hold(
+        &self,
+        coupling: usize,
+        (slope, gain): (&IslandSlope, &Factored),
+        sides: &mut Vec<HeldSide>,
+    ) {
+        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        let impulses = gain.to * Matrix3::from_diagonal(&gain.gains);
+        match (slope, of.0.kind) {
+            (IslandSlope::Pair(PairSlope { a, b }), _) => {
+                let slopes = std::iter::once(a).chain(b);
+                for ((body, share, torque_map), (_, slope)) in self.sides(of).zip(slopes) {
+                    let mut effect = Matrix6x3::zeros();
+                    if of.0.pushes() {
+                        effect.fixed_rows_mut::<3>(0).copy_from(&(impulses * share));
+                    }
+                    effect.fixed_rows_mut::<3>(3).copy_from(&(torque_map * impulses * share));
+                    sides.push(HeldSide { body, rows: gain.from.tr_mul(slope), effect });
+                }
+            }
+            (IslandSlope::Gear(slope), CouplingKind::Gear(gear)) => {
+                for ((body, slope), (_, wrench)) in slope.bodies().zip(self.gears[gear].sides()) {
+                    let (mut rows, mut effect) = (Matrix3x6::zeros(), Matrix6x3::zeros());
+                    rows.row_mut(0).copy_from(&slope);
+                    effect.column_mut(0).copy_from(&(wrench * gain.gains[0]));
+                    sides.push(HeldSide { body, rows, effect });
+                }
+            }
+            (IslandSlope::Gear(_), _) => {}
+        }
+    }
+
+    /// Adds to columns of right-hand sides of the equations of motion, each over its body's mass, what columns of impulses of
+    /// a coupling make of them: with H of (N12)
+    ///
+    /// ```text
+    /// rhs_A += H_A δp̂,   rhs_B += H_B δp̂                                         (G6)
+    /// ```
+    #[inline]
+    pub(in super::super) fn add_impulses<const C: usize>(
+        &self,
+        coupling: usize,
+        impulse: &SMatrix<f64, 3, C>,
+        rhs: &mut [SMatrix<f64, 6, C>],
+    ) {
+        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        if let CouplingKind::Gear(gear) = of.0.kind {
+            for (member, wrench) in self.gears[gear].sides() {
+                rhs[member] += wrench * impulse.row(0);
+            }
+            return;
+        }
+        let pushes = of.0.pushes();
+        for (member, share, torque_map) in self.sides(of) {
+            for (rhs, impulse) in rhs[member].data.0.iter_mut().zip(&impulse.data.0) {
+                let along = Vector3::from(*impulse) * share;
+                let turning = torque_map * along;
+                for k in 0..3 {
+                    if pushes {
+                        rhs[k] += along[k];
+                    }
+                    rhs[3 + k] += turning[k];
+                }
+            }
+        }
+    }
+
+    /// The same of columns of torques on its two bodies, each in its own frame: M/m (0, δτ_A) and −M/m (0, δτ_B).
+    pub(in super::super) fn add_torques<const C: usize>(
+        &self,
+        coupling: usize,
+        torques: &SMatrix<f64, 6, C>,
+        rhs: &mut [SMatrix<f64, 6, C>],
+    ) {
+        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        if let CouplingKind::Gear(_) = of.0.kind {
+            return;
+        }
+        for (side, (member, share, _)) in self.sides(of).enumerate() {
+            for (rhs, torques) in rhs[member].data.0.iter_mut().zip(&torques.data.0) {
+                (0..3).for_each(|k| rhs[3 + k] += torques[3 * side + k] * share);
+            }
+        }
+    }
+
+    /// The transpose of [`add_impulses`](Self::add_impulses): derivatives by the impulse of a coupling, of those by the
+    /// right-hand sides.
+    pub(in super::super) fn impulse_pulled(
+        &self,
+        coupling: usize,
+        rhs: &[Vector6<f64>],
+    ) -> Vector3<f64> {
+        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        let mut impulse = Vector3::zeros();
+        if let CouplingKind::Gear(gear) = of.0.kind {
+            let sides = self.gears[gear].sides();
+            impulse[0] = sides.map(|(member, wrench)| wrench.dot(&rhs[member])).sum();
+            return impulse;
+        }
+        for (member, share, torque_map) in self.sides(of) {
+            let part = rhs[member] * share;
+            impulse += torque_map.tr_mul(&part.fixed_rows::<3>(3));
+            if of.0.pushes() {
+                impulse += part.fixed_rows::<3>(0);
+            }
+        }
+        impulse
+    }
+
+    /// The same of the torques on its two bodies.
+    pub(in super::super) fn torques_pulled(
+        &self,
+        coupling: usize,
+        rhs: &[Vector6<f64>],
+    ) -> Vector6<f64> {
+        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        let mut torques = Vector6::zeros();
+        if let CouplingKind::Gear(_) = of.0.kind {
+            return torques;
+        }
+        for (side, (member, share, _)) in self.sides(of).enumerate() {
+            let part = rhs[member].fixed_rows::<3>(3) * share;
+            torques.fixed_rows_mut::<3>(3 * side).copy_from(&part);
+        }
+        torques
+    }
+
+    /// Solves the system that was factorised last for columns of right-hand sides by members, in their memory; `values`
+    /// are scratch.
+    pub(in super::super) fn solve_all<const C: usize>(
+        &self,
+        system: &mut IslandSystem,
+        (rhs, values): (&mut [SMatrix<f64, 6, C>], &mut Vec<SMatrix<f64, 6, C>>),
+    ) {
+        self.by_places((rhs, values), |values| system.blocks.solve_all(&self.pattern, values));
+    }
+
+    /// The same of the transposed system.
+    pub(in super::super) fn solve_transposed(
+        &self,
+        system: &mut IslandSystem,
+        (rhs, values): (&mut [Vector6<f64>], &mut Vec<Vector6<f64>>),
+    ) {
+        self.by_places((rhs, values), |values| system.blocks.solve::<true>(&self.pattern, values));
+    }
+
+    /// Has numbers by members dealt with in the order of elimination.
+    fn by_places<T: Copy>(
+        &self,
+        (members, values): (&mut [T], &mut Vec<T>),
+        solve: impl FnOnce(&mut [T]),
+    ) {
+        values.clear();
+        values.extend_from_slice(members);
+        for (index, member) in members.iter().enumerate() {
+            values[self.pattern.order.place(index)] = *member;
+        }
+        solve(values);
+        for (index, member) in members.iter_mut().enumerate() {
+            *member = values[self.pattern.order.place(index)];
+        }
+    }
+
+    /// Whether it has no row at all.
+    pub(in super::super) fn is_plain(&self) -> bool {
+        self.links.is_empty()
+    }
+
+    /// Its joints.
+    pub(in super::super) fn joint_places(&self) -> &[JointPlace] {
+        &self.joints
+    }
+
+    /// Its gears.
+    pub(in super::super) fn gear_rows(&self) -> impl Iterator<Item = GearTangent> {
+        let first = self.links.len() - self.gears.len();
+        self.gears.iter().enumerate().map(move |(place, train)| train.row(first + place))
+    }
+
+    /// The impulse p̂ that gears add along the rows of a joint's coupling, m/s.
+    pub(in super::super) fn geared(
+        &self,
+        coupling: usize,
+        impulses: &[Vector3<f64>],
+    ) -> Vector3<f64> {
+        let mut along = Vector3::zeros();
+        for gear in self.gear_rows() {
+            for (_, row, factor) in gear.parts.into_iter().filter(|(of, ..)| *of == coupling) {
+                along[row] += factor * impulses[gear.coupling][0];
+            }
+        }
+        along
+    }
+
+    /// A piece of the law of row k of a joint's coupling.
+    pub(in super::super) fn segment(&self, coupling: usize, k: usize, piece: u8) -> Segment {
+        match &self.setting.couplings[coupling].law {
+            CouplingLaw::Axes(axes) => axes.segment(&self.setting.graphs, k, piece),
+            CouplingLaw::Cone(_) => Segment::NONE,
+        }
+    }
+
+    /// The rows of a coupling, as columns.
+    pub(in super::super) fn rows(&self, coupling: usize) -> &Matrix3<f64> {
+        &self.setting.couplings[coupling].rows.frame
+    }
+}

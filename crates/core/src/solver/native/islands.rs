@@ -1,0 +1,437 @@
+//! Islands: sets of bodies that touch each other or are tied by joints, directly or through others. What
+//! is fixed joins nothing. Islands are independent problems.
+
+use crate::contact::{Contact, KeyIndex, Partner};
+use crate::joint::{Gear, Joint};
+use crate::step::{ContactForce, Step, StepSolution};
+use crate::world::World;
+use nalgebra::Vector3;
+
+/// The islands of a step, in the order of their first bodies, and what each consists of.
+#[derive(Debug, Clone, Default)]
+pub(super) struct IslandParts {
+    /// For each body, another one of its island, at last the first one (union–find).
+    parents: Vec<usize>,
+    /// For each body, its island; [`NONE`] for a body without contact.
+    islands: Vec<usize>,
+    /// For each body, its place in the island.
+    places: Vec<usize>,
+    bodies: Groups,
+    contacts: Groups,
+    joints: Groups,
+    gears: Groups,
+    /// Whether an island is to be solved: it has a contact that the last call did not know, or a
+    /// body that was marked.
+    changed: Vec<bool>,
+    unsettled: Vec<f64>,
+    changes: Vec<(f64, f64)>,
+    known: KnownForces,
+    /// Of every contact the force found so far in this step, N; and whether an island is to go on from them.
+    found: Vec<Vector3<f64>>,
+    goes_on: Vec<bool>,
+    /// The contacts of the step before, and of the one before that.
+    previous: KeyIndex,
+    earlier: KeyIndex,
+}
+
+const NONE: usize = usize::MAX;
+
+/// Lists of indices, one a group, in one memory.
+#[derive(Debug, Clone, Default)]
+struct Groups {
+    starts: Vec<usize>,
+    entries: Vec<usize>,
+}
+
+impl Groups {
+    /// Sorts the numbers 0, 1, … by the group that each is of, in their order.
+    fn sort(&mut self, groups: usize, of: impl Iterator<Item = usize> + Clone) {
+        self.starts.clear();
+        self.starts.resize(groups + 1, 0);
+        let grouped = || of.clone().enumerate().filter(|(_, group)| *group != NONE);
+        for (_, group) in grouped() {
+            self.starts[group + 1] += 1;
+        }
+        for group in 0..groups {
+            self.starts[group + 1] += self.starts[group];
+        }
+        self.entries.clear();
+        self.entries.resize(self.starts[groups], 0);
+        // Each start is moved to the end of its group, and back by one group at the end.
+        for (entry, group) in grouped() {
+            self.entries[self.starts[group]] = entry;
+            self.starts[group] += 1;
+        }
+        self.starts.rotate_right(1);
+        self.starts[0] = 0;
+    }
+
+    /// One group of the numbers 0, 1, … up to `count`.
+    fn set_only_one(&mut self, count: usize) {
+        self.starts.clear();
+        self.starts.extend([0, count]);
+        if self.entries.len() != count {
+            self.entries.clear();
+            self.entries.extend(0..count);
+        }
+    }
+
+    /// Whether it is one group of so many.
+    fn has_only_one(&self, count: usize) -> bool {
+        self.starts == [0, count]
+    }
+
+    fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    fn get(&self, group: usize) -> &[usize] {
+        &self.entries[self.starts[group]..self.starts[group + 1]]
+    }
+}
+
+/// The bodies whose islands are to be solved again; those without an entry are, too.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Marked<'a>(pub(super) Option<&'a [bool]>);
+
+impl Marked<'_> {
+    pub(super) const NONE: Self = Self(None);
+
+    pub(super) fn holds(self, body: usize) -> bool {
+        self.0.is_some_and(|marked| marked.get(body).is_none_or(|marked| *marked))
+    }
+}
+
+/// The forces of all candidates as the steps before leave them, N.
+#[derive(Debug, Clone, Default)]
+pub(super) struct KnownForces {
+    /// Those in the step before.
+    pub(super) before: Vec<Vector3<f64>>,
+    /// To which the two steps before lead on, in a world with joints; empty elsewhere.
+    pub(super) ahead: Vec<Vector3<f64>>,
+}
+
+/// One island.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct IslandView<'a> {
+    /// Its bodies, indices of the world.
+    pub(super) bodies: &'a [usize],
+    /// Its contacts, indices of the candidates.
+    pub(super) contacts: &'a [usize],
+    /// Its joints, indices of the world.
+    pub(super) joints: &'a [usize],
+    /// Its gears, indices of the world.
+    pub(super) gears: &'a [usize],
+    /// For every body of the world, its place among `bodies`.
+    pub(super) places: &'a [usize],
+    /// What is known of the candidates' forces from the steps before.
+    pub(super) known: &'a KnownForces,
+    /// For every candidate, its force found so far in this step, N, where the island is to go on from there.
+    pub(super) found: Option<&'a [Vector3<f64>]>,
+    /// How much its impulses changed from the step before the last one to the last, in parts of
+    /// the largest; infinite where none pressed.
+    pub(super) unsettled: f64,
+}
+
+impl IslandParts {
+    /// Finds the islands of a step. The first `known` contacts have been seen by the last call in
+    /// the same step; without one, `first`, what joints tie is to be solved. Islands with a `marked` body are
+    /// to be solved all the same.
+    #[inline]
+    pub(super) fn find(
+        &mut self,
+        step: &Step<'_>,
+        (contacts, known, first): (&[Contact], usize, bool),
+        marked: Marked<'_>,
+    ) {
+        let (count, joints) = (step.states.len(), step.world.joints());
+        if count == 1 && joints.is_empty() {
+            self.set_only_one(contacts.len());
+        } else {
+            self.set_many(count, contacts, step.world);
+            self.find_ahead(step, contacts);
+        }
+        let islands = self.bodies.len();
+        self.changed.clear();
+        let new = |island| {
+            self.contacts.get(island).last().is_some_and(|place| *place >= known)
+                || first && !self.joints.get(island).is_empty()
+        };
+        let marked = |island| {
+            marked.0.is_some() && self.bodies.get(island).iter().any(|body| marked.holds(*body))
+        };
+        self.changed.extend((0..islands).map(|island| new(island) || marked(island)));
+        self.find_before(step, (contacts, known));
+        self.set_unsettled(step, islands);
+        self.goes_on.clear();
+        self.goes_on.resize(islands, false);
+    }
+
+    /// Has islands go on from the forces `found` in this step, of the first candidates, where one of their bodies
+    /// is told to.
+    pub(super) fn go_on(&mut self, found: &[ContactForce], goes_on: impl Fn(usize) -> bool) {
+        let Self { bodies, goes_on: islands, .. } = self;
+        for (island, goes) in islands.iter_mut().enumerate() {
+            *goes = bodies.get(island).iter().any(|&body| goes_on(body));
+        }
+        self.found.clear();
+        if islands.contains(&true) {
+            self.found.extend(found.iter().map(|contact| contact.force));
+            self.found.resize(self.known.before.len(), Vector3::zeros());
+        }
+    }
+
+    /// Has the islands to be solved whose bodies all rest keep what the step before came to, if their contacts are those of it
+    /// and none was `known` in a call before. No other body that is to be solved `rests` any more.
+    pub(super) fn keep(
+        &mut self,
+        step: &Step<'_>,
+        (contacts, known): (&[Contact], usize),
+        rests: &mut [bool],
+        solution: &mut StepSolution,
+    ) {
+        if !rests.contains(&true) {
+            return;
+        }
+        for (rests, island) in rests.iter_mut().zip(&self.islands) {
+            *rests &= *island != NONE;
+        }
+        let Self { bodies, contacts: held, joints, gears, changed, previous, .. } = self;
+        let last = step.previous;
+        for (island, changed) in changed.iter_mut().enumerate().filter(|(_, changed)| **changed) {
+            let (bodies, held) = (bodies.get(island), held.get(island));
+            let stays = known == 0
+                && bodies.iter().all(|&body| rests.get(body) == Some(&true))
+                && held.iter().all(|&place| {
+                    previous.place(&last.contacts, &contacts[place].key, place).is_some()
+                });
+            if !stays {
+                for &body in bodies {
+                    rests.get_mut(body).into_iter().for_each(|rests| *rests = false);
+                }
+                continue;
+            }
+            *changed = false;
+            bodies.iter().for_each(|&body| solution.states[body] = step.states[body]);
+            for &place in held {
+                let found = previous.find(&last.contacts, &contacts[place].key, place);
+                found.into_iter().for_each(|found| solution.contacts[place] = *found);
+            }
+            for &joint in joints.get(island) {
+                solution.joints[joint] = last.joints[joint];
+            }
+            for &gear in gears.get(island) {
+                solution.gears[gear] = last.gears[gear];
+            }
+        }
+    }
+
+    /// The island of a world of one body, without a search.
+    fn set_only_one(&mut self, contacts: usize) {
+        let listed = self.contacts.has_only_one(contacts) && self.joints.has_only_one(0);
+        if !(listed && self.islands == [0]) {
+            self.islands.clear();
+            self.islands.push(0);
+            self.places.clear();
+            self.places.push(0);
+            self.bodies.set_only_one(1);
+            self.contacts.set_only_one(contacts);
+            self.joints.set_only_one(0);
+            self.gears.set_only_one(0);
+        }
+    }
+
+    fn set_many(&mut self, count: usize, contacts: &[Contact], world: &World) {
+        let (joints, gears) = (world.joints(), world.gears());
+        let tied = |gear: &Gear| gear.axes().map(|axis| joints[axis.joint].body());
+        self.parents.clear();
+        self.parents.extend(0..count);
+        self.islands.clear();
+        self.islands.resize(count, NONE);
+        for contact in contacts {
+            if let Partner::Body(other) = contact.key.partner {
+                self.join(contact.key.body, other);
+            }
+        }
+        for joint in joints {
+            if let Some(other) = joint.other() {
+                self.join(joint.body(), other);
+            }
+        }
+        for [a, b] in gears.iter().map(tied) {
+            self.join(a, b);
+        }
+        // Marks the roots: something holds them.
+        let held = contacts.iter().map(|contact| contact.key.body);
+        for body in held.chain(joints.iter().map(Joint::body)) {
+            let root = self.root(body);
+            self.islands[root] = 0;
+        }
+        let mut islands = 0;
+        for body in 0..count {
+            let root = self.root(body);
+            if self.islands[root] == NONE {
+                continue;
+            }
+            if root == body {
+                self.islands[body] = islands;
+                islands += 1;
+            } else {
+                // A root is the first body of its island.
+                self.islands[body] = self.islands[root];
+            }
+        }
+        self.bodies.sort(islands, self.islands.iter().copied());
+        let of = contacts.iter().map(|contact| self.islands[contact.key.body]);
+        self.contacts.sort(islands, of);
+        let of = joints.iter().map(|joint| self.islands[joint.body()]);
+        self.joints.sort(islands, of);
+        let of = gears.iter().map(|gear| self.islands[tied(gear)[0]]);
+        self.gears.sort(islands, of);
+        self.places.clear();
+        self.places.resize(count, 0);
+        for island in 0..islands {
+            for (place, &body) in self.bodies.get(island).iter().enumerate() {
+                self.places[body] = place;
+            }
+        }
+    }
+
+    /// The first body of a body's island.
+    fn root(&mut self, body: usize) -> usize {
+        let mut root = body;
+        while self.parents[root] != root {
+            root = self.parents[root];
+        }
+        let mut at = body;
+        while self.parents[at] != root {
+            at = std::mem::replace(&mut self.parents[at], root);
+        }
+        root
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parents[a.max(b)] = a.min(b);
+    }
+
+    /// Finds the forces of the step before, of the contacts that the last call did not know.
+    fn find_before(&mut self, step: &Step<'_>, (contacts, known): (&[Contact], usize)) {
+        let Self { known: KnownForces { before, .. }, previous, .. } = self;
+        if known == 0 {
+            previous.clear();
+        }
+        previous.reserve(contacts.len());
+        before.truncate(known);
+        let first = before.len();
+        before.extend(contacts[first..].iter().zip(first..).map(|(contact, place)| {
+            let found = previous.find(&step.previous.contacts, &contact.key, place);
+            found.map_or(Vector3::zeros(), |found| found.force)
+        }));
+    }
+
+    /// Finds where the forces of the two steps before lead. A contact that was not in both has that of the last one.
+    fn find_ahead(&mut self, step: &Step<'_>, contacts: &[Contact]) {
+        self.known.ahead.clear();
+        let Some(before) = step.earlier.filter(|_| !step.world.joints().is_empty()) else { return };
+        let Self { known: KnownForces { ahead, .. }, previous, earlier, .. } = self;
+        for index in [&mut *previous, &mut *earlier] {
+            index.clear();
+            index.reserve(contacts.len());
+        }
+        ahead.extend(contacts.iter().enumerate().map(|(place, contact)| {
+            let now = previous.find(&step.previous.contacts, &contact.key, place);
+            let before = earlier.find(&before.contacts, &contact.key, place);
+            let now = now.map_or(Vector3::zeros(), |now| now.force);
+            before.map_or(now, |before| 2.0 * now - before.force)
+        }));
+    }
+
+    /// How much the impulses of each island changed.
+    fn set_unsettled(&mut self, step: &Step<'_>, islands: usize) {
+        self.unsettled.clear();
+        self.unsettled.resize(islands, f64::INFINITY);
+        let Some(earlier) = step.earlier else { return };
+        // The largest change and the largest impulse of each.
+        self.changes.clear();
+        self.changes.resize(islands, (0.0, 0.0));
+        self.earlier.clear();
+        self.earlier.reserve(step.previous.contacts.len());
+        for (place, contact) in step.previous.contacts.iter().enumerate() {
+            // The previous solutions may be of anything.
+            let island = self.islands.get(contact.key.body);
+            let Some((apart, largest)) = island.and_then(|island| self.changes.get_mut(*island))
+            else {
+                continue;
+            };
+            let before = self.earlier.find(&earlier.contacts, &contact.key, place);
+            let before = before.map_or(Vector3::zeros(), |before| before.force);
+            *apart = apart.max((contact.force - before).amax());
+            *largest = largest.max(contact.force.amax());
+        }
+        let joints = step.world.joints().iter().zip(&step.previous.joints);
+        for (index, (joint, now)) in joints.enumerate() {
+            let island = self.islands.get(joint.body());
+            let Some((apart, largest)) = island.and_then(|island| self.changes.get_mut(*island))
+            else {
+                continue;
+            };
+            let Some(before) = earlier.joints.get(index) else { continue };
+            let (force, torque) = (now.force - before.force, now.torque - before.torque);
+            *apart = apart.max(force.amax()).max(torque.amax());
+            *largest = largest.max(now.force.amax()).max(now.torque.amax());
+        }
+        let gears = step.world.gears().iter().zip(&step.previous.gears);
+        for ((gear, now), before) in gears.zip(&earlier.gears) {
+            let island = self.islands.get(step.world.joints()[gear.axes()[0].joint].body());
+            let Some((apart, largest)) = island.and_then(|island| self.changes.get_mut(*island))
+            else {
+                continue;
+            };
+            *apart = apart.max((now - before).abs());
+            *largest = largest.max(now.abs());
+        }
+        for (unsettled, (apart, largest)) in self.unsettled.iter_mut().zip(&self.changes) {
+            if *largest > 0.0 {
+                *unsettled = apart / largest;
+            }
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.changed.len()
+    }
+
+    /// The first body of every island.
+    pub(super) fn first_bodies(&self) -> impl Iterator<Item = usize> {
+        (0..self.len()).map(|number| self.bodies.get(number)[0])
+    }
+
+    /// Island `number`, if it is to be solved.
+    pub(super) fn changed_one(&self, number: usize) -> Option<IslandView<'_>> {
+        self.changed[number].then(|| self.get(number))
+    }
+
+    fn get(&self, number: usize) -> IslandView<'_> {
+        IslandView {
+            bodies: self.bodies.get(number),
+            contacts: self.contacts.get(number),
+            joints: self.joints.get(number),
+            gears: self.gears.get(number),
+            places: &self.places,
+            known: &self.known,
+            found: self.goes_on[number].then_some(&self.found),
+            unsettled: self.unsettled[number],
+        }
+    }
+
+    /// All islands, each with its number.
+    pub(super) fn all(&self) -> impl Iterator<Item = (usize, IslandView<'_>)> {
+        (0..self.len()).map(|number| (number, self.get(number)))
+    }
+
+    /// All islands to be solved, each with its number.
+    pub(super) fn changed(&self) -> impl Iterator<Item = (usize, IslandView<'_>)> {
+        (0..self.len()).filter_map(|number| Some((number, self.changed_one(number)?)))
+    }
+}

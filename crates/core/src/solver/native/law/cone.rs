@@ -1,0 +1,292 @@
+//! The law of a contact. Its natural map (N4) is that of Alart and Curnier (1991): the pieces that it
+//! has, and each of them linearised (N5).
+//!
+//! Equation numbers are those of `docs/native-solver.md`.
+
+use super::answer::{Answer, Factored};
+use super::map::{MapPiece, NaturalMap};
+use super::rows::CouplingRows;
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::TAU;
+
+/// Hard contact and Coulomb's round cone, with maximum dissipation.
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct Cone {
+    /// μ.
+    pub(in super::super) friction: f64,
+}
+
+impl Cone {
+    /// With even odds open or pressed by up to `strength`, its friction anywhere in the cone.
+    pub(super) fn scattered(
+        &self,
+        rows: &CouplingRows,
+        strength: f64,
+        mut uniform: impl FnMut() -> f64,
+    ) -> Vector3<f64> {
+        let (open, press, spread, angle) = (uniform() < 0.5, uniform(), uniform(), TAU * uniform());
+        let normal = if open { 0.0 } else { strength * press };
+        let friction = self.friction * normal * spread.sqrt();
+        let (sin, cos) = libm::sincos(angle);
+        rows.frame * Vector3::new(friction * cos, friction * sin, normal)
+    }
+}
+
+/// One contact's arguments of the projections in the natural map (N4), with û = u + ε D p̂
+/// and both split along and across the normal, p̂ = γ n + β:
+///
+/// ```text
+/// γ − ρ_n û_n   and   β − ρ_t û_t
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct ConeProjection {
+    /// û.
+    u: Vector3<f64>,
+    /// û_n.
+    u_n: f64,
+    /// γ.
+    gamma: f64,
+    /// β.
+    beta: Vector3<f64>,
+    rho_n: f64,
+    rho_t: f64,
+    /// γ − ρ_n û_n.
+    normal: f64,
+    /// β − ρ_t û_t.
+    tangential: Vector3<f64>,
+    /// Its length.
+    size: f64,
+    /// μ.
+    friction: f64,
+}
+
+impl ConeProjection {
+    #[inline]
+    pub(super) fn new(
+        map: &NaturalMap,
+        (rows, cone): (&CouplingRows, &Cone),
+        u: &Vector3<f64>,
+        impulse: &Vector3<f64>,
+    ) -> Self {
+        let n = &rows.normal();
+        let u = u + map.compliance * rows.given(impulse);
+        let (u_n, gamma) = (n.dot(&u), n.dot(impulse));
+        let beta = impulse - n * gamma;
+        let (rho_n, rho_t) = (rows.scale[2], rows.scale[0] * map.sharpness);
+        let tangential = beta - rho_t * (u - n * u_n);
+        let size = tangential.norm();
+        let (normal, friction) = (gamma - rho_n * u_n, cone.friction);
+        Self { u, u_n, gamma, beta, rho_n, rho_t, normal, tangential, size, friction }
+    }
+
+    /// The impulse of both projections: n max(0, γ − ρ_n û_n) + Π(β − ρ_t û_t).
+    pub(super) fn projected(&self, rows: &CouplingRows) -> Vector3<f64> {
+        let normal = self.normal.max(0.0);
+        let radius = self.friction * normal;
+        let shrink = if self.size > radius { radius / self.size } else { 1.0 };
+        self.tangential * shrink + rows.normal() * normal
+    }
+
+    /// The natural map (N4), as a velocity:
+    ///
+    /// ```text
+    /// n (γ − max(0, γ − ρ_n û_n))/ρ_n + (β − Π_{μ max(0, γ − ρ_n û_n)}(β − ρ_t û_t))/ρ_t
+    /// ```
+    #[inline]
+    pub(super) fn natural_map(&self, rows: &CouplingRows) -> Vector3<f64> {
+        let normal = self.normal.max(0.0);
+        let radius = self.friction * normal;
+        let shrink = if self.size > radius { radius / self.size } else { 1.0 };
+        let tangential = (self.beta - shrink * self.tangential) / self.rho_t;
+        tangential + rows.normal() * ((self.gamma - normal) / self.rho_n)
+    }
+
+    /// The piece of the natural map; within `stick_margin` of the cone it is stick.
+    pub(super) fn piece(&self, stick_margin: f64) -> MapPiece {
+        if self.normal <= 0.0 {
+            MapPiece::Open
+        } else if self.size <= self.friction * (1.0 + stick_margin) * self.normal {
+            MapPiece::Stick
+        } else {
+            MapPiece::Slip
+        }
+    }
+
+    /// How fast a contact that presses changes its gap, up or down, m/s.
+    pub(super) fn held_speed(&self) -> f64 {
+        if self.gamma > 0.0 { self.u_n.abs() } else { 0.0 }
+    }
+
+    /// How far the arguments are from the next piece, each in its own scale, m/s.
+    pub(super) fn margin(&self) -> f64 {
+        let open = self.normal.abs() / self.rho_n;
+        if self.normal <= 0.0 {
+            return open;
+        }
+        open.min((self.size - self.friction * self.normal).abs() / self.rho_t)
+    }
+
+    /// The `piece` linearised and solved for the impulse, with ε = `compliance`.
+    #[inline(always)]
+    pub(super) fn answer(
+        &self,
+        piece: MapPiece,
+        rows: &CouplingRows,
+        impulse: &Vector3<f64>,
+        compliance: f64,
+    ) -> Answer {
+        match piece {
+            MapPiece::Open => Answer::open(impulse),
+            MapPiece::Stick => {
+                let stiffness = 1.0 / compliance;
+                if rows.give_alike() {
+                    return Answer::stick(-stiffness * self.u, stiffness);
+                }
+                // δp̂ = −D⁻¹ (û + δu)/ε
+                let n = &rows.normal();
+                let across = stiffness / rows.give;
+                let along = n * n.transpose() * (stiffness - across);
+                let springs = Matrix3::from_diagonal_element(across) + along;
+                Answer::full(-springs * self.u, -springs)
+            }
+            MapPiece::Slip | MapPiece::Axes(_) => {
+                let (offset, gain) = self.linearise_slip(rows, compliance);
+                Answer::full(offset, gain)
+            }
+        }
+    }
+
+    /// The slip piece linearised and solved for the impulse (N5): (offset, gain) of
+    /// δp̂ = offset + gain · δu, with δû = δu + ε D δp̂ and ε = `compliance`.
+    ///
+    /// û_n = 0, and β = μ (γ − ρ_n û_n) t with t the direction of the pull β − ρ_t û_t. By
+    /// δû_n = −û_n and δt = s sᵀ (δβ − ρ_t δû_t)/|pull|, s = n × t.
+    fn linearise_slip(&self, rows: &CouplingRows, compliance: f64) -> (Vector3<f64>, Matrix3<f64>) {
+        let Slip { t, s, n, across, turn, stiffness } = self.slip(rows, compliance);
+        let friction = self.friction;
+        let normal_offset = -stiffness * self.u_n;
+        let along = friction * (self.gamma + normal_offset) - t.dot(&self.beta);
+        let sideways = -s.dot(&self.beta) / across;
+        let press = (-stiffness * friction) * t - stiffness * n;
+        (
+            along * t + sideways * s + normal_offset * n,
+            turn * s * s.transpose() + press * n.transpose(),
+        )
+    }
+
+    /// The offset of that beside the `gain` D of another point, whose direction t is another one:
+    ///
+    /// ```text
+    /// μ (γ − û_n/ε) t − û_n/ε n  →  μ γ t + D n û_n
+    /// ```
+    ///
+    /// What û_n/ε presses, D δu takes back along the old t: along the new one their difference would be an impulse.
+    pub(super) fn slip_offset(
+        &self,
+        rows: &CouplingRows,
+        compliance: f64,
+        gain: &Matrix3<f64>,
+    ) -> Vector3<f64> {
+        let Slip { t, s, n, across, .. } = self.slip(rows, compliance);
+        let along = self.friction * self.gamma - t.dot(&self.beta);
+        let sideways = -s.dot(&self.beta) / across;
+        along * t + sideways * s + gain * (n * self.u_n)
+    }
+
+    /// The axes of the slip piece, and its numbers along them.
+    #[inline(always)]
+    fn slip(&self, rows: &CouplingRows, compliance: f64) -> Slip {
+        let (n, friction) = (rows.normal(), self.friction);
+        let size = self.size.max(f64::MIN_POSITIVE);
+        let t = self.tangential / size;
+        let bend = (friction * self.normal / size).min(1.0);
+        let across = 1.0 - bend + self.rho_t * (compliance * rows.give) * bend;
+        let turn = -self.rho_t * bend / across;
+        Slip { t, s: n.cross(&t), n, across, turn, stiffness: 1.0 / compliance }
+    }
+
+    /// The gain of the `piece` in its factors, with ε = `compliance`: of what sticks
+    /// springs along n and across it, of what slips with t, s and n as above
+    ///
+    /// ```text
+    /// D = (−ρ_t bend/across) s sᵀ − (n + μ t) nᵀ/ε
+    /// ```
+    pub(super) fn factored(
+        &self,
+        piece: MapPiece,
+        rows: &CouplingRows,
+        compliance: f64,
+    ) -> Factored {
+        match piece {
+            MapPiece::Open => Factored::nothing(),
+            MapPiece::Stick => {
+                let along = -1.0 / compliance;
+                let across = along / rows.give;
+                Factored::along(&rows.frame, Vector3::new(across, across, along))
+            }
+            MapPiece::Slip | MapPiece::Axes(_) => {
+                let Slip { t, s, n, turn, stiffness, .. } = self.slip(rows, compliance);
+                Factored {
+                    to: Matrix3::from_columns(&[t, s, n + t * self.friction]),
+                    gains: Vector3::new(0.0, turn, -stiffness),
+                    from: Matrix3::from_columns(&[t, s, n]),
+                }
+            }
+        }
+    }
+}
+
+/// The slip piece: the direction t of the pull, s = n × t, n, and of (N5) the factor of what is sideways, the gain along s and 1/ε.
+struct Slip {
+    t: Vector3<f64>,
+    s: Vector3<f64>,
+    n: Vector3<f64>,
+    across: f64,
+    turn: f64,
+    stiffness: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COMPLIANCE: f64 = 1e-6;
+
+    /// A slipping contact that presses by 0.02 m/s along `direction` (rad), and moves on by u_n along its normal.
+    fn slipping(direction: f64, u_n: f64) -> (CouplingRows, ConeProjection, Vector3<f64>) {
+        let rows = CouplingRows::of_contact(Matrix3::identity(), (2.0, 1.5));
+        let (sin, cos) = direction.sin_cos();
+        let impulse = Vector3::new(-0.006 * cos, -0.006 * sin, 0.02);
+        let u = Vector3::new(0.3 * cos, 0.3 * sin, u_n);
+        let map = NaturalMap::with_compliance(COMPLIANCE);
+        let pull = ConeProjection::new(&map, (&rows, &Cone { friction: 0.3 }), &u, &impulse);
+        (rows, pull, impulse)
+    }
+
+    /// Beside its own gain it is the offset of the answer.
+    #[test]
+    fn an_offset_beside_its_own_gain_is_the_answers() {
+        let (rows, pull, _) = slipping(0.7, 1e-4);
+        let (offset, gain) = pull.linearise_slip(&rows, COMPLIANCE);
+        let found = pull.slip_offset(&rows, COMPLIANCE, &gain);
+        assert!((found - offset).norm() <= 1e-13 * offset.norm(), "{found} {offset}");
+    }
+
+    /// Beside the gain of another direction, what the normal's own motion presses is taken back whole where that motion is:
+    /// no part of û_n/ε, a thousand times the impulse here, is left along either direction.
+    #[test]
+    fn an_offset_beside_another_gain_makes_no_impulse_of_compliance() {
+        let u_n = 1e-5;
+        let (rows, pull, impulse) = slipping(0.7, u_n);
+        let (_, before, _) = slipping(0.6, 0.0);
+        let (_, kept) = before.linearise_slip(&rows, COMPLIANCE);
+        let back = -rows.normal() * pull.u_n;
+        let found = pull.slip_offset(&rows, COMPLIANCE, &kept) + kept * back;
+        assert!(found.norm() <= 1e-9 * u_n / COMPLIANCE + impulse.norm(), "{found}");
+        let fresh = pull.linearise_slip(&rows, COMPLIANCE).0 + kept * back;
+        assert!(
+            fresh.norm() > 10.0 * impulse.norm(),
+            "as it would be with the answer's own: {fresh}"
+        );
+    }
+}

@@ -1,0 +1,57 @@
+//! The rows of a coupling, as a law sees them.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// The axes of a coupling's rows, and the scales of each.
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct CouplingRows {
+    /// The axes as columns: (t₁, t₂, n) of a contact.
+    pub(in super::super) frame: Matrix3<f64>,
+    /// ρ of each row: the inverse of its own response, which scales the natural map.
+    pub(in super::super) scale: Vector3<f64>,
+    /// κ: how much more the coupling gives across the normal than along it (N6).
+    pub(in super::super) give: f64,
+}
+
+impl CouplingRows {
+    /// Those of a contact along the axes `frame`, (t₁, t₂, n), with these responses along the tangents and the
+    /// normal.
+    pub(in super::super) fn of_contact(
+        frame: Matrix3<f64>,
+        (tangential, normal): (f64, f64),
+    ) -> Self {
+        let across = 1.0 / tangential;
+        Self { frame, scale: Vector3::new(across, across, 1.0 / normal), give: 1.0 }
+    }
+
+    /// Those of a joint, which respond with `response` each and give alike.
+    pub(in super::super) fn of_joint(frame: Matrix3<f64>, response: &Vector3<f64>) -> Self {
+        Self { frame, scale: response.map(f64::recip), give: 1.0 }
+    }
+
+    /// The last axis: n.
+    #[inline(always)]
+    pub(in super::super) fn normal(&self) -> Vector3<f64> {
+        self.frame.column(2).into_owned()
+    }
+
+    /// Whether they give in all directions alike.
+    pub(in super::super) fn give_alike(&self) -> bool {
+        self.give == 1.0
+    }
+
+    /// The same, giving in all directions alike.
+    pub(in super::super) fn giving_alike(&self) -> Self {
+        Self { give: 1.0, ..*self }
+    }
+
+    /// D p̂ = γ n + κ β (N6) of an impulse p̂ = γ n + β.
+    #[inline]
+    pub(in super::super) fn given(&self, impulse: &Vector3<f64>) -> Vector3<f64> {
+        if self.give_alike() {
+            return *impulse;
+        }
+        let normal = self.normal();
+        impulse * self.give + normal * (normal.dot(impulse) * (1.0 - self.give))
+    }
+}

@@ -1,0 +1,266 @@
+//! A contact, linearised: what the bodies at the start of the step, and constants, make of its impulse.
+//!
+//! Equation numbers are those of `docs/gradients.md`.
+
+use super::constants::{ConstantChanges, ConstantsBase, side_places, unit};
+use super::slopes::{LinearisedSlopes, RowsChange};
+use crate::contact::{Contact, Partner};
+use crate::derivative::{ContactTangent, PlacedFeatures, RowSlopes, SideChangeInput};
+use crate::mechanics::State;
+use crate::solver::native::law::MapPiece;
+use crate::step::Step;
+use crate::world::{Constant, LawSlopes};
+use nalgebra::{Matrix3, SMatrix, Vector3};
+
+/// A contact, linearised.
+#[derive(Debug, Clone)]
+pub(super) struct LinearCoupling {
+    /// Its place among the couplings of the island.
+    pub(super) index: usize,
+    pub(super) slopes: LinearisedSlopes,
+    pub(super) rotations: [Matrix3<f64>; 2],
+    pub(super) tangent: ContactTangent,
+    /// The rows along which D of (N5) sees motions.
+    from: Matrix3<f64>,
+    /// p̂.
+    pub(super) impulse: Vector3<f64>,
+    /// By δμ at fixed u.
+    by_friction: RowsChange<1>,
+    /// What μ and e follow.
+    law: [LawSlopes; 2],
+    is_ground: bool,
+}
+
+impl LinearCoupling {
+    /// Of a point of the central path `by_friction` is δp̂ by δμ. `limit` is the ε of which the limit is taken, or 0: what the law itself makes of the impulse does not give way (G14).
+    pub(super) fn new(
+        step: &Step<'_>,
+        (contact, placed, index): (&Contact, &PlacedFeatures, usize),
+        next: &[State],
+        (piece, by_friction, from, impulse): (
+            MapPiece,
+            Option<Vector3<f64>>,
+            &Matrix3<f64>,
+            Vector3<f64>,
+        ),
+        limit: f64,
+    ) -> Self {
+        let (world, key) = (step.world, &contact.key);
+        let bodies = [Some(key.body), key.partner.body()];
+        let tangent = ContactTangent::new(world, (contact, placed), step.states, next);
+        let n = contact.normal();
+        let pressed = n.dot(&impulse);
+        let across = |v: &Vector3<f64>| v - n * n.dot(v);
+        // Along the friction, or against the slip where there is none.
+        let by_friction = by_friction.unwrap_or_else(|| match piece {
+            MapPiece::Slip => {
+                let along = match contact.law.friction > 0.0 {
+                    true => across(&impulse),
+                    false => -across(tangent.motion()),
+                };
+                along.try_normalize(0.0).unwrap_or_default() * pressed
+            }
+            _ => Vector3::zeros(),
+        });
+        let rotation = |body: Option<usize>| {
+            body.map_or(Matrix3::identity(), |body| step.states[body].pose().rotation)
+        };
+        let mut coupling = Self {
+            index,
+            slopes: LinearisedSlopes::of(bodies),
+            rotations: bodies.map(rotation),
+            tangent,
+            from: *from,
+            impulse,
+            by_friction: RowsChange {
+                motion: from.tr_mul(&by_friction) * -limit,
+                impulse: by_friction,
+                ..RowsChange::zero()
+            },
+            law: world.law_slopes(key.body, key.partner),
+            is_ground: key.partner == Partner::Ground,
+        };
+        coupling.set_slopes(contact);
+        coupling
+    }
+
+    /// Whether it has an impulse.
+    pub(super) fn presses(&self) -> bool {
+        self.impulse != Vector3::zeros()
+    }
+
+    /// Fills the derivatives by poses and velocities.
+    fn set_slopes(&mut self, contact: &Contact) {
+        match self.tangent.rigid_slopes() {
+            Some(slopes) => self.set_rigid_slopes(&slopes),
+            None => self.set_columns(contact),
+        }
+    }
+
+    /// (G6) of the place of A, of its turn and of that of B.
+    fn set_rigid_slopes(&mut self, [place, turn, of_b]: &[RowSlopes; 3]) {
+        let (p, arms) = (self.impulse.cross_matrix(), self.tangent.arms());
+        let u = self.tangent.motion().cross_matrix();
+        let columns = |of: &Self, slopes: &RowSlopes, side: Option<usize>| {
+            let mut columns = RowsChange::<3>::zero();
+            columns.motion = of.from.tr_mul(&slopes.motion);
+            if slopes.turn != Matrix3::zeros() {
+                columns.motion += of.from.tr_mul(&(u * slopes.turn));
+                columns.impulse = -p * slopes.turn;
+            }
+            for (at, arm) in arms.iter().enumerate() {
+                if of.slopes.bodies[at].is_none() {
+                    continue;
+                }
+                let mut torque = -p * slopes.arms[at];
+                if side == Some(at) {
+                    torque += arm.cross(&of.impulse).cross_matrix();
+                }
+                let torque = of.rotations[at].tr_mul(&torque);
+                columns.torques.fixed_rows_mut::<3>(3 * at).copy_from(&torque);
+            }
+            if let Some(side) = side {
+                let rotation = &of.rotations[side];
+                columns.motion *= rotation;
+                columns.impulse *= rotation;
+                columns.torques *= rotation;
+            }
+            columns
+        };
+        let by_place = columns(self, place, None);
+        let by_turn = columns(self, turn, Some(0));
+        let of_b = self.slopes.bodies[1].map(|_| columns(self, of_b, Some(1)));
+        let slopes = &mut self.slopes.by_pose;
+        slopes.set(0, &by_place);
+        slopes.set(3, &by_turn);
+        if let Some(of_b) = of_b {
+            slopes.set(6, &by_place.negated());
+            slopes.set(9, &of_b);
+        }
+    }
+
+    /// Fills them column by column.
+    fn set_columns(&mut self, contact: &Contact) {
+        let mut by_velocity = contact.bounces().then(|| Box::new(SMatrix::<f64, 6, 12>::zeros()));
+        for side in (0..2).filter(|&side| self.slopes.bodies[side].is_some()) {
+            for k in 0..6 {
+                let (unit, nothing) = (Vector3::ith(k % 3, 1.0), SideChangeInput::nothing());
+                let column = match (k, side) {
+                    // Where both move alike, nothing changes.
+                    (0..3, 1) => self.slopes.by_pose.columns(k).negated(),
+                    (0..3, _) => self.changed(side, &SideChangeInput { position: unit, ..nothing }),
+                    _ => {
+                        let turn = self.rotations[side] * unit;
+                        self.changed(side, &SideChangeInput { turn, ..nothing })
+                    }
+                };
+                self.slopes.by_pose.set(6 * side + k, &column);
+                if let Some(slopes) = &mut by_velocity {
+                    let faster = match k {
+                        0..3 => SideChangeInput { velocity: unit, ..nothing },
+                        _ => SideChangeInput { spin: unit, ..nothing },
+                    };
+                    let RowsChange { motion, impulse, .. } = self.changed(side, &faster);
+                    slopes.fixed_view_mut::<3, 1>(0, 6 * side + k).copy_from(&motion);
+                    slopes.fixed_view_mut::<3, 1>(3, 6 * side + k).copy_from(&impulse);
+                }
+            }
+        }
+        self.slopes.by_velocity = by_velocity;
+    }
+
+    /// What a change of one side makes.
+    fn changed(&self, side: usize, given: &SideChangeInput) -> RowsChange<1> {
+        let nothing = SideChangeInput::nothing();
+        let sides = if side == 0 { (given, &nothing) } else { (&nothing, given) };
+        self.change(sides, 0.0, 0.0)
+    }
+
+    /// What a change of both sides, of h and of e makes of the rows at fixed V⁺, of the impulse beside, and of the torques of
+    /// what it is: in the frame that turns with the normal, δn = φ × n,
+    ///
+    /// ```text
+    /// δp̂ = D (δu − φ × u) + φ × p̂,   δτ = A_Bᵀ (δarm × p̂ − δθ × (arm × p̂))           (G6)
+    /// ```
+    pub(super) fn change(
+        &self,
+        sides: (&SideChangeInput, &SideChangeInput),
+        time_step: f64,
+        restitution: f64,
+    ) -> RowsChange<1> {
+        let rows = self.tangent.change(sides, time_step, restitution);
+        let (p, u) = (&self.impulse, self.tangent.motion());
+        let mut change = RowsChange::zero();
+        change.motion = self.from.tr_mul(&(rows.motion - rows.turn.cross(u)));
+        change.impulse = rows.turn.cross(p);
+        let arms = self.tangent.arms();
+        for (side, given) in [sides.0, sides.1].into_iter().enumerate() {
+            let torque = rows.arms[side].cross(p) - given.turn.cross(&arms[side].cross(p));
+            let torque = self.rotations[side].tr_mul(&torque);
+            change.torques.fixed_rows_mut::<3>(3 * side).copy_from(&torque);
+        }
+        change
+    }
+
+    /// By changes of constants.
+    pub(super) fn by_constants<F: Fn(Constant, usize) -> f64>(
+        &self,
+        constants: &ConstantChanges<'_, F>,
+    ) -> RowsChange<1> {
+        let of = constants.numbers;
+        let side = |body: Option<usize>| {
+            body.map_or(SideChangeInput::nothing(), |body| constants.side(body))
+        };
+        let (a, mut b) = (side(self.slopes.bodies[0]), side(self.slopes.bodies[1]));
+        if self.is_ground {
+            b.position = self.tangent.normal() * of(Constant::Ground, 0);
+        }
+        let [friction, restitution] = self.law.map(|slopes| {
+            slopes.iter().map(|(constant, place, slope)| of(*constant, *place) * slope).sum::<f64>()
+        });
+        let change = self.change((&a, &b), of(Constant::TimeStep, 0), restitution);
+        change.plus(friction, &self.by_friction)
+    }
+
+    /// The transpose.
+    pub(super) fn pull_constants(
+        &self,
+        by: &RowsChange<1>,
+        (shapes, constants): (&[ConstantsBase], &[Constant]),
+        sums: &mut [Vec<f64>],
+    ) {
+        let nothing = SideChangeInput::nothing();
+        let [frictions, restitutions] = &self.law;
+        for (&constant, sums) in constants.iter().zip(sums) {
+            let of_constant = |slopes: &LawSlopes| {
+                slopes.map(|(of, place, slope)| (of == constant).then_some((place, slope)))
+            };
+            for (place, slope) in of_constant(frictions).into_iter().flatten() {
+                sums[place] += by.dot(&self.by_friction) * slope;
+            }
+            if self.tangent.bounces() {
+                for (place, slope) in of_constant(restitutions).into_iter().flatten() {
+                    sums[place] += by.dot(&self.change((&nothing, &nothing), 0.0, 1.0)) * slope;
+                }
+            }
+            match constant {
+                Constant::TimeStep => {
+                    sums[0] += by.dot(&self.change((&nothing, &nothing), 1.0, 0.0));
+                }
+                Constant::Ground if self.is_ground => {
+                    let raised = SideChangeInput { position: self.tangent.normal(), ..nothing };
+                    sums[0] += by.dot(&self.change((&nothing, &raised), 0.0, 0.0));
+                }
+                _ => {}
+            }
+            for (side, body) in self.slopes.bodies.into_iter().enumerate() {
+                let Some(body) = body else { continue };
+                for place in side_places(constant, body, self.tangent.bounces()) {
+                    let numbers = unit(constant, place);
+                    let given = ConstantChanges { shapes, numbers: &numbers }.side(body);
+                    sums[place] += by.dot(&self.changed(side, &given));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,266 @@
+//! What gears hold and what drives of their sums pull, linearised by the states at the start of the step, by their ratios and
+//! offsets, and by anchors.
+//!
+//! The row of a gear is a sum of rows of joints, and so are its slopes; at fixed V⁺ and impulse p̂ along it
+//!
+//! ```text
+//! δu = −ℓ/h (q₂⁺ δr + δq₀),   along the row of the second coordinate δp̂₂ = −ℓ/ℓ₂ p̂ δr             (G15)
+//! ```
+//!
+//! Under a drive the row is that of s⁺ − s, without q₀, and the drive answers to s = q₁ − r q₂ − q₀ as that of a joint to its
+//! coordinate (G10):
+//!
+//! ```text
+//! δu = −ℓ/h (q₂⁺ − q₂) δr,   δs = −q₂ δr − δq₀                                                       (G17)
+//! ```
+//!
+//! Equation numbers are those of `docs/gradients.md`.
+
+use super::constants::{add_anchors, anchors_of};
+use super::slopes::RowsChange;
+use super::tied::TiedRowLaw;
+use crate::derivative::{RowsTangent, StateChange};
+use crate::joint::{AxisChange, GearAxis};
+use crate::mechanics::State;
+use crate::solver::native::island::GearTangent;
+use crate::step::Step;
+use crate::world::Constant;
+use nalgebra::{Matrix3, RowSVector, SVector, Vector3};
+
+/// A change of the row of a gear: of its motion and of its impulse, m/s.
+#[derive(Debug, Clone, Copy, Default)]
+struct Along {
+    motion: f64,
+    impulse: f64,
+}
+
+impl Along {
+    fn times(self, factor: f64) -> Self {
+        Self { motion: self.motion * factor, impulse: self.impulse * factor }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self { motion: self.motion + other.motion, impulse: self.impulse + other.impulse }
+    }
+
+    fn dot(self, by: &RowsChange<1>) -> f64 {
+        self.motion * by.motion[0] + self.impulse * by.impulse[0]
+    }
+
+    fn rows(self) -> RowsChange<1> {
+        let (motion, impulse) = (Vector3::x() * self.motion, Vector3::x() * self.impulse);
+        RowsChange { motion, impulse, ..RowsChange::zero() }
+    }
+}
+
+/// The row of a gear by so many numbers: its motion and its impulse.
+#[derive(Debug, Clone, Copy)]
+struct AlongRow<const C: usize> {
+    motion: RowSVector<f64, C>,
+    impulse: RowSVector<f64, C>,
+}
+
+impl<const C: usize> AlongRow<C> {
+    fn zero() -> Self {
+        Self { motion: RowSVector::zeros(), impulse: RowSVector::zeros() }
+    }
+
+    /// By what moves the row so, and the sum so that a drive answers to.
+    fn of(motion: RowSVector<f64, C>, sum: RowSVector<f64, C>, answer: Along) -> Self {
+        Self { motion: motion + sum * answer.motion, impulse: sum * answer.impulse }
+    }
+
+    fn columns<const N: usize>(&self, first: usize) -> AlongRow<N> {
+        let (motion, impulse) = (&self.motion, &self.impulse);
+        AlongRow {
+            motion: motion.fixed_columns::<N>(first).into(),
+            impulse: impulse.fixed_columns::<N>(first).into(),
+        }
+    }
+
+    fn push(&self, by: &SVector<f64, C>) -> Along {
+        Along { motion: self.motion.tr_dot(by), impulse: self.impulse.tr_dot(by) }
+    }
+
+    fn pull(&self, by: &RowsChange<1>) -> SVector<f64, C> {
+        self.motion.transpose() * by.motion[0] + self.impulse.transpose() * by.impulse[0]
+    }
+}
+
+/// The row of a gear, linearised, by the poses of the bodies of its two coordinates.
+#[derive(Debug, Clone)]
+pub(super) struct LinearGear {
+    pub(super) coupling: usize,
+    by_pose: [([Option<usize>; 2], AlongRow<12>); 2],
+    by_time_step: Along,
+    /// Its index in the world; by its ratio and its offset, and which coupling's impulse (m/s, world) by the ratio.
+    gear: usize,
+    by_ratio: Along,
+    by_offset: Along,
+    turned: (usize, Vector3<f64>),
+    /// By the anchors of the joints that have them.
+    by_anchors: [(usize, AlongRow<6>); 2],
+}
+
+/// Rows of a joint, of which gears may be made.
+pub(super) struct TiedRows {
+    pub(super) coupling: usize,
+    pub(super) joint: usize,
+    pub(super) bodies: [Option<usize>; 2],
+    /// ℓ, m.
+    pub(super) length: f64,
+    /// Its angles at the step's start, rad.
+    pub(super) angles: Vector3<f64>,
+    /// The rows' axes.
+    pub(super) frame: Matrix3<f64>,
+    pub(super) of: RowsTangent,
+}
+
+impl LinearGear {
+    /// The row u = ℓ (q₁⁺ − r q₂⁺ − q₀)/h of which the coordinates are rows of joints, under the `impulse` p̂ along it, or that of a drive of their
+    /// sum, which has a `law` where the sum is that at the start; `next` are the states at the end.
+    pub(super) fn new(
+        row: &GearTangent,
+        (tangents, law): (&[TiedRows], &dyn Fn(f64) -> TiedRowLaw),
+        (step, next, impulse): (&Step<'_>, &[State], f64),
+    ) -> Option<Self> {
+        let (h, joints) = (step.world.time_step(), step.world.joints());
+        let gear = step.world.gears().get(row.gear)?;
+        let tied = |part: usize| {
+            let (coupling, ..) = row.parts[part];
+            tangents.iter().find(|tied| tied.coupling == coupling)
+        };
+        let (first, second) = (tied(0)?, tied(1)?);
+        let [one, two] = gear.axes();
+        let start =
+            |axis: &GearAxis, tied: &TiedRows| axis.coordinate(joints, step.states, &tied.angles);
+        let (q1, q2) = (start(one, first), start(two, second));
+        let end = two.coordinate(joints, next, &second.angles);
+        // What answers to the sum: nothing of one that is held, which the row counts whole.
+        let law = gear.drive().map(|_| law(gear.missed([q1, q2])));
+        let answer = |change: &AxisChange| {
+            law.map_or(Along::default(), |law| {
+                let (motion, impulse) = law.answer(change);
+                Along { motion, impulse }
+            })
+        };
+        let to_sum = answer(&AxisChange { coordinate: 1.0, ..AxisChange::default() });
+        let counted = if law.is_some() { 0.0 } else { 1.0 / h };
+        let mut by_time_step = answer(&AxisChange { time_step: 1.0, ..AxisChange::default() });
+        by_time_step.motion -= row.offset / h;
+        let mut of_part = |(_, k, factor): (usize, usize, f64), tied: &TiedRows| {
+            let of = &tied.of;
+            let (whole, part) = (tied.length * counted, tied.length / row.length * factor);
+            by_time_step.motion += factor * of.by_time_step[k];
+            let motion = (of.motion.row(k) + of.coordinates.row(k) * whole) * factor;
+            let slopes = AlongRow::of(motion, of.coordinates.row(k) * part, to_sum);
+            let by_anchors = of.anchors.as_ref().map_or_else(AlongRow::zero, |of| {
+                let motion = (of.motion.row(k) + of.coordinates.row(k) * whole) * factor;
+                AlongRow::of(motion, of.coordinates.row(k) * part, to_sum)
+            });
+            ((tied.bodies, slopes), (tied.joint, by_anchors))
+        };
+        let [a, b] = [of_part(row.parts[0], first), of_part(row.parts[1], second)];
+        let (by_pose, by_anchors) = ([a.0, b.0], [a.1, b.1]);
+        let (coupling, k, _) = row.parts[1];
+        let turned = second.frame.column(k) * (-row.length / second.length * impulse);
+        let went = if law.is_some() { end - q2 } else { end };
+        let by_ratio = Along { motion: -row.length / h * went, impulse: 0.0 };
+        let by_offset = Along { motion: -row.length * counted, impulse: 0.0 };
+        Some(Self {
+            coupling: row.coupling,
+            by_pose,
+            by_time_step,
+            gear: row.gear,
+            by_ratio: by_ratio.plus(to_sum.times(-q2)),
+            by_offset: by_offset.plus(to_sum.times(-1.0)),
+            turned: (coupling, turned),
+            by_anchors,
+        })
+    }
+
+    /// By changes of states.
+    pub(super) fn pushed(&self, states: &[StateChange]) -> RowsChange<1> {
+        let mut along = Along::default();
+        for (bodies, row) in &self.by_pose {
+            for (side, body) in bodies.iter().enumerate() {
+                let Some(state) = body.map(|body| &states[body]) else { continue };
+                along = along
+                    .plus(row.columns::<3>(6 * side).push(&state.position))
+                    .plus(row.columns::<3>(6 * side + 3).push(&state.turn));
+            }
+        }
+        along.rows()
+    }
+
+    /// By the pose of a body of the world.
+    pub(super) fn by_state(&self, body: usize) -> Option<RowsChange<6>> {
+        let mut found = None;
+        for (bodies, row) in &self.by_pose {
+            for side in (0..2).filter(|side| bodies[*side] == Some(body)) {
+                let columns = found.get_or_insert_with(RowsChange::<6>::zero);
+                let own = row.columns::<6>(6 * side);
+                let mut part = columns.motion.row_mut(0);
+                part += own.motion;
+                let mut part = columns.impulse.row_mut(0);
+                part += own.impulse;
+            }
+        }
+        found
+    }
+
+    /// By changes of constants: of its own row, and of those of another coupling.
+    pub(super) fn by_constants(
+        &self,
+        of: &impl Fn(Constant, usize) -> f64,
+    ) -> [(usize, RowsChange<1>); 2] {
+        let moved = self.by_anchors.iter().map(|(joint, row)| row.push(&anchors_of(*joint, of)));
+        let ratio = of(Constant::GearRatio, self.gear);
+        let own = moved
+            .fold(Along::default(), Along::plus)
+            .plus(self.by_time_step.times(of(Constant::TimeStep, 0)))
+            .plus(self.by_ratio.times(ratio))
+            .plus(self.by_offset.times(of(Constant::GearOffset, self.gear)));
+        let (coupling, turned) = self.turned;
+        let other = RowsChange { impulse: turned * ratio, ..RowsChange::zero() };
+        [(self.coupling, own.rows()), (coupling, other)]
+    }
+
+    /// The transpose.
+    pub(super) fn pull(&self, by: &RowsChange<1>, states: &mut [StateChange]) {
+        for (bodies, row) in &self.by_pose {
+            for (side, body) in bodies.iter().enumerate() {
+                let Some(state) = body.map(|body| &mut states[body]) else { continue };
+                state.position += row.columns::<3>(6 * side).pull(by);
+                state.turn += row.columns::<3>(6 * side + 3).pull(by);
+            }
+        }
+    }
+
+    /// The transpose; `pulled` has the derivatives by the rows of a coupling.
+    pub(super) fn pull_constants(
+        &self,
+        pulled: impl Fn(usize) -> RowsChange<1>,
+        constants: &[Constant],
+        sums: &mut [Vec<f64>],
+    ) {
+        let by = pulled(self.coupling);
+        for (&constant, sums) in constants.iter().zip(sums) {
+            match constant {
+                Constant::TimeStep => sums[0] += self.by_time_step.dot(&by),
+                Constant::GearOffset => sums[self.gear] += self.by_offset.dot(&by),
+                Constant::GearRatio => {
+                    let (coupling, turned) = &self.turned;
+                    let turned = pulled(*coupling).impulse.dot(turned);
+                    sums[self.gear] += self.by_ratio.dot(&by) + turned;
+                }
+                Constant::Anchor => {
+                    for (joint, row) in &self.by_anchors {
+                        add_anchors(*joint, &row.pull(&by), sums);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,471 @@
+//! An island, linearised at its solutions with two compliances.
+//!
+//! Equation numbers are those of `docs/gradients.md`.
+
+use super::constants::{ConstantChanges, ConstantsBase, places, unit};
+use super::point::{LinearPoint, PointCompliance};
+use super::refined::{Drawn, RefinedColumns};
+use super::tied::Slots;
+use super::{Smoothing, StepChange, StepGradient};
+use crate::contact::Contact;
+use crate::derivative::{EndMap, PlacedFeatures, StateChange};
+use crate::error::Error;
+use crate::mechanics::State;
+use crate::solver::native::equations::Equations;
+use crate::solver::native::island::Island;
+use crate::solver::native::islands::IslandView;
+use crate::solver::native::member::BodyGiven;
+use crate::solver::native::tolerances::COMPLIANCE;
+use crate::step::Step;
+use crate::world::{Constant, World};
+use nalgebra::{Matrix3, SMatrix, Vector3};
+
+/// One island at the solution, where its rows are independent or it keeps its shares, or at those with the compliances ε and 2ε.
+#[derive(Debug, Clone)]
+pub(super) struct LinearIsland {
+    pub(super) bodies: Vec<usize>,
+    pub(super) island: Island,
+    pub(super) points: [LinearPoint; 2],
+    /// Whether rows are independent.
+    is_determined: bool,
+    /// Whether the first point is all: where its limit is taken by itself, or the compliance is no limit.
+    is_one: bool,
+    /// With what each is linearised.
+    given: [PointCompliance; 2],
+    /// The impulses of the solution that was found.
+    found: Vec<Vector3<f64>>,
+    /// (∂(angular part)/∂ω⁺)⁻¹ of a body by itself, which is all that its system has.
+    free: Option<Matrix3<f64>>,
+    /// How the features of its contacts follow the bodies, where it was asked.
+    placed: Vec<Option<PlacedFeatures>>,
+    /// Whether the rows that hold can follow any changes of the bodies' poses, and of their velocities.
+    pub(super) follows_poses: bool,
+    pub(super) follows_velocities: bool,
+    /// Memory: such changes, of all bodies of the world.
+    moved: Vec<StateChange>,
+}
+
+const SINGULAR: Error = Error::Unsupported {
+    what: "the derivative of a step whose linear system is singular",
+    why: "contacts hold each other in a way that compliance does not resolve",
+};
+
+/// The points that count.
+fn points(all: &mut [LinearPoint; 2], is_one: bool) -> impl Iterator<Item = &mut LinearPoint> {
+    all.iter_mut().take(if is_one { 1 } else { 2 })
+}
+
+/// The same with what their results count: what is linear in ε vanishes.
+fn weighed(
+    all: &mut [LinearPoint; 2],
+    is_one: bool,
+) -> impl Iterator<Item = (&mut LinearPoint, f64)> {
+    points(all, is_one).zip(if is_one { [1.0, 0.0] } else { WEIGHTS })
+}
+
+/// ε and 2ε.
+const COMPLIANCES: [f64; 2] = [COMPLIANCE, 2.0 * COMPLIANCE];
+
+/// The compliance on changes where the limit is taken at one point: it leaves the system half of its digits.
+const FINE: f64 = 1e-8;
+
+/// What the results at the two compliances are multiplied with.
+const WEIGHTS: [f64; 2] = [2.0, -1.0];
+
+impl LinearIsland {
+    pub(super) fn new(world: &World) -> Self {
+        Self {
+            bodies: Vec::new(),
+            island: Island::new(world),
+            points: [LinearPoint::new(), LinearPoint::new()],
+            is_determined: false,
+            is_one: false,
+            given: [PointCompliance { compliance: COMPLIANCE, is_limit: true }; 2],
+            found: Vec::new(),
+            free: None,
+            placed: Vec::new(),
+            follows_poses: true,
+            follows_velocities: true,
+            moved: Vec::new(),
+        }
+    }
+
+    /// Linearises it; whether it keeps its shares. `next` are states of the world, of which those of its bodies are
+    /// changed.
+    pub(super) fn linearise(
+        &mut self,
+        (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
+        (next, slots): (&mut [State], &Slots),
+        smoothed: Option<Smoothing>,
+    ) -> Result<bool, Error> {
+        self.bodies.clear();
+        self.bodies.extend_from_slice(view.bodies);
+        self.island.begin(step, view.bodies, 0.0);
+        let carries = step.world.has_surfaces();
+        for &place in view.contacts {
+            self.island.admit(&contacts[place], |body| view.places[body]);
+            if carries {
+                self.island.carry(contacts[place].carried(step.world, step.states));
+            }
+        }
+        for &joint in view.joints {
+            self.island.admit_joint(step, joint, |body| view.places[body]);
+        }
+        for &gear in view.gears {
+            self.island.admit_gear(step, gear);
+        }
+        self.island.tie();
+        // What rolls is selected by the law's own limit, in which one solution is left of each share.
+        let rolls = !self.island.setting().all_give_alike;
+        self.island.setting_mut().give_alike();
+        self.is_one = true;
+        (self.follows_poses, self.follows_velocities) = (true, true);
+        self.free = match view.bodies {
+            [_] if self.island.is_plain() => {
+                let [point, _] = &mut self.points;
+                point.set_free(&self.island, step, view)
+            }
+            _ => None,
+        };
+        if self.free.is_some() {
+            return Ok(false);
+        }
+        let kept = self.settle(step, view, (rolls, smoothed))?;
+        self.placed.clear();
+        self.placed.resize(view.contacts.len(), None);
+        let at = (step, contacts, view);
+        for (point, on) in points(&mut self.points, self.is_one).zip(self.given) {
+            point.linearise(&self.island, at, (&mut *next, &mut self.placed, slots), on);
+        }
+        if smoothed.is_none() && !self.is_determined {
+            self.probe(step);
+        }
+        Ok(kept)
+    }
+
+    /// Finds out which changes the rows that hold can follow: whether with drawn ones they hold as they did. Rows that are independent follow all. What
+    /// sticks asks more than that bodies go back where they were, and what bounces that they leave as they came.
+    fn probe(&mut self, step: &Step<'_>) {
+        /// What is left of motions that rows can follow is of the order of the compliance.
+        const LEFT: f64 = 1e-3;
+        let Self { bodies, island, points: [point, _], moved, .. } = self;
+        let bounces = point.couplings.iter().any(|coupling| coupling.tangent.bounces());
+        let mut follows = |is_pose: bool| {
+            moved.clear();
+            moved.resize(step.states.len(), StateChange::zero());
+            let mut draws = Drawn::default();
+            for &body in &*bodies {
+                let of = &step.world.bodies()[body];
+                // A turn moves what is in the body as far as its place does.
+                let across = libm::sqrt(of.mass() / of.inertia().trace());
+                let mut draw = || Vector3::from_fn(|_, _| draws.next());
+                let (place, turn) = (draw(), draw() * across);
+                let zero = StateChange::zero();
+                moved[body] = match is_pose {
+                    true => StateChange { position: place, turn, ..zero },
+                    false => StateChange { velocity: place, spin: turn, ..zero },
+                };
+            }
+            let change = StepChange { states: moved, ..StepChange::default() };
+            let gravity = step.world.gravity();
+            point.change((island, bodies), &change, |_| BodyGiven::nothing(), gravity);
+            let LinearPoint { newton, held, one, .. } = &mut *point;
+            let pushed = one.motions.iter().map(|motion| motion.amax()).fold(0.0, f64::max);
+            one.solve(island, held, newton.system());
+            one.left(held) <= LEFT * if is_pose { pushed } else { 1.0 }
+        };
+        self.follows_poses = follows(true);
+        self.follows_velocities = !bounces || follows(false);
+    }
+
+    /// Moves its points to where the step is linearised, and factorises it there; whether it keeps its shares.
+    fn settle(
+        &mut self,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+        (rolls, smoothed): (bool, Option<Smoothing>),
+    ) -> Result<bool, Error> {
+        self.is_determined = false;
+        match smoothed {
+            Some(Smoothing::Compliance(compliance)) => {
+                self.soften(step, view, compliance)?;
+                self.given[0] = PointCompliance { compliance, is_limit: false };
+                return self.factorise().map(|()| false);
+            }
+            Some(Smoothing::CentralPath(speed)) => {
+                self.given[0] = PointCompliance { compliance: COMPLIANCE, is_limit: false };
+                return self.centre(step, view, speed * speed).map(|()| false);
+            }
+            None => {}
+        }
+        let Self { island, points: [near, _], .. } = self;
+        let residual = near.keep(island, step, view, COMPLIANCE);
+        let is_solved = rolls || residual <= island.tolerances().newton;
+        // More rows than bodies have ways to move are not independent.
+        if is_solved && near.stiff_rows(island) <= 6 * view.bodies.len() {
+            let on = PointCompliance { compliance: FINE, is_limit: true };
+            near.keep(island, step, view, FINE);
+            if near.factorise(island, on).is_some() && near.is_determined(island) {
+                (self.is_determined, self.given[0]) = (true, on);
+                return Ok(false);
+            }
+        }
+        self.given[0] = PointCompliance { compliance: COMPLIANCE, is_limit: true };
+        if rolls {
+            self.points[0].keep(&self.island, step, view, COMPLIANCE);
+            return self.factorise().map(|()| false);
+        }
+        if self.selects(step, view)? {
+            self.is_one = self.island.is_plain();
+            self.given =
+                COMPLIANCES.map(|compliance| PointCompliance { compliance, is_limit: false });
+            return self.factorise().map(|()| false);
+        }
+        self.points[0].keep(&self.island, step, view, COMPLIANCE);
+        self.factorise().map(|()| true)
+    }
+
+    /// Factorises the equations at its points.
+    fn factorise(&mut self) -> Result<(), Error> {
+        let found = points(&mut self.points, self.is_one)
+            .zip(self.given)
+            .try_for_each(|(point, on)| point.factorise(&self.island, on));
+        found.ok_or(SINGULAR)
+    }
+
+    /// Moves the first point to that of the central path where products are `kappa` (m²/s²), and factorises it there.
+    fn centre(&mut self, step: &Step<'_>, view: &IslandView<'_>, kappa: f64) -> Result<(), Error> {
+        let Self { island, points: [point, _], .. } = self;
+        if !point.centre(island, step, view, kappa)? {
+            let what = "the derivative at this point of the central path";
+            let why = "the point was not found; another speed is needed";
+            return Err(Error::Unsupported { what, why });
+        }
+        point.factorise_centred(island).ok_or(SINGULAR)
+    }
+
+    /// Moves both points to the solutions with compliance; whether the solution that was found is their limit, and so
+    /// that of the selection rule: then they leave it as the compliance grows.
+    fn selects(&mut self, step: &Step<'_>, view: &IslandView<'_>) -> Result<bool, Error> {
+        /// Impulses that differ by less than this part of the largest are the same.
+        const SAME: f64 = 1e-8;
+        let Self { island, points: [near, far], found, .. } = self;
+        near.begin(island, step, view);
+        found.clone_from(&near.iterate.impulses);
+        if !near.solve(island, step, view, COMPLIANCES[0])? {
+            return Ok(false);
+        }
+        if island.is_plain() {
+            return Ok(true);
+        }
+        // As far again from the solution that was found, where the second one is but for terms of second order.
+        far.begin(island, step, view);
+        far.go_on(near);
+        if !far.solve(island, step, view, COMPLIANCES[1])? {
+            return Ok(false);
+        }
+        let [near, far] = self.points.each_ref().map(|point| &point.iterate.impulses);
+        let apart = |a: &[Vector3<f64>], b: &[Vector3<f64>]| {
+            a.iter().zip(b).map(|(a, b)| (a - b).amax()).fold(0.0, f64::max)
+        };
+        let found = &self.found;
+        let largest = found.iter().map(|impulse| impulse.amax()).fold(0.0, f64::max);
+        Ok(apart(found, near) <= 2.0 * apart(near, far) + SAME * largest)
+    }
+
+    /// Moves the first point to the solution with this compliance, from the one that was found by way of smaller ones.
+    fn soften(
+        &mut self,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+        compliance: f64,
+    ) -> Result<(), Error> {
+        /// Of these parts of the compliance, the first from which the rest of the way is found.
+        const WAYS: [f64; 4] = [1.0, 1e-1, 1e-2, 1e-4];
+        let Self { island, points: [point, _], .. } = self;
+        for begun in WAYS {
+            point.begin(island, step, view);
+            let mut at = begun;
+            loop {
+                if !point.solve(island, step, view, at * compliance)? {
+                    break;
+                }
+                if at >= 1.0 {
+                    return Ok(());
+                }
+                at = (at * 4.0).min(1.0);
+            }
+        }
+        let why = "no solution with it was found; a smaller one is nearer to the step";
+        Err(Error::Unsupported { what: "the derivative with this compliance", why })
+    }
+
+    /// How far its rows are from the next pieces of their laws, m/s: the least, without those of its first couplings that
+    /// are `smooth`; and what bounces from where another of its rows counts.
+    pub(super) fn margin(&self, smooth: usize) -> f64 {
+        match self.free {
+            Some(_) => f64::INFINITY,
+            None => {
+                let point = &self.points[0];
+                let pieces = point.iterate.margins(&self.island).skip(smooth);
+                let pressing = point.couplings.iter().filter(|coupling| coupling.presses());
+                let rows = pressing.map(|coupling| coupling.tangent.between_rows());
+                pieces.chain(rows).fold(f64::INFINITY, f64::min)
+            }
+        }
+    }
+
+    pub(super) fn push<F: Fn(Constant, usize) -> f64>(
+        &mut self,
+        change: &StepChange<'_>,
+        constants: Option<ConstantChanges<'_, F>>,
+        (gravity, ends): (&Vector3<f64>, &[Option<EndMap>]),
+        end: &mut [StateChange],
+    ) {
+        let Self { bodies, island, points: all, is_one, free, .. } = self;
+        for (point, weight) in weighed(all, *is_one) {
+            let given = |body: usize| {
+                let of = constants.as_ref();
+                of.map_or(BodyGiven::nothing(), |constants| constants.body(body))
+            };
+            point.change((island, bodies), change, given, gravity);
+            let LinearPoint { newton, held, couplings, joints, gears, one, .. } = point;
+            if let Some(constants) = &constants {
+                for coupling in &*couplings {
+                    one.add(island, coupling.index, &coupling.by_constants(constants));
+                }
+                for rows in &*joints {
+                    one.add(island, rows.coupling, &rows.by_constants(constants.numbers));
+                }
+                for gear in &*gears {
+                    for (coupling, change) in gear.by_constants(constants.numbers) {
+                        one.add(island, coupling, &change);
+                    }
+                }
+            }
+            match free {
+                Some(inverse) => one.turn(inverse),
+                None => one.solve(island, held, newton.system()),
+            }
+            for (&body, solved) in bodies.iter().zip(&one.solved) {
+                let (linear, spin) =
+                    (solved.fixed_rows::<3>(0).into(), solved.fixed_rows::<3>(3).into());
+                if let Some(map) = &ends[body] {
+                    let moved = map.push(&StateChange::zero(), (&linear, &spin), 0.0);
+                    end[body] = end[body].plus(weight, &moved);
+                }
+            }
+        }
+    }
+
+    /// Adds to ∂X⁺/∂X of the bodies of the world, by the state of `body`, what V⁺ has a part in; whether it is of this
+    /// island.
+    pub(super) fn by_state(
+        &mut self,
+        body: usize,
+        ends: &[Option<EndMap>],
+        end: &mut [SMatrix<f64, 12, 12>],
+    ) -> bool {
+        let Self { bodies, island, points: all, is_one, free, .. } = self;
+        let Some(own) = bodies.iter().position(|of| *of == body) else { return false };
+        for point in points(all, *is_one) {
+            let LinearPoint {
+                newton, held, couplings, joints, gears, by_pose, by_velocity, ..
+            } = point;
+            by_pose.begin(bodies.len(), island.couplings().len());
+            by_velocity.begin(bodies.len(), island.couplings().len());
+            by_velocity.rhs[own] = island.members()[own].change_by_velocity();
+            let of_contacts = couplings.iter().map(|coupling| (coupling.index, &coupling.slopes));
+            let of_joints = joints.iter().map(|rows| (rows.coupling, &rows.slopes));
+            for (index, slopes) in of_contacts.chain(of_joints) {
+                let Some((pose, velocity)) = slopes.by_state(body) else { continue };
+                by_pose.add(island, index, &pose);
+                if let Some(velocity) = velocity {
+                    by_velocity.add(island, index, &velocity);
+                }
+            }
+            for gear in &*gears {
+                if let Some(pose) = gear.by_state(body) {
+                    by_pose.add(island, gear.coupling, &pose);
+                }
+            }
+            match free {
+                Some(inverse) => {
+                    by_pose.turn(inverse);
+                    by_velocity.turn(inverse);
+                }
+                None => {
+                    by_pose.solve(island, held, newton.system());
+                    by_velocity.solve(island, held, newton.system());
+                }
+            }
+        }
+        let [near, far] = all;
+        let far = (!*is_one).then_some(far);
+        let solved = |place: usize, of: fn(&LinearPoint) -> &RefinedColumns<6>| match &far {
+            Some(far) => of(near).solved[place] * WEIGHTS[0] + of(far).solved[place] * WEIGHTS[1],
+            None => of(near).solved[place],
+        };
+        for (place, of) in bodies.iter().enumerate() {
+            let Some(map) = &ends[*of] else { continue };
+            map.add_velocities(&solved(place, |point| &point.by_pose), 0, &mut end[*of]);
+            map.add_velocities(&solved(place, |point| &point.by_velocity), 6, &mut end[*of]);
+        }
+        true
+    }
+
+    pub(super) fn pull(
+        &mut self,
+        by_velocity: &[(Vector3<f64>, Vector3<f64>)],
+        (gravity, shapes): (&Vector3<f64>, &[ConstantsBase]),
+        constants: &[Constant],
+        gradient: &mut StepGradient,
+    ) {
+        let Self { bodies, island, points: all, is_one, free, .. } = self;
+        for (point, weight) in weighed(all, *is_one) {
+            let LinearPoint { newton, iterate, held, couplings, joints, gears, one, .. } = point;
+            one.begin(bodies.len(), island.couplings().len());
+            for (rhs, &body) in one.rhs.iter_mut().zip(&*bodies) {
+                let (linear, spin) = by_velocity[body];
+                rhs.fixed_rows_mut::<3>(0).copy_from(&(linear * weight));
+                rhs.fixed_rows_mut::<3>(3).copy_from(&(spin * weight));
+            }
+            match free {
+                Some(inverse) => one.turn(&inverse.transpose()),
+                None => one.solve_transposed(island, held, newton.system()),
+            }
+            for (place, &body) in bodies.iter().enumerate() {
+                let (member, rhs) = (&island.members()[place], &one.solved[place]);
+                let (velocity, spin, wrench) = member.change_pulled(rhs);
+                let state = &mut gradient.states[body];
+                state.velocity += velocity;
+                state.spin += spin;
+                gradient.wrenches[body] = gradient.wrenches[body].plus(&wrench);
+                let new = &iterate.velocity[place];
+                for (&constant, sums) in constants.iter().zip(&mut gradient.constants) {
+                    for place in places(constant, body) {
+                        let numbers = unit(constant, place);
+                        let given = ConstantChanges { shapes, numbers: &numbers }.body(body);
+                        sums[place] += rhs.dot(&member.change(new, &given, gravity));
+                    }
+                }
+            }
+            for rows in &*joints {
+                let by = one.pulled(island, rows.coupling);
+                rows.slopes.pull(&by, &mut gradient.states);
+                rows.pull_constants(&by, constants, &mut gradient.constants);
+            }
+            for gear in &*gears {
+                let by = one.pulled(island, gear.coupling);
+                gear.pull(&by, &mut gradient.states);
+                let pulled = |coupling: usize| one.pulled(island, coupling);
+                gear.pull_constants(pulled, constants, &mut gradient.constants);
+            }
+            for coupling in &*couplings {
+                let by = one.pulled(island, coupling.index);
+                coupling.slopes.pull(&by, &mut gradient.states);
+                coupling.pull_constants(&by, (shapes, constants), &mut gradient.constants);
+            }
+        }
+    }
+}

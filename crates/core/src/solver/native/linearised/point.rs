@@ -1,0 +1,324 @@
+//! An island at a solution with compliance, linearised there.
+//!
+//! Equation numbers are those of `docs/gradients.md`.
+
+use super::StepChange;
+use super::coupling::LinearCoupling;
+use super::geared::LinearGear;
+use super::refined::{Held, RefinedColumns};
+use super::tied::{self, LinearRows, Slots, SolvedRows};
+use crate::contact::Contact;
+use crate::derivative::PlacedFeatures;
+use crate::error::Error;
+use crate::mechanics::State;
+use crate::solver::native::coupling::Coupling;
+use crate::solver::native::effort::SolveEffort;
+use crate::solver::native::equations::{Equations, Velocity};
+use crate::solver::native::interior_point::InteriorPoint;
+use crate::solver::native::island::Island;
+use crate::solver::native::islands::IslandView;
+use crate::solver::native::law::{Answer, Factored, MapPiece, NaturalMap};
+use crate::solver::native::member::BodyGiven;
+use crate::solver::native::newton::{Iterate, Newton, Until, evaluate};
+use crate::solver::native::part::next_state;
+use crate::solver::native::tolerances::COMPLIANCE;
+use crate::step::Step;
+use nalgebra::{Matrix3, Vector3};
+
+/// With which compliance a point is linearised.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PointCompliance {
+    /// ε of the matrix, and of the law that was evaluated last.
+    pub(super) compliance: f64,
+    /// Whether its limit is taken there (G14): the law is that of changes alone.
+    pub(super) is_limit: bool,
+}
+
+/// One island at a solution, with compliance or without.
+#[derive(Debug, Clone)]
+pub(super) struct LinearPoint {
+    pub(super) newton: Newton<Island>,
+    pub(super) iterate: Iterate<Island>,
+    pub(super) held: Held,
+    /// Where it is a point of the central path, its barriers.
+    interior: InteriorPoint<Island>,
+    /// Of the couplings that have a gain, in its factors.
+    gains: Vec<(usize, Factored)>,
+    /// Of contacts on the central path, δp̂ by δμ, world.
+    by_friction: Vec<Vector3<f64>>,
+    pub(super) couplings: Vec<LinearCoupling>,
+    pub(super) joints: Vec<LinearRows>,
+    pub(super) gears: Vec<LinearGear>,
+    /// One change, and those by the pose of a body and by its velocities.
+    pub(super) one: RefinedColumns<1>,
+    pub(super) by_pose: RefinedColumns<6>,
+    pub(super) by_velocity: RefinedColumns<6>,
+}
+
+impl LinearPoint {
+    pub(super) fn new() -> Self {
+        Self {
+            newton: Newton::new(),
+            iterate: Iterate::new(),
+            held: Held::default(),
+            interior: InteriorPoint::new(),
+            gains: Vec::new(),
+            by_friction: Vec::new(),
+            couplings: Vec::new(),
+            joints: Vec::new(),
+            gears: Vec::new(),
+            one: RefinedColumns::new(),
+            by_pose: RefinedColumns::new(),
+            by_velocity: RefinedColumns::new(),
+        }
+    }
+
+    /// Starts at the solution.
+    pub(super) fn begin(&mut self, island: &Island, step: &Step<'_>, view: &IslandView<'_>) {
+        let to_impulse = step.world.time_step() / island.mass();
+        let states = &step.previous.states;
+        let velocities = view
+            .bodies
+            .iter()
+            .map(|&body| Velocity { linear: states[body].velocity, spin: states[body].spin });
+        let Iterate { velocity, impulses, .. } = &mut self.iterate;
+        velocity.clear();
+        velocity.extend(velocities);
+        impulses.clear();
+        impulses.extend(view.contacts.iter().map(|&place| view.known.before[place] * to_impulse));
+        island.extend_previous(step, impulses);
+    }
+
+    /// Goes from the solution where it is to `other` and as far again.
+    pub(super) fn go_on(&mut self, other: &Self) {
+        let (own, to) = (&mut self.iterate, &other.iterate);
+        for (own, to) in own.velocity.iter_mut().zip(&to.velocity) {
+            own.linear = to.linear * 2.0 - own.linear;
+            own.spin = to.spin * 2.0 - own.spin;
+        }
+        for (own, to) in own.impulses.iter_mut().zip(&to.impulses) {
+            *own = to * 2.0 - *own;
+        }
+    }
+
+    /// Makes it that of a body by itself, of which the solution is that which was found.
+    pub(super) fn set_free(
+        &mut self,
+        island: &Island,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+    ) -> Option<Matrix3<f64>> {
+        self.begin(island, step, view);
+        self.couplings.clear();
+        self.joints.clear();
+        self.gears.clear();
+        let slope = island.members()[0].angular_slope(&self.iterate.velocity[0].spin);
+        slope.try_inverse()
+    }
+
+    /// Finds the solution with `compliance` from here; whether it did.
+    pub(super) fn solve(
+        &mut self,
+        island: &Island,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+        compliance: f64,
+    ) -> Result<bool, Error> {
+        /// Iterations: as the start is as near as the compliance, two or three are enough.
+        const ITERATIONS: u32 = 20;
+        let map = NaturalMap::with_compliance(compliance);
+        let mut effort = SolveEffort::new(step, view.bodies.len(), view.contacts.len());
+        effort.begin_start(u32::MAX);
+        let tolerances = island.tolerances();
+        let until = Until { iterations: ITERATIONS, residual: tolerances.rounding };
+        let Self { newton, iterate, .. } = self;
+        let converged = newton.solve(island, &map, (compliance, until), iterate, &mut effort);
+        effort.check()?;
+        // What did not converge to rounding may have to what is asked of a solution with compliance.
+        Ok(converged || evaluate(island, &map, iterate).largest <= tolerances.newton)
+    }
+
+    /// Finds the point of the central path where all products are `kappa` (m²/s²); whether it did.
+    pub(super) fn centre(
+        &mut self,
+        island: &Island,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+        kappa: f64,
+    ) -> Result<bool, Error> {
+        /// Multiples of the momentum that starts press with.
+        const SCALES: [f64; 5] = [1.0, 0.1, 10.0, 0.01, 100.0];
+        for scale in SCALES {
+            self.begin(island, step, view);
+            let mut effort = SolveEffort::new(step, view.bodies.len(), view.contacts.len());
+            effort.begin_start(u32::MAX);
+            let Self { interior, iterate, .. } = self;
+            let is_there = interior.centre(island, (scale, kappa), iterate, &mut effort);
+            effort.check()?;
+            if is_there {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Stays at the solution that was found: compliance acts on changes alone (N13). Returns by how much it misses the laws, m/s.
+    pub(super) fn keep(
+        &mut self,
+        island: &Island,
+        step: &Step<'_>,
+        view: &IslandView<'_>,
+        compliance: f64,
+    ) -> f64 {
+        self.begin(island, step, view);
+        let map = NaturalMap::with_compliance(compliance);
+        self.iterate.keep_impulses(island, &map);
+        let residual = evaluate(island, &map, &mut self.iterate);
+        self.iterate.forget_impulses();
+        residual.largest
+    }
+
+    /// At least so many rows are stiff here.
+    pub(super) fn stiff_rows(&self, island: &Island) -> usize {
+        self.iterate.stiff_rows(island)
+    }
+
+    /// Factorises the equations here, where ε = `compliance` has been evaluated last; `None` where they are singular.
+    pub(super) fn factorise(&mut self, island: &Island, on: PointCompliance) -> Option<()> {
+        let PointCompliance { compliance, is_limit } = on;
+        let map = NaturalMap::with_compliance(compliance);
+        let Self { newton, iterate, held, gains, by_friction, .. } = self;
+        by_friction.clear();
+        let (eliminations, pieces) = newton.linearise(island, &map, compliance, iterate)?;
+        let members = island.members().iter().zip(&iterate.velocity);
+        held.begin(members.map(|(member, velocity)| member.angular_slope(&velocity.spin)));
+        gains.clear();
+        for (index, piece) in pieces.iter().enumerate() {
+            let gain = iterate.factored(island, (index, *piece), compliance);
+            // What is open has no part in anything.
+            if gain.gains != Vector3::zeros() {
+                let of = (index, &eliminations[index].slope, &gain);
+                held.add(island, of, (compliance, is_limit));
+                gains.push((index, gain));
+            }
+        }
+        Some(())
+    }
+
+    /// Factorises the equations here, on the central path: gains of contacts are those of (N7), which are nowhere nothing, those of
+    /// joints the laws' own. `None` where they are singular.
+    pub(super) fn factorise_centred(&mut self, island: &Island) -> Option<()> {
+        let map = NaturalMap::with_compliance(COMPLIANCE);
+        let Self { newton, iterate, held, interior, gains, by_friction, .. } = self;
+        evaluate(island, &map, iterate);
+        let graphs = island.graphs();
+        // (N7) in the axes of the rows: of contacts alone, as joints have no interior.
+        let gain = |index: usize, u: &Vector3<f64>| {
+            let (barrier, frame) = (interior.barrier(index), &island.couplings()[index].rows.frame);
+            let aim = (0.0, &barrier.nothing());
+            let (_, gain, _) = barrier.eliminate(aim, &frame.tr_mul(u), graphs)?;
+            Some((frame, gain, barrier.by_friction()))
+        };
+        let answer = |index: usize, _: &Coupling, u: &Vector3<f64>| {
+            let (frame, gain, _) = gain(index, u)?;
+            Some(Answer::full(Vector3::zeros(), frame * gain * frame.transpose()))
+        };
+        let (eliminations, pieces) = newton.linearise_as(island, &map, answer, iterate)?;
+        let members = island.members().iter().zip(&iterate.velocity);
+        held.begin(members.map(|(member, velocity)| member.angular_slope(&velocity.spin)));
+        gains.clear();
+        by_friction.clear();
+        for (index, piece) in pieces.iter().enumerate() {
+            let (frame, gain, rubs) = gain(index, &iterate.points()[index])?;
+            by_friction.push(frame * rubs.unwrap_or_default());
+            let gain = match piece {
+                MapPiece::Axes(_) => iterate.factored(island, (index, *piece), COMPLIANCE),
+                _ => Factored { to: frame * gain, gains: Vector3::repeat(1.0), from: *frame },
+            };
+            if gain.gains != Vector3::zeros() {
+                held.add(island, (index, &eliminations[index].slope, &gain), (COMPLIANCE, false));
+                gains.push((index, gain));
+            }
+        }
+        Some(())
+    }
+
+    /// Puts on the right-hand sides of `one` what a change of states and wrenches makes, and what is `given` to each body beside.
+    pub(super) fn change(
+        &mut self,
+        (island, bodies): (&Island, &[usize]),
+        change: &StepChange<'_>,
+        given: impl Fn(usize) -> BodyGiven,
+        gravity: &Vector3<f64>,
+    ) {
+        let Self { iterate, couplings, joints, gears, one, .. } = self;
+        one.begin(bodies.len(), island.couplings().len());
+        for (place, &body) in bodies.iter().enumerate() {
+            let mut given = given(body);
+            if let Some(state) = change.states.get(body) {
+                (given.velocity, given.spin) = (state.velocity, state.spin);
+            }
+            if let Some(wrench) = change.wrenches.get(body) {
+                given.wrench = *wrench;
+            }
+            let velocity = &iterate.velocity[place];
+            one.rhs[place] = island.members()[place].change(velocity, &given, gravity);
+        }
+        if change.states.is_empty() {
+            return;
+        }
+        for coupling in &*couplings {
+            one.add(island, coupling.index, &coupling.slopes.pushed(change.states));
+        }
+        for rows in &*joints {
+            one.add(island, rows.coupling, &rows.slopes.pushed(change.states));
+        }
+        for gear in &*gears {
+            one.add(island, gear.coupling, &gear.pushed(change.states));
+        }
+    }
+
+    /// Whether the rows that hold here are independent, of the system that was factorised last.
+    pub(super) fn is_determined(&mut self, island: &Island) -> bool {
+        let Self { newton, held, one, .. } = self;
+        held.is_determined(island, (one, newton.system()))
+    }
+
+    /// Linearises by what they depend on all contacts and joints of what was factorised.
+    pub(super) fn linearise(
+        &mut self,
+        island: &Island,
+        (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
+        (next, placed, slots): (&mut [State], &mut [Option<PlacedFeatures>], &Slots),
+        on: PointCompliance,
+    ) {
+        let PointCompliance { compliance, is_limit } = on;
+        let Self { newton, iterate, couplings, joints, gears, gains, by_friction, .. } = self;
+        let (pieces, limit) = (newton.pieces(), if is_limit { compliance } else { 0.0 });
+        for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
+            next[body] = next_state(step, body, velocity);
+        }
+        couplings.clear();
+        for (index, gain) in &*gains {
+            let Some(place) = view.contacts.get(*index) else { continue };
+            let (contact, known) = (&contacts[*place], &mut placed[*index]);
+            let placed =
+                known.get_or_insert_with(|| PlacedFeatures::of(step.world, contact, step.states));
+            let rubs = by_friction.get(*index).copied();
+            let on = (pieces[*index], rubs, &gain.from, iterate.impulses[*index]);
+            couplings.push(LinearCoupling::new(step, (contact, placed, *index), next, on, limit));
+        }
+        if view.joints.is_empty() {
+            joints.clear();
+            gears.clear();
+            return;
+        }
+        let Iterate { velocity, impulses, .. } = &*iterate;
+        let solved = SolvedRows { pieces, impulses, points: iterate.points(), compliance, limit };
+        let of_body = |body: usize| {
+            let Velocity { linear, spin } = velocity[view.places[body]];
+            (linear, spin)
+        };
+        tied::linearise(step, island, (&solved, slots), (of_body, next), (joints, gears));
+    }
+}

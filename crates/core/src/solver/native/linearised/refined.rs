@@ -1,0 +1,391 @@
+//! The linear systems of an island at a point, solved to the digits of what they are made of.
+//!
+//! With motions m of the rows at fixed V⁺ and everything else in b,
+//!
+//! ```text
+//! A δV − Σ H D (m + J δV) = b,   K = A − Σ H D J                                   (G2)
+//! ```
+//!
+//! D is as large as 1/ε, so that A and b lose 1e-16/ε where K is formed, and m is as large as 1/h. What they lose shows
+//! where the couplings hold nothing. A residual in which the rows are not summed up, of which each D is multiplied with a sum that
+//! nearly vanishes, has all digits, and a second solution with the same factors gives them back:
+//!
+//! ```text
+//! δV = x + K⁻¹ (b − A x + Σ H D (m + J x)),   x = K⁻¹ (b + Σ H D m)                (G11)
+//! ```
+//!
+//! Where the limit of vanishing compliance is taken at one point, at which compliance acts on changes alone, that residual counts what
+//! gives way from the impulse of the first solution on, û = u + ε (δp̂ − δp̂₁) with δp̂₁ = D (m + J x):
+//!
+//! ```text
+//! δV = x + K⁻¹ (b − A x + Σ H D C (m + J x)),   C = E − ε D                        (G14)
+//! ```
+//!
+//! with what is left of the compliance of second order. Where the rows are nearly dependent that is not little, and as many
+//! solutions follow as it takes: with what the impulses δp̂ = D s are of, s₁ = m + J x₁,
+//!
+//! ```text
+//! xₖ₊₁ = xₖ + K⁻¹ (b − A xₖ + Σ H D (m + J xₖ − ε D sₖ)),   sₖ₊₁ = m + J xₖ₊₁ − ε D sₖ          (G19)
+//! ```
+//!
+//! of which the first is (G14). Transposed the same in the other order, with what the rows' motions have a part in, λ, kept beside y.
+//!
+//! Equation numbers are those of `docs/gradients.md`.
+
+use super::slopes::RowsChange;
+use crate::solver::native::equations::Equations;
+use crate::solver::native::island::{HeldSide, Island, IslandSlope, IslandSystem};
+use crate::solver::native::law::Factored;
+use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
+
+/// What the system at a point consists of.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Held {
+    couplings: Vec<HeldRows>,
+    sides: Vec<HeldSide>,
+    /// Of A of every body the part that turns; the other is one.
+    turning: Vec<Matrix3<f64>>,
+    /// How many solutions follow the first.
+    passes: usize,
+}
+
+/// A coupling that has a gain.
+#[derive(Debug, Clone)]
+struct HeldRows {
+    index: usize,
+    /// Where its sides end.
+    end: usize,
+    /// ε |g| of each row: 1 of what is stiff.
+    stiffness: Vector3<f64>,
+    /// ε D, along the rows; where no limit is taken, nothing.
+    gives: Matrix3<f64>,
+}
+
+impl Held {
+    /// No coupling, and these parts of A.
+    pub(super) fn begin(&mut self, turning: impl Iterator<Item = Matrix3<f64>>) {
+        self.couplings.clear();
+        self.sides.clear();
+        self.turning.clear();
+        self.turning.extend(turning);
+        self.passes = 1;
+    }
+
+    /// Adds a coupling of the island, with ε = `compliance`, of which the limit is taken or not.
+    pub(super) fn add(
+        &mut self,
+        island: &Island,
+        (index, slope, gain): (usize, &IslandSlope, &Factored),
+        (compliance, is_limit): (f64, bool),
+    ) {
+        island.hold(index, (slope, gain), &mut self.sides);
+        let mut gives = Matrix3::zeros();
+        if is_limit {
+            let along = gain.from.tr_mul(&gain.to) * Matrix3::from_diagonal(&gain.gains);
+            gives = along * compliance;
+        }
+        let (end, stiffness) = (self.sides.len(), gain.gains.abs() * compliance);
+        self.couplings.push(HeldRows { index, end, stiffness, gives });
+    }
+
+    /// The couplings with their sides.
+    fn couplings(&self) -> impl Iterator<Item = (&HeldRows, &[HeldSide])> {
+        let mut begin = 0;
+        self.couplings.iter().map(move |rows| {
+            let sides = &self.sides[begin..rows.end];
+            begin = rows.end;
+            (rows, sides)
+        })
+    }
+
+    /// Whether the system decides the impulses of all rows, and how many solutions have to follow the first (G19): what gives way from
+    /// any impulses on leaves them, but for a part that is less each time,
+    ///
+    /// ```text
+    /// δp̂ ← D (J δV − ε δp̂),   K δV = −ε Σ H D δp̂
+    /// ```
+    ///
+    /// The impulses are without a pattern, so that no direction is missed. What is left after the first solution and one that follows is its square.
+    pub(super) fn is_determined(
+        &mut self,
+        island: &Island,
+        (columns, system): (&mut RefinedColumns<1>, &mut IslandSystem),
+    ) -> bool {
+        /// What may be left of the drawn impulses after the first solution, if one follows; and after the last.
+        const FEW: f64 = 1e-5;
+        const LEFT: f64 = 1e-10;
+        /// What is left has to be less than this part of what was, each time.
+        const LESS: f64 = 0.1;
+        /// Solutions that may follow the first.
+        const MOST: usize = 12;
+        columns.begin(self.turning.len(), island.couplings().len());
+        let mut draws = Drawn::default();
+        for rows in &self.couplings {
+            columns.motions[rows.index] = SMatrix::from_fn(|_, _| draws.next());
+        }
+        let mut before = f64::INFINITY;
+        for passes in 0..=MOST {
+            let left = columns.give_way(self, island, system);
+
+            if left <= if passes == 0 { FEW } else { LEFT } {
+                self.passes = passes.max(1);
+                return true;
+            }
+            // What does not become less is decided by nothing.
+            if left > LESS * before {
+                return false;
+            }
+            before = left;
+        }
+        false
+    }
+}
+
+/// Numbers from −½ to ½ of which no few sum up to nothing (SplitMix64: G. L. Steele, D. Lea, C. H. Flood, 2014): of the
+/// parts of a turn by one angle four do, a − b − c + d, as the impulses do that a face's corners can share.
+#[derive(Default)]
+pub(super) struct Drawn(u64);
+
+impl Drawn {
+    pub(super) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        let bits = (mixed ^ (mixed >> 31)) >> 32;
+        bits as f64 / f64::from(u32::MAX) - 0.5
+    }
+}
+
+impl HeldSide {
+    /// Adds what a change of the body's velocities is along the rows.
+    #[inline(always)]
+    fn see(&self, change: &[f64; 6], along: &mut [f64; 3]) {
+        for (column, change) in self.rows.data.0.iter().zip(change) {
+            (0..3).for_each(|k| along[k] += column[k] * change);
+        }
+    }
+
+    /// Adds what motions along the rows make of the right-hand sides.
+    #[inline(always)]
+    fn press(&self, along: &[f64; 3], rhs: &mut [f64; 6]) {
+        for (column, along) in self.effect.data.0.iter().zip(along) {
+            (0..6).for_each(|k| rhs[k] += column[k] * along);
+        }
+    }
+}
+
+/// Columns of right-hand sides by members and by couplings, of their solutions, and scratch.
+#[derive(Debug, Clone)]
+pub(super) struct RefinedColumns<const C: usize> {
+    /// b, or c; then what is left of it.
+    pub(super) rhs: Vec<SMatrix<f64, 6, C>>,
+    /// m of every coupling along its rows, m/s; or λ.
+    pub(super) motions: Vec<SMatrix<f64, 3, C>>,
+    /// δV, or y.
+    pub(super) solved: Vec<SMatrix<f64, 6, C>>,
+    values: Vec<SMatrix<f64, 6, C>>,
+    /// b, or c, where more than one solution follows the first.
+    begun: Vec<SMatrix<f64, 6, C>>,
+    /// s of (G19), or what it is by.
+    given: Vec<SMatrix<f64, 3, C>>,
+}
+
+impl<const C: usize> RefinedColumns<C> {
+    pub(super) fn new() -> Self {
+        let (rhs, solved, values, begun) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { rhs, motions: Vec::new(), solved, values, begun, given: Vec::new() }
+    }
+
+    /// Nothing on the right.
+    pub(super) fn begin(&mut self, members: usize, couplings: usize) {
+        self.rhs.clear();
+        self.rhs.resize(members, SMatrix::zeros());
+        self.motions.clear();
+        self.motions.resize(couplings, SMatrix::zeros());
+    }
+
+    /// Adds what changes of the rows of a coupling make.
+    pub(super) fn add(&mut self, island: &Island, coupling: usize, change: &RowsChange<C>) {
+        self.motions[coupling] += change.motion;
+        if change.impulse != SMatrix::<f64, 3, C>::zeros() {
+            island.add_impulses(coupling, &change.impulse, &mut self.rhs);
+        }
+        island.add_torques(coupling, &change.torques, &mut self.rhs);
+    }
+
+    /// Solves the equations of bodies by themselves, for the spins.
+    pub(super) fn turn(&mut self, inverse: &Matrix3<f64>) {
+        self.solved.clone_from(&self.rhs);
+        for solved in &mut self.solved {
+            let turned = inverse * solved.fixed_rows::<3>(3);
+            solved.fixed_rows_mut::<3>(3).copy_from(&turned);
+        }
+    }
+
+    /// b + Σ H D m, where the solutions will be.
+    fn press_motions(&mut self, held: &Held) {
+        let Self { rhs, motions, solved, .. } = self;
+        solved.clone_from(rhs);
+        for (rows, sides) in held.couplings() {
+            for (column, motion) in motions[rows.index].data.0.iter().enumerate() {
+                if *motion != [0.0; 3] {
+                    for side in sides {
+                        side.press(motion, &mut solved[side.body].data.0[column]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Has rows give way from impulses of which the motions are −ε δp̂, and leaves those of what is left of them; the largest.
+    fn give_way(&mut self, held: &Held, island: &Island, system: &mut IslandSystem) -> f64 {
+        self.rhs.iter_mut().for_each(|rhs| rhs.fill(0.0));
+        self.press_motions(held);
+        let Self { motions, solved, values, .. } = self;
+        island.solve_all(system, (solved, values));
+        let mut largest = 0.0_f64;
+        for (rows, sides) in held.couplings() {
+            for (column, motion) in motions[rows.index].data.0.iter_mut().enumerate() {
+                for side in sides {
+                    side.see(&solved[side.body].data.0[column], motion);
+                }
+                *motion = (rows.gives * -Vector3::from(*motion)).into();
+                largest = motion.iter().fold(largest, |most, x| most.max(x.abs()));
+            }
+        }
+        largest
+    }
+
+    /// Solves for δV.
+    pub(super) fn solve(&mut self, island: &Island, held: &Held, system: &mut IslandSystem) {
+        self.press_motions(held);
+        let Self { rhs, motions, solved, values, begun, given } = self;
+        island.solve_all(system, (solved, values));
+        let goes_on = held.passes > 1;
+        if goes_on {
+            given.clear();
+            given.resize(motions.len(), SMatrix::zeros());
+            begun.clone_from(rhs);
+        }
+        for pass in 0..held.passes {
+            if pass > 0 {
+                rhs.clone_from(begun);
+            }
+            for ((rhs, x), turning) in rhs.iter_mut().zip(&*solved).zip(&held.turning) {
+                for (rhs, x) in rhs.data.0.iter_mut().zip(&x.data.0) {
+                    let turned = turning * Vector3::new(x[3], x[4], x[5]);
+                    for k in 0..3 {
+                        rhs[k] -= x[k];
+                        rhs[3 + k] -= turned[k];
+                    }
+                }
+            }
+            for (rows, sides) in held.couplings() {
+                for (column, motion) in motions[rows.index].data.0.iter().enumerate() {
+                    let mut along = *motion;
+                    for side in sides {
+                        side.see(&solved[side.body].data.0[column], &mut along);
+                    }
+                    let along = Vector3::from(along);
+                    let mut by = along;
+                    if goes_on {
+                        let given = &mut given[rows.index].data.0[column];
+                        by -= rows.gives * Vector3::from(*given);
+                        *given = by.into();
+                    }
+                    let along: [f64; 3] = (along - rows.gives * by).into();
+                    for side in sides {
+                        side.press(&along, &mut rhs[side.body].data.0[column]);
+                    }
+                }
+            }
+            island.solve_all(system, (rhs, values));
+            solved.iter_mut().zip(&*rhs).for_each(|(x, more)| *x += more);
+        }
+    }
+}
+
+impl RefinedColumns<1> {
+    /// What of the motions of rows that are stiff the solution does not take back, m/s: the largest.
+    pub(super) fn left(&self, held: &Held) -> f64 {
+        let left = |(rows, sides): (&HeldRows, &[HeldSide])| {
+            let mut along: [f64; 3] = self.motions[rows.index].into();
+            sides.iter().for_each(|side| side.see(&self.solved[side.body].data.0[0], &mut along));
+            Vector3::from(along).component_mul(&rows.stiffness).amax()
+        };
+        held.couplings().map(left).fold(0.0, f64::max)
+    }
+
+    /// Solves the transposed system: for y, and λ in the place of the motions.
+    pub(super) fn solve_transposed(
+        &mut self,
+        island: &Island,
+        held: &Held,
+        system: &mut IslandSystem,
+    ) {
+        let Self { rhs, motions, solved, values, begun: z, given } = self;
+        let pulled = |sides: &[HeldSide], values: &[Vector6<f64>]| -> Vector3<f64> {
+            sides.iter().map(|side| side.effect.tr_mul(&values[side.body])).sum()
+        };
+        solved.clear();
+        solved.resize(rhs.len(), Vector6::zeros());
+        motions.iter_mut().for_each(|by| *by = Vector3::zeros());
+        given.clear();
+        given.resize(motions.len(), Vector3::zeros());
+        // From the last solution to the second: on the right is what the one that was there has a part in.
+        for _ in 0..held.passes {
+            z.clone_from(rhs);
+            island.solve_transposed(system, (z, values));
+            solved.iter_mut().zip(&*z).for_each(|(sum, z)| *sum += z);
+            for ((rhs, z), turning) in rhs.iter_mut().zip(&*z).zip(&held.turning) {
+                let turned = turning.tr_mul(&z.fixed_rows::<3>(3));
+                *rhs -= Vector6::new(z[0], z[1], z[2], turned[0], turned[1], turned[2]);
+            }
+            for (rows, sides) in held.couplings() {
+                let by = pulled(sides, z);
+                let by_given = given[rows.index] - rows.gives.tr_mul(&by);
+                given[rows.index] = rows.gives.tr_mul(&-by_given);
+                let by = by + by_given;
+                sides.iter().for_each(|side| rhs[side.body] += side.rows.tr_mul(&by));
+                motions[rows.index] += by;
+            }
+        }
+        island.solve_transposed(system, (rhs, values));
+        for (rows, sides) in held.couplings() {
+            motions[rows.index] += pulled(sides, rhs);
+        }
+        solved.iter_mut().zip(&*rhs).for_each(|(sum, z)| *sum += z);
+    }
+
+    /// What the solution of the transposed system makes derivatives by changes of the rows of a coupling.
+    pub(super) fn pulled(&self, island: &Island, coupling: usize) -> RowsChange<1> {
+        RowsChange {
+            motion: self.motions[coupling],
+            impulse: island.impulse_pulled(coupling, &self.solved),
+            torques: island.torques_pulled(coupling, &self.solved),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Drawn;
+
+    /// The rows of a face's corners depend on each other by ±1, those of points along an edge by 1, −2, 1: what is drawn
+    /// for such points must not be blind to it, wherever in the list they are.
+    #[test]
+    fn no_few_numbers_sum_up_to_nothing() {
+        let mut draws = Drawn::default();
+        let drawn: Vec<f64> = (0..96).map(|_| draws.next()).collect();
+        assert!(drawn.iter().all(|x| x.abs() <= 0.5));
+        for from in 0..24 {
+            for apart in 1..24 {
+                let [a, b, c, d] = [0, 1, 2, 3].map(|k| drawn[from + k * apart]);
+                for (what, sum) in [("face", a - b - c + d), ("edge", a - 2.0 * b + c)] {
+                    let whole = (sum - sum.round()).abs();
+                    assert!(whole > 1e-5, "{what} of {from} and {apart}: {sum}");
+                }
+            }
+        }
+    }
+}

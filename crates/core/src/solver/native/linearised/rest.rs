@@ -1,0 +1,141 @@
+//! Derivatives of steps in which nothing moved, as of bodies at rest: the next step may be the same.
+
+use super::StepDerivative;
+#[cfg(feature = "save")]
+use super::StepGradient;
+#[cfg(feature = "save")]
+use super::island::LinearIsland;
+use crate::contact::Contact;
+#[cfg(feature = "save")]
+use crate::derivative::StateChange;
+#[cfg(feature = "save")]
+use crate::error::Error;
+use crate::mechanics::Wrench;
+use crate::step::{Step, StepSolution};
+use crate::world::World;
+
+/// Of worlds of so many bodies the derivatives by states of a step at rest are kept: five megabytes at most.
+pub(super) const FEW_BODIES: usize = 64;
+
+/// A step in which nothing moved, so that the next one may be the same.
+#[derive(Debug, Clone)]
+pub(super) struct RestingStep {
+    world: World,
+    wrenches: Vec<Wrench>,
+    contacts: Vec<Contact>,
+    solution: StepSolution,
+}
+
+impl RestingStep {
+    /// That of a step, if it is one.
+    pub(super) fn of(
+        step: &Step<'_>,
+        contacts: &[Contact],
+        solution: &StepSolution,
+    ) -> Option<Box<Self>> {
+        (solution.states == step.states).then(|| {
+            Box::new(Self {
+                world: step.world.clone(),
+                wrenches: step.wrenches.to_vec(),
+                contacts: contacts.to_vec(),
+                solution: solution.clone(),
+            })
+        })
+    }
+
+    /// Whether a step is this one.
+    fn is(&self, step: &Step<'_>, contacts: &[Contact], solution: &StepSolution) -> bool {
+        let Self { world, wrenches, contacts: own, solution: found } = self;
+        found.states == step.states
+            && found == solution
+            && wrenches == step.wrenches
+            && own == contacts
+            && world == step.world
+    }
+}
+
+impl StepDerivative {
+    /// Whether it is that of a step in which nothing moved, and of this one.
+    pub(crate) fn is_at_rest_in(
+        &self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        solution: &StepSolution,
+    ) -> bool {
+        self.rest.as_ref().is_some_and(|rest| rest.is(step, contacts, solution))
+    }
+}
+
+#[cfg(feature = "save")]
+impl StepDerivative {
+    /// Whether it is that of a step in which nothing moved.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.rest.is_some()
+    }
+
+    /// The same by states and wrenches, of a step at rest that is asked for often: a product with the whole matrix, and
+    /// nothing is solved. Whether that was done.
+    ///
+    /// # Errors
+    /// A list of another length than the world's.
+    pub(crate) fn pull_at_rest(
+        &mut self,
+        end: &[StateChange],
+        gradient: &mut StepGradient,
+    ) -> Result<bool, Error> {
+        /// The whole matrix takes as long as so many products for each body.
+        const ENOUGH: usize = 4;
+        let bodies = self.ends.len();
+        self.pulls_at_rest += 1;
+        let islands = &self.islands[..self.count];
+        if bodies > FEW_BODIES
+            || self.pulls_at_rest <= ENOUGH * bodies
+            || !islands.iter().all(LinearIsland::moves_by_momentum)
+        {
+            return Ok(false);
+        }
+        if self.pulling.is_empty() {
+            let (mut found, mut pulling) = (Vec::new(), Vec::with_capacity(bodies));
+            for body in 0..bodies {
+                self.by_state(body, &mut found)?;
+                let slopes = found.iter().map(|end| end.fixed_rows::<6>(6).transpose());
+                pulling.push(slopes.collect());
+            }
+            self.pulling = pulling;
+        }
+        let (by_velocity, _) = self.begin_pull(end, gradient)?;
+        let StepGradient { states, wrenches, .. } = gradient;
+        for (state, columns) in states.iter_mut().zip(&self.pulling) {
+            let mut sums = state.to_array();
+            for (by, (linear, spin)) in columns.iter().zip(&by_velocity) {
+                for (column, by_velocity) in by.data.0.iter().zip(linear.iter().chain(spin)) {
+                    (0..12).for_each(|k| sums[k] += column[k] * by_velocity);
+                }
+            }
+            *state = StateChange::from_array(&sums);
+        }
+        self.by_velocity = by_velocity;
+        self.islands[..self.count].iter().for_each(|linear| linear.push_wrenches(states, wrenches));
+        Ok(true)
+    }
+}
+
+#[cfg(feature = "save")]
+impl LinearIsland {
+    /// Whether the velocities at the start have a part in its step by their momenta alone, as wrenches have: nothing bounces, and no
+    /// drive asks for a rate.
+    fn moves_by_momentum(&self) -> bool {
+        let [point, _] = &self.points;
+        let of_contacts = point.couplings.iter().map(|coupling| &coupling.slopes);
+        let mut all = of_contacts.chain(point.joints.iter().map(|rows| &rows.slopes));
+        all.all(|slopes| slopes.by_velocity.is_none())
+    }
+
+    /// What derivatives by velocities and spins make, then, of those by wrenches.
+    fn push_wrenches(&self, states: &[StateChange], wrenches: &mut [Wrench]) {
+        for (&body, member) in self.bodies.iter().zip(self.island.members()) {
+            let StateChange { velocity, spin, .. } = &states[body];
+            wrenches[body] = member.wrench_pulled(velocity, spin);
+        }
+    }
+}

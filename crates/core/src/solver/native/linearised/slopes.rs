@@ -1,0 +1,136 @@
+//! What the rows of a coupling and what it presses with change by, with the states at the start of the step.
+//!
+//! The motion of the rows is kept apart from the impulse that a stiff gain makes of it: products of 1/ε with a sum that nearly
+//! vanishes are formed of the sum.
+
+use crate::derivative::StateChange;
+use nalgebra::{SMatrix, Vector3, Vector6};
+
+/// Changes at fixed V⁺, by columns: of the motion along a coupling's rows (m/s), and beside what its gain makes of that, of its
+/// impulse (m/s, world) and of the torques of it on A and on B, each in its body's frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RowsChange<const C: usize> {
+    pub(super) motion: SMatrix<f64, 3, C>,
+    pub(super) impulse: SMatrix<f64, 3, C>,
+    pub(super) torques: SMatrix<f64, 6, C>,
+}
+
+impl<const C: usize> RowsChange<C> {
+    pub(super) fn zero() -> Self {
+        let three = SMatrix::zeros();
+        Self { motion: three, impulse: three, torques: SMatrix::zeros() }
+    }
+
+    /// The other way round.
+    pub(super) fn negated(&self) -> Self {
+        Self { motion: -self.motion, impulse: -self.impulse, torques: -self.torques }
+    }
+}
+
+impl RowsChange<1> {
+    /// This and `factor` times `other`.
+    pub(super) fn plus(&self, factor: f64, other: &Self) -> Self {
+        Self {
+            motion: self.motion + other.motion * factor,
+            impulse: self.impulse + other.impulse * factor,
+            torques: self.torques + other.torques * factor,
+        }
+    }
+
+    /// The sum of the products of all numbers.
+    pub(super) fn dot(&self, other: &Self) -> f64 {
+        self.motion.dot(&other.motion)
+            + self.impulse.dot(&other.impulse)
+            + self.torques.dot(&other.torques)
+    }
+}
+
+impl RowsChange<12> {
+    /// Columns from this one on.
+    pub(super) fn columns<const C: usize>(&self, column: usize) -> RowsChange<C> {
+        RowsChange {
+            motion: self.motion.fixed_columns::<C>(column).into(),
+            impulse: self.impulse.fixed_columns::<C>(column).into(),
+            torques: self.torques.fixed_columns::<C>(column).into(),
+        }
+    }
+
+    /// Sets columns from this one on.
+    pub(super) fn set<const C: usize>(&mut self, column: usize, part: &RowsChange<C>) {
+        self.motion.fixed_columns_mut::<C>(column).copy_from(&part.motion);
+        self.impulse.fixed_columns_mut::<C>(column).copy_from(&part.impulse);
+        self.torques.fixed_columns_mut::<C>(column).copy_from(&part.torques);
+    }
+}
+
+/// Of a coupling, by the states of A and B.
+#[derive(Debug, Clone)]
+pub(super) struct LinearisedSlopes {
+    /// A and B, bodies of the world.
+    pub(super) bodies: [Option<usize>; 2],
+    /// By δr (world) and δθ (body) of A and of B.
+    pub(super) by_pose: RowsChange<12>,
+    /// Of the motion and of the impulse by δv (world) and δω (body) at k of A and of B, where these have a part in it.
+    pub(super) by_velocity: Option<Box<SMatrix<f64, 6, 12>>>,
+}
+
+/// What a state has of the columns of a side.
+fn six(position: &Vector3<f64>, turn: &Vector3<f64>) -> Vector6<f64> {
+    let (r, t) = (position, turn);
+    Vector6::new(r[0], r[1], r[2], t[0], t[1], t[2])
+}
+
+impl LinearisedSlopes {
+    pub(super) fn of(bodies: [Option<usize>; 2]) -> Self {
+        Self { bodies, by_pose: RowsChange::zero(), by_velocity: None }
+    }
+
+    /// By changes of states.
+    pub(super) fn pushed(&self, states: &[StateChange]) -> RowsChange<1> {
+        let mut change = RowsChange::zero();
+        for (side, body) in self.bodies.into_iter().enumerate() {
+            let Some(state) = body.map(|body| &states[body]) else { continue };
+            let (first, pose) = (6 * side, six(&state.position, &state.turn));
+            change.motion += self.by_pose.motion.fixed_columns::<6>(first) * pose;
+            change.impulse += self.by_pose.impulse.fixed_columns::<6>(first) * pose;
+            change.torques += self.by_pose.torques.fixed_columns::<6>(first) * pose;
+            if let Some(slopes) = &self.by_velocity {
+                let faster = slopes.fixed_columns::<6>(first) * six(&state.velocity, &state.spin);
+                change.motion += faster.fixed_rows::<3>(0);
+                change.impulse += faster.fixed_rows::<3>(3);
+            }
+        }
+        change
+    }
+
+    /// By the pose of one of its bodies, and by its velocities where these have a part in it: nothing of others.
+    pub(super) fn by_state(&self, body: usize) -> Option<(RowsChange<6>, Option<RowsChange<6>>)> {
+        let first = 6 * (0..2).find(|side| self.bodies[*side] == Some(body))?;
+        let by_velocity = self.by_velocity.as_ref().map(|slopes| RowsChange {
+            motion: slopes.fixed_view::<3, 6>(0, first).into(),
+            impulse: slopes.fixed_view::<3, 6>(3, first).into(),
+            torques: SMatrix::zeros(),
+        });
+        Some((self.by_pose.columns(first), by_velocity))
+    }
+
+    /// The transpose.
+    pub(super) fn pull(&self, by: &RowsChange<1>, states: &mut [StateChange]) {
+        let RowsChange { motion, impulse, torques } = &self.by_pose;
+        for (side, body) in self.bodies.into_iter().enumerate() {
+            let Some(state) = body.map(|body| &mut states[body]) else { continue };
+            let first = 6 * side;
+            let pose: Vector6<f64> = motion.fixed_columns::<6>(first).tr_mul(&by.motion)
+                + impulse.fixed_columns::<6>(first).tr_mul(&by.impulse)
+                + torques.fixed_columns::<6>(first).tr_mul(&by.torques);
+            state.position += pose.fixed_rows::<3>(0);
+            state.turn += pose.fixed_rows::<3>(3);
+            if let Some(slopes) = &self.by_velocity {
+                let faster: Vector6<f64> = slopes.fixed_view::<3, 6>(0, first).tr_mul(&by.motion)
+                    + slopes.fixed_view::<3, 6>(3, first).tr_mul(&by.impulse);
+                state.velocity += faster.fixed_rows::<3>(0);
+                state.spin += faster.fixed_rows::<3>(3);
+            }
+        }
+    }
+}

@@ -1,0 +1,391 @@
+//! What joints hold, linearised by the states at the start of the step, by the constants of
+//! their drives, and by their anchors; gears are sums of their rows.
+//!
+//! At fixed V⁺ the impulse along row k of a joint changes by what its piece asks for (J5), with ε the compliance,
+//!
+//! ```text
+//! where it is vertical δp̂ = −(δu − δu₀)/ε,   of p = v − s u δp̂ = (δv − û δs − s δu)/(1 + ε s)        (G10)
+//! ```
+//!
+//! and the impulse acts where and how its bodies have it then. Equation numbers are those of `docs/gradients.md`.
+
+use super::constants::{add_anchors, anchors_of, unit};
+use super::geared::{LinearGear, TiedRows};
+use super::slopes::{LinearisedSlopes, RowsChange};
+use crate::derivative::{JointTangent, RowsTangent};
+use crate::joint::{Axis, AxisChange, AxisStart, JointAxis, PieceChange, Segment, at_rest};
+use crate::mechanics::State;
+use crate::solver::native::island::{Island, JointPlace};
+use crate::solver::native::law::MapPiece;
+use crate::step::Step;
+use crate::world::{Constant, World};
+use nalgebra::{Matrix3, RowSVector, SMatrix, Vector3, Vector6};
+use std::ops::Range;
+
+/// The impulse of three rows of a joint, linearised.
+#[derive(Debug, Clone)]
+pub(super) struct LinearRows {
+    /// The coupling in the island.
+    pub(super) coupling: usize,
+    pub(super) slopes: LinearisedSlopes,
+    by_time_step: RowsChange<1>,
+    /// The joint in the world, and by its anchors in A and in B.
+    joint: usize,
+    by_anchors: Option<Box<RowsChange<6>>>,
+    /// The rows' axes, and what each answers to.
+    frame: Matrix3<f64>,
+    laws: [TiedRowLaw; 3],
+}
+
+/// A row on a piece of its law.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TiedRowLaw {
+    axis: Axis,
+    start: AxisStart,
+    time_step: f64,
+    /// ℓ and M of the row's scale.
+    scale: (f64, f64),
+    /// û, or u₀ of a piece that is vertical; whether it is.
+    at: (f64, bool),
+    /// s; of what is vertical nothing.
+    slope: f64,
+    compliance: f64,
+    limit: f64,
+    slots: AxisSlots,
+}
+
+impl TiedRowLaw {
+    /// That of row k of a coupling, of an axis that begins so in a step of h (s), with ℓ and M.
+    fn new(
+        (solved, island): (&SolvedRows<'_>, &Island),
+        (coupling, k): (usize, usize),
+        (axis, start): (&Axis, &AxisStart),
+        (time_step, scale): (f64, (f64, f64)),
+        slots: AxisSlots,
+    ) -> Self {
+        let on = solved.segment(island, coupling, k);
+        let p = &solved.impulses[coupling];
+        // Where its limit is taken, compliance acts on changes alone.
+        let given = p * (solved.compliance - solved.limit);
+        let u = island.rows(coupling).column(k).dot(&(solved.points[coupling] + given));
+        Self {
+            axis: *axis,
+            start: *start,
+            time_step,
+            scale,
+            at: if on.is_vertical() { (on.u, true) } else { (u, false) },
+            slope: if on.is_vertical() { 0.0 } else { -on.dp / on.du },
+            compliance: solved.compliance,
+            limit: solved.limit,
+            slots,
+        }
+    }
+
+    /// What a change of what its graph is made of makes of the motion along it, and of the impulse beside (G10), which does not
+    /// give way where the limit is taken (G14).
+    pub(super) fn answer(&self, change: &AxisChange) -> (f64, f64) {
+        let Self { axis, start, time_step, scale, at, slope, compliance, limit, .. } = self;
+        match axis.piece_change(start, *time_step, *scale, *at, change) {
+            PieceChange::Speed(faster) => (-faster, 0.0),
+            PieceChange::Line(value, steeper) => {
+                let impulse = (value - at.0 * steeper) / (1.0 + compliance * slope);
+                (-limit * impulse, impulse)
+            }
+        }
+    }
+
+    /// The numbers of constants that are its own, as a change.
+    fn given(&self, of: &impl Fn(Constant, usize) -> f64) -> Option<AxisChange> {
+        if self.slots == AxisSlots::default() {
+            return None;
+        }
+        let number = |constant| self.places(constant).map(|place| of(constant, place)).sum();
+        let limit =
+            |side| self.slots.limits.map_or(0.0, |at| of(Constant::JointLimits, 2 * at + side));
+        Some(AxisChange {
+            friction: number(Constant::JointFriction),
+            stiffness: number(Constant::JointStiffness),
+            rest: number(Constant::JointRest),
+            damping: number(Constant::JointDamping),
+            force: number(Constant::JointForce),
+            armature: number(Constant::Armature),
+            limits: [limit(0), limit(1)],
+            target: number(Constant::MotorTarget),
+            motor_stiffness: number(Constant::MotorStiffness),
+            motor_damping: number(Constant::MotorDamping),
+            most: number(Constant::MotorMost),
+            ..AxisChange::default()
+        })
+    }
+
+    /// Its places among the numbers of a constant.
+    fn places(&self, constant: Constant) -> Range<usize> {
+        let AxisSlots { axis, motor, limits } = self.slots;
+        let found = match constant {
+            Constant::JointLimits => return limits.map_or(0..0, |at| 2 * at..2 * at + 2),
+            of if of.is_of_motors() => motor,
+            of if of.is_of_drives() => axis,
+            _ => None,
+        };
+        found.map_or(0..0, |place| place..place + 1)
+    }
+}
+
+/// Which of the world's axes that drives can act on it is, of those with a motor, and of those with limits.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct AxisSlots {
+    axis: Option<usize>,
+    motor: Option<usize>,
+    limits: Option<usize>,
+}
+
+/// The places of the axes of joints among the numbers of constants.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Slots {
+    /// Of all that have any the joint and the axis.
+    axes: Vec<(usize, JointAxis, AxisSlots)>,
+    /// How many there are of each, and of gears.
+    driven: usize,
+    motors: usize,
+    limited: usize,
+    gears: usize,
+}
+
+impl Slots {
+    pub(super) fn set(&mut self, world: &World) {
+        self.axes.clear();
+        let (mut driven, mut motors, mut limited) = (0, 0, 0);
+        for (joint, of) in world.joints().iter().enumerate() {
+            let [along, about] = of.bears();
+            let along = (0..3).map(|k| (JointAxis::Linear(k), along[k]));
+            for (axis, bears) in along.chain((0..3).map(|k| (JointAxis::Angular(k), about[k]))) {
+                let Some(drive) = of.drive(axis) else { continue };
+                let slots = AxisSlots {
+                    axis: next(bears, &mut driven),
+                    motor: next(bears && drive.motor.is_some(), &mut motors),
+                    limits: next(drive.limits.is_some(), &mut limited),
+                };
+                if slots != AxisSlots::default() {
+                    self.axes.push((joint, axis, slots));
+                }
+            }
+        }
+        (self.driven, self.motors, self.limited) = (driven, motors, limited);
+        self.gears = world.gears().len();
+    }
+
+    /// How many numbers a constant of drives or of gears has.
+    pub(super) fn width(&self, constant: Constant) -> usize {
+        match constant {
+            Constant::JointLimits => 2 * self.limited,
+            of if of.is_of_gears() => self.gears,
+            of if of.is_of_motors() => self.motors,
+            _ => self.driven,
+        }
+    }
+
+    /// Those of an axis.
+    fn of(&self, joint: usize, axis: JointAxis) -> AxisSlots {
+        let first = self.axes.partition_point(|(known, ..)| *known < joint);
+        let mut own = self.axes[first..].iter().take_while(|(known, ..)| *known == joint);
+        own.find(|(_, known, _)| *known == axis).map_or(AxisSlots::default(), |(.., slots)| *slots)
+    }
+}
+
+/// The next place, where it has one.
+fn next(has: bool, count: &mut usize) -> Option<usize> {
+    let place = has.then_some(*count);
+    *count += usize::from(has);
+    place
+}
+
+/// What of the solution the rows of an island are linearised at.
+pub(super) struct SolvedRows<'a> {
+    pub(super) pieces: &'a [MapPiece],
+    /// p̂ and u of every coupling, m/s, world.
+    pub(super) impulses: &'a [Vector3<f64>],
+    pub(super) points: &'a [Vector3<f64>],
+    pub(super) compliance: f64,
+    /// The same where its limit is taken, otherwise 0.
+    pub(super) limit: f64,
+}
+
+impl SolvedRows<'_> {
+    /// The piece of row k of a coupling.
+    fn segment(&self, island: &Island, coupling: usize, k: usize) -> Segment {
+        let MapPiece::Axes(pieces) = self.pieces[coupling] else { return Segment::NONE };
+        island.segment(coupling, k, pieces[k])
+    }
+}
+
+/// Linearises what joints and gears of an island hold; `velocity` has V⁺ of bodies of the world, `next` their states
+/// at the end.
+pub(super) fn linearise(
+    step: &Step<'_>,
+    island: &Island,
+    (solved, slots): (&SolvedRows<'_>, &Slots),
+    (velocity, next): (impl Fn(usize) -> (Vector3<f64>, Vector3<f64>), &[State]),
+    (rows, gears): (&mut Vec<LinearRows>, &mut Vec<LinearGear>),
+) {
+    rows.clear();
+    gears.clear();
+    // By their couplings.
+    let mut tangents: Vec<TiedRows> = Vec::new();
+    for place in island.joint_places() {
+        let JointPlace { joint: number, place: at_place, turn, length, angles, .. } = place;
+        let joint = &step.world.joints()[*number];
+        let bodies = [Some(joint.body()), joint.other()];
+        let h = step.world.time_step();
+        let velocities = bodies.map(|body| body.map(&velocity));
+        let tangent = JointTangent::new(joint, step.states, h, velocities);
+        let Some(at) = joint.coordinates(step.states) else { continue };
+        let starts = joint.starts_with_rates(step.states, &at, angles, h);
+        let acting = joint.acting_axes();
+        let own = [
+            at_place.map(|coupling| (coupling, 1.0, joint.linear(), &starts[0])),
+            turn.map(|coupling| (coupling, *length, &acting, &starts[1])),
+        ];
+        for (about, (coupling, length, axes, starts)) in
+            own.into_iter().enumerate().filter_map(|(about, own)| own.map(|own| (about == 1, own)))
+        {
+            let frame = *island.rows(coupling);
+            let impulse = frame.tr_mul(&(solved.impulses[coupling]))
+                + island.geared(coupling, solved.impulses);
+            let of = match about {
+                false => Some(tangent.of_place(&impulse)),
+                true => tangent.of_turn((angles, length), &impulse),
+            };
+            let Some(of) = of else { continue };
+            let law = |k: usize| {
+                let axis = if about { JointAxis::Angular(k) } else { JointAxis::Linear(k) };
+                let (at, scale) = ((coupling, k), (length, island.mass()));
+                let own = slots.of(*number, axis);
+                TiedRowLaw::new((solved, island), at, (&axes[k], &starts[k]), (h, scale), own)
+            };
+            let laws = [law(0), law(1), law(2)];
+            rows.push(LinearRows::new((coupling, *number), bodies, &of, (frame, laws)));
+            let (joint, angles) = (*number, *angles);
+            tangents.push(TiedRows { coupling, joint, angles, bodies, length, frame, of });
+        }
+    }
+    for row in island.gear_rows() {
+        let impulse = solved.impulses[row.coupling][0];
+        let law = |sum: f64| {
+            let axis = step.world.gears()[row.gear].law();
+            let scale = (step.world.time_step(), (row.length, island.mass()));
+            let at = (row.coupling, 0);
+            let none = AxisSlots::default();
+            TiedRowLaw::new((solved, island), at, (axis, &at_rest(sum)), scale, none)
+        };
+        gears.extend(LinearGear::new(&row, (&tangents, &law), (step, next, impulse)));
+    }
+}
+
+impl LinearRows {
+    fn new(
+        (coupling, joint): (usize, usize),
+        bodies: [Option<usize>; 2],
+        of: &RowsTangent,
+        (frame, laws): (Matrix3<f64>, [TiedRowLaw; 3]),
+    ) -> Self {
+        let mut slopes = LinearisedSlopes::of(bodies);
+        let (load, mut by_time_step) = (&of.load, RowsChange::<1>::zero());
+        let pose = &mut slopes.by_pose;
+        pose.motion = of.motion;
+        pose.impulse.copy_from(&load.fixed_rows::<3>(0));
+        pose.torques.copy_from(&load.fixed_rows::<6>(3));
+        let mut by_anchors = of.anchors.as_ref().map(|anchors| {
+            let (motion, torques) = (anchors.motion, anchors.torques);
+            Box::new(RowsChange { motion, impulse: SMatrix::zeros(), torques })
+        });
+        let mut by_velocity = of.rates.as_ref().map(|_| Box::new(SMatrix::<f64, 6, 12>::zeros()));
+        for (k, law) in laws.iter().enumerate() {
+            let unit = AxisChange::default();
+            // Adds rows, by columns, of which a change of one makes this answer.
+            let mut add = |(motion, impulse): (f64, f64), by: RowSVector<f64, 12>, longer: f64| {
+                let mut row = pose.motion.row_mut(k);
+                row += by * motion;
+                pose.impulse += frame.column(k) * (by * impulse);
+                by_time_step.motion[k] += longer * motion;
+                by_time_step.impulse += frame.column(k) * (longer * impulse);
+            };
+            let by_coordinate = law.answer(&AxisChange { coordinate: 1.0, ..unit });
+            add(by_coordinate, of.coordinates.row(k).into(), 0.0);
+            add((1.0, 0.0), RowSVector::zeros(), of.by_time_step[k]);
+            add(law.answer(&AxisChange { time_step: 1.0, ..unit }), RowSVector::zeros(), 1.0);
+            if let (Some(of), Some(slopes)) = (&of.anchors, &mut by_anchors) {
+                for (unit, by) in [
+                    (AxisChange { coordinate: 1.0, ..unit }, of.coordinates.row(k)),
+                    (AxisChange { rate: 1.0, ..unit }, of.rates.row(k)),
+                ] {
+                    let (motion, impulse) = law.answer(&unit);
+                    let mut row = slopes.motion.row_mut(k);
+                    row += by * motion;
+                    slopes.impulse += frame.column(k) * (by * impulse);
+                }
+            }
+            if let (Some(rates), Some(slopes)) = (&of.rates, &mut by_velocity) {
+                let (motion, impulse) = law.answer(&AxisChange { rate: 1.0, ..unit });
+                add((motion, impulse), rates.by_poses.row(k).into(), rates.by_time_step[k]);
+                let by = rates.by_velocities.row(k);
+                let mut row = slopes.row_mut(k);
+                row += by * motion;
+                let mut part = slopes.fixed_rows_mut::<3>(3);
+                part += frame.column(k) * (by * impulse);
+            }
+        }
+        slopes.by_velocity = by_velocity;
+        Self { coupling, slopes, by_time_step, joint, by_anchors, frame, laws }
+    }
+
+    /// By changes of constants.
+    pub(super) fn by_constants(&self, of: &impl Fn(Constant, usize) -> f64) -> RowsChange<1> {
+        let mut change = RowsChange::zero().plus(of(Constant::TimeStep, 0), &self.by_time_step);
+        for (k, law) in self.laws.iter().enumerate() {
+            let Some((motion, impulse)) = law.given(of).map(|given| law.answer(&given)) else {
+                continue;
+            };
+            change.motion[k] += motion;
+            change.impulse += self.frame.column(k) * impulse;
+        }
+        if let Some(slopes) = &self.by_anchors {
+            let moved = anchors_of(self.joint, of);
+            if moved != Vector6::zeros() {
+                change.motion += slopes.motion * moved;
+                change.impulse += slopes.impulse * moved;
+                change.torques += slopes.torques * moved;
+            }
+        }
+        change
+    }
+
+    /// The transpose.
+    pub(super) fn pull_constants(
+        &self,
+        by: &RowsChange<1>,
+        constants: &[Constant],
+        sums: &mut [Vec<f64>],
+    ) {
+        let along = self.frame.tr_mul(&by.impulse);
+        for (&constant, sums) in constants.iter().zip(sums) {
+            if constant == Constant::TimeStep {
+                sums[0] += by.dot(&self.by_time_step);
+            }
+            if let (Constant::Anchor, Some(slopes)) = (constant, &self.by_anchors) {
+                let moved = slopes.motion.tr_mul(&by.motion)
+                    + slopes.impulse.tr_mul(&by.impulse)
+                    + slopes.torques.tr_mul(&by.torques);
+                add_anchors(self.joint, &moved, sums);
+            }
+            for (k, law) in self.laws.iter().enumerate() {
+                for place in law.places(constant) {
+                    let given = law.given(&unit(constant, place));
+                    let Some((motion, impulse)) = given.map(|given| law.answer(&given)) else {
+                        continue;
+                    };
+                    sums[place] += by.motion[k] * motion + along[k] * impulse;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,345 @@
+//! A body in the equations of a step: its constants, and how it moves without couplings.
+//!
+//! Equation numbers are those of `docs/native-solver.md`.
+
+use super::equations::Velocity;
+use super::tolerances::{LARGE_TURN, TURN_GAIN};
+use super::turning::BodyTurning;
+use crate::mechanics::quaternion::rotation;
+use crate::mechanics::{Rotation, Wrench};
+use crate::step::Step;
+use nalgebra::{Matrix3, Matrix6, RowVector3, Vector3, Vector6};
+
+/// What may change of a body by itself.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BodyGiven {
+    /// δv, m/s, world, and δω, rad/s, body, at k.
+    pub(super) velocity: Vector3<f64>,
+    pub(super) spin: Vector3<f64>,
+    pub(super) wrench: Wrench,
+    /// δg, m/s².
+    pub(super) gravity: Vector3<f64>,
+    /// δm, kg.
+    pub(super) mass: f64,
+    /// δI, kg m².
+    pub(super) inertia: Matrix3<f64>,
+    /// δh, s.
+    pub(super) time_step: f64,
+}
+
+impl BodyGiven {
+    pub(super) fn nothing() -> Self {
+        let zero = Vector3::zeros();
+        Self {
+            velocity: zero,
+            spin: zero,
+            wrench: Wrench::zero(),
+            gravity: zero,
+            mass: 0.0,
+            inertia: Matrix3::zeros(),
+            time_step: 0.0,
+        }
+    }
+}
+
+/// One body of an island.
+#[derive(Debug, Clone)]
+pub(super) struct IslandBody {
+    /// h, s.
+    time_step: f64,
+    /// By which equation it turns.
+    form: Rotation,
+    /// Whether the gyroscopic term of that equation is nothing.
+    turns_alike: bool,
+    /// ℓ, m.
+    reach: f64,
+    /// r at step k.
+    pub(super) position: Vector3<f64>,
+    /// A(q) at step k, body → world.
+    pub(super) rotation: Matrix3<f64>,
+    /// V of free flight, and at step k.
+    pub(super) free: Velocity,
+    old: Velocity,
+    /// Î = I/m, m².
+    inertia: Matrix3<f64>,
+    /// Î⁻¹.
+    pub(super) inertia_inverse: Matrix3<f64>,
+    /// h τ/m of the external torque, m²/s.
+    pub(super) torque_impulse: Vector3<f64>,
+    /// M/m, M being the mass that impulses are divided by.
+    pub(super) share: f64,
+    /// m, kg.
+    mass: f64,
+}
+
+impl IslandBody {
+    /// Room for one.
+    pub(super) fn room() -> Self {
+        let (zero, nothing) = (Vector3::zeros(), Velocity::zero());
+        let unit = Matrix3::identity();
+        Self {
+            time_step: 0.0,
+            form: Rotation::Momentum,
+            turns_alike: false,
+            reach: 0.0,
+            position: zero,
+            rotation: unit,
+            free: nothing,
+            old: nothing,
+            inertia: unit,
+            inertia_inverse: unit,
+            torque_impulse: zero,
+            share: 1.0,
+            mass: 1.0,
+        }
+    }
+
+    /// Body `index` of a step, with impulses divided by `mass` (kg).
+    #[inline(always)]
+    pub(super) fn new(step: &Step<'_>, index: usize, mass: f64) -> Self {
+        let (state, free) = (&step.states[index], &step.free[index]);
+        let (body, form) = (&step.world.bodies()[index], step.world.rotation());
+        let time_step = step.world.time_step();
+        Self {
+            time_step,
+            form,
+            turns_alike: form == Rotation::Tutorial && body.is_isotropic(),
+            reach: body.reach(),
+            position: state.position,
+            rotation: rotation(&state.attitude),
+            free: Velocity { linear: free.velocity, spin: free.spin },
+            old: Velocity { linear: state.velocity, spin: state.spin },
+            inertia: *body.specific_inertia(),
+            inertia_inverse: *body.specific_inertia_inverse(),
+            torque_impulse: step.wrenches[index].torque * (time_step / body.mass()),
+            share: mass / body.mass(),
+            mass: body.mass(),
+        }
+    }
+
+    /// The speed of its points before any impulse, m/s.
+    pub(super) fn speed(&self) -> f64 {
+        self.free.linear.norm() + self.free.spin.norm() * self.reach
+    }
+
+    /// An angular residual of (N1) as the speed of a point at the body's reach, m/s.
+    pub(super) fn as_speed(&self, angular: &Vector3<f64>) -> Vector3<f64> {
+        self.inertia_inverse * angular * self.reach
+    }
+
+    /// Î (ω⁺ − ω), m²/s.
+    #[inline]
+    pub(super) fn turned(&self, spin: &Vector3<f64>) -> Vector3<f64> {
+        self.inertia * (spin - self.old.spin)
+    }
+
+    /// h Ĝ(ω, ω⁺), m²/s; `None` where it is nothing.
+    #[inline]
+    pub(super) fn gyroscopic(&self, spin: &Vector3<f64>) -> Option<Vector3<f64>> {
+        let (h, old) = (self.time_step, &self.old.spin);
+        (!self.turns_alike).then(|| h * self.form.gyroscopic(&self.inertia, old, spin, h))
+    }
+
+    /// ∂(angular part)/∂ω⁺ = Î + h ∂Ĝ/∂ω⁺.
+    pub(super) fn angular_slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
+        if self.turns_alike {
+            return self.inertia;
+        }
+        let h = self.time_step;
+        self.inertia + h * self.form.gyroscopic_slope(&self.inertia, spin, h)
+    }
+
+    /// What changes of the body, of its state at k and of what acts on it from outside make of the right-hand
+    /// sides of its equations of motion (N1), each over its mass:
+    ///
+    /// ```text
+    /// rhs_v = δv + h/m δF + h δg + (F/m + g) δh − (v⁺ − v − h g) δm/m
+    /// rhs_ω = (∂P⁻/∂ω δω + h δτ + (τ + ∂P⁻/∂h − ∂P⁺/∂h) δh − P⁺(δI, ω⁺) + P⁻(δI, ω))/m      (G3)
+    /// ```
+    pub(super) fn change(
+        &self,
+        velocity: &Velocity,
+        given: &BodyGiven,
+        gravity: &Vector3<f64>,
+    ) -> Vector6<f64> {
+        let (h, old, new) = (self.time_step, &self.old, &velocity.spin);
+        let BodyGiven {
+            velocity: faster,
+            spin,
+            wrench,
+            gravity: heavier,
+            mass,
+            inertia,
+            time_step,
+        } = given;
+        let pushed = velocity.linear - old.linear - h * gravity;
+        let outside = (self.free.linear - old.linear) / h;
+        let linear = faster + wrench.force * (h / self.mass) + heavier * h + outside * *time_step
+            - pushed * (mass / self.mass);
+        let slope = self.form.momentum_slope(&self.inertia, &old.spin, h) * spin;
+        let longer = self.torque_impulse / h
+            + self.form.momentum_rate(&self.inertia, &old.spin, h, -1.0)
+            - self.form.momentum_rate(&self.inertia, new, h, 1.0);
+        let zero = Vector3::zeros();
+        let after = inertia * new + self.form.gyroscopic(inertia, &zero, new, h) * h;
+        let before = self.form.momentum(inertia, &old.spin, h);
+        let angular = slope
+            + wrench.torque * (h / self.mass)
+            + longer * *time_step
+            + (before - after) / self.mass;
+        let mut both = Vector6::zeros();
+        both.fixed_rows_mut::<3>(0).copy_from(&linear);
+        both.fixed_rows_mut::<3>(3).copy_from(&angular);
+        both
+    }
+
+    /// The same by the velocities at k alone, as columns of v and ω; of the place and the turn they are zero.
+    pub(super) fn change_by_velocity(&self) -> Matrix6<f64> {
+        let slope = self.form.momentum_slope(&self.inertia, &self.old.spin, self.time_step);
+        let mut columns = Matrix6::identity();
+        columns.fixed_view_mut::<3, 3>(3, 3).copy_from(&slope);
+        columns
+    }
+
+    /// The transpose, as far as the state at k and the wrench go: derivatives by v, ω, F and τ, of those by the
+    /// right-hand sides.
+    pub(super) fn change_pulled(&self, rhs: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>, Wrench) {
+        let (linear, angular) = (rhs.fixed_rows::<3>(0), rhs.fixed_rows::<3>(3).into_owned());
+        let slope = self.form.momentum_slope(&self.inertia, &self.old.spin, self.time_step);
+        let per_mass = self.time_step / self.mass;
+        let wrench = Wrench { force: linear * per_mass, torque: angular * per_mass };
+        (linear.into(), slope.tr_mul(&angular), wrench)
+    }
+
+    /// Derivatives by F and τ, of those by v and ω where these act by the momentum alone.
+    #[cfg(feature = "save")]
+    pub(super) fn wrench_pulled(&self, velocity: &Vector3<f64>, spin: &Vector3<f64>) -> Wrench {
+        let slope = self.form.momentum_slope(&self.inertia, &self.old.spin, self.time_step);
+        let per_mass = self.time_step / self.mass;
+        // Of a body at rest the slope is its inertia over its mass.
+        let angular = slope.transpose().lu().solve(spin).unwrap_or_default();
+        Wrench { force: velocity * per_mass, torque: angular * per_mass }
+    }
+
+    /// What a unit impulse along the rows of a joint makes of their speed by this body, each by itself: the columns of
+    /// `torques` are what it turns the body with, t_k.
+    ///
+    /// ```text
+    /// w_k = M/m (1 + t_k·Î⁻¹ t_k);   without the 1 where it is a torque alone
+    /// ```
+    pub(super) fn response(&self, torques: &Matrix3<f64>, pushes: bool) -> Vector3<f64> {
+        let along = if pushes { 1.0 } else { 0.0 };
+        let turned = self.inertia_inverse * torques;
+        Vector3::from_fn(|k, _| self.share * (along + torques.column(k).dot(&turned.column(k))))
+    }
+
+    /// The kinetic energy over the mass (35), but for what is constant, m²/s².
+    pub(super) fn energy(&self, velocity: &Velocity) -> f64 {
+        let momentum = self.form.momentum(&self.inertia, &velocity.spin, self.time_step);
+        0.5 * (velocity.linear.norm_squared() + momentum.dot(&(self.inertia_inverse * momentum)))
+    }
+
+    /// The work of gravity and of the external wrench over the mass, on the mean of the velocities
+    /// before and after (32), m²/s².
+    pub(super) fn work_from_outside(&self, velocity: &Velocity) -> f64 {
+        let Self { free, old, torque_impulse, .. } = self;
+        let along = (free.linear - old.linear).dot(&(old.linear + velocity.linear));
+        0.5 * (along + torque_impulse.dot(&(old.spin + velocity.spin)))
+    }
+
+    /// The velocities at step k.
+    pub(super) fn old(&self) -> &Velocity {
+        &self.old
+    }
+
+    /// How far a velocity is from that at step k, as the speed of its points, m/s.
+    pub(super) fn way_from_old(&self, velocity: &Velocity) -> f64 {
+        self.way(&self.old, velocity)
+    }
+
+    /// The same from any velocity.
+    pub(super) fn way(&self, from: &Velocity, to: &Velocity) -> f64 {
+        let turned = (to.spin - from.spin).amax() * self.reach;
+        (to.linear - from.linear).amax().max(turned)
+    }
+
+    /// By how much it turns and moves otherwise in the step, in parts of a radian and of its reach.
+    pub(super) fn turns_by(&self, from: &Velocity, to: &Velocity) -> f64 {
+        self.way(from, to) * self.time_step / self.reach
+    }
+
+    /// How its points turn in a step that ends with a `spin`.
+    pub(super) fn turning(&self, spin: Vector3<f64>) -> BodyTurning {
+        BodyTurning::new(&self.rotation, spin, self.time_step)
+    }
+
+    /// The same, and how its frame turns back.
+    #[inline]
+    pub(super) fn set_turnings(
+        &self,
+        spin: &Vector3<f64>,
+        both: (&mut BodyTurning, &mut BodyTurning),
+    ) {
+        BodyTurning::set_there_and_back(&self.rotation, spin, self.time_step, both);
+    }
+
+    /// v⁺ + Gᵀ ω̃⁺ (eq. 29): how the point with this torque map moves after the impulses.
+    pub(super) fn departing(&self, velocity: &Velocity, torque_map: &Matrix3<f64>) -> Vector3<f64> {
+        let inertia = (&self.inertia, &self.inertia_inverse);
+        let spin = self.form.departing_spin(inertia, &velocity.spin, self.time_step);
+        velocity.linear + torque_map.tr_mul(&spin)
+    }
+
+    /// nᵀ ∂/∂ω⁺ of that.
+    pub(super) fn departing_slope(
+        &self,
+        velocity: &Velocity,
+        torque_map: &Matrix3<f64>,
+        normal: &Vector3<f64>,
+    ) -> RowVector3<f64> {
+        let inertia = (&self.inertia, &self.inertia_inverse);
+        let slope = self.form.departing_slope(inertia, &velocity.spin, self.time_step);
+        (torque_map * normal).tr_mul(&slope)
+    }
+
+    /// Makes the spin and the velocity what they were where they changed by at most `exact` (m/s).
+    pub(super) fn keep(&self, exact: f64, velocity: &mut Velocity) {
+        let old = &self.old;
+        if (velocity.spin - old.spin).amax() * self.reach <= exact {
+            velocity.spin = old.spin;
+        }
+        if (velocity.linear - old.linear).amax() <= exact {
+            velocity.linear = old.linear;
+        }
+    }
+
+    /// The same for the part of the velocity along a normal.
+    pub(super) fn keep_along(&self, normal: &Vector3<f64>, exact: f64, velocity: &mut Velocity) {
+        let along = normal.dot(&(velocity.linear - self.old.linear));
+        if along.abs() <= exact {
+            velocity.linear -= normal * along;
+        }
+    }
+
+    /// Whether the velocities were at most `rest` (m/s) and are.
+    pub(super) fn is_slow(&self, rest: f64, velocity: &Velocity) -> bool {
+        let slow = |velocity: &Velocity| {
+            velocity.linear.amax().max(velocity.spin.amax() * self.reach) <= rest
+        };
+        slow(velocity) && slow(&self.old)
+    }
+
+    /// Makes them zero where they are so slow.
+    pub(super) fn rest(&self, rest: f64, velocity: &mut Velocity) {
+        if self.is_slow(rest, velocity) {
+            *velocity = Velocity::zero();
+        }
+    }
+
+    /// Whether it turns by more than a large angle in the step, and by more than a multiple of what it
+    /// came with.
+    pub(super) fn turns_too_far(&self, velocity: &Velocity) -> bool {
+        let turn = self.time_step * velocity.spin.norm();
+        turn > LARGE_TURN && turn > TURN_GAIN * self.time_step * self.old.spin.norm()
+    }
+}

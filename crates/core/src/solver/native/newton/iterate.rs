@@ -1,0 +1,190 @@
+//! A point of the iteration, and its residuals.
+//!
+//! Equation numbers are those of `docs/native-solver.md`.
+
+use crate::solver::native::equations::{Equations, MapResidual, Velocities, reserve};
+use crate::solver::native::law::{Factored, MapPiece, NaturalMap, Projection};
+use nalgebra::Vector3;
+
+/// A point of the iteration.
+#[derive(Debug, Clone)]
+pub(in super::super) struct Iterate<E: Equations> {
+    pub(in super::super) velocity: E::Velocity,
+    /// p̂ of every coupling, m/s, world.
+    pub(in super::super) impulses: Vec<Vector3<f64>>,
+    /// u of every coupling (N2), kept from the last evaluation; without shifts.
+    pub(super) points: Vec<Vector3<f64>>,
+    /// The arguments of every coupling's projections, for the map evaluated last.
+    pub(super) pulls: Vec<Projection>,
+    /// The residual of the equations of motion, which no map of the laws changes.
+    pub(super) motion: MapResidual,
+    /// The map evaluated last, and the residual.
+    pub(super) map: NaturalMap,
+    pub(super) residual: MapResidual,
+    /// ε D p̂_0 of every coupling, m/s, where the compliance acts on changes from impulses p̂_0
+    /// (N13); empty otherwise.
+    pub(super) shifts: Vec<Vector3<f64>>,
+    pub(super) scratch: E::Scratch,
+}
+
+impl<E: Equations> Iterate<E> {
+    pub(in super::super) fn new() -> Self {
+        Self {
+            velocity: E::Velocity::empty(),
+            impulses: Vec::new(),
+            points: Vec::new(),
+            pulls: Vec::new(),
+            motion: MapResidual::default(),
+            map: NaturalMap::EXACT,
+            residual: MapResidual::default(),
+            shifts: Vec::new(),
+            scratch: E::Scratch::default(),
+        }
+    }
+
+    pub(in super::super) fn reserve(&mut self, contacts: usize) {
+        reserve(&mut self.impulses, contacts);
+        reserve(&mut self.points, contacts);
+        reserve(&mut self.pulls, contacts);
+        reserve(&mut self.shifts, contacts);
+    }
+
+    /// The largest speed of a row that an impulse holds, m/s; of the last residual's point.
+    pub(in super::super) fn held_speed(&self, equations: &E) -> f64 {
+        self.pulls.iter().map(|pull| pull.held_speed(equations.graphs())).fold(0.0, f64::max)
+    }
+
+    /// How far every coupling is from the next piece of its law, m/s; of the last evaluation.
+    pub(in super::super) fn margins(&self, equations: &E) -> impl Iterator<Item = f64> {
+        self.pulls.iter().map(|pull| pull.clearance(equations.graphs()))
+    }
+
+    /// At least so many rows are held wherever they are, of the last evaluation.
+    pub(in super::super) fn stiff_rows(&self, equations: &E) -> usize {
+        let rows = |pull: &Projection| pull.stiff_rows(&self.map, equations.graphs());
+        self.pulls.iter().map(rows).sum()
+    }
+
+    /// The gain of coupling `index` on a piece in its factors, with ε = `compliance`; of the last evaluation.
+    pub(in super::super) fn factored(
+        &self,
+        equations: &E,
+        (index, piece): (usize, MapPiece),
+        compliance: f64,
+    ) -> Factored {
+        let of = (&equations.couplings()[index].rows, equations.graphs());
+        self.pulls[index].factored(piece, of, compliance)
+    }
+
+    /// u of every coupling, m/s, of the last evaluation.
+    pub(in super::super) fn points(&self) -> &[Vector3<f64>] {
+        &self.points
+    }
+
+    /// Evaluates u of every coupling.
+    pub(in super::super) fn evaluate_points(&mut self, equations: &E) {
+        equations.set_points(&self.velocity, &mut self.scratch, &mut self.points);
+    }
+
+    /// Has the compliance of `map` act on changes from the impulses alone (N13), from here on.
+    pub(in super::super) fn keep_impulses(&mut self, equations: &E, map: &NaturalMap) {
+        let contacts = self.impulses.iter().zip(equations.couplings());
+        self.shifts.clear();
+        self.shifts.extend(
+            contacts.map(|(impulse, contact)| map.compliance * contact.rows.given(impulse)),
+        );
+    }
+
+    /// Has it act on the impulses again, in what is evaluated from here on.
+    pub(in super::super) fn forget_impulses(&mut self) {
+        self.shifts.clear();
+    }
+
+    pub(in super::super) fn is_finite(&self) -> bool {
+        let impulses = self.impulses.iter().flatten();
+        self.velocity.is_finite() && impulses.into_iter().all(|number| number.is_finite())
+    }
+
+    pub(in super::super) fn copy_from(&mut self, other: &Self) {
+        self.velocity.copy_from(&other.velocity);
+        self.impulses.clear();
+        self.impulses.extend_from_slice(&other.impulses);
+        self.points.clear();
+        self.points.extend_from_slice(&other.points);
+        self.pulls.clear();
+        self.pulls.extend_from_slice(&other.pulls);
+        self.motion = other.motion;
+        self.map = other.map;
+        self.residual = other.residual;
+    }
+}
+
+/// The residual of the law without compliance, m/s.
+pub(in super::super) fn exact_residual<E: Equations>(
+    equations: &E,
+    iterate: &mut Iterate<E>,
+) -> f64 {
+    evaluate(equations, &NaturalMap::EXACT, iterate).largest
+}
+
+/// The equations of motion (N1) and the natural map (N4) at a point, all as velocities.
+pub(in super::super) fn evaluate<E: Equations>(
+    equations: &E,
+    map: &NaturalMap,
+    iterate: &mut Iterate<E>,
+) -> MapResidual {
+    let Iterate { velocity, impulses, points, scratch, motion, .. } = &mut *iterate;
+    *motion = equations.motion_residual(velocity, impulses, scratch);
+    equations.set_points(velocity, scratch, points);
+    evaluate_again(equations, map, iterate)
+}
+
+/// The same for another law at the point that was evaluated last.
+pub(in super::super) fn evaluate_again<E: Equations>(
+    equations: &E,
+    map: &NaturalMap,
+    iterate: &mut Iterate<E>,
+) -> MapResidual {
+    if !iterate.shifts.is_empty() {
+        return evaluate_shifted(equations, map, iterate);
+    }
+    let (mut size, graphs) = (iterate.motion, equations.graphs());
+    iterate.map = *map;
+    iterate.pulls.clear();
+    let couplings = equations.couplings().iter().zip(&iterate.impulses).zip(&iterate.points);
+    for ((coupling, impulse), u) in couplings {
+        let (pull, missed) = coupling.evaluated((map, graphs), u, impulse);
+        iterate.pulls.push(pull);
+        size.add(&missed);
+    }
+    if !size.squared.is_finite() {
+        // A maximum drops NaN; a sum does not.
+        size.largest = f64::INFINITY;
+    }
+    iterate.residual = size;
+    size
+}
+
+/// The same where compliance acts on changes: a function of its own, so that what has none pays for none.
+#[inline(never)]
+fn evaluate_shifted<E: Equations>(
+    equations: &E,
+    map: &NaturalMap,
+    iterate: &mut Iterate<E>,
+) -> MapResidual {
+    let (mut size, graphs) = (iterate.motion, equations.graphs());
+    iterate.map = *map;
+    iterate.pulls.clear();
+    let points = iterate.points.iter().zip(&iterate.shifts);
+    let couplings = equations.couplings().iter().zip(&iterate.impulses).zip(points);
+    for ((coupling, impulse), (u, shift)) in couplings {
+        let (pull, missed) = coupling.evaluated((map, graphs), &(*u - *shift), impulse);
+        iterate.pulls.push(pull);
+        size.add(&missed);
+    }
+    if !size.squared.is_finite() {
+        size.largest = f64::INFINITY;
+    }
+    iterate.residual = size;
+    size
+}

@@ -1,0 +1,118 @@
+//! How the touching point of two bodies moves in a step, and how that depends on their velocities.
+//!
+//! Equation numbers are those of `docs/native-solver.md`.
+
+use super::coupling::{Coupling, Lever};
+use super::equations::Velocity;
+use super::fixed_motion::rolling;
+use super::turning::BodyTurning;
+use nalgebra::{ArrayStorage, Matrix3, Matrix3x6, Vector3, Vector6};
+
+/// The motion of a pair's touching point, seen from B.
+///
+/// With s⁺ = r_A⁺ + A_A⁺ a − r_B⁺ and the sweeps K (see [`BodyTurning`]) of A and of B backwards,
+///
+/// ```text
+/// A_B (w⁺ − w)/h = v_A − v_B + A_A K_A a + A_B K_B(−ω_B) A_Bᵀ s⁺            (N10)
+/// ```
+///
+/// of the middle of a feature rounded by ρ; to it comes −ρ (A_A ω_A − A_B ω_B) × n.
+pub(super) struct PairMotion<'a> {
+    coupling: &'a Coupling,
+    /// A(q) of A and of B, body → world.
+    rotations: (&'a Matrix3<f64>, &'a Matrix3<f64>),
+    a: &'a BodyTurning,
+    b: &'a BodyTurning,
+    time_step: f64,
+    /// v_A − v_B + A_A K_A a.
+    relative: Vector3<f64>,
+    /// A_Bᵀ s⁺.
+    seen: Vector3<f64>,
+}
+
+impl<'a> PairMotion<'a> {
+    /// The pair of a coupling over a step of `time_step` (s): `arm` is r_A + A_A a − r_B at its start
+    /// (m, world), `apart` v_A − v_B at its end, `rotations` those of A and B at its start,
+    /// `turnings` how A turns and B's frame turns back.
+    pub(super) fn new(
+        coupling: &'a Coupling,
+        arm: &Vector3<f64>,
+        apart: &Vector3<f64>,
+        rotations: (&'a Matrix3<f64>, &'a Matrix3<f64>),
+        (a, b): (&'a BodyTurning, &'a BodyTurning),
+        time_step: f64,
+    ) -> Self {
+        let relative = apart + a.swept(&coupling.lever.centre);
+        let seen = rotations.1.tr_mul(&(arm + time_step * relative));
+        Self { coupling, rotations, a, b, time_step, relative, seen }
+    }
+
+    /// u (N2).
+    pub(super) fn u(&self) -> Vector3<f64> {
+        let (normal, radius) = (&self.coupling.rows.normal(), self.coupling.lever.radius);
+        let mut u = self.relative + self.b.swept(&self.seen);
+        if radius > 0.0 {
+            // B turns back with −ω_B.
+            u -= radius * (self.a.spin_world() + self.b.spin_world()).cross(normal);
+        }
+        u + self.coupling.offset
+    }
+
+    /// ∂u/∂(v_A, ω_A) and ∂u/∂(v_B, ω_B). With L = E + h A_B K_B(−ω_B) A_Bᵀ,
+    ///
+    /// ```text
+    /// ∂u/∂v_A = L,   ∂u/∂ω_A = L S_A(a),   ∂u/∂v_B = −L,   ∂u/∂ω_B = −S_B(A_Bᵀ s⁺)  (N11)
+    /// ```
+    ///
+    /// with S(c) = ∂(A K c)/∂ω; to the spins' come ±ρ [n]× A.
+    pub(super) fn slopes(&self) -> (Matrix3x6<f64>, Matrix3x6<f64>) {
+        let Lever { centre, arm, radius, .. } = &self.coupling.lever;
+        let normal = &self.coupling.rows.normal();
+        let (of_a, of_b) = self.rotations;
+        let back = self.b.sweep() * of_b.transpose() * self.time_step;
+        let seen_from = Matrix3::identity() + back;
+        let swept = self.a.swept(centre);
+        let turned = -of_a * centre.cross_matrix();
+        let mut by_a = seen_from * self.a.slope(of_a, centre, arm, turned, &swept);
+        let mut by_b = -self.b.slope_of(of_b, &self.seen);
+        if *radius > 0.0 {
+            by_a += rolling(normal, *radius, of_a);
+            by_b -= rolling(normal, *radius, of_b);
+        }
+        (beside(&seen_from, &by_a), beside(&-seen_from, &by_b))
+    }
+}
+
+/// (L, R).
+pub(super) fn beside(left: &Matrix3<f64>, right: &Matrix3<f64>) -> Matrix3x6<f64> {
+    let mut both = Matrix3x6::zeros();
+    both.fixed_view_mut::<3, 3>(0, 0).copy_from(left);
+    both.fixed_view_mut::<3, 3>(0, 3).copy_from(right);
+    both
+}
+
+/// ∂u/∂V of a coupling of two bodies of an island at most, for each of them: its place, and the slope.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PairSlope {
+    pub(super) a: (usize, Matrix3x6<f64>),
+    pub(super) b: Option<(usize, Matrix3x6<f64>)>,
+}
+
+impl PairSlope {
+    /// That of a row that no velocity moves.
+    pub(super) const NONE: Self =
+        Self { a: (0, Matrix3x6::from_array_storage(ArrayStorage([[0.0; 3]; 6]))), b: None };
+
+    #[inline]
+    pub(super) fn point_step(&self, change: &[Velocity]) -> Vector3<f64> {
+        let by = |(index, slope): &(usize, Matrix3x6<f64>)| slope * stacked(&change[*index]);
+        by(&self.a) + self.b.as_ref().map_or(Vector3::zeros(), by)
+    }
+}
+
+/// (δv, δω).
+#[inline]
+pub(super) fn stacked(velocity: &Velocity) -> Vector6<f64> {
+    let (v, w) = (&velocity.linear, &velocity.spin);
+    Vector6::new(v[0], v[1], v[2], w[0], w[1], w[2])
+}

@@ -1,0 +1,364 @@
+//! The problem of one island: its equations, of one body or of several, and their solution.
+
+use super::ContactPiece;
+use super::descent::{Descent, DescentOutcome, Known};
+use super::effort::SolveEffort;
+use super::equations::{Equations, Velocity, reserve};
+use super::island::Island;
+use super::islands::{IslandParts, IslandView};
+use super::policy::StartMethod;
+use super::single::Single;
+use crate::contact::Contact;
+use crate::error::Error;
+use crate::mechanics::State;
+use crate::mechanics::quaternion::advance;
+use crate::step::{Step, StepSolution};
+use crate::world::World;
+use nalgebra::Vector3;
+
+/// The memory of an island's problem. What it keeps from step to step, the order of elimination above
+/// all, is of the island that it served last.
+#[derive(Debug, Clone, Default)]
+pub(super) struct IslandPart {
+    /// The island that it serves in this step, by its number, and the first body of the last one.
+    island: Option<usize>,
+    first: Option<usize>,
+    alone: Option<Box<IslandProblem<Single>>>,
+    together: Option<Box<IslandProblem<Island>>>,
+    /// The body that the last solve was of, where it was solved alone.
+    only: Option<usize>,
+    ended: PartResult,
+}
+
+/// How well an island is to be solved.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PartRequest {
+    /// A residual that is no failure, m/s.
+    pub(super) accepted: f64,
+    /// How many times the usual residual it may have.
+    pub(super) loosened: f64,
+    /// Whether a crowd may be solved [roughly](Known::roughly).
+    pub(super) roughly: bool,
+}
+
+/// How the last solve of an island ended.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PartResult {
+    pub(super) outcome: DescentOutcome,
+    pub(super) iterations: u32,
+}
+
+/// Nothing was solved.
+impl Default for PartResult {
+    fn default() -> Self {
+        let outcome = DescentOutcome {
+            solved: false,
+            start: StartMethod::Previous,
+            selected: false,
+            retried: false,
+            rough: false,
+        };
+        Self { outcome, iterations: 0 }
+    }
+}
+
+#[derive(Debug, Clone)]
+struct IslandProblem<E: Equations> {
+    equations: E,
+    descent: Descent<E>,
+    /// p̂ of the last step.
+    previous: Vec<Vector3<f64>>,
+    /// p̂ as found in this step before.
+    found: Vec<Vector3<f64>>,
+    /// How many contacts there is room for.
+    room: usize,
+}
+
+impl<E: Equations> IslandProblem<E> {
+    fn new(equations: E) -> Self {
+        Self {
+            equations,
+            descent: Descent::new(),
+            previous: Vec::new(),
+            found: Vec::new(),
+            room: 0,
+        }
+    }
+
+    /// Room for so many contacts.
+    fn reserve(&mut self, contacts: usize) {
+        if contacts > self.room {
+            self.room = contacts;
+            self.descent.reserve(contacts);
+            reserve(&mut self.previous, contacts);
+            reserve(&mut self.found, contacts);
+        }
+    }
+
+    /// Solves from the impulses of the last step, over the mass `mass` (kg), or from those found in this one.
+    fn solve(
+        &mut self,
+        step: &Step<'_>,
+        island: &IslandView<'_>,
+        mass: f64,
+        asked: PartRequest,
+        effort: &mut SolveEffort<'_>,
+    ) -> DescentOutcome {
+        let to_impulse = step.world.time_step() / mass;
+        self.reserve(island.contacts.len() + 2 * island.joints.len() + island.gears.len());
+        self.previous.clear();
+        let before = island.contacts.iter().map(|&place| island.known.before[place] * to_impulse);
+        self.previous.extend(before);
+        self.equations.extend_previous(step, &mut self.previous);
+        self.found.clear();
+        let found = island.found.map(|found| {
+            self.found.extend(island.contacts.iter().map(|&place| found[place] * to_impulse));
+            self.equations.extend_previous(step, &mut self.found);
+            &self.found[..]
+        });
+        self.equations.foresee(step, island, &self.previous);
+        let known = Known { previous: &self.previous, found, roughly: asked.roughly };
+        self.descent.solve(&mut self.equations, known, asked.accepted, effort)
+    }
+
+    /// Writes the piece that every contact of the island is on.
+    fn write_pieces(&self, island: &IslandView<'_>, pieces: &mut [ContactPiece]) {
+        for (&place, (piece, margin)) in
+            island.contacts.iter().zip(self.descent.pieces(&self.equations))
+        {
+            pieces[place] = ContactPiece { piece, margin };
+        }
+    }
+
+    /// Writes the force and slip of every contact of the island.
+    fn write_forces(
+        &self,
+        step: &Step<'_>,
+        (contacts, island): (&[Contact], &IslandView<'_>),
+        mass: f64,
+        solution: &mut StepSolution,
+    ) {
+        let to_force = mass / step.world.time_step();
+        let solved = self.descent.impulses().iter().zip(self.descent.points());
+        for (&place, (impulse, u)) in island.contacts.iter().zip(solved) {
+            let (normal, force) = (contacts[place].normal(), impulse * to_force);
+            let found = &mut solution.contacts[place];
+            found.force = force;
+            found.normal_force = normal.dot(&force);
+            found.slip = u - normal * normal.dot(u);
+        }
+    }
+}
+
+impl IslandPart {
+    /// The number of the island that it serves.
+    #[cfg(feature = "threads")]
+    pub(super) fn island(&self) -> Option<usize> {
+        self.island
+    }
+
+    /// Room for the problems of one body with up to so many contacts.
+    pub(super) fn reserve(&mut self, world: &World, contacts: usize) {
+        let problem = alone(&mut self.alone, world);
+        problem.equations.reserve(contacts);
+        problem.reserve(contacts);
+    }
+
+    /// Solves the problem of `island` for the contacts found so far.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`] if the step was.
+    pub(super) fn solve(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        island: &IslandView<'_>,
+        asked: PartRequest,
+    ) -> Result<(), Error> {
+        let mut effort = SolveEffort::new(step, island.bodies.len(), island.contacts.len());
+        self.only = only(contacts, island);
+        let carries = step.world.has_surfaces();
+        let outcome = if let Some(body) = self.only {
+            let problem = alone(&mut self.alone, step.world);
+            problem.equations.begin(step, body, island.unsettled);
+            problem.equations.setting_mut().loosen(asked.loosened);
+            for &place in island.contacts {
+                problem.equations.admit(&contacts[place]);
+                if carries {
+                    let carried = contacts[place].carried(step.world, step.states);
+                    problem.equations.setting_mut().carry(&carried);
+                }
+            }
+            let mass = step.world.bodies()[body].mass();
+            problem.solve(step, island, mass, PartRequest { roughly: false, ..asked }, &mut effort)
+        } else {
+            let problem = together(&mut self.together, step.world);
+            problem.equations.begin(step, island.bodies, island.unsettled);
+            problem.equations.setting_mut().loosen(asked.loosened);
+            for &place in island.contacts {
+                problem.equations.admit(&contacts[place], |body| island.places[body]);
+                if carries {
+                    problem.equations.carry(contacts[place].carried(step.world, step.states));
+                }
+            }
+            for &joint in island.joints {
+                problem.equations.admit_joint(step, joint, |body| island.places[body]);
+            }
+            for &gear in island.gears {
+                problem.equations.admit_gear(step, gear);
+            }
+            problem.equations.tie();
+            let mass = problem.equations.mass();
+            problem.solve(step, island, mass, asked, &mut effort)
+        };
+        self.ended = PartResult { outcome, iterations: effort.iterations() };
+        effort.check()
+    }
+
+    /// Writes what the last solve came to: the states of the island's bodies at k+1, and the force
+    /// of its contacts. Returns how it ended.
+    pub(super) fn write(
+        &mut self,
+        step: &Step<'_>,
+        contacts: &[Contact],
+        island: &IslandView<'_>,
+        solution: &mut StepSolution,
+    ) -> PartResult {
+        let view = (contacts, island);
+        if let Some(body) = self.only {
+            let problem = alone(&mut self.alone, step.world);
+            solution.states[body] = next_state(step, body, problem.descent.velocity());
+            problem.write_forces(step, view, step.world.bodies()[body].mass(), solution);
+        } else {
+            let problem = together(&mut self.together, step.world);
+            for (&body, velocity) in island.bodies.iter().zip(problem.descent.velocity()) {
+                solution.states[body] = next_state(step, body, velocity);
+            }
+            let mass = problem.equations.mass();
+            problem.write_forces(step, view, mass, solution);
+            let impulses = problem.descent.impulses();
+            problem.equations.write_joints(step, impulses, solution);
+            problem.equations.write_gears(impulses, solution);
+        }
+        self.ended
+    }
+
+    /// Writes the pieces that the last solve of the island ended on.
+    pub(super) fn write_pieces(&self, island: &IslandView<'_>, pieces: &mut [ContactPiece]) {
+        match (&self.alone, &self.together) {
+            (Some(problem), _) if self.only.is_some() => problem.write_pieces(island, pieces),
+            (_, Some(problem)) if self.only.is_none() => problem.write_pieces(island, pieces),
+            _ => {}
+        }
+    }
+}
+
+/// The parts of a solver, and which of them serves which island.
+#[derive(Debug, Clone)]
+pub(super) struct Parts {
+    list: Vec<IslandPart>,
+    /// Of each island, its part.
+    serving: Vec<usize>,
+    /// Of each body, the part whose last island began with it; [`NONE`] without one.
+    of_first: Vec<usize>,
+}
+
+const NONE: usize = usize::MAX;
+
+impl Parts {
+    pub(super) fn new(first: IslandPart) -> Self {
+        Self { list: vec![first], serving: Vec::new(), of_first: Vec::new() }
+    }
+
+    /// Gives every island the part that served it in the step before, the one that begins with the same
+    /// body; of others one that is left over.
+    pub(super) fn assign(&mut self, islands: &IslandParts, bodies: usize) {
+        if bodies == 1 && self.serving == [0] && self.list[0].island == Some(0) {
+            return;
+        }
+        self.serving.clear();
+        self.of_first.clear();
+        self.of_first.resize(bodies, NONE);
+        for (place, part) in self.list.iter_mut().enumerate() {
+            part.island = None;
+            // The last step may have been one of another world.
+            if let Some(known) = part.first.and_then(|first| self.of_first.get_mut(first)) {
+                *known = place;
+            }
+        }
+        for (number, first) in islands.first_bodies().enumerate() {
+            let known = self.of_first[first];
+            self.serving.push(known);
+            if known != NONE {
+                self.list[known].island = Some(number);
+            }
+        }
+        let mut left = 0;
+        for (number, first) in islands.first_bodies().enumerate() {
+            if self.serving[number] != NONE {
+                continue;
+            }
+            while self.list.get(left).is_some_and(|part| part.island.is_some()) {
+                left += 1;
+            }
+            if left == self.list.len() {
+                self.list.push(IslandPart::default());
+            }
+            self.serving[number] = left;
+            let part = &mut self.list[left];
+            (part.island, part.first) = (Some(number), Some(first));
+        }
+    }
+
+    /// That of an island, as it is.
+    pub(super) fn get(&self, island: usize) -> &IslandPart {
+        &self.list[self.serving[island]]
+    }
+
+    /// That of an island.
+    pub(super) fn of(&mut self, island: usize) -> &mut IslandPart {
+        &mut self.list[self.serving[island]]
+    }
+
+    /// All of them, whether they serve an island or not.
+    #[cfg(feature = "threads")]
+    pub(super) fn all(&mut self) -> &mut [IslandPart] {
+        &mut self.list
+    }
+}
+
+/// The body of an island that has no other, where planes are all that it touches and no joint holds it.
+fn only(contacts: &[Contact], island: &IslandView<'_>) -> Option<usize> {
+    let [body] = *island.bodies else { return None };
+    if !island.joints.is_empty() {
+        return None;
+    }
+    let is_flat = |place: &usize| contacts[*place].features.curved.is_none();
+    island.contacts.iter().all(is_flat).then_some(body)
+}
+
+fn alone<'a>(
+    problem: &'a mut Option<Box<IslandProblem<Single>>>,
+    world: &World,
+) -> &'a mut IslandProblem<Single> {
+    problem.get_or_insert_with(|| Box::new(IslandProblem::new(Single::new(world))))
+}
+
+fn together<'a>(
+    problem: &'a mut Option<Box<IslandProblem<Island>>>,
+    world: &World,
+) -> &'a mut IslandProblem<Island> {
+    problem.get_or_insert_with(|| Box::new(IslandProblem::new(Island::new(world))))
+}
+
+/// X⁺ of a body (eq. 8).
+#[inline(always)]
+pub(super) fn next_state(step: &Step<'_>, body: usize, velocity: &Velocity) -> State {
+    let (state, h) = (&step.states[body], step.world.time_step());
+    State {
+        position: state.position + h * velocity.linear,
+        attitude: advance(&state.attitude, &velocity.spin, h),
+        velocity: velocity.linear,
+        spin: velocity.spin,
+    }
+}

@@ -1,0 +1,330 @@
+//! Contact problems that are given by matrices, as the equations of [`super::equations`]: every part of a
+//! problem that is coupled to nothing else by itself.
+//!
+//! Whatever the form, the unknowns V are numbers of nodes, which impulses change at once and rows see:
+//!
+//! ```text
+//! V = V_free + Σ B_i p̂_i,   u_i = C_i V + c_i,   (E − Σ B_i D_i C_i) δV = −r + Σ B_i d_i   (C5)
+//! ```
+//!
+//! In the local form a node is a group of rows, with B a column of blocks of W and C = E. In the global one it is what
+//! M couples, with B = M⁻¹ H and C = Hᵀ; a part of M that has more numbers than rows touch it is taken
+//! in these rows, as in the local form. Equation numbers are those of `docs/contact-problem.md`.
+
+mod parts;
+
+use super::coupling::Coupling;
+use super::descent::{Descent, Known};
+use super::effort::SolveEffort;
+use super::equations::{
+    Elimination, Equations, EvaluatedPoint, MapResidual, Slope, StepSetting, Velocities,
+};
+use super::fronts::Fronts;
+use super::law::{Answer, Gain};
+use super::plan::FrontPlan;
+use super::policy::{Policy, StartMethod};
+use crate::problem::{ContactProblem, ProblemError, Selection, Solution, SolveOptions};
+use nalgebra::{Matrix3, Vector3};
+
+/// Solves a problem, part by part.
+///
+/// # Errors
+/// [`ProblemError::Interrupted`].
+pub(crate) fn solve(
+    problem: &ContactProblem,
+    options: &SolveOptions<'_>,
+) -> Result<Solution, ProblemError> {
+    let any = options.selection == Selection::Any;
+    let mut impulses = vec![0.0; problem.row_count()];
+    let (mut iterations, mut selected, mut start) = (0, true, StartMethod::Previous);
+    let mut descent = Descent::new();
+    let parts = parts::of(problem, options.residual, Policy::posed(any));
+    for part in &parts {
+        let mut equations = part.equations.clone();
+        let previous = part.scaled(problem, options.start);
+        let budget = equations.policy().budget;
+        let mut effort = SolveEffort::of(options.interrupt, budget, previous.len());
+        descent.reserve(previous.len());
+        let accepted = options.residual / part.speed;
+        let known = Known { previous: &previous, found: None, roughly: false };
+        let outcome = descent.solve(&mut equations, known, accepted, &mut effort);
+        effort.check().map_err(|_| ProblemError::Interrupted)?;
+        part.write(problem, descent.impulses(), &mut impulses);
+        iterations += u64::from(effort.iterations());
+        selected &= outcome.selected && outcome.solved;
+        if start == StartMethod::Previous {
+            start = outcome.start;
+        }
+    }
+    let evaluation = problem.evaluate(&impulses);
+    Ok(Solution {
+        iterations,
+        parts: parts.len(),
+        start: match (start, options.start) {
+            (StartMethod::Previous, None) => StartMethod::Zero.name(),
+            (start, _) => start.name(),
+        },
+        selected: selected && evaluation.residual <= options.residual,
+        ..Solution::of(impulses, evaluation, options.residual)
+    })
+}
+
+/// Velocities of nodes.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct PosedMotion {
+    /// By their places in the plan.
+    numbers: Vec<f64>,
+    /// What the rows of every coupling see of a direction; empty of a point.
+    seen: Vec<Vector3<f64>>,
+}
+
+impl Velocities for PosedMotion {
+    fn empty() -> Self {
+        Self::default()
+    }
+
+    fn set_moved(&mut self, from: &Self, length: f64, step: &Self) {
+        self.numbers.clear();
+        let both = from.numbers.iter().zip(&step.numbers);
+        self.numbers.extend(both.map(|(from, step)| from + length * step));
+        self.seen.clear();
+    }
+
+    fn copy_from(&mut self, from: &Self) {
+        self.numbers.clone_from(&from.numbers);
+        self.seen.clone_from(&from.seen);
+    }
+
+    fn is_finite(&self) -> bool {
+        self.numbers.iter().all(|number| number.is_finite())
+    }
+}
+
+/// ∂u/∂V of a coupling, by its index: what its rows see of a direction was found with it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CouplingSlope(usize);
+
+impl Slope for CouplingSlope {
+    type Velocity = PosedMotion;
+
+    fn point_step(&self, change: &PosedMotion) -> Vector3<f64> {
+        change.seen[self.0]
+    }
+}
+
+/// What couplings have to do with nodes: of each coupling some links, of each link a matrix.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Links {
+    /// Where the links of each coupling end.
+    ends: Vec<usize>,
+    links: Vec<PosedLink>,
+    numbers: Vec<f64>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct PosedLink {
+    /// The place of the node, and how many numbers it has.
+    place: usize,
+    size: usize,
+    /// Where its matrix begins: three numbers for each of the node's.
+    at: usize,
+}
+
+impl Links {
+    /// Adds a link to the coupling at hand; `by` are three numbers for each of the node's, of the coupling's
+    /// rows.
+    fn add(&mut self, (place, size): (usize, usize), by: &[f64]) {
+        self.links.push(PosedLink { place, size, at: self.numbers.len() });
+        self.numbers.extend_from_slice(by);
+    }
+
+    /// The coupling at hand has no more of them.
+    fn end(&mut self) {
+        self.ends.push(self.links.len());
+    }
+
+    /// The links of a coupling: place, size, and three numbers for each of the node's.
+    fn of(&self, coupling: usize) -> impl Iterator<Item = (usize, usize, &[f64])> + Clone {
+        let begin = if coupling == 0 { 0 } else { self.ends[coupling - 1] };
+        let links = self.links[begin..self.ends[coupling]].iter();
+        links.map(|link| (link.place, link.size, &self.numbers[link.at..link.at + 3 * link.size]))
+    }
+
+    /// Adds to numbers by place what the rows' `along` makes of them.
+    fn push(&self, coupling: usize, along: &Vector3<f64>, numbers: &mut [f64]) {
+        for (place, size, by) in self.of(coupling) {
+            for (number, by) in numbers[place..place + size].iter_mut().zip(by.chunks_exact(3)) {
+                *number += by[0] * along[0] + by[1] * along[1] + by[2] * along[2];
+            }
+        }
+    }
+
+    /// What the rows see of numbers by place.
+    fn seen(&self, coupling: usize, numbers: &[f64]) -> Vector3<f64> {
+        let mut seen = Vector3::zeros();
+        for (place, size, by) in self.of(coupling) {
+            for (number, by) in numbers[place..place + size].iter().zip(by.chunks_exact(3)) {
+                seen += Vector3::new(by[0], by[1], by[2]) * *number;
+            }
+        }
+        seen
+    }
+}
+
+/// The equations of a part of a problem (C5), in its own units of speed and of impulse.
+#[derive(Debug, Clone)]
+pub(super) struct PosedEquations {
+    setting: StepSetting,
+    policy: &'static Policy,
+    plan: FrontPlan,
+    /// V_free.
+    free: Vec<f64>,
+    /// B and C.
+    pushes: Links,
+    sees: Links,
+}
+
+/// The linear system, and memory of a block of it.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PosedSystem {
+    fronts: Fronts,
+    behind: Vec<f64>,
+    values: Vec<f64>,
+    pushed: Vec<f64>,
+    block: Vec<f64>,
+}
+
+impl Equations for PosedEquations {
+    type Velocity = PosedMotion;
+    type Slope = CouplingSlope;
+    type System = PosedSystem;
+    /// r.
+    type Scratch = Vec<f64>;
+
+    fn setting(&self) -> &StepSetting {
+        &self.setting
+    }
+
+    fn setting_mut(&mut self) -> &mut StepSetting {
+        &mut self.setting
+    }
+
+    fn policy(&self) -> &'static Policy {
+        self.policy
+    }
+
+    /// Speeds are in parts of the part's own.
+    fn speed(&self) -> f64 {
+        1.0
+    }
+
+    fn set_velocity_after(&self, impulses: &[Vector3<f64>], velocity: &mut PosedMotion) {
+        velocity.numbers.clone_from(&self.free);
+        velocity.seen.clear();
+        for (index, impulse) in impulses.iter().enumerate() {
+            self.pushes.push(index, impulse, &mut velocity.numbers);
+        }
+    }
+
+    /// Nothing is known of the motion before.
+    fn keep_velocity(&self, _: &mut PosedMotion) {}
+
+    fn turns_too_far(&self, _: &PosedMotion) -> bool {
+        false
+    }
+
+    fn energy_made(&self, _: &PosedMotion, _: &[Vector3<f64>], _: &[Vector3<f64>]) -> f64 {
+        0.0
+    }
+
+    fn motion_residual(
+        &self,
+        velocity: &PosedMotion,
+        impulses: &[Vector3<f64>],
+        residuals: &mut Vec<f64>,
+    ) -> MapResidual {
+        residuals.clear();
+        let both = velocity.numbers.iter().zip(&self.free);
+        residuals.extend(both.map(|(number, free)| number - free));
+        for (index, impulse) in impulses.iter().enumerate() {
+            if *impulse != Vector3::zeros() {
+                self.pushes.push(index, &-impulse, residuals);
+            }
+        }
+        let mut size = MapResidual::default();
+        size.add_all(residuals);
+        size
+    }
+
+    fn point(&self, index: usize, velocity: &PosedMotion) -> Vector3<f64> {
+        self.setting.couplings[index].offset + self.sees.seen(index, &velocity.numbers)
+    }
+
+    fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut PosedMotion) {
+        self.pushes.push(index, impulse, &mut velocity.numbers);
+    }
+
+    fn set_points(&self, velocity: &PosedMotion, _: &mut Vec<f64>, points: &mut Vec<Vector3<f64>>) {
+        points.clear();
+        points.extend((0..self.setting.couplings.len()).map(|index| self.point(index, velocity)));
+    }
+
+    fn linearise(
+        &self,
+        at: EvaluatedPoint<'_, Self>,
+        mut answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
+        eliminations: &mut Vec<Elimination<CouplingSlope>>,
+        system: &mut PosedSystem,
+    ) -> bool {
+        let PosedSystem { fronts, pushed, block, .. } = system;
+        fronts.begin_unit(&self.plan);
+        eliminations.clear();
+        for (index, (coupling, u)) in self.setting.couplings.iter().zip(at.points).enumerate() {
+            let Some(answer) = answer(index, coupling, u) else { return false };
+            eliminations.push(Elimination { answer, slope: CouplingSlope(index) });
+            let gain = match answer.gain {
+                Gain::Zero => continue,
+                Gain::Spring(stiffness) => Matrix3::from_diagonal_element(-stiffness),
+                Gain::Full(gain) => gain,
+            };
+            for (row, rows, by) in self.pushes.of(index) {
+                pushed.clear();
+                pushed.extend(by.chunks_exact(3).flat_map(|by| {
+                    let along = gain.tr_mul(&Vector3::new(by[0], by[1], by[2]));
+                    [-along[0], -along[1], -along[2]]
+                }));
+                for (column, _, seen) in self.sees.of(index) {
+                    block.clear();
+                    for seen in seen.chunks_exact(3) {
+                        let entry =
+                            |by: &[f64]| by[0] * seen[0] + by[1] * seen[1] + by[2] * seen[2];
+                        block.extend(pushed.chunks_exact(3).map(entry));
+                    }
+                    fronts.add(&self.plan, (row, column), rows, block);
+                }
+            }
+        }
+        fronts.factorise(&self.plan)
+    }
+
+    fn direction(
+        &self,
+        residuals: &Vec<f64>,
+        eliminations: &[Elimination<CouplingSlope>],
+        system: &mut PosedSystem,
+        step: &mut PosedMotion,
+    ) -> bool {
+        let PosedSystem { fronts, values, behind, .. } = system;
+        values.clear();
+        values.extend(residuals.iter().map(|residual| -residual));
+        for (index, elimination) in eliminations.iter().enumerate() {
+            self.pushes.push(index, &elimination.answer.offset, values);
+        }
+        fronts.solve(&self.plan, values, behind);
+        step.numbers.clone_from(values);
+        step.seen.clear();
+        let couplings = 0..self.setting.couplings.len();
+        step.seen.extend(couplings.map(|index| self.sees.seen(index, &step.numbers)));
+        step.is_finite()
+    }
+}

@@ -1,0 +1,132 @@
+//! How two round features move against each other in a step, and how that depends on the velocities
+//! of their bodies. Equation numbers are those of `docs/native-solver.md`.
+
+use super::coupling::Coupling;
+use super::fixed_motion::rolling;
+use super::pair_motion::beside;
+use super::turning::BodyTurning;
+use crate::contact::Curved;
+use crate::contact::curved::{Core, Reach, shortest_way};
+use nalgebra::{Matrix3, Matrix3x6, Vector3};
+
+/// What a coupling of two round features has beyond others.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RoundRows {
+    pub(super) curved: Curved,
+    /// d, m, world: from the middle of B's feature to that of A's at step k.
+    pub(super) way: Vector3<f64>,
+    /// φ/h at step k, m/s.
+    pub(super) approach: f64,
+    /// What surfaces carry, m/s, world.
+    pub(super) carried: Vector3<f64>,
+}
+
+/// One of the two bodies.
+#[derive(Clone, Copy)]
+pub(super) struct RoundSide<'a> {
+    /// A(q) at the step's start, body → world.
+    pub(super) rotation: &'a Matrix3<f64>,
+    pub(super) turning: &'a BodyTurning,
+    /// v⁺.
+    pub(super) linear: &'a Vector3<f64>,
+}
+
+impl RoundSide<'_> {
+    /// The mean velocity of the body's point c, v + A K c.
+    fn velocity(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.linear + self.turning.swept(point)
+    }
+
+    /// A⁺ c of a direction c.
+    fn turned(&self, along: &Vector3<f64>, time_step: f64) -> Vector3<f64> {
+        self.rotation * along + self.turning.swept(along) * time_step
+    }
+}
+
+/// The motion of two round features. With a and b the middles that are nearest at k, d = a − b, and D
+/// the shortest way between the cores at the end,
+///
+/// ```text
+/// u_t = (E − n nᵀ) (v_A + A_A K_A a − v_B − A_B K_B b) − (ρ_A A_A ω_A + ρ_B A_B ω_B) × n
+/// u_n = (|D|_n − |d| + φ)/h                                                  (N14)
+/// ```
+///
+/// of which, with m the direction of D (eq. 4b) and a⁺, b⁺ the middles that are nearest then,
+///
+/// ```text
+/// ∂u_n/∂(v_A, ω_A) = mᵀ (E, S_A(a⁺)),   ∂u_n/∂(v_B, ω_B) = −mᵀ (E, S_B(b⁺))
+/// ```
+pub(super) struct RoundMotion<'a> {
+    coupling: &'a Coupling,
+    round: &'a RoundRows,
+    curved: &'a Curved,
+    a: RoundSide<'a>,
+    b: Option<RoundSide<'a>>,
+    /// (E − n nᵀ) …: the difference of the middles' velocities.
+    apart: Vector3<f64>,
+    /// Shares along the cores at the end.
+    shares: (f64, f64),
+    reach: Reach,
+    /// (|D|_n − |d|)/h.
+    opening: f64,
+}
+
+impl<'a> RoundMotion<'a> {
+    /// Those of a coupling over a step of `time_step` (s).
+    pub(super) fn new(
+        coupling: &'a Coupling,
+        round: &'a RoundRows,
+        a: RoundSide<'a>,
+        b: Option<RoundSide<'a>>,
+        time_step: f64,
+    ) -> Self {
+        let curved = &round.curved;
+        let mut apart = a.velocity(&coupling.lever.centre);
+        let mut of_b = curved.of_b.along;
+        if let Some(b) = &b {
+            apart -= b.velocity(&curved.foot());
+            of_b = b.turned(&of_b, time_step);
+        }
+        let of_a = a.turned(&curved.of_a.along, time_step);
+        let was = round.way;
+        // From the middle of B at k on, moved along: no place of the world enters.
+        let middle = was + apart * time_step;
+        let core_a = Core { from: middle - of_a * curved.shares.0, along: of_a };
+        let core_b = Core { from: of_b * -curved.shares.1, along: of_b };
+        let (shares, way) = shortest_way(&core_a, &core_b);
+        let reach = Reach::of(&way, &coupling.rows.normal());
+        let opening = reach.beyond(&way, &was, was.norm()) / time_step;
+        Self { coupling, round, curved, a, b, apart, shares, reach, opening }
+    }
+
+    /// u (N14).
+    pub(super) fn u(&self) -> Vector3<f64> {
+        let normal = &self.coupling.rows.normal();
+        let mut rolling = self.a.turning.spin_world() * self.coupling.lever.radius;
+        if let Some(b) = &self.b {
+            rolling += b.turning.spin_world() * self.curved.radius;
+        }
+        let slip = self.apart - normal * normal.dot(&self.apart) - rolling.cross(normal)
+            + self.round.carried;
+        slip + normal * (self.opening + self.round.approach)
+    }
+
+    /// ∂u/∂(v_A, ω_A) and ∂u/∂(v_B, ω_B).
+    pub(super) fn slopes(&self) -> (Matrix3x6<f64>, Option<Matrix3x6<f64>>) {
+        let (normal, lever) = (&self.coupling.rows.normal(), &self.coupling.lever);
+        let (curved, shares) = (self.curved, self.shares);
+        let along = normal * self.reach.direction.transpose();
+        let across = Matrix3::identity() - normal * normal.transpose();
+        let slopes = |side: &RoundSide<'_>, middle: &Vector3<f64>, end: &Vector3<f64>| {
+            let slope = |point| side.turning.slope_of(side.rotation, point);
+            (across + along, across * slope(middle) + along * slope(end))
+        };
+        let (linear, spin) = slopes(&self.a, &lever.centre, &curved.of_a.at(shares.0));
+        let by_a = beside(&linear, &(spin + rolling(normal, lever.radius, self.a.rotation)));
+        let by_b = self.b.as_ref().map(|b| {
+            let (linear, spin) = slopes(b, &curved.foot(), &curved.of_b.at(shares.1));
+            beside(&-linear, &(rolling(normal, curved.radius, b.rotation) - spin))
+        });
+        (by_a, by_b)
+    }
+}

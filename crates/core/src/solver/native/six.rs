@@ -1,0 +1,191 @@
+//! Blocks of six: their factors, and what is done with them.
+//!
+//! The numbers are those of `nalgebra`'s LU to the last bit, in less than half of its instructions.
+
+use nalgebra::{Matrix6, SMatrix, Vector6};
+
+type SixColumn = [f64; 6];
+
+/// P A = L U of a block, with the largest number of each column as pivot.
+#[derive(Debug, Clone)]
+pub(super) struct SixFactors {
+    /// By columns: U, and L below its diagonal of ones.
+    columns: [SixColumn; 6],
+    /// The row that each row was exchanged with, one after the other.
+    rows: [usize; 6],
+}
+
+/// y + a x.
+#[inline(always)]
+fn add(y: &mut SixColumn, a: f64, x: &SixColumn) {
+    for k in 0..6 {
+        y[k] += a * x[k];
+    }
+}
+
+impl SixFactors {
+    /// Those of `block`; `None` where it is singular.
+    #[inline]
+    pub(super) fn new(block: &Matrix6<f64>) -> Option<Self> {
+        let mut of = Self { columns: block.data.0, rows: [0; 6] };
+        let invertible = of.eliminate::<0>()
+            && of.eliminate::<1>()
+            && of.eliminate::<2>()
+            && of.eliminate::<3>()
+            && of.eliminate::<4>()
+            && of.eliminate::<5>();
+        invertible.then_some(of)
+    }
+
+    /// Column `I`, with the largest number at or below its diagonal as pivot; `false` where that is zero. Loops have a
+    /// length that is known where they are compiled.
+    #[inline(always)]
+    fn eliminate<const I: usize>(&mut self) -> bool {
+        let mut pivot = I;
+        for k in I + 1..6 {
+            if self.columns[I][k].abs() > self.columns[I][pivot].abs() {
+                pivot = k;
+            }
+        }
+        self.rows[I] = pivot;
+        if pivot != I {
+            self.columns.iter_mut().for_each(|column| column.swap(I, pivot));
+        }
+        let diagonal = self.columns[I][I];
+        if diagonal == 0.0 {
+            return false;
+        }
+        let inverse = 1.0 / diagonal;
+        for k in I + 1..6 {
+            self.columns[I][k] *= inverse;
+        }
+        let lower = self.columns[I];
+        for column in &mut self.columns[I + 1..] {
+            for k in I + 1..6 {
+                column[k] -= lower[k] * column[I];
+            }
+        }
+        true
+    }
+
+    /// A x = b, in the memory of b.
+    #[inline(always)]
+    pub(super) fn solve(&self, b: &mut SixColumn) {
+        for (k, &row) in self.rows.iter().enumerate() {
+            b.swap(k, row);
+        }
+        for i in 0..6 {
+            for k in i + 1..6 {
+                b[k] -= self.columns[i][k] * b[i];
+            }
+        }
+        for i in (0..6).rev() {
+            b[i] /= self.columns[i][i];
+            for k in 0..i {
+                b[k] -= self.columns[i][k] * b[i];
+            }
+        }
+    }
+
+    /// The same for every column of a block, for all of them at once.
+    #[inline]
+    pub(super) fn solve_block<const C: usize>(&self, block: &mut SMatrix<f64, 6, C>) {
+        let mut places = [0, 1, 2, 3, 4, 5];
+        for (k, &row) in self.rows.iter().enumerate() {
+            places.swap(k, row);
+        }
+        let columns = &mut block.data.0;
+        let mut rows = places.map(|place| columns.each_ref().map(|column| column[place]));
+        for i in 0..6 {
+            let known = rows[i];
+            (i + 1..6).for_each(|k| {
+                (0..C).for_each(|c| rows[k][c] -= self.columns[i][k] * known[c]);
+            });
+        }
+        for i in (0..6).rev() {
+            rows[i].iter_mut().for_each(|entry| *entry /= self.columns[i][i]);
+            let known = rows[i];
+            (0..i).for_each(|k| {
+                (0..C).for_each(|c| rows[k][c] -= self.columns[i][k] * known[c]);
+            });
+        }
+        for (c, column) in columns.iter_mut().enumerate() {
+            *column = rows.each_ref().map(|row| row[c]);
+        }
+    }
+
+    /// Aᵀ x = b: Uᵀ, then Lᵀ, then Pᵀ.
+    pub(super) fn solve_transposed(&self, b: &mut Vector6<f64>) {
+        let b = &mut b.data.0[0];
+        for i in 0..6 {
+            let known: f64 = (0..i).map(|k| self.columns[i][k] * b[k]).sum();
+            b[i] = (b[i] - known) / self.columns[i][i];
+        }
+        for i in (0..6).rev() {
+            b[i] -= (i + 1..6).map(|k| self.columns[i][k] * b[k]).sum::<f64>();
+        }
+        for (k, &row) in self.rows.iter().enumerate().rev() {
+            b.swap(k, row);
+        }
+    }
+}
+
+/// A − B C, in the memory of A.
+#[inline]
+pub(super) fn subtract_product<const C: usize>(
+    a: &mut SMatrix<f64, 6, C>,
+    b: &Matrix6<f64>,
+    c: &SMatrix<f64, 6, C>,
+) {
+    let b = &b.data.0;
+    for (column, along) in a.data.0.iter_mut().zip(&c.data.0) {
+        let mut product = b[0].map(|entry| entry * along[0]);
+        add(&mut product, along[1], &b[1]);
+        add(&mut product, along[2], &b[2]);
+        add(&mut product, along[3], &b[3]);
+        add(&mut product, along[4], &b[4]);
+        add(&mut product, along[5], &b[5]);
+        for k in 0..6 {
+            column[k] -= product[k];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The bits of `nalgebra`'s for matrices of all pivots; the transposed system by its residual.
+    #[test]
+    fn numbers_are_those_of_the_library() {
+        let mut twister = rand_mt::Mt::new(7);
+        let mut number = || f64::from(twister.next_u32()) / f64::from(u32::MAX) - 0.5;
+        for round in 0..1000 {
+            let mut matrix = Matrix6::from_fn(|_, _| number());
+            if round % 3 == 0 {
+                // Exact zeros, ties and infinities of products.
+                matrix.row_mut(round % 6).fill(0.25);
+                matrix[(round % 5, round % 6)] = 0.0;
+            }
+            let b = Vector6::from_fn(|_, _| number());
+            let library = matrix.lu();
+            let Some(factors) = SixFactors::new(&matrix) else {
+                assert!(!library.is_invertible());
+                continue;
+            };
+            let (mut mine, mut theirs) = (b, b);
+            factors.solve(&mut mine.data.0[0]);
+            assert!(library.solve_mut(&mut theirs));
+            assert_eq!(mine.map(f64::to_bits), theirs.map(f64::to_bits));
+            let mut block = matrix * 2.0;
+            factors.solve_block(&mut block);
+            let twice: Matrix6<f64> = block - Matrix6::identity() * 2.0;
+            assert!(twice.amax() < 1e-9);
+            let mut x = b;
+            factors.solve_transposed(&mut x);
+            // Of condition numbers up to 1e5 with numbers of 1.
+            assert!((matrix.tr_mul(&x) - b).amax() < 1e-13 * (1.0 + x.amax()));
+        }
+        assert!(SixFactors::new(&Matrix6::zeros()).is_none());
+    }
+}

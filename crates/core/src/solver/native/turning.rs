@@ -1,0 +1,132 @@
+//! How the points of a body move in a step that ends with a spin (N2, N3).
+
+use nalgebra::{Matrix3, Vector3};
+
+/// The sweep of a body's points at one spin.
+///
+/// The attitude step turns the body by the Cayley map of h ω/2, so that
+///
+/// ```text
+/// (A(q⁺) − A(q)) c / h = A K c,   K c = (ω × c + (h/2) ω × (ω × c)) / (1 + h²ω²/4)
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BodyTurning {
+    spin: Vector3<f64>,
+    /// A ω.
+    spin_world: Vector3<f64>,
+    /// h/2.
+    half: f64,
+    /// 1/(1 + h²ω²/4).
+    shrink: f64,
+    /// A K.
+    sweep: Matrix3<f64>,
+}
+
+impl BodyTurning {
+    /// That of a body with the `rotation` A(q) at the step's start, at the spin ω⁺ (rad/s,
+    /// body), over a step of `time_step` (s).
+    #[inline]
+    pub(super) fn new(rotation: &Matrix3<f64>, spin: Vector3<f64>, time_step: f64) -> Self {
+        let half = 0.5 * time_step;
+        let shrink = 1.0 / (1.0 + half * half * spin.norm_squared());
+        // K = ([ω]× + (h/2) (ω ωᵀ − ω² E)) / (1 + h²ω²/4)
+        let mut sweep = spin.cross_matrix() + half * spin * spin.transpose();
+        for k in 0..3 {
+            sweep[(k, k)] -= half * spin.norm_squared();
+        }
+        let sweep = rotation * sweep * shrink;
+        Self { spin, spin_world: rotation * spin, half, shrink, sweep }
+    }
+
+    /// That of what does not turn.
+    pub(super) const STILL: Self = Self {
+        spin: Vector3::new(0.0, 0.0, 0.0),
+        spin_world: Vector3::new(0.0, 0.0, 0.0),
+        half: 0.0,
+        shrink: 1.0,
+        sweep: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    };
+
+    /// Sets the first of `both` to the same, and the second to that of the spin −ω, which has the even part of K alike. In their
+    /// place: they are large.
+    #[inline]
+    pub(super) fn set_there_and_back(
+        rotation: &Matrix3<f64>,
+        spin: &Vector3<f64>,
+        time_step: f64,
+        (there, back): (&mut Self, &mut Self),
+    ) {
+        let half = 0.5 * time_step;
+        let squared = spin.norm_squared();
+        let shrink = 1.0 / (1.0 + half * half * squared);
+        let (odd, mut even) = (spin.cross_matrix(), half * spin * spin.transpose());
+        (0..3).for_each(|k| even[(k, k)] -= half * squared);
+        let spin_world = rotation * spin;
+        (there.spin, there.spin_world) = (*spin, spin_world);
+        (back.spin, back.spin_world) = (-spin, -spin_world);
+        (there.half, there.shrink, back.half, back.shrink) = (half, shrink, half, shrink);
+        there.sweep = rotation * (odd + even) * shrink;
+        back.sweep = rotation * (even - odd) * shrink;
+    }
+
+    /// A K c of one point c, without A K.
+    #[inline]
+    pub(super) fn swept_once(
+        rotation: &Matrix3<f64>,
+        spin: &Vector3<f64>,
+        time_step: f64,
+        point: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let half = 0.5 * time_step;
+        let shrink = 1.0 / (1.0 + half * half * spin.norm_squared());
+        let turned = spin.cross(point);
+        rotation * ((turned + spin.cross(&turned) * half) * shrink)
+    }
+
+    /// A K c of the body's point c.
+    #[inline]
+    pub(super) fn swept(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.sweep * point
+    }
+
+    /// A ω, rad/s.
+    pub(super) fn spin_world(&self) -> &Vector3<f64> {
+        &self.spin_world
+    }
+
+    /// A K.
+    pub(super) fn sweep(&self) -> &Matrix3<f64> {
+        &self.sweep
+    }
+
+    /// ∂(A K c)/∂ω⁺ of the body's point c, from A, c, A c, −A [c]× and A K c. With
+    /// ∂/∂ω (ω × c) = −[c]× and ∂/∂ω (ω × (ω × c)) = ω cᵀ + (ω·c) E − 2 c ωᵀ:
+    ///
+    /// ```text
+    /// (−A [c]× + (h/2) (A ω cᵀ + (ω·c) A − 2 A c ωᵀ)) / (1 + h²ω²/4)
+    ///   − (h²/2) A K c ωᵀ / (1 + h²ω²/4)
+    /// ```
+    #[inline]
+    pub(super) fn slope(
+        &self,
+        rotation: &Matrix3<f64>,
+        point: &Vector3<f64>,
+        arm: &Vector3<f64>,
+        turned: Matrix3<f64>,
+        swept: &Vector3<f64>,
+    ) -> Matrix3<f64> {
+        let half = self.half;
+        let back = (arm + half * swept) * (2.0 * half);
+        let mut slope = turned;
+        slope += self.spin_world * (half * point).transpose();
+        slope += rotation * (half * self.spin.dot(point));
+        slope -= back * self.spin.transpose();
+        slope * self.shrink
+    }
+
+    /// The same of any point c.
+    pub(super) fn slope_of(&self, rotation: &Matrix3<f64>, point: &Vector3<f64>) -> Matrix3<f64> {
+        let turned = -rotation * point.cross_matrix();
+        self.slope(rotation, point, &(rotation * point), turned, &self.swept(point))
+    }
+}

@@ -1,0 +1,146 @@
+//! The constants of contact laws: coefficients of bodies, of fixed pieces and of pairs.
+
+use super::laws::find_place;
+use super::{Constant, Partner, World};
+use crate::error::{Error, in_range};
+use crate::mechanics::RigidBody;
+
+/// What a coefficient of a contact follows: a number of a constant, by its place, and the derivative by it.
+pub(crate) type LawSlopes = [(Constant, usize, f64); 2];
+
+impl World {
+    /// ∂μ and ∂e of the contacts between body `body` and `partner` by the numbers that they are means of: of √(a b)
+    ///
+    /// ```text
+    /// ½ √(b/a) by a,   ½ √(a/b) by b,
+    /// ```
+    ///
+    /// 1 where both are one number, 0 by a number that is 0.
+    pub(crate) fn law_slopes(&self, body: usize, partner: Partner) -> [LawSlopes; 2] {
+        let frictions = match find_place(&self.pair_frictions, body, partner) {
+            Some(pair) => [(Constant::PairFriction, pair, 1.0); 2],
+            None => {
+                let of_world = (Constant::Friction, 0, self.friction());
+                let bodies = self.bodies();
+                let of_body =
+                    |index| own(bodies, index, RigidBody::friction, Constant::BodyFriction);
+                let other = match partner {
+                    Partner::Ground => None,
+                    Partner::Fixed(index) => {
+                        own(&self.fixed, index, |piece| piece.friction, Constant::FixedFriction)
+                    }
+                    Partner::Body(other) => of_body(other),
+                };
+                [of_body(body).unwrap_or(of_world), other.unwrap_or(of_world)]
+            }
+        };
+        let restitutions = match find_place(&self.pair_restitutions, body, partner) {
+            Some(pair) => [(Constant::PairRestitution, pair, 1.0); 2],
+            None => {
+                let of_world = (Constant::Restitution, 0, self.restitution);
+                let of_body = |index| {
+                    let constant = Constant::BodyRestitution;
+                    own(self.bodies(), index, RigidBody::restitution, constant)
+                };
+                let other = partner.body().and_then(of_body);
+                [of_body(body).unwrap_or(of_world), other.unwrap_or(of_world)]
+            }
+        };
+        [mean_slopes(frictions), mean_slopes(restitutions)]
+    }
+
+    /// Sets the coefficients that are `given`.
+    pub(super) fn set_laws<'a>(
+        &mut self,
+        given: impl Fn(Constant) -> Option<&'a [f64]>,
+    ) -> Result<(), Error> {
+        let of = |constant| given(constant).unwrap_or(&[]).iter().copied();
+        let bodies = &mut self.parameters.bodies;
+        let own = bodies.iter_mut().filter(|body| body.friction().is_some());
+        for (body, number) in own.zip(of(Constant::BodyFriction)) {
+            *body = body.clone().with_friction(number)?;
+        }
+        let own = bodies.iter_mut().filter(|body| body.restitution().is_some());
+        for (body, number) in own.zip(of(Constant::BodyRestitution)) {
+            *body = body.clone().with_restitution(number)?;
+        }
+        let fixed = self.fixed.iter_mut().filter_map(|piece| piece.friction.as_mut());
+        let frictions = fixed.zip(of(Constant::FixedFriction));
+        let pairs = self.pair_frictions.iter_mut().map(|(_, own)| own);
+        for (own, number) in frictions.chain(pairs.zip(of(Constant::PairFriction))) {
+            in_range("coefficient of friction", number, 0.0, 10.0, "0 to 10")?;
+            *own = number;
+        }
+        let pairs = self.pair_restitutions.iter_mut().map(|(_, own)| own);
+        for (own, number) in pairs.zip(of(Constant::PairRestitution)) {
+            in_range("coefficient of restitution", number, 0.0, 1.0, "0 to 1")?;
+            *own = number;
+        }
+        Ok(())
+    }
+}
+
+/// The coefficient that one of `all` has of its own: its place among those of a constant, and its value.
+fn own<T>(
+    all: &[T],
+    index: usize,
+    of: impl Fn(&T) -> Option<f64>,
+    constant: Constant,
+) -> Option<(Constant, usize, f64)> {
+    let value = of(&all[index])?;
+    let place = all[..index].iter().filter(|before| of(before).is_some()).count();
+    Some((constant, place, value))
+}
+
+/// The derivatives of the geometric mean of two numbers.
+fn mean_slopes([a, b]: [(Constant, usize, f64); 2]) -> LawSlopes {
+    let slope = |own: f64, other: f64| if own > 0.0 { 0.5 * (other / own).sqrt() } else { 0.0 };
+    let (by_a, by_b) = match (a.0, a.1) == (b.0, b.1) {
+        true => (1.0, 0.0),
+        false => (slope(a.2, b.2), slope(b.2, a.2)),
+    };
+    [(a.0, a.1, by_a), (b.0, b.1, by_b)]
+}
+
+impl Constant {
+    /// Whether it is of the coefficients that bodies, fixed pieces or pairs have of their own.
+    #[must_use]
+    pub fn is_of_laws(self) -> bool {
+        matches!(
+            self,
+            Self::BodyFriction
+                | Self::BodyRestitution
+                | Self::FixedFriction
+                | Self::PairFriction
+                | Self::PairRestitution
+        )
+    }
+
+    /// The numbers of such a constant.
+    pub(super) fn of_laws(self, world: &World) -> Vec<f64> {
+        let bodies = world.bodies().iter();
+        let of_pairs =
+            |pairs: &super::laws::PairLaws| pairs.iter().map(|(_, value)| *value).collect();
+        match self {
+            Self::BodyFriction => bodies.filter_map(RigidBody::friction).collect(),
+            Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).collect(),
+            Self::FixedFriction => world.fixed.iter().filter_map(|piece| piece.friction).collect(),
+            Self::PairFriction => of_pairs(&world.pair_frictions),
+            Self::PairRestitution => of_pairs(&world.pair_restitutions),
+            _ => Vec::new(),
+        }
+    }
+
+    /// How many they are.
+    pub(super) fn law_width(self, world: &World) -> usize {
+        let bodies = world.bodies().iter();
+        match self {
+            Self::BodyFriction => bodies.filter_map(RigidBody::friction).count(),
+            Self::BodyRestitution => bodies.filter_map(RigidBody::restitution).count(),
+            Self::FixedFriction => world.fixed.iter().filter_map(|piece| piece.friction).count(),
+            Self::PairFriction => world.pair_frictions.len(),
+            Self::PairRestitution => world.pair_restitutions.len(),
+            _ => 0,
+        }
+    }
+}

@@ -1,0 +1,328 @@
+//! Runs as films: what the library calls things, in the words of `tumble-view`.
+
+#![deny(unsafe_code)]
+
+mod looks;
+
+pub use looks::dress;
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use std::collections::BTreeMap;
+use tumble_core::contact::{PairFeatures, Partner};
+use tumble_core::geometry;
+use tumble_core::joint::{Axis, Joint};
+use tumble_core::mechanics::{Load, RigidBody, State};
+use tumble_core::simulation::energy;
+use tumble_core::step::StepStatus;
+use tumble_core::world::World;
+use tumble_model::BodyModel;
+use tumble_scene::output::tables::{ContactRow, JointRow, TableStep};
+use tumble_scene::output::trajectory::TrajectoryRow;
+use tumble_view as pictures;
+use tumble_view::{
+    Film, FilmBody, FilmContact, FilmFixed, FilmFrame, FilmGround, FilmHull, FilmPiece, FilmPlace,
+    FilmPose, FilmTie, Status,
+};
+
+/// What the bodies, the fixed pieces and the pushes of a world are called and are.
+#[derive(Debug, Clone, Copy)]
+pub struct Cast<'a> {
+    /// The world.
+    pub world: &'a World,
+    /// What its bodies are called and look like.
+    pub bodies: &'a [Role<'a>],
+    /// The names of its fixed pieces.
+    pub fixed: &'a [&'a str],
+    /// The names of its joints.
+    pub joints: &'a [&'a str],
+    /// What pushes each body.
+    pub loads: &'a [Load],
+    /// Whether nothing can touch, whatever ground the world has.
+    pub floating: bool,
+}
+
+/// What a body is in a picture.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Role<'a> {
+    /// What it is called.
+    pub name: &'a str,
+    /// What is written at it; may be empty.
+    pub label: &'a str,
+    /// Red, green and blue; `None` for one of a few in turn.
+    pub colour: Option<[u8; 3]>,
+}
+
+impl<'a> From<&'a BodyModel> for Role<'a> {
+    fn from(body: &'a BodyModel) -> Self {
+        let label = body.label.as_ref().map_or("", |label| label.0.as_str());
+        Self { name: &body.name, label, colour: body.colour.map(|colour| colour.0) }
+    }
+}
+
+/// The film of `frames`, without title and facts.
+#[must_use]
+pub fn film(cast: Cast<'_>, frames: Vec<FilmFrame>) -> Film {
+    let Cast { world, .. } = cast;
+    let fixed = cast.fixed.iter().zip(world.fixed());
+    let mut film = Film {
+        title: String::new(),
+        facts: Vec::new(),
+        time_step: world.time_step(),
+        every: 1,
+        gravity: *world.gravity(),
+        friction: world.friction(),
+        ground: None,
+        fixed: fixed
+            .map(|(name, fixed)| FilmFixed {
+                name: (*name).to_owned(),
+                pieces: vec![piece(&fixed.piece)],
+            })
+            .collect(),
+        bodies: bodies(cast),
+        joints: cast.world.joints().iter().zip(cast.joints).map(joint).collect(),
+        frames,
+    };
+    let ground = world.ground().filter(|_| !cast.floating);
+    let ground = ground.map(|plane| FilmGround { normal: *plane.normal(), offset: plane.offset() });
+    film.ground = ground.filter(|ground| is_in_reach(ground, &film, world));
+    film
+}
+
+fn bodies(cast: Cast<'_>) -> Vec<FilmBody> {
+    let of = |((body, role), all): ((&RigidBody, &Role<'_>), &Load)| {
+        let pieces: Vec<_> = body.pieces().iter().map(piece).collect();
+        let points = body.contact_points().iter().map(|point| point.position);
+        FilmBody {
+            name: role.name.to_owned(),
+            mass: body.mass(),
+            inertia: *body.inertia(),
+            // Of a body of pieces these are the corners of its pieces.
+            points: if pieces.is_empty() { points.collect() } else { Vec::new() },
+            pieces,
+            load: load(all),
+            colour: role.colour,
+            label: role.label.to_owned(),
+        }
+    };
+    cast.world.bodies().iter().zip(cast.bodies).zip(cast.loads).map(of).collect()
+}
+
+/// A joint, and what it is called.
+fn joint((joint, name): (&Joint, &&str)) -> pictures::FilmJoint {
+    // Whether of three axes the last alone is free.
+    let is_last = |axes: &[Axis; 3]| {
+        axes[..2].iter().all(|axis| *axis == Axis::Locked) && axes[2] != Axis::Locked
+    };
+    let (slides, turns) = (is_last(joint.linear()), is_last(joint.angular()));
+    let frame = &joint.frames()[0];
+    pictures::FilmJoint {
+        name: (*name).to_owned(),
+        body: joint.body(),
+        other: joint.other(),
+        anchor: frame.anchor,
+        axis: (slides || turns).then(|| frame.rotation().column(2).into_owned()),
+        turns,
+        slides,
+    }
+}
+
+/// What a joint is and carries in a step.
+fn tie(row: &JointRow) -> FilmTie {
+    FilmTie {
+        place: row.place[2],
+        angle: row.turns[2],
+        force: row.force.norm(),
+        torque: row.torque[2],
+    }
+}
+
+/// A convex piece: its core is a point, a segment or a polyhedron.
+pub(crate) fn piece(piece: &geometry::Piece) -> FilmPiece {
+    let (core, radius) = (piece.core(), piece.radius());
+    match *core.vertices() {
+        [centre] => FilmPiece::Sphere { centre, radius },
+        [from, to] => FilmPiece::Capsule { ends: [from, to], radius },
+        _ => {
+            let face = |face: usize| {
+                core.face_loop(face).iter().map(|corner| corner.vertex as usize).collect()
+            };
+            let faces = (0..core.faces().len()).map(face).collect();
+            FilmPiece::Hull(FilmHull { vertices: core.vertices().to_vec(), faces, radius })
+        }
+    }
+}
+
+/// The keys of contacts as numbers, in the order in which they appear.
+pub type Keys = BTreeMap<(usize, Option<PairFeatures>), u64>;
+
+/// A step of any number of bodies of `world` as a frame.
+#[must_use]
+pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> FilmFrame {
+    let is_felt = |contact: &&ContactRow| contact.force != Vector3::zeros();
+    let mut contact = |row: &ContactRow| {
+        let next = keys.len() as u64;
+        let key = *keys.entry((row.key.point, row.key.pair)).or_insert(next);
+        FilmContact {
+            body: row.body,
+            partner: partner(row.partner),
+            place: FilmPlace::At { point: row.point, key },
+            force: row.force,
+            carries_force: true,
+            // Of the tutorial's program, which has one body.
+            slacks: [0.0; 2],
+            multiplier: 0.0,
+        }
+    };
+    let row = &step.row;
+    FilmFrame {
+        iterations: row.iterations,
+        residual: row.residual,
+        contacts: step.contacts.iter().filter(is_felt).map(&mut contact).collect(),
+        ties: step.joints.iter().map(tie).collect(),
+        ..moving(world, &step.states, (row.index, row.time, row.status))
+    }
+}
+
+/// A row of the tutorial's table, which has numbers of every point of the one body, as a frame.
+#[must_use]
+pub fn frame_of_row(world: &World, row: &TrajectoryRow) -> FilmFrame {
+    let count = row.carrying.len();
+    let contact = |point: usize| FilmContact {
+        body: 0,
+        partner: pictures::FilmPartner::Ground,
+        place: FilmPlace::Corner(point),
+        force: row.force(point),
+        carries_force: row.carrying[point],
+        slacks: [row.step[3 * count + point], row.step[4 * count + point]],
+        multiplier: row.step[5 * count + point],
+    };
+    FilmFrame {
+        iterations: row.iterations,
+        residual: row.residual,
+        contacts: (0..count).map(contact).filter(says_something).collect(),
+        ..moving(world, &[row.state], (row.index, row.time, row.status))
+    }
+}
+
+/// Whether a row says of a point that it touches: it may carry a force, or has a number.
+fn says_something(contact: &FilmContact) -> bool {
+    let FilmContact { force, slacks: [s1, s2], multiplier, .. } = contact;
+    contact.carries_force || force.iter().chain([s1, s2, multiplier]).any(|number| *number != 0.0)
+}
+
+/// A frame of bodies that touch nothing.
+fn moving(
+    world: &World,
+    states: &[State],
+    (index, time, end): (u64, f64, StepStatus),
+) -> FilmFrame {
+    let each = |energy: fn(&World, &RigidBody, &State) -> f64| {
+        let bodies = world.bodies().iter().zip(states);
+        bodies.map(|(body, state)| energy(world, body, state)).sum()
+    };
+    FilmFrame {
+        index,
+        time,
+        poses: states.iter().map(pose).collect(),
+        kinetic: each(energy::kinetic),
+        potential: each(energy::potential),
+        contacts: Vec::new(),
+        ties: Vec::new(),
+        status: status(end),
+        iterations: 0,
+        residual: 0.0,
+    }
+}
+
+fn partner(partner: Partner) -> pictures::FilmPartner {
+    match partner {
+        Partner::Ground => pictures::FilmPartner::Ground,
+        Partner::Fixed(index) => pictures::FilmPartner::Fixed(index),
+        Partner::Body(index) => pictures::FilmPartner::Body(index),
+    }
+}
+
+/// What pushes a body.
+fn load(load: &Load) -> pictures::FilmLoad {
+    pictures::FilmLoad {
+        force: load.force.knots().to_vec(),
+        torque: load.torque.knots().to_vec(),
+        point: *load.point(),
+    }
+}
+
+/// Where a body is and how it moves.
+fn pose(state: &State) -> FilmPose {
+    let [w, x, y, z] = state.attitude.into();
+    FilmPose {
+        position: state.position,
+        // The file's own digits: of a trajectory they are of length 1.
+        attitude: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)),
+        velocity: state.velocity,
+        spin: state.spin,
+    }
+}
+
+/// How a step ended.
+fn status(status: StepStatus) -> Status {
+    match status {
+        StepStatus::Free => Status::Free,
+        StepStatus::Converged => Status::Converged,
+        StepStatus::Retried => Status::Retried,
+        StepStatus::Fallback => Status::Fallback,
+        StepStatus::Substepped => Status::Substepped,
+        StepStatus::Wild => Status::Wild,
+        StepStatus::Failed => Status::Failed,
+        StepStatus::End => Status::End,
+    }
+}
+
+/// Whether the motion comes as near to the ground as it is large: a ground that is farther away is
+/// as good as none, and a picture with it would show nothing else.
+fn is_in_reach(ground: &FilmGround, film: &Film, world: &World) -> bool {
+    let reach: Vec<f64> = world.bodies().iter().map(|body| body.reach()).collect();
+    let still = film.fixed.iter().flat_map(|fixed| &fixed.pieces).flat_map(|piece| match piece {
+        FilmPiece::Hull(hull) => hull.vertices.clone(),
+        FilmPiece::Mesh(mesh) => mesh.vertices.clone(),
+        FilmPiece::Sphere { centre, .. } => vec![*centre],
+        FilmPiece::Capsule { ends, .. } => ends.to_vec(),
+    });
+    let moving = film.frames.iter().flat_map(|frame| &frame.poses).map(|pose| pose.position);
+    let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    let mut lowest = f64::INFINITY;
+    for place in still.chain(moving) {
+        (low, high) = (low.inf(&place), high.sup(&place));
+        lowest = lowest.min(ground.normal.dot(&place) - ground.offset);
+    }
+    let size = (high - low).norm() + 2.0 * reach.into_iter().fold(0.0, f64::max);
+    lowest <= size
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every face has the corners that lie in its plane, whatever the piece is.
+    #[test]
+    fn pieces_are_drawn_as_they_are() {
+        let half = Vector3::new(0.3, 0.2, 0.1);
+        let FilmPiece::Hull(cuboid) = piece(&geometry::Piece::cuboid(half).unwrap()) else {
+            panic!("a box is a hull")
+        };
+        assert_eq!((cuboid.vertices.len(), cuboid.faces.len(), cuboid.radius), (8, 6, 0.0));
+        for face in &cuboid.faces {
+            let in_plane = |axis: usize| {
+                face.iter().all(|&v| cuboid.vertices[v][axis] == cuboid.vertices[face[0]][axis])
+            };
+            assert!(face.len() == 4 && (0..3).any(in_plane), "{face:?}");
+        }
+        let ball = piece(&geometry::Piece::sphere(0.5).unwrap());
+        assert_eq!(ball, FilmPiece::Sphere { centre: Vector3::zeros(), radius: 0.5 });
+        let FilmPiece::Capsule { ends: [a, b], radius } =
+            piece(&geometry::Piece::capsule(0.4, 0.1).unwrap())
+        else {
+            panic!("a capsule is one")
+        };
+        assert_eq!(((b - a).norm(), radius), (0.8, 0.1));
+    }
+}

@@ -1,0 +1,220 @@
+//! Fields of the files that are read: lists of the right length, and errors that name the field.
+
+use nalgebra::{Matrix3, Vector3};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{DeserializeOwned, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Serialize, Serializer};
+use std::fmt;
+use std::marker::PhantomData;
+
+/// N values, no more and no fewer. (An array of serde's leaves it to the format whether what
+/// comes after the last is an error.)
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exactly<T, const N: usize>(pub [T; N]);
+
+/// N numbers.
+pub type Numbers<const N: usize> = Exactly<f64, N>;
+
+/// Gravity: a number (downwards) or a vector, m/s².
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "a number (downwards) or three are needed")]
+pub enum Gravity {
+    /// Along −z.
+    Downwards(f64),
+    /// World.
+    Vector(Numbers<3>),
+}
+
+impl Gravity {
+    /// g, m/s², world.
+    pub fn vector(self) -> Vector3<f64> {
+        match self {
+            // Without any, 0 and not -0.
+            Self::Downwards(g) => Vector3::new(0.0, 0.0, 0.0 - g),
+            Self::Vector(vector) => vector.0.into(),
+        }
+    }
+}
+
+/// A vector as it stands in a file.
+pub fn numbers(vector: &Vector3<f64>) -> Numbers<3> {
+    Exactly((*vector).into())
+}
+
+/// A matrix as it stands in a file.
+pub fn by_rows(matrix: &Matrix3<f64>) -> Exactly<Numbers<3>, 3> {
+    Exactly(std::array::from_fn(|row| numbers(&matrix.row(row).transpose())))
+}
+
+/// The matrix of a file's rows.
+pub fn matrix(rows: &Exactly<Numbers<3>, 3>) -> Matrix3<f64> {
+    Matrix3::from_fn(|row, column| rows.0[row].0[column])
+}
+
+impl<T: Serialize, const N: usize> Serialize for Exactly<T, N> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.as_slice().serialize(serializer)
+    }
+}
+
+impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct List<T, const N: usize>(PhantomData<T>);
+
+        impl<'de, T: Deserialize<'de>, const N: usize> Visitor<'de> for List<T, N> {
+            type Value = Exactly<T, N>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "an array of length {N}")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
+                let mut values = Vec::with_capacity(N);
+                while values.len() < N {
+                    match list.next_element()? {
+                        Some(value) => values.push(value),
+                        None => return Err(A::Error::invalid_length(values.len(), &self)),
+                    }
+                }
+                let mut length = N;
+                while list.next_element::<IgnoredAny>()?.is_some() {
+                    length += 1;
+                }
+                // Of length N, so that it can fail for the surplus alone.
+                match values.try_into() {
+                    Ok(values) if length == N => Ok(Exactly(values)),
+                    _ => Err(A::Error::invalid_length(length, &self)),
+                }
+            }
+        }
+
+        deserializer.deserialize_seq(List(PhantomData))
+    }
+}
+
+/// A table that may be left out, with serde's `default`. (Serde takes a list for one as well, value
+/// by value, and says what is wrong with the values of `[[body]]`.)
+pub fn table_if_any<'de, D, T>(deserializer: D) -> Result<Option<T>, D::Error>
+where
+    D: Deserializer<'de>,
+    T: Deserialize<'de>,
+{
+    struct TableField<T>(PhantomData<T>);
+
+    impl<'de, T: Deserialize<'de>> Visitor<'de> for TableField<T> {
+        type Value = T;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("one table")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<T, A::Error> {
+            T::deserialize(MapAccessDeserializer::new(map))
+        }
+    }
+
+    deserializer.deserialize_map(TableField(PhantomData)).map(Some)
+}
+
+/// Tables of one name: one, or a list of them.
+#[derive(Debug, Clone)]
+pub struct Tables<T>(pub Vec<T>);
+
+impl<T> Default for Tables<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Tables<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Any<T>(PhantomData<T>);
+
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Any<T> {
+            type Value = Tables<T>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a table, or a list of them")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+                T::deserialize(MapAccessDeserializer::new(map)).map(|one| Tables(vec![one]))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
+                let mut all = Vec::new();
+                while let Some(one) = list.next_element()? {
+                    all.push(one);
+                }
+                Ok(Tables(all))
+            }
+        }
+
+        deserializer.deserialize_any(Any(PhantomData))
+    }
+}
+
+/// Of a list in the place of a table.
+const ONE_TABLE: &str = "list, one table is needed";
+
+/// An error with the field it is about, where there is one.
+pub fn named(path: &str, message: &str) -> String {
+    let mut message = plain(message);
+    if path == "body" && message.ends_with(ONE_TABLE) {
+        message += " (several bodies are [[bodies]])";
+    }
+    // `.` is the whole; what is not known has no name.
+    if path == "." || path.contains('?') { message } else { format!("{path}: {message}") }
+}
+
+/// A message without the names of our own types.
+pub fn plain(message: &str) -> String {
+    let types = [
+        ("expected f64", "a number is needed"),
+        ("expected u64", "a whole number is needed"),
+        ("expected u8", "a whole number from 0 to 255 is needed"),
+        ("expected u16", "a whole number from 0 to 65535 is needed"),
+        ("expected u32", "a whole number from 0 to 4294967295 is needed"),
+        ("expected an array of length", "an array is needed of length"),
+        ("expected a sequence", "an array is needed"),
+        ("sequence, expected one table", ONE_TABLE),
+        ("expected one table", "a table is needed"),
+        (" as i128", ""),
+    ];
+    types.iter().fold(message.to_owned(), |text, (name, plain)| text.replace(name, plain))
+}
+
+/// What a JSON text says.
+///
+/// # Errors
+/// A sentence that names the field and the line.
+pub fn json<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    let mut deserializer = serde_json::Deserializer::from_str(text);
+    let value = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
+        let path = error.path().to_string();
+        named(&path, &error.into_inner().to_string())
+    })?;
+    deserializer.end().map_err(|error| plain(&error.to_string()))?;
+    Ok(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_have_exactly_their_length() {
+        assert_eq!(json::<Numbers<3>>("[1, 2, 3]").unwrap().0, [1.0, 2.0, 3.0]);
+        assert_eq!(serde_json::to_string(&Exactly([1.5, 2.0])).unwrap(), "[1.5,2.0]");
+        for (text, words) in [
+            ("[1, 2]", "invalid length 2, an array is needed of length 3"),
+            ("[1, 2, 3, 4, 5]", "invalid length 5, "),
+            ("[1, \"2\", 3]", "[1]: invalid type: string \"2\", a number is needed"),
+            ("7", "invalid type: integer `7`, an array is needed of length 3"),
+            ("[1, 2, 3] 4", "trailing characters"),
+        ] {
+            let why = json::<Numbers<3>>(text).unwrap_err();
+            assert!(why.contains(words), "{text}: {why}");
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! Ground, load and rotation as they stand in files.
+
+use super::failure::Failure;
+use super::fields::{Exactly, Numbers, numbers};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use tumble_core::error::Error;
+use tumble_core::mechanics::Rotation;
+use tumble_core::mechanics::load::{Load, Polyline};
+use tumble_core::world::{Plane, World};
+
+/// The ground n·x = d.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(expecting = "an object with normal and offset")]
+pub struct PlaneParameters {
+    /// n, of length 1, world.
+    pub normal: Numbers<3>,
+    /// d, m.
+    pub offset: f64,
+}
+
+/// The external load.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(expecting = "an object with force, torque and at")]
+pub struct LoadParameters {
+    /// Knots: t, s, and the force, N, world.
+    pub force: Vec<Numbers<4>>,
+    /// Knots: t, s, and the torque, N m, body.
+    pub torque: Vec<Numbers<4>>,
+    /// Where the force acts, m, body.
+    pub at: Numbers<3>,
+}
+
+/// That of a run.json which names none: of before there was another.
+#[must_use]
+pub fn unnamed_rotation() -> Rotation {
+    Rotation::Tutorial
+}
+
+impl Default for PlaneParameters {
+    fn default() -> Self {
+        Self { normal: Exactly([0.0, 0.0, 1.0]), offset: 0.0 }
+    }
+}
+
+impl LoadParameters {
+    /// Those of a load.
+    pub fn of(load: &Load) -> Self {
+        let knots = |line: &Polyline| {
+            line.knots().iter().map(|(time, v)| Exactly([*time, v[0], v[1], v[2]])).collect()
+        };
+        let at = numbers(load.point());
+        Self { force: knots(&load.force), torque: knots(&load.torque), at }
+    }
+
+    /// The load.
+    ///
+    /// # Errors
+    /// Knots or a point that a load refuses.
+    pub fn load(&self) -> Result<Load, Failure> {
+        let line = |name: &str, knots: &[Numbers<4>]| {
+            let knots = knots.iter().map(|&Exactly([t, x, y, z])| (t, Vector3::new(x, y, z)));
+            Polyline::new(knots.collect()).map_err(|error| Failure::setting(name, error))
+        };
+        let (force, torque) = (line("force", &self.force)?, line("torque", &self.torque)?);
+        Ok(Load::new(force, torque, self.at.0.into())?)
+    }
+}
+
+/// `world` with what is given of restitution.
+///
+/// # Errors
+/// Numbers that a world refuses.
+pub fn bouncing(
+    world: World,
+    restitution: Option<f64>,
+    rebound_speed: Option<f64>,
+) -> Result<World, Error> {
+    let world = match restitution {
+        Some(restitution) => world.with_restitution(restitution)?,
+        None => world,
+    };
+    match rebound_speed {
+        Some(speed) => world.with_rebound_speed(speed),
+        None => Ok(world),
+    }
+}
+
+/// A plane as it stands in a file.
+pub fn plane(plane: &Plane) -> PlaneParameters {
+    PlaneParameters { normal: numbers(plane.normal()), offset: plane.offset() }
+}

@@ -1,0 +1,149 @@
+//! Checks of the parts of a problem.
+
+use crate::PlanError;
+use crate::control::{Control, ControlKind, PushControl};
+use crate::target::FARTHEST;
+use tumble_core::joint::JointAxis;
+use tumble_core::world::constants::extents;
+use tumble_core::world::{Constant, World};
+
+/// Constants that can be controls: those with a field of their own in a scene's model.
+const CONSTANTS: [Constant; 6] = [
+    Constant::Friction,
+    Constant::Restitution,
+    Constant::Mass,
+    Constant::Inertia,
+    Constant::Gravity,
+    Constant::Ground,
+];
+
+pub(super) fn odd<T>(why: String) -> Result<T, PlanError> {
+    Err(PlanError::Problem(why))
+}
+
+/// Whether both controls set the same start or constant. Forces add up instead.
+pub(super) fn sets_alike(a: &Control, b: &Control) -> bool {
+    a.kind.is_of_the_run() && a.kind == b.kind
+}
+
+pub(super) fn has_body(of: &str, name: &str, body: usize, bodies: usize) -> Result<(), PlanError> {
+    if body < bodies {
+        return Ok(());
+    }
+    odd(format!("{of} {name:?}: body {body} is not there; 0 to {} are allowed", bodies - 1))
+}
+
+pub(super) fn check_control(
+    control: &Control,
+    world: &World,
+    steps: usize,
+) -> Result<(), PlanError> {
+    let Control { name, kind, bounds, knots, effort } = control;
+    if let Some(body) = kind.body() {
+        has_body("control", name, body, world.bodies().len())?;
+    }
+    let components = kind.components();
+    if bounds.len() != components.len() {
+        let (count, wanted) = (bounds.len(), components.len());
+        return odd(format!("control {name:?}: {count} bounds are given; {wanted} are needed"));
+    }
+    for (component, [low, high]) in components.iter().zip(bounds) {
+        if !(low.is_finite() && high.is_finite() && low <= high) {
+            let why = format!("{low} to {high} are no bounds; two numbers in order are needed");
+            return odd(format!("control {name:?}: {component}: {why}"));
+        }
+    }
+    let most = if kind.is_of_the_run() { 1 } else { steps };
+    if !(1..=most).contains(knots) {
+        return odd(format!("control {name:?}: knots is {knots}; 1 to {most} are allowed"));
+    }
+    if !(*effort >= 0.0 && effort.is_finite()) {
+        return odd(format!("control {name:?}: effort is {effort}; 0 or more is needed"));
+    }
+    match kind {
+        ControlKind::Push(push) => {
+            if let [low, _] = bounds[0]
+                && low < 0.0
+            {
+                let why = format!("normal: {low} is a pull; a push needs a range from 0 N");
+                return odd(format!("control {name:?}: {why}"));
+            }
+            let frame = &push.frame;
+            let apart = (frame.transpose() * frame - nalgebra::Matrix3::identity()).amax();
+            if !(apart < 1e-9 && frame.determinant() > 0.0) {
+                let why = "its axes are not three of length 1 across each other, right-handed";
+                return odd(format!("control {name:?}: {why}"));
+            }
+            if !push.point.iter().all(|x| x.abs() <= FARTHEST) {
+                let [x, y, z]: [f64; 3] = push.point.into();
+                let why =
+                    format!("at is [{x:?}, {y:?}, {z:?}]; numbers from -1e6 to 1e6 m are needed");
+                return odd(format!("control {name:?}: {why}"));
+            }
+            check_reach(name, push, &bounds[3..], world)?;
+            let friction = push.friction.unwrap_or(0.0);
+            if !(0.0..=10.0).contains(&friction) {
+                let why = format!("friction is {friction}; 0 to 10 is allowed");
+                return odd(format!("control {name:?}: {why}"));
+            }
+            Ok(())
+        }
+        ControlKind::Motor { axes } => {
+            let driven = world.driven_axes();
+            if let Some((joint, _)) = axes.iter().find(|axis| !driven.contains(axis)) {
+                return odd(format!("control {name:?}: joint {joint} has no such free axis"));
+            }
+            let of_a_place = |(_, axis): &(usize, JointAxis)| matches!(axis, JointAxis::Linear(_));
+            let along = axes.iter().filter(|axis| of_a_place(axis)).count();
+            if axes.is_empty() || along > 0 && along < axes.len() {
+                let why = "axes that slide, or axes that turn, are needed: its number is N, or N m";
+                return odd(format!("control {name:?}: {why}"));
+            }
+            let twice = (1..axes.len()).any(|k| axes[..k].contains(&axes[k]));
+            if twice { odd(format!("control {name:?}: a joint is named twice")) } else { Ok(()) }
+        }
+        ControlKind::Constant(constant) if !CONSTANTS.contains(constant) => {
+            let names: Vec<_> = CONSTANTS.iter().map(|constant| constant.name()).collect();
+            let why = format!("{} is not looked for; {} are", constant.name(), names.join(", "));
+            odd(format!("control {name:?}: {why}"))
+        }
+        ControlKind::Constant(constant) => {
+            for number in bounds[0] {
+                let numbers = constant.from_one_number(world, number);
+                if let Err(error) = world.with_constants(&[(*constant, &numbers)]) {
+                    return odd(format!("control {name:?}: value {number} is refused: {error}"));
+                }
+            }
+            Ok(())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a push whose point, with any of its offsets, lies outside the box around the body.
+fn check_reach(
+    name: &str,
+    push: &PushControl,
+    offsets: &[[f64; 2]],
+    world: &World,
+) -> Result<(), PlanError> {
+    let reach = extents(&world.bodies()[push.body]);
+    let slack = REACH_SLACK * reach.max();
+    for first in offsets[0] {
+        for second in offsets[1] {
+            let place = push.place(&[0.0, 0.0, 0.0, first, second]);
+            if (0..3).any(|k| place[k].abs() > reach[k] + slack) {
+                let [x, y, z]: [f64; 3] = place.into();
+                let [a, b, c]: [f64; 3] = reach.into();
+                let why = format!(
+                    "with its offsets it pushes at [{x:?}, {y:?}, {z:?}], beside the body; up to ±[{a:?}, {b:?}, {c:?}] m is allowed"
+                );
+                return odd(format!("control {name:?}: {why}"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Share of a body's extent by which rounding may move the point of a push.
+const REACH_SLACK: f64 = 1e-9;

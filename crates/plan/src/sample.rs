@@ -1,0 +1,296 @@
+//! Sampling: CMA-ES over a few pieces of each control, by runs on all threads of the caller's rayon pool.
+//!
+//! The method compares costs only, so plateaus and kinks do not stop it. With few variables it decides the rough course of
+//! a plan: over an edge or not, before a wall or behind it. A tenth of the runs is scattered over the bounds. Each round of
+//! CMA-ES then starts at the best controls so far; the first is wide, and each next one is narrower with more pieces.
+//!
+//! A middle round without more pieces than the previous one starts elsewhere if the best controls still miss. The seed
+//! determines all draws, on any number of threads.
+
+use super::stage::{SearchProgress, SearchWatch, Stage, StageResult};
+use super::{PlanError, PlanProblem, Replay};
+use cmaes::{CMAESOptions, DVector};
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Sampling by CMA-ES.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Seed of the draws.
+    pub seed: u64,
+    /// Largest number of runs; by default 200 for each variable, and 2000 more.
+    pub runs: Option<u64>,
+    /// Largest number of pieces of each control in the first round.
+    pub knots: usize,
+    /// Number of rounds.
+    pub rounds: u32,
+}
+
+impl Default for Sample {
+    fn default() -> Self {
+        Self { seed: 1, runs: None, knots: 10, rounds: 3 }
+    }
+}
+
+/// Cost of a run that cannot be made; CMA-ES ranks by finite numbers.
+const WORST: f64 = 1e30;
+
+/// Width of the first round in units of the bounds, and the factor of each next round.
+const WIDTH: (f64, f64) = (0.3, 0.3);
+
+/// Share of the runs that are scattered over the bounds before the first round.
+const SCATTERED: f64 = 0.1;
+
+/// Largest number of coordinates of CMA-ES: it decomposes a matrix of their square repeatedly.
+const MOST: usize = 2000;
+
+impl Stage for Sample {
+    fn name(&self) -> &'static str {
+        "sample"
+    }
+
+    fn is_fallback(&self) -> bool {
+        true
+    }
+
+    fn check(&self, problem: &PlanProblem) -> Result<(), PlanError> {
+        let knots = self.knots_in(self.rounds.max(1) - 1);
+        let first = problem.variables().iter().filter(|variable| variable.knot == 0);
+        let pieces = first.map(|of| knots.clamp(1, problem.controls()[of.control].knots));
+        let count: usize = pieces.sum();
+        if count <= MOST {
+            return Ok(());
+        }
+        Err(PlanError::Problem(format!(
+            "sample: its last round has {count} coordinates, and up to {MOST} are allowed; fewer knots or rounds are \
+             needed"
+        )))
+    }
+
+    fn run(
+        &self,
+        problem: &PlanProblem,
+        from: &Replay,
+        watch: &mut SearchWatch<'_>,
+    ) -> Result<StageResult, PlanError> {
+        let mut best = (from.controls.clone(), judged(problem, &from.controls, watch)?);
+        let mut end = StageResult { controls: best.0.clone(), ..StageResult::default() };
+        if problem.variables().is_empty() {
+            end.message = "the problem has no variables".to_owned();
+            return Ok(end);
+        }
+        let rounds = self.rounds.max(1);
+        let coarse = Coarse::of(problem, self.knots, best.0.clone()).count as u64;
+        let runs = self.runs.unwrap_or(200 * (10 + coarse));
+        let scattered = ((SCATTERED * runs as f64) as u64).max(1);
+        let thrown = self.scatter(problem, 0..scattered, &mut end, watch)?;
+        best = thrown.filter(|thrown| thrown.1 < best.1).unwrap_or(best);
+        for round in 0..rounds {
+            if !end.message.is_empty() {
+                break;
+            }
+            let last = runs * u64::from(round + 1) / u64::from(rounds);
+            let mut about = (best.0.clone(), WIDTH.0 * WIDTH.1.powi(round.min(16) as i32));
+            if round + 1 < rounds && self.looks_elsewhere(problem, round, &best.0)? {
+                let first = u64::from(round) * scattered;
+                let thrown = self.scatter(problem, first..first + scattered, &mut end, watch)?;
+                about = thrown.map_or(about, |(controls, _)| (controls, WIDTH.0));
+            }
+            self.round(problem, (round, last), about, &mut best, &mut end, watch)?;
+        }
+        if end.message.is_empty() {
+            end.message = format!("{} runs", end.runs);
+        }
+        end.controls = best.0;
+        Ok(end)
+    }
+}
+
+impl Sample {
+    /// Largest number of pieces of each control in a round.
+    fn knots_in(&self, round: u32) -> usize {
+        self.knots.saturating_mul(1 << round.min(16))
+    }
+
+    /// Whether a round starts elsewhere: it has no more pieces than the previous round, and the best run misses.
+    fn looks_elsewhere(
+        &self,
+        problem: &PlanProblem,
+        round: u32,
+        best: &[f64],
+    ) -> Result<bool, PlanError> {
+        let Some(before) = round.checked_sub(1) else { return Ok(false) };
+        let pieces = |round| Coarse::of(problem, self.knots_in(round), Vec::new()).count;
+        Ok(pieces(round) == pieces(before) && !problem.replay(best)?.meets())
+    }
+
+    /// Best of the runs `which`, scattered evenly over the bounds. Sets the message of `end` if no run moves a target.
+    ///
+    /// Coordinate j of point i is frac(½ + i g^(−j)) in d dimensions, with the root g of g^(d+1) = g + 1.
+    fn scatter(
+        &self,
+        problem: &PlanProblem,
+        which: Range<u64>,
+        end: &mut StageResult,
+        watch: &mut SearchWatch<'_>,
+    ) -> Result<Option<(Vec<f64>, f64)>, PlanError> {
+        let count = which.end - which.start;
+        let mut best = None::<(Vec<f64>, f64)>;
+        let coarse = Coarse::of(problem, self.knots, Vec::new());
+        let mut g = 2.0_f64;
+        for _ in 0..60 {
+            g = libm::pow(1.0 + g, 1.0 / (coarse.count as f64 + 1.0));
+        }
+        let steps: Vec<f64> = (1..=coarse.count).map(|j| libm::pow(g, -(j as f64)) % 1.0).collect();
+        // A coarse coordinate has the bounds of its variables.
+        let point = |i: u64| {
+            let at =
+                |j: usize| (0.5 + (self.seed.wrapping_add(i) % (1 << 32)) as f64 * steps[j]) % 1.0;
+            let each = problem.variables().iter().zip(&coarse.place);
+            each.map(|(v, place)| v.bounds[0] + v.scale() * at(*place)).collect::<Vec<f64>>()
+        };
+        let interrupt = watch.interrupt;
+        let run = |i: u64| problem.run_cost(&point(i), Some(interrupt));
+        let runs: Vec<_> = which.clone().into_par_iter().map(run).collect();
+        end.runs += count;
+        let (mut seen, mut failure) = (None::<[f64; 2]>, None);
+        for (i, run) in which.zip(runs) {
+            match run {
+                Ok(cost) => {
+                    let [least, most] = seen.unwrap_or([cost.task; 2]);
+                    seen = Some([least.min(cost.task), most.max(cost.task)]);
+                    if best.as_ref().is_none_or(|best| cost.judged() < best.1) {
+                        best = Some((point(i), cost.judged()));
+                    }
+                }
+                Err(error) => failure = failure.or(Some(error)),
+            }
+        }
+        end.message = match (seen, failure) {
+            _ if watch.is_interrupted() => "interrupted".to_owned(),
+            (None, Some(why)) => format!("no run could be made: {why}"),
+            (Some([least, most]), _) if count > 1 && most - least <= 1e-9 * most => {
+                format!("none of {count} runs within the bounds moved a target")
+            }
+            _ => String::new(),
+        };
+        Ok(best)
+    }
+
+    /// One round of CMA-ES from a point with a width, until `last` runs in all. Sets the message of `end` if it was stopped.
+    fn round(
+        &self,
+        problem: &PlanProblem,
+        (round, last): (u32, u64),
+        (from, width): (Vec<f64>, f64),
+        best: &mut (Vec<f64>, f64),
+        end: &mut StageResult,
+        watch: &mut SearchWatch<'_>,
+    ) -> Result<(), PlanError> {
+        let coarse = Coarse::of(problem, self.knots_in(round), from);
+        let interrupt = watch.interrupt;
+        let runs = AtomicU64::new(end.runs);
+        let loss = |point: &DVector<f64>| {
+            let (controls, outside) = coarse.controls(problem, point.as_slice());
+            runs.fetch_add(1, Ordering::Relaxed);
+            match problem.run_cost(&controls, Some(interrupt)) {
+                Ok(cost) => cost.judged().min(WORST) * (1.0 + outside),
+                // A start that cannot be simulated ranks last.
+                Err(_) => WORST * (1.0 + outside),
+            }
+        };
+        let population = 2 * (4 + (3.0 * (coarse.count as f64).ln()) as usize);
+        let strategy = CMAESOptions::new(vec![0.0; coarse.count], width)
+            .population_size(population)
+            .parallel_update(false)
+            .seed(self.seed.wrapping_add(u64::from(round)))
+            .build(loss);
+        let mut strategy = strategy.map_err(|error| {
+            PlanError::Problem(format!("sample: CMA-ES cannot start: {error:?}"))
+        })?;
+        loop {
+            let ended = strategy.next_parallel().is_some();
+            end.iterations += 1;
+            end.runs = runs.load(Ordering::Relaxed);
+            if watch.is_interrupted() {
+                end.message = "interrupted".to_owned();
+                return Ok(());
+            }
+            if let Some(found) = strategy.current_best_individual() {
+                let (controls, _) = coarse.controls(problem, found.point.as_slice());
+                if found.value < WORST {
+                    let cost = judged(problem, &controls, watch)?;
+                    if cost < best.1 {
+                        *best = (controls, cost);
+                    }
+                }
+            }
+            let progress = SearchProgress {
+                stage: self.name(),
+                iteration: end.iterations,
+                cost: best.1,
+                controls: &best.0,
+            };
+            if !watch.goes_on(&progress) {
+                end.message = "stopped".to_owned();
+                return Ok(());
+            }
+            if ended || end.runs >= last {
+                return Ok(());
+            }
+        }
+    }
+}
+
+/// Objective of a run.
+fn judged(
+    problem: &PlanProblem,
+    controls: &[f64],
+    watch: &SearchWatch<'_>,
+) -> Result<f64, PlanError> {
+    match problem.run_cost(controls, Some(watch.interrupt)) {
+        Ok(cost) => Ok(cost.judged()),
+        Err(PlanError::Interrupted) => Ok(f64::INFINITY),
+        Err(error) => Err(error),
+    }
+}
+
+/// Coarse coordinates: each one is added to all variables of a component within a coarse piece, in units of the bounds.
+struct Coarse {
+    from: Vec<f64>,
+    /// Coarse coordinate of each variable.
+    place: Vec<usize>,
+    count: usize,
+}
+
+impl Coarse {
+    fn of(problem: &PlanProblem, knots: usize, from: Vec<f64>) -> Self {
+        let mut known: Vec<(usize, usize, usize)> = Vec::new();
+        let place = problem.variables().iter().map(|variable| {
+            let fine = problem.controls()[variable.control].knots;
+            let piece = variable.knot * knots.clamp(1, fine) / fine;
+            let key = (variable.control, variable.component, piece);
+            known.iter().rposition(|other| *other == key).unwrap_or_else(|| {
+                known.push(key);
+                known.len() - 1
+            })
+        });
+        let place = place.collect();
+        Self { from, place, count: known.len() }
+    }
+
+    /// Controls at a point, clipped to their bounds, and the mean clipped length in units of the bounds.
+    fn controls(&self, problem: &PlanProblem, point: &[f64]) -> (Vec<f64>, f64) {
+        let mut outside = 0.0;
+        let each = problem.variables().iter().zip(&self.from).zip(&self.place);
+        let controls = each.map(|((variable, from), place)| {
+            let wanted = from + variable.scale() * point[*place];
+            let value = wanted.clamp(variable.bounds[0], variable.bounds[1]);
+            outside += (wanted - value).abs() / variable.scale();
+            value
+        });
+        let controls = controls.collect();
+        (controls, outside / self.place.len().max(1) as f64)
+    }
+}

@@ -1,0 +1,66 @@
+//! A plan as a scene: its starts, its constants, and its wrenches as loads over time.
+//!
+//! A run of the scene equals the replay to the last bit.
+
+use super::{PlanProblem, Replay, held};
+use nalgebra::Vector3;
+use tumble_core::mechanics::{Load, State};
+use tumble_core::world::World;
+use tumble_model::failure::Failure;
+use tumble_model::fields::Exactly;
+use tumble_model::parameters::{LoadParameters, PlaneParameters};
+use tumble_model::{BodyStart, Model};
+use tumble_scene::scene::Scene;
+
+impl PlanProblem {
+    /// Scene whose run is `replay`.
+    ///
+    /// # Errors
+    /// A scene that the library refuses; a replay of this problem has none.
+    pub fn scene_of(&self, replay: &Replay) -> Result<Scene, Failure> {
+        let other = |error: super::PlanError| Failure::Other(error.to_string());
+        let (world, starts) =
+            (self.world(&replay.controls).map_err(other)?, self.starts(&replay.controls));
+        let mut loads = self.scene.loads.clone();
+        for (body, _) in self.pushed().iter().enumerate().filter(|(_, pushed)| **pushed) {
+            loads[body] = self.load_of(body, replay)?;
+        }
+        let scene = self.scene.clone();
+        let drawn = scene.drawn && starts == scene.starts;
+        let mut model = scene.model.clone();
+        rewrite(&mut model, &world, &starts, &loads);
+        Ok(Scene { drawn, ..scene.with_model(model)? })
+    }
+
+    /// Wrenches on `body` as a load over time.
+    fn load_of(&self, body: usize, replay: &Replay) -> Result<Load, Failure> {
+        let (mut forces, mut torques) = (Vec::new(), Vec::new());
+        let mut wrenches = Vec::new();
+        for (step, states) in replay.states.iter().take(self.steps).enumerate() {
+            self.wrenches(step, states, &replay.controls, &mut wrenches);
+            forces.push(wrenches[body].force);
+            torques.push(wrenches[body].torque);
+        }
+        let (first, h) = (self.scene.start_index, self.scene.world.time_step());
+        let through = |values: &[Vector3<f64>]| held::through(values, first, h);
+        Ok(Load::new(through(&forces)?, through(&torques)?, Vector3::zeros())?)
+    }
+}
+
+/// Writes constants, starts and loads into a model.
+fn rewrite(model: &mut Model, world: &World, starts: &[State], loads: &[Load]) {
+    model.mu = world.friction();
+    model.restitution = world.restitution();
+    model.gravity = (*world.gravity()).into();
+    model.plane = world.ground().map(|ground| PlaneParameters {
+        normal: Exactly((*ground.normal()).into()),
+        offset: ground.offset(),
+    });
+    let bodies = world.bodies().iter().zip(starts).zip(loads);
+    for (of, ((body, start), load)) in model.bodies.iter_mut().zip(bodies) {
+        of.mass = body.mass();
+        of.inertia = body.inertia().transpose().into();
+        of.start = BodyStart::of(start);
+        of.load = (!load.is_none()).then(|| LoadParameters::of(load));
+    }
+}

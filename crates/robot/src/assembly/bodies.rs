@@ -1,0 +1,248 @@
+//! The bodies that links are: which, their masses and shapes, and where they start.
+
+use super::forms::{equivalent, fit, form_of, scene_form};
+use super::touching::friction_of;
+use super::{Assembled, Carried, Placing, place_of};
+use crate::frame::LinkFrame;
+use crate::model::{LinkMass, LookForm, Robot, RobotForm, RobotLook, RobotShape};
+use crate::motion::RobotMotion;
+use nalgebra::Vector3;
+use tumble_core::mechanics::{Load, Polyline};
+use tumble_model::parameters::LoadParameters;
+use tumble_model::shape::{ModelForm, ModelShape, PlacedForm};
+use tumble_model::{BodyModel, BodyStart, Model};
+
+/// More shapes than this do not touch.
+const MOST_TOUCHING: usize = 2000;
+
+impl Assembled {
+    /// Says which bodies of the scene each is.
+    pub(super) fn number_bodies(&mut self, placing: &Placing, model: &Model) -> Result<(), String> {
+        let mut next = model.bodies.len();
+        for place in 0..self.bodies.len() {
+            self.bodies[place].parts = self.parts(place, placing, model.mu)?;
+            self.bodies[place].body = next;
+            next += self.bodies[place].parts.len();
+        }
+        Ok(())
+    }
+
+    pub(super) fn add_bodies(
+        &mut self,
+        placing: &Placing,
+        motion: &RobotMotion,
+        model: &mut Model,
+    ) -> Result<(), String> {
+        let mut notes = Vec::new();
+        for place in 0..self.bodies.len() {
+            let link = self.bodies[place].link;
+            let mass = self.mass_of(place);
+            let at = &self.robot.links[link].at;
+            let wrong = |why: String| format!("{at}: {why}");
+            if mass.mass <= 0.0 {
+                return Err(wrong(
+                    "it moves and has no mass of 1e-9 kg or more; give it <inertial>".to_owned(),
+                ));
+            }
+            self.bodies[place].centre = mass.centre;
+            let start = BodyStart::of(&self.state_of(place, motion.links()));
+            let share = 1.0 / self.bodies[place].parts.len() as f64;
+            let held = self.held_up(place, model.gravity.into(), share);
+            // Of links that are several bodies the first has it.
+            let mut look = self.look_of(place, placing).map(|look| {
+                model.looks.push(look);
+                model.looks.len() - 1
+            });
+            for (number, part) in self.bodies[place].parts.iter().enumerate() {
+                let name = self.part_name(link, number);
+                if model.bodies.iter().any(|known| known.name == name) {
+                    return Err(wrong(format!("there is a body {name:?} already")));
+                }
+                let (shape, note, touches) = self.shape_of(place, part, &mass, placing)?;
+                notes.extend(note.map(|note| format!("{name}: {note}")));
+                let index = model.shapes.iter().position(|known| *known == shape);
+                let index = index.unwrap_or_else(|| {
+                    model.shapes.push(shape);
+                    model.shapes.len() - 1
+                });
+                let first = part.first().map(|shape| &self.robot.shapes[*shape]);
+                let body = BodyModel {
+                    name,
+                    shape: index,
+                    centre: mass.centre.into(),
+                    mass: mass.mass * share,
+                    inertia: (mass.inertia * share).transpose().into(),
+                    friction: first.and_then(friction_of),
+                    restitution: None,
+                    touches,
+                    load: held.clone(),
+                    colour: None,
+                    label: None,
+                    look: look.take(),
+                    start: start.clone(),
+                    drawn: None,
+                };
+                let made = body.rigid_body(&model.shapes[index]);
+                made.map_err(|error| wrong(error.to_string()))?;
+                model.bodies.push(body);
+            }
+        }
+        self.robot.notes.extend(notes);
+        Ok(())
+    }
+
+    /// Mass, centre and inertia of a body, in the frame of its first link.
+    fn mass_of(&self, place: usize) -> LinkMass {
+        let parts = self.robot.links.iter().zip(&self.links);
+        let parts = parts.filter(|(link, (body, _))| *body == Some(place) && link.mass.mass > 0.0);
+        let parts: Vec<_> = parts.map(|(link, (_, frame))| link.mass.placed(frame)).collect();
+        LinkMass::sum(&parts)
+    }
+
+    /// What holds up the weight of links that are said to weigh less, of which the body has this `share`: a force in the middle of
+    /// what it holds.
+    fn held_up(&self, place: usize, gravity: Vector3<f64>, share: f64) -> Option<LoadParameters> {
+        let (mut mass, mut moment) = (0.0, Vector3::zeros());
+        for (link, (_, frame)) in
+            self.robot.links.iter().zip(&self.links).filter(|(_, (body, _))| *body == Some(place))
+        {
+            let held = link.weightless * link.mass.mass;
+            mass += held;
+            moment += frame.point(&link.mass.centre) * held;
+        }
+        if mass == 0.0 {
+            return None;
+        }
+        let force = Load::new(
+            Polyline::constant(-gravity * (mass * share)).ok()?,
+            Polyline::default(),
+            moment / mass - self.bodies[place].centre,
+        )
+        .ok()?;
+        Some(LoadParameters::of(&force))
+    }
+
+    /// The shapes that touch of links that are one, those together that touch all else in the same way.
+    fn parts(
+        &self,
+        place: usize,
+        placing: &Placing,
+        usual: f64,
+    ) -> Result<Vec<Vec<usize>>, String> {
+        let counts = |index: usize, shape: &RobotShape| {
+            self.robot.touches(index) && (placing.has_ground || shape.form != RobotForm::Plane)
+        };
+        let shapes = self.robot.shapes.iter().enumerate();
+        let touching = shapes.filter(|(index, shape)| counts(*index, shape));
+        let touching: Vec<_> = touching.collect();
+        if let Some((_, odd)) = touching.get(MOST_TOUCHING) {
+            let at = &odd.at;
+            return Err(format!("{at}: with this more than {MOST_TOUCHING} shapes touch"));
+        }
+        let is_own = |shape: &RobotShape| self.links[shape.link].0 == Some(place);
+        let others: Vec<_> = touching.iter().filter(|(_, shape)| !is_own(shape)).collect();
+        let law = |a: usize, b: usize| self.law(placing, a, b, usual);
+        let own_friction = |index: usize| friction_of(&self.robot.shapes[index]);
+        let alike = |a: usize, b: usize| {
+            own_friction(a) == own_friction(b)
+                && others.iter().all(|(other, _)| law(a, *other) == law(b, *other))
+        };
+        let mut parts: Vec<Vec<usize>> = Vec::new();
+        for (index, _) in touching.iter().filter(|(_, shape)| is_own(shape)) {
+            match parts.iter_mut().find(|part| alike(part[0], *index)) {
+                Some(part) => part.push(*index),
+                None => parts.push(vec![*index]),
+            }
+        }
+        Ok(if parts.is_empty() { vec![Vec::new()] } else { parts })
+    }
+
+    /// What a body looks like that has these shapes which touch, what is to be said of it, and whether it has any.
+    fn shape_of(
+        &self,
+        place: usize,
+        part: &[usize],
+        mass: &LinkMass,
+        placing: &Placing,
+    ) -> Result<(ModelShape, Option<String>, bool), String> {
+        let placed = |shape: &RobotShape| {
+            let form = form_of(shape, placing.sides)?;
+            Ok(form.map(|form| PlacedForm { form, place: place_of(&self.in_body(shape)) }))
+        };
+        let wrong = |why: tumble_core::error::Error| {
+            format!("{}: {why}", self.robot.links[self.bodies[place].link].at)
+        };
+        let all = |shapes: &mut dyn Iterator<Item = &RobotShape>| {
+            let placed: Result<Vec<Option<PlacedForm>>, String> = shapes.map(placed).collect();
+            Ok::<Vec<_>, String>(placed?.into_iter().flatten().collect())
+        };
+        if !part.is_empty() {
+            let mut touching = all(&mut part.iter().map(|shape| &self.robot.shapes[*shape]))?;
+            let note = fit(&mut touching).map_err(wrong)?;
+            return Ok((ModelShape::Pieces(touching), note, true));
+        }
+        let own = |shape: &&RobotShape| self.links[shape.link].0 == Some(place);
+        let mut seen = all(&mut self.robot.shapes.iter().filter(own))?;
+        // For the eye.
+        fit(&mut seen).map_err(wrong)?;
+        let pieces = if seen.is_empty() { vec![equivalent(mass)] } else { seen };
+        Ok((ModelShape::Pieces(pieces), None, false))
+    }
+}
+
+impl Assembled {
+    /// What a body looks like whose links do not all look like their shapes.
+    fn look_of(&self, place: usize, placing: &Placing) -> Option<Vec<PlacedForm>> {
+        let is_own = |link: usize| self.links[link].0 == Some(place);
+        let looks: Vec<_> = self.robot.looks.iter().filter(|look| is_own(look.link)).collect();
+        if looks.is_empty() {
+            return None;
+        }
+        let has_look = |link: usize| looks.iter().any(|look| look.link == link);
+        let shapes =
+            self.robot.shapes.iter().filter(|shape| is_own(shape.link) && !has_look(shape.link));
+        let shapes = shapes.filter_map(|shape| {
+            let form = scene_form(&shape.form, placing.sides)?;
+            Some(PlacedForm { form, place: place_of(&self.in_body(shape)) })
+        });
+        let seen = |look: &&RobotLook| {
+            let form = match &look.seen {
+                LookForm::Form(form) => scene_form(form, placing.sides)?,
+                LookForm::Mesh(surface) => ModelForm::Mesh {
+                    vertices: surface.vertices.clone(),
+                    triangles: surface.triangles.clone(),
+                    radius: 0.0,
+                },
+            };
+            let frame = self.links[look.link].1.then(&look.frame);
+            Some(PlacedForm { form, place: place_of(&frame) })
+        };
+        Some(looks.iter().filter_map(seen).chain(shapes).collect())
+    }
+}
+
+/// Which links begin bodies; and of each link its body and where it is in that body's first link.
+pub(super) fn carried(
+    robot: &Robot,
+    merges: bool,
+) -> (Vec<Carried>, Vec<(Option<usize>, LinkFrame)>) {
+    let mut bodies = Vec::new();
+    let mut links: Vec<(Option<usize>, LinkFrame)> = Vec::with_capacity(robot.links.len());
+    for (index, link) in robot.links.iter().enumerate() {
+        if index == 0 {
+            links.push((None, LinkFrame::identity()));
+            continue;
+        }
+        let (above, frame) = links[link.parent];
+        // What is fixed to a body may be one of its own; what is fixed to the world is not.
+        let is_own = link.joints.1 > 0 || !merges && above.is_some() && link.mass.mass > 0.0;
+        if is_own {
+            links.push((Some(bodies.len()), LinkFrame::identity()));
+            let (body, centre, parts) = (0, Vector3::zeros(), Vec::new());
+            bodies.push(Carried { link: index, body, centre, parts });
+        } else {
+            links.push((above, frame.then(&link.frame)));
+        }
+    }
+    (bodies, links)
+}

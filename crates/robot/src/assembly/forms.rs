@@ -1,0 +1,127 @@
+//! Shapes of a robot's file as forms of a scene, and what there is too much of them.
+
+use super::place_of;
+use crate::frame::{LinkFrame, of_matrix};
+use crate::meshes::{LEAST_CORNERS, reduced};
+use crate::model::{LinkMass, RobotForm, RobotShape};
+use nalgebra::Vector3;
+use std::f64::consts::{PI, TAU};
+use tumble_core::error::Error;
+use tumble_model::shape::{ModelForm, PlacedForm};
+
+/// The form of a shape in a scene; none of one that touches nothing and has no such form.
+pub(super) fn form_of(shape: &RobotShape, sides: usize) -> Result<Option<ModelForm>, String> {
+    let form = scene_form(&shape.form, sides);
+    match shape.form {
+        _ if form.is_some() || shape.groups == [0, 0] => Ok(form),
+        _ => Err(format!("{}: a plane belongs to the world", shape.at)),
+    }
+}
+
+/// A form in a scene; none of one that has no such.
+pub(super) fn scene_form(form: &RobotForm, sides: usize) -> Option<ModelForm> {
+    Some(match form {
+        RobotForm::Sphere(radius) => ModelForm::Sphere { radius: *radius },
+        RobotForm::Capsule(half, radius) => {
+            ModelForm::Capsule { length: 2.0 * half, radius: *radius }
+        }
+        RobotForm::Box(half) => ModelForm::Box { sides: (half * 2.0).into() },
+        RobotForm::Cylinder(half, radius) => {
+            let corner = |side: usize, end: f64| {
+                let (sine, cosine) = (TAU * side as f64 / sides as f64).sin_cos();
+                [radius * cosine, radius * sine, end]
+            };
+            let points = (0..sides).flat_map(|side| [corner(side, -half), corner(side, *half)]);
+            ModelForm::Hull { points: points.collect(), radius: 0.0 }
+        }
+        RobotForm::Hull(points) => ModelForm::Hull { points: points.clone(), radius: 0.0 },
+        RobotForm::Ellipsoid(half) => ellipsoid(half, sides),
+        RobotForm::Plane => return None,
+    })
+}
+
+/// An ellipsoid as a rounded hull within it. With its smallest radius of curvature r = c²/a, c ≤ a the least and the largest of its
+/// half axes, it is all points that are at most r from a convex core; here of the hull of some points of that core's surface,
+///
+/// ```text
+/// D s − r n,  n = D⁻¹ s/|D⁻¹ s|,
+/// ```
+///
+/// D of the half axes, s of the poles and of half as many meridians as prisms have `sides`. It touches the ellipsoid where n is
+/// one of these.
+fn ellipsoid(half: &Vector3<f64>, sides: usize) -> ModelForm {
+    let radius = half.min() * half.min() / half.max();
+    if radius >= half.max() * (1.0 - 1e-6) {
+        return ModelForm::Sphere { radius: half.max() };
+    }
+    let meridians = (sides / 2).max(3);
+    let rings = (meridians / 2).max(2);
+    let on_ring = |ring: usize| {
+        let height = PI * ring as f64 / rings as f64;
+        (0..meridians).map(move |meridian| {
+            let (sine, cosine) = (TAU * meridian as f64 / meridians as f64).sin_cos();
+            let across = height.sin();
+            Vector3::new(across * cosine, across * sine, height.cos())
+        })
+    };
+    let directions = (1..rings).flat_map(on_ring).chain([Vector3::z(), -Vector3::z()]);
+    let corner = |s: Vector3<f64>| {
+        (half.component_mul(&s) - s.component_div(half).normalize() * radius).into()
+    };
+    ModelForm::Hull { points: directions.map(corner).collect(), radius }
+}
+
+/// How many contact points a body may have.
+const MOST_POINTS: usize = 1000;
+
+/// Has hulls of shapes count by fewer of their corners where all of them together have more than a body may have, and says so.
+pub(super) fn fit(shapes: &mut [PlacedForm]) -> Result<Option<String>, Error> {
+    let counts = shapes.iter().map(|shape| match &shape.form {
+        ModelForm::Box { .. } => 8,
+        ModelForm::Sphere { .. } => 1,
+        ModelForm::Capsule { .. } => 2,
+        ModelForm::Hull { points, .. } => points.len(),
+        ModelForm::Mesh { vertices, .. } => vertices.len(),
+    });
+    let counts: Vec<usize> = counts.collect();
+    let within = |most: usize| counts.iter().map(|count| *count.min(&most)).sum::<usize>();
+    if within(usize::MAX) <= MOST_POINTS {
+        return Ok(None);
+    }
+    let Some(most) = (LEAST_CORNERS..MOST_POINTS).rev().find(|most| within(*most) <= MOST_POINTS)
+    else {
+        return Ok(None);
+    };
+    let mut farthest = 0.0_f64;
+    for shape in shapes {
+        let ModelForm::Hull { points, .. } = &mut shape.form else { continue };
+        if points.len() > most {
+            let all: Vec<_> = points.iter().copied().map(Vector3::from).collect();
+            let (piece, outside) = reduced(&all, most)?;
+            *points = piece.core().vertices().iter().map(|&corner| corner.into()).collect();
+            farthest = farthest.max(outside);
+        }
+    }
+    Ok(Some(format!(
+        "of its hulls at most {most} corners each count, so that all are at most {MOST_POINTS}; the others are up to {farthest:.1e} m outside"
+    )))
+}
+
+/// A box of the mass's inertia, or a ball where no box has it: for the eye.
+pub(super) fn equivalent(mass: &LinkMass) -> PlacedForm {
+    let eigen = mass.inertia.symmetric_eigen();
+    let moments = eigen.eigenvalues;
+    let squares = Vector3::repeat(0.5 * moments.sum()) - moments;
+    let sides = squares.map(|square| (12.0 * square / mass.mass).max(0.0).sqrt());
+    let mut axes = eigen.eigenvectors;
+    if axes.determinant() < 0.0 {
+        axes.column_mut(2).neg_mut();
+    }
+    let attitude = of_matrix(&axes);
+    let frame = LinkFrame { position: mass.centre, attitude };
+    let form = match sides.min() > 1e-2 * sides.max() {
+        true => ModelForm::Box { sides: sides.into() },
+        false => ModelForm::Sphere { radius: (2.5 * moments.max() / mass.mass).sqrt().max(1e-3) },
+    };
+    PlacedForm { form, place: place_of(&frame) }
+}

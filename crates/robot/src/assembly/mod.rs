@@ -1,0 +1,477 @@
+//! A robot in a scene: its links as bodies, joints, fixed things, and what of them touches.
+
+mod bodies;
+mod forms;
+mod joints;
+mod states;
+mod touching;
+
+use super::frame::LinkFrame;
+use super::joining::{drive, sum_drive};
+use super::model::{Key, MimicJoint, Moves, Robot, RobotShape};
+use nalgebra::{Vector3, Vector4};
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use tumble_core::joint::Drive;
+use tumble_core::mechanics::State;
+use tumble_model::Model;
+use tumble_model::shape::ModelPlace;
+use tumble_model::shown;
+
+/// How a robot is put into a scene.
+#[derive(Debug, Clone)]
+pub struct Placing {
+    /// The world of the file in that of the scene.
+    pub frame: LinkFrame,
+    /// Before the names of its links and joints.
+    pub prefix: String,
+    /// The pose of the file that it starts in.
+    pub key: Option<String>,
+    /// Coordinates of slides and hinges at the start, before those of the pose.
+    pub coordinates: Vec<(String, f64)>,
+    /// Whether its links touch each other.
+    pub touches_itself: bool,
+    /// Whether links without joints are one body with those that they are fixed to.
+    pub merges: bool,
+    /// The sides of the prisms that stand for cylinders.
+    pub sides: usize,
+    /// Whether the planes of the file are the ground of the scene.
+    pub has_ground: bool,
+}
+
+impl Default for Placing {
+    fn default() -> Self {
+        Self {
+            frame: LinkFrame::identity(),
+            prefix: String::new(),
+            key: None,
+            coordinates: Vec::new(),
+            touches_itself: true,
+            merges: true,
+            sides: USUAL_SIDES,
+            has_ground: false,
+        }
+    }
+}
+
+/// The sides of the prism that stands for a cylinder where nothing else is said.
+pub const USUAL_SIDES: usize = 24;
+
+/// Names of a scene are no longer.
+const LONGEST_NAME: usize = 40;
+
+/// A robot that is in a scene: which bodies and joints it is.
+#[derive(Debug, Clone)]
+pub struct Assembled {
+    robot: Robot,
+    prefix: String,
+    /// What names of the file that are too long are called in the scene.
+    long_names: BTreeMap<String, String>,
+    bodies: Vec<Carried>,
+    /// Of each link its place in `bodies`, none of what is fixed, and where it is in that link.
+    links: Vec<(Option<usize>, LinkFrame)>,
+    /// The link that each link moves with, whatever is one body.
+    carriers: Vec<usize>,
+    /// Of each joint the joint of the scene and which of the six axes it is.
+    axes: Vec<Option<(usize, usize)>>,
+    /// The gears of the scene that its sums are.
+    sums: Range<usize>,
+    /// The fixed pieces of the scene that are its file's.
+    fixed: Range<usize>,
+    /// The joints of the scene that are its ties.
+    ties: Range<usize>,
+    /// Whether there is nothing else in the scene.
+    is_alone: bool,
+    controls: Vec<f64>,
+    coordinates: Vec<f64>,
+}
+
+/// Links that are one, and the bodies of the scene that they are: one, or more that are tied to the first where their
+/// shapes touch otherwise, each with its share of the mass.
+#[derive(Debug, Clone)]
+struct Carried {
+    /// Whose frame it has.
+    link: usize,
+    /// The index of the first body.
+    body: usize,
+    /// The centre of mass in that frame, m.
+    centre: Vector3<f64>,
+    /// The shapes that touch of each body, of one that touches nothing none.
+    parts: Vec<Vec<usize>>,
+}
+
+impl Carried {
+    /// Whether a body of the scene is one of its own.
+    fn has(&self, body: usize) -> bool {
+        (self.body..self.body + self.parts.len()).contains(&body)
+    }
+}
+
+impl Assembled {
+    /// Puts `robot` into the model of a scene.
+    ///
+    /// # Errors
+    /// What cannot be there, with the line of the file that it is about.
+    pub fn new(mut robot: Robot, placing: &Placing, model: &mut Model) -> Result<Self, String> {
+        if !(3..=200).contains(&placing.sides) {
+            return Err(format!("sides is {}; allowed is 3 to 200", placing.sides));
+        }
+        if !placing.prefix.is_empty() {
+            shown::checked_name(&placing.prefix).map_err(|why| format!("prefix: {why}"))?;
+        }
+        robot.links[0].frame = placing.frame;
+        let RobotStart { coordinates, rates, controls } = starts(&robot, placing)?;
+        let (bodies, links) = bodies::carried(&robot, placing.merges);
+        let mut own = Self {
+            prefix: placing.prefix.clone(),
+            bodies,
+            links,
+            carriers: robot.carriers(),
+            axes: vec![None; robot.joints.len()],
+            sums: 0..0,
+            fixed: model.fixed.len()..model.fixed.len(),
+            ties: 0..0,
+            is_alone: placing.has_ground,
+            long_names: long_names(&robot, &placing.prefix),
+            controls,
+            coordinates,
+            robot,
+        };
+        own.number_bodies(placing, model)?;
+        let motion = own.robot.motion(&own.coordinates, &rates)?;
+        own.add_bodies(placing, &motion, model)?;
+        let touching = own.add_shapes(placing, model)?;
+        own.keep_apart(placing, &touching, model);
+        drop(touching);
+        own.fixed.end = model.fixed.len();
+        own.add_joints(model)?;
+        own.add_gears(model)?;
+        let first_tie = model.joints.len();
+        own.add_ties(model)?;
+        own.ties = first_tie..model.joints.len();
+        own.join_pairs(placing, model);
+        own.add_parts(model);
+        own.note_names(model);
+        Ok(own)
+    }
+
+    /// What something of the file is called in the scene: as there, with `_` for all that names of a scene cannot have, and without
+    /// the middle of a long one.
+    fn named(&self, name: &str) -> String {
+        let own = self.long_names.get(name).cloned();
+        own.unwrap_or_else(|| fitting(&self.prefix, name, ".."))
+    }
+
+    /// Says what of the file is called otherwise in the scene.
+    fn note_names(&mut self, model: &Model) {
+        let links = self.robot.links.iter().skip(1).map(|link| &link.name);
+        let names = links.chain(self.robot.joints.iter().map(|joint| &joint.name));
+        let shapes = self.robot.shapes.iter().map(|shape| &shape.name);
+        let shapes = shapes.filter(|name| {
+            let name = self.named(name);
+            model.fixed[self.fixed.clone()].iter().any(|fixed| fixed.name == name)
+        });
+        let other = |name: &&String| self.named(name) != format!("{}{name}", self.prefix);
+        let others: Vec<_> = names.chain(shapes).filter(other).collect();
+        if let Some(first) = others.first() {
+            let sentence = format!(
+                "names that a scene cannot have are others there, {} of them: {:?} is {:?}",
+                others.len(),
+                shown::line(first),
+                self.named(first)
+            );
+            self.robot.notes.push(sentence);
+        }
+    }
+
+    /// The name of a body of a link.
+    fn part_name(&self, link: usize, number: usize) -> String {
+        let name = &self.robot.links[link].name;
+        if number == 0 { self.named(name) } else { self.named(&format!("{name}.{}", number + 1)) }
+    }
+
+    /// The world of the file in that of the scene.
+    fn world(&self) -> &LinkFrame {
+        &self.robot.links[0].frame
+    }
+
+    /// Where a shape is in the frame of its body's first link.
+    fn in_body(&self, shape: &RobotShape) -> LinkFrame {
+        self.links[shape.link].1.then(&shape.frame)
+    }
+
+    /// The robot as its file has it.
+    #[must_use]
+    pub fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    /// What stands before its names in the scene.
+    #[must_use]
+    pub fn prefix(&self) -> &str {
+        &self.prefix
+    }
+
+    /// The joint of the scene that a slide or a hinge is, and which of its six axes: x, y, z of the place and of the
+    /// turn.
+    #[must_use]
+    pub fn axis(&self, joint: usize) -> Option<(usize, usize)> {
+        self.axes.get(joint).copied().flatten()
+    }
+
+    /// The body of the scene that a link moves with; none of what is fixed. Where the shapes of a link touch in different
+    /// ways it is more than one, of which this is the first.
+    #[must_use]
+    pub fn body(&self, link: usize) -> Option<usize> {
+        let place = self.links.get(link)?.0?;
+        Some(self.bodies[place].body)
+    }
+
+    /// Whether a body of the scene is one of those that a link moves with.
+    #[must_use]
+    pub fn moves_with(&self, link: usize, body: usize) -> bool {
+        let place = self.links.get(link).and_then(|(place, _)| *place);
+        place.is_some_and(|place| self.bodies[place].has(body))
+    }
+
+    /// Whether a body of the scene is one of its links.
+    pub(crate) fn has_body(&self, body: usize) -> bool {
+        self.bodies.iter().any(|carried| carried.has(body))
+    }
+
+    /// Whether a fixed piece of the scene is of its file.
+    pub(crate) fn has_fixed(&self, piece: usize) -> bool {
+        self.fixed.contains(&piece)
+    }
+
+    /// Whether a body of the scene is one of its links, and hangs on the world by joints.
+    pub(crate) fn hangs(&self, body: usize) -> bool {
+        let is_of = |one: &&Carried| (one.body..one.body + one.parts.len()).contains(&body);
+        let Some(Carried { link, .. }) = self.bodies.iter().find(is_of) else { return false };
+        let parent = |link: &usize| Some(self.robot.links[*link].parent).filter(|_| *link > 0);
+        let mut above = std::iter::successors(Some(*link), parent);
+        !above.any(|link| self.robot.joints_of(link).iter().any(|joint| joint.moves == Moves::Free))
+    }
+
+    /// Whether its file alone is the scene.
+    pub(crate) fn is_alone(&self) -> bool {
+        self.is_alone
+    }
+
+    /// The joints of the scene that are its ties.
+    pub(crate) fn ties(&self) -> Range<usize> {
+        self.ties.clone()
+    }
+
+    /// The bodies of the scene that hang together by the tree of its links: the free joint of what flies, none of what hangs on the
+    /// world, and the bodies.
+    pub(crate) fn trees(&self) -> Vec<(Option<usize>, Vec<usize>)> {
+        let mut trees: Vec<(Option<usize>, Vec<usize>)> = Vec::new();
+        for Carried { link, body, parts, .. } in &self.bodies {
+            let parent = |link: &usize| Some(self.robot.links[*link].parent).filter(|_| *link > 0);
+            let free = |link: usize| {
+                let (first, count) = self.robot.links[link].joints;
+                (first..first + count).find(|joint| self.robot.joints[*joint].moves == Moves::Free)
+            };
+            let flying = std::iter::successors(Some(*link), parent).find_map(free);
+            let own = *body..body + parts.len();
+            match trees.iter_mut().find(|(known, _)| *known == flying) {
+                Some((_, bodies)) => bodies.extend(own),
+                None => trees.push((flying, own.collect())),
+            }
+        }
+        trees
+    }
+
+    /// Moves the bodies that fly by a free joint at the start, m, and says what that joint is of.
+    pub(crate) fn lift(
+        &mut self,
+        joint: usize,
+        bodies: &[usize],
+        by: Vector3<f64>,
+        model: &mut Model,
+    ) -> String {
+        let place = self.robot.places()[joint].0;
+        for k in 0..3 {
+            self.coordinates[place + k] += by[k];
+            for body in bodies {
+                model.bodies[*body].start.position[k] += by[k];
+            }
+        }
+        self.named(&self.robot.links[self.robot.joints[joint].link].name)
+    }
+
+    /// Has it start where its bodies are at `states`.
+    ///
+    /// # Errors
+    /// States that are too few.
+    pub(crate) fn start_at(&mut self, states: &[State]) -> Result<(), String> {
+        self.coordinates = self.coordinates(states, &self.coordinates)?.0;
+        Ok(())
+    }
+
+    /// Adds a sentence to what is said of it.
+    pub(crate) fn note(&mut self, sentence: String) {
+        self.robot.notes.push(sentence);
+    }
+
+    /// One more than the largest index of its bodies in the scene.
+    pub fn bodies_end(&self) -> usize {
+        self.bodies.iter().map(|carried| carried.body + carried.parts.len()).max().unwrap_or(0)
+    }
+
+    /// The coordinates at the start.
+    #[must_use]
+    pub fn start(&self) -> &[f64] {
+        &self.coordinates
+    }
+
+    /// The controls at the start.
+    #[must_use]
+    pub fn controls(&self) -> &[f64] {
+        &self.controls
+    }
+
+    /// What acts on a slide or a hinge under these controls, in coordinates of the scene's joint.
+    ///
+    /// # Errors
+    /// None of a robot that was put into a scene; as [`Assembled::new`].
+    pub fn drive(&self, joint: usize, controls: &[f64]) -> Result<Drive, String> {
+        drive(&self.robot, joint, controls)
+    }
+
+    /// The gears of the scene that act on sums of coordinates, each with its drive under these controls.
+    ///
+    /// # Errors
+    /// As [`Assembled::drive`].
+    pub fn sum_drives(&self, controls: &[f64]) -> Result<Vec<(usize, Drive)>, String> {
+        let sums = self.sums.clone().enumerate();
+        sums.map(|(sum, gear)| Ok((gear, sum_drive(&self.robot, sum, controls)?))).collect()
+    }
+}
+
+/// Where a robot starts, and how it moves.
+struct RobotStart {
+    coordinates: Vec<f64>,
+    rates: Vec<f64>,
+    controls: Vec<f64>,
+}
+
+/// Coordinates, rates and controls at the start: those of the pose, then those that are given, within their ranges.
+fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
+    let mut q = robot.reference();
+    let mut v = vec![0.0; robot.counts().1];
+    let mut controls = vec![0.0; robot.actuators.len()];
+    if let Some(name) = &placing.key {
+        let key = robot.keys.iter().find(|key| key.name == *name);
+        let key = key.ok_or_else(|| format!("pose: there is no pose {name:?} in the file"))?;
+        for (all, said) in
+            [(&mut q, &key.positions), (&mut v, &key.rates), (&mut controls, &key.controls)]
+        {
+            if let Some(said) = said {
+                all.clone_from(said);
+            }
+        }
+    }
+    let places = robot.places();
+    // Poses are of the world of the file.
+    let key = placing.key.as_ref().and_then(|name| robot.keys.iter().find(|key| key.name == *name));
+    let is_said = |said: fn(&Key) -> bool| key.is_some_and(said);
+    let free = robot.joints.iter().zip(&places).filter(|(joint, _)| joint.moves == Moves::Free);
+    for (_, &(at, rate)) in free {
+        if is_said(|key| key.positions.is_some()) {
+            let position = Vector3::from_column_slice(&q[at..at + 3]);
+            let attitude = Vector4::from_column_slice(&q[at + 3..at + 7]);
+            let placed = placing.frame.then(&LinkFrame { position, attitude });
+            q[at..at + 3].copy_from_slice(placed.position.as_slice());
+            q[at + 3..at + 7].copy_from_slice(placed.attitude.as_slice());
+        }
+        if is_said(|key| key.rates.is_some()) {
+            let turned = placing.frame.rotation() * Vector3::from_column_slice(&v[rate..rate + 3]);
+            v[rate..rate + 3].copy_from_slice(turned.as_slice());
+        }
+    }
+    for (name, coordinate) in &placing.coordinates {
+        let joint = robot.joint(name);
+        let joint =
+            joint.ok_or_else(|| format!("coordinates: there is no joint {name:?} in the file"))?;
+        if !matches!(robot.joints[joint].moves, Moves::Hinge | Moves::Slide) {
+            return Err(format!("coordinates: {name:?} is no slide and no hinge"));
+        }
+        if !coordinate.is_finite() {
+            return Err(format!("coordinates: {name} is {coordinate:?}"));
+        }
+        q[places[joint].0] = *coordinate;
+    }
+    for (joint, (place, _)) in robot.joints.iter().zip(&places) {
+        if let Some([low, high]) = joint.range {
+            q[*place] = q[*place].clamp(low, high);
+        }
+    }
+    robot.follow(&mut q, &mut v);
+    refuse_beyond(robot, &places, &q)?;
+    Ok(RobotStart { coordinates: q, rates: v, controls })
+}
+
+/// Refuses joints that go with others beyond their ranges.
+fn refuse_beyond(robot: &Robot, places: &[(usize, usize)], q: &[f64]) -> Result<(), String> {
+    for MimicJoint { joints: [own, _], at, .. } in &robot.follows {
+        let (joint, coordinate) = (&robot.joints[*own], q[places[*own].0]);
+        if let Some([low, high]) = joint.range
+            && !(low - AT_LIMIT..=high + AT_LIMIT).contains(&coordinate)
+        {
+            let name = &joint.name;
+            return Err(format!(
+                "{at}: {name:?} would begin at {coordinate:?}, outside its range {low:?} to {high:?}; \
+                 give coordinates of the joint that it goes with"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// What rounding may take a joint beyond its range that goes with one at its limit, m or rad.
+const AT_LIMIT: f64 = 1e-9;
+
+/// A name as a scene can have it: with `_` for what it cannot have, and `middle` in place of that of a long one.
+fn fitting(prefix: &str, name: &str, middle: &str) -> String {
+    let fits = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+    let fitting = |c: char| if fits(c) { c } else { '_' };
+    let name: String = prefix.chars().chain(name.chars()).map(fitting).collect();
+    match name.len() {
+        0 => "_".to_owned(),
+        1..=LONGEST_NAME if name == "ground" => "ground_".to_owned(),
+        1..=LONGEST_NAME => name,
+        length => {
+            let kept = LONGEST_NAME - middle.len();
+            format!("{}{middle}{}", &name[..kept / 2], &name[length - kept.div_ceil(2)..])
+        }
+    }
+}
+
+/// What names of links, joints and shapes that are too long are called in a scene, each otherwise: a number stands in the middle
+/// of those that would be alike.
+fn long_names(robot: &Robot, prefix: &str) -> BTreeMap<String, String> {
+    let links = robot.links.iter().map(|link| &link.name);
+    let names = links.chain(robot.joints.iter().map(|joint| &joint.name));
+    let names = names.chain(robot.shapes.iter().map(|shape| &shape.name));
+    let mut known = BTreeMap::new();
+    let mut taken = BTreeSet::new();
+    for name in names.filter(|name| prefix.chars().count() + name.chars().count() > LONGEST_NAME) {
+        if known.contains_key(name) {
+            continue;
+        }
+        let numbered = (2..).map(|number: usize| format!(".{number}."));
+        let mut middles = std::iter::once("..".to_owned()).chain(numbered);
+        let own = middles.find_map(|middle| {
+            let own = fitting(prefix, name, &middle);
+            taken.insert(own.clone()).then_some(own)
+        });
+        known.extend(own.map(|own| (name.clone(), own)));
+    }
+    known
+}
+
+fn place_of(frame: &LinkFrame) -> ModelPlace {
+    ModelPlace { position: frame.position.into(), attitude: frame.attitude.into() }
+}

@@ -1,0 +1,85 @@
+//! States of a robot's bodies by its coordinates, and back.
+
+use super::{Assembled, Carried};
+use crate::frame::LinkFrame;
+use crate::motion::LinkMotion;
+use nalgebra::Vector3;
+use tumble_core::mechanics::State;
+
+impl Assembled {
+    /// The state of a body whose links move so.
+    pub(super) fn state_of(&self, place: usize, links: &[LinkMotion]) -> State {
+        let Carried { link, centre, .. } = self.bodies[place];
+        let LinkMotion { frame, spin, velocity } = links[link];
+        let arm = frame.rotation() * centre;
+        State {
+            position: frame.point(&centre),
+            attitude: frame.attitude,
+            velocity: velocity + spin.cross(&arm),
+            spin: frame.rotation().tr_mul(&spin),
+        }
+    }
+
+    /// Sets in `states` those of its bodies at these coordinates and rates. Joints that go with others are
+    /// where those have them, whatever is given of them.
+    ///
+    /// # Errors
+    /// Other numbers of them; as [`Robot::motion`](crate::model::Robot::motion).
+    pub fn set_states(&self, q: &[f64], v: &[f64], states: &mut [State]) -> Result<(), String> {
+        let (mut q, mut v) = (q.to_vec(), v.to_vec());
+        self.robot.follow(&mut q, &mut v);
+        let motion = self.robot.motion(&q, &v)?;
+        for place in 0..self.bodies.len() {
+            let Carried { body, ref parts, .. } = self.bodies[place];
+            let own = states.get_mut(body..body + parts.len()).ok_or_else(missing)?;
+            own.fill(self.state_of(place, motion.links()));
+        }
+        Ok(())
+    }
+
+    /// Coordinates and rates where its bodies are at `states`, angles nearest to those of `near`.
+    ///
+    /// # Errors
+    /// States that are too few; another number of coordinates.
+    pub fn coordinates(
+        &self,
+        states: &[State],
+        near: &[f64],
+    ) -> Result<(Vec<f64>, Vec<f64>), String> {
+        let moving = self.links_at(states)?;
+        let frames: Vec<_> = moving.iter().map(|link| link.frame).collect();
+        let q = self.robot.coordinates(&frames, near)?;
+        let motion = self.robot.motion(&q, &vec![0.0; self.robot.counts().1])?;
+        let rates = motion.rates(&self.robot, &moving);
+        Ok((q, rates))
+    }
+
+    /// All links where its bodies are at `states`.
+    ///
+    /// # Errors
+    /// States that are too few.
+    pub fn links_at(&self, states: &[State]) -> Result<Vec<LinkMotion>, String> {
+        let still = |frame: LinkFrame| LinkMotion {
+            frame,
+            spin: Vector3::zeros(),
+            velocity: Vector3::zeros(),
+        };
+        let link = |(place, offset): &(Option<usize>, LinkFrame)| {
+            let Some(place) = place else { return Ok(still(self.world().then(offset))) };
+            let Carried { body: index, centre, .. } = self.bodies[*place];
+            let State { position, attitude, velocity, spin } =
+                *states.get(index).ok_or_else(missing)?;
+            let placed = LinkFrame { position, attitude };
+            let placed = LinkFrame { position: placed.point(&-centre), attitude };
+            let frame = placed.then(offset);
+            let spin = placed.rotation() * spin;
+            let velocity = velocity + spin.cross(&(frame.position - position));
+            Ok(LinkMotion { frame, spin, velocity })
+        };
+        self.links.iter().map(link).collect()
+    }
+}
+
+fn missing() -> String {
+    "states: the robot has bodies that have none".to_owned()
+}

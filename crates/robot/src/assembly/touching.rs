@@ -1,0 +1,162 @@
+//! What of a robot touches what, and by which coefficients.
+
+use super::forms::form_of;
+use super::{Assembled, Carried, Placing, place_of};
+use crate::model::{RobotForm, RobotShape};
+use tumble_core::contact::Plane;
+use tumble_model::parameters::plane as plane_parameters;
+use tumble_model::shape::PlacedForm;
+use tumble_model::{ApartModel, FixedModel, Model, PairModel, PartnerModel};
+
+/// A shape that can touch: whose it is, and where.
+pub(super) struct ContactRules {
+    /// An index of the shapes.
+    shape: usize,
+    owner: ShapeOwner,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum ShapeOwner {
+    /// An index of the bodies of the scene.
+    Body(usize),
+    /// An index of the fixed pieces.
+    Fixed(usize),
+    Ground,
+}
+
+impl Assembled {
+    /// Adds what is fixed, and lists all that can touch.
+    pub(super) fn add_shapes(
+        &self,
+        placing: &Placing,
+        model: &mut Model,
+    ) -> Result<Vec<ContactRules>, String> {
+        let mut touching = Vec::new();
+        let shapes = self.robot.shapes.iter().enumerate();
+        for (index, shape) in shapes.filter(|(index, _)| self.robot.touches(*index)) {
+            let owner = match self.links[shape.link].0 {
+                Some(place) => {
+                    let Carried { body, parts, .. } = &self.bodies[place];
+                    let part = parts.iter().position(|part| part.contains(&index));
+                    ShapeOwner::Body(body + part.unwrap_or(0))
+                }
+                None if shape.form == RobotForm::Plane => {
+                    if !placing.has_ground {
+                        continue;
+                    }
+                    if model.plane.is_some() {
+                        return Err(format!("{}: one plane is supported; give a box", shape.at));
+                    }
+                    let frame = self.world().then(&self.in_body(shape));
+                    let normal = frame.rotation().column(2).into_owned();
+                    let plane = Plane::new(normal, normal.dot(&frame.position));
+                    let plane = plane.map_err(|error| format!("{}: {error}", shape.at))?;
+                    model.plane = Some(plane_parameters(&plane));
+                    model.mu = friction_of(shape).unwrap_or(model.mu);
+                    ShapeOwner::Ground
+                }
+                None => {
+                    let Some(form) = form_of(shape, placing.sides)? else { continue };
+                    let frame = self.world().then(&self.in_body(shape));
+                    let piece = PlacedForm { form, place: place_of(&frame) };
+                    piece.piece().map_err(|error| format!("{}: {error}", shape.at))?;
+                    let name = self.named(&shape.name);
+                    let taken = model.bodies.iter().any(|body| body.name == name)
+                        || model.fixed.iter().any(|fixed| fixed.name == name);
+                    let numbered =
+                        || self.named(&format!("{}-fixed-{}", shape.name, model.fixed.len()));
+                    let name = if taken { numbered() } else { name };
+                    model.fixed.push(FixedModel { name, piece, friction: friction_of(shape) });
+                    ShapeOwner::Fixed(model.fixed.len() - 1)
+                }
+            };
+            touching.push(ContactRules { shape: index, owner });
+        }
+        Ok(touching)
+    }
+
+    /// Says of all pairs of owners which do not touch, and with what friction the others do.
+    pub(super) fn keep_apart(
+        &self,
+        placing: &Placing,
+        touching: &[ContactRules],
+        model: &mut Model,
+    ) {
+        // Of each owner its first shape: all touch alike.
+        let mut owners: Vec<(ShapeOwner, usize)> = Vec::new();
+        for ContactRules { shape, owner } in touching {
+            if !owners.iter().any(|(known, _)| known == owner) {
+                owners.push((*owner, *shape));
+            }
+        }
+        for (index, (owner, shape)) in owners.iter().enumerate() {
+            let ShapeOwner::Body(body) = *owner else { continue };
+            for (other_index, (other, theirs)) in owners.iter().enumerate() {
+                let is_later = other_index > index || !matches!(other, ShapeOwner::Body(_));
+                if !is_later {
+                    continue;
+                }
+                let friction = self.law(placing, *shape, *theirs, model.mu);
+                let (partner, theirs) = match *other {
+                    ShapeOwner::Ground => (PartnerModel::Ground, model.mu),
+                    ShapeOwner::Fixed(fixed) => (
+                        PartnerModel::Fixed(fixed),
+                        model.fixed[fixed].friction.unwrap_or(model.mu),
+                    ),
+                    ShapeOwner::Body(other) => (
+                        PartnerModel::Body(other),
+                        model.bodies[other].friction.unwrap_or(model.mu),
+                    ),
+                };
+                let ours = model.bodies[body].friction.unwrap_or(model.mu);
+                match friction {
+                    None => model.apart.push(ApartModel { body, partner }),
+                    Some(coefficient) if ours == theirs && ours == coefficient => {}
+                    Some(coefficient) => {
+                        model.frictions.push(PairModel { body, partner, coefficient })
+                    }
+                }
+            }
+        }
+    }
+
+    /// With what friction two shapes touch; `None` where they do not. What is said of a pair counts before groups and links.
+    pub(super) fn law(&self, placing: &Placing, a: usize, b: usize, usual: f64) -> Option<f64> {
+        let [ours, theirs] = [a, b].map(|index| &self.robot.shapes[index]);
+        let links = [ours.link, theirs.link];
+        let both_move = links.iter().all(|link| self.links[*link].0.is_some());
+        if both_move && !placing.touches_itself {
+            return None;
+        }
+        let excluded = |pair: &[usize; 2]| *pair == links || *pair == [links[1], links[0]];
+        let meets = || {
+            ours.meets(theirs)
+                && !self.robot.apart.iter().any(excluded)
+                && !self.are_neighbours(links[0], links[1])
+        };
+        let usual = || meets().then(|| ours.friction_with(theirs, usual));
+        self.robot.pair(a, b).or_else(usual)
+    }
+
+    /// Whether two links are of one body or tied by a joint, so that they do not touch: what hangs on the world does.
+    fn are_neighbours(&self, a: usize, b: usize) -> bool {
+        let (a, b) = (self.carriers[a], self.carriers[b]);
+        let links = &self.robot.links;
+        let parent = |link: usize| {
+            let mut above = self.carriers[links[link].parent];
+            while links[above].is_between {
+                above = self.carriers[links[above].parent];
+            }
+            above
+        };
+        // MJCF lets what hangs on the world touch it, URDF does not.
+        let hangs = (a != 0 && b != 0) || !self.robot.options.has_world;
+        a == b
+            || !self.robot.options.neighbours_touch && hangs && (parent(a) == b || parent(b) == a)
+    }
+}
+
+/// The coefficient of a shape by itself.
+pub(super) fn friction_of(shape: &RobotShape) -> Option<f64> {
+    if shape.rubs { shape.friction } else { Some(0.0) }
+}

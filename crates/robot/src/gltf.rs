@@ -1,0 +1,240 @@
+//! The triangles of binary glTF files (`.glb`), as their scene shows them.
+//!
+//! A scene there is nodes within nodes, each with a transform, of which some show meshes. Lengths are m; that y is up there
+//! changes nothing, as of Collada. Compressed meshes are refused.
+
+use nalgebra::{Matrix4, Quaternion, Translation3, UnitQuaternion, Vector3, Vector4};
+use serde_json::Value;
+
+/// Nodes within nodes are followed so far, and of all so many.
+const DEEPEST: usize = 50;
+const MOST_NODES: usize = 10_000;
+/// More triangles than this are refused.
+const MOST_FACETS: usize = 2_000_000;
+
+/// `glTF`, `JSON` and `BIN` as little-endian numbers.
+const MAGIC: u32 = 0x4654_6C67;
+const JSON: u32 = 0x4E4F_534A;
+const BIN: u32 = 0x004E_4942;
+
+/// Types of numbers, and a mode of primitives: a triangle for each three corners.
+const BYTES: u64 = 5121;
+const SHORTS: u64 = 5123;
+const INTS: u64 = 5125;
+const FLOATS: u64 = 5126;
+const TRIANGLES: u64 = 4;
+
+type Facet = [Vector3<f64>; 3];
+
+/// All triangles that the scene of a file shows, m; counter-clockwise seen from outside.
+pub fn facets(bytes: &[u8]) -> Result<Vec<Facet>, String> {
+    let (json, data) = chunks(bytes)?;
+    let root: Value = serde_json::from_slice(json).map_err(|error| format!("its JSON: {error}"))?;
+    if let Some(needed) = root["extensionsRequired"].as_array().and_then(|all| all.first()) {
+        return Err(format!("it needs the extension {needed}, which is not read"));
+    }
+    let mut reader = GltfReader { root: &root, data, facets: Vec::new(), nodes: 0 };
+    let scene = root["scene"].as_u64().map_or(0, place);
+    match root["scenes"].get(scene) {
+        Some(scene) => {
+            for node in list(&scene["nodes"]) {
+                reader.add_node(node, &Matrix4::identity(), 0)?;
+            }
+        }
+        None => {
+            for mesh in 0..list(&root["meshes"]).len() {
+                reader.add_mesh(mesh, &Matrix4::identity())?;
+            }
+        }
+    }
+    match reader.facets.is_empty() {
+        true => Err("it shows no triangles".to_owned()),
+        false => Ok(reader.facets),
+    }
+}
+
+/// The chunks of JSON and of numbers.
+fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
+    let word = |at: usize| {
+        let four = bytes.get(at..at + 4).and_then(|four| four.first_chunk::<4>());
+        four.map(|four| u32::from_le_bytes(*four)).ok_or("it ends too early")
+    };
+    if (word(0)?, word(4)?) != (MAGIC, 2) {
+        return Err("is no binary glTF of version 2".to_owned());
+    }
+    let chunk = |at: usize, kind: u32| {
+        let length = word(at)? as usize;
+        let end = (at + 8).checked_add(length).filter(|end| *end <= bytes.len());
+        match (word(at + 4)? == kind, end) {
+            (true, Some(end)) => Ok(&bytes[at + 8..end]),
+            (true, None) => Err("it ends too early"),
+            (false, _) => Err("its chunks are not JSON and numbers"),
+        }
+    };
+    let json = chunk(12, JSON)?;
+    let data = match bytes.len() > 20 + json.len() {
+        true => chunk(20 + json.len(), BIN)?,
+        false => &[],
+    };
+    Ok((json, data))
+}
+
+/// The elements of a list, or none.
+fn list(value: &Value) -> &[Value] {
+    value.as_array().map_or(&[], Vec::as_slice)
+}
+
+fn place(number: u64) -> usize {
+    usize::try_from(number).unwrap_or(usize::MAX)
+}
+
+/// N numbers, where there are any.
+fn numbers<const N: usize>(value: &Value) -> Result<Option<[f64; N]>, String> {
+    if value.is_null() {
+        return Ok(None);
+    }
+    let all: Option<Vec<f64>> = list(value).iter().map(Value::as_f64).collect();
+    let all = all.and_then(|all| <[f64; N]>::try_from(all).ok());
+    let all = all.filter(|all| all.iter().all(|number| number.is_finite()));
+    all.map(Some).ok_or_else(|| format!("a node has {value} where {N} numbers are needed"))
+}
+
+struct GltfReader<'a> {
+    root: &'a Value,
+    data: &'a [u8],
+    facets: Vec<Facet>,
+    nodes: usize,
+}
+
+impl GltfReader<'_> {
+    fn add_node(
+        &mut self,
+        index: &Value,
+        above: &Matrix4<f64>,
+        depth: usize,
+    ) -> Result<(), String> {
+        self.nodes += 1;
+        if depth > DEEPEST || self.nodes > MOST_NODES {
+            return Err(format!(
+                "more than {MOST_NODES} nodes, or nodes more than {DEEPEST} deep in each other"
+            ));
+        }
+        let root = self.root;
+        let node = index.as_u64().and_then(|index| root["nodes"].get(place(index)));
+        let node = node.ok_or_else(|| format!("there is no node {index}"))?;
+        let own = match numbers::<16>(&node["matrix"])? {
+            Some(columns) => Matrix4::from_column_slice(&columns),
+            None => {
+                let moved = numbers::<3>(&node["translation"])?.unwrap_or_default();
+                let [x, y, z, w] = numbers::<4>(&node["rotation"])?.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+                let scale = numbers::<3>(&node["scale"])?.unwrap_or([1.0; 3]);
+                let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+                Translation3::from(Vector3::from(moved)).to_homogeneous()
+                    * turn.to_homogeneous()
+                    * Matrix4::new_nonuniform_scaling(&scale.into())
+            }
+        };
+        let placed = above * own;
+        if let Some(mesh) = node["mesh"].as_u64() {
+            self.add_mesh(place(mesh), &placed)?;
+        }
+        for child in list(&node["children"]) {
+            self.add_node(child, &placed, depth + 1)?;
+        }
+        Ok(())
+    }
+
+    fn add_mesh(&mut self, index: usize, placed: &Matrix4<f64>) -> Result<(), String> {
+        let root = self.root;
+        let mesh = root["meshes"].get(index).ok_or_else(|| format!("there is no mesh {index}"))?;
+        // A mirror turns facets over.
+        let is_mirrored = placed.fixed_view::<3, 3>(0, 0).determinant() < 0.0;
+        for primitive in list(&mesh["primitives"]) {
+            if primitive["mode"].as_u64().unwrap_or(TRIANGLES) != TRIANGLES {
+                return Err("of its meshes lists of triangles alone are read".to_owned());
+            }
+            let points = self.points(&primitive["attributes"]["POSITION"], placed)?;
+            let corners = match &primitive["indices"] {
+                Value::Null => (0..points.len()).collect(),
+                indices => self.indices(indices)?,
+            };
+            for three in corners.chunks_exact(3) {
+                let corner = |k: usize| points.get(three[k]).copied();
+                let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else {
+                    return Err("a triangle has a corner that is not there".to_owned());
+                };
+                self.facets.push(if is_mirrored { [a, c, b] } else { [a, b, c] });
+            }
+            if self.facets.len() > MOST_FACETS {
+                return Err(format!("it has more than {MOST_FACETS} triangles"));
+            }
+        }
+        Ok(())
+    }
+
+    fn points(&self, index: &Value, placed: &Matrix4<f64>) -> Result<Vec<Vector3<f64>>, String> {
+        let (kind, each) = self.numbers(index, ("VEC3", 3))?;
+        if kind != FLOATS {
+            return Err("its points are no floats".to_owned());
+        }
+        let number = |four: &[u8]| {
+            four.first_chunk::<4>().map_or(f64::NAN, |four| f32::from_le_bytes(*four).into())
+        };
+        let point = |bytes: &[u8]| {
+            let [x, y, z] = [0, 4, 8].map(|at| number(&bytes[at..]));
+            let seen = placed * Vector4::new(x, y, z, 1.0);
+            let is_finite = seen.iter().all(|number| number.is_finite());
+            is_finite.then(|| seen.xyz()).ok_or_else(|| "a coordinate is no number".to_owned())
+        };
+        each.map(point).collect()
+    }
+
+    fn indices(&self, index: &Value) -> Result<Vec<usize>, String> {
+        let (kind, each) = self.numbers(index, ("SCALAR", 1))?;
+        if kind == FLOATS {
+            return Err("its indices are floats".to_owned());
+        }
+        let whole =
+            |bytes: &[u8]| bytes.iter().rev().fold(0, |sum, byte| sum << 8 | usize::from(*byte));
+        Ok(each.map(whole).collect())
+    }
+
+    /// The type of the numbers of an accessor, and the bytes of each of its elements, which have to be of `kind` with so many
+    /// numbers.
+    fn numbers(
+        &self,
+        index: &Value,
+        (kind, count): (&str, usize),
+    ) -> Result<(u64, impl Iterator<Item = &[u8]>), String> {
+        let root = self.root;
+        let number = |of: &Value, name: &str| of[name].as_u64().map_or(0, place);
+        let accessor = index.as_u64().and_then(|index| root["accessors"].get(place(index)));
+        let accessor = accessor.ok_or_else(|| format!("there is no accessor {index}"))?;
+        let view = accessor["bufferView"].as_u64();
+        let view = view.and_then(|view| root["bufferViews"].get(place(view)));
+        let (Some(view), Some(kind_of), true) = (
+            view.filter(|view| number(view, "buffer") == 0 && accessor["sparse"].is_null()),
+            accessor["componentType"].as_u64(),
+            accessor["type"].as_str() == Some(kind),
+        ) else {
+            return Err(format!("accessor {index} is not of numbers in the file itself"));
+        };
+        let width = match kind_of {
+            BYTES => 1,
+            SHORTS => 2,
+            INTS | FLOATS => 4,
+            _ => return Err(format!("accessor {index} has numbers of an odd type")),
+        };
+        let (size, items) = (width * count, number(accessor, "count"));
+        let stride = view["byteStride"].as_u64().map_or(size, place);
+        let begin = number(view, "byteOffset").checked_add(number(accessor, "byteOffset"));
+        let most = begin.and_then(|begin| {
+            items.saturating_sub(1).checked_mul(stride)?.checked_add(size)?.checked_add(begin)
+        });
+        let fits = items > 0 && stride >= size && most.is_some_and(|most| most <= self.data.len());
+        let (Some(begin), true) = (begin, fits) else {
+            return Err(format!("accessor {index} is beyond the end of the file"));
+        };
+        Ok((kind_of, self.data[begin..].chunks(stride).take(items).map(move |item| &item[..size])))
+    }
+}

@@ -1,0 +1,279 @@
+//! Which joint of a scene the joints of a link are, and what drives its axes.
+
+use super::frame::{from_z, of_matrix};
+use super::model::{Actuator, Moves, Robot, RobotJoint, TieForces};
+use nalgebra::{Matrix3, Vector3, Vector4};
+use tumble_core::joint::{Drive, Hinges, JointFrame, Middle, Motor};
+use tumble_model::joint::JointKind;
+use tumble_model::shown;
+
+/// Directions that differ by less are parallel, or at a right angle.
+const ALIGNED: f64 = 1e-9;
+
+/// A joint of a scene for all the joints of a link.
+#[derive(Debug, Clone)]
+pub struct Joined {
+    /// What it is.
+    pub kind: JointKind,
+    /// Its anchor, m, in the frame of the link; none where any will do.
+    pub anchor: Option<Vector3<f64>>,
+    /// Joint → link, and the joint's frame above → link where all angles are zero.
+    pub attitudes: [Vector4<f64>; 2],
+    /// Of a gimbal.
+    pub middle: Option<Middle>,
+    /// For each axis that takes a drive, which joint of the link it is.
+    pub axes: Vec<usize>,
+}
+
+/// The joint that `joints` are; `None` of a link that flies, and that nothing resists.
+///
+/// # Errors
+/// Joints that are none; a ball with a range.
+pub fn joined(joints: &[RobotJoint]) -> Result<Option<Joined>, String> {
+    let along = |axis: &Vector3<f64>| from_z(axis);
+    let made = |kind, anchor, attitude, axes: &[usize]| Joined {
+        kind,
+        anchor,
+        attitudes: [attitude; 2],
+        middle: None,
+        axes: axes.to_vec(),
+    };
+    let still = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    Ok(Some(match joints {
+        [joint] => match joint.moves {
+            Moves::Free if !joint.resists() => return Ok(None),
+            Moves::Free => {
+                if joint.stiffness > 0.0 && joint.friction > 0.0 {
+                    return Err(format!(
+                        "{}: a free joint with both stiffness and frictionloss is not supported",
+                        joint.at
+                    ));
+                }
+                made(JointKind::Free, Some(Vector3::zeros()), still, &[0; 6])
+            }
+            Moves::Ball if joint.range.is_some() => {
+                return Err(format!("{}: a ball with a range is not supported", joint.at));
+            }
+            Moves::Ball => made(JointKind::Spherical, Some(joint.anchor), still, &[0; 3]),
+            Moves::Hinge => made(JointKind::Revolute, Some(joint.anchor), along(&joint.axis), &[0]),
+            Moves::Slide => made(JointKind::Prismatic, None, along(&joint.axis), &[0]),
+        },
+        [slide, hinge]
+            if (slide.moves, hinge.moves) == (Moves::Slide, Moves::Hinge)
+                && slide.axis.dot(&hinge.axis) > 1.0 - ALIGNED =>
+        {
+            made(JointKind::Cylindrical, Some(hinge.anchor), along(&hinge.axis), &[0, 1])
+        }
+        [first, second] if crossed(first, second) => {
+            made(JointKind::Sliding, None, of_axes(&first.axis, &second.axis), &[0, 1])
+        }
+        [first, second, third]
+            if crossed(first, second) && crossed(first, third) && crossed(second, third) =>
+        {
+            // In the order in which their axes are x, y and z of a frame.
+            let is_right = first.axis.cross(&second.axis).dot(&third.axis) > 0.0;
+            let (x, y, axes) =
+                if is_right { (first, second, [0, 1, 2]) } else { (second, first, [1, 0, 2]) };
+            made(JointKind::Gantry, None, of_axes(&x.axis, &y.axis), &axes)
+        }
+        [first, second, hinge]
+            if crossed(first, second)
+                && hinge.moves == Moves::Hinge
+                && [first, second]
+                    .iter()
+                    .all(|slide| slide.axis.dot(&hinge.axis).abs() < ALIGNED) =>
+        {
+            // Of the two orders the one whose z is along the hinge.
+            let is_right = first.axis.cross(&second.axis).dot(&hinge.axis) > 0.0;
+            let (x, y, axes) =
+                if is_right { (first, second, [0, 1, 2]) } else { (second, first, [1, 0, 2]) };
+            made(JointKind::Planar, Some(hinge.anchor), of_axes(&x.axis, &y.axis), &axes)
+        }
+        [first, second] if turn_in_one_place(joints).is_some() && is_square(first, second) => {
+            // The first turns about y of the parent's side, the second about x of the link's.
+            let attitude = of_axes(&second.axis, &first.axis);
+            made(JointKind::Universal, turn_in_one_place(joints), attitude, &[1, 0])
+        }
+        [first, second, third]
+            if turn_in_one_place(joints).is_some()
+                && is_square(first, second)
+                && is_square(second, third) =>
+        {
+            let frames = [JointFrame::at(Vector3::zeros()); 2];
+            let hinges = Hinges::new(frames, [first.axis, second.axis, third.axis]);
+            let hinges = hinges.map_err(|error| format!("{}: {error}", first.at))?;
+            let attitudes = hinges.frames.map(|frame| frame.attitude);
+            // About x turns the third, about y the first, about z the second.
+            let joined = made(JointKind::Gimbal, turn_in_one_place(joints), still, &[2, 0, 1]);
+            Joined { attitudes, middle: Some(hinges.middle), ..joined }
+        }
+        [first, ..] => {
+            let names: Vec<_> = joints.iter().map(|joint| joint.name.as_str()).collect();
+            return Err(format!(
+                "{}: {} act on one body, and make no joint that there is; put a body of some mass between them",
+                first.at,
+                names.join(", ")
+            ));
+        }
+        [] => made(JointKind::Fixed, None, still, &[]),
+    }))
+}
+
+/// Where the axes of hinges meet; none where they do not, or where one is no hinge.
+fn turn_in_one_place(joints: &[RobotJoint]) -> Option<Vector3<f64>> {
+    let [first, second, rest @ ..] = joints else { return None };
+    if joints.iter().any(|joint| joint.moves != Moves::Hinge) {
+        return None;
+    }
+    // The point of the first axis that is next to the second.
+    let (u, v, between) = (first.axis, second.axis, second.anchor - first.anchor);
+    let across = u.cross(&v);
+    let along = between.cross(&v).dot(&across) / across.norm_squared();
+    let place = first.anchor + u * along;
+    let off = |joint: &RobotJoint| (place - joint.anchor).cross(&joint.axis).norm();
+    let meets = |joint: &RobotJoint| off(joint) <= ALIGNED * (1.0 + joint.anchor.norm());
+    (along.is_finite() && meets(second) && rest.iter().all(meets)).then_some(place)
+}
+
+fn is_square(first: &RobotJoint, second: &RobotJoint) -> bool {
+    first.axis.dot(&second.axis).abs() < ALIGNED
+}
+
+fn crossed(first: &RobotJoint, second: &RobotJoint) -> bool {
+    let slide = |joint: &RobotJoint| joint.moves == Moves::Slide;
+    slide(first) && slide(second) && first.axis.dot(&second.axis).abs() < ALIGNED
+}
+
+/// The turn of a frame with these x and y, which cross at a right angle.
+fn of_axes(x: &Vector3<f64>, y: &Vector3<f64>) -> Vector4<f64> {
+    let y = (y - x * x.dot(y)).normalize();
+    of_matrix(&Matrix3::from_columns(&[*x, y, x.cross(&y)]))
+}
+
+/// What acts on the axis of a slide or a hinge, or on each of a ball or a free joint, under the `controls` of all actuators:
+/// coordinates are those of a scene, from the reference.
+///
+/// # Errors
+/// Motors that no one axis can have, or that push the farther it goes.
+pub fn drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, String> {
+    let joint = &robot.joints[index];
+    let from_reference = |coordinate: f64| coordinate - joint.reference;
+    let mut drive = Drive {
+        limits: joint.range.map(|range| range.map(from_reference)),
+        friction: joint.friction,
+        stiffness: joint.stiffness,
+        rest: from_reference(joint.rest),
+        damping: joint.damping,
+        armature: joint.armature,
+        ..Drive::NONE
+    };
+    let at = ActuatedCoordinate { reference: joint.reference, effort: joint.effort };
+    for (actuator, control) in controlled(robot, controls).filter(|(of, _)| of.sum.is_none()) {
+        for (_, share) in actuator.joints.iter().filter(|(of, _)| *of == index) {
+            add_actuator(actuator, share * actuator.gear, control, at, &mut drive)?;
+        }
+    }
+    if let (Some([low, high]), None) = (joint.effort, &drive.motor) {
+        drive.force = drive.force.clamp(low, high);
+    }
+    Ok(drive)
+}
+
+/// What acts on a sum of coordinates under the `controls` of all actuators.
+///
+/// # Errors
+/// As [`drive`].
+pub fn sum_drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, String> {
+    let TieForces { of, mut drive } = robot.sums[index].clone();
+    let at = ActuatedCoordinate { reference: 0.0, effort: None };
+    let bounded = of.joints.into_iter().find(|joint| robot.joints[*joint].effort.is_some());
+    for (actuator, control) in controlled(robot, controls) {
+        if let Some((_, by)) = actuator.sum.filter(|(of, _)| *of == index) {
+            if let Some(joint) = bounded {
+                let name = shown::line(&robot.joints[joint].name);
+                return Err(format!(
+                    "{}: tendon: {name:?} bounds what all its actuators have together, and this one pulls on two joints by where they are",
+                    actuator.at
+                ));
+            }
+            add_actuator(actuator, by * actuator.gear, control, at, &mut drive)?;
+        }
+    }
+    Ok(drive)
+}
+
+/// The actuators with their controls.
+fn controlled<'a>(
+    robot: &'a Robot,
+    controls: &'a [f64],
+) -> impl Iterator<Item = (&'a Actuator, f64)> {
+    robot.actuators.iter().zip(controls.iter().copied().chain(std::iter::repeat(0.0)))
+}
+
+/// A coordinate that actuators act on: what it is where that of the scene is zero, and what all of them together have.
+#[derive(Clone, Copy)]
+struct ActuatedCoordinate {
+    reference: f64,
+    effort: Option<[f64; 2]>,
+}
+
+fn add_actuator(
+    actuator: &Actuator,
+    gear: f64,
+    control: f64,
+    at: ActuatedCoordinate,
+    drive: &mut Drive,
+) -> Result<(), String> {
+    let wrong = |why: &str| Err(format!("{}: {why}", actuator.at));
+    let control = match actuator.control_range {
+        Some([low, high]) => control.clamp(low, high),
+        None => control,
+    };
+    let constant = gear * (actuator.gain * control + actuator.bias[0]);
+    let [stiffness, damping] = [1, 2].map(|k| -actuator.bias[k] * gear * gear);
+    let bounds = actuator.force_range.map(|[low, high]| {
+        let (a, b) = (gear * low, gear * high);
+        [a.min(b), a.max(b)]
+    });
+    if stiffness < 0.0 || damping < 0.0 {
+        return wrong(
+            "biasprm: a motor that pushes the more the farther or faster it goes is not supported",
+        );
+    }
+    if stiffness == 0.0 && damping == 0.0 {
+        drive.force += bounds.map_or(constant, |[low, high]| constant.clamp(low, high));
+        return Ok(());
+    }
+    let within = |[low, high]: [f64; 2], [a, b]: [f64; 2]| [low.max(a), high.min(b)];
+    let bounds = match (bounds, at.effort) {
+        (Some(own), Some(all)) => Some(within(own, all)),
+        (own, all) => own.or(all),
+    };
+    let Some([low, high]) = bounds else {
+        drive.damping += damping;
+        if stiffness == 0.0 {
+            drive.force += constant;
+            return Ok(());
+        }
+        // A spring more: k (x − a) + l (x − b) = (k + l) (x − (k a + l b)/(k + l)).
+        let target = constant / stiffness - at.reference;
+        let both = drive.stiffness + stiffness;
+        drive.rest = (drive.stiffness * drive.rest + stiffness * target) / both;
+        drive.stiffness = both;
+        return Ok(());
+    };
+    if drive.motor.is_some() {
+        return wrong("joint: it has a motor with bounds already, and one is supported");
+    }
+    // Between bounds that are not each other's opposites: around their middle.
+    let (middle, most) = (0.5 * (low + high), (0.5 * (high - low)).max(0.0));
+    drive.force += middle;
+    drive.motor = Some(match stiffness == 0.0 {
+        true => Motor::Damper { target: (constant - middle) / damping, damping, most },
+        false => {
+            let target = constant / stiffness - at.reference - middle / stiffness;
+            Motor::Position { target, stiffness, damping, most }
+        }
+    });
+    Ok(())
+}

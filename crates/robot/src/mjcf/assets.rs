@@ -1,0 +1,123 @@
+//! `<asset>`: meshes, of files or of vertices.
+
+use super::MjcfReader;
+use super::compiler::Compiler;
+use crate::meshes::{self, Hulled, Volume, stem, turned_back};
+use crate::xml::{Attributes, Element};
+use nalgebra::Vector3;
+
+impl MjcfReader<'_> {
+    /// Meshes; what is for the eye is noted.
+    pub(super) fn read_assets(&mut self, section: &Element) -> Result<(), String> {
+        for asset in &section.children {
+            match &*asset.tag {
+                "mesh" => self.read_mesh(asset)?,
+                "texture" | "material" | "skin" | "hfield" => self.notes.idle(&asset.tag),
+                _ => return Err(asset.wrong("this asset is not supported")),
+            }
+        }
+        Ok(())
+    }
+
+    fn read_mesh(&mut self, element: &Element) -> Result<(), String> {
+        const READ: [&str; 7] = ["name", "class", "file", "vertex", "face", "scale", "inertia"];
+        const IDLE: [&str; 9] = [
+            "normal",
+            "texcoord",
+            "smoothnormal",
+            "maxhullvert",
+            "content_type",
+            "material",
+            "needsdf",
+            "octree_maxdepth",
+            "refpos",
+        ];
+        element.refuse_others(&READ, &IDLE)?;
+        let read = self.defaulted(element, "")?;
+        let scale = read.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
+        if element.get("refpos").is_some() {
+            return Err(element.wrong("refpos is not supported; move the vertices"));
+        }
+        let kinds = [("legacy", 0), ("exact", 1), ("convex", 2), ("shell", 3)];
+        let usual = i32::from(self.compiler.exact_meshes);
+        let inertia = read.word("inertia", &kinds)?.unwrap_or(usual);
+        let (name, found) = match (element.get("file"), element.numbers("vertex")?) {
+            (Some(file), None) => {
+                let name = element.own("name").map_or_else(|| stem(file), str::to_owned);
+                let file = self.mesh_file(file);
+                let found = meshes::read(self.reading, &file, scale);
+                if let Some(note) = found.as_ref().ok().and_then(|found| found.note(&file)) {
+                    self.notes.say(note);
+                }
+                self.files.insert(name.clone(), (file, scale));
+                (name, found)
+            }
+            (None, Some(numbers)) if numbers.len().is_multiple_of(3) => {
+                let point = |three: &[f64]| std::array::from_fn(|k| three[k] * scale[k]);
+                let points: Vec<[f64; 3]> = numbers.chunks_exact(3).map(point).collect();
+                let found = match faces(element, &points, scale)? {
+                    Some(facets) => meshes::of_facets(&facets),
+                    None => meshes::hull(points.into_iter()),
+                };
+                (element.needed("name")?.to_owned(), found)
+            }
+            _ => {
+                return Err(
+                    element.wrong("either file or vertex, of three numbers each, is needed")
+                );
+            }
+        };
+        let counted = |hulled: Hulled| {
+            let is_whole = hulled.outside == 0.0;
+            let volume = match (inertia, hulled.volume) {
+                (1, Volume::Triangles(both)) => Volume::Triangles(Box::new([both[1]; 2])),
+                (2, Volume::Triangles(_)) if is_whole => Volume::Hull,
+                (2, Volume::Triangles(_)) | (3, _) => Volume::Unknown,
+                (_, volume) => volume,
+            };
+            Hulled { volume, ..hulled }
+        };
+        let found = found.map(counted).map_err(|why| element.wrong(why));
+        self.meshes.insert(name, found);
+        Ok(())
+    }
+
+    fn mesh_file(&self, file: &str) -> String {
+        let Compiler { meshes, strip, .. } = &self.compiler;
+        let file = if *strip { file.rsplit(['/', '\\']).next().unwrap_or(file) } else { file };
+        if meshes.is_empty() { file.to_owned() } else { format!("{meshes}/{file}") }
+    }
+
+    /// Says of meshes that nothing uses what is wrong with them.
+    pub(super) fn note_unused(&mut self) {
+        let odd = |(name, mesh): (&String, &Result<Hulled, String>)| {
+            let why = mesh.as_ref().err().filter(|_| !self.flat.contains(name));
+            why.map(|why| format!("a mesh that nothing uses: {why}"))
+        };
+        let mut sentences: Vec<_> = self.meshes.iter().filter_map(odd).collect();
+        sentences.sort();
+        sentences.into_iter().for_each(|sentence| self.notes.say(sentence));
+    }
+}
+
+/// The triangles of a mesh whose `points` stand in the file and were multiplied by `scale`, if it has any.
+fn faces(
+    element: &Element,
+    points: &[[f64; 3]],
+    scale: [f64; 3],
+) -> Result<Option<Vec<[Vector3<f64>; 3]>>, String> {
+    let Some(indices) = element.numbers("face")? else { return Ok(None) };
+    let corner = |index: &f64| {
+        let place = (*index >= 0.0 && index.fract() == 0.0).then_some(*index as usize);
+        let point = place.and_then(|place| points.get(place));
+        point.copied().map(Vector3::from).ok_or_else(|| {
+            element.wrong(format!("face: {index:?} is no index of its {} vertices", points.len()))
+        })
+    };
+    let (three, rest) = indices.as_chunks::<3>();
+    if !rest.is_empty() || three.is_empty() {
+        return Err(element.wrong("face: three indices each are needed"));
+    }
+    let facet = |[a, b, c]: &[f64; 3]| Ok(turned_back([corner(a)?, corner(b)?, corner(c)?], scale));
+    three.iter().map(facet).collect::<Result<_, _>>().map(Some)
+}

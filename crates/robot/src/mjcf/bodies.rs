@@ -1,0 +1,387 @@
+//! `<worldbody>`: links, their joints, and what they weigh.
+
+use super::MjcfReader;
+use super::compiler::{LIMITED, SWITCH};
+use crate::frame::LinkFrame;
+use crate::mass::symmetric;
+use crate::model::{LinkMass, Moves, RobotJoint, RobotLink};
+use crate::xml::{Attributes, Element};
+use nalgebra::{Matrix3, Vector3};
+
+/// More links than this are refused.
+const MOST_LINKS: usize = 2000;
+
+/// What has no part in the motion.
+const IDLE: [&str; 2] = ["camera", "light"];
+
+/// Where the children of a body stand: the body, their frame in it, and the class that they have.
+#[derive(Clone)]
+struct Within<'e> {
+    link: usize,
+    frame: LinkFrame,
+    class: &'e str,
+}
+
+impl MjcfReader<'_> {
+    /// All bodies.
+    pub(super) fn read_world(&mut self, root: &Element) -> Result<(), String> {
+        self.robot.links.push(RobotLink {
+            name: "world".to_owned(),
+            parent: 0,
+            frame: LinkFrame::identity(),
+            mass: LinkMass::NONE,
+            weightless: 0.0,
+            is_mocap: false,
+            is_between: false,
+            joints: (0, 0),
+            at: "the world".to_owned(),
+        });
+        self.matter.push(None);
+        let mut below = Vec::new();
+        for world in root.all("worldbody") {
+            let within = Within { link: 0, frame: LinkFrame::identity(), class: "" };
+            self.read_contents(world, &within, &mut below)?;
+        }
+        self.read_bodies(below)
+    }
+
+    /// Bodies in their order, each with all that is in it.
+    fn read_bodies<'e>(&mut self, bodies: Vec<(&'e Element, Within<'e>)>) -> Result<(), String> {
+        for (body, within) in bodies {
+            self.read_body(body, &within)?;
+        }
+        Ok(())
+    }
+
+    fn read_body<'e>(&mut self, body: &'e Element, within: &Within<'e>) -> Result<(), String> {
+        const READ: [&str; 11] = [
+            "name",
+            "childclass",
+            "pos",
+            "quat",
+            "axisangle",
+            "euler",
+            "xyaxes",
+            "zaxis",
+            "gravcomp",
+            "mocap",
+            "class",
+        ];
+        body.refuse_others(&READ, &["user", "sleep"])?;
+        let is_mocap = body.word("mocap", &SWITCH)? == Some(true);
+        if is_mocap {
+            self.notes.say(format!("{}: what mocap moves stays where it is", body.at()));
+        }
+        let index = self.robot.links.len();
+        if index > MOST_LINKS {
+            return Err(body.wrong(format!("with this there are more than {MOST_LINKS} bodies")));
+        }
+        let name = body.own("name").map_or(format!("body-{index}"), str::to_owned);
+        if self.robot.link(&name).is_some() {
+            return Err(body.wrong("this name is given twice; each body needs its own"));
+        }
+        let class = self.childclass(body, within.class)?;
+        let own = self.defaulted(body, "")?;
+        let frame = within.frame.then(&self.compiler.frame(&own)?);
+        self.robot.links.push(RobotLink {
+            name,
+            parent: within.link,
+            frame,
+            mass: LinkMass::NONE,
+            weightless: body.bounded("gravcomp", 0.0, [-1e3, 1e3])?,
+            is_mocap,
+            is_between: false,
+            joints: (self.robot.joints.len(), 0),
+            at: body.at(),
+        });
+        // Shapes count where they are asked for, or where nothing is given.
+        let given = body.one("inertial")?.map(|inertial| self.inertial(inertial)).transpose()?;
+        let counts = self.compiler.inertia_from_shapes.unwrap_or(given.is_none());
+        self.matter.push(counts.then(Vec::new));
+        let within = Within { link: index, frame: LinkFrame::identity(), class };
+        let mut below = Vec::new();
+        self.read_contents(body, &within, &mut below)?;
+        self.robot.links[index].mass = given.unwrap_or(LinkMass::NONE);
+        self.read_bodies(below)
+    }
+
+    fn childclass<'e>(&self, element: &'e Element, outer: &'e str) -> Result<&'e str, String> {
+        match element.own("childclass") {
+            Some(class) if self.classes.knows(class) => Ok(class),
+            Some(class) => {
+                let class = tumble_model::shown::line(class);
+                Err(element.wrong(format!("childclass: there is no default class {class:?}")))
+            }
+            None => Ok(outer),
+        }
+    }
+
+    /// What stands in a body or in a frame; bodies in it are for later.
+    fn read_contents<'e>(
+        &mut self,
+        element: &'e Element,
+        within: &Within<'e>,
+        below: &mut Vec<(&'e Element, Within<'e>)>,
+    ) -> Result<(), String> {
+        for child in &element.children {
+            match &*child.tag {
+                "geom" => self.read_shape(child, within.link, &within.frame, within.class)?,
+                "body" => below.push((child, within.clone())),
+                "joint" | "freejoint" => self.read_joint(child, within)?,
+                "site" => self.read_site(child, within.link, &within.frame, within.class)?,
+                "inertial" if within.link > 0 && element.tag == "body" => {}
+                "frame" => {
+                    child.refuse_others(
+                        &[
+                            "pos",
+                            "quat",
+                            "axisangle",
+                            "euler",
+                            "xyaxes",
+                            "zaxis",
+                            "childclass",
+                            "name",
+                        ],
+                        &[],
+                    )?;
+                    let own = self.defaulted(child, "")?;
+                    let frame = within.frame.then(&self.compiler.frame(&own)?);
+                    let class = self.childclass(child, within.class)?;
+                    self.read_contents(child, &Within { frame, class, ..*within }, below)?;
+                }
+                tag if IDLE.contains(&tag) => self.notes.idle(tag),
+                _ => {
+                    return Err(child.wrong("this element is not supported in a body"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn read_joint(&mut self, element: &Element, within: &Within<'_>) -> Result<(), String> {
+        const READ: [&str; 18] = [
+            "name",
+            "class",
+            "type",
+            "pos",
+            "axis",
+            "springdamper",
+            "stiffness",
+            "range",
+            "limited",
+            "actuatorfrclimited",
+            "actuatorfrcrange",
+            "actuatorgravcomp",
+            "ref",
+            "springref",
+            "armature",
+            "damping",
+            "frictionloss",
+            "align",
+        ];
+        const SOFT: [&str; 5] =
+            ["solreflimit", "solimplimit", "solreffriction", "solimpfriction", "margin"];
+        element.refuse_others(&READ, &[&SOFT[..], &["group", "user"]].concat())?;
+        let link = within.link;
+        if link == 0 {
+            return Err(element.wrong("the world has no joints"));
+        }
+        let index = self.robot.joints.len();
+        let name = element.own("name").map_or(format!("joint-{index}"), str::to_owned);
+        if self.robot.joint(&name).is_some() {
+            return Err(element.wrong("this name is given twice; each joint needs its own"));
+        }
+        let mut read = self.defaulted(element, within.class)?;
+        if element.tag == "freejoint" {
+            read = self.defaulted(element, "")?;
+        }
+        if SOFT.iter().any(|soft| read.get(soft).is_some()) {
+            self.notes.soft();
+        }
+        let kinds = [
+            ("hinge", Moves::Hinge),
+            ("slide", Moves::Slide),
+            ("ball", Moves::Ball),
+            ("free", Moves::Free),
+        ];
+        let moves = match &*element.tag {
+            "freejoint" => Moves::Free,
+            _ => read.word("type", &kinds)?.unwrap_or(Moves::Hinge),
+        };
+        if read.word("align", &LIMITED)?.flatten() == Some(true) {
+            return Err(element.wrong("align: frames that are moved are not supported"));
+        }
+        let mut joint = RobotJoint::bare(name, link, moves, element.at());
+        if moves == Moves::Free && self.robot.links[link].parent != 0 {
+            return Err(element.wrong("only a body of the world can be free"));
+        }
+        let angle = |value: f64| match moves {
+            Moves::Hinge | Moves::Ball => self.compiler.angle(value),
+            Moves::Slide | Moves::Free => value,
+        };
+        if matches!(moves, Moves::Hinge | Moves::Slide) {
+            let axis = Vector3::from(read.exactly::<3>("axis")?.unwrap_or([0.0, 0.0, 1.0]));
+            if axis.norm() <= 1e-12 {
+                return Err(element.wrong("axis: it has no length"));
+            }
+            joint.axis = within.frame.rotation() * axis.normalize();
+            joint.reference = angle(read.number("ref")?.unwrap_or(0.0));
+            joint.rest = angle(read.number("springref")?.unwrap_or(0.0));
+        }
+        if moves != Moves::Free {
+            let anchor = Vector3::from(read.exactly::<3>("pos")?.unwrap_or_default());
+            joint.anchor = within.frame.point(&anchor);
+            let range = self.compiler.range(&read, "range", "limited")?;
+            joint.range = range.map(|range| range.map(angle)).filter(|_| self.flags.limits);
+        }
+        let [damping, stiffness, friction, armature] =
+            ["damping", "stiffness", "frictionloss", "armature"]
+                .map(|field| read.bounded(field, 0.0, [0.0, 1e12]));
+        let (damping, stiffness, friction) = (damping?, stiffness?, friction?);
+        joint.armature = armature?;
+        joint.damping = if self.flags.dampers { damping } else { 0.0 };
+        joint.stiffness = if self.flags.springs { stiffness } else { 0.0 };
+        joint.friction = if self.flags.friction { friction } else { 0.0 };
+        let timed = read.exactly::<2>("springdamper")?;
+        if let Some(two) = timed.filter(|two| two.iter().all(|one| *one > 0.0)) {
+            if !matches!(moves, Moves::Hinge | Moves::Slide) {
+                return Err(element.wrong("springdamper: a hinge or a slide is needed"));
+            }
+            self.timed.push((index, two));
+        }
+        joint.effort = self.compiler.range(&read, "actuatorfrcrange", "actuatorfrclimited")?;
+        // The weight is held up whoever is said to do it, but where that has bounds.
+        if read.word("actuatorgravcomp", &SWITCH)? == Some(true) && joint.effort.is_some() {
+            return Err(element.wrong("actuatorgravcomp is not supported beside actuatorfrcrange"));
+        }
+        self.robot.joints.push(joint);
+        let joints = &mut self.robot.links[link].joints;
+        joints.1 += 1;
+        Ok(())
+    }
+
+    /// What `<inertial>` says.
+    fn inertial(&self, element: &Element) -> Result<LinkMass, String> {
+        const READ: [&str; 9] = [
+            "pos",
+            "quat",
+            "axisangle",
+            "euler",
+            "xyaxes",
+            "zaxis",
+            "mass",
+            "diaginertia",
+            "fullinertia",
+        ];
+        element.refuse_others(&READ, &[])?;
+        element.needed("mass")?;
+        let mass = element.bounded("mass", 0.0, [0.0, 1e9])?;
+        let attitude = self.compiler.attitude(element)?;
+        let position = element.exactly::<3>("pos")?;
+        let position = position.ok_or_else(|| element.wrong("pos is needed"))?;
+        let inertia =
+            match (element.exactly::<3>("diaginertia")?, element.exactly::<6>("fullinertia")?) {
+                (Some(diagonal), None) => Matrix3::from_diagonal(&diagonal.into()),
+                (None, Some([xx, yy, zz, xy, xz, yz])) if attitude.is_none() => {
+                    Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+                }
+                (None, None) if mass == 0.0 => Matrix3::zeros(),
+                _ => {
+                    let why =
+                        "either diaginertia, or fullinertia without an orientation, is needed";
+                    return Err(element.wrong(why));
+                }
+            };
+        let frame = LinkFrame {
+            position: position.into(),
+            attitude: attitude.unwrap_or(LinkFrame::identity().attitude),
+        };
+        Ok(LinkMass { mass, centre: Vector3::zeros(), inertia }.placed(&frame))
+    }
+
+    /// Masses from shapes, and what the compiler says of masses.
+    pub(super) fn set_masses(&mut self) -> Result<(), String> {
+        for (link, matter) in self.robot.links.iter_mut().zip(&self.matter) {
+            let Some(matter) = matter.as_ref().filter(|matter| !matter.is_empty()) else {
+                continue;
+            };
+            link.mass = LinkMass::sum(matter);
+            if link.mass.mass.is_nan() {
+                let why = "the mass of one of its meshes does not follow from it: of .dae, a hull of some of its corners, or a shell; give <inertial>";
+                return Err(format!("{}: {why}", link.at));
+            }
+        }
+        let [least_mass, least_moment] = self.compiler.least;
+        for link in self.robot.links.iter_mut().skip(1) {
+            let own = &mut link.mass;
+            own.mass = own.mass.max(least_mass);
+            let eigen = own.inertia.symmetric_eigen();
+            let mut moments = eigen.eigenvalues;
+            if self.compiler.balanced {
+                let [a, b, c] = [moments[0], moments[1], moments[2]];
+                if a + b < c || b + c < a || c + a < b {
+                    moments = Vector3::repeat((a + b + c) / 3.0);
+                }
+            }
+            let bounded = moments.map(|moment| moment.max(least_moment));
+            if bounded != eigen.eigenvalues {
+                let axes = eigen.eigenvectors;
+                own.inertia =
+                    symmetric(&(axes * Matrix3::from_diagonal(&bounded) * axes.transpose()));
+            }
+        }
+        if let Some(total) = self.compiler.total_mass {
+            let sum: f64 = self.robot.links.iter().map(|link| link.mass.mass).sum();
+            if sum <= 0.0 {
+                return Err("<compiler>: settotalmass: no body has a mass".to_owned());
+            }
+            for link in &mut self.robot.links {
+                link.mass.mass *= total / sum;
+                link.mass.inertia *= total / sum;
+            }
+        }
+        Ok(())
+    }
+
+    /// The mass or moment of inertia that a force along each joint moves at the reference, where nothing else holds: 1/(M⁻¹)ⱼⱼ of
+    /// the mass matrix M.
+    pub(super) fn moved_alone(&self) -> Result<Vec<f64>, String> {
+        let still = vec![0.0; self.robot.counts().1];
+        let motion = self.robot.motion(&self.robot.reference(), &still)?;
+        let inverse = motion.mass_matrix(&self.robot).cholesky().map(|parts| parts.inverse());
+        let inverse = inverse.ok_or("<body>: a joint moves no mass; give it <inertial>")?;
+        Ok(self.robot.places().iter().map(|&(_, rate)| inverse[(rate, rate)].recip()).collect())
+    }
+
+    /// Springs and dampers by a time constant T and a ratio ζ, with the mass or moment of inertia M that the joint moves at the
+    /// reference:
+    ///
+    /// ```text
+    /// k = M/(T ζ)²,   d = 2 M/T
+    /// ```
+    pub(super) fn set_springs(&mut self) -> Result<(), String> {
+        if self.timed.is_empty() {
+            return Ok(());
+        }
+        let moved = self.moved_alone()?;
+        for (index, [time, ratio]) in std::mem::take(&mut self.timed) {
+            let joint = &mut self.robot.joints[index];
+            let stiffness = moved[index] / (time * ratio).powi(2);
+            let damping = 2.0 * moved[index] / time;
+            if ![stiffness, damping].iter().all(|one| (0.0..=1e12).contains(one)) {
+                return Err(format!(
+                    "{}: springdamper: its spring has {stiffness:.1e} and its damper {damping:.1e}; allowed is up to 1e12",
+                    joint.at
+                ));
+            }
+            joint.stiffness = if self.flags.springs { stiffness } else { 0.0 };
+            joint.damping = if self.flags.dampers { damping } else { 0.0 };
+        }
+        Ok(())
+    }
+
+    /// Adds what a shape weighs.
+    pub(super) fn add_matter(&mut self, link: usize, mass: LinkMass) {
+        self.matter[link].iter_mut().for_each(|matter| matter.push(mass));
+    }
+}

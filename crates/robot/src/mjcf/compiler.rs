@@ -1,0 +1,243 @@
+//! `<compiler>`: in which units and conventions a file is written.
+
+use super::defaults::Defaulted;
+use crate::frame::{LinkFrame, about, from_z, left_times, of_matrix};
+use crate::xml::{Attributes, Element};
+use nalgebra::{Matrix3, Vector3, Vector4};
+
+/// Whether a limit holds.
+pub type Limited = Option<bool>;
+
+/// `true`, `false` and `auto`.
+pub const LIMITED: [(&str, Limited); 3] =
+    [("true", Some(true)), ("false", Some(false)), ("auto", None)];
+
+/// `true` and `false`.
+pub const SWITCH: [(&str, bool); 2] = [("true", true), ("false", false)];
+
+/// Conventions of a file.
+#[derive(Debug)]
+pub struct Compiler {
+    degrees: bool,
+    sequence: [char; 3],
+    /// `None`: where a body has none of its own.
+    pub inertia_from_shapes: Limited,
+    /// Which groups of shapes count for it.
+    pub inertia_groups: [f64; 2],
+    autolimits: bool,
+    /// The folder of meshes.
+    pub meshes: String,
+    /// Whether folders in the names of files do not count.
+    pub strip: bool,
+    /// kg.
+    pub total_mass: Option<f64>,
+    /// kg, kg m².
+    pub least: [f64; 2],
+    /// Whether impossible moments of inertia are made possible.
+    pub balanced: bool,
+    /// Whether masses of meshes are `exact` where these do not say.
+    pub exact_meshes: bool,
+}
+
+/// Attributes that orientations are given by.
+const ALTERNATIVES: [&str; 4] = ["axisangle", "euler", "xyaxes", "zaxis"];
+
+impl Compiler {
+    /// Of a file; the last word counts.
+    pub fn of(root: &Element) -> Result<Self, String> {
+        let mut compiler = Self {
+            degrees: true,
+            sequence: ['x', 'y', 'z'],
+            inertia_from_shapes: None,
+            inertia_groups: [0.0, 5.0],
+            autolimits: true,
+            meshes: String::new(),
+            strip: false,
+            total_mass: None,
+            least: [0.0; 2],
+            balanced: false,
+            exact_meshes: false,
+        };
+        for element in root.all("compiler") {
+            compiler.set(element)?;
+        }
+        Ok(compiler)
+    }
+
+    fn set(&mut self, element: &Element) -> Result<(), String> {
+        const READ: [&str; 16] = [
+            "angle",
+            "coordinate",
+            "eulerseq",
+            "inertiafromgeom",
+            "inertiagrouprange",
+            "autolimits",
+            "meshdir",
+            "assetdir",
+            "strippath",
+            "settotalmass",
+            "boundmass",
+            "boundinertia",
+            "balanceinertia",
+            "exactmeshinertia",
+            "alignfree",
+            "fitaabb",
+        ];
+        const IDLE: [&str; 7] = [
+            "texturedir",
+            "discardvisual",
+            "usethread",
+            "fusestatic",
+            "convexhull",
+            "saveinertial",
+            "conflict",
+        ];
+        element.refuse_others(&READ, &IDLE)?;
+        if let Some(degrees) = element.word("angle", &[("degree", true), ("radian", false)])? {
+            self.degrees = degrees;
+        }
+        element.word("coordinate", &[("local", ())])?;
+        if element.word("alignfree", &SWITCH)? == Some(true) {
+            return Err(element.wrong("alignfree: frames that are moved are not supported"));
+        }
+        if let Some(sequence) = element.get("eulerseq") {
+            let letters: Vec<char> = sequence.chars().collect();
+            self.sequence = <[char; 3]>::try_from(letters)
+                .ok()
+                .filter(|letters| letters.iter().all(|letter| "xyzXYZ".contains(*letter)))
+                .ok_or_else(|| element.wrong("eulerseq: three of x, y, z, X, Y, Z are needed"))?;
+        }
+        if let Some(word) = element.word("inertiafromgeom", &LIMITED)? {
+            self.inertia_from_shapes = word;
+        }
+        if let Some(range) = element.exactly::<2>("inertiagrouprange")? {
+            self.inertia_groups = range;
+        }
+        if let Some(on) = element.word("autolimits", &SWITCH)? {
+            self.autolimits = on;
+        }
+        if let Some(folder) = element.get("meshdir").or(element.get("assetdir")) {
+            self.meshes = folder.to_owned();
+        }
+        if let Some(on) = element.word("strippath", &SWITCH)? {
+            self.strip = on;
+        }
+        if let Some(mass) = element.number("settotalmass")? {
+            self.total_mass = Some(mass).filter(|mass| *mass > 0.0);
+        }
+        for (least, field) in self.least.iter_mut().zip(["boundmass", "boundinertia"]) {
+            *least = element.bounded(field, *least, [0.0, 1e9])?;
+        }
+        if let Some(on) = element.word("balanceinertia", &SWITCH)? {
+            self.balanced = on;
+        }
+        if let Some(on) = element.word("exactmeshinertia", &SWITCH)? {
+            self.exact_meshes = on;
+        }
+        Ok(())
+    }
+
+    /// An angle of the file, rad.
+    pub fn angle(&self, angle: f64) -> f64 {
+        if self.degrees { angle.to_radians() } else { angle }
+    }
+
+    /// The range of an attribute, where it holds.
+    pub fn range(
+        &self,
+        element: &impl Attributes,
+        field: &str,
+        limited: &str,
+    ) -> Result<Option<[f64; 2]>, String> {
+        let range = element.exactly::<2>(field)?;
+        let own = element.element();
+        let holds = match element.word(limited, &LIMITED)?.flatten() {
+            Some(holds) => holds,
+            None if self.autolimits => range.is_some(),
+            None if range.is_some() => {
+                return Err(
+                    own.wrong(format!("{limited} is needed beside {field} without autolimits"))
+                );
+            }
+            None => false,
+        };
+        if !holds {
+            return Ok(None);
+        }
+        match range {
+            Some([low, high]) if low < high => Ok(Some([low, high])),
+            Some(_) => Err(own.wrong(format!("{field}: the second number must be the larger one"))),
+            None => Err(own.wrong(format!("{field} is needed where {limited} is true"))),
+        }
+    }
+
+    /// `pos`, and whatever says the orientation.
+    pub fn frame(&self, element: &Defaulted<'_>) -> Result<LinkFrame, String> {
+        let position = element.exactly::<3>("pos")?.unwrap_or_default().into();
+        let attitude = match self.attitude(element.element())? {
+            Some(own) => own,
+            None => self.attitude(&element.defaults())?.unwrap_or(LinkFrame::identity().attitude),
+        };
+        Ok(LinkFrame { position, attitude })
+    }
+
+    /// The orientation that an element has.
+    pub fn attitude(&self, element: &Element) -> Result<Option<Vector4<f64>>, String> {
+        let given: Vec<_> = ALTERNATIVES
+            .into_iter()
+            .chain(["quat"])
+            .filter(|name| element.own(name).is_some())
+            .collect();
+        if let [first, second, ..] = given[..] {
+            return Err(element.wrong(format!("either {first} or {second} can be given")));
+        }
+        let unit = |vector: Vector3<f64>, field: &str| match vector.norm() > 1e-12 {
+            true => Ok(vector.normalize()),
+            false => Err(element.wrong(format!("{field}: a vector has no length"))),
+        };
+        if let Some(quaternion) = element.exactly::<4>("quat")? {
+            let quaternion = Vector4::from(quaternion);
+            return match quaternion.norm() > 1e-12 {
+                true => Ok(Some(quaternion.normalize())),
+                false => Err(element.wrong("quat has no length")),
+            };
+        }
+        if let Some([x, y, z, angle]) = element.exactly::<4>("axisangle")? {
+            let axis = unit(Vector3::new(x, y, z), "axisangle")?;
+            return Ok(Some(about(&axis, self.angle(angle))));
+        }
+        if let Some(angles) = element.exactly::<3>("euler")? {
+            return Ok(Some(self.euler(angles)));
+        }
+        if let Some([a, b, c, d, e, f]) = element.exactly::<6>("xyaxes")? {
+            let x = unit(Vector3::new(a, b, c), "xyaxes")?;
+            let y = Vector3::new(d, e, f);
+            let y = unit(y - x * x.dot(&y), "xyaxes")?;
+            let turn = Matrix3::from_columns(&[x, y, x.cross(&y)]);
+            return Ok(Some(of_matrix(&turn)));
+        }
+        if let Some(axis) = element.exactly::<3>("zaxis")? {
+            return Ok(Some(from_z(&unit(axis.into(), "zaxis")?)));
+        }
+        Ok(None)
+    }
+
+    /// Turns one after the other: about axes that turn along (small letters), or that stay.
+    /// The turn by three angles in the order that the file has.
+    pub fn euler(&self, angles: [f64; 3]) -> Vector4<f64> {
+        let mut attitude = LinkFrame::identity().attitude;
+        for (letter, angle) in self.sequence.into_iter().zip(angles) {
+            let axis = match letter.to_ascii_lowercase() {
+                'x' => Vector3::x(),
+                'y' => Vector3::y(),
+                _ => Vector3::z(),
+            };
+            let turn = about(&axis, self.angle(angle));
+            attitude = match letter.is_ascii_lowercase() {
+                true => left_times(&attitude, &turn),
+                false => left_times(&turn, &attitude),
+            };
+        }
+        attitude.normalize()
+    }
+}

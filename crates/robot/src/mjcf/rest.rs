@@ -1,0 +1,287 @@
+//! Options, ties and poses.
+
+use super::MjcfReader;
+use super::compiler::SWITCH;
+use super::defaults::Defaulted;
+use super::tendons::{Tendon, coefficients};
+use super::usual_options;
+use crate::frame::LinkFrame;
+use crate::model::{Key, MimicJoint, Moves, RobotOptions, RobotTie};
+use crate::notes::RobotNotes;
+use crate::xml::{Attributes, Element};
+use nalgebra::{Vector3, Vector4};
+use tumble_model::shown;
+
+/// What of the motion is there.
+#[derive(Debug, Clone, Copy)]
+pub struct Flags {
+    pub limits: bool,
+    pub friction: bool,
+    pub ties: bool,
+    pub springs: bool,
+    pub dampers: bool,
+    pub actuators: bool,
+    pub clamps: bool,
+}
+
+/// `enable` and `disable`.
+const ABLE: [(&str, bool); 2] = [("enable", true), ("disable", false)];
+
+/// What is read of `<option>`.
+const READ: [&str; 5] = ["timestep", "gravity", "density", "viscosity", "actuatorgroupdisable"];
+
+/// What is about another solver, or without a medium.
+const IDLE: [&str; 26] = [
+    "apirate",
+    "impratio",
+    "tolerance",
+    "ls_tolerance",
+    "noslip_tolerance",
+    "ccd_tolerance",
+    "mpr_tolerance",
+    "sleep_tolerance",
+    "wind",
+    "magnetic",
+    "o_margin",
+    "o_solref",
+    "o_solimp",
+    "o_friction",
+    "integrator",
+    "collision",
+    "cone",
+    "jacobian",
+    "solver",
+    "iterations",
+    "ls_iterations",
+    "noslip_iterations",
+    "ccd_iterations",
+    "mpr_iterations",
+    "sdf_iterations",
+    "sdf_initpoints",
+];
+
+/// `<option>` and the flags in it.
+pub fn options(root: &Element, notes: &mut RobotNotes) -> Result<(RobotOptions, Flags), String> {
+    let mut options = usual_options();
+    let mut flags = Flags {
+        limits: true,
+        friction: true,
+        ties: true,
+        springs: true,
+        dampers: true,
+        actuators: true,
+        clamps: true,
+    };
+    for element in root.all("option") {
+        options.time_step = element.bounded("timestep", options.time_step, [1e-6, 0.1])?;
+        if let Some(gravity) = element.exactly::<3>("gravity")? {
+            options.gravity = gravity.into();
+        }
+        for medium in ["density", "viscosity"] {
+            if element.number(medium)?.unwrap_or(0.0) != 0.0 {
+                return Err(element.wrong(format!(
+                    "{medium}: a medium around bodies is not supported; leave_out or --leave-out @{medium} is without it"
+                )));
+            }
+        }
+        if element.own("actuatorgroupdisable").is_some_and(|groups| !groups.trim().is_empty()) {
+            return Err(
+                element.wrong("actuatorgroupdisable is not supported; remove the actuators")
+            );
+        }
+        element.refuse_others(&READ, &IDLE)?;
+        if element.attributes.iter().any(|(name, _)| IDLE.contains(&&**name)) {
+            notes.say("integrator, solver and cone of <option> have no meaning here".to_owned());
+        }
+        for flag in &element.children {
+            set_flags(flag, &mut options, &mut flags)?;
+        }
+    }
+    Ok((options, flags))
+}
+
+fn set_flags(
+    element: &Element,
+    options: &mut RobotOptions,
+    flags: &mut Flags,
+) -> Result<(), String> {
+    if element.tag != "flag" {
+        return Err(element.wrong("this element is not known in <option>"));
+    }
+    for (name, _) in &element.attributes {
+        let on = element.word(name, &ABLE)?.unwrap_or(true);
+        match (&**name, on) {
+            ("constraint", false) => {
+                (flags.limits, flags.friction, flags.ties) = (false, false, false);
+                options.contacts = false;
+            }
+            ("equality", false) => flags.ties = false,
+            ("frictionloss", false) => flags.friction = false,
+            ("limit", false) => flags.limits = false,
+            ("contact", false) => options.contacts = false,
+            ("passive", false) => (flags.springs, flags.dampers) = (false, false),
+            ("spring", false) => flags.springs = false,
+            ("damper", false) => flags.dampers = false,
+            ("gravity", false) => options.gravity = Vector3::zeros(),
+            ("clampctrl", false) => flags.clamps = false,
+            ("filterparent", on) => options.neighbours_touch = !on,
+            ("actuation", false) => flags.actuators = false,
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+impl MjcfReader<'_> {
+    pub(super) fn read_equality(
+        &mut self,
+        section: &Element,
+        tendons: &[Tendon],
+    ) -> Result<(), String> {
+        for element in &section.children {
+            let read = self.defaulted(element, "")?;
+            let is_active = read.word("active", &SWITCH)?.unwrap_or(true) && self.flags.ties;
+            self.notes.soft();
+            let tie = match &*element.tag {
+                _ if !is_active => continue,
+                "connect" => self.connected(&read)?,
+                "weld" => self.welded(&read)?,
+                "joint" => {
+                    self.tie_joints(element)?;
+                    continue;
+                }
+                "tendon" => {
+                    self.tie_tendons(element, tendons)?;
+                    continue;
+                }
+                _ => return Err(element.wrong("this tie is not supported")),
+            };
+            self.robot.ties.push(tie);
+        }
+        Ok(())
+    }
+
+    /// The two bodies of a tie; the second one is the world where it is not named.
+    fn tied(&self, read: &Defaulted<'_>) -> Result<[usize; 2], String> {
+        let element = read.element();
+        if read.get("site1").is_some() || read.get("site2").is_some() {
+            return Err(element.wrong("ties of sites are not supported; give body1 and body2"));
+        }
+        let first = self.link(element, "body1", read.needed("body1")?)?;
+        let second = read.get("body2").map(|name| self.link(element, "body2", name));
+        Ok([first, second.transpose()?.unwrap_or(0)])
+    }
+
+    fn connected(&self, read: &Defaulted<'_>) -> Result<RobotTie, String> {
+        const READ: [&str; 9] =
+            ["name", "class", "active", "body1", "body2", "anchor", "site1", "site2", "solref"];
+        read.refuse_others(&READ, &["solimp"])?;
+        let anchor = read.exactly::<3>("anchor")?;
+        let anchor = anchor.ok_or_else(|| read.element().wrong("anchor is needed"))?;
+        let links = self.tied(read)?;
+        Ok(RobotTie::Point { links, anchor: anchor.into(), at: read.element().at() })
+    }
+
+    fn welded(&self, read: &Defaulted<'_>) -> Result<RobotTie, String> {
+        const READ: [&str; 11] = [
+            "name",
+            "class",
+            "active",
+            "body1",
+            "body2",
+            "anchor",
+            "site1",
+            "site2",
+            "solref",
+            "relpose",
+            "torquescale",
+        ];
+        read.refuse_others(&READ, &["solimp"])?;
+        let links = self.tied(read)?;
+        // The second in the first; without a turn in it, where it is at the reference.
+        let frame = match read.exactly::<7>("relpose")? {
+            Some([x, y, z, q @ ..]) if q != [0.0; 4] => {
+                let attitude = Vector4::from(q);
+                if attitude.norm() <= 1e-12 {
+                    return Err(read.element().wrong("relpose: its quaternion has no length"));
+                }
+                Some(LinkFrame { position: Vector3::new(x, y, z), attitude: attitude.normalize() })
+            }
+            _ => None,
+        };
+        Ok(RobotTie::Whole { links, frame, at: read.element().at() })
+    }
+
+    /// A joint that is held in a place, or goes with another one: of the coordinates from the references,
+    ///
+    /// ```text
+    /// q₁ − q₁₀ = c₀ + c₁ (q₂ − q₂₀)
+    /// ```
+    fn tie_joints(&mut self, element: &Element) -> Result<(), String> {
+        let find = |field: &str, name: &str| {
+            let joint = self.joint(element, field, name)?;
+            match self.robot.joints[joint].moves {
+                Moves::Hinge | Moves::Slide => Ok(joint),
+                Moves::Free | Moves::Ball => {
+                    Err(element.wrong(format!("{field}: a hinge or a slide is needed")))
+                }
+            }
+        };
+        let first = find("joint1", element.needed("joint1")?)?;
+        let second = element.get("joint2").map(|name| find("joint2", name)).transpose()?;
+        let [constant, ratio] = coefficients(element, second.is_some())?;
+        let reference = |joint: usize| self.robot.joints[joint].reference;
+        let place = reference(first) + constant;
+        let Some(second) = second else {
+            self.robot.joints[first].range = Some([place; 2]);
+            return Ok(());
+        };
+        let offset = place - ratio * reference(second);
+        self.follow(element, [first, second], [ratio, offset])
+    }
+
+    /// Has the first joint go with the second.
+    pub(super) fn follow(
+        &mut self,
+        element: &Element,
+        joints: [usize; 2],
+        [ratio, offset]: [f64; 2],
+    ) -> Result<(), String> {
+        if self.robot.follows.iter().any(|known| known.joints[0] == joints[0]) {
+            let name = shown::line(&self.robot.joints[joints[0]].name);
+            return Err(
+                element.wrong(format!("{name:?} goes with another joint already; one is allowed"))
+            );
+        }
+        if [ratio, offset].into_iter().any(|number| !(-1e6..=1e6).contains(&number)) {
+            return Err(element.wrong("polycoef: numbers from -1e6 to 1e6 are needed"));
+        }
+        self.robot.follows.push(MimicJoint { joints, ratio, offset, at: element.at() });
+        Ok(())
+    }
+
+    pub(super) fn read_keys(&mut self, section: &Element) -> Result<(), String> {
+        let (positions, rates) = self.robot.counts();
+        for key in section.all("key") {
+            const READ: [&str; 8] =
+                ["name", "time", "qpos", "qvel", "act", "ctrl", "mpos", "mquat"];
+            key.refuse_others(&READ, &[])?;
+            let numbers = |field: &str, count: usize| match key.numbers(field)? {
+                Some(all) if all.len() != count => {
+                    let given = all.len();
+                    Err(key
+                        .wrong(format!("{field}: {given} numbers are given, and {count} needed")))
+                }
+                all => Ok(all),
+            };
+            let index = self.robot.keys.len();
+            self.robot.keys.push(Key {
+                name: key.own("name").map_or(format!("key-{index}"), str::to_owned),
+                positions: numbers("qpos", positions)?,
+                rates: numbers("qvel", rates)?,
+                controls: numbers("ctrl", self.robot.actuators.len())?,
+            });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,312 @@
+//! Shapes, called geoms, and the meshes that some are of.
+
+use super::MjcfReader;
+use super::defaults::Defaulted;
+use super::sites::ends;
+use crate::frame::LinkFrame;
+use crate::mass::solid;
+use crate::meshes::{self, Volume};
+use crate::model::{LinkMass, LookForm, RobotForm, RobotLook, RobotShape};
+use crate::xml::{Attributes, Element};
+use nalgebra::Vector3;
+use std::collections::BTreeSet;
+use tumble_model::shown;
+
+/// Half of the width of what stands for a plane that is not the ground, and its depth, m.
+const WALL: f64 = 10.0;
+
+/// The kinds of shapes: how many of their sizes count, without and with `fromto`.
+#[derive(Clone, Copy, PartialEq)]
+enum GeomKind {
+    Plane,
+    Sphere,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Box,
+    Mesh,
+    Field,
+}
+
+const KINDS: [(&str, GeomKind); 9] = [
+    ("plane", GeomKind::Plane),
+    ("sphere", GeomKind::Sphere),
+    ("capsule", GeomKind::Capsule),
+    ("cylinder", GeomKind::Cylinder),
+    ("ellipsoid", GeomKind::Ellipsoid),
+    ("box", GeomKind::Box),
+    ("mesh", GeomKind::Mesh),
+    ("hfield", GeomKind::Field),
+    ("sdf", GeomKind::Field),
+];
+
+impl MjcfReader<'_> {
+    /// A shape in `frame` of the link.
+    pub(super) fn read_shape(
+        &mut self,
+        element: &Element,
+        link: usize,
+        frame: &LinkFrame,
+        class: &str,
+    ) -> Result<(), String> {
+        const READ: [&str; 24] = [
+            "name",
+            "class",
+            "type",
+            "contype",
+            "conaffinity",
+            "condim",
+            "group",
+            "priority",
+            "size",
+            "friction",
+            "mass",
+            "density",
+            "shellinertia",
+            "fromto",
+            "pos",
+            "quat",
+            "axisangle",
+            "xyaxes",
+            "zaxis",
+            "euler",
+            "mesh",
+            "fitscale",
+            "fluidshape",
+            "hfield",
+        ];
+        const SOFT: [&str; 5] = ["solmix", "solref", "solimp", "margin", "gap"];
+        element.refuse_others(
+            &READ,
+            &[&SOFT[..], &["material", "rgba", "user", "fluidcoef"]].concat(),
+        )?;
+        let read = self.defaulted(element, class)?;
+        if SOFT.iter().any(|soft| read.get(soft).is_some()) {
+            self.notes.soft();
+        }
+        let usual = if read.get("mesh").is_some() { GeomKind::Mesh } else { GeomKind::Sphere };
+        let kind = read.word("type", &KINDS)?.unwrap_or(usual);
+        let groups = [group(&read, "contype")?, group(&read, "conaffinity")?];
+        let touches = groups != [0, 0];
+        if kind == GeomKind::Field {
+            return match touches {
+                true => Err(element.wrong("height fields and distance fields are not supported")),
+                false => {
+                    self.notes.idle("geom of a field");
+                    Ok(())
+                }
+            };
+        }
+        if kind == GeomKind::Mesh && !touches && !self.weighs(&read, link)? {
+            let placed = frame.then(&self.compiler.frame(&read)?);
+            let name = read.needed("mesh")?;
+            if let Some(Err(_)) = self.meshes.get(name) {
+                // For the eye alone: a flat mesh has no hull and needs none.
+                self.flat.insert(name.to_owned());
+                match link > 0 && self.files.contains_key(name) {
+                    true => self.read_look(&read, link, placed, &RobotForm::Hull(Vec::new())),
+                    false => self.notes.idle("geom of a mesh without a hull"),
+                }
+                return Ok(());
+            }
+        }
+        let (form, own, volume) = self.form(&read, kind)?;
+        let placed = frame.then(&own);
+        let condim = read.whole("condim")?.unwrap_or(3);
+        let friction = read.numbers("friction")?.unwrap_or_default();
+        if friction.len() > 3 || friction.iter().any(|part| *part < 0.0) {
+            return Err(element.wrong("friction: one to three numbers from 0 are needed"));
+        }
+        let rolling = [(1, 0.005), (2, 0.0001)]
+            .map(|(index, usual)| friction.get(index).copied().unwrap_or(usual));
+        let rolling = if touches { rolling } else { [0.0; 2] };
+        let rubs = self.rubs(element, condim, &rolling)?;
+        self.weigh(&read, link, &placed, &form, &volume)?;
+        let (form, placed) = match form {
+            RobotForm::Plane if touches && std::mem::replace(&mut self.has_ground, true) => {
+                self.notes.say(format!(
+                    "planes after the first are boxes below them, {0} m wide and {WALL} m deep",
+                    2.0 * WALL
+                ));
+                let middle = placed.point(&Vector3::new(0.0, 0.0, -0.5 * WALL));
+                let form = RobotForm::Box(Vector3::new(WALL, WALL, 0.5 * WALL));
+                (form, LinkFrame { position: middle, ..placed })
+            }
+            form => (form, placed),
+        };
+        if !touches && link > 0 {
+            self.read_look(&read, link, placed, &form);
+        }
+        if touches && matches!(form, RobotForm::Ellipsoid(_)) {
+            self.notes.say("ellipsoids that touch are rounded hulls within them".to_owned());
+        }
+        let index = self.robot.shapes.len();
+        self.robot.shapes.push(RobotShape {
+            name: element.own("name").map_or(format!("geom-{index}"), str::to_owned),
+            link,
+            form,
+            frame: placed,
+            groups: if self.robot.options.contacts { groups } else { [0, 0] },
+            friction: Some(*friction.first().unwrap_or(&1.0)),
+            rubs,
+            priority: read.whole("priority")?.unwrap_or(0),
+            at: element.at(),
+        });
+        Ok(())
+    }
+
+    /// A shape that touches nothing, as a part of what its link looks like.
+    fn read_look(&mut self, read: &Defaulted<'_>, link: usize, frame: LinkFrame, form: &RobotForm) {
+        let file = read.get("mesh").and_then(|mesh| self.files.get(mesh));
+        let seen = match (form, file) {
+            (RobotForm::Hull(_), Some((file, scale))) => {
+                match meshes::surface(self.reading, file, *scale) {
+                    Ok(surface) => LookForm::Mesh(surface),
+                    Err(why) => {
+                        if self.unseen.insert(link) {
+                            self.notes.unseen(read.element().wrong(why));
+                        }
+                        return;
+                    }
+                }
+            }
+            (RobotForm::Plane, _) => return,
+            (form, _) => LookForm::Form(form.clone()),
+        };
+        self.robot.looks.push(RobotLook { link, seen, frame });
+    }
+
+    /// Keeps the looks of links that have a mesh among them: others look like all their shapes.
+    pub(super) fn keep_looks(&mut self) {
+        let looks = std::mem::take(&mut self.robot.looks);
+        let meshed = looks.iter().filter(|look| look.triangles() > 0).map(|look| look.link);
+        let meshed: BTreeSet<_> = meshed.filter(|link| !self.unseen.contains(link)).collect();
+        let kept = looks.into_iter().filter(|look| meshed.contains(&look.link));
+        self.robot.looks = kept.collect();
+        if let Some(sentence) = meshes::share_triangles(&mut self.robot.looks) {
+            self.notes.say(sentence);
+        }
+    }
+
+    /// What a form is, where it is in its frame, and what its mass follows from.
+    fn form(
+        &self,
+        read: &Defaulted<'_>,
+        kind: GeomKind,
+    ) -> Result<(RobotForm, LinkFrame, Volume), String> {
+        let element = read.element();
+        let sizes = read.numbers("size")?.unwrap_or_default();
+        let size = |index: usize| match sizes.get(index) {
+            Some(size) if (1e-6..=1e4).contains(size) => Ok(*size),
+            Some(size) => {
+                Err(element.wrong(format!("size: {size:?} is none; 1e-6 to 1e4 m is needed")))
+            }
+            None => Err(element.wrong(format!("size: {} numbers are needed", index + 1))),
+        };
+        if let Some((frame, half)) = ends(read)? {
+            let radius = size(0)?;
+            let form = match kind {
+                GeomKind::Capsule => RobotForm::Capsule(half, radius),
+                GeomKind::Cylinder => RobotForm::Cylinder(half, radius),
+                GeomKind::Ellipsoid => RobotForm::Ellipsoid(Vector3::new(radius, radius, half)),
+                GeomKind::Box => RobotForm::Box(Vector3::new(radius, radius, half)),
+                _ => {
+                    return Err(
+                        element.wrong("fromto is for capsules, cylinders, boxes and ellipsoids")
+                    );
+                }
+            };
+            return Ok((form, frame, Volume::Hull));
+        }
+        let three = || Ok::<_, String>(Vector3::new(size(0)?, size(1)?, size(2)?));
+        let mut volume = Volume::Hull;
+        let form = match kind {
+            GeomKind::Plane => RobotForm::Plane,
+            GeomKind::Sphere => RobotForm::Sphere(size(0)?),
+            GeomKind::Capsule => RobotForm::Capsule(size(1)?, size(0)?),
+            GeomKind::Cylinder => RobotForm::Cylinder(size(1)?, size(0)?),
+            GeomKind::Ellipsoid => RobotForm::Ellipsoid(three()?),
+            GeomKind::Box => RobotForm::Box(three()?),
+            GeomKind::Mesh | GeomKind::Field => {
+                let name = read.needed("mesh")?;
+                let known = self.meshes.get(name).cloned();
+                let hulled = known.ok_or_else(|| {
+                    element.wrong(format!("mesh: there is no mesh {:?}", shown::line(name)))
+                })??;
+                volume = hulled.volume;
+                RobotForm::Hull(hulled.corners)
+            }
+        };
+        if kind != GeomKind::Mesh && read.get("mesh").is_some() {
+            return Err(
+                element.wrong("a form that is fitted to a mesh is not supported; give its size")
+            );
+        }
+        Ok((form, self.compiler.frame(read)?, volume))
+    }
+
+    /// Whether a shape has a mass that counts for its link.
+    fn weighs(&self, read: &Defaulted<'_>, link: usize) -> Result<bool, String> {
+        let [low, high] = self.compiler.inertia_groups;
+        let group = read.number("group")?.unwrap_or(0.0);
+        let counts = self.matter[link].is_some() && (low..=high).contains(&group);
+        Ok(mass_of(read)?.unwrap_or(density_of(read)?) != 0.0 && counts)
+    }
+
+    /// What a shape adds to its link.
+    fn weigh(
+        &mut self,
+        read: &Defaulted<'_>,
+        link: usize,
+        frame: &LinkFrame,
+        form: &RobotForm,
+        volume: &Volume,
+    ) -> Result<(), String> {
+        let element = read.element();
+        let (given, density) = (mass_of(read)?, density_of(read)?);
+        if read.word("shellinertia", &super::compiler::SWITCH)? == Some(true) {
+            return Err(element.wrong("shellinertia is not supported; give <inertial>"));
+        }
+        if !self.weighs(read, link)? {
+            return Ok(());
+        }
+        let unit = match volume {
+            Volume::Triangles(both) => both[0],
+            Volume::Hull | Volume::Unknown => solid(form).map_err(|why| element.wrong(why))?,
+        };
+        if matches!(form, RobotForm::Plane) {
+            return Ok(());
+        }
+        if unit.mass <= 0.0 {
+            return Err(element.wrong(
+                "mesh: its triangles have no volume, or are inside out; turn them over, or give <inertial>",
+            ));
+        }
+        let factor = given.map_or(density, |mass| mass / unit.mass);
+        let mass = match volume {
+            Volume::Unknown => f64::NAN,
+            Volume::Hull | Volume::Triangles(_) => given.unwrap_or(density * unit.mass),
+        };
+        let own = LinkMass { mass, centre: unit.centre, inertia: unit.inertia * factor };
+        self.add_matter(link, own.placed(frame));
+        Ok(())
+    }
+}
+
+/// The mass that a shape is given, kg.
+fn mass_of(read: &Defaulted<'_>) -> Result<Option<f64>, String> {
+    read.get("mass").is_some().then(|| read.bounded("mass", 0.0, [0.0, 1e9])).transpose()
+}
+
+/// kg/m³.
+fn density_of(read: &Defaulted<'_>) -> Result<f64, String> {
+    read.bounded("density", 1000.0, [0.0, 1e9])
+}
+
+/// A set of groups, as its bits.
+fn group(read: &Defaulted<'_>, field: &str) -> Result<u32, String> {
+    match read.whole(field)?.unwrap_or(1) {
+        bits if (0..=i64::from(u32::MAX)).contains(&bits) => Ok(bits as u32),
+        _ => Err(read.element().wrong(format!("{field}: 0 to 4294967295 is allowed"))),
+    }
+}

@@ -1,0 +1,54 @@
+//! Sites: frames on bodies that have names, and frames that are said by two points.
+
+use super::MjcfReader;
+use super::defaults::Defaulted;
+use crate::frame::{LinkFrame, from_z};
+use crate::model::{NamedSite, RobotSite};
+use crate::xml::{Attributes, Element};
+use nalgebra::Vector3;
+
+impl MjcfReader<'_> {
+    /// A site in `frame` of a link. What has no name cannot be asked for, and is passed over.
+    pub(super) fn read_site(
+        &mut self,
+        element: &Element,
+        link: usize,
+        frame: &LinkFrame,
+        class: &str,
+    ) -> Result<(), String> {
+        const READ: [&str; 9] =
+            ["name", "class", "pos", "quat", "axisangle", "euler", "xyaxes", "zaxis", "fromto"];
+        element.refuse_others(&READ, &["type", "size", "group", "material", "rgba", "user"])?;
+        let read = self.defaulted(element, class)?;
+        let own = match ends(&read)? {
+            Some((own, _)) => own,
+            None => self.compiler.frame(&read)?,
+        };
+        let Some(name) = element.own("name") else {
+            self.notes.idle("site without a name");
+            return Ok(());
+        };
+        if self.robot.site(name).is_some() {
+            return Err(element.wrong("this name is given twice; each site needs its own"));
+        }
+        let site = RobotSite { link, frame: frame.then(&own) };
+        self.robot.sites.push(NamedSite { name: name.to_owned(), site });
+        Ok(())
+    }
+}
+
+/// The frame in the middle between two points, with z from the second to the first, and half of what is between them, m; `None` where
+/// there is no `fromto`.
+pub fn ends(read: &Defaulted<'_>) -> Result<Option<(LinkFrame, f64)>, String> {
+    let Some([a, b, c, d, e, f]) = read.exactly::<6>("fromto")? else {
+        return Ok(None);
+    };
+    let (from, to) = (Vector3::new(a, b, c), Vector3::new(d, e, f));
+    let half = 0.5 * (to - from).norm();
+    if !(1e-6..=1e4).contains(&half) {
+        let why = "fromto: two points 2e-6 to 2e4 m apart are needed";
+        return Err(read.element().wrong(why));
+    }
+    let attitude = from_z(&(from - to).normalize());
+    Ok(Some((LinkFrame { position: (from + to) * 0.5, attitude }, half)))
+}

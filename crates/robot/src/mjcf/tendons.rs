@@ -1,0 +1,277 @@
+//! `<tendon>`: sums of coordinates, by which actuators pull and ties hold.
+
+use super::MjcfReader;
+use super::defaults::Defaulted;
+use crate::model::{MimicJoint, Moves, TieForces};
+use crate::xml::{Attributes, Element};
+use tumble_core::joint::Drive;
+use tumble_model::shown;
+
+/// A tendon: its name and, of a fixed one, the joints that its length is the sum of, with their coefficients.
+pub struct Tendon {
+    name: Option<String>,
+    joints: Option<Vec<(usize, f64)>>,
+    /// The index of the sum that acts as it does.
+    sum: Option<usize>,
+    at: String,
+}
+
+/// A sum of coordinates: indices of joints, and their coefficients.
+type Summands = [(usize, f64)];
+
+/// A fixed tendon: its place, and its joints.
+pub fn find<'t>(
+    tendons: &'t [Tendon],
+    element: &Element,
+    field: &str,
+    name: &str,
+) -> Result<(usize, &'t Summands), String> {
+    let found = tendons.iter().position(|tendon| tendon.name.as_deref() == Some(name));
+    let name = shown::line(name);
+    match found.map(|place| (place, tendons[place].joints.as_deref())) {
+        Some((place, Some(joints))) => Ok((place, joints)),
+        Some((_, None)) => Err(element.wrong(format!(
+            "{field}: {name:?} goes through points of bodies, and does nothing here; tendons of joints alone can be used"
+        ))),
+        None => Err(element.wrong(format!("{field}: there is no tendon {name:?}"))),
+    }
+}
+
+/// What a tendon does by itself, along its length.
+struct TendonPull {
+    stiffness: f64,
+    damping: f64,
+    friction: f64,
+    rest: f64,
+}
+
+impl TendonPull {
+    /// The first field that says anything.
+    fn first(&self) -> Option<&'static str> {
+        let given = [
+            ("stiffness", self.stiffness),
+            ("damping", self.damping),
+            ("frictionloss", self.friction),
+        ];
+        given.into_iter().find(|(_, value)| *value != 0.0).map(|(field, _)| field)
+    }
+
+    /// The same along a coordinate of which the length is `by` times as much.
+    fn along(&self, by: f64) -> Drive {
+        let square = by * by;
+        Drive {
+            friction: self.friction * by.abs(),
+            stiffness: self.stiffness * square,
+            rest: self.rest / by,
+            damping: self.damping * square,
+            ..Drive::NONE
+        }
+    }
+}
+
+/// The smaller number first.
+fn sorted([a, b]: [f64; 2]) -> [f64; 2] {
+    [a.min(b), a.max(b)]
+}
+
+impl MjcfReader<'_> {
+    /// All tendons. What they do of their own acts on the sum of two coordinates; of one, or of more, all but the range of one
+    /// is refused.
+    pub(super) fn read_tendons(&mut self, root: &Element) -> Result<Vec<Tendon>, String> {
+        let mut tendons = Vec::new();
+        for element in root.all("tendon").flat_map(|section| &section.children) {
+            let read = self.defaulted(element, "")?;
+            if read.number("armature")?.is_some_and(|armature| armature != 0.0) {
+                return Err(element.wrong("armature: that of tendons is not supported"));
+            }
+            let joints = (element.tag == "fixed").then(|| self.summed(element)).transpose()?;
+            let range = self.compiler.range(&read, "range", "limited")?;
+            let range = range.filter(|_| self.flags.limits);
+            let effort = self.compiler.range(&read, "actuatorfrcrange", "actuatorfrclimited")?;
+            if effort.is_some() {
+                return Err(element.wrong("actuatorfrcrange of tendons is not supported"));
+            }
+            let pull = self.pull(&read, joints.as_deref().unwrap_or_default())?;
+            let refused = |what: &str| {
+                let field = match (range, pull.first()) {
+                    (_, Some(field)) => field,
+                    (Some(_), None) => "range",
+                    (None, None) => return Ok(()),
+                };
+                Err(element.wrong(format!("{field}: {what}")))
+            };
+            let mut sum = None;
+            match (joints.as_deref(), range) {
+                (Some(&[first, second]), range) => {
+                    if range.is_some() || pull.first().is_some() {
+                        let by = first.1;
+                        let limits = range.map(|range| sorted(range.map(|end| end / by)));
+                        let drive = Drive { limits, ..pull.along(by) };
+                        sum = Some(self.add_sum([first, second], drive, element.at()));
+                    }
+                }
+                (Some(&[(joint, factor)]), Some(range)) if pull.first().is_none() => {
+                    self.limit(element, joint, range.map(|end| end / factor))?;
+                }
+                (Some(_), _) => refused(
+                    "tendons that pull, or are limited, are supported where they are sums of two joints; give that of one to the \
+                     joint itself",
+                )?,
+                (None, _) => {
+                    refused("tendons through points of bodies that pull are not supported")?;
+                    self.notes.idle("tendon that does not pull");
+                }
+            }
+            let (name, at) = (element.own("name").map(str::to_owned), element.at());
+            tendons.push(Tendon { name, joints, sum, at });
+        }
+        Ok(tendons)
+    }
+
+    /// Adds what acts on the sum of two coordinates over the first coefficient; its index.
+    fn add_sum(&mut self, joints: [(usize, f64); 2], drive: Drive, at: String) -> usize {
+        let [(first, by), (second, other)] = joints;
+        let of = MimicJoint { joints: [first, second], ratio: -other / by, offset: 0.0, at };
+        self.robot.sums.push(TieForces { of, drive });
+        self.robot.sums.len() - 1
+    }
+
+    /// The sum that a tendon of two joints acts on, and its length over that; made where there is none. `None` of other tendons.
+    pub(super) fn sum_of(&mut self, tendon: &mut Tendon) -> Option<(usize, f64)> {
+        let [first, second] = tendon.joints.as_deref()?[..] else { return None };
+        let joints = [first, second];
+        let new = || self.add_sum(joints, Drive::NONE, tendon.at.clone());
+        let index = tendon.sum.unwrap_or_else(new);
+        tendon.sum = Some(index);
+        Some((index, first.1))
+    }
+
+    /// What a tendon of these joints does by itself.
+    fn pull(&self, read: &Defaulted<'_>, joints: &Summands) -> Result<TendonPull, String> {
+        let number = |field: &str, acts: bool| {
+            let value = read.number(field)?.unwrap_or(0.0);
+            match (0.0..=1e12).contains(&value) {
+                true => Ok(if acts { value } else { 0.0 }),
+                false => Err(read
+                    .element()
+                    .wrong(format!("{field} is {value:?}; allowed is one number of 0 to 1e12"))),
+            }
+        };
+        let stiffness = number("stiffness", self.flags.springs)?;
+        let damping = number("damping", self.flags.dampers)?;
+        let friction = number("frictionloss", self.flags.friction)?;
+        // Its length where the springs of its joints are slack, if none is given.
+        let slack = || joints.iter().map(|(joint, by)| by * self.robot.joints[*joint].rest).sum();
+        let rest = match read.numbers("springlength")?.as_deref() {
+            None | Some([] | [-1.0] | [-1.0, -1.0]) => slack(),
+            Some([rest]) => *rest,
+            Some([low, high]) if low == high || stiffness == 0.0 => *low,
+            Some(_) => {
+                let why = "springlength: springs that are slack within a range are not supported; give one number";
+                return Err(read.element().wrong(why));
+            }
+        };
+        Ok(TendonPull { stiffness, damping, friction, rest })
+    }
+
+    /// The joints and coefficients of a fixed tendon.
+    fn summed(&self, element: &Element) -> Result<Vec<(usize, f64)>, String> {
+        let mut joints: Vec<(usize, f64)> = Vec::new();
+        for part in &element.children {
+            if part.tag != "joint" {
+                return Err(part.wrong("this element is not known in a fixed tendon"));
+            }
+            let joint = self.joint(part, "joint", part.needed("joint")?)?;
+            part.needed("coef")?;
+            let factor = part.bounded("coef", 0.0, [-1e6, 1e6])?;
+            if !matches!(self.robot.joints[joint].moves, Moves::Hinge | Moves::Slide) {
+                return Err(part.wrong("joint: a hinge or a slide is needed"));
+            }
+            if factor != 0.0 {
+                match joints.iter_mut().find(|(known, _)| *known == joint) {
+                    Some((_, sum)) => *sum += factor,
+                    None => joints.push((joint, factor)),
+                }
+            }
+        }
+        joints.retain(|(_, factor)| *factor != 0.0);
+        Ok(joints)
+    }
+
+    /// Limits a joint, within its own range.
+    fn limit(&mut self, element: &Element, joint: usize, [a, b]: [f64; 2]) -> Result<(), String> {
+        let joint = &mut self.robot.joints[joint];
+        let [low, high] = joint.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        let within = [a.min(b).max(low), a.max(b).min(high)];
+        if within[0] > within[1] {
+            let name = shown::line(&joint.name);
+            return Err(element.wrong(format!("range: it leaves {name:?} no place in its own")));
+        }
+        joint.range = Some(within);
+        Ok(())
+    }
+
+    /// A tendon that is held, or goes with another one: of the lengths from those at the references,
+    ///
+    /// ```text
+    /// L₁ − L₁₀ = c₀ + c₁ (L₂ − L₂₀),   L = Σ f q
+    /// ```
+    pub(super) fn tie_tendons(
+        &mut self,
+        element: &Element,
+        tendons: &[Tendon],
+    ) -> Result<(), String> {
+        let [constant, ratio] = coefficients(element, element.get("tendon2").is_some())?;
+        let (_, own) = find(tendons, element, "tendon1", element.needed("tendon1")?)?;
+        let other = element.get("tendon2").map(|name| find(tendons, element, "tendon2", name));
+        let mut sum = own.to_vec();
+        for (joint, factor) in other.transpose()?.map(|(_, joints)| joints).unwrap_or_default() {
+            match sum.iter_mut().find(|(known, _)| known == joint) {
+                Some((_, sum)) => *sum -= ratio * factor,
+                None => sum.push((*joint, -ratio * factor)),
+            }
+        }
+        sum.retain(|(_, factor)| *factor != 0.0);
+        let reference = |joint: usize| self.robot.joints[joint].reference;
+        let follows =
+            |joint: usize| self.robot.follows.iter().any(|known| known.joints[0] == joint);
+        // The first one goes with the second, unless it goes with one already.
+        if let [(first, _), (second, _)] = sum[..]
+            && follows(first)
+            && !follows(second)
+        {
+            sum.swap(0, 1);
+        }
+        match sum[..] {
+            [(joint, factor)] => {
+                let place = reference(joint) + constant / factor;
+                self.limit(element, joint, [place; 2])
+            }
+            [(first, factor), (second, by)] => {
+                let ratio = -by / factor;
+                let offset = reference(first) + constant / factor - ratio * reference(second);
+                self.follow(element, [first, second], [ratio, offset])
+            }
+            _ => Err(element
+                .wrong("tendon1: ties of more than two joints, or of none, are not supported")),
+        }
+    }
+}
+
+/// The constant of what is held and, where it `goes` with something else, the ratio; more is refused.
+pub(super) fn coefficients(element: &Element, goes: bool) -> Result<[f64; 2], String> {
+    let given = element.numbers("polycoef")?.unwrap_or_default();
+    if given.len() > 5 {
+        return Err(element.wrong("polycoef: up to 5 numbers are needed"));
+    }
+    let mut all = [0.0, 1.0, 0.0, 0.0, 0.0];
+    all[..given.len()].copy_from_slice(&given);
+    let [constant, ratio, higher @ ..] = all;
+    if goes && higher != [0.0; 3] {
+        return Err(element.wrong(
+            "polycoef: joints that go with each other by more than a ratio are not supported; \
+             the last three numbers must be 0",
+        ));
+    }
+    Ok([constant, ratio])
+}

@@ -1,0 +1,456 @@
+//! Coordinates of a robot: where its links are, how they move, and what that takes.
+//!
+//! Coordinates q and rates v come joint by joint in the order of [`Robot::joints`](super::model::Robot::joints), as
+//! MuJoCo has them: of a free joint the place (m) and the attitude (w, x, y, z) of its link, and of the rates the
+//! velocity of the link's origin (m/s, world) and the spin (rad/s, link); of a ball the attitude and the spin; of a
+//! slide m and m/s; of a hinge rad and rad/s.
+
+use super::frame::{LinkFrame, about, conjugated, left_times};
+use super::model::{MimicJoint, Moves, Robot, RobotJoint};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector4};
+use tumble_core::mechanics::quaternion::left;
+
+/// What one rate does to everything below its joint: ω = axis, and the velocity `along` + axis × x at x of the world.
+#[derive(Debug, Clone, Copy)]
+struct Screw {
+    axis: Vector3<f64>,
+    along: Vector3<f64>,
+}
+
+impl Screw {
+    /// The velocity at a point.
+    fn at(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.along + self.axis.cross(point)
+    }
+
+    fn about(axis: Vector3<f64>, through: &Vector3<f64>) -> Self {
+        Self { axis, along: through.cross(&axis) }
+    }
+}
+
+/// How a link moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinkMotion {
+    /// Where it is in the world.
+    pub frame: LinkFrame,
+    /// rad/s, world.
+    pub spin: Vector3<f64>,
+    /// Of its origin, m/s, world.
+    pub velocity: Vector3<f64>,
+}
+
+/// All links at coordinates and rates.
+#[derive(Debug, Clone)]
+pub struct RobotMotion {
+    links: Vec<LinkMotion>,
+    /// Of each link its angular acceleration and that of its origin, where no rate changes.
+    turning: Vec<[Vector3<f64>; 2]>,
+    screws: Vec<Screw>,
+    /// Of each link, which rates move it.
+    movers: Vec<Vec<usize>>,
+}
+
+impl Robot {
+    /// The coordinates at which everything is where the file places it.
+    #[must_use]
+    pub fn reference(&self) -> Vec<f64> {
+        let mut all = Vec::with_capacity(self.counts().0);
+        for joint in &self.joints {
+            match joint.moves {
+                Moves::Free => {
+                    let placed = self.links[0].frame.then(&self.links[joint.link].frame);
+                    let LinkFrame { position, attitude } = placed;
+                    all.extend(position.iter().chain(&attitude));
+                }
+                Moves::Ball => all.extend([1.0, 0.0, 0.0, 0.0]),
+                Moves::Slide | Moves::Hinge => all.push(joint.reference),
+            }
+        }
+        all
+    }
+
+    /// Where the coordinates and the rates of each joint begin.
+    #[must_use]
+    pub fn places(&self) -> Vec<(usize, usize)> {
+        let mut at = (0, 0);
+        let place = |joint: &RobotJoint| {
+            let here = at;
+            let (q, v) = joint.moves.counts();
+            at = (at.0 + q, at.1 + v);
+            here
+        };
+        self.joints.iter().map(place).collect()
+    }
+
+    /// Sets of the joints that go with others coordinates and rates to where those have them, also where these go with
+    /// others themselves. Numbers that are not there stay so.
+    pub fn follow(&self, q: &mut [f64], v: &mut [f64]) {
+        let places = self.places();
+        // As often as a chain of them may be long.
+        let count = self.follows.len();
+        for MimicJoint { joints, ratio, offset, .. } in
+            self.follows.iter().cycle().take(count * count)
+        {
+            let [own, other] = joints.map(|joint| places[joint]);
+            if let Some(&leader) = q.get(other.0)
+                && let Some(coordinate) = q.get_mut(own.0)
+            {
+                *coordinate = ratio * leader + offset;
+            }
+            if let Some(&leader) = v.get(other.1)
+                && let Some(rate) = v.get_mut(own.1)
+            {
+                *rate = ratio * leader;
+            }
+        }
+    }
+
+    /// All links at `q` and `v`.
+    ///
+    /// # Errors
+    /// Another number of them; what is not finite; an attitude without a length.
+    pub fn motion(&self, q: &[f64], v: &[f64]) -> Result<RobotMotion, String> {
+        let (positions, rates) = self.counts();
+        for (what, given, needed) in [("coordinates", q, positions), ("rates", v, rates)] {
+            if given.len() != needed {
+                return Err(format!("{what}: {} are given, and {needed} needed", given.len()));
+            }
+            if let Some(odd) = given.iter().find(|number| !number.is_finite()) {
+                return Err(format!("{what}: {odd:?} is no number"));
+            }
+        }
+        let places = self.places();
+        let still = LinkMotion {
+            frame: self.links[0].frame,
+            spin: Vector3::zeros(),
+            velocity: Vector3::zeros(),
+        };
+        let mut motion = RobotMotion {
+            links: vec![still],
+            turning: vec![[Vector3::zeros(); 2]],
+            screws: Vec::with_capacity(rates),
+            movers: vec![Vec::new()],
+        };
+        for link in &self.links[1..] {
+            let (above, [turn, pull]) = (motion.links[link.parent], motion.turning[link.parent]);
+            let mut stage = MovingFrame { motion: above, turn, pull };
+            stage.step(&(above.frame.rotation() * link.frame.position));
+            stage.motion.frame.attitude = above.frame.then(&link.frame).attitude;
+            let mut movers = motion.movers[link.parent].clone();
+            let (first, count) = link.joints;
+            let joints = self.joints[first..].iter().zip(&places[first..]).take(count);
+            for (joint, &(at, rate)) in joints {
+                let before = motion.screws.len();
+                stage.add(joint, &q[at..], &v[rate..], &mut motion.screws)?;
+                movers.extend(before..motion.screws.len());
+            }
+            motion.links.push(stage.motion);
+            motion.turning.push([stage.turn, stage.pull]);
+            motion.movers.push(movers);
+        }
+        Ok(motion)
+    }
+
+    /// The coordinates of links that are at `frames` (world), one a link: angles nearest to those of `near`.
+    ///
+    /// # Errors
+    /// Another number of frames or of coordinates.
+    pub fn coordinates(&self, frames: &[LinkFrame], near: &[f64]) -> Result<Vec<f64>, String> {
+        if frames.len() != self.links.len() || near.len() != self.counts().0 {
+            return Err(format!(
+                "frames: {} are given, and {} needed",
+                frames.len(),
+                self.links.len()
+            ));
+        }
+        let places = self.places();
+        let mut q = near.to_vec();
+        for (index, link) in self.links.iter().enumerate().skip(1) {
+            let (first, count) = link.joints;
+            let joints = &self.joints[first..first + count];
+            let Some(begin) = places.get(first).map(|place| place.0).filter(|_| count > 0) else {
+                continue;
+            };
+            let own = frames[index].seen_from(&frames[link.parent]).seen_from(&link.frame);
+            match joints {
+                [RobotJoint { moves: Moves::Free, .. }] => {
+                    let LinkFrame { position, attitude } = frames[index];
+                    q[begin..begin + 3].copy_from_slice(position.as_slice());
+                    q[begin + 3..begin + 7].copy_from_slice(attitude.as_slice());
+                }
+                [RobotJoint { moves: Moves::Ball, .. }] => {
+                    q[begin..begin + 4].copy_from_slice(own.attitude.as_slice());
+                }
+                _ => self.chain(joints, &own, &mut q[begin..begin + count]),
+            }
+        }
+        Ok(q)
+    }
+
+    /// The coordinates of slides and hinges, one after the other, by which a link is at `own` in its reference: by
+    /// Newton's method from where they are.
+    fn chain(&self, joints: &[RobotJoint], own: &LinkFrame, q: &mut [f64]) {
+        const MOST: usize = 30;
+        for _ in 0..MOST {
+            let mut stage = MovingFrame::still();
+            let mut screws = Vec::with_capacity(joints.len());
+            for (joint, at) in joints.iter().zip(q.iter()) {
+                // One number each: none that could be refused.
+                if stage.add(joint, &[*at], &[0.0], &mut screws).is_err() {
+                    return;
+                }
+            }
+            let there = stage.motion.frame;
+            let turn = left_times(&own.attitude, &conjugated(&there.attitude));
+            let missing = (own.position - there.position, vector_of(&turn));
+            let rates = solved(&screws, &there.position, &missing);
+            for (at, rate) in q.iter_mut().zip(rates.iter()) {
+                *at += rate;
+            }
+            let scale = own.position.norm().max(1.0);
+            if missing.0.norm() <= 1e-15 * scale && missing.1.norm() <= 1e-15 {
+                return;
+            }
+        }
+    }
+}
+
+/// A turn as its axis times its angle of up to π, rad.
+fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
+    let along = turn.fixed_rows::<3>(1).into_owned();
+    let (sine, sign) = (along.norm(), if turn[0] < 0.0 { -1.0 } else { 1.0 });
+    if sine == 0.0 {
+        Vector3::zeros()
+    } else {
+        along * (sign * 2.0 * sine.atan2(turn[0].abs()) / sine)
+    }
+}
+
+/// The rates by which `screws` make a velocity at `point` and a spin, as well as they can.
+fn solved(
+    screws: &[Screw],
+    point: &Vector3<f64>,
+    (velocity, spin): &(Vector3<f64>, Vector3<f64>),
+) -> DVector<f64> {
+    /// Screws of which each has more than this part of itself across those before.
+    const INDEPENDENT: f64 = 1e-6;
+    let columns = DMatrix::from_fn(6, screws.len(), |row, column| match row {
+        0..3 => screws[column].at(point)[row],
+        _ => screws[column].axis[row - 3],
+    });
+    let wanted = DVector::from_fn(6, |row, _| if row < 3 { velocity[row] } else { spin[row - 3] });
+    // Where several singular values are equal, as those of a ball are, they are found to 1e-4 only.
+    let triangular = columns.clone().qr();
+    let r = triangular.r();
+    let (least, most) = (r.diagonal().abs().min(), r.diagonal().abs().max());
+    if screws.len() <= 6 && least > INDEPENDENT * most {
+        let along = triangular.q().tr_mul(&wanted);
+        if let Some(found) = r.solve_upper_triangular(&along) {
+            return found;
+        }
+    }
+    let found = columns.svd(true, true).solve(&wanted, 1e-12);
+    found.unwrap_or_else(|_| DVector::zeros(screws.len()))
+}
+
+/// A frame on its way through the joints of a link.
+struct MovingFrame {
+    motion: LinkMotion,
+    turn: Vector3<f64>,
+    pull: Vector3<f64>,
+}
+
+impl MovingFrame {
+    fn still() -> Self {
+        let [spin, velocity, turn, pull] = [Vector3::zeros(); 4];
+        Self { motion: LinkMotion { frame: LinkFrame::identity(), spin, velocity }, turn, pull }
+    }
+
+    /// Goes on to a point that moves along, `arm` away (world).
+    fn step(&mut self, arm: &Vector3<f64>) {
+        let spin = self.motion.spin;
+        self.motion.frame.position += arm;
+        self.motion.velocity += spin.cross(arm);
+        self.pull += self.turn.cross(arm) + spin.cross(&spin.cross(arm));
+    }
+
+    /// Goes through a joint at the first of `q` and `v`.
+    fn add(
+        &mut self,
+        joint: &RobotJoint,
+        q: &[f64],
+        v: &[f64],
+        screws: &mut Vec<Screw>,
+    ) -> Result<(), String> {
+        let turn = self.motion.frame.rotation();
+        match joint.moves {
+            Moves::Free => {
+                let attitude = unit(&q[3..7])?;
+                let position = Vector3::from_column_slice(&q[..3]);
+                self.motion.frame = LinkFrame { position, attitude };
+                let turn = self.motion.frame.rotation();
+                self.motion.velocity = Vector3::from_column_slice(&v[..3]);
+                self.motion.spin = turn * Vector3::from_column_slice(&v[3..6]);
+                let slide =
+                    |k: usize| Screw { axis: Vector3::zeros(), along: Vector3::ith(k, 1.0) };
+                screws.extend((0..3).map(slide));
+                screws.extend((0..3).map(|k| Screw::about(turn.column(k).into_owned(), &position)));
+                (self.turn, self.pull) = (Vector3::zeros(), Vector3::zeros());
+            }
+            Moves::Slide => {
+                let axis = turn * joint.axis;
+                self.step(&(axis * (q[0] - joint.reference)));
+                self.motion.velocity += axis * v[0];
+                self.pull += self.motion.spin.cross(&axis) * (2.0 * v[0]);
+                screws.push(Screw { axis: Vector3::zeros(), along: axis });
+            }
+            Moves::Hinge => {
+                let axis = turn * joint.axis;
+                self.step(&(turn * joint.anchor));
+                screws.push(Screw::about(axis, &self.motion.frame.position));
+                self.spin_up(&about(&joint.axis, q[0] - joint.reference), &(axis * v[0]));
+                self.step(&-(self.motion.frame.rotation() * joint.anchor));
+            }
+            Moves::Ball => {
+                self.step(&(turn * joint.anchor));
+                let attitude = unit(&q[..4])?;
+                let after = turn * tumble_core::mechanics::quaternion::rotation(&attitude);
+                let anchor = self.motion.frame.position;
+                screws.extend((0..3).map(|k| Screw::about(after.column(k).into_owned(), &anchor)));
+                self.spin_up(&attitude, &(after * Vector3::from_column_slice(&v[..3])));
+                self.step(&-(self.motion.frame.rotation() * joint.anchor));
+            }
+        }
+        Ok(())
+    }
+
+    /// Turns by `turn` (own frame), faster by `spin` (world), which goes with the frame.
+    fn spin_up(&mut self, turn: &Vector4<f64>, spin: &Vector3<f64>) {
+        let frame = &mut self.motion.frame;
+        frame.attitude = (left(&frame.attitude) * turn).normalize();
+        self.turn += self.motion.spin.cross(spin);
+        self.motion.spin += spin;
+    }
+}
+
+fn unit(four: &[f64]) -> Result<Vector4<f64>, String> {
+    let attitude = Vector4::from_column_slice(four);
+    match attitude.norm() > 1e-12 {
+        true => Ok(attitude.normalize()),
+        false => Err("coordinates: an attitude has no length".to_owned()),
+    }
+}
+
+impl RobotMotion {
+    /// How all links move, the world first.
+    #[must_use]
+    pub fn links(&self) -> &[LinkMotion] {
+        &self.links
+    }
+
+    /// The Jacobian of the place of a point of a link (m, frame of the link), and of the link's turn: 3 rows each, a
+    /// column a rate. Velocities are of the world.
+    ///
+    /// # Panics
+    /// If there is no such link.
+    #[must_use]
+    pub fn jacobian(&self, link: usize, point: &Vector3<f64>) -> [DMatrix<f64>; 2] {
+        let point = self.links[link].frame.point(point);
+        let rates = self.screws.len();
+        let [mut place, mut turn] = [(); 2].map(|()| DMatrix::zeros(3, rates));
+        for &mover in &self.movers[link] {
+            place.set_column(mover, &self.screws[mover].at(&point));
+            turn.set_column(mover, &self.screws[mover].axis);
+        }
+        [place, turn]
+    }
+
+    /// The mass matrix, armatures included:
+    ///
+    /// ```text
+    /// M = Σ m Jᵀ J + Jωᵀ I Jω + diag(armature)
+    /// ```
+    #[must_use]
+    pub fn mass_matrix(&self, robot: &Robot) -> DMatrix<f64> {
+        let rates = self.screws.len();
+        let mut matrix = DMatrix::zeros(rates, rates);
+        for (index, link) in robot.links.iter().enumerate() {
+            let (centre, inertia) = self.heavy(robot, index);
+            let movers = &self.movers[index];
+            for &a in movers {
+                let (pull, turn) =
+                    (self.screws[a].at(&centre) * link.mass.mass, inertia * self.screws[a].axis);
+                for &b in movers {
+                    let other = &self.screws[b];
+                    matrix[(a, b)] += pull.dot(&other.at(&centre)) + turn.dot(&other.axis);
+                }
+            }
+        }
+        for (joint, (_, rate)) in robot.joints.iter().zip(robot.places()) {
+            for k in 0..joint.moves.counts().1 {
+                matrix[(rate + k, rate + k)] += joint.armature;
+            }
+        }
+        matrix
+    }
+
+    /// What the rates' changes would have to be made up for, N and N m: with v̇ the accelerations and τ the forces
+    /// along the rates, M v̇ + bias = τ, under `gravity` (m/s²):
+    ///
+    /// ```text
+    /// bias = Σ m Jᵀ (a − g) + Jωᵀ (I α + ω × I ω),
+    /// ```
+    ///
+    /// a and α being the accelerations where v stays as it is.
+    #[must_use]
+    pub fn bias(&self, robot: &Robot, gravity: &Vector3<f64>) -> DVector<f64> {
+        let mut bias = DVector::zeros(self.screws.len());
+        for (index, link) in robot.links.iter().enumerate() {
+            let (centre, inertia) = self.heavy(robot, index);
+            let (LinkMotion { frame, spin, .. }, [turn, pull]) =
+                (self.links[index], self.turning[index]);
+            let arm = centre - frame.position;
+            let pull = pull + turn.cross(&arm) + spin.cross(&spin.cross(&arm));
+            let force = (pull - gravity) * link.mass.mass;
+            let torque = inertia * turn + spin.cross(&(inertia * spin));
+            for &mover in &self.movers[index] {
+                bias[mover] += force.dot(&self.screws[mover].at(&centre))
+                    + torque.dot(&self.screws[mover].axis);
+            }
+        }
+        bias
+    }
+
+    /// The centre of a link's mass and its inertia, world.
+    fn heavy(&self, robot: &Robot, link: usize) -> (Vector3<f64>, Matrix3<f64>) {
+        let (frame, mass) = (&self.links[link].frame, &robot.links[link].mass);
+        let turn = frame.rotation();
+        (frame.point(&mass.centre), turn * mass.inertia * turn.transpose())
+    }
+
+    /// The rates by which links move as `moving` says, of which only what is said of each link with joints and of its
+    /// parent counts.
+    pub(super) fn rates(&self, robot: &Robot, moving: &[LinkMotion]) -> Vec<f64> {
+        let mut rates = vec![0.0; self.screws.len()];
+        let places = robot.places();
+        for (index, link) in robot.links.iter().enumerate().skip(1) {
+            let (first, count) = link.joints;
+            let Some(&(_, begin)) = places.get(first).filter(|_| count > 0) else { continue };
+            let end = begin
+                + robot.joints_of(index).iter().map(|joint| joint.moves.counts().1).sum::<usize>();
+            let (own, above) = (&moving[index], &moving[link.parent]);
+            let point = self.links[index].frame.position;
+            let is_free = robot.joints_of(index)[0].moves == Moves::Free;
+            let (velocity, spin) = match is_free {
+                true => (own.velocity, own.spin),
+                false => {
+                    let arm = own.frame.position - above.frame.position;
+                    (own.velocity - above.velocity - above.spin.cross(&arm), own.spin - above.spin)
+                }
+            };
+            let found = solved(&self.screws[begin..end], &point, &(velocity, spin));
+            rates[begin..end].copy_from_slice(found.as_slice());
+        }
+        rates
+    }
+}

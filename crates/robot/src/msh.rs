@@ -1,0 +1,41 @@
+//! MuJoCo's own meshes (`.msh`): the numbers of vertices, normals, texture coordinates and faces as 32-bit integers, then all of them, as
+//! 32-bit floats and for faces indices of vertices, little-endian.
+
+use nalgebra::Vector3;
+use tumble_core::error::Error;
+
+/// The triangles of a file.
+pub fn facets(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, Error> {
+    let odd =
+        |why: &str| Error::Shape { shape: "the mesh", why: format!("is no .msh file: {why}") };
+    let (words, rest) = bytes.as_chunks::<4>();
+    let counts = words.first_chunk::<4>().ok_or_else(|| odd("it has no counts"))?;
+    let [vertices, normals, texture, faces] =
+        counts.map(|word| usize::try_from(i32::from_le_bytes(word)).unwrap_or(usize::MAX));
+    let numbers = |count: usize, each: usize| count.checked_mul(each);
+    let length =
+        [numbers(vertices, 3), numbers(normals, 3), numbers(texture, 2), numbers(faces, 3)];
+    let sum = length.iter().try_fold(4_usize, |sum, more| sum.checked_add((*more)?));
+    if !rest.is_empty() || sum != Some(words.len()) {
+        return Err(odd("its length is not that of what it counts"));
+    }
+    if faces == 0 {
+        return Err(odd("it has no faces"));
+    }
+    let (points, indices) = (&words[4..4 + 3 * vertices], &words[words.len() - 3 * faces..]);
+    let points: Vec<_> = points
+        .chunks_exact(3)
+        .map(|three| Vector3::from_fn(|k, _| f64::from(f32::from_le_bytes(three[k]))))
+        .collect();
+    if points.iter().flatten().any(|number| !number.is_finite()) {
+        return Err(odd("a coordinate is no number"));
+    }
+    let corner = |word: &[u8; 4]| {
+        let index = usize::try_from(i32::from_le_bytes(*word)).unwrap_or(usize::MAX);
+        points.get(index).copied().ok_or_else(|| odd("a face has a vertex that is not there"))
+    };
+    indices
+        .chunks_exact(3)
+        .map(|three| Ok([corner(&three[0])?, corner(&three[1])?, corner(&three[2])?]))
+        .collect()
+}

@@ -1,0 +1,165 @@
+//! Starts of robots that cannot be as their files have them: what their ties hold brought together, what is in the ground or in
+//! something fixed lifted out of it, and what overlaps all the same kept apart. All of it is told in the robots' notes.
+
+use crate::Assembled;
+use nalgebra::Vector3;
+use tumble_core::contact::detection::CONTACT_BAND;
+use tumble_core::contact::{Candidates, Overlap, Partner};
+use tumble_core::simulation::JOINT_AT_THE_START;
+use tumble_core::world::World;
+use tumble_model::failure::Failure;
+use tumble_model::{ApartModel, BodyStart, Model, PartnerModel};
+
+/// Something flying is lifted no more often: each time by how deep it is.
+const MOST_LIFTS: usize = 200;
+
+/// The world of the model, whose robots start where they can.
+///
+/// # Errors
+/// What a world refuses.
+pub fn settled(model: &mut Model, robots: &mut [Assembled]) -> Result<World, Failure> {
+    let world = model.world()?;
+    bring_together(model, robots, &world)?;
+    take_out_of_ground(model, robots, &world);
+    keep_overlaps_apart(model, robots, world)
+}
+
+/// Brings what the ties of robots hold to where all joints fit, by the least change, where that can be.
+fn bring_together(
+    model: &mut Model,
+    robots: &mut [Assembled],
+    world: &World,
+) -> Result<(), Failure> {
+    let states = model.states();
+    let is_off = |joint: usize| {
+        let (place, turn) = world.joints()[joint].error(&states).unwrap_or((f64::NAN, f64::NAN));
+        place.max(turn) > JOINT_AT_THE_START
+    };
+    let has_odd = |robot: &Assembled| robot.ties().any(is_off);
+    if !robots.iter().any(has_odd) {
+        return Ok(());
+    }
+    // What does not come together is refused with all other joints that are off.
+    let Ok((found, change)) = world.assemble(&states) else { return Ok(()) };
+    for (body, state) in model.bodies.iter_mut().zip(&found) {
+        body.start = BodyStart::of(state);
+    }
+    for robot in robots {
+        let is_tied = has_odd(robot);
+        robot.start_at(&found).map_err(Failure::Input)?;
+        if is_tied {
+            robot.note(format!("its ties are off as the file has it, and {change}"));
+        }
+    }
+    Ok(())
+}
+
+/// Lifts what flies of robots alone in their world out of the ground, and has what hangs there in it never touch it.
+fn take_out_of_ground(model: &mut Model, robots: &mut [Assembled], world: &World) {
+    let Some(normal) = world.ground().map(|ground| *ground.normal()) else { return };
+    for robot in robots.iter_mut().filter(|robot| robot.is_alone()) {
+        let mut hanging = Vec::new();
+        for (flying, bodies) in robot.trees() {
+            let deep = |body: usize, model: &Model| {
+                let heights = world.heights(body, &model.bodies[body].start.state().pose());
+                let lowest = heights.fold(f64::INFINITY, f64::min);
+                let allowed = CONTACT_BAND * world.bodies()[body].reach();
+                (lowest < -allowed).then_some(-lowest)
+            };
+            let deep: Vec<_> =
+                bodies.iter().filter_map(|body| Some((*body, deep(*body, model)?))).collect();
+            let deepest = deep.iter().map(|(_, depth)| *depth).fold(0.0, f64::max);
+            match flying {
+                Some(joint) if deepest > 0.0 => {
+                    let name = robot.lift(joint, &bodies, normal * deepest, model);
+                    robot.note(format!("{name} was lifted {deepest:.3e} m out of the ground"));
+                }
+                Some(_) => {}
+                None => hanging.extend(deep),
+            }
+        }
+        if !hanging.is_empty() {
+            let told = |(body, depth): &(usize, f64)| {
+                format!("{} ({depth:.1e} m)", model.bodies[*body].name)
+            };
+            let told: Vec<_> = hanging.iter().map(told).collect();
+            robot.note(format!(
+                "what hangs on the world and begins in the ground never touches it: {}",
+                told.join(", ")
+            ));
+            let partner = PartnerModel::Ground;
+            model.apart.extend(hanging.iter().map(|&(body, _)| ApartModel { body, partner }));
+        }
+    }
+}
+
+/// Has links of a robot that overlap at the start by more than a start may never touch each other, nor what its own file fixes where
+/// they hang on the world; what flies of a robot alone is lifted out of what is fixed. What else overlaps stays as it is.
+fn keep_overlaps_apart(
+    model: &mut Model,
+    robots: &mut [Assembled],
+    world: World,
+) -> Result<World, Failure> {
+    let up = -Vector3::from(model.gravity);
+    let up = if up.norm() > 0.0 { up.normalize() } else { Vector3::z() };
+    let mut world = world;
+    let mut told = vec![Vec::new(); robots.len()];
+    let mut lifted: Vec<(usize, String, f64)> = Vec::new();
+    let mut lifts = 0;
+    'search: loop {
+        // A search remembers the pairs of the world that it was in.
+        let overlaps = Candidates::new().overlaps_at_start(&world, &model.states());
+        if overlaps.is_empty() {
+            break;
+        }
+        for Overlap { depth, between, .. } in overlaps {
+            let Some(body) = between.0.body() else { break 'search };
+            // Other pieces of a pair that is apart by now.
+            if !world.may_touch(body, between.1) {
+                continue;
+            }
+            let (partner, second) = match between.1 {
+                Partner::Body(other) => (PartnerModel::Body(other), &model.bodies[other].name),
+                Partner::Fixed(fixed) => (PartnerModel::Fixed(fixed), &model.fixed[fixed].name),
+                Partner::Ground => break 'search,
+            };
+            let both = |robot: &Assembled| match between.1 {
+                Partner::Body(other) => robot.has_body(body) && robot.has_body(other),
+                Partner::Fixed(fixed) => robot.has_body(body) && robot.has_fixed(fixed),
+                Partner::Ground => false,
+            };
+            let Some(number) = robots.iter().position(both) else { break 'search };
+            let robot = &mut robots[number];
+            if matches!(between.1, Partner::Fixed(_)) && !robot.hangs(body) {
+                let tree = robot.trees().into_iter().find(|(_, bodies)| bodies.contains(&body));
+                let Some((Some(joint), bodies)) = tree.filter(|_| robot.is_alone()) else {
+                    break 'search;
+                };
+                lifts += 1;
+                if lifts > MOST_LIFTS {
+                    break 'search;
+                }
+                let name = robot.lift(joint, &bodies, up * depth, model);
+                match lifted.iter_mut().find(|known| (known.0, &known.1) == (number, &name)) {
+                    Some(known) => known.2 += depth,
+                    None => lifted.push((number, name, depth)),
+                }
+                continue 'search;
+            }
+            told[number].push(format!("{} and {second} ({depth:.1e} m)", model.bodies[body].name));
+            model.apart.push(ApartModel { body, partner });
+            world = world.with_apart(body, between.1)?;
+        }
+    }
+    for (number, name, by) in lifted {
+        robots[number].note(format!("{name} was lifted {by:.3e} m out of what is fixed"));
+    }
+    for (robot, told) in robots.iter_mut().zip(told).filter(|(_, told)| !told.is_empty()) {
+        robot.note(format!(
+            "what overlaps at the start never touches each other: {}",
+            told.join(", ")
+        ));
+    }
+    // Those that never touch the ground may be all that has changed.
+    model.world()
+}

@@ -1,0 +1,124 @@
+//! Places and masses in a URDF file.
+
+use super::UrdfReader;
+use crate::between::carried;
+use crate::frame::{LinkFrame, about, left_times};
+use crate::mass::solid;
+use crate::model::LinkMass;
+use crate::xml::{Attributes, Element};
+use nalgebra::{Matrix3, Vector3, Vector4};
+
+/// Least mass of a link, kg: that of a body in a scene. Files give less to frames.
+pub(super) const LEAST_MASS: f64 = 1e-9;
+
+/// `<inertial>`; nothing where there is none, or where its mass is less than [`LEAST_MASS`].
+pub(super) fn inertial(link: &Element) -> Result<LinkMass, String> {
+    let Some(inertial) = link.one("inertial")? else { return Ok(LinkMass::NONE) };
+    if density(link)?.is_some() {
+        return Ok(LinkMass::NONE);
+    }
+    // What says no mass has that of its shapes, if it moves.
+    let Some(mass) = inertial.one("mass")? else { return Ok(LinkMass::NONE) };
+    mass.needed("value")?;
+    let mass = mass.bounded("value", 0.0, [0.0, 1e9])?;
+    if mass < LEAST_MASS {
+        return Ok(LinkMass::NONE);
+    }
+    let inertia = match inertial.one("inertia")? {
+        None => Matrix3::zeros(),
+        Some(element) => {
+            let [xx, xy, xz, yy, yz, zz] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"]
+                .map(|field| element.number(field).map(|number| number.unwrap_or(0.0)));
+            let (xx, xy, xz, yy, yz, zz) = (xx?, xy?, xz?, yy?, yz?, zz?);
+            Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+        }
+    };
+    Ok(LinkMass { mass, centre: Vector3::zeros(), inertia }.placed(&origin(inertial)?))
+}
+
+/// Whether a link gives a mass above 0 that is less than [`LEAST_MASS`].
+pub(super) fn is_faint(link: &Element) -> Result<bool, String> {
+    let Some(inertial) = link.one("inertial")? else { return Ok(false) };
+    let mass = inertial.one("mass")?.map(|mass| mass.number("value")).transpose()?.flatten();
+    Ok(mass.is_some_and(|mass| 0.0 < mass && mass < LEAST_MASS))
+}
+
+/// `<density>` (kg/m³) of an `<inertial>` without a mass: the mass is that of the shapes that touch.
+pub(super) fn density(link: &Element) -> Result<Option<f64>, String> {
+    let Some(inertial) = link.one("inertial")? else { return Ok(None) };
+    let given = inertial.one("density")?.filter(|_| inertial.all("mass").next().is_none());
+    given
+        .map(|density| {
+            density.needed("value")?;
+            density.bounded("value", 0.0, [1e-6, 1e9])
+        })
+        .transpose()
+}
+
+/// Of what is said of no mass at all, kg/m³.
+const USUAL_DENSITY: f64 = 1000.0;
+
+impl UrdfReader<'_> {
+    /// Gives what has to have a mass one that follows from the shapes that touch: links with a density; those that move, with
+    /// all that is fixed to them, without any mass; and those of which the inertia is none.
+    pub(super) fn fill_masses(&mut self) -> Result<(), String> {
+        let carriers = self.robot.carriers();
+        for link in 1..self.robot.links.len() {
+            let element = self.tree.links[&*self.robot.links[link].name];
+            if let Some(density) = density(element)? {
+                let shapes = self.solid(link)?;
+                self.robot.links[link].mass = shapes.times(density);
+            }
+        }
+        let (mut dense, mut spread) = (0, 0);
+        for (index, mass) in carried(&self.robot).into_iter().enumerate().skip(1) {
+            let has_inertia = mass.inertia.symmetric_eigenvalues().min() > 0.0;
+            if has_inertia || self.robot.links[index].joints.1 == 0 {
+                continue;
+            }
+            for link in (index..carriers.len()).filter(|link| carriers[*link] == index) {
+                let shapes = self.solid(link)?;
+                let own = &mut self.robot.links[link].mass;
+                if mass.mass == 0.0 && shapes.mass > 0.0 {
+                    *own = shapes.times(USUAL_DENSITY);
+                    dense += 1;
+                } else if own.mass > 0.0 && shapes.mass > 0.0 {
+                    own.inertia = shapes.inertia * (own.mass / shapes.mass);
+                    spread += 1;
+                }
+            }
+        }
+        if dense > 0 {
+            self.notes.say(format!("links that move without a mass have that of their shapes at {USUAL_DENSITY} kg/m³: {dense}"));
+        }
+        if spread > 0 {
+            self.notes.say(format!(
+                "links whose inertia is none have that of their mass within their shapes: {spread}"
+            ));
+        }
+        Ok(())
+    }
+
+    /// What the shapes of a link that touch weigh at 1 kg/m³.
+    fn solid(&self, link: usize) -> Result<LinkMass, String> {
+        let own = self.robot.shapes.iter().filter(|shape| shape.link == link);
+        let parts = own.map(|shape| {
+            let solid = solid(&shape.form).map_err(|why| format!("{}: {why}", shape.at))?;
+            Ok(solid.placed(&shape.frame))
+        });
+        Ok(LinkMass::sum(&parts.collect::<Result<Vec<_>, String>>()?))
+    }
+}
+
+/// `<origin>`: a place, and turns about x, y and z that stay, one after the other.
+pub(super) fn origin(element: &Element) -> Result<LinkFrame, String> {
+    let Some(origin) = element.one("origin")? else { return Ok(LinkFrame::identity()) };
+    let position = origin.exactly::<3>("xyz")?.unwrap_or_default();
+    let [roll, pitch, yaw] = origin.exactly::<3>("rpy")?.unwrap_or_default();
+    Ok(LinkFrame { position: position.into(), attitude: of_angles(roll, pitch, yaw) })
+}
+
+fn of_angles(roll: f64, pitch: f64, yaw: f64) -> Vector4<f64> {
+    let turned = left_times(&about(&Vector3::y(), pitch), &about(&Vector3::x(), roll));
+    left_times(&about(&Vector3::z(), yaw), &turned).normalize()
+}

@@ -1,0 +1,450 @@
+//! URDF, the format of ROS.
+
+mod masses;
+mod shapes;
+mod tree;
+
+use super::Reading;
+use super::frame::LinkFrame;
+use super::left_out::pruned;
+use super::meshes::share_triangles;
+use super::model::{LinkMass, MimicJoint, Moves, Robot, RobotJoint, RobotLink, RobotOptions};
+use super::notes::RobotNotes;
+use super::xml::{Attributes, Element};
+use nalgebra::Vector3;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use tumble_model::shown;
+
+use masses::{LEAST_MASS, density, inertial, is_faint, origin};
+use tree::{LinkTree, end};
+
+/// Limits of joints are no farther than this, m or rad.
+const FARTHEST: f64 = 1e12;
+
+/// The robot of a file.
+///
+/// # Errors
+/// The first thing that is wrong, with its line.
+pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
+    if reading.points_rub {
+        return Err(root.wrong(
+            "point_contacts is for MJCF; contacts of URDF rub alone as they are; leave it out",
+        ));
+    }
+    let mut notes = RobotNotes::default();
+    let mut root = pruned(root, reading.left_out)?;
+    let again = root.children.iter_mut().map(keep_first).sum::<usize>();
+    if again > 0 {
+        notes.say(format!(
+            "of what a link or a joint has twice the first counts: {again} were passed over"
+        ));
+    }
+    let root = &root;
+    for child in root.children.iter().filter(|child| !["link", "joint"].contains(&&*child.tag)) {
+        notes.idle(&child.tag);
+    }
+    let tree = LinkTree::of(root)?;
+    let robot = Robot {
+        name: root.own("name").unwrap_or("").to_owned(),
+        links: vec![RobotLink {
+            name: "world".to_owned(),
+            parent: 0,
+            frame: LinkFrame::identity(),
+            mass: LinkMass::NONE,
+            weightless: 0.0,
+            is_mocap: false,
+            is_between: false,
+            joints: (0, 0),
+            at: "the world".to_owned(),
+        }],
+        joints: Vec::new(),
+        shapes: Vec::new(),
+        looks: Vec::new(),
+        sites: Vec::new(),
+        actuators: Vec::new(),
+        ties: Vec::new(),
+        follows: Vec::new(),
+        sums: Vec::new(),
+        apart: Vec::new(),
+        pairs: BTreeMap::new(),
+        keys: Vec::new(),
+        options: RobotOptions {
+            time_step: 0.002,
+            gravity: Vector3::new(0.0, 0.0, -9.81),
+            contacts: true,
+            neighbours_touch: false,
+            has_world: false,
+        },
+        notes: Vec::new(),
+    };
+    let (hulls, placed) = (HashMap::new(), vec![LinkFrame::identity()]);
+    let held = BTreeSet::new();
+    let mut reader = UrdfReader { reading, tree: &tree, notes, robot, hulls, placed, held };
+    reader.note_faint(root)?;
+    reader.read_root()?;
+    for joint in root.all("joint") {
+        reader.read_mimic(joint)?;
+    }
+    reader.fill_masses()?;
+    if let Some(sentence) = share_triangles(&mut reader.robot.looks) {
+        reader.notes.say(sentence);
+    }
+    if !reader.held.is_empty() {
+        let names: Vec<_> = reader.held.iter().map(|name| shown::line(name)).collect();
+        let names = names.join(", ");
+        reader.notes.say(format!(
+            "joints that move less than {LEAST_MASS:e} kg are fixed where the file places them: {names}"
+        ));
+    }
+    reader.robot.notes = reader.notes.sentences();
+    Ok(reader.robot)
+}
+
+/// Takes from a link or a joint what it has once already, where it has one alone; how many elements.
+fn keep_first(element: &mut Element) -> usize {
+    const ONCE: [&str; 8] =
+        ["inertial", "origin", "axis", "limit", "dynamics", "mimic", "parent", "child"];
+    let before = element.children.len();
+    let mut known: Vec<String> = Vec::new();
+    element.children.retain(|child| {
+        let is_again = known.contains(&child.tag);
+        if ONCE.contains(&&*child.tag) {
+            known.push(child.tag.clone());
+        }
+        !is_again
+    });
+    before - element.children.len()
+}
+
+/// A joint that is still to be read, with what hangs on it.
+struct Hanging<'e> {
+    joint: &'e Element,
+    parent: usize,
+    /// Of the joints between links without mass above it: they are joints of the first link below them that has one, in
+    /// the frame of the link that this joint is in, which is here in that of the parent.
+    before: Vec<RobotJoint>,
+    frame: LinkFrame,
+}
+
+struct UrdfReader<'a> {
+    reading: &'a Reading<'a>,
+    tree: &'a LinkTree<'a>,
+    notes: RobotNotes,
+    robot: Robot,
+    /// Corners of the hulls of meshes, by the file and the bits of the scale.
+    hulls: HashMap<(String, [u64; 3]), Vec<[f64; 3]>>,
+    /// Where links are in the world at the reference.
+    placed: Vec<LinkFrame>,
+    /// Names of joints that are fixed because all that they move is less than [`LEAST_MASS`].
+    held: BTreeSet<String>,
+}
+
+impl<'a> UrdfReader<'a> {
+    /// The root and all that hangs on it, the first below the first.
+    fn read_root(&mut self) -> Result<(), String> {
+        let root = self.tree.root;
+        let name = root.needed("name")?;
+        let mut todo = Vec::new();
+        let index = match name {
+            "world" => {
+                self.read_shapes(root, 0)?;
+                0
+            }
+            _ => {
+                let weighs = self.weighs(name)?;
+                if !weighs && !self.reading.is_fixed {
+                    let name = shown::line(name);
+                    self.notes.say(format!(
+                        "{name}, the root link, has no mass and is fixed to the world"
+                    ));
+                }
+                let free = (weighs && !self.reading.is_fixed).then(|| self.free_root(root));
+                self.add_link(root, 0, LinkFrame::identity(), free.into_iter().collect())?
+            }
+        };
+        self.push_below(name, index, &mut todo);
+        let mut read = 1;
+        while let Some(hanging) = todo.pop() {
+            let child = end(hanging.joint, "child")?;
+            let parent = hanging.parent;
+            let (frame, mut joints) = self.read_joint(&hanging)?;
+            if !joints.is_empty() && self.is_frame(child)? {
+                self.held.extend(joints.drain(..).map(|joint| joint.name));
+            }
+            if let Some(below) = self.passes_on(child, &joints)? {
+                self.notes.idle("link without mass between joints");
+                todo.push(Hanging { joint: below, parent, before: joints, frame });
+            } else {
+                let flies = matches!(joints[..], [RobotJoint { moves: Moves::Free, .. }]);
+                // It flies: where its parent goes is nothing to it.
+                let (parent, frame) =
+                    if flies { (0, self.placed[parent].then(&frame)) } else { (parent, frame) };
+                let index = self.add_link(self.tree.links[child], parent, frame, joints)?;
+                self.push_below(child, index, &mut todo);
+            }
+            read += 1;
+        }
+        match read == self.tree.links.len() {
+            true => Ok(()),
+            false => Err(root.wrong("not all links hang on it: the joints of others make a ring")),
+        }
+    }
+
+    fn push_below(&self, name: &str, parent: usize, todo: &mut Vec<Hanging<'a>>) {
+        let below = self.tree.below.get(name).map_or(&[][..], Vec::as_slice);
+        let (before, frame) = (Vec::new(), LinkFrame::identity());
+        let hanging =
+            |joint: &&'a Element| Hanging { joint, parent, before: before.clone(), frame };
+        todo.extend(below.iter().rev().map(hanging));
+    }
+
+    /// The one joint below a link that is nothing but a place between two joints: it has no mass, touches nothing, and
+    /// slides or turns, as what hangs on it.
+    fn passes_on(
+        &self,
+        name: &'a str,
+        joints: &[RobotJoint],
+    ) -> Result<Option<&'a Element>, String> {
+        let is_one = |joint: &RobotJoint| matches!(joint.moves, Moves::Hinge | Moves::Slide);
+        let Some([below]) = self.tree.below.get(name).map(Vec::as_slice) else { return Ok(None) };
+        let touches = self.tree.links[name].all("collision").next().is_some();
+        let moves = !matches!(below.own("type"), Some("fixed" | "floating" | "spherical"));
+        let passes = moves
+            && !touches
+            && !joints.is_empty()
+            && joints.iter().all(is_one)
+            && !self.weighs(name)?;
+        Ok(passes.then_some(*below))
+    }
+
+    /// Whether a link, or one that is fixed to it, has a mass.
+    fn weighs(&self, name: &'a str) -> Result<bool, String> {
+        let mut todo = vec![name];
+        // No link twice: each has one parent.
+        while let Some(name) = todo.pop() {
+            let link = self.tree.links[name];
+            if inertial(link)?.mass > 0.0 || density(link)?.is_some() {
+                return Ok(true);
+            }
+            for joint in self.tree.below.get(name).into_iter().flatten() {
+                if joint.own("type") == Some("fixed") {
+                    todo.push(end(joint, "child")?);
+                }
+            }
+        }
+        Ok(false)
+    }
+
+    /// Notes the links of less than [`LEAST_MASS`].
+    fn note_faint(&mut self, root: &Element) -> Result<(), String> {
+        let mut names = Vec::new();
+        for link in root.all("link") {
+            if is_faint(link)? {
+                names.push(link.needed("name")?);
+            }
+        }
+        if let Some(first) = names.first() {
+            self.notes.say(format!(
+                "links of less than {LEAST_MASS:e} kg are frames without mass: {}, the first is {:?}",
+                names.len(),
+                shown::line(first)
+            ));
+        }
+        Ok(())
+    }
+
+    /// Whether a link of less than [`LEAST_MASS`] is a frame at the end of its branch: neither it nor any link below it
+    /// has a mass or a shape that touches.
+    fn is_frame(&self, name: &'a str) -> Result<bool, String> {
+        if !is_faint(self.tree.links[name])? {
+            return Ok(false);
+        }
+        let mut todo = vec![name];
+        while let Some(name) = todo.pop() {
+            let link = self.tree.links[name];
+            let weighs = inertial(link)?.mass > 0.0 || density(link)?.is_some();
+            if weighs || link.all("collision").next().is_some() {
+                return Ok(false);
+            }
+            for joint in self.tree.below.get(name).into_iter().flatten() {
+                todo.push(end(joint, "child")?);
+            }
+        }
+        Ok(true)
+    }
+
+    fn free_root(&self, root: &Element) -> RobotJoint {
+        RobotJoint::bare("root".to_owned(), 0, Moves::Free, root.at())
+    }
+
+    fn add_link(
+        &mut self,
+        element: &Element,
+        parent: usize,
+        frame: LinkFrame,
+        joints: Vec<RobotJoint>,
+    ) -> Result<usize, String> {
+        let index = self.robot.links.len();
+        for child in &element.children {
+            match &*child.tag {
+                "inertial" | "collision" => {}
+                tag => self.notes.idle(tag),
+            }
+        }
+        self.robot.links.push(RobotLink {
+            name: element.needed("name")?.to_owned(),
+            parent,
+            frame,
+            mass: inertial(element)?,
+            weightless: 0.0,
+            is_mocap: false,
+            is_between: false,
+            joints: (self.robot.joints.len(), joints.len()),
+            at: element.at(),
+        });
+        self.placed.push(self.placed[parent].then(&frame));
+        for joint in joints {
+            if self.robot.joint(&joint.name).is_some() {
+                return Err(format!(
+                    "{}: this name is given twice; each joint needs its own",
+                    joint.at
+                ));
+            }
+            self.robot.joints.push(RobotJoint { link: index, ..joint });
+        }
+        self.read_shapes(element, index)?;
+        self.read_looks(element, index);
+        Ok(index)
+    }
+
+    /// A joint and those before it that its link has too, in the frame of that link; where that is in the parent.
+    fn read_joint(
+        &mut self,
+        hanging: &Hanging<'_>,
+    ) -> Result<(LinkFrame, Vec<RobotJoint>), String> {
+        let element = hanging.joint;
+        let name = element.needed("name")?.to_owned();
+        let frame = origin(element)?;
+        let kind = element.needed("type")?;
+        for odd in element.all("safety_controller").chain(element.all("calibration")) {
+            self.notes.idle(&odd.tag);
+        }
+        let axis = element.one("axis")?.map(|axis| axis.exactly::<3>("xyz")).transpose()?.flatten();
+        let axis = Vector3::from(axis.unwrap_or([1.0, 0.0, 0.0]));
+        let length = axis.norm();
+        let moves = !matches!(kind, "fixed" | "floating" | "spherical");
+        if moves && length <= 1e-12 {
+            return Err(element.wrong("axis: it has no length"));
+        }
+        let axis = if length > 0.0 { axis / length } else { axis };
+        let bare = |name: String, moves: Moves| RobotJoint::bare(name, 0, moves, element.at());
+        let one = |moves: Moves| RobotJoint { axis, ..bare(name.clone(), moves) };
+        let joints = match kind {
+            "fixed" => Vec::new(),
+            "floating" => vec![bare(name, Moves::Free)],
+            "spherical" => vec![self.driven(element, bare(name, Moves::Ball), false)?],
+            "revolute" => vec![self.driven(element, one(Moves::Hinge), true)?],
+            "continuous" => vec![self.driven(element, one(Moves::Hinge), false)?],
+            "prismatic" => vec![self.driven(element, one(Moves::Slide), true)?],
+            "planar" => {
+                let plane =
+                    LinkFrame { attitude: super::frame::from_z(&axis), ..LinkFrame::identity() };
+                let across = plane.rotation();
+                let slide = |end: &str, k: usize| RobotJoint {
+                    axis: across.column(k).into_owned(),
+                    ..bare(format!("{name}_{end}"), Moves::Slide)
+                };
+                vec![slide("x", 0), slide("y", 1), one(Moves::Hinge)]
+            }
+            _ => {
+                return Err(element.wrong(
+                    "type: fixed, revolute, continuous, prismatic, planar, spherical or floating is needed",
+                ));
+            }
+        };
+        let back = frame.rotation().transpose();
+        let moved = |joint: &RobotJoint| RobotJoint {
+            anchor: back * (joint.anchor - frame.position),
+            axis: back * joint.axis,
+            ..joint.clone()
+        };
+        let joints = hanging.before.iter().map(moved).chain(joints).collect();
+        Ok((hanging.frame.then(&frame), joints))
+    }
+
+    /// A joint that goes with another one, which may stand after it.
+    fn read_mimic(&mut self, element: &Element) -> Result<(), String> {
+        let Some(mimic) = element.one("mimic")? else { return Ok(()) };
+        let is_held = element.own("name").is_some_and(|name| self.held.contains(name));
+        if is_held || element.own("type") == Some("fixed") {
+            self.notes.idle("mimic of a fixed joint");
+            return Ok(());
+        }
+        let turns_or_slides = |name: &str| {
+            let index = self.robot.joint(name);
+            let moves = index.map(|index| self.robot.joints[index].moves);
+            let is_one = matches!(moves, Some(Moves::Hinge | Moves::Slide));
+            index.filter(|_| is_one).ok_or_else(|| {
+                let is_held = self.held.contains(name);
+                let name = shown::line(name);
+                if is_held {
+                    return mimic.wrong(format!(
+                        "the joint {name:?} moves less than {LEAST_MASS:e} kg and is fixed; give its link a mass"
+                    ));
+                }
+                mimic.wrong(format!("{name:?} is no joint that turns or slides about one axis"))
+            })
+        };
+        let joints = [element.needed("name")?, mimic.needed("joint")?].map(turns_or_slides);
+        let [own, other] = joints;
+        self.robot.follows.push(MimicJoint {
+            joints: [own?, other?],
+            ratio: mimic.bounded("multiplier", 1.0, [-1e6, 1e6])?,
+            offset: mimic.bounded("offset", 0.0, [-1e6, 1e6])?,
+            at: mimic.at(),
+        });
+        Ok(())
+    }
+
+    /// A joint with its limits and what resists it.
+    fn driven(
+        &mut self,
+        element: &Element,
+        joint: RobotJoint,
+        limited: bool,
+    ) -> Result<RobotJoint, String> {
+        let mut joint = joint;
+        if let Some(dynamics) = element.one("dynamics")? {
+            joint.damping = dynamics.bounded("damping", 0.0, [0.0, 1e12])?;
+            joint.friction = dynamics.bounded("friction", 0.0, [0.0, 1e12])?;
+        }
+        let Some(limit) = element.one("limit")? else {
+            return match limited {
+                true => {
+                    Err(element.wrong("<limit> is needed; a joint without limits is continuous"))
+                }
+                false => Ok(joint),
+            };
+        };
+        let (low, high) =
+            (limit.number("lower")?.unwrap_or(0.0), limit.number("upper")?.unwrap_or(0.0));
+        if limited && low > high {
+            self.notes.say(format!(
+                "{}: lower is more than upper, as Bullet has it where there are no limits",
+                limit.at()
+            ));
+        }
+        // What is farther away than the solver's largest number is no limit.
+        let range = [low, high].map(|limit| limit.clamp(-FARTHEST, FARTHEST));
+        joint.range = (limited && low <= high).then_some(range);
+        let effort = limit.bounded("effort", 0.0, [-FARTHEST, FARTHEST])?;
+        if effort < 0.0 {
+            self.notes.say("an effort below 0 is no limit".to_owned());
+        }
+        joint.effort = (effort > 0.0).then_some([-effort, effort]);
+        if limit.get("velocity").is_some() {
+            self.notes.say("limits of velocity have no meaning here".to_owned());
+        }
+        Ok(joint)
+    }
+}

@@ -1,0 +1,144 @@
+//! What links are made of in a URDF file, and what they look like.
+
+use super::UrdfReader;
+use super::masses::origin;
+use crate::meshes;
+use crate::model::{LookForm, RobotForm, RobotLook, RobotShape};
+use crate::xml::{Attributes, Element};
+use nalgebra::Vector3;
+
+impl UrdfReader<'_> {
+    pub(super) fn read_shapes(&mut self, element: &Element, link: usize) -> Result<(), String> {
+        for collision in element.all("collision") {
+            let geometry = collision.one("geometry")?;
+            let geometry = geometry.ok_or_else(|| collision.wrong("<geometry> is needed"))?;
+            let [form] = &geometry.children[..] else {
+                return Err(
+                    geometry.wrong("one of box, sphere, cylinder, capsule and mesh is needed")
+                );
+            };
+            if is_empty(form)? {
+                self.notes.empty(format!("{} of {}", collision.at(), element.at()));
+                continue;
+            }
+            let frame = origin(collision)?;
+            for form in self.forms(form)? {
+                let index = self.robot.shapes.len();
+                self.robot.shapes.push(RobotShape {
+                    name: collision.own("name").map_or(format!("shape-{index}"), str::to_owned),
+                    link,
+                    form,
+                    frame,
+                    groups: [1, 1],
+                    friction: None,
+                    rubs: true,
+                    priority: 0,
+                    at: format!("{} of {}", collision.at(), element.at()),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// What a link looks like, all of it or nothing: what is wrong with it does not change the motion.
+    pub(super) fn read_looks(&mut self, element: &Element, link: usize) {
+        let before = self.robot.looks.len();
+        for visual in element.all("visual") {
+            match self.look(visual, link) {
+                Ok(look) => self.robot.looks.extend(look),
+                Err(why) => {
+                    self.robot.looks.truncate(before);
+                    self.notes.unseen(why);
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Look of a visual; `None` for a form of size 0.
+    fn look(&self, visual: &Element, link: usize) -> Result<Option<RobotLook>, String> {
+        let geometry = visual.one("geometry")?;
+        let geometry = geometry.ok_or_else(|| visual.wrong("<geometry> is needed"))?;
+        let [form] = &geometry.children[..] else {
+            return Err(geometry.wrong("one of box, sphere, cylinder, capsule and mesh is needed"));
+        };
+        if is_empty(form)? {
+            return Ok(None);
+        }
+        let seen = if form.tag == "mesh" {
+            let scale = form.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
+            let name = form.needed("filename")?;
+            let surface = meshes::surface(self.reading, name, scale);
+            LookForm::Mesh(surface.map_err(|why| form.wrong(why))?)
+        } else {
+            LookForm::Form(self.form(form)?)
+        };
+        Ok(Some(RobotLook { link, seen, frame: origin(visual)? }))
+    }
+
+    /// What a shape is made of: one form, or the pieces of a mesh.
+    fn forms(&mut self, element: &Element) -> Result<Vec<RobotForm>, String> {
+        if element.tag != "mesh" {
+            return Ok(vec![self.form(element)?]);
+        }
+        let name = element.needed("filename")?;
+        let scale = element.exactly::<3>("scale")?.unwrap_or([1.0; 3]);
+        let one = [name.to_owned()];
+        let names = self.reading.pieces.get(name).map_or(&one[..], Vec::as_slice);
+        let mut forms = Vec::with_capacity(names.len());
+        for name in names {
+            let key = (name.clone(), scale.map(f64::to_bits));
+            if !self.hulls.contains_key(&key) {
+                let hulled = meshes::read(self.reading, name, scale);
+                let hulled = hulled.map_err(|why| element.wrong(why))?;
+                if let Some(note) = hulled.note(name) {
+                    self.notes.say(note);
+                }
+                self.hulls.insert(key.clone(), hulled.corners);
+            }
+            forms.push(RobotForm::Hull(self.hulls[&key].clone()));
+        }
+        Ok(forms)
+    }
+
+    fn form(&self, element: &Element) -> Result<RobotForm, String> {
+        let length = |field: &str| {
+            element.needed(field)?;
+            element.bounded(field, 0.0, [1e-9, 1e6])
+        };
+        match &*element.tag {
+            "box" => {
+                let size = element.exactly::<3>("size")?;
+                let size = Vector3::from(size.ok_or_else(|| element.wrong("size is needed"))?);
+                match size.iter().all(|side| (2e-6..=2e4).contains(side)) {
+                    true => Ok(RobotForm::Box(size * 0.5)),
+                    false => Err(element.wrong("size: sides from 2e-6 to 2e4 m are needed")),
+                }
+            }
+            "sphere" => Ok(RobotForm::Sphere(length("radius")?)),
+            "cylinder" => Ok(RobotForm::Cylinder(0.5 * length("length")?, length("radius")?)),
+            "capsule" => Ok(RobotForm::Capsule(0.5 * length("length")?, length("radius")?)),
+            _ => Err(element.wrong("one of box, sphere, cylinder, capsule and mesh is needed")),
+        }
+    }
+}
+
+/// Whether a form has a size of 0, so that nothing can touch it.
+fn is_empty(form: &Element) -> Result<bool, String> {
+    let fields: &[&str] = match &*form.tag {
+        "box" => &["size"],
+        "mesh" => &["scale"],
+        "sphere" => &["radius"],
+        "cylinder" => &["length", "radius"],
+        // A capsule of length 0 is a sphere.
+        "capsule" => &["radius"],
+        _ => &[],
+    };
+    for field in fields {
+        let sizes = form.own(field).map(|value| form.numbers_of(field, value)).transpose()?;
+        if sizes.is_some_and(|sizes| sizes.contains(&0.0)) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}

@@ -1,0 +1,68 @@
+//! Links and joints of a URDF file as a tree.
+
+use crate::xml::{Attributes, Element};
+use std::collections::HashMap;
+use tumble_model::shown;
+
+/// More links than this are refused.
+const MOST_LINKS: usize = 2000;
+
+/// Links and joints by their names, and who hangs on whom.
+pub(super) struct LinkTree<'e> {
+    pub links: HashMap<&'e str, &'e Element>,
+    /// The joints of each parent in the order of the file.
+    pub below: HashMap<&'e str, Vec<&'e Element>>,
+    pub root: &'e Element,
+}
+
+impl<'e> LinkTree<'e> {
+    pub(super) fn of(root: &'e Element) -> Result<Self, String> {
+        let mut links = HashMap::new();
+        for link in root.all("link") {
+            if links.insert(link.needed("name")?, link).is_some() {
+                return Err(link.wrong("this name is given twice; each link needs its own"));
+            }
+            if links.len() > MOST_LINKS {
+                return Err(link.wrong(format!("with this there are more than {MOST_LINKS} links")));
+            }
+        }
+        let (mut below, mut parents) = (HashMap::<_, Vec<_>>::new(), HashMap::new());
+        let mut names = HashMap::new();
+        for joint in root.all("joint") {
+            if names.insert(joint.needed("name")?, ()).is_some() {
+                return Err(joint.wrong("this name is given twice; each joint needs its own"));
+            }
+            let (parent, child) = (end(joint, "parent")?, end(joint, "child")?);
+            for link in [parent, child] {
+                if !links.contains_key(link) {
+                    return Err(joint.wrong(format!("there is no link {:?}", shown::line(link))));
+                }
+            }
+            if parents.insert(child, parent).is_some() {
+                let child = shown::line(child);
+                return Err(joint.wrong(format!("{child:?} has a parent already; one is allowed")));
+            }
+            below.entry(parent).or_default().push(joint);
+        }
+        let mut roots =
+            root.all("link").filter(|link| !parents.contains_key(link.own("name").unwrap_or("")));
+        let first = roots.next();
+        if let Some(second) = roots.next() {
+            return Err(
+                second.wrong("it is no joint's child, as another link is not; one root is needed")
+            );
+        }
+        match first {
+            Some(root) => Ok(Self { links, below, root }),
+            None => {
+                Err(root.wrong("there is no link that is no joint's child; one root is needed"))
+            }
+        }
+    }
+}
+
+/// The one element `tag` in a joint, and the link that it names.
+pub(super) fn end<'e>(joint: &'e Element, tag: &str) -> Result<&'e str, String> {
+    let element = joint.one(tag)?.ok_or_else(|| joint.wrong(format!("<{tag}> is needed")))?;
+    element.needed("link")
+}

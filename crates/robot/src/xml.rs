@@ -1,0 +1,249 @@
+//! XML as a tree of elements that know where they stand, with bounds on all of it.
+
+use roxmltree::{Document, Node, ParsingOptions};
+use std::borrow::Cow;
+use std::rc::Rc;
+use tumble_model::shown;
+
+/// More bytes than this are no robot.
+pub const LARGEST_FILE: u64 = 16 << 20;
+/// More elements than this are refused.
+const MOST_ELEMENTS: u32 = 200_000;
+/// Elements within elements are followed so far.
+const DEEPEST: usize = 200;
+/// More numbers than this stand in no attribute.
+const MOST_NUMBERS: usize = 1_000_000;
+
+/// What a file is that is no URDF yet.
+const XACRO: &str =
+    "this is Xacro, which makes URDF and is none; run `xacro FILE > robot.urdf` first";
+
+/// An element: its name, attributes and children, and where it is.
+#[derive(Debug, Clone)]
+pub struct Element {
+    /// The name, without a prefix of a name space.
+    pub tag: String,
+    /// Names and values, in their order.
+    pub attributes: Vec<(String, String)>,
+    /// The elements in it.
+    pub children: Vec<Element>,
+    /// Counted from 1.
+    pub line: u32,
+    /// Of an included file its name.
+    pub file: Option<Rc<str>>,
+}
+
+impl Element {
+    /// The root element of `text`, of the included file `file`.
+    pub fn parse(text: &str, file: Option<&str>) -> Result<Self, String> {
+        let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
+        let text = &*without_late_declaration(text);
+        let document = Document::parse_with_options(text, options).map_err(|error| {
+            let line = error.pos().row;
+            let hint = if text.contains("xacro:") { XACRO } else { "it is no XML" };
+            format!("{}line {line}: {hint}: {error}", within(file))
+        })?;
+        let file: Option<Rc<str>> = file.map(Rc::from);
+        let lines = LineStarts::of(text);
+        Self::of(&lines, document.root_element(), file.as_ref(), 0)
+    }
+
+    fn of(
+        lines: &LineStarts,
+        node: Node<'_, '_>,
+        file: Option<&Rc<str>>,
+        depth: usize,
+    ) -> Result<Self, String> {
+        let line = lines.line(node.range().start);
+        let name = node.tag_name();
+        if name.namespace().is_some_and(|space| space.contains("xacro")) {
+            let file = within(file.map(|file| &**file));
+            return Err(format!("{file}line {line}, <{}>: {XACRO}", name.name()));
+        }
+        if depth > DEEPEST {
+            return Err(format!(
+                "{}line {line}: elements stand more than {DEEPEST} deep in each other",
+                within(file.map(|file| &**file))
+            ));
+        }
+        let attributes = node.attributes();
+        let attributes = attributes.map(|one| (one.name().to_owned(), one.value().to_owned()));
+        let children = node.children().filter(Node::is_element);
+        Ok(Self {
+            tag: name.name().to_owned(),
+            attributes: attributes.collect(),
+            children: children
+                .map(|child| Self::of(lines, child, file, depth + 1))
+                .collect::<Result<_, _>>()?,
+            line,
+            file: file.cloned(),
+        })
+    }
+
+    /// A sentence about it: where it is, what it is called, and `why`.
+    pub fn wrong(&self, why: impl std::fmt::Display) -> String {
+        format!("{}: {why}", self.at())
+    }
+
+    /// Where it is, and what it is called.
+    pub fn at(&self) -> String {
+        let name = self.own("name").or_else(|| self.own("class"));
+        let name = name.map_or(String::new(), |name| format!(" {:?}", shown::line(name)));
+        format!("{}line {}, <{}>{name}", within(self.file.as_deref()), self.line, self.tag)
+    }
+
+    /// The value of an attribute of its own.
+    pub fn own(&self, name: &str) -> Option<&str> {
+        self.attributes.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
+    }
+
+    /// The children of a name.
+    pub fn all<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Element> {
+        self.children.iter().filter(move |child| child.tag == tag)
+    }
+
+    /// The one child of a name.
+    pub fn one(&self, tag: &str) -> Result<Option<&Self>, String> {
+        let mut all = self.children.iter().filter(|child| child.tag == tag);
+        let first = all.next();
+        match all.next() {
+            Some(second) => Err(second.wrong(format!("<{}> has one already", self.tag))),
+            None => Ok(first),
+        }
+    }
+
+    /// How many elements it is, itself included.
+    pub fn count(&self) -> usize {
+        1 + self.children.iter().map(Self::count).sum::<usize>()
+    }
+
+    /// The numbers of the value of an attribute.
+    pub fn numbers_of(&self, name: &str, value: &str) -> Result<Vec<f64>, String> {
+        let number = |word: &str| match word.parse::<f64>() {
+            Ok(number) if number.is_finite() => Ok(number),
+            _ if word.contains("${") => Err(self.wrong(format!("{name}: {XACRO}"))),
+            _ => Err(self.wrong(format!("{name}: {:?} is no number", shown::line(word)))),
+        };
+        let words = value.split(|c: char| c.is_ascii_whitespace() || c == ',');
+        let words: Vec<_> = words.filter(|word| !word.is_empty()).collect();
+        if words.len() > MOST_NUMBERS {
+            return Err(self.wrong(format!("{name}: more than {MOST_NUMBERS} numbers")));
+        }
+        words.into_iter().map(number).collect()
+    }
+}
+
+/// First bytes of the lines of a text. `Document::text_pos_at` counts from the beginning of the text at each call.
+struct LineStarts(Vec<usize>);
+
+impl LineStarts {
+    fn of(text: &str) -> Self {
+        let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        Self(std::iter::once(0).chain(ends.map(|(end, _)| end + 1)).collect())
+    }
+
+    /// Line of a byte, counted from 1.
+    fn line(&self, byte: usize) -> u32 {
+        self.0.partition_point(|start| *start <= byte) as u32
+    }
+}
+
+/// `text` with blanks in place of an XML declaration that is not at its beginning, as many readers pass over it.
+fn without_late_declaration(text: &str) -> Cow<'_, str> {
+    let begun = text.trim_start();
+    let end = begun.find("?>").filter(|_| begun.starts_with("<?xml") && begun.len() < text.len());
+    let Some(end) = end else { return Cow::Borrowed(text) };
+    let blank = |c: char| if c == '\n' { c } else { ' ' };
+    let (head, rest) = text.split_at(text.len() - begun.len() + end + "?>".len());
+    Cow::Owned(head.chars().map(blank).chain(rest.chars()).collect())
+}
+
+fn within(file: Option<&str>) -> String {
+    file.map_or(String::new(), |file| format!("{}, ", shown::line(file)))
+}
+
+/// Attributes of an element, its own and those that it has from somewhere else.
+pub trait Attributes {
+    /// The element, for sentences.
+    fn element(&self) -> &Element;
+
+    /// The value of an attribute.
+    fn get(&self, name: &str) -> Option<&str>;
+
+    /// All numbers of an attribute.
+    fn numbers(&self, name: &str) -> Result<Option<Vec<f64>>, String> {
+        self.get(name).map(|value| self.element().numbers_of(name, value)).transpose()
+    }
+
+    /// `N` numbers of an attribute.
+    fn exactly<const N: usize>(&self, name: &str) -> Result<Option<[f64; N]>, String> {
+        let Some(numbers) = self.numbers(name)? else { return Ok(None) };
+        <[f64; N]>::try_from(numbers).map(Some).map_err(|given| {
+            let count = given.len();
+            self.element().wrong(format!("{name}: {count} numbers are given, and {N} needed"))
+        })
+    }
+
+    /// One number of an attribute.
+    fn number(&self, name: &str) -> Result<Option<f64>, String> {
+        Ok(self.exactly::<1>(name)?.map(|[number]| number))
+    }
+
+    /// One number of an attribute within bounds, or else `usual`.
+    fn bounded(&self, name: &str, usual: f64, [low, high]: [f64; 2]) -> Result<f64, String> {
+        let number = self.number(name)?.unwrap_or(usual);
+        match (low..=high).contains(&number) {
+            true => Ok(number),
+            false => Err(self
+                .element()
+                .wrong(format!("{name} is {number:?}; allowed is {low:?} to {high:?}"))),
+        }
+    }
+
+    /// A whole number of an attribute.
+    fn whole(&self, name: &str) -> Result<Option<i64>, String> {
+        let Some(number) = self.number(name)? else { return Ok(None) };
+        if number.fract() != 0.0 || number.abs() > 2_147_483_648.0 {
+            return Err(self.element().wrong(format!("{name}: a whole number is needed")));
+        }
+        Ok(Some(number as i64))
+    }
+
+    /// One of several words.
+    fn word<T: Copy>(&self, name: &str, words: &[(&str, T)]) -> Result<Option<T>, String> {
+        let Some(value) = self.get(name) else { return Ok(None) };
+        let found = words.iter().find(|(word, _)| *word == value.trim());
+        found.map(|(_, meaning)| Some(*meaning)).ok_or_else(|| {
+            let allowed: Vec<_> = words.iter().map(|(word, _)| format!("{word:?}")).collect();
+            let value = shown::line(value);
+            self.element().wrong(format!("{name} is {value:?}; allowed is {}", allowed.join(", ")))
+        })
+    }
+
+    /// An attribute without which there is nothing to say.
+    fn needed(&self, name: &str) -> Result<&str, String> {
+        self.get(name).ok_or_else(|| self.element().wrong(format!("{name} is needed")))
+    }
+
+    /// Refuses attributes that are none of `read` and none of `idle`.
+    fn refuse_others(&self, read: &[&str], idle: &[&str]) -> Result<(), String> {
+        let known = |name: &str| read.contains(&name) || idle.contains(&name);
+        match self.element().attributes.iter().find(|(name, _)| !known(name)) {
+            None => Ok(()),
+            Some((name, _)) => {
+                let name = shown::line(name);
+                Err(self.element().wrong(format!("{name}: this attribute is not known")))
+            }
+        }
+    }
+}
+
+impl Attributes for Element {
+    fn element(&self) -> &Element {
+        self
+    }
+
+    fn get(&self, name: &str) -> Option<&str> {
+        self.own(name)
+    }
+}

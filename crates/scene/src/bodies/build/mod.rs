@@ -1,0 +1,486 @@
+//! What the tables of `[[bodies]]` amount to, checked: a model.
+
+mod names;
+
+use super::SceneEntries;
+use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies, name_of};
+use super::driven::SurfaceEntry;
+use super::entries::{
+    AttitudeEntry, BodyEntry, Files, FixedEntry, Jitter, LookEntry, PieceEntry, SurfaceTable, plain,
+};
+use super::joints::JointEntries;
+use super::masses::mass_properties;
+use super::refused::field_of;
+use crate::choices::StartFrame;
+use crate::settings::{Settings, USUAL_SEED};
+use crate::tables::LoadTable;
+use nalgebra::{SVector, Vector3};
+use names::Named;
+use tumble_core::contact::Plane;
+use tumble_core::mechanics::{Load, Rotation, State};
+use tumble_core::simulation::random::Draws;
+use tumble_model::fields::Numbers;
+use tumble_model::parameters::LoadParameters;
+use tumble_model::parameters::plane as plane_parameters;
+use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
+use tumble_model::shown::checked_name;
+use tumble_model::{
+    ApartModel, BodyModel, BodyStart, FixedModel, Model, PartnerModel, SurfaceModel,
+};
+use tumble_model::{DrawnModel, state_at};
+
+/// Ratios of masses up to here are tested.
+const LARGEST_MASS_RATIO: f64 = 1e6;
+/// The most triangles of what all bodies look like.
+const MOST_SEEN: usize = 2_000_000;
+/// What a fixed thing or a piece needs.
+const ONE_SHAPE: &str = "one shape is needed: box, sphere, capsule, hull or mesh";
+
+/// The bodies of a file, and whether anything of them was drawn from the seed.
+pub struct BuiltScene {
+    pub model: Model,
+    pub drawn: bool,
+    pub robots: Vec<tumble_robot::Assembled>,
+}
+
+/// Makes the model of the tables. `settings` are those of flags and file, complete but for the bodies.
+pub fn build(
+    file: SceneEntries,
+    settings: &Settings,
+    files: Files<'_>,
+) -> Result<BuiltScene, String> {
+    let plane = settings.plane.clone();
+    let ground = plane.as_ref().map(plane_parameters);
+    let mut builder = Builder {
+        files,
+        plane,
+        draws: Draws::new(settings.seed.unwrap_or(USUAL_SEED)),
+        drawn: false,
+        names: Vec::new(),
+        model: Model {
+            dt: settings.dt.unwrap_or_default(),
+            rotation: settings.rotation.unwrap_or(Rotation::Momentum),
+            gravity: settings.gravity.unwrap_or_default().into(),
+            mu: settings.mu.unwrap_or_default(),
+            restitution: settings.restitution.unwrap_or_default(),
+            rebound_speed: settings.rebound_speed,
+            plane: ground,
+            shapes: Vec::new(),
+            looks: Vec::new(),
+            bodies: Vec::new(),
+            fixed: Vec::new(),
+            frictions: Vec::new(),
+            restitutions: Vec::new(),
+            joints: Vec::new(),
+            gears: Vec::new(),
+            surfaces: Vec::new(),
+            apart: Vec::new(),
+        },
+    };
+    if file.bodies.is_empty() && file.robots.is_empty() {
+        return Err("bodies: at least one table [[bodies]] is needed".to_owned());
+    }
+    for (index, entry) in file.bodies.into_iter().enumerate() {
+        let at = format!("bodies[{index}]");
+        builder.add_bodies(&at, entry)?;
+    }
+    for (index, entry) in file.fixed.into_iter().enumerate() {
+        let at = format!("fixed[{index}]");
+        builder.add_fixed(&at, entry)?;
+    }
+    let mut robots = Vec::new();
+    for (index, entry) in file.robots.iter().enumerate() {
+        let named = |why: String| format!("robots[{index}].{why}");
+        let is_taken = |robot: &tumble_robot::Assembled| robot.prefix() == entry.prefix();
+        if robots.iter().any(is_taken) {
+            let prefix = entry.prefix();
+            return Err(named(format!(
+                "prefix: {prefix:?} is given twice; each robot needs its own"
+            )));
+        }
+        let added = entry.add(&files, &mut builder.model).map_err(named)?;
+        robots.push(added);
+    }
+    builder.refuse_equal_names()?;
+    for (index, entry) in file.friction.iter().enumerate() {
+        let pairs = builder.coefficients(entry, 10.0);
+        let pairs = pairs.map_err(|why| format!("friction[{index}].{why}"))?;
+        builder.model.frictions.extend(pairs);
+    }
+    for (index, entry) in file.restitution.iter().enumerate() {
+        let pairs = builder.coefficients(entry, 1.0);
+        let pairs = pairs.map_err(|why| format!("restitution[{index}].{why}"))?;
+        builder.model.restitutions.extend(pairs);
+    }
+    for (index, entry) in file.apart.iter().enumerate() {
+        let pairs = builder.pairs(&entry.between).map_err(|why| format!("apart[{index}].{why}"))?;
+        let apart = pairs.into_iter().map(|(body, partner)| ApartModel { body, partner });
+        builder.model.apart.extend(apart);
+    }
+    let mut joints = JointEntries::of(std::mem::take(&mut builder.model.joints));
+    for (index, entry) in file.joints.iter().enumerate() {
+        let named = |why: String| format!("joints[{index}]{}.{why}", entry.called());
+        if let Some(name) = entry.name() {
+            checked_name(name).map_err(named)?;
+        }
+        joints.add(entry, &builder.model.bodies, |name| builder.bodies(name)).map_err(named)?;
+    }
+    for (index, entry) in file.motors.iter().enumerate() {
+        let named = |why: String| format!("motors[{index}]{}.{why}", entry.called());
+        joints.add_motor(entry).map_err(named)?;
+    }
+    for (index, entry) in file.gears.iter().enumerate() {
+        let named = |why: String| format!("gears[{index}]{}.{why}", entry.called());
+        let gear = entry.model(&joints, index).map_err(named)?;
+        builder.model.gears.push(gear);
+    }
+    let start = settings.start_index.unwrap_or(0) as f64 * builder.model.dt;
+    for (index, entry) in file.driven.iter().enumerate() {
+        let named = |why: String| format!("driven[{index}]{}.{why}", entry.called());
+        if let Some(name) = entry.name() {
+            checked_name(name).map_err(named)?;
+        }
+        let bodies = &builder.model.bodies;
+        entry.add(&mut joints, bodies, |name| builder.bodies(name), start).map_err(named)?;
+    }
+    for (index, entry) in file.surfaces.iter().enumerate() {
+        let named = |why: String| format!("surfaces[{index}].{why}");
+        builder.add_surface(entry).map_err(named)?;
+    }
+    builder.model.joints = joints.models;
+    builder.refuse_mass_ratio()?;
+    builder.refuse_large_looks()?;
+    Ok(BuiltScene { model: builder.model, drawn: builder.drawn, robots })
+}
+
+/// `model` with one body more, the last, which a table of bodies describes. A body without a name gets the first
+/// that is free.
+pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result<Model, String> {
+    let plane = model.plane.as_ref().map(|plane| Plane::new(plane.normal.0.into(), plane.offset));
+    let plane = plane.transpose().map_err(|error| error.to_string())?;
+    let number = model.bodies.len();
+    if entry.copies.is_some() || entry.ring.is_some() {
+        return Err("copies: one body at a time is added".to_owned());
+    }
+    let is_free = |name: &String| model.bodies.iter().all(|body| body.name != *name);
+    let free = (number..).map(|number| format!("body-{number}")).find(is_free);
+    entry.name = entry.name.or(free);
+    let (draws, names) = (Draws::new(USUAL_SEED), Vec::new());
+    let mut builder = Builder { files, plane, draws, drawn: false, names, model };
+    builder.add_bodies("body", entry)?;
+    if builder.drawn {
+        return Err("body: nothing of one that is added is drawn; numbers are needed".to_owned());
+    }
+    builder.names.clear();
+    builder.refuse_equal_names()?;
+    builder.refuse_mass_ratio()?;
+    builder.refuse_large_looks()?;
+    Ok(builder.model)
+}
+
+struct Builder<'a> {
+    files: Files<'a>,
+    /// `None` without a ground.
+    plane: Option<Plane>,
+    draws: Draws,
+    drawn: bool,
+    names: Vec<Named>,
+    model: Model,
+}
+
+impl Builder<'_> {
+    fn add_bodies(&mut self, at: &str, mut entry: BodyEntry) -> Result<(), String> {
+        let named = |why: String| format!("{at}.{why}");
+        let shape = self.shape(at, &mut entry)?;
+        let (mass, inertia, centre) = mass_properties(&shape, &entry).map_err(named)?;
+        let load = entry.load.take().map(load).transpose().map_err(named)?.flatten();
+        let look = entry.look.take().map(|parts| self.look(at, parts)).transpose()?;
+        let index = self.model.shapes.iter().position(|known| *known == shape);
+        let index = index.unwrap_or(self.model.shapes.len());
+        let attitude =
+            entry.attitude.as_ref().map_or(Ok(Some(ModelPlace::ORIGIN.attitude)), |turned| {
+                turned.quaternion().map_err(|why| named(format!("attitude: {why}")))
+            })?;
+        let jitter = match entry.jitter.unwrap_or(Jitter::Same(0.0)) {
+            Jitter::Same(size) => [size; 3],
+            Jitter::Each(sizes) => sizes.0,
+        };
+        if !jitter.iter().all(|size| (0.0..=1e4).contains(size)) {
+            return Err(named("jitter: lengths from 0 to 1e4 m are needed".to_owned()));
+        }
+        let place = ModelPlace {
+            position: entry.position.0,
+            attitude: attitude.unwrap_or(ModelPlace::ORIGIN.attitude),
+        };
+        let room = MOST_BODIES - self.model.bodies.len();
+        let copies = copies(place, entry.copies.as_ref(), entry.ring.as_ref(), room, "bodies");
+        let copies = copies.map_err(named)?;
+        let template = BodyModel {
+            name: String::new(),
+            shape: index,
+            centre: centre.into(),
+            mass,
+            inertia: inertia.transpose().into(),
+            friction: entry.friction,
+            restitution: entry.restitution,
+            touches: entry.touches.unwrap_or(true),
+            load,
+            colour: entry.colour,
+            look: look.map(|look| {
+                self.model.looks.push(look);
+                self.model.looks.len() - 1
+            }),
+            label: entry.label.take(),
+            start: BodyStart::of(&State::from_vector(&SVector::zeros())),
+            drawn: None,
+        };
+        template.rigid_body(&shape).map_err(|error| named(field_of(&error)))?;
+        if index == self.model.shapes.len() {
+            self.model.shapes.push(shape);
+        }
+        let count = copies.len();
+        let mut partners = Vec::new();
+        for (number, copied) in copies.into_iter().enumerate() {
+            let Copied { place, turned } = copied;
+            let drawn = DrawnModel {
+                position: place.position,
+                attitude: attitude.map(|_| place.attitude),
+                jitter,
+                tutorial: false,
+                ground: entry.frame == Some(StartFrame::Ground),
+            };
+            let place = drawn.place(&mut self.draws);
+            let drawn = drawn.draws().then_some(drawn);
+            self.drawn |= drawn.is_some();
+            let velocity = turned.rotation()
+                * entry.velocity.map_or(Vector3::zeros(), |velocity| velocity.0.into());
+            let spin = entry.spin.map_or(Vector3::zeros(), |spin| spin.0.into());
+            let start =
+                self.start(entry.frame, &place, (velocity, spin), &centre).map_err(named)?;
+            start.checked().map_err(|error| named(field_of(&error)))?;
+            let start = BodyStart::of(&start);
+            let usual = ("body", self.model.bodies.len());
+            let name = name_of(entry.name.as_deref(), usual.0, usual.1, number, count);
+            partners.push(PartnerModel::Body(self.model.bodies.len()));
+            self.model.bodies.push(BodyModel { name, start, drawn, ..template.clone() });
+        }
+        self.register(entry.name, partners).map_err(named)
+    }
+
+    fn add_fixed(&mut self, at: &str, mut entry: FixedEntry) -> Result<(), String> {
+        let named = |why: String| format!("{at}.{why}");
+        let fields = entry.take_form();
+        let pieces =
+            self.pieces(at, fields.form(&self.files).map_err(named)?, entry.pieces.take())?;
+        let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
+        let room = MOST_FIXED.saturating_sub(self.model.fixed.len()) / pieces.len().max(1);
+        let copies =
+            copies(place, entry.copies.as_ref(), entry.ring.as_ref(), room, "fixed pieces");
+        let copies = copies.map_err(named)?;
+        if entry.friction.is_some_and(|friction| !(0.0..=10.0).contains(&friction)) {
+            let friction = entry.friction.unwrap_or_default();
+            return Err(named(format!("friction is {friction:?}; allowed is 0 to 10")));
+        }
+        let count = copies.len();
+        let mut partners = Vec::new();
+        for (number, copied) in copies.into_iter().enumerate() {
+            let (still, centre) = ((Vector3::zeros(), Vector3::zeros()), Vector3::zeros());
+            let start = self.start(entry.frame, &copied.place, still, &centre).map_err(named)?;
+            let outer =
+                ModelPlace { position: start.position.into(), attitude: start.attitude.into() };
+            let usual = ("fixed", self.model.fixed.len());
+            let name = name_of(entry.name.as_deref(), usual.0, usual.1, number, count);
+            for piece in &pieces {
+                let piece =
+                    PlacedForm { form: piece.form.clone(), place: piece.place.within(&outer) };
+                piece.piece().map_err(|error| named(field_of(&error)))?;
+                partners.push(PartnerModel::Fixed(self.model.fixed.len()));
+                let fixed = FixedModel { name: name.clone(), piece, friction: entry.friction };
+                self.model.fixed.push(fixed);
+            }
+        }
+        self.register(entry.name, partners).map_err(named)
+    }
+
+    /// The state in the world of what is at `place` in its frame, its centre of mass at `centre` in
+    /// its own.
+    fn start(
+        &self,
+        frame: Option<StartFrame>,
+        place: &ModelPlace,
+        (velocity, spin): (Vector3<f64>, Vector3<f64>),
+        centre: &Vector3<f64>,
+    ) -> Result<State, String> {
+        let ground = match (frame, &self.plane) {
+            (Some(StartFrame::World) | None, _) => None,
+            (Some(StartFrame::Ground), Some(plane)) => Some(plane),
+            (Some(StartFrame::Ground), None) => return Err(NO_GROUND.to_owned()),
+        };
+        Ok(state_at(ground, place, velocity, spin, centre))
+    }
+
+    fn shape(&self, at: &str, entry: &mut BodyEntry) -> Result<ModelShape, String> {
+        let named = |why: String| format!("{at}.{why}");
+        let form = entry.take_form().form(&self.files).map_err(named)?;
+        let points = match (entry.points.take(), entry.point_mass) {
+            (Some(_), Some(true)) => return Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}")),
+            (None, Some(true)) => Some(vec![[0.0; 3]]),
+            (points, _) => points.map(plain),
+        };
+        match points {
+            None if form.is_none() && entry.pieces.is_none() => {
+                Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}"))
+            }
+            None => Ok(ModelShape::Pieces(self.pieces(at, form, entry.pieces.take())?)),
+            Some(points) if form.is_none() && entry.pieces.is_none() => {
+                Ok(ModelShape::Points(points))
+            }
+            Some(_) => Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}")),
+        }
+    }
+
+    /// The pieces of one form, or of the list.
+    fn pieces(
+        &self,
+        at: &str,
+        form: Option<ModelForm>,
+        pieces: Option<Vec<PieceEntry>>,
+    ) -> Result<Vec<PlacedForm>, String> {
+        let found = match (form, pieces) {
+            (Some(form), None) => {
+                vec![(at.to_owned(), PlacedForm { form, place: ModelPlace::ORIGIN })]
+            }
+            (None, Some(entries)) if !entries.is_empty() => {
+                let mut pieces = Vec::new();
+                for (index, mut entry) in entries.into_iter().enumerate() {
+                    let at = format!("{at}.pieces[{index}]");
+                    let named = |why: String| format!("{at}.{why}");
+                    let form = entry.take_form().form(&self.files).map_err(named)?;
+                    let form = form.ok_or_else(|| format!("{at}: {ONE_SHAPE}"))?;
+                    let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
+                    pieces.push((at, PlacedForm { form, place }));
+                }
+                pieces
+            }
+            _ => return Err(format!("{at}: {ONE_SHAPE}, or pieces of these")),
+        };
+        for (at, placed) in &found {
+            placed.piece().map_err(|error| match field_of(&error) {
+                why if !why.starts_with("shape") => format!("{at}.{why}"),
+                _ => format!("{at}.{}: {error}", placed.form.field()),
+            })?;
+        }
+        Ok(found.into_iter().map(|(_, placed)| placed).collect())
+    }
+
+    /// What a body looks like.
+    fn look(&self, at: &str, entries: Vec<LookEntry>) -> Result<Vec<PlacedForm>, String> {
+        if entries.is_empty() {
+            return Err(format!("{at}.look: at least one part is needed"));
+        }
+        let part = |(index, mut entry): (usize, LookEntry)| {
+            let at = format!("{at}.look[{index}]");
+            let named = |why: String| format!("{at}.{why}");
+            let form = entry.take_form().form(&self.files).map_err(named)?;
+            let surface = entry.surface.take().map(SurfaceTable::form).transpose();
+            let surface = surface.map_err(|why| named(format!("surface.{why}")))?;
+            let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
+            match (form, surface) {
+                (Some(form), None) => {
+                    let part = PlacedForm { form, place };
+                    part.piece().map_err(|error| format!("{at}.{}: {error}", part.form.field()))?;
+                    Ok(part)
+                }
+                (None, Some(form)) => Ok(PlacedForm { form, place }),
+                _ => Err(format!("{at}: {ONE_SHAPE}, or a surface")),
+            }
+        };
+        entries.into_iter().enumerate().map(part).collect()
+    }
+
+    /// Has the surfaces of a name move.
+    fn add_surface(&mut self, entry: &SurfaceEntry) -> Result<(), String> {
+        let velocity = entry.velocity.0;
+        if !velocity.iter().all(|part| part.abs() <= 1e5) {
+            return Err("velocity: components from -1e5 to 1e5 m/s are needed".to_owned());
+        }
+        for of in self.find(&entry.of).map_err(|why| format!("of: {why}"))? {
+            if self.model.surfaces.iter().any(|known| known.of == of) {
+                return Err(format!("of: the surface of {:?} moves already", entry.of));
+            }
+            self.model.surfaces.push(SurfaceModel { of, velocity });
+        }
+        Ok(())
+    }
+
+    /// What is seen is drawn of each body for itself.
+    fn refuse_large_looks(&self) -> Result<(), String> {
+        let count = |part: &PlacedForm| match &part.form {
+            ModelForm::Mesh { triangles, .. } => triangles.len(),
+            _ => 0,
+        };
+        let counts: Vec<usize> =
+            self.model.looks.iter().map(|look| look.iter().map(count).sum()).collect();
+        let looks = self.model.bodies.iter().filter_map(|body| body.look);
+        let sum: usize = looks.filter_map(|look| counts.get(look)).sum();
+        match sum > MOST_SEEN {
+            true => Err(format!(
+                "look: all bodies together have {sum} triangles; allowed are {MOST_SEEN}"
+            )),
+            false => Ok(()),
+        }
+    }
+
+    fn refuse_mass_ratio(&self) -> Result<(), String> {
+        let by_mass = |a: &&BodyModel, b: &&BodyModel| a.mass.total_cmp(&b.mass);
+        let bodies = || self.model.bodies.iter();
+        let (Some(light), Some(heavy)) = (bodies().min_by(by_mass), bodies().max_by(by_mass))
+        else {
+            return Ok(());
+        };
+        let ratio = heavy.mass / light.mass;
+        if ratio <= LARGEST_MASS_RATIO {
+            return Ok(());
+        }
+        Err(format!(
+            "mass: {} of {} kg is {ratio:.1e} times as heavy as {} of {} kg; ratios up to \
+             {LARGEST_MASS_RATIO:e} are tested, and allowed",
+            heavy.name, heavy.mass, light.name, light.mass
+        ))
+    }
+}
+
+const NO_GROUND: &str = "frame: there is no ground; `world` is needed";
+
+const ONE_SHAPE_OF_A_BODY: &str =
+    "one shape is needed: box, sphere, capsule, hull, mesh, pieces, points or point_mass = true";
+
+fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
+    if table.has_idle_point() {
+        return Err("load.at has no meaning without load.force; leave it out".to_owned());
+    }
+    let mut settings = Settings::default();
+    table.set(&mut settings)?;
+    let (force, torque) = (settings.force.unwrap_or_default(), settings.torque.unwrap_or_default());
+    let load = Load::new(force, torque, settings.force_at.unwrap_or_default());
+    let load = load.map_err(|error| format!("load: {error}"))?;
+    Ok((!load.is_none()).then(|| LoadParameters::of(&load)))
+}
+
+/// Where something is whose attitude cannot be drawn.
+pub fn placed(
+    position: Option<Numbers<3>>,
+    attitude: Option<&AttitudeEntry>,
+) -> Result<ModelPlace, String> {
+    let position = position.map_or([0.0; 3], |position| position.0);
+    if !position.iter().all(|coordinate| coordinate.abs() <= 1e4) {
+        return Err("position: coordinates from -1e4 to 1e4 m are needed".to_owned());
+    }
+    let attitude = match attitude.map(AttitudeEntry::quaternion) {
+        None => ModelPlace::ORIGIN.attitude,
+        Some(Ok(Some(quaternion))) => quaternion,
+        Some(Ok(None)) => return Err("attitude: only that of bodies can be random".to_owned()),
+        Some(Err(why)) => return Err(format!("attitude: {why}")),
+    };
+    Ok(ModelPlace { position, attitude })
+}

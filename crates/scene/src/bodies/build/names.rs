@@ -1,0 +1,137 @@
+//! Names of a file, and what has them.
+
+use super::Builder;
+use crate::bodies::entries::PairEntry;
+use tumble_model::fields::Exactly;
+use tumble_model::shown::checked_name;
+use tumble_model::{PairModel, PartnerModel};
+
+/// A name of the file, and what has it.
+pub(super) struct Named {
+    pub(super) name: String,
+    pub(super) partners: Vec<PartnerModel>,
+}
+
+impl Builder<'_> {
+    pub(super) fn register(
+        &mut self,
+        name: Option<String>,
+        partners: Vec<PartnerModel>,
+    ) -> Result<(), String> {
+        let Some(name) = name else { return Ok(()) };
+        checked_name(&name)?;
+        self.names.push(Named { name, partners });
+        Ok(())
+    }
+
+    /// Everything that can be named has one name: entries, bodies, fixed things.
+    pub(super) fn refuse_equal_names(&self) -> Result<(), String> {
+        let model = &self.model;
+        let fixed = model.fixed.iter().map(|fixed| fixed.name.as_str());
+        let mut names: Vec<&str> = model.bodies.iter().map(|body| body.name.as_str()).collect();
+        // Pieces of one thing follow each other and share its name.
+        let mut things: Vec<&str> = fixed.collect();
+        things.dedup();
+        names.extend(things);
+        let plain = |named: &&Named| named.partners.len() > 1;
+        names.extend(self.names.iter().filter(plain).map(|named| named.name.as_str()));
+        names.sort_unstable();
+        match names.windows(2).find(|two| two[0] == two[1] && !self.is_fixed_of_pieces(two[0])) {
+            Some(two) => Err(format!("name: {:?} is given twice; each needs its own", two[0])),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether `name` is of one fixed thing of several pieces, which is in the list as itself and
+    /// as its entry.
+    pub(super) fn is_fixed_of_pieces(&self, name: &str) -> bool {
+        let of = self.names.iter().filter(|named| named.name == name).collect::<Vec<_>>();
+        let [one] = of[..] else { return false };
+        let has_name = |index: usize| self.model.fixed[index].name == name;
+        let is_own = |partner: &PartnerModel| match partner {
+            PartnerModel::Fixed(index) => has_name(*index),
+            PartnerModel::Ground | PartnerModel::Body(_) => false,
+        };
+        one.partners.iter().all(is_own)
+            && self.model.fixed.iter().filter(|fixed| fixed.name == name).count()
+                == one.partners.len()
+            && self.model.bodies.iter().all(|body| body.name != name)
+    }
+
+    /// The pairs of an entry, whose coefficient is at most `largest`.
+    pub(super) fn coefficients(
+        &self,
+        entry: &PairEntry,
+        largest: f64,
+    ) -> Result<Vec<PairModel>, String> {
+        let coefficient = entry.coefficient;
+        if !(0.0..=largest).contains(&coefficient) {
+            return Err(format!("coefficient is {coefficient:?}; allowed is 0 to {largest}"));
+        }
+        let pairs = self.pairs(&entry.between)?.into_iter();
+        Ok(pairs.map(|(body, partner)| PairModel { body, partner, coefficient }).collect())
+    }
+
+    /// The bodies of one name with what has the other.
+    pub(super) fn pairs(
+        &self,
+        between: &Exactly<String, 2>,
+    ) -> Result<Vec<(usize, PartnerModel)>, String> {
+        let find = |name: &String| self.find(name).map_err(|why| format!("between: {why}"));
+        let [first, second] = between.0.each_ref().map(find);
+        let (first, second) = (first?, second?);
+        let mut pairs = Vec::new();
+        for &a in &first {
+            for &b in &second {
+                pairs.push(match (a, b) {
+                    (PartnerModel::Body(x), PartnerModel::Body(y)) if x == y => continue,
+                    (PartnerModel::Body(x), other) | (other, PartnerModel::Body(x)) => (x, other),
+                    _ => continue,
+                });
+            }
+        }
+        if pairs.is_empty() {
+            return Err("between: two bodies, or a body and what is fixed, are needed".to_owned());
+        }
+        Ok(pairs)
+    }
+
+    /// All that has a name.
+    pub(super) fn find(&self, name: &str) -> Result<Vec<PartnerModel>, String> {
+        if name == "ground" {
+            if self.plane.is_none() {
+                return Err("there is no ground".to_owned());
+            }
+            return Ok(vec![PartnerModel::Ground]);
+        }
+        let entry = self.names.iter().find(|named| named.name == name);
+        if let Some(named) = entry {
+            return Ok(named.partners.clone());
+        }
+        let (bodies, fixed) = (self.model.bodies.iter(), self.model.fixed.iter());
+        let bodies = bodies.enumerate().filter(|(_, body)| body.name == name);
+        let fixed = fixed.enumerate().filter(|(_, fixed)| fixed.name == name);
+        let found: Vec<_> = bodies
+            .map(|(index, _)| PartnerModel::Body(index))
+            .chain(fixed.map(|(index, _)| PartnerModel::Fixed(index)))
+            .collect();
+        if found.is_empty() {
+            return Err(format!(
+                "nothing has the name {name:?}; the name of a body or fixed thing, or \
+                 \"ground\", is needed"
+            ));
+        }
+        Ok(found)
+    }
+
+    /// The bodies of a name.
+    pub(super) fn bodies(&self, name: &str) -> Result<Vec<usize>, String> {
+        let body = |partner: PartnerModel| match partner {
+            PartnerModel::Body(index) => Ok(index),
+            PartnerModel::Ground | PartnerModel::Fixed(_) => Err(format!(
+                "{name:?} never moves; a body is needed, and a joint with it is one with the world, of one name"
+            )),
+        };
+        self.find(name)?.into_iter().map(body).collect()
+    }
+}

@@ -1,0 +1,172 @@
+//! The tables `[[driven]]` and `[[surfaces]]`: bodies whose way is given, and surfaces that move.
+
+use super::entries::AttitudeEntry;
+use super::joints::{JointEntries, JointSide, anchor_in_range};
+use nalgebra::Vector3;
+use serde::Deserialize;
+use tumble_core::simulation::JOINT_AT_THE_START;
+use tumble_model::BodyModel;
+use tumble_model::fields::Numbers;
+use tumble_model::joint::{CourseModel, JointKind, JointModel};
+use tumble_model::shape::ModelPlace;
+
+#[derive(Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a table [[driven]], body = \"…\" with times and positions, or velocity and spin, is needed"
+)]
+pub struct DrivenEntry {
+    name: Option<String>,
+    body: String,
+    times: Option<Vec<f64>>,
+    positions: Option<Vec<Numbers<3>>>,
+    attitudes: Option<Vec<AttitudeEntry>>,
+    velocity: Option<Numbers<3>>,
+    spin: Option<Numbers<3>>,
+    about: Option<Numbers<3>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ of = \"…\", velocity = [x, y, z] } is needed")]
+pub struct SurfaceEntry {
+    /// The name of a body or of what is fixed, or `ground`.
+    pub of: String,
+    /// m/s, in the frame of the body, in the world's of what is fixed.
+    pub velocity: Numbers<3>,
+}
+
+impl DrivenEntry {
+    /// What it drives, as sentences about it say it.
+    pub fn called(&self) -> String {
+        format!(" ({})", self.body)
+    }
+
+    /// Its name, if it is given.
+    pub fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
+    /// Adds the joint that drives its body from the time `start` (s) on. `find` has the bodies of a name.
+    pub fn add(
+        &self,
+        joints: &mut JointEntries,
+        bodies: &[BodyModel],
+        find: impl Fn(&str) -> Result<Vec<usize>, String>,
+        start: f64,
+    ) -> Result<(), String> {
+        let body = match find(&self.body).map_err(|why| format!("body: {why}"))?[..] {
+            [body] => body,
+            ref several => {
+                let count = several.len();
+                return Err(format!("body: {:?} are {count} bodies; one is needed", self.body));
+            }
+        };
+        if joints.models.iter().any(|joint| joint.body == body && joint.course.is_some()) {
+            return Err(format!("body: {:?} is driven already", self.body));
+        }
+        self.refuse_idle()?;
+        let of = &bodies[body];
+        let side = JointSide::of(Some(of));
+        let (origin, attitude) = (Vector3::zeros(), ModelPlace::ORIGIN.attitude.into());
+        let mut anchor = side.placed(&origin, &attitude);
+        if let Some(about) = &self.about {
+            anchor_in_range("about", Some(about))?;
+            anchor.anchor = about.0.into();
+        }
+        let (there, own) = (JointSide::of(None).seen(&anchor), side.seen(&anchor));
+        let name = self.name.clone().unwrap_or_else(|| format!("{}-drive", of.name));
+        let joint = JointModel {
+            name,
+            kind: JointKind::Fixed,
+            body,
+            other: None,
+            frames: [own, there],
+            length: None,
+            cone: None,
+            middle: None,
+            collide: false,
+            drives: Vec::new(),
+            course: Some(self.course(&there, start)?),
+        };
+        refuse_elsewhere(&joint, of, start)?;
+        joints.push(joint)
+    }
+
+    /// Its way, of a frame that is at `there` at the time `start` (s).
+    fn course(&self, there: &ModelPlace, start: f64) -> Result<CourseModel, String> {
+        let numbers = |of: &Option<Numbers<3>>| of.as_ref().map_or([0.0; 3], |of| of.0);
+        let (velocity, spin) = (numbers(&self.velocity), numbers(&self.spin));
+        let Some(times) = &self.times else {
+            return Ok(CourseModel { times: vec![start], places: vec![*there], velocity, spin });
+        };
+        let count = times.len();
+        let fits = |field: &str, given: usize| match given == count {
+            true => Ok(()),
+            false => Err(format!("{field} has {given} entries, and times {count}")),
+        };
+        let mut places = vec![*there; count];
+        if let Some(positions) = &self.positions {
+            fits("positions", positions.len())?;
+            for (place, position) in places.iter_mut().zip(positions) {
+                anchor_in_range("positions", Some(position))?;
+                place.position = position.0;
+            }
+        }
+        if let Some(attitudes) = &self.attitudes {
+            fits("attitudes", attitudes.len())?;
+            for (place, turned) in places.iter_mut().zip(attitudes) {
+                let attitude = turned.quaternion().map_err(|why| format!("attitudes: {why}"))?;
+                let drawn = || "attitudes: none of them can be random".to_owned();
+                place.attitude = attitude.ok_or_else(drawn)?;
+            }
+        }
+        Ok(CourseModel { times: times.clone(), places, velocity, spin })
+    }
+
+    /// A field that would do nothing, or one that is missing.
+    fn refuse_idle(&self) -> Result<(), String> {
+        let placed = self.positions.is_some() || self.attitudes.is_some();
+        let steady = self.velocity.is_some() || self.spin.is_some();
+        match (&self.times, placed) {
+            (None, true) => {
+                Err("times: they are needed with `positions` and `attitudes`".to_owned())
+            }
+            (None, false) if !steady => {
+                Err("times: either these, with `positions` or `attitudes`, \
+                                             or `velocity` or `spin` are needed"
+                    .to_owned())
+            }
+            (Some(_), false) => {
+                Err("positions: with `times`, they or `attitudes` are needed".to_owned())
+            }
+            (Some(_), true) if self.about.is_some() => {
+                Err("about has no meaning with `times`; leave it out".to_owned())
+            }
+            _ if self.about.is_some() && self.spin.is_none() => {
+                Err("about has no meaning without `spin`; leave it out".to_owned())
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A body must start where its way has it.
+fn refuse_elsewhere(joint: &JointModel, body: &BodyModel, start: f64) -> Result<(), String> {
+    let Some(course) = &joint.course else { return Ok(()) };
+    let knots = course.knots()?;
+    let [own, _] = joint.frames;
+    let frames = [own.frame(), knots.at(start)];
+    let there = tumble_core::joint::Joint::fixed(0, None, frames);
+    let (place, turn) = there.error(&[body.start.state()]).unwrap_or((f64::NAN, f64::NAN));
+    // A NaN fits nowhere.
+    let fits = place.max(turn) <= JOINT_AT_THE_START;
+    if fits {
+        return Ok(());
+    }
+    let field = if turn > JOINT_AT_THE_START { "attitudes" } else { "positions" };
+    Err(format!(
+        "{field}: at t = {start} s the way is {place:.3e} m and {turn:.3e} rad from where {} starts; \
+         allowed is {JOINT_AT_THE_START:.0e} of each",
+        body.name
+    ))
+}

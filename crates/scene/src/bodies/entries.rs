@@ -1,0 +1,304 @@
+//! The tables of `[[bodies]]` and what goes with them, as they are written.
+
+use crate::choices::StartFrame;
+use crate::tables::{InertiaValue, LoadTable, Random, Sides};
+use nalgebra::Vector3;
+use serde::Deserialize;
+use std::path::Path;
+use tumble_core::geometry::mesh::{parse_obj, parse_stl};
+use tumble_core::mechanics::quaternion::unit;
+use tumble_model::colour::{BodyLabel, Colour};
+use tumble_model::fields::{Exactly, Numbers};
+use tumble_model::shape::{ModelForm, ModelPlace};
+use tumble_model::shown;
+
+/// A table with the fields of a convex form, and others.
+macro_rules! with_form {
+    ($name:ident, $expected:literal { $($field:ident: $type:ty,)* }) => {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields, expecting = $expected)]
+        pub struct $name {
+            #[serde(rename = "box")]
+            sides: Option<Sides>,
+            sphere: Option<f64>,
+            capsule: Option<CapsuleTable>,
+            hull: Option<Vec<Numbers<3>>>,
+            mesh: Option<String>,
+            scale: Option<f64>,
+            radius: Option<f64>,
+            $(pub $field: $type,)*
+        }
+
+        impl $name {
+            /// The fields of the form.
+            pub fn take_form(&mut self) -> FormFields {
+                FormFields {
+                    sides: self.sides.take(),
+                    sphere: self.sphere.take(),
+                    capsule: self.capsule.take(),
+                    hull: self.hull.take(),
+                    mesh: self.mesh.take(),
+                    scale: self.scale.take(),
+                    radius: self.radius.take(),
+                }
+            }
+        }
+    };
+}
+
+with_form!(BodyEntry, "a table [[bodies]] is needed" {
+    points: Option<Vec<Numbers<3>>>,
+    point_mass: Option<bool>,
+    pieces: Option<Vec<PieceEntry>>,
+    name: Option<String>,
+    mass: Option<f64>,
+    density: Option<f64>,
+    inertia: Option<InertiaValue>,
+    centre: Option<Numbers<3>>,
+    friction: Option<f64>,
+    restitution: Option<f64>,
+    touches: Option<bool>,
+    position: Numbers<3>,
+    attitude: Option<AttitudeEntry>,
+    velocity: Option<Numbers<3>>,
+    spin: Option<Numbers<3>>,
+    frame: Option<StartFrame>,
+    jitter: Option<Jitter>,
+    copies: Option<CopiesTable>,
+    ring: Option<RingTable>,
+    load: Option<LoadTable>,
+    colour: Option<Colour>,
+    label: Option<BodyLabel>,
+    look: Option<Vec<LookEntry>>,
+});
+
+with_form!(FixedEntry, "a table [[fixed]] is needed" {
+    pieces: Option<Vec<PieceEntry>>,
+    name: Option<String>,
+    friction: Option<f64>,
+    position: Option<Numbers<3>>,
+    attitude: Option<AttitudeEntry>,
+    frame: Option<StartFrame>,
+    copies: Option<CopiesTable>,
+    ring: Option<RingTable>,
+});
+
+with_form!(PieceEntry, "a piece, { box = …, position = …, attitude = … }, is needed" {
+    position: Option<Numbers<3>>,
+    attitude: Option<AttitudeEntry>,
+});
+
+with_form!(LookEntry, "a piece, or { surface = { vertices = …, triangles = … } }, is needed" {
+    surface: Option<SurfaceTable>,
+    position: Option<Numbers<3>>,
+    attitude: Option<AttitudeEntry>,
+});
+
+/// Triangles for the eye, which need not be closed.
+#[derive(Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] } is needed"
+)]
+pub struct SurfaceTable {
+    vertices: Vec<Numbers<3>>,
+    triangles: Vec<Exactly<usize, 3>>,
+}
+
+/// The most triangles of a surface.
+const MOST_TRIANGLES: usize = 200_000;
+
+impl SurfaceTable {
+    /// The surface, checked.
+    pub fn form(self) -> Result<ModelForm, String> {
+        let vertices = plain(self.vertices);
+        let triangles: Vec<_> = self.triangles.into_iter().map(|three| three.0).collect();
+        if !(1..=MOST_TRIANGLES).contains(&triangles.len()) {
+            let count = triangles.len();
+            return Err(format!("triangles: {count} given; allowed is 1 to {MOST_TRIANGLES}"));
+        }
+        if let Some(odd) = vertices.iter().flatten().find(|number| !(-1e6..=1e6).contains(*number))
+        {
+            return Err(format!("vertices: {odd} m is given; allowed is -1e6 to 1e6"));
+        }
+        if let Some(odd) = triangles.iter().flatten().find(|index| **index >= vertices.len()) {
+            let count = vertices.len();
+            return Err(format!("triangles: {odd} is given, and there are {count} vertices"));
+        }
+        Ok(ModelForm::Mesh { vertices, triangles, radius: 0.0 })
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"], coefficient = … } is needed")]
+pub struct PairEntry {
+    pub between: Exactly<String, 2>,
+    pub coefficient: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"] } is needed")]
+pub struct ApartEntry {
+    pub between: Exactly<String, 2>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ length = …, radius = … } is needed")]
+pub struct CapsuleTable {
+    length: f64,
+    radius: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ count = [x, y, z], step = [x, y, z] } is needed")]
+pub struct CopiesTable {
+    pub count: Exactly<u32, 3>,
+    pub step: Numbers<3>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ count = …, degrees = …, … } is needed")]
+pub struct RingTable {
+    pub count: u32,
+    pub degrees: f64,
+    pub axis: Option<Numbers<3>>,
+    pub about: Option<Numbers<3>>,
+}
+
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "\"random\", four numbers (w, x, y, z) or { axis = [x, y, z], degrees = … } are \
+                 needed"
+)]
+pub enum AttitudeEntry {
+    Word(Random),
+    Quaternion(Numbers<4>),
+    About(AxisTable),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxisTable {
+    axis: Numbers<3>,
+    degrees: f64,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(untagged, expecting = "one number or three are needed")]
+pub enum Jitter {
+    Same(f64),
+    Each(Numbers<3>),
+}
+
+impl AttitudeEntry {
+    /// The unit quaternion; `None` where it is to be drawn.
+    pub fn quaternion(&self) -> Result<Option<[f64; 4]>, String> {
+        match self {
+            Self::Word(Random::Random) => Ok(None),
+            Self::Quaternion(given) => {
+                let quaternion = nalgebra::Vector4::from(given.0);
+                if quaternion.norm() >= 1e-6 && quaternion.amax() <= 1e6 {
+                    Ok(Some(unit(quaternion).into()))
+                } else {
+                    Err("a quaternion of a length from 1e-6 to 1e6 is needed".to_owned())
+                }
+            }
+            Self::About(AxisTable { axis, degrees }) => turn(&axis.0, *degrees).map(Some),
+        }
+    }
+}
+
+/// The turn about `axis` by `degrees`, checked.
+pub fn turn(axis: &[f64; 3], degrees: f64) -> Result<[f64; 4], String> {
+    let axis = Vector3::from(*axis);
+    if !(axis.norm() >= 1e-6 && axis.amax() <= 1e6) {
+        return Err("an axis of a length from 1e-6 to 1e6 is needed".to_owned());
+    }
+    if !(-3600.0..=3600.0).contains(&degrees) {
+        return Err(format!("degrees is {degrees}; allowed is -3600 to 3600"));
+    }
+    Ok(ModelPlace::turn(axis, degrees))
+}
+
+/// Where the meshes of a scenario are, and how they are read.
+#[derive(Clone, Copy)]
+pub struct Files<'a> {
+    /// The folder that their names start from.
+    pub folder: &'a Path,
+    /// How a file is read.
+    pub read: tumble_model::ReadFile<'a>,
+}
+
+/// The fields of a convex form.
+pub struct FormFields {
+    sides: Option<Sides>,
+    sphere: Option<f64>,
+    capsule: Option<CapsuleTable>,
+    hull: Option<Vec<Numbers<3>>>,
+    mesh: Option<String>,
+    scale: Option<f64>,
+    radius: Option<f64>,
+}
+
+impl FormFields {
+    /// The one form that is given; `None` where none is. Meshes are in `files`.
+    pub fn form(self, files: &Files<'_>) -> Result<Option<ModelForm>, String> {
+        let mut forms = Vec::new();
+        let rounded = self.hull.is_some() || self.mesh.is_some();
+        if self.radius.is_some() && !rounded {
+            return Err("radius: it has no meaning without `hull` or `mesh`".to_owned());
+        }
+        if self.scale.is_some() && self.mesh.is_none() {
+            return Err("scale: it has no meaning without `mesh`".to_owned());
+        }
+        let radius = self.radius.unwrap_or(0.0);
+        forms.extend(self.sides.map(|sides| ModelForm::Box { sides: sides.vector().into() }));
+        forms.extend(self.sphere.map(|radius| ModelForm::Sphere { radius }));
+        let capsule = |CapsuleTable { length, radius }| ModelForm::Capsule { length, radius };
+        forms.extend(self.capsule.map(capsule));
+        forms.extend(self.hull.map(|points| ModelForm::Hull { points: plain(points), radius }));
+        if let Some(name) = &self.mesh {
+            forms.push(mesh(files, name, self.scale.unwrap_or(1.0), radius)?);
+        }
+        let form = forms.pop();
+        match (forms.first(), &form) {
+            (Some(first), Some(form)) => {
+                let (one, other) = (first.field(), form.field());
+                Err(format!("{other}: one shape is needed, and there is `{one}` already"))
+            }
+            _ => Ok(form),
+        }
+    }
+}
+
+/// Points without the type of a file's lists.
+pub fn plain(points: Vec<Numbers<3>>) -> Vec<[f64; 3]> {
+    points.into_iter().map(|point| point.0).collect()
+}
+
+/// More bytes than this are not read.
+const LARGEST_MESH: u64 = 32 << 20;
+
+fn mesh(files: &Files<'_>, name: &str, scale: f64, radius: f64) -> Result<ModelForm, String> {
+    let path = &files.folder.join(name);
+    let odd = |why: &dyn std::fmt::Display| format!("mesh: {}: {why}", shown::path(path));
+    let bytes = (files.read)(path, LARGEST_MESH).map_err(|error| odd(&error))?;
+    let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
+    let mesh = match extension.as_ref().and_then(|extension| extension.to_str()) {
+        Some("obj") => {
+            let text = String::from_utf8(bytes).map_err(|_| odd(&"it is no text"))?;
+            parse_obj(&text)
+        }
+        Some("stl") => parse_stl(&bytes),
+        _ => return Err(odd(&"a name that ends in .obj or .stl is needed")),
+    };
+    let mesh = mesh.and_then(|mesh| mesh.scaled(scale)).map_err(|error| odd(&error))?;
+    // Whether it is convex, said with the file's name.
+    mesh.hull().map_err(|error| odd(&error))?;
+    Ok(ModelForm::Mesh {
+        vertices: mesh.vertices().iter().map(|&vertex| vertex.into()).collect(),
+        triangles: mesh.triangles().to_vec(),
+        radius,
+    })
+}

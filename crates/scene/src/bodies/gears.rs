@@ -1,0 +1,76 @@
+//! The tables `[[gears]]`: as they are written, and what they amount to.
+
+use super::joints::{DriveEntry, JointEntries, MotorFields};
+use serde::Deserialize;
+use tumble_core::joint::Drive;
+use tumble_model::gear::GearModel;
+
+/// The most gears of a scene.
+const MOST_GEARS: usize = 10_000;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "{ joints = [\"…\", \"…\"], ratio = …, … } is needed")]
+pub struct GearEntry {
+    joints: Vec<String>,
+    axes: Option<Vec<String>>,
+    ratio: Option<f64>,
+    offset: Option<f64>,
+    drive: Option<DriveEntry>,
+    motor: Option<MotorFields>,
+}
+
+impl GearEntry {
+    /// The names of its joints, as sentences about it say them.
+    pub fn called(&self) -> String {
+        format!(" ({})", self.joints.join(", "))
+    }
+
+    /// The gear between two of the `joints`, of which there are `others` already.
+    pub fn model(&self, joints: &JointEntries, others: usize) -> Result<GearModel, String> {
+        if others >= MOST_GEARS {
+            return Err(format!("joints: there are more than {MOST_GEARS} gears"));
+        }
+        let [first, second] = &self.joints[..] else {
+            return Err(
+                "joints: the names of two are needed, that which follows and that which it \
+                        follows"
+                    .to_owned(),
+            );
+        };
+        let axes = match self.axes.as_deref() {
+            None => [None, None],
+            Some([first, second]) => [Some(first.as_str()), Some(second.as_str())],
+            Some(_) => return Err("axes: one of each joint is needed".to_owned()),
+        };
+        let found = |name: &String, axis: Option<&str>| {
+            let joint = joints.one(name).map_err(|why| format!("joints: {why}"))?;
+            let axis = joints.models[joint].driven_axis(axis).map_err(|why| {
+                format!("axes: {why}; a gear needs an axis that turns or slides by itself")
+            })?;
+            Ok::<_, String>((joint, axis))
+        };
+        let (first, second) = (found(first, axes[0])?, found(second, axes[1])?);
+        Ok(GearModel {
+            joints: [first.0, second.0],
+            axes: [first.1, second.1],
+            ratio: self.ratio.unwrap_or(1.0),
+            offset: self.offset.unwrap_or(0.0),
+            drive: self.drive()?,
+        })
+    }
+
+    /// What acts on the sum, where that is not held.
+    fn drive(&self) -> Result<Option<Drive>, String> {
+        let fields = self.drive.as_ref().map(DriveEntry::drive);
+        if fields.as_ref().is_some_and(|fields| fields.start.is_some()) {
+            return Err(
+                "drive.start: it follows from where the joints are; leave it out".to_owned()
+            );
+        }
+        let motor = self.motor.as_ref().map(MotorFields::motor).transpose();
+        let motor = motor.map_err(|why| format!("motor.{why}"))?;
+        let drive = fields.map(|fields| fields.drive());
+        let driven = drive.or(motor.map(|_| Drive::NONE));
+        Ok(driven.map(|drive| Drive { motor, ..drive }))
+    }
+}

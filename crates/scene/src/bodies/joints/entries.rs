@@ -1,0 +1,121 @@
+//! A joint as it is written.
+
+use crate::bodies::entries::AttitudeEntry;
+use serde::Deserialize;
+use tumble_core::joint::{Drive, Middle};
+use tumble_model::fields::Numbers;
+use tumble_model::joint::JointKind;
+
+/// A table with the fields of a drive, and others.
+macro_rules! with_drive {
+    ($name:ident, $expected:literal { $($(#[$attribute:meta])* $field:ident: $type:ty,)* }) => {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields, expecting = $expected)]
+        pub struct $name {
+            pub(super) start: Option<f64>,
+            pub(super) limits: Option<Numbers<2>>,
+            pub(super) friction: Option<f64>,
+            pub(super) stiffness: Option<f64>,
+            pub(super) rest: Option<f64>,
+            pub(super) damping: Option<f64>,
+            pub(super) force: Option<f64>,
+            pub(super) armature: Option<f64>,
+            $($(#[$attribute])* pub(super) $field: $type,)*
+        }
+
+        impl $name {
+            pub fn drive(&self) -> DriveFields {
+                DriveFields {
+                    start: self.start,
+                    limits: self.limits.map(|limits| limits.0),
+                    friction: self.friction,
+                    stiffness: self.stiffness,
+                    rest: self.rest,
+                    damping: self.damping,
+                    force: self.force,
+                    armature: self.armature,
+                }
+            }
+        }
+    };
+}
+
+with_drive!(DriveEntry, "{ limits = [low, high], friction = …, … } is needed" {});
+
+with_drive!(JointEntry, "a table [[joints]] is needed" {
+    name: Option<String>,
+    #[serde(rename = "type")]
+    kind: JointKind,
+    bodies: BodyNames,
+    anchor: Option<Numbers<3>>,
+    axis: Option<Numbers<3>>,
+    attitude: Option<AttitudeEntry>,
+    anchor_a: Option<Numbers<3>>,
+    axis_a: Option<Numbers<3>>,
+    attitude_a: Option<AttitudeEntry>,
+    anchor_b: Option<Numbers<3>>,
+    axis_b: Option<Numbers<3>>,
+    attitude_b: Option<AttitudeEntry>,
+    length: Option<f64>,
+    cone: Option<f64>,
+    middle: Option<Middle>,
+    collide: Option<bool>,
+    slide: Option<DriveEntry>,
+    turn: Option<DriveEntry>,
+    x: Option<DriveEntry>,
+    y: Option<DriveEntry>,
+    z: Option<DriveEntry>,
+    turn_x: Option<DriveEntry>,
+    turn_y: Option<DriveEntry>,
+    turn_z: Option<DriveEntry>,
+});
+
+/// The fields of a drive.
+pub struct DriveFields {
+    pub start: Option<f64>,
+    pub(super) limits: Option<[f64; 2]>,
+    pub(super) friction: Option<f64>,
+    pub(super) stiffness: Option<f64>,
+    pub(super) rest: Option<f64>,
+    pub(super) damping: Option<f64>,
+    pub(super) force: Option<f64>,
+    pub(super) armature: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "the name of a body or two are needed, [\"…\", \"…\"]")]
+pub(super) enum BodyNames {
+    One(String),
+    List(Vec<String>),
+}
+
+impl DriveFields {
+    /// The first field that is given.
+    pub(super) fn first(&self) -> Option<&'static str> {
+        let given = [
+            ("start", self.start.is_some()),
+            ("limits", self.limits.is_some()),
+            ("friction", self.friction.is_some()),
+            ("stiffness", self.stiffness.is_some()),
+            ("rest", self.rest.is_some()),
+            ("damping", self.damping.is_some()),
+            ("force", self.force.is_some()),
+            ("armature", self.armature.is_some()),
+        ];
+        given.into_iter().find(|(_, given)| *given).map(|(field, _)| field)
+    }
+
+    pub fn drive(&self) -> Drive {
+        let or_none = |value: Option<f64>| value.unwrap_or(0.0);
+        Drive {
+            limits: self.limits,
+            friction: or_none(self.friction),
+            stiffness: or_none(self.stiffness),
+            rest: or_none(self.rest),
+            damping: or_none(self.damping),
+            force: or_none(self.force),
+            armature: or_none(self.armature),
+            motor: None,
+        }
+    }
+}

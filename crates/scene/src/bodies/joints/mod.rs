@@ -1,0 +1,379 @@
+//! The tables `[[joints]]` and `[[motors]]`: as they are written, and what they amount to.
+
+mod entries;
+mod motor;
+mod placed;
+
+pub use entries::{DriveEntry, JointEntry};
+pub use motor::{MotorEntry, MotorFields};
+pub use placed::{JointSide, JointStartFrame, anchor_in_range};
+
+use super::copies::name_of;
+use entries::{BodyNames, DriveFields};
+use nalgebra::{Vector3, Vector4};
+use placed::turned;
+use std::f64::consts::PI;
+use tumble_core::mechanics::quaternion::{left, rotation};
+use tumble_model::BodyModel;
+use tumble_model::fields::Numbers;
+use tumble_model::joint::{JointKind, JointModel};
+use tumble_model::shape::ModelPlace;
+
+/// The most joints of a scene.
+const MOST_JOINTS: usize = 10_000;
+
+/// The joints of a file that are made so far.
+pub struct JointEntries {
+    pub models: Vec<JointModel>,
+    /// What entries are called that have joints of other names.
+    entries: Vec<(String, Vec<usize>)>,
+}
+
+impl JointEntries {
+    /// Those that are there already.
+    pub fn of(models: Vec<JointModel>) -> Self {
+        Self { models, entries: Vec::new() }
+    }
+
+    /// Adds those of an entry. `find` has the bodies of a name.
+    pub fn add(
+        &mut self,
+        entry: &JointEntry,
+        bodies: &[BodyModel],
+        find: impl Fn(&str) -> Result<Vec<usize>, String>,
+    ) -> Result<(), String> {
+        let pairs = entry.pairs(find)?;
+        let count = pairs.len();
+        if count > MOST_JOINTS - self.models.len() {
+            return Err(format!(
+                "bodies: with these {count} there are more than {MOST_JOINTS} joints"
+            ));
+        }
+        entry.refuse_idle()?;
+        let mut made = Vec::with_capacity(count);
+        for (number, (body, other)) in pairs.into_iter().enumerate() {
+            let index = self.models.len();
+            let usual = ("joint", index);
+            let name = name_of(entry.name.as_deref(), usual.0, usual.1, number, count);
+            let sides = [Some(&bodies[body]), other.map(|other| &bodies[other])].map(JointSide::of);
+            self.push(JointModel {
+                name,
+                kind: entry.kind,
+                body,
+                other,
+                frames: entry.frames(&sides)?,
+                length: entry.length,
+                cone: entry.cone,
+                middle: entry.middle,
+                collide: entry.collide.unwrap_or(false),
+                drives: entry.drives().iter().map(DriveFields::drive).collect(),
+                course: None,
+            })?;
+            made.push(index);
+        }
+        self.entries.extend(entry.name.clone().map(|name| (name, made)));
+        Ok(())
+    }
+
+    /// Adds one that is made, under a name of its own.
+    pub fn push(&mut self, joint: JointModel) -> Result<(), String> {
+        let name = &joint.name;
+        if self.models.iter().any(|known| known.name == *name) {
+            return Err(format!("name: {name:?} is given twice; each joint needs its own"));
+        }
+        self.models.push(joint);
+        Ok(())
+    }
+
+    /// Puts the motor of an entry on its axis.
+    pub fn add_motor(&mut self, entry: &MotorEntry) -> Result<(), String> {
+        let joints = self.named(&entry.joint).map_err(|why| format!("joint: {why}"))?;
+        let motor = entry.motor()?;
+        for joint in joints {
+            let joint = &mut self.models[joint];
+            let place = entry.place(joint)?;
+            let drive = &mut joint.drives[place];
+            if drive.motor.replace(motor).is_some() {
+                return Err(format!("joint: {:?} has a motor there already", joint.name));
+            }
+        }
+        Ok(())
+    }
+
+    /// The joints of a name: those of an entry, or one.
+    fn named(&self, name: &str) -> Result<Vec<usize>, String> {
+        let of_entry = self.entries.iter().find(|(known, _)| known == name);
+        let own = || self.models.iter().position(|joint| joint.name == name);
+        let joints = of_entry.map(|(_, joints)| joints.clone());
+        joints
+            .or_else(|| own().map(|joint| vec![joint]))
+            .ok_or_else(|| format!("no joint has the name {name:?}; the name of one is needed"))
+    }
+
+    /// The one joint of a name.
+    pub fn one(&self, name: &str) -> Result<usize, String> {
+        match self.named(name)?[..] {
+            [joint] => Ok(joint),
+            _ => Err(format!("{name:?} are several joints; the name of one is needed")),
+        }
+    }
+}
+
+impl JointEntry {
+    /// What it is called, as sentences about it say it.
+    pub fn called(&self) -> String {
+        self.name.as_ref().map_or(String::new(), |name| format!(" ({name})"))
+    }
+
+    /// Its name, if it is given.
+    pub fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
+    /// A and B of its joints: of two names of as many bodies each with each, of one name twice each with
+    /// the one before.
+    fn pairs(
+        &self,
+        find: impl Fn(&str) -> Result<Vec<usize>, String>,
+    ) -> Result<Vec<(usize, Option<usize>)>, String> {
+        let names = match &self.bodies {
+            BodyNames::One(name) => std::slice::from_ref(name),
+            BodyNames::List(names) => &names[..],
+        };
+        let find = |name: &str| find(name).map_err(|why| format!("bodies: {why}"));
+        match names {
+            [one] => Ok(find(one)?.into_iter().map(|body| (body, None)).collect()),
+            [first, second] if first == second => {
+                let copies = find(first)?;
+                if copies.len() < 2 {
+                    return Err(format!(
+                        "bodies: {first:?} is one body; two different ones are needed, or the name of \
+                         copies for a chain of them"
+                    ));
+                }
+                Ok(copies.windows(2).map(|two| (two[1], Some(two[0]))).collect())
+            }
+            [first, second] => {
+                let (first, second) = (find(first)?, find(second)?);
+                if first.len() != second.len() && first.len() != 1 && second.len() != 1 {
+                    return Err(format!(
+                        "bodies: {} and {} of them; as many of both, or one of either, are needed",
+                        first.len(),
+                        second.len()
+                    ));
+                }
+                let count = first.len().max(second.len());
+                let at = |of: &[usize], number: usize| of[number.min(of.len() - 1)];
+                let pairs = (0..count).map(|k| (at(&first, k), Some(at(&second, k))));
+                let pairs: Vec<_> = pairs.collect();
+                match pairs.iter().any(|(a, b)| Some(*a) == *b) {
+                    true => Err("bodies: two different bodies are needed".to_owned()),
+                    false => Ok(pairs),
+                }
+            }
+            _ => {
+                Err("bodies: one name, of what is held by the world, or two are needed".to_owned())
+            }
+        }
+    }
+
+    /// A field that would do nothing is refused.
+    fn refuse_idle(&self) -> Result<(), String> {
+        let (kind, driven) = (self.kind, self.kind.driven());
+        let has_axis = kind.has_axis();
+        let idle = |field: &str| {
+            Err(format!("{field} has no meaning of a {} joint; leave it out", kind.name()))
+        };
+        let axes = [
+            ("axis", self.axis.is_some()),
+            ("axis_a", self.axis_a.is_some()),
+            ("axis_b", self.axis_b.is_some()),
+        ];
+        match (kind, self.cone) {
+            (JointKind::Ball, None) => return Err("cone: it is needed, rad".to_owned()),
+            (JointKind::Ball, Some(_)) | (_, None) => {}
+            (_, Some(_)) => return idle("cone"),
+        }
+        if self.middle.is_some() && kind != JointKind::Gimbal {
+            return idle("middle");
+        }
+        if let Some((field, _)) = axes.into_iter().find(|(_, given)| *given && !has_axis) {
+            return idle(field);
+        }
+        if let Some((field, _)) = axes.into_iter().find(|(_, given)| *given)
+            && kind == JointKind::Universal
+        {
+            let frame = field.replace("axis", "attitude");
+            return Err(format!(
+                "{field}: a universal joint turns about two axes, x and y of its frame; give `{frame}` instead"
+            ));
+        }
+        for (field, _) in self.tables().into_iter().filter(|(_, table)| table.is_some()) {
+            if driven.len() == 1 && driven[0].0 == field {
+                return Err(format!("{field}: a {} joint has its fields itself", kind.name()));
+            }
+            if driven.iter().all(|(name, _)| *name != field) {
+                return idle(field);
+            }
+        }
+        let turns = self.tables().into_iter().filter(|(name, _)| name.starts_with("turn_"));
+        for (name, table) in turns.filter(|_| kind.turns_in_any_way()) {
+            let given = table.as_ref().map(DriveEntry::drive);
+            let given =
+                given.map_or((false, false), |of| (of.start.is_some(), of.limits.is_some()));
+            match given {
+                (true, _) => return idle(&format!("{name}.start")),
+                (_, true) => return idle(&format!("{name}.limits")),
+                _ => {}
+            }
+        }
+        if let Some(field) = self.drive().first()
+            && driven.len() != 1
+        {
+            if driven.is_empty() {
+                return idle(field);
+            }
+            let names: Vec<_> = driven.iter().map(|(name, _)| format!("`{name}`")).collect();
+            return Err(format!(
+                "{field}: a {} joint has several axes; {field} belongs in one of {}",
+                kind.name(),
+                names.join(", ")
+            ));
+        }
+        Ok(())
+    }
+
+    /// The drives of its axes, in their order.
+    fn drives(&self) -> Vec<DriveFields> {
+        let driven = self.kind.driven();
+        if driven.len() == 1 {
+            return vec![self.drive()];
+        }
+        let tables = self.tables();
+        let of = |wanted: &str| {
+            tables.iter().find(|(name, _)| *name == wanted).and_then(|(_, table)| table.as_ref())
+        };
+        let none = DriveEntry {
+            start: None,
+            limits: None,
+            friction: None,
+            stiffness: None,
+            rest: None,
+            damping: None,
+            force: None,
+            armature: None,
+        };
+        driven.iter().map(|(name, _)| of(name).unwrap_or(&none).drive()).collect()
+    }
+
+    /// The tables of drives, by their names.
+    fn tables(&self) -> [(&'static str, &Option<DriveEntry>); 8] {
+        [
+            ("slide", &self.slide),
+            ("turn", &self.turn),
+            ("x", &self.x),
+            ("y", &self.y),
+            ("z", &self.z),
+            ("turn_x", &self.turn_x),
+            ("turn_y", &self.turn_y),
+            ("turn_z", &self.turn_z),
+        ]
+    }
+
+    /// The frames in both sides: that of A as it is given, and that of B where it is at the start, unless
+    /// it is given too.
+    fn frames(&self, sides: &[JointSide<'_>; 2]) -> Result<[ModelPlace; 2], String> {
+        for (field, anchor) in
+            [("anchor", &self.anchor), ("anchor_a", &self.anchor_a), ("anchor_b", &self.anchor_b)]
+        {
+            anchor_in_range(field, anchor.as_ref())?;
+        }
+        let [a, b] = sides;
+        let needed = || {
+            format!(
+                "anchor: a place in the world at the start, or `anchor_a` in the frame of {}, is needed",
+                a.name
+            )
+        };
+        let still = Vector4::from(ModelPlace::ORIGIN.attitude);
+        let in_world = turned("", self.axis.as_ref(), self.attitude.as_ref())?;
+        let in_a = turned("_a", self.axis_a.as_ref(), self.attitude_a.as_ref())?;
+        let in_b = turned("_b", self.axis_b.as_ref(), self.attitude_b.as_ref())?;
+        let anchor = match (&self.anchor, &self.anchor_a) {
+            (Some(_), Some(_)) => {
+                return Err("anchor: either `anchor` or `anchor_a` can be given".to_owned());
+            }
+            (Some(anchor), None) => anchor.0.into(),
+            (None, Some(anchor)) => a.placed(&anchor.0.into(), &still).anchor,
+            (None, None) => return Err(needed()),
+        };
+        let has_axis = self.kind.has_axis();
+        let attitude = match (in_world, in_a) {
+            (Some(_), Some(_)) => {
+                return Err("axis: either that of the world or that of A can be given".to_owned());
+            }
+            (Some(attitude), None) => attitude,
+            (None, Some(attitude)) => a.placed(&Vector3::zeros(), &attitude).attitude,
+            (None, None) if has_axis => {
+                return Err(format!(
+                    "axis: a direction in the world at the start, or `axis_a` in the frame of {}, is \
+                     needed",
+                    a.name
+                ));
+            }
+            (None, None) => still,
+        };
+        let of_a = JointStartFrame { anchor, attitude };
+        let mut of_b = self.at_its_start(of_a)?;
+        if let Some(attitude) = in_b {
+            of_b.attitude = b.placed(&Vector3::zeros(), &attitude).attitude;
+        }
+        if let Some(anchor) = &self.anchor_b {
+            of_b.anchor = b.placed(&anchor.0.into(), &still).anchor;
+        }
+        // What is given in a side's own frame stays as it is, so that a scene that was written goes on with the same bits.
+        let exactly = |side: &JointSide<'_>,
+                       placed,
+                       anchor: Option<&Numbers<3>>,
+                       attitude: Option<Vector4<f64>>| {
+            let seen = side.seen(placed);
+            ModelPlace {
+                position: anchor.map_or(seen.position, |anchor| side.relative_to_centre(&anchor.0)),
+                attitude: attitude.map_or(seen.attitude, Vector4::into),
+            }
+        };
+        Ok([
+            exactly(a, &of_a, self.anchor_a.as_ref(), in_a),
+            exactly(b, &of_b, self.anchor_b.as_ref(), in_b),
+        ])
+    }
+
+    /// The frame of B at the start, against which that of A has its coordinates `start`.
+    fn at_its_start(&self, of_a: JointStartFrame) -> Result<JointStartFrame, String> {
+        let mut at = [0.0; 6];
+        let several = self.kind.driven().len() > 1;
+        for ((name, axis), drive) in self.kind.driven().iter().zip(self.drives()) {
+            let Some(start) = drive.start else { continue };
+            let field = if several { format!("{name}.start") } else { "start".to_owned() };
+            let most = if *axis < 3 { 1e4 } else { PI };
+            if start.is_nan() || start.abs() > most {
+                let unit = if *axis < 3 { "m" } else { "rad" };
+                return Err(format!("{field} is {start:?}; allowed is -{most} to {most} {unit}"));
+            }
+            if self.anchor_b.is_some() || self.axis_b.is_some() || self.attitude_b.is_some() {
+                return Err(format!("{field}: it follows from where both sides are; leave it out"));
+            }
+            at[*axis] = start;
+        }
+        // Back from A: about x, z and y, of which a hinge has z alone.
+        let mut attitude = of_a.attitude;
+        for axis in [3, 5, 4].into_iter().filter(|axis| at[*axis] != 0.0) {
+            let (sine, cosine) = (-0.5 * at[axis]).sin_cos();
+            let mut back = Vector4::new(cosine, 0.0, 0.0, 0.0);
+            back[axis - 2] = sine;
+            attitude = left(&attitude) * back;
+        }
+        let off = rotation(&attitude) * Vector3::new(at[0], at[1], at[2]);
+        Ok(JointStartFrame { anchor: of_a.anchor - off, attitude })
+    }
+}

@@ -1,0 +1,87 @@
+//! A motor as it is written, and what it amounts to.
+
+use serde::Deserialize;
+use tumble_core::joint::Motor;
+use tumble_model::joint::JointModel;
+
+#[derive(Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "{ joint = \"…\", speed = …, most = … } or { joint = \"…\", position = …, stiffness = …, … } is needed"
+)]
+pub struct MotorEntry {
+    pub(super) joint: String,
+    pub(super) axis: Option<String>,
+    pub(super) speed: Option<f64>,
+    pub(super) position: Option<f64>,
+    pub(super) stiffness: Option<f64>,
+    pub(super) damping: Option<f64>,
+    pub(super) most: f64,
+}
+
+impl MotorEntry {
+    /// The name of its joint.
+    pub fn called(&self) -> String {
+        format!(" ({})", self.joint)
+    }
+
+    pub(super) fn motor(&self) -> Result<Motor, String> {
+        let Self { speed, position, stiffness, damping, most, .. } = *self;
+        MotorFields { speed, position, stiffness, damping, most }.motor()
+    }
+
+    /// Which drive of a joint it is on.
+    pub(super) fn place(&self, joint: &JointModel) -> Result<usize, String> {
+        if joint.kind.driven().is_empty() {
+            return Err(format!(
+                "joint: {:?} is {}; a motor needs a joint that turns about an axis or slides",
+                joint.name,
+                joint.kind.name()
+            ));
+        }
+        joint.driven_place(self.axis.as_deref()).map_err(|why| format!("axis: {why}"))
+    }
+}
+
+/// What a motor does, whatever it is on.
+#[derive(Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "{ speed = …, most = … } or { position = …, stiffness = …, most = … } is needed"
+)]
+pub struct MotorFields {
+    speed: Option<f64>,
+    position: Option<f64>,
+    stiffness: Option<f64>,
+    damping: Option<f64>,
+    most: f64,
+}
+
+impl MotorFields {
+    /// The motor.
+    pub fn motor(&self) -> Result<Motor, String> {
+        let most = self.most;
+        match (self.speed, self.position) {
+            (Some(_), Some(_)) => {
+                Err("speed: either `speed` or `position` can be given".to_owned())
+            }
+            (None, None) => Err("speed: `speed` or `position` is needed".to_owned()),
+            (Some(target), None) => {
+                if self.stiffness.is_some() {
+                    return Err("stiffness has no meaning with `speed`; leave it out".to_owned());
+                }
+                Ok(match self.damping {
+                    None => Motor::Speed { target, most },
+                    Some(damping) => Motor::Damper { target, damping, most },
+                })
+            }
+            (None, Some(target)) => {
+                let Some(stiffness) = self.stiffness else {
+                    return Err("stiffness: it is needed with `position`".to_owned());
+                };
+                let damping = self.damping.unwrap_or(0.0);
+                Ok(Motor::Position { target, stiffness, damping, most })
+            }
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! The frames of a joint's sides at the start.
+
+use crate::bodies::entries::AttitudeEntry;
+use nalgebra::{Vector3, Vector4};
+use tumble_core::joint::JointFrame;
+use tumble_core::mechanics::State;
+use tumble_core::mechanics::quaternion::{left, rotation};
+use tumble_model::BodyModel;
+use tumble_model::fields::Numbers;
+use tumble_model::shape::ModelPlace;
+
+/// The frame of a joint in the world at the start.
+#[derive(Clone, Copy)]
+pub struct JointStartFrame {
+    pub anchor: Vector3<f64>,
+    pub(super) attitude: Vector4<f64>,
+}
+
+/// Where what a joint's side is in stands at the start: a body, or the world.
+pub struct JointSide<'a> {
+    /// The centre of mass in the frame of the shape.
+    centre: Vector3<f64>,
+    start: State,
+    /// The name in sentences.
+    pub(super) name: &'a str,
+}
+
+impl<'a> JointSide<'a> {
+    pub fn of(body: Option<&'a BodyModel>) -> Self {
+        match body {
+            Some(body) => {
+                let start = body.start.state();
+                Self { centre: body.centre.into(), start, name: &body.name }
+            }
+            None => {
+                let [position, velocity, spin] = [Vector3::zeros(); 3];
+                let attitude = ModelPlace::ORIGIN.attitude.into();
+                let start = State { position, attitude, velocity, spin };
+                Self { centre: Vector3::zeros(), start, name: "the world" }
+            }
+        }
+    }
+
+    /// A frame of the shape, in the world.
+    pub fn placed(&self, anchor: &Vector3<f64>, attitude: &Vector4<f64>) -> JointStartFrame {
+        let arm = rotation(&self.start.attitude) * (anchor - self.centre);
+        let anchor = self.start.position + arm;
+        JointStartFrame { anchor, attitude: left(&self.start.attitude) * attitude }
+    }
+
+    /// A place of the shape, from the centre of mass.
+    pub fn relative_to_centre(&self, place: &[f64; 3]) -> [f64; 3] {
+        (Vector3::from(*place) - self.centre).into()
+    }
+
+    /// A frame of the world, in the body's.
+    pub fn seen(&self, placed: &JointStartFrame) -> ModelPlace {
+        let position =
+            rotation(&self.start.attitude).tr_mul(&(placed.anchor - self.start.position));
+        let attitude = left(&conjugated(&self.start.attitude)) * placed.attitude;
+        ModelPlace { position: position.into(), attitude: attitude.into() }
+    }
+}
+
+fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
+    Vector4::new(q[0], -q[1], -q[2], -q[3])
+}
+
+/// The attitude that `axis` or `attitude` give, of the field's ending (`_a`, …).
+pub(super) fn turned(
+    ending: &str,
+    axis: Option<&Numbers<3>>,
+    attitude: Option<&AttitudeEntry>,
+) -> Result<Option<Vector4<f64>>, String> {
+    match (axis, attitude) {
+        (None, None) => Ok(None),
+        (Some(_), Some(_)) => {
+            Err(format!("axis{ending}: either `axis{ending}` or `attitude{ending}` can be given"))
+        }
+        (Some(axis), None) => {
+            let along = JointFrame::along(Vector3::zeros(), axis.0.into());
+            let along = along.map_err(|error| format!("axis{ending}: {error}"))?;
+            Ok(Some(along.attitude))
+        }
+        (None, Some(turned)) => match turned.quaternion() {
+            Ok(Some(quaternion)) => Ok(Some(quaternion.into())),
+            Ok(None) => Err(format!("attitude{ending}: only that of bodies can be random")),
+            Err(why) => Err(format!("attitude{ending}: {why}")),
+        },
+    }
+}
+
+pub fn anchor_in_range(field: &str, anchor: Option<&Numbers<3>>) -> Result<(), String> {
+    let fits = anchor.is_none_or(|anchor| anchor.0.iter().all(|x| x.abs() <= 1e4));
+    if fits { Ok(()) } else { Err(format!("{field}: coordinates from -1e4 to 1e4 m are needed")) }
+}

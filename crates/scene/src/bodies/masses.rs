@@ -1,0 +1,85 @@
+//! Mass, inertia and centre of mass of a body, given or of its shape.
+
+use super::entries::BodyEntry;
+use super::refused::field_of;
+use crate::tables::InertiaValue;
+use nalgebra::{Matrix3, Vector3};
+use tumble_core::geometry::{Hint, PairScratch, Piece, overlap};
+use tumble_core::mechanics::Pose;
+use tumble_model::shape::ModelShape;
+
+/// The specific inertia of a point mass, m²: it has no effect.
+const POINT_INERTIA: f64 = 1.0;
+
+/// What rounding and the digits of a file may leave, in parts of the smaller piece's size.
+const TOUCHING: f64 = 1e-6;
+
+/// Refuses pieces of one body that overlap, where anything comes from them: both would count in it.
+fn refuse_overlapping_pieces(shape: &ModelShape, entry: &BodyEntry) -> Result<(), String> {
+    let is_given = entry.inertia.as_ref().is_some_and(|inertia| inertia.matrix().is_some());
+    if entry.mass.is_some() && entry.centre.is_some() && is_given {
+        return Ok(());
+    }
+    let pieces = shape.pieces().map_err(|error| field_of(&error))?;
+    let here = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
+    let size = |piece: &Piece| piece.core().reach() + piece.radius();
+    let mut scratch = PairScratch::default();
+    for (second, piece) in pieces.iter().enumerate() {
+        for (first, other) in pieces[..second].iter().enumerate() {
+            let placed = [(other, &here), (piece, &here)];
+            let depth = overlap(placed[0], placed[1], &mut Hint::default(), &mut scratch);
+            if depth > TOUCHING * size(piece).min(size(other)) {
+                return Err(format!(
+                    "pieces[{second}]: it is {depth:.3e} m deep in pieces[{first}], and both would \
+                     count in mass, centre and inertia; allowed is to touch, or all three in numbers"
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Mass, inertia and centre of mass, in the shape's frame.
+pub fn mass_properties(
+    shape: &ModelShape,
+    entry: &BodyEntry,
+) -> Result<(f64, Matrix3<f64>, Vector3<f64>), String> {
+    refuse_overlapping_pieces(shape, entry)?;
+    let solid = shape.solid().map_err(|error| field_of(&error))?;
+    let mass = match (entry.mass, entry.density, &solid) {
+        (Some(mass), None, _) => mass,
+        (None, Some(density), Some(solid)) => {
+            if !(1e-6..=1e9).contains(&density) {
+                return Err(format!("density is {density:?}; allowed is 1e-6 to 1e9 kg/m³"));
+            }
+            density * solid.volume
+        }
+        (None, Some(_), None) => return Err("density: points have no volume; give mass".to_owned()),
+        _ => return Err("mass: either `mass` or `density` is needed".to_owned()),
+    };
+    if !(1e-9..=1e9).contains(&mass) {
+        return Err(format!("mass is {mass:?} kg; allowed is 1e-9 to 1e9"));
+    }
+    let given = entry.inertia.as_ref().and_then(InertiaValue::matrix);
+    if let (Some(centre), Some(_)) = (entry.centre, &given) {
+        if !centre.0.iter().all(|coordinate| coordinate.abs() <= 1e4) {
+            return Err("centre: coordinates from -1e4 to 1e4 m are needed".to_owned());
+        }
+    } else if entry.centre.is_some() {
+        return Err("centre: it has no meaning without `inertia` in numbers".to_owned());
+    }
+    let centre = entry.centre.map(|centre| Vector3::from(centre.0));
+    let is_point = matches!(shape, ModelShape::Points(points) if points[..] == [[0.0; 3]]);
+    match (solid, given) {
+        (solid, Some(inertia)) => {
+            let own = solid.map_or(Vector3::zeros(), |solid| solid.centre);
+            Ok((mass, inertia, centre.unwrap_or(own)))
+        }
+        (Some(solid), None) => Ok((mass, solid.specific_inertia * mass, solid.centre)),
+        (None, None) if is_point => {
+            let inertia = Matrix3::from_diagonal_element(POINT_INERTIA * mass);
+            Ok((mass, inertia, Vector3::zeros()))
+        }
+        (None, None) => Err("inertia: it is needed with `points`".to_owned()),
+    }
+}

@@ -1,0 +1,253 @@
+//! The notation `[[bodies]]`: any number of bodies, what is fixed, and the pairs among them.
+
+mod build;
+mod copies;
+pub mod driven;
+pub mod entries;
+pub mod gears;
+pub mod joints;
+mod masses;
+mod refused;
+pub mod robots;
+
+use super::physics::violent_load;
+use super::scene::Scene;
+use super::settings::{Settings, USUAL_SEED};
+use super::solver_choice::SolverChoice;
+use crate::choices::SolverName;
+use build::BuiltScene;
+use driven::{DrivenEntry, SurfaceEntry};
+use entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry};
+use gears::GearEntry;
+use joints::{JointEntry, MotorEntry};
+use tumble_core::contact::detection::CONTACT_BAND;
+use tumble_core::contact::{Candidates, Overlap};
+use tumble_core::error::Error;
+use tumble_core::joint::GEAR_AT_THE_START;
+use tumble_core::simulation::JOINT_AT_THE_START;
+use tumble_model::failure::{Failure, refuse_flags};
+
+/// The tables of the notation.
+pub struct SceneEntries {
+    /// `[[bodies]]`.
+    pub bodies: Vec<BodyEntry>,
+    /// `[[fixed]]`.
+    pub fixed: Vec<FixedEntry>,
+    /// `[[friction]]`.
+    pub friction: Vec<PairEntry>,
+    /// `[[restitution]]`.
+    pub restitution: Vec<PairEntry>,
+    /// `[[joints]]`.
+    pub joints: Vec<JointEntry>,
+    /// `[[motors]]`.
+    pub motors: Vec<MotorEntry>,
+    /// `[[gears]]`.
+    pub gears: Vec<GearEntry>,
+    /// `[[driven]]`.
+    pub driven: Vec<DrivenEntry>,
+    /// `[[surfaces]]`.
+    pub surfaces: Vec<SurfaceEntry>,
+    /// `[[apart]]`.
+    pub apart: Vec<ApartEntry>,
+    /// `[[robots]]`.
+    pub robots: Vec<robots::RobotEntry>,
+}
+
+/// The solver of these scenes where none is named.
+const USUAL_SOLVER: SolverName = SolverName::Native;
+
+/// The scene of complete settings and the tables, whose meshes are in `files`.
+///
+/// # Errors
+/// The first thing that cannot be.
+pub fn scene(
+    name: String,
+    settings: &Settings,
+    entries: SceneEntries,
+    files: Files<'_>,
+) -> Result<Scene, Failure> {
+    let built = build::build(entries, settings, files).map_err(Failure::Input)?;
+    of_built(name, settings, built)
+}
+
+/// The scene of a robot's file alone.
+///
+/// # Errors
+/// The first thing that cannot be.
+pub fn scene_of_robot(
+    name: String,
+    settings: &Settings,
+    robot: &tumble_robot::model::Robot,
+) -> Result<Scene, Failure> {
+    let built = robots::alone(robot, settings).map_err(Failure::Input)?;
+    of_built(name, settings, built)
+}
+
+fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<Scene, Failure> {
+    let world = tumble_robot::settled(&mut built.model, &mut built.robots)?;
+    let BuiltScene { model, drawn, .. } = built;
+    let place = "several bodies: the tutorial's program is of one";
+    refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
+    let contact = SolverChoice::new(settings, USUAL_SOLVER)?;
+    // Whether there is one for this world, before anything is written.
+    contact.solver(&world)?;
+    let scene = Scene {
+        name,
+        changed: Vec::new(),
+        seed: settings.seed.unwrap_or(USUAL_SEED),
+        drawn,
+        start_index: settings.start_index.unwrap_or(0),
+        rows: settings.steps.ok_or_else(|| Failure::needed("steps"))?,
+        substeps: 1,
+        world,
+        courses: model.courses()?,
+        starts: model.states(),
+        loads: model.loads()?,
+        bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
+        fixed: model.fixed.iter().map(|fixed| fixed.name.clone()).collect(),
+        joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
+        contact: Some(contact),
+        usual_solver: settings.solver.is_none(),
+        robots: built.robots,
+        model,
+        trajectory: false,
+    };
+    (0..scene.bodies.len()).try_for_each(|index| refuse_violent_load(&scene, index))?;
+    refuse_start_below_ground(&scene)?;
+    refuse_overlap(&scene)?;
+    refuse_joints_apart(&scene)?;
+    scene.refuse_contradiction()?;
+    Ok(scene)
+}
+
+/// `scene` with one body more, the last, which `entry` describes, and which starts wherever it does.
+///
+/// # Errors
+/// The first thing that cannot be; a scene of `[body]`.
+pub fn with_body(scene: &Scene, entry: BodyEntry, files: Files<'_>) -> Result<Scene, Failure> {
+    refuse_trajectory(scene)?;
+    let model = build::with_body(scene.model.clone(), entry, files).map_err(Failure::Input)?;
+    let scene = scene.clone().with_model(model)?;
+    let last = scene.bodies.len() - 1;
+    refuse_violent_load(&scene, last)?;
+    Ok(scene)
+}
+
+/// `scene` without the body `index`, and without the joints that tie it.
+///
+/// # Errors
+/// The only body; a scene of `[body]`; a body of a robot, or one before it.
+pub fn without_body(scene: &Scene, index: usize) -> Result<Scene, Failure> {
+    if scene.robots.iter().any(|robot| index < robot.bodies_end()) {
+        let name = scene.bodies.get(index).map_or("body", String::as_str);
+        return Err(Failure::Input(format!(
+            "{name} stays: of a scene with robots only bodies can go that were added later"
+        )));
+    }
+    refuse_trajectory(scene)?;
+    let mut model = scene.model.clone();
+    model.leave_out(index);
+    scene.clone().with_model(model)
+}
+
+/// Refuses a scene whose table has room for one body.
+fn refuse_trajectory(scene: &Scene) -> Result<(), Failure> {
+    if scene.trajectory { Err(Failure::Input(ONE_FOR_GOOD.to_owned())) } else { Ok(()) }
+}
+
+const ONE_FOR_GOOD: &str =
+    "a scene of [body] has one body for good; written with [[bodies]] it may have others";
+
+fn refuse_violent_load(scene: &Scene, index: usize) -> Result<(), Failure> {
+    let (body, load) = (&scene.world.bodies()[index], &scene.loads[index]);
+    match violent_load(body, load, scene.world.time_step()) {
+        Some(why) => Err(Failure::Input(format!("load of {}: {why}", scene.bodies[index]))),
+        None => Ok(()),
+    }
+}
+
+/// What joints hold together must be there at the start: one step would bring it there.
+fn refuse_joints_apart(scene: &Scene) -> Result<(), Failure> {
+    let angles = scene.world.angles_near(&scene.starts, &[]);
+    for ((joint, name), angles) in scene.world.joints().iter().zip(&scene.joints).zip(&angles) {
+        let (place, turn) = joint.error(&scene.starts).unwrap_or((f64::NAN, f64::NAN));
+        // A NaN fits nowhere.
+        let fits = place.max(turn) <= JOINT_AT_THE_START;
+        if !fits {
+            return Err(Failure::Input(format!(
+                "joints: {name} is {place:.3e} m and {turn:.3e} rad off at the start; allowed is \
+                 {JOINT_AT_THE_START:.0e} of each; start where it fits, or leave it out"
+            )));
+        }
+        let beyond = joint.beyond_limits(&scene.starts, angles);
+        let (place, turn) = beyond.unwrap_or((f64::NAN, f64::NAN));
+        let fits = place.max(turn) <= JOINT_AT_THE_START;
+        if !fits {
+            return Err(Failure::Input(format!(
+                "joints: {name} is {place:.3e} m and {turn:.3e} rad beyond its limits at the start; allowed is \
+                 {JOINT_AT_THE_START:.0e} of each"
+            )));
+        }
+    }
+    for (index, gear) in scene.world.gears().iter().enumerate() {
+        let off = gear.error(scene.world.joints(), &scene.starts, &angles).abs();
+        let fits = off <= GEAR_AT_THE_START;
+        if !fits {
+            let [first, second] = gear.axes().map(|axis| &scene.joints[axis.joint]);
+            return Err(Failure::Input(format!(
+                "gears[{index}] ({first}, {second}): {first} is {off:.3e} m or rad off at the start; allowed is \
+                 {GEAR_AT_THE_START:.0e}"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// What is deeper in the ground than the contact band would be thrown out of it within one step.
+fn refuse_start_below_ground(scene: &Scene) -> Result<(), Failure> {
+    for (index, state) in scene.starts.iter().enumerate() {
+        let heights = scene.world.heights(index, &state.pose());
+        let lowest = heights.fold(f64::INFINITY, f64::min);
+        let allowed = CONTACT_BAND * scene.world.bodies()[index].reach();
+        // A NaN is above nothing.
+        let is_above = lowest >= -allowed;
+        if !is_above {
+            return Err(Failure::Input(format!(
+                "position: {} would start {:.3e} m below the ground; allowed is to touch, and \
+                 {allowed:.1e} m",
+                scene.bodies[index], -lowest
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Pieces that overlap deep would fly apart in the first step.
+fn refuse_overlap(scene: &Scene) -> Result<(), Failure> {
+    let deepest = Candidates::new().overlap_at_start(&scene.world, &scene.starts, |_| true);
+    let Some(Overlap { depth, allowed, between }) = deepest else { return Ok(()) };
+    let overlap = scene.naming(&Error::Overlap { between, depth, allowed });
+    Err(Failure::Input(format!("position: {overlap}")))
+}
+
+/// Refuses settings of the other notation: the scenario says what they would.
+pub fn refuse_idle_settings(settings: &Settings) -> Result<(), Failure> {
+    refuse_flags(
+        "several bodies, which the scenario file describes",
+        &[
+            ("--mass", settings.mass.is_some()),
+            ("--inertia", settings.inertia.is_some()),
+            ("--box", settings.shape.is_some()),
+            ("--plane", settings.plane.is_some()),
+            ("--force", settings.force.is_some()),
+            ("--torque", settings.torque.is_some()),
+            ("--force-at", settings.force_at.is_some()),
+            ("--position", settings.position.is_some()),
+            ("--height", settings.height.is_some()),
+            ("--attitude", settings.attitude.is_some()),
+            ("--velocity", settings.velocity.is_some()),
+            ("--spin", settings.spin.is_some()),
+            ("--frame", settings.frame.is_some()),
+        ],
+    )
+}

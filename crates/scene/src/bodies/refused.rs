@@ -1,0 +1,32 @@
+//! What the library refuses of a body, told by the fields of its file.
+
+use tumble_core::error::Error;
+
+/// What the library refuses, after the name of the field that sets it.
+pub fn field_of(error: &Error) -> String {
+    let field = match error {
+        Error::Inertia(_) => "inertia",
+        Error::Shape { shape: "the box", .. } => "box",
+        Error::Shape { shape: "the hull", .. } => "hull",
+        Error::Shape { shape: "the mesh", .. } => "mesh",
+        Error::OutOfRange { field, .. } | Error::Count { field, .. } => match *field {
+            "mass (kg)" => "mass",
+            "coefficient of friction" => "friction",
+            "coefficient of restitution" => "restitution",
+            "side of the box (m)" => "box",
+            "radius of the sphere (m)" => "sphere",
+            "length of the capsule (m)" | "radius of the capsule (m)" => "capsule",
+            "radius of the hull (m)" | "radius of the mesh (m)" => "radius",
+            "points of the hull" | "vertices of the hull" => "hull",
+            "largest extent of the hull (m)" => "hull",
+            "contact points" | "contact point coordinate (m)" => "points",
+            "position (m)" | "place of the piece (m)" => "position",
+            "norm of the attitude quaternion" => "attitude",
+            "velocity (m/s)" => "velocity",
+            "spin (rad/s)" => "spin",
+            _ => "shape",
+        },
+        _ => "shape",
+    };
+    format!("{field}: {error}")
+}

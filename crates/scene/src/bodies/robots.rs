@@ -1,0 +1,193 @@
+//! The tables `[[robots]]`, and scenes of a robot's file alone.
+
+use super::build::BuiltScene;
+use super::copies::MOST_BODIES;
+use super::entries::{AttitudeEntry, Files};
+use crate::settings::{RobotSettings, Settings};
+use nalgebra::Vector3;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+use tumble_core::mechanics::Rotation;
+use tumble_core::world::Plane;
+use tumble_model::Model;
+use tumble_model::failure::Failure;
+use tumble_model::fields::Numbers;
+use tumble_model::parameters::plane as plane_parameters;
+use tumble_model::shown;
+use tumble_robot::model::{Moves, Robot};
+use tumble_robot::{
+    Assembled, LARGEST_FILE, LinkFrame, MeshPieces, Placing, Reading, USUAL_SIDES, read,
+};
+
+/// Of a robot of which no file says the friction on the ground.
+const USUAL_FRICTION: f64 = 1.0;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table [[robots]] is needed")]
+pub struct RobotEntry {
+    file: String,
+    prefix: Option<String>,
+    position: Option<Numbers<3>>,
+    attitude: Option<AttitudeEntry>,
+    pose: Option<String>,
+    coordinates: Option<BTreeMap<String, f64>>,
+    self_collision: Option<bool>,
+    merge_fixed: Option<bool>,
+    fixed: Option<bool>,
+    sides: Option<usize>,
+    packages: Option<String>,
+    meshes: Option<MeshPieces>,
+    leave_out: Option<Vec<String>>,
+    point_contacts: Option<bool>,
+}
+
+impl RobotEntry {
+    /// What stands before its names.
+    pub fn prefix(&self) -> &str {
+        self.prefix.as_deref().unwrap_or("")
+    }
+
+    /// Puts the robot into the model.
+    pub fn add(&self, files: &Files<'_>, model: &mut Model) -> Result<Assembled, String> {
+        let path = files.folder.join(&self.file);
+        let odd = |why: &dyn std::fmt::Display| format!("file: {}: {why}", shown::path(&path));
+        let bytes = (files.read)(&path, LARGEST_FILE).map_err(|error| odd(&error))?;
+        let text = String::from_utf8(bytes).map_err(|_| odd(&"it is no text"))?;
+        let packages = self.packages.as_ref().map(|packages| files.folder.join(packages));
+        let reading = Reading {
+            folder: path.parent().unwrap_or(Path::new("")),
+            read: files.read,
+            packages: packages.as_deref(),
+            left_out: self.leave_out.as_deref().unwrap_or(&[]),
+            pieces: self.meshes.as_ref().unwrap_or(Reading::none().pieces),
+            is_fixed: self.fixed.unwrap_or(false),
+            points_rub: self.point_contacts.unwrap_or(false),
+        };
+        let robot = read(&text, &reading).map_err(|why| odd(&why))?;
+        if self.fixed.is_some() && robot.options.has_world {
+            return Err(
+                "fixed: it is for URDF; MJCF says itself what flies; leave it out".to_owned()
+            );
+        }
+        let place = super::build::placed(self.position, self.attitude.as_ref())?;
+        let placing = Placing {
+            frame: LinkFrame { position: place.position.into(), attitude: place.attitude.into() },
+            prefix: self.prefix().to_owned(),
+            key: self.pose.clone(),
+            coordinates: self
+                .coordinates
+                .iter()
+                .flatten()
+                .map(|(name, x)| (name.clone(), *x))
+                .collect(),
+            touches_itself: self.self_collision.unwrap_or(true),
+            merges: self.merge_fixed.unwrap_or(true),
+            sides: self.sides.unwrap_or(USUAL_SIDES),
+            has_ground: false,
+        };
+        let room = MOST_BODIES - model.bodies.len();
+        if robot.links.len() > room + 1 {
+            return Err(format!("file: with its links there are more than {MOST_BODIES} bodies"));
+        }
+        Assembled::new(robot, &placing, model).map_err(|why| odd(&why))
+    }
+}
+
+/// The settings of the scene of a robot's file: those of the file, and the ground of one that has no world.
+pub fn settings_of(robot: &Robot) -> Settings {
+    let options = &robot.options;
+    Settings {
+        steps: Some(1000),
+        dt: Some(options.time_step),
+        gravity: Some(options.gravity),
+        rotation: Some(Rotation::Momentum),
+        mu: Some(USUAL_FRICTION),
+        plane: (!options.has_world).then(Plane::default),
+        ..Settings::default()
+    }
+}
+
+/// The robot of the text of a file as it is `said` to be read, and the scene's name.
+pub fn read_alone(
+    text: &str,
+    path: &Path,
+    said: &RobotSettings,
+    read_file: tumble_model::ReadFile<'_>,
+) -> Result<(Robot, String), Failure> {
+    let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let reading = Reading {
+        folder,
+        read: read_file,
+        packages: said.packages.as_deref(),
+        left_out: &said.leave_out,
+        points_rub: said.point_contacts,
+        ..Reading::none()
+    };
+    let robot = read(text, &reading).map_err(odd)?;
+    let stem =
+        || path.file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned());
+    let name = if shown::is_name(&robot.name) { robot.name.clone() } else { stem() };
+    let name = if shown::is_name(&name) { name } else { "robot".to_owned() };
+    Ok((robot, name))
+}
+
+/// The model of a robot's file alone. What flies above no ground of its own is put upon it.
+pub fn alone(robot: &Robot, settings: &Settings) -> Result<BuiltScene, String> {
+    let mut placing = Placing { has_ground: robot.options.has_world, ..Placing::default() };
+    let empty = || Model {
+        dt: settings.dt.unwrap_or_default(),
+        rotation: settings.rotation.unwrap_or(Rotation::Momentum),
+        gravity: settings.gravity.unwrap_or_default().into(),
+        mu: settings.mu.unwrap_or(USUAL_FRICTION),
+        restitution: settings.restitution.unwrap_or_default(),
+        rebound_speed: settings.rebound_speed,
+        plane: settings.plane.as_ref().map(plane_parameters),
+        shapes: Vec::new(),
+        looks: Vec::new(),
+        bodies: Vec::new(),
+        fixed: Vec::new(),
+        frictions: Vec::new(),
+        restitutions: Vec::new(),
+        joints: Vec::new(),
+        gears: Vec::new(),
+        surfaces: Vec::new(),
+        apart: Vec::new(),
+    };
+    if robot.joints.is_empty() {
+        let way = match robot.options.has_world {
+            true => "give a body <freejoint/> or a joint",
+            false => "a root that is not fixed and has a mass flies",
+        };
+        return Err(format!(
+            "there is nothing in it that could move: {way}, or put it among other things by [[robots]]"
+        ));
+    }
+    let mut model = empty();
+    let mut assembled = Assembled::new(robot.clone(), &placing, &mut model)?;
+    if let Some(plane) = settings.plane.as_ref().filter(|_| !robot.options.has_world) {
+        let lowest = lowest(&model, plane)?;
+        let flies = robot.joints_of(1).iter().any(|joint| joint.moves == Moves::Free);
+        // What is fixed to the world stays where the file has it, if it is not in the ground there.
+        let lowest = if flies { lowest } else { lowest.min(0.0) };
+        placing.frame.position -= plane.normal() * lowest;
+        model = empty();
+        assembled = Assembled::new(robot.clone(), &placing, &mut model)?;
+    }
+    Ok(BuiltScene { model, drawn: false, robots: vec![assembled] })
+}
+
+/// The least height of any body over the plane, m.
+fn lowest(model: &Model, plane: &Plane) -> Result<f64, String> {
+    let mut lowest = f64::INFINITY;
+    for body in model.bodies.iter().filter(|body| body.touches) {
+        let made = body.rigid_body(&model.shapes[body.shape]).map_err(|error| error.to_string())?;
+        let pose = body.start.state().pose();
+        for point in made.contact_points() {
+            let at: Vector3<f64> = pose.position + pose.rotation * point.position;
+            lowest = lowest.min(plane.normal().dot(&at) - plane.offset() - point.radius);
+        }
+    }
+    Ok(if lowest.is_finite() { lowest } else { 0.0 })
+}

@@ -1,0 +1,91 @@
+//! Names and units of the numbers of constants, in the scene's words.
+
+use super::scene::Scene;
+use tumble_core::joint::JointAxis;
+use tumble_core::world::{Constant, Partner};
+
+/// The names of the axes of a vector.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Name of the body, piece, pair or axis of a joint that has the number `component` of a constant; empty for a constant
+/// of the world.
+pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
+    let world = &scene.world;
+    let body = |index: usize| scene.bodies[index].clone();
+    let pair = |pairs: &[((usize, Partner), f64)]| {
+        let ((first, partner), _) = pairs[component];
+        format!("{} and {}", scene.bodies[first], scene.partner(partner))
+    };
+    // The place of the one with this number among those that have something of their own.
+    let among = |has: &dyn Fn(usize) -> bool, count: usize| {
+        (0..count).filter(|index| has(*index)).nth(component).unwrap_or(0)
+    };
+    let bodies = world.bodies();
+    let axis = |(joint, axis): (usize, JointAxis)| match axis {
+        JointAxis::Linear(k) => format!("{}, along {}", scene.joints[joint], AXES[k]),
+        JointAxis::Angular(k) => format!("{}, about {}", scene.joints[joint], AXES[k]),
+    };
+    match constant {
+        Constant::Mass | Constant::Size | Constant::Radius => body(component),
+        Constant::Inertia => {
+            let (row, column) = (component % 9 / 3, component % 3);
+            format!("{}, {}{}", body(component / 9), AXES[row], AXES[column])
+        }
+        Constant::BodyFriction => body(among(&|k| bodies[k].friction().is_some(), bodies.len())),
+        Constant::BodyRestitution => {
+            body(among(&|k| bodies[k].restitution().is_some(), bodies.len()))
+        }
+        Constant::FixedFriction => {
+            let fixed = world.fixed();
+            scene.fixed[among(&|k| fixed[k].friction.is_some(), fixed.len())].clone()
+        }
+        Constant::PairFriction => pair(world.pair_frictions()),
+        Constant::PairRestitution => pair(world.pair_restitutions()),
+        Constant::Gravity => AXES[component].to_owned(),
+        Constant::Anchor => {
+            let (joint, side) = (&scene.joints[component / 6], component % 6 / 3);
+            format!("{joint}, {} of {}", AXES[component % 3], ["a", "b"][side])
+        }
+        Constant::MotorTarget
+        | Constant::MotorStiffness
+        | Constant::MotorDamping
+        | Constant::MotorMost => axis(world.motors()[component]),
+        Constant::JointFriction
+        | Constant::JointStiffness
+        | Constant::JointRest
+        | Constant::JointDamping
+        | Constant::JointForce
+        | Constant::Armature => axis(world.driven_axes()[component]),
+        Constant::JointLimits => {
+            let of = axis(world.limited_axes()[component / 2]);
+            format!("{of}, {}", ["lower", "upper"][component % 2])
+        }
+        Constant::GearRatio | Constant::GearOffset => {
+            let [first, second] =
+                world.gears()[component].axes().map(|at| axis((at.joint, at.axis)));
+            format!("{first}, with {second}")
+        }
+        Constant::Friction | Constant::Restitution | Constant::Ground | Constant::TimeStep => {
+            String::new()
+        }
+    }
+}
+
+/// Unit of a number of a constant; empty for a factor.
+pub fn unit(constant: Constant) -> &'static str {
+    match constant {
+        Constant::Mass => "kg",
+        Constant::Inertia => "kg m²",
+        Constant::Size => "",
+        constant if constant.is_of_laws() => "",
+        Constant::Anchor => "m",
+        Constant::JointFriction | Constant::JointForce | Constant::MotorMost => "N or N m",
+        Constant::JointRest | Constant::JointLimits | Constant::GearOffset => "m or rad",
+        Constant::GearRatio => "m or rad a m or rad",
+        Constant::JointStiffness | Constant::MotorStiffness => "N/m or N m/rad",
+        Constant::JointDamping | Constant::MotorDamping => "N s/m or N m s/rad",
+        Constant::Armature => "kg or kg m²",
+        Constant::MotorTarget => "m, rad, m/s or rad/s",
+        constant => constant.unit(),
+    }
+}

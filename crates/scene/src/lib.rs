@@ -1,0 +1,88 @@
+//! Scenario files: a simulation written down in TOML. `scenarios/README.md` describes every
+//! field.
+//!
+//! A file is text here: who reads it, and how the files of its meshes are read, is the caller's
+//! business. What it says is laid under what else is told ([`settings`]), and comes to a
+//! [`Scene`](scene::Scene), in whichever notation it is written: `[body]` (`body.rs`) or `[[bodies]]`
+//! (`bodies/`).
+
+mod bodies;
+mod body;
+mod changed;
+pub mod choices;
+mod file;
+pub mod joints_summary;
+pub mod kept;
+pub mod label;
+mod locks;
+mod naming;
+pub mod output;
+pub mod physics;
+pub mod run_file;
+pub mod scene;
+pub mod settings;
+pub mod solver_choice;
+mod tables;
+mod told;
+pub mod written;
+
+pub use file::LARGEST_START;
+use file::{ParsedScene, ScenarioFile};
+use serde::de::DeserializeOwned;
+use std::path::Path;
+use tumble_model::failure::Failure;
+use tumble_model::{fields, shown};
+
+/// More bytes than this are no scenario.
+pub const LARGEST_FILE: u64 = 4 << 20;
+
+/// The name that the text of the file `path` gives, or else the file's, and what it says. Numbers
+/// that the model itself judges are left to it.
+///
+/// # Errors
+/// The first thing wrong with the text, with the file.
+fn read(text: &str, path: &Path) -> Result<(String, ParsedScene), Failure> {
+    let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
+    let mut file: ScenarioFile = parse(text).map_err(odd)?;
+    let stem = || path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let name = file.name.take().or_else(stem).unwrap_or_default();
+    if !shown::is_name(&name) {
+        return Err(odd("name: 1 to 80 characters in one line are needed".to_owned()));
+    }
+    Ok((name, file.said().map_err(odd)?))
+}
+
+/// Whether a text is that of a robot's file: XML, which no scenario begins as, or of a file that is called so.
+fn is_robot(text: &str, path: &Path) -> bool {
+    let is_called_so = path.extension().is_some_and(|end| end == "urdf" || end == "xml");
+    is_called_so || text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
+}
+
+/// What a text in TOML says, or what is wrong with it, in which line.
+///
+/// # Errors
+/// A sentence with the field and the line.
+pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    let deserializer =
+        toml::Deserializer::parse(text).map_err(|error| sentence(text, ".", &error))?;
+    serde_path_to_error::deserialize(deserializer)
+        .map_err(|error| sentence(text, &error.path().to_string(), error.inner()))
+}
+
+/// What is wrong, with which field, and in which line.
+fn sentence(text: &str, field: &str, error: &toml::de::Error) -> String {
+    let message = fields::named(field, error.message());
+    let Some(span) = error.span() else { return message };
+    let before = &text.as_bytes()[..span.start.min(text.len())];
+    let line = before.iter().filter(|byte| **byte == b'\n').count();
+    let shown: String = text.lines().nth(line).unwrap_or("").trim().chars().take(60).collect();
+    if shown.is_empty() {
+        return message;
+    }
+    format!("line {}, `{shown}`: {message}", line + 1)
+}
+
+/// The programs of the document of robots, compiled.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/robots.md")]
+struct Robots;

@@ -1,0 +1,109 @@
+//! What is odd about the joints of a scene, with its names.
+
+use super::scene::Scene;
+use tumble_core::joint::{GearAxis, JointAxis};
+use tumble_core::simulation::{Finding, Lock};
+use tumble_model::failure::Failure;
+
+/// More names than this are only counted.
+const MOST_NAMED: usize = 6;
+
+impl Scene {
+    fn found_in_joints(&self) -> Vec<Finding> {
+        let time = self.start_index as f64 * self.world.time_step();
+        self.world_at(self.start_index).locked(&self.starts, &self.courses, time)
+    }
+
+    /// Refuses joints and gears that no motion obeys.
+    ///
+    /// # Errors
+    /// The first of them.
+    pub(super) fn refuse_contradiction(&self) -> Result<(), Failure> {
+        for finding in self.found_in_joints() {
+            if let Finding::Contradiction { locks, off } = finding {
+                return Err(Failure::Input(format!(
+                    "joints: {} contradict each other: what they hold moves differently, by {off:.1e} m/s; leave one out",
+                    self.listed(&locks)
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// What joints and gears lock together that they may not be meant to, a sentence each.
+    pub(super) fn notes_on_joints(&self) -> Vec<String> {
+        let findings = self.found_in_joints();
+        let mut notes: Vec<String> = Vec::new();
+        let mut axes: Vec<(Vec<Lock>, Vec<String>)> = Vec::new();
+        for finding in &findings {
+            match finding {
+                Finding::LockedAxis { axis, locks } => {
+                    let (name, mut locks) = (self.axis_name(axis), locks.clone());
+                    if !locks.iter().all(|lock| matches!(lock, Lock::Gear(_))) {
+                        locks.push(Lock::Joint(axis.joint));
+                    }
+                    locks.sort();
+                    locks.dedup();
+                    match axes.iter_mut().find(|(by, _)| *by == locks) {
+                        Some((_, names)) => names.push(name),
+                        None => axes.push((locks, vec![name])),
+                    }
+                }
+                Finding::Redundant { locks, rows } => notes.push(format!(
+                    "{} hold {rows} of their directions more than once: the forces of one or another of them are not known",
+                    self.listed(locks)
+                )),
+                _ => {}
+            }
+        }
+        let together = |(locks, names): &(Vec<Lock>, Vec<String>)| {
+            let by = self.listed(locks);
+            let axes = counted(names.clone());
+            match locks[..] {
+                [Lock::Joint(_)] => format!("{by} locks {axes}: its limits are equal"),
+                [Lock::Gear(_)] => format!("{by} locks {axes}: its ratio is 0"),
+                _ => format!("{by} together lock {axes}"),
+            }
+        };
+        notes.extend(axes.iter().map(together));
+        notes
+    }
+
+    fn listed(&self, locks: &[Lock]) -> String {
+        let name = |lock: &Lock| match lock {
+            Lock::Joint(index) => self.joint_name(*index).to_owned(),
+            Lock::Gear(index) => format!("gears[{index}]"),
+        };
+        counted(locks.iter().map(name).collect())
+    }
+
+    fn joint_name(&self, index: usize) -> &str {
+        self.joints.get(index).map_or("", String::as_str)
+    }
+
+    fn axis_name(&self, of: &GearAxis) -> String {
+        let joint = self.joint_name(of.joint);
+        let axes = self.model.joints.get(of.joint).map_or(&[][..], |joint| joint.kind.driven());
+        match axes {
+            [_] => format!("the axis of {joint}"),
+            _ => {
+                let (kind, k) = match of.axis {
+                    JointAxis::Linear(k) => ("slide", k),
+                    JointAxis::Angular(k) => ("turn", k),
+                };
+                format!("the {kind} {} of {joint}", ["x", "y", "z"][k.min(2)])
+            }
+        }
+    }
+}
+
+/// The first of these, and how many more there are.
+fn counted(mut names: Vec<String>) -> String {
+    let more = names.len().saturating_sub(MOST_NAMED);
+    names.truncate(MOST_NAMED);
+    match (more, names.split_last()) {
+        (0, Some((last, first))) if !first.is_empty() => format!("{} and {last}", first.join(", ")),
+        (0, _) => names.join(", "),
+        _ => format!("{} and {more} more", names.join(", ")),
+    }
+}

@@ -1,0 +1,209 @@
+//! The rows of one table as CSV, cell by cell, into a stream.
+
+use std::fmt::Display;
+use std::io::{self, Write};
+use tumble_core::step::StepStatus;
+
+/// Bytes of rows that are kept back before they go to the stream.
+const BUFFER: usize = 1 << 16;
+
+/// Which steps of a run have rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct RowChoice {
+    every: u64,
+    first: u64,
+}
+
+impl RowChoice {
+    /// All of them.
+    pub const ALL: Self = Self { every: 1, first: 0 };
+
+    /// The step `first`, each that is a multiple of `every` later, and the last state.
+    pub fn new(every: u64, first: u64) -> Self {
+        Self { every: every.max(1), first }
+    }
+
+    /// Whether the step `index` of this status has rows.
+    pub fn has(self, index: u64, status: StepStatus) -> bool {
+        status == StepStatus::End || index.wrapping_sub(self.first).is_multiple_of(self.every)
+    }
+}
+
+/// Writes the rows of one table as CSV: numbers with the fewest digits that read back to the same double, texts in
+/// quotes where they need them.
+pub(crate) struct RowWriter<W> {
+    stream: W,
+    buffer: Vec<u8>,
+    number: zmij::Buffer,
+    whole: itoa::Buffer,
+}
+
+impl<W: Write> RowWriter<W> {
+    /// Starts a table with the names of its `columns`.
+    pub fn new<'a>(stream: W, columns: impl IntoIterator<Item = &'a str>) -> Self {
+        let mut rows = Self::after(stream);
+        columns.into_iter().for_each(|column| rows.text(column));
+        rows.end();
+        rows
+    }
+
+    /// Continues a table whose header the stream has already.
+    pub fn after(stream: W) -> Self {
+        let buffer = Vec::with_capacity(BUFFER + BUFFER / 4);
+        Self { stream, buffer, number: zmij::Buffer::new(), whole: itoa::Buffer::new() }
+    }
+
+    fn cell(&mut self, bytes: impl FnOnce(&mut Self)) {
+        bytes(self);
+        self.buffer.push(b',');
+    }
+
+    pub fn whole(&mut self, value: u64) {
+        self.cell(|rows| rows.buffer.extend_from_slice(rows.whole.format(value).as_bytes()));
+    }
+
+    pub fn number(&mut self, value: f64) {
+        // Most numbers of a contact that carries nothing.
+        if value.to_bits() == 0 {
+            self.buffer.extend_from_slice(b"0.0,");
+            return;
+        }
+        self.cell(|rows| {
+            let digits = rows.number.format(value).as_bytes();
+            // An exponent has no plus sign, as numbers always had it here.
+            let plus = (value.abs() >= 1e16).then(|| digits.iter().position(|byte| *byte == b'+'));
+            match plus.flatten() {
+                Some(at) => {
+                    rows.buffer.extend_from_slice(&digits[..at]);
+                    rows.buffer.extend_from_slice(&digits[at + 1..]);
+                }
+                None => rows.buffer.extend_from_slice(digits),
+            }
+        });
+    }
+
+    pub fn numbers<'a>(&mut self, values: impl IntoIterator<Item = &'a f64>) {
+        values.into_iter().for_each(|value| self.number(*value));
+    }
+
+    pub fn text(&mut self, value: &str) {
+        self.cell(|rows| match value.contains(['"', ',', '\n', '\r']) {
+            true => {
+                let quoted = value.replace('"', "\"\"");
+                rows.buffer.push(b'"');
+                rows.buffer.extend_from_slice(quoted.as_bytes());
+                rows.buffer.push(b'"');
+            }
+            false => rows.buffer.extend_from_slice(value.as_bytes()),
+        });
+    }
+
+    /// Adds a cell whose text has no comma, quote or line end.
+    pub fn word(&mut self, value: &impl Display) {
+        self.cell(|rows| {
+            // Nothing fails that is written to memory.
+            let _ = write!(rows.buffer, "{value}");
+        });
+    }
+
+    fn end(&mut self) {
+        if let Some(last) = self.buffer.last_mut() {
+            *last = b'\n';
+        }
+    }
+
+    /// Ends the row.
+    pub fn end_row(&mut self) -> io::Result<()> {
+        self.end();
+        if self.buffer.len() < BUFFER {
+            return Ok(());
+        }
+        let written = self.stream.write_all(&self.buffer);
+        self.buffer.clear();
+        written
+    }
+
+    /// Writes what is buffered and flushes the stream.
+    pub fn flushed(&mut self) -> io::Result<&mut W> {
+        self.stream.write_all(&self.buffer)?;
+        self.buffer.clear();
+        self.stream.flush()?;
+        Ok(&mut self.stream)
+    }
+
+    /// The flushed stream.
+    pub fn finish(mut self) -> io::Result<W> {
+        self.flushed()?;
+        Ok(self.stream)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn written(cells: impl FnOnce(&mut RowWriter<Vec<u8>>)) -> String {
+        let mut rows = RowWriter::after(Vec::new());
+        cells(&mut rows);
+        rows.end_row().unwrap();
+        String::from_utf8(rows.finish().unwrap()).unwrap()
+    }
+
+    /// The csv crate's writer, which has its digits from another algorithm, writes the same bytes.
+    #[test]
+    fn cells_are_those_of_another_writer() {
+        let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
+        let mut next = || {
+            seed ^= seed << 13;
+            seed ^= seed >> 7;
+            seed ^= seed << 17;
+            seed
+        };
+        let edges = [
+            0.0,
+            -0.0,
+            1.0,
+            -2.5,
+            1e-5,
+            1e-4,
+            1e15,
+            1e16,
+            1e17,
+            1e21,
+            1e22,
+            1e23,
+            0.1,
+            5e-324,
+            f64::MAX,
+            f64::MIN_POSITIVE,
+            f64::NAN,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+        ];
+        let mut numbers = edges.to_vec();
+        for _ in 0..100_000 {
+            numbers.push(f64::from_bits(next()));
+            numbers.push((next() >> 11) as f64 / 9007199254740992.0 - 0.5);
+            numbers.push((next() % 1_000_000) as f64 / 1000.0);
+        }
+        let texts = ["", "free", "a,b", "a \"word\"", "two\nlines", "cr\r", "schön"];
+        let ours = written(|rows| {
+            rows.numbers(&numbers);
+            texts.iter().for_each(|text| rows.text(text));
+            [0, 1, 10, u64::MAX].into_iter().for_each(|whole| rows.whole(whole));
+            rows.word(&"4.0.1.A3.0");
+        });
+        let mut theirs = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+        theirs.serialize((numbers, texts, [0, 1, 10, u64::MAX], "4.0.1.A3.0")).unwrap();
+        assert!(ours.as_bytes() == theirs.into_inner().unwrap());
+    }
+
+    #[test]
+    fn a_step_has_rows_by_its_count_from_the_first_and_the_last_state_always() {
+        let kept = RowChoice::new(10, 7);
+        let has = |index| kept.has(index, StepStatus::Free);
+        assert!((7..60).all(|index| has(index) == (index % 10 == 7)));
+        assert!(kept.has(8, StepStatus::End));
+        assert!((0..20).all(|index| RowChoice::ALL.has(index, StepStatus::Free)));
+    }
+}

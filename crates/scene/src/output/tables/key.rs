@@ -1,0 +1,140 @@
+//! A contact's key as one word of a table.
+
+use std::fmt;
+use tumble_core::contact::{ContactKey, PairFeatures, Partner};
+use tumble_core::geometry::{CorePart, Feature, PieceSide};
+
+/// What of a [`ContactKey`] is not the body and the partner, as text.
+///
+/// Against the ground it is the number of the body's contact point: `5`. Against a piece it is
+/// `point.piece.piece.feature.plane`: the body's contact point, the piece of the body and the
+/// partner's, the feature, and the count of planes that a step met it with. A feature is `A3`, a
+/// vertex of the first piece found, `B3`, one of the second, `E3x7`, an edge of each, or `V3x7`, a
+/// vertex of each; `Rv3xe7` is vertex 3 of the body against edge 7 of the partner, of which one is
+/// rounded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct KeyText {
+    /// See [`ContactKey::point`].
+    pub point: usize,
+    /// See [`ContactKey::pair`].
+    pub pair: Option<PairFeatures>,
+}
+
+impl KeyText {
+    /// Of a key.
+    #[must_use]
+    #[inline]
+    pub fn of(key: &ContactKey) -> Self {
+        Self { point: key.point, pair: key.pair }
+    }
+
+    /// The key of the contact of `body` with `partner`.
+    #[must_use]
+    pub fn between(self, body: usize, partner: Partner) -> ContactKey {
+        ContactKey { body, point: self.point, partner, pair: self.pair }
+    }
+
+    /// What `text` means, if it is a key.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
+        let parts: Vec<&str> = text.split('.').collect();
+        match parts[..] {
+            [point] => Some(Self { point: point.parse().ok()?, pair: None }),
+            [point, first, second, feature, plane] => {
+                let pieces = (first.parse().ok()?, second.parse().ok()?);
+                let pair = PairFeatures {
+                    pieces,
+                    feature: feature_of(feature)?,
+                    plane: plane.parse().ok()?,
+                };
+                Some(Self { point: point.parse().ok()?, pair: Some(pair) })
+            }
+            _ => None,
+        }
+    }
+}
+
+fn feature_of(text: &str) -> Option<Feature> {
+    let number = text.get(1..)?;
+    match text.as_bytes().first()? {
+        b'A' => Some(Feature::Vertex(PieceSide::A, number.parse().ok()?)),
+        b'B' => Some(Feature::Vertex(PieceSide::B, number.parse().ok()?)),
+        kind @ (b'E' | b'V') => {
+            let (a, b) = number.split_once('x')?;
+            let (a, b) = (a.parse().ok()?, b.parse().ok()?);
+            Some(if *kind == b'E' { Feature::Edges(a, b) } else { Feature::Vertices(a, b) })
+        }
+        b'R' => {
+            let (a, b) = number.split_once('x')?;
+            Some(Feature::Round(part_of(a)?, part_of(b)?))
+        }
+        _ => None,
+    }
+}
+
+fn part_of(text: &str) -> Option<CorePart> {
+    let number = text.get(1..)?.parse().ok()?;
+    match text.as_bytes().first()? {
+        b'v' => Some(CorePart::Vertex(number)),
+        b'e' => Some(CorePart::Edge(number)),
+        _ => None,
+    }
+}
+
+fn word(part: CorePart) -> String {
+    match part {
+        CorePart::Vertex(vertex) => format!("v{vertex}"),
+        CorePart::Edge(edge) => format!("e{edge}"),
+    }
+}
+
+impl fmt::Display for KeyText {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(pair) = &self.pair else { return write!(f, "{}", self.point) };
+        write!(f, "{}.{}.{}.", self.point, pair.pieces.0, pair.pieces.1)?;
+        match pair.feature {
+            Feature::Vertex(PieceSide::A, vertex) => write!(f, "A{vertex}")?,
+            Feature::Vertex(PieceSide::B, vertex) => write!(f, "B{vertex}")?,
+            Feature::Edges(a, b) => write!(f, "E{a}x{b}")?,
+            Feature::Vertices(a, b) => write!(f, "V{a}x{b}")?,
+            Feature::Round(a, b) => write!(f, "R{}x{}", word(a), word(b))?,
+        }
+        write!(f, ".{}", pair.plane)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_read_back_as_they_were_written() {
+        let pair = |feature| Some(PairFeatures { pieces: (1, 20), feature, plane: 2 });
+        let features = [
+            Feature::Vertex(PieceSide::A, 3),
+            Feature::Vertex(PieceSide::B, 999),
+            Feature::Edges(4, 17),
+            Feature::Vertices(0, 1),
+            Feature::Round(CorePart::Vertex(3), CorePart::Edge(11)),
+            Feature::Round(CorePart::Edge(0), CorePart::Vertex(12)),
+        ];
+        let keys = features.map(|feature| KeyText { point: 12, pair: pair(feature) });
+        for key in keys.into_iter().chain([KeyText { point: 7, pair: None }]) {
+            assert_eq!(KeyText::parse(&key.to_string()), Some(key));
+        }
+        for odd in [
+            "",
+            "a",
+            "1.2",
+            "1.2.3.C4.0",
+            "1.2.3.E4.0",
+            "1.2.3.A4.0.0",
+            "-1",
+            "1.2.3.A.0",
+            "1.2.3.Rv1.0",
+            "1.2.3.Rv1xf2.0",
+        ] {
+            assert_eq!(KeyText::parse(odd), None, "{odd}");
+        }
+    }
+}

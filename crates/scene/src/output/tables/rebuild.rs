@@ -1,0 +1,230 @@
+//! Contacts from rows: the features that a step was judged by, and whether the bodies have them.
+//!
+//! A contact's point and plane follow from what its row says: with p the touching point, n the
+//! normal, φ the gap and ρ the radius,
+//!
+//! ```text
+//! a = A_Aᵀ (p − r_A + ρ n),   n_B = A_Bᵀ n,   d = n_B·A_Bᵀ (p + ρ n − r_B) − ρ − φ
+//! ```
+//!
+//! A row could claim any point and plane, so both are held against the shapes: the point must be on
+//! the piece that it is of, the plane must touch the piece that it is of, and both must have the features that the
+//! key names ([`super::named`]).
+
+use super::ContactRow;
+use super::named::{self, BAND, EXACT, Misplaced, size};
+use nalgebra::{Matrix3, Vector3};
+use tumble_core::contact::{Contact, Features, PairFeatures, Partner, Plane, round};
+use tumble_core::geometry::{Feature, Piece};
+use tumble_core::mechanics::{Pose, State};
+use tumble_core::world::World;
+
+/// The sine of what a face may lean over another one of which it touches edges or corners.
+const LEAN: f64 = 0.1;
+/// Of a normal's length and of a recorded vector.
+const UNIT: f64 = 1e-9;
+
+/// Where something fixed is.
+const FIXED: Pose = Pose { position: Vector3::new(0.0, 0.0, 0.0), rotation: IDENTITY };
+const IDENTITY: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+
+impl ContactRow {
+    /// The contact of this row between bodies at `states`.
+    ///
+    /// # Errors
+    /// A body, piece or point that is not there; a point that is not in its piece, a plane that
+    /// does not touch its own; a normal that is no unit vector.
+    pub fn contact(&self, world: &World, states: &[State]) -> Result<Contact, Misplaced> {
+        let bodies = world.bodies();
+        let body = bodies.get(self.body).ok_or("is of a body that is not there")?;
+        let known = match self.partner {
+            Partner::Ground => world.ground().is_some(),
+            Partner::Fixed(index) => index < world.fixed().len(),
+            Partner::Body(index) => index < bodies.len() && index != self.body,
+        };
+        if !known || states.len() != bodies.len() {
+            return Err("is with a partner that is not there");
+        }
+        if (self.normal.norm() - 1.0).abs() > UNIT {
+            return Err("has a normal that is no unit vector");
+        }
+        let pose = states[self.body].pose();
+        let other = match self.partner {
+            Partner::Body(index) => Some((&bodies[index], states[index].pose())),
+            Partner::Ground | Partner::Fixed(_) => None,
+        };
+        let features = match self.partner {
+            Partner::Ground => self.on_ground(world)?,
+            _ => self.on_piece(world, &pose, other.as_ref().map(|(_, pose)| pose))?,
+        };
+        let key = self.key.between(self.body, self.partner);
+        let law = world.law_between(self.body, self.partner);
+        let placed = other.as_ref().map(|(body, pose)| (*body, pose));
+        let mut contact = Contact::new(key, features, law, (body, &pose), placed);
+        contact.rebound = self.rebound;
+        let size = body.reach() + pose.position.amax();
+        if (pose.position + contact.arm - self.point).amax() > UNIT * size
+            || (contact.normal() - self.normal).amax() > UNIT
+            || (contact.gap - self.gap).abs() > UNIT * size
+        {
+            return Err("has a point, normal or gap that is not where its bodies are");
+        }
+        Ok(contact)
+    }
+
+    /// Whether the `contact` of this row, between bodies at `states` that move by up to `moved` (m) in the step, is
+    /// where the features that its key names were over each other. True of what is no plane of a piece, or of something round.
+    ///
+    /// # Errors
+    /// Features that are elsewhere.
+    pub fn is_there(
+        &self,
+        contact: &Contact,
+        world: &World,
+        states: &[State],
+        moved: f64,
+    ) -> Result<(), Misplaced> {
+        let (Some(pair), None) = (self.key.pair, contact.features.curved) else { return Ok(()) };
+        let (pose, other) = (states[self.body].pose(), self.partner.body());
+        let other = other.map_or(FIXED, |index| states[index].pose());
+        let pieces = self.pieces(world, &pair)?;
+        if pieces.0.radius() + pieces.1.radius() > 0.0 {
+            return Ok(());
+        }
+        let seen = |point: Vector3<f64>| other.rotation.tr_mul(&(point - other.position));
+        let point = seen(pose.position + contact.arm);
+        named::check_start(&contact.key, &pair, &contact.features, pieces, &point, moved)
+    }
+
+    /// The point that the key names, against the ground.
+    fn on_ground(&self, world: &World) -> Result<Features, Misplaced> {
+        let points = world.bodies()[self.body].contact_points();
+        let point = points.get(self.key.point).ok_or("is of a point that is not there")?;
+        if self.key.pair.is_some() {
+            return Err("has a key of two pieces, and is with the ground");
+        }
+        if point.radius != self.radius {
+            return Err("has a radius that its point does not have");
+        }
+        let ground = world.ground().ok_or("is with a ground that is not there")?;
+        Ok(Features::of_plane(point.position, point.radius, *ground.frame(), ground.offset()))
+    }
+
+    /// The pieces that the key names.
+    fn pieces<'a>(
+        &self,
+        world: &'a World,
+        pair: &PairFeatures,
+    ) -> Result<named::ContactPieces<'a>, Misplaced> {
+        let own = world.bodies()[self.body].pieces().get(pair.pieces.0);
+        let own = own.ok_or("is of a piece that is not there")?;
+        let theirs = match self.partner {
+            Partner::Body(index) => world.bodies()[index].pieces().get(pair.pieces.1),
+            Partner::Fixed(index) if pair.pieces.1 == 0 => {
+                world.fixed().get(index).map(|fixed| &fixed.piece)
+            }
+            Partner::Fixed(_) | Partner::Ground => None,
+        };
+        Ok((own, theirs.ok_or("is with a piece that is not there")?))
+    }
+
+    /// Point and plane as the row has them, held against the pieces that the key names.
+    fn on_piece(
+        &self,
+        world: &World,
+        pose: &Pose,
+        other: Option<&Pose>,
+    ) -> Result<Features, Misplaced> {
+        let pair = self.key.pair.ok_or("has a key without pieces")?;
+        let (own, theirs) = self.pieces(world, &pair)?;
+        let other_pose = other.unwrap_or(&FIXED);
+        if let Feature::Round(part, other) = pair.feature
+            && pair.plane == 0
+        {
+            let normal = other_pose.rotation.tr_mul(&self.normal);
+            let features = round((own, theirs), (part, other), &normal);
+            let features = features.filter(|features| features.radius == self.radius);
+            let features = features.ok_or("is of features that its pieces do not have")?;
+            return self.named(world, features, (own, theirs));
+        }
+        // Round features have planes too, from the first one on that would have let them through.
+        let is_round = matches!(pair.feature, Feature::Round(..));
+        if !is_round && own.core().faces().is_empty() && theirs.core().faces().is_empty() {
+            return Err("has a key of faces, which its pieces do not have");
+        }
+        let other = other_pose;
+        let centre = self.point + self.normal * self.radius;
+        let point = pose.rotation.tr_mul(&(centre - pose.position));
+        let normal = other.rotation.tr_mul(&self.normal);
+        let seen = other.rotation.tr_mul(&(centre - other.position));
+        let offset = normal.dot(&seen) - self.radius - self.gap;
+        let key = self.key.between(self.body, self.partner);
+        let sharp = own.radius() + theirs.radius() == 0.0;
+        let near = BAND * size(theirs).min(size(own));
+        let (least, band) = match (named::may_be_turned(&key, &pair), sharp) {
+            // A plane of the body's leans over the fixed piece, and the foot is as far beside the body as it leans over the gap.
+            (true, _) => (LEAN * (near + self.gap.abs()), near + LEAN * 2.0 * size(theirs)),
+            (false, true) => (0.0, EXACT * size(theirs)),
+            (false, false) => (0.0, near),
+        };
+        let least = least + EXACT * size(own);
+        let beyond = outside(own, &point) - (own.radius() - self.radius);
+        if beyond > least {
+            return Err("has a point that its body does not have");
+        }
+        if (support(theirs, &normal) - offset).abs() > band {
+            return Err("has a plane that its partner does not have");
+        }
+        let plane = Plane::new(normal, 0.0).map_err(|_| "has a normal that is no unit vector")?;
+        let features = Features::of_plane(point, self.radius, *plane.frame(), offset);
+        match sharp {
+            true => self.named(world, features, (own, theirs)),
+            false => {
+                named::check_round(
+                    &key,
+                    &pair,
+                    &features,
+                    (own, theirs),
+                    &world.bodies()[self.body],
+                )?;
+                Ok(features)
+            }
+        }
+    }
+
+    /// `features`, if they are those that the key names.
+    fn named(
+        &self,
+        world: &World,
+        features: Features,
+        pieces: named::ContactPieces<'_>,
+    ) -> Result<Features, Misplaced> {
+        let pair = self.key.pair.ok_or("has a key without pieces")?;
+        let (key, body) = (self.key.between(self.body, self.partner), &world.bodies()[self.body]);
+        named::check(&key, &pair, &features, pieces, body)?;
+        Ok(features)
+    }
+}
+
+/// How far a point is outside a piece's core, m, at least; 0 or less inside.
+fn outside(piece: &Piece, point: &Vector3<f64>) -> f64 {
+    let core = piece.core();
+    match *core.vertices() {
+        [at] => (point - at).norm(),
+        [from, to] => {
+            let along: Vector3<f64> = to - from;
+            let share = (point - from).dot(&along) / along.norm_squared();
+            (point - from - along * share.clamp(0.0, 1.0)).norm()
+        }
+        _ => {
+            let heights = core.faces().iter().map(|face| face.normal.dot(point) - face.offset);
+            heights.fold(f64::NEG_INFINITY, f64::max)
+        }
+    }
+}
+
+/// How far a piece reaches along a unit vector, m.
+fn support(piece: &Piece, normal: &Vector3<f64>) -> f64 {
+    let heights = piece.core().vertices().iter().map(|vertex| normal.dot(vertex));
+    heights.fold(f64::NEG_INFINITY, f64::max) + piece.radius()
+}

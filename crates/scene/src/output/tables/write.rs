@@ -1,0 +1,343 @@
+//! Records become rows.
+
+use super::{ContactRow, GearTableRow, JointRow, KeyText, StepRow, Streams, Table, TableStep};
+use crate::output::rows::{RowChoice, RowWriter};
+use nalgebra::Vector3;
+use std::io::{self, Write};
+use tumble_core::contact::certificate::Claim;
+use tumble_core::contact::{Contact, Partner};
+use tumble_core::joint::{Gear, Joint, JointForce, JointResidual, Knots};
+use tumble_core::mechanics::State;
+use tumble_core::simulation::{EnergyBalance, StepRecord, energy};
+use tumble_core::step::StepStatus;
+use tumble_core::world::World;
+
+/// Writes the tables of a run step by step.
+pub struct TablesWriter<W: Write> {
+    tables: Streams<RowWriter<W>>,
+    world: World,
+    /// How joints' frames in the world move.
+    courses: Vec<(usize, Knots)>,
+    kept: RowChoice,
+}
+
+impl<W: Write> TablesWriter<W> {
+    /// Writes the headers of a run in `world`.
+    ///
+    /// # Errors
+    /// The streams'.
+    pub fn new(streams: Streams<W>, world: &World) -> io::Result<Self> {
+        let tied = !world.joints().is_empty();
+        let columns = |table: Table| table.columns(tied).iter().copied();
+        let csv = |table, stream| Ok::<_, io::Error>(RowWriter::new(stream, columns(table)));
+        Ok(Self::of(streams.each(csv)?, world))
+    }
+
+    /// Goes on where the headers stand in the streams already, and maybe rows.
+    #[must_use]
+    pub fn after(streams: Streams<W>, world: &World) -> Self {
+        let Streams { states, contacts, steps, joints, gears, ends } = streams;
+        let tables = Streams {
+            states: RowWriter::after(states),
+            contacts: contacts.map(RowWriter::after),
+            steps: RowWriter::after(steps),
+            joints: joints.map(RowWriter::after),
+            gears: gears.map(RowWriter::after),
+            ends: ends.map(RowWriter::after),
+        };
+        Self::of(tables, world)
+    }
+
+    fn of(tables: Streams<RowWriter<W>>, world: &World) -> Self {
+        Self { tables, world: world.clone(), courses: Vec::new(), kept: RowChoice::ALL }
+    }
+
+    /// The same of a run in which the frames in the world of these joints move.
+    #[must_use]
+    pub fn driven(mut self, courses: Vec<(usize, Knots)>) -> Self {
+        self.courses = courses;
+        self
+    }
+
+    /// The same of each `every`-th step alone, counted from the step `first`, and of the last state; every one for 0.
+    #[must_use]
+    pub fn every(mut self, every: u64, first: u64) -> Self {
+        self.kept = RowChoice::new(every, first);
+        self
+    }
+
+    /// Writes the rows of one step, if it is one that has rows.
+    ///
+    /// # Errors
+    /// The streams'.
+    pub fn write(&mut self, record: &StepRecord) -> io::Result<()> {
+        if !self.kept.has(record.index, record.report.status) {
+            return Ok(());
+        }
+        let ends = record.index + u64::from(record.report.status != StepStatus::End);
+        self.world.follow(&self.courses, ends as f64 * self.world.time_step());
+        let mut step = TableStep::of(&self.world, record);
+        if self.tables.ends.is_some() && record.report.status != StepStatus::End {
+            step.ends.extend_from_slice(&record.solution.states);
+        }
+        self.write_step(&step)
+    }
+
+    /// Writes the rows of a step that is rows already, whichever it is.
+    ///
+    /// # Errors
+    /// The streams'.
+    pub fn write_step(&mut self, step: &TableStep) -> io::Result<()> {
+        let Streams { states, contacts, steps, joints, gears, ends } = &mut self.tables;
+        let row = &step.row;
+        write_states(states, row, &step.states)?;
+        if let Some(table) = ends {
+            write_states(table, row, &step.ends)?;
+        }
+        steps.whole(row.index);
+        steps.number(row.time);
+        steps.text(row.status.name());
+        steps.whole(row.iterations.into());
+        steps.text(&row.start);
+        steps.whole(row.contacts as u64);
+        steps.number(row.residual);
+        steps.numbers(&row.parts);
+        steps.numbers(&[row.overlap, row.restitution_share, row.energy]);
+        steps.numbers(&row.works);
+        if !self.world.joints().is_empty() {
+            steps.number(row.stiffness);
+        }
+        steps.end_row()?;
+        if let Some(table) = contacts {
+            for (index, contact) in step.contacts.iter().enumerate() {
+                write_contact(table, row.index, index, contact)?;
+            }
+        }
+        if let Some(table) = joints {
+            for (index, joint) in step.joints.iter().enumerate() {
+                table.whole(row.index);
+                table.number(row.time);
+                table.whole(index as u64);
+                joint.vectors().iter().for_each(|vector| table.numbers(vector.as_slice()));
+                table.numbers(&[joint.residual.locked, joint.residual.drive]);
+                table.end_row()?;
+            }
+        }
+        if let Some(table) = gears {
+            for (index, gear) in step.gears.iter().enumerate() {
+                table.whole(row.index);
+                table.number(row.time);
+                table.whole(index as u64);
+                table.numbers(&gear.coordinates);
+                table.numbers(&[gear.force, gear.residual]);
+                table.end_row()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The streams in the order of [`Streams`], flushed: with all rows written so far.
+    ///
+    /// # Errors
+    /// The streams'.
+    pub fn flushed(&mut self) -> io::Result<Vec<&mut W>> {
+        let Streams { states, contacts, steps, joints, gears, ends } = &mut self.tables;
+        let all = [
+            Some(states),
+            contacts.as_mut(),
+            Some(steps),
+            joints.as_mut(),
+            gears.as_mut(),
+            ends.as_mut(),
+        ];
+        all.into_iter().flatten().map(RowWriter::flushed).collect()
+    }
+
+    /// Flushes and gives the streams back. Before, the last rows may not be in them.
+    ///
+    /// # Errors
+    /// The streams'.
+    pub fn finish(self) -> io::Result<Streams<W>> {
+        self.tables.each(|_, rows| rows.finish())
+    }
+}
+
+fn write_states<W: Write>(
+    table: &mut RowWriter<W>,
+    row: &StepRow,
+    states: &[State],
+) -> io::Result<()> {
+    for (body, state) in states.iter().enumerate() {
+        table.whole(row.index);
+        table.number(row.time);
+        table.whole(body as u64);
+        table.numbers(state.to_vector().as_slice());
+        table.end_row()?;
+    }
+    Ok(())
+}
+
+fn write_contact<W: Write>(
+    table: &mut RowWriter<W>,
+    k: u64,
+    index: usize,
+    contact: &ContactRow,
+) -> io::Result<()> {
+    let (partner, partner_index) = match contact.partner {
+        Partner::Ground => ("ground", 0),
+        Partner::Fixed(index) => ("fixed", index),
+        Partner::Body(index) => ("body", index),
+    };
+    table.whole(k);
+    table.whole(index as u64);
+    table.whole(contact.body as u64);
+    table.text(partner);
+    table.whole(partner_index as u64);
+    for vector in [&contact.point, &contact.normal, &contact.force, &contact.slip] {
+        table.numbers(vector.as_slice());
+    }
+    table.numbers(&[contact.gap, contact.radius, contact.rebound]);
+    table.word(&contact.key);
+    table.end_row()
+}
+
+impl TableStep {
+    /// The rows of a step of a simulation of `world`, in which a joint's frame that moves is where the step ends. The point of a contact and the place of a joint are NaN
+    /// whose body has no state in the record, which no simulation makes.
+    #[must_use]
+    pub fn of(world: &World, record: &StepRecord) -> Self {
+        let is_end = record.report.status == StepStatus::End;
+        let certificate = if is_end { Default::default() } else { record.certificate };
+        let row = StepRow {
+            index: record.index,
+            // k h in one rounding, so that times do not drift.
+            time: record.index as f64 * world.time_step(),
+            status: record.report.status,
+            iterations: record.report.iterations,
+            start: record.report.start.unwrap_or("").to_owned(),
+            contacts: record.contacts.len(),
+            residual: certificate.residual(),
+            parts: certificate.contact_parts().map(|(_, part)| part),
+            overlap: record.overlap,
+            restitution_share: record.restitution_share,
+            energy: energy::total(world, &record.states),
+            works: if is_end { [0.0; 6] } else { works(world, record) },
+            stiffness: if is_end { 0.0 } else { record.stiffness },
+        };
+        let contacts = ContactRow::of(record).collect();
+        let joints = JointRow::of(world, record).collect();
+        let gears = GearTableRow::of(world, record).collect();
+        Self { row, states: record.states.clone(), ends: Vec::new(), contacts, joints, gears }
+    }
+}
+
+/// The terms of the energy's change in a step, J.
+fn works(world: &World, record: &StepRecord) -> [f64; 6] {
+    let StepRecord { states, wrenches, contacts, solution, .. } = record;
+    let (next, joints, gears) = (&solution.states, &solution.joints, &solution.gears);
+    let claim = Claim { states, next, wrenches, contacts, joints, gears };
+    EnergyBalance::of(world, &claim, solution.forces()).terms()
+}
+
+impl JointRow {
+    /// The rows of the joints of `world` in a step; see [`TableStep::of`].
+    pub fn of<'a>(world: &'a World, record: &'a StepRecord) -> impl Iterator<Item = Self> + 'a {
+        let is_end = record.report.status == StepStatus::End;
+        world.joints().iter().enumerate().map(move |(index, joint)| {
+            let force = record.solution.joints.get(index);
+            let force = force.copied().unwrap_or(JointForce::none(Vector3::zeros()));
+            let next = (!is_end).then_some(&record.solution.states[..]);
+            Self::between(world, joint, (&record.states, next), &force)
+        })
+    }
+
+    /// The row of `joint` at `states`, from which a step leads to `next` under `force`, or none does.
+    #[must_use]
+    pub fn between(
+        world: &World,
+        joint: &Joint,
+        (states, next): (&[State], Option<&[State]>),
+        force: &JointForce,
+    ) -> Self {
+        let unknown = Vector3::repeat(f64::NAN);
+        let at = joint.coordinates(states);
+        let turns = at.map_or(unknown, |at| joint.turns(&at, &force.angles));
+        let mut row = Self {
+            place: at.map_or(unknown, |at| at.place),
+            turns,
+            velocity: Vector3::zeros(),
+            spin: Vector3::zeros(),
+            force: force.force,
+            torque: force.torque,
+            residual: JointResidual::default(),
+        };
+        if let (Some(at), Some(next)) = (at, next) {
+            let (h, after) = (world.time_step(), joint.coordinates(next));
+            let rates = after.map(|after| joint.rates(&at, &after, &turns, h));
+            (row.velocity, row.spin) = rates.unwrap_or((unknown, unknown));
+            row.residual = joint.residual(world.bodies(), (states, next), force, h);
+        }
+        row
+    }
+
+    /// Place, turns, their rates, force and torque.
+    #[must_use]
+    pub fn vectors(&self) -> [Vector3<f64>; 6] {
+        [self.place, self.turns, self.velocity, self.spin, self.force, self.torque]
+    }
+}
+
+impl GearTableRow {
+    /// The rows of the gears of `world` in a step; see [`TableStep::of`].
+    pub fn of<'a>(world: &'a World, record: &'a StepRecord) -> impl Iterator<Item = Self> + 'a {
+        let (solution, is_end) = (&record.solution, record.report.status == StepStatus::End);
+        world.gears().iter().enumerate().map(move |(index, gear)| {
+            let force = solution.gears.get(index).copied().unwrap_or(0.0);
+            let next = (!is_end).then_some(&solution.states[..]);
+            Self::between(world, gear, (&record.states, next), (&solution.joints, force))
+        })
+    }
+
+    /// The row of `gear` at `states`, from which a step leads to `next` under its `force` and with the forces and angles
+    /// `joints`, or none does.
+    #[must_use]
+    pub fn between(
+        world: &World,
+        gear: &Gear,
+        (states, next): (&[State], Option<&[State]>),
+        (joints, force): (&[JointForce], f64),
+    ) -> Self {
+        let near: Vec<_> = gear.axes().map(|of| joints.get(of.joint).map(|of| of.angles)).into();
+        let coordinate = |k: usize| {
+            let near = near[k].unwrap_or_default();
+            gear.axes()[k].coordinate(world.joints(), states, &near)
+        };
+        let ends = next.map(|next| (states, next));
+        let residual = ends.map_or(0.0, |ends| gear.residual(world, ends, joints, force));
+        Self { coordinates: [coordinate(0), coordinate(1)], force, residual }
+    }
+}
+
+impl ContactRow {
+    /// The rows of the contacts of a step, in the order of its solution; see [`TableStep::of`].
+    #[inline]
+    pub fn of(record: &StepRecord) -> impl Iterator<Item = Self> + '_ {
+        let point = |contact: &Contact| {
+            let state = record.states.get(contact.key.body);
+            state.map_or(Vector3::repeat(f64::NAN), |state| state.position + contact.arm)
+        };
+        let pairs = record.contacts.iter().zip(&record.solution.contacts);
+        pairs.map(move |(contact, found)| Self {
+            body: contact.key.body,
+            partner: contact.key.partner,
+            point: point(contact),
+            normal: contact.normal(),
+            force: found.force,
+            slip: found.slip,
+            gap: contact.gap,
+            radius: contact.features.radius,
+            rebound: contact.rebound,
+            key: KeyText::of(&contact.key),
+        })
+    }
+}

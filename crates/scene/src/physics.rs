@@ -1,0 +1,93 @@
+//! The world and the load of one body, made of what flags, files and scenes say.
+
+use super::choices::{BodyShape, Inertia};
+use super::settings::Settings;
+use nalgebra::Vector3;
+use tumble_core::error::Error;
+use tumble_core::mechanics::Rotation;
+use tumble_core::mechanics::body::{RigidBody, solid_box_inertia};
+use tumble_core::mechanics::load::{Load, Polyline};
+use tumble_core::simulation::scene;
+use tumble_core::world::{Parameters, World};
+use tumble_model::failure::Failure;
+use tumble_model::parameters::bouncing;
+use tumble_model::shape::check_sides;
+
+/// The world and the load of complete settings.
+pub fn of_settings(settings: &Settings) -> Result<(World, Load), Failure> {
+    let mass = settings.mass.ok_or_else(|| Failure::needed("mass"))?;
+    let shape = settings.shape.as_ref().ok_or_else(|| Failure::needed("box"))?;
+    let inertia = settings.inertia.as_ref().ok_or_else(|| Failure::needed("inertia"))?;
+    let world = World::new(Parameters {
+        bodies: vec![rigid_body(mass, shape, inertia)?],
+        ground: Some(settings.plane.clone().unwrap_or_default()),
+        gravity: settings.gravity.ok_or_else(|| Failure::needed("gravity"))?,
+        friction: settings.mu.unwrap_or(scene::FRICTION),
+        time_step: settings.dt.ok_or_else(|| Failure::needed("dt"))?,
+        // Without a ground the Runge–Kutta method has an equation of its own.
+        rotation: settings.rotation.unwrap_or(Rotation::Tutorial),
+    })?;
+    let world = bouncing(world, settings.restitution, settings.rebound_speed)?;
+    let load = Load::new(
+        settings.force.clone().unwrap_or_default(),
+        settings.torque.clone().unwrap_or_default(),
+        settings.force_at.unwrap_or_default(),
+    )?;
+    Ok((world, load))
+}
+
+/// What is wrong with a load that in one step makes a speed or spin that no state may have.
+pub fn violent_load(body: &RigidBody, load: &Load, h: f64) -> Option<String> {
+    let size = |line: &Polyline| line.knots().iter().map(|(_, v)| v.amax()).fold(0.0, f64::max);
+    let arm = 2.0 * load.point().amax();
+    let (force, torque) = (size(&load.force), size(&load.torque));
+    let turning = body.inertia_inverse().amax() * (torque + arm * force);
+    let gained = [("m/s", h * force / body.mass()), ("rad/s", h * turning)];
+    let (unit, gained) = gained.into_iter().find(|(_, gained)| *gained > MOST_GAINED)?;
+    Some(format!(
+        "a step of this load alone would change the body's motion by {gained:.1e} {unit}; at most \
+         {MOST_GAINED:e} {unit} is allowed"
+    ))
+}
+
+/// m/s or rad/s: a tenth of what the state at the start may have.
+const MOST_GAINED: f64 = 1e4;
+
+/// The body of `mass` (kg).
+fn rigid_body(mass: f64, shape: &BodyShape, inertia: &Inertia) -> Result<RigidBody, Failure> {
+    // Nobody gave a solid body's inertia: it follows from the sides.
+    let of_sides = |error: Error| match Failure::from(error) {
+        Failure::Setting { name, why } if name == "inertia" => Failure::setting("box", why),
+        other => other,
+    };
+    if let BodyShape::Box(sides) = shape {
+        check_sides(&(*sides).into())?;
+    }
+    Ok(match (shape, inertia) {
+        (BodyShape::Box(sides), Inertia::Solid) => {
+            RigidBody::solid_box(mass, 0.5 * sides).map_err(of_sides)?
+        }
+        (BodyShape::Box(sides), Inertia::Matrix(matrix)) => {
+            RigidBody::with_box_corners(mass, *matrix, 0.5 * sides)?
+        }
+        (BodyShape::Points(points), Inertia::Matrix(matrix)) => {
+            RigidBody::new(mass, *matrix, points)?
+        }
+        (BodyShape::Points(points), Inertia::Solid) => {
+            let inertia = solid_box_inertia(mass, &half_sides(points)?);
+            RigidBody::new(mass, inertia, points).map_err(of_sides)?
+        }
+    })
+}
+
+/// Half the sides of the box with these corners, refused where they are of no box.
+fn half_sides(points: &[Vector3<f64>]) -> Result<Vector3<f64>, Failure> {
+    let half = points.iter().fold(Vector3::zeros(), |half, point| point.abs().sup(&half));
+    if points.len() == 8 && points.iter().all(|point| point.abs() == half) {
+        return Ok(half);
+    }
+    Err(Failure::setting(
+        "inertia",
+        "`solid` is for boxes; the contact points are of no box, give numbers",
+    ))
+}

@@ -1,0 +1,89 @@
+//! A run.json that is read.
+
+use super::checksums::{Seal, seal_of};
+use super::{Failure, RunFile};
+use std::ffi::OsStr;
+use std::io;
+use std::path::Path;
+use tumble_model::{fields, shown};
+
+/// Characters of a name or a word.
+const LONGEST_WORD: usize = 80;
+
+impl RunFile {
+    /// Reads the `text` of the file `path`; `None` if the file is missing, unless `lonely` refuses that.
+    ///
+    /// # Errors
+    /// What is no run.json.
+    pub fn read(
+        text: io::Result<String>,
+        path: &Path,
+        lonely: impl FnOnce() -> Result<(), Failure>,
+    ) -> Result<Option<Self>, Failure> {
+        let odd = |why: &dyn std::fmt::Display| {
+            Failure::Input(format!("{} is not a run.json: {why}", shown::path(path)))
+        };
+        let text = match text {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                return lonely().map(|()| None);
+            }
+            Err(error) => return Err(odd(&error)),
+        };
+        let mut file: Self = fields::json(&text).map_err(|why| odd(&why))?;
+        file.seal = seal_of(&text);
+        if let Some(field) = file.missing() {
+            return Err(odd(&format!("missing field `{field}`")));
+        }
+        match file.long_word() {
+            None => Ok(Some(file)),
+            Some(field) => {
+                Err(odd(&format!("{field}: it has more than {LONGEST_WORD} characters")))
+            }
+        }
+    }
+
+    /// The names of the files of the run whose run.json has this text; none of a text that was
+    /// changed.
+    #[must_use]
+    pub fn listed_files(text: &str) -> Vec<String> {
+        if seal_of(text) == Seal::Broken {
+            return Vec::new();
+        }
+        let Ok(run) = fields::json::<Self>(text) else { return Vec::new() };
+        let is_name = |name: &String| Path::new(name).file_name() == Some(OsStr::new(name));
+        run.files.into_iter().filter(is_name).collect()
+    }
+
+    /// First required field that is missing.
+    fn missing(&self) -> Option<&'static str> {
+        let fields = [
+            ("kept.every", self.kept.every == 0),
+            ("substeps", self.substeps == 0),
+            ("largest_overlap_m", !self.trajectory && self.largest_overlap_m.is_none()),
+            ("joints", self.joints.is_none() && !self.model.joints.is_empty()),
+        ];
+        fields.iter().find(|(_, missing)| *missing).map(|(field, _)| *field)
+    }
+
+    /// The first field that is too long for a title or a table.
+    fn long_word(&self) -> Option<&'static str> {
+        let solver = &self.solver;
+        let words = [
+            ("outcome", Some(&self.outcome)),
+            ("tumble_version", Some(&self.tumble_version)),
+            ("ipopt_version", Some(&self.ipopt_version)),
+            ("scene", Some(&self.scene)),
+            ("solver.name", Some(&solver.name)),
+            ("solver.preset", solver.preset.as_ref()),
+            ("solver.detection", solver.detection.as_ref()),
+            ("solver.on_failure", solver.on_failure.as_ref()),
+        ];
+        let words = words.into_iter().filter_map(|(field, word)| Some((field, word?)));
+        let changed = self.changed.iter().map(|word| ("changed", word));
+        words
+            .chain(changed)
+            .find(|(_, word)| word.chars().count() > LONGEST_WORD)
+            .map(|(field, _)| field)
+    }
+}

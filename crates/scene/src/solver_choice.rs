@@ -1,0 +1,294 @@
+//! How contact steps are posed and solved, from the settings of one body or of several.
+
+use super::choices::{OnFailure, Preset, SolverName};
+use super::settings::Settings;
+use std::num::NonZeroUsize;
+#[cfg(feature = "ipopt")]
+use tumble::ipopt::Options;
+#[cfg(feature = "ipopt")]
+use tumble::solver::ipopt::{Formulation, IpoptSolver};
+use tumble_core::contact::Detection;
+use tumble_core::error::Error;
+use tumble_core::simulation::Motion;
+use tumble_core::solver::native::{ACCEPTED_RESIDUAL, LARGEST_RESIDUAL, NativeSolver};
+use tumble_core::step::StepSolver;
+use tumble_core::world::World;
+use tumble_model::failure::{Failure, refuse_flags};
+use tumble_model::shown;
+
+/// How contact steps are posed and solved.
+#[derive(Clone)]
+pub struct SolverChoice {
+    /// Which points may touch.
+    pub detection: Detection,
+    /// What happens with a step that fails.
+    pub on_failure: OnFailure,
+    /// What all of it was said by, if a preset was.
+    pub preset: Option<Preset>,
+    /// Ipopt's program and options; `None` for the native solver.
+    pub ipopt: Option<Program>,
+    /// What the native solver solves steps to, where it is not the usual residual.
+    residual: Option<f64>,
+    /// The most threads that the native solver works on; no setting of a file.
+    threads: NonZeroUsize,
+}
+
+/// Ipopt's program and options.
+#[cfg(feature = "ipopt")]
+pub type Program = (Formulation, Options);
+
+/// There is none.
+#[cfg(not(feature = "ipopt"))]
+pub type Program = std::convert::Infallible;
+
+/// The version of Ipopt that this build has; empty where it has none.
+#[cfg(feature = "ipopt")]
+pub const IPOPT_VERSION: &str = tumble::ipopt::VERSION;
+/// The version of Ipopt that this build has; empty where it has none.
+#[cfg(not(feature = "ipopt"))]
+pub const IPOPT_VERSION: &str = "";
+
+impl SolverChoice {
+    /// What `settings` say, by `usual` where they name no solver.
+    ///
+    /// # Errors
+    /// Settings that mean nothing together; Ipopt without the feature `ipopt`.
+    pub fn new(settings: &Settings, usual: SolverName) -> Result<Self, Failure> {
+        if let Some(Preset::Tutorial) = settings.preset {
+            let place = "--preset tutorial, which is the tutorial's program to the letter";
+            refuse_flags(place, &solver_flags(settings))?;
+            return ipopt::tutorial();
+        }
+        let detection = settings.detection.map(Detection::from).unwrap_or_default();
+        if settings.solver.unwrap_or(usual) != SolverName::Native {
+            let flags = [("--residual", settings.residual.is_some())];
+            refuse_flags("Ipopt, which solves to --tol; --solver native has it", &flags)?;
+            return ipopt::of(settings, detection);
+        }
+        let ladder = settings.on_failure == Some(OnFailure::Ladder);
+        let mut flags = ipopt_flags(settings);
+        flags.push(("--on-failure ladder", ladder));
+        refuse_flags("the native solver, which works to rounding", &flags)?;
+        let on_failure = settings.on_failure.unwrap_or(OnFailure::Record);
+        let residual = settings.residual.map(known_residual).transpose()?;
+        Ok(Self { residual, ..Self::by(detection, on_failure, None) })
+    }
+
+    fn by(detection: Detection, on_failure: OnFailure, ipopt: Option<Program>) -> Self {
+        Self {
+            detection,
+            on_failure,
+            preset: None,
+            ipopt,
+            residual: None,
+            threads: NonZeroUsize::MIN,
+        }
+    }
+
+    /// Lets the native solver work on up to `count` threads ([`NativeSolver::with_threads`]); on
+    /// one otherwise.
+    ///
+    /// # Errors
+    /// Ipopt.
+    pub fn set_threads(&mut self, count: NonZeroUsize) -> Result<(), Failure> {
+        let place = "Ipopt, which solves all bodies as one problem";
+        refuse_flags(place, &[("--threads", self.is_ipopt())])?;
+        self.threads = count;
+        Ok(())
+    }
+
+    /// The solver for `world`.
+    ///
+    /// # Errors
+    /// The setting that is not made for it.
+    pub fn solver(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
+        match &self.ipopt {
+            None => self.native(world),
+            Some(program) => ipopt::solver(self, program, world),
+        }
+    }
+
+    /// What the native solver was asked to solve steps to, m/s at the speed scale 1; `None` for the usual residual.
+    #[must_use]
+    pub fn residual(&self) -> Option<f64> {
+        self.residual
+    }
+
+    fn native(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
+        let mut solver = NativeSolver::new(world);
+        if let Some(residual) = self.residual {
+            solver = solver.with_residual(residual)?;
+        }
+        let solver = solver.with_threads(self.threads).map_err(|error| match error {
+            Error::Solver { .. } => Failure::Other(error.to_string()),
+            _ => error.into(),
+        })?;
+        Ok(Box::new(solver))
+    }
+
+    /// What moves the bodies of `world`.
+    ///
+    /// # Errors
+    /// As [`SolverChoice::solver`].
+    pub fn motion(&self, world: &World) -> Result<Motion<'static>, Failure> {
+        Ok(Motion::Contact { detection: self.detection, solver: self.solver(world)? })
+    }
+
+    /// Whether Ipopt solves them.
+    #[must_use]
+    pub fn is_ipopt(&self) -> bool {
+        self.ipopt.is_some()
+    }
+
+    /// Whether Ipopt has a ladder behind its first start.
+    #[must_use]
+    pub fn climbs(&self) -> bool {
+        self.is_ipopt() && self.on_failure == OnFailure::Ladder
+    }
+
+    /// Ipopt's program, tolerance and most iterations, where it solves them.
+    #[must_use]
+    pub fn program(&self) -> Option<(&'static str, f64, u32)> {
+        self.ipopt.as_ref().map(ipopt::told)
+    }
+
+    /// `native` or `ipopt`.
+    #[must_use]
+    pub fn solver_name(&self) -> &'static str {
+        if self.is_ipopt() { "ipopt" } else { "native" }
+    }
+}
+
+#[cfg(feature = "ipopt")]
+mod ipopt {
+    use super::*;
+    use tumble::ipopt::IpoptError;
+    use tumble::solver::ipopt::{MOST_ITERATIONS, TOLERANCE, alone_for, ladder_for};
+    use tumble::step_nlp::StepNlp;
+
+    /// Below this, Ipopt's steps take five to a hundred times the iterations and are no better.
+    const LEAST_TOLERANCE: f64 = 1e-12;
+
+    /// Failure of an option that Ipopt refuses, by its name.
+    fn refused(error: IpoptError) -> Failure {
+        match error {
+            IpoptError::Option { name, .. } => Failure::setting(&name.replace('_', "-"), &error),
+            other => Failure::Other(other.to_string()),
+        }
+    }
+
+    pub fn of(settings: &Settings, detection: Detection) -> Result<SolverChoice, Failure> {
+        let tolerance = settings.tol.unwrap_or(TOLERANCE);
+        if tolerance > 0.0 && tolerance < LEAST_TOLERANCE {
+            return Err(Failure::setting(
+                "tol",
+                format!(
+                    "{} is below {LEAST_TOLERANCE:e}, where rounding keeps Ipopt from ever coming \
+                     to it; the native solver works to rounding",
+                    shown::number(tolerance)
+                ),
+            ));
+        }
+        let options = IpoptSolver::options(tolerance, settings.max_iter.unwrap_or(MOST_ITERATIONS));
+        options.validate().map_err(refused)?;
+        let on_failure = settings.on_failure.unwrap_or(OnFailure::Ladder);
+        let formulation = settings.formulation.map(Formulation::from).unwrap_or_default();
+        Ok(SolverChoice::by(detection, on_failure, Some((formulation, options))))
+    }
+
+    pub fn told((formulation, options): &Program) -> (&'static str, f64, u32) {
+        (formulation.name(), options.tolerance, options.max_iterations)
+    }
+
+    /// The tutorial's program and settings to the letter.
+    pub fn tutorial() -> Result<SolverChoice, Failure> {
+        let options = IpoptSolver::tutorial_options();
+        let program = (Formulation::Clamped, options);
+        let contact = SolverChoice::by(Detection::Height, OnFailure::Record, Some(program));
+        Ok(SolverChoice { preset: Some(Preset::Tutorial), ..contact })
+    }
+
+    pub fn solver(
+        contact: &SolverChoice,
+        (formulation, options): &Program,
+        world: &World,
+    ) -> Result<Box<dyn StepSolver>, Failure> {
+        if *formulation == Formulation::Clamped
+            && let Some(why) = StepNlp::unsuitable(world)
+        {
+            let why = format!("`clamped` is the tutorial's program: {why}, or `reduced`");
+            return Err(Failure::setting("formulation", why));
+        }
+        let mut options = options.clone();
+        let made = if contact.climbs() {
+            ladder_for(world, *formulation, options)
+        } else {
+            if StepNlp::unsuitable(world).is_none() {
+                // Of one body it pays with the ladder's warm starts only (docs/ipopt-path.md).
+                options.objective_scaling = 1.0;
+            }
+            alone_for(world, *formulation, options)
+        };
+        made.map_err(|error| match error {
+            Error::Solver { why, .. } => Failure::setting("solver", why),
+            other => other.into(),
+        })
+    }
+}
+
+#[cfg(not(feature = "ipopt"))]
+mod ipopt {
+    use super::*;
+
+    pub fn tutorial() -> Result<SolverChoice, Failure> {
+        Err(Failure::setting("preset", MISSING))
+    }
+
+    pub fn told(program: &Program) -> (&'static str, f64, u32) {
+        match *program {}
+    }
+
+    pub fn of(_: &Settings, _: Detection) -> Result<SolverChoice, Failure> {
+        Err(Failure::setting("solver", MISSING))
+    }
+
+    pub fn solver(
+        _: &SolverChoice,
+        program: &Program,
+        _: &World,
+    ) -> Result<Box<dyn StepSolver>, Failure> {
+        match *program {}
+    }
+
+    const MISSING: &str = "Ipopt is needed for it, and is not in this build; `native` is";
+}
+
+/// A residual that the native solver solves to.
+fn known_residual(residual: f64) -> Result<f64, Failure> {
+    if (ACCEPTED_RESIDUAL..=LARGEST_RESIDUAL).contains(&residual) {
+        return Ok(residual);
+    }
+    let why = format!("{} m/s; 1e-9 to 1e-2 is needed", shown::number(residual));
+    Err(Failure::setting("residual", why))
+}
+
+/// Settings with a meaning for Ipopt alone, and whether they are given.
+fn ipopt_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
+    vec![
+        ("--formulation", settings.formulation.is_some()),
+        ("--tol", settings.tol.is_some()),
+        ("--max-iter", settings.max_iter.is_some()),
+    ]
+}
+
+/// Settings of the contact steps' solver, the preset apart, and whether they are given.
+pub fn solver_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
+    let mut flags = vec![
+        ("--solver", settings.solver.is_some()),
+        ("--detection", settings.detection.is_some()),
+        ("--residual", settings.residual.is_some()),
+        ("--on-failure", settings.on_failure.is_some()),
+    ];
+    flags.extend(ipopt_flags(settings));
+    flags
+}

@@ -1,0 +1,356 @@
+//! A scene, written down: the text of a scenario file.
+
+mod one;
+
+use super::scene::Scene;
+use nalgebra::Vector3;
+use std::fmt::Write as _;
+use tumble_core::joint::{Drive, Middle, Motor};
+use tumble_model::failure::Failure;
+use tumble_model::gear::GearModel;
+use tumble_model::joint::{CourseModel, JointModel};
+use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
+use tumble_model::{BodyModel, Model, PartnerModel};
+
+/// The text of a scenario file that comes to this scene, but for its solver; numbers keep their bits.
+///
+/// # Errors
+/// Bodies of a mesh's file, which a text cannot have.
+pub fn text(scene: &Scene) -> Result<String, Failure> {
+    let mut out = String::new();
+    // What is written to takes everything.
+    if scene.trajectory {
+        let _ = one::text(&mut out, scene);
+        return Ok(out);
+    }
+    let model = &scene.model;
+    let _ = head(&mut out, scene, model);
+    for (index, body) in model.bodies.iter().enumerate() {
+        body_table(&mut out, body, model)
+            .map_err(|why| Failure::Input(format!("bodies[{index}] ({}): {why}", body.name)))?;
+    }
+    fixed_tables(&mut out, model).map_err(Failure::Input)?;
+    pair_tables(&mut out, model);
+    for joint in &model.joints {
+        match &joint.course {
+            Some(course) => driven_table(&mut out, joint, course, model),
+            None => joint_table(&mut out, joint, model),
+        }
+    }
+    for gear in &model.gears {
+        gear_table(&mut out, gear, model);
+    }
+    surface_tables(&mut out, model);
+    Ok(out)
+}
+
+fn head(out: &mut String, scene: &Scene, model: &Model) -> std::fmt::Result {
+    writeln!(out, "name = {}", quoted(&scene.name))?;
+    writeln!(out, "steps = {}", scene.rows)?;
+    if scene.start_index > 0 {
+        writeln!(out, "start_index = {}", scene.start_index)?;
+    }
+    writeln!(out, "time_step = {:?}", model.dt)?;
+    writeln!(out, "rotation = \"{}\"", model.rotation.name())?;
+    writeln!(out, "gravity = {:?}\n\n[ground]", model.gravity)?;
+    match &model.plane {
+        None => writeln!(out, "none = true")?,
+        Some(plane) => {
+            writeln!(out, "normal = {:?}\noffset = {:?}", plane.normal.0, plane.offset)?;
+        }
+    }
+    writeln!(out, "friction = {:?}", model.mu)?;
+    if model.restitution != 0.0 {
+        writeln!(out, "restitution = {:?}", model.restitution)?;
+    }
+    match model.rebound_speed {
+        Some(speed) => writeln!(out, "rebound_speed = {speed:?}"),
+        None => Ok(()),
+    }
+}
+
+/// A string of TOML.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for letter in text.chars() {
+        match letter {
+            '"' | '\\' => quoted.extend(['\\', letter]),
+            letter if letter.is_control() => {
+                let _ = write!(quoted, "\\u{:04X}", u32::from(letter));
+            }
+            letter => quoted.push(letter),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
+
+/// A form with its place, in one line.
+fn piece(placed: &PlacedForm) -> Result<String, String> {
+    let form = match &placed.form {
+        ModelForm::Box { sides } => format!("box = {sides:?}"),
+        ModelForm::Sphere { radius } => format!("sphere = {radius:?}"),
+        ModelForm::Capsule { length, radius } => {
+            format!("capsule = {{ length = {length:?}, radius = {radius:?} }}")
+        }
+        ModelForm::Hull { points, radius } => format!("hull = {points:?}, radius = {radius:?}"),
+        ModelForm::Mesh { .. } => {
+            return Err("mesh: it stands in a file, which a text cannot have".to_owned());
+        }
+    };
+    Ok(at_place(&form, placed))
+}
+
+/// A part of what a body looks like.
+fn seen(placed: &PlacedForm) -> Result<String, String> {
+    match &placed.form {
+        ModelForm::Mesh { vertices, triangles, .. } => {
+            let surface =
+                format!("surface = {{ vertices = {vertices:?}, triangles = {triangles:?} }}");
+            Ok(at_place(&surface, placed))
+        }
+        _ => piece(placed),
+    }
+}
+
+fn at_place(form: &str, placed: &PlacedForm) -> String {
+    let ModelPlace { position, attitude } = placed.place;
+    format!("{{ {form}, position = {position:?}, attitude = {attitude:?} }}")
+}
+
+fn pieces<'a>(placed: impl Iterator<Item = &'a PlacedForm>) -> Result<String, String> {
+    let lines: Result<Vec<_>, String> = placed.map(piece).collect();
+    Ok(format!("pieces = [\n    {},\n]", lines?.join(",\n    ")))
+}
+
+fn body_table(out: &mut String, body: &BodyModel, model: &Model) -> Result<(), String> {
+    let shape = model.shapes.get(body.shape).ok_or_else(|| "shape: there is none".to_owned())?;
+    let start = body.start.state();
+    let centre = Vector3::from(body.centre);
+    let origin = start.position - start.pose().rotation * centre;
+    let mut lines = vec![format!("name = {}", quoted(&body.name))];
+    match shape {
+        ModelShape::Pieces(placed) => {
+            lines.push(pieces(placed.iter())?);
+            lines.push(format!("centre = {:?}", body.centre));
+        }
+        ModelShape::Points(points) => lines.push(format!("points = {points:?}")),
+    }
+    lines.push(format!("mass = {:?}\ninertia = {:?}", body.mass, body.inertia));
+    for (field, value) in [("friction", body.friction), ("restitution", body.restitution)] {
+        lines.extend(value.map(|value| format!("{field} = {value:?}")));
+    }
+    if !body.touches {
+        lines.push("touches = false".to_owned());
+    }
+    lines.push(format!("position = {:?}", <[f64; 3]>::from(origin)));
+    lines.push(format!("attitude = {:?}", body.start.attitude));
+    for (field, value) in [("velocity", body.start.velocity), ("spin", body.start.spin)] {
+        if value != [0.0; 3] {
+            lines.push(format!("{field} = {value:?}"));
+        }
+    }
+    if let Some(load) = &body.load {
+        let knots = |knots: &[tumble_model::fields::Numbers<4>]| {
+            knots.iter().map(|knot| knot.0).collect::<Vec<_>>()
+        };
+        let (force, torque) = (knots(&load.force), knots(&load.torque));
+        let at = if force.is_empty() { String::new() } else { format!(", at = {:?}", load.at.0) };
+        let of = |field: &str, knots: &[[f64; 4]]| match knots {
+            [] => None,
+            knots => Some(format!("{field} = {knots:?}")),
+        };
+        let parts: Vec<_> =
+            [of("force", &force), of("torque", &torque)].into_iter().flatten().collect();
+        lines.push(format!("load = {{ {}{at} }}", parts.join(", ")));
+    }
+    lines.extend(body.colour.map(|colour| format!("colour = \"{}\"", String::from(colour))));
+    if let Some(look) = body.look.and_then(|look| model.looks.get(look)) {
+        let parts: Result<Vec<_>, String> = look.iter().map(seen).collect();
+        lines.push(format!("look = [\n    {},\n]", parts?.join(",\n    ")));
+    }
+    lines.extend(body.label.as_ref().map(|label| format!("label = {}", quoted(&label.0))));
+    let _ = writeln!(out, "\n[[bodies]]\n{}", lines.join("\n"));
+    Ok(())
+}
+
+/// What is fixed: pieces that follow each other under one name are one thing.
+fn fixed_tables(out: &mut String, model: &Model) -> Result<(), String> {
+    for thing in model.fixed.chunk_by(|a, b| a.name == b.name && a.friction == b.friction) {
+        let name = quoted(&thing[0].name);
+        let pieces = pieces(thing.iter().map(|fixed| &fixed.piece))?;
+        let _ = writeln!(out, "\n[[fixed]]\nname = {name}\n{pieces}");
+        if let Some(friction) = thing[0].friction {
+            let _ = writeln!(out, "friction = {friction:?}");
+        }
+    }
+    Ok(())
+}
+
+/// What a scenario calls a body, a fixed piece or the ground.
+fn name_of(partner: PartnerModel, model: &Model) -> &str {
+    match partner {
+        PartnerModel::Ground => "ground",
+        PartnerModel::Fixed(index) => model.fixed.get(index).map_or("", |fixed| &fixed.name),
+        PartnerModel::Body(index) => model.bodies.get(index).map_or("", |body| &body.name),
+    }
+}
+
+fn pair_tables(out: &mut String, model: &Model) {
+    let between = |body: usize, partner: PartnerModel| {
+        let names = [PartnerModel::Body(body), partner].map(|of| quoted(name_of(of, model)));
+        format!("between = [{}, {}]", names[0], names[1])
+    };
+    for (table, pairs) in [("friction", &model.frictions), ("restitution", &model.restitutions)] {
+        for pair in pairs {
+            let (between, coefficient) = (between(pair.body, pair.partner), pair.coefficient);
+            let _ = writeln!(out, "\n[[{table}]]\n{between}\ncoefficient = {coefficient:?}");
+        }
+    }
+    for pair in &model.apart {
+        let _ = writeln!(out, "\n[[apart]]\n{}", between(pair.body, pair.partner));
+    }
+}
+
+/// The way of a driven body: places at times, or a steady motion from the start about a point that is not the origin
+/// of its shape.
+fn driven_table(out: &mut String, joint: &JointModel, course: &CourseModel, model: &Model) {
+    let body = model.bodies.get(joint.body);
+    let centre = body.map_or([0.0; 3], |body| body.centre);
+    let about = Vector3::from(joint.frames[0].position) + Vector3::from(centre);
+    let mut lines = vec![
+        format!("name = {}", quoted(&joint.name)),
+        format!("body = {}", quoted(body.map_or("", |body| &body.name))),
+    ];
+    if about == Vector3::zeros() {
+        let positions: Vec<_> = course.places.iter().map(|place| place.position).collect();
+        let attitudes: Vec<_> = course.places.iter().map(|place| place.attitude).collect();
+        lines.push(format!("times = {:?}", course.times));
+        lines.push(format!("positions = {positions:?}\nattitudes = {attitudes:?}"));
+    } else {
+        // The point is given where it is in the world at the start.
+        lines.extend(course.places.first().map(|place| format!("about = {:?}", place.position)));
+    }
+    for (field, value) in [("velocity", course.velocity), ("spin", course.spin)] {
+        if value != [0.0; 3] {
+            lines.push(format!("{field} = {value:?}"));
+        }
+    }
+    let _ = writeln!(out, "\n[[driven]]\n{}", lines.join("\n"));
+}
+
+fn gear_table(out: &mut String, gear: &GearModel, model: &Model) {
+    let of = |k: usize| {
+        let joint = model.joints.get(gear.joints[k]);
+        let driven = joint.map_or(&[][..], |joint| joint.kind.driven());
+        let axis = driven.iter().find(|(_, axis)| *axis == gear.axes[k]);
+        let name = joint.map_or("", |joint| &joint.name);
+        (quoted(name), quoted(axis.map_or("", |(axis, _)| axis)))
+    };
+    let (first, second) = (of(0), of(1));
+    let _ = writeln!(
+        out,
+        "\n[[gears]]\njoints = [{}, {}]\naxes = [{}, {}]\nratio = {:?}\noffset = {:?}",
+        first.0, second.0, first.1, second.1, gear.ratio, gear.offset
+    );
+    if let Some(drive) = &gear.drive {
+        let _ = writeln!(out, "drive = {{ {} }}", drive_fields(drive).join(", "));
+        if let Some(motor) = &drive.motor {
+            let _ = writeln!(out, "motor = {{ {} }}", motor_fields(motor).join(", "));
+        }
+    }
+}
+
+/// Surfaces that move; all pieces of a name have one.
+fn surface_tables(out: &mut String, model: &Model) {
+    let mut names = Vec::new();
+    for surface in &model.surfaces {
+        let name = name_of(surface.of, model);
+        if !names.contains(&name) {
+            names.push(name);
+            let (of, velocity) = (quoted(name), surface.velocity);
+            let _ = writeln!(out, "\n[[surfaces]]\nof = {of}\nvelocity = {velocity:?}");
+        }
+    }
+}
+
+/// The fields of a drive that say anything.
+fn drive_fields(drive: &Drive) -> Vec<String> {
+    let mut fields = Vec::new();
+    fields.extend(drive.limits.map(|limits| format!("limits = {limits:?}")));
+    for (field, value) in [
+        ("friction", drive.friction),
+        ("stiffness", drive.stiffness),
+        ("rest", drive.rest),
+        ("damping", drive.damping),
+        ("force", drive.force),
+        ("armature", drive.armature),
+    ] {
+        if value != 0.0 {
+            fields.push(format!("{field} = {value:?}"));
+        }
+    }
+    fields
+}
+
+fn motor_fields(motor: &Motor) -> Vec<String> {
+    let fields: &[(&str, f64)] = match motor {
+        Motor::Speed { target, most } => &[("speed", *target), ("most", *most)],
+        Motor::Position { target, stiffness, damping, most } => &[
+            ("position", *target),
+            ("stiffness", *stiffness),
+            ("damping", *damping),
+            ("most", *most),
+        ],
+        Motor::Damper { target, damping, most } => {
+            &[("speed", *target), ("damping", *damping), ("most", *most)]
+        }
+    };
+    fields.iter().map(|(field, value)| format!("{field} = {value:?}")).collect()
+}
+
+fn joint_table(out: &mut String, joint: &JointModel, model: &Model) {
+    let name = |index: usize| model.bodies.get(index).map_or("", |body| &body.name);
+    let names =
+        [Some(joint.body), joint.other].into_iter().flatten().map(|body| quoted(name(body)));
+    let names: Vec<_> = names.collect();
+    let mut lines = vec![
+        format!("name = {}", quoted(&joint.name)),
+        format!("type = \"{}\"", joint.kind.name()),
+        format!("bodies = [{}]", names.join(", ")),
+    ];
+    let owners = [Some(joint.body), joint.other];
+    for ((side, place), owner) in ["a", "b"].into_iter().zip(&joint.frames).zip(owners) {
+        // Of a body, in the frame of its shape.
+        let centre =
+            owner.and_then(|body| model.bodies.get(body)).map_or([0.0; 3], |body| body.centre);
+        let anchor = Vector3::from(place.position) + Vector3::from(centre);
+        lines.push(format!("anchor_{side} = {:?}", <[f64; 3]>::from(anchor)));
+        lines.push(format!("attitude_{side} = {:?}", place.attitude));
+    }
+    lines.extend(joint.length.map(|length| format!("length = {length:?}")));
+    lines.extend(joint.cone.map(|cone| format!("cone = {cone:?}")));
+    if let Some(middle) = &joint.middle {
+        let Middle { backwards, zero } = middle;
+        lines.push(format!("middle = {{ backwards = {backwards}, zero = {zero:?} }}"));
+    }
+    if joint.collide {
+        lines.push("collide = true".to_owned());
+    }
+    let driven = joint.kind.driven();
+    for ((axis, _), drive) in driven.iter().zip(&joint.drives) {
+        let fields = drive_fields(drive);
+        match driven.len() {
+            1 => lines.extend(fields),
+            _ if fields.is_empty() => {}
+            _ => lines.push(format!("{axis} = {{ {} }}", fields.join(", "))),
+        }
+    }
+    let _ = writeln!(out, "\n[[joints]]\n{}", lines.join("\n"));
+    for ((axis, _), drive) in driven.iter().zip(&joint.drives) {
+        let Some(motor) = &drive.motor else { continue };
+        let axis = if driven.len() == 1 { String::new() } else { format!("axis = \"{axis}\"\n") };
+        let law = motor_fields(motor).join("\n");
+        let _ = writeln!(out, "\n[[motors]]\njoint = {}\n{axis}{law}", quoted(&joint.name));
+    }
+}

@@ -1,0 +1,97 @@
+//! The inputs of a problem: numbers with a unit, a default and a range.
+
+use crate::Refusal;
+
+/// A number that a problem may depend on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Input {
+    /// m, kg.
+    Mass,
+    /// μ.
+    Friction,
+    /// e.
+    Restitution,
+    /// g, m/s², downwards.
+    Gravity,
+    /// Slope of the ground, degrees.
+    Slope,
+    /// Speed at the start, in the unit of [`Problem::unit`](crate::TestProblem::unit).
+    Speed,
+}
+
+impl Input {
+    /// All inputs.
+    pub const ALL: [Self; 6] =
+        [Self::Mass, Self::Friction, Self::Restitution, Self::Gravity, Self::Slope, Self::Speed];
+
+    /// The name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.facts().0
+    }
+
+    /// The usual unit.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        self.facts().1
+    }
+
+    /// Name, unit, and the smallest and largest value.
+    fn facts(self) -> (&'static str, &'static str, [f64; 2]) {
+        match self {
+            Self::Mass => ("mass", "kg", [1e-3, 1e6]),
+            Self::Friction => ("mu", "", [1e-3, 10.0]),
+            Self::Restitution => ("restitution", "", [0.0, 1.0]),
+            Self::Gravity => ("gravity", "m/s²", [1e-2, 1e3]),
+            Self::Slope => ("slope", "°", [0.0, 80.0]),
+            Self::Speed => ("speed", "m/s", [1e-2, 1e2]),
+        }
+    }
+}
+
+/// The inputs of a problem with their values.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TestInputs {
+    values: Vec<(Input, f64)>,
+    /// h, s.
+    pub time_step: f64,
+}
+
+impl TestInputs {
+    /// These values.
+    #[must_use]
+    pub fn new(time_step: f64, values: &[(Input, f64)]) -> Self {
+        Self { values: values.to_vec(), time_step }
+    }
+
+    /// The inputs and their values.
+    #[must_use]
+    pub fn values(&self) -> &[(Input, f64)] {
+        &self.values
+    }
+
+    /// Whether the problem depends on `input`.
+    #[must_use]
+    pub fn has(&self, input: Input) -> bool {
+        self.values.iter().any(|(name, _)| *name == input)
+    }
+
+    /// Sets `input` if the problem depends on it.
+    pub fn set(&mut self, input: Input, value: f64) {
+        self.values.iter_mut().filter(|(name, _)| *name == input).for_each(|old| old.1 = value);
+    }
+
+    /// The values of `inputs`; refused where one is missing or out of its range.
+    pub(crate) fn all<const N: usize>(&self, inputs: [Input; N]) -> Result<[f64; N], Refusal> {
+        let mut values = [0.0; N];
+        for (value, input) in values.iter_mut().zip(inputs) {
+            let (name, _, [low, high]) = input.facts();
+            let found = self.values.iter().find(|(known, _)| *known == input);
+            let found = found.ok_or_else(|| Refusal::Motion(format!("{name} is not given")))?.1;
+            let why = format!("{name} is {found:?}; allowed is {low} to {high}");
+            Refusal::when(!(low..=high).contains(&found), why)?;
+            *value = found;
+        }
+        Ok(values)
+    }
+}

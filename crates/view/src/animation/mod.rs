@@ -1,0 +1,152 @@
+//! A trajectory as an animated GIF.
+//!
+//! Thirty frames a second; the bodies, their shadows, the contact forces and the clock. The camera
+//! stands still, as near as it can with everything in view; what would be small there is shown
+//! larger, and followed where its way is long (`framing`). The same film and settings give the
+//! same bytes.
+//!
+//! Arrows show the mean force of the steps since the frame before, on a compressed scale
+//! (`forces::Scale`), between two bodies the force on each. Bodies cover those whose contact
+//! they hide. Pieces are drawn as they are, balls and capsules with two great circles that show
+//! how they turn. Joints are rings at their anchors, over everything, with their axes. A body without pieces is drawn by its contact points: as a box where they are
+//! the eight corners of one, x fastest; else the points and their outline.
+
+mod arrows;
+mod camera;
+mod canvas;
+mod difference;
+mod encoder;
+mod floor;
+mod framing;
+mod lettering;
+mod outline;
+mod palette;
+mod pins;
+mod raster;
+mod settings;
+mod solids;
+mod stage;
+mod timing;
+
+#[cfg(test)]
+mod tests;
+
+pub use camera::View;
+pub use settings::{AnimationError, AnimationSettings};
+pub use timing::frame_count;
+
+use crate::film::{Film, FilmBody, FilmPartner};
+use crate::forces::Scale;
+use arrows::Arrow;
+use encoder::Encoder;
+use nalgebra::{Isometry3, Point3, Vector3};
+use pins::DrawnJoint;
+use settings::FARTHEST;
+use stage::{Backdrop, Moment};
+use std::ops::ControlFlow;
+
+/// How long the axis of a joint is to each side, in parts of its body's reach.
+const AXIS: f64 = 0.3;
+
+/// Draws `film`. `progress` gets the frames done and the frames there will be, and can end
+/// the work.
+///
+/// # Errors
+/// See [`AnimationError`].
+pub fn animate(
+    film: &Film,
+    settings: &AnimationSettings,
+    mut progress: impl FnMut(u64, u64) -> ControlFlow<()>,
+) -> Result<Vec<u8>, AnimationError> {
+    let moments = moments(film, settings)?;
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, film, settings.size)?;
+    let mut stage = Backdrop::new(film, settings, &moments).ok_or(AnimationError::TooFar)?;
+    let mut canvas = stage.empty().clone();
+    for (k, moment) in moments.iter().enumerate() {
+        if progress(k as u64, moments.len() as u64).is_break() {
+            return Err(AnimationError::Interrupted);
+        }
+        stage.aim(k);
+        stage.paint(&mut canvas, moment);
+        encoder.add(k as u64, &canvas)?;
+    }
+    // The trailer is written when the encoder goes.
+    drop(encoder);
+    Ok(bytes)
+}
+
+/// The first moment of `film` as PNG, `size` pixels across, with the camera as near as it can
+/// with that moment and all that stands still in view; `None` where no picture can show it.
+pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {
+    let film = Film {
+        title: String::new(),
+        facts: Vec::new(),
+        fixed: film.fixed.clone(),
+        bodies: film.bodies.clone(),
+        joints: film.joints.clone(),
+        frames: vec![film.frames.first()?.clone()],
+        ..*film
+    };
+    let settings = AnimationSettings { size, ..AnimationSettings::default() };
+    let moments = moments(&film, &settings).ok()?;
+    let mut stage = Backdrop::new(&film, &settings, &moments)?;
+    stage.show_all();
+    let mut canvas = stage.empty().clone();
+    stage.paint(&mut canvas, &moments[0]);
+    canvas.png()
+}
+
+/// What the frames show.
+fn moments(film: &Film, settings: &AnimationSettings) -> Result<Vec<Moment>, AnimationError> {
+    let duration = (film.frames.len() - 1) as f64 * film.frame_time();
+    let scale = Scale::of(film);
+    let to_ground = film.to_ground();
+    let is_near = |place: &Vector3<f64>, room: f64| {
+        // In this order NaN is too far as well.
+        place.iter().all(|coordinate| coordinate.abs() + room <= FARTHEST)
+    };
+    let mut before = 0;
+    let mut moments = Vec::new();
+    for frame in 0..frame_count(duration, settings.speed)? {
+        let now = timing::shown(film, frame, settings.speed);
+        let shown = &film.frames[now];
+        let mut poses = Vec::with_capacity(film.bodies.len());
+        for (body, pose) in film.bodies.iter().zip(&shown.poses) {
+            let pose = to_ground * Isometry3::from_parts(pose.position.into(), pose.attitude);
+            if !is_near(&pose.translation.vector, body.reach()) {
+                return Err(AnimationError::TooFar);
+            }
+            poses.push(pose);
+        }
+        let steps = &film.frames[before.min(now.saturating_sub(1))..now];
+        let mut arrows = Vec::new();
+        for mean in scale.means(film, steps) {
+            let from = (to_ground * Point3::from(mean.point(film, shown))).coords;
+            let way = to_ground.rotation * scale.arrow(&mean.force);
+            if !is_near(&from, way.norm()) {
+                return Err(AnimationError::TooFar);
+            }
+            let mut add = |body: usize, way: Vector3<f64>| {
+                let reach = film.bodies.get(body).map_or(0.0, FilmBody::reach);
+                arrows.push(Arrow { from, to: from + way, reach });
+            };
+            add(mean.site.body, way);
+            if let FilmPartner::Body(other) = mean.site.partner {
+                add(other, -way);
+            }
+        }
+        let pins = film.joints.iter().filter_map(|joint| Some((joint, poses.get(joint.body)?)));
+        let pins = pins.map(|(joint, pose)| {
+            let reach = film.bodies.get(joint.body).map_or(0.0, FilmBody::reach);
+            DrawnJoint {
+                at: (pose * Point3::from(joint.anchor)).coords,
+                axis: joint.axis.map(|axis| pose.rotation * axis * (AXIS * reach)),
+            }
+        });
+        let pins = pins.collect();
+        moments.push(Moment { time: shown.time, poses, arrows, pins });
+        before = now;
+    }
+    Ok(moments)
+}

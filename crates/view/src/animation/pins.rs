@@ -1,0 +1,39 @@
+//! Joints as rings and axes.
+
+use super::camera::Camera;
+use super::canvas::{Canvas, Pixel};
+use super::palette::{INK, SEAM};
+use nalgebra::Vector3;
+
+/// A joint in the ground's frame.
+pub struct DrawnJoint {
+    pub at: Vector3<f64>,
+    /// Half of the axis that is drawn, if it has one.
+    pub axis: Option<Vector3<f64>>,
+}
+
+/// Corners of a disc.
+const CORNERS: u8 = 16;
+
+/// Paints joints over what is there.
+pub fn paint(canvas: &mut Canvas, camera: &Camera, pins: &[DrawnJoint]) {
+    let unit = canvas.size() / 800.0;
+    for pin in pins {
+        if let Some(axis) = pin.axis {
+            let ends = [pin.at - axis, pin.at + axis].map(|end| camera.project(&end));
+            canvas.line(&ends, false, 2.6 * unit, INK);
+        }
+        let at = camera.project(&pin.at);
+        for (radius, colour) in [(6.0, INK), (3.4, SEAM)] {
+            canvas.fill(&disc(at, radius * unit), colour, 1.0);
+        }
+    }
+}
+
+fn disc([x, y]: Pixel, radius: f32) -> Vec<Pixel> {
+    let corner = |k: u8| {
+        let (sine, cosine) = (std::f32::consts::TAU * f32::from(k) / f32::from(CORNERS)).sin_cos();
+        [x + radius * cosine, y + radius * sine]
+    };
+    (0..CORNERS).map(corner).collect()
+}

@@ -1,0 +1,260 @@
+//! Bodies in the picture: nearer ones hide what is behind them, pixel by pixel.
+//!
+//! Each pixel is a square of samples with a depth each. A depth is kept as w = 1/z, z along the
+//! view: over a plane, w is linear in the picture.
+
+use super::camera::{Camera, Spot};
+use super::canvas::Canvas;
+use super::palette::PaintColour;
+use nalgebra::Vector3;
+
+/// Samples along each side of a pixel.
+const SAMPLES: usize = 3;
+
+/// Samples with colours and depths.
+pub struct Raster {
+    /// Samples along a side.
+    side: usize,
+    depths: Vec<f64>,
+    colours: Vec<PaintColour>,
+    /// The rows and columns of pixels that are painted: from, to.
+    rows: (usize, usize),
+    columns: (usize, usize),
+}
+
+impl Raster {
+    pub fn new(size: usize) -> Self {
+        let side = size * SAMPLES;
+        let count = side * side;
+        let (depths, colours) = (vec![0.0; count], vec![[0; 3]; count]);
+        Self { side, depths, colours, rows: (0, 0), columns: (0, 0) }
+    }
+
+    /// Nothing is painted.
+    pub fn clear(&mut self) {
+        let (left, right) = (self.columns.0 * SAMPLES, self.columns.1 * SAMPLES);
+        for row in self.rows.0 * SAMPLES..self.rows.1 * SAMPLES {
+            self.depths[row * self.side + left..row * self.side + right].fill(0.0);
+        }
+        let size = self.side / SAMPLES;
+        (self.rows, self.columns) = ((size, 0), (size, 0));
+    }
+
+    /// Paints what `sample` has for each sample of a rectangle of pixels: colour and w. Of a row
+    /// at y only `span(y)` is looked at, from x to x, and a sample more at each end.
+    fn paint(
+        &mut self,
+        (low, high): (Pixel64, Pixel64),
+        span: impl Fn(f64) -> (f64, f64),
+        mut sample: impl FnMut(f64, f64) -> Option<(PaintColour, f64)>,
+    ) {
+        let side = self.side;
+        let cut = |x: f64| ((x * SAMPLES as f64).max(0.0) as usize).min(side);
+        let (left, right) = (cut(low[0]), cut(high[0] + 1.0));
+        let (top, bottom) = (cut(low[1]), cut(high[1] + 1.0));
+        if left >= right || top >= bottom {
+            return;
+        }
+        self.rows.0 = self.rows.0.min(top / SAMPLES);
+        self.rows.1 = self.rows.1.max(bottom.div_ceil(SAMPLES));
+        self.columns.0 = self.columns.0.min(left / SAMPLES);
+        self.columns.1 = self.columns.1.max(right.div_ceil(SAMPLES));
+        for row in top..bottom {
+            let y = (row as f64 + 0.5) / SAMPLES as f64;
+            let (from, to) = span(y);
+            for column in left.max(cut(from).saturating_sub(1))..right.min(cut(to) + 2) {
+                let x = (column as f64 + 0.5) / SAMPLES as f64;
+                let Some((colour, w)) = sample(x, y) else { continue };
+                let i = row * self.side + column;
+                if w > self.depths[i] {
+                    (self.depths[i], self.colours[i]) = (w, colour);
+                }
+            }
+        }
+    }
+
+    /// A convex polygon of one colour, in a plane.
+    pub fn polygon(&mut self, corners: &[Spot], colour: PaintColour) {
+        for k in 2..corners.len() {
+            self.triangle([corners[0], corners[k - 1], corners[k]], colour);
+        }
+    }
+
+    fn triangle(&mut self, [a, b, c]: [Spot; 3], colour: PaintColour) {
+        let area = across(a, b, c);
+        if area == 0.0 || !area.is_finite() {
+            return;
+        }
+        let across_row = |y: f64| {
+            let edges = [[a, b], [b, c], [c, a]].map(|edge| within(edge, y, y));
+            edges.into_iter().fold(NOWHERE, |all, one| (all.0.min(one.0), all.1.max(one.1)))
+        };
+        self.paint(bounds(&[a, b, c], 0.0), across_row, |x, y| {
+            let p = [x, y, 0.0];
+            let shares = [across(b, c, p), across(c, a, p), across(a, b, p)].map(|s| s / area);
+            let inside = shares.iter().all(|share| *share >= 0.0);
+            let w = shares[0] * a[2] + shares[1] * b[2] + shares[2] * c[2];
+            inside.then_some((colour, w))
+        });
+    }
+
+    /// A line with round ends, `width` pixels wide.
+    pub fn line(&mut self, a: Spot, b: Spot, width: f64, colour: PaintColour) {
+        let reach = (width / 2.0).powi(2);
+        let place = nearest(a, b);
+        self.paint(bounds(&[a, b], width / 2.0), about([a, b], width / 2.0), |x, y| {
+            let (share, apart) = place(x, y);
+            (apart <= reach).then_some((colour, a[2] + share * (b[2] - a[2])))
+        });
+    }
+
+    /// What rays of the camera hit within `margin` pixels of the line from a to b: `hit` has the
+    /// distance along the view and the colour of a ray's first point.
+    pub fn trace(
+        &mut self,
+        camera: &Camera,
+        [a, b]: [Spot; 2],
+        margin: f64,
+        mut hit: impl FnMut(&Vector3<f64>) -> Option<(f64, PaintColour)>,
+    ) {
+        let share = nearest(a, b);
+        self.paint(bounds(&[a, b], margin), about([a, b], margin), |x, y| {
+            let (_, apart) = share(x, y);
+            if apart > margin * margin {
+                return None;
+            }
+            let (distance, colour) = hit(&camera.ray(x, y))?;
+            Some((colour, 1.0 / distance))
+        });
+    }
+
+    /// Whether something lies before a spot by more than `room` (m), in all of the pixels
+    /// about it: what stands at an outline is not hidden.
+    pub fn hides(&self, [x, y, w]: Spot, room: f64) -> bool {
+        let size = (self.side / SAMPLES) as f64;
+        if !(x >= 1.0 && y >= 1.0 && x < size - 1.0 && y < size - 1.0) {
+            return false;
+        }
+        let least = 1.0 / (1.0 / w - room).max(0.0);
+        let (left, top) = ((x as usize - 1) * SAMPLES, (y as usize - 1) * SAMPLES);
+        let rows = (top..top + 3 * SAMPLES).map(|row| row * self.side + left);
+        rows.flat_map(|start| &self.depths[start..start + 3 * SAMPLES]).all(|w| *w > least)
+    }
+
+    /// Lays the bodies over what is in `canvas`.
+    pub fn compose(&self, canvas: &mut Canvas) {
+        for y in self.rows.0..self.rows.1 {
+            for x in self.columns.0..self.columns.1 {
+                let start = y * SAMPLES * self.side + x * SAMPLES;
+                let (mut count, mut sum) = (0u16, [0u16; 3]);
+                for row in 0..SAMPLES {
+                    for i in start + row * self.side..start + row * self.side + SAMPLES {
+                        if self.depths[i] > 0.0 {
+                            count += 1;
+                            for (sum, part) in sum.iter_mut().zip(self.colours[i]) {
+                                *sum += u16::from(part);
+                            }
+                        }
+                    }
+                }
+                if count > 0 {
+                    canvas.blend(x, y, sum, count, (SAMPLES * SAMPLES) as u16);
+                }
+            }
+        }
+    }
+}
+
+type Pixel64 = [f64; 2];
+
+/// No place in a row.
+const NOWHERE: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
+
+/// From where to where the line from a to b is in x, while its y is from `low` to `high`.
+fn within([a, b]: [Spot; 2], low: f64, high: f64) -> (f64, f64) {
+    let [a, b] = if a[1] <= b[1] { [a, b] } else { [b, a] };
+    if a[1] > high || b[1] < low {
+        return NOWHERE;
+    }
+    let rise = b[1] - a[1];
+    let at = |y: f64| {
+        let share = if rise > 0.0 { ((y - a[1]) / rise).clamp(0.0, 1.0) } else { 0.0 };
+        a[0] + share * (b[0] - a[0])
+    };
+    let (from, to) = if rise > 0.0 { (at(low), at(high)) } else { (a[0], b[0]) };
+    (from.min(to), from.max(to))
+}
+
+/// From where to where in a row a place can be that is at most `margin` from the line from a to b.
+fn about(line: [Spot; 2], margin: f64) -> impl Fn(f64) -> (f64, f64) {
+    move |y| {
+        let (from, to) = within(line, y - margin, y + margin);
+        (from - margin, to + margin)
+    }
+}
+
+/// Where on the line from a to b a place of the picture is nearest, from 0 to 1, and the square
+/// of how far it is from there, pixels².
+fn nearest(a: Spot, b: Spot) -> impl Fn(f64, f64) -> (f64, f64) {
+    let way = [b[0] - a[0], b[1] - a[1]];
+    let square = way[0] * way[0] + way[1] * way[1];
+    move |x, y| {
+        let along = (x - a[0]) * way[0] + (y - a[1]) * way[1];
+        let share = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
+        let (dx, dy) = (x - a[0] - share * way[0], y - a[1] - share * way[1]);
+        (share, dx * dx + dy * dy)
+    }
+}
+
+/// The rectangle about spots, and `margin` pixels.
+fn bounds(spots: &[Spot], margin: f64) -> (Pixel64, Pixel64) {
+    let ends = |k: usize| {
+        let values = spots.iter().map(move |spot| spot[k]);
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)))
+    };
+    let ((left, right), (top, bottom)) = (ends(0), ends(1));
+    ([left - margin, top - margin], [right + margin, bottom + margin])
+}
+
+/// Twice the area of a triangle of the picture, signed.
+fn across(a: Spot, b: Spot, c: Spot) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearer_of_two_crossing_faces_is_seen_on_either_side() {
+        let mut raster = Raster::new(20);
+        raster.clear();
+        let face = |left: f64, right: f64| {
+            [[2.0, 2.0, left], [18.0, 2.0, right], [18.0, 18.0, right], [2.0, 18.0, left]]
+        };
+        let (red, blue) = ([255, 0, 0], [0, 0, 255]);
+        raster.polygon(&face(1.0, 2.0), red);
+        raster.polygon(&face(2.0, 1.0), blue);
+        let mut canvas = Canvas::new(20, [255; 3]).unwrap();
+        raster.compose(&mut canvas);
+        let pixels: Vec<_> = canvas.colours().collect();
+        assert_eq!([pixels[10 * 20 + 4], pixels[10 * 20 + 16]], [blue, red]);
+        assert_eq!(pixels[0], [255; 3]);
+        assert!(raster.hides([4.0, 10.0, 1.0], 0.1) && !raster.hides([4.0, 10.0, 1.0], 0.6));
+        assert!(!raster.hides([2.0, 10.0, 0.5], 0.1), "at the outline");
+        raster.clear();
+        assert!(!raster.hides([4.0, 10.0, 1.0], 0.1));
+    }
+
+    #[test]
+    fn a_line_is_as_wide_as_asked() {
+        let mut raster = Raster::new(20);
+        raster.clear();
+        raster.line([2.0, 10.0, 1.0], [18.0, 10.0, 1.0], 4.0, [0; 3]);
+        let mut canvas = Canvas::new(20, [255; 3]).unwrap();
+        raster.compose(&mut canvas);
+        let pixels: Vec<_> = canvas.colours().collect();
+        let dark = (0..20).filter(|y| pixels[y * 20 + 10] == [0; 3]).count();
+        assert_eq!(dark, 4);
+    }
+}

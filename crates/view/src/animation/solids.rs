@@ -1,0 +1,253 @@
+//! Pieces of bodies as they are: polyhedra and meshes with their edges, balls, capsules.
+
+use super::camera::Camera;
+use super::camera::Spot;
+use super::floor::Light;
+use super::outline::hull;
+use super::palette::{self, EDGE, Hue};
+use super::raster::Raster;
+use crate::shape::{FilmHull, FilmMesh, FilmPiece, Outline};
+use nalgebra::{Isometry3, Point3, Vector3};
+
+/// Of a body's size: its edges are painted this much nearer, so that its own faces do not
+/// cover them.
+const LIFT: f64 = 0.02;
+
+/// Half the width of the great circles on balls and capsules, over the radius.
+const SEAM: f64 = 0.05;
+
+/// What one look is painted with.
+pub struct Easel<'a> {
+    pub raster: &'a mut Raster,
+    pub camera: &'a Camera,
+    pub light: Light,
+    /// Pixels of a picture of 800 to those of this one.
+    pub unit: f64,
+    pub hue: Hue,
+    /// How far the body reaches, m.
+    pub reach: f64,
+}
+
+impl Easel<'_> {
+    /// Paints a look whose frame is at `pose` in the ground's.
+    pub fn look(&mut self, look: &Outline, pose: &Isometry3<f64>) {
+        match look {
+            Outline::Points(points) => self.points(points, pose),
+            Outline::Solid(FilmPiece::Hull(hull)) => self.hull(hull, pose),
+            Outline::Solid(FilmPiece::Mesh(mesh)) => self.mesh(mesh, pose),
+            Outline::Solid(FilmPiece::Sphere { centre, radius }) => {
+                self.round([*centre; 2], *radius, pose, true);
+            }
+            Outline::Solid(FilmPiece::Capsule { ends, radius }) => {
+                self.round(*ends, *radius, pose, true)
+            }
+        }
+    }
+
+    fn hull(&mut self, solid: &FilmHull, pose: &Isometry3<f64>) {
+        let eye = self.camera.eye();
+        let places: Vec<_> =
+            solid.vertices.iter().map(|v| (pose * Point3::from(*v)).coords).collect();
+        let mut edges = Vec::new();
+        for (face, normal) in solid.sides() {
+            let normal = pose.rotation * normal;
+            let out = normal * solid.radius;
+            for k in 0..face.len() {
+                edges.push([face[k], face[(k + 1) % face.len()]]);
+            }
+            if normal.dot(&(eye - places[face[0]] - out)) <= 0.0 {
+                if solid.radius == 0.0 {
+                    edges.truncate(edges.len() - face.len());
+                }
+                continue;
+            }
+            let corners: Vec<_> =
+                face.iter().map(|&i| self.camera.spot(&(places[i] + out))).collect();
+            let colour = palette::body(self.hue, self.lit(&normal));
+            self.raster.polygon(&corners, colour);
+        }
+        for edge in &mut edges {
+            edge.sort_unstable();
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        for [a, b] in edges {
+            if solid.radius > 0.0 {
+                let ends = [solid.vertices[a], solid.vertices[b]];
+                self.round(ends, solid.radius, pose, false);
+            } else {
+                let ends = [self.lifted(&places[a]), self.lifted(&places[b])];
+                self.raster.line(ends[0], ends[1], 2.2 * self.unit, EDGE);
+            }
+        }
+    }
+
+    /// Triangles from either side: what hides what, the depths say.
+    fn mesh(&mut self, mesh: &FilmMesh, pose: &Isometry3<f64>) {
+        let eye = self.camera.eye();
+        let places: Vec<_> =
+            mesh.vertices.iter().map(|v| (pose * Point3::from(*v)).coords).collect();
+        for (triangle, normal) in mesh.sides() {
+            let normal = pose.rotation * normal;
+            let faces_away = normal.dot(&(eye - places[triangle[0]])) < 0.0;
+            let normal = if faces_away { -normal } else { normal };
+            let corners: Vec<_> = triangle.iter().map(|&i| self.camera.spot(&places[i])).collect();
+            self.raster.polygon(&corners, palette::body(self.hue, self.lit(&normal)));
+        }
+        for [a, b] in mesh.creases() {
+            let ends = [self.lifted(&places[a]), self.lifted(&places[b])];
+            self.raster.line(ends[0], ends[1], self.unit, EDGE);
+        }
+    }
+
+    /// What is within `radius` of a segment, with an outline; `is_marked` if great circles are
+    /// to show how it turns.
+    fn round(
+        &mut self,
+        ends: [Vector3<f64>; 2],
+        radius: f64,
+        pose: &Isometry3<f64>,
+        is_marked: bool,
+    ) {
+        if radius.is_nan() || radius <= 0.0 {
+            return;
+        }
+        let (camera, light, hue) = (self.camera, self.light, self.hue);
+        let eye = camera.eye();
+        let [a, b] = ends.map(|end| (pose * Point3::from(end)).coords);
+        let spots = [a, b].map(|end| camera.spot(&end));
+        // The outline of a near ball is wider than its radius seen at its middle.
+        let margin = spots.map(|spot| camera.pixels(radius, spot) * 1.1 + 2.0);
+        let wide = spots.map(|spot| camera.pixels(radius, spot)).into_iter().fold(1.0, f64::max);
+        let rim = (2.0 * (2.2 * self.unit / wide).min(0.2)).sqrt();
+        let middle = (a + b) / 2.0;
+        let axis = (b - a).try_normalize(0.0).unwrap_or_default();
+        let forward = camera.forward();
+        self.raster.trace(camera, spots, margin[0].max(margin[1]), |ray| {
+            let (distance, core) = capsule_hit(&eye, ray, &a, &b, radius)?;
+            let point = eye + ray * distance;
+            let normal = (point - core) / radius;
+            // On the cylinder a normal faces the eye at most by the sine of the angle between
+            // ray and axis.
+            let most = if core == a || core == b { ray.norm() } else { ray.cross(&axis).norm() };
+            let facing = -normal.dot(ray) / most;
+            let own = pose.inverse_transform_vector(&(point - middle)) / radius;
+            let is_seam = is_marked && (own.x.abs() < SEAM || own.z.abs() < SEAM);
+            let colour = if facing < rim {
+                EDGE
+            } else if is_seam {
+                palette::body(hue, 0.12)
+            } else {
+                palette::body(hue, lit(&normal, light))
+            };
+            Some((distance * ray.dot(&forward), colour))
+        });
+    }
+
+    fn points(&mut self, points: &[Vector3<f64>], pose: &Isometry3<f64>) {
+        let places: Vec<_> = points.iter().map(|p| (pose * Point3::from(*p)).coords).collect();
+        let spots: Vec<_> = places.iter().map(|place| self.camera.spot(place)).collect();
+        let outline = hull(&spots);
+        self.raster.polygon(&outline, palette::body(self.hue, 0.75));
+        let lift = |spot: Spot| [spot[0], spot[1], self.raised(spot[2])];
+        let outline: Vec<_> = outline.into_iter().map(lift).collect();
+        let dots: Vec<_> = spots.iter().copied().map(lift).collect();
+        for k in 0..outline.len() {
+            let next = outline[(k + 1) % outline.len()];
+            self.raster.line(outline[k], next, 2.2 * self.unit, EDGE);
+        }
+        for dot in dots {
+            self.raster.line(dot, dot, 8.0 * self.unit, EDGE);
+        }
+    }
+
+    fn lifted(&self, place: &Vector3<f64>) -> Spot {
+        let [x, y, w] = self.camera.spot(place);
+        [x, y, self.raised(w)]
+    }
+
+    /// A depth a little nearer.
+    fn raised(&self, w: f64) -> f64 {
+        1.0 / (1.0 / w - LIFT * self.reach).max(1e-3 / w)
+    }
+
+    fn lit(&self, normal: &Vector3<f64>) -> f32 {
+        lit(normal, self.light)
+    }
+}
+
+/// How light a surface is, from 0 to 1: the lamp, and the sky for what it does not reach.
+fn lit(normal: &Vector3<f64>, light: Light) -> f32 {
+    let lamp = normal.dot(&light.direction()).max(0.0);
+    let sky = 0.5 + 0.5 * normal.z;
+    (0.30 + 0.22 * sky + 0.46 * lamp) as f32
+}
+
+/// The first point of the ray eye + t · way, t > 0, within `radius` of the segment from a to
+/// b: t, and the point of the segment nearest to it.
+///
+/// It lies on the cylinder about the segment between the ends, or on the ball about an end:
+/// the smallest t of them, since the capsule is convex and the eye outside.
+fn capsule_hit(
+    eye: &Vector3<f64>,
+    way: &Vector3<f64>,
+    a: &Vector3<f64>,
+    b: &Vector3<f64>,
+    radius: f64,
+) -> Option<(f64, Vector3<f64>)> {
+    let first = |from: Vector3<f64>, along: Vector3<f64>| {
+        // |from + t along|² = radius²
+        let (square, half) = (along.norm_squared(), from.dot(&along));
+        let root = half * half - square * (from.norm_squared() - radius * radius);
+        (root >= 0.0 && square > 0.0).then(|| (-half - root.sqrt()) / square).filter(|t| *t > 0.0)
+    };
+    let mut hits = [None; 3];
+    hits[0] = first(eye - a, *way).map(|t| (t, *a));
+    let axis = b - a;
+    if let Some(axis_way) = axis.try_normalize(0.0) {
+        hits[1] = first(eye - b, *way).map(|t| (t, *b));
+        let across = |v: Vector3<f64>| v - axis_way * axis_way.dot(&v);
+        hits[2] = first(across(eye - a), across(*way)).and_then(|t| {
+            let along = axis_way.dot(&(eye + way * t - a));
+            (0.0..=axis.norm()).contains(&along).then(|| (t, a + axis_way * along))
+        });
+    }
+    hits.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against a search along the ray for where the distance to the segment is the radius.
+    #[test]
+    fn rays_hit_capsules_where_the_distance_is_the_radius() {
+        let (a, b, radius) = (Vector3::new(-1.0, 0.2, 0.0), Vector3::new(1.5, 0.0, 0.4), 0.6);
+        let eye = Vector3::new(0.3, -6.0, 1.0);
+        let apart = |p: &Vector3<f64>| {
+            let share = ((p - a).dot(&(b - a)) / (b - a).norm_squared()).clamp(0.0, 1.0);
+            (p - a - (b - a) * share).norm()
+        };
+        let mut hits = 0;
+        for i in 0..40 {
+            for k in 0..20 {
+                let aim = Vector3::new(-2.4 + 0.12 * f64::from(i), 0.0, -1.0 + 0.12 * f64::from(k));
+                let way = aim - eye;
+                let nearest = (0..4000).map(|n| eye + way * (f64::from(n) / 2000.0));
+                let nearest = nearest.map(|p| apart(&p)).fold(f64::INFINITY, f64::min);
+                let hit = capsule_hit(&eye, &way, &a, &b, radius);
+                if (nearest - radius).abs() > 1e-3 {
+                    assert_eq!(hit.is_some(), nearest < radius, "{aim}");
+                }
+                let Some((t, core)) = hit else { continue };
+                let point = eye + way * t;
+                assert!((apart(&point) - radius).abs() < 1e-9 && t > 0.0);
+                assert!(((point - core).norm() - radius).abs() < 1e-9);
+                let before = (0..100).map(|n| eye + way * (t * f64::from(n) / 100.0));
+                assert!(before.into_iter().all(|p| apart(&p) > radius - 1e-9), "the first one");
+                hits += 1;
+            }
+        }
+        assert!(hits > 100, "{hits}");
+    }
+}

@@ -1,0 +1,345 @@
+//! One frame: floor, shadows, bodies, forces, clock.
+
+use super::arrows::{self, Arrow};
+use super::camera::{Camera, View};
+use super::canvas::Canvas;
+use super::floor::{Floor, Light};
+use super::framing::{ViewExtent, Window, smooth, windows};
+use super::lettering;
+use super::palette::{self, BACKGROUND, Hue};
+use super::pins::{self, DrawnJoint};
+use super::raster::Raster;
+use super::settings::AnimationSettings;
+use super::solids::Easel;
+use crate::film::Film;
+use crate::font::Font;
+use crate::shape::Outline;
+use nalgebra::{Isometry3, Point3, Vector3};
+
+/// Of a body's size: what lies behind others by more is hidden.
+const BEHIND: f64 = 0.05;
+
+/// Height of a label's digits in a picture of 800 pixels.
+const LABEL: f32 = 13.0;
+
+/// Of a body's size: what moves less all the time stands still.
+const UNMOVED: f64 = 0.1;
+
+/// Heights of the camera above the horizon that are tried, degrees, where none is asked for.
+const HEIGHTS: [f64; 4] = [20.0, 35.0, 50.0, 65.0];
+
+/// So much of what moves may be hidden from a height, in so many of the frames, in sketches of so many pixels.
+const HIDDEN: f64 = 0.05;
+const SKETCHES: usize = 12;
+const SKETCH: u16 = 120;
+
+/// What one frame shows, in the ground's frame.
+pub struct Moment {
+    /// The clock, s.
+    pub time: f64,
+    /// Of each body.
+    pub poses: Vec<Isometry3<f64>>,
+    pub arrows: Vec<Arrow>,
+    pub pins: Vec<DrawnJoint>,
+}
+
+/// What is drawn of a body.
+struct Actor {
+    looks: Vec<Outline>,
+    /// Points that span each of the looks.
+    spans: Vec<Vec<Vector3<f64>>>,
+    hue: Hue,
+    reach: f64,
+    label: String,
+}
+
+/// Everything that stays the same from frame to frame.
+pub struct Backdrop {
+    pub camera: Camera,
+    /// `None` where the bodies move freely.
+    floor: Option<Floor>,
+    light: Light,
+    /// The bodies, and after them what stands still, as one.
+    actors: Vec<Actor>,
+    /// Of what stands still: world → ground.
+    to_ground: Isometry3<f64>,
+    speed: f64,
+    /// Of each frame; the last goes on.
+    windows: Vec<Window>,
+    /// Floor and grid alone, as they are in the camera's window.
+    empty: Canvas,
+    raster: Raster,
+    /// `None` if the built-in font cannot be read, which no input makes.
+    font: Option<Font>,
+}
+
+impl Backdrop {
+    /// A stage on which all `moments` are in view, aimed at the first, seen from where what moves is seen if nothing
+    /// else is asked for. `None` if the picture has no size.
+    pub fn new(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> Option<Self> {
+        let view = settings.view.map_or_else(|| open_view(film, settings, moments), Some)?;
+        Self::seen_from(view, film, settings, moments)
+    }
+
+    fn seen_from(
+        view: View,
+        film: &Film,
+        settings: &AnimationSettings,
+        moments: &[Moment],
+    ) -> Option<Self> {
+        let light = Light::for_azimuth(view.azimuth);
+        let to_ground = film.to_ground();
+        let actors = actors(film);
+        let mut points = Vec::new();
+        for moment in moments {
+            for (actor, pose) in actors.iter().zip(moment.poses.iter().chain([&to_ground])) {
+                points.extend(actor.places(pose));
+            }
+        }
+        let mut floor = film.ground.map(|_| Floor::under(&points, light));
+        let tips = moments.iter().flat_map(|moment| &moment.arrows).map(|arrow| arrow.to);
+        points.extend(tips.chain(floor.iter().flat_map(Floor::corners)));
+        let turn = to_ground.rotation.to_rotation_matrix();
+        let mut camera = Camera::fit(view, &turn, settings.size, &points);
+        let (windows, distance) = framed(&camera, &actors, moments, floor.is_some());
+        camera.window = windows[0];
+        if camera.window.half < Window::WHOLE.half {
+            let width = 2.0 * camera.window.half * distance;
+            floor = floor.map(|floor| floor.endless(width, distance));
+        }
+        let empty = Canvas::new(settings.size, BACKGROUND)?;
+        let raster = Raster::new(usize::from(settings.size));
+        let speed = settings.speed;
+        let mut stage = Self {
+            camera,
+            floor,
+            light,
+            actors,
+            to_ground,
+            speed,
+            windows,
+            empty,
+            raster,
+            font: Font::bold(),
+        };
+        stage.paint_floor();
+        Some(stage)
+    }
+
+    /// Turns to what frame `k` shows.
+    pub fn aim(&mut self, k: usize) {
+        self.look_through(self.windows[k.min(self.windows.len() - 1)]);
+    }
+
+    /// Turns to everything.
+    pub fn show_all(&mut self) {
+        self.look_through(Window::WHOLE);
+    }
+
+    fn look_through(&mut self, window: Window) {
+        if window != self.camera.window {
+            self.camera.window = window;
+            self.paint_floor();
+        }
+    }
+
+    fn paint_floor(&mut self) {
+        self.empty.clear(BACKGROUND);
+        if let Some(floor) = &self.floor {
+            floor.paint(&mut self.empty, &self.camera);
+        }
+    }
+
+    /// The picture without anything that moves.
+    pub fn empty(&self) -> &Canvas {
+        &self.empty
+    }
+
+    /// Paints `moment` over whatever is in `canvas`.
+    pub fn paint(&mut self, canvas: &mut Canvas, moment: &Moment) {
+        canvas.copy_from(&self.empty);
+        let unit = f64::from(canvas.size()) / 800.0;
+        let poses = || moment.poses.iter().chain([&self.to_ground]);
+        if let Some(floor) = &self.floor {
+            let spans = self.actors.iter().zip(poses()).flat_map(|(actor, pose)| {
+                let places = |span: &Vec<Vector3<f64>>| -> Vec<Vector3<f64>> {
+                    span.iter().map(|point| (pose * Point3::from(*point)).coords).collect()
+                };
+                actor.spans.iter().map(places).collect::<Vec<_>>()
+            });
+            floor.paint_shadows(canvas, &self.camera, &spans.collect::<Vec<_>>());
+        }
+        self.raster.clear();
+        for (place, pose) in poses().copied().enumerate().collect::<Vec<_>>() {
+            self.paint_actor(place, &pose, unit);
+        }
+        // What the bodies hide, the bodies, what stands before them.
+        let (hidden, seen): (Vec<_>, Vec<_>) = moment.arrows.iter().partition(|arrow| {
+            self.raster.hides(self.camera.spot(&arrow.from), BEHIND * arrow.reach)
+        });
+        arrows::paint(canvas, &self.camera, &hidden);
+        self.raster.compose(canvas);
+        pins::paint(canvas, &self.camera, &moment.pins);
+        arrows::paint(canvas, &self.camera, &seen);
+        if let Some(font) = &self.font {
+            self.paint_labels(canvas, font, moment);
+            self.paint_clock(canvas, font, moment.time);
+        }
+    }
+
+    fn paint_actor(&mut self, place: usize, pose: &Isometry3<f64>, unit: f64) {
+        let (camera, raster, actor) = (&self.camera, &mut self.raster, &self.actors[place]);
+        let Actor { hue, reach, .. } = *actor;
+        let mut easel = Easel { raster, camera, light: self.light, unit, hue, reach };
+        for look in &actor.looks {
+            easel.look(look, pose);
+        }
+    }
+
+    /// The part of those that move whose middles what stands still hides, over some of the moments.
+    pub(super) fn hidden(&mut self, moments: &[Moment]) -> f64 {
+        let moving = moving(&self.actors, moments);
+        let (mut hidden, mut all) = (0.0, 0.0);
+        for k in (0..moments.len()).step_by(moments.len().div_ceil(SKETCHES)) {
+            self.aim(k);
+            self.raster.clear();
+            let (still, pose) = (self.actors.len() - 1, self.to_ground);
+            self.paint_actor(still, &pose, 1.0);
+            for &body in &moving {
+                let spot = self.camera.spot(&moments[k].poses[body].translation.vector);
+                let room = BEHIND * self.actors[body].reach;
+                hidden += f64::from(u8::from(self.raster.hides(spot, room)));
+                all += 1.0;
+            }
+        }
+        hidden / all
+    }
+
+    /// The label of a body stands above it.
+    fn paint_labels(&self, canvas: &mut Canvas, font: &Font, moment: &Moment) {
+        let height = LABEL * canvas.size() / 800.0;
+        for (actor, pose) in self.actors.iter().zip(&moment.poses) {
+            if actor.label.is_empty() {
+                continue;
+            }
+            let [x, _] = self.camera.project(&pose.translation.vector);
+            let heights = actor.places(pose).map(|place| self.camera.project(&place)[1]);
+            let top = heights.fold(f32::INFINITY, f32::min);
+            lettering::label(canvas, font, &actor.label, [x, top - height / 2.0], height);
+        }
+    }
+
+    fn paint_clock(&self, canvas: &mut Canvas, font: &Font, time: f64) {
+        let unit = canvas.size() / 800.0;
+        let decimals = if self.speed < 0.5 { 3 } else { 2 };
+        let text = format!("t = {time:.decimals$} s");
+        lettering::write(canvas, font, &text, [32.0 * unit, 54.0 * unit], 24.0 * unit);
+        if self.speed != 1.0 {
+            let text = format!("{} ×", self.speed);
+            lettering::write(canvas, font, &text, [32.0 * unit, 85.0 * unit], 15.0 * unit);
+        }
+    }
+}
+
+impl Actor {
+    /// Points that span it at a pose, ground's frame.
+    fn places(&self, pose: &Isometry3<f64>) -> impl Iterator<Item = Vector3<f64>> {
+        self.spans.iter().flatten().map(move |point| (pose * Point3::from(*point)).coords)
+    }
+}
+
+/// The view from the lowest height from which what moves is seen, or from that from which most of it is. `None` where
+/// there is no picture.
+fn open_view(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> Option<View> {
+    let views = HEIGHTS.map(|elevation| View { elevation, ..View::default() });
+    if film.fixed.is_empty() {
+        return Some(views[0]);
+    }
+    let settings = AnimationSettings { size: SKETCH, ..*settings };
+    let (mut best, mut least) = (views[0], f64::INFINITY);
+    for view in views {
+        let hidden = Backdrop::seen_from(view, film, &settings, moments)?.hidden(moments);
+        if hidden < least {
+            (best, least) = (view, hidden);
+        }
+        if least <= HIDDEN {
+            break;
+        }
+    }
+    Some(best)
+}
+
+/// The bodies that move, or all where none does.
+fn moving(actors: &[Actor], moments: &[Moment]) -> Vec<usize> {
+    let first = &moments[0].poses;
+    let moves = |b: &usize| {
+        let way = |moment: &Moment| {
+            let (from, to) = (&first[*b], &moment.poses[*b]);
+            let turn = 2.0 * (from.rotation.angle_to(&to.rotation) / 2.0).sin();
+            let way = (to.translation.vector - from.translation.vector).norm();
+            way + turn * actors[*b].reach
+        };
+        moments.iter().any(|moment| way(moment) > UNMOVED * actors[*b].reach)
+    };
+    let moving: Vec<usize> = (0..first.len()).filter(moves).collect();
+    if moving.is_empty() { (0..first.len()).collect() } else { moving }
+}
+
+/// The window of each frame on the bodies that move, and how far these are from the camera, m.
+fn framed(
+    camera: &Camera,
+    actors: &[Actor],
+    moments: &[Moment],
+    has_ground: bool,
+) -> (Vec<Window>, f64) {
+    let moving = moving(actors, moments);
+    let (mut reach, mut distance) = (0.0f64, 0.0);
+    let extents: Vec<_> = moments
+        .iter()
+        .map(|moment| {
+            moving.iter().fold(ViewExtent::NONE, |extent, &b| {
+                let pose = &moment.poses[b];
+                let (_, w) = camera.slopes(&pose.translation.vector);
+                reach = reach.max(actors[b].reach * w);
+                distance += 1.0 / w;
+                let places = actors[b].places(pose).map(|place| camera.slopes(&place).0);
+                places.fold(extent, ViewExtent::with)
+            })
+        })
+        .collect();
+    // Straight on in space is not straight on in the view.
+    let middle = |moment: &Moment| -> [f64; 3] {
+        let places = moving.iter().map(|&b| moment.poses[b].translation.vector);
+        (places.sum::<Vector3<f64>>() / moving.len() as f64).into()
+    };
+    let middles: Vec<_> = moments.iter().map(middle).collect();
+    let in_view = |place: &[f64; 3]| camera.slopes(&Vector3::from(*place)).0;
+    let followed: Vec<_> =
+        middles.iter().zip(smooth(&middles)).map(|(at, to)| [in_view(at), in_view(&to)]).collect();
+    let distance = distance / (moments.len() * moving.len()) as f64;
+    (windows(&extents, reach, &followed, has_ground), distance)
+}
+
+/// The bodies, and what stands still.
+fn actors(film: &Film) -> Vec<Actor> {
+    let actor = |looks: Vec<Outline>, hue, reach, label: &str| {
+        let spans = looks.iter().map(Outline::span).collect();
+        Actor { looks, spans, hue, reach, label: label.to_owned() }
+    };
+    let bodies = film.bodies.iter().enumerate().map(|(b, body)| {
+        actor(
+            Outline::of(&body.pieces, &body.points),
+            palette::hue_of(body, b),
+            body.reach(),
+            &body.label,
+        )
+    });
+    let still: Vec<Outline> =
+        film.fixed.iter().flat_map(|fixed| &fixed.pieces).cloned().map(Outline::Solid).collect();
+    let points: Vec<Vector3<f64>> = still.iter().flat_map(Outline::span).collect();
+    let middle = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
+    let reach = points.iter().map(|point| (point - middle).norm()).fold(0.0, f64::max);
+    // A body's lift is right for a piece of its size.
+    let reach = film.bodies.iter().map(crate::film::FilmBody::reach).fold(reach, f64::min);
+    bodies.chain([actor(still, palette::STILL, reach, "")]).collect()
+}

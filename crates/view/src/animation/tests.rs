@@ -1,0 +1,287 @@
+//! The animation as a viewer sees it: decoded, and looked at where things must be.
+
+use super::arrows::Arrow;
+use super::framing::Window;
+use super::palette::{BACKGROUND, FORCE, GROUND, INK, LINE, PaintColour};
+use super::stage::Backdrop;
+use super::{AnimationError, AnimationSettings, View, animate, moments};
+use crate::film::{Film, FilmFixed};
+use crate::samples::{falling_cube, floating_cube};
+use crate::shape::FilmPiece;
+use nalgebra::{Isometry3, Vector3};
+use std::ops::ControlFlow;
+
+fn bytes(film: &Film, settings: &AnimationSettings) -> Vec<u8> {
+    animate(film, settings, |_, _| ControlFlow::Continue(())).unwrap()
+}
+
+/// Every frame as the viewer has it, colours by rows.
+fn pictures(bytes: &[u8], size: usize) -> Vec<Vec<PaintColour>> {
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let mut decoder = options.read_info(bytes).unwrap();
+    let mut screen = vec![[0; 3]; size * size];
+    let mut pictures = Vec::new();
+    while let Some(frame) = decoder.read_next_frame().unwrap() {
+        let (width, left) = (usize::from(frame.width), usize::from(frame.left));
+        for (i, pixel) in frame.buffer.chunks_exact(4).enumerate() {
+            let place = (usize::from(frame.top) + i / width) * size + left + i % width;
+            if pixel[3] != 0 {
+                screen[place] = [pixel[0], pixel[1], pixel[2]];
+            }
+        }
+        pictures.push(screen.clone());
+    }
+    pictures
+}
+
+fn near(a: PaintColour, b: PaintColour) -> bool {
+    a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 4)
+}
+
+fn has(picture: &[PaintColour], colour: PaintColour) -> bool {
+    picture.iter().any(|&pixel| near(pixel, colour))
+}
+
+#[test]
+fn the_body_is_where_the_trajectory_has_it() {
+    let settings = AnimationSettings { size: 300, ..AnimationSettings::default() };
+    for (film, floating) in [(falling_cube(500), false), (floating_cube(500), true)] {
+        let moments = moments(&film, &settings).unwrap();
+        let stage = Backdrop::new(&film, &settings, &moments).unwrap();
+        let empty: Vec<_> = stage.empty().colours().collect();
+        let pictures = pictures(&bytes(&film, &settings), 300);
+        assert_eq!(pictures.len(), moments.len());
+        for (moment, picture) in moments.iter().zip(&pictures) {
+            let middle = moment.poses[0].translation.vector;
+            let [x, y] = stage.camera.project(&middle).map(|x| x as usize);
+            let pixel = picture[y * 300 + x];
+            for other in [BACKGROUND, GROUND, LINE, empty[y * 300 + x]] {
+                assert!(!near(pixel, other), "{pixel:?} at {x}, {y}");
+            }
+            assert!(has(picture, INK));
+            // Nothing is cut off: along the rim the picture is as without a body.
+            for i in 0..300 {
+                for place in [i, 299 * 300 + i, 300 * i, 300 * i + 299] {
+                    assert!(near(picture[place], empty[place]));
+                }
+            }
+        }
+        // Arrows in the drop, once the cube has landed.
+        assert_eq!(has(&pictures[pictures.len() - 1], FORCE), !floating);
+        assert!(!has(&pictures[0], FORCE));
+        // Without a ground there is nothing but the body.
+        assert_eq!(empty.iter().all(|&pixel| pixel == BACKGROUND), floating);
+        // More ground than blends of the grid's lines may look like.
+        let ground = pictures[0].iter().filter(|&&pixel| near(pixel, GROUND)).count();
+        assert_eq!(ground > 9000, !floating, "{ground}");
+    }
+}
+
+#[test]
+fn the_body_covers_the_arrow_at_the_corner_it_hides_and_no_other() {
+    let film = falling_cube(0);
+    let settings = AnimationSettings { size: 300, ..AnimationSettings::default() };
+    let mut moments = moments(&film, &settings).unwrap();
+    // Upright and large in the picture; the camera sees all corners but one.
+    let corner = |i: usize| film.bodies[0].points[i];
+    moments[0].poses = vec![Isometry3::identity()];
+    let up = |i: usize| {
+        let (from, way) = (corner(i), Vector3::new(0.0, 0.0, 3.2));
+        Arrow { from, to: from + way, reach: 3f64.sqrt() }
+    };
+    moments[0].arrows = (0..8).map(up).collect();
+    let mut stage = Backdrop::new(&film, &settings, &moments).unwrap();
+    let mut paint = |arrows| {
+        moments[0].arrows = arrows;
+        let mut canvas = stage.empty().clone();
+        stage.paint(&mut canvas, &moments[0]);
+        canvas.colours().collect::<Vec<_>>()
+    };
+    let bare = paint(Vec::new());
+    let is_body = |pixel: &PaintColour| pixel[2].saturating_sub(pixel[0]) > 60;
+    let covered: Vec<_> = (0..8)
+        .map(|i| {
+            let picture = paint(vec![up(i)]);
+            assert!(has(&picture, FORCE), "the tip of arrow {i} stands out");
+            let pairs = bare.iter().zip(&picture).filter(|(before, _)| is_body(before));
+            pairs.filter(|(before, now)| before != now).count() == 0
+        })
+        .collect();
+    // From x > 0, y < 0, z > 0 the corner at x = 0, y = 1, z = 0 is behind the body.
+    let sides: Vec<_> = (0..4).map(|i| covered[i]).collect();
+    assert_eq!(sides, [false, false, true, false]);
+}
+
+#[test]
+fn one_row_is_one_frame() {
+    let film = falling_cube(0);
+    let pictures = pictures(
+        &bytes(&film, &AnimationSettings { size: 120, ..AnimationSettings::default() }),
+        120,
+    );
+    assert_eq!(pictures.len(), 1);
+}
+
+#[test]
+fn other_views_and_other_bodies_are_drawn_too() {
+    let mut film = falling_cube(300);
+    let views = [(200.0, 0.0), (0.0, 90.0), (-720.0, 45.0)];
+    for (azimuth, elevation) in views {
+        let view = Some(View { azimuth, elevation });
+        let bytes = bytes(&film, &AnimationSettings { size: 120, view, speed: 10.0 });
+        assert_eq!(pictures(&bytes, 120).len(), 3);
+    }
+    film.bodies[0].points = [Vector3::x(), Vector3::y(), Vector3::z()].into();
+    let pictures = pictures(
+        &bytes(&film, &AnimationSettings { size: 400, ..AnimationSettings::default() }),
+        400,
+    );
+    assert!(has(&pictures[0], super::palette::EDGE));
+}
+
+#[test]
+fn what_cannot_be_drawn_is_an_error() {
+    let settings = AnimationSettings { size: 120, ..AnimationSettings::default() };
+    let mut far = falling_cube(0);
+    far.frames[0].poses[0].position.x = 1e200;
+    let go_on = |_, _| ControlFlow::Continue(());
+    assert!(matches!(animate(&far, &settings, go_on), Err(AnimationError::TooFar)));
+    let film = falling_cube(10);
+    let slow = AnimationSettings { speed: 1e-4, ..settings };
+    assert!(matches!(animate(&film, &slow, go_on), Err(AnimationError::TooLong { .. })));
+    let stop = |_, _| ControlFlow::Break(());
+    assert!(matches!(animate(&film, &settings, stop), Err(AnimationError::Interrupted)));
+}
+
+/// A ball of 5 cm that falls between pegs on a slope, to and fro, for two seconds: 1.6 m.
+fn board() -> Film {
+    let mut film = falling_cube(1000);
+    let sphere = |centre, radius| FilmPiece::Sphere { centre, radius };
+    film.bodies[0].pieces = vec![sphere(Vector3::zeros(), 0.025)];
+    film.bodies[0].points.clear();
+    for frame in &mut film.frames {
+        let (s, pose) = (frame.time / 2.0, &mut frame.poses[0]);
+        pose.position = Vector3::new(0.1 * (20.0 * s).sin(), 1.6 * s - 0.8, 0.025);
+        frame.contacts.clear();
+    }
+    let peg = |k: i32| {
+        let place =
+            Vector3::new(f64::from(k % 10) * 0.12 - 0.54, f64::from(k / 10) * 0.16 - 0.8, 0.0);
+        FilmFixed { name: String::new(), pieces: vec![sphere(place, 0.01)] }
+    };
+    film.fixed = (0..110).map(peg).collect();
+    film
+}
+
+/// What the body takes of the picture's width or height, the larger, in each frame: through the
+/// whole view, and through the windows of the frames. It must be in the picture.
+fn shares(film: &Film) -> Vec<[f64; 2]> {
+    let settings = AnimationSettings { size: 200, ..AnimationSettings::default() };
+    let moments = moments(film, &settings).unwrap();
+    let mut stage = Backdrop::new(film, &settings, &moments).unwrap();
+    let mut share = |k: usize, whole: bool| {
+        stage.aim(k);
+        if whole {
+            stage.camera.window = Window::WHOLE;
+        }
+        let middle = moments[k].poses[0].translation.vector;
+        let spot = stage.camera.spot(&middle);
+        let radius = stage.camera.pixels(film.bodies[0].reach(), spot);
+        if !whole {
+            for coordinate in &spot[..2] {
+                assert!((radius..200.0 - radius).contains(coordinate), "{k}: {spot:?}");
+            }
+        }
+        2.0 * radius / 200.0
+    };
+    (0..moments.len()).map(|k| [share(k, true), share(k, false)]).collect()
+}
+
+#[test]
+fn what_moves_among_much_that_stands_still_fills_a_tenth_of_the_picture_at_least() {
+    for [whole, shown] in shares(&board()) {
+        assert!(whole < 0.04, "{whole}");
+        assert!((0.1..0.25).contains(&shown), "{shown}");
+    }
+}
+
+/// A wall between the camera and a body that falls behind it: from 20 degrees it hides the body, from higher not. What is
+/// asked for is not changed.
+#[test]
+fn what_stands_still_does_not_hide_what_moves() {
+    let mut film = falling_cube(300);
+    let View { azimuth, .. } = View::default();
+    let (sin, cos) = azimuth.to_radians().sin_cos();
+    // Towards the camera, and of a height that hides what is behind it from less than 40 degrees.
+    let wall = |k: usize| {
+        let across = 0.5 * k as f64 - 10.0;
+        let foot = Vector3::new(5.0 * cos - across * sin, 5.0 * sin + across * cos, 0.0);
+        let pieces = (0..12).map(|level| {
+            let centre = foot + Vector3::z() * (0.45 * f64::from(level));
+            FilmPiece::Sphere { centre, radius: 0.45 }
+        });
+        FilmFixed { name: String::new(), pieces: pieces.collect() }
+    };
+    film.fixed = (0..40).map(wall).collect();
+    let hidden = |view| {
+        let settings = AnimationSettings { size: 200, view, ..AnimationSettings::default() };
+        let moments = moments(&film, &settings).unwrap();
+        Backdrop::new(&film, &settings, &moments).unwrap().hidden(&moments)
+    };
+    assert!(hidden(Some(View::default())) > 0.5);
+    assert!(hidden(None) <= 0.05);
+}
+
+#[test]
+fn a_long_throw_is_followed_over_a_grid_that_is_seen() {
+    let mut film = falling_cube(1500);
+    for frame in &mut film.frames {
+        let time = frame.time;
+        frame.poses[0].position = Vector3::new(
+            10.0 * time,
+            40.0 * time,
+            1.7 + (15.0 * time - 0.5 * 9.81 * time * time).max(0.0),
+        );
+        frame.contacts.clear();
+    }
+    for [whole, shown] in shares(&film) {
+        assert!(whole < 0.04 && (0.1..0.25).contains(&shown), "{whole} {shown}");
+    }
+    let pictures = pictures(
+        &bytes(&film, &AnimationSettings { size: 200, ..AnimationSettings::default() }),
+        200,
+    );
+    for picture in pictures {
+        // Thinner than a pixel, they are blends.
+        let is_line = |pixel: &&PaintColour| {
+            let between = |k: usize| (LINE[k]..GROUND[k] - 4).contains(&pixel[k]);
+            (0..3).all(between)
+        };
+        let lines = picture.iter().filter(is_line).count();
+        let ground = picture.iter().filter(|&&pixel| near(pixel, GROUND)).count();
+        assert!(lines > 200 && ground > 20_000, "{lines} {ground}");
+    }
+}
+
+#[test]
+fn a_body_has_its_own_colour_and_its_label_above_it() {
+    let settings = AnimationSettings { size: 300, ..AnimationSettings::default() };
+    let mut film = falling_cube(0);
+    let red = |picture: &[PaintColour]| {
+        let is_red = |pixel: &&PaintColour| pixel[0] > 90 && pixel[0] / 2 > pixel[2];
+        picture.iter().filter(is_red).count()
+    };
+    let plain = pictures(&bytes(&film, &settings), 300).remove(0);
+    film.bodies[0].colour = Some([0xd0, 0x10, 0x10]);
+    let own = pictures(&bytes(&film, &settings), 300).remove(0);
+    assert!(red(&plain) == 0 && red(&own) > 1000, "{} {}", red(&plain), red(&own));
+    film.bodies[0].label = "Würfel 1".to_owned();
+    let labelled = pictures(&bytes(&film, &settings), 300).remove(0);
+    let first =
+        |other: &[PaintColour]| (0..90_000).find(|&i| labelled[i] != other[i]).map(|i| i / 300);
+    let top =
+        (0..90_000).filter(|&i| own[i][0] > own[i][2].saturating_add(60)).min().unwrap() / 300;
+    let written = first(&own).unwrap();
+    assert!(written < top && written + 20 > top, "{written} {top}");
+}

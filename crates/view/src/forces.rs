@@ -1,0 +1,133 @@
+//! Which contact forces are shown, and how large.
+
+use crate::film::{Film, FilmBody, FilmContact, FilmFrame, FilmPartner, FilmPlace};
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+
+/// Forces below this times [`Scale::weight`] are not shown.
+const NEGLIGIBLE: f64 = 1e-6;
+
+/// How long the arrow of a force is.
+///
+/// Impacts are hundreds of times the weight, so lengths are compressed: with
+/// s = √(force / weight) the length is s / (1 + s) of the longest, which grows like the
+/// square root for forces below the weight and levels off above it.
+pub struct Scale {
+    /// Mass times gravity, the mean of all bodies; without gravity the largest force of the
+    /// film. Its arrow has half of the longest length. N.
+    pub weight: f64,
+    /// No arrow gets this long, m.
+    pub longest: f64,
+}
+
+impl Scale {
+    pub fn of(film: &Film) -> Self {
+        let count = film.bodies.len() as f64;
+        let mass = film.bodies.iter().map(|body| body.mass).sum::<f64>() / count;
+        let reach = film.bodies.iter().map(FilmBody::reach).sum::<f64>() / count;
+        let mut weight = mass * film.gravity.norm();
+        if weight == 0.0 {
+            let contacts = film.frames.iter().flat_map(|frame| &frame.contacts);
+            weight = contacts.map(|c| c.force.norm()).fold(f64::MIN_POSITIVE, f64::max);
+        }
+        Self { weight, longest: 1.5 * reach }
+    }
+
+    /// The arrow of a force that is shown.
+    pub fn arrow(&self, force: &Vector3<f64>) -> Vector3<f64> {
+        let root = (force.norm() / self.weight).sqrt();
+        force.normalize() * (self.longest * root / (1.0 + root))
+    }
+
+    /// The contacts with a force that is shown, and the mean of it over `steps`: a mean, so
+    /// that an impact of one step is seen whichever frame is shown.
+    pub fn means(&self, film: &Film, steps: &[FilmFrame]) -> Vec<MeanForce> {
+        let mut means = BTreeMap::new();
+        for contact in steps.iter().flat_map(|step| &step.contacts) {
+            let points = film.bodies.get(contact.body).map_or(0, |body| body.points.len());
+            if contact.corner().is_some_and(|corner| corner >= points) {
+                continue;
+            }
+            let mean =
+                means.entry(ContactSite::of(contact)).or_insert((contact.place, Vector3::zeros()));
+            // The last place is the one that is shown.
+            mean.0 = contact.place;
+            mean.1 += contact.force / steps.len() as f64;
+        }
+        let is_shown = |mean: &MeanForce| mean.force.norm() > NEGLIGIBLE * self.weight;
+        let mean = |(site, (place, force))| MeanForce { site, place, force };
+        means.into_iter().map(mean).filter(is_shown).collect()
+    }
+}
+
+/// What a contact is told by from step to step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ContactSite {
+    pub body: usize,
+    pub partner: FilmPartner,
+    /// Whether `key` is a corner.
+    pub is_corner: bool,
+    pub key: u64,
+}
+
+/// The mean force of a contact, N, world frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeanForce {
+    pub site: ContactSite,
+    pub place: FilmPlace,
+    pub force: Vector3<f64>,
+}
+
+impl ContactSite {
+    fn of(contact: &FilmContact) -> Self {
+        let (is_corner, key) = match contact.place {
+            FilmPlace::Corner(corner) => (true, corner as u64),
+            FilmPlace::At { key, .. } => (false, key),
+        };
+        Self { body: contact.body, partner: contact.partner, is_corner, key }
+    }
+}
+
+impl MeanForce {
+    /// Where it is when the bodies are as in `frame`, m.
+    pub fn point(&self, film: &Film, frame: &FilmFrame) -> Vector3<f64> {
+        match self.place {
+            FilmPlace::At { point, .. } => point,
+            FilmPlace::Corner(corner) => {
+                let pose = &frame.poses[self.site.body];
+                pose.position + pose.attitude * film.bodies[self.site.body].points[corner]
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::{falling_cube, floating_cube};
+
+    #[test]
+    fn larger_forces_have_longer_arrows_of_limited_length() {
+        let scale = Scale { weight: 100.0, longest: 2.0 };
+        let length = |force: f64| scale.arrow(&Vector3::new(0.0, 0.0, force)).norm();
+        assert!((length(100.0) - 1.0).abs() < 1e-12);
+        // Nearly the square root for small forces.
+        assert!((length(0.04) / length(0.01) - 2.0).abs() < 0.05);
+        assert!(length(1e3) < length(1e4) && length(1e12) <= 2.0);
+    }
+
+    #[test]
+    fn a_force_that_is_shown_is_the_mean_of_the_steps() {
+        let film = falling_cube(500);
+        let scale = Scale::of(&film);
+        assert!((scale.weight - 98.1).abs() < 1e-12);
+        let landed = film.frames.iter().position(|frame| !frame.contacts.is_empty()).unwrap();
+        assert_eq!(scale.means(&film, &film.frames[..landed]), []);
+        let means = scale.means(&film, &film.frames[landed - 3..landed + 1]);
+        assert_eq!(means.iter().map(|mean| mean.site.key).collect::<Vec<_>>(), [0, 1, 2, 3]);
+        // One step of four, and a quarter of the weight for each corner.
+        assert!(means.iter().all(|mean| (mean.force.norm() - 98.1 / 16.0).abs() < 1e-12));
+        let floating = floating_cube(3);
+        assert_eq!(Scale::of(&floating).means(&floating, &floating.frames), []);
+    }
+}

@@ -1,0 +1,80 @@
+//! Points as the path data of SVG.
+
+use super::thin::PlotPoint;
+use crate::film::Status;
+use std::fmt::Write as _;
+
+/// Hundredths of a unit, the precision of a path.
+fn hundredths(x: f64, y: f64) -> (i64, i64) {
+    ((100.0 * x).round() as i64, (100.0 * y).round() as i64)
+}
+
+fn push(path: &mut String, command: char, (x, y): (i64, i64)) {
+    let _ = write!(path, "{command}{} {}", x as f64 / 100.0, y as f64 / 100.0);
+}
+
+/// A line through `points`, interrupted at the gaps. Points inside a horizontal stretch
+/// are left out.
+pub fn line(points: &[PlotPoint]) -> String {
+    let mut path = String::new();
+    for stretch in points.split(Option::is_none) {
+        let stretch: Vec<_> =
+            stretch.iter().flatten().copied().map(|(x, y)| hundredths(x, y)).collect();
+        for (i, &point) in stretch.iter().enumerate() {
+            let inside = 0 < i
+                && i + 1 < stretch.len()
+                && stretch[i - 1].1 == point.1
+                && stretch[i + 1].1 == point.1;
+            if !inside {
+                push(&mut path, if i == 0 { 'M' } else { 'L' }, point);
+            }
+        }
+    }
+    path
+}
+
+/// A dot at every point, or only at those with a gap on both sides, which no line shows.
+pub fn dots(points: &[PlotPoint], all: bool) -> String {
+    let mut path = String::new();
+    for stretch in points.split(Option::is_none).filter(|stretch| all || stretch.len() == 1) {
+        for point in stretch.iter().flatten().copied().map(|(x, y)| hundredths(x, y)) {
+            push(&mut path, 'M', point);
+            path.push_str("h.01");
+        }
+    }
+    path
+}
+
+/// The outline of the mark of a status about (x, y): a triangle, a diamond, a plus, a cross.
+pub fn mark_path(status: Status, x: f64, y: f64) -> String {
+    match status {
+        Status::Retried => format!("M{x:.2} {:.2}l4 7h-8z", y - 4.5),
+        Status::Fallback => format!("M{x:.2} {:.2}l4 5l-4 5l-4 -5z", y - 5.0),
+        Status::Substepped => format!("M{:.2} {:.2}h7v7h-7z", x - 3.5, y - 3.5),
+        Status::Wild => format!("M{:.2} {y:.2}h9m-4.5 -4.5v9", x - 4.5),
+        _ => format!("M{:.2} {:.2}l8 8m0 -8l-8 8", x - 4.0, y - 4.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_break_at_gaps_and_lone_points_become_dots() {
+        let points = [Some((0.0, 1.0)), Some((1.0, 2.5)), None, Some((3.0, 1.0)), None];
+        assert_eq!(line(&points), "M0 1L1 2.5M3 1");
+        assert_eq!(dots(&points, false), "M3 1h.01");
+        assert_eq!(dots(&points, true).matches('M').count(), 3);
+    }
+
+    #[test]
+    fn horizontal_stretches_keep_only_their_ends() {
+        let points: Vec<_> = [0.0, 1.0, 1.0, 1.0, 2.0]
+            .iter()
+            .enumerate()
+            .map(|(i, y)| Some((i as f64, *y)))
+            .collect();
+        assert_eq!(line(&points), "M0 0L1 1L3 1L4 2");
+    }
+}

@@ -1,0 +1,123 @@
+//! The panels of the second sheet: energy, what touches, and how exact the steps are.
+
+use super::panel::{Marks, Panel, PanelMaker, PlotSeries};
+use super::scale::ScaleKind;
+use crate::film::{Film, FilmContact, FilmFrame, Status};
+
+/// From top to bottom.
+pub const PANELS: [PanelMaker; 5] = [
+    |film, _| energies(film),
+    |film, _| Panel { words: "height of the lowest corner", ..lowest_point(film) },
+    |film, _| slip_speed(film),
+    |film, _| residual(film),
+    |film, _| iterations(film),
+];
+
+/// Of several bodies, all of them together.
+pub const PANELS_OF_SEVERAL: [PanelMaker; 4] = [
+    |film, _| Panel {
+        words: "energy of all bodies, the potential counted from the origin",
+        ..energies(film)
+    },
+    |film, _| lowest_point(film),
+    |film, _| residual(film),
+    |film, _| iterations(film),
+];
+
+/// The statuses that are marked, and their colours.
+const MARKED: [(Status, &str); 5] = [
+    (Status::Retried, "#5a6675"),
+    (Status::Fallback, "#8250c4"),
+    (Status::Substepped, "#96650a"),
+    (Status::Wild, "#b4377f"),
+    (Status::Failed, "#cf222e"),
+];
+
+/// Kinetic and potential energy over all bodies, and their sum.
+fn energies(film: &Film) -> Panel {
+    let frames = || film.frames.iter();
+    Panel {
+        id: "energy",
+        symbol: ("E", ""),
+        unit: "J",
+        words: "energy, the potential counted from the origin",
+        kind: ScaleKind::FromZero,
+        height: 200.0,
+        series: vec![
+            PlotSeries::new("kinetic", 0, frames().map(|frame| frame.kinetic)),
+            PlotSeries::new("potential", 1, frames().map(|frame| frame.potential)),
+            PlotSeries::new("total", 7, frames().map(|frame| frame.kinetic + frame.potential)),
+        ],
+        ..Panel::default()
+    }
+}
+
+fn lowest_point(film: &Film) -> Panel {
+    let values = film.frames.iter().map(|frame| {
+        let heights = (0..film.bodies.len()).map(|b| film.lowest_height(b, frame));
+        heights.fold(f64::INFINITY, f64::min)
+    });
+    let said = (("z", "min"), "m", "height of the lowest point of all");
+    Panel::of_curve("height", said, 110.0, 0, values)
+}
+
+fn slip_speed(film: &Film) -> Panel {
+    let values = film.frames.windows(2).map(|pair| largest_slip(film, &pair[0], &pair[1]));
+    let said = (("c", "max"), "m/s", "largest slip speed of the corners that touch");
+    Panel {
+        nothing: Some("no corner that carries a force slips in this run"),
+        ..Panel::of_curve("slip", said, 110.0, 2, values)
+    }
+}
+
+/// The largest slip speed, m/s, of the corners that touch in the step from `frame` to `next`:
+/// those that press with more than they are away, h f_z/m > z⁺/h; where steps lie between the two, its mean. (A solver in the interior
+/// leaves a little of a force on every corner.) NaN if none does.
+fn largest_slip(film: &Film, frame: &FilmFrame, next: &FilmFrame) -> f64 {
+    let Some(ground) = film.ground.filter(|_| !frame.contacts.is_empty()) else {
+        return f64::NAN;
+    };
+    let (h, mass) = (film.time_step, film.bodies[0].mass);
+    let passed = film.frame_time();
+    let (old, new): (Vec<_>, Vec<_>) = film.points(0, frame).zip(film.points(0, next)).unzip();
+    let slip = |contact: &FilmContact| {
+        let corner = contact.corner()?;
+        let (old, new) = (old.get(corner)?, new.get(corner)?);
+        let push = h * ground.normal.dot(&contact.force) / mass;
+        let touches = contact.carries_force && push > ground.height(new) / h;
+        let way = new - old;
+        touches.then(|| (way - ground.normal * ground.normal.dot(&way)).norm() / passed)
+    };
+    frame.contacts.iter().filter_map(slip).fold(f64::NAN, f64::max)
+}
+
+fn residual(film: &Film) -> Panel {
+    let values = film.steps().iter().map(|frame| frame.residual);
+    let marks = |(status, colour): (Status, &'static str)| {
+        let value = |frame: &FilmFrame| {
+            if frame.status == status { frame.residual } else { f64::NAN }
+        };
+        Marks { status, colour, values: film.steps().iter().map(value).collect() }
+    };
+    let is_there = |marks: &Marks| marks.values.iter().any(|value| !value.is_nan());
+    let said = (("residual", ""), "m/s", "by how much each step misses the exact laws");
+    Panel {
+        kind: ScaleKind::Log,
+        marks: MARKED.into_iter().map(marks).filter(is_there).collect(),
+        nothing: Some("0 in every step"),
+        ..Panel::of_curve("residual", said, 190.0, 0, values)
+    }
+}
+
+fn iterations(film: &Film) -> Panel {
+    let values = film.steps().iter().map(|frame| f64::from(frame.iterations));
+    let said = (("iterations", ""), "", "of the solver in each step");
+    Panel {
+        nothing: Some(if film.steps().iter().all(|frame| frame.status == Status::Free) {
+            "no contact problem was solved in this run"
+        } else {
+            "0 in every step"
+        }),
+        ..Panel::of_curve("iterations", said, 110.0, 7, values)
+    }
+}

@@ -1,0 +1,72 @@
+//! The panels of the first sheet where joints tie bodies: those of one body among several, and its joints.
+
+use super::motion::PANELS_OF_SEVERAL;
+use super::panel::{AxisTitle, Panel, PanelMaker, PlotSeries};
+use super::scale::ScaleKind;
+use crate::film::{Film, FilmFrame, FilmJoint, FilmTie};
+
+/// From top to bottom.
+pub const PANELS: [PanelMaker; 10] = {
+    let [x, y, z, speed, force, contacts] = PANELS_OF_SEVERAL;
+    [x, y, z, speed, angles, places, torques, forces, force, contacts]
+};
+
+fn angles(film: &Film, body: usize) -> Panel {
+    let said = (("θ", ""), "rad", "angle of the hinges of the body");
+    let nothing = "no hinge on this body, or none that has turned";
+    let of = |joint: &FilmJoint| joint.turns;
+    panel((film, body), of, |tie| tie.angle, &film.frames, ("angle", nothing, said))
+}
+
+fn places(film: &Film, body: usize) -> Panel {
+    let said = (("l", ""), "m", "place along the slides of the body");
+    let nothing = "no slide on this body, or none that has moved";
+    let of = |joint: &FilmJoint| joint.slides;
+    panel((film, body), of, |tie| tie.place, &film.frames, ("slide", nothing, said))
+}
+
+fn torques(film: &Film, body: usize) -> Panel {
+    let said = (
+        ("M", ""),
+        "N m",
+        "what motors, friction, springs and stops do about the hinges of the body",
+    );
+    let nothing = "no hinge on this body, or nothing that drives one";
+    let of = |joint: &FilmJoint| joint.turns;
+    panel((film, body), of, |tie| tie.torque, film.steps(), ("torque", nothing, said))
+}
+
+fn forces(film: &Film, body: usize) -> Panel {
+    let said = (("|F|", "joint"), "N", "force of the joints of the body");
+    let nothing = "no joint of this body, or none that carries";
+    let force = |tie: &FilmTie| tie.force;
+    panel((film, body), |_| true, force, film.steps(), ("reaction", nothing, said))
+}
+
+/// A quantity of the joints of a body that `takes` takes, a curve each.
+fn panel(
+    (film, body): (&Film, usize),
+    takes: fn(&FilmJoint) -> bool,
+    quantity: fn(&FilmTie) -> f64,
+    frames: &[FilmFrame],
+    (id, nothing, (symbol, unit, words)): (&'static str, &'static str, AxisTitle),
+) -> Panel {
+    let joints = film.joints.iter().enumerate();
+    let own = joints.filter(|(_, joint)| joint.is_of(body) && takes(joint));
+    let value =
+        |joint: usize| move |frame: &FilmFrame| frame.ties.get(joint).map_or(f64::NAN, quantity);
+    let series = own.enumerate().map(|(colour, (index, joint))| {
+        PlotSeries::new(joint.name.clone(), colour, frames.iter().map(value(index)))
+    });
+    Panel {
+        id,
+        symbol,
+        unit,
+        words,
+        kind: ScaleKind::Linear,
+        height: 110.0,
+        series: series.collect(),
+        nothing: Some(nothing),
+        ..Panel::default()
+    }
+}

@@ -1,0 +1,97 @@
+//! A trajectory as curves over time: two sheets of panels, as SVG and as PNG.
+
+pub(super) mod axes;
+pub(super) mod curve;
+mod energy;
+mod joints;
+mod motion;
+pub(super) mod number;
+pub(super) mod panel;
+mod png;
+pub(super) mod scale;
+mod svg;
+pub(super) mod thin;
+
+pub(crate) use panel::{Panel, PanelMaker, PlotSeries};
+pub(crate) use scale::{PlotAxis, ScaleKind, Transform};
+pub(crate) use thin::thin_rows;
+
+use crate::film::Film;
+
+/// The sheets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlotSheet {
+    /// Position, contact forces, slacks, multipliers.
+    Motion,
+    /// Energy, touch, residuals, iterations.
+    Energy,
+}
+
+impl PlotSheet {
+    /// What stands above it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Motion => "Motion and contact",
+            Self::Energy => "Energy and residual",
+        }
+    }
+
+    /// Its panels from top to bottom.
+    pub(crate) fn panels(self, film: &Film) -> &'static [PanelMaker] {
+        match (self, film.is_single()) {
+            (Self::Motion, true) => &motion::PANELS,
+            (Self::Motion, false) if film.joints.is_empty() => &motion::PANELS_OF_SEVERAL,
+            (Self::Motion, false) => &joints::PANELS,
+            (Self::Energy, true) => &energy::PANELS,
+            (Self::Energy, false) => &energy::PANELS_OF_SEVERAL,
+        }
+    }
+
+    /// Whether its panels are about one body of a film of several.
+    pub(crate) fn is_of_one_body(self) -> bool {
+        self == Self::Motion
+    }
+}
+
+/// A sheet of `film` as SVG, of the motion that of body `body`, or of the last where there are
+/// fewer. The same film gives the same bytes.
+#[must_use]
+pub fn svg(film: &Film, sheet: PlotSheet, body: usize) -> String {
+    let body = body.min(film.bodies.len() - 1);
+    let mut heading = sheet.name().to_owned();
+    if sheet.is_of_one_body() && !film.is_single() {
+        heading = format!("{heading} of {}", film.name(body));
+    }
+    if !film.title.is_empty() {
+        heading = format!("{heading}: {}", film.title);
+    }
+    svg::draw(film, body, &heading, &notes(film), sheet.panels(film))
+}
+
+/// An SVG of [`svg`] as PNG.
+///
+/// # Errors
+/// Why it cannot be drawn, in words.
+pub fn png(svg: &str) -> Result<Vec<u8>, String> {
+    png::rasterise(svg)
+}
+
+/// The run in numbers.
+fn notes(film: &Film) -> String {
+    let slope = film.inclined_ground().map_or(String::new(), |ground| {
+        format!(", slope {}°", (ground.slope() * 100.0).round() / 100.0)
+    });
+    let friction =
+        if film.may_touch() { format!(", μ = {}", film.friction) } else { String::new() };
+    let bodies = match film.bodies.as_slice() {
+        [body] if film.is_single() => {
+            format!("m = {} kg{friction}, {} corners", body.mass, body.points.len())
+        }
+        [_] => format!("1 body{friction}"),
+        bodies => format!("{} bodies{friction}", bodies.len()),
+    };
+    let rows = film.frames.len();
+    let s = if rows == 1 { "" } else { "s" };
+    format!("{rows} row{s}, h = {} s, {bodies}{slope}", film.time_step)
+}

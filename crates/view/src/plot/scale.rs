@@ -1,0 +1,267 @@
+//! Axes: what range they show, on which scale, and where their ticks are.
+
+use super::number::{decimal, power_of_ten};
+
+/// What a panel asks of its vertical axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ScaleKind {
+    /// Linear over the range of the values.
+    #[default]
+    Linear,
+    /// Linear, with 0 in the range.
+    FromZero,
+    /// From zero, linear where that shows all; symmetric-logarithmic where spikes would
+    /// flatten the rest.
+    Spikes,
+    /// Logarithmic.
+    Log,
+}
+
+/// The map from values to the places of an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Transform {
+    Identity,
+    /// asinh(v / threshold): linear about 0, logarithmic far from it, and smooth between.
+    Symlog(f64),
+    /// log₁₀ v.
+    Log,
+}
+
+/// A vertical or horizontal axis.
+#[derive(Debug, Clone)]
+pub struct PlotAxis {
+    transform: Transform,
+    low: f64,
+    high: f64,
+    /// Values and labels.
+    pub ticks: Vec<(f64, String)>,
+    /// Whether a logarithmic axis has zeros to show, which it does at its lower end.
+    zeros: bool,
+}
+
+/// Spikes are what is above this times the median.
+const SPIKE: f64 = 50.0;
+/// Smaller than this times the largest value is 0 as far as the median is concerned.
+const NEGLIGIBLE: f64 = 1e-6;
+/// A range smaller than this, relative to the values, is that of a constant.
+const ROUNDING: f64 = 1e-9;
+/// Ticks nearer than this, as a fraction of the usual distance, are too near.
+const CROWDED: f64 = 0.65;
+/// The room at each end, as a fraction of the range.
+const MARGIN: f64 = 0.06;
+
+impl PlotAxis {
+    /// An axis for `values`, which may hold NaN for a gap, with about `ticks` ticks.
+    pub fn new(kind: ScaleKind, values: impl Iterator<Item = f64> + Clone, ticks: usize) -> Self {
+        let numbers = values.filter(|value| !value.is_nan());
+        let (low, high) = numbers
+            .clone()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        if low > high {
+            return Self::linear(0.0, 1.0, MARGIN, ticks);
+        }
+        match kind {
+            ScaleKind::Linear => Self::linear(low, high, MARGIN, ticks),
+            ScaleKind::FromZero => Self::linear(low.min(0.0), high.max(0.0), MARGIN, ticks),
+            ScaleKind::Log => Self::logarithmic(numbers, high, ticks),
+            ScaleKind::Spikes => {
+                let (low, high) = (low.min(0.0), high.max(0.0));
+                match spike_threshold(numbers, high.max(-low)) {
+                    Some(threshold) => Self::symlog(low, high, threshold, ticks),
+                    None => Self::linear(low, high, MARGIN, ticks),
+                }
+            }
+        }
+    }
+
+    /// A linear axis from `low` to `high` with `margin` of the range beyond both.
+    pub fn linear(low: f64, high: f64, margin: f64, ticks: usize) -> Self {
+        let size = high.abs().max(low.abs());
+        let (low, high) = if high - low > ROUNDING * size && size > 1e-12 {
+            (low, high)
+        } else {
+            let room = if size > 1e-12 { 0.1 * size } else { 1.0 };
+            (low - room, high + room)
+        };
+        let room = margin * (high - low);
+        let (low, high) = (low - room, high + room);
+        let step = nice_step((high - low) / ticks as f64);
+        let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+        let largest = first.unsigned_abs().max(last.unsigned_abs()) as f64 * step;
+        let ticks = (first..=last).map(|k| k as f64 * step);
+        let ticks = ticks.map(|value| (value, decimal(value, step, largest))).collect();
+        Self { transform: Transform::Identity, low, high, ticks, zeros: false }
+    }
+
+    fn symlog(low: f64, high: f64, threshold: f64, ticks: usize) -> Self {
+        let transform = Transform::Symlog(threshold);
+        let (bottom, top) = (transform.of(low), transform.of(high));
+        let room = MARGIN * (top - bottom);
+        let first = threshold.log10().round() as i32;
+        let decades = (0..).take_while(|k| threshold * 10f64.powi(*k) <= high.max(-low)).count();
+        let stride = decades.div_ceil(ticks).max(1);
+        let mut marks = vec![(0.0, "0".to_owned())];
+        // The tick at the threshold may be too near to that at 0 for a label.
+        let crowded = transform.of(threshold) < CROWDED * (top - bottom) / ticks as f64;
+        let skipped = usize::from(crowded);
+        for exponent in (first..).take(decades).skip(skipped).step_by(stride) {
+            let value = 10f64.powi(exponent);
+            let both = [(value, String::new()), (-value, "−".to_owned())];
+            for (value, sign) in both.into_iter().filter(|(v, _)| low <= *v && *v <= high) {
+                marks.push((value, sign + &power_of_ten(exponent)));
+            }
+        }
+        Self { transform, low: bottom - room, high: top + room, ticks: marks, zeros: false }
+    }
+
+    fn logarithmic(numbers: impl Iterator<Item = f64> + Clone, high: f64, ticks: usize) -> Self {
+        let zeros = numbers.clone().any(|value| value <= 0.0);
+        let low = numbers.filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
+        let (first, last) = if low <= high {
+            (low.log10().floor() as i32, high.log10().ceil() as i32)
+        } else {
+            (-16, -15)
+        };
+        let last = last.max(first + 1);
+        let stride = ((last - first) as usize).div_ceil(ticks).max(1);
+        let ticks = (first..=last)
+            .step_by(stride)
+            .map(|exponent| (10f64.powi(exponent), power_of_ten(exponent)))
+            .collect();
+        let room = MARGIN * f64::from(last - first);
+        let (low, high) = (f64::from(first) - room, f64::from(last) + room);
+        Self { transform: Transform::Log, low, high, ticks, zeros }
+    }
+
+    /// Where `value` is: 0 at the low end, 1 at the high end.
+    pub fn fraction(&self, value: f64) -> f64 {
+        ((self.transform.of(value) - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
+    }
+
+    /// The map from values to places.
+    pub fn transform(&self) -> Transform {
+        self.transform
+    }
+
+    /// The values at the low and the high end.
+    pub fn ends(&self) -> (f64, f64) {
+        (self.transform.value_at(self.low), self.transform.value_at(self.high))
+    }
+
+    /// Whether a logarithmic axis has zeros to show, which it does at its lower end.
+    pub fn has_zeros(&self) -> bool {
+        self.zeros
+    }
+
+    /// What the label must say of the scale; `unit` is that of the values.
+    pub fn remark(&self, unit: &str) -> Option<String> {
+        match self.transform {
+            Transform::Identity => None,
+            Transform::Symlog(threshold) => {
+                let threshold = power_of_ten(threshold.log10().round() as i32);
+                Some(format!("symlog axis, linear below {threshold} {unit}"))
+            }
+            Transform::Log if self.zeros => Some("log axis, 0 at its lower end".to_owned()),
+            Transform::Log => Some("log axis".to_owned()),
+        }
+    }
+}
+
+impl Transform {
+    fn of(self, value: f64) -> f64 {
+        match self {
+            Self::Identity => value,
+            Self::Symlog(threshold) => (value / threshold).asinh(),
+            Self::Log => value.max(f64::MIN_POSITIVE).log10(),
+        }
+    }
+
+    /// The inverse of [`Self::of`].
+    fn value_at(self, place: f64) -> f64 {
+        match self {
+            Self::Identity => place,
+            Self::Symlog(threshold) => threshold * place.sinh(),
+            Self::Log => 10f64.powf(place),
+        }
+    }
+}
+
+/// The power of ten below the median size of `numbers` that are not negligible, if the
+/// `largest` size is a spike above it.
+fn spike_threshold(numbers: impl Iterator<Item = f64>, largest: f64) -> Option<f64> {
+    let mut sizes: Vec<f64> =
+        numbers.map(f64::abs).filter(|size| *size > NEGLIGIBLE * largest).collect();
+    if sizes.is_empty() {
+        return None;
+    }
+    let middle = sizes.len() / 2;
+    let (_, &mut median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+    (largest > SPIKE * median).then(|| 10f64.powi(median.log10().floor() as i32))
+}
+
+/// The 1, 2 or 5 times a power of ten that is not much below `step`.
+fn nice_step(step: f64) -> f64 {
+    let power = 10f64.powf(step.log10().floor());
+    let factor = [1.0, 2.0, 5.0].into_iter().find(|factor| factor * power >= 0.75 * step);
+    factor.unwrap_or(10.0) * power
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(axis: &PlotAxis) -> Vec<&str> {
+        axis.ticks.iter().map(|(_, label)| label.as_str()).collect()
+    }
+
+    #[test]
+    fn linear_ticks_are_round_numbers_inside_the_range() {
+        let axis = PlotAxis::new(ScaleKind::Linear, [-1.02, 3.9].into_iter(), 5);
+        assert_eq!(labels(&axis), ["−1", "0", "1", "2", "3", "4"]);
+        let constant = PlotAxis::new(ScaleKind::Linear, [25.0, 25.0].into_iter(), 4);
+        assert!((constant.fraction(25.0) - 0.5).abs() < 1e-12);
+        assert!(constant.ticks.len() >= 2);
+    }
+
+    #[test]
+    fn an_impact_does_not_flatten_the_weight() {
+        let forces = std::iter::repeat_n(25.0, 400).chain([20_000.0, 0.0]);
+        let axis = PlotAxis::new(ScaleKind::Spikes, forces, 8);
+        assert_eq!(labels(&axis), ["0", "10", "100", "1000", power_of_ten(4).as_str()]);
+        assert_eq!(axis.remark("N").unwrap(), "symlog axis, linear below 10 N");
+        let height = axis.fraction(25.0) - axis.fraction(0.0);
+        assert!(height > 0.15, "{height}");
+        assert!(axis.fraction(20_000.0) < 1.0);
+    }
+
+    #[test]
+    fn without_spikes_the_axis_is_linear() {
+        let axis = PlotAxis::new(ScaleKind::Spikes, [0.0, 25.0, 30.0].into_iter(), 5);
+        assert_eq!(axis.remark("N"), None);
+        assert_eq!(PlotAxis::new(ScaleKind::Spikes, [0.0; 9].into_iter(), 5).remark("N"), None);
+    }
+
+    #[test]
+    fn a_logarithmic_axis_has_a_place_for_zero() {
+        let axis = PlotAxis::new(ScaleKind::Log, [0.0, 3e-16, 2e-3].into_iter(), 7);
+        assert_eq!(axis.fraction(0.0), 0.0);
+        assert!(axis.remark("m/s").unwrap().contains("0 at its lower end"));
+        assert_eq!(labels(&axis).first(), Some(&power_of_ten(-16).as_str()));
+        let empty = PlotAxis::new(ScaleKind::Log, [0.0, 0.0].into_iter(), 7);
+        assert_eq!(empty.fraction(0.0), 0.0);
+    }
+
+    #[test]
+    fn every_value_is_on_the_axis() {
+        let values = [-3e7, 1e-9, 4.2, 9e11];
+        for kind in [ScaleKind::Linear, ScaleKind::FromZero, ScaleKind::Spikes] {
+            let axis = PlotAxis::new(kind, values.into_iter(), 5);
+            for value in values {
+                let fraction = axis.fraction(value);
+                assert!(fraction > 0.0 && fraction < 1.0, "{kind:?} {value}: {fraction}");
+            }
+            let (low, high) = axis.ends();
+            assert!(axis.fraction(low) < 1e-9 && axis.fraction(high) > 1.0 - 1e-9, "{kind:?}");
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! What a body looks like: convex pieces, meshes, or the points that can touch.
+
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+
+/// A piece of a body or of what stands still, m: convex, or a mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FilmPiece {
+    /// A polyhedron, rounded or not.
+    Hull(FilmHull),
+    /// A ball.
+    Sphere {
+        /// Its middle.
+        centre: Vector3<f64>,
+        /// Of its surface.
+        radius: f64,
+    },
+    /// What is within `radius` of a segment.
+    Capsule {
+        /// The ends of the segment.
+        ends: [Vector3<f64>; 2],
+        /// Of its surface about the segment.
+        radius: f64,
+    },
+    /// What is for the eye alone.
+    Mesh(FilmMesh),
+}
+
+/// What is within `radius` of a convex polyhedron.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FilmHull {
+    /// The corners of the polyhedron.
+    pub vertices: Vec<Vector3<f64>>,
+    /// Its faces: places in [`FilmHull::vertices`], in order around each, from either side.
+    pub faces: Vec<Vec<usize>>,
+    /// 0 for sharp edges.
+    pub radius: f64,
+}
+
+/// Triangles, which may be open and need not be convex.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FilmMesh {
+    /// The corners of the triangles.
+    pub vertices: Vec<Vector3<f64>>,
+    /// Places in [`FilmMesh::vertices`], counter-clockwise seen from outside.
+    pub triangles: Vec<[usize; 3]>,
+}
+
+/// What is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Outline {
+    Solid(FilmPiece),
+    /// The outline of the points, and the points.
+    Points(Vec<Vector3<f64>>),
+}
+
+/// Corners of the six faces of a box, in order around each; corner x + 2 y + 4 z.
+const BOX: [[usize; 4]; 6] =
+    [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
+
+impl FilmPiece {
+    /// A box by its eight corners, x fastest.
+    pub fn cuboid(corners: &[Vector3<f64>]) -> Self {
+        let faces = BOX.iter().map(|face| face.to_vec()).collect();
+        Self::Hull(FilmHull { vertices: corners.to_vec(), faces, radius: 0.0 })
+    }
+
+    /// The corners of the polyhedron, the segment or the point that it is round about.
+    pub(crate) fn core(&self) -> &[Vector3<f64>] {
+        match self {
+            Self::Hull(hull) => &hull.vertices,
+            Self::Mesh(mesh) => &mesh.vertices,
+            Self::Sphere { centre, .. } => std::slice::from_ref(centre),
+            Self::Capsule { ends, .. } => ends,
+        }
+    }
+
+    /// How far it goes beyond its core, m.
+    pub(crate) fn radius(&self) -> f64 {
+        match self {
+            Self::Hull(FilmHull { radius, .. })
+            | Self::Sphere { radius, .. }
+            | Self::Capsule { radius, .. } => *radius,
+            Self::Mesh(_) => 0.0,
+        }
+    }
+}
+
+impl FilmHull {
+    /// The faces with their outward normals, of length 1; without those that have no area.
+    pub(crate) fn sides(&self) -> impl Iterator<Item = (&[usize], Vector3<f64>)> {
+        let middle = self.vertices.iter().sum::<Vector3<f64>>() / self.vertices.len() as f64;
+        self.faces.iter().filter_map(move |face| {
+            let corner = |k: usize| {
+                let place = face.get(k % face.len().max(1))?;
+                self.vertices.get(*place).copied()
+            };
+            // The sum over the corners is twice the area, for any polygon in a plane.
+            let first = corner(0)?;
+            let mut across = Vector3::zeros();
+            for k in 0..face.len() {
+                across += (corner(k)? - first).cross(&(corner(k + 1)? - first));
+            }
+            let normal = across.try_normalize(0.0)?;
+            let outward = normal.dot(&(first - middle)) >= 0.0;
+            Some((face.as_slice(), if outward { normal } else { -normal }))
+        })
+    }
+}
+
+/// Triangles of a mesh that meet at less than this have no line between them, cosine: 30°.
+const CREASE: f64 = 0.866;
+
+impl FilmMesh {
+    /// The triangles with their outward normals, of length 1; without those that have no area.
+    pub(crate) fn sides(&self) -> impl Iterator<Item = (&[usize], Vector3<f64>)> {
+        self.triangles.iter().filter_map(|triangle| {
+            let corner = |k: usize| self.vertices.get(triangle[k]);
+            let (a, b, c) = (corner(0)?, corner(1)?, corner(2)?);
+            let normal = (b - a).cross(&(c - a)).try_normalize(0.0)?;
+            Some((&triangle[..], normal))
+        })
+    }
+
+    /// Where it is folded, or ends.
+    pub(crate) fn creases(&self) -> Vec<[usize; 2]> {
+        let mut edges = BTreeMap::<[usize; 2], Vec<Vector3<f64>>>::new();
+        for (triangle, normal) in self.sides() {
+            for k in 0..3 {
+                let mut ends = [triangle[k], triangle[(k + 1) % 3]];
+                ends.sort_unstable();
+                edges.entry(ends).or_default().push(normal);
+            }
+        }
+        let is_flat = |normals: &[Vector3<f64>]| match normals {
+            [one, other] => one.dot(other) >= CREASE,
+            _ => false,
+        };
+        edges.into_iter().filter(|(_, normals)| !is_flat(normals)).map(|(ends, _)| ends).collect()
+    }
+}
+
+impl Outline {
+    /// How a body of `pieces` is drawn; of one without any, the box that its points are the corners
+    /// of, or the points.
+    pub fn of(pieces: &[FilmPiece], points: &[Vector3<f64>]) -> Vec<Self> {
+        if !pieces.is_empty() {
+            return pieces.iter().cloned().map(Self::Solid).collect();
+        }
+        vec![if is_box(points) {
+            Self::Solid(FilmPiece::cuboid(points))
+        } else {
+            Self::Points(points.to_vec())
+        }]
+    }
+
+    /// Points that span what is drawn: all of it is in their convex hull.
+    pub fn span(&self) -> Vec<Vector3<f64>> {
+        match self {
+            Self::Points(points) => points.clone(),
+            Self::Solid(piece) if piece.radius() == 0.0 => piece.core().to_vec(),
+            Self::Solid(piece) => {
+                let side = |i: usize| {
+                    Vector3::from_fn(|axis, _| {
+                        if i >> axis & 1 == 1 { piece.radius() } else { -piece.radius() }
+                    })
+                };
+                piece.core().iter().flat_map(|core| (0..8).map(move |i| core + side(i))).collect()
+            }
+        }
+    }
+}
+
+/// Whether `points` are the corners of a box, x fastest.
+pub(crate) fn is_box(points: &[Vector3<f64>]) -> bool {
+    let &[origin, x, y, _, z, ..] = points else { return false };
+    let edges = [x - origin, y - origin, z - origin];
+    let size = edges.iter().map(|edge| edge.amax()).fold(0.0, f64::max);
+    let volume = edges[0].cross(&edges[1]).dot(&edges[2]).abs();
+    let fits = points.iter().enumerate().all(|(i, point)| {
+        let steps = (0..3).map(|k| edges[k] * (i >> k & 1) as f64).sum::<Vector3<f64>>();
+        (origin + steps - point).amax() <= 1e-6 * size
+    });
+    points.len() == 8 && fits && volume > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corners(edges: [Vector3<f64>; 3]) -> Vec<Vector3<f64>> {
+        (0..8).map(|i| (0..3).map(|k| edges[k] * f64::from(i >> k & 1)).sum()).collect()
+    }
+
+    #[test]
+    fn boxes_are_told_from_other_bodies() {
+        let edges = [Vector3::x(), Vector3::y() * 2.0, Vector3::z() * 0.1];
+        let mut points = corners(edges);
+        assert!(is_box(&points));
+        points[3][2] += 0.01;
+        assert!(!is_box(&points));
+        assert!(!is_box(&points[..4]));
+        assert!(!is_box(&corners([edges[0]; 3])));
+    }
+
+    /// Of an open corner of two triangles at right angles and one that goes on flat: all but the line between the
+    /// flat ones.
+    #[test]
+    fn meshes_have_lines_where_they_are_folded_or_end() {
+        let at = |x: f64, y: f64, z: f64| Vector3::new(x, y, z);
+        let vertices = vec![
+            at(0.0, 0.0, 0.0),
+            at(1.0, 0.0, 0.0),
+            at(0.0, 1.0, 0.0),
+            at(0.0, 0.0, 1.0),
+            at(1.0, 1.0, 0.0),
+        ];
+        let triangles = vec![[0, 1, 2], [1, 4, 2], [0, 2, 3], [0, 0, 1], [0, 1, 9]];
+        let mesh = FilmMesh { vertices, triangles };
+        let normals: Vec<_> = mesh.sides().map(|side| side.1).collect();
+        assert_eq!(normals, [Vector3::z(), Vector3::z(), Vector3::x()]);
+        assert_eq!(mesh.creases(), [[0, 1], [0, 2], [0, 3], [1, 4], [2, 3], [2, 4]]);
+    }
+
+    #[test]
+    fn normals_point_outward_whichever_way_the_faces_go() {
+        let FilmPiece::Hull(mut hull) =
+            FilmPiece::cuboid(&corners([Vector3::x(), Vector3::y(), Vector3::z()]))
+        else {
+            unreachable!("a box is a hull")
+        };
+        hull.faces[2].reverse();
+        let normals: Vec<_> = hull.sides().map(|side| side.1).collect();
+        let expected = [0, 1, 2].map(|k| Vector3::ith(k, 1.0)).map(|axis| [-axis, axis]).concat();
+        assert_eq!(normals, expected);
+        // A face without area has none, and one of corners that are not there is left out.
+        hull.faces.extend([vec![0, 0, 0], vec![0, 1, 99], Vec::new()]);
+        assert_eq!(hull.sides().count(), 6);
+    }
+}

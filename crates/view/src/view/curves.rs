@@ -1,0 +1,200 @@
+//! The panels of the plots, as data: the page shows the same quantities.
+
+use super::encode::{PackedNumbers, packed_floats, packed_rows};
+use crate::film::Film;
+use crate::plot::{Panel, PanelMaker, PlotAxis, Transform, thin_rows};
+use serde::Serialize;
+
+/// Columns that curves are thinned to: each keeps its extremes. Up to four times as many
+/// rows stay as they are.
+pub const COLUMNS: usize = 1000;
+/// The fewest columns that the curves of one of many bodies are thinned to: a plot of the
+/// page is about 450 pixels wide, and each column has up to four points.
+const FEWEST_COLUMNS: usize = 125;
+/// More marks of a status than this are thinned evenly.
+pub const MOST_MARKS: usize = 5000;
+/// Labels of an axis, about.
+const TICKS: usize = 6;
+/// The plots that are open when the page is: what tells most.
+const OPEN: [&str; 10] =
+    ["distance", "z", "fz", "force", "angle", "slide", "torque", "energy", "residual", "height"];
+
+/// One pair of axes with the curves of all runs.
+#[derive(Serialize)]
+pub struct Plot {
+    id: &'static str,
+    /// The symbol of the vertical axis, and its index.
+    symbol: (&'static str, &'static str),
+    unit: &'static str,
+    words: &'static str,
+    open: bool,
+    /// What it says instead of showing curves.
+    nothing: Option<&'static str>,
+    /// What the names of the curves are names of.
+    legend: Option<&'static str>,
+    axis: AxisData,
+    series: Vec<PageCurve>,
+    marks: Vec<MarksData>,
+}
+
+#[derive(Serialize)]
+struct AxisData {
+    /// `linear`, `symlog` or `log`.
+    scale: &'static str,
+    /// Below it, a symlog axis is linear.
+    threshold: Option<f64>,
+    low: f64,
+    high: f64,
+    ticks: Vec<f64>,
+    /// Whether a logarithmic axis has zeros to show, which it does at its lower end.
+    has_zeros: bool,
+}
+
+#[derive(Serialize)]
+struct PageCurve {
+    run: usize,
+    name: String,
+    colour: &'static str,
+    rows: PackedNumbers,
+    /// No number is a gap.
+    values: PackedNumbers,
+}
+
+#[derive(Serialize)]
+struct MarksData {
+    run: usize,
+    status: &'static str,
+    colour: &'static str,
+    /// How many there are, of which `rows` may be a part.
+    count: usize,
+    rows: PackedNumbers,
+    values: PackedNumbers,
+}
+
+/// The plots of `makers` for body `body`, one after the other: of a long run, each panel is
+/// large. Where each of many bodies has its own plots, they are coarser.
+pub fn plots(films: &[&Film], makers: &[PanelMaker], body: usize, bodies: usize) -> Vec<Plot> {
+    let has_steps = films.iter().any(|film| !film.steps().is_empty());
+    let columns = (COLUMNS / bodies).max(FEWEST_COLUMNS);
+    let panels = |make: &PanelMaker| films.iter().map(|film| make(film, body)).collect();
+    makers.iter().map(|make| plot(panels(make), has_steps, columns)).collect()
+}
+
+/// The plot of one panel of every run.
+pub fn plot(panels: Vec<Panel>, has_steps: bool, columns: usize) -> Plot {
+    let first = &panels[0];
+    let blank = panels.iter().all(|panel| panel.blank().is_some());
+    let nothing = if has_steps { first.nothing } else { Some("no step in this run") };
+    let axis = PlotAxis::new(first.kind, panels.iter().flat_map(Panel::values), TICKS);
+    let series = panels.iter().enumerate().flat_map(|(run, panel)| {
+        panel.series.iter().map(move |series| {
+            let (rows, values) = thinned(&series.values, columns);
+            PageCurve { run, name: series.name.clone(), colour: series.colour, rows, values }
+        })
+    });
+    let marks = panels.iter().enumerate().flat_map(|(run, panel)| {
+        panel.marks.iter().map(move |marks| {
+            let all: Vec<usize> =
+                (0..marks.values.len()).filter(|&i| !marks.values[i].is_nan()).collect();
+            let kept = || all.iter().copied().step_by(all.len().div_ceil(MOST_MARKS).max(1));
+            MarksData {
+                run,
+                status: marks.status.name(),
+                colour: marks.colour,
+                count: all.len(),
+                rows: packed_rows(kept()),
+                values: packed_floats(kept().map(|i| marks.values[i])),
+            }
+        })
+    });
+    Plot {
+        id: first.id,
+        symbol: first.symbol,
+        unit: first.unit,
+        words: first.words,
+        open: OPEN.contains(&first.id) && !blank,
+        nothing: nothing.filter(|_| blank),
+        legend: first.legend,
+        axis: AxisData::of(&axis),
+        series: series.collect(),
+        marks: marks.collect(),
+    }
+}
+
+impl AxisData {
+    fn of(axis: &PlotAxis) -> Self {
+        let (scale, threshold) = match axis.transform() {
+            Transform::Identity => ("linear", None),
+            Transform::Symlog(threshold) => ("symlog", Some(threshold)),
+            Transform::Log => ("log", None),
+        };
+        let (low, high) = axis.ends();
+        let ticks = axis.ticks.iter().map(|(value, _)| *value).collect();
+        Self { scale, threshold, low, high, ticks, has_zeros: axis.has_zeros() }
+    }
+}
+
+/// The rows and values of a curve, as many as a picture can show. Gaps become NaN at a row
+/// inside them; points inside a level stretch are left out, as are numbers that no `f32`
+/// has.
+fn thinned(values: &[f64], columns: usize) -> (PackedNumbers, PackedNumbers) {
+    let times: Vec<f64> = (0..values.len()).map(|i| i as f64).collect();
+    let range = (0.0, values.len() as f64);
+    let rows = thin_rows(&times, values, range, columns);
+    let shown =
+        |i: usize| if values[i].abs() <= f64::from(f32::MAX) { values[i] } else { f64::NAN };
+    let mut points: Vec<(usize, f64)> = Vec::with_capacity(rows.len());
+    let mut gap = false;
+    for row in rows {
+        let Some(i) = row else {
+            gap = true;
+            continue;
+        };
+        if std::mem::take(&mut gap) && i > 0 {
+            points.push((i - 1, f64::NAN));
+        }
+        let value = shown(i);
+        if let [.., before, last] = &mut points[..]
+            && before.1 == value
+            && last.1 == value
+        {
+            *last = (i, value);
+        } else {
+            points.push((i, value));
+        }
+    }
+    let rows = packed_rows(points.iter().map(|point| point.0));
+    (rows, packed_floats(points.iter().map(|point| point.1)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(values: &[f64]) -> Vec<(i64, f32)> {
+        let (rows, values) = thinned(values, COLUMNS);
+        rows.unpacked().into_iter().map(Option::unwrap).zip(values.floats()).collect()
+    }
+
+    #[test]
+    fn level_stretches_keep_their_ends_and_gaps_a_row_inside() {
+        let gap = f64::NAN;
+        let found = points(&[0.0, 0.0, 0.0, 0.0, 7.0, gap, gap, 2.0, 1e99, 3.0]);
+        let rows: Vec<_> = found.iter().map(|point| point.0).collect();
+        assert_eq!(rows, [0, 3, 4, 6, 7, 8, 9]);
+        let gaps: Vec<_> = found.iter().filter(|point| point.1.is_nan()).map(|p| p.0).collect();
+        assert_eq!(gaps, [6, 8]);
+    }
+
+    #[test]
+    fn a_long_curve_keeps_its_extremes() {
+        let value = |i: usize| match i {
+            77_777 => 1e4,
+            123_456 => -3.0,
+            _ => (i as f64).sin(),
+        };
+        let found = points(&(0..200_000).map(value).collect::<Vec<_>>());
+        assert!(found.len() <= 4 * COLUMNS);
+        assert!(found.contains(&(77_777, 1e4)) && found.contains(&(123_456, -3.0)));
+    }
+}

@@ -1,0 +1,212 @@
+//! The poses that the page shows, and what happens between them.
+
+use super::encode::{PackedNumbers, packed, packed_floats, packed_rows, u8s};
+use crate::film::{Film, FilmBody, FilmFrame, FilmPartner, FilmPlace, FilmPose};
+use crate::forces::{ContactSite, Scale};
+use nalgebra::Vector3;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// More poses than this make a large file and nothing that an eye can see. Bodies with more
+/// than eight corners get fewer, since each has a force, and so do films of many bodies.
+const MOST_FRAMES: usize = 6000;
+const FEWEST_FRAMES: usize = 500;
+/// Poses of all bodies together, if that leaves [`FEWEST_FRAMES`].
+const MOST_POSES: usize = 520_000;
+/// What components of attitudes are rounded to: a body's ends move by less than 1e-4 of its
+/// size.
+const ATTITUDE_STEP: f64 = 1.0 / 16384.0;
+/// What forces are rounded to, times [`Scale::weight`]: a hundredth of the longest arrow.
+const FORCE_STEP: f64 = 1e-4;
+
+/// Every `every`-th frame, and the last.
+///
+/// Of the steps from one of them to the next: their mean forces, their largest residual and
+/// their most conspicuous status.
+#[derive(Serialize)]
+pub struct EncodedPoses {
+    every: usize,
+    count: usize,
+    /// What positions are relative to, m.
+    origin: [f64; 3],
+    /// Of each body x of all frames, then y and z, m.
+    positions: PackedNumbers,
+    /// Of each body q_w of all frames, then q_x, q_y, q_z; of either sign.
+    attitudes: PackedNumbers,
+    /// Of each body ‖v‖ of all frames, m/s.
+    speeds: PackedNumbers,
+    /// m/s.
+    residuals: PackedNumbers,
+    /// Places in [`Status::ALL`](crate::Status::ALL).
+    statuses: String,
+    /// Everything that touches: the body; its partner, -1 for the ground and from -2 downwards
+    /// for what is fixed; the corner of the body, -1 for none; in how many frames it has a
+    /// force.
+    sites: Vec<[i64; 4]>,
+    /// Of each site the frames in which it has a force.
+    force_frames: PackedNumbers,
+    /// Of each site f_x of those frames, then f_y and f_z, on its first body, N.
+    forces: PackedNumbers,
+    /// Of each site at no corner where it is in those frames, x, then y and z, from `origin`,
+    /// m.
+    force_points: PackedNumbers,
+}
+
+/// A force in a frame, and where it is if that is no corner.
+struct DrawnForce {
+    frame: usize,
+    force: Vector3<f64>,
+    point: Option<Vector3<f64>>,
+}
+
+impl EncodedPoses {
+    pub fn of(film: &Film, scale: &Scale) -> Self {
+        let frames = &film.frames;
+        let corners = film.bodies.iter().map(|body| body.points.len()).max().unwrap_or(0);
+        let most = (MOST_FRAMES * 8 / corners.max(8)).min(MOST_POSES / film.bodies.len());
+        let every = spacing(frames.len(), most.max(FEWEST_FRAMES));
+        let shown: Vec<usize> = shown(frames.len(), every).collect();
+        let spans: Vec<&[FilmFrame]> = (0..shown.len())
+            .map(|i| &frames[shown[i]..shown.get(i + 1).copied().unwrap_or(frames.len())])
+            .collect();
+        // Four digits of the smallest body and of the largest speed are shown; of each a tenth.
+        let smallest = film.bodies.iter().map(FilmBody::reach).fold(f64::INFINITY, f64::min);
+        let length_step = digit(smallest, 5);
+        let poses = || spans.iter().flat_map(|span| &span[0].poses);
+        let fastest = poses().map(|pose| pose.velocity.norm()).fold(0.0, f64::max);
+        let start = frames.first().map_or(Vector3::zeros(), |frame| frame.poses[0].position);
+        let origin = start.map(|x| (x / length_step).round() * length_step);
+        let of_bodies = |part: &dyn Fn(&FilmPose) -> f64| -> Vec<Vec<f64>> {
+            let of_body = |b: usize| spans.iter().map(|span| part(&span[0].poses[b])).collect();
+            (0..film.bodies.len()).map(of_body).collect()
+        };
+        let positions = [0, 1, 2].map(|k| of_bodies(&|pose| pose.position[k] - origin[k]));
+        let pushes = pushes(film, scale, &spans);
+        let of_pushes = |value: &dyn Fn(&DrawnForce, usize) -> Option<f64>| -> Vec<f64> {
+            let of_site = |pushes: &Vec<DrawnForce>| -> Vec<f64> {
+                (0..3).flat_map(|k| pushes.iter().filter_map(move |p| value(p, k))).collect()
+            };
+            pushes.values().flat_map(of_site).collect()
+        };
+        let forces = of_pushes(&|push, k| Some(push.force[k]));
+        let points = of_pushes(&|push, k| Some(push.point?[k] - origin[k]));
+        Self {
+            every,
+            count: spans.len(),
+            origin: origin.into(),
+            positions: packed(interleaved(&positions), length_step),
+            attitudes: packed(interleaved(&attitudes(film, &spans)), ATTITUDE_STEP),
+            speeds: packed(
+                of_bodies(&|pose| pose.velocity.norm()).into_iter().flatten(),
+                digit(fastest, 5),
+            ),
+            residuals: packed_floats(spans.iter().map(|span| {
+                span.iter().map(|frame| frame.residual).fold(f64::NEG_INFINITY, f64::max)
+            })),
+            statuses: u8s(spans
+                .iter()
+                .filter_map(|span| span.iter().map(|frame| frame.status as u8).max())),
+            sites: pushes.iter().map(|(site, all)| described(site, all.len())).collect(),
+            force_frames: packed_rows(pushes.values().flatten().map(|push| push.frame)),
+            forces: packed(forces.into_iter(), FORCE_STEP * scale.weight),
+            force_points: packed(points.into_iter(), length_step),
+        }
+    }
+}
+
+/// The place of a digit of `size`, 1 for the first: a power of ten; of nothing those of 1.
+pub fn digit(size: f64, place: i32) -> f64 {
+    let power = if size > 0.0 && size.is_finite() { size.log10().floor() as i32 } else { 0 };
+    10f64.powi(power.max(-300) + 1 - place)
+}
+
+/// Of each body the first component, then the second and so on.
+fn interleaved<const N: usize>(components: &[Vec<Vec<f64>>; N]) -> impl Iterator<Item = f64> {
+    let bodies = components[0].len();
+    (0..bodies).flat_map(move |b| components.iter().flat_map(move |of| of[b].iter().copied()))
+}
+
+/// The components of attitudes, each with the sign that is nearer to the one before.
+fn attitudes(film: &Film, spans: &[&[FilmFrame]]) -> [Vec<Vec<f64>>; 4] {
+    let mut all = [(); 4].map(|()| Vec::with_capacity(film.bodies.len()));
+    for b in 0..film.bodies.len() {
+        let mut of_body = [(); 4].map(|()| Vec::with_capacity(spans.len()));
+        let mut last = [1.0, 0.0, 0.0, 0.0];
+        for span in spans {
+            let q = &span[0].poses[b].attitude;
+            let here = [q.w, q.i, q.j, q.k];
+            let along: f64 = here.iter().zip(last).map(|(a, b)| a * b).sum();
+            last = if along < 0.0 { here.map(|part| -part) } else { here };
+            for (values, part) in of_body.iter_mut().zip(last) {
+                values.push(part);
+            }
+        }
+        for (values, of) in all.iter_mut().zip(of_body) {
+            values.push(of);
+        }
+    }
+    all
+}
+
+/// The mean forces of each span.
+fn pushes(
+    film: &Film,
+    scale: &Scale,
+    spans: &[&[FilmFrame]],
+) -> BTreeMap<ContactSite, Vec<DrawnForce>> {
+    let mut pushes: BTreeMap<ContactSite, Vec<DrawnForce>> = BTreeMap::new();
+    for (frame, span) in spans.iter().enumerate() {
+        for mean in scale.means(film, span) {
+            let point = match mean.place {
+                FilmPlace::At { point, .. } => Some(point),
+                FilmPlace::Corner(_) => None,
+            };
+            pushes.entry(mean.site).or_default().push(DrawnForce {
+                frame,
+                force: mean.force,
+                point,
+            });
+        }
+    }
+    pushes
+}
+
+fn described(site: &ContactSite, frames: usize) -> [i64; 4] {
+    let partner = match site.partner {
+        FilmPartner::Ground => -1,
+        FilmPartner::Fixed(i) => -2 - i as i64,
+        FilmPartner::Body(b) => b as i64,
+    };
+    let corner = if site.is_corner { site.key as i64 } else { -1 };
+    [site.body as i64, partner, corner, frames as i64]
+}
+
+/// Every how many-th of `count` frames is shown so that at most `most` are, and the last.
+fn spacing(count: usize, most: usize) -> usize {
+    count.saturating_sub(1).div_ceil(most - 1).max(1)
+}
+
+/// The frames that are shown.
+fn shown(count: usize, every: usize) -> impl Iterator<Item = usize> {
+    let last = count.saturating_sub(1);
+    (0..last).step_by(every).chain((count > 0).then_some(last))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn poses_are_even_and_few_and_have_the_last_frame() {
+        for rows in [1, 2, 5, 6000, 6001, 100_000, 1_000_000] {
+            let every = spacing(rows, MOST_FRAMES);
+            let shown: Vec<_> = shown(rows, every).collect();
+            assert!(shown.len() <= MOST_FRAMES, "{rows}");
+            assert!(shown.len() > MOST_FRAMES / 3 || every == 1, "{rows}: {}", shown.len());
+            assert_eq!((shown[0], shown[shown.len() - 1]), (0, rows - 1));
+            assert!(shown.windows(2).rev().skip(1).all(|pair| pair[1] - pair[0] == every));
+        }
+        assert_eq!(spacing(6000, MOST_FRAMES), 1);
+        assert_eq!(shown(0, 1).count(), 0);
+    }
+}

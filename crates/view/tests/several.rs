@@ -1,0 +1,111 @@
+//! Films of several bodies as pictures, through the public interface. With `LOOK` set to a
+//! directory the pictures are left there, to be looked at.
+
+mod pile;
+
+use std::ops::ControlFlow;
+use tumble_view::animation::{AnimationSettings, animate};
+use tumble_view::plot::{self, PlotSheet};
+use tumble_view::view::page;
+
+fn leave(name: &str, bytes: &[u8]) {
+    if let Ok(directory) = std::env::var("LOOK") {
+        std::fs::write(std::path::Path::new(&directory).join(name), bytes).unwrap();
+    }
+}
+
+fn gif_of(film: &tumble_view::Film, settings: &AnimationSettings) -> Vec<u8> {
+    animate(film, settings, |_, _| ControlFlow::Continue(())).unwrap()
+}
+
+/// The colours of the last frame, by rows.
+fn last_picture(bytes: &[u8], size: usize) -> Vec<[u8; 3]> {
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let mut decoder = options.read_info(bytes).unwrap();
+    let mut screen = vec![[0; 3]; size * size];
+    while let Some(frame) = decoder.read_next_frame().unwrap() {
+        let (width, left) = (usize::from(frame.width), usize::from(frame.left));
+        for (i, pixel) in frame.buffer.chunks_exact(4).enumerate() {
+            if pixel[3] != 0 {
+                let place = (usize::from(frame.top) + i / width) * size + left + i % width;
+                screen[place] = [pixel[0], pixel[1], pixel[2]];
+            }
+        }
+    }
+    screen
+}
+
+#[test]
+fn a_hundred_bodies_are_animated() {
+    let film = pile::film(100);
+    let settings = AnimationSettings { size: 800, ..AnimationSettings::default() };
+    let start = std::time::Instant::now();
+    let bytes = gif_of(&film, &settings);
+    eprintln!("gif of 100 bodies: {:?}, {} bytes", start.elapsed(), bytes.len());
+    leave("many.gif", &bytes);
+    // Every hue is seen: some pixel is near its middle.
+    let picture = last_picture(&bytes, 800);
+    let mut pixmap = tiny_skia::Pixmap::new(800, 800).unwrap();
+    for (to, from) in pixmap.data_mut().chunks_exact_mut(4).zip(&picture) {
+        to.copy_from_slice(&[from[0], from[1], from[2], 255]);
+    }
+    leave("many.png", &pixmap.encode_png().unwrap());
+    for hue in [[47, 116, 181], [196, 122, 28], [36, 143, 107], [168, 75, 143], [184, 74, 69]] {
+        let near =
+            |pixel: &[u8; 3]| pixel.iter().zip(hue).all(|(a, b): (_, u8)| a.abs_diff(b) < 40);
+        assert!(picture.iter().filter(|pixel| near(pixel)).count() > 200, "{hue:?}");
+    }
+    assert!(bytes == gif_of(&film, &settings), "the same film gives the same bytes");
+}
+
+#[test]
+fn the_plots_are_of_the_body_that_is_asked_for() {
+    let film = pile::film(50);
+    let svg = plot::svg(&film, PlotSheet::Motion, 60);
+    assert!(svg.contains("Motion and contact of ball 60: a hundred bodies"));
+    assert!(svg.contains("100 bodies, μ = 0.5"));
+    assert_ne!(svg, plot::svg(&film, PlotSheet::Motion, 0));
+    // One that is not there is the last.
+    assert_eq!(plot::svg(&film, PlotSheet::Motion, 99), plot::svg(&film, PlotSheet::Motion, 4711));
+    leave("ball.png", &plot::png(&svg).unwrap());
+    let energy = plot::svg(&film, PlotSheet::Energy, 60);
+    assert_eq!(energy, plot::svg(&film, PlotSheet::Energy, 0), "the energy is that of all");
+    leave("energy.png", &plot::png(&energy).unwrap());
+}
+
+#[test]
+fn the_page_has_the_plots_of_each_body() {
+    let mut film = pile::film(600);
+    film.bodies[3].colour = Some([1, 0x20, 0xff]);
+    let page = page("0", &[&film]).unwrap();
+    leave("many.html", page.as_bytes());
+    assert!(page.len() < 2_000_000, "{}", page.len());
+    for b in 0..100 {
+        assert!(page.contains(&film.bodies[b].name), "{b}");
+    }
+    assert!(page.contains("\"#0120ff\""), "a body's own colour");
+}
+
+#[test]
+fn the_page_of_a_hundred_bodies_and_five_thousand_rows_is_small() {
+    let mut film = pile::film(4999);
+    // What stands trembles, and no force is twice the same.
+    let mut seed = 1u64;
+    let mut noise = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    };
+    for frame in &mut film.frames {
+        for pose in &mut frame.poses {
+            pose.position.iter_mut().for_each(|x| *x += 1e-5 * noise());
+        }
+        for contact in &mut frame.contacts {
+            contact.force *= 1.0 + 0.01 * noise();
+        }
+    }
+    let page = page("0", &[&film]).unwrap();
+    eprintln!("100 bodies, 5000 rows: {} bytes", page.len());
+    leave("long.html", page.as_bytes());
+    assert!(page.len() < 6_000_000, "{}", page.len());
+}

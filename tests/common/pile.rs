@@ -1,1 +1,0 @@
-../../pictures/tests/pile/mod.rs

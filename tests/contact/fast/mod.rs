@@ -1,0 +1,342 @@
+//! What is fast, thin or turning: nothing passes unseen, and no contact pushes what it does not touch.
+
+mod campaign;
+mod own;
+
+use campaign::{Found, Pairs, direction, piece, reach};
+use nalgebra::{Matrix3, Vector3, Vector4};
+use tumble_core::contact::{Partner, Plane};
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::quaternion::rotation;
+use tumble_core::mechanics::{RigidBody, State};
+use tumble_core::simulation::random::Draws;
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::StepStatus;
+use tumble_core::world::{Fixed, Parameters, World};
+
+type V = Vector3<f64>;
+
+fn v(x: f64, y: f64, z: f64) -> V {
+    V::new(x, y, z)
+}
+
+fn at(position: V) -> State {
+    let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    State { position, attitude, velocity: V::zeros(), spin: V::zeros() }
+}
+
+/// No ground; `fall` in m/s².
+fn world(bodies: Vec<RigidBody>, friction: f64, time_step: f64, fall: f64) -> World {
+    let gravity = v(0.0, 0.0, -fall);
+    World::new(Parameters {
+        bodies,
+        ground: None,
+        gravity,
+        friction,
+        time_step,
+        rotation: tumble_core::mechanics::Rotation::Momentum,
+    })
+    .unwrap()
+}
+
+fn fixed_box(half_sides: V, centre: V) -> Fixed {
+    let piece = Piece::cuboid(half_sides).unwrap();
+    Fixed { piece: piece.moved_by(&Matrix3::identity(), &centre).unwrap(), friction: None }
+}
+
+fn run(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
+    let motion = Motion::native(world);
+    let mut simulation = Simulation::new(world.clone(), states.iter().copied(), motion).unwrap();
+    let step = |_| {
+        let mut record = StepRecord::new();
+        simulation.step(&mut record).unwrap();
+        record
+    };
+    (0..steps).map(step).collect()
+}
+
+fn kinetic(world: &World, states: &[State]) -> f64 {
+    let of = |(body, state): (&RigidBody, &State)| {
+        let turning = state.spin.dot(&(body.inertia() * state.spin));
+        0.5 * (body.mass() * state.velocity.norm_squared() + turning)
+    };
+    world.bodies().iter().zip(states).map(of).sum()
+}
+
+fn is_solved(record: &StepRecord) -> bool {
+    !matches!(record.report.status, StepStatus::Failed | StepStatus::Wild)
+}
+
+/// A ball of 5 mm that has fallen 2 m onto a shelf of 1 cm, wherever in its step it meets it: it lies on
+/// it. (The deepest place of free flight has the lower face next to it.)
+#[test]
+fn a_small_ball_lands_on_a_thin_shelf() {
+    let ball = RigidBody::solid(0.001, &[Piece::sphere(0.005).unwrap()]).unwrap().0;
+    for place in 0..25 {
+        let mut start = at(v(0.0, 0.0, 0.511 + 0.0006 * f64::from(place)));
+        start.velocity[2] = -6.3;
+        let world = world(vec![ball.clone()], 0.3, 0.002, 9.81);
+        let world =
+            world.with_fixed(vec![fixed_box(v(0.5, 0.5, 0.005), v(0.0, 0.0, 0.5))]).unwrap();
+        for record in run(&world, &[start], 20) {
+            assert!(is_solved(&record), "{place}, k = {}", record.index);
+            assert!(record.contacts.len() <= 1, "{place}, k = {}", record.index);
+        }
+        let end = &run(&world, &[start], 20)[19].solution.states[0];
+        assert!((end.position[2] - 0.51).abs() < 1e-9 && end.velocity.norm() < 1e-9, "{end:?}");
+    }
+}
+
+/// A box and a thin plate that fly at each other with 20 m/s, the way of a step twice the thickness of
+/// both: they go on together.
+#[test]
+fn a_box_and_a_thin_plate_meet() {
+    let cube = RigidBody::solid_box(0.1, v(0.005, 0.005, 0.005)).unwrap();
+    let plate = RigidBody::solid_box(0.1, v(0.0005, 0.15, 0.15)).unwrap();
+    let (mut a, mut b) = (at(v(-0.02, 0.0, 0.0)), at(v(0.02, 0.01, 0.0003)));
+    (a.velocity[0], b.velocity[0]) = (10.0, -10.0);
+    let world = world(vec![cube, plate], 0.2, 0.001, 0.0);
+    let records = run(&world, &[a, b], 12);
+    assert!(records.iter().all(is_solved));
+    let met = records.iter().any(|record| !record.contacts.is_empty());
+    let [a, b] = [0, 1].map(|i| &records[11].solution.states[i]);
+    assert!(met && a.velocity[0] < 0.5 && b.velocity[0] > -0.5, "{a:?} {b:?}");
+    assert!(b.position[0] - a.position[0] > 0.0);
+}
+
+/// A rod of 2 m with 100 rad/s beside a post: half a radian a step. It reaches the post after a quarter
+/// turn, in the step from k = 3, and slides along it, on the side that it came from.
+#[test]
+fn a_turning_rod_meets_a_post() {
+    let rod = RigidBody::solid_box(0.8, v(1.0, 0.01, 0.01)).unwrap();
+    let mut start = at(V::zeros());
+    start.spin[2] = 100.0;
+    let world = world(vec![rod], 0.3, 0.005, 0.0);
+    let world = world.with_fixed(vec![fixed_box(v(0.01, 0.01, 0.5), v(0.0, 0.8, 0.0))]).unwrap();
+    let records = run(&world, &[start], 12);
+    let first = records.iter().position(|record| !record.contacts.is_empty());
+    assert_eq!(first, Some(3));
+    for record in &records[3..7] {
+        // Where its middle line is beside the post: on the side that it came from.
+        let state = &record.solution.states[0];
+        let angle = 2.0 * state.attitude[3].atan2(state.attitude[0]);
+        let beside = state.position[0] + (0.8 - state.position[1]) / angle.tan();
+        assert!(
+            is_solved(record) && beside > 0.01,
+            "{}: {beside} {:?} {}",
+            record.index,
+            record.report.status,
+            record.overlap
+        );
+    }
+}
+
+/// Two boxes that part, 0.75 mm from each other: no contact pushes them, and without restitution and
+/// friction none makes energy. (Where free flight would end, the deepest axis is another face's: the
+/// plane was 11 mm in front of its point.)
+#[test]
+fn boxes_that_pass_closely_gain_no_energy() {
+    let brick = RigidBody::solid_box(1.0, v(0.1, 0.075, 0.05)).unwrap();
+    let state = |r: [f64; 3], q: [f64; 4], u: [f64; 3], w: [f64; 3]| State {
+        position: V::from(r),
+        attitude: Vector4::from(q).normalize(),
+        velocity: V::from(u),
+        spin: V::from(w),
+    };
+    let starts = [
+        state(
+            [0.5452981585647498, 0.20717871791508968, 0.271511745457579],
+            [-0.3359389237142537, 0.08119495263141721, 0.8092071080205196, 0.4751171176983183],
+            [1.1148704842480721, 0.4169875154619465, 0.880906765244915],
+            [15.818077119585734, -12.69527126421339, 3.6590186585089075],
+        ),
+        state(
+            [0.6822181852386902, 0.04688751044929961, 0.1371307871795635],
+            [-0.186082436918581, -0.16527536467847756, -0.8066159241204922, -0.5361232427866591],
+            [0.8831239333235317, 0.18973873870761962, -1.1729535234651927],
+            [17.39361620481129, 11.187693033126944, -9.02627784326756],
+        ),
+    ];
+    let world = world(vec![brick.clone(), brick], 0.0, 0.002, 9.81);
+    let before = kinetic(&world, &starts);
+    for record in run(&world, &starts, 4) {
+        assert!(is_solved(&record), "k = {}: {:?}", record.index, record.report.status);
+        let after = kinetic(&world, &record.solution.states);
+        assert!(after < before * 1.02, "k = {}: {after} J of {before} J", record.index);
+        for contact in &record.contacts {
+            assert!(contact.gap > -1e-8, "k = {}: {}", record.index, contact.gap);
+        }
+    }
+}
+
+/// A capsule across two boxes, also one with a hull for a core: two points on each, and half the weight
+/// on each. (The corner in the shortest line was left out, one of four by rounding.)
+#[test]
+fn a_rounded_bar_across_two_boxes_has_two_points_on_each() {
+    let bar = |x: f64, y: f64, z: f64, radius: f64| {
+        let corner = |i: usize| {
+            let sign = |axis: usize| if i >> axis & 1 == 1 { 1.0 } else { -1.0 };
+            v(sign(0) * x, sign(1) * y, sign(2) * z)
+        };
+        Piece::hull(&std::array::from_fn::<_, 8, _>(corner), radius).unwrap()
+    };
+    let lying = rotation(&Vector4::new(0.5_f64.sqrt(), 0.0, 0.5_f64.sqrt(), 0.0));
+    let capsule = Piece::capsule(0.2, 0.05).unwrap().moved_by(&lying, &V::zeros()).unwrap();
+    for (piece, height, points) in [(capsule, 0.05, 2), (bar(0.2, 0.03, 0.02, 0.03), 0.05, 4)] {
+        let body = RigidBody::solid(1.0, &[piece]).unwrap().0;
+        let world = world(vec![body], 0.5, 0.002, 9.81);
+        let boxes = [-0.2, 0.2].map(|x| fixed_box(v(0.1, 0.1, 0.1), v(x, 0.0, 0.1)));
+        let world = world.with_fixed(boxes.to_vec()).unwrap();
+        for record in run(&world, &[at(v(0.0, 0.0, 0.2 + height))], 3) {
+            for index in 0..2 {
+                let on = record.solution.contacts.iter();
+                let on: Vec<_> = on.filter(|c| c.key.partner == Partner::Fixed(index)).collect();
+                assert_eq!(on.len(), points, "k = {}", record.index);
+                let force: f64 = on.iter().map(|contact| contact.normal_force).sum();
+                // To what the solver leaves of a velocity, 1e-11 m/s over h.
+                assert!((force - 4.905).abs() < 1e-7, "k = {}: {force} N", record.index);
+            }
+        }
+    }
+}
+
+/// What turns by two radians in a step has nothing to say about what is in its reach, and says so; far from
+/// everything it flies freely.
+#[test]
+fn what_turns_too_far_beside_something_is_marked() {
+    let rod = RigidBody::solid_box(0.8, v(1.0, 0.01, 0.01)).unwrap();
+    let mut start = at(v(0.0, 0.0, 1.5));
+    start.spin[2] = 400.0;
+    let alone = world(vec![rod.clone()], 0.3, 0.005, 0.0);
+    let post = |y: f64| vec![fixed_box(v(0.01, 0.01, 0.5), v(0.0, y, 1.5))];
+    let (near, far) = (post(0.8), post(2.5));
+    for (world, expected) in [
+        (alone.clone(), StepStatus::Free),
+        (alone.clone().with_fixed(near).unwrap(), StepStatus::Wild),
+        (alone.with_fixed(far).unwrap(), StepStatus::Free),
+    ] {
+        assert_eq!(run(&world, &[start], 1)[0].report.status, expected);
+    }
+    let ground = |height: f64| {
+        let start = State { position: v(0.0, 0.0, height), ..start };
+        let (bodies, ground, gravity) = (vec![rod.clone()], Plane::level(), V::zeros());
+        let rotation = tumble_core::mechanics::Rotation::Momentum;
+        let parameters = Parameters {
+            bodies,
+            ground: Some(ground),
+            gravity,
+            friction: 0.3,
+            time_step: 0.005,
+            rotation,
+        };
+        run(&World::new(parameters).unwrap(), &[start], 1)[0].report.status
+    };
+    assert_eq!([ground(0.5), ground(1.5)], [StepStatus::Wild, StepStatus::Free]);
+}
+
+/// A thousand pairs that fly at each other, at any speed and with spins of up to 0.9 rad a step: none passes
+/// unseen, with or without a contact, none at all in a step that turns nothing by more than 0.14 rad, and
+/// no contact is behind its point. (Where features were taken from the ends of steps, 976 were.) The steps
+/// are far too long for much of this: a needle that is hit beside its middle turns many times within one,
+/// and of the problems that are not solved, those of one contact without friction have no solution but
+/// for one in twenty at most, whose impulse is several times what stops both bodies.
+#[test]
+#[ignore = "slow"]
+fn random_pairs_at_random_speeds_do_not_pass_each_other() {
+    let (speeds, steps) = ([3.0, 99.0], [0.0005, 0.01]);
+    let found = Pairs { seed: 2024, most_turn: 0.9, speeds, steps }.run();
+    assert!(found.met > 900, "{}", found.met);
+    assert!(found.passed.is_empty() && found.behind.is_empty(), "{found:#?}");
+    // Passed, and marked as wild.
+    assert!(found.marked.len() <= 20 && found.least_turn > 0.14, "{found:#?}");
+    // Measured: 24 failed, 7 sought, 1 solvable.
+    assert!(found.failed <= 30, "{found:#?}");
+    assert!(found.sought >= 3 && found.solvable <= 1, "{found:#?}");
+}
+
+/// The same at up to 3 m/s and 0.1 rad in a step of a millisecond: what is not solved are some hits of
+/// needles.
+#[test]
+#[ignore = "slow"]
+fn random_pairs_at_ordinary_speeds_meet() {
+    let (speeds, steps) = ([0.5, 3.0], [0.001, 0.001]);
+    let found = Pairs { seed: 1, most_turn: 0.1, speeds, steps }.run();
+    assert!(found.met > 950, "{}", found.met);
+    assert!(found.passed.is_empty() && found.behind.is_empty(), "{found:#?}");
+    assert!(found.marked.is_empty(), "{found:#?}");
+    assert!(found.failed <= 6 && found.failed_compact == 0, "{found:#?}");
+}
+
+/// Pieces against walls of 1 cm and 1 mm, 3 to 100 m/s, h 0.5 to 10 ms: none ends on the other side.
+#[test]
+#[ignore = "slow"]
+fn nothing_goes_through_a_wall() {
+    let mut draws = Draws::new(7);
+    let mut found = Found { least_turn: f64::INFINITY, ..Found::default() };
+    for number in 0..400 {
+        let piece = piece(&mut draws);
+        let body = RigidBody::solid(0.1 + draws.unit(), std::slice::from_ref(&piece)).unwrap().0;
+        let h = 0.0005 * 20_f64.powf(draws.unit());
+        let speed = 3.0 * 33_f64.powf(draws.unit());
+        let thickness = if number % 2 == 0 { 0.01 } else { 0.001 };
+        let wall = fixed_box(v(0.5 * thickness, 20.0, 20.0), V::zeros());
+        let of_wall = wall.piece.clone();
+        let apart = reach(&body.pieces()[0]) + thickness;
+        let mut start = at(v(-apart - 3.0 * h * speed * draws.unit(), 0.0, 0.0));
+        start.attitude = draws.attitude().normalize();
+        start.spin = direction(&mut draws) * (0.9 * draws.unit() / h);
+        start.velocity = v(speed, 0.0, 0.0) + direction(&mut draws) * 0.2 * speed;
+        let world = world(vec![body], draws.unit(), h, 0.0).with_fixed(vec![wall]).unwrap();
+        let steps = (2.0 * apart / (h * speed) + 8.0).min(60.0) as usize;
+        let records = run(&world, &[start], steps);
+        found.met += u32::from(records.iter().any(|record| !record.contacts.is_empty()));
+        for record in &records {
+            let state = &record.solution.states[0];
+            assert!(
+                state.position[0] < 0.0,
+                "{number}, k = {}: {:?}",
+                record.index,
+                record.report.status
+            );
+            let piece = &world.bodies()[0].pieces()[0];
+            found.look(&format!("wall {number}"), record, piece, &of_wall);
+        }
+    }
+    assert!(found.met > 390, "{}", found.met);
+    assert!(found.passed.is_empty() && found.behind.is_empty(), "{found:#?}");
+    assert!(found.marked.is_empty(), "{found:#?}");
+}
+
+/// Two balls that graze each other between the ends of a step, by 1 to 40 % of their diameter: they meet, or the step
+/// says that they passed, or has a contact without a force, as what goes less deep than a tenth of both may.
+#[test]
+fn balls_that_graze_each_other_do_not_pass_unseen() {
+    const RADIUS: f64 = 0.005;
+    const TIME_STEP: f64 = 0.002;
+    let ball = || {
+        let piece = Piece::sphere(RADIUS).unwrap();
+        RigidBody::solid(0.01, &[piece]).unwrap().0
+    };
+    let mut met = 0;
+    for offset in [0.6, 0.8, 0.9, 0.95, 0.98, 0.99] {
+        for speed in [2.5, 8.0, 25.0, 60.0] {
+            for phase in [0.05, 0.25, 0.5, 0.75, 0.95] {
+                let far = (3.0 + phase) * TIME_STEP * speed;
+                let mut left = at(v(-far, 0.0, 0.0));
+                let mut right = at(v(far, offset * 2.0 * RADIUS, 0.0));
+                (left.velocity, right.velocity) = (v(speed, 0.0, 0.0), v(-speed, 0.0, 0.0));
+                let world = world(vec![ball(), ball()], 0.0, TIME_STEP, 0.0);
+                let records = run(&world, &[left, right], 8);
+                let name = format!("offset {offset}, {speed} m/s, phase {phase}");
+                let ends = &records.last().unwrap().solution.states;
+                let parted = ends[0].velocity[1] < 0.0 && ends[1].velocity[1] > 0.0;
+                let marked = records.iter().any(|record| !is_solved(record));
+                let has_contact = records.iter().any(|record| !record.contacts.is_empty());
+                assert!(parted || marked || has_contact && offset >= 0.9, "{name}");
+                met += u32::from(parted);
+            }
+        }
+    }
+    // The others obey all laws at the end of the step.
+    assert!(met >= 96, "{met} of 120 meet");
+}

@@ -1,0 +1,389 @@
+//! Batches of rollouts: the numbers of a loop over simulations, on any number of threads.
+
+mod driven;
+
+use crate::toss::*;
+use allocation_counter::measure;
+use nalgebra::{Matrix3, Vector3, Vector4};
+use std::num::NonZeroUsize;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use tumble::rollout::{
+    Batch, Constant, RolloutError, RolloutOutputs, RolloutReport, RolloutTally, RolloutWatch,
+    Varied, roll_out,
+};
+use tumble_core::error::Error;
+use tumble_core::geometry::Piece;
+use tumble_core::mechanics::{RigidBody, State, Wrench};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use tumble_core::world::{Parameters, Partner, Plane, World};
+
+const T: usize = 150;
+
+fn native_motion(world: &World) -> Result<Motion<'static>, Error> {
+    Ok(Motion::native(world))
+}
+
+fn batch<'a>(world: &'a World, starts: &'a [f64], rollouts: usize) -> Batch<'a> {
+    Batch {
+        world,
+        motion: &native_motion,
+        loads: &[],
+        courses: &[],
+        index: 0,
+        rollouts,
+        steps: T,
+        starts,
+        controls: &[],
+        motors: &[],
+        joint_forces: &[],
+        parameters: &[],
+    }
+}
+
+fn numbers<'a>(states: impl IntoIterator<Item = &'a State>) -> Vec<f64> {
+    states.into_iter().flat_map(|state| state.to_vector().as_slice().to_vec()).collect()
+}
+
+/// What comes out of a batch.
+#[derive(Debug, Clone, PartialEq)]
+struct Out {
+    states: Vec<f64>,
+    forces: Vec<f64>,
+    residuals: Vec<f64>,
+    statuses: Vec<u8>,
+    report: RolloutReport,
+}
+
+fn run(batch: &Batch<'_>, threads: usize) -> Result<Out, RolloutError> {
+    let (rows, n) = (batch.rollouts * batch.steps, batch.world.bodies().len());
+    let (mut states, mut forces) = (vec![0.0; rows * n * 13], vec![0.0; rows * n * 3]);
+    let mut ends = vec![0.0; batch.rollouts * n * 13];
+    let (mut residuals, mut statuses) = (vec![0.0; rows], vec![0; rows]);
+    let outputs = RolloutOutputs {
+        states: &mut states,
+        ends: &mut ends,
+        forces: &mut forces,
+        residuals: &mut residuals,
+        statuses: &mut statuses,
+    };
+    let threads = NonZeroUsize::new(threads).unwrap();
+    let report = roll_out(batch, outputs, threads, RolloutWatch::default())?;
+    let last = states.chunks(batch.steps * n * 13).flat_map(|run| &run[run.len() - n * 13..]);
+    assert!(ends.iter().eq(last));
+    Ok(Out { states, forces, residuals, statuses, report })
+}
+
+/// The same by hand: a simulation after the other.
+fn looped(simulations: Vec<Simulation<'static>>, push: impl Fn(usize, usize) -> Wrench) -> Out {
+    let mut out = Out {
+        states: Vec::new(),
+        forces: Vec::new(),
+        residuals: Vec::new(),
+        statuses: Vec::new(),
+        report: RolloutReport::default(),
+    };
+    let mut record = StepRecord::new();
+    for (rollout, mut simulation) in simulations.into_iter().enumerate() {
+        let mut tally = RolloutTally::default();
+        for step in 0..T {
+            simulation.set_wrench(0, push(rollout, step)).unwrap();
+            simulation.step(&mut record).unwrap();
+            out.states.extend(numbers(simulation.states()));
+            for body in 0..simulation.states().len() {
+                out.forces.extend(&record.solution.total_force(body));
+            }
+            let residual = record.certificate.residual();
+            out.residuals.push(residual);
+            let status = record.report.status;
+            let place = StepStatus::ALL.iter().position(|known| *known == status).unwrap();
+            out.statuses.push(place as u8);
+            for tally in [&mut tally, &mut out.report.all] {
+                tally.statuses[place] += 1;
+                tally.tempered += u64::from(record.restitution_share < 1.0);
+                tally.largest_residual = tally.largest_residual.max(residual);
+            }
+        }
+        out.report.each.push(tally);
+    }
+    out
+}
+
+/// Thrown cubes near the ground, each with friction, mass, gravity and time step of its own and
+/// pushed around.
+#[test]
+fn a_batch_has_the_numbers_of_a_loop_on_any_number_of_threads() {
+    const B: usize = 9;
+    let world = cube_world(SOLID);
+    let start = |seed: usize| State {
+        position: Vector3::new(0.0, 0.0, 1.8),
+        velocity: Vector3::new(1.0, 0.0, -3.0),
+        ..thrown(seed as u32)
+    };
+    let starts: Vec<_> = (0..B).map(start).collect();
+    let push = |rollout: usize, step: usize| Wrench {
+        force: Vector3::new(rollout as f64, -(step as f64), 0.5),
+        torque: Vector3::new(0.0, 3.0, rollout as f64),
+    };
+    let both = (0..B).flat_map(|b| (0..T).map(move |t| push(b, t)));
+    let controls: Vec<f64> =
+        both.flat_map(|w| w.force.iter().chain(&w.torque).copied().collect::<Vec<_>>()).collect();
+    let friction: Vec<f64> = (0..B).map(|b| 0.1 * b as f64).collect();
+    let mass: Vec<f64> = (0..B).map(|b| 8.0 + b as f64).collect();
+    let restitution: Vec<f64> = (0..B).map(|b| 0.05 * b as f64).collect();
+    let gravity: Vec<f64> = (0..B).flat_map(|b| [0.1 * b as f64, 0.0, -9.0]).collect();
+    let time_step: Vec<f64> = (0..B).map(|b| 0.001 * (b + 1) as f64).collect();
+    let parameters = [
+        Varied { constant: Constant::Friction, values: &friction },
+        Varied { constant: Constant::Restitution, values: &restitution },
+        Varied { constant: Constant::Mass, values: &mass },
+        Varied { constant: Constant::Gravity, values: &gravity },
+        Varied { constant: Constant::TimeStep, values: &time_step },
+    ];
+    let start_numbers = numbers(&starts);
+    let batch =
+        Batch { controls: &controls, parameters: &parameters, ..batch(&world, &start_numbers, B) };
+    let simulations = starts.iter().enumerate().map(|(b, start)| {
+        let body = cube(Matrix3::from_diagonal_element(SOLID) * (mass[b] / 10.0));
+        let body = RigidBody::of_pieces(mass[b], *body.inertia(), body.pieces().to_vec()).unwrap();
+        let world = World::new(Parameters {
+            bodies: vec![body],
+            friction: friction[b],
+            gravity: Vector3::from_column_slice(&gravity[3 * b..][..3]),
+            time_step: time_step[b],
+            ..world.parameters().clone()
+        });
+        native(&world.unwrap().with_restitution(restitution[b]).unwrap(), *start)
+    });
+    let expected = looped(simulations.collect(), push);
+    let in_contact = expected.statuses.iter().filter(|status| **status == 1).count();
+    assert!(in_contact > 200, "{in_contact} steps in contact");
+    for threads in [1, 2, 3, 20] {
+        assert_eq!(run(&batch, threads).unwrap(), expected, "{threads} threads");
+    }
+}
+
+/// Two boxes, one on the other, with one start and one push for all.
+#[test]
+fn several_bodies_share_starts_and_controls() {
+    let body = |half: f64| RigidBody::solid_box(1.0, Vector3::repeat(half)).unwrap();
+    let world =
+        World::new(Parameters { bodies: vec![body(0.5), body(0.3)], ..parameters(body(1.0)) });
+    let world = world.unwrap();
+    let at = |z: f64| State {
+        position: Vector3::new(0.0, 0.0, z),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+    };
+    let starts = [at(0.5), at(1.3)];
+    let push = Wrench { force: Vector3::new(20.0, 0.0, 0.0), torque: Vector3::zeros() };
+    let controls: Vec<f64> =
+        (0..T).flat_map(|_| [[20.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 6]]).flatten().collect();
+    let start_numbers = numbers(&starts);
+    let batch = Batch { controls: &controls, ..batch(&world, &start_numbers, 3) };
+    let simulation = || Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap();
+    let expected = looped((0..3).map(|_| simulation()).collect(), |_, _| push);
+    assert_eq!(run(&batch, 2).unwrap(), expected);
+    // The lower one is pulled away under the upper one, which friction takes along.
+    let last = &expected.states[(T - 1) * 26..][..26];
+    assert!(last[0] > last[13] && last[13] > 0.01, "{last:?}");
+}
+
+/// A solver that leaves free flight as it is, also into the ground.
+struct Lazy;
+
+impl StepSolver for Lazy {
+    fn accepted_residual(&self) -> f64 {
+        1e-9
+    }
+
+    fn solve(
+        &mut self,
+        step: &Step<'_>,
+        candidates: &mut tumble_core::contact::Candidates,
+        solution: &mut StepSolution,
+    ) -> Result<StepReport, Error> {
+        solution.set_free(step.free);
+        let none = |contact: &tumble_core::contact::Contact| {
+            tumble_core::step::ContactForce::none(contact.key)
+        };
+        solution.contacts.extend(candidates.contacts().iter().map(none));
+        Ok(StepReport::without_problem(StepStatus::Converged))
+    }
+}
+
+#[test]
+fn steps_that_fail_are_listed_by_rollout_and_step() {
+    let world = cube_world(SOLID);
+    let start = |height: f64| State {
+        position: Vector3::new(0.0, 0.0, height),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        velocity: Vector3::zeros(),
+        spin: Vector3::zeros(),
+    };
+    let starts = numbers(&[start(9.0), start(1.0), start(9.0), start(1.0)]);
+    let lazy = |_: &World| Ok(Motion::contact(Lazy));
+    let batch = Batch { motion: &lazy, steps: 2, ..batch(&world, &starts, 4) };
+    for threads in [1, 4] {
+        let report = run(&batch, threads).unwrap().report;
+        let found: Vec<_> = report.unsolved.iter().map(|u| (u.rollout, u.step, u.status)).collect();
+        let failed = StepStatus::Failed;
+        assert_eq!(found, [(1, 0, failed), (1, 1, failed), (3, 0, failed), (3, 1, failed)]);
+        // g h in the first step; in the second 2 g h, and the depth g h² of the first over h.
+        let residual = |index: usize| report.unsolved[index].residual / (9.81 * 0.002);
+        assert!((residual(0) - 1.0).abs() < 1e-9 && (residual(1) - 3.0).abs() < 1e-9, "{report:?}");
+        assert_eq!((report.steps(), report.all.largest_residual), (8, report.unsolved[1].residual));
+    }
+}
+
+#[test]
+fn arrays_of_other_lengths_and_odd_rollouts_are_refused_by_name() {
+    let world = cube_world(SOLID);
+    let start = numbers(&[thrown(0)]);
+    let good = batch(&world, &start, 5);
+    let refused = |batch: &Batch<'_>| run(batch, 3).unwrap_err().to_string();
+    assert!(
+        refused(&Batch { starts: &start[1..], ..good }).starts_with("numbers in the starts: 12")
+    );
+    assert!(refused(&Batch { controls: &start, ..good }).contains("(B or 1, T, N, 6)"));
+    assert!(refused(&Batch { steps: 0, ..good }).starts_with("steps of a rollout: 0"));
+    assert!(refused(&Batch { rollouts: 0, ..good }).starts_with("rollouts: 0"));
+    let values = [0.1, 0.2, -0.3, 11.0, 0.5];
+    let with = |values| [Varied { constant: Constant::Friction, values }];
+    let parameters = with(&values[..4]);
+    assert!(refused(&Batch { parameters: &parameters, ..good }).starts_with("friction: 4 given"));
+    // The first of two, on any number of threads.
+    let parameters = with(&values);
+    let odd = Batch { parameters: &parameters, ..good };
+    for threads in [1, 2, 5] {
+        let error = run(&odd, threads).unwrap_err();
+        assert_eq!(error.rollout, Some(2));
+        let sentence = "rollout 2: coefficient of friction is -0.3; allowed is 0 to 10";
+        assert_eq!(error.to_string(), sentence);
+    }
+    let mut states = [0.0; 12];
+    let outputs = RolloutOutputs { states: &mut states, ..RolloutOutputs::default() };
+    let error = roll_out(&good, outputs, NonZeroUsize::MIN, RolloutWatch::default()).unwrap_err();
+    assert!(error.to_string().starts_with("numbers for states: 12 given"), "{error}");
+}
+
+/// What changes shapes and the ground: each rollout is the simulation of a world that has them.
+#[test]
+fn size_radius_and_ground_are_those_of_worlds_of_their_own() {
+    let world = cube_world(SOLID);
+    let start = State {
+        position: Vector3::new(0.0, 0.0, 2.0),
+        velocity: Vector3::new(1.0, 0.0, -5.0),
+        ..thrown(3)
+    };
+    let (size, radius, ground) = ([1.0, 0.5, 0.8], [0.0, 0.05, 0.1], [0.0, 0.1, -0.2]);
+    let parameters = [
+        Varied { constant: Constant::Size, values: &size },
+        Varied { constant: Constant::Radius, values: &radius },
+        Varied { constant: Constant::Ground, values: &ground },
+    ];
+    let numbers = numbers(&[start]);
+    let batch = Batch { parameters: &parameters, ..batch(&world, &numbers, 3) };
+    let half = world.bodies()[0].contact_points().iter().map(|point| point.position.amax());
+    let half = half.fold(0.0, f64::max);
+    let simulations = (0..3).map(|b| {
+        let inside = Vector3::repeat(size[b] * half - radius[b]);
+        let core = Piece::cuboid(inside).unwrap();
+        let piece = Piece::hull(core.core().vertices(), radius[b]).unwrap();
+        let own = &world.bodies()[0];
+        let body = RigidBody::of_pieces(own.mass(), *own.inertia(), vec![piece]).unwrap();
+        let normal = *world.ground().unwrap().normal();
+        let ground = Some(Plane::new(normal, ground[b]).unwrap());
+        let parameters = world.parameters().clone();
+        native(&World::new(Parameters { bodies: vec![body], ground, ..parameters }).unwrap(), start)
+    });
+    let expected = looped(simulations.collect(), |_, _| Wrench::zero());
+    let found = run(&batch, 2).unwrap();
+    assert_eq!(found.statuses, expected.statuses);
+    // Corners come by another order of factors.
+    for (found, expected) in found.states.iter().zip(&expected.states) {
+        assert!((found - expected).abs() < 1e-9, "{found}, {expected}");
+    }
+}
+
+/// A constant with the numbers that it has changes nothing; one that would say nothing is refused.
+#[test]
+fn constants_are_read_as_they_are_set() {
+    let world = cube_world(SOLID);
+    for constant in Constant::ALL {
+        let own = constant.of(&world);
+        assert_eq!(own.len(), constant.width(&world), "{constant:?}");
+        assert_eq!(Constant::of_name(constant.name()), Some(constant));
+        let set = world.with_constants(&[(constant, &own)]).unwrap();
+        assert_eq!(constant.of(&set), own, "{constant:?}");
+        let number = constant.one_number(&world);
+        for (a, b) in constant.from_one_number(&world, number).iter().zip(&own) {
+            assert!((a - b).abs() <= 1e-15 * b.abs(), "{constant:?}: {a}, {b}");
+        }
+    }
+    let refused = |world: &World, constant: Constant| {
+        world.with_constants(&[(constant, &[0.5])]).unwrap_err().to_string()
+    };
+    let paired = world.clone().with_friction_between(0, Partner::Ground, 0.7).unwrap();
+    assert!(refused(&paired, Constant::Friction).starts_with("friction: pairs of the world"));
+    assert!(paired.with_constants(&[(Constant::Restitution, &[0.5])]).is_ok());
+    let paired = world.clone().with_restitution_between(0, Partner::Ground, 0.7).unwrap();
+    assert!(refused(&paired, Constant::Restitution).starts_with("restitution: pairs"));
+    let afloat = Parameters { ground: None, ..world.parameters().clone() };
+    let afloat = World::new(afloat).unwrap();
+    assert!(refused(&afloat, Constant::Ground).starts_with("ground: "));
+    let wide = world.with_constants(&[(Constant::Radius, &[1.5])]).unwrap_err().to_string();
+    assert!(wide.starts_with("radius (m) is 1.5"), "{wide}");
+    let ball = RigidBody::solid(1.0, &[Piece::sphere(0.1).unwrap()]).unwrap().0;
+    let ball = World::new(Parameters { bodies: vec![ball], ..world.parameters().clone() }).unwrap();
+    assert!(refused(&ball, Constant::Size).starts_with("size and radius: a body"));
+}
+
+#[test]
+fn a_batch_ends_when_its_flag_is_raised_and_counts_its_steps() {
+    let world = cube_world(SOLID);
+    let start = numbers(&[thrown(0)]);
+    let (flag, done) = (Arc::new(AtomicBool::new(false)), AtomicU64::new(0));
+    let watch = RolloutWatch { interrupt: Some(&flag), done: Some(&done) };
+    let two = NonZeroUsize::new(2).unwrap();
+    roll_out(&batch(&world, &start, 4), RolloutOutputs::default(), two, watch).unwrap();
+    assert_eq!(done.load(Ordering::Relaxed), 4 * T as u64);
+    let endless = Batch { steps: 1_000_000_000, ..batch(&world, &start, 4) };
+    let error = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while done.load(Ordering::Relaxed) < 10_000 {
+                std::thread::yield_now();
+            }
+            flag.store(true, Ordering::Relaxed);
+        });
+        roll_out(&endless, RolloutOutputs::default(), two, watch).unwrap_err()
+    });
+    assert_eq!(error, RolloutError { rollout: None, error: Error::Interrupted });
+}
+
+/// Steps allocate nothing: ten times as many take as much memory but for contacts that are new.
+#[test]
+fn steps_of_a_rollout_allocate_nothing() {
+    let world = cube_world(SOLID);
+    let start = numbers(&[thrown(42)]);
+    let count = |steps: usize| {
+        let batch = Batch { steps, ..batch(&world, &start, 1) };
+        let mut states = vec![0.0; steps * 13];
+        let outputs = RolloutOutputs { states: &mut states, ..RolloutOutputs::default() };
+        measure(|| {
+            roll_out(&batch, outputs, NonZeroUsize::MIN, RolloutWatch::default()).unwrap();
+        })
+        .count_total
+    };
+    let (few, many) = (count(1000), count(10_000));
+    assert_eq!(few, many);
+}
+
+fn batch_states(numbers: &[f64]) -> Vec<State> {
+    let state = |numbers: &[f64]| {
+        State::from_vector(&nalgebra::SVector::<f64, 13>::from_column_slice(numbers))
+    };
+    numbers.chunks_exact(13).map(state).collect()
+}
