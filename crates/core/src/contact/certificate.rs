@@ -21,6 +21,7 @@ use nalgebra::Vector3;
 
 /// The parts of a step's residual, each in m/s: the largest over bodies, contacts and joints.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Certificate {
     /// The equations of motion (eq. 18a); angles are turned into distances by the
     /// body's [reach](RigidBody::reach).

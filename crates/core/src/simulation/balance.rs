@@ -26,6 +26,7 @@ use nalgebra::Vector3;
 
 /// The terms of (36), J.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct EnergyBalance {
     /// The work of forces and torques from outside, without gravity.
     pub loads: f64,

@@ -37,6 +37,7 @@ const MOST_BODIES_KEPT: usize = 4;
 /// The running summary of a simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct RunSummary {
     /// Steps taken without a problem.
     pub free: u64,
