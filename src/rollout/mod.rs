@@ -8,12 +8,11 @@
 //!
 //! ```
 //! use std::num::NonZeroUsize;
-//! use tumble::rollout::{Batch, Outputs, Constant, Varied, Watch, roll_out};
-//! use tumble::simulation::{Motion, scene};
-//! use tumble::world::World;
+//! use tumble::rollout::{Batch, RolloutOutputs, RolloutWatch, Varied, roll_out};
+//! use tumble::{Constant, Motion, TutorialScene, World, tutorial_parameters};
 //!
-//! let scene = scene::TutorialScene::drop();
-//! let world = World::new(scene::tutorial_parameters()?)?;
+//! let scene = TutorialScene::drop();
+//! let world = World::new(tutorial_parameters()?)?;
 //! let start = scene.start(scene.attitude(42)).to_vector();
 //! let frictions = [0.1, 0.2, 0.3, 0.4];
 //! let batch = Batch {
@@ -31,9 +30,9 @@
 //!     parameters: &[Varied { constant: Constant::Friction, values: &frictions }],
 //! };
 //! let mut ends = [0.0; 4 * 13];
-//! let outputs = Outputs { ends: &mut ends, ..Outputs::default() };
+//! let outputs = RolloutOutputs { ends: &mut ends, ..RolloutOutputs::default() };
 //! let threads = NonZeroUsize::new(2).unwrap();
-//! let report = roll_out(&batch, outputs, threads, Watch::default())?;
+//! let report = roll_out(&batch, outputs, threads, RolloutWatch::default())?;
 //! assert!(report.unsolved.is_empty() && report.all.largest_residual < 1e-9);
 //! assert_ne!(ends[..13], ends[13..26]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -5,7 +5,7 @@
 //! made of ([`Assembled`]), and whose coordinates are those of the file ([`motion`]).
 //!
 //! ```
-//! use tumble::robot::{Reading, read};
+//! use tumble_robot::{Reading, read};
 //!
 //! let text = r#"<mujoco><worldbody><body name="ball"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>"#;
 //! let robot = read(text, &Reading::none())?;
