@@ -26,6 +26,7 @@ fn assert_holds(problem: &TestProblem, inputs: &TestInputs, time_step: f64) {
 
 /// At five times the usual step, which takes a fifth of the steps.
 #[test]
+#[ignore = "slow"]
 fn ipopt_has_the_answers() {
     let takes =
         |problem: &&TestProblem| problem.native_only.is_none() && problem.bodies <= MOST_BODIES;

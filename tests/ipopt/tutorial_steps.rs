@@ -175,6 +175,7 @@ struct Measured {
 /// Unsolved steps more than measured that another machine may have, of 36 to 606.
 const MARGIN: usize = 2;
 
+/// It takes longer than five seconds, and stays in the quick gate: the recorded runs are the reference that tumble began with.
 #[test]
 fn clamped_steps_move_the_cube_as_the_recorded_ones_do() {
     let measured = Measured {
@@ -186,6 +187,7 @@ fn clamped_steps_move_the_cube_as_the_recorded_ones_do() {
     check_motions(Formulation::Clamped, 1, &measured);
 }
 
+/// It takes longer than five seconds, and stays in the quick gate: the recorded runs are the reference that tumble began with.
 #[test]
 fn reduced_steps_move_the_cube_as_the_recorded_ones_do() {
     let measured = Measured {

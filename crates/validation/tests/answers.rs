@@ -149,6 +149,7 @@ fn assert_converges(problem: &TestProblem, inputs: &TestInputs, h: f64, coarse: 
 /// Other masses, frictions, gravities, slopes and speeds. Inputs for which the closed form
 /// is another motion's are refused, but not most of them.
 #[test]
+#[ignore = "slow"]
 fn other_numbers_have_their_answers_too() {
     other_numbers_have_their_answers(16, 8);
 }
