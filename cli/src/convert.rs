@@ -14,8 +14,8 @@ use tumble_scene::{LARGEST_FILE, written};
 
 pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     let text = scenario::read_text(&args.file)?;
-    let flags = (Settings { robot: args.robot.settings(), ..Settings::default() }, &[][..]);
-    let scene = Scene::told(&text, &args.file, flags, SolverName::Native, &input::bytes)?;
+    let flags = Settings { robot: args.robot.settings(), ..Settings::default() };
+    let scene = Scene::told(&text, &args.file, flags, &[], SolverName::Native, &input::bytes)?;
     let written = written::text(&scene)?;
     if written.len() as u64 > LARGEST_FILE {
         let (file, length) = (shown::path(&args.file), written.len());

@@ -32,8 +32,7 @@ pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     };
     let directory = OutputDirectory::for_pictures(out)?;
     let mut voice = Voice::new(args.quiet);
-    let place = (&directory, name);
-    let outcome = match write(&film, place, &args.animation, &mut voice, &interrupt)? {
+    let outcome = match write(&film, &directory, name, &args.animation, &mut voice, &interrupt)? {
         Outcome::Done if film.has_failed() => Outcome::Unconverged,
         outcome => outcome,
     };
@@ -88,7 +87,8 @@ fn settings(args: &AnimationArgs) -> AnimationSettings {
 /// Writes the animation of `film` under a name in a directory; no file if `interrupt` is raised.
 pub fn write(
     film: &Film,
-    (out, name): (&OutputDirectory, &str),
+    out: &OutputDirectory,
+    name: &str,
     args: &AnimationArgs,
     voice: &mut Voice,
     interrupt: &AtomicBool,

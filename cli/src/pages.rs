@@ -38,7 +38,8 @@ impl Pages {
     /// Pages of so many `records`, and the thread that writes them in the order in which they come, and the checkpoints.
     pub fn new<'scope, 'env>(
         scope: &'scope Scope<'scope, 'env>,
-        (writer, checkpoints): (&'env mut RunWriter, Option<&'env CheckpointWriter<'env>>),
+        writer: &'env mut RunWriter,
+        checkpoints: Option<&'env CheckpointWriter<'env>>,
         records: usize,
     ) -> (Self, ScopedJoinHandle<'scope, Result<(), Failure>>) {
         let (full, to_write) = sync_channel(PAGES);

@@ -72,8 +72,7 @@ impl Pictures {
             voice.say(&written);
         }
         if let Some((args, out)) = animated {
-            let place = (out, ANIMATION);
-            let made = gif::write(&film, place, &args.animation, voice, interrupt)?;
+            let made = gif::write(&film, out, ANIMATION, &args.animation, voice, interrupt)?;
             return Ok(!matches!(made, Outcome::Interrupted));
         }
         Ok(true)

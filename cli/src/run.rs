@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use tumble_core::error::Error;
 use tumble_core::simulation::summary::RunSummary;
 use tumble_core::simulation::{Simulation, StepRecord};
-use tumble_core::step::StepStatus;
+use tumble_core::step::{StepSolution, StepStatus};
 use tumble_scene::choices::OnFailure;
 use tumble_scene::joints_summary::{JointsSummary, Taut};
 use tumble_scene::run_file::RunEnd;
@@ -111,7 +111,7 @@ pub fn run(
     let bar = progress_bar(left, "steps", quiet);
     thread::scope(|scope| {
         let (mut pages, writing) =
-            Pages::new(scope, (writer, checkpoints), (CHUNK / scene.bodies.len()).max(1));
+            Pages::new(scope, writer, checkpoints, (CHUNK / scene.bodies.len()).max(1));
         while left > 0 && run.end == RunOutcome::Complete {
             let Some(mut page) = pages.empty() else { break };
             let wanted = page.records.len();
@@ -135,8 +135,8 @@ pub fn run(
                     joints.add_errors(&world, &record.solution.states);
                     joints.add_residual(record.certificate.joint, record.certificate.joint_law);
                     joints.add_stiffness(record.stiffness);
-                    let forces = (&record.solution.joints[..], &record.solution.gears[..]);
-                    run.taut.add((&world, &record.states), forces, record.stiffness);
+                    let StepSolution { joints, gears, .. } = &record.solution;
+                    run.taut.add(&world, &record.states, joints, gears, record.stiffness);
                 }
             }
             bar.inc(page.count as u64);

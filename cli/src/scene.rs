@@ -23,8 +23,8 @@ pub fn of_args(args: &SimulateArgs) -> Result<Scene, Failure> {
             Scene::of_tutorial(name, flags, SolverName::Ipopt)?
         }
         Some(path) => {
-            let (text, flags) = (scenario::read_text(path)?, (flags, &args.given()[..]));
-            let scene = Scene::told(&text, path, flags, SolverName::Ipopt, &input::bytes)?;
+            let (text, usual) = (scenario::read_text(path)?, SolverName::Ipopt);
+            let scene = Scene::told(&text, path, flags, &args.given(), usual, &input::bytes)?;
             let large = run_file::refuse_large(&scene.model);
             large.map_err(|failure| failure.in_file(path, FileKind::Scenario, &[]))?;
             scene

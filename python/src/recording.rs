@@ -95,7 +95,7 @@ impl PyRecording {
                 return Err(refused(why));
             }
         }
-        let reader = TablesReader::new(streams, world.bodies().len(), tied);
+        let reader = TablesReader::new(streams, world.bodies().len(), tied.0, tied.1);
         let mut reader = reader.map_err(refused)?.of_part();
         let (mut rows, mut sums) = (Vec::<TableStep>::new(), Vec::new());
         while let Some(row) = reader.next_step().map_err(refused)? {
@@ -210,7 +210,7 @@ impl PyRecording {
             let world = self.content.world_at(last.row.index);
             for (joint, row) in world.joints().iter().zip(&mut last.joints) {
                 let force = JointForce::none(row.turns);
-                *row = JointRow::between(&world, joint, (&last.states, None), &force);
+                *row = JointRow::between(&world, joint, &last.states, None, &force);
             }
             for gear in &mut last.gears {
                 *gear = GearTableRow { force: 0.0, residual: 0.0, ..*gear };

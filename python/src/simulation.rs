@@ -171,7 +171,7 @@ impl PySimulation {
         let stays = |gear: &Gear| gear.axes().iter().all(|axis| joints[axis.joint]);
         let gears: Vec<_> = world.gears().iter().map(stays).collect();
         simulation.remove_body_and_joints(body).map_err(refused)?;
-        last.change_bodies().leave_out(body, (&joints, &gears));
+        last.change_bodies().leave_out(body, &joints, &gears);
         own.content = Arc::new(content);
         Ok(())
     }

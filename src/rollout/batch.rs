@@ -189,7 +189,8 @@ impl Driven {
     pub(super) fn set(
         &self,
         batch: &Batch<'_>,
-        (rollout, step): (usize, usize),
+        rollout: usize,
+        step: usize,
         simulation: &mut Simulation<'_>,
     ) -> Result<(), Error> {
         for (body, wrench) in batch.wrenches(rollout, step).enumerate() {

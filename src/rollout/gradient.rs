@@ -137,7 +137,7 @@ fn one(
     };
     let mut before = |simulation: &mut Simulation<'_>| {
         let step = (simulation.index() - batch.index) as usize;
-        driven.set(batch, (rollout, step), simulation)
+        driven.set(batch, rollout, step, simulation)
     };
     // By a mass with its inertia, where both are varied, goes the part by the inertia too.
     let is_varied = |constant| batch.parameters.iter().any(|given| given.constant == constant);

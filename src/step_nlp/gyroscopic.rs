@@ -72,14 +72,12 @@ impl Gyroscopic {
     /// ω̃⁺ of ω⁺ = `spin`, rad/s: the spin after the impulses of the step
     /// ([`Rotation::departing_spin`]).
     pub(crate) fn departing(&self, spin: &Vector3<f64>) -> Vector3<f64> {
-        let inertia = (&self.inertia, &self.inertia_inverse);
-        self.rotation.departing_spin(inertia, spin, self.time_step)
+        self.rotation.departing_spin(&self.inertia, &self.inertia_inverse, spin, self.time_step)
     }
 
     /// ∂ω̃⁺/∂ω⁺.
     pub(crate) fn departing_slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
-        let inertia = (&self.inertia, &self.inertia_inverse);
-        self.rotation.departing_slope(inertia, spin, self.time_step)
+        self.rotation.departing_slope(&self.inertia, &self.inertia_inverse, spin, self.time_step)
     }
 
     /// ∇²(y·ω̃⁺) by ω⁺: h ∇²(y·I⁻¹ G), zero in the tutorial's form.

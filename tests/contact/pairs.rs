@@ -247,7 +247,7 @@ proptest! {
             let state = turned(&state, &q);
             State { position: state.position + shift, ..state }.pose()
         });
-        let u = contact.motion((&poses[0], &moved[0]), Some((&poses[1], &moved[1])), TIME_STEP);
+        let u = contact.motion([&poses[0], &moved[0]], Some([&poses[1], &moved[1]]), TIME_STEP);
         let expected = contact.normal() * contact.gap / TIME_STEP;
         prop_assert!((u - expected).amax() < 5e-12, "{u} {expected}");
     }

@@ -111,7 +111,7 @@ impl SeveralPointFile {
         };
         let mut nlp = SeveralNlp::new(&step, self.epsilon.unwrap_or(SMOOTHING))?;
         let anchor = |contact: &ContactEntry| contact.anchor.map_or([0.0; 3], |a| a.0).into();
-        nlp.anchor((self.share, self.stiffness), self.contacts.iter().map(anchor));
+        nlp.anchor(self.share, self.stiffness, self.contacts.iter().map(anchor));
         Ok(nlp)
     }
 

@@ -184,7 +184,7 @@ impl StepSolution {
 
     /// Takes out the body `index` with the forces of its contacts, and the joints and gears that do not stay; bodies
     /// after it move up by one.
-    pub(crate) fn leave_out(&mut self, index: usize, (joints, gears): (&[bool], &[bool])) {
+    pub(crate) fn leave_out(&mut self, index: usize, joints: &[bool], gears: &[bool]) {
         if index < self.states.len() {
             self.states.remove(index);
         }

@@ -79,7 +79,13 @@ pub fn film(cast: Cast<'_>, frames: Vec<FilmFrame>) -> Film {
             })
             .collect(),
         bodies: bodies(cast),
-        joints: cast.world.joints().iter().zip(cast.joints).map(joint).collect(),
+        joints: cast
+            .world
+            .joints()
+            .iter()
+            .zip(cast.joints)
+            .map(|(of, name)| joint(of, name))
+            .collect(),
         frames,
     };
     let ground = world.ground().filter(|_| !cast.floating);
@@ -108,7 +114,7 @@ fn bodies(cast: Cast<'_>) -> Vec<FilmBody> {
 }
 
 /// A joint, and what it is called.
-fn joint((joint, name): (&Joint, &&str)) -> pictures::FilmJoint {
+fn joint(joint: &Joint, name: &str) -> pictures::FilmJoint {
     // Whether of three axes the last alone is free.
     let is_last = |axes: &[Axis; 3]| {
         axes[..2].iter().all(|axis| *axis == Axis::Locked) && axes[2] != Axis::Locked
@@ -116,7 +122,7 @@ fn joint((joint, name): (&Joint, &&str)) -> pictures::FilmJoint {
     let (slides, turns) = (is_last(joint.linear()), is_last(joint.angular()));
     let frame = &joint.frames()[0];
     pictures::FilmJoint {
-        name: (*name).to_owned(),
+        name: name.to_owned(),
         body: joint.body(),
         other: joint.other(),
         anchor: frame.anchor,
@@ -179,7 +185,7 @@ pub fn frame(world: &World, step: &TableStep, keys: &mut Keys) -> FilmFrame {
         residual: row.residual,
         contacts: step.contacts.iter().filter(is_felt).map(&mut contact).collect(),
         ties: step.joints.iter().map(tie).collect(),
-        ..moving(world, &step.states, (row.index, row.time, row.status))
+        ..moving(world, &step.states, row.index, row.time, row.status)
     }
 }
 
@@ -200,7 +206,7 @@ pub fn frame_of_row(world: &World, row: &TrajectoryRow) -> FilmFrame {
         iterations: row.iterations,
         residual: row.residual,
         contacts: (0..count).map(contact).filter(says_something).collect(),
-        ..moving(world, &[row.state], (row.index, row.time, row.status))
+        ..moving(world, &[row.state], row.index, row.time, row.status)
     }
 }
 
@@ -211,11 +217,7 @@ fn says_something(contact: &FilmContact) -> bool {
 }
 
 /// A frame of bodies that touch nothing.
-fn moving(
-    world: &World,
-    states: &[State],
-    (index, time, end): (u64, f64, StepStatus),
-) -> FilmFrame {
+fn moving(world: &World, states: &[State], index: u64, time: f64, end: StepStatus) -> FilmFrame {
     let each = |energy: fn(&World, &RigidBody, &State) -> f64| {
         let bodies = world.bodies().iter().zip(states);
         bodies.map(|(body, state)| energy(world, body, state)).sum()

@@ -74,35 +74,39 @@ impl Stage for Sample {
         from: &Replay,
         watch: &mut SearchWatch<'_>,
     ) -> Result<StageResult, PlanError> {
-        let mut best = (from.controls.clone(), judged(problem, &from.controls, watch)?);
-        let mut end = StageResult { controls: best.0.clone(), ..StageResult::default() };
+        let cost = judged(problem, &from.controls, watch)?;
+        let mut best = SampledRun { controls: from.controls.clone(), cost };
+        let mut end = StageResult { controls: best.controls.clone(), ..StageResult::default() };
         if problem.variables().is_empty() {
             end.message = "the problem has no variables".to_owned();
             return Ok(end);
         }
         let rounds = self.rounds.max(1);
-        let coarse = Coarse::of(problem, self.knots, best.0.clone()).count as u64;
+        let coarse = Coarse::of(problem, self.knots, best.controls.clone()).count as u64;
         let runs = self.runs.unwrap_or(200 * (10 + coarse));
         let scattered = ((SCATTERED * runs as f64) as u64).max(1);
         let thrown = self.scatter(problem, 0..scattered, &mut end, watch)?;
-        best = thrown.filter(|thrown| thrown.1 < best.1).unwrap_or(best);
+        best = thrown.filter(|thrown| thrown.cost < best.cost).unwrap_or(best);
         for round in 0..rounds {
             if !end.message.is_empty() {
                 break;
             }
             let last = runs * u64::from(round + 1) / u64::from(rounds);
-            let mut about = (best.0.clone(), WIDTH.0 * WIDTH.1.powi(round.min(16) as i32));
-            if round + 1 < rounds && self.looks_elsewhere(problem, round, &best.0)? {
+            let width = WIDTH.0 * WIDTH.1.powi(round.min(16) as i32);
+            let mut about = SampleRound { number: round, last, from: best.controls.clone(), width };
+            if round + 1 < rounds && self.looks_elsewhere(problem, round, &best.controls)? {
                 let first = u64::from(round) * scattered;
                 let thrown = self.scatter(problem, first..first + scattered, &mut end, watch)?;
-                about = thrown.map_or(about, |(controls, _)| (controls, WIDTH.0));
+                if let Some(thrown) = thrown {
+                    about = SampleRound { from: thrown.controls, width: WIDTH.0, ..about };
+                }
             }
-            self.round(problem, (round, last), about, &mut best, &mut end, watch)?;
+            self.round(problem, about, &mut best, &mut end, watch)?;
         }
         if end.message.is_empty() {
             end.message = format!("{} runs", end.runs);
         }
-        end.controls = best.0;
+        end.controls = best.controls;
         Ok(end)
     }
 }
@@ -134,9 +138,9 @@ impl Sample {
         which: Range<u64>,
         end: &mut StageResult,
         watch: &mut SearchWatch<'_>,
-    ) -> Result<Option<(Vec<f64>, f64)>, PlanError> {
+    ) -> Result<Option<SampledRun>, PlanError> {
         let count = which.end - which.start;
-        let mut best = None::<(Vec<f64>, f64)>;
+        let mut best = None::<SampledRun>;
         let coarse = Coarse::of(problem, self.knots, Vec::new());
         let mut g = 2.0_f64;
         for _ in 0..60 {
@@ -160,8 +164,8 @@ impl Sample {
                 Ok(cost) => {
                     let [least, most] = seen.unwrap_or([cost.task; 2]);
                     seen = Some([least.min(cost.task), most.max(cost.task)]);
-                    if best.as_ref().is_none_or(|best| cost.judged() < best.1) {
-                        best = Some((point(i), cost.judged()));
+                    if best.as_ref().is_none_or(|best| cost.judged() < best.cost) {
+                        best = Some(SampledRun { controls: point(i), cost: cost.judged() });
                     }
                 }
                 Err(error) => failure = failure.or(Some(error)),
@@ -178,17 +182,17 @@ impl Sample {
         Ok(best)
     }
 
-    /// One round of CMA-ES from a point with a width, until `last` runs in all. Sets the message of `end` if it was stopped.
+    /// One round of CMA-ES. Sets the message of `end` if it was stopped.
     fn round(
         &self,
         problem: &PlanProblem,
-        (round, last): (u32, u64),
-        (from, width): (Vec<f64>, f64),
-        best: &mut (Vec<f64>, f64),
+        round: SampleRound,
+        best: &mut SampledRun,
         end: &mut StageResult,
         watch: &mut SearchWatch<'_>,
     ) -> Result<(), PlanError> {
-        let coarse = Coarse::of(problem, self.knots_in(round), from);
+        let SampleRound { number, last, from, width } = round;
+        let coarse = Coarse::of(problem, self.knots_in(number), from);
         let interrupt = watch.interrupt;
         let runs = AtomicU64::new(end.runs);
         let loss = |point: &DVector<f64>| {
@@ -204,7 +208,7 @@ impl Sample {
         let strategy = CMAESOptions::new(vec![0.0; coarse.count], width)
             .population_size(population)
             .parallel_update(false)
-            .seed(self.seed.wrapping_add(u64::from(round)))
+            .seed(self.seed.wrapping_add(u64::from(number)))
             .build(loss);
         let mut strategy = strategy.map_err(|error| {
             PlanError::Problem(format!("sample: CMA-ES cannot start: {error:?}"))
@@ -221,16 +225,16 @@ impl Sample {
                 let (controls, _) = coarse.controls(problem, found.point.as_slice());
                 if found.value < WORST {
                     let cost = judged(problem, &controls, watch)?;
-                    if cost < best.1 {
-                        *best = (controls, cost);
+                    if cost < best.cost {
+                        *best = SampledRun { controls, cost };
                     }
                 }
             }
             let progress = SearchProgress {
                 stage: self.name(),
                 iteration: end.iterations,
-                cost: best.1,
-                controls: &best.0,
+                cost: best.cost,
+                controls: &best.controls,
             };
             if !watch.goes_on(&progress) {
                 end.message = "stopped".to_owned();
@@ -241,6 +245,22 @@ impl Sample {
             }
         }
     }
+}
+
+/// Controls, and the objective of the run with them.
+struct SampledRun {
+    controls: Vec<f64>,
+    cost: f64,
+}
+
+/// One round of CMA-ES.
+struct SampleRound {
+    number: u32,
+    /// The runs of all rounds after which it ends.
+    last: u64,
+    /// The controls around which it begins to look, and how far, in units of the bounds.
+    from: Vec<f64>,
+    width: f64,
 }
 
 /// Objective of a run.

@@ -10,6 +10,7 @@ use super::joining::joined;
 use super::model::{
     LinkMass, Moves, Robot, RobotForm, RobotJoint, RobotLink, RobotShape, RobotTie,
 };
+use std::ops::Range;
 use tumble_model::shown;
 
 /// What part of the mass of the link that it carries a link between has. Of less, forces that it passes on would leave rounding
@@ -46,7 +47,7 @@ pub fn put(robot: &mut Robot) {
             if first + count >= end {
                 break;
             }
-            parent = between(robot, (&link, parent, frame), (first, count), &carried[index]);
+            parent = between(robot, &link, parent, frame, first..first + count, &carried[index]);
             (frame, first) = (LinkFrame::identity(), first + count);
             left[index] -= PART;
         }
@@ -57,18 +58,20 @@ pub fn put(robot: &mut Robot) {
     follow(robot, &places);
 }
 
-/// Adds a link that the `count` joints from `first` on move, which carries `link`; its index.
+/// Adds a link that the robot's `joints` of these indices move, which carries `link`; its index.
 fn between(
     robot: &mut Robot,
-    (link, parent, frame): (&RobotLink, usize, LinkFrame),
-    (first, count): (usize, usize),
+    link: &RobotLink,
+    parent: usize,
+    frame: LinkFrame,
+    joints: Range<usize>,
     carried: &LinkMass,
 ) -> usize {
     let index = robot.links.len();
-    let (own, next) = (&robot.joints[first..first + count], &robot.joints[first + count]);
+    let (own, next) = (&robot.joints[joints.clone()], &robot.joints[joints.end]);
     let hinge = own.iter().find(|joint| joint.moves != Moves::Slide);
     let position = hinge.unwrap_or(next).anchor;
-    let name = format!("{}-between-{}", link.name, own[count - 1].name);
+    let name = format!("{}-between-{}", link.name, own[own.len() - 1].name);
     let names = robot.joints[link.joints.0..][..link.joints.1].iter();
     let names: Vec<_> = names.map(|joint| shown::line(&joint.name)).collect();
     let sentence = format!(
@@ -99,7 +102,7 @@ fn between(
         weightless: link.weightless,
         is_mocap: false,
         is_between: true,
-        joints: (first, count),
+        joints: (joints.start, joints.len()),
         at: link.at.clone(),
     });
     index

@@ -173,7 +173,7 @@ impl GltfReader<'_> {
     }
 
     fn points(&self, index: &Value, placed: &Matrix4<f64>) -> Result<Vec<Vector3<f64>>, String> {
-        let (kind, each) = self.numbers(index, ("VEC3", 3))?;
+        let (kind, each) = self.numbers(index, "VEC3", 3)?;
         if kind != FLOATS {
             return Err("its points are no floats".to_owned());
         }
@@ -190,7 +190,7 @@ impl GltfReader<'_> {
     }
 
     fn indices(&self, index: &Value) -> Result<Vec<usize>, String> {
-        let (kind, each) = self.numbers(index, ("SCALAR", 1))?;
+        let (kind, each) = self.numbers(index, "SCALAR", 1)?;
         if kind == FLOATS {
             return Err("its indices are floats".to_owned());
         }
@@ -204,7 +204,8 @@ impl GltfReader<'_> {
     fn numbers(
         &self,
         index: &Value,
-        (kind, count): (&str, usize),
+        kind: &str,
+        count: usize,
     ) -> Result<(u64, impl Iterator<Item = &[u8]>), String> {
         let root = self.root;
         let number = |of: &Value, name: &str| of[name].as_u64().map_or(0, place);

@@ -202,13 +202,13 @@ impl Robot {
             }
             let there = stage.motion.frame;
             let turn = left_times(&own.attitude, &conjugated(&there.attitude));
-            let missing = (own.position - there.position, vector_of(&turn));
-            let rates = solved(&screws, &there.position, &missing);
+            let (missing, turn) = (own.position - there.position, vector_of(&turn));
+            let rates = solved(&screws, &there.position, &missing, &turn);
             for (at, rate) in q.iter_mut().zip(rates.iter()) {
                 *at += rate;
             }
             let scale = own.position.norm().max(1.0);
-            if missing.0.norm() <= 1e-15 * scale && missing.1.norm() <= 1e-15 {
+            if missing.norm() <= 1e-15 * scale && turn.norm() <= 1e-15 {
                 return;
             }
         }
@@ -230,7 +230,8 @@ fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
 fn solved(
     screws: &[Screw],
     point: &Vector3<f64>,
-    (velocity, spin): &(Vector3<f64>, Vector3<f64>),
+    velocity: &Vector3<f64>,
+    spin: &Vector3<f64>,
 ) -> DVector<f64> {
     /// Screws of which each has more than this part of itself across those before.
     const INDEPENDENT: f64 = 1e-6;
@@ -448,7 +449,7 @@ impl RobotMotion {
                     (own.velocity - above.velocity - above.spin.cross(&arm), own.spin - above.spin)
                 }
             };
-            let found = solved(&self.screws[begin..end], &point, &(velocity, spin));
+            let found = solved(&self.screws[begin..end], &point, &velocity, &spin);
             rates[begin..end].copy_from_slice(found.as_slice());
         }
         rates

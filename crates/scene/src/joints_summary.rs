@@ -112,15 +112,17 @@ impl Taut {
     /// Adds a step of `world` from `states` with these forces of joints and gears, in which the stiffest joint has `stiffness`.
     pub fn add(
         &mut self,
-        (world, states): (&World, &[State]),
-        forces: (&[JointForce], &[f64]),
+        world: &World,
+        states: &[State],
+        joints: &[JointForce],
+        gears: &[f64],
         stiffness: f64,
     ) {
         if stiffness <= STIFFEST {
             self.before.clear();
             return;
         }
-        let now = Stiffness::default().of_each_joint(world, states, forces);
+        let now = Stiffness::default().of_each_joint(world, states, joints, gears);
         self.lasting.resize(now.len(), 0.0);
         let both = self.before.iter().zip(&now).map(|(before, now)| before.min(*now));
         self.lasting.iter_mut().zip(both).for_each(|(most, both)| *most = most.max(both));

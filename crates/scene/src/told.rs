@@ -23,7 +23,7 @@ impl Scene {
         flags: Settings,
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
-        Self::told(text, path, (flags, &[]), SolverName::Native, read)
+        Self::told(text, path, flags, &[], SolverName::Native, read)
     }
 
     /// The same under `flags` that have the names `given`, and are called so where one is refused.
@@ -34,7 +34,8 @@ impl Scene {
     pub fn told(
         text: &str,
         path: &Path,
-        (flags, given): (Settings, &[&str]),
+        flags: Settings,
+        given: &[&str],
         usual: SolverName,
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {

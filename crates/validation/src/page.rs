@@ -182,7 +182,7 @@ fn mark(solver: ReportedSolver) -> (&'static str, f64) {
 
 fn marks(chart: &mut Chart, solver: ReportedSolver, points: impl Iterator<Item = (f64, f64)>) {
     let (class, radius) = mark(solver);
-    points.for_each(|point| chart.dot(class, radius, point));
+    points.for_each(|(x, y)| chart.dot(class, radius, x, y));
 }
 
 /// The legend of the solvers; `lines` for curves over time.
@@ -236,12 +236,13 @@ fn curves(experiment: &Experiment) -> String {
         }
     }
     keys += &solver_keys(experiment, true);
-    keys += &magnification(chart.heights(), first.unit);
+    let [low, high] = chart.heights();
+    keys += &magnification(low, high, first.unit);
     chart.figure(&format!("{name} over time"), &keys)
 }
 
 /// The remark on a magnified axis.
-fn magnification((low, high): (f64, f64), unit: &str) -> String {
+fn magnification(low: f64, high: f64, unit: &str) -> String {
     let span = high - low;
     if span >= MAGNIFIED * low.abs().max(high.abs()).max(1.0) {
         return String::new();
@@ -271,7 +272,7 @@ fn errors(experiment: &Experiment) -> String {
     let guide = [0.6 * least, most / 0.6].map(|end| (end, error * end / h));
     let name = format!("|measured − exact| of {} ({})", quantities[i].name, quantities[i].unit);
     let shown = all.iter().chain(&guide).copied();
-    let mut chart = Chart::logarithmic(shown, ("time step h (s)", &name));
+    let mut chart = Chart::logarithmic(shown, "time step h (s)", &name);
     chart.line("guide", guide);
     for series in &experiment.series {
         let points = points(series);

@@ -21,7 +21,7 @@ pub struct Chart {
 
 impl Chart {
     /// An empty chart with its axes and their names.
-    pub(crate) fn new(x: PlotAxis, y: PlotAxis, (x_name, y_name): (&str, &str)) -> Self {
+    pub(crate) fn new(x: PlotAxis, y: PlotAxis, x_name: &str, y_name: &str) -> Self {
         let axes =
             PlotAxes { x, y, left: 64.0, right: WIDTH - 16.0, top: 30.0, bottom: HEIGHT - 46.0 };
         let mut body = format!(
@@ -55,7 +55,7 @@ impl Chart {
         values: impl Iterator<Item = f64> + Clone,
     ) -> Self {
         let (time, axis) = (PlotAxis::linear(0.0, end, 0.0, 6), PlotAxis::new(kind, values, 6));
-        Self::new(time, axis, ("time t (s)", name))
+        Self::new(time, axis, "time t (s)", name)
     }
 
     /// An empty chart of `values` over the time until `end`, with a linear axis.
@@ -70,21 +70,23 @@ impl Chart {
     /// An empty chart for `points` with logarithmic axes.
     pub fn logarithmic(
         points: impl Iterator<Item = (f64, f64)> + Clone,
-        names: (&str, &str),
+        x_name: &str,
+        y_name: &str,
     ) -> Self {
         let x = PlotAxis::new(ScaleKind::Log, points.clone().map(|point| point.0), 4);
-        Self::new(x, PlotAxis::new(ScaleKind::Log, points.map(|point| point.1), 6), names)
+        let y = PlotAxis::new(ScaleKind::Log, points.map(|point| point.1), 6);
+        Self::new(x, y, x_name, y_name)
     }
 
     /// The values at the ends of the vertical axis.
     #[must_use]
-    pub fn heights(&self) -> (f64, f64) {
+    pub fn heights(&self) -> [f64; 2] {
         self.axes.y.ends()
     }
 
     /// A line through points, drawn as `class` says.
     pub fn line(&mut self, class: &str, points: impl IntoIterator<Item = (f64, f64)>) {
-        let points = points.into_iter().map(|point| Some(self.axes.place(point)));
+        let points = points.into_iter().map(|point| Some(self.axes.place(point.0, point.1)));
         self.path(class, &points.collect::<Vec<_>>());
     }
 
@@ -108,15 +110,16 @@ impl Chart {
         let mut path = String::new();
         for (from, to) in spans {
             let ((left, bottom), (right, top)) =
-                (self.axes.place((from, low)), self.axes.place((to, high)));
+                (self.axes.place(from, low), self.axes.place(to, high));
             let _ = write!(path, "M{left:.2} {bottom:.2}H{right:.2}V{top:.2}H{left:.2}z");
         }
         let _ = writeln!(self.body, "<path class=\"{class}\" d=\"{path}\"/>");
     }
 
     /// A dot at a point.
-    pub fn dot(&mut self, class: &str, radius: f64, point: (f64, f64)) {
-        self.body += &dot(class, radius, self.axes.place(point));
+    pub fn dot(&mut self, class: &str, radius: f64, x: f64, y: f64) {
+        let (x, y) = self.axes.place(x, y);
+        self.body += &dot(class, radius, x, y);
         self.body.push('\n');
     }
 
@@ -132,7 +135,7 @@ impl Chart {
     }
 }
 
-fn dot(class: &str, radius: f64, (x, y): (f64, f64)) -> String {
+fn dot(class: &str, radius: f64, x: f64, y: f64) -> String {
     format!("<circle class=\"{class}\" cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\"/>")
 }
 
@@ -145,7 +148,7 @@ pub fn line_key(class: &str, name: &str) -> String {
 /// An entry of a legend: a dot.
 #[must_use]
 pub fn dot_key(class: &str, radius: f64, name: &str) -> String {
-    key(&dot(class, radius, (13.0, 5.0)), name)
+    key(&dot(class, radius, 13.0, 5.0), name)
 }
 
 /// An entry of a legend, of what is `drawn`.

@@ -165,8 +165,7 @@ fn cost(progress: &[f64]) -> String {
     }
     let iterations = PlotAxis::linear(0.0, progress.len() as f64, 0.0, 6);
     let costs = PlotAxis::new(ScaleKind::Log, progress.iter().copied(), 6);
-    let mut chart =
-        Chart::new(iterations, costs, ("iterations of all stages", "least cost so far"));
+    let mut chart = Chart::new(iterations, costs, "iterations of all stages", "least cost so far");
     chart.line("native", progress.iter().enumerate().map(|(k, cost)| (k as f64, *cost)));
     chart.figure("the least cost over the iterations", "")
 }
@@ -182,7 +181,7 @@ fn ribbon(report: &PlanReport) -> String {
     let names = report.contacts.iter().take(count).enumerate();
     lines.ticks = names.map(|(k, (name, _))| (k as f64 + 0.5, escape(name))).collect();
     let mut chart =
-        Chart::new(PlotAxis::linear(start, end, 0.0, 6), lines, ("time t (s)", "what contacts do"));
+        Chart::new(PlotAxis::linear(start, end, 0.0, 6), lines, "time t (s)", "what contacts do");
     for (k, (_, modes)) in report.contacts.iter().take(count).enumerate() {
         for (class, mode) in [("stick", PlanTouch::Stick), ("slip", PlanTouch::Slip)] {
             let spans = modes.iter().zip(report.times.windows(2)).filter(|(of, _)| **of == mode);
@@ -203,7 +202,7 @@ fn ribbon(report: &PlanReport) -> String {
 fn control(times: &[f64], name: &str, values: &[f64]) -> String {
     let (start, end) = ends(times);
     let axis = PlotAxis::new(ScaleKind::FromZero, values.iter().copied(), 6);
-    let mut chart = Chart::new(PlotAxis::linear(start, end, 0.0, 6), axis, ("time t (s)", name));
+    let mut chart = Chart::new(PlotAxis::linear(start, end, 0.0, 6), axis, "time t (s)", name);
     // Each value holds for a step.
     let held = values.iter().zip(times.windows(2));
     chart.line("native", held.flat_map(|(value, span)| [(span[0], *value), (span[1], *value)]));
@@ -222,7 +221,7 @@ fn paths(times: &[f64], path: &Path) -> String {
     let values = path.points.iter().flatten().copied();
     let axes =
         (PlotAxis::linear(start, end, 0.0, 6), PlotAxis::new(ScaleKind::FromZero, values, 6));
-    let mut chart = Chart::new(axes.0, axes.1, ("time t (s)", &y_name));
+    let mut chart = Chart::new(axes.0, axes.1, "time t (s)", &y_name);
     let mut caption = String::new();
     for (k, (class, name)) in [("native", "x"), ("ipopt", "y"), ("guide", "z")].iter().enumerate() {
         chart.line(class, times.iter().zip(&path.points).map(|(time, point)| (*time, point[k])));

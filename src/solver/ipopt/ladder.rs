@@ -186,8 +186,8 @@ impl Ladder {
             Rung::Native => return Ok(None),
         }
         let hold = Manner::of(contacts, posed).hold(rung.has_settled());
-        let effort = IpoptEffort { limit, depth, tightness: 1.0, hold };
-        solve_posed(program, step, (start, multipliers), effort, (candidates, posed), end).map(Some)
+        let effort = IpoptEffort { multipliers, limit, depth, tightness: 1.0, hold };
+        solve_posed(program, step, start, effort, candidates, posed, end).map(Some)
     }
 
     /// Where Ipopt meets its tolerance and the step is not solved, goes on from the end with
@@ -211,11 +211,11 @@ impl Ladder {
             }
             let Some(known) = &attempted.multipliers else { break };
             let limit = PATIENCE_TIGHTER.min(left - attempted.iterations);
-            let effort = IpoptEffort { limit, depth: 0.0, tightness, hold: manner.hold(true) };
+            let (multipliers, hold) = (StartMultipliers::Known(known), manner.hold(true));
+            let effort = IpoptEffort { multipliers, limit, depth: 0.0, tightness, hold };
             let IpoptSolver { program, posed, start, end, .. } = &mut self.ipopt;
             start.clone_from(end);
-            let from = (&*start, StartMultipliers::Known(known));
-            let mut tighter = program.attempt(step, (contacts, posed), from, effort, end)?;
+            let mut tighter = program.attempt(step, contacts, posed, start, effort, end)?;
             tighter.iterations += attempted.iterations;
             let is_better = tighter.converged && {
                 self.write(step, contacts);

@@ -274,9 +274,9 @@ impl IpoptSolver {
         let Self { program, memory, posed, start, end, accepted } = self;
         let (limit, depth) = (program.max_iterations(), missed_depth(step, *accepted));
         *posed = posed_in(program, step, candidates.contacts(), depth);
-        let effort = IpoptEffort { limit, depth, tightness: 1.0, hold: Hold::NOT };
-        let from = (start, StartMultipliers::Estimated);
-        let attempted = solve_posed(program, step, from, effort, (candidates, posed), end)?;
+        let (multipliers, hold) = (StartMultipliers::Estimated, Hold::NOT);
+        let effort = IpoptEffort { multipliers, limit, depth, tightness: 1.0, hold };
+        let attempted = solve_posed(program, step, start, effort, candidates, posed, end)?;
         end.write(step, candidates.contacts(), &program.units, solution);
         memory.keep(step.previous, solution, end, attempted.multipliers);
         Ok(StepReport {

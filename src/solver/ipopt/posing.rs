@@ -38,9 +38,10 @@ pub(super) fn posed_in(
 pub(super) fn solve_posed(
     program: &mut IpoptProgram,
     step: &Step<'_>,
-    (start, multipliers): (&mut ProgramStart, StartMultipliers<'_>),
-    effort: IpoptEffort,
-    (candidates, posed): (&mut Candidates, &mut PosedProgram),
+    start: &mut ProgramStart,
+    effort: IpoptEffort<'_>,
+    candidates: &mut Candidates,
+    posed: &mut PosedProgram,
     end: &mut ProgramStart,
 ) -> Result<Attempted, Error> {
     let IpoptEffort { limit, depth, hold, .. } = effort;
@@ -50,7 +51,7 @@ pub(super) fn solve_posed(
         end.reset(step.free, contacts.len());
         Attempted::free()
     } else {
-        program.attempt(step, (contacts, posed), (start, multipliers), effort, end)?
+        program.attempt(step, contacts, posed, start, effort, end)?
     };
     while !program.is_tutorials() && attempted.converged && attempted.iterations < limit {
         candidates.admit_missed(step.world, step.states, &end.states, depth);
@@ -66,10 +67,10 @@ pub(super) fn solve_posed(
         start.values.resize_with(contacts.len(), Default::default);
         // What was missed has no force to hold on to.
         let (limit, hold) = (limit - attempted.iterations, Hold { normal: 0.0, ..hold });
-        let effort = IpoptEffort { limit, hold, ..effort };
-        let from = (&*start, StartMultipliers::Estimated);
+        let multipliers = StartMultipliers::Estimated;
+        let effort = IpoptEffort { multipliers, limit, hold, ..effort };
         let before = attempted.iterations;
-        attempted = program.attempt(step, (contacts, posed), from, effort, end)?;
+        attempted = program.attempt(step, contacts, posed, start, effort, end)?;
         attempted.iterations += before;
     }
     end.values.resize_with(candidates.contacts().len(), Default::default);

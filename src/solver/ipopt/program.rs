@@ -64,9 +64,10 @@ impl Hold {
     pub(super) const NOT: Self = Self { friction: 0.0, normal: 0.0 };
 }
 
-/// How exact a solve is, and how long it may take.
+/// With which multipliers a solve starts, how exact it is, and how long it may take.
 #[derive(Clone, Copy)]
-pub(super) struct IpoptEffort {
+pub(super) struct IpoptEffort<'a> {
+    pub(super) multipliers: StartMultipliers<'a>,
     /// Iterations.
     pub(super) limit: u32,
     /// A contact that ends no deeper need not have been posed, m.
@@ -171,9 +172,10 @@ impl IpoptProgram {
     pub(super) fn attempt(
         &mut self,
         step: &Step<'_>,
-        (candidates, posed): (&[Contact], &PosedProgram),
-        (start, multipliers): (&ProgramStart, StartMultipliers<'_>),
-        effort: IpoptEffort,
+        candidates: &[Contact],
+        posed: &PosedProgram,
+        start: &ProgramStart,
+        effort: IpoptEffort<'_>,
         end: &mut ProgramStart,
     ) -> Result<Attempted, Error> {
         let Self { world, units, tutorial, options, prepared, scratch } = self;
@@ -196,7 +198,7 @@ impl IpoptProgram {
                 let posed_step = PosedStep { world, states, wrenches, bodies, contacts };
                 let mut nlp = SeveralNlp::new(&posed_step, SMOOTHING)?;
                 let forces = posed.contacts.iter().map(|&index| start.values[index].force);
-                nlp.anchor((effort.hold.friction, effort.hold.normal), forces);
+                nlp.anchor(effort.hold.friction, effort.hold.normal, forces);
                 let layout = nlp.layout();
                 places.extend((0..layout.contacts()).map(|i| layout.contact(i)));
                 let bounds = bounds(&nlp);
@@ -208,7 +210,7 @@ impl IpoptProgram {
         gather(part, start, units, variables, x);
         zeros.clear();
         zeros.resize(variables.max(rows), 0.0);
-        let start = match multipliers {
+        let start = match effort.multipliers {
             StartMultipliers::Estimated => ipopt::StartPoint::Cold { x },
             StartMultipliers::Zero => ipopt::StartPoint::Warm {
                 x,

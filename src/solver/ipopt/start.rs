@@ -211,6 +211,6 @@ impl ProgramPoses {
     /// u of a contact, m/s.
     fn motion(&self, contact: &Contact, h: f64) -> Vector3<f64> {
         let a = &self.0[contact.key.body];
-        contact.motion((&a.0, &a.1), self.partner(contact).map(|b| (&b.0, &b.1)), h)
+        contact.motion([&a.0, &a.1], self.partner(contact).map(|b| [&b.0, &b.1]), h)
     }
 }

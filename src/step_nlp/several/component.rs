@@ -14,6 +14,13 @@ pub(crate) struct ProgramPose {
     pub(crate) attitude: Vector4<f64>,
 }
 
+/// Where the bodies of a contact are: A, and B unless it is fixed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PosePair {
+    pub(crate) a: ProgramPose,
+    pub(crate) b: Option<ProgramPose>,
+}
+
 impl ProgramPose {
     pub(crate) fn of(state: &State) -> Self {
         Self { position: state.position, attitude: state.attitude }

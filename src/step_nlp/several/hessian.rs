@@ -80,7 +80,7 @@ impl SeveralNlp {
             for (axis, weight) in [across[0], across[1], along].into_iter().enumerate() {
                 let curvature = touch.curvature(axis, at);
                 let (a, b) = (touch.a.body, touch.b.as_ref().map(|b| b.body));
-                poses.add((a, b), &curvature, weight);
+                poses.add(a, b, &curvature, weight);
             }
         }
         poses
@@ -213,7 +213,7 @@ impl SeveralNlp {
 
 impl HessianPoses {
     /// Adds `weight` times the curvature of a component of a contact of A and B.
-    fn add(&mut self, (a, b): (usize, Option<usize>), curvature: &Curvature, weight: f64) {
+    fn add(&mut self, a: usize, b: Option<usize>, curvature: &Curvature, weight: f64) {
         let own = &mut self.bodies[a];
         own.turning += curvature.aa * weight;
         own.moving += curvature.position_a * weight;

@@ -36,9 +36,9 @@ use super::gyroscopic::Gyroscopic;
 use super::kernels::{Normalised, SmoothForce};
 use super::layout::{ATTITUDE_ROWS, POSITION_ROWS, SPIN_ROWS, VELOCITY_ROWS};
 use crate::sparsity::SparsityPattern;
-use component::ProgramPose;
+use component::{PosePair, ProgramPose};
 use nalgebra::{Matrix3, Matrix4x3, SVector, Vector2, Vector3};
-use touch::ProgramContact;
+use touch::{ContactBody, ProgramContact};
 use tumble_core::contact::Contact;
 use tumble_core::error::{Error, in_range};
 use tumble_core::mechanics::quaternion::attitude_map;
@@ -149,13 +149,14 @@ impl SeveralNlp {
         }
         let mut touches = Vec::with_capacity(step.contacts.len());
         for contact in step.contacts {
-            let index = contact.key.body;
-            let a = (place(index)?, &world.bodies()[index], &step.states[index]);
-            let mut b = None;
-            if let Some(index) = contact.key.partner.body() {
-                let at = place(index)?;
-                members[at].holds = true;
-                b = Some((at, &world.bodies()[index], &step.states[index]));
+            let of = |index: usize| {
+                let (body, state) = (&world.bodies()[index], &step.states[index]);
+                Ok::<_, Error>(ContactBody { place: place(index)?, body, state })
+            };
+            let a = of(contact.key.body)?;
+            let b = contact.key.partner.body().map(of).transpose()?;
+            if let Some(b) = &b {
+                members[b.place].holds = true;
             }
             let touch = ProgramContact::new(contact, a, b, h);
             if touch.is_round() {
@@ -198,7 +199,8 @@ impl SeveralNlp {
     /// and both are nothing where the forces are those of f_0.
     pub fn anchor(
         &mut self,
-        (share, stiffness): (f64, f64),
+        share: f64,
+        stiffness: f64,
         forces: impl IntoIterator<Item = Vector3<f64>>,
     ) {
         self.stiffness = stiffness;
@@ -368,10 +370,10 @@ impl SeveralNlp {
     }
 
     /// Where the bodies of a contact end.
-    fn places(&self, x: &[f64], i: usize) -> (ProgramPose, Option<ProgramPose>) {
+    fn places(&self, x: &[f64], i: usize) -> PosePair {
         let touch = &self.touches[i];
         let place = |side: &touch::ProgramSide| ProgramPose::of(&self.next_state(x, side.body));
-        (place(&touch.a), touch.b.as_ref().map(place))
+        PosePair { a: place(&touch.a), b: touch.b.as_ref().map(place) }
     }
 
     /// f_i along the contact's frame.

@@ -9,7 +9,7 @@
 //! s and t move with the bodies. Because they are the best ones they do not count in the first
 //! derivatives; in the second they do.
 
-use super::component::{Curvature, Forms, MotionComponent, ProgramPose, rows, weighted};
+use super::component::{Curvature, Forms, MotionComponent, PosePair, ProgramPose, rows, weighted};
 use nalgebra::{Matrix3x4, SMatrix, SVector, Vector3};
 use tumble_core::contact::Contact;
 use tumble_core::contact::curved::{Core, Reach, shortest_way};
@@ -83,11 +83,8 @@ impl RoundFeatures {
     /// ```text
     /// ∂g/∂r_A = e,   ∂g/∂q_A = J_Aᵀ e,   ∂g/∂q_B = −J_Bᵀ e                     (eq. D12)
     /// ```
-    pub(crate) fn along(
-        &self,
-        e: &Vector3<f64>,
-        (a, b): (ProgramPose, Option<ProgramPose>),
-    ) -> MotionComponent {
+    pub(crate) fn along(&self, e: &Vector3<f64>, at: PosePair) -> MotionComponent {
+        let PosePair { a, b } = at;
         let turned_a = rows(&self.point.forms, &a.attitude);
         let mut apart = a.position + 0.5 * turned_a * a.attitude;
         let mut turned_b = Matrix3x4::zeros();
@@ -116,8 +113,8 @@ impl RoundFeatures {
     }
 
     /// |D|_n: with m its direction, m by r_A, J_Aᵀ m by q_A and −J_Bᵀ m by q_B, at the nearest points.
-    pub(crate) fn distance(&self, at: (ProgramPose, Option<ProgramPose>)) -> MotionComponent {
-        let met = self.meet(at.0, at.1);
+    pub(crate) fn distance(&self, at: PosePair) -> MotionComponent {
+        let met = self.meet(at.a, at.b);
         let by: ByPoses = met.slope.tr_mul(&met.reach.direction);
         MotionComponent {
             value: met.reach.length,
@@ -133,15 +130,15 @@ impl RoundFeatures {
     /// ```text
     /// Jᵀ P J + Σ m_k ∇²D_k − C S⁻¹ Cᵀ,   C = Jᵀ P w + ẇᵀ m,   S = wᵀ P w       (eq. D13)
     /// ```
-    pub(crate) fn distance_curvature(&self, at: (ProgramPose, Option<ProgramPose>)) -> Curvature {
-        let met = self.meet(at.0, at.1);
+    pub(crate) fn distance_curvature(&self, at: PosePair) -> Curvature {
+        let met = self.meet(at.a, at.b);
         let round = met.reach.curvature(&met.way, &self.normal);
         let m = &met.reach.direction;
         let mut whole = met.slope.transpose() * round * met.slope;
         let turned = (weighted(&met.forms.0, m), weighted(&met.forms.1, m));
         let mut own = whole.fixed_view_mut::<4, 4>(3, 3);
         own += turned.0;
-        if at.1.is_some() {
+        if at.b.is_some() {
             let mut others = whole.fixed_view_mut::<4, 4>(7, 7);
             others -= turned.1;
         }
@@ -160,9 +157,10 @@ impl RoundFeatures {
     fn sliding(
         &self,
         met: &Met,
-        (a, b): (ProgramPose, Option<ProgramPose>),
+        at: PosePair,
         round: &nalgebra::Matrix3<f64>,
     ) -> SMatrix<f64, 11, 11> {
+        let PosePair { a, b } = at;
         let is_free = |core: &Core, share: f64| {
             met.reach.is_exact && core.is_segment() && 0.0 < share && share < 1.0
         };

@@ -1,7 +1,7 @@
 //! One contact of the program: what is constant in a step, and the three components of its motion
 //! with their derivatives.
 
-use super::component::{Curvature, Forms, MotionComponent, ProgramPose, rows, weighted};
+use super::component::{Curvature, Forms, MotionComponent, PosePair, ProgramPose, rows, weighted};
 use super::round::RoundFeatures;
 use nalgebra::{Matrix2x3, Matrix3, Matrix3x4, Vector2, Vector3, Vector4};
 use tumble_core::contact::{Contact, torque_map_of};
@@ -46,13 +46,22 @@ pub(crate) struct ProgramContact {
     pub(crate) rebound: f64,
 }
 
+/// A body of a contact.
+#[derive(Clone, Copy)]
+pub(crate) struct ContactBody<'a> {
+    /// Its place in the program.
+    pub(crate) place: usize,
+    pub(crate) body: &'a RigidBody,
+    /// Its state at step k.
+    pub(crate) state: &'a State,
+}
+
 impl ProgramContact {
-    /// The contact `contact` of the bodies (place in the program, constants, state at k) `a` and
-    /// `b` in a step of `time_step`.
+    /// The contact `contact` of the bodies `a` and `b` in a step of `time_step`.
     pub(crate) fn new(
         contact: &Contact,
-        a: (usize, &RigidBody, &State),
-        b: Option<(usize, &RigidBody, &State)>,
+        a: ContactBody<'_>,
+        b: Option<ContactBody<'_>>,
         time_step: f64,
     ) -> Self {
         let round = RoundFeatures::new(contact);
@@ -64,9 +73,8 @@ impl ProgramContact {
             let turn = rotation(&state.attitude);
             Matrix2x3::from_rows(&[0, 1].map(|axis| turn.tr_mul(&rate(axis)).transpose()))
         };
-        let side = |(place, body, state): (usize, &RigidBody, &State),
-                    sign: f64,
-                    torque_map: Matrix3<f64>| {
+        let side = |of: ContactBody<'_>, sign: f64, torque_map: Matrix3<f64>| {
+            let ContactBody { place, body, state } = of;
             let factor = sign * time_step;
             let torques: Matrix3<f64> = torque_map * contact.frame;
             // Of a plane's owner the spin counts against A's, of a round feature with it.
@@ -91,7 +99,7 @@ impl ProgramContact {
         };
         let mut touch = Self {
             a: side(a, 1.0, contact.torque_map),
-            b: b.map(|b| side(b, -1.0, torque_map_of_b(contact, a.2, b.2))),
+            b: b.map(|b| side(b, -1.0, torque_map_of_b(contact, a.state, b.state))),
             friction: contact.law.friction,
             offset: base + contact.features.radius,
             normal: contact.normal(),
@@ -100,18 +108,15 @@ impl ProgramContact {
             sight,
             round,
         };
-        let before = (ProgramPose::of(a.2), b.map(|b| ProgramPose::of(b.2)));
+        let before =
+            PosePair { a: ProgramPose::of(a.state), b: b.map(|b| ProgramPose::of(b.state)) };
         touch.old = Vector2::from_fn(|axis, _| touch.component(axis, before).value);
         touch
     }
 
     /// The component along t₁, t₂ or n of the point a where A and B are at `at`; of round features the
     /// way between them along t₁ and t₂, and how long it is.
-    pub(crate) fn component(
-        &self,
-        axis: usize,
-        at: (ProgramPose, Option<ProgramPose>),
-    ) -> MotionComponent {
+    pub(crate) fn component(&self, axis: usize, at: PosePair) -> MotionComponent {
         match &self.round {
             Some(round) if axis == 2 => round.distance(at),
             Some(round) => round.along(&self.sight.directions[axis], at),
@@ -120,11 +125,7 @@ impl ProgramContact {
     }
 
     /// Its second derivatives.
-    pub(crate) fn curvature(
-        &self,
-        axis: usize,
-        at: (ProgramPose, Option<ProgramPose>),
-    ) -> Curvature {
+    pub(crate) fn curvature(&self, axis: usize, at: PosePair) -> Curvature {
         match &self.round {
             Some(round) if axis == 2 => round.distance_curvature(at),
             Some(round) => round.along_curvature(&self.sight.directions[axis]),
@@ -195,28 +196,18 @@ impl Sight {
     }
 
     /// The component along direction `axis` where A and B are at `at`.
-    pub(crate) fn component(
-        &self,
-        axis: usize,
-        at: (ProgramPose, Option<ProgramPose>),
-    ) -> MotionComponent {
+    pub(crate) fn component(&self, axis: usize, at: PosePair) -> MotionComponent {
         self.seen(axis, at).component()
     }
 
     /// Its second derivatives.
-    pub(crate) fn curvature(
-        &self,
-        axis: usize,
-        at: (ProgramPose, Option<ProgramPose>),
-    ) -> Curvature {
+    pub(crate) fn curvature(&self, axis: usize, at: PosePair) -> Curvature {
         self.seen(axis, at).curvature(&self.point_forms, &self.direction_forms[axis])
     }
 
-    fn seen(&self, axis: usize, at: (ProgramPose, Option<ProgramPose>)) -> ComponentFactors {
-        ComponentFactors::new(
-            (&self.point_forms, &self.directions[axis], &self.direction_forms[axis]),
-            at,
-        )
+    fn seen(&self, axis: usize, at: PosePair) -> ComponentFactors {
+        let (direction, forms) = (&self.directions[axis], &self.direction_forms[axis]);
+        ComponentFactors::new(&self.point_forms, direction, forms, at)
     }
 
     /// Whether ∂g/∂r_A can differ from zero in its component `k` where B is fixed.
@@ -243,9 +234,12 @@ pub(super) struct ComponentFactors {
 impl ComponentFactors {
     /// Those of the point of A and the direction of B that have these forms, where both are at `at`.
     pub(super) fn new(
-        (point, direction, direction_forms): (&Forms, &Vector3<f64>, &Forms),
-        (a, b): (ProgramPose, Option<ProgramPose>),
+        point: &Forms,
+        direction: &Vector3<f64>,
+        direction_forms: &Forms,
+        at: PosePair,
     ) -> Self {
+        let PosePair { a, b } = at;
         let turned_a = rows(point, &a.attitude);
         let mut apart = a.position + 0.5 * turned_a * a.attitude;
         let (mut direction, mut turned_b) = (*direction, Matrix3x4::zeros());

@@ -71,7 +71,7 @@ impl Input {
         };
         let mut nlp = SeveralNlp::new(&step, self.epsilon).unwrap();
         let anchors = self.contacts.iter().map(|of| of.anchor.into());
-        nlp.anchor((self.share, self.stiffness), anchors);
+        nlp.anchor(self.share, self.stiffness, anchors);
         nlp
     }
 }

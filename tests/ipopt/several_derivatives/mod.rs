@@ -189,7 +189,7 @@ fn pose(
     let bodies: Vec<_> = (0..states.len()).collect();
     let step = PosedStep { world, states, wrenches, bodies: &bodies, contacts: &contacts };
     let mut nlp = SeveralNlp::new(&step, smoothing).unwrap();
-    nlp.anchor((yielding, 0.3), numbers.iter().map(|u| Vector3::new(*u, -*u, 2.0 * u)));
+    nlp.anchor(yielding, 0.3, numbers.iter().map(|u| Vector3::new(*u, -*u, 2.0 * u)));
     let layout = nlp.layout().clone();
     let mut x: Vec<f64> = next.iter().flat_map(|s| s.to_vector().as_slice().to_vec()).collect();
     // Friction ±5 N, comparable to the smoothing; the rest 0…5.

@@ -61,7 +61,7 @@ fn made(world: &World, record: &StepRecord) -> (f64, f64) {
     let (states, next) = (&record.states, &record.solution.states);
     let drives = world.joints().iter().zip(&record.solution.joints);
     let work: f64 = drives
-        .map(|(joint, force)| joint.work((states, next), force, world.time_step()).unwrap())
+        .map(|(joint, force)| joint.work(states, next, force, world.time_step()).unwrap())
         .sum();
     let kinetic = |states: &[State]| -> f64 {
         world.bodies().iter().zip(states).map(|(body, x)| energy::kinetic(world, body, x)).sum()

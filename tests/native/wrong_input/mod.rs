@@ -287,7 +287,7 @@ fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
             gears: None,
             ends: None,
         };
-        TablesReader::new(streams, bodies, (0, 0)).unwrap().next_step()
+        TablesReader::new(streams, bodies, 0, 0).unwrap().next_step()
     };
     assert!(read(1).is_ok());
     assert!(read(usize::MAX).is_err());

@@ -23,7 +23,7 @@ impl StepJudge {
                 None => JointForce::none(angles),
             };
             let next = next.map(|(next, _)| next);
-            let found = JointRow::between(&self.world, joint, (&step.states, next), &force);
+            let found = JointRow::between(&self.world, joint, &step.states, next, &force);
             let h = self.world.time_step();
             let reach = self.world.reach() + step.states[joint.body()].position.amax();
             let lost = ROUNDED * reach.max(1.0);
@@ -66,7 +66,7 @@ impl StepJudge {
                 None => (None, &at_end[..]),
             };
             let found =
-                GearTableRow::between(&self.world, gear, (&step.states, next), (joints, row.force));
+                GearTableRow::between(&self.world, gear, &step.states, next, joints, row.force);
             let h = self.world.time_step();
             let reach = gear
                 .axes()

@@ -314,18 +314,18 @@ impl StepJudge {
             let is_blank = is_blank(row);
             return (!is_blank).then(|| "it has no contact, and columns of one".to_owned());
         }
-        let (states, pose) = (std::slice::from_ref(&row.state), next[0].pose());
+        let states = std::slice::from_ref(&row.state);
         let speed_lost = self.lost_in(contacts, states, next);
         contacts.iter().find_map(|contact| {
             let (point, normal) = (contact.key.point, contact.normal());
             let (force, slip) = (row.force(point), contact.slip(&self.world, states, next).norm());
-            let found = program_columns(&self.world, contact, (states, next), &pose, force, slip);
+            let found = program_columns(&self.world, contact, states, next, force, slip);
             let has = row.products(point);
             // What is lost of a gap and of a speed, times the forces that they are multiplied by;
             // λ is the slip times √(f² + ε²)/f.
             let size = force.norm();
             let gap_lost = self.world.time_step() * speed_lost
-                + rounding::gap(&normal, &pose.position, contact.features.offset, &contact.arm);
+                + rounding::gap(&normal, &next[0].position, contact.features.offset, &contact.arm);
             let of_law = (1.0 + contact.law.friction) * size;
             let stretch = if slip > 0.0 { found.slip_speed / slip } else { 1.0 };
             let of_slip = speed_lost * stretch.max(1.0);
@@ -397,9 +397,8 @@ impl StepJudge {
             differ(format!("its overlap in the table is {:.3e} m, not {overlap:.3e}", row.overlap));
         }
         let stiffness =
-            self.stiffness.of_step(&self.world, states, (&touching.joints, &touching.gears));
-        let forces = (&touching.joints[..], &touching.gears[..]);
-        self.taut.add((&self.world, states), forces, stiffness);
+            self.stiffness.of_step(&self.world, states, &touching.joints, &touching.gears);
+        self.taut.add(&self.world, states, &touching.joints, &touching.gears, stiffness);
         if !is_near(stiffness, row.stiffness, ROUNDED.sqrt()) {
             differ(format!(
                 "its stiffness in the table is {:.3e}, not {stiffness:.3e}",

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 /// Makes contacts of the touches of two pieces.
 pub(super) struct Between<'a> {
     pub(super) world: &'a World,
-    pub(super) proxies: (Proxy, Proxy),
+    pub(super) proxies: [Proxy; 2],
     /// Where the bodies are where the touches were found.
     pub(super) at: &'a [Pose],
     /// Where they are at the start of the step.
@@ -23,9 +23,9 @@ impl Between<'_> {
     /// are known wherever they are, and have no other plane but where that lets them through
     /// ([`super::meeting`]): from the first one on they are a point against a plane.
     pub(super) fn contact(&self, touch: &Touch, plane: u32) -> Option<Contact> {
-        let (of_point, of_plane) = match touch.point_of {
+        let [of_point, of_plane] = match touch.point_of {
             PieceSide::A => self.proxies,
-            PieceSide::B => (self.proxies.1, self.proxies.0),
+            PieceSide::B => [self.proxies[1], self.proxies[0]],
         };
         let features = PairFeatures {
             pieces: (of_point.piece, of_plane.piece),
@@ -35,7 +35,7 @@ impl Between<'_> {
         if let Feature::Round(part_a, part_b) = touch.feature
             && plane == 0
         {
-            let (a, b) = self.proxies;
+            let [a, b] = self.proxies;
             let PieceOwner::Body(body) = a.owner else { return None };
             let key = ContactKey {
                 body,
@@ -44,7 +44,7 @@ impl Between<'_> {
                 pair: Some(PairFeatures { pieces: (a.piece, b.piece), ..features }),
             };
             let pieces =
-                (piece(self.world, a.owner, a.piece)?, piece(self.world, b.owner, b.piece)?);
+                [piece(self.world, a.owner, a.piece)?, piece(self.world, b.owner, b.piece)?];
             let normal = match touch.point_of {
                 PieceSide::A => touch.normal,
                 // Of A, away from it.
@@ -53,7 +53,7 @@ impl Between<'_> {
                     -b.tr_mul(&(a * touch.normal))
                 }
             };
-            return Some(self.make(key, round(pieces, (part_a, part_b), &normal)?));
+            return Some(self.make(key, round(pieces, [part_a, part_b], &normal)?));
         }
         match (of_point.owner, of_plane.owner) {
             (PieceOwner::Body(body), owner) => {
@@ -135,17 +135,13 @@ pub(super) fn piece(world: &World, owner: PieceOwner, number: usize) -> Option<&
 /// Two round features, the first one of A; `None` where the pieces do not have them, or no radius. Where
 /// their cores coincide the plane is across `normal` (unit, frame of B).
 #[must_use]
-pub fn round(
-    pieces: (&Piece, &Piece),
-    parts: (CorePart, CorePart),
-    normal: &Vector3<f64>,
-) -> Option<Features> {
-    if pieces.0.radius() + pieces.1.radius() == 0.0 {
+pub fn round(pieces: [&Piece; 2], parts: [CorePart; 2], normal: &Vector3<f64>) -> Option<Features> {
+    if pieces.iter().all(|piece| piece.radius() == 0.0) {
         return None;
     }
-    let (of_a, of_b) = (core(pieces.0, parts.0)?, core(pieces.1, parts.1)?);
-    let curved = Curved { of_a, of_b, radius: pieces.1.radius(), shares: (0.0, 0.0) };
-    let plane = Features::of_plane(of_a.from, pieces.0.radius(), frame_along(normal), 0.0);
+    let (of_a, of_b) = (core(pieces[0], parts[0])?, core(pieces[1], parts[1])?);
+    let curved = Curved { of_a, of_b, radius: pieces[1].radius(), shares: (0.0, 0.0) };
+    let plane = Features::of_plane(of_a.from, pieces[0].radius(), frame_along(normal), 0.0);
     Some(Features { curved: Some(curved), ..plane })
 }
 

@@ -186,7 +186,7 @@ impl Certifier {
         }
         if rest.is_empty() {
             self.rested.clear();
-            return self.judge::<false>(world, claim, forces, (rest, false));
+            return self.judge::<false>(world, claim, forces, rest, false);
         }
         let is_known = self.rested == rest;
         if !is_known {
@@ -194,7 +194,7 @@ impl Certifier {
             self.rested.extend_from_slice(rest);
             self.of_rested = Certificate::default();
         }
-        self.judge::<true>(world, claim, forces, (rest, is_known))
+        self.judge::<true>(world, claim, forces, rest, is_known)
     }
 
     /// What a claim is worth, beside the bodies that `rest` if any do: what is known of those is left as it is.
@@ -203,7 +203,8 @@ impl Certifier {
         world: &World,
         claim: &Claim<'_>,
         forces: impl IntoIterator<Item = Vector3<f64>>,
-        (rest, is_known): (&[bool], bool),
+        rest: &[bool],
+        is_known: bool,
     ) -> Certificate {
         let h = world.time_step();
         let rests = |body: usize| SOME_REST && rest.get(body).is_some_and(|rests| *rests);
@@ -218,7 +219,7 @@ impl Certifier {
             self.add_force(contact, &force);
             let a = &self.poses[contact.key.body];
             let b = contact.key.partner.body().map(|index| &self.poses[index]);
-            let u = contact.motion((&a.0, &a.1), b.map(|b| (&b.0, &b.1)), h);
+            let u = contact.motion([&a.0, &a.1], b.map(|b| [&b.0, &b.1]), h);
             let u = contact.law_motion(u, world, claim.states, claim.next);
             let p = force * (h / world.bodies()[contact.key.body].mass());
             let parts = contact.law.residual(&contact.response, &contact.normal(), &p, &u);
@@ -229,13 +230,12 @@ impl Certifier {
             certificate.penetration = largest(certificate.penetration, through);
         }
         let certificate = &mut both[0];
-        let ends = (claim.states, claim.next);
         self.seen.clear();
         for (joint, force) in world.joints().iter().zip(claim.joints) {
-            let seen = joint.seen(ends.0, ends.1, force, h);
+            let seen = joint.seen(claim.states, claim.next, force, h);
             let parts = seen.as_ref().and_then(|seen| {
                 seen.add_loads(joint, claim.states, force, &mut self.loads);
-                seen.residual(joint, (world.bodies(), claim.states), force, h)
+                seen.residual(joint, world.bodies(), claim.states, force, h)
             });
             self.seen.extend(seen);
             let (locked, drive) = parts.map_or((f64::NAN, f64::NAN), |of| (of.locked, of.drive));
@@ -247,7 +247,7 @@ impl Certifier {
             for (joint, load) in gear.loads(*force, claim.joints) {
                 joints[joint].add_loads(claim.states, &load, &mut self.loads);
             }
-            let missed = gear.residual(world, ends, claim.joints, *force);
+            let missed = gear.residual(world, claim.states, claim.next, claim.joints, *force);
             let part = match gear.drive() {
                 None => &mut certificate.joint,
                 Some(_) => &mut certificate.joint_law,
@@ -263,7 +263,7 @@ impl Certifier {
             let (state, next) = (&claim.states[index], &claim.next[index]);
             let motion = match world.is_held(index) {
                 false => momentum_residual(world, body, state, next, &self.loads[index]),
-                true => difference(body, (state, next), h),
+                true => difference(body, state, next, h),
             };
             certificate.dynamics = largest(certificate.dynamics, motion);
             let depth = world.heights(index, pose).map(|height| -height).fold(0.0, largest);
@@ -333,8 +333,8 @@ pub fn certify_rk4_step(world: &World, claim: &Claim<'_>) -> Certificate {
         let mut wrench = claim.wrenches[index];
         wrench.force += world.gravity() * body.mass();
         let motion = match world.is_held(index) {
-            false => difference(body, (&rk4_step(body, state, &wrench, h), next), h),
-            true => difference(body, (state, next), h),
+            false => difference(body, &rk4_step(body, state, &wrench, h), next, h),
+            true => difference(body, state, next, h),
         };
         certificate.dynamics = largest(certificate.dynamics, motion);
     }
@@ -342,7 +342,7 @@ pub fn certify_rk4_step(world: &World, claim: &Claim<'_>) -> Certificate {
 }
 
 /// How far two states of a body are apart, m/s: lengths over the time step.
-fn difference(body: &RigidBody, (exact, next): (&State, &State), h: f64) -> f64 {
+fn difference(body: &RigidBody, exact: &State, next: &State, h: f64) -> f64 {
     let reach = body.reach();
     let parts = [
         norm_inf(&(exact.position - next.position)) / h,

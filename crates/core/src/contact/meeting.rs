@@ -57,7 +57,7 @@ const BISECTIONS: u32 = 30;
 /// Two pieces and what is known of them.
 pub(super) struct Looked<'a> {
     /// The pieces, the first one of a body.
-    pub proxies: (Proxy, Proxy),
+    pub proxies: [Proxy; 2],
     pub hint: &'a mut Hint,
     /// The separation at the end, m, a bound from below if `is_bound`.
     pub gap: &'a mut f64,
@@ -96,7 +96,7 @@ enum MeetingPlace {
 }
 
 impl MeetingPlace {
-    fn of<'a>(self, (start, end, between): (&'a [Pose], &'a [Pose], &'a [Pose])) -> &'a [Pose] {
+    fn of<'a>(self, start: &'a [Pose], end: &'a [Pose], between: &'a [Pose]) -> &'a [Pose] {
         match self {
             Self::Start | Self::StartFar => start,
             Self::End => end,
@@ -140,36 +140,36 @@ impl Sweeping<'_> {
     pub fn meeting(
         &mut self,
         index: usize,
-        (first, second): (usize, usize),
+        indices: [usize; 2],
         pair: &mut Looked<'_>,
         contacts: &mut Vec<Contact>,
     ) -> Option<Meeting> {
-        let (a, b) = pair.proxies;
+        let [a, b] = pair.proxies;
         if !*pair.is_bound && *pair.gap >= -self.depth && self.stays(a) && self.stays(b) {
             return None;
         }
         let ends = (placed(self.world, self.end, a), placed(self.world, self.end, b));
         *pair.gap = bound(ends.0, ends.1, pair.hint);
         *pair.is_bound = true;
-        let extents = (self.extents[first], self.extents[second]);
-        let moving = (self.moving(a, extents.0), self.moving(b, extents.1));
-        if *pair.gap - travel(&moving.0, &moving.1) >= -self.depth {
+        let extents = indices.map(|index| self.extents[index]);
+        let moving = [self.moving(a, extents[0]), self.moving(b, extents[1])];
+        if *pair.gap - travel(&moving[0], &moving[1]) >= -self.depth {
             return None;
         }
         // Of more turns than one, or of most of one, there is no telling which way it went.
-        self.passed |= moving.0.way.angle().max(moving.1.way.angle()) > LARGEST_TURN;
-        let near = NEAR * extents.0.size.min(extents.1.size);
-        let thick = extents.0.inner + extents.1.inner;
+        self.passed |= moving[0].way.angle().max(moving[1].way.angle()) > LARGEST_TURN;
+        let near = NEAR * extents[0].size.min(extents[1].size);
+        let thick = extents[0].inner + extents[1].inner;
         let fine = self.depth.max(near.min(NEAR_OF_THIN * thick));
         let deep = fine + DEEP * thick;
-        let passing = deep + moving.0.bulge() + moving.1.bulge();
+        let passing = deep + moving[0].bulge() + moving[1].bulge();
         if *pair.gap < -self.depth {
             *pair.gap = self.touches(pair, MeetingPlace::End);
             *pair.is_bound = false;
         }
         let is_deep = *pair.gap < -self.depth;
         let mut goes_through = !is_deep;
-        if is_deep && !stays_clear(&moving.0, &moving.1, passing, pair.hint) {
+        if is_deep && !stays_clear(&moving[0], &moving[1], passing, pair.hint) {
             goes_through = self.first(&moving, passing, pair.hint).is_some();
         } else if is_deep && *pair.gap >= -fine && self.knows(pair.proxies, contacts) {
             // What a turn leaves between planes that are all known.
@@ -177,15 +177,15 @@ impl Sweeping<'_> {
         }
         if !is_deep {
             // Apart at the end; it may have been on the other side before.
-            if stays_clear(&moving.0, &moving.1, fine, pair.hint) {
+            if stays_clear(&moving[0], &moving[1], fine, pair.hint) {
                 return None;
             }
-            let mut known = self.index.between(contacts, pieces((a, b)));
+            let mut known = self.index.between(contacts, pieces([a, b]));
             let is_known = known.any(|place| is_between(&contacts[place].key, a, b));
             drop(known);
             // What has no contact yet, nothing holds.
             let most = if is_known { passing } else { fine };
-            if is_known && stays_clear(&moving.0, &moving.1, most, pair.hint) {
+            if is_known && stays_clear(&moving[0], &moving[1], most, pair.hint) {
                 return None;
             }
             self.first(&moving, most, pair.hint)?;
@@ -277,7 +277,7 @@ impl Sweeping<'_> {
             let share = 0.5 * (clear + met);
             self.place(pair.proxies, share);
             self.lift(pair.proxies, contacts);
-            let (a, b) = pair.proxies;
+            let [a, b] = pair.proxies;
             let pieces = (placed(self.world, self.between, a), placed(self.world, self.between, b));
             let distance = separation(pieces.0, pieces.1, pair.hint, self.scratch).distance;
             if distance < meeting.under - meeting.fine {
@@ -291,10 +291,10 @@ impl Sweeping<'_> {
     }
 
     /// Moves a pair apart by what the contact of it that is deepest on the way lacks there.
-    fn lift(&mut self, proxies: (Proxy, Proxy), contacts: &[Contact]) {
+    fn lift(&mut self, proxies: [Proxy; 2], contacts: &[Contact]) {
         let mut lift: Option<(usize, Vector3<f64>, f64)> = None;
         let known = self.index.between(contacts, pieces(proxies)).map(|place| &contacts[place]);
-        for contact in known.filter(|contact| is_between(&contact.key, proxies.0, proxies.1)) {
+        for contact in known.filter(|contact| is_between(&contact.key, proxies[0], proxies[1])) {
             let a = &self.between[contact.key.body];
             let b = match contact.key.partner {
                 Partner::Body(other) => Some(&self.between[other]),
@@ -313,13 +313,8 @@ impl Sweeping<'_> {
     }
 
     /// The first place where a pair overlaps by `depth` (m).
-    fn first(
-        &mut self,
-        moving: &(Moving<'_>, Moving<'_>),
-        depth: f64,
-        hint: &mut Hint,
-    ) -> Option<f64> {
-        match first_overlap(&moving.0, &moving.1, depth, hint, self.scratch) {
+    fn first(&mut self, moving: &[Moving<'_>; 2], depth: f64, hint: &mut Hint) -> Option<f64> {
+        match first_overlap(&moving[0], &moving[1], depth, hint, self.scratch) {
             Advance::Clear => None,
             Advance::Met(share) => Some(share),
             Advance::GaveUp(share) => {
@@ -343,8 +338,8 @@ impl Sweeping<'_> {
     }
 
     /// Sets the poses of a pair at a part of its way.
-    fn place(&mut self, (a, b): (Proxy, Proxy), share: f64) {
-        for proxy in [a, b] {
+    fn place(&mut self, proxies: [Proxy; 2], share: f64) {
+        for proxy in proxies {
             if let PieceOwner::Body(index) = proxy.owner {
                 let is_end = share >= 1.0;
                 let pose = if is_end { self.end[index] } else { self.ways[index].at(share) };
@@ -355,9 +350,8 @@ impl Sweeping<'_> {
 
     /// Finds the touches of a pair. Returns the gap, m.
     fn touches(&mut self, pair: &mut Looked<'_>, at: MeetingPlace) -> f64 {
-        let (a, b) = pair.proxies;
-        let (world, ways) = (self.world, (self.start, self.end, &*self.between));
-        let poses = at.of(ways);
+        let [a, b] = pair.proxies;
+        let (world, poses) = (self.world, at.of(self.start, self.end, self.between));
         let pieces = (placed(world, poses, a), placed(world, poses, b));
         let mut reach = BAND * size(pieces.0.0).min(size(pieces.1.0));
         if matches!(at, MeetingPlace::StartFar) {
@@ -371,7 +365,7 @@ impl Sweeping<'_> {
     /// through the side of what is round, although it begins and ends outside; a plane stops it.
     fn admit_planes_of_round(
         &mut self,
-        proxies: (Proxy, Proxy),
+        proxies: [Proxy; 2],
         under: f64,
         contacts: &mut Vec<Contact>,
     ) {
@@ -383,7 +377,7 @@ impl Sweeping<'_> {
                 continue;
             }
             let is_same = |contact: &&Contact| {
-                is_between(&contact.key, proxies.0, proxies.1)
+                is_between(&contact.key, proxies[0], proxies[1])
                     && contact.key.pair.is_some_and(|pair| pair.feature == touch.feature)
             };
             let ends = pieces(proxies);
@@ -402,13 +396,13 @@ impl Sweeping<'_> {
     }
 
     /// What gaps at the start may be below what overlaps there, m.
-    fn same_gap(&self, proxies: (Proxy, Proxy)) -> f64 {
+    fn same_gap(&self, proxies: [Proxy; 2]) -> f64 {
         let size = |proxy| size(placed(self.world, self.start, proxy).0);
-        SAME_GAP * size(proxies.0).min(size(proxies.1))
+        SAME_GAP * size(proxies[0]).min(size(proxies[1]))
     }
 
     /// Whether all touches of the end, which were found last, have their planes among `contacts`.
-    fn knows(&mut self, proxies: (Proxy, Proxy), contacts: &[Contact]) -> bool {
+    fn knows(&mut self, proxies: [Proxy; 2], contacts: &[Contact]) -> bool {
         let (world, start) = (self.world, self.start);
         let between = Between { world, proxies, at: self.end, start };
         let mut found = self.touches.iter().filter_map(|touch| between.contact(touch, 0));
@@ -417,7 +411,7 @@ impl Sweeping<'_> {
 
     /// Whether a pair has the same direction on its way as at its end.
     fn is_same_way(&self, meeting: &Meeting, pair: &Looked<'_>) -> bool {
-        let (_, pose) = placed(self.world, self.between, pair.proxies.0);
+        let (_, pose) = placed(self.world, self.between, pair.proxies[0]);
         let axes = (meeting.axis, pair.hint.axis_from(pose));
         matches!(axes, (Some(end), Some(now)) if end.dot(&now) >= SAME_WAY)
     }
@@ -426,14 +420,14 @@ impl Sweeping<'_> {
     /// gap at the start is not below `under` (m). Returns whether any is like that, old or new.
     fn admit(
         &mut self,
-        proxies: (Proxy, Proxy),
+        proxies: [Proxy; 2],
         at: MeetingPlace,
         under: f64,
         contacts: &mut Vec<Contact>,
     ) -> bool {
         let least = under - self.same_gap(proxies);
         let (world, start) = (self.world, self.start);
-        let between = Between { world, proxies, at: at.of((start, self.end, self.between)), start };
+        let between = Between { world, proxies, at: at.of(start, self.end, self.between), start };
         let mut fits = false;
         for touch in &*self.touches {
             let Some(contact) = between.contact(touch, 0) else { continue };
@@ -450,8 +444,8 @@ impl Sweeping<'_> {
 }
 
 /// What a contact of two pieces is between.
-fn pieces((a, b): (Proxy, Proxy)) -> [KeyEnd; 2] {
-    [a, b].map(|proxy| (proxy.owner.partner(), proxy.piece))
+fn pieces(proxies: [Proxy; 2]) -> [KeyEnd; 2] {
+    proxies.map(|proxy| (proxy.owner.partner(), proxy.piece))
 }
 
 /// Whether a contact is one of two pieces.

@@ -24,7 +24,7 @@ pub(super) const NOWHERE: Pose = Pose {
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Neighbour {
     /// Indices of the proxies, the first one of a body.
-    pub(super) proxies: (usize, usize),
+    pub(super) proxies: [usize; 2],
     pub(super) hint: Hint,
     /// The separation where it was asked for last, m; a bound from below where they do not overlap,
     /// or where nothing better was asked for.
@@ -37,11 +37,11 @@ pub(super) struct Neighbour {
 
 impl Neighbour {
     pub(super) fn owners(&self, proxies: &[Proxy]) -> [PieceOwner; 2] {
-        [self.proxies.0, self.proxies.1].map(|at| proxies[at].owner)
+        self.proxies.map(|at| proxies[at].owner)
     }
 
     pub(super) fn looked(&mut self, proxies: &[Proxy]) -> Looked<'_> {
-        let proxies = (proxies[self.proxies.0], proxies[self.proxies.1]);
+        let proxies = self.proxies.map(|at| proxies[at]);
         let Self { hint, gap, is_bound, .. } = self;
         Looked { proxies, hint, gap, is_bound }
     }
@@ -99,7 +99,7 @@ impl Memory {
         let is_searched =
             self.boxes.is_empty() || self.boxes.len() == own && self.searched.len() == bodies;
         let is_known = |pair: &Neighbour| {
-            let (first, second) = pair.proxies;
+            let [first, second] = pair.proxies;
             let Range { start, end } = pair.kept;
             first < own && second < pieces && start <= end && end <= self.kept.len()
         };
@@ -171,10 +171,11 @@ impl Memory {
             |contact: &Contact| Some(Contact { key: contact.key.renumbered(body)?, ..*contact });
         let before = std::mem::take(kept);
         pairs.retain_mut(|pair| {
-            let (Some(first), Some(second)) = (piece(pair.proxies.0), piece(pair.proxies.1)) else {
+            let (Some(first), Some(second)) = (piece(pair.proxies[0]), piece(pair.proxies[1]))
+            else {
                 return false;
             };
-            pair.proxies = (first, second);
+            pair.proxies = [first, second];
             let begin = kept.len();
             kept.extend(before[pair.kept.clone()].iter().filter_map(renumbered));
             pair.kept = begin..kept.len();

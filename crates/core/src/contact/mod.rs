@@ -317,7 +317,7 @@ impl Contact {
     ///
     /// `a` and `b` are the poses (start, end) of the two bodies; `None` is the ground.
     #[must_use]
-    pub fn motion(&self, a: (&Pose, &Pose), b: Option<(&Pose, &Pose)>, h: f64) -> Vector3<f64> {
+    pub fn motion(&self, a: [&Pose; 2], b: Option<[&Pose; 2]>, h: f64) -> Vector3<f64> {
         if self.features.curved.is_some() {
             return self.round_motion(a, b, h);
         }
@@ -326,10 +326,11 @@ impl Contact {
         if radius > 0.0 {
             arm += radius * normal;
         }
-        let before = seen_from(b.map(|b| b.0), &(a.0.position + arm));
-        let after = seen_from(b.map(|b| b.1), &(a.1.position + a.1.rotation * self.features.point));
+        let before = seen_from(b.map(|b| b[0]), &(a[0].position + arm));
+        let after =
+            seen_from(b.map(|b| b[1]), &(a[1].position + a[1].rotation * self.features.point));
         let mut moved = after - before;
-        if let Some((b, _)) = b {
+        if let Some([b, _]) = b {
             moved = b.rotation * moved;
         }
         if radius > 0.0 {
@@ -365,14 +366,14 @@ impl Contact {
             return Vector3::repeat(f64::NAN);
         };
         let b = b.flatten();
-        let u = self.motion((&a.0, &a.1), b.as_ref().map(|b| (&b.0, &b.1)), world.time_step());
+        let u = self.motion([&a.0, &a.1], b.as_ref().map(|b| [&b.0, &b.1]), world.time_step());
         let slip = u - self.normal() * self.normal().dot(&u);
         if world.has_surfaces() { slip + self.carried(world, states) } else { slip }
     }
 
     /// u of two round features (eq. 10b).
     #[inline(never)]
-    fn round_motion(&self, a: (&Pose, &Pose), b: Option<(&Pose, &Pose)>, h: f64) -> Vector3<f64> {
+    fn round_motion(&self, a: [&Pose; 2], b: Option<[&Pose; 2]>, h: f64) -> Vector3<f64> {
         let Some(curved) = &self.features.curved else { return Vector3::zeros() };
         let apart = |a: &Pose, b: Option<&Pose>| {
             let (point, foot) = (curved.point(), curved.foot());
@@ -384,9 +385,9 @@ impl Contact {
         if let Some(b) = b {
             rolling += turning(b, h) * curved.radius;
         }
-        let moved = apart(a.1, b.map(|b| b.1)) - apart(a.0, b.map(|b| b.0));
+        let moved = apart(a[1], b.map(|b| b[1])) - apart(a[0], b.map(|b| b[0]));
         let moved = moved - h * rolling.cross(&normal);
-        slip_and_gap(&normal, &moved, self.gap_at(a.1, b.map(|b| b.1))) / h
+        slip_and_gap(&normal, &moved, self.gap_at(a[1], b.map(|b| b[1]))) / h
     }
 }
 
@@ -410,7 +411,7 @@ pub fn torque_map_of(y: &Vector3<f64>, a: &Matrix3<f64>) -> Matrix3<f64> {
 }
 
 /// Ω, rad/s, world.
-fn turning((from, to): (&Pose, &Pose), h: f64) -> Vector3<f64> {
+fn turning([from, to]: [&Pose; 2], h: f64) -> Vector3<f64> {
     turning_rate(&from.rotation, &to.rotation, h)
 }
 

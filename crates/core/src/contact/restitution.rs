@@ -45,8 +45,7 @@ impl Contact {
     pub fn arriving_velocity(&self, world: &World, states: &[State]) -> Vector3<f64> {
         let h = world.time_step();
         self.parting_velocity(world, states, states, |body, spin| {
-            let inertia = (body.inertia(), body.inertia_inverse());
-            world.rotation().arriving_spin(inertia, spin, h)
+            world.rotation().arriving_spin(body.inertia(), body.inertia_inverse(), spin, h)
         })
     }
 
@@ -61,8 +60,7 @@ impl Contact {
     ) -> Vector3<f64> {
         let h = world.time_step();
         self.parting_velocity(world, states, next, |body, spin| {
-            let inertia = (body.inertia(), body.inertia_inverse());
-            world.rotation().departing_spin(inertia, spin, h)
+            world.rotation().departing_spin(body.inertia(), body.inertia_inverse(), spin, h)
         })
     }
 

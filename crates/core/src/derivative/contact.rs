@@ -92,7 +92,7 @@ struct PointTravel {
 }
 
 impl PointTravel {
-    fn new(contact: &Contact, (a, b): (&StepSide, &StepSide), h: f64) -> Self {
+    fn new(contact: &Contact, a: &StepSide, b: &StepSide, h: f64) -> Self {
         let point = contact.features.point;
         let (arm, arm_end) = (a.rotation * point, a.turned * point);
         let seen = a.origin + arm - b.origin;
@@ -122,7 +122,8 @@ impl ContactTangent {
     /// That of `contact`, which is `placed` so, over a step from `states` that ends with the velocities of `next`.
     pub(crate) fn new(
         world: &World,
-        (contact, placed): (&Contact, &PlacedFeatures),
+        contact: &Contact,
+        placed: &PlacedFeatures,
         states: &[State],
         next: &[State],
     ) -> Self {
@@ -149,7 +150,7 @@ impl ContactTangent {
         b.surface = surface(&b, key.partner);
         let ends = |body: usize| (states[body].pose(), next[body].pose());
         let (of_a, of_b) = (ends(key.body), other.map(ends));
-        let gap = contact.motion((&of_a.0, &of_a.1), of_b.as_ref().map(|b| (&b.0, &b.1)), h);
+        let gap = contact.motion([&of_a.0, &of_a.1], of_b.as_ref().map(|b| [&b.0, &b.1]), h);
         let motion = contact.law_motion(gap, world, states, next);
         let plain = if world.has_surfaces() { gap + contact.carried(world, states) } else { gap };
         let coming = -contact.normal().dot(&contact.arriving_velocity(world, states));
@@ -157,7 +158,7 @@ impl ContactTangent {
         let left = contact.normal().dot(&motion);
         let share = contact.rebound / coming;
         let rebound = counts.then_some(ReboundRow { plain, share, coming, left });
-        let way = PointTravel::new(contact, (&a, &b), h);
+        let way = PointTravel::new(contact, &a, &b, h);
         let between = match contact.struck || contact.bounces() {
             true => {
                 let parting = contact.departing_velocity(world, states, next);
@@ -219,7 +220,8 @@ impl ContactTangent {
     /// What the changes `given` of A and of B, of h (s) and of e make of its rows.
     pub(crate) fn change(
         &self,
-        (of_a, of_b): (&SideChangeInput, &SideChangeInput),
+        of_a: &SideChangeInput,
+        of_b: &SideChangeInput,
         time_step: f64,
         restitution: f64,
     ) -> RowChange {
@@ -236,7 +238,7 @@ impl ContactTangent {
                 across(&n, &moved) - turned * n.dot(&carried) - n * turned.dot(&carried);
         }
         if let Some(rebound) = self.rebound {
-            self.exchange(rebound, &mut change, (of_a, of_b), time_step, restitution);
+            self.exchange(rebound, &mut change, [of_a, of_b], time_step, restitution);
         }
         change
     }
@@ -291,13 +293,13 @@ impl ContactTangent {
         &self,
         ReboundRow { plain, share, coming, left }: ReboundRow,
         change: &mut RowChange,
-        given: (&SideChangeInput, &SideChangeInput),
+        given: [&SideChangeInput; 2],
         time_step: f64,
         restitution: f64,
     ) {
         let n = self.contact.normal();
         let turned = change.turn.cross(&n);
-        let parting = |departs| self.parting(&change.arms, given.0, given.1, time_step, departs);
+        let parting = |departs| self.parting(&change.arms, given[0], given[1], time_step, departs);
         let ((apart, parted), (met, meeting)) = (parting(true), parting(false));
         let faster = -(turned.dot(&met) + n.dot(&meeting));
         let law = self.contact.law.restitution;
@@ -348,7 +350,7 @@ impl ContactTangent {
     ) -> RowChange {
         let (a, b, h) = (&self.a, &self.b, self.time_step);
         let sides = (a.change(of_a), b.change(of_b));
-        let features = self.placed.placement.change(&self.contact, (&sides.0, &sides.1));
+        let features = self.placed.placement.change(&self.contact, &sides.0, &sides.1);
         let FeatureChange { point: moved, radius: wider, normal, offset } = features;
         let Contact { gap, features: own, .. } = &self.contact;
         let (n, rho) = (self.contact.normal(), own.radius);

@@ -169,7 +169,8 @@ impl EndMap {
     pub(crate) fn push(
         &self,
         start: &StateChange,
-        (linear, spin): (&Vector3<f64>, &Vector3<f64>),
+        linear: &Vector3<f64>,
+        spin: &Vector3<f64>,
         time_step: f64,
     ) -> StateChange {
         StateChange {
@@ -266,7 +267,7 @@ mod tests {
             let difference = StateChange::between(&moved(-1.0), &moved(1.0)).to_array();
             let change = StateChange::from_array(&std::array::from_fn(|k| numbers[k] * 1e6));
             let step = numbers[12] * 1e6;
-            let pushed = map.push(&change, (&change.velocity, &change.spin), step).to_array();
+            let pushed = map.push(&change, &change.velocity, &change.spin, step).to_array();
             for (found, expected) in pushed.iter().zip(difference) {
                 assert!((found - expected / 2e-6).abs() < 1e-8, "{k}: {found} {expected}");
             }

@@ -93,7 +93,8 @@ impl Placement {
     pub(super) fn change(
         &self,
         contact: &Contact,
-        (a, b): (&SideChange, &SideChange),
+        a: &SideChange,
+        b: &SideChange,
     ) -> FeatureChange {
         let Features { point, frame, offset, .. } = &contact.features;
         let normal = frame.column(2).into_owned();
@@ -115,7 +116,7 @@ impl Placement {
                     Some((u, v)) => spanned(u, a, v, b, &n),
                     None => (n, b.rotation * normal + b.turn.cross(&n)),
                 };
-                let slid = slide((of_a, a), (of_b, b), (&along, &turned));
+                let slid = slide(of_a, a, of_b, b, &along, &turned);
                 let point = own_point + a.rotation.tr_mul(&slid);
                 FeatureChange { point, radius: a.radius, normal, offset }
             }
@@ -149,7 +150,7 @@ impl Placement {
                 let surface = x + n * (offset - n.dot(&x));
                 let mut moved = turned * b.own_radius + n * b.radius;
                 if let Some((of_b, of_a)) = slides {
-                    moved += slide((of_b, b), (of_a, a), (&n, &turned));
+                    moved += slide(of_b, b, of_a, a, &n, &turned);
                 }
                 // The point is the foot of the surface on the face.
                 let above = n.dot(&(surface - x));
@@ -185,9 +186,12 @@ fn spanned(
 /// How the point where a line of P, seen along `normal`, crosses one of Q slides along the former, m, world:
 /// with m = n × v, (x − y)·m stays 0.
 fn slide(
-    (of_p, p): (&Line, &SideChange),
-    (of_q, q): (&Line, &SideChange),
-    (normal, turned): (&Vector3<f64>, &Vector3<f64>),
+    of_p: &Line,
+    p: &SideChange,
+    of_q: &Line,
+    q: &SideChange,
+    normal: &Vector3<f64>,
+    turned: &Vector3<f64>,
 ) -> Vector3<f64> {
     let (x, y, v) = (of_p.from, of_q.from, of_q.along);
     let across = normal.cross(&v);

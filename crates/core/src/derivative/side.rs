@@ -114,7 +114,6 @@ impl ImpactMotion {
         departs: bool,
     ) -> (Vector3<f64>, Vector3<f64>) {
         let Self { form, inertia, inverse, old, new, time_step: h, .. } = self;
-        let both = (inertia, inverse);
         let zero = Vector3::zeros();
         let (spin, change) = if *form == Rotation::Tutorial {
             if departs { (*new, zero) } else { (*old, given.spin) }
@@ -122,11 +121,11 @@ impl ImpactMotion {
             let momentum = |inertia: &Matrix3<f64>| {
                 inertia * new + form.gyroscopic(inertia, &zero, new, *h) * *h
             };
-            let spin = form.departing_spin(both, new, *h);
+            let spin = form.departing_spin(inertia, inverse, new, *h);
             let longer = form.momentum_rate(inertia, new, *h, 1.0) * time_step;
             (spin, inverse * (momentum(&given.inertia) - given.inertia * spin + longer))
         } else {
-            let spin = form.arriving_spin(both, old, *h);
+            let spin = form.arriving_spin(inertia, inverse, old, *h);
             let longer = form.momentum_rate(inertia, old, *h, -1.0) * time_step;
             let by_inertia = form.momentum(&given.inertia, old, *h);
             let by_spin = form.momentum_slope(inertia, old, *h) * given.spin;

@@ -109,7 +109,7 @@ impl Knots {
         let before = next.checked_sub(1).and_then(|last| self.knots.get(last));
         match (before, self.knots.get(next)) {
             (Some((from, a)), Some((to, b))) => a.towards(b, (time - from) / (to - from)),
-            (Some((last, frame)), None) => frame.after((&self.velocity, &self.spin), time - last),
+            (Some((last, frame)), None) => frame.after(&self.velocity, &self.spin, time - last),
             (None, Some((_, frame))) => *frame,
             (None, None) => JointFrame::at(Vector3::zeros()),
         }
@@ -130,7 +130,7 @@ impl JointFrame {
     }
 
     /// The frame after `time` (s) at these velocities (m/s, rad/s; world).
-    fn after(&self, (velocity, spin): (&Vector3<f64>, &Vector3<f64>), time: f64) -> Self {
+    fn after(&self, velocity: &Vector3<f64>, spin: &Vector3<f64>, time: f64) -> Self {
         let anchor = self.anchor + velocity * time;
         let (angle, rate) = (spin.norm() * time, spin.norm());
         if rate == 0.0 {
@@ -165,7 +165,7 @@ impl Course {
     pub(crate) fn end(&self, now: &JointFrame, end: f64, time_step: f64) -> JointFrame {
         match self {
             Self::To(frame) => *frame,
-            Self::Steady { velocity, spin } => now.after((velocity, spin), time_step),
+            Self::Steady { velocity, spin } => now.after(velocity, spin, time_step),
             Self::Through(knots) => knots.at(end),
         }
     }

@@ -239,9 +239,10 @@ impl Axis {
         &self,
         start: &AxisStart,
         time_step: f64,
-        scale: (f64, f64),
+        length: f64,
+        unit: f64,
     ) -> Option<Graph> {
-        matches!(self, Self::Free(_)).then(|| self.graph(start, time_step, scale.0, scale.1))
+        matches!(self, Self::Free(_)).then(|| self.graph(start, time_step, length, unit))
     }
 
     /// What the row of a locked axis is off by at the step's start, over h.

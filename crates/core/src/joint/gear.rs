@@ -218,7 +218,8 @@ impl Gear {
     pub fn residual(
         &self,
         world: &World,
-        (states, next): (&[State], &[State]),
+        states: &[State],
+        next: &[State],
         of_joints: &[JointForce],
         force: f64,
     ) -> f64 {
@@ -244,7 +245,8 @@ impl Gear {
     pub(crate) fn work(
         &self,
         world: &World,
-        (states, next): (&[State], &[State]),
+        states: &[State],
+        next: &[State],
         of_joints: &[JointForce],
         force: f64,
     ) -> f64 {

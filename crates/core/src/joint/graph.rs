@@ -76,7 +76,7 @@ impl ForceSum {
         let outer = (1.0, -self.slope);
         let is_line = self.jumps == [None; 2] && self.ramp.is_none();
         if is_line && low == f64::NEG_INFINITY && high == f64::INFINITY {
-            return Graph::of_one_corner((0.0, self.value), outer);
+            return Graph::of_one_corner(self.value, outer.0, outer.1);
         }
         let ends = self
             .ramp
@@ -193,7 +193,7 @@ impl Graph {
     /// u = 0, whatever the impulse.
     #[must_use]
     pub const fn locked() -> Self {
-        Self::of_one_corner((0.0, 0.0), DOWN)
+        Self::of_one_corner(0.0, 0.0, -1.0)
     }
 
     /// Whether it is that.
@@ -210,13 +210,14 @@ impl Graph {
     /// p = 0, whatever the speed.
     #[must_use]
     pub const fn free() -> Self {
-        Self::of_one_corner((0.0, 0.0), (1.0, 0.0))
+        Self::of_one_corner(0.0, 1.0, 0.0)
     }
 
-    /// A straight line through `corner` along `direction`.
-    const fn of_one_corner(corner: (f64, f64), direction: (f64, f64)) -> Self {
+    /// A straight line through (0, `value`) along (`du`, `dp`).
+    const fn of_one_corner(value: f64, du: f64, dp: f64) -> Self {
+        let direction = (du, dp);
         let mut line = Self { count: 1, first: direction, last: direction, ..Self::EMPTY };
-        line.corners[0] = corner;
+        line.corners[0] = (0.0, value);
         line
     }
 

@@ -39,7 +39,7 @@ pub use graph::Graph;
 pub(crate) use graph::Segment;
 pub(crate) use motion::JointMotion;
 pub use motion::{Coordinates, JointForce, JointResidual};
-pub(crate) use piece::{AxisChange, PieceChange};
+pub(crate) use piece::{AxisChange, GraphPlace, PieceChange};
 pub(crate) use turn::Turn;
 
 use crate::error::{Error, in_range};

@@ -27,6 +27,13 @@ pub(crate) struct AxisChange {
     pub(crate) most: f64,
 }
 
+/// A point on an axis' graph: u, and whether the piece that it is on is vertical.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct GraphPlace {
+    pub(crate) u: f64,
+    pub(crate) is_vertical: bool,
+}
+
 /// A piece and what it changes by, in the scaled row u and impulse p of [`Axis::graph`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum PieceChange {
@@ -37,7 +44,7 @@ pub(crate) enum PieceChange {
 }
 
 impl Axis {
-    /// That of the piece that has the point u and is vertical or not, in a step of `time_step` (s) that begins at `start`,
+    /// That of the piece that has the point `at`, in a step of `time_step` (s) that begins at `start`,
     /// with `length` and `unit` as in [`Axis::graph`]: the differentials of what is added up there,
     ///
     /// ```text
@@ -50,11 +57,13 @@ impl Axis {
         &self,
         start: &AxisStart,
         time_step: f64,
-        (length, unit): (f64, f64),
-        (u, is_vertical): (f64, bool),
+        length: f64,
+        unit: f64,
+        at: GraphPlace,
         change: &AxisChange,
     ) -> PieceChange {
         let Self::Free(drive) = self else { return PieceChange::Speed(0.0) };
+        let GraphPlace { u, is_vertical } = at;
         let (h, x) = (time_step, start.coordinate);
         let longer = change.time_step / h;
         if is_vertical {

@@ -172,7 +172,8 @@ impl Rotation {
     #[must_use]
     pub fn arriving_spin(
         self,
-        (inertia, inverse): (&Matrix3<f64>, &Matrix3<f64>),
+        inertia: &Matrix3<f64>,
+        inverse: &Matrix3<f64>,
         spin: &Vector3<f64>,
         time_step: f64,
     ) -> Vector3<f64> {
@@ -188,7 +189,8 @@ impl Rotation {
     #[inline]
     pub fn departing_spin(
         self,
-        (inertia, inverse): (&Matrix3<f64>, &Matrix3<f64>),
+        inertia: &Matrix3<f64>,
+        inverse: &Matrix3<f64>,
         spin: &Vector3<f64>,
         time_step: f64,
     ) -> Vector3<f64> {
@@ -206,7 +208,8 @@ impl Rotation {
     #[must_use]
     pub fn departing_slope(
         self,
-        (inertia, inverse): (&Matrix3<f64>, &Matrix3<f64>),
+        inertia: &Matrix3<f64>,
+        inverse: &Matrix3<f64>,
         spin: &Vector3<f64>,
         time_step: f64,
     ) -> Matrix3<f64> {

@@ -66,9 +66,9 @@ impl ContactProblem {
         let (mut residual, mut squared) = (0.0, 0.0);
         for (group, law) in self.laws.iter().enumerate() {
             let range = self.rows(group);
-            let own = (&p[range.clone()], &velocities[range.clone()]);
-            residual = largest(residual, law.residual(&responses[range], own));
-            squared += law.squared_error(own.0, own.1);
+            let (p, u) = (&p[range.clone()], &velocities[range.clone()]);
+            residual = largest(residual, law.residual(&responses[range], p, u));
+            squared += law.squared_error(p, u);
         }
         let scale = if size > f64::EPSILON { size } else { 1.0 };
         Evaluation { velocities, body_velocities, residual, relative_error: squared.sqrt() / scale }
@@ -123,7 +123,7 @@ impl Law {
     }
 
     /// The largest part of (C3), m/s.
-    fn residual(&self, responses: &[f64], (p, u): (&[f64], &[f64])) -> f64 {
+    fn residual(&self, responses: &[f64], p: &[f64], u: &[f64]) -> f64 {
         match self {
             Self::Contact { friction, .. } => {
                 let (law, response) = (ContactLaw::plastic(*friction), Self::response(responses));

@@ -54,7 +54,7 @@ impl ContactProblem {
             let poses = |body: usize| (states[body].pose(), next[body].pose());
             let a = poses(contact.key.body);
             let b = contact.key.partner.body().map(poses);
-            let u = contact.motion((&a.0, &a.1), b.as_ref().map(|b| (&b.0, &b.1)), h);
+            let u = contact.motion([&a.0, &a.1], b.as_ref().map(|b| [&b.0, &b.1]), h);
             let u = contact.law_motion(u, world, states, next);
             motion.extend(frame.tr_mul(&u).iter());
             laws.push(Law::contact(3, contact.law.friction)?);

@@ -140,9 +140,10 @@ impl<'a> Means<'a> {
                 return (Vector3::zeros(), Vector3::zeros());
             }
             let (state, next) = (&claim.states[index], &claim.next[index]);
-            let (form, inertia) = (world.rotation(), (body.inertia(), body.inertia_inverse()));
-            let before = form.arriving_spin(inertia, &state.spin, h);
-            let after = form.departing_spin(inertia, &next.spin, h);
+            let form = world.rotation();
+            let (inertia, inverse) = (body.inertia(), body.inertia_inverse());
+            let before = form.arriving_spin(inertia, inverse, &state.spin, h);
+            let after = form.departing_spin(inertia, inverse, &next.spin, h);
             (0.5 * (state.velocity + next.velocity), 0.5 * (before + after))
         };
         Self { claim, h, velocities: world.bodies().iter().enumerate().map(mean).collect() }
@@ -184,8 +185,8 @@ fn discretisation(world: &World, body: &RigidBody, state: &State, next: &State) 
         }
         Rotation::Momentum => {
             let inverse = body.inertia_inverse();
-            let arriving = form.arriving_spin((inertia, inverse), &next.spin, h);
-            let departing = form.departing_spin((inertia, inverse), &next.spin, h);
+            let arriving = form.arriving_spin(inertia, inverse, &next.spin, h);
+            let departing = form.departing_spin(inertia, inverse, &next.spin, h);
             // A difference of two near numbers, of which the sum and the difference are known.
             0.5 * (arriving - departing).dot(&(inertia * (arriving + departing)))
         }

@@ -26,8 +26,9 @@ impl Simulation<'_> {
         let mut candidates = self.scratch.candidates.clone();
         candidates.add(&world);
         let touches = matches!(self.motion, Motion::Contact { .. });
-        let asked = (&states[..], &self.angles()[..]);
-        start::check(&world, asked, touches, &mut candidates, |body| body == index)?;
+        start::check(&world, &states, &self.angles(), touches, &mut candidates, |body| {
+            body == index
+        })?;
         self.change_solver(&world)?;
         self.scratch.candidates = candidates;
         self.outside.push(Outside::nothing());
@@ -71,7 +72,7 @@ impl Simulation<'_> {
         let gears: Vec<_> = kept.collect();
         let state = self.now.states[index];
         for solution in self.solutions() {
-            solution.leave_out(index, (&stays, &gears));
+            solution.leave_out(index, &stays, &gears);
         }
         self.take_world(world);
         Ok((body, state))
@@ -91,8 +92,9 @@ impl Simulation<'_> {
         let mut candidates = self.scratch.candidates.clone();
         candidates.hold(&world, index);
         let touches = matches!(self.motion, Motion::Contact { .. });
-        let asked = (&self.now.states[..], &self.angles()[..]);
-        start::check(&world, asked, touches, &mut candidates, |body| body == index)?;
+        start::check(&world, &self.now.states, &self.angles(), touches, &mut candidates, |body| {
+            body == index
+        })?;
         self.scratch.candidates = candidates;
         let still = Vector3::zeros();
         let state = State { velocity: still, spin: still, ..self.now.states[index] };

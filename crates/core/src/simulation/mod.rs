@@ -156,7 +156,7 @@ impl<'a> Simulation<'a> {
         }
         let mut candidates = Candidates::new();
         let touches = matches!(motion, Motion::Contact { .. });
-        start::check(&world, (&states, &[]), touches, &mut candidates, |_| true)?;
+        start::check(&world, &states, &[], touches, &mut candidates, |_| true)?;
         Self::at(world, &states, motion, candidates)
     }
 
@@ -275,8 +275,7 @@ impl<'a> Simulation<'a> {
         let is_moved = |body: usize| before[body].pose() != now.states[body].pose();
         let touches = matches!(motion, Motion::Contact { .. });
         let near: Vec<_> = now.joints.iter().map(|joint| joint.angles).collect();
-        let asked = (&now.states[..], &near[..]);
-        if let Err(error) = start::check(world, asked, touches, candidates, is_moved) {
+        if let Err(error) = start::check(world, &now.states, &near, touches, candidates, is_moved) {
             candidates.recall(world, rewind);
             now.states = before;
             return Err(error);
@@ -356,7 +355,7 @@ impl<'a> Simulation<'a> {
                 let past = Past { now, before: before.as_ref() };
                 let (interrupt, solver) = (interrupt.as_deref(), solver.as_mut());
                 let StepScratch { rest, candidates, wrenches, .. } = &mut *scratch;
-                rest.begin((now, before.as_ref()), candidates.memory(), solver, wrenches);
+                rest.begin(now, before.as_ref(), candidates.memory(), solver, wrenches);
                 // Where no pieces can meet there is nothing to go back to.
                 let rewinds = interrupt.is_some() && !candidates.memory().is_empty();
                 if rewinds {
@@ -387,7 +386,7 @@ impl<'a> Simulation<'a> {
         record.squeeze = self.scratch.squeeze;
         let StepScratch { stiffness, solution, .. } = &mut self.scratch;
         record.stiffness =
-            stiffness.of_step(&self.world, &self.now.states, (&solution.joints, &solution.gears));
+            stiffness.of_step(&self.world, &self.now.states, &solution.joints, &solution.gears);
         let overlap =
             self.scratch.candidates.deepest_overlap(&self.world, &self.scratch.solution.states);
         record.overlap = overlap.map_or(0.0, |(depth, ..)| depth);

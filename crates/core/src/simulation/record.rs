@@ -66,8 +66,8 @@ impl StepRecord {
     }
 
     /// Makes this what it is without the body `index`, which was taken out after the step, and without its contacts:
-    /// bodies after it move up by one. Of the joints of the step and of its gears those are left that `stays` says true of.
-    pub fn leave_out(&mut self, index: usize, stays: (&[bool], &[bool])) {
+    /// bodies after it move up by one. Of the joints of the step and of its gears those stay that `joints` and `gears` say true of.
+    pub fn leave_out(&mut self, index: usize, joints: &[bool], gears: &[bool]) {
         if index < self.states.len() {
             self.states.remove(index);
             self.wrenches.remove(index);
@@ -77,7 +77,7 @@ impl StepRecord {
             Some(Contact { key, ..*contact })
         };
         self.contacts = self.contacts.iter().filter_map(renumbered).collect();
-        self.solution.leave_out(index, stays);
+        self.solution.leave_out(index, joints, gears);
     }
 
     /// X at step k of the first body.

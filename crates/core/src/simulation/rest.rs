@@ -147,7 +147,8 @@ impl RestingBodies {
     /// Notes what a step begins with, where its solution may be that of the step before.
     pub(super) fn begin(
         &mut self,
-        (now, before): (&StepSolution, Option<&StepSolution>),
+        now: &StepSolution,
+        before: Option<&StepSolution>,
         memory: &Memory,
         solver: &mut dyn StepSolver,
         wrenches: &[Wrench],

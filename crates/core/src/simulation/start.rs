@@ -13,7 +13,8 @@ use nalgebra::Vector3;
 /// none for the first).
 pub(super) fn check(
     world: &World,
-    (states, near): (&[State], &[Vector3<f64>]),
+    states: &[State],
+    near: &[Vector3<f64>],
     touches: bool,
     candidates: &mut Candidates,
     asked: impl Fn(usize) -> bool,

@@ -42,13 +42,14 @@ impl Stiffness {
         &mut self,
         world: &World,
         states: &[State],
-        forces: (&[JointForce], &[f64]),
+        joints: &[JointForce],
+        gears: &[f64],
     ) -> f64 {
         let is_whole = states.len() == world.bodies().len();
         if world.joints().is_empty() || !is_whole {
             return 0.0;
         }
-        self.of_joints(world, states, forces)
+        self.of_joints(world, states, joints, gears)
     }
 
     /// The same for each joint: that of the stiffer one of its bodies.
@@ -56,12 +57,13 @@ impl Stiffness {
         &mut self,
         world: &World,
         states: &[State],
-        forces: (&[JointForce], &[f64]),
+        joints: &[JointForce],
+        gears: &[f64],
     ) -> Vec<f64> {
         if states.len() != world.bodies().len() {
             return vec![0.0; world.joints().len()];
         }
-        self.collect(world, states, forces.0, forces.1);
+        self.collect(world, states, joints, gears);
         let of_body = |body: usize| {
             let lever = self.held[body].unwrap_or_default();
             let largest = self.fastest(body, &inertia(&world.bodies()[body], &lever));
@@ -80,9 +82,10 @@ impl Stiffness {
         &mut self,
         world: &World,
         states: &[State],
-        forces: (&[JointForce], &[f64]),
+        joints: &[JointForce],
+        gears: &[f64],
     ) -> f64 {
-        self.collect(world, states, forces.0, forces.1);
+        self.collect(world, states, joints, gears);
         let bodies = world.bodies();
         // No eigenvalue is larger than the norm, ‖L⁻¹ K L⁻ᵀ‖² = tr (I⁻¹ K)²; a number without an order has none.
         self.most.clear();

@@ -122,7 +122,7 @@ impl EnergyJudge {
         seen: &[JointMotion],
         forces: impl IntoIterator<Item = Vector3<f64>>,
     ) -> Vec<bool> {
-        self.count(world, (claim, seen), forces, 0.0);
+        self.count(world, claim, seen, forces, 0.0);
         let makes = |body: usize| {
             let of = &self.budgets[self.islands.of(body)];
             // A NaN is no small gain.
@@ -145,7 +145,7 @@ impl EnergyJudge {
         if claim.next.iter().any(|next| h * next.spin.norm() > LARGEST_TURN) {
             return true;
         }
-        self.count(world, (claim, seen), forces, accepted);
+        self.count(world, claim, seen, forces, accepted);
         let makes_energy = |of: &Budget| of.touches && of.gained > LARGEST_GAIN * of.size + of.rest;
         self.budgets.iter().any(makes_energy)
     }
@@ -154,7 +154,8 @@ impl EnergyJudge {
     fn count(
         &mut self,
         world: &World,
-        (claim, seen): (&Claim<'_>, &[JointMotion]),
+        claim: &Claim<'_>,
+        seen: &[JointMotion],
         forces: impl IntoIterator<Item = Vector3<f64>>,
         accepted: f64,
     ) {
@@ -180,14 +181,14 @@ impl EnergyJudge {
             budget.rest += body.mass() * (0.5 * slow * slow + lift);
         }
         for ((joint, force), seen) in world.joints().iter().zip(claim.joints).zip(seen) {
-            let work = seen.work(joint, (claim.states, claim.next), force, h).unwrap_or(f64::NAN);
+            let work = seen.work(joint, claim.states, claim.next, force, h).unwrap_or(f64::NAN);
             let budget = &mut self.budgets[self.islands.of(joint.body())];
             budget.gained -= work;
             budget.size += work.abs();
         }
         for (gear, force) in world.gears().iter().zip(claim.gears) {
             let body = world.joints()[gear.axes()[0].joint].body();
-            let work = gear.work(world, (claim.states, claim.next), claim.joints, *force);
+            let work = gear.work(world, claim.states, claim.next, claim.joints, *force);
             let budget = &mut self.budgets[self.islands.of(body)];
             budget.gained -= work;
             budget.size += work.abs();

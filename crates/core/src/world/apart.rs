@@ -13,7 +13,7 @@ impl World {
     pub fn with_apart(mut self, body: usize, partner: Partner) -> Result<Self, Error> {
         self.check_pair("pair that does not touch", body, partner)?;
         for pairs in [&mut self.kept_apart, &mut self.apart] {
-            insert(pairs, ordered(body, partner));
+            insert(pairs, body, partner);
         }
         Ok(self)
     }
@@ -66,8 +66,9 @@ impl World {
     }
 }
 
-/// Inserts a pair into pairs in order, unless it is there.
-fn insert(pairs: &mut Vec<(usize, Partner)>, pair: (usize, Partner)) {
+/// Inserts the pair of a body and a partner into pairs in order, unless it is there.
+fn insert(pairs: &mut Vec<(usize, Partner)>, body: usize, partner: Partner) {
+    let pair = ordered(body, partner);
     if let Err(place) = pairs.binary_search(&pair) {
         pairs.insert(place, pair);
     }

@@ -22,7 +22,7 @@ use tumble::step_nlp::SMOOTHING;
 use tumble::step_nlp::layout::{Layout, STATE};
 use tumble::step_nlp::point::{Products, products};
 use tumble_core::contact::{Contact, rounding};
-use tumble_core::mechanics::{Pose, State};
+use tumble_core::mechanics::State;
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::{StepReport, StepStatus};
 use tumble_core::world::World;
@@ -129,13 +129,17 @@ impl<W: Write> TrajectoryWriter<W> {
             return Err(refused("the record has no state of a body"));
         };
         let contacts = record.contacts.iter().zip(&record.solution.contacts);
-        let contacts = contacts
-            .map(|(contact, found)| (contact, (found.force, found.slip), found.carries_force()));
-        self.fill((state, next), contacts)?;
+        let contacts = contacts.map(|(contact, found)| WrittenContact {
+            contact,
+            force: found.force,
+            slip: found.slip.norm(),
+            carries_force: found.carries_force(),
+        });
+        self.fill(state, next, contacts)?;
         let residual = if is_end { 0.0 } else { record.certificate.residual() };
         let StepReport { status, iterations, .. } = record.report;
-        let (at, share) = ((record.index, time), record.restitution_share);
-        self.row(at, state, (status, iterations, residual), share)
+        let share = record.restitution_share;
+        self.row(RowEnds { index: record.index, time, status, iterations, residual, share }, state)
     }
 
     /// Writes the row of a step of the [tables](crate::output::tables) of a run of one body and the ground, which ends at the
@@ -154,20 +158,19 @@ impl<W: Write> TrajectoryWriter<W> {
         let contacts: Result<Vec<_>, _> = step.contacts.iter().map(contact).collect();
         let contacts =
             contacts.map_err(|_| refused("the step has a contact that the body does not have"))?;
-        let found = contacts.iter().zip(&step.contacts).map(|(contact, row)| {
-            (contact, (row.force, row.slip), row.normal.dot(&row.force) > 0.0)
+        let found = contacts.iter().zip(&step.contacts).map(|(contact, row)| WrittenContact {
+            contact,
+            force: row.force,
+            slip: row.slip.norm(),
+            carries_force: row.normal.dot(&row.force) > 0.0,
         });
-        self.fill((state, next), found)?;
-        self.row((index, time), state, (status, iterations, residual), restitution_share)
+        self.fill(state, next, found)?;
+        let share = restitution_share;
+        self.row(RowEnds { index, time, status, iterations, residual, share }, state)
     }
 
-    fn row(
-        &mut self,
-        (index, time): (u64, f64),
-        state: &State,
-        (status, iterations, residual): (StepStatus, u32, f64),
-        share: f64,
-    ) -> io::Result<()> {
+    fn row(&mut self, ends: RowEnds, state: &State) -> io::Result<()> {
+        let RowEnds { index, time, status, iterations, residual, share } = ends;
         let Self { rows, .. } = self;
         rows.whole(index);
         rows.number(time);
@@ -183,28 +186,28 @@ impl<W: Write> TrajectoryWriter<W> {
         rows.end_row()
     }
 
-    /// The columns of a step between two states, of contacts with a force (N, world) and a slip (m/s), and whether they carry one.
+    /// The columns of the contacts of a step between two states.
     fn fill<'c>(
         &mut self,
-        (state, next): (&State, &State),
-        contacts: impl Iterator<Item = (&'c Contact, (Vector3<f64>, Vector3<f64>), bool)>,
+        state: &State,
+        next: &State,
+        contacts: impl Iterator<Item = WrittenContact<'c>>,
     ) -> io::Result<()> {
         self.step.fill(0.0);
         self.carrying.fill(false);
-        let ends = (std::slice::from_ref(state), std::slice::from_ref(next));
-        for (contact, (force, slip), carries) in contacts {
+        let (states, next) = (std::slice::from_ref(state), std::slice::from_ref(next));
+        for WrittenContact { contact, force, slip, carries_force } in contacts {
             if contact.key.point >= self.carrying.len() {
                 return Err(refused("the record has a contact of a point that the body has not"));
             }
-            let products =
-                program_columns(&self.world, contact, ends, &next.pose(), force, slip.norm());
+            let products = program_columns(&self.world, contact, states, next, force, slip);
             let Products { normal, friction, slip_speed } = products;
             let values = [force[0], force[1], force[2], normal, friction, slip_speed];
             let places = self.layout.contact_variables(contact.key.point);
             for (place, value) in places.into_iter().zip(values) {
                 self.step[place - STATE.end] = value;
             }
-            self.carrying[contact.key.point] = carries;
+            self.carrying[contact.key.point] = carries_force;
         }
         Ok(())
     }
@@ -240,24 +243,24 @@ fn columns(world: &World) -> io::Result<Vec<String>> {
 }
 
 /// What the program has of a contact with the ground besides its force: the columns `s1`, `s2` and
-/// `lam` of a step between these `ends`, the last of which has the pose `next`, of a contact with a
-/// force (N, world) that slips so fast (m/s).
+/// `lam` of a step from `states` to `next`, of a contact of the first body with a force (N, world) that slips so fast (m/s).
 #[must_use]
 pub fn program_columns(
     world: &World,
     contact: &Contact,
-    ends: (&[State], &[State]),
-    next: &Pose,
+    states: &[State],
+    next: &[State],
     force: Vector3<f64>,
     slip: f64,
 ) -> Products {
     let (h, normal) = (world.time_step(), contact.normal());
-    let opening = normal * (contact.gap_at(next, None) / h);
+    let pose = next[contact.key.body].pose();
+    let opening = normal * (contact.gap_at(&pose, None) / h);
     let height = match contact.bounces() {
-        true => h * normal.dot(&contact.law_motion(opening, world, ends.0, ends.1)),
-        false => contact.gap_at(next, None),
+        true => h * normal.dot(&contact.law_motion(opening, world, states, next)),
+        false => contact.gap_at(&pose, None),
     };
-    let noise = rounding::gap(&normal, &next.position, contact.features.offset, &contact.arm);
+    let noise = rounding::gap(&normal, &pose.position, contact.features.offset, &contact.arm);
     let height = if height.abs() <= noise { 0.0 } else { height };
     let force = contact.frame.tr_mul(&force);
     let products = products(&force, slip, height, contact.law.friction, SMOOTHING);
@@ -268,6 +271,29 @@ pub fn program_columns(
 
 fn refused(why: &'static str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, why)
+}
+
+/// A contact of a row.
+struct WrittenContact<'a> {
+    contact: &'a Contact,
+    /// N, world.
+    force: Vector3<f64>,
+    /// m/s.
+    slip: f64,
+    carries_force: bool,
+}
+
+/// The first and the last columns of a row.
+struct RowEnds {
+    index: u64,
+    /// s.
+    time: f64,
+    status: StepStatus,
+    iterations: u32,
+    /// m/s.
+    residual: f64,
+    /// The part of the rebounds that the step was given.
+    share: f64,
 }
 
 /// One row as it was read.

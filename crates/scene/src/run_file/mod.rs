@@ -260,7 +260,7 @@ impl RunFile {
             world.follow(&scene.courses, (index + 1) as f64 * world.time_step());
             let forces: Vec<_> = step.joints.iter().map(JointRow::forces).collect();
             let gears: Vec<_> = step.gears.iter().map(|gear| gear.force).collect();
-            taut.add((&world, &step.states), (&forces, &gears), step.row.stiffness);
+            taut.add(&world, &step.states, &forces, &gears, step.row.stiffness);
         }
         let joints = (!scene.joints.is_empty()).then_some(joints);
         let (outcome, summary, seconds) = ("complete", &summary, 0.0);

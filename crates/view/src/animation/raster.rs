@@ -44,7 +44,7 @@ impl Raster {
     /// at y only `span(y)` is looked at, from x to x, and a sample more at each end.
     fn paint(
         &mut self,
-        (low, high): (Pixel64, Pixel64),
+        [low, high]: [Pixel64; 2],
         span: impl Fn(f64) -> (f64, f64),
         mut sample: impl FnMut(f64, f64) -> Option<(PaintColour, f64)>,
     ) {
@@ -207,13 +207,13 @@ fn nearest(a: Spot, b: Spot) -> impl Fn(f64, f64) -> (f64, f64) {
 }
 
 /// The rectangle about spots, and `margin` pixels.
-fn bounds(spots: &[Spot], margin: f64) -> (Pixel64, Pixel64) {
+fn bounds(spots: &[Spot], margin: f64) -> [Pixel64; 2] {
     let ends = |k: usize| {
         let values = spots.iter().map(move |spot| spot[k]);
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)))
     };
     let ((left, right), (top, bottom)) = (ends(0), ends(1));
-    ([left - margin, top - margin], [right + margin, bottom + margin])
+    [[left - margin, top - margin], [right + margin, bottom + margin]]
 }
 
 /// Twice the area of a triangle of the picture, signed.

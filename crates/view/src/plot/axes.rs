@@ -19,7 +19,7 @@ type AxisLabel<'a> = (f64, f64, &'static str, &'a str);
 
 impl PlotAxes {
     /// Where a point is.
-    pub fn place(&self, (x, y): (f64, f64)) -> (f64, f64) {
+    pub fn place(&self, x: f64, y: f64) -> (f64, f64) {
         (
             self.left + self.x.fraction(x) * (self.right - self.left),
             self.bottom - self.y.fraction(y) * (self.bottom - self.top),
@@ -29,7 +29,7 @@ impl PlotAxes {
     /// Where the points of a curve are, as many as `columns` can show.
     pub fn curve(&self, times: &[f64], values: &[f64], columns: usize) -> Vec<PlotPoint> {
         let points = thin(times, values, self.x.ends(), columns);
-        points.into_iter().map(|point| point.map(|point| self.place(point))).collect()
+        points.into_iter().map(|point| point.map(|(x, y)| self.place(x, y))).collect()
     }
 
     /// The rectangle, as path data.
@@ -46,7 +46,7 @@ impl PlotAxes {
             let _ = write!(lines, "M{x:.2} {top:.2}V{bottom:.2}");
         }
         for (value, _) in &self.y.ticks {
-            let _ = write!(lines, "M{left} {:.2}H{right}", self.place((0.0, *value)).1);
+            let _ = write!(lines, "M{left} {:.2}H{right}", self.place(0.0, *value).1);
         }
         lines
     }
@@ -55,7 +55,7 @@ impl PlotAxes {
     pub fn labels_below(&self, room: f64) -> impl Iterator<Item = AxisLabel<'_>> {
         let ticks = self.x.ticks.iter();
         ticks.map(move |(x, label)| {
-            (self.place((*x, 0.0)).0, self.bottom + room, "middle", label.as_str())
+            (self.place(*x, 0.0).0, self.bottom + room, "middle", label.as_str())
         })
     }
 
@@ -63,7 +63,7 @@ impl PlotAxes {
     pub fn labels_beside(&self, room: f64) -> impl Iterator<Item = AxisLabel<'_>> {
         let ticks = self.y.ticks.iter();
         ticks.map(move |(y, label)| {
-            (self.left - room, self.place((0.0, *y)).1 + 4.2, "end", label.as_str())
+            (self.left - room, self.place(0.0, *y).1 + 4.2, "end", label.as_str())
         })
     }
 }

@@ -5,11 +5,11 @@ use crate::film::Status;
 use std::fmt::Write as _;
 
 /// Hundredths of a unit, the precision of a path.
-fn hundredths(x: f64, y: f64) -> (i64, i64) {
-    ((100.0 * x).round() as i64, (100.0 * y).round() as i64)
+fn hundredths(x: f64, y: f64) -> [i64; 2] {
+    [x, y].map(|value| (100.0 * value).round() as i64)
 }
 
-fn push(path: &mut String, command: char, (x, y): (i64, i64)) {
+fn push(path: &mut String, command: char, [x, y]: [i64; 2]) {
     let _ = write!(path, "{command}{} {}", x as f64 / 100.0, y as f64 / 100.0);
 }
 
@@ -23,8 +23,8 @@ pub fn line(points: &[PlotPoint]) -> String {
         for (i, &point) in stretch.iter().enumerate() {
             let inside = 0 < i
                 && i + 1 < stretch.len()
-                && stretch[i - 1].1 == point.1
-                && stretch[i + 1].1 == point.1;
+                && stretch[i - 1][1] == point[1]
+                && stretch[i + 1][1] == point[1];
             if !inside {
                 push(&mut path, if i == 0 { 'M' } else { 'L' }, point);
             }

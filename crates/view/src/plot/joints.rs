@@ -15,14 +15,14 @@ fn angles(film: &Film, body: usize) -> Panel {
     let said = (("θ", ""), "rad", "angle of the hinges of the body");
     let nothing = "no hinge on this body, or none that has turned";
     let of = |joint: &FilmJoint| joint.turns;
-    panel((film, body), of, |tie| tie.angle, &film.frames, ("angle", nothing, said))
+    panel(film, body, of, |tie| tie.angle, &film.frames, named("angle", nothing, said))
 }
 
 fn places(film: &Film, body: usize) -> Panel {
     let said = (("l", ""), "m", "place along the slides of the body");
     let nothing = "no slide on this body, or none that has moved";
     let of = |joint: &FilmJoint| joint.slides;
-    panel((film, body), of, |tie| tie.place, &film.frames, ("slide", nothing, said))
+    panel(film, body, of, |tie| tie.place, &film.frames, named("slide", nothing, said))
 }
 
 fn torques(film: &Film, body: usize) -> Panel {
@@ -33,23 +33,24 @@ fn torques(film: &Film, body: usize) -> Panel {
     );
     let nothing = "no hinge on this body, or nothing that drives one";
     let of = |joint: &FilmJoint| joint.turns;
-    panel((film, body), of, |tie| tie.torque, film.steps(), ("torque", nothing, said))
+    panel(film, body, of, |tie| tie.torque, film.steps(), named("torque", nothing, said))
 }
 
 fn forces(film: &Film, body: usize) -> Panel {
     let said = (("|F|", "joint"), "N", "force of the joints of the body");
     let nothing = "no joint of this body, or none that carries";
     let force = |tie: &FilmTie| tie.force;
-    panel((film, body), |_| true, force, film.steps(), ("reaction", nothing, said))
+    panel(film, body, |_| true, force, film.steps(), named("reaction", nothing, said))
 }
 
 /// A quantity of the joints of a body that `takes` takes, a curve each.
 fn panel(
-    (film, body): (&Film, usize),
+    film: &Film,
+    body: usize,
     takes: fn(&FilmJoint) -> bool,
     quantity: fn(&FilmTie) -> f64,
     frames: &[FilmFrame],
-    (id, nothing, (symbol, unit, words)): (&'static str, &'static str, AxisTitle),
+    named: Panel,
 ) -> Panel {
     let joints = film.joints.iter().enumerate();
     let own = joints.filter(|(_, joint)| joint.is_of(body) && takes(joint));
@@ -58,15 +59,10 @@ fn panel(
     let series = own.enumerate().map(|(colour, (index, joint))| {
         PlotSeries::new(joint.name.clone(), colour, frames.iter().map(value(index)))
     });
-    Panel {
-        id,
-        symbol,
-        unit,
-        words,
-        kind: ScaleKind::Linear,
-        height: 110.0,
-        series: series.collect(),
-        nothing: Some(nothing),
-        ..Panel::default()
-    }
+    Panel { kind: ScaleKind::Linear, height: 110.0, series: series.collect(), ..named }
+}
+
+/// A panel without curves: its name, what it says where there are none, and the title of its axis.
+fn named(id: &'static str, nothing: &'static str, (symbol, unit, words): AxisTitle) -> Panel {
+    Panel { id, symbol, unit, words, nothing: Some(nothing), ..Panel::default() }
 }

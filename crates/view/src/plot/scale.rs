@@ -144,8 +144,8 @@ impl PlotAxis {
     }
 
     /// The values at the low and the high end.
-    pub fn ends(&self) -> (f64, f64) {
-        (self.transform.value_at(self.low), self.transform.value_at(self.high))
+    pub fn ends(&self) -> [f64; 2] {
+        [self.low, self.high].map(|at| self.transform.value_at(at))
     }
 
     /// Whether a logarithmic axis has zeros to show, which it does at its lower end.
@@ -260,7 +260,7 @@ mod tests {
                 let fraction = axis.fraction(value);
                 assert!(fraction > 0.0 && fraction < 1.0, "{kind:?} {value}: {fraction}");
             }
-            let (low, high) = axis.ends();
+            let [low, high] = axis.ends();
             assert!(axis.fraction(low) < 1e-9 && axis.fraction(high) > 1.0 - 1e-9, "{kind:?}");
         }
     }

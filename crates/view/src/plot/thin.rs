@@ -17,7 +17,7 @@ struct PixelColumn {
 }
 
 /// The curve of `values` over `times`, thinned as [`thin_rows`] says.
-pub fn thin(times: &[f64], values: &[f64], range: (f64, f64), columns: usize) -> Vec<PlotPoint> {
+pub fn thin(times: &[f64], values: &[f64], range: [f64; 2], columns: usize) -> Vec<PlotPoint> {
     let rows = thin_rows(times, values, range, columns).into_iter();
     rows.map(|row| row.map(|i| (times[i], values[i]))).collect()
 }
@@ -29,7 +29,7 @@ pub fn thin(times: &[f64], values: &[f64], range: (f64, f64), columns: usize) ->
 pub fn thin_rows(
     times: &[f64],
     values: &[f64],
-    range: (f64, f64),
+    range: [f64; 2],
     columns: usize,
 ) -> Vec<Option<usize>> {
     let count = times.len().min(values.len());
@@ -39,9 +39,9 @@ pub fn thin_rows(
     let mut rows = Vec::with_capacity(4 * columns);
     let mut column: Option<PixelColumn> = None;
     let mut gap = false;
-    let scale = columns as f64 / (range.1 - range.0);
+    let scale = columns as f64 / (range[1] - range[0]);
     for i in 0..count {
-        let number = (((times[i] - range.0) * scale) as usize).min(columns - 1);
+        let number = (((times[i] - range[0]) * scale) as usize).min(columns - 1);
         if let Some(full) = column.take_if(|column| column.number != number) {
             full.close(&mut rows);
             gap = full.gap_after;
@@ -103,7 +103,7 @@ mod tests {
 
     fn thinned(values: &[f64]) -> Vec<PlotPoint> {
         let times: Vec<f64> = (0..values.len()).map(|i| i as f64).collect();
-        thin(&times, values, (0.0, values.len() as f64), COLUMNS)
+        thin(&times, values, [0.0, values.len() as f64], COLUMNS)
     }
 
     #[test]

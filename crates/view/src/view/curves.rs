@@ -128,7 +128,7 @@ impl AxisData {
             Transform::Symlog(threshold) => ("symlog", Some(threshold)),
             Transform::Log => ("log", None),
         };
-        let (low, high) = axis.ends();
+        let [low, high] = axis.ends();
         let ticks = axis.ticks.iter().map(|(value, _)| *value).collect();
         Self { scale, threshold, low, high, ticks, has_zeros: axis.has_zeros() }
     }
@@ -139,7 +139,7 @@ impl AxisData {
 /// has.
 fn thinned(values: &[f64], columns: usize) -> (PackedNumbers, PackedNumbers) {
     let times: Vec<f64> = (0..values.len()).map(|i| i as f64).collect();
-    let range = (0.0, values.len() as f64);
+    let range = [0.0, values.len() as f64];
     let rows = thin_rows(&times, values, range, columns);
     let shown =
         |i: usize| if values[i].abs() <= f64::from(f32::MAX) { values[i] } else { f64::NAN };

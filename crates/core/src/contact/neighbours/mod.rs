@@ -112,7 +112,7 @@ impl Neighbours {
             PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
         };
         for (index, pair) in pairs.iter_mut().enumerate() {
-            let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| proxies[at]);
+            let [a, b] = pair.proxies.map(|at| proxies[at]);
             if still(a.owner) && still(b.owner) {
                 continue;
             }
@@ -125,7 +125,7 @@ impl Neighbours {
             // Seen from the plane's side, to a last bit of its own.
             pair.is_bound = true;
             if pair.gap <= TOUCH * size && !shares_a_line_only(pieces.0, pieces.1, touches, size) {
-                let between = Between { world, proxies: (a, b), at: poses, start: poses };
+                let between = Between { world, proxies: [a, b], at: poses, start: poses };
                 moved.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
             }
             moved_pairs.push((index, first..moved.len()));
@@ -306,7 +306,7 @@ impl Neighbours {
         }
         let Self { memory, proxies, extents, poses, scratch, touches, .. } = self;
         for pair in &mut memory.pairs {
-            let [a, b] = [pair.proxies.0, pair.proxies.1].map(|at| proxies[at]);
+            let [a, b] = pair.proxies.map(|at| proxies[at]);
             let pieces = (placed(world, poses, a), placed(world, poses, b));
             if !known {
                 pair.gap = bound(pieces.0, pieces.1, &pair.hint);
@@ -317,8 +317,8 @@ impl Neighbours {
                 pair.gap = manifold(pieces.0, pieces.1, 0.0, PieceSide::A, hint, scratch, touches);
                 pair.is_bound = false;
             }
-            let extents = (extents[pair.proxies.0], extents[pair.proxies.1]);
-            visit(-pair.gap, [(a.owner.partner(), extents.0), (b.owner.partner(), extents.1)]);
+            let extents = pair.proxies.map(|at| extents[at]);
+            visit(-pair.gap, [(a.owner.partner(), extents[0]), (b.owner.partner(), extents[1])]);
         }
     }
 

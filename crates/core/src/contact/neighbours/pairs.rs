@@ -123,10 +123,10 @@ impl Neighbours {
         pairs.clear();
         sweep.pairs(boxes, |i, j| {
             if may_meet(world, proxies[i].owner, proxies[j].owner) {
-                let known = spare.binary_search_by(|pair| pair.proxies.cmp(&(i, j)));
+                let known = spare.binary_search_by(|pair| pair.proxies.cmp(&[i, j]));
                 pairs.push(known.map_or_else(
                     |_| Neighbour {
-                        proxies: (i, j),
+                        proxies: [i, j],
                         hint: Hint::default(),
                         gap: f64::INFINITY,
                         is_bound: true,

@@ -76,7 +76,7 @@ impl Neighbours {
                 PieceOwner::Fixed(_) => true,
             };
             for pair in pairs.iter_mut().filter(|pair| !pair.is_bound) {
-                pair.is_bound = !(stays(pair.proxies.0) && stays(pair.proxies.1));
+                pair.is_bound = !(pair.proxies.into_iter().all(stays));
             }
         }
     }

@@ -210,8 +210,10 @@ impl<'a> JointTangent<'a> {
     /// The rates before the step of coordinates that have these slopes at its start and before it, and were `x` and `was`.
     fn rates(
         &self,
-        (now, x): (&ByPoses<3>, &Vector3<f64>),
-        (before, was): (&ByPoses<3>, &Vector3<f64>),
+        now: &ByPoses<3>,
+        x: &Vector3<f64>,
+        before: &ByPoses<3>,
+        was: &Vector3<f64>,
     ) -> Box<Rates> {
         let h = self.time_step;
         let (poses, velocities, longer) = self.led(before, |side| &side.back, -1.0);
@@ -243,7 +245,7 @@ impl<'a> JointTangent<'a> {
         by_time_step = (by_time_step - moved / h) / h;
         let rates = joint.linear().iter().any(Axis::has_armature).then(|| {
             let (was, _, before) = self.place(BEFORE);
-            self.rates((&coordinates, &l), (&before, &was))
+            self.rates(&coordinates, &l, &before, &was)
         });
         let (a, b) = (self.pose(0, START).rotation, self.pose(1, START).rotation);
         let [of_a, of_b] = joint.frames();
@@ -272,12 +274,13 @@ impl<'a> JointTangent<'a> {
     /// ```
     pub(crate) fn of_turn(
         &self,
-        (angles, length): (&Vector3<f64>, f64),
+        angles: &Vector3<f64>,
+        length: f64,
         impulse: &Vector3<f64>,
     ) -> Option<RowsTangent> {
         let (joint, h) = (self.joint, self.time_step);
         let at = joint.coordinates(self.states)?;
-        let turn = Turn::new(joint, (&at, angles), h, length);
+        let turn = Turn::new(joint, &at, angles, h, length);
         let spins = self.sides.map(|side| side.map(|side| side.spin));
         let own = turn.tangent(&spins[0]?, spins[1].as_ref(), impulse);
         let by_turns = |parts: &[Matrix3<f64>; 2]| {
@@ -291,15 +294,15 @@ impl<'a> JointTangent<'a> {
         let rates = armed.then(|| {
             let was = joint.coasted(self.states, -h)?;
             let counted = joint.counted(&was, angles);
-            let before = Turn::new(joint, (&was, &counted), h, length);
+            let before = Turn::new(joint, &was, &counted, h, length);
             let still = Vector3::zeros();
             if joint.turning() == TurnKind::Driven {
                 let (turned, [now, then]) = turn.turned_since(&before);
                 let then = by_turns(&then.map(|slopes| -slopes));
-                return Some(self.rates((&by_turns(&now), &turned), (&then, &still)));
+                return Some(self.rates(&by_turns(&now), &turned, &then, &still));
             }
             let before = by_turns(&before.tangent(&still, Some(&still), &still).angles);
-            Some(self.rates((&coordinates, angles), (&before, &counted)))
+            Some(self.rates(&coordinates, angles, &before, &counted))
         });
         let torque = turn.torque_map() * impulse;
         let mut load = ByPoses::<9>::zeros();

@@ -51,8 +51,11 @@ fn joints(twister: &mut rand_mt::Mt) -> Vec<Joint> {
 fn rows(
     joint: &Joint,
     states: &[State],
-    (ends, h): (&[State], f64),
-    (about, angles, impulse): (bool, &Vector3<f64>, &Vector3<f64>),
+    ends: &[State],
+    h: f64,
+    about: bool,
+    angles: &Vector3<f64>,
+    impulse: &Vector3<f64>,
 ) -> [Vector3<f64>; 6] {
     let at = joint.coordinates(states).unwrap();
     let counted = joint.counted(&at, angles);
@@ -69,7 +72,7 @@ fn rows(
     let has_other = if joint.other().is_some() { 1.0 } else { 0.0 };
     let rates = |starts: &[crate::joint::AxisStart; 3]| Vector3::from_fn(|k, _| starts[k].rate);
     if about {
-        let turn = Turn::new(joint, (&at, angles), h, LENGTH);
+        let turn = Turn::new(joint, &at, angles, h, LENGTH);
         let other = joint.other().map(|other| &ends[other].spin);
         let torque = turn.torque_map() * impulse;
         let on_b = of_b.rotation.tr_mul(&(of_a.rotation * torque)) * has_other;
@@ -109,7 +112,7 @@ fn the_rows_of_every_joint_change_as_their_closed_forms() {
             for about in [false, true] {
                 let found = match about {
                     false => tangent.of_place(&impulse),
-                    true => tangent.of_turn((&angles, LENGTH), &impulse).unwrap(),
+                    true => tangent.of_turn(&angles, LENGTH, &impulse).unwrap(),
                 };
                 let rates = found.rates.clone().map_or_else(
                     || Rates {
@@ -130,7 +133,7 @@ fn the_rows_of_every_joint_change_as_their_closed_forms() {
                         let change = StateChange::from_array(&change);
                         moved[k / 12] = change.applied(&states[k / 12]);
                     }
-                    rows(&joint, &moved, (&ends, h), (about, &angles, &impulse))
+                    rows(&joint, &moved, &ends, h, about, &angles, &impulse)
                 };
                 let both = if joint.other().is_some() { 24 } else { 12 };
                 for k in (0..both).chain([24]) {

@@ -5,7 +5,7 @@
 
 use super::{
     Axis, AxisStart, Coordinates, Joint, JointAxis, JointForce, JointFrame, JointResidual, Turn,
-    TurnKind, aside, between, largest, load_of, rotation,
+    TurnKind, aside, between, largest, rotation,
 };
 use crate::mechanics::{RigidBody, State, Wrench};
 use nalgebra::{Matrix3, Vector3};
@@ -39,7 +39,7 @@ impl Joint {
         let end = self.counted(&after, &force.angles);
         let angles = self.counted(&at, &end);
         let came = self.counted(&before, &angles);
-        let torque_map = self.turning_map((&at, &angles));
+        let torque_map = self.turning_map(&at, &angles);
         let (at, after, before) = ((at, angles), (after, end), (before, came));
         Some(JointMotion { frames, at, after, before, torque_map })
     }
@@ -50,27 +50,28 @@ impl Joint {
     pub(crate) fn add_loads(&self, states: &[State], force: &JointForce, loads: &mut [Wrench]) {
         if let Some(frames) = self.placed(states) {
             let at = between(&frames[0], &frames[1]);
-            let torque_map = self.turning_map((&at, &force.angles));
-            self.add_loads_at((&frames, &torque_map), states, force, loads);
+            let torque_map = self.turning_map(&at, &force.angles);
+            self.add_loads_at(&frames, &torque_map, states, force, loads);
         }
     }
 
     fn add_loads_at(
         &self,
-        at: (&[JointFrame; 2], &Matrix3<f64>),
+        frames: &[JointFrame; 2],
+        torque_map: &Matrix3<f64>,
         states: &[State],
         force: &JointForce,
         loads: &mut [Wrench],
     ) {
         let Some(state) = states.get(self.body) else { return };
-        let acting = self.acting_at(at.0, at.1, state, force);
+        let acting = self.acting_at(frames, torque_map, state, force);
         let sides = [(Some(self.body), 1.0), (self.other, -1.0)];
         for (body, sign) in sides {
             let Some(body) = body else { continue };
             let (Some(load), Some(state)) = (loads.get_mut(body), states.get(body)) else {
                 continue;
             };
-            let of = load_of(&acting, state, sign);
+            let of = acting.on(state, sign);
             load.force += of.force;
             load.torque += of.torque;
         }
@@ -90,11 +91,12 @@ impl Joint {
     #[must_use]
     pub fn work(
         &self,
-        ends: (&[State], &[State]),
+        states: &[State],
+        next: &[State],
         force: &JointForce,
         time_step: f64,
     ) -> Option<f64> {
-        self.seen(ends.0, ends.1, force, time_step)?.work(self, ends, force, time_step)
+        self.seen(states, next, force, time_step)?.work(self, states, next, force, time_step)
     }
 
     /// How far the step `states` → `next` of `time_step` (s) with the force `force` is from the laws of the
@@ -104,13 +106,13 @@ impl Joint {
     pub fn residual(
         &self,
         bodies: &[RigidBody],
-        ends: (&[State], &[State]),
+        states: &[State],
+        next: &[State],
         force: &JointForce,
         time_step: f64,
     ) -> JointResidual {
-        let seen = self.seen(ends.0, ends.1, force, time_step);
-        let by = (bodies, ends.0);
-        let residual = seen.and_then(|seen| seen.residual(self, by, force, time_step));
+        let seen = self.seen(states, next, force, time_step);
+        let residual = seen.and_then(|seen| seen.residual(self, bodies, states, force, time_step));
         residual.unwrap_or(JointResidual { locked: f64::NAN, drive: f64::NAN })
     }
 }
@@ -124,14 +126,15 @@ impl JointMotion {
         force: &JointForce,
         loads: &mut [Wrench],
     ) {
-        joint.add_loads_at((&self.frames, &self.torque_map), states, force, loads);
+        joint.add_loads_at(&self.frames, &self.torque_map, states, force, loads);
     }
 
     /// [`Joint::work`].
     pub(crate) fn work(
         &self,
         joint: &Joint,
-        (states, next): (&[State], &[State]),
+        states: &[State],
+        next: &[State],
         force: &JointForce,
         time_step: f64,
     ) -> Option<f64> {
@@ -139,11 +142,9 @@ impl JointMotion {
             self;
         if joint.moves {
             let (state, next) = (states.get(joint.body)?, next.get(joint.body)?);
-            let (anchor, along, about) = joint.acting_at(frames, &self.torque_map, state, force);
-            let torque = (anchor - state.position).cross(&along) + about;
-            let torque = rotation(&state.attitude).tr_mul(&torque);
-            let power = along.dot(&(state.velocity + next.velocity))
-                + torque.dot(&(state.spin + next.spin));
+            let load = joint.acting_at(frames, &self.torque_map, state, force).on(state, 1.0);
+            let power = load.force.dot(&(state.velocity + next.velocity))
+                + load.torque.dot(&(state.spin + next.spin));
             return Some(0.5 * time_step * power);
         }
         let free = |axis: &Axis| *axis != Axis::Locked;
@@ -157,14 +158,14 @@ impl JointMotion {
         });
         let way = match joint.turning() {
             TurnKind::Driven => {
-                let came = joint.turned((before, came), (at, angles));
-                came + joint.turned((at, angles), (after, end))
+                let came = joint.turned(before, came, at, angles);
+                came + joint.turned(at, angles, after, end)
             }
             _ => end - came,
         };
         let mut about = torque.dot(&way);
         if matches!(joint.turning(), TurnKind::Gimbal | TurnKind::Universal) {
-            let turn = Turn::new(joint, (at, angles), time_step, 1.0);
+            let turn = Turn::new(joint, at, angles, time_step, 1.0);
             let spins = |body: usize| Some(states.get(body)?.spin + next.get(body)?.spin);
             let other = joint.other.and_then(spins);
             about =
@@ -178,8 +179,10 @@ impl JointMotion {
     fn response(
         &self,
         joint: &Joint,
-        (bodies, states): (&[RigidBody], &[State]),
-        (axis, length): (JointAxis, f64),
+        bodies: &[RigidBody],
+        states: &[State],
+        axis: JointAxis,
+        length: f64,
     ) -> f64 {
         let Some(unit) = bodies.get(joint.body).map(RigidBody::mass) else { return 1.0 };
         let [a, b] = &self.frames;
@@ -208,7 +211,8 @@ impl JointMotion {
     pub(crate) fn residual(
         &self,
         joint: &Joint,
-        (bodies, states): (&[RigidBody], &[State]),
+        bodies: &[RigidBody],
+        states: &[State],
         force: &JointForce,
         time_step: f64,
     ) -> Option<JointResidual> {
@@ -224,16 +228,16 @@ impl JointMotion {
                     let graph = axis.graph(start, h, length, unit);
                     let w = match axis.is_idle() {
                         true => 1.0,
-                        false => self.response(joint, (bodies, states), (which, length)),
+                        false => self.response(joint, bodies, states, which, length),
                     };
                     (&mut residual.drive, graph.residual(u, f * h / unit / length, 1.0 / w))
                 }
             };
             *part = largest(*part, if is_finite { missed } else { f64::NAN });
         };
-        let turned = joint.turned((before, came), (at, angles));
-        let rates = ((at.place - before.place) / h, turned / h);
-        let [places, turns] = joint.starts_at((at, angles), rates);
+        let turned = joint.turned(before, came, at, angles);
+        let (rates, turning) = ((at.place - before.place) / h, turned / h);
+        let [places, turns] = joint.starts_at(at, angles, &rates, &turning);
         let length = joint.length(bodies);
         for (k, axis) in joint.linear.iter().enumerate() {
             let u = match axis {
@@ -244,7 +248,7 @@ impl JointMotion {
         }
         if joint.turning() != TurnKind::Free {
             let aside = aside(joint.turning(), &after.turn);
-            let turned = joint.turned((at, angles), (after, end));
+            let turned = joint.turned(at, angles, after, end);
             for (k, axis) in joint.acting_axes().iter().enumerate() {
                 let u = match axis {
                     Axis::Locked => length * 2.0 * aside[k] / h,

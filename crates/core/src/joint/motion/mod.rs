@@ -186,7 +186,7 @@ impl Joint {
     ) -> [[AxisStart; 3]; 2] {
         match self.linear.iter().chain(&self.angular).any(Axis::has_armature) {
             true => self.starts_with_rates(states, at, angles, time_step),
-            false => self.starts_at((at, angles), <_>::default()),
+            false => self.starts_at(at, angles, &Vector3::zeros(), &Vector3::zeros()),
         }
     }
 
@@ -199,18 +199,21 @@ impl Joint {
         time_step: f64,
     ) -> [[AxisStart; 3]; 2] {
         let rates = self.coasted(states, -time_step).map(|before| {
-            let turned = self.turned((&before, &self.counted(&before, angles)), (at, angles));
+            let turned = self.turned(&before, &self.counted(&before, angles), at, angles);
             ((at.place - before.place) / time_step, turned / time_step)
         });
-        self.starts_at((at, angles), rates.unwrap_or_default())
+        let (rates, turning) = rates.unwrap_or_default();
+        self.starts_at(at, angles, &rates, &turning)
     }
 
     /// How far each axis of its turn goes from where it is at `at` to `end`, both with their [angles](Joint::counted), rad:
     /// of what turns in any way under drives 2 (Q* ⊗ Q⁺)'s imaginary part (J18).
     fn turned(
         &self,
-        (at, angles): (&Coordinates, &Vector3<f64>),
-        (end, after): (&Coordinates, &Vector3<f64>),
+        at: &Coordinates,
+        angles: &Vector3<f64>,
+        end: &Coordinates,
+        after: &Vector3<f64>,
     ) -> Vector3<f64> {
         if self.turning() != TurnKind::Driven {
             return after - angles;
@@ -222,8 +225,10 @@ impl Joint {
     /// The same where the rates at which it comes are known, of the place (m/s) and of the turn (rad/s).
     fn starts_at(
         &self,
-        (at, angles): (&Coordinates, &Vector3<f64>),
-        (rates, turns): (Vector3<f64>, Vector3<f64>),
+        at: &Coordinates,
+        angles: &Vector3<f64>,
+        rates: &Vector3<f64>,
+        turns: &Vector3<f64>,
     ) -> [[AxisStart; 3]; 2] {
         let along =
             |k: usize| AxisStart { coordinate: at.place[k], rate: rates[k], push: self.push[0][k] };
@@ -258,21 +263,17 @@ impl Joint {
         *of.get_mut(k)? = size;
         let acting = self.acting(states, &force)?;
         let other = match self.other {
-            Some(other) => load_of(&acting, states.get(other)?, -1.0),
+            Some(other) => acting.on(states.get(other)?, -1.0),
             None => Wrench::zero(),
         };
-        Some([load_of(&acting, states.get(self.body)?, 1.0), other])
+        Some([acting.on(states.get(self.body)?, 1.0), other])
     }
 
-    /// Where `force` acts on A, m, and the force (N) and the torque (N m) there, world.
-    fn acting(
-        &self,
-        states: &[State],
-        force: &JointForce,
-    ) -> Option<(Vector3<f64>, Vector3<f64>, Vector3<f64>)> {
+    /// What `force` puts on A at its anchor.
+    fn acting(&self, states: &[State], force: &JointForce) -> Option<AnchorLoad> {
         let frames = self.placed(states)?;
         let at = between(&frames[0], &frames[1]);
-        let torque_map = self.turning_map((&at, &force.angles));
+        let torque_map = self.turning_map(&at, &force.angles);
         Some(self.acting_at(&frames, &torque_map, states.get(self.body)?, force))
     }
 
@@ -283,30 +284,38 @@ impl Joint {
         torque_map: &Matrix3<f64>,
         state: &State,
         force: &JointForce,
-    ) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
-        let along = rotation(&frames[1].attitude) * force.force;
+    ) -> AnchorLoad {
         // About the axes of A, and in the world's.
         let about = torque_map * force.torque;
-        (frames[0].anchor, along, rotation(&state.attitude) * about)
+        AnchorLoad {
+            anchor: frames[0].anchor,
+            force: rotation(&frames[1].attitude) * force.force,
+            torque: rotation(&state.attitude) * about,
+        }
     }
 
     /// The torque on A, in its frame, of torques about the axes of its turn where it is at `at` and at the `angles` (rad).
-    fn turning_map(&self, at: (&Coordinates, &Vector3<f64>)) -> Matrix3<f64> {
+    fn turning_map(&self, at: &Coordinates, angles: &Vector3<f64>) -> Matrix3<f64> {
         match self.turning() {
             TurnKind::Free => Matrix3::zeros(),
-            _ => Turn::new(self, at, 1.0, 1.0).torque_map(),
+            _ => Turn::new(self, at, angles, 1.0, 1.0).torque_map(),
         }
     }
 }
 
-/// What a force and a torque at an anchor (all world), times `sign`, put on a body at `state`.
-fn load_of(
-    (anchor, along, about): &(Vector3<f64>, Vector3<f64>, Vector3<f64>),
-    state: &State,
-    sign: f64,
-) -> Wrench {
-    let torque = ((anchor - state.position).cross(along) + about) * sign;
-    Wrench { force: along * sign, torque: rotation(&state.attitude).tr_mul(&torque) }
+/// A force (N) and a torque (N m) at an anchor (m), all in the world's frame.
+struct AnchorLoad {
+    anchor: Vector3<f64>,
+    force: Vector3<f64>,
+    torque: Vector3<f64>,
+}
+
+impl AnchorLoad {
+    /// Its wrench, times `sign`, on a body at `state`.
+    fn on(&self, state: &State, sign: f64) -> Wrench {
+        let torque = ((self.anchor - state.position).cross(&self.force) + self.torque) * sign;
+        Wrench { force: self.force * sign, torque: rotation(&state.attitude).tr_mul(&torque) }
+    }
 }
 
 /// (J1) of the frames of A and B in the world.

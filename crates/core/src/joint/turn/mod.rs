@@ -75,7 +75,8 @@ impl Turn {
     /// `length` (m).
     pub(crate) fn new(
         joint: &Joint,
-        (at, angles): (&Coordinates, &Vector3<f64>),
+        at: &Coordinates,
+        angles: &Vector3<f64>,
         time_step: f64,
         length: f64,
     ) -> Self {

@@ -285,8 +285,8 @@ impl IslandBody {
 
     /// v⁺ + Gᵀ ω̃⁺ (eq. 29): how the point with this torque map moves after the impulses.
     pub(super) fn departing(&self, velocity: &Velocity, torque_map: &Matrix3<f64>) -> Vector3<f64> {
-        let inertia = (&self.inertia, &self.inertia_inverse);
-        let spin = self.form.departing_spin(inertia, &velocity.spin, self.time_step);
+        let Self { inertia, inertia_inverse: inverse, time_step, .. } = self;
+        let spin = self.form.departing_spin(inertia, inverse, &velocity.spin, *time_step);
         velocity.linear + torque_map.tr_mul(&spin)
     }
 
@@ -297,8 +297,8 @@ impl IslandBody {
         torque_map: &Matrix3<f64>,
         normal: &Vector3<f64>,
     ) -> RowVector3<f64> {
-        let inertia = (&self.inertia, &self.inertia_inverse);
-        let slope = self.form.departing_slope(inertia, &velocity.spin, self.time_step);
+        let Self { inertia, inertia_inverse: inverse, time_step, .. } = self;
+        let slope = self.form.departing_slope(inertia, inverse, &velocity.spin, *time_step);
         (torque_map * normal).tr_mul(&slope)
     }
 

@@ -255,8 +255,7 @@ impl Builder<'_> {
             let velocity = turned.rotation()
                 * entry.velocity.map_or(Vector3::zeros(), |velocity| velocity.0.into());
             let spin = entry.spin.map_or(Vector3::zeros(), |spin| spin.0.into());
-            let start =
-                self.start(entry.frame, &place, (velocity, spin), &centre).map_err(named)?;
+            let start = self.start(entry.frame, &place, velocity, spin, &centre).map_err(named)?;
             start.checked().map_err(|error| named(field_of(&error)))?;
             let start = BodyStart::of(&start);
             let usual = ("body", self.model.bodies.len());
@@ -284,8 +283,8 @@ impl Builder<'_> {
         let count = copies.len();
         let mut partners = Vec::new();
         for (number, copied) in copies.into_iter().enumerate() {
-            let (still, centre) = ((Vector3::zeros(), Vector3::zeros()), Vector3::zeros());
-            let start = self.start(entry.frame, &copied.place, still, &centre).map_err(named)?;
+            let zero = Vector3::zeros();
+            let start = self.start(entry.frame, &copied.place, zero, zero, &zero).map_err(named)?;
             let outer =
                 ModelPlace { position: start.position.into(), attitude: start.attitude.into() };
             let usual = ("fixed", self.model.fixed.len());
@@ -308,7 +307,8 @@ impl Builder<'_> {
         &self,
         frame: Option<StartFrame>,
         place: &ModelPlace,
-        (velocity, spin): (Vector3<f64>, Vector3<f64>),
+        velocity: Vector3<f64>,
+        spin: Vector3<f64>,
         centre: &Vector3<f64>,
     ) -> Result<State, String> {
         let ground = match (frame, &self.plane) {

@@ -139,7 +139,8 @@ impl<R: Read> TablesReader<R> {
     pub fn new(
         streams: Streams<R>,
         bodies: usize,
-        (joints, gears): (usize, usize),
+        joints: usize,
+        gears: usize,
     ) -> Result<Self, RowsError> {
         let reader = Self::of_some(streams, bodies, joints, gears)?;
         let sheets = &reader.sheets;

@@ -142,7 +142,7 @@ impl ContactRow {
             && pair.plane == 0
         {
             let normal = other_pose.rotation.tr_mul(&self.normal);
-            let features = round((own, theirs), (part, other), &normal);
+            let features = round([own, theirs], [part, other], &normal);
             let features = features.filter(|features| features.radius == self.radius);
             let features = features.ok_or("is of features that its pieces do not have")?;
             return self.named(world, features, (own, theirs));

@@ -247,7 +247,7 @@ impl JointRow {
             let force = record.solution.joints.get(index);
             let force = force.copied().unwrap_or(JointForce::none(Vector3::zeros()));
             let next = (!is_end).then_some(&record.solution.states[..]);
-            Self::between(world, joint, (&record.states, next), &force)
+            Self::between(world, joint, &record.states, next, &force)
         })
     }
 
@@ -256,7 +256,8 @@ impl JointRow {
     pub fn between(
         world: &World,
         joint: &Joint,
-        (states, next): (&[State], Option<&[State]>),
+        states: &[State],
+        next: Option<&[State]>,
         force: &JointForce,
     ) -> Self {
         let unknown = Vector3::repeat(f64::NAN);
@@ -275,7 +276,7 @@ impl JointRow {
             let (h, after) = (world.time_step(), joint.coordinates(next));
             let rates = after.map(|after| joint.rates(&at, &after, &turns, h));
             (row.velocity, row.spin) = rates.unwrap_or((unknown, unknown));
-            row.residual = joint.residual(world.bodies(), (states, next), force, h);
+            row.residual = joint.residual(world.bodies(), states, next, force, h);
         }
         row
     }
@@ -294,7 +295,7 @@ impl GearTableRow {
         world.gears().iter().enumerate().map(move |(index, gear)| {
             let force = solution.gears.get(index).copied().unwrap_or(0.0);
             let next = (!is_end).then_some(&solution.states[..]);
-            Self::between(world, gear, (&record.states, next), (&solution.joints, force))
+            Self::between(world, gear, &record.states, next, &solution.joints, force)
         })
     }
 
@@ -304,16 +305,17 @@ impl GearTableRow {
     pub fn between(
         world: &World,
         gear: &Gear,
-        (states, next): (&[State], Option<&[State]>),
-        (joints, force): (&[JointForce], f64),
+        states: &[State],
+        next: Option<&[State]>,
+        joints: &[JointForce],
+        force: f64,
     ) -> Self {
         let near: Vec<_> = gear.axes().map(|of| joints.get(of.joint).map(|of| of.angles)).into();
         let coordinate = |k: usize| {
             let near = near[k].unwrap_or_default();
             gear.axes()[k].coordinate(world.joints(), states, &near)
         };
-        let ends = next.map(|next| (states, next));
-        let residual = ends.map_or(0.0, |ends| gear.residual(world, ends, joints, force));
+        let residual = next.map_or(0.0, |next| gear.residual(world, states, next, joints, force));
         Self { coordinates: [coordinate(0), coordinate(1)], force, residual }
     }
 }

@@ -171,7 +171,7 @@ impl Island {
             })
             .sum();
         let idle = Axis::Free(Drive::NONE).graph(&AxisStart::default(), 1.0, 1.0, 1.0);
-        let own = law.free_graph(&at_rest(sum), self.time_step, (length, self.mass));
+        let own = law.free_graph(&at_rest(sum), self.time_step, length, self.mass);
         let axes = AxesLaw::new(&mut self.setting.graphs, false, |k| match k {
             0 => own,
             _ => Some(idle),

@@ -73,7 +73,7 @@ impl Island {
         });
         response += member.response(&(torque_map * frame), true);
         let (h, unit) = (self.time_step, self.mass);
-        let graph = |k: usize| joint.linear()[k].free_graph(&starts[k], h, (1.0, unit));
+        let graph = |k: usize| joint.linear()[k].free_graph(&starts[k], h, 1.0, unit);
         let axes = AxesLaw::new(&mut self.setting.graphs, true, graph);
         let offset = Vector3::from_fn(|k, _| joint.linear()[k].offset(starts[k].coordinate, h));
         let source = Source::of(joint.linear(), joint.moves());
@@ -92,7 +92,7 @@ impl Island {
         (a, b): (usize, Option<usize>),
     ) -> usize {
         let h = self.time_step;
-        let turn = Turn::new(joint, at, h, length);
+        let turn = Turn::new(joint, at.0, at.1, h, length);
         let torque_map = turn.torque_map();
         let member = &self.members[a];
         let mut response = member.response(&torque_map, false);
@@ -106,9 +106,8 @@ impl Island {
         for k in (0..2).filter(|k| joint.angular()[*k].is_idle()) {
             response[k] = response[2];
         }
-        let scale = (length, self.mass);
-        let acting = joint.acting_axes();
-        let graph = |k: usize| acting[k].free_graph(&starts[k], h, scale);
+        let (unit, acting) = (self.mass, joint.acting_axes());
+        let graph = |k: usize| acting[k].free_graph(&starts[k], h, length, unit);
         let axes = AxesLaw::new(&mut self.setting.graphs, false, graph);
         self.turns.push(turn);
         let source = Source::of(joint.angular(), joint.moves());

@@ -47,7 +47,7 @@ impl LinearCoupling {
     ) -> Self {
         let (world, key) = (step.world, &contact.key);
         let bodies = [Some(key.body), key.partner.body()];
-        let tangent = ContactTangent::new(world, (contact, placed), step.states, next);
+        let tangent = ContactTangent::new(world, contact, placed, step.states, next);
         let n = contact.normal();
         let pressed = n.dot(&impulse);
         let across = |v: &Vector3<f64>| v - n * n.dot(v);
@@ -188,7 +188,7 @@ impl LinearCoupling {
         time_step: f64,
         restitution: f64,
     ) -> RowsChange<1> {
-        let rows = self.tangent.change(sides, time_step, restitution);
+        let rows = self.tangent.change(sides.0, sides.1, time_step, restitution);
         let (p, u) = (&self.impulse, self.tangent.motion());
         let mut change = RowsChange::zero();
         change.motion = self.from.tr_mul(&(rows.motion - rows.turn.cross(u)));

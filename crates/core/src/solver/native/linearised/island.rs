@@ -351,7 +351,7 @@ impl LinearIsland {
                 let (linear, spin) =
                     (solved.fixed_rows::<3>(0).into(), solved.fixed_rows::<3>(3).into());
                 if let Some(map) = &ends[body] {
-                    let moved = map.push(&StateChange::zero(), (&linear, &spin), 0.0);
+                    let moved = map.push(&StateChange::zero(), &linear, &spin, 0.0);
                     end[body] = end[body].plus(weight, &moved);
                 }
             }

@@ -363,7 +363,7 @@ impl StepDerivative {
         for (body, (end, map)) in end.iter_mut().zip(&self.ends).enumerate() {
             let zero = Vector3::zeros();
             *end = match map {
-                Some(map) => map.push(&state(body), (&zero, &zero), time_step),
+                Some(map) => map.push(&state(body), &zero, &zero, time_step),
                 None => state(body),
             };
         }

@@ -13,7 +13,9 @@ use super::constants::{add_anchors, anchors_of, unit};
 use super::geared::{LinearGear, TiedRows};
 use super::slopes::{LinearisedSlopes, RowsChange};
 use crate::derivative::{JointTangent, RowsTangent};
-use crate::joint::{Axis, AxisChange, AxisStart, JointAxis, PieceChange, Segment, at_rest};
+use crate::joint::{
+    Axis, AxisChange, AxisStart, GraphPlace, JointAxis, PieceChange, Segment, at_rest,
+};
 use crate::mechanics::State;
 use crate::solver::native::island::{Island, JointPlace};
 use crate::solver::native::law::MapPiece;
@@ -46,7 +48,7 @@ pub(super) struct TiedRowLaw {
     /// ℓ and M of the row's scale.
     scale: (f64, f64),
     /// û, or u₀ of a piece that is vertical; whether it is.
-    at: (f64, bool),
+    at: GraphPlace,
     /// s; of what is vertical nothing.
     slope: f64,
     compliance: f64,
@@ -64,6 +66,7 @@ impl TiedRowLaw {
         slots: AxisSlots,
     ) -> Self {
         let on = solved.segment(island, coupling, k);
+        let is_vertical = on.is_vertical();
         let p = &solved.impulses[coupling];
         // Where its limit is taken, compliance acts on changes alone.
         let given = p * (solved.compliance - solved.limit);
@@ -73,8 +76,8 @@ impl TiedRowLaw {
             start: *start,
             time_step,
             scale,
-            at: if on.is_vertical() { (on.u, true) } else { (u, false) },
-            slope: if on.is_vertical() { 0.0 } else { -on.dp / on.du },
+            at: GraphPlace { u: if is_vertical { on.u } else { u }, is_vertical },
+            slope: if is_vertical { 0.0 } else { -on.dp / on.du },
             compliance: solved.compliance,
             limit: solved.limit,
             slots,
@@ -85,10 +88,10 @@ impl TiedRowLaw {
     /// give way where the limit is taken (G14).
     pub(super) fn answer(&self, change: &AxisChange) -> (f64, f64) {
         let Self { axis, start, time_step, scale, at, slope, compliance, limit, .. } = self;
-        match axis.piece_change(start, *time_step, *scale, *at, change) {
+        match axis.piece_change(start, *time_step, scale.0, scale.1, *at, change) {
             PieceChange::Speed(faster) => (-faster, 0.0),
             PieceChange::Line(value, steeper) => {
-                let impulse = (value - at.0 * steeper) / (1.0 + compliance * slope);
+                let impulse = (value - at.u * steeper) / (1.0 + compliance * slope);
                 (-limit * impulse, impulse)
             }
         }
@@ -253,7 +256,7 @@ pub(super) fn linearise(
                 + island.geared(coupling, solved.impulses);
             let of = match about {
                 false => Some(tangent.of_place(&impulse)),
-                true => tangent.of_turn((angles, length), &impulse),
+                true => tangent.of_turn(angles, length, &impulse),
             };
             let Some(of) = of else { continue };
             let law = |k: usize| {
