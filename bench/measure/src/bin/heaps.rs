@@ -7,99 +7,12 @@
 //! Exit code 2 for a bad argument. Steps that are not solved are what is counted here: they do not
 //! change the code.
 
-use nalgebra::{Vector3, Vector4};
 use std::error::Error;
 use std::process::ExitCode;
 use std::time::Instant;
-use tumble_core::contact::Plane;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::random::Draws;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
+use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
-
-type BuiltHeap = (Vec<RigidBody>, Vec<State>);
-
-/// Name, number of bodies, μ.
-const SCENES: [(&str, usize, f64); 14] = [
-    ("boxes", 10, 0.3),
-    ("boxes", 10, 0.7),
-    ("boxes", 10, 1.5),
-    ("boxes", 25, 0.3),
-    ("boxes", 25, 0.7),
-    ("boxes", 25, 1.5),
-    ("sticks", 25, 0.3),
-    ("balls", 25, 0.5),
-    ("mixed", 25, 0.5),
-    ("ratio", 25, 0.5),
-    ("boxes", 100, 0.5),
-    ("dense", 100, 0.5),
-    ("wall", 28, 0.3),
-    ("wall", 28, 0.5),
-];
-
-fn at_rest(position: Vector3<f64>, attitude: Vector4<f64>) -> State {
-    State { position, attitude, velocity: Vector3::zeros(), spin: Vector3::zeros() }
-}
-
-/// Bodies anyhow above each other, that fall with some speed and spin.
-fn heap(
-    name: &str,
-    count: usize,
-    draws: &mut Draws,
-) -> Result<BuiltHeap, tumble_core::error::Error> {
-    let (mut bodies, mut starts) = (Vec::new(), Vec::new());
-    for index in 0..count {
-        let places = [index % 3, index / 3 % 3, index / 9].map(|place| place as f64);
-        let position = Vector3::new(-0.9, -0.9, 1.0) + 0.9 * Vector3::from(places);
-        let mut around = |size: f64| size * (2.0 * draws.unit() - 1.0);
-        let velocity = Vector3::from_fn(|_, _| around(1.0));
-        let spin = Vector3::from_fn(|_, _| around(2.0));
-        let half_sides = Vector3::from_fn(|_, _| 0.2 + around(0.05));
-        let mass = if name == "ratio" { 10_f64.powf(around(2.0)) } else { 1.5 + around(0.5) };
-        let shape = if name == "mixed" { index % 4 } else { 4 };
-        let piece = match (name, shape) {
-            ("sticks", _) | (_, 1) => Piece::cuboid(Vector3::new(0.4, 0.04, 0.04)),
-            ("balls", _) | (_, 2) => Piece::sphere(0.175 + around(0.075)),
-            (_, 3) => Piece::capsule(0.2, 0.1),
-            _ => Piece::cuboid(half_sides),
-        };
-        bodies.push(RigidBody::solid(mass, &[piece?])?.0);
-        let attitude = draws.attitude();
-        starts.push(State { velocity, spin, ..at_rest(position, attitude) });
-    }
-    Ok((bodies, starts))
-}
-
-/// Boxes of 20 × 15 × 10 cm, layers of 25 so near each other that they fall on one another.
-fn dense(count: usize, draws: &mut Draws) -> Result<BuiltHeap, tumble_core::error::Error> {
-    let brick = RigidBody::solid_box(1.5, Vector3::new(0.1, 0.075, 0.05))?;
-    let start = |index: usize| {
-        let places = [index % 5, index / 5 % 5, index / 25].map(|place| place as f64);
-        at_rest(Vector3::new(-0.6, -0.6, 0.3) + 0.32 * Vector3::from(places), draws.attitude())
-    };
-    Ok((vec![brick; count], (0..count).map(start).collect()))
-}
-
-/// A cube of 2 m and 10 kg thrown at a wall of bricks of 1 × 0.5 × 0.5 m and 20 kg, three in a row.
-fn wall(count: usize, draws: &mut Draws) -> Result<BuiltHeap, tumble_core::error::Error> {
-    let cube = RigidBody::solid_box(10.0, Vector3::repeat(1.0))?;
-    let brick = RigidBody::solid_box(20.0, Vector3::new(0.495, 0.25, 0.25))?;
-    let upright = Vector4::new(1.0, 0.0, 0.0, 0.0);
-    let thrown = State {
-        velocity: Vector3::new(0.0, 8.0, 0.0),
-        spin: Vector3::new(0.0, -2.0, 1.0),
-        ..at_rest(Vector3::new(0.0, -4.0, 2.5), draws.attitude())
-    };
-    let bricks = (0..count - 1).map(|index| {
-        let (row, place) = (index / 3, (index % 3) as f64);
-        let x = place - 1.0 + 0.5 * (row % 2) as f64;
-        at_rest(Vector3::new(x, 0.0, 0.25 + 0.5 * row as f64), upright)
-    });
-    let starts = std::iter::once(thrown).chain(bricks).collect();
-    Ok((std::iter::once(cube).chain(vec![brick; count - 1]).collect(), starts))
-}
+use tumble_measure::heaps::{HEAPS, Heap};
 
 /// What the runs of a scene came to.
 #[derive(Default)]
@@ -140,34 +53,20 @@ impl HeapCounts {
 }
 
 fn run(
-    (name, count, friction): (&str, usize, f64),
-    (seeds, steps): (std::ops::Range<u32>, u32),
+    heap: &Heap,
+    seeds: std::ops::Range<u32>,
+    steps: u32,
 ) -> Result<HeapCounts, tumble_core::error::Error> {
     let mut counts = HeapCounts::default();
     for seed in seeds {
-        let draws = &mut Draws::new(seed);
-        let (bodies, starts) = match name {
-            "dense" => dense(count, draws)?,
-            "wall" => wall(count, draws)?,
-            _ => heap(name, count, draws)?,
-        };
-        let world = World::new(Parameters {
-            bodies,
-            ground: Some(Plane::level()),
-            gravity: Vector3::new(0.0, 0.0, -9.81),
-            friction,
-            time_step: 0.002,
-            rotation: Rotation::Momentum,
-        })?;
-        let motion = Motion::native(&world);
-        let mut simulation = Simulation::new(world, starts, motion)?;
+        let mut simulation = heap.begin(seed)?;
         let mut record = StepRecord::new();
         for _ in 0..steps {
             let begin = Instant::now();
             simulation.step(&mut record)?;
             counts.add(&record, begin.elapsed().as_secs_f64());
         }
-        let few = record.report.iterations as usize <= count;
+        let few = record.report.iterations as usize <= heap.bodies;
         counts.still += u32::from(record.report.status == StepStatus::Converged && few);
     }
     Ok(counts)
@@ -179,7 +78,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         Some(text) => text.parse().ok(),
         None => Some(default),
     };
-    let known = |name: &String| SCENES.iter().any(|scene| scene.0 == name);
+    let known = |name: &String| HEAPS.iter().any(|heap| heap.name == name);
     let (Some(seeds @ 1..), Some(steps @ 1..), Some(first), true, ..=4) = (
         number(0, 4),
         number(1, 1000),
@@ -194,15 +93,15 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         "scene    bodies  mu  contact steps  retried     wild   failed  worst failed  still  overlap  \
          contacts  slowest  a step"
     );
-    let wanted = |scene: &&(&str, usize, f64)| arguments.get(3).is_none_or(|name| name == scene.0);
-    for &scene in SCENES.iter().filter(wanted) {
-        let counts = run(scene, (first..first.saturating_add(seeds), steps))?;
+    let wanted = |heap: &&Heap| arguments.get(3).is_none_or(|name| name == heap.name);
+    for heap in HEAPS.iter().filter(wanted) {
+        let counts = run(heap, first..first.saturating_add(seeds), steps)?;
         let part = |number: u32| 100.0 * f64::from(number) / f64::from(counts.contact.max(1));
         println!(
             "{:8} {:6} {:3} {:14} {:7.2}% {:8} {:8} {:9.1e} m/s {:6} {:5.2} mm {:9} {:5.0} ms {:5.0} µs",
-            scene.0,
-            scene.1,
-            scene.2,
+            heap.name,
+            heap.bodies,
+            heap.friction,
             counts.contact,
             part(counts.retried),
             counts.wild,
