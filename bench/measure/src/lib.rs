@@ -1,7 +1,5 @@
-//! Scenes that are measured: [heaps] drawn by seeds, and boxes on level ground as `bench/scenes/*.json` has them, for the
-//! programs that `scripts/bench` runs and for `benches/several.rs`.
-
-pub mod heaps;
+//! Scenes of several boxes on level ground as `bench/scenes/*.json` has them: for the programs
+//! that `scripts/bench` runs, and for `benches/several.rs`.
 
 use nalgebra::{Matrix3, SVector, Vector3};
 use serde::Deserialize;

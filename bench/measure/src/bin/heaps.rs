@@ -7,12 +7,15 @@
 //! Exit code 2 for a bad argument. Steps that are not solved are what is counted here: they do not
 //! change the code.
 
+#[path = "../heaps.rs"]
+mod heaps;
+
+use heaps::{HEAPS, Heap};
 use std::error::Error;
 use std::process::ExitCode;
 use std::time::Instant;
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
-use tumble_measure::heaps::{HEAPS, Heap};
 
 /// What the runs of a scene came to.
 #[derive(Default)]

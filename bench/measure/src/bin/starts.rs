@@ -6,6 +6,10 @@
 //!
 //! Exit code 2 for a bad argument. Steps that are not solved are what is counted here: they do not change the code.
 
+#[path = "../heaps.rs"]
+mod heaps;
+
+use heaps::HEAPS;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::Path;
@@ -15,7 +19,6 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_core::step::StepStatus;
-use tumble_measure::heaps::HEAPS;
 use tumble_model::failure::Failure;
 use tumble_scene::choices::{SceneName, SolverName};
 use tumble_scene::scene::Scene;
