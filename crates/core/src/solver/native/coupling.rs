@@ -3,7 +3,7 @@
 //! Equation numbers are those of `docs/native-solver.md`.
 
 use super::law::{Cone, CouplingLaw, CouplingRows, NaturalMap, Projection};
-use super::tolerances::{COMPLIANCE, ROLLING_GIVE};
+use super::settings::{COMPLIANCE, ROLLING_COMPLIANCE};
 use crate::contact::Contact;
 use crate::joint::Graph;
 use nalgebra::{Matrix3, Vector3};
@@ -58,7 +58,7 @@ impl Coupling {
             rebound: contact.rebound,
             rows: CouplingRows {
                 give: match contact.is_rounded() {
-                    true => (ROLLING_GIVE * tangential / COMPLIANCE).max(1.0),
+                    true => (ROLLING_COMPLIANCE * tangential / COMPLIANCE).max(1.0),
                     false => 1.0,
                 },
                 ..CouplingRows::of_contact(contact.frame, responses)

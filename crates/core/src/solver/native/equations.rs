@@ -8,8 +8,8 @@
 use super::coupling::Coupling;
 use super::islands::IslandView;
 use super::law::{Answer, Gain};
-use super::policy::Policy;
-use super::tolerances::{RESTLESS, Tolerances};
+use super::settings::Settings;
+use super::tolerances::Tolerances;
 use crate::joint::Graph;
 use crate::step::Step;
 use nalgebra::Vector3;
@@ -196,11 +196,6 @@ impl StepSetting {
         }
     }
 
-    /// Whether the impulses change from step to step by so much that they are not nearly the last ones.
-    pub(super) fn changes(&self) -> bool {
-        changes(self.unsettled)
-    }
-
     pub(super) fn admit(&mut self, coupling: Coupling) {
         self.all_give_alike &= coupling.rows.give_alike();
         self.couplings.push(coupling);
@@ -229,12 +224,6 @@ pub(super) enum Determined {
     Maybe,
 }
 
-/// Whether impulses that changed by the part `unsettled` of the largest are not nearly those of the next step. Of
-/// those of the first steps nothing is known.
-pub(super) fn changes(unsettled: f64) -> bool {
-    unsettled > RESTLESS && unsettled < f64::INFINITY
-}
-
 /// The equations of bodies that move together in a step: what is constant during the step, and
 /// the motion of the couplings' rows as a function of the new velocities.
 pub(super) trait Equations {
@@ -253,7 +242,7 @@ pub(super) trait Equations {
     fn setting(&self) -> &StepSetting;
     fn setting_mut(&mut self) -> &mut StepSetting;
     /// How their solution is sought.
-    fn policy(&self) -> &'static Policy;
+    fn settings(&self) -> &'static Settings;
     /// How many bodies bring the momentum that the impulses share.
     fn bodies(&self) -> usize {
         1
@@ -306,10 +295,6 @@ pub(super) trait Equations {
         impulses: &[Vector3<f64>],
         scratch: &mut Self::Scratch,
     ) -> MapResidual;
-    /// u of coupling `index` (N2), m/s, world.
-    fn point(&self, index: usize, velocity: &Self::Velocity) -> Vector3<f64>;
-    /// Adds to the velocities what an impulse p̂ more at coupling `index` makes of them.
-    fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Self::Velocity);
     /// u of every coupling (N2), m/s, world.
     fn set_points(
         &self,
@@ -357,6 +342,4 @@ pub(super) struct EvaluatedPoint<'a, E: Equations + ?Sized> {
     pub(super) velocity: &'a E::Velocity,
     pub(super) points: &'a [Vector3<f64>],
     pub(super) scratch: &'a E::Scratch,
-    /// By how much slopes may be off, in parts of themselves: those of a point before are kept that are.
-    pub(super) slack: f64,
 }

@@ -7,6 +7,7 @@ use super::effort::SolveEffort;
 use super::equations::{Elimination, Equations, EvaluatedPoint, Velocities, reserve};
 use super::law::{Answer, Barrier, Pending};
 use super::newton::Iterate;
+use super::settings::{INTERIOR_ERROR, INTERIOR_ITERATIONS, LEAST_SPEED};
 use nalgebra::Vector3;
 
 /// Scratch of the iteration.
@@ -23,18 +24,6 @@ pub(super) struct InteriorPoint<E: Equations> {
     scratch: E::Scratch,
     system: E::System,
 }
-
-const MOST_ITERATIONS: u32 = 60;
-/// Complementarity (m²/s², relative to the speed scale) at which Newton takes over.
-pub(super) const GOOD_ENOUGH: f64 = 1e-13;
-/// The same for a structure: contacts without a load, of which neither the impulse nor the speed is known at its root, are told
-/// apart by rounding alone, and Newton's method throws everything about (walls of 300 and 1000 bricks: 57 and 59 iterations in vain; with
-/// this 26 and 28 in all).
-pub(super) const TOLD_APART: f64 = 1e-19;
-/// The error of the equations (relative to the speed scale) that goes with it.
-const NEAR: f64 = 1e-9;
-/// The least speed that a start is scaled with, in parts of the world's scale.
-const LEAST: f64 = 1e-6;
 
 impl<E: Equations> InteriorPoint<E> {
     pub(super) fn new() -> Self {
@@ -61,19 +50,19 @@ impl<E: Equations> InteriorPoint<E> {
     }
 
     /// Brings `iterate` near a solution from a centred start with normal impulses of
-    /// `scale` times the momentum over the number of contacts, until the complementarity is `enough`.
+    /// `centre` times the momentum of all bodies over the number of contacts.
     pub(super) fn solve(
         &mut self,
         equations: &E,
-        (scale, enough): (f64, f64),
+        centre: f64,
         iterate: &mut Iterate<E>,
         effort: &mut SolveEffort<'_>,
     ) {
-        let speed = self.start(equations, scale, iterate);
-        let target = enough * speed * speed;
-        for _ in 0..MOST_ITERATIONS {
+        let speed = self.start(equations, centre * equations.bodies() as f64, iterate);
+        let target = equations.settings().complementarity * speed * speed;
+        for _ in 0..INTERIOR_ITERATIONS {
             let gap = self.complementarity(0.0);
-            let there = gap <= target && self.error(equations, iterate) <= NEAR * speed;
+            let there = gap <= target && self.error(equations, iterate) <= INTERIOR_ERROR * speed;
             if there || !effort.spend() {
                 return;
             }
@@ -95,7 +84,8 @@ impl<E: Equations> InteriorPoint<E> {
     pub(super) fn centre(
         &mut self,
         equations: &E,
-        (scale, kappa): (f64, f64),
+        scale: f64,
+        kappa: f64,
         iterate: &mut Iterate<E>,
         effort: &mut SolveEffort<'_>,
     ) -> bool {
@@ -105,7 +95,7 @@ impl<E: Equations> InteriorPoint<E> {
         const FAR: f64 = 4.0;
         self.start(equations, scale, iterate);
         let (tolerances, mut before) = (equations.tolerances(), f64::INFINITY);
-        for _ in 0..MOST_ITERATIONS {
+        for _ in 0..INTERIOR_ITERATIONS {
             let off = self.barriers.iter().map(|at| at.off_centre(kappa)).fold(0.0, f64::max);
             let error = self.error(equations, iterate);
             // Between masses that differ by much, rounding is above its usual bound.
@@ -142,7 +132,7 @@ impl<E: Equations> InteriorPoint<E> {
     /// The centred start; returns the speed scale.
     fn start(&mut self, equations: &E, scale: f64, iterate: &mut Iterate<E>) -> f64 {
         let couplings = equations.couplings();
-        let speed = equations.speed().max(LEAST);
+        let speed = equations.speed().max(LEAST_SPEED);
         let strength = scale * speed / couplings.len() as f64;
         self.barriers.clear();
         self.barriers.extend(couplings.iter().map(|c| c.law.centred(&c.rows, speed, strength)));
@@ -187,7 +177,7 @@ impl<E: Equations> InteriorPoint<E> {
         equations.set_points(velocity, scratch, points);
         pending.clear();
         let linearised = equations.linearise(
-            EvaluatedPoint { velocity, points, scratch, slack: 0.0 },
+            EvaluatedPoint { velocity, points, scratch },
             |index, coupling, u| {
                 let (barrier, frame) = (&barriers[index], &coupling.rows.frame);
                 let aim = (0.0, &barrier.nothing());

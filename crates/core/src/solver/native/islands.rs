@@ -3,7 +3,7 @@
 
 use crate::contact::{Contact, KeyIndex, Partner};
 use crate::joint::{Gear, Joint};
-use crate::step::{ContactForce, Step, StepSolution};
+use crate::step::{Step, StepSolution};
 use crate::world::World;
 use nalgebra::Vector3;
 
@@ -26,9 +26,6 @@ pub(super) struct IslandParts {
     unsettled: Vec<f64>,
     changes: Vec<(f64, f64)>,
     known: KnownForces,
-    /// Of every contact the force found so far in this step, N; and whether an island is to go on from them.
-    found: Vec<Vector3<f64>>,
-    goes_on: Vec<bool>,
     /// The contacts of the step before, and of the one before that.
     previous: KeyIndex,
     earlier: KeyIndex,
@@ -111,6 +108,13 @@ pub(super) struct KnownForces {
     pub(super) ahead: Vec<Vector3<f64>>,
 }
 
+/// The contacts of a step, of which the first `known` were there in the last call in the same step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StepContacts<'a> {
+    pub(super) contacts: &'a [Contact],
+    pub(super) known: usize,
+}
+
 /// One island.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct IslandView<'a> {
@@ -126,24 +130,23 @@ pub(super) struct IslandView<'a> {
     pub(super) places: &'a [usize],
     /// What is known of the candidates' forces from the steps before.
     pub(super) known: &'a KnownForces,
-    /// For every candidate, its force found so far in this step, N, where the island is to go on from there.
-    pub(super) found: Option<&'a [Vector3<f64>]>,
     /// How much its impulses changed from the step before the last one to the last, in parts of
     /// the largest; infinite where none pressed.
     pub(super) unsettled: f64,
 }
 
 impl IslandParts {
-    /// Finds the islands of a step. The first `known` contacts have been seen by the last call in
-    /// the same step; without one, `first`, what joints tie is to be solved. Islands with a `marked` body are
-    /// to be solved all the same.
+    /// Finds the islands of a step. Those with new contacts are to be solved, those with joints if
+    /// `joints_are_new`, and those with a `marked` body.
     #[inline]
     pub(super) fn find(
         &mut self,
         step: &Step<'_>,
-        (contacts, known, first): (&[Contact], usize, bool),
+        contacts: StepContacts<'_>,
+        joints_are_new: bool,
         marked: Marked<'_>,
     ) {
+        let StepContacts { contacts, known } = contacts;
         let (count, joints) = (step.states.len(), step.world.joints());
         if count == 1 && joints.is_empty() {
             self.set_only_one(contacts.len());
@@ -155,41 +158,27 @@ impl IslandParts {
         self.changed.clear();
         let new = |island| {
             self.contacts.get(island).last().is_some_and(|place| *place >= known)
-                || first && !self.joints.get(island).is_empty()
+                || joints_are_new && !self.joints.get(island).is_empty()
         };
         let marked = |island| {
             marked.0.is_some() && self.bodies.get(island).iter().any(|body| marked.holds(*body))
         };
         self.changed.extend((0..islands).map(|island| new(island) || marked(island)));
-        self.find_before(step, (contacts, known));
+        self.find_before(step, contacts, known);
         self.set_unsettled(step, islands);
-        self.goes_on.clear();
-        self.goes_on.resize(islands, false);
     }
 
-    /// Has islands go on from the forces `found` in this step, of the first candidates, where one of their bodies
-    /// is told to.
-    pub(super) fn go_on(&mut self, found: &[ContactForce], goes_on: impl Fn(usize) -> bool) {
-        let Self { bodies, goes_on: islands, .. } = self;
-        for (island, goes) in islands.iter_mut().enumerate() {
-            *goes = bodies.get(island).iter().any(|&body| goes_on(body));
-        }
-        self.found.clear();
-        if islands.contains(&true) {
-            self.found.extend(found.iter().map(|contact| contact.force));
-            self.found.resize(self.known.before.len(), Vector3::zeros());
-        }
-    }
-
-    /// Has the islands to be solved whose bodies all rest keep what the step before came to, if their contacts are those of it
-    /// and none was `known` in a call before. No other body that is to be solved `rests` any more.
+    /// Has the islands to be solved whose bodies all rest keep the solution of the step before, if
+    /// their contacts are the same and none was known in a call before. No other body that is to be
+    /// solved `rests` any more.
     pub(super) fn keep(
         &mut self,
         step: &Step<'_>,
-        (contacts, known): (&[Contact], usize),
+        contacts: StepContacts<'_>,
         rests: &mut [bool],
         solution: &mut StepSolution,
     ) {
+        let StepContacts { contacts, known } = contacts;
         if !rests.contains(&true) {
             return;
         }
@@ -316,7 +305,7 @@ impl IslandParts {
     }
 
     /// Finds the forces of the step before, of the contacts that the last call did not know.
-    fn find_before(&mut self, step: &Step<'_>, (contacts, known): (&[Contact], usize)) {
+    fn find_before(&mut self, step: &Step<'_>, contacts: &[Contact], known: usize) {
         let Self { known: KnownForces { before, .. }, previous, .. } = self;
         if known == 0 {
             previous.clear();
@@ -420,7 +409,6 @@ impl IslandParts {
             gears: self.gears.get(number),
             places: &self.places,
             known: &self.known,
-            found: self.goes_on[number].then_some(&self.found),
             unsettled: self.unsettled[number],
         }
     }

@@ -3,7 +3,7 @@
 //! Equation numbers are those of `docs/native-solver.md`.
 
 use super::equations::Velocity;
-use super::tolerances::{LARGE_TURN, TURN_GAIN};
+use super::settings::LARGE_TURN;
 use super::turning::BodyTurning;
 use crate::mechanics::quaternion::rotation;
 use crate::mechanics::{Rotation, Wrench};
@@ -263,11 +263,6 @@ impl IslandBody {
         (to.linear - from.linear).amax().max(turned)
     }
 
-    /// By how much it turns and moves otherwise in the step, in parts of a radian and of its reach.
-    pub(super) fn turns_by(&self, from: &Velocity, to: &Velocity) -> f64 {
-        self.way(from, to) * self.time_step / self.reach
-    }
-
     /// How its points turn in a step that ends with a `spin`.
     pub(super) fn turning(&self, spin: Vector3<f64>) -> BodyTurning {
         BodyTurning::new(&self.rotation, spin, self.time_step)
@@ -336,10 +331,10 @@ impl IslandBody {
         }
     }
 
-    /// Whether it turns by more than a large angle in the step, and by more than a multiple of what it
-    /// came with.
+    /// Whether it turns by more than [`LARGE_TURN`] in the step, and by more than twice what it came
+    /// with.
     pub(super) fn turns_too_far(&self, velocity: &Velocity) -> bool {
         let turn = self.time_step * velocity.spin.norm();
-        turn > LARGE_TURN && turn > TURN_GAIN * self.time_step * self.old.spin.norm()
+        turn > LARGE_TURN && turn > 2.0 * self.time_step * self.old.spin.norm()
     }
 }

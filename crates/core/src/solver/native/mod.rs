@@ -16,7 +16,6 @@
 mod blocks;
 mod coupling;
 mod dense;
-mod descent;
 mod effort;
 mod equations;
 mod fixed_motion;
@@ -33,14 +32,13 @@ mod pair_motion;
 mod part;
 mod pattern;
 pub(crate) mod plan;
-mod policy;
 mod posed;
 mod proximal;
 mod round_motion;
+mod settings;
 mod single;
 mod six;
-mod starts;
-mod sweeps;
+mod stages;
 #[cfg(feature = "threads")]
 mod threads;
 mod tolerances;
@@ -55,16 +53,15 @@ use crate::step::{
     ContactForce, IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus,
 };
 use crate::world::World;
-use descent::DescentOutcome;
-use equations::changes;
-use islands::{IslandParts, IslandView, Marked};
+use islands::{IslandParts, IslandView, Marked, StepContacts};
 pub use law::MapPiece;
 pub use linearised::{Smoothing, StepChange, StepDerivative, StepGradient};
 use nalgebra::Vector3;
 use part::{IslandPart, PartRequest, Parts};
-use policy::{Policy, StartMethod};
 pub(crate) use posed::solve as solve_problem;
-pub use starts::STARTS;
+use settings::{SETTLED, Settings};
+pub use stages::STARTS;
+use stages::{StageOutcome, StageRun};
 #[cfg(feature = "threads")]
 use std::num::NonZeroUsize;
 #[cfg(feature = "threads")]
@@ -86,8 +83,6 @@ pub struct NativeSolver {
     ends: Vec<IslandEnd>,
     /// Memory of [`NativeSolver::reached`] and [`NativeSolver::admit_foreseen`].
     reached: Vec<State>,
-    /// Memory of [`NativeSolver::solve_marked`]: the bodies whose problems were solved roughly.
-    rough: Vec<bool>,
     /// Which bodies rest in the step at hand, as told, and as they were left.
     rests: Vec<bool>,
     /// Where islands are solved at the same time; `None` for the caller's thread alone.
@@ -109,7 +104,6 @@ impl NativeSolver {
             parts: Parts::new(first),
             ends: Vec::new(),
             reached: Vec::with_capacity(world.bodies().len()),
-            rough: Vec::new(),
             rests: Vec::new(),
             #[cfg(feature = "threads")]
             threads: None,
@@ -175,21 +169,19 @@ impl NativeSolver {
         marked: Marked<'_>,
         solution: &StepSolution,
     ) {
-        let (known, joints) = (solution.contacts.len(), step.world.joints().len());
-        let first = solution.joints.len() != joints;
-        self.islands.find(step, (contacts, known, first), marked);
+        let joints_are_new = solution.joints.len() != step.world.joints().len();
+        let contacts = StepContacts { contacts, known: solution.contacts.len() };
+        self.islands.find(step, contacts, joints_are_new, marked);
     }
 
     /// Admits the contacts that the crowds whose forces change will come to, as far as they can be foreseen: those
     /// that lie between going on as now and falling freely. Returns whether there are any.
     fn admit_foreseen(&mut self, step: &Step<'_>, candidates: &mut Candidates) -> bool {
         let moves = |island: &IslandView<'_>| {
-            let policy = if island.joints.is_empty() {
-                Policy::of(island.bodies.len())
-            } else {
-                Policy::tied()
-            };
-            policy.follows(island.contacts.len()) && changes(island.unsettled)
+            let settings = Settings::of(island.bodies.len(), !island.joints.is_empty());
+            island.contacts.len() > settings.crowd
+                && island.unsettled > SETTLED
+                && island.unsettled < f64::INFINITY
         };
         if !self.islands.all().any(|(_, island)| moves(&island)) {
             return false;
@@ -210,7 +202,7 @@ impl NativeSolver {
                 };
             }
         }
-        let depth = deepest_miss(step, &self.reached, (self.loosened(), false));
+        let depth = deepest_miss(step, &self.reached, self.loosened());
         candidates.admit_missed(step.world, step.states, &self.reached, depth)
     }
 
@@ -219,18 +211,16 @@ impl NativeSolver {
         &mut self,
         step: &Step<'_>,
         contacts: &[Contact],
-        roughly: bool,
         solution: &mut StepSolution,
     ) -> Result<u32, Error> {
         let known = solution.contacts.len();
         solution.joints.resize(step.world.joints().len(), JointForce::none(Vector3::zeros()));
         solution.gears.resize(step.world.gears().len(), 0.0);
-        self.islands.go_on(&solution.contacts, |body| self.ends[body].moved);
         solution.contacts.extend(contacts[known..].iter().map(|c| ContactForce::none(c.key)));
         let Self { islands, rests, .. } = self;
-        islands.keep(step, (contacts, known), rests, solution);
+        islands.keep(step, StepContacts { contacts, known }, rests, solution);
         self.parts.assign(&self.islands, step.states.len());
-        let asked = PartRequest { accepted: self.accepted, loosened: self.loosened(), roughly };
+        let asked = PartRequest { accepted: self.accepted, loosened: self.loosened() };
         let is_solved = self.solve_on_threads(step, contacts, asked)?;
         // In the order of the islands, on whichever threads they were solved.
         let mut iterations = 0_u32;
@@ -240,13 +230,12 @@ impl NativeSolver {
                 part.solve(step, contacts, &island, asked)?;
             }
             let ended = part.write(step, contacts, &island, solution);
-            let DescentOutcome { solved, start, retried, rough, .. } = ended.outcome;
-            let moved = start.is_of_crowds();
+            let StageOutcome { solved, run, retried, .. } = ended.outcome;
             for &body in island.bodies {
                 let end = &mut self.ends[body];
                 let retried = end.retried || retried;
-                let is_quiet = solved && !retried && !rough && ended.iterations == 0;
-                *end = IslandEnd { solved, start, retried, moved, rough, is_quiet };
+                let is_quiet = solved && !retried && ended.iterations == 0;
+                *end = IslandEnd { solved, run, retried, is_quiet };
             }
             iterations = iterations.saturating_add(ended.iterations);
         }
@@ -262,32 +251,21 @@ impl NativeSolver {
         candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
-        let (mut iterations, mut roughly) = (0_u32, true);
+        let mut iterations = 0_u32;
         self.find_islands(step, candidates.contacts(), marked, solution);
         if solution.contacts.is_empty() && self.admit_foreseen(step, candidates) {
             self.find_islands(step, candidates.contacts(), marked, solution);
         }
         loop {
-            let more = self.solve_islands(step, candidates.contacts(), roughly, solution)?;
+            let more = self.solve_islands(step, candidates.contacts(), solution)?;
             iterations = iterations.saturating_add(more);
-            let (loosened, is_rough) = (self.loosened(), self.ends.iter().any(|end| end.rough));
+            let loosened = self.loosened();
             let reached = self.reached(step, solution);
-            let depth = deepest_miss(step, reached, (loosened, is_rough));
-            let missed = candidates.admit_missed(step.world, step.states, reached, depth);
-            let contacts = candidates.contacts();
-            if missed {
-                self.find_islands(step, contacts, Marked::NONE, solution);
-            } else if is_rough {
-                // They are known: now to the end.
-                roughly = false;
-                let mut rough = std::mem::take(&mut self.rough);
-                rough.clear();
-                rough.extend(self.ends.iter().map(|end| end.rough));
-                self.find_islands(step, contacts, Marked(Some(&rough)), solution);
-                self.rough = rough;
-            } else {
+            let depth = deepest_miss(step, reached, loosened);
+            if !candidates.admit_missed(step.world, step.states, reached, depth) {
                 break;
             }
+            self.find_islands(step, candidates.contacts(), Marked::NONE, solution);
         }
         let solved = self.ends.iter().all(|end| end.solved);
         let status = match (solved, self.ends.iter().any(|end| end.retried)) {
@@ -295,9 +273,9 @@ impl NativeSolver {
             (true, true) => StepStatus::Retried,
             (false, _) => StepStatus::Failed,
         };
-        let later = self.ends.iter().find(|end| end.start != StartMethod::Previous);
-        let start = later.map_or(StartMethod::Previous, |end| end.start);
-        Ok(StepReport { status, iterations, start: Some(start.name()), message: None })
+        let mut runs = self.ends.iter().map(|end| end.run);
+        let run = runs.find(|run| *run != StageRun::PREVIOUS).unwrap_or(StageRun::PREVIOUS);
+        Ok(StepReport { status, iterations, start: Some(run.name()), message: None })
     }
 
     /// Where contacts are looked for: X⁺, or X of a body whose problem was not solved, since that says
@@ -357,33 +335,23 @@ pub struct ContactPiece {
 #[derive(Debug, Clone, Copy)]
 struct IslandEnd {
     solved: bool,
-    start: StartMethod,
-    /// Whether it, or one that it grew out of in the same call, needed another start than its first.
+    run: StageRun,
+    /// Whether it, or one that it grew out of in the same call, needed another stage than its first.
     retried: bool,
-    /// Whether it is that of a crowd whose forces change, to be gone on from.
-    moved: bool,
-    /// Whether it was solved only well enough to say which contacts it has.
-    rough: bool,
-    /// Whether it was solved at once, from its first start, without an iteration.
+    /// Whether the last impulses were the solution, without an iteration.
     is_quiet: bool,
 }
 
 impl IslandEnd {
     /// That of free flight.
-    const FREE: Self = Self {
-        solved: true,
-        start: StartMethod::Previous,
-        retried: false,
-        moved: false,
-        rough: false,
-        is_quiet: true,
-    };
+    const FREE: Self =
+        Self { solved: true, run: StageRun::PREVIOUS, retried: false, is_quiet: true };
 }
 
 /// How deep a body may be in another at the end of the step before the contact counts as
-/// missed, m: what no certificate sees of steps that may have `loosened` times the usual residual, or what rounding
-/// leaves of a gap; more where a crowd `is_rough`.
-fn deepest_miss(step: &Step<'_>, next: &[State], (loosened, is_rough): (f64, bool)) -> f64 {
+/// missed, m: what no certificate sees of steps that may have `loosened` times the usual residual,
+/// or what rounding leaves of a gap.
+fn deepest_miss(step: &Step<'_>, next: &[State], loosened: f64) -> f64 {
     let world = step.world;
     // Without a ground a gap may be along any direction.
     let (normal, arm, offset) = match world.ground() {
@@ -397,8 +365,7 @@ fn deepest_miss(step: &Step<'_>, next: &[State], (loosened, is_rough): (f64, boo
         speed = speed.max(free.velocity.norm() + free.spin.norm() * body.reach());
     }
     let tolerances = Tolerances::of(world, speed).loosened(loosened);
-    let missed = if is_rough { tolerances.missed_roughly } else { tolerances.missed };
-    rounding.max(missed * world.time_step())
+    rounding.max(tolerances.missed * world.time_step())
 }
 
 impl StepSolver for NativeSolver {
@@ -418,7 +385,7 @@ impl StepSolver for NativeSolver {
         // What was not solved at once has a report of its own.
         self.rests.truncate(self.ends.len());
         for (rests, end) in self.rests.iter_mut().zip(&self.ends) {
-            *rests &= end.is_quiet && end.start == StartMethod::Previous;
+            *rests &= end.is_quiet && end.run == StageRun::PREVIOUS;
         }
         self.ends.clear();
         self.ends.resize(step.states.len(), IslandEnd::FREE);

@@ -1,13 +1,12 @@
 //! The problem of one island: its equations, of one body or of several, and their solution.
 
 use super::ContactPiece;
-use super::descent::{Descent, DescentOutcome, Known};
 use super::effort::SolveEffort;
 use super::equations::{Equations, Velocity, reserve};
 use super::island::Island;
 use super::islands::{IslandParts, IslandView};
-use super::policy::StartMethod;
 use super::single::Single;
+use super::stages::{StageOutcome, StageSolver};
 use crate::contact::Contact;
 use crate::error::Error;
 use crate::mechanics::State;
@@ -37,65 +36,47 @@ pub(super) struct PartRequest {
     pub(super) accepted: f64,
     /// How many times the usual residual it may have.
     pub(super) loosened: f64,
-    /// Whether a crowd may be solved [roughly](Known::roughly).
-    pub(super) roughly: bool,
 }
 
 /// How the last solve of an island ended.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PartResult {
-    pub(super) outcome: DescentOutcome,
+    pub(super) outcome: StageOutcome,
     pub(super) iterations: u32,
 }
 
 /// Nothing was solved.
 impl Default for PartResult {
     fn default() -> Self {
-        let outcome = DescentOutcome {
-            solved: false,
-            start: StartMethod::Previous,
-            selected: false,
-            retried: false,
-            rough: false,
-        };
-        Self { outcome, iterations: 0 }
+        Self { outcome: StageOutcome::UNSOLVED, iterations: 0 }
     }
 }
 
 #[derive(Debug, Clone)]
 struct IslandProblem<E: Equations> {
     equations: E,
-    descent: Descent<E>,
+    solver: StageSolver<E>,
     /// p̂ of the last step.
     previous: Vec<Vector3<f64>>,
-    /// p̂ as found in this step before.
-    found: Vec<Vector3<f64>>,
     /// How many contacts there is room for.
     room: usize,
 }
 
 impl<E: Equations> IslandProblem<E> {
     fn new(equations: E) -> Self {
-        Self {
-            equations,
-            descent: Descent::new(),
-            previous: Vec::new(),
-            found: Vec::new(),
-            room: 0,
-        }
+        Self { equations, solver: StageSolver::new(), previous: Vec::new(), room: 0 }
     }
 
     /// Room for so many contacts.
     fn reserve(&mut self, contacts: usize) {
         if contacts > self.room {
             self.room = contacts;
-            self.descent.reserve(contacts);
+            self.solver.reserve(contacts);
             reserve(&mut self.previous, contacts);
-            reserve(&mut self.found, contacts);
         }
     }
 
-    /// Solves from the impulses of the last step, over the mass `mass` (kg), or from those found in this one.
+    /// Solves from the impulses of the last step. M is `mass` (kg).
     fn solve(
         &mut self,
         step: &Step<'_>,
@@ -103,29 +84,21 @@ impl<E: Equations> IslandProblem<E> {
         mass: f64,
         asked: PartRequest,
         effort: &mut SolveEffort<'_>,
-    ) -> DescentOutcome {
+    ) -> StageOutcome {
         let to_impulse = step.world.time_step() / mass;
         self.reserve(island.contacts.len() + 2 * island.joints.len() + island.gears.len());
+        let forces = &island.known.before;
         self.previous.clear();
-        let before = island.contacts.iter().map(|&place| island.known.before[place] * to_impulse);
-        self.previous.extend(before);
+        self.previous.extend(island.contacts.iter().map(|&place| forces[place] * to_impulse));
         self.equations.extend_previous(step, &mut self.previous);
-        self.found.clear();
-        let found = island.found.map(|found| {
-            self.found.extend(island.contacts.iter().map(|&place| found[place] * to_impulse));
-            self.equations.extend_previous(step, &mut self.found);
-            &self.found[..]
-        });
         self.equations.foresee(step, island, &self.previous);
-        let known = Known { previous: &self.previous, found, roughly: asked.roughly };
-        self.descent.solve(&mut self.equations, known, asked.accepted, effort)
+        self.solver.solve(&mut self.equations, &self.previous, asked.accepted, effort)
     }
 
     /// Writes the piece that every contact of the island is on.
     fn write_pieces(&self, island: &IslandView<'_>, pieces: &mut [ContactPiece]) {
-        for (&place, (piece, margin)) in
-            island.contacts.iter().zip(self.descent.pieces(&self.equations))
-        {
+        let solved = self.solver.pieces(&self.equations);
+        for (&place, (piece, margin)) in island.contacts.iter().zip(solved) {
             pieces[place] = ContactPiece { piece, margin };
         }
     }
@@ -134,12 +107,13 @@ impl<E: Equations> IslandProblem<E> {
     fn write_forces(
         &self,
         step: &Step<'_>,
-        (contacts, island): (&[Contact], &IslandView<'_>),
+        contacts: &[Contact],
+        island: &IslandView<'_>,
         mass: f64,
         solution: &mut StepSolution,
     ) {
         let to_force = mass / step.world.time_step();
-        let solved = self.descent.impulses().iter().zip(self.descent.points());
+        let solved = self.solver.impulses().iter().zip(self.solver.points());
         for (&place, (impulse, u)) in island.contacts.iter().zip(solved) {
             let (normal, force) = (contacts[place].normal(), impulse * to_force);
             let found = &mut solution.contacts[place];
@@ -175,7 +149,7 @@ impl IslandPart {
         island: &IslandView<'_>,
         asked: PartRequest,
     ) -> Result<(), Error> {
-        let mut effort = SolveEffort::new(step, island.bodies.len(), island.contacts.len());
+        let mut effort = SolveEffort::new(step.interrupt);
         self.only = only(contacts, island);
         let carries = step.world.has_surfaces();
         let outcome = if let Some(body) = self.only {
@@ -190,10 +164,10 @@ impl IslandPart {
                 }
             }
             let mass = step.world.bodies()[body].mass();
-            problem.solve(step, island, mass, PartRequest { roughly: false, ..asked }, &mut effort)
+            problem.solve(step, island, mass, asked, &mut effort)
         } else {
             let problem = together(&mut self.together, step.world);
-            problem.equations.begin(step, island.bodies, island.unsettled);
+            problem.equations.begin(step, island);
             problem.equations.setting_mut().loosen(asked.loosened);
             for &place in island.contacts {
                 problem.equations.admit(&contacts[place], |body| island.places[body]);
@@ -224,19 +198,19 @@ impl IslandPart {
         island: &IslandView<'_>,
         solution: &mut StepSolution,
     ) -> PartResult {
-        let view = (contacts, island);
         if let Some(body) = self.only {
             let problem = alone(&mut self.alone, step.world);
-            solution.states[body] = next_state(step, body, problem.descent.velocity());
-            problem.write_forces(step, view, step.world.bodies()[body].mass(), solution);
+            solution.states[body] = next_state(step, body, problem.solver.velocity());
+            let mass = step.world.bodies()[body].mass();
+            problem.write_forces(step, contacts, island, mass, solution);
         } else {
             let problem = together(&mut self.together, step.world);
-            for (&body, velocity) in island.bodies.iter().zip(problem.descent.velocity()) {
+            for (&body, velocity) in island.bodies.iter().zip(problem.solver.velocity()) {
                 solution.states[body] = next_state(step, body, velocity);
             }
             let mass = problem.equations.mass();
-            problem.write_forces(step, view, mass, solution);
-            let impulses = problem.descent.impulses();
+            problem.write_forces(step, contacts, island, mass, solution);
+            let impulses = problem.solver.impulses();
             problem.equations.write_joints(step, impulses, solution);
             problem.equations.write_gears(impulses, solution);
         }

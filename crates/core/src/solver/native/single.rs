@@ -7,7 +7,7 @@ use super::equations::{
 use super::fixed_motion::{point_velocity, slope};
 use super::law::{Answer, Gain};
 use super::member::IslandBody;
-use super::policy::Policy;
+use super::settings::Settings;
 use super::six::SixFactors;
 use super::tolerances::Tolerances;
 use super::turning::BodyTurning;
@@ -127,8 +127,8 @@ impl Equations for Single {
         &mut self.setting
     }
 
-    fn policy(&self) -> &'static Policy {
-        Policy::of(1)
+    fn settings(&self) -> &'static Settings {
+        Settings::of(1, false)
     }
 
     fn speed(&self) -> f64 {
@@ -174,17 +174,6 @@ impl Equations for Single {
         residual.add(&motion.linear);
         residual.add(&self.body.as_speed(&motion.spin));
         residual
-    }
-
-    fn point(&self, index: usize, velocity: &Velocity) -> Vector3<f64> {
-        let turning = self.body.turning(velocity.spin);
-        self.point_velocity(&self.setting.couplings[index], &turning, velocity)
-    }
-
-    fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Velocity) {
-        velocity.linear += impulse;
-        let torque = self.setting.couplings[index].lever.torque_map * impulse;
-        velocity.spin += self.body.inertia_inverse * torque;
     }
 
     #[inline]

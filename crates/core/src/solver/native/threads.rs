@@ -3,7 +3,7 @@
 
 use super::islands::{IslandParts, IslandView};
 use super::part::{IslandPart, PartRequest, Parts};
-use super::tolerances::SETTLED;
+use super::settings::SETTLED;
 use crate::contact::Contact;
 use crate::error::Error;
 use crate::step::Step;

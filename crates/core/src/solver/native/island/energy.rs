@@ -4,8 +4,8 @@
 
 use super::{CouplingKind, CouplingLink, Island};
 use crate::joint::Axis;
-use crate::solver::native::equations::{Equations, Velocity};
-use crate::solver::native::tolerances::LARGE_GAIN;
+use crate::solver::native::equations::Velocity;
+use crate::solver::native::settings::LARGE_GAIN;
 use nalgebra::Vector3;
 
 /// What a coupling of a joint has to do with energy.
@@ -56,7 +56,7 @@ impl Island {
                 }
                 Source::Drives([false, false, false]) => 0.0,
                 Source::Drives(rows) => {
-                    let u = points[index] - self.point(index, &self.back);
+                    let u = points[index] - self.point_at(index, &self.back);
                     let (u, p) =
                         (coupling.rows.frame.tr_mul(&u), coupling.rows.frame.tr_mul(impulse));
                     let on = |u: &Vector3<f64>| -> f64 {

@@ -2,7 +2,6 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::kept_slopes::KeptSlopes;
 use super::{Both, CouplingKind, Island, IslandSlope};
 use crate::solver::native::blocks::BlockSystem;
 use crate::solver::native::coupling::Coupling;
@@ -14,7 +13,7 @@ use crate::solver::native::islands::IslandView;
 use crate::solver::native::law::{Answer, Gain};
 use crate::solver::native::member::IslandBody;
 use crate::solver::native::pair_motion::stacked;
-use crate::solver::native::policy::Policy;
+use crate::solver::native::settings::Settings;
 use crate::solver::native::tolerances::Tolerances;
 use crate::step::Step;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
@@ -32,7 +31,34 @@ pub(in super::super) struct IslandSystem {
     pub(super) blocks: BlockSystem,
     values: Vec<Vector6<f64>>,
     turnings: Vec<Both>,
-    slopes: KeptSlopes,
+}
+
+impl Island {
+    /// Adds to the velocities what an impulse p̂ more at coupling `index` makes of them.
+    fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut [Velocity]) {
+        let link = &self.links[index];
+        if let CouplingKind::Gear(gear) = link.kind {
+            for (body, wrench) in self.gears[gear].sides() {
+                let turned = wrench.fixed_rows::<3>(3) * impulse[0];
+                velocity[body].linear += wrench.fixed_rows::<3>(0) * impulse[0];
+                velocity[body].spin += self.members[body].inertia_inverse * turned;
+            }
+            return;
+        }
+        let pushes = link.pushes();
+        let mut push = |index: usize, impulse: &Vector3<f64>, torque_map: &Matrix3<f64>| {
+            let member = &self.members[index];
+            let impulse = member.share * impulse;
+            if pushes {
+                velocity[index].linear += impulse;
+            }
+            velocity[index].spin += member.inertia_inverse * (torque_map * impulse);
+        };
+        push(link.a, impulse, &self.setting.couplings[index].lever.torque_map);
+        if let Some(other) = &link.b {
+            push(other.index, &-impulse, &other.torque_map);
+        }
+    }
 }
 
 impl Equations for Island {
@@ -51,8 +77,8 @@ impl Equations for Island {
         &mut self.setting
     }
 
-    fn policy(&self) -> &'static Policy {
-        if self.joints.is_empty() { Policy::of(self.members.len()) } else { Policy::tied() }
+    fn settings(&self) -> &'static Settings {
+        Settings::of(self.members.len(), !self.joints.is_empty())
     }
 
     fn bodies(&self) -> usize {
@@ -119,31 +145,6 @@ impl Equations for Island {
         }
     }
 
-    fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut Vec<Velocity>) {
-        let link = &self.links[index];
-        if let CouplingKind::Gear(gear) = link.kind {
-            for (body, wrench) in self.gears[gear].sides() {
-                let turned = wrench.fixed_rows::<3>(3) * impulse[0];
-                velocity[body].linear += wrench.fixed_rows::<3>(0) * impulse[0];
-                velocity[body].spin += self.members[body].inertia_inverse * turned;
-            }
-            return;
-        }
-        let pushes = link.pushes();
-        let mut push = |index: usize, impulse: &Vector3<f64>, torque_map: &Matrix3<f64>| {
-            let member = &self.members[index];
-            let impulse = member.share * impulse;
-            if pushes {
-                velocity[index].linear += impulse;
-            }
-            velocity[index].spin += member.inertia_inverse * (torque_map * impulse);
-        };
-        push(link.a, impulse, &self.setting.couplings[index].lever.torque_map);
-        if let Some(other) = &link.b {
-            push(other.index, &-impulse, &other.torque_map);
-        }
-    }
-
     fn keep_velocity(&self, velocity: &mut Vec<Velocity>) {
         let Tolerances { exact, rest, .. } = self.setting.tolerances;
         for (member, velocity) in self.members.iter().zip(velocity.iter_mut()) {
@@ -195,10 +196,6 @@ impl Equations for Island {
         size
     }
 
-    fn point(&self, index: usize, velocity: &Vec<Velocity>) -> Vector3<f64> {
-        self.point_at(index, velocity)
-    }
-
     fn set_points(
         &self,
         velocity: &Vec<Velocity>,
@@ -232,7 +229,7 @@ impl Equations for Island {
         eliminations: &mut Vec<Elimination<IslandSlope>>,
         system: &mut IslandSystem,
     ) -> bool {
-        let IslandSystem { blocks, turnings, slopes, .. } = system;
+        let IslandSystem { blocks, turnings, .. } = system;
         let turnings = match self.joints.is_empty() {
             true => &at.scratch.turnings,
             false => {
@@ -247,27 +244,17 @@ impl Equations for Island {
             diagonal.fixed_view_mut::<3, 3>(3, 3).copy_from(&slope);
             blocks.add(&self.pattern, (index, index), &diagonal);
         }
-        if !slopes.follow((self.begun, &self.members), at.velocity, at.slack) {
-            eliminations.clear();
-        }
+        eliminations.clear();
         let couplings = self.setting.couplings.iter().zip(at.points);
         for (index, ((coupling, u), link)) in couplings.zip(&self.links).enumerate() {
             let Some(answer) = answer(index, coupling, u) else { return false };
-            let is_asked = !matches!(answer.gain, Gain::Zero);
-            let is_known = slopes.are_of(index, (link, coupling), is_asked);
-            let slope = match is_asked && !is_known {
-                true => Some(self.slope((link, coupling), at.velocity, turnings)),
-                false => None,
+            let slope = match answer.gain {
+                Gain::Zero => IslandSlope::NONE,
+                _ => self.slope((link, coupling), at.velocity, turnings),
             };
-            match (eliminations.get_mut(index), slope) {
-                (Some(known), Some(slope)) => *known = Elimination { answer, slope },
-                (Some(known), None) => known.answer = answer,
-                (None, slope) => {
-                    let slope = slope.unwrap_or(IslandSlope::NONE);
-                    eliminations.push(Elimination { answer, slope });
-                }
-            }
-            self.add_gain((link, coupling), &eliminations[index], blocks);
+            let elimination = Elimination { answer, slope };
+            self.add_gain((link, coupling), &elimination, blocks);
+            eliminations.push(elimination);
         }
         blocks.factorise(&self.pattern)
     }

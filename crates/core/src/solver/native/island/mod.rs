@@ -9,17 +9,18 @@ mod energy;
 mod equations;
 mod gears;
 mod joints;
-mod kept_slopes;
 mod motion;
 mod slopes;
 mod tangent;
 
 use super::coupling::{Coupling, approach};
 use super::equations::{Determined, Equations, StepSetting, Velocity};
+use super::islands::IslandView;
 use super::member::IslandBody;
 use super::pattern::Pattern;
 use super::round_motion::RoundRows;
-use super::tolerances::{SLOW, Tolerances};
+use super::settings::SLOW;
+use super::tolerances::Tolerances;
 use crate::contact::{Contact, Partner, torque_map_of};
 use crate::joint::Turn;
 use crate::step::Step;
@@ -80,8 +81,6 @@ struct Other {
 #[derive(Debug, Clone)]
 pub(super) struct Island {
     time_step: f64,
-    /// How many problems were begun: the number of this one.
-    begun: u64,
     /// M, kg.
     mass: f64,
     members: Vec<IslandBody>,
@@ -111,7 +110,6 @@ impl Island {
     pub(super) fn new(world: &World) -> Self {
         Self {
             time_step: world.time_step(),
-            begun: 0,
             mass: 1.0,
             members: Vec::new(),
             setting: StepSetting::new(Tolerances::of(world, 0.0)),
@@ -128,12 +126,10 @@ impl Island {
         }
     }
 
-    /// Sets the step's constants for the bodies of these `indices`, whose impulses changed by
-    /// `unsettled` in the steps before; no couplings yet.
-    pub(super) fn begin(&mut self, step: &Step<'_>, indices: &[usize], unsettled: f64) {
-        let bodies = step.world.bodies();
+    /// Sets the step's constants for the bodies of `island`; no couplings yet.
+    pub(super) fn begin(&mut self, step: &Step<'_>, island: &IslandView<'_>) {
+        let (bodies, indices) = (step.world.bodies(), island.bodies);
         self.time_step = step.world.time_step();
-        self.begun += 1;
         let logarithms: f64 = indices.iter().map(|&index| libm::log(bodies[index].mass())).sum();
         self.mass = libm::exp(logarithms / indices.len() as f64);
         self.members.clear();
@@ -147,7 +143,9 @@ impl Island {
         self.ahead.0.clear();
         self.ahead.1.clear();
         self.slow = SLOW * step.world.speed_scale();
-        self.setting.begin(Tolerances::together(step.world, self.speed()), unsettled);
+        let repeats_exactly = indices.len() == 1 || !island.joints.is_empty();
+        let tolerances = Tolerances::of_several(step.world, self.speed(), repeats_exactly);
+        self.setting.begin(tolerances, island.unsettled);
     }
 
     /// Its bodies, in their order.

@@ -7,6 +7,7 @@ use super::cone_barrier::Pending;
 use super::map::NaturalMap;
 use super::rows::CouplingRows;
 use crate::joint::{Graph, Segment};
+use crate::solver::native::settings::COMPLIANCE;
 use nalgebra::{Matrix3, Vector3};
 
 /// Three rows, each under a graph.
@@ -101,16 +102,6 @@ impl AxesProjection {
 
     fn along_rows(&self, of: impl Fn(usize) -> f64) -> Vector3<f64> {
         Vector3::new(of(0), of(1), of(2))
-    }
-
-    /// P(y) (J3) of each row.
-    pub(super) fn projected(&self, rows: &CouplingRows, graphs: &[Graph]) -> Vector3<f64> {
-        if self.axes.all_locked() {
-            let slowed = rows.frame.tr_mul(&self.u).component_mul(&self.rho);
-            return self.p - rows.frame * slowed;
-        }
-        let graph = |k: usize| self.axes.of(graphs, k);
-        rows.frame * self.along_rows(|k| graph(k).projected(self.pull(k), self.rho[k]))
     }
 
     /// (p̂ − P(y))/ρ of each row.
@@ -256,10 +247,7 @@ impl AxesBarrier {
     }
 
     fn at(&self, u: &Vector3<f64>) -> AxesProjection {
-        AxesProjection {
-            u: u + crate::solver::native::tolerances::COMPLIANCE * self.pull.p,
-            ..self.pull
-        }
+        AxesProjection { u: u + COMPLIANCE * self.pull.p, ..self.pull }
     }
 
     /// How far the rows are from their graphs where they move by u, m/s.
@@ -275,8 +263,7 @@ impl AxesBarrier {
         graphs: &[Graph],
     ) -> (Vector3<f64>, Matrix3<f64>, Pending) {
         let at = self.at(u);
-        let compliance = crate::solver::native::tolerances::COMPLIANCE;
-        let (offset, gain) = at.along_axes(at.pieces(graphs), graphs, compliance);
+        let (offset, gain) = at.along_axes(at.pieces(graphs), graphs, COMPLIANCE);
         (offset, Matrix3::from_diagonal(&gain), Pending::NONE)
     }
 

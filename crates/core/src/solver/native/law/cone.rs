@@ -7,29 +7,12 @@ use super::answer::{Answer, Factored};
 use super::map::{MapPiece, NaturalMap};
 use super::rows::CouplingRows;
 use nalgebra::{Matrix3, Vector3};
-use std::f64::consts::TAU;
 
 /// Hard contact and Coulomb's round cone, with maximum dissipation.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Cone {
     /// μ.
     pub(in super::super) friction: f64,
-}
-
-impl Cone {
-    /// With even odds open or pressed by up to `strength`, its friction anywhere in the cone.
-    pub(super) fn scattered(
-        &self,
-        rows: &CouplingRows,
-        strength: f64,
-        mut uniform: impl FnMut() -> f64,
-    ) -> Vector3<f64> {
-        let (open, press, spread, angle) = (uniform() < 0.5, uniform(), uniform(), TAU * uniform());
-        let normal = if open { 0.0 } else { strength * press };
-        let friction = self.friction * normal * spread.sqrt();
-        let (sin, cos) = libm::sincos(angle);
-        rows.frame * Vector3::new(friction * cos, friction * sin, normal)
-    }
 }
 
 /// One contact's arguments of the projections in the natural map (N4), with û = u + ε D p̂
@@ -72,19 +55,11 @@ impl ConeProjection {
         let u = u + map.compliance * rows.given(impulse);
         let (u_n, gamma) = (n.dot(&u), n.dot(impulse));
         let beta = impulse - n * gamma;
-        let (rho_n, rho_t) = (rows.scale[2], rows.scale[0] * map.sharpness);
+        let (rho_n, rho_t) = (rows.scale[2], rows.scale[0]);
         let tangential = beta - rho_t * (u - n * u_n);
         let size = tangential.norm();
         let (normal, friction) = (gamma - rho_n * u_n, cone.friction);
         Self { u, u_n, gamma, beta, rho_n, rho_t, normal, tangential, size, friction }
-    }
-
-    /// The impulse of both projections: n max(0, γ − ρ_n û_n) + Π(β − ρ_t û_t).
-    pub(super) fn projected(&self, rows: &CouplingRows) -> Vector3<f64> {
-        let normal = self.normal.max(0.0);
-        let radius = self.friction * normal;
-        let shrink = if self.size > radius { radius / self.size } else { 1.0 };
-        self.tangential * shrink + rows.normal() * normal
     }
 
     /// The natural map (N4), as a velocity:
@@ -101,11 +76,11 @@ impl ConeProjection {
         tangential + rows.normal() * ((self.gamma - normal) / self.rho_n)
     }
 
-    /// The piece of the natural map; within `stick_margin` of the cone it is stick.
-    pub(super) fn piece(&self, stick_margin: f64) -> MapPiece {
+    /// The piece of the natural map.
+    pub(super) fn piece(&self) -> MapPiece {
         if self.normal <= 0.0 {
             MapPiece::Open
-        } else if self.size <= self.friction * (1.0 + stick_margin) * self.normal {
+        } else if self.size <= self.friction * self.normal {
             MapPiece::Stick
         } else {
             MapPiece::Slip

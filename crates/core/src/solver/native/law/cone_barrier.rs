@@ -3,7 +3,7 @@
 //! Equation numbers are those of `docs/native-solver.md`.
 
 use super::cone::Cone;
-use crate::solver::native::tolerances::COMPLIANCE;
+use crate::solver::native::settings::{COMPLIANCE, LEAST_FRICTION, TO_BOUNDARY};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// The variables of one contact besides V, in its own frame (t₁, t₂, n), or their change.
@@ -45,11 +45,6 @@ struct Targets {
     slip: Vector2<f64>,
 }
 
-/// How much of the way to the boundary a step may go.
-const TO_BOUNDARY: f64 = 0.995;
-/// The least friction that the dual speed of a start is scaled with.
-const LEAST: f64 = 1e-6;
-
 impl ConeBarrier {
     pub(super) const ZERO: Self = Self {
         friction: 0.0,
@@ -68,7 +63,7 @@ impl ConeBarrier {
             friction: cone.friction,
             normal: strength,
             gap: speed,
-            dual: speed / cone.friction.max(LEAST),
+            dual: speed / cone.friction.max(LEAST_FRICTION),
             ..Self::ZERO
         }
     }

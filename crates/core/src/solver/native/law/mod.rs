@@ -1,11 +1,10 @@
 //! The laws that couplings obey, behind one set of functions.
 //!
-//! Solvers know a law by what it answers here: the arguments of its projection ([`CouplingLaw::pull`]), the
-//! projection and the residual ([`Projection::projected`], [`CouplingLaw::evaluated`]), the piece of the natural
-//! map that a point is on and how far the next one is ([`Projection::piece`], [`Projection::margin`]), that piece
-//! solved for the impulse ([`Projection::answer`]), an impulse somewhere in its set ([`CouplingLaw::scattered`]), and
-//! the variables of an interior point ([`Barrier`]). A new law is a file beside [`cone`] and a variant of
-//! [`CouplingLaw`], [`Projection`] and [`Barrier`].
+//! Solvers know a law by what it answers here: the arguments of its projection and the residual
+//! ([`CouplingLaw::pull`], [`CouplingLaw::evaluated`]), the piece of the natural map that a point is
+//! on and how far the next one is ([`Projection::piece`], [`Projection::margin`]), that piece solved
+//! for the impulse ([`Projection::answer`]), and the variables of an interior point ([`Barrier`]). A
+//! new law is a file beside [`cone`] and a variant of [`CouplingLaw`], [`Projection`] and [`Barrier`].
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
@@ -95,21 +94,6 @@ impl CouplingLaw {
         }
     }
 
-    /// An impulse somewhere in its set, of a size of at most `strength` (m/s), drawn from `uniform`
-    /// numbers between 0 and 1.
-    pub(super) fn scattered(
-        &self,
-        rows: &CouplingRows,
-        strength: f64,
-        uniform: impl FnMut() -> f64,
-    ) -> Vector3<f64> {
-        match self {
-            Self::Cone(cone) => cone.scattered(rows, strength, uniform),
-            // What joints hold, they hold whatever the start.
-            Self::Axes(_) => Vector3::zeros(),
-        }
-    }
-
     /// The centred variables of an interior point: rows that move at the speed `speed`, and an impulse
     /// of the size `strength` (m/s).
     pub(super) fn centred(&self, rows: &CouplingRows, speed: f64, strength: f64) -> Barrier {
@@ -121,26 +105,18 @@ impl CouplingLaw {
 }
 
 impl Projection {
-    /// The impulse that the projections give, m/s, world.
-    pub(super) fn projected(&self, rows: &CouplingRows, graphs: &[Graph]) -> Vector3<f64> {
-        match self {
-            Self::Cone(pull) => pull.projected(rows),
-            Self::Axes(pull) => pull.projected(rows, graphs),
-        }
-    }
-
     /// The piece of the natural map.
     #[inline]
-    pub(super) fn piece(&self, map: &NaturalMap, graphs: &[Graph]) -> MapPiece {
+    pub(super) fn piece(&self, graphs: &[Graph]) -> MapPiece {
         match self {
-            Self::Cone(pull) => pull.piece(map.stick_margin),
+            Self::Cone(pull) => pull.piece(),
             Self::Axes(pull) => MapPiece::Axes(pull.pieces(graphs)),
         }
     }
 
     /// At least so many rows are held wherever they are: not those that slip nearly sideways.
-    pub(super) fn stiff_rows(&self, map: &NaturalMap, graphs: &[Graph]) -> usize {
-        match (self, self.piece(map, graphs)) {
+    pub(super) fn stiff_rows(&self, graphs: &[Graph]) -> usize {
+        match (self, self.piece(graphs)) {
             (Self::Axes(pull), MapPiece::Axes(pieces)) => pull.stiff_rows(pieces, graphs),
             (_, MapPiece::Stick) => 3,
             (_, MapPiece::Slip) => 1,

@@ -15,7 +15,7 @@ use crate::solver::native::equations::Equations;
 use crate::solver::native::island::Island;
 use crate::solver::native::islands::IslandView;
 use crate::solver::native::member::BodyGiven;
-use crate::solver::native::tolerances::COMPLIANCE;
+use crate::solver::native::settings::COMPLIANCE;
 use crate::step::Step;
 use crate::world::{Constant, World};
 use nalgebra::{Matrix3, SMatrix, Vector3};
@@ -100,7 +100,7 @@ impl LinearIsland {
     ) -> Result<bool, Error> {
         self.bodies.clear();
         self.bodies.extend_from_slice(view.bodies);
-        self.island.begin(step, view.bodies, 0.0);
+        self.island.begin(step, &IslandView { unsettled: 0.0, ..*view });
         let carries = step.world.has_surfaces();
         for &place in view.contacts {
             self.island.admit(&contacts[place], |body| view.places[body]);
@@ -252,7 +252,7 @@ impl LinearIsland {
         let Self { island, points: [near, far], found, .. } = self;
         near.begin(island, step, view);
         found.clone_from(&near.iterate.impulses);
-        if !near.solve(island, step, view, COMPLIANCES[0])? {
+        if !near.solve(island, step, COMPLIANCES[0])? {
             return Ok(false);
         }
         if island.is_plain() {
@@ -261,7 +261,7 @@ impl LinearIsland {
         // As far again from the solution that was found, where the second one is but for terms of second order.
         far.begin(island, step, view);
         far.go_on(near);
-        if !far.solve(island, step, view, COMPLIANCES[1])? {
+        if !far.solve(island, step, COMPLIANCES[1])? {
             return Ok(false);
         }
         let [near, far] = self.points.each_ref().map(|point| &point.iterate.impulses);
@@ -287,7 +287,7 @@ impl LinearIsland {
             point.begin(island, step, view);
             let mut at = begun;
             loop {
-                if !point.solve(island, step, view, at * compliance)? {
+                if !point.solve(island, step, at * compliance)? {
                     break;
                 }
                 if at >= 1.0 {

@@ -26,7 +26,7 @@ mod rest;
 mod slopes;
 mod tied;
 
-use super::islands::{IslandParts, IslandView, KnownForces, Marked};
+use super::islands::{IslandParts, IslandView, KnownForces, Marked, StepContacts};
 use crate::contact::Contact;
 use crate::derivative::{EndMap, StateChange, nearest_unseen};
 use crate::error::{Error, in_range};
@@ -226,7 +226,7 @@ impl StepDerivative {
         // Where iterations start: at the solution.
         let at = Step { previous: solution, earlier: None, ..*step };
         let mut islands = std::mem::take(&mut self.found);
-        islands.find(&at, (contacts, 0, true), Marked::NONE);
+        islands.find(&at, StepContacts { contacts, known: 0 }, true, Marked::NONE);
         self.next.clone_from(&solution.states);
         self.alone.clear();
         self.alone.resize(bodies, true);
@@ -251,7 +251,6 @@ impl StepDerivative {
                 gears: &[],
                 places: &places,
                 known: &known,
-                found: None,
                 unsettled: 0.0,
             };
             self.add(&at, contacts, &view)

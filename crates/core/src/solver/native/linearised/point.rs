@@ -19,9 +19,9 @@ use crate::solver::native::island::Island;
 use crate::solver::native::islands::IslandView;
 use crate::solver::native::law::{Answer, Factored, MapPiece, NaturalMap};
 use crate::solver::native::member::BodyGiven;
-use crate::solver::native::newton::{Iterate, Newton, Until, evaluate};
+use crate::solver::native::newton::{Iterate, Newton, NewtonRun, evaluate};
 use crate::solver::native::part::next_state;
-use crate::solver::native::tolerances::COMPLIANCE;
+use crate::solver::native::settings::{CENTRES, COMPLIANCE};
 use crate::step::Step;
 use nalgebra::{Matrix3, Vector3};
 
@@ -121,18 +121,16 @@ impl LinearPoint {
         &mut self,
         island: &Island,
         step: &Step<'_>,
-        view: &IslandView<'_>,
         compliance: f64,
     ) -> Result<bool, Error> {
         /// Iterations: as the start is as near as the compliance, two or three are enough.
         const ITERATIONS: u32 = 20;
         let map = NaturalMap::with_compliance(compliance);
-        let mut effort = SolveEffort::new(step, view.bodies.len(), view.contacts.len());
-        effort.begin_start(u32::MAX);
+        let mut effort = SolveEffort::new(step.interrupt);
         let tolerances = island.tolerances();
-        let until = Until { iterations: ITERATIONS, residual: tolerances.rounding };
+        let run = NewtonRun { compliance, iterations: ITERATIONS, residual: tolerances.rounding };
         let Self { newton, iterate, .. } = self;
-        let converged = newton.solve(island, &map, (compliance, until), iterate, &mut effort);
+        let converged = newton.solve(island, &map, run, iterate, &mut effort);
         effort.check()?;
         // What did not converge to rounding may have to what is asked of a solution with compliance.
         Ok(converged || evaluate(island, &map, iterate).largest <= tolerances.newton)
@@ -146,14 +144,11 @@ impl LinearPoint {
         view: &IslandView<'_>,
         kappa: f64,
     ) -> Result<bool, Error> {
-        /// Multiples of the momentum that starts press with.
-        const SCALES: [f64; 5] = [1.0, 0.1, 10.0, 0.01, 100.0];
-        for scale in SCALES {
+        for scale in CENTRES {
             self.begin(island, step, view);
-            let mut effort = SolveEffort::new(step, view.bodies.len(), view.contacts.len());
-            effort.begin_start(u32::MAX);
+            let mut effort = SolveEffort::new(step.interrupt);
             let Self { interior, iterate, .. } = self;
-            let is_there = interior.centre(island, (scale, kappa), iterate, &mut effort);
+            let is_there = interior.centre(island, scale, kappa, iterate, &mut effort);
             effort.check()?;
             if is_there {
                 return Ok(true);
@@ -186,10 +181,9 @@ impl LinearPoint {
     /// Factorises the equations here, where ε = `compliance` has been evaluated last; `None` where they are singular.
     pub(super) fn factorise(&mut self, island: &Island, on: PointCompliance) -> Option<()> {
         let PointCompliance { compliance, is_limit } = on;
-        let map = NaturalMap::with_compliance(compliance);
         let Self { newton, iterate, held, gains, by_friction, .. } = self;
         by_friction.clear();
-        let (eliminations, pieces) = newton.linearise(island, &map, compliance, iterate)?;
+        let (eliminations, pieces) = newton.linearise(island, compliance, iterate)?;
         let members = island.members().iter().zip(&iterate.velocity);
         held.begin(members.map(|(member, velocity)| member.angular_slope(&velocity.spin)));
         gains.clear();
@@ -223,7 +217,7 @@ impl LinearPoint {
             let (frame, gain, _) = gain(index, u)?;
             Some(Answer::full(Vector3::zeros(), frame * gain * frame.transpose()))
         };
-        let (eliminations, pieces) = newton.linearise_as(island, &map, answer, iterate)?;
+        let (eliminations, pieces) = newton.linearise_as(island, answer, iterate)?;
         let members = island.members().iter().zip(&iterate.velocity);
         held.begin(members.map(|(member, velocity)| member.angular_slope(&velocity.spin)));
         gains.clear();

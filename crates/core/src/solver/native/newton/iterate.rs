@@ -61,7 +61,7 @@ impl<E: Equations> Iterate<E> {
 
     /// At least so many rows are held wherever they are, of the last evaluation.
     pub(in super::super) fn stiff_rows(&self, equations: &E) -> usize {
-        let rows = |pull: &Projection| pull.stiff_rows(&self.map, equations.graphs());
+        let rows = |pull: &Projection| pull.stiff_rows(equations.graphs());
         self.pulls.iter().map(rows).sum()
     }
 

@@ -2,21 +2,33 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md` and, from J on, of `docs/joints.md`.
 
-use super::{Iterate, Newton, Until, evaluate, evaluate_again, keeps};
+use super::{Iterate, Newton, NewtonRun, evaluate, evaluate_again, keeps};
 use crate::solver::native::effort::SolveEffort;
-use crate::solver::native::equations::{Determined, Equations, MapResidual};
+use crate::solver::native::equations::{Determined, Equations};
 use crate::solver::native::law::NaturalMap;
-use crate::solver::native::tolerances::{
-    CLEAR, CORRECTIONS, DETERMINED_ITERATIONS, KEPT_FACTORS, LEFT_OPEN, ROLLING_CORRECTIONS,
-    SETTLING,
+use crate::solver::native::settings::{
+    CLEARANCE, COMPLIANCE, CORRECTIONS, DETERMINED_COMPLIANCE, DETERMINED_ITERATIONS,
+    KEPT_CORRECTION, SETTLING,
 };
 use nalgebra::Vector3;
 
+/// Newton steps on the pieces found last, towards the law without compliance.
+struct Correction {
+    /// ε in the matrix.
+    compliance: f64,
+    /// ε in the matrix once the steps are slow.
+    least_compliance: f64,
+    /// The residual to reach, m/s.
+    residual: f64,
+    /// The most steps that leave more than a small part of the residual.
+    slow_steps: u32,
+}
+
 impl<E: Equations> Newton<E> {
-    /// Moves a solution of `law` to the limit of vanishing compliance (N9): the law without
-    /// compliance, every contact on the piece that `law` puts it on, and the compliance in
-    /// the matrix alone, which leaves the undetermined part of the impulses where it is.
-    /// Returns the residual of the law without compliance. The iterate must have been evaluated.
+    /// Moves a solution of the law of `map` to the limit of vanishing compliance (N9): the law without
+    /// compliance, every contact on its present piece, and the compliance in the matrix alone,
+    /// which leaves the undetermined part of the impulses where it is. Returns the residual of the
+    /// law without compliance, m/s. The iterate must have been evaluated.
     pub(in super::super) fn take_limit(
         &mut self,
         equations: &E,
@@ -27,47 +39,50 @@ impl<E: Equations> Newton<E> {
         if iterate.map != *map {
             evaluate_again(equations, map, iterate);
         }
-        self.find_pieces(equations, map, iterate);
-        let merit = evaluate_again(equations, &NaturalMap::EXACT, iterate);
-        // Any multiple of the compliance leaves the same part of the impulses where it is; the less of it, the more do these feel
-        // of rounding, so that what settles would not come to rest.
-        // That of the law itself, with which the matrix is factorised, goes first, where nothing gives more than it.
-        let setting = equations.setting();
+        self.find_pieces(equations, iterate);
+        evaluate_again(equations, &NaturalMap::EXACT, iterate);
+        // Any multiple of the compliance leaves the same part of the impulses where it is. With less
+        // of it they feel more of rounding, so that what settles would not come to rest. The law's
+        // own goes first where nothing gives more than it: the matrix is factorised with it.
+        let (setting, own) = (equations.setting(), map.compliance);
         let settles = setting.unsettled <= SETTLING;
-        let part = if settles { 1.0 } else { equations.policy().limit_compliance };
-        let first = if setting.all_give_alike { 1.0 } else { part };
-        let matrix = (map.compliance * first, map.compliance * part);
-        let most = if setting.all_give_alike { CORRECTIONS } else { ROLLING_CORRECTIONS };
-        self.correct(equations, (matrix, limit(equations), most), (merit, iterate), effort)
+        let part = if settles { 1.0 } else { equations.settings().limit_compliance };
+        let correction = Correction {
+            compliance: if setting.all_give_alike { own } else { own * part },
+            least_compliance: own * part,
+            residual: limit(equations),
+            slow_steps: CORRECTIONS,
+        };
+        self.correct(equations, correction, iterate, effort)
     }
 
-    /// Moves a point near a solution of the law without compliance there, where the pieces are those found last, with
-    /// the compliance `matrix` in the Newton matrix, and the second one from where the first is slow, until a residual of
-    /// `limit`, by so many corrections that leave more than a small part of it. Returns the residual.
+    /// Moves a point near a solution of the law without compliance, which was evaluated, to the
+    /// solution. Returns the residual, m/s.
     fn correct(
         &mut self,
         equations: &E,
-        ((mut matrix, least), limit, mut left): ((f64, f64), f64, u32),
-        (mut merit, iterate): (MapResidual, &mut Iterate<E>),
+        correction: Correction,
+        iterate: &mut Iterate<E>,
         effort: &mut SolveEffort<'_>,
     ) -> f64 {
-        let enough = self::limit(equations);
-        while left > 0 {
-            if merit.largest <= limit || !effort.spend() {
+        let Correction { mut compliance, least_compliance, residual, mut slow_steps } = correction;
+        let (enough, mut merit) = (limit(equations), iterate.residual);
+        while slow_steps > 0 {
+            if merit.largest <= residual || !effort.spend() {
                 break;
             }
-            if !self.set_direction(equations, matrix, iterate) {
+            if !self.set_direction(equations, compliance, iterate) {
                 break;
             }
             self.try_step(iterate, 1.0);
             let corrected = evaluate(equations, &NaturalMap::EXACT, &mut self.trial);
-            let good = keeps(equations, merit.largest, corrected.largest, KEPT_FACTORS);
+            let good = keeps(equations, merit.largest, corrected.largest, KEPT_CORRECTION);
             let were_kept = std::mem::replace(&mut self.kept.are_good, good);
-            let changes = matrix > least && !good;
+            let changes = compliance > least_compliance && !good;
             if changes {
-                matrix = least;
+                compliance = least_compliance;
             } else if !good {
-                left -= 1;
+                slow_steps -= 1;
             }
             if corrected.largest >= merit.largest {
                 if (were_kept || changes) && merit.largest > enough {
@@ -81,40 +96,46 @@ impl<E: Equations> Newton<E> {
         merit.largest
     }
 
-    /// Solves the law without compliance, where nothing is to be selected, with the compliance `matrix` in the Newton matrix.
-    /// `evaluated` tells that the iterate was, for that law. Returns the residual; infinite where something turns out to be to
-    /// select.
+    /// Solves the law without compliance, where nothing is to be selected. `is_evaluated` tells that
+    /// the iterate was, for that law. Returns the residual, m/s; infinite where something turns out
+    /// to be to select.
     pub(in super::super) fn solve_determined(
         &mut self,
         equations: &E,
-        (evaluated, matrix, determined): (bool, f64, Determined),
+        determined: Determined,
+        is_evaluated: bool,
         iterate: &mut Iterate<E>,
         effort: &mut SolveEffort<'_>,
     ) -> f64 {
-        let (map, mut until) = (NaturalMap::EXACT, Until::converged(equations));
-        if determined == Determined::Maybe {
-            until.iterations = DETERMINED_ITERATIONS;
+        let (map, is_sure) = (NaturalMap::EXACT, determined == Determined::Surely);
+        let compliance = DETERMINED_COMPLIANCE;
+        let mut run = NewtonRun { compliance, ..NewtonRun::with_compliance(equations) };
+        if !is_sure {
+            run.iterations = DETERMINED_ITERATIONS;
         }
-        let merit = match evaluated {
-            true => iterate.residual,
-            false => evaluate(equations, &map, iterate),
-        };
-        if determined == Determined::Maybe && !is_clear(equations, iterate, merit.largest) {
+        if !is_evaluated {
+            evaluate(equations, &map, iterate);
+        }
+        if !is_sure && !is_clear(equations, iterate, iterate.residual.largest) {
             return f64::INFINITY;
         }
-        // What rolls gives more across only for the rule's sake: in the matrix it would make this slow.
+        // What rolls gives more across only for the rule's sake: in the matrix it would make this
+        // slow.
         self.gives_alike = true;
-        let (converged, merit) =
-            self.go_on(equations, &map, (matrix, until), (merit, iterate), effort);
         let mut residual = f64::INFINITY;
-        if converged {
-            self.find_pieces(equations, &map, iterate);
-            // Kept factors gain a digit or two a step, where Newton's method doubles them: not the first below the limit.
-            let limit = KEPT_FACTORS * limit(equations);
-            // What a correction does not shrink by much is rounding.
-            let by = ((matrix, matrix), limit, 1);
-            let corrected = self.correct(equations, by, (merit, iterate), effort);
-            if determined == Determined::Surely || self.is_selected(equations, matrix, iterate) {
+        if self.go_on(equations, &map, run, iterate, effort) {
+            self.find_pieces(equations, iterate);
+            // Kept factors gain a digit or two a step, where Newton's method doubles them: not the
+            // first below the limit. What one correction does not shrink by much is rounding.
+            let residual_to_reach = KEPT_CORRECTION * limit(equations);
+            let correction = Correction {
+                compliance,
+                least_compliance: compliance,
+                residual: residual_to_reach,
+                slow_steps: 1,
+            };
+            let corrected = self.correct(equations, correction, iterate, effort);
+            if is_sure || self.is_selected(equations, compliance, iterate) {
                 residual = corrected;
             }
         }
@@ -135,7 +156,7 @@ impl<E: Equations> Newton<E> {
             return false;
         }
         let mut before = largest(&iterate.impulses);
-        let (enough, mut is_selected) = (LEFT_OPEN * before, false);
+        let (enough, mut is_selected) = (COMPLIANCE * before, false);
         self.trial.impulses.clone_from(&iterate.impulses);
         self.trial.points.clone_from(&iterate.points);
         loop {
@@ -153,7 +174,7 @@ impl<E: Equations> Newton<E> {
             trial.impulses.extend(eliminations.iter().map(|of| of.impulse_step(step)));
             let left = largest(&trial.impulses);
             is_selected = left <= enough;
-            if is_selected || left > KEPT_FACTORS * before || left == f64::INFINITY {
+            if is_selected || left > KEPT_CORRECTION * before || left == f64::INFINITY {
                 break;
             }
             before = left;
@@ -167,7 +188,7 @@ impl<E: Equations> Newton<E> {
 /// Whether no row of a point is so near to another piece of its law that compliance has a say in which it is on, or may be where
 /// the solution is `apart` from it, m/s.
 fn is_clear<E: Equations>(equations: &E, iterate: &Iterate<E>, apart: f64) -> bool {
-    let near = CLEAR * largest(&iterate.impulses) - apart;
+    let near = CLEARANCE * largest(&iterate.impulses) - apart;
     iterate.pulls.iter().all(|pull| pull.clearance(equations.graphs()) > near)
 }
 

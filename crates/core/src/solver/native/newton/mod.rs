@@ -9,10 +9,7 @@ use super::coupling::Coupling;
 use super::effort::SolveEffort;
 use super::equations::{Elimination, Equations, EvaluatedPoint, MapResidual, Velocities, reserve};
 use super::law::{Answer, MapPiece, NaturalMap};
-use super::tolerances::{
-    CROWD_JUMPS, CROWD_SHORTEST_STEP, FAST_FACTORS, JUMPS, KEPT_SLOPES, NEWTON_ITERATIONS,
-    PROXIMAL_SHORTEST_STEP, SHORTEST_STEP, SUFFICIENT_DECREASE, WHOLE_STEPS,
-};
+use super::settings::{COMPLIANCE, KEPT_STEP, NEWTON_ITERATIONS, SUFFICIENT_DECREASE, WHOLE_STEPS};
 use nalgebra::Vector3;
 
 pub(super) use iterate::{Iterate, evaluate, evaluate_again, exact_residual};
@@ -20,19 +17,22 @@ pub(super) use iterate::{Iterate, evaluate, evaluate_again, exact_residual};
 /// Every coupling eliminated, and the piece that it is on.
 pub(super) type Linearised<'a, E> = (&'a [Elimination<<E as Equations>::Slope>], &'a [MapPiece]);
 
-/// When an iteration ends.
+/// How an iteration is run.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Until {
-    /// After so many iterations,
+pub(super) struct NewtonRun {
+    /// ε in the Newton matrix: that of the law, or any where the law has none.
+    pub(super) compliance: f64,
+    /// The most iterations.
     pub(super) iterations: u32,
-    /// or where the residual of the law is at most this, m/s: it has converged.
+    /// The residual of the law at which it has converged, m/s.
     pub(super) residual: f64,
 }
 
-impl Until {
-    /// It has converged as far as is asked of a solution with compliance.
-    pub(super) fn converged(equations: &impl Equations) -> Self {
-        Self { iterations: NEWTON_ITERATIONS, residual: equations.tolerances().newton }
+impl NewtonRun {
+    /// That of the law with [`COMPLIANCE`].
+    pub(super) fn with_compliance(equations: &impl Equations) -> Self {
+        let residual = equations.tolerances().newton;
+        Self { compliance: COMPLIANCE, iterations: NEWTON_ITERATIONS, residual }
     }
 }
 
@@ -80,45 +80,44 @@ impl<E: Equations> Newton<E> {
         reserve(&mut self.eliminations, contacts);
     }
 
-    /// Solves `law` from `iterate`, with the compliance `matrix` in the Newton matrix: that
-    /// of the law, or any where the law has none. Returns whether it converged.
+    /// Solves the law of `map` from `iterate`. Returns whether it converged.
     pub(super) fn solve(
         &mut self,
         equations: &E,
         map: &NaturalMap,
-        (matrix, until): (f64, Until),
+        run: NewtonRun,
         iterate: &mut Iterate<E>,
         effort: &mut SolveEffort<'_>,
     ) -> bool {
-        let merit = evaluate(equations, map, iterate);
-        self.go_on(equations, map, (matrix, until), (merit, iterate), effort).0
+        evaluate(equations, map, iterate);
+        self.go_on(equations, map, run, iterate, effort)
     }
 
-    /// The same from a point with the residual `merit`, which is returned of the last one.
+    /// The same from a point that was evaluated for `map`; leaves the last point evaluated.
     fn go_on(
         &mut self,
         equations: &E,
         map: &NaturalMap,
-        (matrix, until): (f64, Until),
-        (mut merit, iterate): (MapResidual, &mut Iterate<E>),
+        run: NewtonRun,
+        iterate: &mut Iterate<E>,
         effort: &mut SolveEffort<'_>,
-    ) -> (bool, MapResidual) {
+    ) -> bool {
         let tolerances = equations.tolerances();
+        let mut merit = iterate.residual;
         // Without compliance the iteration is near a solution, and to stay there.
-        let jumps = if in_crowd(equations) { CROWD_JUMPS } else { JUMPS };
-        let (mut whole_steps, mut jumps) =
-            (WHOLE_STEPS, if map.compliance > 0.0 { jumps } else { 0 });
+        let mut jumps = if map.compliance > 0.0 { equations.settings().jumps } else { 0 };
+        let mut whole_steps = WHOLE_STEPS;
         self.kept.are_good = false;
-        for _ in 0..until.iterations {
-            if merit.largest <= until.residual {
-                return (true, merit);
+        for _ in 0..run.iterations {
+            if merit.largest <= run.residual {
+                return true;
             }
             if !effort.spend() {
-                return (false, merit);
+                return false;
             }
-            self.find_pieces(equations, map, iterate);
-            if !self.set_direction(equations, matrix, iterate) {
-                return (false, merit);
+            self.find_pieces(equations, iterate);
+            if !self.set_direction(equations, run.compliance, iterate) {
+                return false;
             }
             let (before, were_kept) = (merit.largest, self.kept.are_good);
             if merit.largest <= tolerances.whole_steps && whole_steps > 0 {
@@ -142,11 +141,11 @@ impl<E: Equations> Newton<E> {
                 std::mem::swap(iterate, &mut self.trial);
                 jumps -= 1;
             } else {
-                return (false, merit);
+                return false;
             }
-            self.kept.are_good = keeps(equations, before, merit.largest, FAST_FACTORS);
+            self.kept.are_good = keeps(equations, before, merit.largest, KEPT_STEP);
         }
-        (merit.largest <= until.residual, merit)
+        merit.largest <= run.residual
     }
 
     /// Solves the law with a compliance that acts on changes from the impulses p̂_0 of `iterate`
@@ -156,41 +155,39 @@ impl<E: Equations> Newton<E> {
     /// û = u + ε D (p̂ − p̂_0)                                                   (N13)
     /// ```
     ///
-    /// `evaluated` tells that the iterate was, for any law. Returns whether it converged.
+    /// `is_evaluated` tells that the iterate was, for any law. Returns whether it converged.
     pub(super) fn solve_from_here(
         &mut self,
         equations: &E,
         map: &NaturalMap,
-        (until, evaluated): (Until, bool),
+        run: NewtonRun,
+        is_evaluated: bool,
         iterate: &mut Iterate<E>,
         effort: &mut SolveEffort<'_>,
     ) -> bool {
-        let compliance = map.compliance;
         iterate.keep_impulses(equations, map);
         self.trial.shifts.clear();
         self.trial.shifts.extend_from_slice(&iterate.shifts);
-        let merit = match evaluated {
+        match is_evaluated {
             true => evaluate_again(equations, map, iterate),
             false => evaluate(equations, map, iterate),
         };
-        let by = (compliance, until);
-        let (converged, _) = self.go_on(equations, map, by, (merit, iterate), effort);
+        let converged = self.go_on(equations, map, run, iterate, effort);
         iterate.forget_impulses();
         self.trial.forget_impulses();
         converged
     }
 
-    /// Linearises `law`, which must be the one evaluated last, at `iterate` with the compliance `matrix`, and
-    /// factorises the system of the velocities: what every coupling answers, and the piece that it is on. `None`
-    /// where the system is singular.
+    /// Linearises the law evaluated last at `iterate` with the compliance `matrix`, and factorises
+    /// the system of the velocities. Returns every coupling eliminated and the piece that it is on;
+    /// `None` where the system is singular.
     pub(super) fn linearise(
         &mut self,
         equations: &E,
-        map: &NaturalMap,
         matrix: f64,
         iterate: &Iterate<E>,
     ) -> Option<Linearised<'_, E>> {
-        self.find_pieces(equations, map, iterate);
+        self.find_pieces(equations, iterate);
         self.kept.are_good = false;
         let is_regular = self.set_direction(equations, matrix, iterate);
         is_regular.then_some((&self.eliminations, &self.pieces))
@@ -200,14 +197,13 @@ impl<E: Equations> Newton<E> {
     pub(super) fn linearise_as(
         &mut self,
         equations: &E,
-        map: &NaturalMap,
         answer: impl FnMut(usize, &Coupling, &Vector3<f64>) -> Option<Answer>,
         iterate: &Iterate<E>,
     ) -> Option<Linearised<'_, E>> {
-        self.find_pieces(equations, map, iterate);
+        self.find_pieces(equations, iterate);
         self.kept.are_good = false;
         let Iterate { velocity, points, scratch, .. } = iterate;
-        let at = EvaluatedPoint { velocity, points, scratch, slack: 0.0 };
+        let at = EvaluatedPoint { velocity, points, scratch };
         let is_regular = equations.linearise(at, answer, &mut self.eliminations, &mut self.system);
         is_regular.then_some((&self.eliminations, &self.pieces))
     }
@@ -222,10 +218,10 @@ impl<E: Equations> Newton<E> {
         &mut self.system
     }
 
-    /// The pieces that `law`, which must be the one evaluated last, puts the contacts on.
-    fn find_pieces(&mut self, equations: &E, map: &NaturalMap, iterate: &Iterate<E>) {
+    /// Finds the pieces that the map evaluated last puts the couplings on.
+    fn find_pieces(&mut self, equations: &E, iterate: &Iterate<E>) {
         self.pieces.clear();
-        self.pieces.extend(iterate.pulls.iter().map(|pull| pull.piece(map, equations.graphs())));
+        self.pieces.extend(iterate.pulls.iter().map(|pull| pull.piece(equations.graphs())));
     }
 
     /// The Newton direction of the velocities for the law evaluated last and the modes found
@@ -237,10 +233,7 @@ impl<E: Equations> Newton<E> {
         let Iterate { velocity, impulses, points, pulls, scratch, .. } = iterate;
         let gives_alike = self.gives_alike;
         let Self { step, pieces, eliminations, system, kept, .. } = self;
-        let keeps = in_crowd(equations) && !iterate.shifts.is_empty();
-        let slack = if keeps { KEPT_SLOPES * matrix } else { 0.0 };
-        let (at, graphs) =
-            (EvaluatedPoint { velocity, points, scratch, slack }, equations.graphs());
+        let (at, graphs) = (EvaluatedPoint { velocity, points, scratch }, equations.graphs());
         let answer = |index: usize, coupling: &Coupling| {
             let alike;
             let mut rows = &coupling.rows;
@@ -262,7 +255,7 @@ impl<E: Equations> Newton<E> {
             return equations.direction(scratch, eliminations, system, step);
         }
         kept.are_good = false;
-        if equations.policy().keeps_factors {
+        if equations.settings().keeps_factors {
             kept.pieces.clone_from(pieces);
             kept.compliance = matrix;
         }
@@ -280,13 +273,8 @@ impl<E: Equations> Newton<E> {
         iterate: &mut Iterate<E>,
         merit: &MapResidual,
     ) -> Option<MapResidual> {
-        let shortest = match (in_crowd(equations), iterate.shifts.is_empty()) {
-            (false, _) => SHORTEST_STEP,
-            (true, true) => CROWD_SHORTEST_STEP,
-            (true, false) => PROXIMAL_SHORTEST_STEP,
-        };
         let mut length = 1.0;
-        while length >= shortest {
+        while length >= equations.settings().shortest_step {
             self.try_step(iterate, length);
             let trial = evaluate(equations, map, &mut self.trial);
             if trial.squared < (1.0 - SUFFICIENT_DECREASE * length) * merit.squared {
@@ -312,12 +300,7 @@ impl<E: Equations> Newton<E> {
     }
 }
 
-/// Whether it is a crowd, of which what leads nowhere is given up sooner.
-fn in_crowd<E: Equations>(equations: &E) -> bool {
-    E::MAY_BE_TIED && equations.policy().follows(equations.couplings().len())
-}
-
 /// Whether a step that made of a residual another one, at most a `part` of it, may be followed by one with the same factors.
 fn keeps(equations: &impl Equations, before: f64, after: f64, part: f64) -> bool {
-    equations.policy().keeps_factors && after <= part * before
+    equations.settings().keeps_factors && after <= part * before
 }

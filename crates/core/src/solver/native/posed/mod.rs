@@ -14,7 +14,6 @@
 mod parts;
 
 use super::coupling::Coupling;
-use super::descent::{Descent, Known};
 use super::effort::SolveEffort;
 use super::equations::{
     Elimination, Equations, EvaluatedPoint, MapResidual, Slope, StepSetting, Velocities,
@@ -22,7 +21,8 @@ use super::equations::{
 use super::fronts::Fronts;
 use super::law::{Answer, Gain};
 use super::plan::FrontPlan;
-use super::policy::{Policy, StartMethod};
+use super::settings::Settings;
+use super::stages::{StageRun, StageSolver};
 use crate::problem::{ContactProblem, ProblemError, Selection, Solution, SolveOptions};
 use nalgebra::{Matrix3, Vector3};
 
@@ -36,33 +36,32 @@ pub(crate) fn solve(
 ) -> Result<Solution, ProblemError> {
     let any = options.selection == Selection::Any;
     let mut impulses = vec![0.0; problem.row_count()];
-    let (mut iterations, mut selected, mut start) = (0, true, StartMethod::Previous);
-    let mut descent = Descent::new();
-    let parts = parts::of(problem, options.residual, Policy::posed(any));
+    let (mut iterations, mut selected, mut run) = (0, true, StageRun::PREVIOUS);
+    let mut solver = StageSolver::new();
+    let parts = parts::of(problem, options.residual, Settings::of_problem(any));
     for part in &parts {
         let mut equations = part.equations.clone();
         let previous = part.scaled(problem, options.start);
-        let budget = equations.policy().budget;
-        let mut effort = SolveEffort::of(options.interrupt, budget, previous.len());
-        descent.reserve(previous.len());
+        let mut effort = SolveEffort::new(options.interrupt);
+        solver.reserve(previous.len());
         let accepted = options.residual / part.speed;
-        let known = Known { previous: &previous, found: None, roughly: false };
-        let outcome = descent.solve(&mut equations, known, accepted, &mut effort);
+        let outcome = solver.solve(&mut equations, &previous, accepted, &mut effort);
         effort.check().map_err(|_| ProblemError::Interrupted)?;
-        part.write(problem, descent.impulses(), &mut impulses);
+        part.write(problem, solver.impulses(), &mut impulses);
         iterations += u64::from(effort.iterations());
         selected &= outcome.selected && outcome.solved;
-        if start == StartMethod::Previous {
-            start = outcome.start;
+        if run == StageRun::PREVIOUS {
+            run = outcome.run;
         }
     }
     let evaluation = problem.evaluate(&impulses);
     Ok(Solution {
         iterations,
         parts: parts.len(),
-        start: match (start, options.start) {
-            (StartMethod::Previous, None) => StartMethod::Zero.name(),
-            (start, _) => start.name(),
+        // Without a start of the caller's the first stage begins from no impulses.
+        start: match options.start {
+            None if run == StageRun::PREVIOUS => StageRun::ZERO.name(),
+            _ => run.name(),
         },
         selected: selected && evaluation.residual <= options.residual,
         ..Solution::of(impulses, evaluation, options.residual)
@@ -175,7 +174,7 @@ impl Links {
 #[derive(Debug, Clone)]
 pub(super) struct PosedEquations {
     setting: StepSetting,
-    policy: &'static Policy,
+    settings: &'static Settings,
     plan: FrontPlan,
     /// V_free.
     free: Vec<f64>,
@@ -209,8 +208,8 @@ impl Equations for PosedEquations {
         &mut self.setting
     }
 
-    fn policy(&self) -> &'static Policy {
-        self.policy
+    fn settings(&self) -> &'static Settings {
+        self.settings
     }
 
     /// Speeds are in parts of the part's own.
@@ -256,17 +255,11 @@ impl Equations for PosedEquations {
         size
     }
 
-    fn point(&self, index: usize, velocity: &PosedMotion) -> Vector3<f64> {
-        self.setting.couplings[index].offset + self.sees.seen(index, &velocity.numbers)
-    }
-
-    fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut PosedMotion) {
-        self.pushes.push(index, impulse, &mut velocity.numbers);
-    }
-
     fn set_points(&self, velocity: &PosedMotion, _: &mut Vec<f64>, points: &mut Vec<Vector3<f64>>) {
+        let couplings = self.setting.couplings.iter().enumerate();
+        let seen = |index| self.sees.seen(index, &velocity.numbers);
         points.clear();
-        points.extend((0..self.setting.couplings.len()).map(|index| self.point(index, velocity)));
+        points.extend(couplings.map(|(index, coupling)| coupling.offset + seen(index)));
     }
 
     fn linearise(

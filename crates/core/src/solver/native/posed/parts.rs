@@ -7,7 +7,7 @@ use crate::solver::native::coupling::Coupling;
 use crate::solver::native::equations::StepSetting;
 use crate::solver::native::law::{AxesLaw, Cone, CouplingLaw, CouplingRows};
 use crate::solver::native::plan::FrontPlan;
-use crate::solver::native::policy::Policy;
+use crate::solver::native::settings::Settings;
 use crate::solver::native::tolerances::Tolerances;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::HashMap;
@@ -27,14 +27,14 @@ pub(super) struct ProblemPart {
 pub(super) fn of(
     problem: &ContactProblem,
     residual: f64,
-    policy: &'static Policy,
+    settings: &'static Settings,
 ) -> Vec<ProblemPart> {
     let nodes = Nodes::of(problem);
     let responses = problem.responses();
     let groups = nodes.parts(problem.laws().len());
     groups
         .into_iter()
-        .map(|groups| nodes.part(problem, groups, &responses, (residual, policy)))
+        .map(|groups| nodes.part(problem, groups, &responses, residual, settings))
         .collect()
 }
 
@@ -271,7 +271,8 @@ impl Nodes {
         problem: &ContactProblem,
         groups: Vec<usize>,
         responses: &[f64],
-        (residual, policy): (f64, &'static Policy),
+        residual: f64,
+        settings: &'static Settings,
     ) -> ProblemPart {
         let mut used: Vec<usize> = groups
             .iter()
@@ -296,7 +297,7 @@ impl Nodes {
             own.for_each(|(to, value)| *to = value / speed);
         }
         let (mut pushes, mut sees) = (Links::default(), Links::default());
-        let mut setting = StepSetting::new(Tolerances::posed(residual / speed));
+        let mut setting = StepSetting::new(Tolerances::of_problem(residual / speed));
         let mut scaled = Vec::new();
         for &group in &groups {
             for (node, by) in &self.pushes[group] {
@@ -316,7 +317,7 @@ impl Nodes {
             setting.admit(coupling);
         }
         ProblemPart {
-            equations: PosedEquations { setting, policy, plan, free, pushes, sees },
+            equations: PosedEquations { setting, settings, plan, free, pushes, sees },
             groups,
             speed,
             impulse,
