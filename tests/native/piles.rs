@@ -237,7 +237,7 @@ fn structures_stand_from_their_first_step_on() {
         let mut record = StepRecord::new();
         simulation.step(&mut record).unwrap();
         assert_eq!(record.report.status, StepStatus::Converged);
-        assert_eq!(record.report.start, Some("structure"));
+        assert_eq!(record.report.start, Some("interior point"));
         assert!(record.report.iterations <= 60, "{}", record.report.iterations);
         assert!(record.certificate.residual() <= 1e-9);
         for state in &record.solution.states {

@@ -197,7 +197,7 @@ impl<W: Write> TrajectoryWriter<W> {
         self.carrying.fill(false);
         let (states, next) = (std::slice::from_ref(state), std::slice::from_ref(next));
         for WrittenContact { contact, force, slip, carries_force } in contacts {
-            if contact.key.point >= self.carrying.len() {
+            if contact.key.body != 0 || contact.key.point >= self.carrying.len() {
                 return Err(refused("the record has a contact of a point that the body has not"));
             }
             let products = program_columns(&self.world, contact, states, next, force, slip);

@@ -59,7 +59,7 @@ pub use linearised::{Smoothing, StepChange, StepDerivative, StepGradient};
 use nalgebra::Vector3;
 use part::{IslandPart, PartRequest, Parts};
 pub(crate) use posed::solve as solve_problem;
-use settings::{SETTLED, Settings};
+use settings::{CHANGING, Settings};
 pub use stages::STARTS;
 use stages::{StageOutcome, StageRun};
 #[cfg(feature = "threads")]
@@ -180,7 +180,7 @@ impl NativeSolver {
         let moves = |island: &IslandView<'_>| {
             let settings = Settings::of(island.bodies.len(), !island.joints.is_empty());
             island.contacts.len() > settings.crowd
-                && island.unsettled > SETTLED
+                && island.unsettled > CHANGING
                 && island.unsettled < f64::INFINITY
         };
         if !self.islands.all().any(|(_, island)| moves(&island)) {

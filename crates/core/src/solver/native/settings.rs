@@ -26,12 +26,15 @@ pub(super) const SETTLED: f64 = 1e-10;
 /// Impulses that changed by less than this are solved for to rounding, since they may be kept for
 /// many steps.
 pub(super) const SETTLING: f64 = 1e-6;
+/// Impulses that changed by more than this are not nearly those of the next step.
+pub(super) const CHANGING: f64 = 1e-3;
 /// The extrapolation of the last two steps is a good start if its residual is at most this part of
 /// its distance from the last velocities.
 pub(super) const EXTRAPOLATION: f64 = 0.1;
-/// An island of several bodies without joints is a crowd above so many contacts: more than the
-/// corners of one box. Where its forces change, the proximal point method goes first.
-pub(super) const CROWD: usize = 8;
+/// An island without joints is a crowd above so many contacts. Where its forces change, the
+/// proximal point method goes first. Elsewhere Newton's method mostly leads to the solution of the
+/// selection rule, which does not depend on the order of bodies or on the axes.
+pub(super) const CROWD: usize = 16;
 
 // Newton's method.
 
@@ -137,7 +140,7 @@ pub(super) struct Settings {
 }
 
 const ONE_BODY: Settings = Settings {
-    crowd: usize::MAX,
+    crowd: CROWD,
     proximal_stage: false,
     complementarity: 1e-13,
     jumps: 8,
@@ -149,19 +152,25 @@ const ONE_BODY: Settings = Settings {
 };
 
 const SEVERAL: Settings = Settings {
-    crowd: CROWD,
     proximal_stage: true,
     complementarity: 1e-19,
     jumps: 2,
     shortest_step: 0.03,
-    limit_compliance: 0.01,
     keeps_rest: true,
     ..ONE_BODY
 };
 
-const JOINTED: Settings = Settings { crowd: usize::MAX, keeps_factors: true, ..SEVERAL };
+const JOINTED: Settings = Settings {
+    crowd: usize::MAX,
+    jumps: 8,
+    shortest_step: 1e-4,
+    limit_compliance: 0.01,
+    keeps_factors: true,
+    ..SEVERAL
+};
 
-const PROBLEM: Settings = Settings { crowd: usize::MAX, keeps_rest: false, ..SEVERAL };
+const PROBLEM: Settings =
+    Settings { crowd: usize::MAX, proximal_stage: true, jumps: 2, ..ONE_BODY };
 
 impl Settings {
     /// Those of an island of so many bodies, with joints or without.

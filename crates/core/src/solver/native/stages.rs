@@ -16,8 +16,8 @@ use super::law::{MapPiece, NaturalMap};
 use super::newton::{Iterate, Newton, NewtonRun, exact_residual};
 use super::proximal::Proximal;
 use super::settings::{
-    CENTRES, COMPLIANCE, EXTRAPOLATION, POLISHING_COMPLIANCE, PROXIMAL_COMPLIANCE, ROLLING_STAGES,
-    SAME_GAIN, SAME_SOLUTIONS, SETTLED, Settings,
+    CENTRES, CHANGING, COMPLIANCE, EXTRAPOLATION, POLISHING_COMPLIANCE, PROXIMAL_COMPLIANCE,
+    ROLLING_STAGES, SAME_GAIN, SAME_SOLUTIONS, SETTLED, Settings,
 };
 use nalgebra::Vector3;
 
@@ -419,5 +419,5 @@ fn first_stage<E: Equations>(equations: &E, previous: &[Vector3<f64>]) -> Option
     if previous.iter().all(|impulse| *impulse == Vector3::zeros()) {
         return Some(Stage::InteriorPoint(CENTRES[0]));
     }
-    (equations.setting().unsettled > SETTLED).then_some(Stage::Proximal)
+    (equations.setting().unsettled > CHANGING).then_some(Stage::Proximal)
 }
