@@ -178,8 +178,8 @@ impl NativeSolver {
     /// that lie between going on as now and falling freely. Returns whether there are any.
     fn admit_foreseen(&mut self, step: &Step<'_>, candidates: &mut Candidates) -> bool {
         let moves = |island: &IslandView<'_>| {
-            let settings = Settings::of(island.bodies.len(), !island.joints.is_empty());
-            island.contacts.len() > settings.crowd
+            let (bodies, contacts) = (island.bodies.len(), island.contacts.len());
+            Settings::of(bodies, contacts, !island.joints.is_empty()).is_crowd
                 && island.unsettled > CHANGING
                 && island.unsettled < f64::INFINITY
         };

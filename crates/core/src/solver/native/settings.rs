@@ -111,19 +111,20 @@ pub(super) const SAME_GAIN: f64 = 1e-6;
 /// What differs between one body, several bodies, and rows without bodies.
 #[derive(Debug)]
 pub(super) struct Settings {
-    /// The contacts above which an island is a [crowd](CROWD).
-    pub(super) crowd: usize,
+    /// Whether the island is a [crowd](CROWD).
+    pub(super) is_crowd: bool,
     /// Whether the proximal point method from the last impulses is a stage: of one body Newton's
     /// method from zero does as well.
     pub(super) proximal_stage: bool,
     /// The complementarity at which the interior point hands over, in parts of the squared speed.
     /// Among several bodies less: contacts without a load are told apart only by rounding.
     pub(super) complementarity: f64,
-    /// Whole Newton steps that may be taken where the line search finds no shorter one. More help
-    /// a rolling rim of one body; among several bodies they lead away.
+    /// Whole Newton steps that may be taken where the line search finds no shorter one. They help
+    /// where contacts change places, as on a rolling rim; in a crowd of several bodies more than a
+    /// few lead away.
     pub(super) jumps: u32,
-    /// The shortest step of the line search, in parts of Newton's. Among several bodies steps below
-    /// 1/32 gain nothing.
+    /// The shortest step of the line search, in parts of Newton's. In a crowd of several bodies
+    /// steps below 1/32 gain nothing.
     pub(super) shortest_step: f64,
     /// ε in the matrix on the way to the limit of vanishing compliance, in parts of
     /// [`COMPLIANCE`]. Each correction leaves about this part times the ratio of the responses of
@@ -140,7 +141,7 @@ pub(super) struct Settings {
 }
 
 const ONE_BODY: Settings = Settings {
-    crowd: CROWD,
+    is_crowd: false,
     proximal_stage: false,
     complementarity: 1e-13,
     jumps: 8,
@@ -151,34 +152,26 @@ const ONE_BODY: Settings = Settings {
     takes_any: false,
 };
 
-const SEVERAL: Settings = Settings {
-    proximal_stage: true,
-    complementarity: 1e-19,
-    jumps: 2,
-    shortest_step: 0.03,
-    keeps_rest: true,
-    ..ONE_BODY
-};
+const ONE_CROWDED_BODY: Settings = Settings { is_crowd: true, ..ONE_BODY };
 
-const JOINTED: Settings = Settings {
-    crowd: usize::MAX,
-    jumps: 8,
-    shortest_step: 1e-4,
-    limit_compliance: 0.01,
-    keeps_factors: true,
-    ..SEVERAL
-};
+const SEVERAL: Settings =
+    Settings { proximal_stage: true, complementarity: 1e-19, keeps_rest: true, ..ONE_BODY };
 
-const PROBLEM: Settings =
-    Settings { crowd: usize::MAX, proximal_stage: true, jumps: 2, ..ONE_BODY };
+const CROWDED: Settings = Settings { is_crowd: true, jumps: 2, shortest_step: 0.03, ..SEVERAL };
+
+const JOINTED: Settings = Settings { limit_compliance: 0.01, keeps_factors: true, ..SEVERAL };
+
+const PROBLEM: Settings = Settings { proximal_stage: true, jumps: 2, ..ONE_BODY };
 
 impl Settings {
-    /// Those of an island of so many bodies, with joints or without.
-    pub(super) fn of(bodies: usize, has_joints: bool) -> &'static Self {
-        match (bodies, has_joints) {
-            (_, true) => &JOINTED,
+    /// Those of an island of so many bodies and contacts, with joints or without.
+    pub(super) fn of(bodies: usize, contacts: usize, has_joints: bool) -> &'static Self {
+        match (bodies, contacts > CROWD) {
+            _ if has_joints => &JOINTED,
             (1, false) => &ONE_BODY,
-            _ => &SEVERAL,
+            (1, true) => &ONE_CROWDED_BODY,
+            (_, false) => &SEVERAL,
+            (_, true) => &CROWDED,
         }
     }
 

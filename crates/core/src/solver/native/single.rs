@@ -128,7 +128,7 @@ impl Equations for Single {
     }
 
     fn settings(&self) -> &'static Settings {
-        Settings::of(1, false)
+        Settings::of(1, self.setting.couplings.len(), false)
     }
 
     fn speed(&self) -> f64 {

@@ -413,7 +413,7 @@ impl<E: Equations> StageSolver<E> {
 /// The stage that goes before all others: in a crowd of which nothing pressed in the last step an
 /// interior point, in one whose forces change the proximal point method.
 fn first_stage<E: Equations>(equations: &E, previous: &[Vector3<f64>]) -> Option<Stage> {
-    if previous.len() <= equations.settings().crowd {
+    if !equations.settings().is_crowd {
         return None;
     }
     if previous.iter().all(|impulse| *impulse == Vector3::zeros()) {

@@ -78,7 +78,7 @@ impl Equations for Island {
     }
 
     fn settings(&self) -> &'static Settings {
-        Settings::of(self.members.len(), !self.joints.is_empty())
+        Settings::of(self.members.len(), self.links.len(), !self.joints.is_empty())
     }
 
     fn bodies(&self) -> usize {
