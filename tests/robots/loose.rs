@@ -156,6 +156,12 @@ fn what_overlaps_at_the_start_never_touches() {
     let simulation = after(&inside, 200);
     let between = simulation.states()[0].position - simulation.states()[2].position;
     assert!(between.norm() < 0.2, "{between}");
+    // At any depth: 10⁻⁴ m, and 10⁻⁹ m.
+    for (gap, depth) in [("0 0.1999 -0.3", "(1.0e-4 m)"), ("0 0.199999999 -0.3", "(1.0e-9 m)")] {
+        let nearly = robot(AIR, &third(gap));
+        assert!(said(&nearly, depth), "{:?}", nearly.notes());
+        assert!(after(&nearly, 200).states().iter().all(|state| state.velocity.norm() < 10.0));
+    }
     let beside = robot(AIR, &third("0 0.3 -0.2"));
     assert!(beside.notes().iter().all(|note| !note.contains("overlap")), "{:?}", beside.notes());
     // What is of two robots is refused as ever.

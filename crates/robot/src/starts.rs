@@ -93,8 +93,12 @@ fn take_out_of_ground(model: &mut Model, robots: &mut [Assembled], world: &World
     }
 }
 
-/// Has links of a robot that overlap at the start by more than a start may never touch each other, nor what its own file fixes where
-/// they hang on the world; what flies of a robot alone is lifted out of what is fixed. What else overlaps stays as it is.
+/// Leaves contacts out that would have to be open at the start and are not.
+///
+/// Two links of a robot that overlap by more than rounding never touch each other: joints may hold
+/// them where no force can take them apart. The same holds for a link that hangs on the world and
+/// what its own file fixes, if they overlap by more than a start may. A robot that flies alone is
+/// lifted out of what is fixed. Other overlaps stay as they are.
 fn keep_overlaps_apart(
     model: &mut Model,
     robots: &mut [Assembled],
@@ -109,15 +113,20 @@ fn keep_overlaps_apart(
     'search: loop {
         // A search remembers the pairs of the world that it was in.
         let overlaps = Candidates::new().overlaps_at_start(&world, &model.states());
-        if overlaps.is_empty() {
-            break;
-        }
-        for Overlap { depth, between, .. } in overlaps {
+        let mut is_over = true;
+        for Overlap { depth, allowed, between } in overlaps {
             let Some(body) = between.0.body() else { break 'search };
+            let within_one = |other: usize| {
+                robots.iter().any(|robot| robot.has_body(body) && robot.has_body(other))
+            };
+            if depth <= allowed && !between.1.body().is_some_and(within_one) {
+                continue;
+            }
             // Other pieces of a pair that is apart by now.
             if !world.may_touch(body, between.1) {
                 continue;
             }
+            is_over = false;
             let (partner, second) = match between.1 {
                 Partner::Body(other) => (PartnerModel::Body(other), &model.bodies[other].name),
                 Partner::Fixed(fixed) => (PartnerModel::Fixed(fixed), &model.fixed[fixed].name),
@@ -149,6 +158,9 @@ fn keep_overlaps_apart(
             told[number].push(format!("{} and {second} ({depth:.1e} m)", model.bodies[body].name));
             model.apart.push(ApartModel { body, partner });
             world = world.with_apart(body, between.1)?;
+        }
+        if is_over {
+            break;
         }
     }
     for (number, name, by) in lifted {

@@ -182,12 +182,17 @@ impl Candidates {
         has_pairs(world).then(|| self.neighbours.deepest(world, states, allowed))?
     }
 
-    /// All overlaps that [`overlap_at_start`](Self::overlap_at_start) refuses, the deepest first.
+    /// All overlaps at `states` that are deeper than rounding, the deepest first. One that is deeper
+    /// than its [`allowed`](Overlap::allowed) is refused by
+    /// [`overlap_at_start`](Self::overlap_at_start).
     pub fn overlaps_at_start(&mut self, world: &World, states: &[State]) -> Vec<Overlap> {
+        /// What rounding leaves, in parts of the world's reach.
+        const ROUNDING: f64 = 1e-12;
         if !has_pairs(world) {
             return Vec::new();
         }
-        self.neighbours.overlaps(world, states, allowed_at_start(world, |_| true))
+        let allowed = allowed_at_start(world, |_| true);
+        self.neighbours.overlaps(world, states, ROUNDING * world.reach(), allowed)
     }
 }
 

@@ -279,13 +279,14 @@ impl Neighbours {
         &mut self,
         world: &World,
         states: &[State],
+        least: f64,
         allowed: impl Fn([(Partner, PieceExtent); 2]) -> f64,
     ) -> Vec<Overlap> {
         let mut overlaps = Vec::new();
         self.each_depth(world, states, |depth, sides| {
-            let allowed = allowed(sides);
-            if depth > 0.0 && depth > allowed {
-                overlaps.push(Overlap { depth, allowed, between: (sides[0].0, sides[1].0) });
+            if depth > least {
+                let between = (sides[0].0, sides[1].0);
+                overlaps.push(Overlap { depth, allowed: allowed(sides), between });
             }
         });
         overlaps.sort_by(|a, b| b.depth.total_cmp(&a.depth));

@@ -123,8 +123,8 @@ pub(super) struct Settings {
     /// where contacts change places, as on a rolling rim; in a crowd of several bodies more than a
     /// few lead away.
     pub(super) jumps: u32,
-    /// The shortest step of the line search, in parts of Newton's. In a crowd of several bodies
-    /// steps below 1/32 gain nothing.
+    /// The shortest step of the line search, in parts of Newton's. In a crowd of several bodies and
+    /// with joints steps below 1/32 gain nothing.
     pub(super) shortest_step: f64,
     /// ε in the matrix on the way to the limit of vanishing compliance, in parts of
     /// [`COMPLIANCE`]. Each correction leaves about this part times the ratio of the responses of
@@ -159,7 +159,8 @@ const SEVERAL: Settings =
 
 const CROWDED: Settings = Settings { is_crowd: true, jumps: 2, shortest_step: 0.03, ..SEVERAL };
 
-const JOINTED: Settings = Settings { limit_compliance: 0.01, keeps_factors: true, ..SEVERAL };
+const JOINTED: Settings =
+    Settings { shortest_step: 0.03, limit_compliance: 0.01, keeps_factors: true, ..SEVERAL };
 
 const PROBLEM: Settings = Settings { proximal_stage: true, jumps: 2, ..ONE_BODY };
 
