@@ -123,8 +123,8 @@ pub(super) struct Settings {
     /// where contacts change places, as on a rolling rim; in a crowd of several bodies more than a
     /// few lead away.
     pub(super) jumps: u32,
-    /// The shortest step of the line search, in parts of Newton's. In a crowd of several bodies and
-    /// with joints steps below 1/32 gain nothing.
+    /// The shortest step of the line search, in parts of Newton's. Among several bodies steps below
+    /// 1/32 gain nothing; at the stops of joints they do.
     pub(super) shortest_step: f64,
     /// ε in the matrix on the way to the limit of vanishing compliance, in parts of
     /// [`COMPLIANCE`]. Each correction leaves about this part times the ratio of the responses of
@@ -154,13 +154,18 @@ const ONE_BODY: Settings = Settings {
 
 const ONE_CROWDED_BODY: Settings = Settings { is_crowd: true, ..ONE_BODY };
 
-const SEVERAL: Settings =
-    Settings { proximal_stage: true, complementarity: 1e-19, keeps_rest: true, ..ONE_BODY };
+const SEVERAL: Settings = Settings {
+    proximal_stage: true,
+    complementarity: 1e-19,
+    shortest_step: 0.03,
+    keeps_rest: true,
+    ..ONE_BODY
+};
 
-const CROWDED: Settings = Settings { is_crowd: true, jumps: 2, shortest_step: 0.03, ..SEVERAL };
+const CROWDED: Settings = Settings { is_crowd: true, jumps: 2, ..SEVERAL };
 
 const JOINTED: Settings =
-    Settings { shortest_step: 0.03, limit_compliance: 0.01, keeps_factors: true, ..SEVERAL };
+    Settings { shortest_step: 1e-4, limit_compliance: 0.01, keeps_factors: true, ..SEVERAL };
 
 const PROBLEM: Settings = Settings { proximal_stage: true, jumps: 2, ..ONE_BODY };
 
