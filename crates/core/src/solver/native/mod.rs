@@ -1,9 +1,9 @@
 //! tumble's own solver of the contact step: exact, in about a microsecond for one body.
 //!
-//! Newton's method on the natural map of the contact law, started from the impulses of
-//! the last step; behind it, for the few steps in a thousand where that does not lead
-//! to a solution, other starts and an interior point. The derivation is in
-//! `docs/native-solver.md`, whose equation numbers (N1, N2, …) the code cites.
+//! Newton's method on the natural map of the contact law, started from the impulses of the last
+//! step. Where that does not lead to a solution, further [stages](stages) do: the proximal point
+//! method, an interior point. `docs/native-solver.md` has the algorithm on one page and the
+//! derivation; the code cites its equation numbers (N1, N2, …).
 //!
 //! Bodies that touch each other, directly or through others, are an island. Islands are
 //! independent problems, and each is solved alone: a body that touches fixed things only with
@@ -174,12 +174,12 @@ impl NativeSolver {
         self.islands.find(step, contacts, joints_are_new, marked);
     }
 
-    /// Admits the contacts that the crowds whose forces change will come to, as far as they can be foreseen: those
-    /// that lie between going on as now and falling freely. Returns whether there are any.
+    /// Admits the contacts that the bodies of large islands whose forces change meet half-way between going
+    /// on as now and falling freely. Returns whether there are any.
     fn admit_foreseen(&mut self, step: &Step<'_>, candidates: &mut Candidates) -> bool {
         let moves = |island: &IslandView<'_>| {
             let (bodies, contacts) = (island.bodies.len(), island.contacts.len());
-            Settings::of(bodies, contacts, !island.joints.is_empty()).is_crowd
+            Settings::of(bodies, contacts, !island.joints.is_empty()).is_large
                 && island.unsettled > CHANGING
                 && island.unsettled < f64::INFINITY
         };

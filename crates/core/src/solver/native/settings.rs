@@ -21,7 +21,7 @@ pub(super) const CLEARANCE: f64 = 100.0 * COMPLIANCE;
 
 // What is known from the steps before, in parts of the largest impulse.
 
-/// Impulses that changed by less than this have settled.
+/// Impulses are settled if they changed by less than this.
 pub(super) const SETTLED: f64 = 1e-10;
 /// Impulses that changed by less than this are solved for to rounding, since they may be kept for
 /// many steps.
@@ -31,10 +31,10 @@ pub(super) const CHANGING: f64 = 1e-3;
 /// The extrapolation of the last two steps is a good start if its residual is at most this part of
 /// its distance from the last velocities.
 pub(super) const EXTRAPOLATION: f64 = 0.1;
-/// An island without joints is a crowd above so many contacts. Where its forces change, the
+/// An island without joints is large above this number of contacts. If its forces change, the
 /// proximal point method goes first. Elsewhere Newton's method mostly leads to the solution of the
 /// selection rule, which does not depend on the order of bodies or on the axes.
-pub(super) const CROWD: usize = 16;
+pub(super) const LARGE_ISLAND: usize = 16;
 
 // Newton's method.
 
@@ -55,7 +55,7 @@ pub(super) const DETERMINED_ITERATIONS: u32 = 12;
 pub(super) const CORRECTIONS: u32 = 8;
 /// A correction that leaves at most this part of the residual keeps its factorised matrix.
 pub(super) const KEPT_CORRECTION: f64 = 0.1;
-/// The same of a Newton step, farther from the solution.
+/// A Newton step that leaves at most this part of the residual keeps its factorised matrix.
 pub(super) const KEPT_STEP: f64 = 0.01;
 
 // The proximal point method.
@@ -108,11 +108,11 @@ pub(super) const SLOW: f64 = 1e-4;
 pub(super) const SAME_SOLUTIONS: u32 = 3;
 pub(super) const SAME_GAIN: f64 = 1e-6;
 
-/// What differs between one body, several bodies, and rows without bodies.
+/// The differences between one body, several bodies, and rows without bodies.
 #[derive(Debug)]
 pub(super) struct Settings {
-    /// Whether the island is a [crowd](CROWD).
-    pub(super) is_crowd: bool,
+    /// Whether the island is [large](LARGE_ISLAND).
+    pub(super) is_large: bool,
     /// Whether the proximal point method from the last impulses is a stage: of one body Newton's
     /// method from zero does as well.
     pub(super) proximal_stage: bool,
@@ -120,8 +120,8 @@ pub(super) struct Settings {
     /// Among several bodies less: contacts without a load are told apart only by rounding.
     pub(super) complementarity: f64,
     /// Whole Newton steps that may be taken where the line search finds no shorter one. They help
-    /// where contacts change places, as on a rolling rim; in a crowd of several bodies more than a
-    /// few lead away.
+    /// where contacts change places, as on a rolling rim; in large islands more than two lead
+    /// away.
     pub(super) jumps: u32,
     /// The shortest step of the line search, in parts of Newton's. Among several bodies steps below
     /// 1/32 gain nothing; at the stops of joints they do.
@@ -141,7 +141,7 @@ pub(super) struct Settings {
 }
 
 const ONE_BODY: Settings = Settings {
-    is_crowd: false,
+    is_large: false,
     proximal_stage: false,
     complementarity: 1e-13,
     jumps: 8,
@@ -152,7 +152,7 @@ const ONE_BODY: Settings = Settings {
     takes_any: false,
 };
 
-const ONE_CROWDED_BODY: Settings = Settings { is_crowd: true, ..ONE_BODY };
+const ONE_LARGE_BODY: Settings = Settings { is_large: true, ..ONE_BODY };
 
 const SEVERAL: Settings = Settings {
     proximal_stage: true,
@@ -162,7 +162,7 @@ const SEVERAL: Settings = Settings {
     ..ONE_BODY
 };
 
-const CROWDED: Settings = Settings { is_crowd: true, jumps: 2, ..SEVERAL };
+const SEVERAL_LARGE: Settings = Settings { is_large: true, jumps: 2, ..SEVERAL };
 
 const JOINTED: Settings =
     Settings { shortest_step: 1e-4, limit_compliance: 0.01, keeps_factors: true, ..SEVERAL };
@@ -170,19 +170,19 @@ const JOINTED: Settings =
 const PROBLEM: Settings = Settings { proximal_stage: true, jumps: 2, ..ONE_BODY };
 
 impl Settings {
-    /// Those of an island of so many bodies and contacts, with joints or without.
+    /// The settings of an island of `bodies` bodies and `contacts` contacts, with joints or without.
     pub(super) fn of(bodies: usize, contacts: usize, has_joints: bool) -> &'static Self {
-        match (bodies, contacts > CROWD) {
+        match (bodies, contacts > LARGE_ISLAND) {
             _ if has_joints => &JOINTED,
             (1, false) => &ONE_BODY,
-            (1, true) => &ONE_CROWDED_BODY,
+            (1, true) => &ONE_LARGE_BODY,
             (_, false) => &SEVERAL,
-            (_, true) => &CROWDED,
+            (_, true) => &SEVERAL_LARGE,
         }
     }
 
-    /// Those of a contact problem given by matrices, of which `any` solution will do, or the one
-    /// that vanishing compliance selects.
+    /// The settings of a contact problem given by matrices. Either `any` solution will do, or only the
+    /// one that vanishing compliance selects.
     pub(super) fn of_problem(any: bool) -> &'static Self {
         const ANY: Settings = Settings { takes_any: true, ..PROBLEM };
         if any { &ANY } else { &PROBLEM }

@@ -92,7 +92,7 @@ fn runs(
     rolling.chain(all.map(move |stage| StageRun { stage, equal_compliance: can_roll }))
 }
 
-/// How the solution of an island ended.
+/// The result of all stages.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StageOutcome {
     pub(super) solved: bool,
@@ -109,7 +109,7 @@ impl StageOutcome {
         Self { solved: false, run: StageRun::PREVIOUS, selected: false, retried: false };
 }
 
-/// How good the end of a stage is: the least is best.
+/// The quality of the end of a stage; the least is best.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 struct Rank {
     unsolved: bool,
@@ -117,14 +117,14 @@ struct Rank {
     turns_too_far: bool,
     /// The energy that a solution gains from nothing, in parts of what it has; 0 where it is little.
     gain: f64,
-    /// Of the law without compliance, m/s.
+    /// The residual of the law without compliance, m/s.
     residual: f64,
 }
 
-/// Where a stage led.
+/// The end of a stage.
 #[derive(Debug, Clone, Copy)]
 struct StageEnd {
-    /// Of the law without compliance, m/s.
+    /// The residual of the law without compliance, m/s.
     residual: f64,
     /// Whether the point is one to take: the law with compliance was solved on the way, or the
     /// change from a known point is small.
@@ -166,23 +166,23 @@ impl<E: Equations> StageSolver<E> {
         self.other.reserve(couplings);
     }
 
-    /// V where the last solution ended.
+    /// V of the last solution.
     pub(super) fn velocity(&self) -> &E::Velocity {
         &self.iterate.velocity
     }
 
-    /// p̂ of every coupling there, m/s, world.
+    /// p̂ of every coupling in the last solution, m/s, world.
     pub(super) fn impulses(&self) -> &[Vector3<f64>] {
         &self.iterate.impulses
     }
 
-    /// u of every coupling there, m/s, world.
+    /// u of every coupling in the last solution, m/s, world.
     pub(super) fn points(&self) -> &[Vector3<f64>] {
         self.iterate.points()
     }
 
-    /// Of every coupling, the piece of the natural map with compliance that the last solution is on,
-    /// and how far the next one is, m/s.
+    /// The piece of the natural map with compliance that each coupling of the last solution is on, and
+    /// the distance to the next piece, m/s.
     pub(super) fn pieces(&self, equations: &E) -> impl Iterator<Item = (MapPiece, f64)> {
         const MAP: NaturalMap = NaturalMap::with_compliance(COMPLIANCE);
         let couplings = equations.couplings().iter().zip(self.impulses()).zip(self.points());
@@ -378,8 +378,8 @@ impl<E: Equations> StageSolver<E> {
         StageEnd { residual, selected: true }
     }
 
-    /// How good the iterate is, with its `residual` (m/s). A solution's bodies at rest are kept at
-    /// rest. Of points that are no solution the residual alone counts.
+    /// Ranks the iterate, whose `residual` is known (m/s). A solution's bodies at rest are kept at rest.
+    /// For points that are no solution only the residual counts.
     fn rank(&mut self, equations: &E, residual: f64) -> Rank {
         if residual > equations.tolerances().solved {
             return Rank { unsolved: true, turns_too_far: false, gain: 0.0, residual };
@@ -410,10 +410,10 @@ impl<E: Equations> StageSolver<E> {
     }
 }
 
-/// The stage that goes before all others: in a crowd of which nothing pressed in the last step an
-/// interior point, in one whose forces change the proximal point method.
+/// The stage that goes before all others. In a large island it is an interior point if nothing
+/// pressed in the last step, and the proximal point method if the forces change.
 fn first_stage<E: Equations>(equations: &E, previous: &[Vector3<f64>]) -> Option<Stage> {
-    if !equations.settings().is_crowd {
+    if !equations.settings().is_large {
         return None;
     }
     if previous.iter().all(|impulse| *impulse == Vector3::zeros()) {
