@@ -2,7 +2,7 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::law::{Cone, CouplingLaw, CouplingRows, NaturalMap, Projection};
+use super::law::{Cone, CouplingLaw, CouplingRows, LawRows, NaturalMap, Projection};
 use super::settings::{COMPLIANCE, ROLLING_COMPLIANCE};
 use crate::contact::Contact;
 use crate::joint::Graph;
@@ -37,16 +37,12 @@ pub(super) struct Lever {
 }
 
 impl Coupling {
-    /// That of `contact`, `share` being M over the mass of its body A; a gap that opens or closes at
-    /// most at the speed `level` (m/s) counts as none.
-    pub(super) fn of_contact(
-        contact: &Contact,
-        time_step: f64,
-        (share, level): (f64, f64),
-    ) -> Self {
+    /// The coupling of `contact`. `share` is M over the mass of its body A; a gap that opens or closes
+    /// at most at the speed `level` (m/s) counts as none.
+    pub(super) fn of_contact(contact: &Contact, time_step: f64, share: f64, level: f64) -> Self {
         let (normal, radius) = (contact.normal(), contact.features.radius);
         let tangential = share * contact.response.tangential;
-        let responses = (tangential, share * contact.response.normal);
+        let normal_response = share * contact.response.normal;
         Self {
             lever: Lever {
                 centre: contact.features.point,
@@ -61,17 +57,18 @@ impl Coupling {
                     true => (ROLLING_COMPLIANCE * tangential / COMPLIANCE).max(1.0),
                     false => 1.0,
                 },
-                ..CouplingRows::of_contact(contact.frame, responses)
+                ..CouplingRows::of_contact(contact.frame, tangential, normal_response)
             },
             law: CouplingLaw::Cone(Cone { friction: contact.law.friction }),
         }
     }
 
-    /// That of the anchor of a joint: it acts at `lever` along the axes `frame`, its rows are off by
-    /// `offset` (m/s, in these axes) and respond with `response`.
+    /// The coupling of the anchor of a joint: it acts at `lever` along the axes `frame`, its rows are
+    /// off by `offset` (m/s, in these axes) and respond with `response`.
     pub(super) fn of_place(
         lever: Lever,
-        (frame, offset): (Matrix3<f64>, Vector3<f64>),
+        frame: Matrix3<f64>,
+        offset: Vector3<f64>,
         response: &Vector3<f64>,
         law: CouplingLaw,
     ) -> Self {
@@ -113,11 +110,12 @@ impl Coupling {
     #[inline(always)]
     pub(super) fn evaluated(
         &self,
-        of: (&NaturalMap, &[Graph]),
+        map: &NaturalMap,
+        graphs: &[Graph],
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
     ) -> (Projection, Vector3<f64>) {
-        self.law.evaluated(of, &self.rows, u, impulse)
+        self.law.evaluated(map, LawRows { rows: &self.rows, graphs }, u, impulse)
     }
 
     /// Whether it is a contact.

@@ -180,9 +180,9 @@ impl<E: Equations> InteriorPoint<E> {
             EvaluatedPoint { velocity, points, scratch },
             |index, coupling, u| {
                 let (barrier, frame) = (&barriers[index], &coupling.rows.frame);
-                let aim = (0.0, &barrier.nothing());
+                let u = &frame.tr_mul(u);
                 let (offset, gain, rest) =
-                    barrier.eliminate(aim, &frame.tr_mul(u), equations.graphs())?;
+                    barrier.eliminate(0.0, &barrier.nothing(), u, equations.graphs())?;
                 pending.push(rest);
                 Some(Answer::full(frame * offset, frame * gain * frame.transpose()))
             },
@@ -201,8 +201,8 @@ impl<E: Equations> InteriorPoint<E> {
             at.zip(eliminations.iter_mut().zip(pending))
         {
             let frame = &coupling.rows.frame;
-            let aim = (kappa, predictor);
-            let Some((offset, _, left)) = barrier.eliminate(aim, &frame.tr_mul(u), graphs) else {
+            let u = &frame.tr_mul(u);
+            let Some((offset, _, left)) = barrier.eliminate(kappa, predictor, u, graphs) else {
                 return false;
             };
             elimination.answer.offset = frame * offset;

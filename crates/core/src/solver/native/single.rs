@@ -47,7 +47,7 @@ impl Single {
 
     /// Adds a contact of the body with something fixed.
     pub(super) fn admit(&mut self, contact: &Contact) {
-        self.setting.admit(Coupling::of_contact(contact, self.time_step, (1.0, 0.0)));
+        self.setting.admit(Coupling::of_contact(contact, self.time_step, 1.0, 0.0));
     }
 
     /// The linear and angular parts of the equations of motion (N1):

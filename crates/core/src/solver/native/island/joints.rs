@@ -79,7 +79,7 @@ impl Island {
         let source = Source::of(joint.linear(), joint.moves());
         self.links.push(CouplingLink { a, kind: CouplingKind::Point, b, source });
         let law = CouplingLaw::Axes(axes);
-        self.setting.admit(Coupling::of_place(lever, (frame, offset), &response, law));
+        self.setting.admit(Coupling::of_place(lever, frame, offset, &response, law));
         self.links.len() - 1
     }
 

@@ -185,7 +185,7 @@ impl Island {
         });
         self.links.push(CouplingLink { a, kind, b, source: Source::Contact });
         let share = self.members[a].share;
-        self.setting.admit(Coupling::of_contact(contact, h, (share, level)));
+        self.setting.admit(Coupling::of_contact(contact, h, share, level));
     }
 
     /// Has surfaces carry what touches at the contact that was admitted last with `carried` (m/s, world).

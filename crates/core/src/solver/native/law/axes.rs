@@ -5,7 +5,7 @@
 use super::answer::{Answer, Factored};
 use super::cone_barrier::Pending;
 use super::map::NaturalMap;
-use super::rows::CouplingRows;
+use super::rows::{CouplingRows, LawRows};
 use crate::joint::{Graph, Segment};
 use crate::solver::native::settings::COMPLIANCE;
 use nalgebra::{Matrix3, Vector3};
@@ -88,7 +88,8 @@ impl AxesProjection {
     #[inline(never)]
     pub(super) fn new(
         map: &NaturalMap,
-        (rows, axes): (&CouplingRows, &AxesLaw),
+        rows: &CouplingRows,
+        axes: &AxesLaw,
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
     ) -> Self {
@@ -165,12 +166,8 @@ impl AxesProjection {
     /// ```text
     /// δp̂ (u′ − ε p′) = p′ (û − u₀) − u′ (p̂ − p₀) + p′ δu                     (J5)
     /// ```
-    pub(super) fn answer(
-        &self,
-        pieces: [u8; 3],
-        (rows, graphs): (&CouplingRows, &[Graph]),
-        compliance: f64,
-    ) -> Answer {
+    pub(super) fn answer(&self, pieces: [u8; 3], of: LawRows<'_>, compliance: f64) -> Answer {
+        let LawRows { rows, graphs } = of;
         if self.axes.all_locked() {
             let stiffness = 1.0 / compliance;
             return Answer::stick(self.axes.out(rows, self.u) * -stiffness, stiffness);
@@ -185,12 +182,8 @@ impl AxesProjection {
     }
 
     /// The offset of that alone.
-    pub(super) fn offset(
-        &self,
-        pieces: [u8; 3],
-        (rows, graphs): (&CouplingRows, &[Graph]),
-        compliance: f64,
-    ) -> Vector3<f64> {
+    pub(super) fn offset(&self, pieces: [u8; 3], of: LawRows<'_>, compliance: f64) -> Vector3<f64> {
+        let LawRows { rows, graphs } = of;
         match self.axes.all_locked() {
             true => self.axes.out(rows, self.u) * -(1.0 / compliance),
             false => self.axes.out(rows, self.along_axes(pieces, graphs, compliance).0),
@@ -198,13 +191,8 @@ impl AxesProjection {
     }
 
     /// The gains of the `pieces` in their axes, with ε = `compliance`.
-    pub(super) fn factored(
-        &self,
-        pieces: [u8; 3],
-        (rows, graphs): (&CouplingRows, &[Graph]),
-        compliance: f64,
-    ) -> Factored {
-        Factored::along(&rows.frame, self.along_axes(pieces, graphs, compliance).1)
+    pub(super) fn factored(&self, pieces: [u8; 3], of: LawRows<'_>, compliance: f64) -> Factored {
+        Factored::along(&of.rows.frame, self.along_axes(pieces, of.graphs, compliance).1)
     }
 
     /// Offset and gain of each row in its own axis.

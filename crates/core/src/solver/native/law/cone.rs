@@ -47,7 +47,8 @@ impl ConeProjection {
     #[inline]
     pub(super) fn new(
         map: &NaturalMap,
-        (rows, cone): (&CouplingRows, &Cone),
+        rows: &CouplingRows,
+        cone: &Cone,
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
     ) -> Self {
@@ -229,12 +230,12 @@ mod tests {
 
     /// A slipping contact that presses by 0.02 m/s along `direction` (rad), and moves on by u_n along its normal.
     fn slipping(direction: f64, u_n: f64) -> (CouplingRows, ConeProjection, Vector3<f64>) {
-        let rows = CouplingRows::of_contact(Matrix3::identity(), (2.0, 1.5));
+        let rows = CouplingRows::of_contact(Matrix3::identity(), 2.0, 1.5);
         let (sin, cos) = direction.sin_cos();
         let impulse = Vector3::new(-0.006 * cos, -0.006 * sin, 0.02);
         let u = Vector3::new(0.3 * cos, 0.3 * sin, u_n);
         let map = NaturalMap::with_compliance(COMPLIANCE);
-        let pull = ConeProjection::new(&map, (&rows, &Cone { friction: 0.3 }), &u, &impulse);
+        let pull = ConeProjection::new(&map, &rows, &Cone { friction: 0.3 }, &u, &impulse);
         (rows, pull, impulse)
     }
 

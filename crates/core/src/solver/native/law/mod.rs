@@ -21,7 +21,7 @@ pub(super) use cone::Cone;
 pub(super) use cone_barrier::Pending;
 pub use map::MapPiece;
 pub(super) use map::NaturalMap;
-pub(super) use rows::CouplingRows;
+pub(super) use rows::{CouplingRows, LawRows};
 
 use crate::joint::Graph;
 use axes::AxesBarrier;
@@ -63,10 +63,10 @@ impl CouplingLaw {
     ) -> Projection {
         match self {
             Self::Cone(cone) => {
-                Projection::Cone(cone::ConeProjection::new(map, (rows, cone), u, impulse))
+                Projection::Cone(cone::ConeProjection::new(map, rows, cone, u, impulse))
             }
             Self::Axes(axes) => {
-                Projection::Axes(axes::AxesProjection::new(map, (rows, axes), u, impulse))
+                Projection::Axes(axes::AxesProjection::new(map, rows, axes, u, impulse))
             }
         }
     }
@@ -75,19 +75,20 @@ impl CouplingLaw {
     #[inline(always)]
     pub(super) fn evaluated(
         &self,
-        (map, graphs): (&NaturalMap, &[Graph]),
-        rows: &CouplingRows,
+        map: &NaturalMap,
+        of: LawRows<'_>,
         u: &Vector3<f64>,
         impulse: &Vector3<f64>,
     ) -> (Projection, Vector3<f64>) {
+        let LawRows { rows, graphs } = of;
         match self {
             Self::Cone(cone) => {
-                let pull = cone::ConeProjection::new(map, (rows, cone), u, impulse);
+                let pull = cone::ConeProjection::new(map, rows, cone, u, impulse);
                 let missed = pull.natural_map(rows);
                 (Projection::Cone(pull), missed)
             }
             Self::Axes(axes) => {
-                let pull = axes::AxesProjection::new(map, (rows, axes), u, impulse);
+                let pull = axes::AxesProjection::new(map, rows, axes, u, impulse);
                 let missed = pull.natural_map(rows, graphs);
                 (Projection::Axes(pull), missed)
             }
@@ -153,15 +154,13 @@ impl Projection {
     pub(super) fn answer(
         &self,
         piece: MapPiece,
-        (rows, graphs): (&CouplingRows, &[Graph]),
+        of: LawRows<'_>,
         impulse: &Vector3<f64>,
         compliance: f64,
     ) -> Answer {
         match (self, piece) {
-            (Self::Axes(pull), MapPiece::Axes(pieces)) => {
-                pull.answer(pieces, (rows, graphs), compliance)
-            }
-            (Self::Cone(pull), piece) => pull.answer(piece, rows, impulse, compliance),
+            (Self::Axes(pull), MapPiece::Axes(pieces)) => pull.answer(pieces, of, compliance),
+            (Self::Cone(pull), piece) => pull.answer(piece, of.rows, impulse, compliance),
             (Self::Axes(_), _) => Answer::open(impulse),
         }
     }
@@ -171,33 +170,25 @@ impl Projection {
     pub(super) fn offset(
         &self,
         piece: MapPiece,
-        (rows, graphs): (&CouplingRows, &[Graph]),
+        of: LawRows<'_>,
         impulse: &Vector3<f64>,
-        (compliance, gain): (f64, &Gain),
+        compliance: f64,
+        gain: &Gain,
     ) -> Vector3<f64> {
         match (self, piece, gain) {
-            (Self::Axes(pull), MapPiece::Axes(pieces), _) => {
-                pull.offset(pieces, (rows, graphs), compliance)
-            }
+            (Self::Axes(pull), MapPiece::Axes(pieces), _) => pull.offset(pieces, of, compliance),
             (Self::Cone(pull), MapPiece::Slip, Gain::Full(gain)) => {
-                pull.slip_offset(rows, compliance, gain)
+                pull.slip_offset(of.rows, compliance, gain)
             }
-            _ => self.answer(piece, (rows, graphs), impulse, compliance).offset,
+            _ => self.answer(piece, of, impulse, compliance).offset,
         }
     }
 
     /// The gain of that answer in its factors.
-    pub(super) fn factored(
-        &self,
-        piece: MapPiece,
-        (rows, graphs): (&CouplingRows, &[Graph]),
-        compliance: f64,
-    ) -> Factored {
+    pub(super) fn factored(&self, piece: MapPiece, of: LawRows<'_>, compliance: f64) -> Factored {
         match (self, piece) {
-            (Self::Axes(pull), MapPiece::Axes(pieces)) => {
-                pull.factored(pieces, (rows, graphs), compliance)
-            }
-            (Self::Cone(pull), piece) => pull.factored(piece, rows, compliance),
+            (Self::Axes(pull), MapPiece::Axes(pieces)) => pull.factored(pieces, of, compliance),
+            (Self::Cone(pull), piece) => pull.factored(piece, of.rows, compliance),
             (Self::Axes(_), _) => Factored::nothing(),
         }
     }
@@ -240,7 +231,8 @@ impl Barrier {
     /// offset and gain of δp̂ by δu, in the axes of the rows, where these move by u. `None` where there is none.
     pub(super) fn eliminate(
         &self,
-        (kappa, predictor): (f64, &Self),
+        kappa: f64,
+        predictor: &Self,
         u: &Vector3<f64>,
         graphs: &[Graph],
     ) -> Option<(Vector3<f64>, Matrix3<f64>, Pending)> {

@@ -1,5 +1,6 @@
 //! The rows of a coupling, as a law sees them.
 
+use crate::joint::Graph;
 use nalgebra::{Matrix3, Vector3};
 
 /// The axes of a coupling's rows, and the scales of each.
@@ -13,13 +14,17 @@ pub(in super::super) struct CouplingRows {
     pub(in super::super) give: f64,
 }
 
+/// The rows of a coupling, and the graphs of the step, which rows of joints obey.
+#[derive(Debug, Clone, Copy)]
+pub(in super::super) struct LawRows<'a> {
+    pub(in super::super) rows: &'a CouplingRows,
+    pub(in super::super) graphs: &'a [Graph],
+}
+
 impl CouplingRows {
-    /// Those of a contact along the axes `frame`, (t₁, t₂, n), with these responses along the tangents and the
-    /// normal.
-    pub(in super::super) fn of_contact(
-        frame: Matrix3<f64>,
-        (tangential, normal): (f64, f64),
-    ) -> Self {
+    /// The rows of a contact along the axes `frame`, (t₁, t₂, n), whose responses are `tangential` and
+    /// `normal`.
+    pub(in super::super) fn of_contact(frame: Matrix3<f64>, tangential: f64, normal: f64) -> Self {
         let across = 1.0 / tangential;
         Self { frame, scale: Vector3::new(across, across, 1.0 / normal), give: 1.0 }
     }

@@ -188,7 +188,7 @@ impl LinearPoint {
         held.begin(members.map(|(member, velocity)| member.angular_slope(&velocity.spin)));
         gains.clear();
         for (index, piece) in pieces.iter().enumerate() {
-            let gain = iterate.factored(island, (index, *piece), compliance);
+            let gain = iterate.factored(island, index, *piece, compliance);
             // What is open has no part in anything.
             if gain.gains != Vector3::zeros() {
                 let of = (index, &eliminations[index].slope, &gain);
@@ -209,8 +209,8 @@ impl LinearPoint {
         // (N7) in the axes of the rows: of contacts alone, as joints have no interior.
         let gain = |index: usize, u: &Vector3<f64>| {
             let (barrier, frame) = (interior.barrier(index), &island.couplings()[index].rows.frame);
-            let aim = (0.0, &barrier.nothing());
-            let (_, gain, _) = barrier.eliminate(aim, &frame.tr_mul(u), graphs)?;
+            let u = &frame.tr_mul(u);
+            let (_, gain, _) = barrier.eliminate(0.0, &barrier.nothing(), u, graphs)?;
             Some((frame, gain, barrier.by_friction()))
         };
         let answer = |index: usize, _: &Coupling, u: &Vector3<f64>| {
@@ -226,7 +226,7 @@ impl LinearPoint {
             let (frame, gain, rubs) = gain(index, &iterate.points()[index])?;
             by_friction.push(frame * rubs.unwrap_or_default());
             let gain = match piece {
-                MapPiece::Axes(_) => iterate.factored(island, (index, *piece), COMPLIANCE),
+                MapPiece::Axes(_) => iterate.factored(island, index, *piece, COMPLIANCE),
                 _ => Factored { to: frame * gain, gains: Vector3::repeat(1.0), from: *frame },
             };
             if gain.gains != Vector3::zeros() {

@@ -3,7 +3,7 @@
 //! Equation numbers are those of `docs/native-solver.md`.
 
 use crate::solver::native::equations::{Equations, MapResidual, Velocities, reserve};
-use crate::solver::native::law::{Factored, MapPiece, NaturalMap, Projection};
+use crate::solver::native::law::{Factored, LawRows, MapPiece, NaturalMap, Projection};
 use nalgebra::Vector3;
 
 /// A point of the iteration.
@@ -69,10 +69,11 @@ impl<E: Equations> Iterate<E> {
     pub(in super::super) fn factored(
         &self,
         equations: &E,
-        (index, piece): (usize, MapPiece),
+        index: usize,
+        piece: MapPiece,
         compliance: f64,
     ) -> Factored {
-        let of = (&equations.couplings()[index].rows, equations.graphs());
+        let of = LawRows { rows: &equations.couplings()[index].rows, graphs: equations.graphs() };
         self.pulls[index].factored(piece, of, compliance)
     }
 
@@ -153,7 +154,7 @@ pub(in super::super) fn evaluate_again<E: Equations>(
     iterate.pulls.clear();
     let couplings = equations.couplings().iter().zip(&iterate.impulses).zip(&iterate.points);
     for ((coupling, impulse), u) in couplings {
-        let (pull, missed) = coupling.evaluated((map, graphs), u, impulse);
+        let (pull, missed) = coupling.evaluated(map, graphs, u, impulse);
         iterate.pulls.push(pull);
         size.add(&missed);
     }
@@ -178,7 +179,7 @@ fn evaluate_shifted<E: Equations>(
     let points = iterate.points.iter().zip(&iterate.shifts);
     let couplings = equations.couplings().iter().zip(&iterate.impulses).zip(points);
     for ((coupling, impulse), (u, shift)) in couplings {
-        let (pull, missed) = coupling.evaluated((map, graphs), &(*u - *shift), impulse);
+        let (pull, missed) = coupling.evaluated(map, graphs, &(*u - *shift), impulse);
         iterate.pulls.push(pull);
         size.add(&missed);
     }

@@ -8,7 +8,7 @@ mod limit;
 use super::coupling::Coupling;
 use super::effort::SolveEffort;
 use super::equations::{Elimination, Equations, EvaluatedPoint, MapResidual, Velocities, reserve};
-use super::law::{Answer, MapPiece, NaturalMap};
+use super::law::{Answer, LawRows, MapPiece, NaturalMap};
 use super::settings::{COMPLIANCE, KEPT_STEP, NEWTON_ITERATIONS, SUFFICIENT_DECREASE, WHOLE_STEPS};
 use nalgebra::Vector3;
 
@@ -241,16 +241,16 @@ impl<E: Equations> Newton<E> {
                 alike = rows.giving_alike();
                 rows = &alike;
             }
-            pulls[index].answer(pieces[index], (rows, graphs), &impulses[index], matrix)
+            pulls[index].answer(pieces[index], LawRows { rows, graphs }, &impulses[index], matrix)
         };
         if kept.are_good && kept.compliance == matrix && kept.pieces == *pieces {
             let couplings = equations.couplings().iter().zip(&mut *eliminations);
             for (index, (coupling, elimination)) in couplings.enumerate() {
                 let alike = (gives_alike && !coupling.rows.give_alike())
                     .then(|| coupling.rows.giving_alike());
-                let of = (alike.as_ref().unwrap_or(&coupling.rows), graphs);
+                let of = LawRows { rows: alike.as_ref().unwrap_or(&coupling.rows), graphs };
                 let Answer { offset, gain } = &mut elimination.answer;
-                *offset = pulls[index].offset(pieces[index], of, &impulses[index], (matrix, gain));
+                *offset = pulls[index].offset(pieces[index], of, &impulses[index], matrix, gain);
             }
             return equations.direction(scratch, eliminations, system, step);
         }

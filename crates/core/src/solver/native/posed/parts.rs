@@ -313,7 +313,7 @@ impl Nodes {
             let own = &responses[problem.rows(group)];
             let offset = self.offsets[group] / speed;
             let law = &problem.laws()[group];
-            let coupling = coupling(law, own, offset, (impulse, speed), &mut setting.graphs);
+            let coupling = coupling(law, own, offset, impulse, speed, &mut setting.graphs);
             setting.admit(coupling);
         }
         ProblemPart {
@@ -395,7 +395,8 @@ fn coupling(
     law: &problem::Law,
     responses: &[f64],
     offset: Vector3<f64>,
-    (impulse, speed): (f64, f64),
+    impulse: f64,
+    speed: f64,
     graphs: &mut Vec<Graph>,
 ) -> Coupling {
     let unit = impulse / speed;
@@ -404,10 +405,8 @@ fn coupling(
             // The first component is the normal one: the axes are (t₁, t₂, n).
             let frame = Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
             let response = problem::Law::response(responses);
-            let rows = CouplingRows::of_contact(
-                frame,
-                (response.tangential * unit, response.normal * unit),
-            );
+            let (tangential, normal) = (response.tangential, response.normal);
+            let rows = CouplingRows::of_contact(frame, tangential * unit, normal * unit);
             Coupling::of_rows(rows, offset, CouplingLaw::Cone(Cone { friction: *friction }))
         }
         problem::Law::Rows(rows) => {
