@@ -273,9 +273,10 @@ impl IslandBody {
     pub(super) fn set_turnings(
         &self,
         spin: &Vector3<f64>,
-        both: (&mut BodyTurning, &mut BodyTurning),
+        there: &mut BodyTurning,
+        back: &mut BodyTurning,
     ) {
-        BodyTurning::set_there_and_back(&self.rotation, spin, self.time_step, both);
+        BodyTurning::set_there_and_back(&self.rotation, spin, self.time_step, there, back);
     }
 
     /// v⁺ + Gᵀ ω̃⁺ (eq. 29): how the point with this torque map moves after the impulses.

@@ -19,10 +19,8 @@ use nalgebra::{ArrayStorage, Matrix3, Matrix3x6, Vector3, Vector6};
 /// of the middle of a feature rounded by ρ; to it comes −ρ (A_A ω_A − A_B ω_B) × n.
 pub(super) struct PairMotion<'a> {
     coupling: &'a Coupling,
-    /// A(q) of A and of B, body → world.
-    rotations: (&'a Matrix3<f64>, &'a Matrix3<f64>),
-    a: &'a BodyTurning,
-    b: &'a BodyTurning,
+    a: PairSide<'a>,
+    b: PairSide<'a>,
     time_step: f64,
     /// v_A − v_B + A_A K_A a.
     relative: Vector3<f64>,
@@ -30,30 +28,38 @@ pub(super) struct PairMotion<'a> {
     seen: Vector3<f64>,
 }
 
+/// One of the two bodies.
+#[derive(Clone, Copy)]
+pub(super) struct PairSide<'a> {
+    /// A(q) at the step's start, body → world.
+    pub(super) rotation: &'a Matrix3<f64>,
+    /// The turn of A, or of B's frame backwards.
+    pub(super) turning: &'a BodyTurning,
+}
+
 impl<'a> PairMotion<'a> {
-    /// The pair of a coupling over a step of `time_step` (s): `arm` is r_A + A_A a − r_B at its start
-    /// (m, world), `apart` v_A − v_B at its end, `rotations` those of A and B at its start,
-    /// `turnings` how A turns and B's frame turns back.
+    /// The pair of a coupling over a step of `time_step` (s). `arm` is r_A + A_A a − r_B at its start
+    /// (m, world), `apart` is v_A − v_B at its end.
     pub(super) fn new(
         coupling: &'a Coupling,
         arm: &Vector3<f64>,
         apart: &Vector3<f64>,
-        rotations: (&'a Matrix3<f64>, &'a Matrix3<f64>),
-        (a, b): (&'a BodyTurning, &'a BodyTurning),
+        a: PairSide<'a>,
+        b: PairSide<'a>,
         time_step: f64,
     ) -> Self {
-        let relative = apart + a.swept(&coupling.lever.centre);
-        let seen = rotations.1.tr_mul(&(arm + time_step * relative));
-        Self { coupling, rotations, a, b, time_step, relative, seen }
+        let relative = apart + a.turning.swept(&coupling.lever.centre);
+        let seen = b.rotation.tr_mul(&(arm + time_step * relative));
+        Self { coupling, a, b, time_step, relative, seen }
     }
 
     /// u (N2).
     pub(super) fn u(&self) -> Vector3<f64> {
         let (normal, radius) = (&self.coupling.rows.normal(), self.coupling.lever.radius);
-        let mut u = self.relative + self.b.swept(&self.seen);
+        let mut u = self.relative + self.b.turning.swept(&self.seen);
         if radius > 0.0 {
             // B turns back with −ω_B.
-            u -= radius * (self.a.spin_world() + self.b.spin_world()).cross(normal);
+            u -= radius * (self.a.turning.spin_world() + self.b.turning.spin_world()).cross(normal);
         }
         u + self.coupling.offset
     }
@@ -68,13 +74,14 @@ impl<'a> PairMotion<'a> {
     pub(super) fn slopes(&self) -> (Matrix3x6<f64>, Matrix3x6<f64>) {
         let Lever { centre, arm, radius, .. } = &self.coupling.lever;
         let normal = &self.coupling.rows.normal();
-        let (of_a, of_b) = self.rotations;
-        let back = self.b.sweep() * of_b.transpose() * self.time_step;
+        let (of_a, of_b) = (self.a.rotation, self.b.rotation);
+        let (turning_a, turning_b) = (self.a.turning, self.b.turning);
+        let back = turning_b.sweep() * of_b.transpose() * self.time_step;
         let seen_from = Matrix3::identity() + back;
-        let swept = self.a.swept(centre);
+        let swept = turning_a.swept(centre);
         let turned = -of_a * centre.cross_matrix();
-        let mut by_a = seen_from * self.a.slope(of_a, centre, arm, turned, &swept);
-        let mut by_b = -self.b.slope_of(of_b, &self.seen);
+        let mut by_a = seen_from * turning_a.slope(of_a, centre, arm, turned, &swept);
+        let mut by_b = -turning_b.slope_of(of_b, &self.seen);
         if *radius > 0.0 {
             by_a += rolling(normal, *radius, of_a);
             by_b -= rolling(normal, *radius, of_b);

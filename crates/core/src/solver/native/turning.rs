@@ -54,7 +54,8 @@ impl BodyTurning {
         rotation: &Matrix3<f64>,
         spin: &Vector3<f64>,
         time_step: f64,
-        (there, back): (&mut Self, &mut Self),
+        there: &mut Self,
+        back: &mut Self,
     ) {
         let half = 0.5 * time_step;
         let squared = spin.norm_squared();

@@ -2,7 +2,7 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::{Both, CouplingKind, Island, IslandSlope};
+use super::{Both, CouplingKind, Island, IslandSlope, LinkTurnings};
 use crate::solver::native::blocks::BlockSystem;
 use crate::solver::native::coupling::Coupling;
 use crate::solver::native::equations::{
@@ -215,10 +215,8 @@ impl Equations for Island {
         }
         let turnings = &mut scratch.turnings;
         self.set_turnings(velocity, turnings);
-        let couplings = self.links.iter().zip(&self.setting.couplings);
-        points.extend(couplings.map(|(link, coupling)| {
-            let b = link.b.as_ref().map(|other| &turnings[other.index]);
-            self.point_velocity((link, coupling), velocity, (&turnings[link.a], b))
+        points.extend(self.all_linked().map(|linked| {
+            self.point_velocity(linked, velocity, LinkTurnings::of(linked.link, turnings))
         }));
     }
 
@@ -245,15 +243,14 @@ impl Equations for Island {
             blocks.add(&self.pattern, (index, index), &diagonal);
         }
         eliminations.clear();
-        let couplings = self.setting.couplings.iter().zip(at.points);
-        for (index, ((coupling, u), link)) in couplings.zip(&self.links).enumerate() {
-            let Some(answer) = answer(index, coupling, u) else { return false };
+        for (index, (linked, u)) in self.all_linked().zip(at.points).enumerate() {
+            let Some(answer) = answer(index, linked.coupling, u) else { return false };
             let slope = match answer.gain {
                 Gain::Zero => IslandSlope::NONE,
-                _ => self.slope((link, coupling), at.velocity, turnings),
+                _ => self.slope(linked, at.velocity, turnings),
             };
             let elimination = Elimination { answer, slope };
-            self.add_gain((link, coupling), &elimination, blocks);
+            self.add_gain(linked, &elimination, blocks);
             eliminations.push(elimination);
         }
         blocks.factorise(&self.pattern)
@@ -272,9 +269,8 @@ impl Equations for Island {
         for (index, residual) in scratch.residuals.iter().enumerate() {
             values[self.pattern.order.place(index)] = -stacked(residual);
         }
-        let couplings = self.links.iter().zip(&self.setting.couplings);
-        for (of, elimination) in couplings.zip(eliminations) {
-            self.add_offset(of, &elimination.answer.offset, values);
+        for (linked, elimination) in self.all_linked().zip(eliminations) {
+            self.add_offset(linked, &elimination.answer.offset, values);
         }
         blocks.solve::<false>(&self.pattern, values);
         step.clear();

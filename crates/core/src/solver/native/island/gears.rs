@@ -152,10 +152,10 @@ impl Island {
         let offset = length * law.offset(sum, self.time_step);
         let mut sides = Bodies::none(Vector6::zeros());
         for (coupling, row, factor) in parts {
-            let (link, of) = (&self.links[coupling], &self.setting.couplings[coupling]);
-            let along = of.rows.frame.column(row) * factor;
-            for (body, share, torque_map) in self.sides((link, of)) {
-                let force = if link.pushes() { along } else { Vector3::zeros() };
+            let linked = self.linked(coupling);
+            let along = linked.coupling.rows.frame.column(row) * factor;
+            for (body, share, torque_map) in self.sides(linked) {
+                let force = if linked.link.pushes() { along } else { Vector3::zeros() };
                 let torque = torque_map * along;
                 let (f, t) = (force * share, torque * share);
                 sides.add(body, Vector6::new(f[0], f[1], f[2], t[0], t[1], t[2]));
@@ -194,9 +194,9 @@ impl Island {
     ) -> GearSlope {
         let mut sum = Bodies::none(RowVector6::zeros());
         for (coupling, row, factor) in self.gears[gear].parts {
-            let (link, of) = (&self.links[coupling], &self.setting.couplings[coupling]);
-            let slope = self.pair_slope(link, of, velocity, turnings);
-            let along = of.rows.frame.column(row).transpose() * factor;
+            let linked = self.linked(coupling);
+            let slope = self.pair_slope(linked, velocity, turnings);
+            let along = linked.coupling.rows.frame.column(row).transpose() * factor;
             for (body, slope) in std::iter::once(&slope.a).chain(&slope.b) {
                 sum.add(*body, along * slope);
             }

@@ -32,7 +32,7 @@ pub(super) use equations::IslandSystem;
 pub(super) use gears::IslandSlope;
 use gears::Train;
 pub(super) use joints::JointPlace;
-use motion::Both;
+use motion::{Both, LinkTurnings};
 pub(super) use tangent::{GearTangent, HeldSide};
 
 /// Which bodies of the island a coupling joins.
@@ -58,6 +58,13 @@ enum CouplingKind {
     Turn(usize),
     /// A gear.
     Gear(usize),
+}
+
+/// A coupling and the bodies that it joins.
+#[derive(Debug, Clone, Copy)]
+struct LinkedCoupling<'a> {
+    link: &'a CouplingLink,
+    coupling: &'a Coupling,
 }
 
 impl CouplingLink {
@@ -146,6 +153,17 @@ impl Island {
         let repeats_exactly = indices.len() == 1 || !island.joints.is_empty();
         let tolerances = Tolerances::of_several(step.world, self.speed(), repeats_exactly);
         self.setting.begin(tolerances, island.unsettled);
+    }
+
+    /// Coupling `index` with its bodies.
+    fn linked(&self, index: usize) -> LinkedCoupling<'_> {
+        LinkedCoupling { link: &self.links[index], coupling: &self.setting.couplings[index] }
+    }
+
+    /// All couplings with their bodies.
+    fn all_linked(&self) -> impl Iterator<Item = LinkedCoupling<'_>> {
+        let couplings = self.links.iter().zip(&self.setting.couplings);
+        couplings.map(|(link, coupling)| LinkedCoupling { link, coupling })
     }
 
     /// Its bodies, in their order.

@@ -2,12 +2,11 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::{CouplingKind, CouplingLink, Island, Other};
-use crate::solver::native::coupling::Coupling;
+use super::{CouplingKind, CouplingLink, Island, LinkedCoupling, Other};
 use crate::solver::native::equations::{Equations, Velocity};
 use crate::solver::native::fixed_motion::point_velocity;
 use crate::solver::native::member::IslandBody;
-use crate::solver::native::pair_motion::PairMotion;
+use crate::solver::native::pair_motion::{PairMotion, PairSide};
 use crate::solver::native::round_motion::{RoundMotion, RoundSide};
 use crate::solver::native::turning::BodyTurning;
 use nalgebra::{Matrix3, Vector3};
@@ -105,32 +104,35 @@ impl Island {
     pub(super) fn set_turnings(&self, velocity: &[Velocity], turnings: &mut Vec<Both>) {
         turnings.resize(self.members.len(), Both::STILL);
         for ((member, velocity), both) in self.members.iter().zip(velocity).zip(turnings) {
-            member.set_turnings(&velocity.spin, (&mut both.there, &mut both.back));
+            member.set_turnings(&velocity.spin, &mut both.there, &mut both.back);
         }
     }
 
-    /// The motion of a coupling whose plane is a body's, which turn as told.
+    /// The motion of a coupling of A with a plane of the body `other`, whose turns are `a` and `b`.
     pub(super) fn pair_motion<'a>(
         &'a self,
-        coupling: &'a Coupling,
-        (link, other): (&CouplingLink, &Other),
+        linked: LinkedCoupling<'a>,
+        other: &Other,
         velocity: &[Velocity],
-        (a, b): (&'a Both, &'a Both),
+        a: &'a Both,
+        b: &'a Both,
     ) -> PairMotion<'a> {
+        let LinkedCoupling { link, coupling } = linked;
         let apart = velocity[link.a].linear - velocity[other.index].linear;
-        let rotations = (&self.members[link.a].rotation, &self.members[other.index].rotation);
-        let turnings = (&a.there, &b.back);
-        PairMotion::new(coupling, &other.arm, &apart, rotations, turnings, self.time_step)
+        let a = PairSide { rotation: &self.members[link.a].rotation, turning: &a.there };
+        let b = PairSide { rotation: &self.members[other.index].rotation, turning: &b.back };
+        PairMotion::new(coupling, &other.arm, &apart, a, b, self.time_step)
     }
 
-    /// The motion of a coupling of two round features, the one in this place among those.
+    /// The motion of a coupling of two round features; `round` is its place among those.
     pub(super) fn round_motion<'a>(
         &'a self,
-        (coupling, round): (&'a Coupling, usize),
-        link: &CouplingLink,
+        linked: LinkedCoupling<'a>,
+        round: usize,
         velocity: &'a [Velocity],
-        (a, b): (&'a Both, Option<&'a Both>),
+        turnings: LinkTurnings<'a>,
     ) -> RoundMotion<'a> {
+        let (LinkedCoupling { link, coupling }, LinkTurnings { a, b }) = (linked, turnings);
         let side = |index: usize, turnings: &'a Both| RoundSide {
             rotation: &self.members[index].rotation,
             turning: &turnings.there,
@@ -143,24 +145,22 @@ impl Island {
 
     /// u of coupling `index` (N2).
     pub(super) fn point_at(&self, index: usize, velocity: &[Velocity]) -> Vector3<f64> {
-        let (link, coupling) = (&self.links[index], &self.setting.couplings[index]);
+        let linked = self.linked(index);
+        let LinkedCoupling { link, coupling } = linked;
         if let Some(u) = self.turned_velocity(link, velocity) {
             return u;
         }
         if link.kind == CouplingKind::Point && !coupling.is_contact() {
-            return self.anchor_velocity((link, coupling), velocity);
+            return self.anchor_velocity(linked, velocity);
         }
         let turnings = |body: usize| Both::of(&self.members[body], &velocity[body]);
         let (a, b) = (turnings(link.a), link.b.as_ref().map(|other| turnings(other.index)));
-        self.point_velocity((link, coupling), velocity, (&a, b.as_ref()))
+        self.point_velocity(linked, velocity, LinkTurnings { a: &a, b: b.as_ref() })
     }
 
-    /// The same of a joint's anchor, (N10) point by point.
-    fn anchor_velocity(
-        &self,
-        (link, coupling): (&CouplingLink, &Coupling),
-        velocity: &[Velocity],
-    ) -> Vector3<f64> {
+    /// u of a joint's anchor, (N10) point by point.
+    fn anchor_velocity(&self, linked: LinkedCoupling<'_>, velocity: &[Velocity]) -> Vector3<f64> {
+        let LinkedCoupling { link, coupling } = linked;
         let swept = |index: usize, spin: &Vector3<f64>, point: &Vector3<f64>| {
             BodyTurning::swept_once(&self.members[index].rotation, spin, self.time_step, point)
         };
@@ -174,7 +174,7 @@ impl Island {
         relative + swept(other.index, &-of_b.spin, &seen) + coupling.offset
     }
 
-    /// The same of a joint's turn.
+    /// u of a joint's turn; `None` of another coupling.
     pub(super) fn turned_velocity(
         &self,
         link: &CouplingLink,
@@ -185,30 +185,31 @@ impl Island {
         Some(self.turns[turn].u(&velocity[link.a].spin, other))
     }
 
-    /// The same, where the bodies that it joins turn as told.
+    /// u of a coupling (N2) whose bodies turn by `turnings`.
     pub(super) fn point_velocity(
         &self,
-        (link, coupling): (&CouplingLink, &Coupling),
+        linked: LinkedCoupling<'_>,
         velocity: &[Velocity],
-        turnings: (&Both, Option<&Both>),
+        turnings: LinkTurnings<'_>,
     ) -> Vector3<f64> {
-        let u = self.gap_velocity((link, coupling), velocity, turnings);
-        if !coupling.bounces() {
+        let u = self.gap_velocity(linked, velocity, turnings);
+        if !linked.coupling.bounces() {
             return u;
         }
-        coupling.bounded(u, &self.departing((link, coupling), velocity)).0
+        linked.coupling.bounded(u, &self.departing(linked, velocity)).0
     }
 
-    /// The same with the gap speed along the normal, also where it bounces.
+    /// u with the gap speed along the normal, also where the contact bounces.
     pub(super) fn gap_velocity(
         &self,
-        (link, coupling): (&CouplingLink, &Coupling),
+        linked: LinkedCoupling<'_>,
         velocity: &[Velocity],
-        turnings: (&Both, Option<&Both>),
+        turnings: LinkTurnings<'_>,
     ) -> Vector3<f64> {
+        let LinkedCoupling { link, coupling } = linked;
         match link.kind {
             CouplingKind::Round(round) => {
-                return self.round_motion((coupling, round), link, velocity, turnings).u();
+                return self.round_motion(linked, round, velocity, turnings).u();
             }
             CouplingKind::Turn(_) => {
                 return self.turned_velocity(link, velocity).unwrap_or_default();
@@ -219,20 +220,19 @@ impl Island {
             }
             CouplingKind::Point => {}
         }
-        match (&link.b, turnings.1) {
-            (Some(other), Some(b)) => {
-                self.pair_motion(coupling, (link, other), velocity, (turnings.0, b)).u()
-            }
-            _ => point_velocity(coupling, &turnings.0.there, &velocity[link.a].linear),
+        match (&link.b, turnings.b) {
+            (Some(other), Some(b)) => self.pair_motion(linked, other, velocity, turnings.a, b).u(),
+            _ => point_velocity(coupling, &turnings.a.there, &velocity[link.a].linear),
         }
     }
 
     /// v⁺ + Gᵀ ω̃⁺ of A less that of B (eq. 29): how the touching points part after the impulses.
     pub(super) fn departing(
         &self,
-        (link, coupling): (&CouplingLink, &Coupling),
+        linked: LinkedCoupling<'_>,
         velocity: &[Velocity],
     ) -> Vector3<f64> {
+        let LinkedCoupling { link, coupling } = linked;
         let of_side = |index: usize, torque_map: &Matrix3<f64>| {
             self.members[index].departing(&velocity[index], torque_map)
         };
@@ -249,13 +249,29 @@ pub(super) struct Both {
     pub(super) back: BodyTurning,
 }
 
+/// The turns of the bodies of a coupling.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LinkTurnings<'a> {
+    pub(super) a: &'a Both,
+    /// `None` where B is fixed.
+    pub(super) b: Option<&'a Both>,
+}
+
+impl<'a> LinkTurnings<'a> {
+    /// Those of the bodies of `link` among those of all members.
+    pub(super) fn of(link: &CouplingLink, turnings: &'a [Both]) -> Self {
+        let b = link.b.as_ref().map(|other| &turnings[other.index]);
+        Self { a: &turnings[link.a], b }
+    }
+}
+
 impl Both {
     /// Those of what does not turn.
     const STILL: Self = Self { there: BodyTurning::STILL, back: BodyTurning::STILL };
 
     pub(super) fn of(member: &IslandBody, velocity: &Velocity) -> Self {
         let mut both = Self::STILL;
-        member.set_turnings(&velocity.spin, (&mut both.there, &mut both.back));
+        member.set_turnings(&velocity.spin, &mut both.there, &mut both.back);
         both
     }
 }

@@ -3,9 +3,8 @@
 //!
 //! Equation numbers are those of `docs/native-solver.md`.
 
-use super::{Both, CouplingKind, CouplingLink, Island, IslandSlope};
+use super::{Both, CouplingKind, Island, IslandSlope, LinkTurnings, LinkedCoupling};
 use crate::solver::native::blocks::BlockSystem;
-use crate::solver::native::coupling::Coupling;
 use crate::solver::native::equations::{Elimination, Velocity};
 use crate::solver::native::fixed_motion::slope;
 use crate::solver::native::law::Gain;
@@ -17,41 +16,40 @@ impl Island {
     #[inline]
     pub(super) fn slope(
         &self,
-        (link, coupling): (&CouplingLink, &Coupling),
+        linked: LinkedCoupling<'_>,
         velocity: &[Velocity],
         turnings: &[Both],
     ) -> IslandSlope {
-        if let CouplingKind::Gear(gear) = link.kind {
+        if let CouplingKind::Gear(gear) = linked.link.kind {
             return IslandSlope::Gear(self.gear_slope(gear, velocity, turnings));
         }
-        IslandSlope::Pair(self.pair_slope(link, coupling, velocity, turnings))
+        IslandSlope::Pair(self.pair_slope(linked, velocity, turnings))
     }
 
-    /// The same of one that ties two bodies at most.
+    /// ∂u/∂V of a coupling of one or two bodies.
     #[inline]
     pub(super) fn pair_slope(
         &self,
-        link: &CouplingLink,
-        coupling: &Coupling,
+        linked: LinkedCoupling<'_>,
         velocity: &[Velocity],
         turnings: &[Both],
     ) -> PairSlope {
-        let mut slope = self.gap_slope(link, coupling, velocity, turnings);
+        let LinkedCoupling { link, coupling } = linked;
+        let mut slope = self.gap_slope(linked, velocity, turnings);
         if !coupling.bounces() {
             return slope;
         }
-        let both = (&turnings[link.a], link.b.as_ref().map(|other| &turnings[other.index]));
-        let u = self.gap_velocity((link, coupling), velocity, both);
-        if coupling.bounded(u, &self.departing((link, coupling), velocity)).1 {
+        let u = self.gap_velocity(linked, velocity, LinkTurnings::of(link, turnings));
+        if coupling.bounded(u, &self.departing(linked, velocity)).1 {
             let normal = &coupling.rows.normal();
             let exchange = |slope: &mut Matrix3x6<f64>, along: RowVector6<f64>| {
                 *slope += normal * (along - slope.tr_mul(normal).transpose());
             };
-            let of_a = (link.a, &coupling.lever.torque_map);
-            exchange(&mut slope.a.1, self.departing_slope(normal, of_a, velocity));
+            let torque_map = &coupling.lever.torque_map;
+            exchange(&mut slope.a.1, self.departing_slope(normal, link.a, torque_map, velocity));
             if let (Some((_, by_b)), Some(other)) = (&mut slope.b, &link.b) {
-                let of_b = (other.index, &other.torque_map);
-                exchange(by_b, -self.departing_slope(normal, of_b, velocity));
+                let (index, torque_map) = (other.index, &other.torque_map);
+                exchange(by_b, -self.departing_slope(normal, index, torque_map, velocity));
             }
         }
         slope
@@ -61,7 +59,8 @@ impl Island {
     fn departing_slope(
         &self,
         normal: &Vector3<f64>,
-        (index, torque_map): (usize, &Matrix3<f64>),
+        index: usize,
+        torque_map: &Matrix3<f64>,
         velocity: &[Velocity],
     ) -> RowVector6<f64> {
         let along = self.members[index].departing_slope(&velocity[index], torque_map, normal);
@@ -74,11 +73,11 @@ impl Island {
     #[inline]
     fn gap_slope(
         &self,
-        link: &CouplingLink,
-        coupling: &Coupling,
+        linked: LinkedCoupling<'_>,
         velocity: &[Velocity],
         turnings: &[Both],
     ) -> PairSlope {
+        let LinkedCoupling { link, coupling } = linked;
         let of_a = &turnings[link.a];
         if let CouplingKind::Turn(turn) = link.kind {
             let other = link.b.as_ref().map(|other| (other.index, &velocity[other.index].spin));
@@ -89,16 +88,15 @@ impl Island {
             return PairSlope { a: (link.a, of(&by_a)), b };
         }
         if let CouplingKind::Round(round) = link.kind {
-            let both = (of_a, link.b.as_ref().map(|other| &turnings[other.index]));
-            let (by_a, by_b) = self.round_motion((coupling, round), link, velocity, both).slopes();
+            let both = LinkTurnings::of(link, turnings);
+            let (by_a, by_b) = self.round_motion(linked, round, velocity, both).slopes();
             let b = link.b.as_ref().zip(by_b).map(|(other, by_b)| (other.index, by_b));
             return PairSlope { a: (link.a, by_a), b };
         }
         match &link.b {
             Some(other) => {
-                let both = (of_a, &turnings[other.index]);
-                let pair = self.pair_motion(coupling, (link, other), velocity, both);
-                let (by_a, by_b) = pair.slopes();
+                let of_b = &turnings[other.index];
+                let (by_a, by_b) = self.pair_motion(linked, other, velocity, of_a, of_b).slopes();
                 PairSlope { a: (link.a, by_a), b: Some((other.index, by_b)) }
             }
             None => {
@@ -113,8 +111,9 @@ impl Island {
     /// The bodies that a coupling's impulse acts on: which, M/m with its sign, and the torque map.
     pub(super) fn sides<'a>(
         &self,
-        (link, coupling): (&'a CouplingLink, &'a Coupling),
+        linked: LinkedCoupling<'a>,
     ) -> impl Iterator<Item = (usize, f64, &'a Matrix3<f64>)> {
+        let LinkedCoupling { link, coupling } = linked;
         let share = |index: usize| self.members[index].share;
         let a = (link.a, share(link.a), &coupling.lever.torque_map);
         let b = link.b.as_ref().map(|other| (other.index, -share(other.index), &other.torque_map));
@@ -129,19 +128,19 @@ impl Island {
     /// ```
     pub(super) fn add_offset(
         &self,
-        of: (&CouplingLink, &Coupling),
+        linked: LinkedCoupling<'_>,
         offset: &Vector3<f64>,
         values: &mut [Vector6<f64>],
     ) {
-        if let CouplingKind::Gear(gear) = of.0.kind {
+        if let CouplingKind::Gear(gear) = linked.link.kind {
             for (body, wrench) in self.gears[gear].sides() {
                 values[self.pattern.order.place(body)] += wrench * offset[0];
             }
             return;
         }
-        for (row, share, torque_map) in self.sides(of) {
+        for (row, share, torque_map) in self.sides(linked) {
             let mut rhs = Vector6::zeros();
-            if of.0.pushes() {
+            if linked.link.pushes() {
                 rhs.fixed_rows_mut::<3>(0).copy_from(&(share * offset));
             }
             rhs.fixed_rows_mut::<3>(3).copy_from(&(share * (torque_map * offset)));
@@ -152,8 +151,9 @@ impl Island {
     /// Adds to the matrix what the gain D of a turn makes of them (N12): torques alone, by spins alone.
     fn add_turning_gain(
         &self,
-        of: (&CouplingLink, &Coupling),
-        (gain, slope): (&Gain, &PairSlope),
+        linked: LinkedCoupling<'_>,
+        gain: &Gain,
+        slope: &PairSlope,
         blocks: &mut BlockSystem,
     ) {
         for (column, slope) in std::iter::once(&slope.a).chain(slope.b.as_ref()) {
@@ -163,7 +163,7 @@ impl Island {
                 Gain::Spring(stiffness) => by_spin * -stiffness,
                 Gain::Full(gain) => gain * by_spin,
             };
-            for (row, share, torque_map) in self.sides(of) {
+            for (row, share, torque_map) in self.sides(linked) {
                 let turning = torque_map * (gained * -share);
                 blocks.add_turning(&self.pattern, (row, *column), &turning);
             }
@@ -173,12 +173,12 @@ impl Island {
     /// Adds to the matrix what its gain D makes of them (N12).
     pub(super) fn add_gain(
         &self,
-        of: (&CouplingLink, &Coupling),
+        linked: LinkedCoupling<'_>,
         coupling: &Elimination<IslandSlope>,
         blocks: &mut BlockSystem,
     ) {
         let Elimination { answer, slope } = coupling;
-        let slope = match (slope, of.0.kind) {
+        let slope = match (slope, linked.link.kind) {
             (IslandSlope::Pair(slope), _) => slope,
             (IslandSlope::Gear(slope), CouplingKind::Gear(gear)) => {
                 let gain = answer.gain.first();
@@ -191,8 +191,8 @@ impl Island {
             }
             (IslandSlope::Gear(_), _) => return,
         };
-        if !of.0.pushes() {
-            return self.add_turning_gain(of, (&answer.gain, slope), blocks);
+        if !linked.link.pushes() {
+            return self.add_turning_gain(linked, &answer.gain, slope, blocks);
         }
         let gained = |slope: &Matrix3x6<f64>| match &answer.gain {
             Gain::Zero => None,
@@ -203,8 +203,12 @@ impl Island {
         let Some(by_a) = gained(by_a) else { return };
         let b = b.and_then(|(b, by_b)| Some((*b, gained(by_b)?)));
         // ∂u/∂v_B = −∂u/∂v_A of points (N11).
-        let opposite = if of.0.kind == CouplingKind::Point && !of.1.bounces() { 3 } else { 0 };
-        for (row, share, torque_map) in self.sides(of) {
+        let opposite = if linked.link.kind == CouplingKind::Point && !linked.coupling.bounces() {
+            3
+        } else {
+            0
+        };
+        for (row, share, torque_map) in self.sides(linked) {
             let [x, y, z] = &torque_map.data.0;
             let column = |gained: &[f64; 3]| {
                 let [l, m, n] = gained.map(|entry| entry * -share);

@@ -37,17 +37,18 @@ impl Island {
     pub(in super::super) fn hold(
         &self,
         coupling: usize,
-        (slope, gain): (&IslandSlope, &Factored),
+        slope: &IslandSlope,
+        gain: &Factored,
         sides: &mut Vec<HeldSide>,
     ) {
-        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        let linked = self.linked(coupling);
         let impulses = gain.to * Matrix3::from_diagonal(&gain.gains);
-        match (slope, of.0.kind) {
+        match (slope, linked.link.kind) {
             (IslandSlope::Pair(PairSlope { a, b }), _) => {
                 let slopes = std::iter::once(a).chain(b);
-                for ((body, share, torque_map), (_, slope)) in self.sides(of).zip(slopes) {
+                for ((body, share, torque_map), (_, slope)) in self.sides(linked).zip(slopes) {
                     let mut effect = Matrix6x3::zeros();
-                    if of.0.pushes() {
+                    if linked.link.pushes() {
                         effect.fixed_rows_mut::<3>(0).copy_from(&(impulses * share));
                     }
                     effect.fixed_rows_mut::<3>(3).copy_from(&(torque_map * impulses * share));
@@ -79,15 +80,15 @@ impl Island {
         impulse: &SMatrix<f64, 3, C>,
         rhs: &mut [SMatrix<f64, 6, C>],
     ) {
-        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
-        if let CouplingKind::Gear(gear) = of.0.kind {
+        let linked = self.linked(coupling);
+        if let CouplingKind::Gear(gear) = linked.link.kind {
             for (member, wrench) in self.gears[gear].sides() {
                 rhs[member] += wrench * impulse.row(0);
             }
             return;
         }
-        let pushes = of.0.pushes();
-        for (member, share, torque_map) in self.sides(of) {
+        let pushes = linked.link.pushes();
+        for (member, share, torque_map) in self.sides(linked) {
             for (rhs, impulse) in rhs[member].data.0.iter_mut().zip(&impulse.data.0) {
                 let along = Vector3::from(*impulse) * share;
                 let turning = torque_map * along;
@@ -108,11 +109,11 @@ impl Island {
         torques: &SMatrix<f64, 6, C>,
         rhs: &mut [SMatrix<f64, 6, C>],
     ) {
-        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
-        if let CouplingKind::Gear(_) = of.0.kind {
+        let linked = self.linked(coupling);
+        if let CouplingKind::Gear(_) = linked.link.kind {
             return;
         }
-        for (side, (member, share, _)) in self.sides(of).enumerate() {
+        for (side, (member, share, _)) in self.sides(linked).enumerate() {
             for (rhs, torques) in rhs[member].data.0.iter_mut().zip(&torques.data.0) {
                 (0..3).for_each(|k| rhs[3 + k] += torques[3 * side + k] * share);
             }
@@ -126,17 +127,17 @@ impl Island {
         coupling: usize,
         rhs: &[Vector6<f64>],
     ) -> Vector3<f64> {
-        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        let linked = self.linked(coupling);
         let mut impulse = Vector3::zeros();
-        if let CouplingKind::Gear(gear) = of.0.kind {
+        if let CouplingKind::Gear(gear) = linked.link.kind {
             let sides = self.gears[gear].sides();
             impulse[0] = sides.map(|(member, wrench)| wrench.dot(&rhs[member])).sum();
             return impulse;
         }
-        for (member, share, torque_map) in self.sides(of) {
+        for (member, share, torque_map) in self.sides(linked) {
             let part = rhs[member] * share;
             impulse += torque_map.tr_mul(&part.fixed_rows::<3>(3));
-            if of.0.pushes() {
+            if linked.link.pushes() {
                 impulse += part.fixed_rows::<3>(0);
             }
         }
@@ -149,12 +150,12 @@ impl Island {
         coupling: usize,
         rhs: &[Vector6<f64>],
     ) -> Vector6<f64> {
-        let of = (&self.links[coupling], &self.setting.couplings[coupling]);
+        let linked = self.linked(coupling);
         let mut torques = Vector6::zeros();
-        if let CouplingKind::Gear(_) = of.0.kind {
+        if let CouplingKind::Gear(_) = linked.link.kind {
             return torques;
         }
-        for (side, (member, share, _)) in self.sides(of).enumerate() {
+        for (side, (member, share, _)) in self.sides(linked).enumerate() {
             let part = rhs[member].fixed_rows::<3>(3) * share;
             torques.fixed_rows_mut::<3>(3 * side).copy_from(&part);
         }
@@ -166,24 +167,27 @@ impl Island {
     pub(in super::super) fn solve_all<const C: usize>(
         &self,
         system: &mut IslandSystem,
-        (rhs, values): (&mut [SMatrix<f64, 6, C>], &mut Vec<SMatrix<f64, 6, C>>),
+        rhs: &mut [SMatrix<f64, 6, C>],
+        values: &mut Vec<SMatrix<f64, 6, C>>,
     ) {
-        self.by_places((rhs, values), |values| system.blocks.solve_all(&self.pattern, values));
+        self.by_places(rhs, values, |values| system.blocks.solve_all(&self.pattern, values));
     }
 
     /// The same of the transposed system.
     pub(in super::super) fn solve_transposed(
         &self,
         system: &mut IslandSystem,
-        (rhs, values): (&mut [Vector6<f64>], &mut Vec<Vector6<f64>>),
+        rhs: &mut [Vector6<f64>],
+        values: &mut Vec<Vector6<f64>>,
     ) {
-        self.by_places((rhs, values), |values| system.blocks.solve::<true>(&self.pattern, values));
+        self.by_places(rhs, values, |values| system.blocks.solve::<true>(&self.pattern, values));
     }
 
     /// Has numbers by members dealt with in the order of elimination.
     fn by_places<T: Copy>(
         &self,
-        (members, values): (&mut [T], &mut Vec<T>),
+        members: &mut [T],
+        values: &mut Vec<T>,
         solve: impl FnOnce(&mut [T]),
     ) {
         values.clear();

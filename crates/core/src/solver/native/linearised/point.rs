@@ -180,7 +180,7 @@ impl LinearPoint {
 
     /// Factorises the equations here, where ε = `compliance` has been evaluated last; `None` where they are singular.
     pub(super) fn factorise(&mut self, island: &Island, on: PointCompliance) -> Option<()> {
-        let PointCompliance { compliance, is_limit } = on;
+        let compliance = on.compliance;
         let Self { newton, iterate, held, gains, by_friction, .. } = self;
         by_friction.clear();
         let (eliminations, pieces) = newton.linearise(island, compliance, iterate)?;
@@ -191,8 +191,7 @@ impl LinearPoint {
             let gain = iterate.factored(island, index, *piece, compliance);
             // What is open has no part in anything.
             if gain.gains != Vector3::zeros() {
-                let of = (index, &eliminations[index].slope, &gain);
-                held.add(island, of, (compliance, is_limit));
+                held.add(island, index, &eliminations[index].slope, &gain, on);
                 gains.push((index, gain));
             }
         }
@@ -230,7 +229,8 @@ impl LinearPoint {
                 _ => Factored { to: frame * gain, gains: Vector3::repeat(1.0), from: *frame },
             };
             if gain.gains != Vector3::zeros() {
-                held.add(island, (index, &eliminations[index].slope, &gain), (COMPLIANCE, false));
+                let on = PointCompliance { compliance: COMPLIANCE, is_limit: false };
+                held.add(island, index, &eliminations[index].slope, &gain, on);
                 gains.push((index, gain));
             }
         }

@@ -32,6 +32,7 @@
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
+use super::point::PointCompliance;
 use super::slopes::RowsChange;
 use crate::solver::native::equations::Equations;
 use crate::solver::native::island::{HeldSide, Island, IslandSlope, IslandSystem};
@@ -71,20 +72,22 @@ impl Held {
         self.passes = 1;
     }
 
-    /// Adds a coupling of the island, with ε = `compliance`, of which the limit is taken or not.
+    /// Adds coupling `index` of the island, with the compliance of the point `on`.
     pub(super) fn add(
         &mut self,
         island: &Island,
-        (index, slope, gain): (usize, &IslandSlope, &Factored),
-        (compliance, is_limit): (f64, bool),
+        index: usize,
+        slope: &IslandSlope,
+        gain: &Factored,
+        on: PointCompliance,
     ) {
-        island.hold(index, (slope, gain), &mut self.sides);
+        island.hold(index, slope, gain, &mut self.sides);
         let mut gives = Matrix3::zeros();
-        if is_limit {
+        if on.is_limit {
             let along = gain.from.tr_mul(&gain.to) * Matrix3::from_diagonal(&gain.gains);
-            gives = along * compliance;
+            gives = along * on.compliance;
         }
-        let (end, stiffness) = (self.sides.len(), gain.gains.abs() * compliance);
+        let (end, stiffness) = (self.sides.len(), gain.gains.abs() * on.compliance);
         self.couplings.push(HeldRows { index, end, stiffness, gives });
     }
 
@@ -242,7 +245,7 @@ impl<const C: usize> RefinedColumns<C> {
         self.rhs.iter_mut().for_each(|rhs| rhs.fill(0.0));
         self.press_motions(held);
         let Self { motions, solved, values, .. } = self;
-        island.solve_all(system, (solved, values));
+        island.solve_all(system, solved, values);
         let mut largest = 0.0_f64;
         for (rows, sides) in held.couplings() {
             for (column, motion) in motions[rows.index].data.0.iter_mut().enumerate() {
@@ -260,7 +263,7 @@ impl<const C: usize> RefinedColumns<C> {
     pub(super) fn solve(&mut self, island: &Island, held: &Held, system: &mut IslandSystem) {
         self.press_motions(held);
         let Self { rhs, motions, solved, values, begun, given } = self;
-        island.solve_all(system, (solved, values));
+        island.solve_all(system, solved, values);
         let goes_on = held.passes > 1;
         if goes_on {
             given.clear();
@@ -299,7 +302,7 @@ impl<const C: usize> RefinedColumns<C> {
                     }
                 }
             }
-            island.solve_all(system, (rhs, values));
+            island.solve_all(system, rhs, values);
             solved.iter_mut().zip(&*rhs).for_each(|(x, more)| *x += more);
         }
     }
@@ -335,7 +338,7 @@ impl RefinedColumns<1> {
         // From the last solution to the second: on the right is what the one that was there has a part in.
         for _ in 0..held.passes {
             z.clone_from(rhs);
-            island.solve_transposed(system, (z, values));
+            island.solve_transposed(system, z, values);
             solved.iter_mut().zip(&*z).for_each(|(sum, z)| *sum += z);
             for ((rhs, z), turning) in rhs.iter_mut().zip(&*z).zip(&held.turning) {
                 let turned = turning.tr_mul(&z.fixed_rows::<3>(3));
@@ -350,7 +353,7 @@ impl RefinedColumns<1> {
                 motions[rows.index] += by;
             }
         }
-        island.solve_transposed(system, (rhs, values));
+        island.solve_transposed(system, rhs, values);
         for (rows, sides) in held.couplings() {
             motions[rows.index] += pulled(sides, rhs);
         }
