@@ -92,7 +92,7 @@ impl MassMatrix {
                 fronts.begin(&plan);
                 for (row, column, value) in entries {
                     let at = (plan.place(place(row)), plan.place(place(column)));
-                    fronts.add(&plan, at, 1, &[value]);
+                    fronts.add(&plan, at.0, at.1, 1, &[value]);
                 }
                 let is_positive = numbers.iter().all(|&number| matrix.at(number, number) > 0.0);
                 if !is_positive || !fronts.factorise(&plan) {

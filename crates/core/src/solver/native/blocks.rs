@@ -62,20 +62,22 @@ impl BlockSystem {
     pub(super) fn add(
         &mut self,
         pattern: &Pattern,
-        (row, column): (usize, usize),
+        row: usize,
+        column: usize,
         block: &Matrix6<f64>,
     ) {
-        *self.block_of(pattern, (row, column)) += block;
+        *self.block_of(pattern, row, column) += block;
     }
 
     /// Adds to the last three rows and columns of the block (row, column).
     pub(super) fn add_turning(
         &mut self,
         pattern: &Pattern,
-        (row, column): (usize, usize),
+        row: usize,
+        column: usize,
         turning: &Matrix3<f64>,
     ) {
-        let block = self.block_of(pattern, (row, column));
+        let block = self.block_of(pattern, row, column);
         for (to, from) in block.data.0[3..].iter_mut().zip(&turning.data.0) {
             (0..3).for_each(|i| to[3 + i] += from[i]);
         }
@@ -85,7 +87,8 @@ impl BlockSystem {
     pub(super) fn block_of(
         &mut self,
         pattern: &Pattern,
-        (row, column): (usize, usize),
+        row: usize,
+        column: usize,
     ) -> &mut Matrix6<f64> {
         let Some(plan) = pattern.plan() else {
             return self.block(pattern, pattern.order.place(row), pattern.order.place(column));
@@ -96,7 +99,7 @@ impl BlockSystem {
             if self.opened == OPEN {
                 self.close(plan);
             }
-            let block = self.fronts.block(plan, (plan.place(row), plan.place(column)));
+            let block = self.fronts.block(plan, plan.place(row), plan.place(column));
             self.open[self.opened] = (row, column, block);
             self.opened += 1;
             self.opened - 1
@@ -107,7 +110,7 @@ impl BlockSystem {
     /// Writes the blocks that were added to.
     fn close(&mut self, plan: &FrontPlan) {
         for (row, column, block) in &self.open[..self.opened] {
-            self.fronts.set_block(plan, (plan.place(*row), plan.place(*column)), block);
+            self.fronts.set_block(plan, plan.place(*row), plan.place(*column), block);
         }
         self.opened = 0;
     }
@@ -285,7 +288,7 @@ mod tests {
                 if i == j {
                     block += 4.0 * Matrix6::identity();
                 }
-                system.add(&pattern, (i, j), &block);
+                system.add(&pattern, i, j, &block);
                 let mut view = dense.fixed_view_mut::<6, 6>(6 * i, 6 * j);
                 view += block;
             }

@@ -1,5 +1,7 @@
 //! Dense kernels of a front: columns stored one after another, pivots sought in the first rows alone.
 
+use std::ops::Range;
+
 /// Rows and columns of the product's tiles.
 const TILE: usize = 4;
 /// Columns that are eliminated before the rest is updated.
@@ -17,12 +19,7 @@ pub(super) struct PackedBlocks {
 
 impl PackedBlocks {
     /// Packs columns `pivots` of `from` (with `stride` rows), rows `rows`: those that are not all zero.
-    fn pack_left(
-        &mut self,
-        (from, stride): (&[f64], usize),
-        rows: std::ops::Range<usize>,
-        pivots: std::ops::Range<usize>,
-    ) {
+    fn pack_left(&mut self, from: &[f64], stride: usize, rows: Range<usize>, pivots: Range<usize>) {
         let column = |k: usize| &from[k * stride + rows.start..k * stride + rows.end];
         self.pivots.clear();
         self.pivots.extend(pivots.filter(|&k| column(k).iter().any(|value| *value != 0.0)));
@@ -39,7 +36,7 @@ impl PackedBlocks {
 
     /// Packs the rows of the pivots of `from` (with `stride` rows), of the columns in which they are not all
     /// zero.
-    fn pack_right(&mut self, (from, stride): (&[f64], usize), columns: std::ops::Range<usize>) {
+    fn pack_right(&mut self, from: &[f64], stride: usize, columns: Range<usize>) {
         let Self { right, pivots, columns: taken, .. } = self;
         taken.clear();
         let taking = |j: &usize| pivots.iter().any(|k| from[j * stride + k] != 0.0);
@@ -56,7 +53,7 @@ impl PackedBlocks {
 
     /// to −= left · right, in the rows `rows` of a matrix with `stride` rows, which are the first of the
     /// left factor's.
-    fn subtract(&self, (to, stride): (&mut [f64], usize), rows: std::ops::Range<usize>) {
+    fn subtract(&self, to: &mut [f64], stride: usize, rows: Range<usize>) {
         let step = TILE * self.pivots.len();
         if step == 0 || rows.is_empty() {
             return;
@@ -121,25 +118,25 @@ impl FrontView<'_> {
             if !self.factorise_panel(begin..end) {
                 return false;
             }
-            let panel = (begin, end);
-            packed.pack_triangle((self.low, rows), panel);
-            packed.pack_left((self.low, rows), end..rows, begin..end);
+            let panel = begin..end;
+            packed.pack_triangle(self.low, rows, panel.clone());
+            packed.pack_left(self.low, rows, end..rows, begin..end);
             // Rows of earlier panels are exchanged with them.
             for column in self.low.chunks_exact_mut(rows).take(begin) {
-                exchange(column, self.swaps, panel);
+                exchange(column, self.swaps, panel.clone());
             }
             for column in self.low.chunks_exact_mut(rows).skip(end) {
-                exchange(column, self.swaps, panel);
-                packed.solve_triangle(column, panel);
+                exchange(column, self.swaps, panel.clone());
+                packed.solve_triangle(column, panel.clone());
             }
             for column in self.up.chunks_exact_mut(own) {
-                exchange(column, self.swaps, panel);
-                packed.solve_triangle(column, panel);
+                exchange(column, self.swaps, panel.clone());
+                packed.solve_triangle(column, panel.clone());
             }
-            packed.pack_right((self.low, rows), end..own);
-            packed.subtract((self.low, rows), end..rows);
-            packed.pack_right((self.up, own), 0..self.behind);
-            packed.subtract((self.up, own), end..own);
+            packed.pack_right(self.low, rows, end..own);
+            packed.subtract(self.low, rows, end..rows);
+            packed.pack_right(self.up, own, 0..self.behind);
+            packed.subtract(self.up, own, end..own);
             begin = end;
         }
         true
@@ -148,13 +145,13 @@ impl FrontView<'_> {
     /// Subtracts from `rest`, of the rows and columns behind, what the front makes of them: B L⁻¹ P up.
     pub(super) fn subtract_from(&self, rest: &mut [f64], packed: &mut PackedBlocks) {
         let rows = self.own + self.behind;
-        packed.pack_left((self.low, rows), self.own..rows, 0..self.own);
-        packed.pack_right((self.up, self.own), 0..self.behind);
-        packed.subtract((rest, self.behind), 0..self.behind);
+        packed.pack_left(self.low, rows, self.own..rows, 0..self.own);
+        packed.pack_right(self.up, self.own, 0..self.behind);
+        packed.subtract(rest, self.behind, 0..self.behind);
     }
 
     /// Eliminates the columns of a panel within itself.
-    fn factorise_panel(&mut self, panel: std::ops::Range<usize>) -> bool {
+    fn factorise_panel(&mut self, panel: Range<usize>) -> bool {
         let rows = self.own + self.behind;
         let own = self.own;
         for pivot in panel.clone() {
@@ -194,25 +191,26 @@ impl FrontView<'_> {
 }
 
 /// Exchanges rows of a column as the pivots of a panel were.
-fn exchange(column: &mut [f64], swaps: &[usize], (begin, end): (usize, usize)) {
-    for (pivot, other) in swaps.iter().enumerate().take(end).skip(begin) {
+fn exchange(column: &mut [f64], swaps: &[usize], panel: Range<usize>) {
+    for (pivot, other) in swaps.iter().enumerate().take(panel.end).skip(panel.start) {
         column.swap(pivot, *other);
     }
 }
 
 impl PackedBlocks {
     /// Keeps the triangle below the diagonal of a panel.
-    fn pack_triangle(&mut self, (from, stride): (&[f64], usize), (begin, end): (usize, usize)) {
+    fn pack_triangle(&mut self, from: &[f64], stride: usize, panel: Range<usize>) {
         self.triangle.clear();
-        for k in begin..end {
-            self.triangle.extend_from_slice(&from[k * stride + begin..k * stride + end]);
+        for k in panel.clone() {
+            let column = &from[k * stride..];
+            self.triangle.extend_from_slice(&column[panel.clone()]);
         }
     }
 
     /// L⁻¹ of the panel, in its rows of a column.
-    fn solve_triangle(&self, column: &mut [f64], (begin, end): (usize, usize)) {
-        let count = end - begin;
-        let part = &mut column[begin..end];
+    fn solve_triangle(&self, column: &mut [f64], panel: Range<usize>) {
+        let count = panel.len();
+        let part = &mut column[panel];
         for (k, multipliers) in self.triangle.chunks_exact(count).enumerate() {
             let value = part[k];
             if value != 0.0 {

@@ -46,11 +46,12 @@ impl Fronts {
     pub(crate) fn add(
         &mut self,
         plan: &FrontPlan,
-        (row, column): (usize, usize),
+        row: usize,
+        column: usize,
         rows: usize,
         block: &[f64],
     ) {
-        let (first, stride, to) = self.at(plan, (row, column));
+        let (first, stride, to) = self.at(plan, row, column);
         for (k, column) in block.chunks_exact(rows).enumerate() {
             let to = &mut to[first + k * stride..][..rows];
             to.iter_mut().zip(column).for_each(|(entry, value)| *entry += value);
@@ -59,11 +60,7 @@ impl Fronts {
 
     /// Where the numbers of a block at the places `row` and `column` are: the first one, how far columns are apart, and in which
     /// list.
-    fn at(
-        &mut self,
-        plan: &FrontPlan,
-        (row, column): (usize, usize),
-    ) -> (usize, usize, &mut [f64]) {
+    fn at(&mut self, plan: &FrontPlan, row: usize, column: usize) -> (usize, usize, &mut [f64]) {
         let front = &plan.fronts[plan.front_of[row.min(column)]];
         if front.numbers().contains(&column) {
             let first = (column - front.begin) * front.rows() + plan.within(front, row);
@@ -75,8 +72,8 @@ impl Fronts {
     }
 
     /// A block of six at places of the plan.
-    pub(super) fn block(&mut self, plan: &FrontPlan, at: (usize, usize)) -> Matrix6<f64> {
-        let (first, stride, from) = self.at(plan, at);
+    pub(super) fn block(&mut self, plan: &FrontPlan, row: usize, column: usize) -> Matrix6<f64> {
+        let (first, stride, from) = self.at(plan, row, column);
         let mut block = Matrix6::zeros();
         for (k, column) in block.data.0.iter_mut().enumerate() {
             column.copy_from_slice(&from[first + k * stride..][..6]);
@@ -84,9 +81,15 @@ impl Fronts {
         block
     }
 
-    /// Makes it this one.
-    pub(super) fn set_block(&mut self, plan: &FrontPlan, at: (usize, usize), block: &Matrix6<f64>) {
-        let (first, stride, to) = self.at(plan, at);
+    /// Overwrites a block of six at places of the plan.
+    pub(super) fn set_block(
+        &mut self,
+        plan: &FrontPlan,
+        row: usize,
+        column: usize,
+        block: &Matrix6<f64>,
+    ) {
+        let (first, stride, to) = self.at(plan, row, column);
         for (k, column) in block.data.0.iter().enumerate() {
             to[first + k * stride..][..6].copy_from_slice(column);
         }
@@ -111,7 +114,7 @@ impl Fronts {
             for &child in front.children.iter().rev() {
                 let (size, runs) = (plan.fronts[child].behind(), plan.fronts[child].runs);
                 let left = stack.len() - size * size;
-                view.assemble(rest, (&stack[left..], size), &plan.runs[runs.0..runs.1]);
+                view.assemble(rest, &stack[left..], size, &plan.runs[runs.0..runs.1]);
                 stack.truncate(left);
             }
             if !view.factorise(packed) {
@@ -222,7 +225,7 @@ impl Fronts {
 impl FrontView<'_> {
     /// Adds what a front before left behind it, `size` rows and columns, to the front's own rows and columns and to
     /// `rest` behind them.
-    fn assemble(&mut self, rest: &mut [f64], (left, size): (&[f64], usize), runs: &[RowRun]) {
+    fn assemble(&mut self, rest: &mut [f64], left: &[f64], size: usize, runs: &[RowRun]) {
         let (own, rows) = (self.own, self.own + self.behind);
         for columns in runs {
             for k in 0..columns.count {
@@ -277,14 +280,14 @@ mod tests {
             for (i, j) in (0..nodes).map(|i| (i, i)).chain(both).filter(|(_, j)| !is_unit[*j]) {
                 let block: Vec<f64> = (0..sizes[i] * sizes[j]).map(|_| uniform() - 0.5).collect();
                 let at = (plan.place(i), plan.place(j));
-                fronts.add(&plan, at, sizes[i], &block);
+                fronts.add(&plan, at.0, at.1, sizes[i], &block);
                 let mut view = dense.view_mut(at, (sizes[i], sizes[j]));
                 view += DMatrix::from_column_slice(sizes[i], sizes[j], &block);
             }
             // Its diagonal outweighs the rest, so that pivots inside a front do.
             for k in 0..size {
                 let more = 0.5 * size as f64;
-                fronts.add(&plan, (k, k), 1, &[more]);
+                fronts.add(&plan, k, k, 1, &[more]);
                 dense[(k, k)] += more;
             }
             assert!(fronts.factorise(&plan));

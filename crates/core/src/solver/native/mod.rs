@@ -1,7 +1,7 @@
 //! tumble's own solver of the contact step: exact, in about a microsecond for one body.
 //!
 //! Newton's method on the natural map of the contact law, started from the impulses of the last
-//! step. Where that does not lead to a solution, further [stages](stages) do: the proximal point
+//! step. Where that does not lead to a solution, further stages do: the proximal point
 //! method, an interior point. `docs/native-solver.md` has the algorithm on one page and the
 //! derivation; the code cites its equation numbers (N1, N2, …).
 //!

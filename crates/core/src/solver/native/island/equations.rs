@@ -240,7 +240,7 @@ impl Equations for Island {
             let mut diagonal = Matrix6::identity();
             let slope = member.angular_slope(&velocity.spin);
             diagonal.fixed_view_mut::<3, 3>(3, 3).copy_from(&slope);
-            blocks.add(&self.pattern, (index, index), &diagonal);
+            blocks.add(&self.pattern, index, index, &diagonal);
         }
         eliminations.clear();
         for (index, (linked, u)) in self.all_linked().zip(at.points).enumerate() {

@@ -165,7 +165,7 @@ impl Island {
             };
             for (row, share, torque_map) in self.sides(linked) {
                 let turning = torque_map * (gained * -share);
-                blocks.add_turning(&self.pattern, (row, *column), &turning);
+                blocks.add_turning(&self.pattern, row, *column, &turning);
             }
         }
     }
@@ -184,7 +184,7 @@ impl Island {
                 let gain = answer.gain.first();
                 for (row, wrench) in self.gears[gear].sides() {
                     for (column, slope) in slope.bodies() {
-                        blocks.add(&self.pattern, (row, column), &(wrench * (slope * -gain)));
+                        blocks.add(&self.pattern, row, column, &(wrench * (slope * -gain)));
                     }
                 }
                 return;
@@ -216,7 +216,7 @@ impl Island {
                 [l, m, n, turned(0), turned(1), turned(2)]
             };
             let mut left = [[0.0; 6]; 3];
-            let block = blocks.block_of(&self.pattern, (row, *a));
+            let block = blocks.block_of(&self.pattern, row, *a);
             for (k, (to, gained)) in block.data.0.iter_mut().zip(&by_a.data.0).enumerate() {
                 let more = column(gained);
                 (0..6).for_each(|i| to[i] += more[i]);
@@ -225,7 +225,7 @@ impl Island {
                 }
             }
             let Some((b, by_b)) = &b else { continue };
-            let block = blocks.block_of(&self.pattern, (row, *b));
+            let block = blocks.block_of(&self.pattern, row, *b);
             for (to, less) in block.data.0.iter_mut().zip(&left[..opposite]) {
                 (0..6).for_each(|i| to[i] -= less[i]);
             }

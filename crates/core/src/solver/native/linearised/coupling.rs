@@ -31,20 +31,30 @@ pub(super) struct LinearCoupling {
     is_ground: bool,
 }
 
+/// A contact where its law is linearised.
+pub(super) struct ContactOnPiece<'a> {
+    pub(super) piece: MapPiece,
+    /// δp̂ by δμ, on the central path alone.
+    pub(super) by_friction: Option<Vector3<f64>>,
+    /// The rows that its gain acts on, an orthonormal frame.
+    pub(super) from: &'a Matrix3<f64>,
+    /// p̂, m/s, world.
+    pub(super) impulse: Vector3<f64>,
+}
+
 impl LinearCoupling {
-    /// Of a point of the central path `by_friction` is δp̂ by δμ. `limit` is the ε of which the limit is taken, or 0: what the law itself makes of the impulse does not give way (G14).
+    /// The coupling of `contact`, number `index` of the island, on a piece of its law. `limit` is the ε
+    /// of which the limit is taken, or 0: the law's own part of the impulse does not give way (G14).
     pub(super) fn new(
         step: &Step<'_>,
-        (contact, placed, index): (&Contact, &PlacedFeatures, usize),
+        contact: &Contact,
+        placed: &PlacedFeatures,
+        index: usize,
         next: &[State],
-        (piece, by_friction, from, impulse): (
-            MapPiece,
-            Option<Vector3<f64>>,
-            &Matrix3<f64>,
-            Vector3<f64>,
-        ),
+        on: ContactOnPiece<'_>,
         limit: f64,
     ) -> Self {
+        let ContactOnPiece { piece, by_friction, from, impulse } = on;
         let (world, key) = (step.world, &contact.key);
         let bodies = [Some(key.body), key.partner.body()];
         let tangent = ContactTangent::new(world, contact, placed, step.states, next);
@@ -172,7 +182,7 @@ impl LinearCoupling {
     /// What a change of one side makes.
     fn changed(&self, side: usize, given: &SideChangeInput) -> RowsChange<1> {
         let nothing = SideChangeInput::nothing();
-        let sides = if side == 0 { (given, &nothing) } else { (&nothing, given) };
+        let sides = if side == 0 { [given, &nothing] } else { [&nothing, given] };
         self.change(sides, 0.0, 0.0)
     }
 
@@ -184,17 +194,17 @@ impl LinearCoupling {
     /// ```
     pub(super) fn change(
         &self,
-        sides: (&SideChangeInput, &SideChangeInput),
+        sides: [&SideChangeInput; 2],
         time_step: f64,
         restitution: f64,
     ) -> RowsChange<1> {
-        let rows = self.tangent.change(sides.0, sides.1, time_step, restitution);
+        let rows = self.tangent.change(sides[0], sides[1], time_step, restitution);
         let (p, u) = (&self.impulse, self.tangent.motion());
         let mut change = RowsChange::zero();
         change.motion = self.from.tr_mul(&(rows.motion - rows.turn.cross(u)));
         change.impulse = rows.turn.cross(p);
         let arms = self.tangent.arms();
-        for (side, given) in [sides.0, sides.1].into_iter().enumerate() {
+        for (side, given) in sides.into_iter().enumerate() {
             let torque = rows.arms[side].cross(p) - given.turn.cross(&arms[side].cross(p));
             let torque = self.rotations[side].tr_mul(&torque);
             change.torques.fixed_rows_mut::<3>(3 * side).copy_from(&torque);
@@ -218,7 +228,7 @@ impl LinearCoupling {
         let [friction, restitution] = self.law.map(|slopes| {
             slopes.iter().map(|(constant, place, slope)| of(*constant, *place) * slope).sum::<f64>()
         });
-        let change = self.change((&a, &b), of(Constant::TimeStep, 0), restitution);
+        let change = self.change([&a, &b], of(Constant::TimeStep, 0), restitution);
         change.plus(friction, &self.by_friction)
     }
 
@@ -226,7 +236,8 @@ impl LinearCoupling {
     pub(super) fn pull_constants(
         &self,
         by: &RowsChange<1>,
-        (shapes, constants): (&[ConstantsBase], &[Constant]),
+        shapes: &[ConstantsBase],
+        constants: &[Constant],
         sums: &mut [Vec<f64>],
     ) {
         let nothing = SideChangeInput::nothing();
@@ -240,16 +251,16 @@ impl LinearCoupling {
             }
             if self.tangent.bounces() {
                 for (place, slope) in of_constant(restitutions).into_iter().flatten() {
-                    sums[place] += by.dot(&self.change((&nothing, &nothing), 0.0, 1.0)) * slope;
+                    sums[place] += by.dot(&self.change([&nothing; 2], 0.0, 1.0)) * slope;
                 }
             }
             match constant {
                 Constant::TimeStep => {
-                    sums[0] += by.dot(&self.change((&nothing, &nothing), 1.0, 0.0));
+                    sums[0] += by.dot(&self.change([&nothing; 2], 1.0, 0.0));
                 }
                 Constant::Ground if self.is_ground => {
                     let raised = SideChangeInput { position: self.tangent.normal(), ..nothing };
-                    sums[0] += by.dot(&self.change((&nothing, &raised), 0.0, 0.0));
+                    sums[0] += by.dot(&self.change([&nothing, &raised], 0.0, 0.0));
                 }
                 _ => {}
             }

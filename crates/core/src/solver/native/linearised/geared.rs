@@ -121,8 +121,11 @@ impl LinearGear {
     /// sum, which has a `law` where the sum is that at the start; `next` are the states at the end.
     pub(super) fn new(
         row: &GearTangent,
-        (tangents, law): (&[TiedRows], &dyn Fn(f64) -> TiedRowLaw),
-        (step, next, impulse): (&Step<'_>, &[State], f64),
+        tangents: &[TiedRows],
+        law: &dyn Fn(f64) -> TiedRowLaw,
+        step: &Step<'_>,
+        next: &[State],
+        impulse: f64,
     ) -> Option<Self> {
         let (h, joints) = (step.world.time_step(), step.world.joints());
         let gear = step.world.gears().get(row.gear)?;

@@ -3,11 +3,10 @@
 //! Equation numbers are those of `docs/gradients.md`.
 
 use super::constants::{ConstantChanges, ConstantsBase, places, unit};
-use super::point::{LinearPoint, PointCompliance};
+use super::point::{IslandStep, LinearPoint, PointCompliance};
 use super::refined::{Drawn, RefinedColumns};
 use super::tied::Slots;
 use super::{Smoothing, StepChange, StepGradient};
-use crate::contact::Contact;
 use crate::derivative::{EndMap, PlacedFeatures, StateChange};
 use crate::error::Error;
 use crate::mechanics::State;
@@ -94,10 +93,12 @@ impl LinearIsland {
     /// changed.
     pub(super) fn linearise(
         &mut self,
-        (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
-        (next, slots): (&mut [State], &Slots),
+        at: IslandStep<'_>,
+        slots: &Slots,
+        next: &mut [State],
         smoothed: Option<Smoothing>,
     ) -> Result<bool, Error> {
+        let IslandStep { step, contacts, view } = at;
         self.bodies.clear();
         self.bodies.extend_from_slice(view.bodies);
         self.island.begin(step, &IslandView { unsettled: 0.0, ..*view });
@@ -130,12 +131,11 @@ impl LinearIsland {
         if self.free.is_some() {
             return Ok(false);
         }
-        let kept = self.settle(step, view, (rolls, smoothed))?;
+        let kept = self.settle(step, view, rolls, smoothed)?;
         self.placed.clear();
         self.placed.resize(view.contacts.len(), None);
-        let at = (step, contacts, view);
         for (point, on) in points(&mut self.points, self.is_one).zip(self.given) {
-            point.linearise(&self.island, at, (&mut *next, &mut self.placed, slots), on);
+            point.linearise(&self.island, at, slots, next, &mut self.placed, on);
         }
         if smoothed.is_none() && !self.is_determined {
             self.probe(step);
@@ -168,7 +168,7 @@ impl LinearIsland {
             }
             let change = StepChange { states: moved, ..StepChange::default() };
             let gravity = step.world.gravity();
-            point.change((island, bodies), &change, |_| BodyGiven::nothing(), gravity);
+            point.change(island, bodies, &change, |_| BodyGiven::nothing(), gravity);
             let LinearPoint { newton, held, one, .. } = &mut *point;
             let pushed = one.motions.iter().map(|motion| motion.amax()).fold(0.0, f64::max);
             one.solve(island, held, newton.system());
@@ -183,7 +183,8 @@ impl LinearIsland {
         &mut self,
         step: &Step<'_>,
         view: &IslandView<'_>,
-        (rolls, smoothed): (bool, Option<Smoothing>),
+        rolls: bool,
+        smoothed: Option<Smoothing>,
     ) -> Result<bool, Error> {
         self.is_determined = false;
         match smoothed {
@@ -319,7 +320,8 @@ impl LinearIsland {
         &mut self,
         change: &StepChange<'_>,
         constants: Option<ConstantChanges<'_, F>>,
-        (gravity, ends): (&Vector3<f64>, &[Option<EndMap>]),
+        gravity: &Vector3<f64>,
+        ends: &[Option<EndMap>],
         end: &mut [StateChange],
     ) {
         let Self { bodies, island, points: all, is_one, free, .. } = self;
@@ -328,7 +330,7 @@ impl LinearIsland {
                 let of = constants.as_ref();
                 of.map_or(BodyGiven::nothing(), |constants| constants.body(body))
             };
-            point.change((island, bodies), change, given, gravity);
+            point.change(island, bodies, change, given, gravity);
             let LinearPoint { newton, held, couplings, joints, gears, one, .. } = point;
             if let Some(constants) = &constants {
                 for coupling in &*couplings {
@@ -417,7 +419,8 @@ impl LinearIsland {
     pub(super) fn pull(
         &mut self,
         by_velocity: &[(Vector3<f64>, Vector3<f64>)],
-        (gravity, shapes): (&Vector3<f64>, &[ConstantsBase]),
+        gravity: &Vector3<f64>,
+        shapes: &[ConstantsBase],
         constants: &[Constant],
         gradient: &mut StepGradient,
     ) {
@@ -464,7 +467,7 @@ impl LinearIsland {
             for coupling in &*couplings {
                 let by = one.pulled(island, coupling.index);
                 coupling.slopes.pull(&by, &mut gradient.states);
-                coupling.pull_constants(&by, (shapes, constants), &mut gradient.constants);
+                coupling.pull_constants(&by, shapes, constants, &mut gradient.constants);
             }
         }
     }

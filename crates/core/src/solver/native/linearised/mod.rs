@@ -36,6 +36,7 @@ use crate::world::Constant;
 use constants::{ConstantChanges, ConstantsBase};
 use island::LinearIsland;
 use nalgebra::{SMatrix, Vector3};
+use point::IslandStep;
 use rest::{FEW_BODIES, RestingStep};
 use tied::Slots;
 
@@ -281,8 +282,8 @@ impl StepDerivative {
         }
         let linear = &mut self.islands[self.count];
         self.count += 1;
-        let at = (step, contacts, view);
-        let kept = linear.linearise(at, (&mut self.next, &self.slots), self.smoothing)?;
+        let at = IslandStep { step, contacts, view };
+        let kept = linear.linearise(at, &self.slots, &mut self.next, self.smoothing)?;
         self.kept |= kept;
         let (point, h) = (&linear.points[0], step.world.time_step());
         if self.smoothing.is_some() {
@@ -370,7 +371,7 @@ impl StepDerivative {
             let constants = (!change.constants.is_empty()).then_some(&numbers);
             let constants =
                 constants.map(|numbers| ConstantChanges { shapes: &self.shapes, numbers });
-            linear.push(change, constants, (&self.gravity, &self.ends), end);
+            linear.push(change, constants, &self.gravity, &self.ends, end);
         }
         Ok(())
     }
@@ -454,7 +455,7 @@ impl StepDerivative {
             }
         }
         for linear in &mut self.islands[..self.count] {
-            linear.pull(&by_velocity, (&self.gravity, &self.shapes), constants, gradient);
+            linear.pull(&by_velocity, &self.gravity, &self.shapes, constants, gradient);
         }
         self.by_velocity = by_velocity;
         Ok(())

@@ -3,10 +3,10 @@
 //! Equation numbers are those of `docs/gradients.md`.
 
 use super::StepChange;
-use super::coupling::LinearCoupling;
+use super::coupling::{ContactOnPiece, LinearCoupling};
 use super::geared::LinearGear;
 use super::refined::{Held, RefinedColumns};
-use super::tied::{self, LinearRows, Slots, SolvedRows};
+use super::tied::{self, LinearRows, Slots, SolvedRows, TiedEnds};
 use crate::contact::Contact;
 use crate::derivative::PlacedFeatures;
 use crate::error::Error;
@@ -24,6 +24,15 @@ use crate::solver::native::part::next_state;
 use crate::solver::native::settings::{CENTRES, COMPLIANCE};
 use crate::step::Step;
 use nalgebra::{Matrix3, Vector3};
+
+/// An island of a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct IslandStep<'a> {
+    pub(super) step: &'a Step<'a>,
+    /// All contacts of the step.
+    pub(super) contacts: &'a [Contact],
+    pub(super) view: &'a IslandView<'a>,
+}
 
 /// With which compliance a point is linearised.
 #[derive(Debug, Clone, Copy)]
@@ -240,7 +249,8 @@ impl LinearPoint {
     /// Puts on the right-hand sides of `one` what a change of states and wrenches makes, and what is `given` to each body beside.
     pub(super) fn change(
         &mut self,
-        (island, bodies): (&Island, &[usize]),
+        island: &Island,
+        bodies: &[usize],
         change: &StepChange<'_>,
         given: impl Fn(usize) -> BodyGiven,
         gravity: &Vector3<f64>,
@@ -275,17 +285,20 @@ impl LinearPoint {
     /// Whether the rows that hold here are independent, of the system that was factorised last.
     pub(super) fn is_determined(&mut self, island: &Island) -> bool {
         let Self { newton, held, one, .. } = self;
-        held.is_determined(island, (one, newton.system()))
+        held.is_determined(island, one, newton.system())
     }
 
     /// Linearises by what they depend on all contacts and joints of what was factorised.
     pub(super) fn linearise(
         &mut self,
         island: &Island,
-        (step, contacts, view): (&Step<'_>, &[Contact], &IslandView<'_>),
-        (next, placed, slots): (&mut [State], &mut [Option<PlacedFeatures>], &Slots),
+        at: IslandStep<'_>,
+        slots: &Slots,
+        next: &mut [State],
+        placed: &mut [Option<PlacedFeatures>],
         on: PointCompliance,
     ) {
+        let IslandStep { step, contacts, view } = at;
         let PointCompliance { compliance, is_limit } = on;
         let Self { newton, iterate, couplings, joints, gears, gains, by_friction, .. } = self;
         let (pieces, limit) = (newton.pieces(), if is_limit { compliance } else { 0.0 });
@@ -298,9 +311,13 @@ impl LinearPoint {
             let (contact, known) = (&contacts[*place], &mut placed[*index]);
             let placed =
                 known.get_or_insert_with(|| PlacedFeatures::of(step.world, contact, step.states));
-            let rubs = by_friction.get(*index).copied();
-            let on = (pieces[*index], rubs, &gain.from, iterate.impulses[*index]);
-            couplings.push(LinearCoupling::new(step, (contact, placed, *index), next, on, limit));
+            let on = ContactOnPiece {
+                piece: pieces[*index],
+                by_friction: by_friction.get(*index).copied(),
+                from: &gain.from,
+                impulse: iterate.impulses[*index],
+            };
+            couplings.push(LinearCoupling::new(step, contact, placed, *index, next, on, limit));
         }
         if view.joints.is_empty() {
             joints.clear();
@@ -313,6 +330,7 @@ impl LinearPoint {
             let Velocity { linear, spin } = velocity[view.places[body]];
             (linear, spin)
         };
-        tied::linearise(step, island, (&solved, slots), (of_body, next), (joints, gears));
+        let ends = TiedEnds { velocity: of_body, next };
+        tied::linearise(step, island, &solved, slots, ends, joints, gears);
     }
 }

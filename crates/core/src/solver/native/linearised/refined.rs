@@ -112,7 +112,8 @@ impl Held {
     pub(super) fn is_determined(
         &mut self,
         island: &Island,
-        (columns, system): (&mut RefinedColumns<1>, &mut IslandSystem),
+        columns: &mut RefinedColumns<1>,
+        system: &mut IslandSystem,
     ) -> bool {
         /// What may be left of the drawn impulses after the first solution, if one follows; and after the last.
         const FEW: f64 = 1e-5;

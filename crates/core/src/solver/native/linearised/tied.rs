@@ -45,8 +45,9 @@ pub(super) struct TiedRowLaw {
     axis: Axis,
     start: AxisStart,
     time_step: f64,
-    /// ℓ and M of the row's scale.
-    scale: (f64, f64),
+    /// ℓ, m, and M, kg, of the row's scale.
+    length: f64,
+    mass: f64,
     /// û, or u₀ of a piece that is vertical; whether it is.
     at: GraphPlace,
     /// s; of what is vertical nothing.
@@ -56,15 +57,35 @@ pub(super) struct TiedRowLaw {
     slots: AxisSlots,
 }
 
+/// A row of a coupling of a joint or a gear.
+#[derive(Debug, Clone, Copy)]
+struct TiedRow {
+    coupling: usize,
+    k: usize,
+    /// ℓ, m, of a turn.
+    length: f64,
+}
+
+/// The end of a step.
+pub(super) struct TiedEnds<'a, V: Fn(usize) -> (Vector3<f64>, Vector3<f64>)> {
+    /// v⁺ and ω⁺ of a body of the world.
+    pub(super) velocity: V,
+    /// X⁺ of all bodies of the world.
+    pub(super) next: &'a [State],
+}
+
 impl TiedRowLaw {
-    /// That of row k of a coupling, of an axis that begins so in a step of h (s), with ℓ and M.
+    /// The law of a `row` whose axis begins with `start` in a step of `time_step` (s).
     fn new(
-        (solved, island): (&SolvedRows<'_>, &Island),
-        (coupling, k): (usize, usize),
-        (axis, start): (&Axis, &AxisStart),
-        (time_step, scale): (f64, (f64, f64)),
+        solved: &SolvedRows<'_>,
+        island: &Island,
+        row: TiedRow,
+        axis: &Axis,
+        start: &AxisStart,
+        time_step: f64,
         slots: AxisSlots,
     ) -> Self {
+        let TiedRow { coupling, k, length } = row;
         let on = solved.segment(island, coupling, k);
         let is_vertical = on.is_vertical();
         let p = &solved.impulses[coupling];
@@ -75,7 +96,8 @@ impl TiedRowLaw {
             axis: *axis,
             start: *start,
             time_step,
-            scale,
+            length,
+            mass: island.mass(),
             at: GraphPlace { u: if is_vertical { on.u } else { u }, is_vertical },
             slope: if is_vertical { 0.0 } else { -on.dp / on.du },
             compliance: solved.compliance,
@@ -87,8 +109,8 @@ impl TiedRowLaw {
     /// What a change of what its graph is made of makes of the motion along it, and of the impulse beside (G10), which does not
     /// give way where the limit is taken (G14).
     pub(super) fn answer(&self, change: &AxisChange) -> (f64, f64) {
-        let Self { axis, start, time_step, scale, at, slope, compliance, limit, .. } = self;
-        match axis.piece_change(start, *time_step, scale.0, scale.1, *at, change) {
+        let Self { axis, start, time_step, length, mass, at, slope, compliance, limit, .. } = self;
+        match axis.piece_change(start, *time_step, *length, *mass, *at, change) {
             PieceChange::Speed(faster) => (-faster, 0.0),
             PieceChange::Line(value, steeper) => {
                 let impulse = (value - at.u * steeper) / (1.0 + compliance * slope);
@@ -226,10 +248,13 @@ impl SolvedRows<'_> {
 pub(super) fn linearise(
     step: &Step<'_>,
     island: &Island,
-    (solved, slots): (&SolvedRows<'_>, &Slots),
-    (velocity, next): (impl Fn(usize) -> (Vector3<f64>, Vector3<f64>), &[State]),
-    (rows, gears): (&mut Vec<LinearRows>, &mut Vec<LinearGear>),
+    solved: &SolvedRows<'_>,
+    slots: &Slots,
+    ends: TiedEnds<'_, impl Fn(usize) -> (Vector3<f64>, Vector3<f64>)>,
+    rows: &mut Vec<LinearRows>,
+    gears: &mut Vec<LinearGear>,
 ) {
+    let TiedEnds { velocity, next } = ends;
     rows.clear();
     gears.clear();
     // By their couplings.
@@ -261,12 +286,12 @@ pub(super) fn linearise(
             let Some(of) = of else { continue };
             let law = |k: usize| {
                 let axis = if about { JointAxis::Angular(k) } else { JointAxis::Linear(k) };
-                let (at, scale) = ((coupling, k), (length, island.mass()));
+                let row = TiedRow { coupling, k, length };
                 let own = slots.of(*number, axis);
-                TiedRowLaw::new((solved, island), at, (&axes[k], &starts[k]), (h, scale), own)
+                TiedRowLaw::new(solved, island, row, &axes[k], &starts[k], h, own)
             };
             let laws = [law(0), law(1), law(2)];
-            rows.push(LinearRows::new((coupling, *number), bodies, &of, (frame, laws)));
+            rows.push(LinearRows::new(coupling, *number, bodies, &of, frame, laws));
             let (joint, angles) = (*number, *angles);
             tangents.push(TiedRows { coupling, joint, angles, bodies, length, frame, of });
         }
@@ -275,21 +300,22 @@ pub(super) fn linearise(
         let impulse = solved.impulses[row.coupling][0];
         let law = |sum: f64| {
             let axis = step.world.gears()[row.gear].law();
-            let scale = (step.world.time_step(), (row.length, island.mass()));
-            let at = (row.coupling, 0);
-            let none = AxisSlots::default();
-            TiedRowLaw::new((solved, island), at, (axis, &at_rest(sum)), scale, none)
+            let (h, none) = (step.world.time_step(), AxisSlots::default());
+            let of = TiedRow { coupling: row.coupling, k: 0, length: row.length };
+            TiedRowLaw::new(solved, island, of, axis, &at_rest(sum), h, none)
         };
-        gears.extend(LinearGear::new(&row, (&tangents, &law), (step, next, impulse)));
+        gears.extend(LinearGear::new(&row, &tangents, &law, step, next, impulse));
     }
 }
 
 impl LinearRows {
     fn new(
-        (coupling, joint): (usize, usize),
+        coupling: usize,
+        joint: usize,
         bodies: [Option<usize>; 2],
         of: &RowsTangent,
-        (frame, laws): (Matrix3<f64>, [TiedRowLaw; 3]),
+        frame: Matrix3<f64>,
+        laws: [TiedRowLaw; 3],
     ) -> Self {
         let mut slopes = LinearisedSlopes::of(bodies);
         let (load, mut by_time_step) = (&of.load, RowsChange::<1>::zero());

@@ -132,7 +132,7 @@ struct PosedLink {
 impl Links {
     /// Adds a link to the coupling at hand; `by` are three numbers for each of the node's, of the coupling's
     /// rows.
-    fn add(&mut self, (place, size): (usize, usize), by: &[f64]) {
+    fn add(&mut self, place: usize, size: usize, by: &[f64]) {
         self.links.push(PosedLink { place, size, at: self.numbers.len() });
         self.numbers.extend_from_slice(by);
     }
@@ -293,7 +293,7 @@ impl Equations for PosedEquations {
                             |by: &[f64]| by[0] * seen[0] + by[1] * seen[1] + by[2] * seen[2];
                         block.extend(pushed.chunks_exact(3).map(entry));
                     }
-                    fronts.add(&self.plan, (row, column), rows, block);
+                    fronts.add(&self.plan, row, column, rows, block);
                 }
             }
         }

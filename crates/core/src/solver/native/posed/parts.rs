@@ -303,10 +303,10 @@ impl Nodes {
             for (node, by) in &self.pushes[group] {
                 scaled.clear();
                 scaled.extend(by.iter().map(|value| value * (impulse / speed)));
-                pushes.add((plan.place(within(*node)), self.sizes[*node]), &scaled);
+                pushes.add(plan.place(within(*node)), self.sizes[*node], &scaled);
             }
             for (node, by) in &self.sees[group] {
-                sees.add((plan.place(within(*node)), self.sizes[*node]), by);
+                sees.add(plan.place(within(*node)), self.sizes[*node], by);
             }
             pushes.end();
             sees.end();
