@@ -113,8 +113,8 @@ pub(super) const SAME_GAIN: f64 = 1e-6;
 pub(super) struct Settings {
     /// Whether the island is [large](LARGE_ISLAND).
     pub(super) is_large: bool,
-    /// Whether the proximal point method from the last impulses is a stage: of one body Newton's
-    /// method from zero does as well.
+    /// Whether the proximal point method from the last impulses is the second stage, not the last one:
+    /// of one body Newton's method from zero does as well.
     pub(super) proximal_stage: bool,
     /// The complementarity at which the interior point hands over, in parts of the squared speed.
     /// Among several bodies less: contacts without a load are told apart only by rounding.

@@ -1,7 +1,7 @@
 //! The stages of the solution of an island, in their order, and the loop over them.
 //!
 //! 1. Newton's method from the last impulses, unless these are the solution already (`previous`);
-//! 2. the proximal point method from the last impulses (`proximal point`);
+//! 2. the proximal point method from the last impulses (`proximal point`; of one body at the end);
 //! 3. Newton's method from no impulses (`zero`);
 //! 4. an interior point at several centres, then Newton's method from it (`interior point`);
 //! 5. the proximal point method from the best point so far (`best point`).
@@ -83,9 +83,12 @@ fn runs(
     first: Option<Stage>,
     can_roll: bool,
 ) -> impl Iterator<Item = StageRun> {
-    let proximal = settings.proximal_stage.then_some(Stage::Proximal);
-    let rest = [Some(Stage::Previous), proximal, Some(Stage::Zero)].into_iter().flatten();
-    let rest = rest.chain(CENTRES.map(Stage::InteriorPoint)).chain([Stage::Best]);
+    let (second, last) = match settings.proximal_stage {
+        true => (Some(Stage::Proximal), None),
+        false => (None, Some(Stage::Proximal)),
+    };
+    let rest = [Some(Stage::Previous), second, Some(Stage::Zero)].into_iter().flatten();
+    let rest = rest.chain(CENTRES.map(Stage::InteriorPoint)).chain([Stage::Best]).chain(last);
     let all = first.into_iter().chain(rest.filter(move |stage| first != Some(*stage)));
     let rolling = all.clone().take(if can_roll { ROLLING_STAGES } else { 0 });
     let rolling = rolling.map(|stage| StageRun { stage, equal_compliance: false });
