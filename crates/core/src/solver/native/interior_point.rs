@@ -7,7 +7,7 @@ use super::effort::SolveEffort;
 use super::equations::{Elimination, Equations, EvaluatedPoint, Velocities, reserve};
 use super::law::{Answer, Barrier, Pending};
 use super::newton::Iterate;
-use super::settings::{INTERIOR_ERROR, INTERIOR_ITERATIONS, LEAST_SPEED};
+use super::settings::{INTERIOR_ERROR, INTERIOR_ITERATIONS, LEAST_SCALE};
 use nalgebra::Vector3;
 
 /// Scratch of the iteration.
@@ -132,7 +132,7 @@ impl<E: Equations> InteriorPoint<E> {
     /// The centred start; returns the speed scale.
     fn start(&mut self, equations: &E, scale: f64, iterate: &mut Iterate<E>) -> f64 {
         let couplings = equations.couplings();
-        let speed = equations.speed().max(LEAST_SPEED);
+        let speed = equations.speed().max(LEAST_SCALE);
         let strength = scale * speed / couplings.len() as f64;
         self.barriers.clear();
         self.barriers.extend(couplings.iter().map(|c| c.law.centred(&c.rows, speed, strength)));

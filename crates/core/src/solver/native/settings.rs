@@ -89,8 +89,7 @@ pub(super) const TO_BOUNDARY: f64 = 0.995;
 /// island.
 pub(super) const INTERIOR_ERROR: f64 = 1e-9;
 /// The least speed, m/s, and the least friction that a start is scaled with.
-pub(super) const LEAST_SPEED: f64 = 1e-6;
-pub(super) const LEAST_FRICTION: f64 = 1e-6;
+pub(super) const LEAST_SCALE: f64 = 1e-6;
 
 // When to stop, and what to reject.
 

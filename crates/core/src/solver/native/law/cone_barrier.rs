@@ -3,7 +3,7 @@
 //! Equation numbers are those of `docs/native-solver.md`.
 
 use super::cone::Cone;
-use crate::solver::native::settings::{COMPLIANCE, LEAST_FRICTION, TO_BOUNDARY};
+use crate::solver::native::settings::{COMPLIANCE, LEAST_SCALE, TO_BOUNDARY};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 /// The variables of one contact besides V, in its own frame (t₁, t₂, n), or their change.
@@ -63,7 +63,7 @@ impl ConeBarrier {
             friction: cone.friction,
             normal: strength,
             gap: speed,
-            dual: speed / cone.friction.max(LEAST_FRICTION),
+            dual: speed / cone.friction.max(LEAST_SCALE),
             ..Self::ZERO
         }
     }
