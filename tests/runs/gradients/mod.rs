@@ -13,6 +13,7 @@ mod loops;
 mod own;
 mod random;
 mod rest;
+mod shares;
 mod sums;
 mod turns;
 

@@ -116,7 +116,6 @@ impl LinearIsland {
             self.island.admit_gear(step, gear);
         }
         self.island.tie();
-        // What rolls is selected by the law's own limit, in which one solution is left of each share.
         let rolls = !self.island.setting().all_give_alike;
         self.island.setting_mut().give_alike();
         self.is_one = true;
@@ -212,10 +211,6 @@ impl LinearIsland {
             }
         }
         self.given[0] = PointCompliance { compliance: COMPLIANCE, is_limit: true };
-        if rolls {
-            self.points[0].keep(&self.island, step, view, COMPLIANCE);
-            return self.factorise().map(|()| false);
-        }
         if self.selects(step, view)? {
             self.is_one = self.island.is_plain();
             self.given =
