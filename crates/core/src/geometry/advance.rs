@@ -48,7 +48,7 @@ pub struct Moving<'a> {
     pub way: &'a Way,
     /// Poses at the start and the end of the trajectory.
     pub ends: (&'a Pose, &'a Pose),
-    /// ρ: largest distance of the core's points from the body's centre of mass [m]. The gap of
+    /// ρ: largest distance of the core's points from the body's centre of mass (m). The gap of
     /// rounded pieces is the gap of their cores minus the radii, so the radius plays no part.
     pub arm: f64,
 }
@@ -74,18 +74,18 @@ impl<'a> Moving<'a> {
         (self.piece, self.ends.1)
     }
 
-    /// Bound on the displacement of a point by the rotation [m]: the chord 2 ρ sin ½|θ| is at most
+    /// Bound on the displacement of a point by the rotation (m): the chord 2 ρ sin ½|θ| is at most
     /// this.
     fn chord(&self) -> f64 {
         self.arm * self.way.angle().min(2.0)
     }
 
-    /// |n × θ| ρ [m].
+    /// |n × θ| ρ (m).
     fn sideways(&self, axis: &Vector3<f64>) -> f64 {
         axis.cross(&self.way.turn()).norm() * self.arm
     }
 
-    /// Largest distance by which a piece can leave the box around both ends of its trajectory [m].
+    /// Largest distance by which a piece can leave the box around both ends of its trajectory (m).
     /// Points of a rotating piece move along arcs.
     #[must_use]
     pub fn bulge(&self) -> f64 {
@@ -93,21 +93,21 @@ impl<'a> Moving<'a> {
     }
 }
 
-/// Largest distance between an arc and its chord [m], for a point within `arm` [m] of the centre
-/// and a rotation by `angle` [rad].
+/// Largest distance between an arc and its chord (m), for a point within `arm` (m) of the centre
+/// and a rotation by `angle` (rad).
 #[must_use]
 pub fn bulge(arm: f64, angle: f64) -> f64 {
     arm * (0.125 * angle * angle).min(2.0)
 }
 
-/// Bound on the relative displacement of points of two pieces over the whole trajectory [m].
+/// Bound on the relative displacement of points of two pieces over the whole trajectory (m).
 #[must_use]
 pub fn travel(a: &Moving<'_>, b: &Moving<'_>) -> f64 {
     let shift = a.way.shift() - b.way.shift();
     shift.norm() + a.chord() + b.chord()
 }
 
-/// True if the cached axis proves that two pieces overlap by at most `depth` [m] on the whole
+/// True if the cached axis proves that two pieces overlap by at most `depth` (m) on the whole
 /// trajectory.
 ///
 /// The test uses the axis at the end, and then an axis that moves from the start's to the end's. It
@@ -127,7 +127,7 @@ pub fn stays_clear(a: &Moving<'_>, b: &Moving<'_>, depth: f64, hint: &Hint) -> b
     turns - turning(a, b, 1.0, &change) >= -depth * (1.0 - 0.125 * change.norm_squared())
 }
 
-/// Finds the first fraction of the trajectory where two pieces overlap by `depth` [m, above 0].
+/// Finds the first fraction of the trajectory where two pieces overlap by `depth` (m, above 0).
 pub fn first_overlap(
     a: &Moving<'_>,
     b: &Moving<'_>,
@@ -174,7 +174,7 @@ pub fn first_overlap(
 }
 
 /// Length of the trajectory from `share` on that is clear by a constant axis, as a fraction. The
-/// gap along the axis may shrink by `room` [m].
+/// gap along the axis may shrink by `room` (m).
 fn standing(a: &Moving<'_>, b: &Moving<'_>, share: f64, now: &Separation, room: f64) -> f64 {
     let (axis, rest) = (now.axis, 1.0 - share);
     // Limits the length so that the gap sags by at most half of the room.
@@ -196,7 +196,7 @@ fn standing(a: &Moving<'_>, b: &Moving<'_>, share: f64, now: &Separation, room: 
 }
 
 /// Bound on how far the separation sags below its chord over the fraction `far` of the trajectory
-/// [m]. The axis moves by `change` from one end to the other. The result is ∞ for large changes.
+/// (m). The axis moves by `change` from one end to the other. The result is ∞ for large changes.
 fn turning(a: &Moving<'_>, b: &Moving<'_>, far: f64, change: &Vector3<f64>) -> f64 {
     let change = change.norm();
     if change > 0.5 {
@@ -209,13 +209,13 @@ fn turning(a: &Moving<'_>, b: &Moving<'_>, far: f64, change: &Vector3<f64>) -> f
 }
 
 /// Σ |n × θ| |θ| ρ/8: bound on how far the gap along an axis sags below its chord over the whole
-/// trajectory [m].
+/// trajectory (m).
 fn sagging(a: &Moving<'_>, b: &Moving<'_>, axis: &Vector3<f64>) -> f64 {
     let of = |moving: &Moving<'_>| moving.sideways(axis) * moving.way.angle();
     0.125 * (of(a) + of(b))
 }
 
-/// Gap of two pieces along a unit vector [world, from A to B] [m].
+/// Gap of two pieces in m along a unit vector (world, from A to B).
 fn gap_along(a: PlacedPiece<'_>, b: PlacedPiece<'_>, axis: &Vector3<f64>) -> f64 {
     let pair = PiecePair::new(a, b);
     pair.gap_along(&a.1.rotation.tr_mul(axis)) - pair.radii()

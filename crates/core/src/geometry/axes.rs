@@ -30,9 +30,9 @@ pub(super) enum AxisSource {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SeparatingAxis {
     pub kind: AxisSource,
-    /// Unit normal [frame of A, from A to B].
+    /// Unit normal (frame of A, from A to B).
     pub normal: Vector3<f64>,
-    /// Gap [m]; negative if the cores overlap.
+    /// Gap (m); negative if the cores overlap.
     pub gap: f64,
     /// True if the gap is the separation of the cores, false if it is only a bound.
     pub exact: bool,
@@ -41,7 +41,7 @@ pub(super) struct SeparatingAxis {
 /// Tie-breaking rule for faces with almost equal gaps.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TieBreak {
-    /// Difference of gaps below which they are equal [m].
+    /// Difference of gaps below which they are equal (m).
     pub within: f64,
     /// Piece whose face is chosen if the areas are equal too.
     pub to: PieceSide,

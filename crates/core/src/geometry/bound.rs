@@ -2,7 +2,7 @@
 
 use super::pair::{Hint, PiecePair, PlacedPiece};
 
-/// Lower bound on the [`separation`](super::separation()) of two pieces [m].
+/// Lower bound on the [`separation`](super::separation()) of two pieces (m).
 ///
 /// It is the larger of two bounds: the gap of the bounding balls and the gap along the axis stored
 /// in `hint`. The second is exact while the same features face each other.

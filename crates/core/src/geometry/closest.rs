@@ -13,7 +13,7 @@ pub(super) enum On {
     Face(usize),
 }
 
-/// A point of each core [m, frame of A] and the features that contain them.
+/// A point of each core (m, frame of A) and the features that contain them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Points {
     pub a: Vector3<f64>,

@@ -33,9 +33,9 @@ pub struct Hull {
 pub struct Face {
     /// n: outward unit normal.
     pub normal: Vector3<f64>,
-    /// d: plane offset [m].
+    /// d: plane offset (m).
     pub offset: f64,
-    /// Area [m²].
+    /// Area (m²).
     pub area: f64,
     first: u32,
     count: u32,
@@ -82,7 +82,7 @@ impl Hull {
         Ok(Self::with_vertices(vec![from, to], vec![edge]))
     }
 
-    /// Convex hull of points [m].
+    /// Convex hull of points (m).
     ///
     /// The vertices keep their order. Points inside the hull, on faces or on edges (to 1e-9 of the
     /// size) are left out. Neighbouring triangles that are coplanar to 1e-9 of the size become one
@@ -206,7 +206,7 @@ impl Hull {
         moved
     }
 
-    /// The vertices [m].
+    /// The vertices (m).
     #[must_use]
     pub fn vertices(&self) -> &[Vector3<f64>] {
         &self.vertices
@@ -250,7 +250,7 @@ impl Hull {
     }
 
     /// True if the projection of a point along the normal of face `face` is inside the face, on its
-    /// boundary, or outside by at most `slack` [m].
+    /// boundary, or outside by at most `slack` (m).
     pub(super) fn is_over(&self, face: usize, point: &Vector3<f64>, slack: f64) -> bool {
         let corners = self.face_loop(face);
         let normal = &self.faces[face].normal;
@@ -264,13 +264,13 @@ impl Hull {
         })
     }
 
-    /// Mean of the vertices [m].
+    /// Mean of the vertices (m).
     #[must_use]
     pub fn centre(&self) -> &Vector3<f64> {
         &self.centre
     }
 
-    /// Distance of the farthest vertex from the [centre](Self::centre) [m].
+    /// Distance in m of the farthest vertex from the [centre](Self::centre).
     #[must_use]
     pub fn reach(&self) -> f64 {
         self.reach
@@ -280,7 +280,7 @@ impl Hull {
 /// Merges triangles into polygons.
 ///
 /// Starting from the largest triangle, each polygon takes all connected triangles whose corners are
-/// within `tolerance` [m] of its plane. Corners with fewer than three polygons around them lie on a
+/// within `tolerance` (m) of its plane. Corners with fewer than three polygons around them lie on a
 /// face or an edge and are removed.
 fn polygons(
     points: &[Vector3<f64>],
@@ -373,7 +373,7 @@ fn check_coordinates(points: &[Vector3<f64>]) -> Result<(), Error> {
     Ok(())
 }
 
-/// Largest side of the bounding box of points [m].
+/// Largest side of the bounding box of points (m).
 pub(super) fn extent(points: &[Vector3<f64>]) -> f64 {
     let low = points.iter().fold(Vector3::repeat(f64::INFINITY), |low, p| low.inf(p));
     let high = points.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |high, p| high.sup(p));

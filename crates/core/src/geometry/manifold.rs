@@ -29,8 +29,8 @@ const NEARLY_PARALLEL: f64 = 0.03;
 /// Solvers leave drifts of about 1e-9.
 const MERGE: f64 = 1e-7;
 
-/// Fills `out` with the contact points of two pieces whose gap is at most `reach` [m], and returns
-/// the separation of the pieces [m].
+/// Fills `out` with the contact points of two pieces whose gap is at most `reach` (m), and returns
+/// the separation of the pieces (m).
 ///
 /// Two faces produce every corner of the polygon in which they overlap:
 ///
@@ -107,7 +107,7 @@ struct ManifoldPair<'a, 's> {
 }
 
 impl ManifoldPair<'_, '_> {
-    /// Finds the contacts and returns the gap of the cores [m].
+    /// Finds the contacts and returns the gap of the cores (m).
     fn find(&mut self, axis: Option<SeparatingAxis>) -> f64 {
         let radii = self.pair.radii();
         let Some(axis) = axis else {

@@ -13,12 +13,12 @@ use std::f64::consts::PI;
 /// Volume, centre of mass and inertia of a shape of density 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MassProperties {
-    /// V: volume [m³]. The mass is V times the density [kg/m³].
+    /// V: volume (m³). The mass is V times the density (kg/m³).
     pub volume: f64,
-    /// Centre of mass [m, frame of the pieces].
+    /// Centre of mass (m, frame of the pieces).
     pub centre: Vector3<f64>,
-    /// ∫ |x|² 1 − x xᵀ dV about the centre of mass [m⁵, axes of the frame of the pieces]. The
-    /// inertia [kg m²] is this times the density.
+    /// ∫ |x|² 1 − x xᵀ dV about the centre of mass (m⁵, axes of the frame of the pieces). The
+    /// inertia (kg m²) is this times the density.
     pub inertia: Matrix3<f64>,
 }
 

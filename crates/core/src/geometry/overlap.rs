@@ -27,9 +27,9 @@ pub(super) enum PolygonCorner {
 pub(super) struct FaceOverlap {
     pub a: Polygon,
     pub b: Polygon,
-    /// Distance of vertex j of B from side i of A, at i·|B| + j [m], positive inside.
+    /// Distance of vertex j of B from side i of A, at i·|B| + j (m), positive inside.
     b_in_a: Vec<f64>,
-    /// Distance of vertex i of A from side j of B, at i·|B| + j [m], positive inside.
+    /// Distance of vertex i of A from side j of B, at i·|B| + j (m), positive inside.
     a_in_b: Vec<f64>,
     pub corners: Vec<PolygonCorner>,
 }
@@ -39,7 +39,7 @@ pub(super) struct FaceOverlap {
 pub(super) struct Polygon {
     /// Indices of the vertices in their hull.
     pub vertices: Vec<usize>,
-    /// Vertices [m, frame of A].
+    /// Vertices (m, frame of A).
     pub points: Vec<Vector3<f64>>,
     /// Index of the edge from each vertex to the next.
     pub edges: Vec<usize>,
@@ -71,7 +71,7 @@ impl Polygon {
         (&self.points[at], &self.points[(at + 1) % self.points.len()])
     }
 
-    /// Closest point to `point` on the boundary [m].
+    /// Closest point to `point` on the boundary (m).
     pub fn nearest(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let mut best = (self.points[0], f64::INFINITY);
         for at in 0..self.points.len() {
@@ -181,7 +181,7 @@ impl FaceOverlap {
         }
     }
 
-    /// Position of a crossing on A's side [m].
+    /// Position of a crossing on A's side (m).
     pub fn on_a(&self, i: usize, j: usize) -> Vector3<f64> {
         let (next, count_b) = ((i + 1) % self.a.points.len(), self.b.points.len());
         let (from, to) = (self.a_in_b[i * count_b + j], self.a_in_b[next * count_b + j]);
@@ -189,7 +189,7 @@ impl FaceOverlap {
         start.lerp(end, zero_between(from, to))
     }
 
-    /// Position of a crossing on B's side [m].
+    /// Position of a crossing on B's side (m).
     pub fn on_b(&self, i: usize, j: usize) -> Vector3<f64> {
         let count_b = self.b.points.len();
         let next = (j + 1) % count_b;

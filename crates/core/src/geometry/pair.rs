@@ -13,9 +13,9 @@ pub type PlacedPiece<'a> = (&'a Piece, &'a Pose);
 /// Workspace of the narrow phase, shared by all pairs. It stops allocating after the largest hulls.
 #[derive(Debug, Clone, Default)]
 pub struct PairScratch {
-    /// Vertices of B [m, frame of A].
+    /// Vertices of B (m, frame of A).
     pub(super) vertices: Vec<Vector3<f64>>,
-    /// Normals of B's faces [frame of A].
+    /// Normals of B's faces (frame of A).
     pub(super) normals: Vec<Vector3<f64>>,
     /// Dot products of an edge of A with B's normals.
     pub(super) products: Vec<f64>,
@@ -29,20 +29,20 @@ pub struct PairScratch {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Hint {
-    /// Last axis [unit, frame of A at that time, from A to B].
+    /// Last axis (unit, frame of A at that time, from A to B).
     axis: Option<Vector3<f64>>,
     /// Features that spanned the axis, if any; the axis follows their rotation.
     kind: Option<AxisSource>,
 }
 
 impl Hint {
-    /// Last axis [unit, world, from A to B], with A at `pose`.
+    /// Last axis (unit, world, from A to B), with A at `pose`.
     #[must_use]
     pub fn axis_from(&self, pose: &Pose) -> Option<Vector3<f64>> {
         self.axis.map(|axis| pose.rotation * axis)
     }
 
-    /// The cached axis [unit, world], recomputed from the same features at the given poses.
+    /// The cached axis (unit, world), recomputed from the same features at the given poses.
     #[must_use]
     pub(super) fn axis_between(
         &self,
@@ -69,7 +69,7 @@ impl Hint {
         Some(now.map_or(before, |now| if now.dot(&before) < 0.0 { -now } else { now }))
     }
 
-    /// Stores an axis [unit, frame of A, from A to B] and the features that span it, if any.
+    /// Stores an axis (unit, frame of A, from A to B) and the features that span it, if any.
     pub(super) fn set(&mut self, axis: Option<Vector3<f64>>, kind: Option<AxisSource>) {
         (self.axis, self.kind) = (axis, kind);
     }
@@ -84,7 +84,7 @@ pub(super) struct PiecePair<'a> {
     pub radius_b: f64,
     /// Rotation from the frame of B to the frame of A.
     pub rotation: Matrix3<f64>,
-    /// Origin of B [m, frame of A].
+    /// Origin of B (m, frame of A).
     pub shift: Vector3<f64>,
 }
 
@@ -100,12 +100,12 @@ impl<'a> PiecePair<'a> {
         }
     }
 
-    /// Sum of both radii [m].
+    /// Sum of both radii (m).
     pub fn radii(&self) -> f64 {
         self.radius_a + self.radius_b
     }
 
-    /// Size of the smaller piece [m]: the scale of tolerances.
+    /// Size of the smaller piece (m): the scale of tolerances.
     pub fn size(&self) -> f64 {
         (self.a.reach() + self.radius_a).min(self.b.reach() + self.radius_b)
     }
@@ -118,14 +118,14 @@ impl<'a> PiecePair<'a> {
         scratch.normals.extend(self.b.faces().iter().map(|face| self.rotation * face.normal));
     }
 
-    /// Gap of the cores along a unit vector (frame of A) [m]; a lower bound on their distance.
+    /// Gap of the cores in m along a unit vector (frame of A): a lower bound on their distance.
     pub fn gap_along(&self, axis: &Vector3<f64>) -> f64 {
         let axis_b = self.rotation.tr_mul(axis);
         lowest(self.b.vertices(), &axis_b).1 + axis.dot(&self.shift)
             - highest(self.a.vertices(), axis).1
     }
 
-    /// Lower bound on the distance of the cores [m], from their bounding balls and the cached axis.
+    /// Lower bound on the distance of the cores (m), from their bounding balls and the cached axis.
     pub fn quick_gap(&self, hint: &Hint) -> f64 {
         let between = self.rotation * self.b.centre() + self.shift - self.a.centre();
         let balls = between.norm() - self.a.reach() - self.b.reach();

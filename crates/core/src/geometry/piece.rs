@@ -5,7 +5,7 @@ use super::mesh::Mesh;
 use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, Vector3};
 
-/// All points within a radius of a convex core [m, body frame]: a sphere (core a point), a capsule
+/// All points within a radius of a convex core (m, body frame): a sphere (core a point), a capsule
 /// (core a segment), a box or another polyhedron (radius 0), or a rounded polyhedron.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
@@ -49,7 +49,7 @@ impl Piece {
         Ok(Self { core: Hull::segment(-end, end)?, radius })
     }
 
-    /// The convex hull of points [m] rounded by `radius` [m], see [`Hull::from_points`].
+    /// The convex hull of points (m) rounded by `radius` (m), see [`Hull::from_points`].
     ///
     /// # Errors
     /// Those of [`Hull::from_points`]; a radius outside 0…1e4 m.
@@ -58,7 +58,7 @@ impl Piece {
         Ok(Self { core: Hull::from_points(points)?, radius })
     }
 
-    /// A convex mesh rounded by `radius` [m].
+    /// A convex mesh rounded by `radius` (m).
     ///
     /// # Errors
     /// Those of [`Mesh::hull`]; a radius outside 0…1e4 m.
@@ -68,7 +68,7 @@ impl Piece {
     }
 
     /// Returns this piece rotated about the origin by `rotation` (a proper rotation matrix) and
-    /// then translated by `translation` [m]. This places it in its body. The numbering of vertices,
+    /// then translated by `translation` (m). This places it in its body. The numbering of vertices,
     /// edges and faces is unchanged.
     ///
     /// # Errors
@@ -94,7 +94,7 @@ impl Piece {
         &self.core
     }
 
-    /// Radius of the rounding [m].
+    /// Radius of the rounding (m).
     #[must_use]
     pub fn radius(&self) -> f64 {
         self.radius

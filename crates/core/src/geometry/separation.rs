@@ -9,10 +9,10 @@ use nalgebra::Vector3;
 /// Signed distance of two pieces and its direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Separation {
-    /// Distance [m] of separated pieces. For overlapping pieces it is minus the length of the
+    /// Distance (m) of separated pieces. For overlapping pieces it is minus the length of the
     /// shortest translation that separates them.
     pub distance: f64,
-    /// Unit vector [world, from A to B] along the shortest line between the pieces. For overlapping
+    /// Unit vector (world, from A to B) along the shortest line between the pieces. For overlapping
     /// pieces it is the direction of B's shortest separating translation.
     pub axis: Vector3<f64>,
 }
@@ -33,7 +33,7 @@ pub fn separation(
     Separation { distance: distance - pair.radii(), axis: a.1.rotation * axis }
 }
 
-/// Penetration depth of two pieces [m], 0 if they are apart. See [`separation`].
+/// Penetration depth of two pieces (m), 0 if they are apart. See [`separation`].
 pub fn overlap(
     a: PlacedPiece<'_>,
     b: PlacedPiece<'_>,
@@ -47,7 +47,7 @@ pub fn overlap(
     (-separation(a, b, hint, scratch).distance).max(0.0)
 }
 
-/// Separation of the cores [m], its axis [unit, frame of A], and the features that span the axis if
+/// Separation of the cores (m), its axis (unit, frame of A), and the features that span the axis if
 /// there are any.
 fn exact(
     pair: &PiecePair<'_>,

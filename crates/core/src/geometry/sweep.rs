@@ -9,13 +9,13 @@ use crate::mechanics::Pose;
 use nalgebra::Vector3;
 use std::cmp::Ordering;
 
-/// An axis-aligned box [m, world].
+/// An axis-aligned box (m, world).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Aabb {
-    /// Smallest coordinates [m].
+    /// Smallest coordinates (m).
     pub low: Vector3<f64>,
-    /// Largest coordinates [m].
+    /// Largest coordinates (m).
     pub high: Vector3<f64>,
 }
 
@@ -46,7 +46,7 @@ impl Aabb {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
-    /// This box with all sides moved outward by `margin` [m].
+    /// This box with all sides moved outward by `margin` (m).
     #[must_use]
     pub fn grown(&self, margin: f64) -> Self {
         Self { low: self.low.add_scalar(-margin), high: self.high.add_scalar(margin) }

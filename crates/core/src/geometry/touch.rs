@@ -49,15 +49,15 @@ pub enum CorePart {
 pub struct Touch {
     /// Piece that owns the point; the other piece owns the plane.
     pub point_of: PieceSide,
-    /// Point of the core [m, body frame of its piece].
+    /// Point of the core (m, body frame of its piece).
     pub point: Vector3<f64>,
-    /// ρ: radius of the point's piece [m].
+    /// ρ: radius of the point's piece (m).
     pub point_radius: f64,
-    /// n: unit normal [body frame of the plane's piece], pointing away from that piece.
+    /// n: unit normal (body frame of the plane's piece), pointing away from that piece.
     pub normal: Vector3<f64>,
-    /// d: plane offset [m, same frame], including the radius of the plane's piece.
+    /// d: plane offset (m, same frame), including the radius of the plane's piece.
     pub offset: f64,
-    /// Gap at the given poses [m].
+    /// Gap at the given poses (m).
     pub gap: f64,
     /// The features in contact.
     pub feature: Feature,
@@ -65,7 +65,7 @@ pub struct Touch {
 
 impl PiecePair<'_> {
     /// Builds the contact of `point` (frame of its piece) and a plane of the other core. The plane
-    /// has `normal` and `offset` in the frame of its piece, and the point is `height` above it [m].
+    /// has `normal` and `offset` in the frame of its piece, and the point is `height` above it (m).
     fn touch(
         &self,
         point_of: PieceSide,
@@ -83,7 +83,7 @@ impl PiecePair<'_> {
         Touch { point_of, point, point_radius, normal, offset, gap, feature }
     }
 
-    /// Contact of a point of B [m, frame of A] with a face of A.
+    /// Contact of a point of B (m, frame of A) with a face of A.
     pub(super) fn on_face_a(&self, face: usize, point: &Vector3<f64>, feature: Feature) -> Touch {
         let face = &self.a.faces()[face];
         let own = match feature {
@@ -94,7 +94,7 @@ impl PiecePair<'_> {
         self.touch(PieceSide::B, own, face.normal, face.offset, height, feature)
     }
 
-    /// Contact of a point of A [m, frame of A] with a face of B.
+    /// Contact of a point of A (m, frame of A) with a face of B.
     pub(super) fn on_face_b(&self, face: usize, point: &Vector3<f64>, feature: Feature) -> Touch {
         let face = &self.b.faces()[face];
         let height = face.normal.dot(&self.in_b(point)) - face.offset;
@@ -102,7 +102,7 @@ impl PiecePair<'_> {
     }
 
     /// Contact of one point with the plane through the other point. The plane is perpendicular to
-    /// `normal` [unit, frame of A, from A to B].
+    /// `normal` (unit, frame of A, from A to B).
     ///
     /// The piece with the larger radius owns the point; for equal radii it is `owner`.
     pub(super) fn between(
@@ -123,14 +123,14 @@ impl PiecePair<'_> {
         }
     }
 
-    /// Unit direction from a point of A to a point of B [both m, frame of A]. `None` if their
+    /// Unit direction from a point of A to a point of B (both m, frame of A). `None` if their
     /// distance is at rounding level.
     pub(super) fn direction(&self, a: &Vector3<f64>, b: &Vector3<f64>) -> Option<Vector3<f64>> {
         let distance = (b - a).norm();
         (distance > NO_DIRECTION * self.size()).then(|| (b - a) / distance)
     }
 
-    /// True if no part of the plane's piece is more than `merge` [m] above the plane.
+    /// True if no part of the plane's piece is more than `merge` (m) above the plane.
     pub(super) fn is_below(&self, touch: &Touch, merge: f64) -> bool {
         let (hull, radius) = match touch.point_of {
             PieceSide::A => (self.b, self.radius_b),

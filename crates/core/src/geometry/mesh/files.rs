@@ -17,7 +17,7 @@ pub fn parse_obj(text: &str) -> Result<Mesh, Error> {
     Mesh::from_facets(&facets_of_obj(text)?)
 }
 
-/// Facets of the text of an OBJ file [m], read like [`parse_obj`] but without a check of the
+/// Facets of the text of an OBJ file (m), read like [`parse_obj`] but without a check of the
 /// surface.
 ///
 /// # Errors
@@ -61,7 +61,7 @@ pub fn parse_stl(bytes: &[u8]) -> Result<Mesh, Error> {
     Mesh::from_facets(&facets_of_stl(bytes)?)
 }
 
-/// Facets of the bytes of an STL file [m], read like [`parse_stl`] but without a check of the
+/// Facets of the bytes of an STL file (m), read like [`parse_stl`] but without a check of the
 /// surface.
 ///
 /// # Errors

@@ -25,11 +25,12 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// A mesh of vertices [m] and triangles. Each triangle has three vertex indices,
+    /// A mesh of vertices (m) and triangles. Each triangle has three vertex indices,
     /// counter-clockwise seen from outside.
     ///
     /// # Errors
-    /// - Fewer than 4 or more than 200 000 triangles; an index without a vertex; a coordinate beyond ±1e6.
+    /// - Fewer than 4 or more than 200 000 triangles; an index without a vertex.
+    /// - A coordinate beyond ±1e6.
     /// - A triangle that has a vertex twice.
     /// - An edge without exactly two triangles in opposite directions (the mesh is open, or a facet
     ///   is flipped).
@@ -58,7 +59,7 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// Mesh of facets, each with its three corners [m], counter-clockwise seen from outside. Equal
+    /// Mesh of facets, each with its three corners (m), counter-clockwise seen from outside. Equal
     /// corners become one vertex.
     ///
     /// # Errors
@@ -124,7 +125,7 @@ impl Mesh {
         Ok(())
     }
 
-    /// Enclosed volume [m³]: Σ det(a − o, b − o, c − o)/6 over the triangles, with o a vertex.
+    /// Enclosed volume (m³): Σ det(a − o, b − o, c − o)/6 over the triangles, with o a vertex.
     #[must_use]
     pub fn volume(&self) -> f64 {
         let o = self.vertices.first().copied().unwrap_or_default();
@@ -135,7 +136,7 @@ impl Mesh {
         six.sum::<f64>() / 6.0
     }
 
-    /// The vertices [m].
+    /// The vertices (m).
     #[must_use]
     pub fn vertices(&self) -> &[Vector3<f64>] {
         &self.vertices
