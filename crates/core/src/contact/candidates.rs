@@ -131,7 +131,7 @@ impl Candidates {
     /// not candidates yet.
     ///
     /// Detection is a prediction, and an impulse on one point may push down another. Returns true
-    /// if there were any. The lists are those of [`Candidates::find`].
+    /// if there were any. The lists are like in [`Candidates::find`].
     pub fn admit_missed(
         &mut self,
         world: &World,
@@ -152,7 +152,7 @@ impl Candidates {
     ///
     /// Pieces may pass through each other. They may overlap deeply without a feature left to stop
     /// them. Or they may rotate by more than [a radian](crate::simulation::wild::LARGEST_TURN)
-    /// within reach of each other. The lists are those of [`Candidates::find`].
+    /// within reach of each other. The lists are like in [`Candidates::find`].
     pub fn passes(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
         has_pairs(world) && self.neighbours.passes(world, states, next, &mut self.contacts)
     }
@@ -172,7 +172,7 @@ impl Candidates {
     }
 
     /// Deepest overlap of two pieces at `states` above the limit for initial states. Only pairs
-    /// with a body for which `asked` holds are tested. The lists are those of
+    /// with a body for which `asked` holds are tested. The lists are like in
     /// [`Candidates::deepest_overlap`].
     ///
     /// The limit is the [contact band](detection::CONTACT_BAND) of the smaller body, as between a

@@ -2,7 +2,7 @@
 //!
 //! A linear search for every contact has quadratic cost. This index is a hash table with chains:
 //! each contact is in the chain of its hash, in the order of the list. Keys are compared exactly,
-//! so results equal those of a search over the list and do not depend on the hash.
+//! so results equal a search over the list and do not depend on the hash.
 
 use super::{ContactKey, Partner};
 

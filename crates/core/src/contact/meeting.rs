@@ -78,7 +78,7 @@ pub(super) struct Sweeping<'a> {
     pub extents: &'a [PieceExtent],
     /// Overlap at the end up to which a pair has not collided (m).
     pub depth: f64,
-    /// Workspace for poses on the trajectory. Only those of the two bodies in question are set.
+    /// Workspace for poses on the trajectory. Only the poses of the two bodies are set.
     pub between: &'a mut [Pose],
     /// Contacts of the step, by their pieces.
     pub index: &'a mut PieceIndex,

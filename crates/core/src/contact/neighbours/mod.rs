@@ -3,10 +3,9 @@
 //! The broad phase is a sweep over slightly enlarged boxes. Its pairs are kept until a piece leaves
 //! its box. The narrow phase is exact ([`crate::geometry::manifold`]).
 //!
-//! The plane of a face stops a point wherever it meets the plane, even beside the face. So the
-//! features of a step are those of pieces that touch: at the start of the step, or on the
-//! trajectory to the end of the current solution ([`super::meeting`]). Pieces that are only near
-//! have no contact.
+//! The plane of a face stops a point wherever it meets the plane, even beside the face. So a step
+//! uses only the features of pieces that touch, at the start of the step or on the trajectory to the
+//! end of the current solution ([`super::meeting`]). Pieces that are only near have no contact.
 
 mod pairs;
 mod places;

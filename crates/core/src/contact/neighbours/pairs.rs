@@ -49,7 +49,7 @@ impl Neighbours {
         around.grown(bulge(self.extents[index].arm, self.ways[body].angle()))
     }
 
-    /// True if the listed pieces are those of the world.
+    /// True if the listed pieces are the current pieces of the world.
     pub(super) fn lists(&self, world: &World) -> bool {
         proxies_of(world).eq(self.proxies.iter().copied())
     }

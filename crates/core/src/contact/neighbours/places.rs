@@ -92,7 +92,7 @@ fn is_of(world: &World, states: &[State]) -> bool {
         && bodies.iter().any(|body| !body.pieces().is_empty())
 }
 
-/// Sets `poses` to those of `states`.
+/// Sets `poses` to the poses of `states`.
 pub(super) fn set_poses(poses: &mut Vec<Pose>, states: &[State]) {
     poses.clear();
     poses.extend(states.iter().map(State::pose));

@@ -63,7 +63,7 @@ impl Mesh {
     /// corners become one vertex.
     ///
     /// # Errors
-    /// Those of [`Mesh::new`].
+    /// The errors of [`Mesh::new`].
     pub fn from_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Self, Error> {
         // Adding 0 turns −0 into 0, so that equal numbers have equal bits.
         let key = |p: &Vector3<f64>| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
