@@ -1,4 +1,4 @@
-//! Contacts of the touches of two pieces.
+//! Contacts from the geometric contact points of two pieces.
 
 use super::curved::{Core, Curved};
 use super::proxy::{PieceOwner, Proxy, placed};
@@ -8,20 +8,23 @@ use crate::mechanics::{Pose, RigidBody};
 use crate::world::World;
 use nalgebra::Vector3;
 
-/// Makes contacts of the touches of two pieces.
+/// Converts the geometric contact points of two pieces to contacts.
 pub(super) struct Between<'a> {
     pub(super) world: &'a World,
     pub(super) proxies: [Proxy; 2],
-    /// Where the bodies are where the touches were found.
+    /// Poses of the bodies at which the geometric contact points were found.
     pub(super) at: &'a [Pose],
-    /// Where they are at the start of the step.
+    /// Poses of the bodies at the start of the step.
     pub(super) start: &'a [Pose],
 }
 
 impl Between<'_> {
-    /// The contact of a touch; `plane` counts the planes that its features have met. Two round features
-    /// are known wherever they are, and have no other plane but where that lets them through
-    /// ([`super::meeting`]): from the first one on they are a point against a plane.
+    /// Contact of a geometric contact point, with the number `plane` among the planes of its
+    /// features.
+    ///
+    /// Two round features have a gap at every pose and need no further plane. If their first
+    /// contact lets them pass ([`super::meeting`]), the contacts with `plane` above 0 are a point
+    /// against a plane.
     pub(super) fn contact(&self, touch: &Touch, plane: u32) -> Option<Contact> {
         let [of_point, of_plane] = match touch.point_of {
             PieceSide::A => self.proxies,
@@ -47,7 +50,7 @@ impl Between<'_> {
                 [piece(self.world, a.owner, a.piece)?, piece(self.world, b.owner, b.piece)?];
             let normal = match touch.point_of {
                 PieceSide::A => touch.normal,
-                // Of A, away from it.
+                // Normal of A, pointing away from A.
                 PieceSide::B => {
                     let [a, b] = [a, b].map(|proxy| placed(self.world, self.at, proxy).1.rotation);
                     -b.tr_mul(&(a * touch.normal))
@@ -88,8 +91,8 @@ impl Between<'_> {
         }
     }
 
-    /// The contact point of a body that a part of its piece is: that of a vertex, or of an edge's
-    /// first end.
+    /// Index of the contact point of a body at a part of its piece: the vertex, or the first end of
+    /// the edge.
     fn corner(&self, body: usize, proxy: Proxy, part: CorePart) -> usize {
         let body = &self.world.bodies()[body];
         let vertex = match part {
@@ -110,7 +113,7 @@ impl Between<'_> {
     }
 }
 
-/// The part of the piece whose the point of a touch is.
+/// Part of the piece that owns the point of a geometric contact.
 fn part_of(touch: &Touch) -> CorePart {
     match (touch.feature, touch.point_of) {
         (Feature::Vertex(side, vertex), of) if side == of => CorePart::Vertex(vertex),
@@ -124,7 +127,7 @@ fn part_of(touch: &Touch) -> CorePart {
     }
 }
 
-/// The piece of this number of an owner, if it has one.
+/// Piece `number` of an owner, if it exists.
 pub(super) fn piece(world: &World, owner: PieceOwner, number: usize) -> Option<&Piece> {
     match owner {
         PieceOwner::Body(index) => world.bodies().get(index)?.pieces().get(number),
@@ -132,8 +135,10 @@ pub(super) fn piece(world: &World, owner: PieceOwner, number: usize) -> Option<&
     }
 }
 
-/// Two round features, the first one of A; `None` where the pieces do not have them, or no radius. Where
-/// their cores coincide the plane is across `normal` (unit, frame of B).
+/// Contact features of two round parts, the first one of A.
+///
+/// `None` if the pieces lack these parts or if both have radius 0. If the cores coincide, the plane
+/// is perpendicular to `normal` (unit, frame of B).
 #[must_use]
 pub fn round(pieces: [&Piece; 2], parts: [CorePart; 2], normal: &Vector3<f64>) -> Option<Features> {
     if pieces.iter().all(|piece| piece.radius() == 0.0) {
@@ -145,7 +150,7 @@ pub fn round(pieces: [&Piece; 2], parts: [CorePart; 2], normal: &Vector3<f64>) -
     Some(Features { curved: Some(curved), ..plane })
 }
 
-/// A vertex or an edge of a piece's core, in the frame of its body.
+/// Vertex or edge of a piece's core (m, body frame).
 fn core(piece: &Piece, part: CorePart) -> Option<Core> {
     let vertices = piece.core().vertices();
     let vertex = |number: u32| vertices.get(number as usize).copied();
@@ -159,9 +164,11 @@ fn core(piece: &Piece, part: CorePart) -> Option<Core> {
     }
 }
 
-/// A fixed point against a plane of the body at `pose`, as a point of the body against a fixed
-/// plane, which is what a contact is: the point is the foot of the fixed point on the body's
-/// plane, and the plane, turned about, stays where it is for the step.
+/// Converts a fixed point against a plane of the body at `pose` to a point of the body against a
+/// fixed plane, which is the form of a contact.
+///
+/// The point is the projection of the fixed point onto the body's plane. The flipped plane stays
+/// fixed during the step.
 fn turned_about(touch: &Touch, pose: &Pose) -> Features {
     let normal = pose.rotation * touch.normal;
     let surface = touch.point - normal * touch.point_radius;
@@ -170,7 +177,7 @@ fn turned_about(touch: &Touch, pose: &Pose) -> Features {
     Features::of_plane(point, 0.0, frame_along(&-normal), -normal.dot(&surface))
 }
 
-/// The first vertex of an edge of a body's piece.
+/// First vertex of an edge of a body's piece.
 fn first_end(body: &RigidBody, proxy: Proxy, edge: u32) -> u32 {
     body.pieces()[proxy.piece].core().edges()[edge as usize].vertices[0]
 }

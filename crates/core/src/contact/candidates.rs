@@ -1,4 +1,4 @@
-//! The candidates of a step: the contacts that its solver considers, and the search for more.
+//! Candidate contacts of a step, and the search for missing ones.
 
 use super::memory::Memory;
 use super::neighbours::{Neighbours, Overlap, has_pairs};
@@ -8,59 +8,58 @@ use super::{Contact, Detection, KeyIndex, Partner, detection};
 use crate::mechanics::State;
 use crate::world::World;
 
-/// The contacts of a step, and the memory of the search for them, which is for the steps of one
-/// world.
+/// Contacts of a step, and the state of the search for them over the steps of one world.
 ///
-/// What is found are *candidates*: contacts that a solver considers. Which of them *carry a
-/// force* is the solution's to say
+/// The contacts are *candidates* for a solver. The solution decides which of them *carry a force*
 /// ([`ContactForce::carries_force`](crate::step::ContactForce::carries_force)).
 #[derive(Debug, Clone, Default)]
 pub struct Candidates {
     contacts: Vec<Contact>,
     neighbours: Neighbours,
     rebound: Rebound,
-    /// Memory of [`detection::admit_missed`].
+    /// Workspace of [`detection::admit_missed`].
     index: KeyIndex,
 }
 
 impl Candidates {
-    /// No contacts yet.
+    /// An empty list of contacts.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The contacts found so far, in the order in which they were found.
+    /// Contacts found so far, in the order of the search.
     #[must_use]
     pub fn contacts(&self) -> &[Contact] {
         &self.contacts
     }
 
-    /// What the search for the next step goes on from; nothing where no pieces can meet.
+    /// State of the search that the next step continues from; empty if no pieces can meet.
     pub(crate) fn memory(&self) -> &Memory {
         self.neighbours.memory()
     }
 
-    /// Goes on from `memory`, which must fit `world`, whose contacts are not known any more.
+    /// Continues from `memory`, which must fit `world`. The contacts are cleared.
     pub(crate) fn recall(&mut self, world: &World, memory: &Memory) {
         self.contacts.clear();
         self.neighbours.recall(world, memory);
     }
 
-    /// Goes on in `world`, from which the body `body` with so many `pieces` was taken.
+    /// Updates the search after body `body` with `pieces` pieces was removed; `world` is the world
+    /// without it.
     pub(crate) fn remove(&mut self, world: &World, body: usize, pieces: usize) {
         let first = first_piece(world, body);
         self.neighbours.change(world, |memory| memory.remove(body, &(first..first + pieces)));
     }
 
-    /// Goes on in `world`, to which its last body was added.
+    /// Updates the search after a last body was added to `world`.
     pub(crate) fn add(&mut self, world: &World) {
         let bodies = world.bodies().len();
         let pieces = first_piece(world, bodies - 1)..first_piece(world, bodies);
         self.neighbours.change(world, |memory| memory.add(bodies - 1, &pieces));
     }
 
-    /// Goes on in `world`, which holds the body `body` or does so no more.
+    /// Updates the search after body `body` of `world` was held or released.
     pub(crate) fn hold(&mut self, world: &World, body: usize) {
         let pieces = first_piece(world, body)..first_piece(world, body + 1);
         self.neighbours.change(world, |memory| match world.is_held(body) {
@@ -69,21 +68,22 @@ impl Candidates {
         });
     }
 
-    /// Gives the contacts away, for the memory of `contacts`.
+    /// Moves the contacts to `contacts`, whose buffer is reused.
     pub fn hand_over(&mut self, contacts: &mut Vec<Contact>) {
         std::mem::swap(&mut self.contacts, contacts);
         self.contacts.clear();
     }
 
-    /// Forgets the contacts.
+    /// Clears the contacts.
     pub fn clear(&mut self) {
         self.contacts.clear();
     }
 
-    /// Makes these the candidates of a step from `states` whose free flight would end in `free`,
-    /// by `rule`. Returns whether the step needs a solver at all: whether something may touch, or joints tie
-    /// bodies. Lists have one state a
-    /// body; of others what bodies they have meets the ground, and no body meets another.
+    /// Finds the candidates of a step from `states` to the free flight states `free` by `rule`.
+    ///
+    /// Returns true if the step needs a solver: if bodies may touch, or if joints connect bodies.
+    /// The lists need one state per body. With other lists only ground contacts of the listed
+    /// bodies are found.
     pub fn find(
         &mut self,
         rule: Detection,
@@ -96,7 +96,7 @@ impl Candidates {
         if has_pairs {
             self.neighbours.touching(world, states, &mut self.contacts);
         }
-        // Where nothing holds a body, free flight is what there is to look at.
+        // Without candidates and joints, free flight is the step to check.
         let needs_contact = reaches_ground
             || !self.contacts.is_empty()
             || !world.joints().is_empty()
@@ -107,15 +107,17 @@ impl Candidates {
         needs_contact
     }
 
-    /// Takes the parts `shares` of the restitution, one a body, in the step from `states` that the
-    /// contacts were found for; all of it until this is called, and of bodies without a share.
+    /// Scales the restitution of each body by `shares`, in the step from `states` that the contacts
+    /// were found for.
+    ///
+    /// The share is 1 until this is called, and for bodies without an entry.
     pub fn share_restitution(&mut self, world: &World, states: &[State], shares: &[f64]) {
         self.rebound.set_shares(shares);
         self.rebound.set(world, states, &mut self.contacts);
     }
 
-    /// Has the contacts of these `places` bounce in the step from `states`, because the impulses of others
-    /// close them ([`Contact::struck`]). Places without a contact are passed over.
+    /// Marks the contacts at these indices as [struck](Contact::struck) in the step from `states`:
+    /// the impulses of others close them, so they bounce. Indices without a contact are skipped.
     pub fn strike(&mut self, world: &World, states: &[State], places: &[usize]) {
         for &place in places {
             if let Some(contact) = self.contacts.get_mut(place) {
@@ -125,9 +127,11 @@ impl Candidates {
         self.rebound.set(world, states, &mut self.contacts);
     }
 
-    /// Adds the contacts that the step `states` → `next` takes deeper than `depth` (m) into each
-    /// other and that are no candidates yet: detection is a prediction, and an impulse on one point
-    /// may drive down another. Returns whether there were any. Lists as in [`Candidates::find`].
+    /// Adds the contacts that the step `states` → `next` makes deeper than `depth` (m) and that are
+    /// not candidates yet.
+    ///
+    /// Detection is a prediction, and an impulse on one point may push down another. Returns true
+    /// if there were any. The lists are like in [`Candidates::find`].
     pub fn admit_missed(
         &mut self,
         world: &World,
@@ -144,17 +148,19 @@ impl Candidates {
         ground || pieces
     }
 
-    /// Whether the step `states` → `next` with these contacts passes something all the same or leaves it
-    /// out: pieces that go through each other on the way, that overlap deep and have no feature left to
-    /// meet with, or that turn by more than [a radian](crate::simulation::wild::LARGEST_TURN) in reach of each
-    /// other. Lists as in [`Candidates::find`].
+    /// True if the step `states` → `next` misses a collision in spite of these contacts.
+    ///
+    /// Pieces may pass through each other. They may overlap deeply without a feature left to stop
+    /// them. Or they may rotate by more than [a radian](crate::simulation::wild::LARGEST_TURN)
+    /// within reach of each other. The lists are like in [`Candidates::find`].
     pub fn passes(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
         has_pairs(world) && self.neighbours.passes(world, states, next, &mut self.contacts)
     }
 
-    /// The deepest overlap of any two pieces where the bodies are at `states`, m, from the shapes
-    /// alone, and whose they are: the second is what is fixed, if one is. `None` without overlap,
-    /// and where there is not one state a body.
+    /// Deepest overlap of any two pieces with the bodies at `states` (m), from the shapes alone,
+    /// and the owners of the pieces.
+    ///
+    /// A fixed owner is the second. `None` without overlap, and if there is not one state per body.
     pub fn deepest_overlap(
         &mut self,
         world: &World,
@@ -165,13 +171,14 @@ impl Candidates {
         Some((deepest.depth, deepest.between.0, deepest.between.1))
     }
 
-    /// The deepest overlap of two pieces at `states` that is more than a start may have, of those of the bodies
-    /// that are `asked` about. Lists as in [`Candidates::deepest_overlap`].
+    /// Deepest overlap of two pieces at `states` above the limit for initial states. Only pairs
+    /// with a body for which `asked` holds are tested. The lists are like in
+    /// [`Candidates::deepest_overlap`].
     ///
-    /// A start may have the [contact band](detection::CONTACT_BAND) of the smaller body, as between a
-    /// body and the ground, and of what is thin a tenth of what the largest balls inside both have of
-    /// radii; whatever the sizes, 10⁻⁶ of the world's reach is taken for rounding. A step takes
-    /// pieces out of each other, at the speed of the depth over h.
+    /// The limit is the [contact band](detection::CONTACT_BAND) of the smaller body, as between a
+    /// body and the ground. For thin pieces it is a tenth of the summed radii of the largest balls
+    /// inside both. The limit is at least 10⁻⁶ of the world's reach, for rounding. A step separates
+    /// overlapping pieces at the speed depth/h.
     pub fn overlap_at_start(
         &mut self,
         world: &World,
@@ -182,11 +189,11 @@ impl Candidates {
         has_pairs(world).then(|| self.neighbours.deepest(world, states, allowed))?
     }
 
-    /// All overlaps at `states` that are deeper than rounding, the deepest first. One that is deeper
-    /// than its [`allowed`](Overlap::allowed) is refused by
-    /// [`overlap_at_start`](Self::overlap_at_start).
+    /// All overlaps at `states` deeper than rounding, the deepest first.
+    /// [`overlap_at_start`](Self::overlap_at_start) rejects one above its
+    /// [`allowed`](Overlap::allowed).
     pub fn overlaps_at_start(&mut self, world: &World, states: &[State]) -> Vec<Overlap> {
-        /// What rounding leaves, in parts of the world's reach.
+        /// Depth caused by rounding, as a fraction of the world's reach.
         const ROUNDING: f64 = 1e-12;
         if !has_pairs(world) {
             return Vec::new();
@@ -196,14 +203,15 @@ impl Candidates {
     }
 }
 
-/// Overlap that two pieces may start with, m; any where no body is `asked` about.
+/// Limit of the overlap of two pieces in an initial state (m); infinite if `asked` holds for
+/// neither body.
 fn allowed_at_start(
     world: &World,
     asked: impl Fn(usize) -> bool,
 ) -> impl Fn([(Partner, PieceExtent); 2]) -> f64 {
-    /// Of what is thin.
+    /// Limit for thin pieces, as a fraction of their thickness.
     const PART: f64 = 0.1;
-    /// What rounding and the digits of an input may leave, in parts of the world's reach.
+    /// Limit for rounding and the digits of an input, as a fraction of the world's reach.
     const ROUNDING: f64 = 1e-6;
     let reach = move |partner: Partner| match partner.body() {
         Some(body) => world.bodies()[body].reach(),
@@ -218,19 +226,19 @@ fn allowed_at_start(
     }
 }
 
-/// The number of the first piece of body `body`, all pieces of bodies being counted.
+/// Index of the first piece of body `body` among the pieces of all bodies.
 fn first_piece(world: &World, body: usize) -> usize {
     world.bodies()[..body].iter().map(|body| body.pieces().len()).sum()
 }
 
-/// Contacts that were found otherwise.
+/// Adds contacts from another source.
 impl Extend<Contact> for Candidates {
     fn extend<T: IntoIterator<Item = Contact>>(&mut self, contacts: T) {
         self.contacts.extend(contacts);
     }
 }
 
-/// Contacts that are given, to repeat a step.
+/// Given contacts, to repeat a step.
 impl From<Vec<Contact>> for Candidates {
     fn from(contacts: Vec<Contact>) -> Self {
         Self { contacts, ..Self::default() }

@@ -1,15 +1,14 @@
-//! The certificate of a step: how far its states and contact forces miss the equations of an
-//! exact step, whoever computed them.
+//! Certificate of a step: the residual of its states and contact forces in the equations of an
+//! exact step, independent of their solver.
 //!
-//! Its number is a **residual**, in m/s, each contact in its own scale (eq. 18): zero exactly
-//! at the solutions of the hard-contact step with Coulomb's cone and maximum dissipation. It is
-//! *not* a distance to a solution: where the problem is badly conditioned a small residual may
-//! belong to a state that is much farther from the solution, and where the laws leave the
-//! motion open it does not say which solution this is. Unlike a product such as f_n φ⁺ it
-//! cannot be made small by making two errors small.
+//! Its value is a **residual** in m/s, with each contact in its own scale (eq. 18). It is zero
+//! exactly at the solutions of the hard-contact step with Coulomb's cone and maximum dissipation.
+//! It is *not* a distance to a solution: in an ill-conditioned problem a small residual can belong
+//! to a state much farther from the solution. If the laws leave the motion open, it does not
+//! identify the solution. Unlike a product such as f_n φ⁺, two small errors cannot make it small.
 //!
-//! This module knows no solver; [`Simulation`](crate::simulation::Simulation) certifies every
-//! step.
+//! This module is independent of the solvers. [`Simulation`](crate::simulation::Simulation)
+//! certifies every step.
 
 use super::{Contact, Partner};
 use crate::joint::{JointForce, JointMotion};
@@ -19,48 +18,48 @@ use crate::mechanics::{Pose, RigidBody, State, Wrench, largest};
 use crate::world::World;
 use nalgebra::Vector3;
 
-/// The parts of a step's residual, each in m/s: the largest over bodies, contacts and joints.
+/// Parts of a step's residual (m/s): maxima over bodies, contacts and joints.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Certificate {
-    /// The equations of motion (eq. 18a); angles are turned into distances by the
-    /// body's [reach](RigidBody::reach).
+    /// Residual of the equations of motion (eq. 18a). Angles become lengths by the body's
+    /// [reach](RigidBody::reach).
     pub dynamics: f64,
-    /// max(0, −φ⁺/h): how fast the deepest point went through the ground (eq. 18b).
+    /// max(0, −φ⁺/h): speed of the deepest penetration (eq. 18b).
     pub penetration: f64,
-    /// Force without touch, or touch with a pulling force (eq. 18c).
+    /// Violation of complementarity: force without touch, or touch with a tensile force (eq. 18c).
     pub normal_law: f64,
-    /// Friction that does not oppose the slip with all it has, or that holds without
-    /// sticking (eq. 18d).
+    /// Violation of maximum dissipation: sliding friction that does not fully oppose the slip, or
+    /// static friction with slip (eq. 18d).
     pub friction_law: f64,
-    /// Friction beyond the cone (eq. 18e).
+    /// Friction outside the cone (eq. 18e).
     pub cone: f64,
-    /// How fast what joints lock has moved (J7).
+    /// Velocity residual of the locked directions of joints (J7).
     pub joint: f64,
-    /// How far what joints leave free is from their drives (J7).
+    /// Residual of the drives in the free directions of joints (J7).
     pub joint_law: f64,
 }
 
-/// What a step claims: to be judged.
+/// Data of a step to be certified.
 #[derive(Debug, Clone, Copy)]
 pub struct Claim<'a> {
-    /// X at step k, one a body.
+    /// X at step k, one entry per body.
     pub states: &'a [State],
-    /// X at step k+1.
+    /// X at step k+1, one entry per body.
     pub next: &'a [State],
-    /// External wrenches without gravity, one a body.
+    /// External wrenches without gravity, one per body.
     pub wrenches: &'a [Wrench],
-    /// The contacts between the bodies at step k.
+    /// Contacts between the bodies at step k.
     pub contacts: &'a [Contact],
-    /// The forces of the joints, one a joint of the world.
+    /// Forces of the joints, one per joint of the world.
     pub joints: &'a [JointForce],
-    /// The forces of the gears, N or N m, one a gear of the world.
+    /// Forces of the gears (N or N m), one per gear of the world.
     pub gears: &'a [f64],
 }
 
 impl Claim<'_> {
-    /// Whether it is one of a step of `world`: with as many states and wrenches as there are
-    /// bodies, with contacts of those alone, and with a force for each joint and gear.
+    /// True if the lists match `world`: one state and wrench per body, only contacts of its bodies,
+    /// and one force per joint and gear.
     pub(crate) fn is_of(&self, world: &World) -> bool {
         let bodies = world.bodies().len();
         let lengths = [self.states.len(), self.next.len(), self.wrenches.len()];
@@ -73,7 +72,7 @@ impl Claim<'_> {
 }
 
 impl Certificate {
-    /// What cannot be judged: every part is NaN, which no tolerance accepts.
+    /// Certificate of an invalid claim: every part is NaN, which no tolerance accepts.
     const UNKNOWN: Self = Self {
         dynamics: f64::NAN,
         penetration: f64::NAN,
@@ -84,7 +83,7 @@ impl Certificate {
         joint_law: f64::NAN,
     };
 
-    /// That of both: of every part the larger one, NaN if either is.
+    /// Elementwise maximum of two certificates; NaN if either part is.
     fn joined(&self, other: &Self) -> Self {
         Self {
             dynamics: largest(self.dynamics, other.dynamics),
@@ -97,13 +96,13 @@ impl Certificate {
         }
     }
 
-    /// The residual of the step: the largest part, m/s. NaN if any part is.
+    /// Residual of the step: the largest part (m/s). NaN if any part is.
     #[must_use]
     pub fn residual(&self) -> f64 {
         self.parts().into_iter().map(|(_, value)| value).fold(0.0, largest)
     }
 
-    /// Which part is the largest.
+    /// Name of the largest part.
     #[must_use]
     pub fn worst_part(&self) -> &'static str {
         let residual = self.residual();
@@ -113,14 +112,14 @@ impl Certificate {
             .map_or("dynamics", |(name, _)| name)
     }
 
-    /// The parts that contacts and motion have, by name: all of them in a world without joints.
+    /// Parts of motion and contacts, by name. These are all parts of a world without joints.
     #[must_use]
     pub fn contact_parts(&self) -> [(&'static str, f64); 5] {
         let [dynamics, penetration, normal, friction, cone, ..] = self.parts();
         [dynamics, penetration, normal, friction, cone]
     }
 
-    /// The parts by name.
+    /// Parts by name.
     #[must_use]
     pub fn parts(&self) -> [(&'static str, f64); 7] {
         [
@@ -135,32 +134,34 @@ impl Certificate {
     }
 }
 
-/// Certifies steps of one world; owns its scratch memory, so that certifying allocates
-/// nothing.
+/// Certifies steps of one world. It owns its workspace, so that certifying does not allocate.
 #[derive(Debug, Clone, Default)]
 pub struct Certifier {
     /// Poses of the bodies at both ends of the step.
     poses: Vec<(Pose, Pose)>,
-    /// Force (world) and torque (body) of all contacts and the outside on each body.
+    /// Sum of contact and external forces (world) and torques (body frame) on each body.
     loads: Vec<Wrench>,
-    /// The bodies that rested in the last step, and what it was worth for them.
+    /// Flags of the bodies that rested in the last step.
     rested: Vec<bool>,
+    /// Residual of the resting bodies in that step.
     of_rested: Certificate,
-    /// Where each joint is.
+    /// Motion of each joint.
     seen: Vec<JointMotion>,
 }
 
 impl Certifier {
-    /// Room for the steps of any world.
+    /// A certifier for any world.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Certifies a contact step under the contact forces `forces` (N, world, on body A), one a
-    /// contact of the claim; contacts without one are passed over. Points that are no contact must
-    /// not end below the ground either. Every part is NaN where the claim's lists are not one entry a
-    /// body, or a contact is of a body that is not there.
+    /// Certifies a contact step with the contact forces `forces` (N, world, on body A), one per
+    /// contact of the claim.
+    ///
+    /// Contacts without a force are skipped. Contact points without a contact must not end below
+    /// the ground either. Every part is NaN if a list does not have one entry per body, or if a
+    /// contact names a body that does not exist.
     pub fn contact_step(
         &mut self,
         world: &World,
@@ -170,9 +171,11 @@ impl Certifier {
         self.step_beside(world, claim, forces, &[])
     }
 
-    /// The same, where all that is claimed of the bodies that `rest`, one a body or none at all, and of what they touch is
-    /// what was claimed of them in the last step that this judged, if they rested in that: what it is worth is known then.
-    /// They touch none that does not rest.
+    /// Same as [`Self::contact_step`], but reuses the residual of resting bodies.
+    ///
+    /// `rest` has one flag per body, or is empty. A resting body must have the same states,
+    /// contacts and forces as in the last certified step if it rested there too. Its residual is
+    /// then reused. Resting bodies touch no moving bodies.
     pub(crate) fn step_beside(
         &mut self,
         world: &World,
@@ -197,7 +200,8 @@ impl Certifier {
         self.judge::<true>(world, claim, forces, rest, is_known)
     }
 
-    /// What a claim is worth, beside the bodies that `rest` if any do: what is known of those is left as it is.
+    /// Certifies a claim. If `is_known`, the residual of the bodies in `rest` is kept instead of
+    /// computed.
     fn judge<const SOME_REST: bool>(
         &mut self,
         world: &World,
@@ -277,12 +281,12 @@ impl Certifier {
         moving.joined(&resting)
     }
 
-    /// Where the joints were in the step that was certified last.
+    /// Joint motion in the last certified step.
     pub(crate) fn seen(&self) -> &[JointMotion] {
         &self.seen
     }
 
-    /// Places the bodies but those that are `known` to be where they were.
+    /// Updates poses and loads. Poses of bodies for which `known` holds are unchanged and are kept.
     fn begin(&mut self, claim: &Claim<'_>, known: impl Fn(usize) -> bool) {
         let pairs = claim.states.iter().zip(claim.next);
         if self.poses.len() == claim.states.len() {
@@ -299,8 +303,8 @@ impl Certifier {
         self.loads.extend_from_slice(claim.wrenches);
     }
 
-    /// A force acts on A at the touching point and, opposite, on B at the same point of the
-    /// world: momentum of the pair is kept.
+    /// Adds a contact force to A at the touching point, and its opposite to B at the same world
+    /// point. The momentum of the pair is conserved.
     fn add_force(&mut self, contact: &Contact, force: &Vector3<f64>) {
         let load = &mut self.loads[contact.key.body];
         load.force += force;
@@ -315,12 +319,12 @@ impl Certifier {
     }
 }
 
-/// Certifies a step of the fourth-order Runge–Kutta method, which has no contact: the
-/// difference between the next states and the method's own steps under the claim's wrenches
-/// and gravity, scaled as the dynamics part of a contact step.
+/// Certifies a step of the fourth-order Runge–Kutta method, which has no contacts.
 ///
-/// It says whether a file holds what the method computes; how good the method is, the tests of
-/// [`rk4_step`] say. Every part is NaN where lists are not one entry a body.
+/// The residual is the difference between the next states and the method's own step under the
+/// wrenches of the claim and gravity, scaled like the dynamics part of a contact step. It checks
+/// that a file holds the result of the method. The accuracy of the method is tested with
+/// [`rk4_step`]. Every part is NaN if a list does not have one entry per body.
 #[must_use]
 pub fn certify_rk4_step(world: &World, claim: &Claim<'_>) -> Certificate {
     let h = world.time_step();
@@ -341,7 +345,7 @@ pub fn certify_rk4_step(world: &World, claim: &Claim<'_>) -> Certificate {
     certificate
 }
 
-/// How far two states of a body are apart, m/s: lengths over the time step.
+/// Difference of two states of a body (m/s). Lengths are divided by the time step.
 fn difference(body: &RigidBody, exact: &State, next: &State, h: f64) -> f64 {
     let reach = body.reach();
     let parts = [
@@ -353,8 +357,8 @@ fn difference(body: &RigidBody, exact: &State, next: &State, h: f64) -> f64 {
     parts.into_iter().fold(0.0, largest)
 }
 
-/// The largest residual of the four equations of motion of a body (eq. 8), m/s, under all that
-/// acts on it besides gravity.
+/// Largest residual of the four equations of motion of a body (eq. 8) (m/s). `load` is the total
+/// load without gravity.
 fn momentum_residual(
     world: &World,
     body: &RigidBody,

@@ -1,41 +1,41 @@
-//! The gap between two rounded features that are no faces: a vertex or an edge against another.
+//! Gap between two rounded features, each a vertex or an edge.
 //!
-//! Each is a [`Core`], a point or a segment, within a radius. With D the shortest way from the core
-//! of B to that of A, the gap is known exactly wherever the bodies are,
+//! A feature is a [`Core`] (a point or a segment) with a radius. Let D be the shortest vector from
+//! the core of B to the core of A. The gap has a closed form at every pose:
 //!
 //! ```text
 //! φ = |D| − ρ_A − ρ_B,   D = p_A + s u_A − p_B − t u_B,   0 ≤ s, t ≤ 1       (eq. 4a)
 //! ```
 //!
-//! and grows with the bodies' motion along D/|D| alone, because s and t are the best ones. A step
-//! asks for it at k+1, while its force acts along the normal at k. So that a body cannot come out on
-//! the other side within a step, |D| is taken for what it is only where D has turned by less than
-//! 60° from that normal, and beyond is continued by a plane,
+//! Its derivative with respect to the bodies' motion is along D/|D| alone, because s and t are
+//! optimal. A step uses the gap at k+1, while its force acts along the normal at k. A body must not
+//! come out on the other side within a step. So |D| is used only while D has turned by less than
+//! 60° from the normal. Beyond that angle it continues as a plane:
 //!
 //! ```text
 //! |D|_n = max { m·D : |m| = 1, m·n ≥ ½ } ≤ |D|,                           (eq. 4b)
 //! ```
 //!
-//! the distance from the cone behind the other's core.
+//! This is the distance from the cone behind the other core.
 
 use crate::geometry::nearest_shares;
 use nalgebra::{Matrix3, Vector3};
 
-/// c of eq. 4b: the cosine of the angle that the shortest way may turn by in a step.
+/// c of eq. 4b: cosine of the largest angle by which D may turn in a step.
 const COSINE: f64 = 0.5;
-/// Its sine.
+/// Sine of the same angle.
 const SINE: f64 = 0.866_025_403_784_438_6;
 
-/// A shorter way has no direction, m.
+/// Length of D below which it has no direction (m).
 const SMALLEST: f64 = 1e-100;
 
-/// A point, or a segment from `from` to `from + along`, m.
+/// A point, or a segment from `from` to `from + along` (m).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Core {
-    /// The point, or the segment's first end.
+    /// The point, or the first end of the segment.
     pub from: Vector3<f64>,
-    /// To its second end; zero for a point.
+    /// Vector to the second end; zero for a point.
     pub along: Vector3<f64>,
 }
 
@@ -46,47 +46,47 @@ impl Core {
         self.from + self.along * share
     }
 
-    /// Whether it is a segment.
+    /// True if the core is a segment.
     #[must_use]
     pub fn is_segment(&self) -> bool {
         self.along != Vector3::zeros()
     }
 
-    /// This core, turned and moved.
+    /// This core, rotated and then translated.
     #[must_use]
     pub fn moved(&self, rotation: &Matrix3<f64>, position: &Vector3<f64>) -> Self {
         Self { from: position + rotation * self.from, along: rotation * self.along }
     }
 }
 
-/// What a contact of two rounded features knows beyond its tangent plane at k.
+/// Data of a contact of two rounded features beyond its tangent plane at k.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Curved {
-    /// The core of A, frame of A.
+    /// Core of A (m, frame of A).
     pub of_a: Core,
-    /// That of B, frame of B or of the fixed world.
+    /// Core of B (m, frame of B, or world for a fixed piece).
     pub of_b: Core,
-    /// ρ_B, m.
+    /// ρ_B: radius of B (m).
     pub radius: f64,
-    /// Where along their cores A and B are nearest to each other at k: s, t.
+    /// s and t: parameters of the closest points of A and B at k.
     pub shares: (f64, f64),
 }
 
 impl Curved {
-    /// The point of A's core that is nearest at k, m, frame of A.
+    /// Closest point on A's core at k (m, frame of A).
     #[must_use]
     pub fn point(&self) -> Vector3<f64> {
         self.of_a.at(self.shares.0)
     }
 
-    /// The point of B's core that is nearest at k, m, frame of B.
+    /// Closest point on B's core at k (m, frame of B).
     #[must_use]
     pub fn foot(&self) -> Vector3<f64> {
         self.of_b.at(self.shares.1)
     }
 
-    /// With all lengths `factor` times as long.
+    /// Returns these features with all lengths multiplied by `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let core = |core: &Core| Core { from: core.from * factor, along: core.along * factor };
@@ -99,27 +99,26 @@ impl Curved {
     }
 }
 
-/// The points of two cores that are nearest to each other: their shares s and t, and the way D from
-/// that of `b` to that of `a`, m.
+/// Parameters s and t of the closest points of two cores, and the vector D from `b` to `a` (m).
 #[must_use]
 pub fn shortest_way(a: &Core, b: &Core) -> ((f64, f64), Vector3<f64>) {
     let shares = nearest_shares(&a.from, &a.along, &b.from, &b.along);
     (shares, a.at(shares.0) - b.at(shares.1))
 }
 
-/// |D|_n (eq. 4b) and its derivatives.
+/// |D|_n (eq. 4b) and its gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
-    /// m.
+    /// |D|_n (m).
     pub length: f64,
-    /// The m that the maximum is at, unit: ∂|D|_n/∂D.
+    /// m at the maximum, unit: the gradient ∂|D|_n/∂D.
     pub direction: Vector3<f64>,
-    /// Whether it is |D| itself.
+    /// True if the length is |D| itself.
     pub is_exact: bool,
 }
 
 impl Reach {
-    /// That of the way `d` (m) where the unit normal at k is `normal`.
+    /// Evaluates |D|_n for the vector `d` (m) and the unit normal `normal` at k.
     #[must_use]
     pub fn of(d: &Vector3<f64>, normal: &Vector3<f64>) -> Self {
         let (length, along) = (d.norm(), normal.dot(d));
@@ -127,7 +126,7 @@ impl Reach {
             let direction = if length > 0.0 { d / length } else { *normal };
             return Self { length, direction, is_exact: true };
         }
-        // Straight behind, every direction across is as good.
+        // Directly behind, all tangential directions are equivalent.
         let across = (d - normal * along).try_normalize(SMALLEST).unwrap_or_else(|| {
             let axis = Vector3::ith(normal.iamin(), 1.0);
             (axis - normal * normal.dot(&axis)).normalize()
@@ -136,7 +135,7 @@ impl Reach {
         Self { length: direction.dot(d), direction, is_exact: false }
     }
 
-    /// ∂²|D|_n/∂D², 1/m: (E − m mᵀ)/|D|; beyond the angle the same across the normal alone.
+    /// ∂²|D|_n/∂D² (1/m): (E − m mᵀ)/|D|. Beyond the angle it acts on tangential directions only.
     #[must_use]
     pub fn curvature(&self, d: &Vector3<f64>, normal: &Vector3<f64>) -> Matrix3<f64> {
         let (way, factor) =
@@ -153,7 +152,7 @@ impl Reach {
         round * (factor / length)
     }
 
-    /// |D|_n less the distance `before` of a way that was `was` (m), without loss of digits.
+    /// |D|_n minus the length `before` of an earlier vector `was` (m), without cancellation.
     #[must_use]
     pub fn beyond(&self, d: &Vector3<f64>, was: &Vector3<f64>, before: f64) -> f64 {
         if self.is_exact && self.length + before > 0.0 {
@@ -176,8 +175,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(5), ..Default::default() })]
 
-        /// No pair of points of a fine net is nearer, and the net comes near: 40 places a side of
-        /// segments of length up to √3 leave at most half a place each.
+        /// Compares with all pairs of points on a fine grid. A segment of length up to √3 has 40
+        /// intervals, so the grid leaves at most half an interval on each.
         #[test]
         fn shares_are_those_of_the_nearest_points(
             p in vector(), u in vector(), q in vector(), v in vector(), point in any::<bool>()
@@ -192,7 +191,8 @@ mod tests {
             prop_assert!(found <= best + 1e-12, "{found} {best}");
         }
 
-        /// Central differences of 1e-5 m: of third order 1e-10/d², of rounding 1e-16/1e-5.
+        /// Checks with central differences of 1e-5 m: error 1e-10/d² of third order, 1e-16/1e-5 by
+        /// rounding.
         #[test]
         fn the_derivatives_are_those_of_the_length(d in vector(), n in vector()) {
             prop_assume!(n.norm() > 0.1);
@@ -201,7 +201,7 @@ mod tests {
             prop_assume!(d.norm() > 0.3 && across > 0.2);
             let at = |d: &Vector3<f64>| Reach::of(d, &n);
             let reach = at(&d);
-            // Away from where the kind changes: the second derivative jumps there.
+            // The second derivative jumps at the limit angle.
             prop_assume!((n.dot(&d) / d.norm() - COSINE).abs() > 1e-3);
             let curvature = reach.curvature(&d, &n);
             for k in 0..3 {
@@ -217,7 +217,7 @@ mod tests {
             prop_assert!((reach.beyond(&d, &was, before) - (reach.length - before)).abs() < 1e-15);
         }
 
-        /// It is never more than the distance, and continuous where the kind changes.
+        /// The length is at most the distance, and it is continuous at the limit angle.
         #[test]
         fn the_length_is_at_most_the_distance(d in vector(), n in vector()) {
             prop_assume!(n.norm() > 0.1 && d.norm() > 1e-3);

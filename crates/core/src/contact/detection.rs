@@ -1,34 +1,33 @@
-//! Detection: which points may touch in a step, as [contacts](Contact).
+//! Detection of the points that may touch the ground in a step, as [contacts](Contact).
 //!
-//! What detection finds are *candidates*: contacts that a solver considers. Which of them
-//! *carry a force* is the solution's to say
+//! The results are *candidates* for a solver. The solution decides which of them *carry a force*
 //! ([`ContactForce::carries_force`](crate::step::ContactForce::carries_force)).
 
 use super::{Contact, ContactKey, Features, KeyIndex, Partner, Plane};
 use crate::mechanics::{Pose, State};
 use crate::world::World;
 
-/// A point at or below this height at step k is a candidate, in parts of the body's reach: 5 mm
-/// for the tutorial's cube, whose value it is.
+/// Height at step k up to which a point is a candidate, as a fraction of the body's reach: 5 mm for
+/// the tutorial's cube, the value of the tutorial.
 pub const CONTACT_BAND: f64 = 0.005;
 
-/// The rule by which points become candidates.
+/// Rule that selects candidate points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Detection {
-    /// The tutorial's rule: a height of at most [`CONTACT_BAND`] at step k. A fast point can
-    /// jump the band in one step; where a solver then clamps its force to zero, the step has
-    /// no solution.
+    /// The tutorial's rule: a height of at most [`CONTACT_BAND`] at step k. A fast point can jump
+    /// the band in one step. If a solver then clamps its force to zero, the step has no solution.
     Height,
-    /// The same, or a height of at most 0 after a free flight step.
+    /// Rule of [`Height`](Self::Height), or a height of at most 0 after a free flight step.
     #[default]
     Predictive,
 }
 
 impl Detection {
-    /// Fills `contacts` with the candidates of a step from `states` whose free flight would
-    /// end in `free`, in the order of bodies and points. Returns whether the step needs a
-    /// contact problem at all: whether there is a candidate, or free flight would take some
-    /// other point below the ground. Bodies without a state in both lists are passed over.
+    /// Fills `contacts` with the candidates of a step from `states` to the free flight states
+    /// `free`, in the order of bodies and points.
+    ///
+    /// Returns true if the step needs a contact problem: if there is a candidate, or if free flight
+    /// takes another point below the ground. Bodies without a state in both lists are skipped.
     pub fn find(
         self,
         world: &World,
@@ -55,7 +54,7 @@ impl Detection {
         needs_contact
     }
 
-    /// The word of the command line.
+    /// Name of the rule on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -65,8 +64,8 @@ impl Detection {
     }
 }
 
-/// Every point of every body against the ground, whatever its height: what a step can be
-/// judged by that comes from a file.
+/// Contacts of all points of all bodies with the ground at any height. They certify a step that was
+/// read from a file.
 pub fn all_contacts(world: &World, states: &[State], contacts: &mut Vec<Contact>) {
     contacts.clear();
     let Some(ground) = world.ground() else { return };
@@ -78,10 +77,12 @@ pub fn all_contacts(world: &World, states: &[State], contacts: &mut Vec<Contact>
     }
 }
 
-/// Adds the points that the step `states` → `next` takes lower than `depth` (m) below the
-/// ground and that are no candidates yet: detection is a prediction, and an impulse on one
-/// point may drive down another. Returns whether there were any. Bodies without a state in both
-/// lists are passed over. `index` is memory to find contacts with.
+/// Adds the points that the step `states` → `next` takes more than `depth` (m) below the ground and
+/// that are not candidates yet.
+///
+/// Detection is a prediction, and an impulse on one point may push down another. Returns true if
+/// there were any. Bodies without a state in both lists are skipped. `index` is a workspace to find
+/// contacts.
 pub fn admit_missed(
     world: &World,
     states: &[State],
@@ -106,7 +107,7 @@ pub fn admit_missed(
     contacts.len() > before
 }
 
-/// The contact of a body's point with the ground of the world.
+/// Contact of a body's point with the ground of the world.
 fn ground_contact(
     world: &World,
     ground: &Plane,

@@ -1,60 +1,62 @@
-//! Where the contacts of a list are, by what they are between.
+//! Index of the contacts of a list by their keys.
 //!
-//! A search that goes over all contacts for each of them grows with the square of a scene. Here it is a table
-//! of chains: a contact stands in the chain of its hash, in the order of the list. What is found is decided by
-//! the keys themselves, so that answers are those of a search over the list, and no hash is ever seen.
+//! A linear search for every contact has quadratic cost. This index is a hash table with chains:
+//! each contact is in the chain of its hash, in the order of the list. Keys are compared exactly,
+//! so results equal a search over the list and do not depend on the hash.
 
 use super::{ContactKey, Partner};
 
-/// No contact.
+/// Marks a missing contact.
 const NONE: u32 = u32::MAX;
-/// The smallest table.
+/// Smallest size of the table.
 const FEWEST_SLOTS: usize = 16;
 
-/// A piece of an owner; of what has no pieces in a key, a contact point.
+/// Owner and index of a piece; the index of a contact point if the key has no pieces.
 pub(super) type KeyEnd = (Partner, usize);
 
-/// An index of the contacts in a list, whose memory stays. It lists contacts when it is first asked
-/// about them, so that a list which is never asked about costs nothing.
+/// Index of the contacts of a list by key, with reusable buffers. It adds contacts at the first
+/// query, so a list without queries costs nothing.
 ///
-/// Between two calls of [`KeyIndex::clear`] all questions are about one list, which may grow at its end. Of
-/// another list the answers may lack contacts, but are none of other keys.
+/// All queries between two calls of [`KeyIndex::clear`] must be about one list, which may grow at
+/// its end. Queries about another list may miss contacts, but they never return a wrong key.
 #[derive(Debug, Clone, Default)]
 pub struct KeyIndex(Chains);
 
-/// The same of the contacts between two pieces; of the ground those of one point.
+/// Index of the contacts of a list by their two pieces; ground contacts are indexed by their point.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PieceIndex(Chains);
 
 #[derive(Debug, Clone, Default)]
 struct Chains {
-    /// The first and the last contact of each chain; as many chains as a power of two.
+    /// First and last contact of each chain. The number of chains is a power of two.
     chains: Vec<(u32, u32)>,
-    /// Of every contact that is listed its hash, and the next one in its chain.
+    /// Hash of every indexed contact, and the next one in its chain.
     links: Vec<(u32, u32)>,
 }
 
 impl KeyIndex {
-    /// Nothing listed.
+    /// An empty index.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Forgets the list.
+    /// Clears the index.
     pub fn clear(&mut self) {
         self.0.links.clear();
     }
 
-    /// Makes room for so many contacts.
+    /// Reserves space for this number of contacts.
     #[inline]
     pub fn reserve(&mut self, contacts: usize) {
         self.0.reserve(contacts);
     }
 
-    /// The place of the contact `key` in `contacts`; of several the first from `near` on, or from the
-    /// beginning. `near` is where to look first: contacts keep their order from step to step, so that
-    /// it is mostly there.
+    /// Index of the contact `key` in `contacts`.
+    ///
+    /// The first index to try is `near`, which mostly matches because contacts keep their order
+    /// from step to step. Of several matches the result is the first from `near` on, or else the
+    /// first.
     #[must_use]
     #[inline(always)]
     pub fn place<T: AsRef<ContactKey>>(
@@ -90,7 +92,7 @@ impl KeyIndex {
         before
     }
 
-    /// The contact `key` in `contacts`, as [`KeyIndex::place`] finds it.
+    /// Contact `key` in `contacts`, found like [`KeyIndex::place`].
     #[must_use]
     #[inline(always)]
     pub fn find<'a, T: AsRef<ContactKey>>(
@@ -115,8 +117,8 @@ impl PieceIndex {
         self.0.reserve(contacts);
     }
 
-    /// The places of the contacts between these two in either order, ascending in `contacts`; some
-    /// that are between others may be among them.
+    /// Indices of the contacts between two pieces in either order, ascending in `contacts`.
+    /// Contacts of other pieces with the same hash may be among them.
     pub(super) fn between<T: AsRef<ContactKey>>(
         &mut self,
         contacts: &[T],
@@ -146,10 +148,10 @@ impl Chains {
         }
     }
 
-    /// The places in the chain of a hash.
+    /// Indices of the contacts in the chain of a hash.
     fn chain_of(&self, hash: u32) -> impl Iterator<Item = usize> {
         let known = |place: u32| (place != NONE).then_some(place as usize);
-        // Without links the chains are those of a list that is forgotten.
+        // Without links the chains belong to a cleared list.
         let first = match self.links.is_empty() {
             true => NONE,
             false => self.chains[slot(hash, self.chains.len())].0,
@@ -157,7 +159,7 @@ impl Chains {
         std::iter::successors(known(first), move |place| known(self.links[*place].1))
     }
 
-    /// Lists the contacts that are not listed yet.
+    /// Adds the contacts that are not indexed yet.
     fn list<T: AsRef<ContactKey>>(&mut self, contacts: &[T], hash: impl Fn(&ContactKey) -> u32) {
         if contacts.len() < self.links.len() {
             self.links.clear();
@@ -175,7 +177,7 @@ impl Chains {
         }
     }
 
-    /// Puts a contact that is listed at the end of its chain.
+    /// Appends an indexed contact to its chain.
     fn chain(&mut self, place: usize) {
         let slots = self.chains.len();
         let (hash, next) = &mut self.links[place];
@@ -195,7 +197,7 @@ fn slot(hash: u32, slots: usize) -> usize {
     hash as usize & (slots - 1)
 }
 
-/// What a contact is between.
+/// The two pieces of a contact.
 pub(super) fn ends_of(key: &ContactKey) -> [KeyEnd; 2] {
     let (first, second) = key.pair.map_or((key.point, 0), |pair| pair.pieces);
     [(Partner::Body(key.body), first), (key.partner, second)]
@@ -205,7 +207,7 @@ fn hash_of_key(key: &ContactKey) -> u32 {
     upper(scattered(sum_of_ends(ends_of(key)).wrapping_add(key.point as u64)))
 }
 
-/// The same for both orders.
+/// Hash of two pieces, equal for both orders.
 fn hash_of_ends(ends: [KeyEnd; 2]) -> u32 {
     upper(sum_of_ends(ends))
 }
@@ -226,8 +228,9 @@ fn upper(number: u64) -> u32 {
     (number >> 32) as u32
 }
 
-/// A number whose upper half depends on all digits of `number`: the fractional part of the product with the
-/// golden ratio, Knuth's multiplicative hash, with the upper half folded in between.
+/// Mixes a number so that its upper half depends on all digits. It takes the fractional part of the
+/// product with the golden ratio, Knuth's multiplicative hash, and folds in the upper half in
+/// between.
 fn scattered(number: u64) -> u64 {
     const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
     let product = number.wrapping_add(1).wrapping_mul(GOLDEN);
@@ -264,7 +267,7 @@ mod tests {
         let mut index = KeyIndex::new();
         let mut contacts = Vec::new();
         for count in 0..300_usize {
-            // Some keys come twice.
+            // Some keys occur twice.
             contacts.push(Keyed(key(count % 17, count % 5, 17 + count % 7, (count % 2) as u32)));
             for asked in 0..count + 3 {
                 let wanted = key(asked % 17, asked % 5, 17 + asked % 7, (asked % 3) as u32);

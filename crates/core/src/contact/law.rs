@@ -1,34 +1,35 @@
-//! The contact law: hard contact, Coulomb's round cone, maximum dissipation, and the residual
-//! by which a force and a motion miss it.
+//! The contact law: hard contact, Coulomb's circular cone and maximum dissipation, and the residual
+//! of a force and a motion.
 //!
-//! Impulses are divided by the mass of body A, p̂ = h f/m_A, so that they are velocities.
-//! Equation numbers are those of `docs/formulation.md`.
+//! Impulses are divided by the mass of body A, p̂ = h f/m_A, so that they have units of velocity.
+//! Equation numbers refer to `docs/formulation.md`.
 
 use crate::mechanics::{RigidBody, largest};
 use crate::world::ContactLaw;
 use nalgebra::{Matrix3, Vector3};
 
-/// How the touching point answers an impulse there: the contact's own scale.
+/// Response of the touching point to an impulse, used as the contact's own scale.
 ///
-/// With W the 3 × 3 response of the relative velocity of the touching point to an impulse at
-/// it, both bodies together, in the contact's frame,
+/// W is the 3 × 3 response of the relative velocity of the touching point to an impulse, for both
+/// bodies together, in the frame of the contact:
 ///
 /// ```text
 /// W = Σ (E/m + Gᵀ I⁻¹ G),  G = [y]× Aᵀ,   w_n = m_A W_nn,  w_t = m_A ½ tr W_tt    (eq. 18)
 /// ```
 ///
-/// Without unit: 1 for a point in the centre of a body that touches the ground.
+/// The response is dimensionless. It is 1 for a point at the centre of a body that touches the
+/// ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Response {
-    /// w_n.
+    /// w_n: response along the normal.
     pub normal: f64,
-    /// w_t, the mean over both tangents.
+    /// w_t: mean response over both tangents.
     pub tangential: f64,
 }
 
 impl Response {
-    /// One body's share, times its own mass; `frame` has (t₁, t₂, n) as columns.
+    /// Response of one body, times its own mass. `frame` has (t₁, t₂, n) as columns.
     pub(super) fn of_point(
         body: &RigidBody,
         torque_map: &Matrix3<f64>,
@@ -53,14 +54,15 @@ impl Response {
     }
 }
 
-/// How far a contact's impulse and motion are from the law, each part in m/s.
+/// Residual of a contact's impulse and motion, each part in m/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LawResidual {
-    /// |min(w_n p_n, u_n)| (eq. 18c).
+    /// Complementarity residual |min(w_n p_n, u_n)| (eq. 18c).
     pub normal: f64,
-    /// ‖w_t p_t − Π(w_t p_t − u_t)‖, Π on the disc of radius μ w_t max(p_n, 0) (eq. 18d).
+    /// Friction residual ‖w_t p_t − Π(w_t p_t − u_t)‖, with Π the projection on the disc of radius
+    /// μ w_t max(p_n, 0) (eq. 18d).
     pub friction: f64,
-    /// max(0, w_t (‖p_t‖ − μ p_n)) (eq. 18e).
+    /// Cone violation max(0, w_t (‖p_t‖ − μ p_n)) (eq. 18e).
     pub cone: f64,
 }
 
@@ -71,8 +73,8 @@ impl ContactLaw {
         Self { friction, restitution: 0.0 }
     }
 
-    /// The residual of the impulse `p` over the mass of A (m/s) and the motion `u` (m/s), both
-    /// in the axes of the unit `normal`. A NaN stays one.
+    /// Residual of the impulse `p` divided by the mass of A (m/s) and the motion `u` (m/s), in the
+    /// same axes as the unit `normal`. NaN propagates.
     #[must_use]
     pub fn residual(
         &self,
@@ -82,7 +84,7 @@ impl ContactLaw {
         u: &Vector3<f64>,
     ) -> LawResidual {
         let (p_n, u_n) = (normal.dot(p), normal.dot(u));
-        // f64::min would drop a NaN.
+        // `f64::min` would drop a NaN.
         let complementarity = -largest(-response.normal * p_n, -u_n);
         let pull = response.tangential * (p - normal * p_n);
         let slip = u - normal * u_n;
@@ -93,7 +95,7 @@ impl ContactLaw {
     }
 }
 
-/// Π: the nearest point of the disc of `radius` about the origin, across the normal.
+/// Π: closest point of the tangential disc of `radius` about the origin.
 fn project_on_disc(point: Vector3<f64>, radius: f64) -> Vector3<f64> {
     let norm = point.norm();
     if norm > radius { point * (radius / norm) } else { point }

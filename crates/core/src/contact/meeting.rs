@@ -1,19 +1,20 @@
-//! What two pieces meet with within a step: the features of the place where they first do.
+//! Collisions of two pieces within a step: the features of their first overlap.
 //!
-//! A plane of a piece stops a point wherever it meets the plane, also beside the face that it is of; and
-//! a plane that a point is behind at the step's start pushes it although nothing touches. So what two
-//! pieces meet with is decided at the first place on the way of the step, turning and moving together,
-//! where they overlap by more than rounding:
+//! The plane of a face stops a point wherever it meets the plane, even beside the face. A plane
+//! that a point is behind at the start of the step pushes the point although nothing touches. So
+//! the features of a pair come from its first overlap beyond rounding on the trajectories of the
+//! step:
 //!
-//! * if they end overlapped in the direction in which they met there, the features are those of the end,
-//!   where all corners that come down are known;
-//! * otherwise those of that place, of which only the earliest meeting of a body is taken at once: with
-//!   its force the body may never come to the others;
-//! * where the contacts that a pair has hold and another feature ends too deep, those of the place where
-//!   that begins.
+//! - If the pair still overlaps at the end in the direction of the first overlap, the features at
+//!   the end are used. All corners that come down are known there.
+//! - Otherwise the features at the first overlap are used. Only the earliest collision of a body is
+//!   added at once, because its force may prevent the others.
+//! - If the contacts of a pair hold but another feature ends too deep, the features are used where
+//!   that overlap begins.
 //!
-//! No contact is taken whose gap at the start is below what the pieces overlap there; where that leaves
-//! none, the features that face each other at the start are taken, across whose shortest line nothing is.
+//! A contact is rejected if its gap at the start is below the overlap of the pieces there. If this
+//! rejects all contacts, the features that face each other at the start are used. Nothing crosses
+//! the plane across their shortest line.
 
 use super::between::Between;
 use super::key_index::{KeyEnd, PieceIndex, ends_of};
@@ -29,67 +30,69 @@ use crate::mechanics::{Pose, State, Way};
 use crate::world::World;
 use nalgebra::Vector3;
 
-/// Corners of a touching face that are higher than this part of the reach do not come down in
-/// the step; those that do are found after it.
+/// Height above which corners of a touching face do not come down in the step, as a fraction of the
+/// reach. Corners that do are found after the step.
 pub(super) const BAND: f64 = super::detection::CONTACT_BAND;
-/// What is apart by no more than this part of the smaller one's reach nearly touches: its points do
-/// not slide on in a step to where another feature would be. What overlaps by less on its way has not
-/// met yet: a drift must not make a step of the seam between two tiles.
+/// Distance up to which pieces nearly touch, as a fraction of the smaller reach. Their points do
+/// not slide to another feature within a step. A smaller overlap on the trajectory is not a
+/// collision: drift must not turn the shared edge of two tiles into an obstacle.
 pub(super) const NEAR: f64 = 1e-5;
-/// The same in parts of both thicknesses, for what is thin.
+/// Same limit for thin pieces, as a fraction of the sum of both thicknesses.
 const NEAR_OF_THIN: f64 = 1e-2;
-/// Pieces that have contacts and hold overlap on their ways by no more than this part of both
-/// thicknesses, beside what their turns carry points off the chord.
+/// Overlap allowed within a step to pieces whose contacts hold, as a fraction of the sum of both
+/// thicknesses. The bulge of their rotation comes on top.
 const DEEP: f64 = 0.1;
-/// The gap of a contact at the start is not below what the pieces overlap there by more than this part of
-/// the smaller one's reach: faces that differ by less are equals ([`manifold`]).
+/// Tolerance for a contact's gap at the start below the overlap of the pieces there, as a fraction
+/// of the smaller reach. Faces that differ by less are equal ([`manifold`]).
 const SAME_GAP: f64 = 1e-7;
-/// Directions of a larger cosine are one: a pair that meets and ends in them has met one side of a piece.
+/// Cosine above which two directions are equal. A pair with equal directions at its first overlap
+/// and at the end has met one side of a piece.
 const SAME_WAY: f64 = 0.9;
-/// A second plane for the same features is another one from this angle's cosine on.
+/// Cosine above which two planes for the same features are equal.
 const SAME_PLANE: f64 = 0.999_999;
-/// So many planes for the same features are enough: a step that turns a body through more of them
-/// has its overlap reported, and comes to an end.
+/// Largest number of planes for the same features. If a step rotates a body through more of them,
+/// its overlap is reported and the step ends.
 const MOST_PLANES: u32 = 8;
-/// A place on the way is found to the 2⁻³⁰th part of it.
+/// Number of bisections: a place on the trajectory is found to a fraction of 2⁻³⁰.
 const BISECTIONS: u32 = 30;
 
-/// Two pieces and what is known of them.
+/// Two colliders and the cached state of their pair.
 pub(super) struct Looked<'a> {
-    /// The pieces, the first one of a body.
+    /// The colliders, the first one of a body.
     pub proxies: [Proxy; 2],
     pub hint: &'a mut Hint,
-    /// The separation at the end, m, a bound from below if `is_bound`.
+    /// Separation at the end (m); a lower bound if `is_bound`.
     pub gap: &'a mut f64,
     pub is_bound: &'a mut bool,
 }
 
-/// One look at the ways of a step.
+/// Search for collisions on the trajectories of one step.
 pub(super) struct Sweeping<'a> {
     pub world: &'a World,
     pub states: &'a [State],
-    /// Where the bodies are at both ends.
+    /// Poses of the bodies at the start of the step.
     pub start: &'a [Pose],
+    /// Poses of the bodies at the end of the step.
     pub end: &'a [Pose],
     pub ways: &'a [Way],
     pub extents: &'a [PieceExtent],
-    /// What overlaps by no more at the end has not met, m.
+    /// Overlap at the end up to which a pair has not collided (m).
     pub depth: f64,
-    /// Memory for poses on the way: those of the two bodies that are looked at are set.
+    /// Workspace for poses on the trajectory. Only the poses of the two bodies are set.
     pub between: &'a mut [Pose],
-    /// The contacts of the step, by their pieces.
+    /// Contacts of the step, by their pieces.
     pub index: &'a mut PieceIndex,
     pub scratch: &'a mut PairScratch,
     pub touches: &'a mut Vec<Touch>,
-    /// Whether something was passed or left out.
+    /// True if the step passes or misses a collision.
     pub passed: bool,
 }
 
-/// Where the bodies are where a pair is looked at.
+/// Place on the trajectory at which a pair is examined.
 #[derive(Debug, Clone, Copy)]
 enum MeetingPlace {
     Start,
-    /// The same, for what faces each other there however far that is.
+    /// The start, with unlimited reach for the features that face each other.
     StartFar,
     End,
     Between,
@@ -105,29 +108,29 @@ impl MeetingPlace {
     }
 }
 
-/// A pair that meets on its way.
+/// A pair that collides on its trajectory.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Meeting {
-    /// The index of the pair.
+    /// Index of the pair.
     pub pair: usize,
-    /// Where: the part of the way.
+    /// Place of the collision, as a fraction of the trajectory.
     pub share: f64,
-    /// Whether the pair ends overlapped, and whether it overlaps deep before, or ends clear of what it has
-    /// met.
+    /// True if the pair overlaps at the end.
     is_deep: bool,
+    /// True if the pair overlaps deeply before the end, or has passed what it collided with.
     goes_through: bool,
-    /// What overlaps by no more on the way has not met yet, m.
+    /// Overlap on the trajectory up to which the pair has not collided (m).
     fine: f64,
-    /// What ends overlapped by more has contacts too few, m.
+    /// Overlap at the end above which the pair lacks contacts (m).
     deep: f64,
-    /// What the pieces overlap at the start, m, negative; 0 where they do not.
+    /// Separation at the start if the pieces overlap there (m, negative), otherwise 0.
     under: f64,
-    /// The direction at the end, of what ends overlapped.
+    /// Direction at the end, if the pair overlaps there.
     axis: Option<Vector3<f64>>,
 }
 
 impl Sweeping<'_> {
-    /// Whether a piece is where it was.
+    /// True if a piece does not move in the step.
     fn stays(&self, proxy: Proxy) -> bool {
         match proxy.owner {
             PieceOwner::Body(index) => self.start[index] == self.end[index],
@@ -135,8 +138,10 @@ impl Sweeping<'_> {
         }
     }
 
-    /// Where a pair meets whose contacts do not see to it. What nearly touches at the start meets there, and
-    /// not where it would have gone: its contacts join at once, and it meets again only if there are none.
+    /// Finds the collision of a pair that its contacts do not prevent.
+    ///
+    /// A pair that nearly touches at the start collides there and not where it would have moved.
+    /// Its contacts are added at once. A collision is returned only if there are none.
     pub fn meeting(
         &mut self,
         index: usize,
@@ -156,7 +161,7 @@ impl Sweeping<'_> {
         if *pair.gap - travel(&moving[0], &moving[1]) >= -self.depth {
             return None;
         }
-        // Of more turns than one, or of most of one, there is no telling which way it went.
+        // The direction of a rotation by several turns, or by most of one, is unknown.
         self.passed |= moving[0].way.angle().max(moving[1].way.angle()) > LARGEST_TURN;
         let near = NEAR * extents[0].size.min(extents[1].size);
         let thick = extents[0].inner + extents[1].inner;
@@ -172,18 +177,18 @@ impl Sweeping<'_> {
         if is_deep && !stays_clear(&moving[0], &moving[1], passing, pair.hint) {
             goes_through = self.first(&moving, passing, pair.hint).is_some();
         } else if is_deep && *pair.gap >= -fine && self.knows(pair.proxies, contacts) {
-            // What a turn leaves between planes that are all known.
+            // Remaining overlap by rotation between planes that are all known.
             return None;
         }
         if !is_deep {
-            // Apart at the end; it may have been on the other side before.
+            // Apart at the end. The pair may have been on the other side before.
             if stays_clear(&moving[0], &moving[1], fine, pair.hint) {
                 return None;
             }
             let mut known = self.index.between(contacts, pieces([a, b]));
             let is_known = known.any(|place| is_between(&contacts[place].key, a, b));
             drop(known);
-            // What has no contact yet, nothing holds.
+            // A pair without contacts is not held by anything.
             let most = if is_known { passing } else { fine };
             if is_known && stays_clear(&moving[0], &moving[1], most, pair.hint) {
                 return None;
@@ -205,7 +210,7 @@ impl Sweeping<'_> {
                 return None;
             }
         }
-        // What touched and ends no deeper than that has its features there.
+        // A pair that touched and ends no deeper has its features at the end.
         let is_shallow = begins_near && *pair.gap >= under - fine;
         let first = match is_deep && is_shallow {
             true => None,
@@ -216,9 +221,11 @@ impl Sweeping<'_> {
         Some(Meeting { pair: index, share, is_deep, goes_through, fine, deep, under, axis })
     }
 
-    /// Adds the contacts of a pair that meets. If it `waits` for another one, which met one of its bodies
-    /// before, it is looked at again after that, unless it ends with what it meets with: with the force of
-    /// the other it may never come there.
+    /// Adds the contacts of a pair that collides.
+    ///
+    /// If it `waits` for an earlier collision of one of its bodies, it is examined again after that
+    /// one, because the force of the other may prevent it. This does not apply if it ends with the
+    /// same features as at the collision.
     pub fn settle(
         &mut self,
         meeting: &Meeting,
@@ -230,7 +237,7 @@ impl Sweeping<'_> {
         self.place(pair.proxies, meeting.share);
         self.touches(pair, MeetingPlace::Between);
         if self.is_same_way(meeting, pair) {
-            // With what it met, only farther on: all corners that come down are known there.
+            // Same direction as at the collision: all corners that come down are known at the end.
             self.touches(pair, MeetingPlace::End);
             self.admit(pair.proxies, MeetingPlace::End, meeting.under, contacts);
             if contacts.len() > before {
@@ -245,7 +252,7 @@ impl Sweeping<'_> {
             self.admit(pair.proxies, MeetingPlace::StartFar, f64::NEG_INFINITY, contacts);
         }
         if contacts.len() == before && meeting.is_deep && meeting.share < 1.0 {
-            // Its contacts hold at the end, where another feature is too deep.
+            // Its contacts hold at the end, and another feature is too deep there.
             self.place_beside_known(meeting, pair, contacts);
             self.touches(pair, MeetingPlace::Between);
             self.admit(pair.proxies, MeetingPlace::Between, meeting.under, contacts);
@@ -263,9 +270,11 @@ impl Sweeping<'_> {
         self.passed |= contacts.len() == before;
     }
 
-    /// Sets the poses of a pair at a place where it begins to overlap by more than its contacts see, by
-    /// bisection: they hold at the end, and on the way, where a turn carries a point off the chord, the
-    /// pieces are moved apart by what they lack.
+    /// Sets the poses of a pair where it begins to overlap deeper than its contacts allow, by
+    /// bisection.
+    ///
+    /// The contacts hold at the end. On the trajectory, where a rotation carries a point off the
+    /// chord, the pieces are moved apart by the overlap of their deepest contact.
     fn place_beside_known(
         &mut self,
         meeting: &Meeting,
@@ -290,7 +299,7 @@ impl Sweeping<'_> {
         self.lift(pair.proxies, contacts);
     }
 
-    /// Moves a pair apart by what the contact of it that is deepest on the way lacks there.
+    /// Moves a pair apart by the overlap of its deepest contact at the current poses.
     fn lift(&mut self, proxies: [Proxy; 2], contacts: &[Contact]) {
         let mut lift: Option<(usize, Vector3<f64>, f64)> = None;
         let known = self.index.between(contacts, pieces(proxies)).map(|place| &contacts[place]);
@@ -312,7 +321,7 @@ impl Sweeping<'_> {
         }
     }
 
-    /// The first place where a pair overlaps by `depth` (m).
+    /// First fraction of the trajectory at which a pair overlaps by `depth` (m).
     fn first(&mut self, moving: &[Moving<'_>; 2], depth: f64, hint: &mut Hint) -> Option<f64> {
         match first_overlap(&moving[0], &moving[1], depth, hint, self.scratch) {
             Advance::Clear => None,
@@ -337,7 +346,7 @@ impl Sweeping<'_> {
         Moving { piece, way, ends: (from, to), arm: extent.arm }
     }
 
-    /// Sets the poses of a pair at a part of its way.
+    /// Sets the poses of a pair at the fraction `share` of its trajectory.
     fn place(&mut self, proxies: [Proxy; 2], share: f64) {
         for proxy in proxies {
             if let PieceOwner::Body(index) = proxy.owner {
@@ -348,7 +357,7 @@ impl Sweeping<'_> {
         }
     }
 
-    /// Finds the touches of a pair. Returns the gap, m.
+    /// Finds the geometric contact points of a pair. Returns the gap (m).
     fn touches(&mut self, pair: &mut Looked<'_>, at: MeetingPlace) -> f64 {
         let [a, b] = pair.proxies;
         let (world, poses) = (self.world, at.of(self.start, self.end, self.between));
@@ -361,8 +370,10 @@ impl Sweeping<'_> {
         manifold(pieces.0, pieces.1, reach, plane_of, pair.hint, self.scratch, self.touches)
     }
 
-    /// Adds the planes of the round features that were found last on the way. What moves far in a step goes
-    /// through the side of what is round, although it begins and ends outside; a plane stops it.
+    /// Adds planes for the round features that were found last on the trajectory.
+    ///
+    /// A fast body can pass through the side of a round piece although it begins and ends outside.
+    /// A plane stops it.
     fn admit_planes_of_round(
         &mut self,
         proxies: [Proxy; 2],
@@ -395,13 +406,14 @@ impl Sweeping<'_> {
         }
     }
 
-    /// What gaps at the start may be below what overlaps there, m.
+    /// Tolerance of gaps at the start below the overlap there (m).
     fn same_gap(&self, proxies: [Proxy; 2]) -> f64 {
         let size = |proxy| size(placed(self.world, self.start, proxy).0);
         SAME_GAP * size(proxies[0]).min(size(proxies[1]))
     }
 
-    /// Whether all touches of the end, which were found last, have their planes among `contacts`.
+    /// True if all geometric contact points found last, at the end, have their planes among
+    /// `contacts`.
     fn knows(&mut self, proxies: [Proxy; 2], contacts: &[Contact]) -> bool {
         let (world, start) = (self.world, self.start);
         let between = Between { world, proxies, at: self.end, start };
@@ -409,15 +421,16 @@ impl Sweeping<'_> {
         found.all(|contact| unknown_plane(&contact, contacts, self.index).is_none())
     }
 
-    /// Whether a pair has the same direction on its way as at its end.
+    /// True if a pair has the same direction at its collision as at its end.
     fn is_same_way(&self, meeting: &Meeting, pair: &Looked<'_>) -> bool {
         let (_, pose) = placed(self.world, self.between, pair.proxies[0]);
         let axes = (meeting.axis, pair.hint.axis_from(pose));
         matches!(axes, (Some(end), Some(now)) if end.dot(&now) >= SAME_WAY)
     }
 
-    /// Adds the contacts of the touches that were found last whose features have no plane yet, and whose
-    /// gap at the start is not below `under` (m). Returns whether any is like that, old or new.
+    /// Adds the geometric contact points found last whose features have no plane yet and whose gap
+    /// at the start is at least `under` (m). Returns true if there is any such gap, with a new or a
+    /// known plane.
     fn admit(
         &mut self,
         proxies: [Proxy; 2],
@@ -443,12 +456,12 @@ impl Sweeping<'_> {
     }
 }
 
-/// What a contact of two pieces is between.
+/// Identifiers of the two pieces in the index of contacts.
 fn pieces(proxies: [Proxy; 2]) -> [KeyEnd; 2] {
     proxies.map(|proxy| (proxy.owner.partner(), proxy.piece))
 }
 
-/// Whether a contact is one of two pieces.
+/// True if a contact is between two given pieces.
 fn is_between(key: &ContactKey, a: Proxy, b: Proxy) -> bool {
     let Some(features) = key.pair else { return false };
     let owners = (Partner::Body(key.body), key.partner);
@@ -460,8 +473,8 @@ fn is_between(key: &ContactKey, a: Proxy, b: Proxy) -> bool {
         || (of(b, owners.0, first) && of(a, owners.1, second))
 }
 
-/// The number of the plane for the features of `contact`, if `contacts` have none for them that is
-/// as good as the same, and not too many others.
+/// Number of the plane for the features of `contact`. `None` if `contacts` have an equal plane for
+/// them, or too many others.
 fn unknown_plane(contact: &Contact, contacts: &[Contact], index: &mut PieceIndex) -> Option<u32> {
     let mut planes = 0;
     let between = index.between(contacts, ends_of(&contact.key));

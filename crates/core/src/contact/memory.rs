@@ -1,4 +1,4 @@
-//! What the search for contacts remembers from step to step.
+//! State of the contact search from step to step.
 
 use super::meeting::Looked;
 #[cfg(feature = "save")]
@@ -13,25 +13,24 @@ use crate::world::without;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
-/// Where no body is.
+/// Pose of an unknown body.
 pub(super) const NOWHERE: Pose = Pose {
     position: Vector3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
     rotation: Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
 };
 
-/// Two pieces that may touch.
+/// A pair of colliders that may touch.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Neighbour {
-    /// Indices of the proxies, the first one of a body.
+    /// Indices of the colliders, the first one of a body.
     pub(super) proxies: [usize; 2],
     pub(super) hint: Hint,
-    /// The separation where it was asked for last, m; a bound from below where they do not overlap,
-    /// or where nothing better was asked for.
+    /// Separation at its last evaluation (m). It is only a lower bound if `is_bound`.
     pub(super) gap: f64,
-    /// Whether it is a bound.
+    /// True if `gap` is a lower bound.
     pub(super) is_bound: bool,
-    /// The contacts of the last step's start, in the memory of all pairs.
+    /// Range of the pair's contacts at the last step's start in [`Memory::kept`].
     pub(super) kept: Range<usize>,
 }
 
@@ -47,37 +46,38 @@ impl Neighbour {
     }
 }
 
-/// What the search of a step knows of those before it, and what its answers depend on: with the
-/// world it is all that a search needs to go on where another one was.
+/// State of the contact search over the steps. Together with the world it is all that another
+/// search needs to continue.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Memory {
-    /// Around the pieces of bodies, which are the first. Those around what is fixed are in the sweep.
+    /// Enlarged boxes of the bodies' pieces, in the order of colliders. Boxes of fixed pieces are
+    /// in the sweep.
     pub(super) boxes: Vec<Aabb>,
-    /// Where the bodies ended when the boxes were made.
+    /// Poses of the bodies when the boxes were made.
     pub(super) searched: Vec<Pose>,
-    /// In ascending order of their proxies.
+    /// Pairs in ascending order of their colliders.
     pub(super) pairs: Vec<Neighbour>,
-    /// The bodies where the gaps were asked for last.
+    /// States of the bodies at the last evaluation of the gaps.
     pub(super) end: Vec<State>,
-    /// The bodies at the start of the step whose end was looked at last.
+    /// States at the start of the step whose end was searched last.
     pub(super) from: Vec<State>,
-    /// Where they were at the last step's start, and what touched there: of two bodies that have
-    /// not moved since nothing is computed again.
+    /// Poses at the last step's start. A pair of bodies that have not moved reuses its contacts.
     pub(super) start: Vec<Pose>,
+    /// Contacts at the last step's start, by pair.
     pub(super) kept: Vec<Contact>,
-    /// What joined within the last step. It stays as long as neither body moves: without it both
-    /// would meet again.
+    /// Contacts added within the last step. They stay while neither body moves, because the bodies
+    /// would otherwise collide again.
     pub(super) joined: Vec<Contact>,
 }
 
 impl Memory {
-    /// Whether nothing was searched yet.
+    /// True if there was no search yet.
     pub(crate) fn is_empty(&self) -> bool {
         self.end.is_empty()
     }
 
-    /// Makes this the same as `other`, in the memory that it has.
+    /// Copies `other` into the buffers of this one.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         let Self { boxes, searched, pairs, end, from, start, kept, joined } = other;
         self.boxes.clone_from(boxes);
@@ -90,7 +90,7 @@ impl Memory {
         self.joined.clone_from(joined);
     }
 
-    /// Whether it can be one of searches in `world`: whether all that it counts and names is there.
+    /// True if this state fits `world`: all its counts match, and all bodies and pieces exist.
     #[cfg(feature = "save")]
     pub(crate) fn fits(&self, world: &World) -> bool {
         let (bodies, pieces) = (world.bodies().len(), proxies_of(world).count());
@@ -110,13 +110,13 @@ impl Memory {
             && self.kept.iter().chain(&self.joined).all(|contact| contact.key.is_of(world))
     }
 
-    /// Forgets what touches the body, whose pieces are these.
+    /// Removes the pairs and contacts of a body with the given pieces.
     pub(super) fn forget(&mut self, body: usize, pieces: &Range<usize>) {
         let piece = |piece: usize| (!pieces.contains(&piece)).then_some(piece);
         self.renumber(piece, |other| (other != body).then_some(other));
     }
 
-    /// Has the body, whose pieces these are, looked for anew.
+    /// Requests a new search for a body.
     pub(super) fn expect(&mut self, body: usize) {
         self.boxes.clear();
         self.end.clear();
@@ -126,7 +126,7 @@ impl Memory {
         }
     }
 
-    /// Takes the body out of the world, whose pieces are these: those after it move up.
+    /// Removes a body with the given pieces from the world; the following ones move up.
     pub(super) fn remove(&mut self, body: usize, pieces: &Range<usize>) {
         let piece = |piece: usize| match piece {
             before if before < pieces.start => Some(before),
@@ -149,7 +149,7 @@ impl Memory {
         }
     }
 
-    /// Adds a last body to those of the world, whose pieces will be these.
+    /// Adds a last body with the given pieces to the world.
     pub(super) fn add(&mut self, body: usize, pieces: &Range<usize>) {
         let moved = |piece: usize| match piece < pieces.start {
             true => Some(piece),
@@ -160,7 +160,8 @@ impl Memory {
         self.expect(body);
     }
 
-    /// Gives pieces and bodies other numbers in the same order; forgets what is of those without one.
+    /// Renumbers pieces and bodies in the same order. Pairs and contacts without a new number are
+    /// removed.
     fn renumber(
         &mut self,
         piece: impl Fn(usize) -> Option<usize>,
@@ -186,7 +187,7 @@ impl Memory {
 }
 
 impl ContactKey {
-    /// The same between bodies of other numbers; `None` where one has none.
+    /// Renumbers the bodies of this key; `None` if one has no new number.
     pub(crate) fn renumbered(&self, body: impl Fn(usize) -> Option<usize>) -> Option<Self> {
         let partner = match self.partner {
             Partner::Body(other) => Partner::Body(body(other)?),

@@ -1,20 +1,22 @@
-//! Contact as a value: a point of one body against a plane of another, for one step.
+//! Contacts: a point of one body against a plane of another, for one step.
 //!
-//! A [`Contact`] is made anew in every step by [`detection`] and holds all that the contact
-//! [`law`] needs to know of the two bodies. The solvers find its force, the
-//! [`certificate`] judges it.
+//! [`detection`] creates every [`Contact`] anew in each step. A contact holds the data of both
+//! bodies that the contact [`law`] needs. The solvers compute its force, and the [`certificate`]
+//! checks it.
 //!
-//! With body A's point a (rounded by a radius ρ) and the plane n·x = d of B,
+//! Body A has the point a, rounded by a radius ρ, and body B has the plane n·x = d:
 //!
 //! ```text
 //! w(X) = A_Bᵀ (r_A + A_A a − r_B),   gap φ(X) = n·w − d − ρ                (eq. 4)
 //! ```
 //!
-//! Point and plane are fixed in their bodies' frames for the step, so that turning the whole
-//! world turns the answer and no plane is special. The ground is a B that never moves:
-//! r_B = 0, A_B = E. Where both features are round, a vertex or an edge against another, the plane is
-//! the tangent one at k and the gap at k+1 that of the [features themselves](curved). Equation
-//! numbers are those of `docs/formulation.md`.
+//! Point and plane are fixed in the frames of their bodies during the step. The result thus rotates
+//! with the world, and no plane is special. The ground is a body B that never moves: r_B = 0, A_B =
+//! E.
+//!
+//! If both features are round (a vertex or an edge against another), the plane is the tangent plane
+//! at k. The gap at k+1 is then the gap of the [features themselves](curved). Equation numbers
+//! refer to `docs/formulation.md`.
 
 mod between;
 mod candidates;
@@ -51,41 +53,42 @@ use crate::world::World;
 use curved::Reach;
 use nalgebra::{Matrix3, Vector3};
 
-/// Which features of two pieces touch.
+/// Identity of the touching features of two pieces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct PairFeatures {
-    /// The piece of A and the piece of B, indices of their [pieces](RigidBody::pieces); 0 for a
+    /// Indices of the piece of A and the piece of B in their [pieces](RigidBody::pieces); 0 for a
     /// fixed piece.
     pub pieces: (usize, usize),
     /// The features.
     pub feature: Feature,
-    /// Counts the planes that a step met these features with: 0 for the first.
+    /// Number of the plane among those that a step found for these features; 0 for the first.
     pub plane: u32,
 }
 
-/// Which features touch: the same from step to step, so that forces find their contact again.
+/// Identity of a contact. It stays the same from step to step, so that the last forces can be
+/// reused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactKey {
-    /// A, an index of [`World::bodies`](crate::world::World::bodies).
+    /// Body A, an index of [`World::bodies`](crate::world::World::bodies).
     pub body: usize,
-    /// The index of A's [contact point](RigidBody::contact_points) that touches; where an edge does
-    /// between its ends, that of its first end.
+    /// Index of A's touching [contact point](RigidBody::contact_points). An edge that touches
+    /// between its ends uses its first end.
     pub point: usize,
-    /// B.
+    /// Body B, a fixed piece or the ground.
     pub partner: Partner,
-    /// Which features of which pieces, where B has several; none for the ground.
+    /// Touching pieces and features; `None` for the ground.
     pub pair: Option<PairFeatures>,
 }
 
 impl ContactKey {
-    /// The bodies that touch, of which the second may be none.
+    /// Indices of the touching bodies; one if the partner is not a body.
     pub fn bodies(&self) -> impl Iterator<Item = usize> + use<> {
         std::iter::once(self.body).chain(self.partner.body())
     }
 
-    /// Whether `world` has all that it names: bodies, contact point, partner, pieces.
+    /// True if `world` has the bodies, contact point, partner and pieces of this key.
     #[cfg(feature = "save")]
     pub(crate) fn is_of(&self, world: &World) -> bool {
         let bodies = world.bodies();
@@ -108,73 +111,72 @@ impl AsRef<ContactKey> for Contact {
     }
 }
 
-/// The features that make a contact: what [`Contact::new`] is made of.
+/// Geometric features of a contact, the input of [`Contact::new`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Features {
-    /// a, m, frame of A.
+    /// a: point (m, frame of A).
     pub point: Vector3<f64>,
-    /// ρ, m: the rounding radius about a.
+    /// ρ: rounding radius about a (m).
     pub radius: f64,
-    /// (t₁, t₂, n) as columns, right-handed, unit, frame of B; n points away from B.
+    /// (t₁, t₂, n) as columns (unit, right-handed, frame of B); n points away from B.
     pub frame: Matrix3<f64>,
-    /// d, m, in the frame of B: the plane is n·x = d.
+    /// d: offset of the plane n·x = d (m, frame of B).
     pub offset: f64,
-    /// What the plane is tangent to, where both features are round. Point, frame and offset are then
-    /// those of the nearest points at k, whatever was given.
+    /// Round features, if both are round. Point, frame and offset are then recomputed from the
+    /// closest points at k, and the given ones are ignored.
     pub curved: Option<Curved>,
 }
 
 impl Features {
-    /// A point, rounded by a radius, against a plane: see the fields.
+    /// Features of a point, rounded by a radius, against a plane. See the fields.
     #[must_use]
     pub fn of_plane(point: Vector3<f64>, radius: f64, frame: Matrix3<f64>, offset: f64) -> Self {
         Self { point, radius, frame, offset, curved: None }
     }
 }
 
-/// A body at the start of a step: its constants and its pose.
+/// A body and its pose at the start of a step.
 pub type PlacedBody<'a> = (&'a RigidBody, &'a Pose);
 
-/// Which features touch, where they are, and by which law.
+/// Key, features and law of a contact.
 type PairDetection = (ContactKey, Features, ContactLaw);
 
-/// A point of body A against a plane of body B or of the ground, with what the step takes
-/// from the configuration at its start. Vectors are in the world's axes where no frame is
-/// named.
+/// A point of body A against a plane of body B or of the ground, with the data of the configuration
+/// at the start of the step. Vectors are in world axes unless a frame is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contact {
-    /// Which features touch.
+    /// Identity of the contact.
     pub key: ContactKey,
-    /// The features, in their bodies' frames.
+    /// Features in the frames of their bodies.
     pub features: Features,
-    /// (t₁, t₂, n) as columns, world, at the step's start.
+    /// (t₁, t₂, n) as columns at the start of the step (world).
     pub frame: Matrix3<f64>,
-    /// φ at the step's start, m; exactly zero where rounding alone is left of it
+    /// φ at the start of the step (m). It is exactly 0 if it is below the rounding error
     /// ([`rounding::gap`]).
     pub gap: f64,
-    /// e c_n⁻, m/s: how fast the contact must part at least where it [bounces](restitution), below 0 where
-    /// it was parting and is [struck](Contact::struck); 0 elsewhere.
+    /// e c_n⁻: smallest parting speed of a contact that [bounces](restitution) (m/s), otherwise 0.
+    /// It is negative if the contact was parting and is [struck](Contact::struck).
     pub rebound: f64,
-    /// Whether the impulse of another contact closes it in the step, so that it bounces although free
-    /// flight would not close it.
+    /// True if the impulse of another contact closes this one in the step. It then bounces although
+    /// free flight would not close it.
     pub struck: bool,
     /// Friction and restitution.
     pub law: ContactLaw,
-    /// y = a − ρ A_Aᵀ n, m, frame of A: the point that touches, where forces act; of two round features
-    /// half of their gap beyond it, so that the order of the bodies is no matter.
+    /// y = a − ρ A_Aᵀ n: touching point, where forces act (m, frame of A). For two round features
+    /// it is farther by half of their gap, so that the order of the bodies does not matter.
     pub lever: Vector3<f64>,
-    /// A_A y, m: from A's centre of mass to the touching point.
+    /// A_A y: vector from A's centre of mass to the touching point (m, world).
     pub arm: Vector3<f64>,
-    /// `[y]× A_Aᵀ`, m: the torque (frame of A) of an impulse on A (world).
+    /// `[y]× A_Aᵀ`: map from an impulse on A (world) to its torque (frame of A) (m).
     pub torque_map: Matrix3<f64>,
-    /// How the touching point answers an impulse.
+    /// Velocity response of the touching point to an impulse.
     pub response: Response,
 }
 
 impl Contact {
-    /// The contact of `features` between `a`, the body that `key` names, and `b`, its partner:
+    /// Creates the contact of `features` between body `a` of the `key` and its partner `b`. `b` is
     /// `None` for the ground.
     #[must_use]
     #[inline]
@@ -191,7 +193,7 @@ impl Contact {
         }
     }
 
-    /// The contact of a point against a plane.
+    /// Contact of a point and a plane.
     #[inline(always)]
     fn of_plane(
         (key, features, law): PairDetection,
@@ -201,7 +203,8 @@ impl Contact {
         let (features, radius) = (Features { curved: None, ..features }, features.radius);
         let gap = |normal: &Vector3<f64>, arm: &Vector3<f64>| {
             let Some((_, other)) = b else {
-                // As the heights of points without a radius are computed, to the last bit.
+                // Same operations as for heights of points without a radius, for bitwise equal
+                // results.
                 let touching = if radius == 0.0 { *arm } else { a.1.rotation * features.point };
                 return normal.dot(&(a.1.position + touching)) - features.offset - radius;
             };
@@ -212,7 +215,7 @@ impl Contact {
         Self::assemble((key, features, law), a, b, radius, gap)
     }
 
-    /// The contact of two round features.
+    /// Contact of two round features.
     #[inline(never)]
     fn of_round(
         (key, features, law): PairDetection,
@@ -227,8 +230,8 @@ impl Contact {
         Self::assemble((key, features, law), a, b, beyond, gap)
     }
 
-    /// The contact of features that are placed, whose forces act `beyond` (m) from the point; `gap` gives φ
-    /// (m) by the normal and by A_A y.
+    /// Contact of placed features. Forces act `beyond` (m) from the point. `gap` computes φ (m)
+    /// from the normal and A_A y.
     #[inline(always)]
     fn assemble(
         (key, features, law): PairDetection,
@@ -273,20 +276,21 @@ impl Contact {
         }
     }
 
-    /// n, world, at the step's start: from B to A.
+    /// n at the start of the step (unit, world, from B to A).
     #[must_use]
     pub fn normal(&self) -> Vector3<f64> {
         self.frame.column(2).into_owned()
     }
 
-    /// Whether one of the features that touch is rounded, so that they can roll.
+    /// True if a touching feature is rounded, so that the features can roll.
     #[must_use]
     pub fn is_rounded(&self) -> bool {
         self.features.radius > 0.0 || self.features.curved.is_some()
     }
 
-    /// From the middle of B's feature to that of A's at the step's start, m, world, where both are
-    /// round: along the normal, as far as the gap and both radii. Zero for a point against a plane.
+    /// Vector from the centre of B's feature to the centre of A's feature at the start of the step
+    /// (m, world). It is along the normal, with the length of the gap plus both radii. Zero for a
+    /// point against a plane.
     #[must_use]
     pub fn way(&self) -> Vector3<f64> {
         let radii = |curved: &Curved| self.features.radius + curved.radius;
@@ -294,28 +298,28 @@ impl Contact {
         curved.map_or(Vector3::zeros(), |curved| self.normal() * (self.gap + radii(curved)))
     }
 
-    /// φ (eq. 4, 4a), m, where A is at `a` and B at `b`, `None` for the ground.
+    /// φ (eq. 4, 4a) with A at `a` and B at `b` (m). `b` is `None` for the ground.
     #[must_use]
     pub fn gap_at(&self, a: &Pose, b: Option<&Pose>) -> f64 {
         gap_between(&self.features, &self.normal(), a, b)
     }
 
-    /// u (eq. 10, 12), m/s, world: the mean slip of the touching point over the step of `h` (s)
-    /// across the normal, and along it the gap speed φ⁺/h.
+    /// u (eq. 10, 12): tangential mean slip of the touching point over the step of `h` (s), and the
+    /// gap speed φ⁺/h along the normal (m/s, world).
     ///
     /// ```text
     /// u = A_B (E − n nᵀ) (w⁺ − w)/h − (Ω_A − Ω_B) × ρ n + n φ⁺/h           (eq. 10a)
     /// ```
     ///
-    /// w being the point a seen from B, and Ω the rates at which the bodies turn: the slip of a
-    /// rounded feature is that of its middle and of the spins, so that what rolls does not slip. Of
-    /// two round features it is that of both middles a and b, and of both spins,
+    /// Here w is the point a in the frame of B, and Ω is the angular velocity of a body over the
+    /// step. The slip of a rounded feature combines the motion of its centre and the rotation, so
+    /// that rolling has no slip. Two round features use both centres a and b and both rotations:
     ///
     /// ```text
     /// u_t = (E − n nᵀ) ((a⁺ − b⁺) − (a − b))/h − (ρ_A Ω_A + ρ_B Ω_B) × n     (eq. 10b)
     /// ```
     ///
-    /// `a` and `b` are the poses (start, end) of the two bodies; `None` is the ground.
+    /// `a` and `b` are the poses of the two bodies at start and end. `b` is `None` for the ground.
     #[must_use]
     pub fn motion(&self, a: [&Pose; 2], b: Option<[&Pose; 2]>, h: f64) -> Vector3<f64> {
         if self.features.curved.is_some() {
@@ -341,9 +345,9 @@ impl Contact {
         slip_and_gap(&normal, &moved, gap) / h
     }
 
-    /// How fast the [surfaces](World::with_surface) of `world` carry what touches in a step from `states`: that of A less that of B across
-    /// the normal, m/s, world. It comes to the slip of the law, so that what a conveyor takes along does
-    /// not slip.
+    /// Tangential velocity of A's [surface](World::with_surface) relative to B's, in a step from
+    /// `states` (m/s, world). It is added to the slip of the law, so that a body that moves with a
+    /// conveyor does not slip.
     #[must_use]
     pub fn carried(&self, world: &World, states: &[State]) -> Vector3<f64> {
         let surface = |of: Partner| {
@@ -356,8 +360,8 @@ impl Contact {
         apart - normal * normal.dot(&apart)
     }
 
-    /// The mean slip over the step `states` → `next` of `world`, m/s, world, with what surfaces carry; NaN where a
-    /// list has no state of one of the bodies.
+    /// Mean slip over the step `states` → `next` of `world`, with the motion of surfaces (m/s,
+    /// world). NaN if a list has no state of one of the bodies.
     #[must_use]
     pub fn slip(&self, world: &World, states: &[State], next: &[State]) -> Vector3<f64> {
         let poses = |body: usize| Some((states.get(body)?.pose(), next.get(body)?.pose()));
@@ -391,7 +395,7 @@ impl Contact {
     }
 }
 
-/// φ (eq. 4, 4a), m, of `features` with the `normal` at the step's start.
+/// φ (eq. 4, 4a) of `features` with the `normal` at the start of the step (m).
 fn gap_between(features: &Features, normal: &Vector3<f64>, a: &Pose, b: Option<&Pose>) -> f64 {
     let Features { point, radius, frame, offset, curved } = features;
     if let Some(curved) = curved {
@@ -402,29 +406,29 @@ fn gap_between(features: &Features, normal: &Vector3<f64>, a: &Pose, b: Option<&
     frame.column(2).dot(&w) - offset - radius
 }
 
-/// `[y]× Aᵀ`: the torque (frame of the body) of an impulse (world) at y, m, frame of the body, which is turned
-/// by A.
+/// `[y]× Aᵀ`: map from an impulse at y (world) to its torque (frame of the body). y is in m in the
+/// frame of the body, and A is the rotation of the body.
 #[must_use]
 #[inline]
 pub fn torque_map_of(y: &Vector3<f64>, a: &Matrix3<f64>) -> Matrix3<f64> {
     y.cross_matrix() * a.transpose()
 }
 
-/// Ω, rad/s, world.
+/// Ω: angular velocity over the step (rad/s, world).
 fn turning([from, to]: [&Pose; 2], h: f64) -> Vector3<f64> {
     turning_rate(&from.rotation, &to.rotation, h)
 }
 
-/// What moves across the normal, and the gap along it, m.
+/// Tangential part of `moved` plus the gap along the normal (m).
 #[inline]
 fn slip_and_gap(normal: &Vector3<f64>, moved: &Vector3<f64>, gap: f64) -> Vector3<f64> {
     moved - normal * normal.dot(moved) + normal * gap
 }
 
-/// These features with the point, frame and offset of the tangent plane where A is at `a` and B at
-/// `b`, where both are round; as they are otherwise, and where the cores have no distance.
+/// Features with the point, frame and offset of the tangent plane, with A at `a` and B at `b`.
+/// Features that are not round are returned unchanged. Coincident cores keep their frame.
 fn tangent(features: Features, a: &Pose, b: Option<&Pose>) -> Features {
-    /// A distance smaller than this part of the radii has no direction.
+    /// Relative distance below which the direction between the cores is undefined.
     const NO_DIRECTION: f64 = 1e-8;
     let Some(mut curved) = features.curved else { return features };
     let (shares, way) = way_between(&curved, a, b);
@@ -440,29 +444,30 @@ fn tangent(features: Features, a: &Pose, b: Option<&Pose>) -> Features {
     Features { point, frame, offset, curved: Some(curved), ..features }
 }
 
-/// Half of the gap between two round features, m, below 0 where they overlap; 0 for a point against a plane.
+/// Half of the gap between two round features (m), negative if they overlap; 0 for a point against
+/// a plane.
 fn half_gap(features: &Features, a: &Pose, b: Option<&Pose>) -> f64 {
     let Some(curved) = &features.curved else { return 0.0 };
     let distance = way_between(curved, a, b).1.norm();
     0.5 * (distance - features.radius - curved.radius)
 }
 
-/// Where along their cores two round features are nearest to each other, and the way from that of B
-/// to that of A, m, world.
+/// Parameters of the closest points along the cores of two round features, and the vector from B's
+/// to A's (m, world).
 fn way_between(curved: &Curved, a: &Pose, b: Option<&Pose>) -> ((f64, f64), Vector3<f64>) {
     let of_a = curved.of_a.moved(&a.rotation, &a.position);
     let of_b = b.map_or(curved.of_b, |b| curved.of_b.moved(&b.rotation, &b.position));
     curved::shortest_way(&of_a, &of_b)
 }
 
-/// (t₁, t₂, n), right-handed, with t₁ across the axis that n is least along.
+/// (t₁, t₂, n), right-handed. t₁ is the projection of the axis along which n is smallest.
 pub(crate) fn frame_along(normal: &Vector3<f64>) -> Matrix3<f64> {
     let axis = Vector3::ith(normal.iamin(), 1.0);
     let first = (axis - normal * normal.dot(&axis)).normalize();
     Matrix3::from_columns(&[first, normal.cross(&first), *normal])
 }
 
-/// A point of the world in the frame of B.
+/// Transforms a world point to the frame of B.
 #[inline]
 fn seen_from(b: Option<&Pose>, point: &Vector3<f64>) -> Vector3<f64> {
     match b {

@@ -1,5 +1,5 @@
-//! Whose the plane of a contact is, where the features leave it open: between edges, between faces
-//! that are as good as each other. Geometry says it, not the order of the bodies.
+//! Choice of the plane's owner if the features leave it open: between two edges, or between equally
+//! good faces. It depends on geometry and not on the order of the bodies.
 
 use super::proxy::{PieceOwner, Proxy, placed, size};
 use crate::geometry::PieceSide;
@@ -8,18 +8,27 @@ use crate::world::World;
 use nalgebra::Vector3;
 use std::cmp::Ordering;
 
-/// Bodies whose turns in a step differ by less turn alike, rad: what rests is not told apart by the last
-/// digits of its spin.
+/// Difference of rotations in a step below which they are equal (rad). The last digits of a spin
+/// must not distinguish bodies at rest.
 const SAME_TURN: f64 = 1e-6;
 
-/// Lengths that differ by less than this part of the smaller piece's size are equal.
+/// Difference of lengths below which they are equal, as a fraction of the smaller piece's size.
 const SAME_LENGTH: f64 = 1e-6;
 
-/// Whose the plane is between two pieces of bodies at `states`, whose poses are `start`: what is fixed has
-/// it; then what turns less in the step, for a plane is drawn as if it did not turn; the heavier; the
-/// larger; the lower one; the one from which the other is seen along a more even direction in its own
-/// axes. All that is the same where the world is turned or mirrored and the bodies are renumbered. Twins
-/// in a symmetric place are told apart by where they are.
+/// Owner of the contact plane between two pieces. The bodies are at `states` with the poses
+/// `start`.
+///
+/// The owner is the first that differs among:
+///
+/// 1. The fixed piece.
+/// 2. The body that rotates less in the step, because the plane does not rotate within it.
+/// 3. The heavier body.
+/// 4. The larger piece.
+/// 5. The lower body.
+/// 6. The body from which the other one is seen along a more even direction in its own axes.
+///
+/// These criteria are invariant to rotation and reflection of the world and to renumbering of
+/// bodies. Equal bodies in symmetric positions are distinguished by their coordinates.
 pub(super) fn plane_of(
     world: &World,
     states: &[State],
@@ -35,7 +44,7 @@ pub(super) fn plane_of(
     let h = world.time_step();
     let bodies = (&world.bodies()[of_a], &world.bodies()[of_b]);
     let sizes = [a, b].map(|proxy| size(placed(world, start, proxy).0));
-    // What a hit makes a body turn with: the whole of the speed at the smallest radius of gyration.
+    // Rotation that a collision may cause: the whole speed at the smallest radius of gyration.
     let (mass, speed) = (
         1.0 / (1.0 / bodies.0.mass() + 1.0 / bodies.1.mass()),
         (states[of_a].velocity - states[of_b].velocity).norm(),
@@ -62,7 +71,7 @@ pub(super) fn plane_of(
     if order == Ordering::Greater { PieceSide::B } else { PieceSide::A }
 }
 
-/// The order of two numbers that are equal within `width`.
+/// Order of two numbers that are equal within `width`.
 fn differ(x: f64, y: f64, width: f64) -> Ordering {
     if (x - y).abs() <= width { Ordering::Equal } else { x.total_cmp(&y) }
 }
@@ -71,7 +80,7 @@ fn lexicographic(x: &Vector3<f64>, y: &Vector3<f64>, width: f64) -> Ordering {
     (0..3).fold(Ordering::Equal, |order, i| order.then_with(|| differ(x[i], y[i], width)))
 }
 
-/// The sizes of the components, the largest first.
+/// Absolute values of the components, the largest first.
 fn sorted(vector: Vector3<f64>) -> Vector3<f64> {
     let mut sizes = vector.abs();
     sizes.as_mut_slice().sort_unstable_by(|x, y| y.total_cmp(x));

@@ -1,4 +1,4 @@
-//! The pieces of a world, and where they are.
+//! Colliders: the pieces of a world and their poses.
 
 use super::Partner;
 use crate::geometry::Piece;
@@ -6,7 +6,7 @@ use crate::mechanics::{Pose, RigidBody};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
-/// Whose a piece is.
+/// Owner of a piece: a body or a fixed piece, by index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PieceOwner {
     Body(usize),
@@ -22,21 +22,21 @@ impl PieceOwner {
     }
 }
 
-/// A piece of the world.
+/// A collider: one piece of a body or a fixed piece of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Proxy {
     pub(super) owner: PieceOwner,
     pub(super) piece: usize,
 }
 
-/// What of a piece says how its body's motion moves it.
+/// Sizes of a piece that bound its motion with its body.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PieceExtent {
-    /// ℓ, m: the reach of the piece from its own middle.
+    /// ℓ: reach of the piece from its own centre (m).
     pub(super) size: f64,
-    /// m: the largest distance of its core from the body's centre of mass.
+    /// Largest distance of its core from the body's centre of mass (m).
     pub(super) arm: f64,
-    /// m: the radius of the largest ball about its middle that is inside it.
+    /// Radius of the largest ball about its centre inside the piece (m).
     pub(super) inner: f64,
 }
 
@@ -51,7 +51,7 @@ impl PieceExtent {
     }
 }
 
-/// The pieces of a world: those of its bodies, in their order, then what is fixed.
+/// All colliders of a world: the pieces of the bodies in order, then the fixed pieces.
 pub(super) fn proxies_of(world: &World) -> impl Iterator<Item = Proxy> + '_ {
     let of_body = |(index, body): (usize, &RigidBody)| {
         let owner = PieceOwner::Body(index);
@@ -62,12 +62,12 @@ pub(super) fn proxies_of(world: &World) -> impl Iterator<Item = Proxy> + '_ {
     world.bodies().iter().enumerate().flat_map(of_body).chain(fixed)
 }
 
-/// ℓ, m: the reach of a piece from its own middle.
+/// ℓ: reach of a piece from its own centre (m).
 pub(super) fn size(piece: &Piece) -> f64 {
     piece.core().reach() + piece.radius()
 }
 
-/// A piece and where its owner is.
+/// A collider's piece and the pose of its owner.
 pub(super) fn placed<'a>(
     world: &'a World,
     poses: &'a [Pose],
@@ -79,6 +79,6 @@ pub(super) fn placed<'a>(
     }
 }
 
-/// Where something fixed is.
+/// Pose of fixed pieces.
 const FIXED: Pose = Pose { position: Vector3::new(0.0, 0.0, 0.0), rotation: IDENTITY };
 const IDENTITY: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);

@@ -1,37 +1,41 @@
-//! Restitution: how fast a contact leaves that arrives in a step.
+//! Restitution: the parting speed of contacts that arrive in a step.
 //!
 //! Newton's law: the speed ċ⁺ at which the touching points part after an impact is at least e times
-//! the speed c_n⁻ = −ċ⁻ at which they came. Both are taken where the impulse acts, at the levers of the
-//! step's start, and with the velocities just before and just after it,
+//! the approach speed c_n⁻ = −ċ⁻ before it. Both speeds are taken where the impulse acts, at the
+//! levers of the step's start, with the velocities just before and just after the impulse:
 //!
 //! ```text
 //! ċ = n·(v_A + A_A ω̃_A × y_A − v_B − A_B ω̃_B × y_B)
 //! ```
 //!
-//! ω̃ being I⁻¹ P⁻(ω) before and I⁻¹ P⁺(ω⁺) after ([`Rotation`](crate::mechanics::Rotation)). A contact
-//! that arrives, open or touching at k, faster than a threshold, and which free flight would close,
-//! then has beside the gap's row that of its **rebound** e c_n⁻,
+//! Here ω̃ is I⁻¹ P⁻(ω) before and I⁻¹ P⁺(ω⁺) after ([`Rotation`](crate::mechanics::Rotation)). A
+//! contact arrives if it is open or touching at k, approaches faster than a threshold, and would be
+//! closed by free flight. It then has a row for its **rebound** e c_n⁻ in addition to the row of
+//! the gap:
 //!
 //! ```text
 //! 0 ≤ p_n ⊥ min(φ⁺/h, ċ⁺ − e c_n⁻) ≥ 0                                    (eq. 29)
 //! ```
 //!
-//! So does one that another's impulse closes, pressing in a step in which its island bounces, whatever c_n⁻
-//! it has: one that was parting may then come as fast as it was. Everywhere else the law is that without restitution. What the impulses of a step do to the energy
-//! at the time k is their work on the mean of the velocities before and after,
+//! A contact that is closed by the impulse of another one also has this row, at any c_n⁻. It must
+//! press in a step in which its island bounces. If it was parting, it may approach afterwards as
+//! fast as it parted. All other contacts follow the law without restitution.
+//!
+//! The impulses change the energy at time k by their work on the mean of the velocities before and
+//! after:
 //!
 //! ```text
 //! W = Σ p·(u⁻ + u⁺)/2,                                                    (eq. 31)
 //! ```
 //!
-//! exactly in the momentum form of the rotation, so that bodies with e = 1 and without friction keep
-//! theirs, however they turn (eq. 30, 35 of `docs/formulation.md`): ċ⁺ = −ċ⁻. A bounce begins at the
-//! height that the contact has at k; times and heights are right to first order in h.
+//! This is exact in the momentum form of the rotation. Bodies with e = 1 and without friction have
+//! ċ⁺ = −ċ⁻ and conserve their energy for any rotation (eq. 30, 35 of `docs/formulation.md`). A
+//! bounce begins at the height of the contact at k, so times and heights are accurate to first
+//! order in h.
 //!
-//! With friction, Newton's law can make energy (Kane's paradox): each contact's speeds are
-//! prescribed one by one, whatever the others do. [`Contact::impact_work`] adds W up; the
-//! simulation takes a part of e, the largest at which W ≤ 0, where it would be
-//! positive.
+//! With friction, Newton's law can create energy (Kane's paradox), because it prescribes the speed
+//! of each contact independently of the others. [`Contact::impact_work`] computes the terms of W.
+//! If W is positive, the simulation scales e by the largest share at which W ≤ 0.
 
 use super::{Contact, Partner, Response};
 use crate::mechanics::{RigidBody, State};
@@ -39,8 +43,8 @@ use crate::world::World;
 use nalgebra::Vector3;
 
 impl Contact {
-    /// How the touching points of A and B move apart just before the impulses of a step from `states`,
-    /// m/s, world. NaN where the list has no state of one of the bodies.
+    /// Relative velocity of the touching points of A and B just before the impulses of a step from
+    /// `states` (m/s, world). NaN if the list has no state of one of the bodies.
     #[must_use]
     pub fn arriving_velocity(&self, world: &World, states: &[State]) -> Vector3<f64> {
         let h = world.time_step();
@@ -49,8 +53,8 @@ impl Contact {
         })
     }
 
-    /// The same just after the impulses of the step `states` → `next`; arms and frames are those at its
-    /// start.
+    /// Relative velocity of the touching points just after the impulses of the step `states` →
+    /// `next` (m/s, world). Arms and frames are those at the start.
     #[must_use]
     pub fn departing_velocity(
         &self,
@@ -64,7 +68,8 @@ impl Contact {
         })
     }
 
-    /// v_A + A_A ω̃_A × y_A − v_B − A_B ω̃_B × y_B, with the velocities of `moving` and ω̃ by `spin`.
+    /// v_A + A_A ω̃_A × y_A − v_B − A_B ω̃_B × y_B with the velocities of `moving`; `spin` computes
+    /// ω̃.
     fn parting_velocity(
         &self,
         world: &World,
@@ -91,8 +96,8 @@ impl Contact {
         velocity - b.velocity - turning.cross(&arm)
     }
 
-    /// The work of an impulse `force` × h of the contact on the mean of the velocities before
-    /// and after the step `states` → `next` of `world` (eq. 31), J. NaN where a list has no state of one
+    /// Work of the impulse `force` × h of the contact on the mean of the velocities before and
+    /// after the step `states` → `next` of `world` (eq. 31) (J). NaN if a list has no state of one
     /// of the bodies.
     #[must_use]
     pub fn impact_work(
@@ -107,9 +112,8 @@ impl Contact {
         0.5 * world.time_step() * force.dot(&(before + after))
     }
 
-    /// e c_n⁻ (eq. 29), m/s, where free flight would take the bodies from `states` to `free` and the
-    /// part `share` of the restitution is taken; 0 where the contact does not bounce, and where a list
-    /// has no state of one of the bodies.
+    /// e c_n⁻ times `share` (eq. 29), for a free flight from `states` to `free` (m/s). It is 0 if
+    /// the contact does not bounce, or if a list has no state of one of the bodies.
     #[must_use]
     pub fn rebound_of(&self, world: &World, states: &[State], free: &[State], share: f64) -> f64 {
         let restitution = self.law.restitution;
@@ -119,20 +123,23 @@ impl Contact {
         let coming = -self.normal().dot(&self.arriving_velocity(world, states));
         let arrives =
             || coming > world.rebound_speed() && self.free_gap(free).is_some_and(|gap| gap <= 0.0);
-        // A NaN bounces nowhere.
+        // A NaN does not bounce.
         let bounces = coming.is_finite() && (self.struck || arrives());
         if bounces { share * restitution * coming } else { 0.0 }
     }
 
-    /// Whether the contact bounces in the step: whether it has the row of a rebound.
+    /// True if the contact bounces in the step, so that it has the row of a rebound.
     #[must_use]
     #[inline]
     pub fn bounces(&self) -> bool {
         self.rebound != 0.0
     }
 
-    /// How far the step is from where the contact begins or ceases to bounce, m/s: how fast it arrives above the speed from which on it bounces, and
-    /// how far open or closed free flight to `free` leaves it, over h. Infinite of what has no restitution, or is struck.
+    /// Distance of the step from a change between bouncing and not bouncing (m/s).
+    ///
+    /// It compares the approach speed with its threshold, and the gap after the free flight to
+    /// `free`, divided by h, with 0. It is infinite for a contact that is struck or has no
+    /// restitution.
     pub(crate) fn bounce_margin(&self, world: &World, states: &[State], free: &[State]) -> f64 {
         if self.struck || self.law.restitution == 0.0 {
             return f64::INFINITY;
@@ -140,23 +147,27 @@ impl Contact {
         let coming = -self.normal().dot(&self.arriving_velocity(world, states));
         let faster = coming - world.rebound_speed();
         let closer = self.free_gap(free).map_or(f64::INFINITY, |gap| -gap / world.time_step());
-        // Both have to be positive: what is not has to become so, or else the first that would not be any more counts.
+        // Bouncing needs both to be positive. The result is the distance to the nearest change of
+        // this.
         match faster.min(closer) {
             least if least > 0.0 => least,
             _ => (-faster).max(-closer).max(0.0),
         }
     }
 
-    /// Whether the contact, if it presses in a step in which its island bounces, is
-    /// [struck](Contact::struck): it has restitution, and no rebound so far.
+    /// True if the contact is [struck](Contact::struck) once it presses in a step in which its
+    /// island bounces. Such a contact has restitution and no rebound yet.
     #[must_use]
     pub fn may_be_struck(&self) -> bool {
         !self.struck && !self.bounces() && self.law.restitution > 0.0
     }
 
-    /// Whether the contact is no farther open than its points could move in the step `states` → `next` of
-    /// `world`, at the speeds before and after and at `pushed` (m/s), what the impulses on its bodies make of them: what one of
-    /// them may have closed within it, before others held that back.
+    /// True if the gap is at most the distance that the points of the contact can move in the step
+    /// `states` → `next` of `world`.
+    ///
+    /// The distance uses the speeds before and after and `pushed` (m/s), the speed from the
+    /// impulses on its bodies. One of these impulses may have closed the contact before others held
+    /// it back.
     #[must_use]
     pub fn could_close(
         &self,
@@ -170,8 +181,8 @@ impl Contact {
         self.gap <= world.time_step() * (before + after + pushed)
     }
 
-    /// How fast the impulse of `force` (N) alone moves the points of the contact apart or along each other, m/s, at most: h |f|/m
-    /// times both of its [responses](Contact::response).
+    /// Bound on the relative speed of the contact's points caused by the impulse of `force` (N)
+    /// alone (m/s). It is h |f|/m times the sum of both [responses](Contact::response).
     #[must_use]
     pub fn pushed_by(&self, world: &World, force: &Vector3<f64>) -> f64 {
         let mass = world.bodies().get(self.key.body).map_or(f64::NAN, RigidBody::mass);
@@ -179,10 +190,11 @@ impl Contact {
         world.time_step() * force.norm() / mass * (normal + tangential)
     }
 
-    /// The motion that the law of the contact speaks of, m/s, world, where `u` is its
-    /// [motion](Contact::motion) over the step `states` → `next` of `world`: with what surfaces
-    /// [carry](Contact::carried), and along the normal the smaller
-    /// one of the gap speed and what is left of the rebound (eq. 29).
+    /// Motion in the law of the contact (m/s, world). `u` is its [motion](Contact::motion) over the
+    /// step `states` → `next` of `world`.
+    ///
+    /// It adds the motion of [surfaces](Contact::carried). Along the normal it is the smaller of
+    /// the gap speed and the parting speed beyond the rebound (eq. 29).
     #[must_use]
     #[inline]
     pub fn law_motion(
@@ -198,7 +210,7 @@ impl Contact {
         }
     }
 
-    /// The same of a contact that bounces or where surfaces move.
+    /// Motion in the law of a contact that bounces or touches a moving surface.
     fn changed_motion(
         &self,
         u: Vector3<f64>,
@@ -210,7 +222,7 @@ impl Contact {
         if self.bounces() { self.bounded_motion(u, world, states, next) } else { u }
     }
 
-    /// The same of a contact that bounces.
+    /// Motion in the law of a contact that bounces.
     fn bounded_motion(
         &self,
         u: Vector3<f64>,
@@ -225,7 +237,7 @@ impl Contact {
         if left >= along { u } else { u + normal * (left - along) }
     }
 
-    /// φ after free flight to `free`, m, which is known if the bodies have states there.
+    /// φ after free flight to `free` (m); `None` if a body has no state there.
     fn free_gap(&self, free: &[State]) -> Option<f64> {
         let pose = |index: usize| free.get(index).map(State::pose);
         let a = pose(self.key.body)?;
@@ -236,10 +248,12 @@ impl Contact {
     }
 }
 
-/// Sets the rebound of the `contacts` of a step of `world` from `states` whose free flight ends in
-/// `free`. `shares` are the parts of the restitution that each body takes, all of it where there
-/// is none for a body; a contact takes the smaller one of its two. A contact does not bounce
-/// whose bodies have no states in `states` and `free`.
+/// Sets the rebounds of the `contacts` of a step of `world` from `states` to the free flight states
+/// `free`.
+///
+/// `shares` scales the restitution of each body, with 1 for bodies without an entry. A contact uses
+/// the smaller share of its two bodies. A contact does not bounce if its bodies have no states in
+/// `states` and `free`.
 pub fn set_rebounds(
     world: &World,
     states: &[State],
@@ -254,12 +268,12 @@ pub fn set_rebounds(
     }
 }
 
-/// What the search for contacts remembers of a step, for the rebounds of those that it finds later.
+/// Data of a step for the rebounds of contacts that are found later.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rebound {
     /// X at step k+1 in free flight; empty in a world without restitution.
     free: Vec<State>,
-    /// Those that were set, of the first bodies; the others take all.
+    /// Shares of the restitution of the first bodies; 1 for the others.
     shares: Vec<f64>,
 }
 

@@ -1,38 +1,39 @@
-//! What doubles can tell, in one place for solvers, loop, verification and tests.
+//! Rounding errors of gaps and residuals, shared by solvers, step loop, verification and tests.
 //!
-//! A gap is computed from stored numbers, φ = n·(r + A(q) c) − d. With ε = 2⁻⁵², each stored
-//! coordinate is known to ½ε of itself; an entry of A(q) is a sum of products of two stored
-//! numbers each and is known to 4ε; the products with c, with n and the sums add 3ε each. Of
-//! every length that enters, |n_k r_k|, |c| and |d|, no more than
+//! A gap is computed from stored numbers: φ = n·(r + A(q) c) − d. With ε = 2⁻⁵², a stored
+//! coordinate has a relative error of ½ε. An entry of A(q) is a sum of products of two stored
+//! numbers and has an error of 4ε. The products with c and n and the sums add 3ε each. In terms of
+//! the lengths |n_k r_k|,
+//! |c| and |d|, the error of a gap is at most
 //!
 //! ```text
 //! δφ ≤ 16 ε (|n·r| + |n·A c| + |d|)                                       (eq. 21)
 //! ```
 //!
-//! is lost. Divided by h it is a speed, and the velocities' own last digits come to it, and those of the
-//! gyroscopic torque: it is known to ε ‖I‖ |ω|², of which h I⁻¹ makes a spin, and of slender bodies that is
-//! much,
+//! Divided by h this is a speed. The velocities add their own last digits. The gyroscopic torque
+//! has an error of ε ‖I‖ |ω|², which h I⁻¹ turns into a spin error; it is large for slender bodies.
+//! The residual of an exact step is thus
 //!
 //! ```text
 //! δu ≤ min(16 ε (L/h + V + h ‖I⁻¹‖ ‖I‖ |ω|² ℓ), 10⁻⁷ m/s)                (eq. 22)
 //! ```
 //!
-//! with L the largest coordinate plus the reach ℓ, V the largest speed. The cap keeps a step that
-//! is far away or very short from excusing what is no rounding any more: beyond it, doubles do
-//! not hold the scene, and its steps are called failed.
+//! with L the largest coordinate plus the reach ℓ, and V the largest speed. The cap limits the
+//! tolerance for scenes that are far from the origin and for very short steps. Doubles cannot
+//! resolve a scene beyond it, and its steps count as not converged.
 
 use crate::mechanics::State;
 use crate::world::World;
 use nalgebra::Vector3;
 
-/// How many roundings of a length a gap is a sum of.
+/// Number of roundings of a length that a gap sums up.
 const ROUNDINGS: f64 = 16.0;
 
-/// No residual above this is ever called rounding, m/s.
+/// Upper limit of the rounding tolerance of a residual (m/s).
 pub const LARGEST: f64 = 1e-7;
 
-/// What is lost of a gap (eq. 21), m, whose plane has the `normal` and the `offset` and whose
-/// point is `arm` from a centre of mass at `position` (m).
+/// Rounding error of a gap (eq. 21) (m). The plane has the `normal` and the `offset`. The point is
+/// at `arm` from a centre of mass at `position` (m).
 #[must_use]
 #[inline]
 pub fn gap(normal: &Vector3<f64>, position: &Vector3<f64>, offset: f64, arm: &Vector3<f64>) -> f64 {
@@ -40,8 +41,7 @@ pub fn gap(normal: &Vector3<f64>, position: &Vector3<f64>, offset: f64, arm: &Ve
     ROUNDINGS * f64::EPSILON * (position + offset.abs() + normal.dot(arm).abs())
 }
 
-/// What rounding alone may make of the residual of an exact step from `states` to `next` (eq.
-/// 22), m/s.
+/// Bound on the residual of an exact step from `states` to `next` by rounding alone (eq. 22) (m/s).
 #[must_use]
 pub fn residual(world: &World, states: &[State], next: &[State]) -> f64 {
     let (h, mut length, mut speed) = (world.time_step(), 0.0_f64, 0.0_f64);
@@ -54,6 +54,6 @@ pub fn residual(world: &World, states: &[State], next: &[State]) -> f64 {
     }
     let length = length + world.ground().map_or(0.0, |ground| ground.offset().abs());
     let lost = ROUNDINGS * f64::EPSILON * (length / h + speed);
-    // In this order a NaN is capped as well.
+    // This order caps a NaN as well.
     if lost < LARGEST { lost } else { LARGEST }
 }

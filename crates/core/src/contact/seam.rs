@@ -1,13 +1,13 @@
-//! Faces that meet in a line only: tiles of a floor.
+//! Coplanar faces that meet in a line only, like the tiles of a floor.
 
 use crate::geometry::{PieceSide, PlacedPiece, Touch};
 use nalgebra::Vector3;
 
-/// Face normals are parallel to this: cosine.
+/// Cosine above which face normals are parallel.
 const PARALLEL: f64 = 0.999_55;
 
-/// Whether two faces lie in one plane but overlap in a line or a point only, to rounding: boxes on a
-/// floor of tiles, where one reaches the next. Neither holds the other there.
+/// True if two faces lie in one plane and overlap in a line or a point only, to rounding. Boxes on
+/// a tiled floor do so where one tile meets the next. Such faces do not support each other.
 pub(super) fn shares_a_line_only(
     a: PlacedPiece<'_>,
     b: PlacedPiece<'_>,
@@ -19,7 +19,7 @@ pub(super) fn shares_a_line_only(
         PieceSide::A => (b, a),
         PieceSide::B => (a, b),
     };
-    // In the world.
+    // Normal in the world.
     let normal = owner.1.rotation * first.normal;
     let faces = |(piece, pose): PlacedPiece<'_>, normal: Vector3<f64>| {
         let normal = pose.rotation.tr_mul(&normal);

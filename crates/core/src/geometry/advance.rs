@@ -1,30 +1,33 @@
-//! Where two moving pieces first meet: conservative advancement (Mirtich, "Impulse-based dynamic
-//! simulation of rigid body systems", 1996), for pieces that turn.
+//! First contact of two moving pieces by conservative advancement (Mirtich, "Impulse-based dynamic
+//! simulation of rigid body systems", 1996), for pieces that rotate.
 //!
-//! Along a unit vector n that stands still, the pieces are apart by
+//! The gap of the pieces along a constant unit vector n is
 //!
 //! ```text
 //! g_n(s) = min_B n·x − max_A n·x ≤ separation(s)
 //! ```
 //!
-//! and bounds say how fast that can fall. Every point of a core within ρ (the arm) of the centre
-//! that turns by θ over the way has n·ẋ ≤ n·Δr + |n × θ| ρ, and |n·ẍ| ≤ |n × θ| |θ| ρ: over a part L
-//! of the way,
+//! Here s from 0 to 1 is the fraction of the trajectory. Δr and θ are the translation and rotation
+//! of a body over the whole trajectory. Every core point within ρ (the arm) of the body's centre of
+//! mass has n·ẋ ≤ n·Δr + |n × θ| ρ and |n·ẍ| ≤ |n × θ| |θ| ρ. These rates bound the decrease of the
+//! gap over a part L of the trajectory:
 //!
 //! ```text
 //! g_n(s + l) ≥ g_n(s) − l (n·(Δr_A − Δr_B) + Σ |n × θ| ρ)
 //! g_n(s + l) ≥ (1 − l/L) g_n(s) + (l/L) g_n(s + L) − Σ |n × θ| |θ| ρ L²/8,   l ≤ L
 //! ```
 //!
-//! The second is exact where nothing turns. What turns while it touches takes its axis with it: where n
-//! goes evenly from the axis at s to that at s + L, the difference of two vertices along it has a
-//! second derivative of at most 2 |Δn| (|Δr_A − Δr_B| + Σ |θ| ρ)/L + Σ |θ|² ρ, and with it
+//! The second bound is exact without rotation. The axis of bodies that rotate while they touch
+//! turns with them. Let n move linearly from the axis at s to the axis at s + L. The difference of
+//! two vertices along n has a second derivative of at most D:
 //!
 //! ```text
-//! separation(s + l) ≥ (1 − l/L) separation(s) + (l/L) separation(s + L) − L²/8 · (that)
+//! D = 2 |Δn| (|Δr_A − Δr_B| + Σ |θ| ρ)/L + Σ |θ|² ρ
+//! separation(s + l) ≥ (1 − l/L) separation(s) + (l/L) separation(s + L) − L²/8 · D
 //! ```
 //!
-//! up to the length of the mean of the axes, 1 − |Δn|²/8. Whichever lets the way go on farthest is taken.
+//! This holds up to the length of the mean of the axes, 1 − |Δn|²/8. The search uses the bound that
+//! permits the longest step.
 
 use super::Piece;
 use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece};
@@ -32,32 +35,33 @@ use super::separation::{Separation, separation};
 use crate::mechanics::{Pose, Way};
 use nalgebra::Vector3;
 
-/// Steps on one way: an approach takes a few, a graze at the depth that is looked for some tens.
+/// Largest number of steps along a trajectory. An approach takes a few; a graze at the target depth
+/// takes some tens.
 const MOST_PLACES: u32 = 200;
 
-/// A piece and its way.
+/// A piece and its trajectory over a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Moving<'a> {
     /// The piece.
     pub piece: &'a Piece,
-    /// The way of its body.
+    /// Trajectory of its body.
     pub way: &'a Way,
-    /// Where the way begins and ends.
+    /// Poses at the start and the end of the trajectory.
     pub ends: (&'a Pose, &'a Pose),
-    /// ρ, m: the largest distance of the core's points from the body's centre of mass. How a turn moves
-    /// what is rounded, its core says.
+    /// ρ: largest distance of the core's points from the body's centre of mass (m). The gap of
+    /// rounded pieces is the gap of their cores minus the radii, so the radius plays no part.
     pub arm: f64,
 }
 
-/// What a way comes to.
+/// Result of a search along a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Advance {
-    /// The pieces stay apart, or overlap no deeper than was asked for.
+    /// The pieces stay apart, or overlap at most by the given depth.
     Clear,
-    /// At this part of the way they overlap by half the depth to the whole of it, and before it by no
-    /// more than the whole.
+    /// At this fraction of the trajectory they overlap by between half and all of the given depth.
+    /// They never overlap deeper before it.
     Met(f64),
-    /// The search came this far and gave up.
+    /// The search stopped at this fraction, after the largest number of steps.
     GaveUp(f64),
 }
 
@@ -70,39 +74,44 @@ impl<'a> Moving<'a> {
         (self.piece, self.ends.1)
     }
 
-    /// How far a turn carries a point, m: at most the chord 2 ρ sin ½|θ|.
+    /// Bound on the displacement of a point by the rotation (m): the chord 2 ρ sin ½|θ| is at most
+    /// this.
     fn chord(&self) -> f64 {
         self.arm * self.way.angle().min(2.0)
     }
 
-    /// |n × θ| ρ, m.
+    /// |n × θ| ρ (m).
     fn sideways(&self, axis: &Vector3<f64>) -> f64 {
         axis.cross(&self.way.turn()).norm() * self.arm
     }
 
-    /// How far a piece can leave the box around both ends of its way, m: a point goes along an arc.
+    /// Largest distance by which a piece can leave the box around both ends of its trajectory (m).
+    /// Points of a rotating piece move along arcs.
     #[must_use]
     pub fn bulge(&self) -> f64 {
         bulge(self.arm, self.way.angle())
     }
 }
 
-/// How far a point within `arm` (m) of what turns by `angle` (rad) can leave the chord of its arc, m.
+/// Largest distance between an arc and its chord (m), for a point within `arm` (m) of the centre
+/// and a rotation by `angle` (rad).
 #[must_use]
 pub fn bulge(arm: f64, angle: f64) -> f64 {
     arm * (0.125 * angle * angle).min(2.0)
 }
 
-/// How far points of two pieces can move against each other on their ways, m.
+/// Bound on the relative displacement of points of two pieces over the whole trajectory (m).
 #[must_use]
 pub fn travel(a: &Moving<'_>, b: &Moving<'_>) -> f64 {
     let shift = a.way.shift() - b.way.shift();
     shift.norm() + a.chord() + b.chord()
 }
 
-/// Whether two pieces overlap by no more than `depth` (m) anywhere on their ways, as far as the axis that
-/// `hint` remembers can tell, as it is at the end or going from the start's to the end's: quick, and enough for most of what
-/// touches.
+/// True if the cached axis proves that two pieces overlap by at most `depth` (m) on the whole
+/// trajectory.
+///
+/// The test uses the axis at the end, and then an axis that moves from the start's to the end's. It
+/// is cheap and sufficient for most touching pairs.
 #[must_use]
 pub fn stays_clear(a: &Moving<'_>, b: &Moving<'_>, depth: f64, hint: &Hint) -> bool {
     let Some(axis) = hint.axis_between(a.at_end(), b.at_end()) else { return false };
@@ -114,11 +123,11 @@ pub fn stays_clear(a: &Moving<'_>, b: &Moving<'_>, depth: f64, hint: &Hint) -> b
     let Some(before) = hint.axis_between(a.at_start(), b.at_start()) else { return false };
     let change = axis - before;
     let turns = end.min(gap_along(a.at_start(), b.at_start(), &before));
-    // A mean of both axes is shorter than they are.
+    // The mean of two unit axes is shorter than 1.
     turns - turning(a, b, 1.0, &change) >= -depth * (1.0 - 0.125 * change.norm_squared())
 }
 
-/// The first place on the way of two pieces where they overlap by `depth` (m, above 0).
+/// Finds the first fraction of the trajectory where two pieces overlap by `depth` (m, above 0).
 pub fn first_overlap(
     a: &Moving<'_>,
     b: &Moving<'_>,
@@ -164,11 +173,11 @@ pub fn first_overlap(
     Advance::GaveUp(share)
 }
 
-/// How far the way is clear from `share` on by an axis that stands still, where the pieces may come nearer
-/// by `room` (m).
+/// Length of the trajectory from `share` on that is clear by a constant axis, as a fraction. The
+/// gap along the axis may shrink by `room` (m).
 fn standing(a: &Moving<'_>, b: &Moving<'_>, share: f64, now: &Separation, room: f64) -> f64 {
     let (axis, rest) = (now.axis, 1.0 - share);
-    // Only as far as the gap cannot sag by more than half of the room.
+    // Limits the length so that the gap sags by at most half of the room.
     let sagging = sagging(a, b, &axis);
     let far = (0.5 * room / sagging).sqrt().min(rest);
     let ahead = if far < rest {
@@ -186,8 +195,8 @@ fn standing(a: &Moving<'_>, b: &Moving<'_>, share: f64, now: &Separation, room: 
     by_rate.max(by_chord)
 }
 
-/// How far below the chord the separation can sag over the part `far` of the way, m, by an axis that goes
-/// from one end's to the other's, by `change`; ∞ where they are too different.
+/// Bound on how far the separation sags below its chord over the fraction `far` of the trajectory
+/// (m). The axis moves by `change` from one end to the other. The result is ∞ for large changes.
 fn turning(a: &Moving<'_>, b: &Moving<'_>, far: f64, change: &Vector3<f64>) -> f64 {
     let change = change.norm();
     if change > 0.5 {
@@ -199,13 +208,14 @@ fn turning(a: &Moving<'_>, b: &Moving<'_>, far: f64, change: &Vector3<f64>) -> f
     0.125 * far * (2.0 * change * (shift + speed(a) + speed(b)) + far * (bend(a) + bend(b)))
 }
 
-/// Σ |n × θ| |θ| ρ/8, m: how far below the chord over the whole way the gap along an axis can sag.
+/// Σ |n × θ| |θ| ρ/8: bound on how far the gap along an axis sags below its chord over the whole
+/// trajectory (m).
 fn sagging(a: &Moving<'_>, b: &Moving<'_>, axis: &Vector3<f64>) -> f64 {
     let of = |moving: &Moving<'_>| moving.sideways(axis) * moving.way.angle();
     0.125 * (of(a) + of(b))
 }
 
-/// How far two pieces are apart along a unit vector (world, from A to B), m.
+/// Gap of two pieces in m along a unit vector (world, from A to B).
 fn gap_along(a: PlacedPiece<'_>, b: PlacedPiece<'_>, axis: &Vector3<f64>) -> f64 {
     let pair = PiecePair::new(a, b);
     pair.gap_along(&a.1.rotation.tr_mul(axis)) - pair.radii()

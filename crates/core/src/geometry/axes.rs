@@ -1,21 +1,23 @@
-//! The axis along which two cores are farthest apart, of all face normals and all edge pairs
-//! that make a face of the Minkowski difference (Gregorius, "The separating axis test between
-//! convex polyhedra", GDC 2013): exact if the cores overlap; if they are apart, a bound from
-//! below on their distance, which is exact if a face or two crossing edges are closest.
+//! The axis of largest separation of two cores, among all face normals and all edge pairs that make
+//! a face of the Minkowski difference (Gregorius, "The separating axis test between convex
+//! polyhedra", GDC 2013).
+//!
+//! The gap along it is exact if the cores overlap. If they are apart it is a lower bound on their
+//! distance, which is exact if a face or two crossing edges are closest.
 
 use super::pair::{PairScratch, PiecePair, highest, lowest};
 use super::segment::span;
 use super::touch::PieceSide;
 use nalgebra::Vector3;
 
-/// Edges at an angle with a smaller sine are taken for parallel: the direction across them is
-/// known to 1e-16/1e-6 only, and a face says almost the same.
+/// Sine below which edges count as parallel. Their cross product is then accurate only to
+/// 1e-16/1e-6, and a face normal is almost the same axis.
 pub(super) const PARALLEL: f64 = 1e-6;
 
-/// Areas that differ by less than this part are equal.
+/// Relative difference below which two areas are equal.
 const EQUAL: f64 = 1e-7;
 
-/// What spans an axis.
+/// Features that span an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum AxisSource {
@@ -24,30 +26,31 @@ pub(super) enum AxisSource {
     Edges(usize, usize),
 }
 
-/// An axis and how far the cores are apart along it.
+/// A candidate axis and the gap of the cores along it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SeparatingAxis {
     pub kind: AxisSource,
-    /// Unit, frame of A, from A to B.
+    /// Unit normal (frame of A, from A to B).
     pub normal: Vector3<f64>,
-    /// m; negative if the cores overlap.
+    /// Gap (m); negative if the cores overlap.
     pub gap: f64,
-    /// Whether the gap is known to be the separation of the cores, not only a bound.
+    /// True if the gap is the separation of the cores, false if it is only a bound.
     pub exact: bool,
 }
 
-/// How faces that are as good as each other are told apart.
+/// Tie-breaking rule for faces with almost equal gaps.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TieBreak {
-    /// m: gaps that differ by less are equal.
+    /// Difference of gaps below which they are equal (m).
     pub within: f64,
-    /// Whose the face is if the areas are equal too.
+    /// Piece whose face is chosen if the areas are equal too.
     pub to: PieceSide,
 }
 
-/// The best axis, or one whose gap is above `enough`. None if neither core has a
-/// face. `scratch` holds B's placed vertices and normals; what is outside a face by no more than the
-/// `tie` is wide counts as over it.
+/// Returns the best axis, or the first one found with a gap above `enough`.
+///
+/// Returns `None` if neither core has a face. `scratch` holds B's vertices and normals in the frame
+/// of A. A vertex outside a face by at most `tie.within` counts as over it.
 pub(super) fn best_axis(
     pair: &PiecePair<'_>,
     scratch: &mut PairScratch,
@@ -66,7 +69,7 @@ pub(super) fn best_axis(
         (Some(a), Some(b)) => better_face(pair, a, b, tie),
         (a, b) => a.or(b)?,
     };
-    // Where the deepest vertex is over the face itself, nothing can be farther apart.
+    // If the deepest vertex is over the face itself, no other axis has a larger gap.
     if best.gap >= 0.0 && meets_face(pair, scratch, &best, tie.within) {
         return Some(SeparatingAxis { exact: true, ..best });
     }
@@ -107,8 +110,8 @@ fn best_face_of_b(pair: &PiecePair<'_>, scratch: &PairScratch) -> Option<Separat
     best
 }
 
-/// The face with the gap that is larger by more than the `tie`; of equals the larger face; of equals
-/// again the one that the tie goes to.
+/// The face with the larger gap, if the gaps differ by more than the `tie`. Otherwise the larger
+/// face, and for equal areas the face of the piece `tie.to`.
 fn better_face(
     pair: &PiecePair<'_>,
     a: SeparatingAxis,
@@ -128,8 +131,8 @@ fn better_face(
     if b_wins { b } else { a }
 }
 
-/// Whether the deepest vertex of the other core is over the face of the axis: then the axis'
-/// gap is the distance.
+/// True if the deepest vertex of the other core is over the face of the axis. The gap along the
+/// axis is then the distance.
 fn meets_face(
     pair: &PiecePair<'_>,
     scratch: &PairScratch,
@@ -149,17 +152,17 @@ fn meets_face(
     }
 }
 
-/// The axis across two edges with the largest gap, if it is larger than that of `best`.
+/// The axis across two edges with the largest gap, or `best` if its gap is larger.
 ///
-/// Two edges make a face of the Minkowski difference if the arc between the normals of A's
-/// faces at the edge crosses that between the negative normals of B's. With e the edges'
-/// directions, l and r the normals to the left and right (e ∥ l × r):
+/// Two edges make a face of the Minkowski difference if two arcs cross: the arc between the normals
+/// of A's faces at the edge, and the arc between the negative normals of B's. With e the directions
+/// of the edges and l and r the normals to the left and right (e ∥ l × r):
 ///
 /// ```text
 /// (l_B·e_A)(r_B·e_A) < 0,   (l_A·e_B)(r_A·e_B) < 0,   (l_B·e_A)(r_A·e_B) < 0
 /// ```
 ///
-/// A segment has a whole circle in place of the arc: what it takes part in is left out.
+/// A segment has a full circle instead of an arc, so its conditions are skipped.
 fn best_edges(
     pair: &PiecePair<'_>,
     scratch: &mut PairScratch,

@@ -1,10 +1,11 @@
-//! A quick bound on how far two pieces are apart.
+//! A cheap lower bound on the distance of two pieces.
 
 use super::pair::{Hint, PiecePair, PlacedPiece};
 
-/// A bound from below on the [`separation`](super::separation()) of two pieces, m: from balls around
-/// them, and along the axis that `hint` remembers, which is exact while the same features face each
-/// other.
+/// Lower bound on the [`separation`](super::separation()) of two pieces (m).
+///
+/// It is the larger of two bounds: the gap of the bounding balls and the gap along the axis stored
+/// in `hint`. The second is exact while the same features face each other.
 #[must_use]
 pub fn bound(a: PlacedPiece<'_>, b: PlacedPiece<'_>, hint: &Hint) -> f64 {
     let pair = PiecePair::new(a, b);

@@ -1,11 +1,11 @@
-//! The closest points of two cores that are apart, over all pairs of features.
+//! Closest points of two separated cores, by search over all pairs of features.
 
 use super::hull::Edge;
 use super::pair::{PairScratch, PiecePair, highest, lowest};
 use super::segment::{nearest_shares, span};
 use nalgebra::Vector3;
 
-/// A point of a core, as the feature that it is in.
+/// Feature of a core that contains a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum On {
     Vertex(usize),
@@ -13,7 +13,7 @@ pub(super) enum On {
     Face(usize),
 }
 
-/// A pair of points, frame of A, m.
+/// A point of each core (m, frame of A) and the features that contain them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Points {
     pub a: Vector3<f64>,
@@ -28,12 +28,14 @@ impl Points {
     }
 }
 
-/// The closest points of two cores. `axis` is one along which they are apart, or None where
-/// neither core has a face; `scratch` holds B's placed vertices and normals.
+/// Closest points of two cores.
 ///
-/// With ub a bound on the distance from above, α and β the highest point of A and the lowest of
-/// B along the axis n, the closest points obey n·b ≤ α + ub and n·a ≥ β − ub: features that do
-/// not reach there are left out.
+/// `axis` is an axis along which the cores are separated. It is `None` if neither core has a face.
+/// `scratch` holds B's vertices and normals in the frame of A.
+///
+/// Let ub be an upper bound on the distance. Let α and β be the highest point of A and the lowest
+/// point of B along the axis n. The closest points obey n·b ≤ α + ub and n·a ≥ β − ub, so features
+/// beyond these planes are skipped.
 pub(super) fn closest(
     pair: &PiecePair<'_>,
     scratch: &mut PairScratch,
@@ -88,10 +90,10 @@ pub(super) fn closest(
     best
 }
 
-/// Nearer to its end than this part of an edge, a point is in the vertex.
+/// A point nearer to an edge's end than this fraction of the edge belongs to the vertex.
 const AT_END: f64 = 1e-9;
 
-/// The closest points of two edges: of p + s u and q + t v, 0 ≤ s, t ≤ 1.
+/// Closest points p + s u and q + t v (0 ≤ s, t ≤ 1) of two edges.
 pub(super) fn of_edges(
     pair: &PiecePair<'_>,
     vertices_b: &[Vector3<f64>],

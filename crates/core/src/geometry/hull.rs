@@ -4,19 +4,19 @@ use super::triangles::{FLAT, Triangle, hull_triangles};
 use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, Vector3};
 
-/// Coplanar to this part of the size: neighbouring triangles become one face. The corners of
-/// a turned box are off their common plane by a few 1e-16 of its size.
+/// Relative tolerance for coplanarity: neighbouring triangles within it become one face. The
+/// corners of a rotated box leave their common plane by a few 1e-16 of its size.
 const COPLANAR: f64 = 1e-9;
 
-/// Largest number of corners of a hull. The narrow phase looks at all features of a hull, so
-/// that more would be slow without a warning.
+/// Largest number of vertices of a hull. The narrow phase visits all features, so larger hulls
+/// would be slow without a warning.
 const MOST_VERTICES: usize = 1000;
 
-/// Largest number of points a hull is made from.
+/// Largest number of input points of a hull.
 const MOST_POINTS: usize = 100_000;
 
-/// A convex core, immutable: a point (one vertex), a segment (two vertices, one edge) or a
-/// polyhedron. Lengths in m, in the frame of the body that it belongs to.
+/// An immutable convex core: a point (one vertex), a segment (two vertices, one edge) or a
+/// polyhedron. Lengths are in m, in the frame of the body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hull {
     vertices: Vec<Vector3<f64>>,
@@ -27,41 +27,42 @@ pub struct Hull {
     reach: f64,
 }
 
-/// One polygon of a polyhedron: n·x ≤ d for all of it, with equality on the face.
+/// One polygonal face of a polyhedron: all points x of the hull satisfy n·x ≤ d, with equality on
+/// the face.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Face {
-    /// n, unit, outward.
+    /// n: outward unit normal.
     pub normal: Vector3<f64>,
-    /// d, m.
+    /// d: plane offset (m).
     pub offset: f64,
-    /// m².
+    /// Area (m²).
     pub area: f64,
     first: u32,
     count: u32,
 }
 
-/// One corner of a face's loop.
+/// One corner in the loop of a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Corner {
-    /// Which vertex.
+    /// Index of the vertex.
     pub vertex: u32,
-    /// The edge from this corner to the next one of the loop.
+    /// Index of the edge from this corner to the next one of the loop.
     pub edge: u32,
 }
 
 /// One edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Edge {
-    /// Its vertices, the smaller index first.
+    /// Indices of its vertices, the smaller first.
     pub vertices: [u32; 2],
-    /// The faces to the left and to the right of the way from the first to the second vertex,
-    /// seen from outside; none at a segment. With n their normals, the edge runs along
-    /// n_left × n_right.
+    /// Indices of the left and right face, seen from outside along the direction from the first to
+    /// the second vertex. `None` for a segment. The edge runs along n_left × n_right, with n the
+    /// normals.
     pub faces: Option<[u32; 2]>,
 }
 
 impl Hull {
-    /// One point: the core of a sphere.
+    /// A single point: the core of a sphere.
     ///
     /// # Errors
     /// A coordinate beyond ±1e4 m.
@@ -70,7 +71,7 @@ impl Hull {
         Ok(Self::with_vertices(vec![at], Vec::new()))
     }
 
-    /// Two points and all between them: the core of a capsule.
+    /// The segment between two points: the core of a capsule.
     ///
     /// # Errors
     /// A coordinate beyond ±1e4 m; a length below 1e-6 m.
@@ -81,19 +82,20 @@ impl Hull {
         Ok(Self::with_vertices(vec![from, to], vec![edge]))
     }
 
-    /// The convex hull of points, m: its vertices keep their order; points inside, on faces
-    /// or on edges (to 1e-9 of the size) are left out. Neighbouring triangles that lie in one
-    /// plane to 1e-9 of the size are one face.
+    /// Convex hull of points (m).
+    ///
+    /// The vertices keep their order. Points inside the hull, on faces or on edges (to 1e-9 of the
+    /// size) are left out. Neighbouring triangles that are coplanar to 1e-9 of the size become one
+    /// face.
     ///
     /// # Errors
-    /// Fewer than 4 points, more than 100 000, more than 1000 vertices; a coordinate beyond
-    /// ±1e4 m or a largest extent below 1e-6 m; points that lie within 1e-5 of their extent
-    /// in one plane.
+    /// Fewer than 4 points, more than 100 000, or more than 1000 vertices; a coordinate beyond ±1e4
+    /// m; a largest extent below 1e-6 m; points that lie within 1e-5 of their extent in one plane.
     pub fn from_points(points: &[Vector3<f64>]) -> Result<Self, Error> {
         Self::merged(points, COPLANAR)
     }
 
-    /// As [`Hull::from_points`], faces merged to another part of the size.
+    /// Same as [`Hull::from_points`], with a given relative coplanarity tolerance.
     pub(super) fn merged(points: &[Vector3<f64>], coplanar: f64) -> Result<Self, Error> {
         if !(4..=MOST_POINTS).contains(&points.len()) {
             let (field, count) = ("points of the hull", points.len());
@@ -113,7 +115,7 @@ impl Hull {
         Self::from_loops(points, &loops)
     }
 
-    /// The polyhedron with these face loops, of indices into `points`.
+    /// Polyhedron with the given face loops, whose entries are indices into `points`.
     fn from_loops(points: &[Vector3<f64>], loops: &[Vec<usize>]) -> Result<Self, Error> {
         let mut used: Vec<usize> = loops.iter().flatten().copied().collect();
         used.sort_unstable();
@@ -125,7 +127,7 @@ impl Hull {
         let renumbered = |point: &usize| used.binary_search(point).unwrap_or_default() as u32;
         let vertices = used.iter().map(|&point| points[point]).collect();
         let (mut faces, mut corners) = (Vec::new(), Vec::new());
-        // Every side of every face: (smaller vertex, larger vertex, right side?, corner, face).
+        // All sides of all faces: (smaller vertex, larger vertex, right side?, corner, face).
         let mut sides = Vec::new();
         for (face, polygon) in loops.iter().enumerate() {
             let first = corners.len() as u32;
@@ -175,7 +177,7 @@ impl Hull {
         self.reach = distances.fold(0.0, f64::max);
     }
 
-    /// Normal, area and offset of every face from its loop. The area vector is
+    /// Computes normal, area and offset of every face from its loop. The area vector is
     ///
     /// ```text
     /// ½ Σ (v_i − v_0) × (v_{i+1} − v_0)
@@ -192,8 +194,8 @@ impl Hull {
         }
     }
 
-    /// This hull turned about the origin, then moved. `rotation` must be one: see
-    /// [`Piece::moved_by`](super::Piece::moved_by), which checks it.
+    /// Returns this hull rotated about the origin and then translated. `rotation` must be a proper
+    /// rotation; [`Piece::moved_by`](super::Piece::moved_by) checks it.
     pub(super) fn moved_by(&self, rotation: &Matrix3<f64>, translation: &Vector3<f64>) -> Self {
         let mut moved = self.clone();
         for vertex in &mut moved.vertices {
@@ -204,19 +206,19 @@ impl Hull {
         moved
     }
 
-    /// The vertices, m.
+    /// The vertices (m).
     #[must_use]
     pub fn vertices(&self) -> &[Vector3<f64>] {
         &self.vertices
     }
 
-    /// The faces; none at a point or segment.
+    /// The faces; empty for a point or a segment.
     #[must_use]
     pub fn faces(&self) -> &[Face] {
         &self.faces
     }
 
-    /// The edges, in the order of their vertices; one at a segment, none at a point.
+    /// The edges, sorted by their vertices; a segment has one and a point has none.
     #[must_use]
     pub fn edges(&self) -> &[Edge] {
         &self.edges
@@ -240,15 +242,15 @@ impl Hull {
         self.face_loop(face).iter().map(|corner| &self.vertices[corner.vertex as usize])
     }
 
-    /// Face `face` cut into triangles from its first corner.
+    /// Triangles of face `face`, fanned from its first corner.
     pub(super) fn fan(&self, face: usize) -> impl Iterator<Item = [Vector3<f64>; 3]> {
         let at = |corner: &Corner| self.vertices[corner.vertex as usize];
         let corners = self.face_loop(face);
         corners[1..].windows(2).map(move |two| [at(&corners[0]), at(&two[0]), at(&two[1])])
     }
 
-    /// Whether a point, seen along the normal of face `face`, is in it, on its rim, or outside
-    /// it by at most `slack`, m.
+    /// True if the projection of a point along the normal of face `face` is inside the face, on its
+    /// boundary, or outside by at most `slack` (m).
     pub(super) fn is_over(&self, face: usize, point: &Vector3<f64>, slack: f64) -> bool {
         let corners = self.face_loop(face);
         let normal = &self.faces[face].normal;
@@ -262,22 +264,24 @@ impl Hull {
         })
     }
 
-    /// The mean of the vertices, m.
+    /// Mean of the vertices (m).
     #[must_use]
     pub fn centre(&self) -> &Vector3<f64> {
         &self.centre
     }
 
-    /// The distance of the farthest vertex from the [centre](Self::centre), m.
+    /// Distance in m of the farthest vertex from the [centre](Self::centre).
     #[must_use]
     pub fn reach(&self) -> f64 {
         self.reach
     }
 }
 
-/// Merges triangles into polygons: from the largest triangle on, all connected ones whose
-/// corners are within `tolerance` (m) of its plane. Corners with fewer than three polygons
-/// around them (on a face or an edge) go.
+/// Merges triangles into polygons.
+///
+/// Starting from the largest triangle, each polygon takes all connected triangles whose corners are
+/// within `tolerance` (m) of its plane. Corners with fewer than three polygons around them lie on a
+/// face or an edge and are removed.
 fn polygons(
     points: &[Vector3<f64>],
     triangles: &[Triangle],
@@ -322,7 +326,7 @@ fn polygons(
         groups += 1;
     }
 
-    // The sides between two polygons, by polygon; and the polygons around every point.
+    // Boundary sides of every polygon, and the polygons around every point.
     let mut rims = vec![Vec::new(); groups];
     let mut around = vec![Vec::new(); points.len()];
     for &((u, v), owner) in &owners {
@@ -338,7 +342,7 @@ fn polygons(
     let is_vertex: Vec<bool> = around.iter().map(|polygons| polygons.len() >= 3).collect();
     let mut loops = Vec::with_capacity(groups);
     for rim in &rims {
-        // `owners` is sorted, and so is the rim: it starts at its smallest point.
+        // `owners` is sorted and so is the rim: it starts at its smallest point.
         let &(start, mut at) = rim.first().ok_or_else(unresolved)?;
         let mut polygon = vec![start];
         while at != start && polygon.len() < rim.len() {
@@ -369,7 +373,7 @@ fn check_coordinates(points: &[Vector3<f64>]) -> Result<(), Error> {
     Ok(())
 }
 
-/// The largest side of the box around points, m.
+/// Largest side of the bounding box of points (m).
 pub(super) fn extent(points: &[Vector3<f64>]) -> f64 {
     let low = points.iter().fold(Vector3::repeat(f64::INFINITY), |low, p| low.inf(p));
     let high = points.iter().fold(Vector3::repeat(f64::NEG_INFINITY), |high, p| high.sup(p));

@@ -1,9 +1,9 @@
-//! The contact points of two pieces: points of one against planes of the other.
+//! Contact manifold of two pieces: points of one against planes of the other.
 //!
-//! The axis of largest separation says which features meet. If a face is nearly across it,
-//! the points are the corners of the polygon in which the two faces overlap, seen along the
-//! axis; otherwise two edges, an edge and a vertex or two vertices meet in one point, and
-//! parallel edges in the two ends of what they share.
+//! The axis of largest separation selects the features. If a face is nearly perpendicular to it,
+//! the contact points are the corners of the polygon in which the two faces overlap along the axis.
+//! Otherwise two edges, an edge and a vertex, or two vertices meet in one point. Parallel edges
+//! meet in the two ends of their common part.
 
 use super::Hull;
 use super::axes::{AxisSource, SeparatingAxis, TieBreak, best_axis};
@@ -15,41 +15,43 @@ use super::separation::across_cores;
 use super::touch::{CorePart, Feature, PieceSide, Touch};
 use nalgebra::Vector3;
 
-/// A face whose normal is within 0.03 rad of the axis is nearly across it. Seen along the axis
-/// a face is then drawn to 1 − cos 0.03 = 0.05 % of its size, and a corner that such a tilt
-/// lifts (3 % of the face) is beyond any sensible reach: contacts do not jump where the angle
-/// is passed.
+/// Cosine above which a face normal is nearly along the axis: an angle of 0.03 rad.
+///
+/// Along the axis such a face is foreshortened by 1 − cos 0.03 = 0.05 %. A corner lifted by this
+/// tilt (3 % of the face) is beyond any sensible reach, so contacts do not jump at the limit angle.
 const NEARLY_ACROSS: f64 = 0.999_55;
 
-/// Edges at an angle of a smaller sine meet in the ends of what they share. Each end has its
-/// own exact plane, so that the value matters little.
+/// Sine below which two edges meet in the ends of their common part. Each end has its own exact
+/// plane, so the value matters little.
 const NEARLY_PARALLEL: f64 = 0.03;
 
-/// Corners nearer than this part of the size are one, and face axes that differ by less are
-/// equals; see [`manifold`]. Solvers leave drifts of some 1e-9.
+/// Relative distance below which corners coincide and face axes are equal; see [`manifold`].
+/// Solvers leave drifts of about 1e-9.
 const MERGE: f64 = 1e-7;
 
-/// Fills `out` with the touches of two pieces that have a gap of at most `reach` (m), and
-/// returns their separation.
+/// Fills `out` with the contact points of two pieces whose gap is at most `reach` (m), and returns
+/// the separation of the pieces (m).
 ///
-/// Two faces give every corner of the polygon in which they overlap: vertices of one against
-/// the face of the other, and crossings of sides, which are points of the piece whose face is
-/// less across the axis (of equals: of the one with the smaller face; of equals again: of the one
-/// that is not `plane_of`).
-/// Corners that coincide to 1e-7 of the smaller piece's size are one: of a vertex and a
-/// crossing the vertex stays, of two vertices that of the piece that has the crossings. Keys
-/// and number of touches of two faces do not change under drifts below that.
+/// Two faces produce every corner of the polygon in which they overlap:
 ///
-/// Where both cores are polyhedra and meet in edges, the plane is spanned by the edges and is that of
-/// `plane_of`. Where a rounded piece meets an edge or a vertex, the plane is across the
-/// shortest line, and the point is that of the larger radius, so that the plane belongs to
-/// what is less round, or to `plane_of`. Which piece is called A plays no part but by `plane_of`.
+/// - Vertices of one face lie against the plane of the other face.
+/// - Crossings of sides are points of one piece. It is the piece whose face is less aligned with
+///   the axis; then the one with the smaller face; then the one that is not `plane_of`.
 ///
-/// The return value (m) is the separation of [`separation()`](super::separation()) if it is
-/// negative, to 1e-7 of the smaller piece's size, which keeps the choice among equal faces
-/// steady; otherwise a bound from below on it, above `reach` if nothing is in reach.
-/// Nothing says that a plane of a thing that is merely near will be met: see where the poses
-/// come from.
+/// Corners that coincide to 1e-7 of the smaller piece's size are merged. A vertex wins against a
+/// crossing. Of two vertices the one of the piece that owns the crossings stays. Keys and number of
+/// contacts of two faces do not change under smaller drifts.
+///
+/// If both cores are polyhedra and meet in edges, the edges span the plane, and `plane_of` owns it.
+/// If a rounded piece meets an edge or a vertex, the plane is perpendicular to the shortest line.
+/// The piece with the larger radius owns the point, so the plane belongs to the less rounded piece,
+/// or to `plane_of`. Swapping A and B changes the result only through `plane_of`.
+///
+/// The returned value equals [`separation()`](super::separation()) if it is negative, to 1e-7 of
+/// the smaller piece's size. This tolerance keeps the choice among equal faces steady. Otherwise it
+/// is a lower bound on the separation, and it exceeds `reach` if no features are within reach.
+///
+/// A contact with a positive gap is only a candidate: the bodies may never reach its plane.
 pub fn manifold(
     a: PlacedPiece<'_>,
     b: PlacedPiece<'_>,
@@ -80,8 +82,8 @@ pub fn manifold(
     gap - radii
 }
 
-/// The edges of both pieces that span the axis of largest separation, if it is edges that do: the axis along
-/// which [`manifold`] sees two faces overlap, where it is not the normal of one of them.
+/// Indices of the edges of A and B that span the axis of largest separation. `None` if the axis is
+/// a face normal.
 pub(crate) fn edges_across(a: PlacedPiece<'_>, b: PlacedPiece<'_>) -> Option<(usize, usize)> {
     let (pair, mut scratch) = (PiecePair::new(a, b), PairScratch::default());
     pair.place(&mut scratch);
@@ -92,20 +94,20 @@ pub(crate) fn edges_across(a: PlacedPiece<'_>, b: PlacedPiece<'_>) -> Option<(us
     }
 }
 
-/// Two pieces whose touches are looked for.
+/// Two pieces and the state of the search for their contacts.
 struct ManifoldPair<'a, 's> {
     pair: PiecePair<'a>,
     scratch: &'s mut PairScratch,
     reach: f64,
-    /// Whose the plane is where nothing else says it.
+    /// Piece that owns the plane if no other rule decides.
     plane_of: PieceSide,
     out: &'s mut Vec<Touch>,
-    /// The closest points of the cores, where they had to be found.
+    /// Closest points of the cores, if they were computed.
     points: Option<Points>,
 }
 
 impl ManifoldPair<'_, '_> {
-    /// Finds the touches; the gap of the cores, m.
+    /// Finds the contacts and returns the gap of the cores (m).
     fn find(&mut self, axis: Option<SeparatingAxis>) -> f64 {
         let radii = self.pair.radii();
         let Some(axis) = axis else {
@@ -113,7 +115,7 @@ impl ManifoldPair<'_, '_> {
             self.edges(None);
             return gap;
         };
-        // Rounded pieces meet along the shortest line; it is the axis where that is exact.
+        // Rounded pieces meet along the shortest line, which is the axis if the axis is exact.
         let mut gap = axis.gap;
         if radii > 0.0 && !axis.exact {
             gap = self.closest(Some(&axis));
@@ -149,19 +151,19 @@ impl ManifoldPair<'_, '_> {
         points.distance()
     }
 
-    /// The direction of the shortest line, where it is known and has one.
+    /// Direction of the shortest line, if the closest points are known and distinct.
     fn shortest(&self) -> Option<Vector3<f64>> {
         self.points.and_then(|points| self.pair.direction(&points.a, &points.b))
     }
 
-    /// The direction from A to B: along the shortest line where it is known and has one.
+    /// Unit normal from A to B: the shortest line if it is known, otherwise the axis.
     fn normal(&self, axis: Option<SeparatingAxis>) -> Vector3<f64> {
         self.shortest()
             .or(axis.map(|axis| axis.normal))
             .unwrap_or_else(|| across_cores(&self.pair, self.scratch))
     }
 
-    /// The touches of two faces, or of a face and whatever is above it.
+    /// Adds the contacts of two faces, or of a face and the features above it.
     fn faces(&mut self, axis: &SeparatingAxis) {
         let normal = self.normal(Some(*axis));
         let (pair, scratch) = (self.pair, &mut *self.scratch);
@@ -174,7 +176,7 @@ impl ManifoldPair<'_, '_> {
         if !across_a && !across_b {
             return;
         }
-        // What is not across meets the other with its deepest vertex.
+        // A face that is not aligned with the axis meets the other core with its deepest vertex.
         if !across_a && face_a.is_some() {
             let (deepest, _) = highest(pair.a.vertices(), &normal);
             face_a = most_across(normals_a(), |face| has(pair.a, face, deepest), &normal);
@@ -206,8 +208,8 @@ impl ManifoldPair<'_, '_> {
         let merge = MERGE * pair.size();
         scratch.overlap.find(&normal, merge, reference == PieceSide::B);
         let overlap = std::mem::take(&mut scratch.overlap);
-        // Cores of rounded pieces are far apart where the pieces touch: there only what is
-        // exactly over a face meets the face.
+        // Cores of rounded pieces are far apart at contact. A corner meets a face only if it is
+        // exactly over that face.
         let is_round = pair.radii() > 0.0 && axis.gap > 0.0;
         for &at in &overlap.corners {
             let (side, point, feature) = match at {
@@ -229,7 +231,7 @@ impl ManifoldPair<'_, '_> {
                     (side, point, feature)
                 }
             };
-            // What meets in the shortest line itself is seen end on: it has the line's own features.
+            // A corner on the shortest line uses the features of that line.
             let is_shortest = |points: &Points| {
                 let between = points.a - point;
                 (between - normal * normal.dot(&between)).norm() <= 4.0 * merge
@@ -260,8 +262,8 @@ impl ManifoldPair<'_, '_> {
         self.scratch.overlap = overlap;
     }
 
-    /// Cores whose separation is that of the axis, where no corner has it: two edges, or a
-    /// vertex and a face that is as good as the best one.
+    /// Adds the contact on the axis of exact separation if no corner attains it. It consists of two
+    /// edges, or of a vertex and a face as good as the best one.
     fn deepest(&mut self, axis: &SeparatingAxis) {
         let pair = self.pair;
         let touch = match axis.kind {
@@ -284,7 +286,8 @@ impl ManifoldPair<'_, '_> {
         self.push_new(touch);
     }
 
-    /// The touches along the shortest line: one, or the ends of what parallel edges share.
+    /// Adds the contacts along the shortest line: one, or the ends of the common part of parallel
+    /// edges.
     fn edges(&mut self, axis: Option<&SeparatingAxis>) {
         let Some(points) = self.points else { return };
         let normal = self.normal(axis.copied());
@@ -312,7 +315,7 @@ impl ManifoldPair<'_, '_> {
         self.push_shortest(&points, &normal);
     }
 
-    /// The touch in the shortest line itself.
+    /// Adds the contact on the shortest line itself.
     fn push_shortest(&mut self, points: &Points, normal: &Vector3<f64>) {
         if let (Some(a), Some(b)) = (part_of(points.on_a), part_of(points.on_b))
             && self.pair.radii() > 0.0
@@ -339,7 +342,7 @@ impl ManifoldPair<'_, '_> {
         self.push_new(self.pair.between(points, normal, feature, owner));
     }
 
-    /// Whose the point is where nothing else says it.
+    /// Piece that owns the point if no other rule decides.
     fn point_of(&self) -> PieceSide {
         match self.plane_of {
             PieceSide::A => PieceSide::B,
@@ -347,13 +350,14 @@ impl ManifoldPair<'_, '_> {
         }
     }
 
-    /// The two ends of what two parallel edges share, each a vertex against the other edge.
+    /// Adds both ends of the common part of two parallel edges, each as a vertex against the other
+    /// edge.
     fn shared_ends(&mut self, edge_a: usize, edge_b: usize, normal: &Vector3<f64>, merge: f64) {
         let pair = self.pair;
         let (sides_a, sides_b) = (pair.a.edges()[edge_a], pair.b.edges()[edge_b]);
         let (p, u) = span(pair.a.vertices(), &sides_a);
         let (q, v) = span(&self.scratch.vertices, &sides_b);
-        // Both edges along A's, from A's first vertex on.
+        // Coordinates of both edges along A's edge, measured from A's first vertex.
         let length = u.norm();
         let (first, second) = (u.dot(&(q - p)) / length, u.dot(&(q + v - p)) / length);
         let ((low, low_at), (high, high_at)) =
@@ -374,7 +378,8 @@ impl ManifoldPair<'_, '_> {
             on_b: On::Edge(edge_b),
         };
         let b_at = [q, q + v];
-        // At each end the one that is farther in; where both end, both vertices.
+        // Each end uses the vertex that is farther inside. If both edges end there, it uses both
+        // vertices.
         let end = |inside: f64, at_a: usize, at_b: usize| {
             let (a, b) = (sides_a.vertices[at_a], sides_b.vertices[at_b]);
             let a_end = p + u * at_a as f64;
@@ -387,7 +392,7 @@ impl ManifoldPair<'_, '_> {
             };
             let points = if inside > merge { on_a(b_at[at_b]) } else { on_b(a_end) };
             if pair.radii() > 0.0 {
-                // The end against the whole of the other edge, along which it may slide.
+                // The end against the whole other edge, along which it may slide.
                 let is_of_b =
                     inside > merge || (inside >= -merge && self.point_of() == PieceSide::B);
                 let feature = if is_of_b {
@@ -403,14 +408,14 @@ impl ManifoldPair<'_, '_> {
         for (points, feature, owner) in ends {
             let normal = pair.direction(&points.a, &points.b).unwrap_or(*normal);
             let touch = pair.between(&points, &normal, feature, owner);
-            // Where the edges are a little askew, a plane may turn out of an edge into a face.
+            // If the edges are slightly skew, a plane may turn out of an edge into a face.
             if pair.is_below(&touch, merge) {
                 self.push_new(touch);
             }
         }
     }
 
-    /// Adds a touch whose features do not touch yet.
+    /// Adds a contact if its features have none yet.
     fn push_new(&mut self, touch: Touch) {
         if self.out.iter().all(|other| other.feature != touch.feature) {
             self.push(Some(touch));
@@ -422,8 +427,8 @@ impl ManifoldPair<'_, '_> {
     }
 }
 
-/// The face most along a direction, of those that `may` take part, with the cosine of the
-/// angle; of equals the first.
+/// Index of the face with the largest cosine to a direction, and the cosine. Only faces for which
+/// `may` holds take part; ties take the first.
 fn most_across(
     normals: impl Iterator<Item = Vector3<f64>>,
     may: impl Fn(usize) -> bool,
@@ -456,7 +461,7 @@ fn are_parallel(
     u.cross(&v).norm() < NEARLY_PARALLEL * u.norm() * v.norm()
 }
 
-/// What is no face.
+/// The vertex or edge, or `None` for a face.
 fn part_of(on: On) -> Option<CorePart> {
     match on {
         On::Vertex(vertex) => Some(CorePart::Vertex(vertex as u32)),

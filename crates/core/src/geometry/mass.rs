@@ -1,9 +1,9 @@
-//! Volume, centre of mass and inertia of pieces of uniform density, exactly.
+//! Exact volume, centre of mass and inertia of pieces of uniform density.
 //!
-//! A polyhedron is the sum of the tetrahedra from its centre to its faces' triangles. What a
-//! rounding of radius r adds is (Steiner) a slab of thickness r on every face, a sector of a
-//! cylinder along every edge and a sector of a ball at every vertex; these do not overlap, and
-//! the moments of each have a closed form.
+//! A polyhedron is the sum of the tetrahedra from its centre to the triangles of its faces. A
+//! rounding of radius r adds (Steiner) a slab of thickness r on every face, a sector of a cylinder
+//! along every edge and a sector of a ball at every vertex. These parts do not overlap, and the
+//! moments of each have a closed form.
 
 use super::{Hull, Piece};
 use crate::error::Error;
@@ -13,17 +13,17 @@ use std::f64::consts::PI;
 /// Volume, centre of mass and inertia of a shape of density 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MassProperties {
-    /// V, m³: the mass is the density (kg/m³) times this.
+    /// V: volume (m³). The mass is V times the density (kg/m³).
     pub volume: f64,
-    /// The centre of mass, m, in the frame of the pieces.
+    /// Centre of mass (m, frame of the pieces).
     pub centre: Vector3<f64>,
-    /// ∫ |x|² 1 − x xᵀ dV about the centre of mass, m⁵, axes of the frame of the pieces: the
-    /// inertia (kg m²) is the density times this.
+    /// ∫ |x|² 1 − x xᵀ dV about the centre of mass (m⁵, axes of the frame of the pieces). The
+    /// inertia (kg m²) is this times the density.
     pub inertia: Matrix3<f64>,
 }
 
 impl MassProperties {
-    /// Of one piece.
+    /// Mass properties of one piece.
     #[must_use]
     pub fn of(piece: &Piece) -> Self {
         let (hull, r) = (piece.core(), piece.radius());
@@ -45,8 +45,8 @@ impl MassProperties {
         sum.properties(&reference)
     }
 
-    /// Of several pieces of one density, as one rigid body. The pieces must not overlap: what
-    /// two of them share is counted twice.
+    /// Mass properties of several pieces of one density, as one rigid body. The pieces must not
+    /// overlap: their common parts count twice.
     ///
     /// ```text
     /// V = Σ V_i,   c = Σ V_i c_i / V,   J = Σ J_i + V_i (|d_i|² 1 − d_i d_iᵀ),   d_i = c_i − c
@@ -99,7 +99,8 @@ impl Moments {
         self.second += part.second + mixed + mixed.transpose() + place;
     }
 
-    /// A tetrahedron with corners a, b, c, d, of positive volume whatever their order:
+    /// Adds a tetrahedron with corners a, b, c, d. Its volume is positive for any order of the
+    /// corners:
     ///
     /// ```text
     /// V = |det|/6,  ∫ x dV = V s/4,  ∫ x xᵀ dV = V/20 (Σ a aᵀ + s sᵀ),  s = a + b + c + d
@@ -115,12 +116,12 @@ impl Moments {
     }
 }
 
-/// tr(S) 1 − S, the inertia that belongs to second moments S.
+/// tr(S) 1 − S: inertia for second moments S.
 fn inertia_of(second: &Matrix3<f64>) -> Matrix3<f64> {
     Matrix3::identity() * second.trace() - second
 }
 
-/// The core, about its centre.
+/// Adds the polyhedral core, about its centre.
 fn add_polyhedron(sum: &mut Moments, hull: &Hull) {
     for [a, b, c] in (0..hull.faces().len()).flat_map(|face| hull.fan(face)) {
         let o = hull.centre();
@@ -128,7 +129,8 @@ fn add_polyhedron(sum: &mut Moments, hull: &Hull) {
     }
 }
 
-/// A capsule about its middle; `along` from one end of its core to the other, length L:
+/// Adds a capsule about its middle. `along` is the vector between the ends of its core, with length
+/// L:
 ///
 /// ```text
 /// cylinder  V = π r² L,  ∫ x xᵀ dV = V (r²/4 (1 − e eᵀ) + L²/12 e eᵀ)
@@ -145,7 +147,7 @@ fn add_capsule(sum: &mut Moments, along: &Vector3<f64>, r: f64) {
     sum.second += (cap + axis * (length * length / 4.0 + 3.0 * length * r / 8.0)) * caps;
 }
 
-/// What rounding by r adds to a polyhedron, about its centre.
+/// Adds the rounding of a polyhedron by r, about its centre.
 fn add_rounding(sum: &mut Moments, hull: &Hull, r: f64) {
     let o = hull.centre();
     for (index, face) in hull.faces().iter().enumerate() {
@@ -163,8 +165,8 @@ fn add_rounding(sum: &mut Moments, hull: &Hull, r: f64) {
         let [from, to] = edge.vertices.map(|vertex| vertex as usize);
         let (start, end) = (hull.vertices()[from] - o, hull.vertices()[to] - o);
         sum.add(&cylinder_sector(&(end - start), &left, &right, r), &((start + end) / 2.0));
-        // Seen from outside, the normals around a vertex run from the left to the right face
-        // of an edge that ends there.
+        // Seen from outside, the normals around a vertex run from the left to the right face of an
+        // edge that ends there.
         tips[to].arcs.push([left, right]);
         tips[from].arcs.push([right, left]);
     }
@@ -173,9 +175,11 @@ fn add_rounding(sum: &mut Moments, hull: &Hull, r: f64) {
     }
 }
 
-/// The sector of a cylinder of radius r between the directions m and n across the axis
-/// `along` (length L), about the middle of the axis. With θ the angle from m to n, b the unit
-/// vector in the middle of them and c across b and the axis e:
+/// Moments of the sector of a cylinder of radius r between the directions m and n, about the middle
+/// of its axis.
+///
+/// The axis `along` has length L and the unit vector e. Let θ be the angle from m to n, b the unit
+/// vector halfway between them, and c perpendicular to b and e:
 ///
 /// ```text
 /// V = L θ r²/2,  ∫ x dV = L ⅔ r³ sin(θ/2) b
@@ -198,17 +202,18 @@ fn cylinder_sector(along: &Vector3<f64>, m: &Vector3<f64>, n: &Vector3<f64>, r: 
     }
 }
 
-/// The directions that a vertex holds: a convex polygon on the unit sphere, its sides the arcs
-/// between the normals of neighbouring faces, counter-clockwise seen from outside.
+/// Normal cone of a vertex: a convex polygon on the unit sphere. Its sides are the arcs between the
+/// normals of neighbouring faces, counter-clockwise seen from outside.
 #[derive(Clone, Default)]
 struct Tip {
     arcs: Vec<[Vector3<f64>; 2]>,
 }
 
 impl Tip {
-    /// The sector of a ball of radius r over the polygon, about its vertex. The integrals over
-    /// the polygon come from Stokes' theorem; for an arc of angle θ from a to b, with
-    /// m = a × b/|a × b| and t = m × a:
+    /// Moments of the sector of a ball of radius r over the polygon, about the vertex.
+    ///
+    /// The integrals over the polygon follow from Stokes' theorem. An arc of angle θ from a to b
+    /// has m = a × b/|a × b| and t = m × a:
     ///
     /// ```text
     /// Ω  = Σ triangles (middle, a, b)                        tan(Ω/2) = det/(1 + Σ products)

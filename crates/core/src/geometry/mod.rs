@@ -1,13 +1,14 @@
-//! Shapes and where they touch: pure geometry, in metres. Nothing here knows a body's mass,
-//! a solver or a world.
+//! Shapes and the contact points between them: pure geometry in metres, without masses, solvers or
+//! worlds.
 //!
-//! A [`Piece`] is a convex [`Hull`] (a point, a segment or a polyhedron) rounded by a radius.
-//! A shape that is not convex is several pieces. [`MassProperties`] are those of pieces of
-//! uniform density, exactly; a [`Mesh`](mesh::Mesh) becomes a piece if it is closed and convex.
+//! A [`Piece`] is a convex [`Hull`] (a point, a segment or a polyhedron) rounded by a radius. A
+//! non-convex shape consists of several pieces. [`MassProperties`] holds the exact moments of
+//! pieces of uniform density. A closed and convex [`Mesh`](mesh::Mesh) can become a piece.
 //!
-//! Which pairs of pieces may touch, [`Sweep`] says from boxes around them; how far two pieces
-//! are apart, [`separation()`]; where on their ways they first meet, [`first_overlap`]; at which points
-//! and planes they touch, [`manifold()`].
+//! - [`Sweep`] is the broad phase: it finds the pairs of pieces whose boxes overlap.
+//! - [`separation()`] returns the signed distance of two pieces.
+//! - [`first_overlap`] returns the time of impact of two moving pieces.
+//! - [`manifold()`] returns their contact points and planes.
 
 pub mod advance;
 mod axes;

@@ -1,20 +1,20 @@
-//! The features of two cores that can be closest to each other.
+//! Candidate features for the closest points of two cores.
 
 use super::hull::Edge;
 use nalgebra::Vector3;
 
-/// The edge that stands for a core without edges: its point.
+/// Placeholder edge index of a core without edges; it means the core's single point.
 const POINT: usize = usize::MAX;
 
-/// The features that can be closest: those that reach into the layer in which the closest
-/// points must be.
+/// Features that can contain the closest points: those that reach into the layer between the cores
+/// where the closest points must lie.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Near {
     pub a: CoreFeatures,
     pub b: CoreFeatures,
 }
 
-/// Those of one core.
+/// Candidate features of one core.
 #[derive(Debug, Clone, Default)]
 pub(super) struct CoreFeatures {
     pub vertices: Vec<usize>,
@@ -22,7 +22,7 @@ pub(super) struct CoreFeatures {
 }
 
 impl Near {
-    /// All pairs of near edges, in ascending order; see [`POINT`].
+    /// Calls `visit` on all pairs of candidate edges in ascending order; see [`POINT`].
     pub fn each_pair(&self, mut visit: impl FnMut(usize, usize)) {
         for &a in &self.a.edges {
             for &b in &self.b.edges {
@@ -33,7 +33,7 @@ impl Near {
 }
 
 impl CoreFeatures {
-    /// The vertices that are near, and the edges with an end that is.
+    /// Collects the vertices for which `is_near` holds, and the edges with at least one such end.
     pub fn find(
         &mut self,
         vertices: &[Vector3<f64>],

@@ -1,51 +1,52 @@
-//! Where two faces overlap, seen along an axis: the corners of the common polygon.
+//! Intersection of two faces along an axis: the corners of the common polygon.
 //!
-//! Every vertex is held against every side of the other face, and every side against every
-//! side, so that the answer does not depend on an order of clipping. What is within a
-//! tolerance of a side counts as inside, and two sides cross only if the ends of both are on
-//! opposite sides beyond it: a corner is then found as a vertex or as a crossing, and where
-//! sides lie on each other as a vertex alone.
+//! Every vertex is compared with every side of the other face, and every side with every side. The
+//! result does not depend on an order of clipping. A vertex within a tolerance of a side counts as
+//! inside. Two sides cross only if the ends of both are on opposite sides beyond the tolerance.
+//! Each corner is thus found once, as a vertex or as a crossing. Collinear sides meet in vertices
+//! only.
 
 use super::Hull;
 use super::segment::nearest;
 use nalgebra::Vector3;
 
-/// Which corner of the common polygon: places in the loops of both faces.
+/// A corner of the common polygon, by indices in the loops of both faces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PolygonCorner {
     /// A vertex of A's face.
     A(usize),
     /// A vertex of B's face.
     B(usize),
-    /// The side of A's face from this place on and the side of B's.
+    /// Crossing of the side of A's face that starts at the first index with the side of B's face
+    /// that starts at the second.
     Crossing(usize, usize),
 }
 
-/// Memory: both polygons, and the distance of every vertex from every side of the other.
+/// Workspace: both polygons, and the distance of every vertex from every side of the other.
 #[derive(Debug, Clone, Default)]
 pub(super) struct FaceOverlap {
     pub a: Polygon,
     pub b: Polygon,
-    /// Of vertex j of B from side i of A, at i·|B| + j; m, positive inside.
+    /// Distance of vertex j of B from side i of A, at i·|B| + j (m), positive inside.
     b_in_a: Vec<f64>,
-    /// Of vertex i of A from side j of B, at i·|B| + j.
+    /// Distance of vertex i of A from side j of B, at i·|B| + j (m), positive inside.
     a_in_b: Vec<f64>,
     pub corners: Vec<PolygonCorner>,
 }
 
-/// A face, or a segment or point that stands for one.
+/// A face, or the segment or point of a core without faces.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Polygon {
-    /// Numbers of the vertices in their hull.
+    /// Indices of the vertices in their hull.
     pub vertices: Vec<usize>,
-    /// m, frame of A.
+    /// Vertices (m, frame of A).
     pub points: Vec<Vector3<f64>>,
-    /// The edge from each vertex to the next.
+    /// Index of the edge from each vertex to the next.
     pub edges: Vec<usize>,
 }
 
 impl Polygon {
-    /// The loop of a face, or the whole core where it has none.
+    /// Copies the loop of a face, or the whole core if it has no faces.
     pub fn fill(&mut self, hull: &Hull, placed: &[Vector3<f64>], face: Option<usize>) {
         self.vertices.clear();
         self.edges.clear();
@@ -65,12 +66,12 @@ impl Polygon {
         self.points.extend(self.vertices.iter().map(|&vertex| placed[vertex]));
     }
 
-    /// The side from place `at` on: its ends.
+    /// Ends of the side that starts at index `at`.
     pub fn side(&self, at: usize) -> (&Vector3<f64>, &Vector3<f64>) {
         (&self.points[at], &self.points[(at + 1) % self.points.len()])
     }
 
-    /// The point of the rim that is nearest to `point`, m.
+    /// Closest point to `point` on the boundary (m).
     pub fn nearest(&self, point: &Vector3<f64>) -> Vector3<f64> {
         let mut best = (self.points[0], f64::INFINITY);
         for at in 0..self.points.len() {
@@ -86,9 +87,10 @@ impl Polygon {
 }
 
 impl FaceOverlap {
-    /// Finds the corners, along `axis` (unit, from A to B). A's face runs counter-clockwise
-    /// about the axis, B's clockwise; `tolerance` in m. `keep_a` says who stays where a vertex
-    /// of A and one of B coincide.
+    /// Finds the corners along `axis` (unit, from A to B), with `tolerance` in m.
+    ///
+    /// A's face runs counter-clockwise about the axis and B's clockwise. If a vertex of A and a
+    /// vertex of B coincide, `keep_a` selects the one of A.
     pub fn find(&mut self, axis: &Vector3<f64>, tolerance: f64, keep_a: bool) {
         let Self { a, b, b_in_a, a_in_b, corners } = self;
         let (count_a, count_b) = (a.points.len(), b.points.len());
@@ -160,8 +162,8 @@ impl FaceOverlap {
         self.join_ends(tolerance);
     }
 
-    /// A segment that passes over no more than the rim has one corner: its vertex if there is
-    /// one, otherwise its crossing with the first side.
+    /// Reduces a segment that only touches the boundary to one corner: its vertex if there is one,
+    /// otherwise its crossing with the first side.
     fn join_ends(&mut self, tolerance: f64) {
         let &[first, second] = self.corners.as_slice() else { return };
         if self.a.points.len().min(self.b.points.len()) >= 3 {
@@ -179,7 +181,7 @@ impl FaceOverlap {
         }
     }
 
-    /// A crossing as a point of A's side, m.
+    /// Position of a crossing on A's side (m).
     pub fn on_a(&self, i: usize, j: usize) -> Vector3<f64> {
         let (next, count_b) = ((i + 1) % self.a.points.len(), self.b.points.len());
         let (from, to) = (self.a_in_b[i * count_b + j], self.a_in_b[next * count_b + j]);
@@ -187,7 +189,7 @@ impl FaceOverlap {
         start.lerp(end, zero_between(from, to))
     }
 
-    /// A crossing as a point of B's side, m.
+    /// Position of a crossing on B's side (m).
     pub fn on_b(&self, i: usize, j: usize) -> Vector3<f64> {
         let count_b = self.b.points.len();
         let next = (j + 1) % count_b;
@@ -197,12 +199,12 @@ impl FaceOverlap {
     }
 }
 
-/// Where between 0 and 1 what runs from one value to another is nothing.
+/// Root of the linear function with value `from` at 0 and `to` at 1, clamped to 0…1.
 fn zero_between(from: f64, to: f64) -> f64 {
     if from == to { 0.0 } else { (from / (from - to)).clamp(0.0, 1.0) }
 }
 
-/// The first point of a side and the unit vector into the polygon, across axis and side.
+/// First point of a side, and the unit vector into the polygon perpendicular to axis and side.
 fn inward(polygon: &Polygon, side: usize, axis: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
     let (from, to) = polygon.side(side);
     (*from, axis.cross(&(to - from)).try_normalize(0.0).unwrap_or_default())
@@ -212,14 +214,14 @@ fn opposite(from: f64, to: f64, tolerance: f64) -> bool {
     (from > tolerance && to < -tolerance) || (from < -tolerance && to > tolerance)
 }
 
-/// One end of a segment cut to a polygon.
+/// One end of a segment clipped to a polygon.
 enum CutEnd {
     Vertex(usize),
     Side(usize),
 }
 
-/// Cuts a segment (or a point) to a polygon of `sides` sides: its two ends, one of a point,
-/// none outside. `height(side, end)` is the distance of an end inside a side.
+/// Clips a segment (or a point) to a polygon with `sides` sides. Returns its two ends: one for a
+/// point, none if it is outside. `height(side, end)` is the distance of an end inside a side.
 fn cut(
     sides: usize,
     ends: usize,

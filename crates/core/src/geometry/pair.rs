@@ -1,5 +1,5 @@
-//! Two pieces in one frame: that of A. The difference of the positions is taken first, so that
-//! a pair far from the world's origin loses no digits.
+//! Two pieces in the frame of A. The difference of the positions is computed first, so that pairs
+//! far from the world origin lose no digits.
 
 use super::axes::{AxisSource, PARALLEL};
 use super::segment::span;
@@ -7,44 +7,42 @@ use super::{Hull, Piece};
 use crate::mechanics::Pose;
 use nalgebra::{Matrix3, Vector3};
 
-/// A piece and the pose of the body that it belongs to.
+/// A piece and the pose of its body.
 pub type PlacedPiece<'a> = (&'a Piece, &'a Pose);
 
-/// Memory of the narrow phase, shared by all pairs: nothing is allocated once the largest
-/// hulls have been seen.
+/// Workspace of the narrow phase, shared by all pairs. It stops allocating after the largest hulls.
 #[derive(Debug, Clone, Default)]
 pub struct PairScratch {
-    /// Vertices of B, m, frame of A.
+    /// Vertices of B (m, frame of A).
     pub(super) vertices: Vec<Vector3<f64>>,
-    /// Normals of B's faces, frame of A.
+    /// Normals of B's faces (frame of A).
     pub(super) normals: Vec<Vector3<f64>>,
-    /// Products of an edge of A with B's normals.
+    /// Dot products of an edge of A with B's normals.
     pub(super) products: Vec<f64>,
-    /// Features that may be the closest ones.
+    /// Candidate features for the closest points.
     pub(super) near: super::near::Near,
-    /// Two faces to be laid over each other.
+    /// Two faces to be intersected.
     pub(super) overlap: super::overlap::FaceOverlap,
 }
 
-/// What is remembered of one pair from step to step. It makes answers faster and does not
-/// change them.
+/// Cache of one pair from step to step. It makes queries faster and does not change their results.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Hint {
-    /// The last axis, unit, frame of A, from A to B, where the pieces were then.
+    /// Last axis (unit, frame of A at that time, from A to B).
     axis: Option<Vector3<f64>>,
-    /// What spanned it, where features did: it turns with them.
+    /// Features that spanned the axis, if any; the axis follows their rotation.
     kind: Option<AxisSource>,
 }
 
 impl Hint {
-    /// The last axis, unit, world, from A to B, where A is at `pose`.
+    /// Last axis (unit, world, from A to B), with A at `pose`.
     #[must_use]
     pub fn axis_from(&self, pose: &Pose) -> Option<Vector3<f64>> {
         self.axis.map(|axis| pose.rotation * axis)
     }
 
-    /// The same axis where the same features span it now.
+    /// The cached axis (unit, world), recomputed from the same features at the given poses.
     #[must_use]
     pub(super) fn axis_between(
         &self,
@@ -54,7 +52,7 @@ impl Hint {
         self.axis_of(&PiecePair::new(a, b)).map(|axis| a.1.rotation * axis)
     }
 
-    /// The same, frame of A.
+    /// The same axis in the frame of A.
     fn axis_of(&self, pair: &PiecePair<'_>) -> Option<Vector3<f64>> {
         let before = self.axis?;
         let now = self.kind.and_then(|kind| match kind {
@@ -67,26 +65,26 @@ impl Hint {
                 across.try_normalize(PARALLEL * along_a.norm() * along_b.norm())
             }
         });
-        // Edges do not say which way.
+        // The cross product of two edges has an arbitrary sign.
         Some(now.map_or(before, |now| if now.dot(&before) < 0.0 { -now } else { now }))
     }
 
-    /// Remembers an axis, unit, frame of A, from A to B, and what spans it, where features do.
+    /// Stores an axis (unit, frame of A, from A to B) and the features that span it, if any.
     pub(super) fn set(&mut self, axis: Option<Vector3<f64>>, kind: Option<AxisSource>) {
         (self.axis, self.kind) = (axis, kind);
     }
 }
 
-/// Two pieces, seen from A.
+/// Two pieces seen from A.
 #[derive(Clone, Copy)]
 pub(super) struct PiecePair<'a> {
     pub a: &'a Hull,
     pub b: &'a Hull,
     pub radius_a: f64,
     pub radius_b: f64,
-    /// B → A.
+    /// Rotation from the frame of B to the frame of A.
     pub rotation: Matrix3<f64>,
-    /// The origin of B, m, frame of A.
+    /// Origin of B (m, frame of A).
     pub shift: Vector3<f64>,
 }
 
@@ -102,17 +100,17 @@ impl<'a> PiecePair<'a> {
         }
     }
 
-    /// Both radii, m.
+    /// Sum of both radii (m).
     pub fn radii(&self) -> f64 {
         self.radius_a + self.radius_b
     }
 
-    /// The size of the smaller piece, m: the scale of tolerances.
+    /// Size of the smaller piece (m): the scale of tolerances.
     pub fn size(&self) -> f64 {
         (self.a.reach() + self.radius_a).min(self.b.reach() + self.radius_b)
     }
 
-    /// Fills in B's vertices and normals in the frame of A.
+    /// Writes B's vertices and normals to `scratch` in the frame of A.
     pub fn place(&self, scratch: &mut PairScratch) {
         scratch.vertices.clear();
         scratch.vertices.extend(self.b.vertices().iter().map(|v| self.rotation * v + self.shift));
@@ -120,29 +118,27 @@ impl<'a> PiecePair<'a> {
         scratch.normals.extend(self.b.faces().iter().map(|face| self.rotation * face.normal));
     }
 
-    /// How far the cores are apart along a unit vector (frame of A), m: at most their
-    /// distance.
+    /// Gap of the cores in m along a unit vector (frame of A): a lower bound on their distance.
     pub fn gap_along(&self, axis: &Vector3<f64>) -> f64 {
         let axis_b = self.rotation.tr_mul(axis);
         lowest(self.b.vertices(), &axis_b).1 + axis.dot(&self.shift)
             - highest(self.a.vertices(), axis).1
     }
 
-    /// A bound from below on the distance of the cores, m, from balls around them and from the
-    /// last axis.
+    /// Lower bound on the distance of the cores (m), from their bounding balls and the cached axis.
     pub fn quick_gap(&self, hint: &Hint) -> f64 {
         let between = self.rotation * self.b.centre() + self.shift - self.a.centre();
         let balls = between.norm() - self.a.reach() - self.b.reach();
         hint.axis_of(self).map_or(balls, |axis| balls.max(self.gap_along(&axis)))
     }
 
-    /// A point of A's frame in the frame of B.
+    /// Transforms a point from the frame of A to the frame of B.
     pub fn in_b(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.rotation.tr_mul(&(point - self.shift))
     }
 }
 
-/// The vertex that is highest along a direction, and its height; of equals the first.
+/// Index and height of the highest vertex along a direction; ties take the first.
 pub(super) fn highest(vertices: &[Vector3<f64>], axis: &Vector3<f64>) -> (usize, f64) {
     let mut best = (0, f64::NEG_INFINITY);
     for (index, vertex) in vertices.iter().enumerate() {
@@ -154,7 +150,7 @@ pub(super) fn highest(vertices: &[Vector3<f64>], axis: &Vector3<f64>) -> (usize,
     best
 }
 
-/// The vertex that is lowest along a direction, and its height; of equals the first.
+/// Index and height of the lowest vertex along a direction; ties take the first.
 pub(super) fn lowest(vertices: &[Vector3<f64>], axis: &Vector3<f64>) -> (usize, f64) {
     let (index, height) = highest(vertices, &-axis);
     (index, -height)

@@ -5,8 +5,8 @@ use super::mesh::Mesh;
 use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, Vector3};
 
-/// All points within a radius of a convex core, m, body frame: a sphere (core a point), a
-/// capsule (a segment), a box or another polyhedron (radius 0), a rounded polyhedron.
+/// All points within a radius of a convex core (m, body frame): a sphere (core a point), a capsule
+/// (core a segment), a box or another polyhedron (radius 0), or a rounded polyhedron.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
     core: Hull,
@@ -14,11 +14,11 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// A box about the origin, `half_sides` in m. Its vertices are in the order (−,−,−),
-    /// (+,−,−), (−,+,−), (+,+,−), (−,−,+), …: x changes fastest.
+    /// A box about the origin, `half_sides` in m. The vertices are ordered (−,−,−), (+,−,−),
+    /// (−,+,−), (+,+,−), (−,−,+), …: x changes fastest.
     ///
     /// # Errors
-    /// A half side outside 1e-6…1e4 m, or of less than 1e-5 of the longest.
+    /// A half side outside 1e-6…1e4 m, or one below 1e-5 of the longest.
     pub fn cuboid(half_sides: Vector3<f64>) -> Result<Self, Error> {
         all_in_range("half side of the box (m)", &half_sides, 1e-6, 1e4, "1e-6 to 1e4")?;
         let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
@@ -49,27 +49,27 @@ impl Piece {
         Ok(Self { core: Hull::segment(-end, end)?, radius })
     }
 
-    /// The convex hull of points (m), rounded by `radius` (m): see [`Hull::from_points`].
+    /// The convex hull of points (m) rounded by `radius` (m), see [`Hull::from_points`].
     ///
     /// # Errors
-    /// As [`Hull::from_points`]; a radius outside 0…1e4 m.
+    /// Those of [`Hull::from_points`]; a radius outside 0…1e4 m.
     pub fn hull(points: &[Vector3<f64>], radius: f64) -> Result<Self, Error> {
         in_range("radius of the hull (m)", radius, 0.0, 1e4, "0 to 1e4")?;
         Ok(Self { core: Hull::from_points(points)?, radius })
     }
 
-    /// A convex mesh, rounded by `radius` (m).
+    /// A convex mesh rounded by `radius` (m).
     ///
     /// # Errors
-    /// As [`Mesh::hull`]; a radius outside 0…1e4 m.
+    /// Those of [`Mesh::hull`]; a radius outside 0…1e4 m.
     pub fn mesh(mesh: &Mesh, radius: f64) -> Result<Self, Error> {
         in_range("radius of the mesh (m)", radius, 0.0, 1e4, "0 to 1e4")?;
         Ok(Self { core: mesh.hull()?, radius })
     }
 
-    /// This piece turned about the origin by `rotation` (a proper rotation matrix), then moved
-    /// by `translation` (m): where it sits in its body. Numbers of vertices, edges and faces
-    /// stay.
+    /// Returns this piece rotated about the origin by `rotation` (a proper rotation matrix) and
+    /// then translated by `translation` (m). This places it in its body. The numbering of vertices,
+    /// edges and faces is unchanged.
     ///
     /// # Errors
     /// A matrix that is not a rotation to 1e-9; a coordinate of the translation beyond ±1e4 m.
@@ -94,7 +94,7 @@ impl Piece {
         &self.core
     }
 
-    /// The radius of the rounding, m.
+    /// Radius of the rounding (m).
     #[must_use]
     pub fn radius(&self) -> f64 {
         self.radius

@@ -1,16 +1,18 @@
-//! Segments, and the points of them that are nearest.
+//! Closest points of segments.
 
 use super::hull::Edge;
 use nalgebra::Vector3;
 
-/// The first vertex of an edge and the way to the second.
+/// First vertex of an edge, and the vector to its second vertex.
 pub(super) fn span(vertices: &[Vector3<f64>], edge: &Edge) -> (Vector3<f64>, Vector3<f64>) {
     let [from, to] = edge.vertices.map(|vertex| vertices[vertex as usize]);
     (from, to - from)
 }
 
-/// s and t of the points p + s u and q + t v (0 ≤ s, t ≤ 1) that are nearest to each other; of parallel
-/// segments those of the first point of p. Either may be a point.
+/// Parameters s and t of the closest points p + s u and q + t v, 0 ≤ s, t ≤ 1.
+///
+/// Either segment may be a point. Parallel segments can have many closest pairs; the result is then
+/// the closest pair nearest to s = 0.
 #[must_use]
 #[inline(always)]
 pub fn nearest_shares(
@@ -21,7 +23,7 @@ pub fn nearest_shares(
 ) -> (f64, f64) {
     let (uu, vv, uv) = (u.norm_squared(), v.norm_squared(), u.dot(v));
     let (ur, vr) = (u.dot(&(q - p)), v.dot(&(q - p)));
-    // The best s for a given t, and the other way round.
+    // The optimal s for a given t, and the optimal t for a given s.
     let s_of = |t: f64| if uu > 0.0 { ((ur + t * uv) / uu).clamp(0.0, 1.0) } else { 0.0 };
     let t_of = |s: f64| if vv > 0.0 { ((s * uv - vr) / vv).clamp(0.0, 1.0) } else { 0.0 };
     let determinant = uu * vv - uv * uv;
@@ -34,7 +36,7 @@ pub fn nearest_shares(
     (s_of(t), t)
 }
 
-/// The point of the segment q + t v, 0 ≤ t ≤ 1, that is nearest to `point`.
+/// Closest point to `point` on the segment q + t v, 0 ≤ t ≤ 1.
 pub(super) fn nearest(point: &Vector3<f64>, q: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
     q + v * (v.dot(&(point - q)) / v.norm_squared()).clamp(0.0, 1.0)
 }

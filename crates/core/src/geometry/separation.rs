@@ -1,4 +1,4 @@
-//! How far two pieces are apart, or how deep they overlap.
+//! Signed distance of two pieces.
 
 use super::axes::{AxisSource, TieBreak, best_axis};
 use super::closest::closest;
@@ -6,21 +6,21 @@ use super::pair::{Hint, PairScratch, PiecePair, PlacedPiece};
 use super::touch::PieceSide;
 use nalgebra::Vector3;
 
-/// The signed distance of two pieces.
+/// Signed distance of two pieces and its direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Separation {
-    /// m: the distance if the pieces are apart; if they overlap, minus the length of the
-    /// shortest translation that ends it.
+    /// Distance (m) of separated pieces. For overlapping pieces it is minus the length of the
+    /// shortest translation that separates them.
     pub distance: f64,
-    /// Unit, world, from A to B: along the shortest way between the pieces, or, if they
-    /// overlap, the direction in which B leaves A by the shortest translation.
+    /// Unit vector (world, from A to B) along the shortest line between the pieces. For overlapping
+    /// pieces it is the direction of B's shortest separating translation.
     pub axis: Vector3<f64>,
 }
 
-/// The separation of two pieces at two poses: exact to rounding.
+/// Computes the separation of two pieces at two poses, exact to rounding.
 ///
-/// If cores of a pair without faces (spheres, capsules) overlap, the distance is minus the sum
-/// of their radii.
+/// If the cores of two pieces without faces (spheres, capsules) overlap, the distance is minus the
+/// sum of the radii.
 pub fn separation(
     a: PlacedPiece<'_>,
     b: PlacedPiece<'_>,
@@ -33,7 +33,7 @@ pub fn separation(
     Separation { distance: distance - pair.radii(), axis: a.1.rotation * axis }
 }
 
-/// How deep two pieces overlap, m: 0 if they do not. See [`separation`].
+/// Penetration depth of two pieces (m), 0 if they are apart. See [`separation`].
 pub fn overlap(
     a: PlacedPiece<'_>,
     b: PlacedPiece<'_>,
@@ -47,7 +47,8 @@ pub fn overlap(
     (-separation(a, b, hint, scratch).distance).max(0.0)
 }
 
-/// The separation of the cores, m, its axis (unit, frame of A), and what spans that, where features do.
+/// Separation of the cores (m), its axis (unit, frame of A), and the features that span the axis if
+/// there are any.
 fn exact(
     pair: &PiecePair<'_>,
     scratch: &mut PairScratch,
@@ -60,7 +61,7 @@ fn exact(
     }
     let points = closest(pair, scratch, axis.as_ref().map(|axis| &axis.normal));
     let distance = points.distance();
-    // Rounded to nothing, a distance has no direction; then the axis has.
+    // A distance at rounding level has no direction; the axis is used instead.
     if distance > 1e-12 * pair.size() {
         return (distance, (points.b - points.a) / distance, None);
     }
@@ -68,8 +69,8 @@ fn exact(
     (distance, normal, axis.map(|axis| axis.kind))
 }
 
-/// A direction across two cores without faces that touch: across both segments, or across the
-/// one that there is, or any.
+/// A direction perpendicular to two touching cores without faces: to both segments, to the only
+/// segment, or an arbitrary one.
 pub(super) fn across_cores(pair: &PiecePair<'_>, scratch: &PairScratch) -> Vector3<f64> {
     let along = |vertices: &[Vector3<f64>]| vertices[vertices.len() - 1] - vertices[0];
     let (along_a, along_b) = (along(pair.a.vertices()), along(&scratch.vertices));

@@ -1,26 +1,26 @@
-//! Which boxes around pieces meet: sort along one axis and sweep.
+//! Broad phase: finds the pairs of overlapping boxes by sort and sweep along one axis.
 //!
-//! Ours, because the crates that do this allocate in every call or give the pairs in the order
-//! of the places (`collision`, `phyz-collision`), or come with an engine's types; the order
-//! must not depend on the places, and it is 70 lines.
+//! Crates for this task (`collision`, `phyz-collision`) allocate in every call, return pairs in an
+//! order that depends on positions, or require an engine's types. The order of pairs must not
+//! depend on positions.
 
 use super::Piece;
 use crate::mechanics::Pose;
 use nalgebra::Vector3;
 use std::cmp::Ordering;
 
-/// A box along the axes of the world, m.
+/// An axis-aligned box (m, world).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Aabb {
-    /// The smallest coordinates.
+    /// Smallest coordinates (m).
     pub low: Vector3<f64>,
-    /// The largest coordinates.
+    /// Largest coordinates (m).
     pub high: Vector3<f64>,
 }
 
 impl Aabb {
-    /// The box around a piece of a body at a pose.
+    /// Bounding box of a piece whose body is at `pose`.
     #[must_use]
     pub fn of(piece: &Piece, pose: &Pose) -> Self {
         let start = Vector3::repeat(f64::INFINITY);
@@ -33,59 +33,61 @@ impl Aabb {
         Self { low: low + shift(-piece.radius()), high: high + shift(piece.radius()) }
     }
 
-    /// The box around a piece at both ends of a step. In between, a piece that turns may leave it by its
-    /// [`bulge`](super::Moving::bulge).
+    /// Bounding box of a piece at both ends of a step. A rotating piece may leave it in between by
+    /// its [`bulge`](super::Moving::bulge).
     #[must_use]
     pub fn swept(piece: &Piece, from: &Pose, to: &Pose) -> Self {
         Self::of(piece, from).joined(&Self::of(piece, to))
     }
 
-    /// The box around both.
+    /// Smallest box that contains both boxes.
     #[must_use]
     pub fn joined(&self, other: &Self) -> Self {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
-    /// This box with all sides moved out by `margin`, m.
+    /// This box with all sides moved outward by `margin` (m).
     #[must_use]
     pub fn grown(&self, margin: f64) -> Self {
         Self { low: self.low.add_scalar(-margin), high: self.high.add_scalar(margin) }
     }
 
-    /// Whether the boxes have a point in common.
+    /// True if the boxes have a point in common.
     #[must_use]
     pub fn meets(&self, other: &Self) -> bool {
         (0..3).all(|i| self.low[i] <= other.high[i] && other.low[i] <= self.high[i])
     }
 }
 
-/// The broad phase: owns its memory, which is allocated once.
+/// The broad phase, with reusable buffers.
 #[derive(Debug, Clone, Default)]
 pub struct Sweep {
     moving: Sorted,
     fixed: Sorted,
-    /// Along which axis what is fixed is sorted.
+    /// Axis along which the fixed boxes are sorted.
     axis: usize,
     pairs: Vec<(u32, u32)>,
 }
 
 impl Sweep {
-    /// Nothing remembered, nothing fixed.
+    /// An empty broad phase without fixed boxes.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Takes the boxes of what is fixed, in place of those before. They are sorted here once and for all.
+    /// Replaces the fixed boxes. They are sorted here once.
     pub fn set_fixed(&mut self, boxes: &[Aabb]) {
         self.axis = widest_axis(boxes);
         self.fixed.sort(boxes, self.axis);
     }
 
-    /// Visits all pairs (i, j), i < j, of boxes that meet, of which one is of these `boxes`, ascending in i,
-    /// then j. What is [fixed](Sweep::set_fixed) is numbered after them; two that are fixed are no pair.
-    /// Of n boxes among f fixed ones the time is n log n + f, and the pairs that meet along the axis along
-    /// which boxes are most spread out, these for their pairs, the fixed ones for theirs.
+    /// Visits all pairs (i, j), i < j, of overlapping boxes, ascending in i, then j.
+    ///
+    /// At least one of the two belongs to `boxes`. The [fixed](Sweep::set_fixed) boxes are numbered
+    /// after them, and two fixed boxes are not a pair. With n boxes and f fixed ones, the time is n
+    /// log n + f plus the number of pairs that overlap along the sort axis. The sort axis is the
+    /// one of largest spread, chosen separately for the moving and the fixed boxes.
     pub fn pairs(&mut self, boxes: &[Aabb], mut visit: impl FnMut(usize, usize)) {
         let Self { moving, fixed, axis: axis_of_fixed, pairs } = self;
         pairs.clear();
@@ -98,7 +100,8 @@ impl Sweep {
         if !fixed.0.is_empty() {
             let (axis, count) = (*axis_of_fixed, boxes.len() as u32);
             moving.sort(boxes, axis);
-            // Each is held against those of the other list that begin no earlier, of equals the fixed one.
+            // Each box is tested against later boxes of the other list. If both begin at the same
+            // place, the fixed box counts as the later one.
             let mut next = 0;
             for this in &moving.0 {
                 next += begin_before(this, &fixed.0[next..], axis, Ordering::is_lt);
@@ -117,10 +120,10 @@ impl Sweep {
     }
 }
 
-/// A box and its number.
+/// A box and its index.
 type Numbered = (Aabb, u32);
 
-/// Boxes in the order of their low sides along an axis.
+/// Boxes sorted by their low sides along an axis.
 #[derive(Debug, Clone, Default)]
 struct Sorted(Vec<Numbered>);
 
@@ -133,15 +136,15 @@ impl Sorted {
     }
 }
 
-/// The numbers of those that meet `this`, among boxes that are sorted and begin no earlier.
+/// Indices of the boxes in `sorted` that overlap `this`. The boxes begin no earlier than `this`.
 fn meeting(this: &Numbered, sorted: &[Numbered], axis: usize) -> impl Iterator<Item = u32> {
     let end = this.0.high[axis];
-    // A NaN meets nothing.
+    // A box with a NaN overlaps nothing.
     let reached = sorted.iter().take_while(move |other| other.0.low[axis] <= end);
     reached.filter(|other| this.0.meets(&other.0)).map(|other| other.1)
 }
 
-/// How many of the first of `sorted` begin before `this`, as `is_before` understands it.
+/// Number of leading boxes of `sorted` that begin before `this`, by the comparison `is_before`.
 fn begin_before(
     this: &Numbered,
     sorted: &[Numbered],
@@ -152,8 +155,7 @@ fn begin_before(
     sorted.iter().take_while(|other| is_before(other.0.low[axis].total_cmp(&low))).count()
 }
 
-/// The axis along which the middles of the boxes have the largest variance; of equals the
-/// first.
+/// Axis along which the centres of the boxes have the largest variance; ties take the first.
 fn widest_axis(boxes: &[Aabb]) -> usize {
     let count = boxes.len().max(1) as f64;
     let middle = |b: &Aabb| (b.low + b.high) / 2.0;

@@ -1,13 +1,13 @@
-//! What a touch is, and how the features of two pieces make one.
+//! Contact points, and their construction from the features of two pieces.
 
 use super::closest::Points;
 use super::pair::{PiecePair, highest};
 use nalgebra::Vector3;
 
-/// A distance of cores that is smaller than this part of the size has no direction.
+/// Relative distance of cores below which their direction is undefined.
 const NO_DIRECTION: f64 = 1e-8;
 
-/// One of the two pieces.
+/// One of the two pieces of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum PieceSide {
@@ -17,8 +17,8 @@ pub enum PieceSide {
     B,
 }
 
-/// What a touch is, between two pieces: the same as long as the same features touch, whatever
-/// the motion.
+/// Identity of a contact point between two pieces. It stays the same while the same features touch,
+/// under any motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum Feature {
@@ -26,46 +26,46 @@ pub enum Feature {
     Vertex(PieceSide, u32),
     /// An edge of A and an edge of B.
     Edges(u32, u32),
-    /// A vertex of A and a vertex of B, of pieces of equal radius.
+    /// A vertex of A and a vertex of B, with pieces of equal radius.
     Vertices(u32, u32),
-    /// A vertex or an edge of A and one of B, of which one is rounded: how far they are apart is
-    /// known exactly, wherever the pieces are.
+    /// A vertex or edge of A and a vertex or edge of B, at least one of them rounded. The distance
+    /// of these features has a closed form at every pose.
     Round(CorePart, CorePart),
 }
 
-/// A part of a core that is no face.
+/// A vertex or an edge of a core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum CorePart {
-    /// The vertex of this number.
+    /// Vertex with this index.
     Vertex(u32),
-    /// The edge of this number.
+    /// Edge with this index.
     Edge(u32),
 }
 
-/// One point of one piece against a plane of the other. With w the point in the frame of the
-/// plane's owner, the gap is n·w − d − ρ.
+/// A contact point: a point of one piece against a plane of the other. The gap is n·w − d − ρ, with
+/// w the point in the frame of the plane's piece.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Touch {
-    /// Whose the point is; the plane is the other's.
+    /// Piece that owns the point; the other piece owns the plane.
     pub point_of: PieceSide,
-    /// The point of the core, m, body frame of its owner.
+    /// Point of the core (m, body frame of its piece).
     pub point: Vector3<f64>,
-    /// ρ, m: the radius of the point's owner.
+    /// ρ: radius of the point's piece (m).
     pub point_radius: f64,
-    /// n, unit, body frame of the plane's owner, pointing away from it.
+    /// n: unit normal (body frame of the plane's piece), pointing away from that piece.
     pub normal: Vector3<f64>,
-    /// d, m, in the same frame; the radius of the plane's owner is in it.
+    /// d: plane offset (m, same frame), including the radius of the plane's piece.
     pub offset: f64,
-    /// m, at the poses given.
+    /// Gap at the given poses (m).
     pub gap: f64,
-    /// Which features touch.
+    /// The features in contact.
     pub feature: Feature,
 }
 
 impl PiecePair<'_> {
-    /// The `point` of `point_of` (frame of its owner) against the plane of the other's core with this
-    /// `normal` and `offset` (frame of its owner), above which it is by `height`.
+    /// Builds the contact of `point` (frame of its piece) and a plane of the other core. The plane
+    /// has `normal` and `offset` in the frame of its piece, and the point is `height` above it (m).
     fn touch(
         &self,
         point_of: PieceSide,
@@ -83,7 +83,7 @@ impl PiecePair<'_> {
         Touch { point_of, point, point_radius, normal, offset, gap, feature }
     }
 
-    /// A point of B (m, frame of A) against a face of A.
+    /// Contact of a point of B (m, frame of A) with a face of A.
     pub(super) fn on_face_a(&self, face: usize, point: &Vector3<f64>, feature: Feature) -> Touch {
         let face = &self.a.faces()[face];
         let own = match feature {
@@ -94,15 +94,17 @@ impl PiecePair<'_> {
         self.touch(PieceSide::B, own, face.normal, face.offset, height, feature)
     }
 
-    /// A point of A (m, its frame) against a face of B.
+    /// Contact of a point of A (m, frame of A) with a face of B.
     pub(super) fn on_face_b(&self, face: usize, point: &Vector3<f64>, feature: Feature) -> Touch {
         let face = &self.b.faces()[face];
         let height = face.normal.dot(&self.in_b(point)) - face.offset;
         self.touch(PieceSide::A, *point, face.normal, face.offset, height, feature)
     }
 
-    /// Two points, the one against the plane through the other across `normal` (unit, frame
-    /// of A, from A to B). The point is that of the larger radius; of equals that of `owner`.
+    /// Contact of one point with the plane through the other point. The plane is perpendicular to
+    /// `normal` (unit, frame of A, from A to B).
+    ///
+    /// The piece with the larger radius owns the point; for equal radii it is `owner`.
     pub(super) fn between(
         &self,
         points: &Points,
@@ -121,14 +123,14 @@ impl PiecePair<'_> {
         }
     }
 
-    /// The direction from a point of A to one of B (m, frame of A), unless they are so near
-    /// that it is rounding.
+    /// Unit direction from a point of A to a point of B (both m, frame of A). `None` if their
+    /// distance is at rounding level.
     pub(super) fn direction(&self, a: &Vector3<f64>, b: &Vector3<f64>) -> Option<Vector3<f64>> {
         let distance = (b - a).norm();
         (distance > NO_DIRECTION * self.size()).then(|| (b - a) / distance)
     }
 
-    /// Whether no part of the plane's owner is more than `merge` (m) above the plane.
+    /// True if no part of the plane's piece is more than `merge` (m) above the plane.
     pub(super) fn is_below(&self, touch: &Touch, merge: f64) -> bool {
         let (hull, radius) = match touch.point_of {
             PieceSide::A => (self.b, self.radius_b),
@@ -137,8 +139,8 @@ impl PiecePair<'_> {
         highest(hull.vertices(), &touch.normal).1 + radius - touch.offset <= merge
     }
 
-    /// A point of A against the nearest point of B's core: the plane is across the line
-    /// between them, or across `or` where there is no direction.
+    /// Contact of a point of A with the closest point of B's core. The plane is perpendicular to
+    /// the line between them, or to `or` if the line has no direction.
     pub(super) fn a_against(
         &self,
         point: &Vector3<f64>,
@@ -150,7 +152,7 @@ impl PiecePair<'_> {
         self.a_on_plane(point, nearest, &normal, feature)
     }
 
-    /// The same for a point of B.
+    /// Contact of a point of B with the closest point of A's core; see [`Self::a_against`].
     pub(super) fn b_against(
         &self,
         point: &Vector3<f64>,
@@ -162,7 +164,7 @@ impl PiecePair<'_> {
         self.b_on_plane(point, nearest, &normal, feature)
     }
 
-    /// A point of A against the plane through a point of B; `normal` from A to B.
+    /// Contact of a point of A with the plane through a point of B; `normal` points from A to B.
     fn a_on_plane(
         &self,
         point: &Vector3<f64>,
@@ -175,7 +177,7 @@ impl PiecePair<'_> {
         self.touch(PieceSide::A, *point, plane.0, plane.1, normal.dot(&(on - point)), feature)
     }
 
-    /// A point of B against the plane through a point of A; `normal` from A to B.
+    /// Contact of a point of B with the plane through a point of A; `normal` points from A to B.
     fn b_on_plane(
         &self,
         point: &Vector3<f64>,

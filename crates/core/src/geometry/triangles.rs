@@ -1,20 +1,22 @@
-//! The convex hull of points as triangles, by adding one point after the other. Which side of
-//! a triangle a point is on is decided exactly (Shewchuk's adaptive predicate), so that the
-//! result is a closed convex surface whatever the points are: coplanar, nearly coplanar or
-//! repeated.
+//! Triangulated convex hull of points, built by inserting one point after the other.
+//!
+//! Shewchuk's adaptive predicate decides exactly on which side of a triangle a point lies. The
+//! result is a closed convex surface even for coplanar, nearly coplanar or repeated points.
 
 use nalgebra::Vector3;
 use robust::{Coord3D, orient3d};
 
-/// Three points, counter-clockwise seen from outside.
+/// Indices of three points, counter-clockwise seen from outside.
 pub(super) type Triangle = [usize; 3];
 
-/// Points within this part of their largest extent of one plane have no hull with an inside.
+/// Relative flatness limit: points within this fraction of their largest extent of one plane have
+/// no solid hull.
 pub(super) const FLAT: f64 = 1e-5;
 
-/// The triangles of the hull of `points`, or `None` if the points are [`FLAT`]. A point in the
-/// inside of a triangle's plane polygon or edge is no corner of a triangle, but may be one if
-/// it came before the corners around it.
+/// Triangles of the hull of `points`, or `None` if the points are [`FLAT`].
+///
+/// A point in the interior of a coplanar polygon or an edge need not be a corner. It can be one if
+/// it was inserted before the corners around it.
 pub(super) fn hull_triangles(points: &[Vector3<f64>]) -> Option<Vec<Triangle>> {
     let first = first_tetrahedron(points)?;
     let mut triangles = faces_of(points, first);
@@ -29,7 +31,7 @@ pub(super) fn hull_triangles(points: &[Vector3<f64>]) -> Option<Vec<Triangle>> {
             }
             !seen
         });
-        // The rim of what the point sees: edges whose other side it does not see.
+        // Boundary of the region visible from the point: edges whose other side is not visible.
         visible.sort_unstable();
         rim.clear();
         let is_rim = |&&(u, v): &&(usize, usize)| visible.binary_search(&(v, u)).is_err();
@@ -39,8 +41,8 @@ pub(super) fn hull_triangles(points: &[Vector3<f64>]) -> Option<Vec<Triangle>> {
     Some(triangles)
 }
 
-/// Four points that are far apart: the lowest in x, the farthest from it, the farthest from
-/// their line, the farthest from their plane; of equals the first.
+/// Four points that are far apart: the lowest in x, the farthest from it, the farthest from their
+/// line, and the farthest from their plane. Ties take the first.
 fn first_tetrahedron(points: &[Vector3<f64>]) -> Option<[usize; 4]> {
     let farthest = |distance: &dyn Fn(&Vector3<f64>) -> f64| {
         let mut best = (0, f64::NEG_INFINITY);
@@ -62,7 +64,7 @@ fn first_tetrahedron(points: &[Vector3<f64>]) -> Option<[usize; 4]> {
     (width > FLAT * length && height > FLAT * length).then_some([a, b, c, d])
 }
 
-/// The four faces of a tetrahedron, each turned so that the fourth point is below it.
+/// The four faces of a tetrahedron, oriented so that the fourth point is below each.
 fn faces_of(points: &[Vector3<f64>], [a, b, c, d]: [usize; 4]) -> Vec<Triangle> {
     let faces = [([a, b, c], d), ([a, d, b], c), ([b, d, c], a), ([c, d, a], b)];
     let turned = |([u, v, w], other): (Triangle, usize)| {
@@ -71,7 +73,7 @@ fn faces_of(points: &[Vector3<f64>], [a, b, c, d]: [usize; 4]) -> Vec<Triangle> 
     faces.into_iter().map(turned).collect()
 }
 
-/// Whether a point is strictly on the outer side of a triangle's plane: exact.
+/// True if a point is strictly on the outer side of a triangle's plane. The test is exact.
 fn is_above(points: &[Vector3<f64>], [a, b, c]: Triangle, point: usize) -> bool {
     let at = |index: usize| {
         let p: &Vector3<f64> = &points[index];

@@ -1,12 +1,11 @@
-//! Contacts between pieces: of bodies with each other, and with what is fixed.
+//! Contacts between pieces: of bodies with each other and with fixed pieces.
 //!
-//! The broad phase is a sweep over boxes that are a little larger than what moves in them; its
-//! pairs are kept until something leaves its box. The narrow phase is exact
-//! ([`crate::geometry::manifold`]).
+//! The broad phase is a sweep over slightly enlarged boxes. Its pairs are kept until a piece leaves
+//! its box. The narrow phase is exact ([`crate::geometry::manifold`]).
 //!
-//! A plane of a piece stops a point wherever it meets the plane, also beside the face that it is
-//! of. So the features of a step are taken from where the pieces touch: at the step's start, or on the
-//! way to the end of what has been solved so far ([`super::meeting`]). What is merely near gives no contact.
+//! The plane of a face stops a point wherever it meets the plane, even beside the face. So a step
+//! uses only the features of pieces that touch, at the start of the step or on the trajectory to the
+//! end of the current solution ([`super::meeting`]). Pieces that are only near have no contact.
 
 mod pairs;
 mod places;
@@ -25,64 +24,69 @@ use crate::world::World;
 use places::set_poses;
 use std::ops::Range;
 
-/// Pieces touch where they are apart by no more than this part of the smaller one's reach:
-/// rounding of a state, and drifts that no motion makes.
+/// Distance up to which pieces touch, as a fraction of the smaller reach. It covers the rounding of
+/// states and numerical drift.
 const TOUCH: f64 = 1e-9;
-/// Meetings on the way of a step that are apart by no more than this part of it are at one time.
+/// Difference below which two collisions are simultaneous, as a fraction of the trajectory.
 const SAME_TIME: f64 = 1e-9;
-/// What overlaps by less than this part of the world's reach is not looked at when a solver's last
-/// solution is: what solvers leave.
+/// Overlap that is ignored when the final solution of a solver is checked, as a fraction of the
+/// world's reach. Solvers leave overlaps of this size.
 const LOOKED_AGAIN: f64 = 1e-6;
 
-/// Two pieces that overlap.
+/// Overlap of two pieces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Overlap {
-    /// m.
+    /// Depth (m).
     pub depth: f64,
-    /// How much of that would not count, m.
+    /// Allowed depth (m).
     pub allowed: f64,
-    /// Whose they are: the second is what is fixed, if one is.
+    /// Owners of the pieces. A fixed owner is the second.
     pub between: (Partner, Partner),
 }
 
-/// The pieces of a world near each other, and memory of the search.
+/// Pairs of near pieces in a world, and the state of the search.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Neighbours {
     memory: Memory,
     proxies: Vec<Proxy>,
     extents: Vec<PieceExtent>,
-    /// Whose the boxes are.
+    /// Body of each box.
     bodies: Vec<usize>,
-    /// Where the bodies are at `end` and at `from`, and their ways in between.
+    /// Poses of the bodies at `end`.
     poses: Vec<Pose>,
     spare_poses: Vec<Pose>,
+    /// Poses of the bodies at `from`.
     begin: Vec<Pose>,
+    /// Trajectories of the bodies between these poses.
     ways: Vec<Way>,
-    /// Memory to be exchanged with that of the start, of what touched there, and of the pairs.
+    /// Spare buffers, swapped with the poses of the start, their contacts and the pairs.
     spare_start: Vec<Pose>,
     spare_kept: Vec<Contact>,
-    /// The contacts of pairs that have moved, and of which pairs which of them are.
+    /// New contacts of pairs that have moved.
     moved: Vec<Contact>,
+    /// Index of each moved pair, and its range in `moved`.
     moved_pairs: Vec<(usize, Range<usize>)>,
     spare_pairs: Vec<Neighbour>,
-    /// Where two of them are where they meet within the step.
+    /// Poses of two bodies at their collision within the step.
     between: Vec<Pose>,
-    /// The pairs that meet within the step, and where each body does first.
+    /// Pairs that collide within the step.
     meetings: Vec<Meeting>,
+    /// First collision of each body, as a fraction of the trajectory.
     met: Vec<f64>,
     passed: bool,
-    /// Whether no two of the pieces may touch, and the world's separations that it is of.
+    /// True if no two pieces may touch.
     is_apart: bool,
+    /// Separations of the world that `is_apart` was computed for.
     separations: (Vec<(usize, Partner)>, Vec<usize>, Vec<bool>),
     sweep: Sweep,
-    /// The contacts of the step that is looked at, by their pieces.
+    /// Contacts of the step, by their pieces.
     index: PieceIndex,
     scratch: PairScratch,
     touches: Vec<Touch>,
 }
 
 impl Neighbours {
-    /// Adds the contacts of the pieces that touch where the bodies are at `states`.
+    /// Adds the contacts of the pieces that touch with the bodies at `states`.
     pub(super) fn touching(
         &mut self,
         world: &World,
@@ -122,7 +126,7 @@ impl Neighbours {
             let plane_of = plane_of(world, states, poses, a, b);
             let hint = &mut pair.hint;
             pair.gap = manifold(pieces.0, pieces.1, BAND * size, plane_of, hint, scratch, touches);
-            // Seen from the plane's side, to a last bit of its own.
+            // The gap was computed from the plane's side. Other calls may differ in the last bit.
             pair.is_bound = true;
             if pair.gap <= TOUCH * size && !shares_a_line_only(pieces.0, pieces.1, touches, size) {
                 let between = Between { world, proxies: [a, b], at: poses, start: poses };
@@ -130,7 +134,7 @@ impl Neighbours {
             }
             moved_pairs.push((index, first..moved.len()));
         }
-        // Pairs may have come and gone.
+        // Pairs may have been added or removed.
         let is_whole = pairs.iter().map(|pair| pair.kept.len()).sum::<usize>() == kept.len();
         if is_whole && moved_pairs.iter().all(|(pair, of)| pairs[*pair].kept.len() == of.len()) {
             for (pair, of) in &*moved_pairs {
@@ -155,9 +159,9 @@ impl Neighbours {
         contacts.extend_from_slice(joined);
     }
 
-    /// Adds the contacts of the pieces that overlap by more than `depth` (m) where the bodies are at
-    /// `next`, or that pass through each other on the way there, and that are not among the contacts.
-    /// Returns whether there were any.
+    /// Adds the missing contacts of pieces that overlap by more than `depth` (m) with the bodies at
+    /// `next`, or that pass through each other on the trajectory there. Returns true if there were
+    /// any.
     pub(super) fn overlapping(
         &mut self,
         world: &World,
@@ -168,7 +172,7 @@ impl Neighbours {
     ) -> bool {
         let known = contacts.len();
         self.look(world, states, next, depth, contacts);
-        // A step that is looked at again finds what it found before.
+        // A repeated search of the same step finds the same contacts again.
         if contacts.len() > known {
             let Self { memory: Memory { joined, .. }, index, .. } = self;
             joined.retain(|before| {
@@ -180,8 +184,8 @@ impl Neighbours {
         contacts.len() > known
     }
 
-    /// Whether the step `states` → `next` passes or leaves out something that its contacts do not see to: a
-    /// pair goes through each other, overlaps deep, or turns too far to say.
+    /// True if the step `states` → `next` misses a collision in spite of its contacts. A pair
+    /// passes through each other, overlaps deeply, or rotates too far to decide.
     pub(super) fn passes(
         &mut self,
         world: &World,
@@ -198,7 +202,7 @@ impl Neighbours {
         self.passed
     }
 
-    /// Adds the contacts that are missing, and notes whether the step passes something.
+    /// Adds the missing contacts, and records whether the step misses a collision.
     fn look(
         &mut self,
         world: &World,
@@ -240,7 +244,7 @@ impl Neighbours {
                 meet(met, pair.owners(proxies), 0.0);
             }
         }
-        // In the order in which they meet: what holds a body may keep it from others.
+        // In the order of the collisions: the force on a body may prevent later ones.
         meetings
             .sort_unstable_by(|x, y| x.share.total_cmp(&y.share).then_with(|| x.pair.cmp(&y.pair)));
         for meeting in meetings {
@@ -255,7 +259,8 @@ impl Neighbours {
         self.passed = look.passed;
     }
 
-    /// Deepest overlap of two pieces where the bodies are at `states`, of those deeper than what is `allowed` of theirs (m).
+    /// Deepest overlap of two pieces with the bodies at `states`, among those deeper than `allowed`
+    /// (m) for their pair.
     pub(super) fn deepest(
         &mut self,
         world: &World,
@@ -274,7 +279,7 @@ impl Neighbours {
         deepest
     }
 
-    /// All of these overlaps, the deepest first.
+    /// All overlaps deeper than `least` (m), the deepest first.
     pub(super) fn overlaps(
         &mut self,
         world: &World,
@@ -293,8 +298,8 @@ impl Neighbours {
         overlaps
     }
 
-    /// Visits the pairs of near pieces where the bodies are at `states`: their depth (m, below 0 where they are apart), owners
-    /// and extents.
+    /// Visits the pairs of near pieces with the bodies at `states`. `visit` gets their depth (m,
+    /// negative if they are apart), owners and extents.
     fn each_depth(
         &mut self,
         world: &World,
@@ -323,7 +328,8 @@ impl Neighbours {
         }
     }
 
-    /// Makes `change` of the memory, where bodies are added, removed or held: it is then one of `world`.
+    /// Applies `change` to the state of the search after bodies were added, removed or held.
+    /// `world` is the changed world.
     pub(super) fn change(&mut self, world: &World, change: impl FnOnce(&mut Memory)) {
         change(&mut self.memory);
         let bodies = world.bodies().len();
@@ -336,31 +342,31 @@ impl Neighbours {
         self.list_pieces(world);
     }
 
-    /// What the next search goes on from.
+    /// State that the next search continues from.
     pub(super) fn memory(&self) -> &Memory {
         &self.memory
     }
 
-    /// Goes on from `memory`, which must fit `world` ([`Memory::fits`]).
+    /// Continues from `memory`, which must fit `world` ([`Memory::fits`]).
     pub(super) fn recall(&mut self, world: &World, memory: &Memory) {
         self.memory.copy_from(memory);
         if self.memory.start.is_empty() && self.memory.end.is_empty() {
-            // Nothing was searched.
+            // There was no search yet.
             self.proxies.clear();
             return;
         }
-        // As after a change of bodies where what was searched is to be searched anew.
+        // Same as a change of bodies that requests a new search.
         self.change(world, |_| ());
     }
 }
 
-/// Whether `world` has two things whose pieces could touch. Where it has not, there is nothing to ask.
+/// True if `world` has at least two objects whose pieces could touch.
 #[inline]
 pub(super) fn has_pairs(world: &World) -> bool {
     world.bodies().len() + world.fixed().len() >= 2
 }
 
-/// Notes that two owners met at the part `share` of the way.
+/// Records that two owners collided at the fraction `share` of the trajectory.
 fn meet(met: &mut [f64], owners: [PieceOwner; 2], share: f64) {
     for owner in owners {
         if let PieceOwner::Body(index) = owner {
@@ -369,7 +375,7 @@ fn meet(met: &mut [f64], owners: [PieceOwner; 2], share: f64) {
     }
 }
 
-/// Where one of two owners met something first; ∞ if they did not.
+/// First collision of one of two owners, as a fraction of the trajectory; ∞ if there is none.
 fn has_met(met: &[f64], owners: [PieceOwner; 2]) -> f64 {
     let of = |owner: PieceOwner| match owner {
         PieceOwner::Body(index) => met[index],

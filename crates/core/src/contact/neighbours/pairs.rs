@@ -1,4 +1,4 @@
-//! The broad phase: which pieces there are, boxes around them on their ways, and the pairs whose boxes share something.
+//! Broad phase: the pieces, boxes around their trajectories, and the pairs of overlapping boxes.
 
 use super::Neighbours;
 use crate::contact::Partner;
@@ -7,12 +7,12 @@ use crate::contact::proxy::{PieceExtent, PieceOwner, placed, proxies_of};
 use crate::geometry::{Aabb, Hint, bulge};
 use crate::world::World;
 
-/// How much larger than its contents a box of the broad phase is, in parts of the reach.
+/// Margin of a box in the broad phase, as a fraction of the piece's reach.
 const MARGIN: f64 = 0.1;
 
 impl Neighbours {
-    /// Finds the boxes and pairs anew where a piece leaves its box. `begun` tells that the starts of the
-    /// ways are known to be inside.
+    /// Recomputes the boxes and pairs if a piece leaves its box. If `begun`, the starts of the
+    /// trajectories are known to be inside.
     pub(super) fn fit_boxes(&mut self, world: &World, begun: bool) {
         let is_inside = |index: usize| {
             (begun && self.is_near(index)) || {
@@ -26,8 +26,9 @@ impl Neighbours {
         }
     }
 
-    /// Whether a piece has moved by less than the margin of its box since that was made: a point c by at
-    /// most |r − r₀| + |A − A₀| |c|, and by the bulge of its way.
+    /// True if a piece has moved by less than the margin since its box was made. A point c moves by
+    /// at most
+    /// |r − r₀| + |A − A₀| |c| plus the bulge of its trajectory.
     fn is_near(&self, index: usize) -> bool {
         let body = self.bodies[index];
         let (pose, before, extent) =
@@ -37,8 +38,8 @@ impl Neighbours {
         moved + bulge(extent.arm, self.ways[body].angle()) <= MARGIN * extent.size
     }
 
-    /// The box around the way of a piece of a body, or around its end alone if its start is known to be in a box
-    /// that the end is held against.
+    /// Box around the trajectory of a piece, or around its end alone if `begun`. In that case the
+    /// start is known to be in the piece's box.
     fn around(&self, world: &World, index: usize, begun: bool) -> Aabb {
         let proxy = self.proxies[index];
         let (piece, to) = placed(world, &self.poses, proxy);
@@ -48,12 +49,12 @@ impl Neighbours {
         around.grown(bulge(self.extents[index].arm, self.ways[body].angle()))
     }
 
-    /// Whether the pieces that are listed are those of the world.
+    /// True if the listed pieces are the current pieces of the world.
     pub(super) fn lists(&self, world: &World) -> bool {
         proxies_of(world).eq(self.proxies.iter().copied())
     }
 
-    /// Lists the pieces of the world.
+    /// Lists the pieces of the world and clears the search.
     pub(super) fn list(&mut self, world: &World) {
         self.memory.boxes.clear();
         self.memory.pairs.clear();
@@ -61,11 +62,11 @@ impl Neighbours {
         self.list_pieces(world);
     }
 
-    /// Makes all that follows from the world alone.
+    /// Recomputes all data that depend on the world alone.
     pub(super) fn list_pieces(&mut self, world: &World) {
         self.proxies.clear();
         self.proxies.extend(proxies_of(world));
-        // Where the bodies are plays no part.
+        // Positions of the bodies are not used.
         let poses = &self.poses;
         let extents =
             self.proxies.iter().map(|proxy| PieceExtent::of(placed(world, poses, *proxy).0));
@@ -83,7 +84,7 @@ impl Neighbours {
         self.separate(world);
     }
 
-    /// Whether no two of the pieces, which are those of the world, may touch.
+    /// True if no two pieces of the world may touch.
     pub(super) fn are_apart(&mut self, world: &World) -> bool {
         let (pairs, untouched, held) = &self.separations;
         if (&pairs[..], &untouched[..], &held[..]) != world.separations() {
@@ -108,8 +109,8 @@ impl Neighbours {
         });
     }
 
-    /// The broad phase: boxes around where the pieces are and were, and in between, and the pairs that
-    /// share some of them. Pairs that were known keep their hints.
+    /// Recomputes the boxes around the trajectories and the pairs of overlapping boxes. Known pairs
+    /// keep their hints.
     fn search(&mut self, world: &World) {
         self.memory.boxes.clear();
         self.memory.searched.clone_from(&self.poses);
@@ -139,7 +140,8 @@ impl Neighbours {
     }
 }
 
-/// Whether pieces of two things may touch: of two that are not fixed both, nor one, nor kept apart.
+/// True if pieces of two owners may touch. At least one owner is not fixed, the owners differ, and
+/// the world does not keep them apart.
 fn may_meet(world: &World, a: PieceOwner, b: PieceOwner) -> bool {
     match (a, b) {
         (PieceOwner::Body(one), PieceOwner::Body(other)) => {

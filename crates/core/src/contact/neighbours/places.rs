@@ -1,4 +1,4 @@
-//! Where the pieces are, at rest in a state or on their ways from one to the next.
+//! Poses of the pieces, at rest in a state or on their trajectories between two states.
 
 use super::{Neighbours, has_pairs};
 use crate::contact::memory::Memory;
@@ -7,8 +7,8 @@ use crate::mechanics::{Pose, State, Way};
 use crate::world::World;
 
 impl Neighbours {
-    /// Places the pieces at `states`. `false` where nothing can touch but the ground, or where there is not
-    /// one state a body.
+    /// Places the pieces at `states`. Returns false if only the ground can be touched, or if there
+    /// is not one state per body.
     pub(super) fn stand(&mut self, world: &World, states: &[State]) -> bool {
         if !is_of(world, states) {
             return false;
@@ -32,7 +32,8 @@ impl Neighbours {
         true
     }
 
-    /// Places the pieces at `next`, on their ways from `states`. `false` as above.
+    /// Places the pieces at `next`, on their trajectories from `states`. Returns false like
+    /// [`Self::stand`].
     pub(super) fn place(&mut self, world: &World, states: &[State], next: &[State]) -> bool {
         if !is_of(world, states) || next.len() != states.len() {
             return false;
@@ -41,7 +42,7 @@ impl Neighbours {
         if listed && self.are_apart(world) {
             return false;
         }
-        // What was looked at last is in its boxes.
+        // Poses of the last search are inside their boxes.
         let Self { memory: Memory { from, end, .. }, begin, poses, .. } = self;
         let begun = listed && (*from == states || *end == states);
         if *from != states {
@@ -68,7 +69,7 @@ impl Neighbours {
         self.memory.end.extend_from_slice(states);
         std::mem::swap(&mut self.poses, &mut self.spare_poses);
         set_poses(&mut self.poses, states);
-        // Separations were asked for where the bodies were.
+        // Separations were evaluated at the previous poses.
         let Self { memory: Memory { pairs, .. }, proxies, poses, spare_poses: before, .. } = self;
         if poses != before {
             let stays = |at: usize| match proxies[at].owner {
@@ -82,7 +83,8 @@ impl Neighbours {
     }
 }
 
-/// Whether pieces of `world` can touch anything but the ground, and `states` has one state a body.
+/// True if pieces of `world` can touch anything but the ground, and `states` has one state per
+/// body.
 fn is_of(world: &World, states: &[State]) -> bool {
     let bodies = world.bodies();
     has_pairs(world)
@@ -90,7 +92,7 @@ fn is_of(world: &World, states: &[State]) -> bool {
         && bodies.iter().any(|body| !body.pieces().is_empty())
 }
 
-/// Makes `poses` those of `states`.
+/// Sets `poses` to the poses of `states`.
 pub(super) fn set_poses(poses: &mut Vec<Pose>, states: &[State]) {
     poses.clear();
     poses.extend(states.iter().map(State::pose));

@@ -1,4 +1,4 @@
-//! Meshes from the text and bytes of OBJ and STL files.
+//! Mesh parsers for the contents of OBJ and STL files.
 
 use super::{Mesh, refused};
 use crate::error::Error;
@@ -6,16 +6,19 @@ use nalgebra::Vector3;
 use std::io::Cursor;
 use stl_io::create_stl_reader;
 
-/// Reads a Wavefront OBJ file's text: `v` and `f` lines, all objects together; polygons are
-/// cut into triangles. Lengths are taken as m. Messages count facets from 1, after the cut.
+/// Parses the text of a Wavefront OBJ file: `v` and `f` lines of all objects together.
+///
+/// Polygons are cut into triangles. Lengths are taken as m. Messages count facets from 1, after the
+/// cut.
 ///
 /// # Errors
-/// Text that is not OBJ; what [`Mesh::new`] refuses.
+/// Text that is not OBJ; the errors of [`Mesh::new`].
 pub fn parse_obj(text: &str) -> Result<Mesh, Error> {
     Mesh::from_facets(&facets_of_obj(text)?)
 }
 
-/// The facets of an OBJ file's text, m, as [`parse_obj`] reads them, whatever surface they make.
+/// Facets of the text of an OBJ file (m), read like [`parse_obj`] but without a check of the
+/// surface.
 ///
 /// # Errors
 /// Text that is not OBJ.
@@ -47,16 +50,19 @@ pub fn facets_of_obj(text: &str) -> Result<Vec<[Vector3<f64>; 3]>, Error> {
     Ok(facets)
 }
 
-/// Reads an STL file's bytes, binary (80 bytes, a count, 50 bytes a facet) or ASCII. The
-/// facets' own normals are ignored; equal corners are one vertex. Lengths are taken as m.
+/// Parses the bytes of an STL file, binary (80 bytes, a count, 50 bytes a facet) or ASCII.
+///
+/// The normals in the file are ignored, and equal corners become one vertex. Lengths are taken as
+/// m.
 ///
 /// # Errors
-/// Bytes that are not STL; what [`Mesh::new`] refuses.
+/// Bytes that are not STL; the errors of [`Mesh::new`].
 pub fn parse_stl(bytes: &[u8]) -> Result<Mesh, Error> {
     Mesh::from_facets(&facets_of_stl(bytes)?)
 }
 
-/// The facets of an STL file's bytes, m, as [`parse_stl`] reads them, whatever surface they make.
+/// Facets of the bytes of an STL file (m), read like [`parse_stl`] but without a check of the
+/// surface.
 ///
 /// # Errors
 /// Bytes that are not STL.
@@ -64,8 +70,9 @@ pub fn facets_of_stl(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, Error> {
     let count = bytes.get(80..84).map_or([0; 4], |four| [four[0], four[1], four[2], four[3]]);
     let is_binary = bytes.len() as u64 == 84 + 50 * u64::from(u32::from_le_bytes(count));
     let no_stl = |error: std::io::Error| refused(format!("is no STL file: {error}"));
-    // The reader takes every file that starts with "solid " for ASCII, binary ones too, and no
-    // other; here the length decides, and the solid may be without a name.
+    // The reader takes every file that starts with "solid " for ASCII, even a binary one, and
+    // rejects a `solid` without a name. Here the length decides the format, and the name is
+    // optional.
     let mut clear = if is_binary {
         [&[0; 80], &bytes[80..]].concat()
     } else if bytes.starts_with(b"solid") {

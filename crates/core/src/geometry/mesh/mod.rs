@@ -1,4 +1,4 @@
-//! Triangle meshes, and when one is a convex piece.
+//! Triangle meshes, and their conversion to convex hulls.
 
 #[cfg(feature = "mesh")]
 mod files;
@@ -10,14 +10,14 @@ use super::hull::{Hull, extent};
 use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, Vector3};
 
-/// How far, in parts of the size, a mesh may be from its convex hull, and triangles of a face
-/// from one plane: an STL file holds 24 bits of each coordinate, 6e-8 of it.
+/// Relative tolerance for the distance of a mesh from its convex hull and for coplanar triangles.
+/// An STL file stores 24 bits of each coordinate: 6e-8 of it.
 const CONVEX: f64 = 1e-6;
 
-/// The most triangles of a mesh.
+/// Largest number of triangles of a mesh.
 const MOST_TRIANGLES: usize = 200_000;
 
-/// A closed triangle mesh whose triangles are counter-clockwise seen from outside.
+/// A closed triangle mesh with triangles counter-clockwise seen from outside.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
     vertices: Vec<Vector3<f64>>,
@@ -25,14 +25,16 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// A mesh of vertices (m) and triangles, each three indices of vertices, counter-clockwise
-    /// seen from outside.
+    /// A mesh of vertices (m) and triangles. Each triangle has three vertex indices,
+    /// counter-clockwise seen from outside.
     ///
     /// # Errors
-    /// No triangle or more than 200 000, an index without a vertex, a coordinate beyond
-    /// ±1e6; a triangle that has a vertex twice; an edge that does not have exactly two
-    /// triangles, running along it in opposite directions (the mesh is open, or a facet is
-    /// turned over); a volume that is not positive (the mesh is inside-out).
+    /// - Fewer than 4 or more than 200 000 triangles; an index without a vertex.
+    /// - A coordinate beyond ±1e6.
+    /// - A triangle that has a vertex twice.
+    /// - An edge without exactly two triangles in opposite directions (the mesh is open, or a facet
+    ///   is flipped).
+    /// - A volume that is not positive (the mesh is inside-out).
     pub fn new(vertices: Vec<Vector3<f64>>, triangles: Vec<[usize; 3]>) -> Result<Self, Error> {
         if !(4..=MOST_TRIANGLES).contains(&triangles.len()) {
             let (field, count) = ("triangles of the mesh", triangles.len());
@@ -57,11 +59,11 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// The mesh of facets given by their corners, m, counter-clockwise seen from outside; equal corners are
-    /// one vertex.
+    /// Mesh of facets, each with its three corners (m), counter-clockwise seen from outside. Equal
+    /// corners become one vertex.
     ///
     /// # Errors
-    /// What [`Mesh::new`] refuses.
+    /// The errors of [`Mesh::new`].
     pub fn from_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Self, Error> {
         // Adding 0 turns −0 into 0, so that equal numbers have equal bits.
         let key = |p: &Vector3<f64>| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
@@ -78,7 +80,7 @@ impl Mesh {
         Self::new(vertices, triangles)
     }
 
-    /// Every edge must be run along twice, once in each direction.
+    /// Checks that every edge occurs twice, once in each direction.
     fn check_edges(&self) -> Result<(), Error> {
         let mut sides = Vec::with_capacity(3 * self.triangles.len());
         for (index, &[a, b, c]) in self.triangles.iter().enumerate() {
@@ -123,7 +125,7 @@ impl Mesh {
         Ok(())
     }
 
-    /// The volume inside, m³: Σ det(a − o, b − o, c − o)/6 over the triangles, o a vertex.
+    /// Enclosed volume (m³): Σ det(a − o, b − o, c − o)/6 over the triangles, with o a vertex.
     #[must_use]
     pub fn volume(&self) -> f64 {
         let o = self.vertices.first().copied().unwrap_or_default();
@@ -134,35 +136,34 @@ impl Mesh {
         six.sum::<f64>() / 6.0
     }
 
-    /// The vertices, m.
+    /// The vertices (m).
     #[must_use]
     pub fn vertices(&self) -> &[Vector3<f64>] {
         &self.vertices
     }
 
-    /// The triangles: indices of vertices, counter-clockwise seen from outside.
+    /// The triangles: vertex indices, counter-clockwise seen from outside.
     #[must_use]
     pub fn triangles(&self) -> &[[usize; 3]] {
         &self.triangles
     }
 
-    /// This mesh with all lengths multiplied, 0.001 for a file in mm.
+    /// Returns this mesh with all lengths multiplied by `factor`, 0.001 for a file in mm.
     ///
     /// # Errors
-    /// A factor outside 1e-6…1e6; coordinates that then are beyond ±1e6 m.
+    /// A factor outside 1e-6…1e6; resulting coordinates beyond ±1e6 m.
     pub fn scaled(&self, factor: f64) -> Result<Self, Error> {
         in_range("scale of the mesh", factor, 1e-6, 1e6, "1e-6 to 1e6")?;
         let vertices = self.vertices.iter().map(|vertex| vertex * factor).collect();
         Self::new(vertices, self.triangles.clone())
     }
 
-    /// The convex hull of a convex mesh; triangles that lie in one plane to 1e-6 of the size
-    /// are one face.
+    /// Convex hull of a convex mesh. Triangles coplanar to 1e-6 of the size become one face.
     ///
     /// # Errors
-    /// What [`Hull::from_points`] refuses; a mesh that is not convex: a vertex deeper than
-    /// 1e-6 of the size inside the hull, or a volume smaller than the hull's by more than a
-    /// skin of that thickness.
+    /// The errors of [`Hull::from_points`]. A mesh that is not convex: a vertex deeper than 1e-6 of
+    /// the size inside the hull, or a volume below the hull's by more than a skin of that
+    /// thickness.
     pub fn hull(&self) -> Result<Hull, Error> {
         let hull = Hull::merged(&self.vertices, CONVEX)?;
         let skin = CONVEX * extent(&self.vertices);
