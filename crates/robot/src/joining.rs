@@ -22,7 +22,7 @@ pub struct Joined {
     pub attitudes: [Vector4<f64>; 2],
     /// Middle frame of a gimbal.
     pub middle: Option<Middle>,
-    /// For each axis with a drive, index of the joint among the joints of the link.
+    /// Index of the joint for each axis with a drive, among the joints of the link.
     pub axes: Vec<usize>,
 }
 
@@ -122,7 +122,7 @@ pub fn joined(joints: &[RobotJoint]) -> Result<Option<Joined>, String> {
     }))
 }
 
-/// Intersection of the axes of hinges. `None` if they do not meet or a joint is no hinge.
+/// Intersection of the axes of hinges. `None` if they do not meet or a joint is not a hinge.
 fn turn_in_one_place(joints: &[RobotJoint]) -> Option<Vector3<f64>> {
     let [first, second, rest @ ..] = joints else { return None };
     if joints.iter().any(|joint| joint.moves != Moves::Hinge) {

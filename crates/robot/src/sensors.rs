@@ -66,9 +66,11 @@ impl RobotSite {
 }
 
 impl Assembled {
-    /// Reading of a touch sensor: sum of the normal forces (N) of a step on the bodies that move
-    /// with a link. `partner` restricts it to contacts with one partner. `within` restricts it to
-    /// contacts within a radius (m) of a site, at the site's position at the start of the step.
+    /// Reading of a touch sensor: sum of the normal forces (N) of a step on the bodies of a link.
+    ///
+    /// - `partner` selects the contacts with one partner.
+    /// - `within` selects the contacts within a radius (m) of a site. The site's position is that
+    ///   at the start of the step.
     ///
     /// # Errors
     /// A link that does not exist; a record of other bodies.

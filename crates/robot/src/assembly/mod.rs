@@ -68,12 +68,12 @@ pub struct Assembled {
     /// Shortened names in the scene, by the names of the file.
     long_names: BTreeMap<String, String>,
     bodies: Vec<Carried>,
-    /// For each link: index in `bodies` (`None` if fixed to the world), and pose in that body's
+    /// Index in `bodies` of each link (`None` if fixed to the world), and its pose in that body's
     /// first link.
     links: Vec<(Option<usize>, LinkFrame)>,
-    /// For each link: nearest link with a joint, from the link itself up to the world.
+    /// Carrier of each link: the nearest link with a joint, from the link itself up to the world.
     carriers: Vec<usize>,
-    /// For each joint: joint of the scene, and index of its axis from 0 to 5.
+    /// Joint of the scene for each joint of the file, and index of its axis from 0 to 5.
     axes: Vec<Option<(usize, usize)>>,
     /// Gears of the scene that represent its `sums`.
     sums: Range<usize>,
@@ -337,7 +337,7 @@ impl Assembled {
     /// Drive on a slide or hinge under these controls, in coordinates of the scene's joint.
     ///
     /// # Errors
-    /// Those of [`Assembled::new`]. None occur for a robot in a scene.
+    /// The errors of [`Assembled::new`], none of which occur for a robot in a scene.
     pub fn drive(&self, joint: usize, controls: &[f64]) -> Result<Drive, String> {
         drive(&self.robot, joint, controls)
     }
@@ -346,7 +346,7 @@ impl Assembled {
     /// controls.
     ///
     /// # Errors
-    /// Those of [`Assembled::drive`].
+    /// The errors of [`Assembled::drive`].
     pub fn sum_drives(&self, controls: &[f64]) -> Result<Vec<(usize, Drive)>, String> {
         let sums = self.sums.clone().enumerate();
         sums.map(|(sum, gear)| Ok((gear, sum_drive(&self.robot, sum, controls)?))).collect()
