@@ -2,8 +2,8 @@
 //!
 //! The crate works on text. The caller supplies the text and a function that reads the files it
 //! refers to ([`Reading`]). The result is a [`Robot`]: a tree of links with joints, shapes and
-//! motors. [`Assembled`] places it in a scene. [`motion`] describes its coordinates, which are
-//! those of the file.
+//! motors. The type [`Assembled`] places it in a scene. Module [`motion`] describes its
+//! coordinates, which are those of the file.
 //!
 //! ```
 //! use tumble_robot::{Reading, read};

@@ -1,10 +1,15 @@
 //! Pictures of rigid-body motion: converts a film to bytes.
 //!
 //! A [`Film`] is plain data: bodies with shapes, their poses in each frame, and the contact forces
-//! between frames. [`animation`] draws it as a GIF, [`plot`] draws curves over time, and [`view`]
-//! writes an HTML page that plays one or two films. [`plan`] writes the page of a plan, and
-//! [`page`] provides building blocks of pages. Nothing in this crate accesses files. Output is
-//! deterministic, byte for byte.
+//! between frames.
+//!
+//! - [`animation`] draws a film as a GIF.
+//! - [`plot`] draws its curves over time.
+//! - [`view`] writes an HTML page that plays one or two films.
+//! - [`plan`] writes the page of a plan.
+//! - [`page`] provides building blocks of pages.
+//!
+//! Nothing in this crate accesses files. Output is deterministic, byte for byte.
 
 #![forbid(unsafe_code)]
 

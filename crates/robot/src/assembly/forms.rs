@@ -42,9 +42,9 @@ pub(super) fn scene_form(form: &RobotForm, sides: usize) -> Option<ModelForm> {
 
 /// Approximates an ellipsoid by an inscribed rounded hull.
 ///
-/// With its smallest radius of curvature r = c²/a, where c ≤ a are the smallest and largest half
-/// axes, an ellipsoid is the set of points within r of a convex core. The hull spans these points
-/// of the core's surface:
+/// Its smallest radius of curvature is r = c²/a with the smallest and largest half axes c ≤ a. An
+/// ellipsoid is the set of points within r of a convex core. The hull spans these points of the
+/// core's surface:
 ///
 /// ```text
 /// D s − r n,  n = D⁻¹ s/|D⁻¹ s|,

@@ -213,8 +213,8 @@ impl Assembled {
         &self.prefix
     }
 
-    /// Joint of the scene for a slide or hinge, and index of its axis: 0 to 2 for translation along
-    /// x, y and z, 3 to 5 for rotation about them.
+    /// Joint of the scene for a slide or hinge, and index of its axis. Axes 0 to 2 are translations
+    /// along x, y and z. Axes 3 to 5 are rotations about them.
     #[must_use]
     pub fn axis(&self, joint: usize) -> Option<(usize, usize)> {
         self.axes.get(joint).copied().flatten()

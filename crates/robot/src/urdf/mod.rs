@@ -120,9 +120,9 @@ fn keep_first(element: &mut Element) -> usize {
 struct Hanging<'e> {
     joint: &'e Element,
     parent: usize,
-    /// Joints above it whose child links have no mass. They become joints of the first link with
-    /// mass below, and are given in the frame of the element that contains this joint. `frame` is
-    /// the pose of that frame in the parent.
+    /// Joints above this one whose child links have no mass. They become joints of the first link
+    /// with mass below. They are given in the frame of the link that this joint starts from. That
+    /// link has the pose `frame` in `parent`.
     before: Vec<RobotJoint>,
     frame: LinkFrame,
 }

@@ -70,7 +70,7 @@ class Stage {
   prepare() {
     const context = this.canvas.getContext("webgl2", {
       antialias: true,
-      // Allows to save the picture from the browser's menu.
+      // Needed to save the picture from the browser's menu.
       preserveDrawingBuffer: true,
     });
     this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, context });
