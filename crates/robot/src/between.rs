@@ -1,9 +1,10 @@
-//! Links that stand between two joints of one link where no one joint is both.
+//! Auxiliary links between joints of one link that no single scene joint can represent.
 //!
-//! Hinges whose axes pass each other, a hinge and a slide across it, six joints in a row: where the joints of a link make no
-//! joint that there is, the first of them that do make one move a link of their own, the rest the next one, and so on. Such
-//! a link is made of a small part of the mass that the link below it carries, which stays where the coordinates of the
-//! joints below it are zero: the motion is that of the file but for a part of that size.
+//! Examples are hinges with skew axes, a hinge followed by a slide across it, or six joints in a
+//! row. The joints of such a link are split into groups. Each group forms one scene joint and all
+//! groups but the last move an auxiliary link. An auxiliary link takes a small part of the mass
+//! that the link below carries. That mass stays at its place for zero coordinates of the joints
+//! below. The relative error of the motion is of the order of this part.
 
 use super::frame::LinkFrame;
 use super::joining::joined;
@@ -13,19 +14,19 @@ use super::model::{
 use std::ops::Range;
 use tumble_model::shown;
 
-/// What part of the mass of the link that it carries a link between has. Of less, forces that it passes on would leave rounding
-/// in its motion.
+/// Mass of an auxiliary link over the mass carried by the link below it. With less, transmitted
+/// forces would leave visible rounding errors in its motion.
 const PART: f64 = 1e-4;
 
-/// The radius of the ball that it is drawn as, over the radius of gyration of the link that it carries.
+/// Radius of the drawn sphere over the radius of gyration of the carried link.
 const SEEN: f64 = 0.2;
 
-/// How many of the first of `joints` make one joint.
+/// Largest number of leading `joints` that form one scene joint.
 fn together(joints: &[RobotJoint]) -> usize {
     (2..=joints.len()).rev().find(|count| joined(&joints[..*count]).is_ok()).unwrap_or(1)
 }
 
-/// Puts links between the joints of links whose joints make none.
+/// Inserts auxiliary links for all links whose joints do not form one scene joint.
 pub fn put(robot: &mut Robot) {
     let split = |link: usize| together(robot.joints_of(link)) < robot.joints_of(link).len();
     if !(1..robot.links.len()).any(split) {
@@ -34,9 +35,9 @@ pub fn put(robot: &mut Robot) {
     let carried = carried(robot);
     let carriers = robot.carriers();
     let links = std::mem::take(&mut robot.links);
-    // Where each link of the file goes.
+    // Index of each link of the file in the new list.
     let mut places: Vec<usize> = Vec::with_capacity(links.len());
-    // What is left of the mass of what each link carries.
+    // Remaining fraction of the mass carried by each link.
     let mut left = vec![1.0; links.len()];
     for (index, link) in links.into_iter().enumerate() {
         let (mut first, count) = link.joints;
@@ -58,7 +59,8 @@ pub fn put(robot: &mut Robot) {
     follow(robot, &places);
 }
 
-/// Adds a link that the robot's `joints` of these indices move, which carries `link`; its index.
+/// Adds an auxiliary link that carries `link` and is moved by the robot's `joints` with these
+/// indices. Returns its index.
 fn between(
     robot: &mut Robot,
     link: &RobotLink,
@@ -108,7 +110,7 @@ fn between(
     index
 }
 
-/// What each link carries that moves with it, in its frame.
+/// Mass of each link together with all links fixed to it, in its frame.
 pub fn carried(robot: &Robot) -> Vec<LinkMass> {
     let mut parts = vec![Vec::new(); robot.links.len()];
     let mut within: Vec<(usize, LinkFrame)> = Vec::with_capacity(robot.links.len());
@@ -129,10 +131,10 @@ pub fn carried(robot: &Robot) -> Vec<LinkMass> {
     parts.iter().map(|parts| LinkMass::sum(parts)).collect()
 }
 
-/// Has all that stands in links of the file stand in them where they are now.
+/// Renumbers all references to links. `places` maps old to new indices.
 fn follow(robot: &mut Robot, places: &[usize]) {
     let Robot { links, joints, shapes, looks, sites, ties, apart, .. } = robot;
-    // The last of `shapes` are those of the links between, which know where they are.
+    // The last shapes belong to auxiliary links and already have the new indices.
     let added = links.iter().filter(|link| link.is_between).count();
     let known = shapes.len() - added;
     shapes[..known].iter_mut().for_each(|shape| shape.link = places[shape.link]);

@@ -1,29 +1,30 @@
-//! Coarser meshes for the eye.
+//! Mesh simplification for drawing.
 //!
-//! Vertices in one cell of a grid become one vertex, and triangles that lose a corner go (Rossignac and Borrel 1993). The
-//! vertex stands where the planes of its triangles meet best (Lindstrom 2000), which keeps edges and corners.
+//! Vertex clustering: the vertices in one cell of a grid are merged, and degenerate triangles are
+//! dropped (Rossignac and Borrel 1993). The merged vertex minimises the distances to the planes of
+//! its triangles (Lindstrom 2000), which preserves edges and corners.
 
 use super::model::Surface;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::{HashMap, HashSet};
 
-/// Grids that are tried for a number of triangles.
+/// Maximum number of grids to try.
 const ATTEMPTS: usize = 12;
-/// A grid that leaves this part of the allowed triangles is fine enough.
+/// Fraction of the allowed triangles at which a grid is fine enough.
 const ENOUGH: f64 = 0.85;
-/// Part of the allowed triangles that the next grid aims at.
+/// Fraction of the allowed triangles targeted by the next grid.
 const AIM: f64 = 0.95;
-/// Weight of the cell's mean against the planes: it decides along directions that the planes leave free.
+/// Weight of the cell's mean against the planes. It resolves directions that the planes leave free.
 const PULL: f64 = 1e-3;
 
-/// The surface with at most `most` triangles.
+/// Simplifies a surface to at most `most` triangles.
 pub fn coarsened(surface: Surface, most: usize) -> Surface {
     if surface.triangles.len() <= most {
         return surface;
     }
     let surface = &surface;
     let area: f64 = surface.triangles.iter().map(|triangle| across(surface, triangle).norm()).sum();
-    // A surface of squares of this side has two triangles on each.
+    // A surface tiled by squares of this side has two triangles per square.
     let mut size = (area / most as f64).sqrt();
     let mut best: Option<(Clusters, Vec<[usize; 3]>)> = None;
     for _ in 0..ATTEMPTS {
@@ -46,13 +47,13 @@ pub fn coarsened(surface: Surface, most: usize) -> Surface {
     Surface { total: surface.total, ..compact(&vertices, &triangles) }
 }
 
-/// Normal of a triangle, of twice its area.
+/// Normal of a triangle with length twice its area.
 fn across(surface: &Surface, triangle: &[usize; 3]) -> Vector3<f64> {
     let [a, b, c] = triangle.map(|corner| Vector3::from(surface.vertices[corner]));
     (b - a).cross(&(c - a))
 }
 
-/// The largest `most` triangles, for a surface of loose pieces that all vanish in a grid.
+/// The `most` largest triangles. Fallback for small separate pieces that all vanish in a grid.
 fn largest(surface: &Surface, most: usize) -> Vec<[usize; 3]> {
     let mut triangles = surface.triangles.clone();
     let area = |triangle: &[usize; 3]| across(surface, triangle).norm();
@@ -61,7 +62,7 @@ fn largest(surface: &Surface, most: usize) -> Vec<[usize; 3]> {
     triangles
 }
 
-/// A surface without the vertices that no triangle has.
+/// Surface without unused vertices.
 fn compact(vertices: &[[f64; 3]], triangles: &[[usize; 3]]) -> Surface {
     let mut numbers = vec![None; vertices.len()];
     let mut made = Surface::default();
@@ -76,17 +77,17 @@ fn compact(vertices: &[[f64; 3]], triangles: &[[usize; 3]]) -> Surface {
     made
 }
 
-/// Boxes of equal size over a surface, at least two along each axis.
+/// Grid of equal cells over a surface, at least two along each axis.
 struct Grid {
     low: Vector3<f64>,
-    /// Sides of a cell, m.
+    /// Side lengths of a cell (m).
     sides: Vector3<f64>,
-    /// Cells along each axis.
+    /// Number of cells along each axis.
     counts: Vector3<f64>,
 }
 
 impl Grid {
-    /// Cells of about `size` (m).
+    /// Grid with cells of about `size` (m).
     fn of(surface: &Surface, size: f64) -> Self {
         let vertices = || surface.vertices.iter().copied().map(Vector3::from);
         let low = vertices().reduce(|a, b| a.inf(&b)).unwrap_or_default();
@@ -97,22 +98,22 @@ impl Grid {
 
     fn cell(&self, vertex: &[f64; 3]) -> [u32; 3] {
         let place = (Vector3::from(*vertex) - self.low).component_div(&self.sides);
-        // Along an axis without extent the place is NaN, and all is in one cell.
+        // An axis of zero extent yields NaN, which selects cell 0.
         [0, 1, 2].map(|axis| place[axis].min(self.counts[axis] - 1.0) as u32)
     }
 
-    /// The point of a cell that is nearest along each axis.
+    /// Projects a point to a cell.
     fn clamped(&self, cell: &[u32; 3], point: &Vector3<f64>) -> Vector3<f64> {
         let low = self.low + Vector3::from(*cell).map(f64::from).component_mul(&self.sides);
         point.sup(&low).inf(&(low + self.sides))
     }
 }
 
-/// Vertices of a surface by the cells that they are in.
+/// Clusters of the vertices of a surface, one per occupied cell.
 struct Clusters {
     grid: Grid,
     cells: Vec<[u32; 3]>,
-    /// The cluster of each vertex: its place in `cells`.
+    /// Index in `cells` of the cluster of each vertex.
     of: Vec<usize>,
 }
 
@@ -132,7 +133,7 @@ impl Clusters {
         Self { grid, cells, of }
     }
 
-    /// Triangles between three clusters, each once.
+    /// Triangles between three distinct clusters, without duplicates.
     fn triangles(&self, surface: &Surface) -> Vec<[usize; 3]> {
         let mut known = HashSet::new();
         let clustered = surface.triangles.iter().filter_map(|triangle| {
@@ -141,7 +142,7 @@ impl Clusters {
             if a == b || b == c || c == a {
                 return None;
             }
-            // The same side is counter-clockwise from whichever corner it begins.
+            // Rotates the smallest index to the front, which keeps the orientation.
             while corners[0] > corners[1] || corners[0] > corners[2] {
                 corners.rotate_left(1);
             }
@@ -150,7 +151,7 @@ impl Clusters {
         clustered.collect()
     }
 
-    /// The vertex of each cluster.
+    /// Position of each cluster's vertex.
     fn vertices(&self, surface: &Surface) -> Vec<[f64; 3]> {
         let mut means = vec![(Vector3::zeros(), 0.0); self.cells.len()];
         for (vertex, cluster) in surface.vertices.iter().zip(&self.of) {
@@ -158,7 +159,8 @@ impl Clusters {
             means[*cluster].1 += 1.0;
         }
         let means: Vec<_> = means.into_iter().map(|(sum, count)| sum / count).collect();
-        // Least squares of the distances to the planes of the triangles, weighted by area, from the mean.
+        // Weighted least squares of the distances to the planes of the triangles, relative to the
+        // mean.
         let mut planes = vec![(Matrix3::zeros(), Vector3::zeros()); self.cells.len()];
         for triangle in &surface.triangles {
             let across = across(surface, triangle);
@@ -184,7 +186,7 @@ impl Clusters {
 mod tests {
     use super::*;
 
-    /// A box of these sides (m), each side of `n` by `n` squares.
+    /// A box with side lengths `sides` (m) and `n` by `n` squares on each face.
     fn cuboid(sides: [f64; 3], n: usize) -> Surface {
         let mut surface = Surface::default();
         for axis in 0..3 {
@@ -240,7 +242,7 @@ mod tests {
     fn few_triangles_are_left_as_they_are_and_loose_ones_do_not_vanish() {
         let whole = cuboid([1.0; 3], 4);
         assert_eq!(coarsened(whole.clone(), whole.total).triangles, whole.triangles);
-        // Small triangles in two places: each is within a cell.
+        // Small triangles at two places, each inside one cell.
         let mut loose = Surface::default();
         for k in 0..100 {
             let (x, size) = (f64::from(k % 2), 1e-6 * f64::from(k + 1));

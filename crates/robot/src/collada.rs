@@ -1,21 +1,21 @@
-//! The points of Collada files (`.dae`), whose convex hull counts.
+//! Vertices of Collada files (`.dae`), which collide as their convex hull.
 //!
-//! A scene there is nodes within nodes, each with its transforms, of which some show geometries. Lengths are in units that the file
-//! names; the axis that it calls up changes nothing, as in ROS.
+//! A Collada scene is a tree of nodes with transforms, some of which show geometries. Lengths are
+//! in the unit of the file. The up axis is ignored, following ROS.
 
 use nalgebra::{Matrix4, Rotation3, Unit, Vector3, Vector4};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::collections::HashMap;
 
-/// More elements than this are refused.
+/// Maximum number of elements.
 const MOST_ELEMENTS: u32 = 200_000;
-/// Nodes within nodes are followed so far, and of all so many.
+/// Maximum nesting depth of nodes, and maximum number of nodes.
 const DEEPEST: usize = 50;
 const MOST_NODES: usize = 10_000;
-/// More points than this are refused.
+/// Maximum number of points.
 const MOST_POINTS: usize = 2_000_000;
 
-/// All points that the scene of a file shows, m.
+/// All points (m) shown by the scene of a file.
 pub fn points(text: &str) -> Result<Vec<Vector3<f64>>, String> {
     let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
     let document =
@@ -49,7 +49,7 @@ pub fn points(text: &str) -> Result<Vec<Vector3<f64>>, String> {
     }
 }
 
-/// Elements by their names, whatever their name space.
+/// Test of an element's tag that ignores its name space.
 trait Tagged {
     fn has_tag_name_of(&self, tag: &str) -> bool;
 }
@@ -88,15 +88,15 @@ fn exactly<const N: usize>(node: Node<'_, '_>) -> Result<[f64; N], String> {
 }
 
 struct ColladaReader<'a> {
-    /// Elements by their identifiers.
+    /// Elements by identifier.
     named: HashMap<&'a str, Node<'a, 'a>>,
     points: Vec<Vector3<f64>>,
-    /// Nodes that were followed.
+    /// Number of visited nodes.
     nodes: usize,
 }
 
 impl<'a> ColladaReader<'a> {
-    /// The element `tag` that another one names.
+    /// The element `tag` that another element refers to.
     fn named(&self, by: Node<'a, 'a>, tag: &str) -> Result<Node<'a, 'a>, String> {
         let said = by.attribute("url").or_else(|| by.attribute("source")).unwrap_or("");
         let id = said.strip_prefix('#').unwrap_or(said);
@@ -141,7 +141,7 @@ impl<'a> ColladaReader<'a> {
         Ok(())
     }
 
-    /// The points of a geometry: those that its vertices name as positions.
+    /// Adds the points of a geometry: the `POSITION` input of its vertices.
     fn add_geometry(&mut self, geometry: Node<'a, 'a>, place: &Matrix4<f64>) -> Result<(), String> {
         let meshes = geometry.children().filter(|child| child.has_tag_name_of("mesh"));
         for vertices in meshes.flat_map(|mesh| all(mesh, "vertices")) {

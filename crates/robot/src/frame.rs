@@ -1,31 +1,31 @@
-//! Frames: places and attitudes, and how they follow each other.
+//! Frames: position and attitude, and their composition.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble_core::mechanics::quaternion::{left, rotation};
 
-/// Where a frame is in another one.
+/// Pose of a frame in an outer frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkFrame {
-    /// m.
+    /// Origin (m), in the outer frame.
     pub position: Vector3<f64>,
-    /// Unit quaternion (w, x, y, z), this frame → the other one.
+    /// Unit quaternion (w, x, y, z) from this frame to the outer one.
     pub attitude: Vector4<f64>,
 }
 
 impl LinkFrame {
-    /// The same frame.
+    /// Identity transform.
     #[must_use]
     pub fn identity() -> Self {
         Self { position: Vector3::zeros(), attitude: Vector4::new(1.0, 0.0, 0.0, 0.0) }
     }
 
-    /// Without a turn.
+    /// Frame at `position` with the axes of the outer frame.
     #[must_use]
     pub fn at(position: Vector3<f64>) -> Self {
         Self { position, ..Self::identity() }
     }
 
-    /// The frame `inner` of this one, where this one is seen from.
+    /// Composition: pose of `inner`, given in this frame, in the outer frame.
     #[must_use]
     pub fn then(&self, inner: &Self) -> Self {
         Self {
@@ -34,51 +34,51 @@ impl LinkFrame {
         }
     }
 
-    /// This frame, seen from `outer`, which is seen from where this one is.
+    /// Pose of this frame in `outer`. Both are given in the same frame.
     #[must_use]
     pub fn seen_from(&self, outer: &Self) -> Self {
         let position = outer.rotation().tr_mul(&(self.position - outer.position));
         Self { position, attitude: left(&conjugated(&outer.attitude)) * self.attitude }
     }
 
-    /// A point of this frame, where it is seen from.
+    /// Transforms a point of this frame to the outer frame.
     #[must_use]
     pub fn point(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.position + self.rotation() * point
     }
 
-    /// This frame → the other one.
+    /// Rotation matrix from this frame to the outer one.
     #[must_use]
     pub fn rotation(&self) -> Matrix3<f64> {
         rotation(&self.attitude)
     }
 }
 
-/// q*.
+/// Conjugate q*.
 pub fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
     Vector4::new(q[0], -q[1], -q[2], -q[3])
 }
 
-/// The turn about the unit vector `axis` by `angle` (rad).
+/// Quaternion of the rotation about the unit vector `axis` by `angle` (rad).
 pub fn about(axis: &Vector3<f64>, angle: f64) -> Vector4<f64> {
     let (sine, cosine) = (0.5 * angle).sin_cos();
     Vector4::new(cosine, axis[0] * sine, axis[1] * sine, axis[2] * sine)
 }
 
-/// The shortest turn of z to the unit vector `to`.
+/// Quaternion of the shortest rotation from z to the unit vector `to`.
 pub fn from_z(to: &Vector3<f64>) -> Vector4<f64> {
     let turn = Vector4::new(1.0 + to[2], -to[1], to[0], 0.0);
     if turn.norm() > 1e-6 { turn.normalize() } else { Vector4::new(0.0, 1.0, 0.0, 0.0) }
 }
 
-/// The turn of a rotation matrix.
+/// Quaternion of a rotation matrix.
 pub fn of_matrix(matrix: &Matrix3<f64>) -> Vector4<f64> {
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(*matrix);
     let q = nalgebra::UnitQuaternion::from_rotation_matrix(&rotation);
     Vector4::new(q.w, q.i, q.j, q.k)
 }
 
-/// a ⊗ b.
+/// Quaternion product a ⊗ b.
 pub fn left_times(a: &Vector4<f64>, b: &Vector4<f64>) -> Vector4<f64> {
     left(a) * b
 }

@@ -1,23 +1,23 @@
-//! The triangles of binary glTF files (`.glb`), as their scene shows them.
+//! Triangles of the scene of binary glTF files (`.glb`).
 //!
-//! A scene there is nodes within nodes, each with a transform, of which some show meshes. Lengths are m; that y is up there
-//! changes nothing, as of Collada. Compressed meshes are refused.
+//! A glTF scene is a tree of nodes with transforms, some of which show meshes. Lengths are in m.
+//! The up axis y is ignored, consistent with Collada. Compressed meshes are rejected.
 
 use nalgebra::{Matrix4, Quaternion, Translation3, UnitQuaternion, Vector3, Vector4};
 use serde_json::Value;
 
-/// Nodes within nodes are followed so far, and of all so many.
+/// Maximum nesting depth of nodes, and maximum number of nodes.
 const DEEPEST: usize = 50;
 const MOST_NODES: usize = 10_000;
-/// More triangles than this are refused.
+/// Maximum number of triangles.
 const MOST_FACETS: usize = 2_000_000;
 
-/// `glTF`, `JSON` and `BIN` as little-endian numbers.
+/// Chunk identifiers `glTF`, `JSON` and `BIN` as little-endian integers.
 const MAGIC: u32 = 0x4654_6C67;
 const JSON: u32 = 0x4E4F_534A;
 const BIN: u32 = 0x004E_4942;
 
-/// Types of numbers, and a mode of primitives: a triangle for each three corners.
+/// Component types, and the primitive mode of separate triangles.
 const BYTES: u64 = 5121;
 const SHORTS: u64 = 5123;
 const INTS: u64 = 5125;
@@ -26,7 +26,7 @@ const TRIANGLES: u64 = 4;
 
 type Facet = [Vector3<f64>; 3];
 
-/// All triangles that the scene of a file shows, m; counter-clockwise seen from outside.
+/// All triangles (m) shown by the scene of a file, counter-clockwise seen from outside.
 pub fn facets(bytes: &[u8]) -> Result<Vec<Facet>, String> {
     let (json, data) = chunks(bytes)?;
     let root: Value = serde_json::from_slice(json).map_err(|error| format!("its JSON: {error}"))?;
@@ -53,7 +53,7 @@ pub fn facets(bytes: &[u8]) -> Result<Vec<Facet>, String> {
     }
 }
 
-/// The chunks of JSON and of numbers.
+/// JSON chunk and binary chunk of a file.
 fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
     let word = |at: usize| {
         let four = bytes.get(at..at + 4).and_then(|four| four.first_chunk::<4>());
@@ -79,7 +79,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
     Ok((json, data))
 }
 
-/// The elements of a list, or none.
+/// Elements of a list; empty for other values.
 fn list(value: &Value) -> &[Value] {
     value.as_array().map_or(&[], Vec::as_slice)
 }
@@ -88,7 +88,7 @@ fn place(number: u64) -> usize {
     usize::try_from(number).unwrap_or(usize::MAX)
 }
 
-/// N numbers, where there are any.
+/// Array of `N` numbers. `None` if the value is missing.
 fn numbers<const N: usize>(value: &Value) -> Result<Option<[f64; N]>, String> {
     if value.is_null() {
         return Ok(None);
@@ -147,7 +147,7 @@ impl GltfReader<'_> {
     fn add_mesh(&mut self, index: usize, placed: &Matrix4<f64>) -> Result<(), String> {
         let root = self.root;
         let mesh = root["meshes"].get(index).ok_or_else(|| format!("there is no mesh {index}"))?;
-        // A mirror turns facets over.
+        // A mirroring transform reverses the order of the vertices.
         let is_mirrored = placed.fixed_view::<3, 3>(0, 0).determinant() < 0.0;
         for primitive in list(&mesh["primitives"]) {
             if primitive["mode"].as_u64().unwrap_or(TRIANGLES) != TRIANGLES {
@@ -199,8 +199,8 @@ impl GltfReader<'_> {
         Ok(each.map(whole).collect())
     }
 
-    /// The type of the numbers of an accessor, and the bytes of each of its elements, which have to be of `kind` with so many
-    /// numbers.
+    /// Component type of an accessor and the bytes of each element. Its element type has to be
+    /// `kind` with `count` components.
     fn numbers(
         &self,
         index: &Value,

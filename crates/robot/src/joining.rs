@@ -1,4 +1,4 @@
-//! Which joint of a scene the joints of a link are, and what drives its axes.
+//! Mapping of the joints of a link to one joint of a scene, with drives on its axes.
 
 use super::frame::{from_z, of_matrix};
 use super::model::{Actuator, Moves, Robot, RobotJoint, TieForces};
@@ -7,28 +7,30 @@ use tumble_core::joint::{Drive, Hinges, JointFrame, Middle, Motor};
 use tumble_model::joint::JointKind;
 use tumble_model::shown;
 
-/// Directions that differ by less are parallel, or at a right angle.
+/// Tolerance for parallel and perpendicular directions.
 const ALIGNED: f64 = 1e-9;
 
-/// A joint of a scene for all the joints of a link.
+/// Scene joint that represents all joints of a link.
 #[derive(Debug, Clone)]
 pub struct Joined {
-    /// What it is.
+    /// Type of the joint.
     pub kind: JointKind,
-    /// Its anchor, m, in the frame of the link; none where any will do.
+    /// Anchor (m), in the frame of the link. `None` if any point is valid.
     pub anchor: Option<Vector3<f64>>,
-    /// Joint → link, and the joint's frame above → link where all angles are zero.
+    /// Attitude of the joint frame in the link, and attitude of the parent's joint frame in the
+    /// link at zero angles.
     pub attitudes: [Vector4<f64>; 2],
-    /// Of a gimbal.
+    /// Middle frame of a gimbal.
     pub middle: Option<Middle>,
-    /// For each axis that takes a drive, which joint of the link it is.
+    /// Index of the joint for each axis with a drive, among the joints of the link.
     pub axes: Vec<usize>,
 }
 
-/// The joint that `joints` are; `None` of a link that flies, and that nothing resists.
+/// Scene joint for `joints`. `None` for a free joint without damping, friction, armature or
+/// stiffness.
 ///
 /// # Errors
-/// Joints that are none; a ball with a range.
+/// Joints that form no scene joint; a ball joint with a range.
 pub fn joined(joints: &[RobotJoint]) -> Result<Option<Joined>, String> {
     let along = |axis: &Vector3<f64>| from_z(axis);
     let made = |kind, anchor, attitude, axes: &[usize]| Joined {
@@ -70,7 +72,7 @@ pub fn joined(joints: &[RobotJoint]) -> Result<Option<Joined>, String> {
         [first, second, third]
             if crossed(first, second) && crossed(first, third) && crossed(second, third) =>
         {
-            // In the order in which their axes are x, y and z of a frame.
+            // Ordered such that the axes form a right-handed frame x, y, z.
             let is_right = first.axis.cross(&second.axis).dot(&third.axis) > 0.0;
             let (x, y, axes) =
                 if is_right { (first, second, [0, 1, 2]) } else { (second, first, [1, 0, 2]) };
@@ -83,14 +85,15 @@ pub fn joined(joints: &[RobotJoint]) -> Result<Option<Joined>, String> {
                     .iter()
                     .all(|slide| slide.axis.dot(&hinge.axis).abs() < ALIGNED) =>
         {
-            // Of the two orders the one whose z is along the hinge.
+            // Ordered such that z points along the hinge.
             let is_right = first.axis.cross(&second.axis).dot(&hinge.axis) > 0.0;
             let (x, y, axes) =
                 if is_right { (first, second, [0, 1, 2]) } else { (second, first, [1, 0, 2]) };
             made(JointKind::Planar, Some(hinge.anchor), of_axes(&x.axis, &y.axis), &axes)
         }
         [first, second] if turn_in_one_place(joints).is_some() && is_square(first, second) => {
-            // The first turns about y of the parent's side, the second about x of the link's.
+            // The first hinge turns about y of the parent's frame, the second about x of the link's
+            // frame.
             let attitude = of_axes(&second.axis, &first.axis);
             made(JointKind::Universal, turn_in_one_place(joints), attitude, &[1, 0])
         }
@@ -103,7 +106,7 @@ pub fn joined(joints: &[RobotJoint]) -> Result<Option<Joined>, String> {
             let hinges = Hinges::new(frames, [first.axis, second.axis, third.axis]);
             let hinges = hinges.map_err(|error| format!("{}: {error}", first.at))?;
             let attitudes = hinges.frames.map(|frame| frame.attitude);
-            // About x turns the third, about y the first, about z the second.
+            // Scene axes: x is the third hinge, y the first, z the second.
             let joined = made(JointKind::Gimbal, turn_in_one_place(joints), still, &[2, 0, 1]);
             Joined { attitudes, middle: Some(hinges.middle), ..joined }
         }
@@ -119,13 +122,13 @@ pub fn joined(joints: &[RobotJoint]) -> Result<Option<Joined>, String> {
     }))
 }
 
-/// Where the axes of hinges meet; none where they do not, or where one is no hinge.
+/// Intersection of the axes of hinges. `None` if they do not meet or a joint is not a hinge.
 fn turn_in_one_place(joints: &[RobotJoint]) -> Option<Vector3<f64>> {
     let [first, second, rest @ ..] = joints else { return None };
     if joints.iter().any(|joint| joint.moves != Moves::Hinge) {
         return None;
     }
-    // The point of the first axis that is next to the second.
+    // Point of the first axis closest to the second.
     let (u, v, between) = (first.axis, second.axis, second.anchor - first.anchor);
     let across = u.cross(&v);
     let along = between.cross(&v).dot(&across) / across.norm_squared();
@@ -144,17 +147,17 @@ fn crossed(first: &RobotJoint, second: &RobotJoint) -> bool {
     slide(first) && slide(second) && first.axis.dot(&second.axis).abs() < ALIGNED
 }
 
-/// The turn of a frame with these x and y, which cross at a right angle.
+/// Attitude of the frame with these perpendicular x and y axes.
 fn of_axes(x: &Vector3<f64>, y: &Vector3<f64>) -> Vector4<f64> {
     let y = (y - x * x.dot(y)).normalize();
     of_matrix(&Matrix3::from_columns(&[*x, y, x.cross(&y)]))
 }
 
-/// What acts on the axis of a slide or a hinge, or on each of a ball or a free joint, under the `controls` of all actuators:
-/// coordinates are those of a scene, from the reference.
+/// Drive on the axis of a slide or hinge, or on each axis of a ball or free joint, under the
+/// `controls` of all actuators. Scene coordinates count from the reference.
 ///
 /// # Errors
-/// Motors that no one axis can have, or that push the farther it goes.
+/// Motors that cannot act on one axis, or with negative stiffness or damping.
 pub fn drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, String> {
     let joint = &robot.joints[index];
     let from_reference = |coordinate: f64| coordinate - joint.reference;
@@ -179,10 +182,10 @@ pub fn drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, Str
     Ok(drive)
 }
 
-/// What acts on a sum of coordinates under the `controls` of all actuators.
+/// Drive on a combination of coordinates under the `controls` of all actuators.
 ///
 /// # Errors
-/// As [`drive`].
+/// The errors of [`drive`]; a joint of the combination with limits on its total actuator force.
 pub fn sum_drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive, String> {
     let TieForces { of, mut drive } = robot.sums[index].clone();
     let at = ActuatedCoordinate { reference: 0.0, effort: None };
@@ -202,7 +205,7 @@ pub fn sum_drive(robot: &Robot, index: usize, controls: &[f64]) -> Result<Drive,
     Ok(drive)
 }
 
-/// The actuators with their controls.
+/// Actuators with their controls. Missing controls are 0.
 fn controlled<'a>(
     robot: &'a Robot,
     controls: &'a [f64],
@@ -210,7 +213,7 @@ fn controlled<'a>(
     robot.actuators.iter().zip(controls.iter().copied().chain(std::iter::repeat(0.0)))
 }
 
-/// A coordinate that actuators act on: what it is where that of the scene is zero, and what all of them together have.
+/// Coordinate with actuators: its value at zero scene coordinate, and limits of their total force.
 #[derive(Clone, Copy)]
 struct ActuatedCoordinate {
     reference: f64,
@@ -255,7 +258,7 @@ fn add_actuator(
             drive.force += constant;
             return Ok(());
         }
-        // A spring more: k (x − a) + l (x − b) = (k + l) (x − (k a + l b)/(k + l)).
+        // Combines springs: k (x − a) + l (x − b) = (k + l) (x − (k a + l b)/(k + l)).
         let target = constant / stiffness - at.reference;
         let both = drive.stiffness + stiffness;
         drive.rest = (drive.stiffness * drive.rest + stiffness * target) / both;
@@ -265,7 +268,7 @@ fn add_actuator(
     if drive.motor.is_some() {
         return wrong("joint: it has a motor with bounds already, and one is supported");
     }
-    // Between bounds that are not each other's opposites: around their middle.
+    // Asymmetric bounds are centred at their midpoint.
     let (middle, most) = (0.5 * (low + high), (0.5 * (high - low)).max(0.0));
     drive.force += middle;
     drive.motor = Some(match stiffness == 0.0 {

@@ -1,10 +1,10 @@
-//! What of a file is to be left out, as its user says.
+//! Removal of the parts of a file that the user excludes.
 
 use super::xml::Element;
 use std::collections::BTreeSet;
 use tumble_model::shown;
 
-/// Attributes by which elements refer to others, and to what kind.
+/// Attributes that refer to another element, and the kind of that element.
 const REFERENCES: [(&str, &str); 11] = [
     ("joint", "joint"),
     ("joint1", "joint"),
@@ -19,7 +19,7 @@ const REFERENCES: [(&str, &str); 11] = [
     ("hfield", "hfield"),
 ];
 
-/// The kind of what can be referred to.
+/// Kind of an element that others can refer to.
 fn kind(tag: &str) -> Option<&'static str> {
     match tag {
         "body" => Some("body"),
@@ -31,14 +31,17 @@ fn kind(tag: &str) -> Option<&'static str> {
     }
 }
 
-/// Kinds and names of what is gone.
+/// Kinds and names of removed elements.
 type Gone = BTreeSet<(&'static str, String)>;
 
-/// `root` without what `left_out` names: `tag` or `name` of elements, `tag:name` of one, `@attribute` of all. What refers
-/// to such elements goes too, and poses where a joint does.
+/// Copy of `root` without the elements and attributes listed in `left_out`.
+///
+/// An entry is the `tag` or `name` of elements, `tag:name` of one element, or `@attribute` for all
+/// elements. Elements that refer to a removed element are removed too. Keyframes are removed with
+/// any joint.
 ///
 /// # Errors
-/// A name that nothing has.
+/// An entry that matches nothing.
 pub fn pruned(root: &Element, left_out: &[String]) -> Result<Element, String> {
     let mut root = root.clone();
     for said in left_out {
@@ -76,7 +79,8 @@ fn is_meant(element: &Element, said: &str) -> bool {
     }
 }
 
-/// Takes out the elements that are meant, and says how many; they, and all in them, are `gone`.
+/// Removes the elements selected by `is_meant` and returns their number. Adds them and their
+/// descendants to `gone`.
 fn prune(element: &mut Element, gone: &mut Gone, is_meant: &dyn Fn(&Element) -> bool) -> usize {
     let before = element.children.len();
     element.children.retain(|child| {
@@ -90,7 +94,7 @@ fn prune(element: &mut Element, gone: &mut Gone, is_meant: &dyn Fn(&Element) -> 
     taken + element.children.iter_mut().map(|child| prune(child, gone, is_meant)).sum::<usize>()
 }
 
-/// Notes what is gone with an element; what has no name too.
+/// Adds an element and its descendants to `gone`. A missing name counts as empty.
 fn note(element: &Element, gone: &mut Gone) {
     gone.extend(
         kind(&element.tag).map(|kind| (kind, element.own("name").unwrap_or("").to_owned())),
@@ -98,7 +102,7 @@ fn note(element: &Element, gone: &mut Gone) {
     element.children.iter().for_each(|child| note(child, gone));
 }
 
-/// Takes an attribute from all elements, and says from how many.
+/// Removes an attribute from all elements and returns the number of elements that had it.
 fn strip(element: &mut Element, attribute: &str) -> usize {
     let before = element.attributes.len();
     element.attributes.retain(|(name, _)| name != attribute);

@@ -1,8 +1,9 @@
-//! Robots from the files that people have: URDF and MJCF.
+//! Reader of robot files: URDF and MJCF.
 //!
-//! A file is text here: who reads it, and how those that it names are read, is the caller's business
-//! ([`Reading`]). What it says becomes a [`Robot`]: links in a tree, joints, shapes and motors, which is what a scene is
-//! made of ([`Assembled`]), and whose coordinates are those of the file ([`motion`]).
+//! The crate works on text. The caller supplies the text and a function that reads the files it
+//! refers to ([`Reading`]). The result is a [`Robot`]: a tree of links with joints, shapes and
+//! motors. The type [`Assembled`] places it in a scene. Module [`motion`] describes its
+//! coordinates, which are those of the file.
 //!
 //! ```
 //! use tumble_robot::{Reading, read};
@@ -13,7 +14,7 @@
 //! # Ok::<(), String>(())
 //! ```
 //!
-//! An error is one sentence with the line and the element that it is about.
+//! An error is one sentence that names the line and the element.
 
 mod assembly;
 mod between;
@@ -48,36 +49,40 @@ use tumble_model::ReadFile;
 use tumble_model::shown;
 use xml::Element;
 
-/// Files of convex pieces, by the name of the mesh that they are in the place of.
+/// Files of the convex pieces that replace a mesh, by the name of the mesh.
 pub type MeshPieces = BTreeMap<String, Vec<String>>;
 
 static NO_PIECES: MeshPieces = BTreeMap::new();
 
-/// How the files are read that a robot's file names, and what it does not say.
+/// Access to the files that a robot's file refers to, and options beyond the file.
 #[derive(Clone, Copy)]
 pub struct Reading<'a> {
-    /// The folder of the robot's file.
+    /// Folder of the robot's file.
     pub folder: &'a Path,
-    /// How a file is read, of at most so many bytes.
+    /// Function that reads a file up to a maximum number of bytes.
     pub read: ReadFile<'a>,
-    /// Where the packages of `package://` are: `package://name/rest` is `name/rest` in it. Without one they are looked for
-    /// beside the file and in the folders above it, the nearest first.
+    /// Folder of the packages: `package://name/rest` is `name/rest` in it. Without it, packages are
+    /// searched beside the robot's file and then in the folders above, the nearest first.
     pub packages: Option<&'a Path>,
-    /// Of a mesh of a URDF, by the name that it has there, the files of its convex pieces; the convex hull of others counts.
+    /// Files of the convex pieces of URDF meshes, by the mesh's name in the file. Other meshes
+    /// collide as their convex hull.
     pub pieces: &'a MeshPieces,
-    /// What of the file is as if it were not there: `tag` or `name` of elements, `tag:name` of one, `@attribute` of all.
+    /// Parts of the file to ignore: `tag` or `name` of elements, `tag:name` of one element,
+    /// `@attribute` of all elements.
     pub left_out: &'a [String],
-    /// Whether the root of a URDF is fixed to the world. It flies otherwise, unless it is called `world`.
+    /// True to fix the root of a URDF to the world. It floats otherwise, unless its name is
+    /// `world`.
     pub is_fixed: bool,
-    /// Whether contacts that MJCF has resist turning and rolling (`condim` 4 and 6) are contacts in a point, which rub alone.
+    /// True to reduce MJCF contacts with torsional and rolling friction (`condim` 4 and 6) to point
+    /// contacts with sliding friction only.
     pub points_rub: bool,
 }
 
-/// How many folders above a relative path, or one with `..`, packages are looked for.
+/// Number of parent folders to search for packages above a relative path or one with `..`.
 const ABOVE: usize = 8;
 
 impl Reading<'_> {
-    /// Of a file that names no others.
+    /// Reading of a file that refers to no others.
     #[must_use]
     pub fn none() -> Self {
         Reading {
@@ -91,7 +96,7 @@ impl Reading<'_> {
         }
     }
 
-    /// The bytes of a file.
+    /// Reads a file of at most `most` bytes.
     fn bytes(&self, name: &str, most: u64) -> Result<Vec<u8>, String> {
         let Some(rest) = name.strip_prefix("package://").or(name.strip_prefix("model://")) else {
             let path = self.folder.join(name.strip_prefix("file://").unwrap_or(name));
@@ -127,14 +132,14 @@ impl Reading<'_> {
         })
     }
 
-    /// The folder of the file and those above it, the nearest first.
+    /// Folder of the file and its ancestors, the nearest first.
     fn folders_above(&self) -> Vec<PathBuf> {
         let mut folders = Vec::new();
         let mut last = self.folder;
         for folder in self.folder.ancestors() {
             folders.push(folder.to_owned());
             last = folder;
-            // What stands before `..` is below it.
+            // A component before `..` lies below that folder.
             if folder.ends_with("..") {
                 break;
             }
@@ -145,14 +150,14 @@ impl Reading<'_> {
         folders
     }
 
-    /// The text of a file.
+    /// Reads a text file.
     fn text(&self, name: &str, most: u64) -> Result<String, String> {
         let bytes = self.bytes(name, most)?;
         String::from_utf8(bytes).map_err(|_| format!("{}: it is no text", shown::line(name)))
     }
 }
 
-/// Whether nothing is where it was looked for.
+/// True if the error says that a file does not exist.
 fn is_missing(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
 }
@@ -161,10 +166,10 @@ fn no_files(_: &Path, _: u64) -> io::Result<Vec<u8>> {
     Err(io::Error::new(io::ErrorKind::Unsupported, "no files are read here"))
 }
 
-/// The robot of the text of a file, URDF or MJCF.
+/// Parses the text of a URDF or MJCF file.
 ///
 /// # Errors
-/// The first thing that is wrong with it, in one sentence with its line.
+/// The first fault, as one sentence with its line.
 pub fn read(text: &str, reading: &Reading<'_>) -> Result<Robot, String> {
     if text.len() as u64 > LARGEST_FILE {
         return Err(format!("it is longer than {LARGEST_FILE} bytes"));

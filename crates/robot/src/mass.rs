@@ -1,4 +1,4 @@
-//! Masses of shapes, and of what is made of several.
+//! Mass properties of shapes and of their sums.
 
 use super::frame::LinkFrame;
 use super::model::{LinkMass, RobotForm};
@@ -7,20 +7,20 @@ use std::f64::consts::PI;
 use tumble_core::geometry::{MassProperties, Piece};
 
 impl LinkMass {
-    /// None.
+    /// Zero mass.
     pub const NONE: Self = Self {
         mass: 0.0,
         centre: Vector3::new(0.0, 0.0, 0.0),
         inertia: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
-    /// This `part` of it, of the same form.
+    /// Mass properties scaled by `part` at the same shape.
     #[must_use]
     pub fn times(&self, part: f64) -> Self {
         Self { mass: self.mass * part, centre: self.centre, inertia: self.inertia * part }
     }
 
-    /// The same in the frame that `frame` is seen from.
+    /// Transforms to the outer frame in which `frame` is given.
     #[must_use]
     pub fn placed(&self, frame: &LinkFrame) -> Self {
         let turn = frame.rotation();
@@ -31,7 +31,7 @@ impl LinkMass {
         }
     }
 
-    /// All of them together:
+    /// Sum of the parts:
     ///
     /// ```text
     /// m = Σ m_i,  c = Σ m_i c_i/m,  I = Σ (I_i + m_i (d_i² E − d_i d_iᵀ)),  d_i = c_i − c
@@ -60,14 +60,19 @@ impl LinkMass {
     }
 }
 
-/// What triangles enclose, of 1 kg/m³: the centre c is the mean of the cones between them and the mean of their area, and mass
-/// and inertia about it are those of the cones between them and c. Once all of them are added, and once those that face c are taken
-/// off: both are the volume inside of closed triangles that all see c from outside, the second that of all closed ones. Of a cone
-/// with the corners v from c,
+/// Mass properties of the volume enclosed by triangles, at a density of 1 kg/m³.
+///
+/// The volume is a sum of tetrahedra between each triangle and a common apex. With its corners v
+/// relative to the apex, a tetrahedron has
 ///
 /// ```text
 /// V = |v₁·(v₂×v₃)|/6,  ∫ x = V s/4,  ∫ x xᵀ = V (Σ v vᵀ + s sᵀ)/20,  s = Σ v
 /// ```
+///
+/// The centre c uses the centroid of the surface as apex. Mass and inertia about c use c as apex.
+/// The first result adds all tetrahedra. The second subtracts those whose triangle faces c. Both
+/// are exact for closed meshes that are star-shaped about c. The second is exact for all closed
+/// meshes.
 pub fn enclosed(triangles: &[[Vector3<f64>; 3]]) -> [LinkMass; 2] {
     let (mut area, mut middle) = (0.0, Vector3::zeros());
     for [a, b, c] in triangles {
@@ -77,7 +82,7 @@ pub fn enclosed(triangles: &[[Vector3<f64>; 3]]) -> [LinkMass; 2] {
     }
     let middle = if area > 0.0 { middle / area } else { middle };
     [true, false].map(|adds| {
-        // ∫ 1, ∫ x and ∫ x xᵀ about a point.
+        // Integrals ∫ 1, ∫ x and ∫ x xᵀ about a point.
         let moments = |point: &Vector3<f64>| {
             let (mut volume, mut first) = (0.0, Vector3::zeros());
             let mut second = Matrix3::zeros();
@@ -106,12 +111,13 @@ pub fn enclosed(triangles: &[[Vector3<f64>; 3]]) -> [LinkMass; 2] {
     })
 }
 
-/// The two halves of a sum may differ in their last bits.
+/// Symmetric part, since rounding makes sums slightly asymmetric.
 pub fn symmetric(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     (matrix + matrix.transpose()) * 0.5
 }
 
-/// The volume of a form (m³), and its mass of 1 kg/m³ in its own frame.
+/// Mass properties of a form in its own frame at 1 kg/m³, such that the mass equals the volume
+/// (m³).
 pub fn solid(form: &RobotForm) -> Result<LinkMass, String> {
     let diagonal = |x: f64, y: f64, z: f64| Matrix3::from_diagonal(&Vector3::new(x, y, z));
     let (mass, specific) = match form {
@@ -137,7 +143,7 @@ pub fn solid(form: &RobotForm) -> Result<LinkMass, String> {
         RobotForm::Capsule(half, r) => {
             let (tube, ball) = (2.0 * PI * r * r * half, 4.0 / 3.0 * PI * r.powi(3));
             let mass = tube + ball;
-            // Half a ball has its centre 3r/8 from its flat side.
+            // The centroid of a half ball is 3r/8 from its flat side.
             let ends = 0.4 * r * r + half * half + 0.75 * half * r;
             let across = (tube * (3.0 * r * r + 4.0 * half * half) / 12.0 + ball * ends) / mass;
             let along = (tube * 0.5 * r * r + ball * 0.4 * r * r) / mass;

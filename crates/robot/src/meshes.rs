@@ -1,4 +1,4 @@
-//! Meshes of robots: of their vertices the convex hull counts; for the eye their triangles.
+//! Meshes of robots: the convex hull for collision, the triangles for drawing.
 
 use super::coarsening::coarsened;
 use super::mass::enclosed;
@@ -13,39 +13,39 @@ use tumble_core::geometry::hull::Face;
 use tumble_core::geometry::mesh::{Mesh, facets_of_obj, facets_of_stl};
 use tumble_model::shown;
 
-/// More bytes than this are not read.
+/// Maximum size of a mesh file (bytes).
 const LARGEST_MESH: u64 = 32 << 20;
 
-/// Triangles of all visual meshes of a robot: a page of about 3 MB.
+/// Maximum number of triangles in all visual meshes of a robot, about 3 MB of a page.
 const MOST_SEEN: usize = 20_000;
 
-/// What the mass of a mesh follows from.
+/// Source of the mass properties of a mesh.
 #[derive(Debug, Clone)]
 pub enum Volume {
-    /// Its hull: it is closed and convex, or points alone.
+    /// Its hull. The mesh is closed and convex, or consists of points only.
     Hull,
-    /// What its triangles enclose, as [`enclosed`] has it.
+    /// The volume enclosed by its triangles, see [`enclosed`].
     Triangles(Box<[LinkMass; 2]>),
-    /// Nothing: its triangles are not read.
+    /// Unknown, since the triangles are not read.
     Unknown,
 }
 
-/// The corners of the convex hull of a mesh, and what its mass follows from.
+/// Convex hull of a mesh, and source of its mass properties.
 #[derive(Debug, Clone)]
 pub struct Hulled {
-    /// m.
+    /// Vertices of the hull (m).
     pub corners: Vec<[f64; 3]>,
-    /// What its mass follows from.
+    /// Source of the mass properties.
     pub volume: Volume,
-    /// How far points of the mesh are outside of the planes of the corners' hull, m: more than 0 where the hull of all of
-    /// them has more corners than a piece may have.
+    /// Largest distance of mesh points outside the planes of the hull (m). It is positive if the
+    /// exact hull exceeds the vertex limit of a piece.
     pub outside: f64,
-    /// How thick its hull was made, m, where all of its points lie in one plane; 0 elsewhere.
+    /// Thickness added to a planar mesh (m); 0 otherwise.
     pub thickened: f64,
 }
 
 impl Hulled {
-    /// What is to be said of the hull of a mesh: where it is not that of its points, all of them and no others.
+    /// Note on a hull that is thickened or reduced.
     pub fn note(&self, name: &str) -> Option<String> {
         let (name, count, outside) = (shown::line(name), self.corners.len(), self.outside);
         if self.thickened > 0.0 {
@@ -60,13 +60,13 @@ impl Hulled {
     }
 }
 
-/// What a file's name ends with, in small letters.
+/// Extension of a file name, in lower case.
 fn extension(name: &str) -> String {
     let extension = Path::new(name).extension().and_then(|end| end.to_str()).unwrap_or("");
     extension.to_ascii_lowercase()
 }
 
-/// The facets of a file, their lengths along x, y and z multiplied; counter-clockwise seen from outside as before.
+/// Triangles of a file, scaled along x, y and z. They are counter-clockwise seen from outside.
 fn facets(
     reading: &Reading<'_>,
     name: &str,
@@ -92,7 +92,7 @@ fn facets(
     Ok(facets.into_iter().map(scaled).collect())
 }
 
-/// The corners of a facet whose lengths along x, y and z were multiplied: a mirror turns it over.
+/// Vertices of a scaled triangle. A mirroring scale reverses their order.
 pub fn turned_back<T>([a, b, c]: [T; 3], scale: [f64; 3]) -> [T; 3] {
     if scale.iter().product::<f64>() < 0.0 { [a, c, b] } else { [a, b, c] }
 }
@@ -101,7 +101,7 @@ fn odd(name: &str, why: &dyn std::fmt::Display) -> String {
     format!("mesh {:?}: {why}", shown::line(name))
 }
 
-/// The hull of the mesh of a file.
+/// Reads a mesh file and computes its hull.
 pub fn read(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Hulled, String> {
     if extension(name) == "dae" {
         let points = collada::points(&reading.text(name, LARGEST_MESH)?);
@@ -116,7 +116,7 @@ pub fn read(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Hulled
     of_facets(&facets).map_err(|why| odd(name, &why))
 }
 
-/// The hull of triangles, counter-clockwise seen from outside, m.
+/// Hull of triangles that are counter-clockwise seen from outside. Lengths are in m.
 pub fn of_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Hulled, String> {
     let hulled = hull(facets.iter().flatten().map(|corner| (*corner).into()))?;
     if hulled.thickened > 0.0 {
@@ -129,7 +129,7 @@ pub fn of_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Hulled, String> {
     Ok(Hulled { volume, ..hulled })
 }
 
-/// The triangles of the mesh of a file, at most as many as a robot may have.
+/// Triangles of a mesh file, simplified to the limit of a robot.
 pub fn surface(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Surface, String> {
     let facets = facets(reading, name, scale)?;
     let mut numbers = HashMap::new();
@@ -146,7 +146,7 @@ pub fn surface(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Result<Sur
     Ok(coarsened(surface, MOST_SEEN))
 }
 
-/// Makes the meshes of a robot coarser where they have too many triangles together. Returns a sentence about it.
+/// Simplifies the meshes of a robot if their total exceeds the limit. Returns a note in that case.
 pub fn share_triangles(looks: &mut [RobotLook]) -> Option<String> {
     let mut surfaces: Vec<_> = looks
         .iter_mut()
@@ -167,8 +167,8 @@ pub fn share_triangles(looks: &mut [RobotLook]) -> Option<String> {
     Some(format!("visual meshes are drawn coarser: {drawn} triangles instead of {total}"))
 }
 
-/// Triangles of each mesh, `most` in all. Half of them are shared evenly, so that small meshes keep their form. The other
-/// half is shared in proportion to what the meshes have beyond that.
+/// Triangle budget of each mesh for a total of `most`. Half of the budget is split evenly, so that
+/// small meshes stay unchanged. The rest is proportional to the triangles beyond that share.
 fn shares(totals: &[usize], most: usize) -> Vec<usize> {
     let even = (most / 2 / totals.len().max(1)).max(1);
     let rest = most.saturating_sub(totals.iter().map(|total| even.min(*total)).sum());
@@ -181,12 +181,12 @@ fn shares(totals: &[usize], most: usize) -> Vec<usize> {
     totals.iter().map(share).collect()
 }
 
-/// Equal numbers have equal bits: adding 0 turns −0 into 0.
+/// Bit patterns as keys. Adding 0 turns −0 into 0, so that equal numbers have equal bits.
 fn bits(point: &[f64; 3]) -> [u64; 3] {
     point.map(|x| (x + 0.0).to_bits())
 }
 
-/// The convex hull of points (m).
+/// Convex hull of points (m).
 pub fn hull(points: impl Iterator<Item = [f64; 3]>) -> Result<Hulled, String> {
     let mut known = HashSet::new();
     let points = points.filter(|point| known.insert(bits(point)));
@@ -205,7 +205,8 @@ pub fn hull(points: impl Iterator<Item = [f64; 3]>) -> Result<Hulled, String> {
     Ok(Hulled { corners, volume, outside, thickened })
 }
 
-/// The hull of the points, or, of too many, of some of them; how far the others are outside of its planes (m).
+/// Hull of the points, reduced if it has too many vertices. Also returns the largest distance of a
+/// point outside its planes (m).
 fn whole_or_reduced(points: &[Vector3<f64>]) -> Result<(Piece, f64), Error> {
     if points.len() > LEAST_REDUCED && has_too_many(points) {
         return reduced(points, MOST_CORNERS);
@@ -216,12 +217,12 @@ fn whole_or_reduced(points: &[Vector3<f64>]) -> Result<(Piece, f64), Error> {
     }
 }
 
-/// Points within this part of their extent have no inside if they have no hull.
+/// Relative thickness below which points without a hull count as planar.
 const THIN: f64 = 2e-5;
-/// How thick they are made, in parts of their extent.
+/// Thickness given to planar points, over their extent.
 const THICK: f64 = 1e-4;
 
-/// Has points that lie in one plane be those of a plate; how thick it is (m), 0 of others.
+/// Replaces planar points by those of a plate and returns its thickness (m); 0 for other points.
 fn thicken(points: &mut Vec<Vector3<f64>>) -> f64 {
     if points.len() < 3 {
         return 0.0;
@@ -242,22 +243,25 @@ fn thicken(points: &mut Vec<Vector3<f64>>) -> f64 {
     THICK * size
 }
 
-/// Fewer points than this have no hull that is too large.
+/// Number of points up to which the exact hull is always within the limit.
 const LEAST_REDUCED: usize = 1000;
-/// The most corners of a hull that is reduced for itself: a link may have several, and 1000 corners in all.
+/// Maximum number of vertices of one reduced hull. The limit of 1000 vertices holds for all pieces
+/// of a link together.
 const MOST_CORNERS: usize = 200;
-/// A hull is reduced to no fewer: those in the 26 directions, and one more.
+/// Minimum number of vertices of a reduced hull: the extreme points in 26 directions, and one more.
 pub const LEAST_CORNERS: usize = 27;
-/// What may be outside of a reduced hull's planes, in parts of its extent.
+/// Distance of points outside a reduced hull's planes, relative to its extent, at which growth
+/// stops.
 const OUTSIDE: f64 = 1e-3;
 
-/// Beyond this a point is outside of a hull, and not in one of its planes but for rounding, in parts of its extent.
+/// Relative distance beyond which a point is outside a hull despite rounding.
 const SURELY: f64 = 1e-9;
-/// A hull that grows by less than this part at a time may have all of its corners soon.
+/// Relative growth per round below which the hull may soon be complete.
 const SURE_GROWTH: f64 = 0.25;
 
-/// Whether the hull of the points surely has more corners than a piece may have: as many of them are corners already where
-/// others are outside. Far faster than that hull, which asks each point for each face.
+/// True if the hull certainly exceeds the vertex limit of a piece: a partial hull reaches the limit
+/// while points are still outside. Much faster than the full hull, which tests each point against
+/// each face.
 fn has_too_many(points: &[Vector3<f64>]) -> bool {
     let grown = grown(points, LEAST_REDUCED, SURELY, SURE_GROWTH);
     grown.is_ok_and(|(piece, outside)| {
@@ -266,14 +270,17 @@ fn has_too_many(points: &[Vector3<f64>]) -> bool {
     })
 }
 
-/// The hull of at most `most` of the points, and how far the others are outside of its planes (m).
+/// Hull of at most `most` of the points, and largest distance of the others outside its planes (m).
 pub fn reduced(points: &[Vector3<f64>], most: usize) -> Result<(Piece, f64), Error> {
     grown(points, most, OUTSIDE, 0.0)
 }
 
-/// The hull of at most `most` of the points, and how far the others are outside of its planes (m), at last `allowed` parts of its
-/// extent: from the outermost in the 26 directions of a cube's faces, edges and corners on, the farthest point outside of each face
-/// is taken in, as long as that makes it grow by at least this part.
+/// Grows a hull of at most `most` of the points. Returns it with the largest distance of the other
+/// points outside its planes (m).
+///
+/// Growth starts from the extreme points in the 26 directions of a cube's faces, edges and corners.
+/// Each round adds the farthest point outside each face. It stops when that distance falls to
+/// `allowed` times the extent, or when a round adds less than the fraction `growth` of the points.
 fn grown(
     points: &[Vector3<f64>],
     most: usize,
@@ -318,7 +325,7 @@ fn grown(
     }
 }
 
-/// The name of a file without folder and ending.
+/// File name without folder and extension.
 pub fn stem(file: &str) -> String {
     let stem = Path::new(file).file_stem();
     stem.map_or(String::new(), |stem| stem.to_string_lossy().into_owned())

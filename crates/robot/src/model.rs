@@ -1,4 +1,4 @@
-//! What a robot's file says, whichever it is: links in a tree, joints, shapes, motors.
+//! Format-independent description of a robot: tree of links, joints, shapes and motors.
 
 use super::frame::LinkFrame;
 use nalgebra::{Matrix3, Vector3};
@@ -6,109 +6,114 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use tumble_core::joint::Drive;
 
-/// A robot as its file has it. The world is link 0.
+/// A robot as described by its URDF or MJCF file. The world is link 0.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Robot {
-    /// What it is called.
+    /// Name of the robot.
     pub name: String,
-    /// Parents before their children; the first one is the world.
+    /// Links, parents before children. The first is the world.
     pub links: Vec<RobotLink>,
-    /// In the order of the links; of one link in the order in which they act, the first one on the parent.
+    /// Joints in the order of the links. Joints of one link are in the order in which they act, the
+    /// one next to the parent first.
     pub joints: Vec<RobotJoint>,
-    /// What can touch, and what has mass.
+    /// Geometry that collides or contributes mass.
     pub shapes: Vec<RobotShape>,
-    /// What links look like; those that have none here look like their shapes.
+    /// Visual geometry. A link without an entry is drawn with its collision shapes.
     pub looks: Vec<RobotLook>,
-    /// Frames on links that have names.
+    /// Named frames on links.
     pub sites: Vec<NamedSite>,
-    /// What drives joints.
+    /// Motors of the joints.
     pub actuators: Vec<Actuator>,
-    /// What else holds links together.
+    /// Constraints between links beyond the tree of joints.
     pub ties: Vec<RobotTie>,
-    /// Which joints go with others.
+    /// Joints whose coordinate is coupled to that of another joint.
     pub follows: Vec<MimicJoint>,
-    /// What acts on sums of coordinates.
+    /// Springs, dampers and friction on linear combinations of two coordinates.
     pub sums: Vec<TieForces>,
-    /// Pairs of links that do not touch each other.
+    /// Pairs of links that never collide.
     pub apart: Vec<[usize; 2]>,
-    /// μ of pairs of shapes that touch whatever their groups and links say: indices, the smaller one first.
+    /// Friction coefficient μ of explicit contact pairs, which collide whatever their groups and
+    /// links. The key holds the two shape indices, the smaller first.
     pub pairs: BTreeMap<(usize, usize), f64>,
-    /// Poses that have names.
+    /// Named poses (keyframes).
     pub keys: Vec<Key>,
-    /// What the file says of the simulation.
+    /// Simulation options of the file.
     pub options: RobotOptions,
-    /// What stands in the file and has no meaning here, each in one sentence.
+    /// Content of the file that has no effect, one sentence per item.
     pub notes: Vec<String>,
 }
 
-/// A link, called body in MJCF.
+/// A link (`body` in MJCF).
 #[derive(Debug, Clone)]
 pub struct RobotLink {
-    /// What it is called.
+    /// Name of the link.
     pub name: String,
-    /// An index of the links before it; the world's is its own.
+    /// Index of the parent, smaller than the link's own. The world is its own parent.
     pub parent: usize,
-    /// In the parent, where all joints are at their reference; of the world, where the world of the file is.
+    /// Pose in the parent's frame with all joints at their reference. For the world: pose of the
+    /// file's world.
     pub frame: LinkFrame,
-    /// What it weighs, and where.
+    /// Mass, centre of mass and inertia.
     pub mass: LinkMass,
-    /// How much of its weight is held up by a force on its centre: 0 for none, 1 for all.
+    /// Fraction of the weight that a force at the centre of mass compensates, from 0 (none) to 1
+    /// (all).
     pub weightless: f64,
-    /// Whether a program is to move it, as `mocap` of MJCF: it stays where it is.
+    /// True for a `mocap` body of MJCF. It stays in place unless a program moves it.
     pub is_mocap: bool,
-    /// Whether it is none of the file's, but stands between two joints of the link below it, with hardly any mass.
+    /// True for an auxiliary link of tiny mass between two joints of the link below it. The file
+    /// does not contain it.
     pub is_between: bool,
-    /// Its joints: the first one, and how many.
+    /// Index of its first joint, and number of its joints.
     pub joints: (usize, usize),
-    /// Where it stands in the file, for sentences.
+    /// Position in the file, for messages.
     pub at: String,
 }
 
-/// A frame on a link, where something is measured.
+/// A measurement frame on a link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RobotSite {
-    /// The number of the link, 0 being the world.
+    /// Index of the link. 0 is the world.
     pub link: usize,
-    /// In the frame of the link.
+    /// Pose in the frame of the link.
     pub frame: LinkFrame,
 }
 
-/// A frame of which the file says a name.
+/// A frame with a name in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedSite {
-    /// What it is called.
+    /// Name of the frame.
     pub name: String,
-    /// Where it is.
+    /// Link and pose of the frame.
     pub site: RobotSite,
 }
 
-/// Mass, centre and inertia of a link.
+/// Mass, centre of mass and inertia of a link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkMass {
-    /// kg.
+    /// Mass (kg).
     pub mass: f64,
-    /// m, frame of the link.
+    /// Centre of mass (m), in the frame of the link.
     pub centre: Vector3<f64>,
-    /// About the centre along the axes of the link, kg m².
+    /// Inertia about the centre of mass along the axes of the link (kg m²).
     pub inertia: Matrix3<f64>,
 }
 
-/// How a joint moves.
+/// Type of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Moves {
-    /// In any way.
+    /// Six degrees of freedom.
     Free,
-    /// Turns about its anchor in any way.
+    /// Three rotations about its anchor.
     Ball,
-    /// Slides along its axis.
+    /// Translation along its axis.
     Slide,
-    /// Turns about its axis.
+    /// Rotation about its axis.
     Hinge,
 }
 
 impl Moves {
-    /// How many coordinates it has, and how many rates.
+    /// Number of coordinates and number of rates.
     #[must_use]
     pub fn counts(self) -> (usize, usize) {
         match self {
@@ -122,44 +127,44 @@ impl Moves {
 /// A joint between a link and its parent.
 #[derive(Debug, Clone)]
 pub struct RobotJoint {
-    /// What it is called.
+    /// Name of the joint.
     pub name: String,
-    /// The link that it moves.
+    /// Index of the link that it moves.
     pub link: usize,
-    /// How.
+    /// Type of the joint.
     pub moves: Moves,
-    /// m, frame of the link.
+    /// Anchor (m), in the frame of the link.
     pub anchor: Vector3<f64>,
-    /// A unit vector, frame of the link.
+    /// Unit vector of the axis, in the frame of the link.
     pub axis: Vector3<f64>,
-    /// The coordinate where the link is as the file places it, m or rad.
+    /// Coordinate at which the link has its pose of the file (m or rad).
     pub reference: f64,
-    /// Of the coordinate.
+    /// Limits of the coordinate (m or rad).
     pub range: Option<[f64; 2]>,
-    /// N s/m or N m s/rad.
+    /// Viscous damping (N s/m or N m s/rad).
     pub damping: f64,
-    /// Dry friction, N or N m.
+    /// Dry friction (N or N m).
     pub friction: f64,
-    /// kg or kg m².
+    /// Armature (kg or kg m²).
     pub armature: f64,
-    /// N/m or N m/rad.
+    /// Spring stiffness (N/m or N m/rad).
     pub stiffness: f64,
-    /// The coordinate at which the spring is slack.
+    /// Coordinate at which the spring is relaxed (m or rad).
     pub rest: f64,
-    /// What all its motors together have, N or N m.
+    /// Limits of the total force of all its motors (N or N m).
     pub effort: Option<[f64; 2]>,
-    /// Where it stands in the file, for sentences.
+    /// Position in the file, for messages.
     pub at: String,
 }
 
 impl RobotJoint {
-    /// Whether anything acts on it by itself.
+    /// True if the joint has damping, friction, armature or stiffness.
     #[must_use]
     pub fn resists(&self) -> bool {
         [self.damping, self.friction, self.armature, self.stiffness].iter().any(|one| *one != 0.0)
     }
 
-    /// One without anything that acts on it.
+    /// A joint without limits, damping, friction, armature or spring.
     pub(crate) fn bare(name: String, link: usize, moves: Moves, at: String) -> Self {
         let (anchor, axis) = (Vector3::zeros(), Vector3::z());
         let (range, effort) = (None, None);
@@ -183,58 +188,59 @@ impl RobotJoint {
     }
 }
 
-/// What a shape is, m.
+/// Geometry of a shape, lengths in m.
 #[derive(Debug, Clone, PartialEq)]
 pub enum RobotForm {
-    /// Its radius.
+    /// Radius.
     Sphere(f64),
-    /// Along z: half of the length between the centres of its ends, and the radius.
+    /// Half the distance between the centres of its ends, and radius. The axis is z.
     Capsule(f64, f64),
-    /// Along z: half of its length, and the radius.
+    /// Half length and radius. The axis is z.
     Cylinder(f64, f64),
-    /// Half of its sides.
+    /// Half extents.
     Box(Vector3<f64>),
-    /// Half of its axes.
+    /// Half axes.
     Ellipsoid(Vector3<f64>),
-    /// Everything below z = 0.
+    /// The half space z ≤ 0.
     Plane,
-    /// The convex hull of the vertices of a mesh.
+    /// Convex hull of the vertices of a mesh.
     Hull(Vec<[f64; 3]>),
 }
 
-/// Triangles for the eye, counter-clockwise seen from outside.
+/// Triangle mesh for drawing. Triangles are counter-clockwise seen from outside.
 #[derive(Debug, Clone, Default)]
 pub struct Surface {
-    /// m.
+    /// Vertices (m).
     pub vertices: Vec<[f64; 3]>,
-    /// Indices of vertices.
+    /// Vertex indices of the triangles.
     pub triangles: Vec<[usize; 3]>,
-    /// Triangles of the file: more than there are here where the mesh is drawn coarser.
+    /// Number of triangles in the file. It exceeds the length of `triangles` if the mesh was
+    /// simplified.
     pub total: usize,
 }
 
-/// What a [`RobotLook`] is.
+/// Geometry of a [`RobotLook`].
 #[derive(Debug, Clone)]
 pub enum LookForm {
-    /// As a shape.
+    /// A primitive shape or a convex hull.
     Form(RobotForm),
-    /// A mesh, which may be open and need not be convex.
+    /// A mesh, which may be open and non-convex.
     Mesh(Surface),
 }
 
-/// What a link looks like where that is not what it touches with.
+/// Visual geometry of a link, distinct from its collision geometry.
 #[derive(Debug, Clone)]
 pub struct RobotLook {
-    /// Whose it is.
+    /// Index of the link.
     pub link: usize,
-    /// What it is.
+    /// Geometry.
     pub seen: LookForm,
-    /// Where it is in the link.
+    /// Pose in the frame of the link.
     pub frame: LinkFrame,
 }
 
 impl RobotLook {
-    /// How many triangles its mesh has; 0 without one.
+    /// Number of triangles of its mesh; 0 for other geometry.
     #[must_use]
     pub fn triangles(&self) -> usize {
         match &self.seen {
@@ -244,38 +250,39 @@ impl RobotLook {
     }
 }
 
-/// A shape of a link.
+/// Collision geometry of a link.
 #[derive(Debug, Clone)]
 pub struct RobotShape {
-    /// What it is called.
+    /// Name of the shape.
     pub name: String,
-    /// Whose it is.
+    /// Index of the link.
     pub link: usize,
-    /// What it is.
+    /// Geometry.
     pub form: RobotForm,
-    /// Where it is in the link.
+    /// Pose in the frame of the link.
     pub frame: LinkFrame,
-    /// Two shapes touch if a bit of the first of one is in the second of the other.
+    /// Collision bit masks (`contype` and `conaffinity` of MJCF). Two shapes collide if the first
+    /// mask of either shares a bit with the second mask of the other.
     pub groups: [u32; 2],
-    /// μ; `None` for the world's.
+    /// Friction coefficient μ. `None` selects the default of the world.
     pub friction: Option<f64>,
-    /// Whether friction acts in its contacts.
+    /// True if its contacts have friction.
     pub rubs: bool,
-    /// Of two shapes, the friction of the one with the higher priority counts.
+    /// Priority of its friction coefficient over that of the other shape of a contact.
     pub priority: i64,
-    /// Where it stands in the file, for sentences.
+    /// Position in the file, for messages.
     pub at: String,
 }
 
 impl RobotShape {
-    /// Whether it and another one touch, by their groups.
+    /// True if the groups of both shapes let them collide.
     #[must_use]
     pub fn meets(&self, other: &Self) -> bool {
         self.groups[0] & other.groups[1] != 0 || other.groups[0] & self.groups[1] != 0
     }
 
-    /// The coefficient between two shapes of a file: that of the one that counts more, or else the larger one; `usual` of what
-    /// has none.
+    /// Friction coefficient between two shapes: that of the shape with the higher priority, or the
+    /// larger one at equal priority. `usual` replaces a missing coefficient.
     #[must_use]
     pub fn friction_with(&self, other: &Self, usual: f64) -> f64 {
         if !(self.rubs || other.rubs) {
@@ -290,122 +297,124 @@ impl RobotShape {
     }
 }
 
-/// A motor: a force on the axes of joints
+/// A motor. Its force on the axes of its joints is
 ///
 /// ```text
 /// f = gear clamp(gain u + b₀ + b₁ gear x + b₂ gear ẋ)
 /// ```
 ///
-/// of its control u, the coordinate x and its rate.
+/// with control u, coordinate x and rate ẋ.
 #[derive(Debug, Clone)]
 pub struct Actuator {
-    /// What it is called.
+    /// Name of the motor.
     pub name: String,
-    /// Indices of joints, hinges or slides, and what the gear is multiplied with for each: one and 1, or those of a tendon.
+    /// Indices of the joints (hinges or slides), each with a factor of the gear. The factor is 1
+    /// for a motor on one joint and the tendon's coefficient for a motor on a tendon.
     pub joints: Vec<(usize, f64)>,
-    /// Of a tendon of two joints, on which the force depends, the index of its sum, and the tendon's length over that; its
-    /// coordinate x is the length.
+    /// Index into [`Robot::sums`], and ratio of the tendon's length to that sum. It is set if the
+    /// force depends on the length of a tendon of two joints. The coordinate x is then that length.
     pub sum: Option<(usize, f64)>,
-    /// What the force and the coordinate are multiplied with.
+    /// Factor of both the force and the coordinate.
     pub gear: f64,
-    /// What the control is multiplied with.
+    /// Factor of the control.
     pub gain: f64,
-    /// b₀, b₁, b₂.
+    /// Coefficients b₀, b₁, b₂.
     pub bias: [f64; 3],
-    /// Of the control.
+    /// Limits of the control.
     pub control_range: Option<[f64; 2]>,
-    /// Of the force before the gear.
+    /// Limits of the force before the gear.
     pub force_range: Option<[f64; 2]>,
-    /// Where it stands in the file, for sentences.
+    /// Position in the file, for messages.
     pub at: String,
 }
 
-/// What holds two links together besides the tree.
+/// A constraint between two links beyond the tree of joints.
 #[derive(Debug, Clone)]
 pub enum RobotTie {
-    /// A point of both stays one.
+    /// A common point of both links.
     Point {
-        /// The links.
+        /// Indices of the links.
         links: [usize; 2],
-        /// m, frame of the first.
+        /// Common point (m), in the frame of the first link.
         anchor: Vector3<f64>,
-        /// Where it stands in the file.
+        /// Position in the file.
         at: String,
     },
-    /// The second stays where it is in the first.
+    /// A fixed pose of the second link in the first.
     Whole {
-        /// The links.
+        /// Indices of the links.
         links: [usize; 2],
-        /// The second in the first; `None` for where it is at the reference.
+        /// Pose of the second link in the first. `None` selects the pose at the reference.
         frame: Option<LinkFrame>,
-        /// Where it stands in the file.
+        /// Position in the file.
         at: String,
     },
 }
 
-/// A hinge or a slide that goes with one other, by a gear: its coordinate is
+/// A hinge or slide whose coordinate is coupled to that of another joint by
 ///
 /// ```text
 /// q₁ = r q₂ + q₀
 /// ```
 #[derive(Debug, Clone)]
 pub struct MimicJoint {
-    /// The one that goes with the other, and the other: indices of joints.
+    /// Indices of the dependent joint and of the joint that it depends on.
     pub joints: [usize; 2],
-    /// r.
+    /// Ratio r.
     pub ratio: f64,
-    /// q₀, m or rad.
+    /// Offset q₀ (m or rad).
     pub offset: f64,
-    /// Where it stands in the file.
+    /// Position in the file.
     pub at: String,
 }
 
-/// What acts on `q₁ − r q₂ − q₀` in place of a tie, in the units of the first coordinate, besides actuators.
+/// Spring, damper and friction on `q₁ − r q₂ − q₀`, in the units of q₁. They act beside the
+/// actuators and replace a rigid coupling.
 #[derive(Debug, Clone)]
 pub struct TieForces {
-    /// The two coordinates, r and q₀.
+    /// Coordinates, r and q₀ of the combination.
     pub of: MimicJoint,
-    /// What acts.
+    /// Drive that acts on the combination.
     pub drive: Drive,
 }
 
-/// A pose with a name.
+/// A named pose.
 #[derive(Debug, Clone)]
 pub struct Key {
-    /// What it is called.
+    /// Name of the pose.
     pub name: String,
     /// Coordinates of all joints.
     pub positions: Option<Vec<f64>>,
     /// Rates of all joints.
     pub rates: Option<Vec<f64>>,
-    /// Of all actuators.
+    /// Controls of all actuators.
     pub controls: Option<Vec<f64>>,
 }
 
-/// What a file says of the simulation.
+/// Simulation options of a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RobotOptions {
-    /// h, s.
+    /// Time step h (s).
     pub time_step: f64,
-    /// m/s².
+    /// Gravity (m/s²).
     pub gravity: Vector3<f64>,
-    /// Whether anything touches.
+    /// True if contacts are enabled.
     pub contacts: bool,
-    /// Whether links touch those that they are jointed to.
+    /// True if a link collides with the link that it is jointed to.
     pub neighbours_touch: bool,
-    /// Whether the file has a world of its own, as MJCF: a ground, a gravity, and what is fixed.
+    /// True if the format describes a world with ground, gravity and fixed bodies, as MJCF does.
     pub has_world: bool,
 }
 
 impl Robot {
-    /// The joints of a link.
+    /// Joints of a link.
     #[must_use]
     pub fn joints_of(&self, link: usize) -> &[RobotJoint] {
         let (first, count) = self.links[link].joints;
         &self.joints[first..first + count]
     }
 
-    /// How many coordinates and how many rates there are.
+    /// Number of coordinates and number of rates.
     #[must_use]
     pub fn counts(&self) -> (usize, usize) {
         let add = |(q, v): (usize, usize), joint: &RobotJoint| {
@@ -415,38 +424,38 @@ impl Robot {
         self.joints.iter().fold((0, 0), add)
     }
 
-    /// The link of a name.
+    /// Index of the link with this name.
     #[must_use]
     pub fn link(&self, name: &str) -> Option<usize> {
         self.links.iter().position(|link| link.name == name)
     }
 
-    /// The site of a name.
+    /// The site with this name.
     #[must_use]
     pub fn site(&self, name: &str) -> Option<&RobotSite> {
         self.sites.iter().find(|named| named.name == name).map(|named| &named.site)
     }
 
-    /// The joint of a name.
+    /// Index of the joint with this name.
     #[must_use]
     pub fn joint(&self, name: &str) -> Option<usize> {
         self.joints.iter().position(|joint| joint.name == name)
     }
 
-    /// Whether a shape can touch anything.
+    /// True if the shape can collide with anything.
     #[must_use]
     pub fn touches(&self, shape: usize) -> bool {
         let groups = self.shapes.get(shape).is_some_and(|shape| shape.groups != [0, 0]);
         groups || self.pairs.keys().any(|(a, b)| [a, b].contains(&&shape))
     }
 
-    /// μ of two shapes that touch by what is said of both together.
+    /// Friction coefficient μ of an explicit contact pair.
     #[must_use]
     pub fn pair(&self, a: usize, b: usize) -> Option<f64> {
         self.pairs.get(&(a.min(b), a.max(b))).copied()
     }
 
-    /// The link that each link moves with: the first one above it that has a joint, or the world.
+    /// Carrier of each link: the nearest link with a joint, from the link itself up to the world.
     #[must_use]
     pub fn carriers(&self) -> Vec<usize> {
         let mut carriers = Vec::with_capacity(self.links.len());

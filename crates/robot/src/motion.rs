@@ -1,16 +1,21 @@
-//! Coordinates of a robot: where its links are, how they move, and what that takes.
+//! Coordinates of a robot, and its kinematics and dynamics.
 //!
-//! Coordinates q and rates v come joint by joint in the order of [`Robot::joints`](super::model::Robot::joints), as
-//! MuJoCo has them: of a free joint the place (m) and the attitude (w, x, y, z) of its link, and of the rates the
-//! velocity of the link's origin (m/s, world) and the spin (rad/s, link); of a ball the attitude and the spin; of a
-//! slide m and m/s; of a hinge rad and rad/s.
+//! Coordinates q and rates v follow the order of [`Robot::joints`](super::model::Robot::joints).
+//! Their layout is that of MuJoCo:
+//!
+//! - free: position of the link's origin (m) and attitude (w, x, y, z). The rates are the velocity
+//!   of the origin (m/s, world) and the angular velocity (rad/s, link).
+//! - ball: attitude and angular velocity.
+//! - slide: displacement (m) and its rate (m/s).
+//! - hinge: angle (rad) and its rate (rad/s).
 
 use super::frame::{LinkFrame, about, conjugated, left_times};
 use super::model::{MimicJoint, Moves, Robot, RobotJoint};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector4};
 use tumble_core::mechanics::quaternion::left;
 
-/// What one rate does to everything below its joint: ω = axis, and the velocity `along` + axis × x at x of the world.
+/// Motion of everything below a joint per unit of one rate: ω = axis, and velocity `along` + axis ×
+/// x at the point x (world).
 #[derive(Debug, Clone, Copy)]
 struct Screw {
     axis: Vector3<f64>,
@@ -18,7 +23,7 @@ struct Screw {
 }
 
 impl Screw {
-    /// The velocity at a point.
+    /// Velocity at a point.
     fn at(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.along + self.axis.cross(point)
     }
@@ -28,30 +33,30 @@ impl Screw {
     }
 }
 
-/// How a link moves.
+/// Pose and velocity of a link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkMotion {
-    /// Where it is in the world.
+    /// Pose in the world.
     pub frame: LinkFrame,
-    /// rad/s, world.
+    /// Angular velocity (rad/s), world.
     pub spin: Vector3<f64>,
-    /// Of its origin, m/s, world.
+    /// Velocity of its origin (m/s), world.
     pub velocity: Vector3<f64>,
 }
 
-/// All links at coordinates and rates.
+/// Kinematics of all links at given coordinates and rates.
 #[derive(Debug, Clone)]
 pub struct RobotMotion {
     links: Vec<LinkMotion>,
-    /// Of each link its angular acceleration and that of its origin, where no rate changes.
+    /// Angular acceleration and acceleration of the origin of each link at constant rates.
     turning: Vec<[Vector3<f64>; 2]>,
     screws: Vec<Screw>,
-    /// Of each link, which rates move it.
+    /// Indices of the rates that move each link.
     movers: Vec<Vec<usize>>,
 }
 
 impl Robot {
-    /// The coordinates at which everything is where the file places it.
+    /// Coordinates at which every link has its pose of the file.
     #[must_use]
     pub fn reference(&self) -> Vec<f64> {
         let mut all = Vec::with_capacity(self.counts().0);
@@ -69,7 +74,7 @@ impl Robot {
         all
     }
 
-    /// Where the coordinates and the rates of each joint begin.
+    /// Offset of each joint in the coordinates and in the rates.
     #[must_use]
     pub fn places(&self) -> Vec<(usize, usize)> {
         let mut at = (0, 0);
@@ -82,11 +87,12 @@ impl Robot {
         self.joints.iter().map(place).collect()
     }
 
-    /// Sets of the joints that go with others coordinates and rates to where those have them, also where these go with
-    /// others themselves. Numbers that are not there stay so.
+    /// Sets the coordinates and rates of dependent joints from those they depend on. Chains of
+    /// dependent joints are resolved. Slices may be shorter than the robot; missing entries are
+    /// skipped.
     pub fn follow(&self, q: &mut [f64], v: &mut [f64]) {
         let places = self.places();
-        // As often as a chain of them may be long.
+        // Enough passes for the longest possible chain.
         let count = self.follows.len();
         for MimicJoint { joints, ratio, offset, .. } in
             self.follows.iter().cycle().take(count * count)
@@ -105,10 +111,10 @@ impl Robot {
         }
     }
 
-    /// All links at `q` and `v`.
+    /// Kinematics of all links at coordinates `q` and rates `v`.
     ///
     /// # Errors
-    /// Another number of them; what is not finite; an attitude without a length.
+    /// A wrong number of entries; an entry that is not finite; a quaternion of zero length.
     pub fn motion(&self, q: &[f64], v: &[f64]) -> Result<RobotMotion, String> {
         let (positions, rates) = self.counts();
         for (what, given, needed) in [("coordinates", q, positions), ("rates", v, rates)] {
@@ -151,10 +157,11 @@ impl Robot {
         Ok(motion)
     }
 
-    /// The coordinates of links that are at `frames` (world), one a link: angles nearest to those of `near`.
+    /// Coordinates of links with the poses `frames` (world), one per link. Angles are those nearest
+    /// to `near`.
     ///
     /// # Errors
-    /// Another number of frames or of coordinates.
+    /// A wrong number of frames or coordinates.
     pub fn coordinates(&self, frames: &[LinkFrame], near: &[f64]) -> Result<Vec<f64>, String> {
         if frames.len() != self.links.len() || near.len() != self.counts().0 {
             return Err(format!(
@@ -187,15 +194,15 @@ impl Robot {
         Ok(q)
     }
 
-    /// The coordinates of slides and hinges, one after the other, by which a link is at `own` in its reference: by
-    /// Newton's method from where they are.
+    /// Solves for the coordinates of a chain of slides and hinges that brings a link to `own`, its
+    /// pose relative to the reference. Newton's method, starting from `q`.
     fn chain(&self, joints: &[RobotJoint], own: &LinkFrame, q: &mut [f64]) {
         const MOST: usize = 30;
         for _ in 0..MOST {
             let mut stage = MovingFrame::still();
             let mut screws = Vec::with_capacity(joints.len());
             for (joint, at) in joints.iter().zip(q.iter()) {
-                // One number each: none that could be refused.
+                // Cannot fail: each of these joints has one coordinate.
                 if stage.add(joint, &[*at], &[0.0], &mut screws).is_err() {
                     return;
                 }
@@ -215,7 +222,7 @@ impl Robot {
     }
 }
 
-/// A turn as its axis times its angle of up to π, rad.
+/// Rotation vector of a quaternion: axis times angle, at most π (rad).
 fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
     let along = turn.fixed_rows::<3>(1).into_owned();
     let (sine, sign) = (along.norm(), if turn[0] < 0.0 { -1.0 } else { 1.0 });
@@ -226,21 +233,21 @@ fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
     }
 }
 
-/// The rates by which `screws` make a velocity at `point` and a spin, as well as they can.
+/// Least-squares rates of `screws` for a velocity at `point` and an angular velocity.
 fn solved(
     screws: &[Screw],
     point: &Vector3<f64>,
     velocity: &Vector3<f64>,
     spin: &Vector3<f64>,
 ) -> DVector<f64> {
-    /// Screws of which each has more than this part of itself across those before.
+    /// Smallest relative diagonal entry of R for independent screws.
     const INDEPENDENT: f64 = 1e-6;
     let columns = DMatrix::from_fn(6, screws.len(), |row, column| match row {
         0..3 => screws[column].at(point)[row],
         _ => screws[column].axis[row - 3],
     });
     let wanted = DVector::from_fn(6, |row, _| if row < 3 { velocity[row] } else { spin[row - 3] });
-    // Where several singular values are equal, as those of a ball are, they are found to 1e-4 only.
+    // QR before SVD: this SVD has an accuracy of only 1e-4 for equal singular values, as of a ball.
     let triangular = columns.clone().qr();
     let r = triangular.r();
     let (least, most) = (r.diagonal().abs().min(), r.diagonal().abs().max());
@@ -254,7 +261,7 @@ fn solved(
     found.unwrap_or_else(|_| DVector::zeros(screws.len()))
 }
 
-/// A frame on its way through the joints of a link.
+/// Frame that is carried through the joints of a link.
 struct MovingFrame {
     motion: LinkMotion,
     turn: Vector3<f64>,
@@ -267,7 +274,7 @@ impl MovingFrame {
         Self { motion: LinkMotion { frame: LinkFrame::identity(), spin, velocity }, turn, pull }
     }
 
-    /// Goes on to a point that moves along, `arm` away (world).
+    /// Moves the origin by `arm` (world) to another point of the same rigid body.
     fn step(&mut self, arm: &Vector3<f64>) {
         let spin = self.motion.spin;
         self.motion.frame.position += arm;
@@ -275,7 +282,7 @@ impl MovingFrame {
         self.pull += self.turn.cross(arm) + spin.cross(&spin.cross(arm));
     }
 
-    /// Goes through a joint at the first of `q` and `v`.
+    /// Applies a joint, whose coordinates and rates are at the start of `q` and `v`.
     fn add(
         &mut self,
         joint: &RobotJoint,
@@ -325,7 +332,8 @@ impl MovingFrame {
         Ok(())
     }
 
-    /// Turns by `turn` (own frame), faster by `spin` (world), which goes with the frame.
+    /// Rotates the frame by `turn` (own frame) and adds the angular velocity `spin` (world), which
+    /// rotates with the frame.
     fn spin_up(&mut self, turn: &Vector4<f64>, spin: &Vector3<f64>) {
         let frame = &mut self.motion.frame;
         frame.attitude = (left(&frame.attitude) * turn).normalize();
@@ -343,17 +351,17 @@ fn unit(four: &[f64]) -> Result<Vector4<f64>, String> {
 }
 
 impl RobotMotion {
-    /// How all links move, the world first.
+    /// Motion of all links, the world first.
     #[must_use]
     pub fn links(&self) -> &[LinkMotion] {
         &self.links
     }
 
-    /// The Jacobian of the place of a point of a link (m, frame of the link), and of the link's turn: 3 rows each, a
-    /// column a rate. Velocities are of the world.
+    /// Jacobians of the position of a point (m, frame of the link) and of the orientation of its
+    /// link. Both have 3 rows and one column per rate, in world axes.
     ///
     /// # Panics
-    /// If there is no such link.
+    /// If the link does not exist.
     #[must_use]
     pub fn jacobian(&self, link: usize, point: &Vector3<f64>) -> [DMatrix<f64>; 2] {
         let point = self.links[link].frame.point(point);
@@ -366,7 +374,7 @@ impl RobotMotion {
         [place, turn]
     }
 
-    /// The mass matrix, armatures included:
+    /// Mass matrix, including armatures:
     ///
     /// ```text
     /// M = Σ m Jᵀ J + Jωᵀ I Jω + diag(armature)
@@ -395,14 +403,14 @@ impl RobotMotion {
         matrix
     }
 
-    /// What the rates' changes would have to be made up for, N and N m: with v̇ the accelerations and τ the forces
-    /// along the rates, M v̇ + bias = τ, under `gravity` (m/s²):
+    /// Bias forces (N and N m) under `gravity` (m/s²): Coriolis, centrifugal and gravity terms. The
+    /// equation of motion is M v̇ + bias = τ, with τ the forces along the rates.
     ///
     /// ```text
     /// bias = Σ m Jᵀ (a − g) + Jωᵀ (I α + ω × I ω),
     /// ```
     ///
-    /// a and α being the accelerations where v stays as it is.
+    /// The accelerations a and α are those at constant v.
     #[must_use]
     pub fn bias(&self, robot: &Robot, gravity: &Vector3<f64>) -> DVector<f64> {
         let mut bias = DVector::zeros(self.screws.len());
@@ -422,15 +430,15 @@ impl RobotMotion {
         bias
     }
 
-    /// The centre of a link's mass and its inertia, world.
+    /// Centre of mass and inertia of a link, world.
     fn heavy(&self, robot: &Robot, link: usize) -> (Vector3<f64>, Matrix3<f64>) {
         let (frame, mass) = (&self.links[link].frame, &robot.links[link].mass);
         let turn = frame.rotation();
         (frame.point(&mass.centre), turn * mass.inertia * turn.transpose())
     }
 
-    /// The rates by which links move as `moving` says, of which only what is said of each link with joints and of its
-    /// parent counts.
+    /// Rates of the joints for links that move as in `moving`. Only links with joints and their
+    /// parents matter.
     pub(super) fn rates(&self, robot: &Robot, moving: &[LinkMotion]) -> Vec<f64> {
         let mut rates = vec![0.0; self.screws.len()];
         let places = robot.places();

@@ -1,10 +1,12 @@
-//! MuJoCo's own meshes (`.msh`): the numbers of vertices, normals, texture coordinates and faces as 32-bit integers, then all of them, as
-//! 32-bit floats and for faces indices of vertices, little-endian.
+//! MuJoCo's mesh format (`.msh`), little-endian.
+//!
+//! It begins with the numbers of vertices, normals, texture coordinates and faces as 32-bit
+//! integers. Their data follow: 32-bit floats, and vertex indices for faces.
 
 use nalgebra::Vector3;
 use tumble_core::error::Error;
 
-/// The triangles of a file.
+/// Triangles of a file.
 pub fn facets(bytes: &[u8]) -> Result<Vec<[Vector3<f64>; 3]>, Error> {
     let odd =
         |why: &str| Error::Shape { shape: "the mesh", why: format!("is no .msh file: {why}") };

@@ -1,55 +1,55 @@
-//! What stands in a file and has no meaning here.
+//! Notes on content of a file that has no effect.
 
 use std::collections::BTreeMap;
 
-/// What was passed over, by what it is.
+/// Ignored content of a file, collected by kind.
 #[derive(Debug, Default)]
 pub struct RobotNotes {
     idle: BTreeMap<String, usize>,
     soft: bool,
-    /// Links whose look is not read: how many, and why the first is not.
+    /// Number of links whose visual geometry is not read, and the reason for the first.
     unseen: Option<(usize, String)>,
-    /// Shapes that would resist turning and rolling.
+    /// Number of shapes whose torsional and rolling friction is dropped.
     rub_alone: usize,
-    /// Shapes of size 0: how many, and where the first is.
+    /// Number of shapes of size 0, and the position of the first.
     empty: Option<(usize, String)>,
     said: Vec<String>,
 }
 
 impl RobotNotes {
-    /// An element that does not change the motion.
+    /// Counts an element that does not affect the motion.
     pub fn idle(&mut self, tag: &str) {
         *self.idle.entry(tag.to_owned()).or_default() += 1;
     }
 
-    /// A setting of soft contacts.
+    /// Records that the file has settings of soft contacts.
     pub fn soft(&mut self) {
         self.soft = true;
     }
 
-    /// A shape that would resist turning and rolling where it touches, and does not.
+    /// Counts a shape whose torsional and rolling friction is dropped.
     pub fn rubs_alone(&mut self) {
         self.rub_alone += 1;
     }
 
-    /// A link whose look is not read, and why.
+    /// Counts a link whose visual geometry is not read for the reason `why`.
     pub fn unseen(&mut self, why: String) {
         self.unseen.get_or_insert((0, why)).0 += 1;
     }
 
-    /// A shape of size 0 that is left out, and where it is.
+    /// Counts a dropped shape of size 0 at the position `at` of the file.
     pub fn empty(&mut self, at: String) {
         self.empty.get_or_insert((0, at)).0 += 1;
     }
 
-    /// Anything else, once.
+    /// Adds any other sentence, without duplicates.
     pub fn say(&mut self, sentence: String) {
         if !self.said.contains(&sentence) {
             self.said.push(sentence);
         }
     }
 
-    /// All of it, a sentence each.
+    /// All notes, one sentence each.
     pub fn sentences(self) -> Vec<String> {
         let mut sentences = Vec::new();
         if !self.idle.is_empty() {

@@ -1,14 +1,16 @@
-//! What sensors on the links of a robot read: plain functions of how the links move, and of what a step came to.
+//! Sensors on the links of a robot, as functions of the links' motion and the record of a step.
 //!
-//! Joint sensors are coordinates and rates ([`Assembled::coordinates`]). In a step contacts act as impulses, so that an accelerometer reads
-//! what the step did to the velocity of its site, of which gravity g is no part:
+//! Joint sensors are coordinates and rates ([`Assembled::coordinates`]). Contacts act as impulses
+//! within a step. An accelerometer therefore reads the velocity change of its site over the step,
+//! without gravity g:
 //!
 //! ```text
 //! a = Rᵀ ((v⁺ − v)/h − g),
 //! ```
 //!
-//! R being the attitude of its frame at the end. At rest it reads g upwards. Velocities are means over their steps; in the first step after they were set,
-//! where v is that of a moment, half of what turning makes is not in it.
+//! R is the attitude of its frame at the end of the step. At rest it reads g upwards. Velocities
+//! are means over their steps. In the first step after the velocities are set, v is an
+//! instantaneous value and half of the contribution of rotation is missing.
 
 pub use super::model::{NamedSite, RobotSite};
 
@@ -19,10 +21,10 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::world::Partner;
 
 impl RobotSite {
-    /// How it moves: where its frame is, its spin, and the velocity of its origin, world.
+    /// Motion of the site: pose, angular velocity and velocity of its origin, world.
     ///
     /// # Errors
-    /// A link that is not there.
+    /// A link that does not exist.
     pub fn motion(&self, links: &[LinkMotion]) -> Result<LinkMotion, String> {
         let link = links.get(self.link).ok_or_else(|| {
             format!(
@@ -36,20 +38,21 @@ impl RobotSite {
         Ok(LinkMotion { frame, spin: link.spin, velocity })
     }
 
-    /// What a gyroscope reads: its spin, rad/s, its frame.
+    /// Reading of a gyroscope: angular velocity (rad/s) in the site's frame.
     ///
     /// # Errors
-    /// A link that is not there.
+    /// A link that does not exist.
     pub fn gyroscope(&self, links: &[LinkMotion]) -> Result<Vector3<f64>, String> {
         let LinkMotion { frame, spin, .. } = self.motion(links)?;
         Ok(frame.rotation().tr_mul(&spin))
     }
 
-    /// What an accelerometer reads of a step of h = `time_step` (s) that its links were at the start and the end of, under `gravity` (m/s²,
-    /// world): m/s², its frame at the end.
+    /// Reading of an accelerometer (m/s²) over a step of h = `time_step` (s), in the site's frame
+    /// at the end of the step. The arguments are the motion of all links at the start and at the
+    /// end, and `gravity` (m/s²) (world).
     ///
     /// # Errors
-    /// A link that is not there.
+    /// A link that does not exist.
     pub fn accelerometer(
         &self,
         [start, end]: [&[LinkMotion]; 2],
@@ -63,11 +66,14 @@ impl RobotSite {
 }
 
 impl Assembled {
-    /// What a touch sensor reads: the sum of the normal forces (N) that act in a step on the bodies that a link moves with, from `partner`
-    /// alone if one is given, and within so many metres of a site, where it was at the start, if that is.
+    /// Reading of a touch sensor: sum of the normal forces (N) of a step on the bodies of a link.
+    ///
+    /// - `partner` selects the contacts with one partner.
+    /// - `within` selects the contacts within a radius (m) of a site. The site's position is that
+    ///   at the start of the step.
     ///
     /// # Errors
-    /// A link that is not there; a record of other bodies.
+    /// A link that does not exist; a record of other bodies.
     pub fn touch(
         &self,
         record: &StepRecord,

@@ -1,5 +1,10 @@
-//! Starts of robots that cannot be as their files have them: what their ties hold brought together, what is in the ground or in
-//! something fixed lifted out of it, and what overlaps all the same kept apart. All of it is told in the robots' notes.
+//! Corrections of infeasible initial states of robots.
+//!
+//! - Loop constraints that are violated are closed.
+//! - Floating robots in the ground or in a fixed body are lifted out.
+//! - Pairs that still overlap never collide.
+//!
+//! The notes of each robot report the corrections.
 
 use crate::Assembled;
 use nalgebra::Vector3;
@@ -10,13 +15,13 @@ use tumble_core::world::World;
 use tumble_model::failure::Failure;
 use tumble_model::{ApartModel, BodyStart, Model, PartnerModel};
 
-/// Something flying is lifted no more often: each time by how deep it is.
+/// Maximum number of lifts of floating robots. Each lift equals the current depth.
 const MOST_LIFTS: usize = 200;
 
-/// The world of the model, whose robots start where they can.
+/// World of the model, with the initial states of its robots corrected.
 ///
 /// # Errors
-/// What a world refuses.
+/// A model that the world rejects.
 pub fn settled(model: &mut Model, robots: &mut [Assembled]) -> Result<World, Failure> {
     let world = model.world()?;
     bring_together(model, robots, &world)?;
@@ -24,7 +29,7 @@ pub fn settled(model: &mut Model, robots: &mut [Assembled]) -> Result<World, Fai
     keep_overlaps_apart(model, robots, world)
 }
 
-/// Brings what the ties of robots hold to where all joints fit, by the least change, where that can be.
+/// Closes violated loop constraints of robots by the smallest change of the poses, if possible.
 fn bring_together(
     model: &mut Model,
     robots: &mut [Assembled],
@@ -39,7 +44,7 @@ fn bring_together(
     if !robots.iter().any(has_odd) {
         return Ok(());
     }
-    // What does not come together is refused with all other joints that are off.
+    // If the loops do not close, the world reports all violated joints later.
     let Ok((found, change)) = world.assemble(&states) else { return Ok(()) };
     for (body, state) in model.bodies.iter_mut().zip(&found) {
         body.start = BodyStart::of(state);
@@ -54,7 +59,9 @@ fn bring_together(
     Ok(())
 }
 
-/// Lifts what flies of robots alone in their world out of the ground, and has what hangs there in it never touch it.
+/// Lifts floating trees of robots out of the ground. Disables ground contacts of bodies that are
+/// attached to the world and start in the ground. Robots that share their world with others are
+/// skipped.
 fn take_out_of_ground(model: &mut Model, robots: &mut [Assembled], world: &World) {
     let Some(normal) = world.ground().map(|ground| *ground.normal()) else { return };
     for robot in robots.iter_mut().filter(|robot| robot.is_alone()) {
@@ -93,12 +100,14 @@ fn take_out_of_ground(model: &mut Model, robots: &mut [Assembled], world: &World
     }
 }
 
-/// Leaves contacts out that would have to be open at the start and are not.
+/// Disables contacts between bodies that overlap at the start.
 ///
-/// Two links of a robot that overlap by more than rounding never touch each other: joints may hold
-/// them where no force can take them apart. The same holds for a link that hangs on the world and
-/// what its own file fixes, if they overlap by more than a start may. A robot that flies alone is
-/// lifted out of what is fixed. Other overlaps stay as they are.
+/// - Two links of a robot that overlap beyond rounding never collide, since joints may prevent
+///   their separation.
+/// - A link attached to the world and a fixed body of the same file never collide if they overlap
+///   by more than a start allows.
+/// - A floating robot without others in its world is lifted out of fixed bodies.
+/// - Other overlaps are kept.
 fn keep_overlaps_apart(
     model: &mut Model,
     robots: &mut [Assembled],
@@ -111,7 +120,7 @@ fn keep_overlaps_apart(
     let mut lifted: Vec<(usize, String, f64)> = Vec::new();
     let mut lifts = 0;
     'search: loop {
-        // A search remembers the pairs of the world that it was in.
+        // A search caches the pairs of its world, so each world needs a new one.
         let overlaps = Candidates::new().overlaps_at_start(&world, &model.states());
         let mut is_over = true;
         for Overlap { depth, allowed, between } in overlaps {
@@ -122,7 +131,7 @@ fn keep_overlaps_apart(
             if depth <= allowed && !between.1.body().is_some_and(within_one) {
                 continue;
             }
-            // Other pieces of a pair that is apart by now.
+            // Other pieces of a pair that is already excluded.
             if !world.may_touch(body, between.1) {
                 continue;
             }
@@ -172,6 +181,6 @@ fn keep_overlaps_apart(
             told.join(", ")
         ));
     }
-    // Those that never touch the ground may be all that has changed.
+    // The exclusion of ground contacts may be the only change.
     model.world()
 }

@@ -1,40 +1,40 @@
-//! XML as a tree of elements that know where they stand, with bounds on all of it.
+//! XML as a tree of elements with line numbers, limited in size.
 
 use roxmltree::{Document, Node, ParsingOptions};
 use std::borrow::Cow;
 use std::rc::Rc;
 use tumble_model::shown;
 
-/// More bytes than this are no robot.
+/// Maximum size of a robot's file (bytes).
 pub const LARGEST_FILE: u64 = 16 << 20;
-/// More elements than this are refused.
+/// Maximum number of elements.
 const MOST_ELEMENTS: u32 = 200_000;
-/// Elements within elements are followed so far.
+/// Maximum nesting depth of elements.
 const DEEPEST: usize = 200;
-/// More numbers than this stand in no attribute.
+/// Maximum number of numbers in one attribute.
 const MOST_NUMBERS: usize = 1_000_000;
 
-/// What a file is that is no URDF yet.
+/// Message for a Xacro file.
 const XACRO: &str =
     "this is Xacro, which makes URDF and is none; run `xacro FILE > robot.urdf` first";
 
-/// An element: its name, attributes and children, and where it is.
+/// An element with its name, attributes, children and line.
 #[derive(Debug, Clone)]
 pub struct Element {
-    /// The name, without a prefix of a name space.
+    /// Name without name space prefix.
     pub tag: String,
-    /// Names and values, in their order.
+    /// Names and values of the attributes, in order.
     pub attributes: Vec<(String, String)>,
-    /// The elements in it.
+    /// Child elements.
     pub children: Vec<Element>,
-    /// Counted from 1.
+    /// Line, counted from 1.
     pub line: u32,
-    /// Of an included file its name.
+    /// Name of the included file that contains the element.
     pub file: Option<Rc<str>>,
 }
 
 impl Element {
-    /// The root element of `text`, of the included file `file`.
+    /// Parses `text` and returns its root element. `file` is the name of an included file.
     pub fn parse(text: &str, file: Option<&str>) -> Result<Self, String> {
         let options = ParsingOptions { nodes_limit: MOST_ELEMENTS, ..ParsingOptions::default() };
         let text = &*without_late_declaration(text);
@@ -80,29 +80,29 @@ impl Element {
         })
     }
 
-    /// A sentence about it: where it is, what it is called, and `why`.
+    /// Error message about the element: position, name and `why`.
     pub fn wrong(&self, why: impl std::fmt::Display) -> String {
         format!("{}: {why}", self.at())
     }
 
-    /// Where it is, and what it is called.
+    /// Position and name of the element, for messages.
     pub fn at(&self) -> String {
         let name = self.own("name").or_else(|| self.own("class"));
         let name = name.map_or(String::new(), |name| format!(" {:?}", shown::line(name)));
         format!("{}line {}, <{}>{name}", within(self.file.as_deref()), self.line, self.tag)
     }
 
-    /// The value of an attribute of its own.
+    /// Value of an attribute of this element.
     pub fn own(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
     }
 
-    /// The children of a name.
+    /// Children with this tag.
     pub fn all<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Element> {
         self.children.iter().filter(move |child| child.tag == tag)
     }
 
-    /// The one child of a name.
+    /// The only child with this tag. More than one is an error.
     pub fn one(&self, tag: &str) -> Result<Option<&Self>, String> {
         let mut all = self.children.iter().filter(|child| child.tag == tag);
         let first = all.next();
@@ -112,12 +112,12 @@ impl Element {
         }
     }
 
-    /// How many elements it is, itself included.
+    /// Number of elements in this tree, including the root.
     pub fn count(&self) -> usize {
         1 + self.children.iter().map(Self::count).sum::<usize>()
     }
 
-    /// The numbers of the value of an attribute.
+    /// Parses the numbers in the value of an attribute.
     pub fn numbers_of(&self, name: &str, value: &str) -> Result<Vec<f64>, String> {
         let number = |word: &str| match word.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
@@ -133,7 +133,7 @@ impl Element {
     }
 }
 
-/// First bytes of the lines of a text. `Document::text_pos_at` counts from the beginning of the text at each call.
+/// Byte offsets of the lines of a text. `Document::text_pos_at` would scan the text at each call.
 struct LineStarts(Vec<usize>);
 
 impl LineStarts {
@@ -142,13 +142,14 @@ impl LineStarts {
         Self(std::iter::once(0).chain(ends.map(|(end, _)| end + 1)).collect())
     }
 
-    /// Line of a byte, counted from 1.
+    /// Line that contains a byte, counted from 1.
     fn line(&self, byte: usize) -> u32 {
         self.0.partition_point(|start| *start <= byte) as u32
     }
 }
 
-/// `text` with blanks in place of an XML declaration that is not at its beginning, as many readers pass over it.
+/// `text` with an XML declaration after its beginning replaced by blanks. Many parsers accept such
+/// files.
 fn without_late_declaration(text: &str) -> Cow<'_, str> {
     let begun = text.trim_start();
     let end = begun.find("?>").filter(|_| begun.starts_with("<?xml") && begun.len() < text.len());
@@ -162,12 +163,12 @@ fn within(file: Option<&str>) -> String {
     file.map_or(String::new(), |file| format!("{}, ", shown::line(file)))
 }
 
-/// Attributes of an element, its own and those that it has from somewhere else.
+/// Attributes of an element, including defaults.
 pub trait Attributes {
-    /// The element, for sentences.
+    /// The element, for messages.
     fn element(&self) -> &Element;
 
-    /// The value of an attribute.
+    /// Value of an attribute.
     fn get(&self, name: &str) -> Option<&str>;
 
     /// All numbers of an attribute.
@@ -175,7 +176,7 @@ pub trait Attributes {
         self.get(name).map(|value| self.element().numbers_of(name, value)).transpose()
     }
 
-    /// `N` numbers of an attribute.
+    /// Exactly `N` numbers of an attribute.
     fn exactly<const N: usize>(&self, name: &str) -> Result<Option<[f64; N]>, String> {
         let Some(numbers) = self.numbers(name)? else { return Ok(None) };
         <[f64; N]>::try_from(numbers).map(Some).map_err(|given| {
@@ -184,12 +185,12 @@ pub trait Attributes {
         })
     }
 
-    /// One number of an attribute.
+    /// Number of an attribute.
     fn number(&self, name: &str) -> Result<Option<f64>, String> {
         Ok(self.exactly::<1>(name)?.map(|[number]| number))
     }
 
-    /// One number of an attribute within bounds, or else `usual`.
+    /// Number of an attribute within bounds. `usual` is the default.
     fn bounded(&self, name: &str, usual: f64, [low, high]: [f64; 2]) -> Result<f64, String> {
         let number = self.number(name)?.unwrap_or(usual);
         match (low..=high).contains(&number) {
@@ -200,7 +201,7 @@ pub trait Attributes {
         }
     }
 
-    /// A whole number of an attribute.
+    /// Integer of an attribute.
     fn whole(&self, name: &str) -> Result<Option<i64>, String> {
         let Some(number) = self.number(name)? else { return Ok(None) };
         if number.fract() != 0.0 || number.abs() > 2_147_483_648.0 {
@@ -209,7 +210,7 @@ pub trait Attributes {
         Ok(Some(number as i64))
     }
 
-    /// One of several words.
+    /// Attribute whose value is one of several words.
     fn word<T: Copy>(&self, name: &str, words: &[(&str, T)]) -> Result<Option<T>, String> {
         let Some(value) = self.get(name) else { return Ok(None) };
         let found = words.iter().find(|(word, _)| *word == value.trim());
@@ -220,12 +221,12 @@ pub trait Attributes {
         })
     }
 
-    /// An attribute without which there is nothing to say.
+    /// Value of a required attribute.
     fn needed(&self, name: &str) -> Result<&str, String> {
         self.get(name).ok_or_else(|| self.element().wrong(format!("{name} is needed")))
     }
 
-    /// Refuses attributes that are none of `read` and none of `idle`.
+    /// Rejects attributes that are listed neither in `read` nor in `idle`.
     fn refuse_others(&self, read: &[&str], idle: &[&str]) -> Result<(), String> {
         let known = |name: &str| read.contains(&name) || idle.contains(&name);
         match self.element().attributes.iter().find(|(name, _)| !known(name)) {

@@ -1,4 +1,4 @@
-//! A chart of a page: axes, curves, a legend.
+//! Chart of a page: axes, curves and legend.
 
 use crate::markup::escape;
 use crate::plot::axes::PlotAxes;
@@ -7,20 +7,20 @@ use crate::plot::scale::{PlotAxis, ScaleKind};
 use crate::plot::thin::PlotPoint;
 use std::fmt::Write as _;
 
-/// The size of a chart. One unit is a pixel on a narrow screen.
+/// Size of a chart. One unit is a pixel on a narrow screen.
 const WIDTH: f64 = 440.0;
 const HEIGHT: f64 = 290.0;
-/// Columns that curves over time are thinned to.
+/// Number of columns for thinning curves over time.
 const COLUMNS: usize = 160;
 
-/// A chart in the making.
+/// Chart under construction.
 pub struct Chart {
     axes: PlotAxes,
     body: String,
 }
 
 impl Chart {
-    /// An empty chart with its axes and their names.
+    /// Empty chart with axes and their labels.
     pub(crate) fn new(x: PlotAxis, y: PlotAxis, x_name: &str, y_name: &str) -> Self {
         let axes =
             PlotAxes { x, y, left: 64.0, right: WIDTH - 16.0, top: 30.0, bottom: HEIGHT - 46.0 };
@@ -47,7 +47,7 @@ impl Chart {
         Self { axes, body }
     }
 
-    /// An empty chart of `values` over the time until `end`.
+    /// Empty chart of `values` over time up to `end`.
     pub(crate) fn over_time(
         name: &str,
         end: f64,
@@ -58,7 +58,7 @@ impl Chart {
         Self::new(time, axis, "time t (s)", name)
     }
 
-    /// An empty chart of `values` over the time until `end`, with a linear axis.
+    /// Empty chart of `values` over time up to `end`, with a linear axis.
     pub fn linear_over_time(
         name: &str,
         end: f64,
@@ -67,7 +67,7 @@ impl Chart {
         Self::over_time(name, end, ScaleKind::Linear, values)
     }
 
-    /// An empty chart for `points` with logarithmic axes.
+    /// Empty chart for `points` with logarithmic axes.
     pub fn logarithmic(
         points: impl Iterator<Item = (f64, f64)> + Clone,
         x_name: &str,
@@ -78,19 +78,19 @@ impl Chart {
         Self::new(x, y, x_name, y_name)
     }
 
-    /// The values at the ends of the vertical axis.
+    /// Values at the ends of the vertical axis.
     #[must_use]
     pub fn heights(&self) -> [f64; 2] {
         self.axes.y.ends()
     }
 
-    /// A line through points, drawn as `class` says.
+    /// Adds a line through points, with the style `class`.
     pub fn line(&mut self, class: &str, points: impl IntoIterator<Item = (f64, f64)>) {
         let points = points.into_iter().map(|point| Some(self.axes.place(point.0, point.1)));
         self.path(class, &points.collect::<Vec<_>>());
     }
 
-    /// The curve of `values` over `times`, thinned, with a gap where there is no number.
+    /// Adds the thinned curve of `values` over `times`. NaN is a gap.
     pub fn curve(&mut self, class: &str, times: &[f64], values: &[f64]) {
         self.path(class, &self.axes.curve(times, values, COLUMNS));
     }
@@ -99,7 +99,7 @@ impl Chart {
         let _ = writeln!(self.body, "<path class=\"{class}\" d=\"{}\"/>", line(points));
     }
 
-    /// Bars over `spans` of the horizontal axis, from one height to another.
+    /// Adds bars over `spans` of the horizontal axis, between two heights.
     pub fn bars(
         &mut self,
         class: &str,
@@ -116,14 +116,14 @@ impl Chart {
         let _ = writeln!(self.body, "<path class=\"{class}\" d=\"{path}\"/>");
     }
 
-    /// A dot at a point.
+    /// Adds a dot at a point.
     pub fn dot(&mut self, class: &str, radius: f64, x: f64, y: f64) {
         let (x, y) = self.axes.place(x, y);
         self.body += &dot(class, radius, x, y);
         self.body.push('\n');
     }
 
-    /// The figure, with its caption, which is markup.
+    /// Completes the figure. `caption` is markup and `words` describe the figure.
     #[must_use]
     pub fn figure(self, words: &str, caption: &str) -> String {
         format!(
@@ -139,19 +139,19 @@ fn dot(class: &str, radius: f64, x: f64, y: f64) -> String {
     format!("<circle class=\"{class}\" cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\"/>")
 }
 
-/// An entry of a legend: a line.
+/// Legend entry with a line.
 #[must_use]
 pub fn line_key(class: &str, name: &str) -> String {
     key(&format!("<path class=\"{class}\" d=\"M0 5h26\"/>"), name)
 }
 
-/// An entry of a legend: a dot.
+/// Legend entry with a dot.
 #[must_use]
 pub fn dot_key(class: &str, radius: f64, name: &str) -> String {
     key(&dot(class, radius, 13.0, 5.0), name)
 }
 
-/// An entry of a legend, of what is `drawn`.
+/// Legend entry with the symbol `drawn`.
 pub fn key(drawn: &str, name: &str) -> String {
     format!(
         "<span class=\"key\"><svg viewBox=\"0 0 26 10\" aria-hidden=\"true\">{drawn}</svg>{}</span> ",

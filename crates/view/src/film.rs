@@ -1,254 +1,254 @@
-//! What pictures are made of.
+//! Input data of all pictures.
 
 use crate::shape::FilmPiece;
 use nalgebra::{Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use serde::Serialize;
 use std::fmt;
 
-/// The motion of bodies, with what is needed to draw it. SI units, the world's frame.
+/// Motion of bodies, with everything needed to draw it. SI units, world frame.
 ///
-/// Of one body the corners are told apart, with their forces and multipliers; of several, the
-/// plots show one body at a time.
+/// Plots of a film with one body show its corners with their forces and multipliers. Plots of
+/// several bodies show one body at a time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
-    /// For a heading: scene, seed and solver; empty where nothing is known of them.
+    /// Heading: scene, seed and solver; empty if unknown.
     pub title: String,
-    /// What is known of the motion besides, for its page.
+    /// Further information for the page.
     pub facts: Vec<Fact>,
-    /// h, s.
+    /// Time step h (s).
     pub time_step: f64,
-    /// Steps from a frame to the next one.
+    /// Number of steps between frames.
     pub every: u64,
-    /// g, m/s².
+    /// Gravity g (m/s²).
     pub gravity: Vector3<f64>,
-    /// μ.
+    /// Friction coefficient μ.
     pub friction: f64,
-    /// `None` where the bodies move freely.
+    /// Ground plane. `None` if there is none.
     pub ground: Option<FilmGround>,
-    /// What stands still besides the ground.
+    /// Fixed objects besides the ground.
     pub fixed: Vec<FilmFixed>,
-    /// At least one.
+    /// Bodies, at least one.
     pub bodies: Vec<FilmBody>,
-    /// What ties them to each other and to the world.
+    /// Joints between bodies and to the world.
     pub joints: Vec<FilmJoint>,
-    /// At least one, a time step apart; the last has no step.
+    /// Frames, at least one, at equal time intervals. The last has no step.
     pub frames: Vec<FilmFrame>,
 }
 
-/// A parameter, its value and its unit in words.
+/// Name and value of a parameter, as text.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Fact {
-    /// What it is.
+    /// Name.
     pub name: String,
-    /// How much, and of what.
+    /// Value with unit.
     pub value: String,
 }
 
-/// A plane: the points x with n · x = d.
+/// Plane n · x = d.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilmGround {
-    /// n, of length 1, to the side where the bodies are.
+    /// Unit normal n, towards the bodies.
     pub normal: Vector3<f64>,
-    /// d, m.
+    /// Offset d (m).
     pub offset: f64,
 }
 
-/// A thing that does not move, world frame.
+/// Fixed object, world frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmFixed {
-    /// What it is called; may be empty.
+    /// Name; may be empty.
     pub name: String,
-    /// What it consists of.
+    /// Geometry.
     pub pieces: Vec<FilmPiece>,
 }
 
-/// A rigid body.
+/// Rigid body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmBody {
-    /// What it is called; may be empty.
+    /// Name; may be empty.
     pub name: String,
-    /// m, kg.
+    /// Mass m (kg).
     pub mass: f64,
-    /// I, kg m², body frame.
+    /// Inertia I (kg m²), body frame.
     pub inertia: Matrix3<f64>,
-    /// Its corners, or other points that can touch, m, body frame, from the centre of mass.
+    /// Corners or other contact points (m), body frame, relative to the centre of mass.
     pub points: Vec<Vector3<f64>>,
-    /// What it consists of, body frame, from the centre of mass. Without any, its points are
-    /// drawn: as a box where they are eight corners of one, x fastest.
+    /// Geometry in the body frame, relative to the centre of mass. If it is empty, the points are
+    /// drawn. Eight corners of a box, x fastest, are drawn as a box.
     pub pieces: Vec<FilmPiece>,
-    /// What pushes it besides gravity and contact.
+    /// Load besides gravity and contact.
     pub load: FilmLoad,
-    /// Red, green and blue; `None` for one of a few in turn.
+    /// Red, green and blue. `None` selects a colour of the palette.
     pub colour: Option<[u8; 3]>,
-    /// What is written at it, and in headings instead of its name; may be empty.
+    /// Text shown at the body, and in headings instead of its name; may be empty.
     pub label: String,
 }
 
-/// What ties two bodies, or a body and the world.
+/// Joint between two bodies, or between a body and the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmJoint {
-    /// What it is called.
+    /// Name.
     pub name: String,
-    /// Which of [`Film::bodies`].
+    /// Index into [`Film::bodies`].
     pub body: usize,
-    /// The other one; `None` for the world.
+    /// Index of the other body. `None` for the world.
     pub other: Option<usize>,
-    /// Where it holds the body, m, body frame.
+    /// Anchor on the body (m), body frame.
     pub anchor: Vector3<f64>,
-    /// The direction of its axis, of length 1, body frame; `None` without one.
+    /// Unit vector of the axis, body frame. `None` for a joint without axis.
     pub axis: Option<Vector3<f64>>,
-    /// Whether it turns about its axis alone.
+    /// True if the joint only rotates about its axis.
     pub turns: bool,
-    /// Whether it slides along its axis alone.
+    /// True if the joint only translates along its axis.
     pub slides: bool,
 }
 
-/// Where a joint is in a frame, and what it carries in the step from there.
+/// State of a joint in a frame, and its loads in the step from there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilmTie {
-    /// Along its axis, m.
+    /// Displacement along its axis (m).
     pub place: f64,
-    /// About its axis, rad.
+    /// Angle about its axis (rad).
     pub angle: f64,
-    /// The force on the body, N.
+    /// Magnitude of the force on the body (N).
     pub force: f64,
-    /// The torque on the body about its axis, N m.
+    /// Torque on the body about its axis (N m).
     pub torque: f64,
 }
 
-/// A force and a torque over time, as knots: t (s) and the value there. No knots are no load.
+/// Force and torque over time as knots of time t (s) and value. An empty list is zero load.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FilmLoad {
-    /// N.
+    /// Force (N).
     pub force: Vec<(f64, Vector3<f64>)>,
-    /// N m, body frame.
+    /// Torque (N m), body frame.
     pub torque: Vec<(f64, Vector3<f64>)>,
-    /// Where the force acts, m, body frame.
+    /// Point of application of the force (m), body frame.
     pub point: Vector3<f64>,
 }
 
-/// A moment of a film, and the step from there to the next.
+/// State at one time, and the step from there to the next.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmFrame {
-    /// k.
+    /// Step index k.
     pub index: u64,
-    /// t, s.
+    /// Time t (s).
     pub time: f64,
-    /// Where each body is and how it moves.
+    /// Pose and velocity of each body.
     pub poses: Vec<FilmPose>,
-    /// The kinetic energy of all bodies at k, J.
+    /// Kinetic energy of all bodies at k (J).
     pub kinetic: f64,
-    /// Their energy in gravity, counted from the origin, J.
+    /// Gravitational potential energy relative to the origin (J).
     pub potential: f64,
-    /// What touches in the step; contacts without a force may be left out.
+    /// Contacts of the step. Those without force may be omitted.
     pub contacts: Vec<FilmContact>,
-    /// Of each of [`Film::joints`].
+    /// States of [`Film::joints`].
     pub ties: Vec<FilmTie>,
-    /// How the step ended.
+    /// Result of the step.
     pub status: Status,
-    /// Iterations of the solver.
+    /// Number of solver iterations.
     pub iterations: u32,
-    /// By how much the step misses the exact laws, m/s.
+    /// Residual of the exact contact laws (m/s).
     pub residual: f64,
 }
 
-/// Where a body is and how it moves.
+/// Pose and velocity of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilmPose {
-    /// r, m: the centre of mass.
+    /// Centre of mass r (m).
     pub position: Vector3<f64>,
-    /// Body → world.
+    /// Attitude, body to world.
     pub attitude: UnitQuaternion<f64>,
-    /// v, m/s.
+    /// Velocity v (m/s).
     pub velocity: Vector3<f64>,
-    /// ω, rad/s, body frame.
+    /// Angular velocity ω (rad/s), body frame.
     pub spin: Vector3<f64>,
 }
 
-/// A point of a body in contact.
+/// Contact point of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilmContact {
-    /// Which of [`Film::bodies`].
+    /// Index into [`Film::bodies`].
     pub body: usize,
-    /// What it touches.
+    /// Contact partner.
     pub partner: FilmPartner,
-    /// Where.
+    /// Position.
     pub place: FilmPlace,
-    /// On the body, N, world frame; the partner gets the opposite.
+    /// Force on the body (N), world frame. The partner receives the opposite force.
     pub force: Vector3<f64>,
-    /// Whether the point presses in the step: α.
+    /// True if the point carries force in the step (α).
     pub carries_force: bool,
-    /// Of complementarity, s1 (N m), and of friction, s2 (W).
+    /// Slacks of complementarity s1 (N m) and of friction s2 (W).
     pub slacks: [f64; 2],
-    /// Of the slip speed, λ, m/s.
+    /// Multiplier λ of the slip speed (m/s).
     pub multiplier: f64,
 }
 
-/// What a body touches.
+/// Contact partner of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FilmPartner {
-    /// [`Film::ground`].
+    /// The ground, [`Film::ground`].
     Ground,
-    /// One of [`Film::fixed`].
+    /// Index into [`Film::fixed`].
     Fixed(usize),
-    /// One of [`Film::bodies`].
+    /// Index into [`Film::bodies`].
     Body(usize),
 }
 
-/// Where a contact is.
+/// Position of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FilmPlace {
-    /// At one of [`FilmBody::points`].
+    /// Index into [`FilmBody::points`].
     Corner(usize),
-    /// Anywhere else.
+    /// Any other point.
     At {
-        /// World frame, m.
+        /// Position (m), world frame.
         point: Vector3<f64>,
-        /// Tells the contacts of a pair apart, and is the same from step to step.
+        /// Identifier of the contact among those of its pair, constant across steps.
         key: u64,
     },
 }
 
-/// How a step ended; the later ones are the more conspicuous.
+/// Result of a step, in order of increasing severity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Status {
-    /// There is no step.
+    /// No step.
     End,
-    /// In free flight: no problem was solved.
+    /// Free flight without a contact problem.
     Free,
-    /// From the solver's first start.
+    /// Converged from the first initial point.
     Converged,
-    /// From a later start.
+    /// Converged from another initial point.
     Retried,
-    /// With another solver's answer.
+    /// Solved by another solver.
     Fallback,
     /// Solved in shorter steps.
     Substepped,
-    /// Solved, but it turns a body too far or makes energy.
+    /// Solved but unphysical: a body rotates too far, or energy increases.
     Wild,
-    /// Without an answer within the tolerance.
+    /// Not converged within the tolerance.
     Failed,
 }
 
 impl Film {
-    /// The steps: the frames but the last.
+    /// Frames with a step: all but the last.
     pub(crate) fn steps(&self) -> &[FilmFrame] {
         self.frames.split_last().map_or(&[], |(_, steps)| steps)
     }
 
-    /// The time from a frame to the next one, s.
+    /// Time between frames (s).
     #[must_use]
     pub fn frame_time(&self) -> f64 {
         self.every as f64 * self.time_step
     }
 
-    /// Whether a step has no answer within the tolerance.
+    /// True if a step is not converged.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.frames.iter().any(|frame| frame.status == Status::Failed)
     }
 
-    /// Whether it is about the corners of a single body.
+    /// True if plots show the corners of a single body.
     pub(crate) fn is_single(&self) -> bool {
         let mut contacts = self.frames.iter().flat_map(|frame| &frame.contacts);
         self.bodies.len() == 1
@@ -258,7 +258,7 @@ impl Film {
             && contacts.all(|contact| contact.corner().is_some())
     }
 
-    /// What body `b` is called: its label, or its name.
+    /// Label of body `b`, or else its name.
     pub(crate) fn name(&self, b: usize) -> String {
         let FilmBody { name, label, .. } = &self.bodies[b];
         match [label, name].into_iter().find(|word| !word.is_empty()) {
@@ -267,19 +267,19 @@ impl Film {
         }
     }
 
-    /// Where the points of body `b` are in `frame`, m.
+    /// Points of body `b` in `frame` (m).
     pub(crate) fn points(&self, b: usize, frame: &FilmFrame) -> impl Iterator<Item = Vector3<f64>> {
         let pose = &frame.poses[b];
         let rotation = pose.attitude.to_rotation_matrix();
         self.bodies[b].points.iter().map(move |point| pose.position + rotation * point)
     }
 
-    /// The height of a place above the ground, or along z where there is none, m.
+    /// Height of a point above the ground (m), or its z coordinate without ground.
     pub(crate) fn height(&self, place: &Vector3<f64>) -> f64 {
         self.ground.as_ref().map_or(place.z, |ground| ground.height(place))
     }
 
-    /// The height of the lowest point of body `b` in `frame`, m.
+    /// Height of the lowest point of body `b` in `frame` (m).
     pub(crate) fn lowest_height(&self, b: usize, frame: &FilmFrame) -> f64 {
         let (body, pose) = (&self.bodies[b], &frame.poses[b]);
         let lowest = |core: &[Vector3<f64>], radius: f64| {
@@ -293,31 +293,31 @@ impl Film {
         pieces.fold(f64::INFINITY, f64::min)
     }
 
-    /// World → the frame of the ground, which is the world's where there is none.
+    /// Transform from the world to the ground's frame; identity without ground.
     pub(crate) fn to_ground(&self) -> Isometry3<f64> {
         self.ground.map_or(Isometry3::identity(), |ground| ground.frame())
     }
 
-    /// Whether there is anything to touch.
+    /// True if contacts are possible.
     pub(crate) fn may_touch(&self) -> bool {
         self.ground.is_some() || self.bodies.len() > 1
     }
 
-    /// The ground where it is not the plane z = 0.
+    /// Ground other than the plane z = 0.
     pub(crate) fn inclined_ground(&self) -> Option<&FilmGround> {
         self.ground.as_ref().filter(|ground| !ground.is_level())
     }
 }
 
 impl FilmJoint {
-    /// Whether it holds body `b`, from either side.
+    /// True if the joint holds body `b` on either side.
     pub(crate) fn is_of(&self, b: usize) -> bool {
         self.body == b || self.other == Some(b)
     }
 }
 
 impl FilmContact {
-    /// Which corner of the body it is at.
+    /// Index of its corner of the body.
     pub(crate) fn corner(&self) -> Option<usize> {
         match self.place {
             FilmPlace::Corner(corner) => Some(corner),
@@ -325,19 +325,19 @@ impl FilmContact {
         }
     }
 
-    /// Whether it is a contact of body `b`, from either side.
+    /// True if body `b` is on either side of the contact.
     pub(crate) fn is_of(&self, b: usize) -> bool {
         self.body == b || self.partner == FilmPartner::Body(b)
     }
 
-    /// The force on body `b`, N.
+    /// Force on body `b` (N).
     pub(crate) fn force_on(&self, b: usize) -> Vector3<f64> {
         if self.body == b { self.force } else { -self.force }
     }
 }
 
 impl FilmBody {
-    /// How far it reaches from its centre of mass, m.
+    /// Largest distance of its geometry from the centre of mass (m).
     pub(crate) fn reach(&self) -> f64 {
         let points = self.points.iter().map(|point| point.norm());
         let ends = |piece: &FilmPiece| {
@@ -349,14 +349,14 @@ impl FilmBody {
 }
 
 impl Fact {
-    /// A fact in words.
+    /// Creates a fact.
     pub fn new(name: impl Into<String>, value: impl Into<String>) -> Self {
         Self { name: name.into(), value: value.into() }
     }
 }
 
 impl FilmGround {
-    /// n · x − d, m.
+    /// Signed distance n · x − d (m).
     pub(crate) fn height(&self, place: &Vector3<f64>) -> f64 {
         self.normal.dot(place) - self.offset
     }
@@ -365,13 +365,13 @@ impl FilmGround {
         self.normal == Vector3::z() && self.offset == 0.0
     }
 
-    /// The angle between the plane and the horizon, degrees.
+    /// Angle between the plane and the horizontal (degrees).
     pub(crate) fn slope(&self) -> f64 {
         self.normal.z.clamp(-1.0, 1.0).acos().to_degrees()
     }
 
-    /// World → a frame in which the plane is z = 0: by the smallest turn, so that a level
-    /// plane through the origin keeps the world's.
+    /// Transform from the world to a frame in which the plane is z = 0. It uses the smallest
+    /// rotation. A horizontal plane through the origin keeps the world frame.
     fn frame(&self) -> Isometry3<f64> {
         let turn = UnitQuaternion::rotation_between(&self.normal, &Vector3::z())
             .unwrap_or_else(|| UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.0, 0.0));
@@ -381,7 +381,7 @@ impl FilmGround {
 }
 
 impl Status {
-    /// All of them, in their order.
+    /// All statuses in order.
     pub(crate) const ALL: [Self; 8] = [
         Self::End,
         Self::Free,
@@ -393,7 +393,7 @@ impl Status {
         Self::Failed,
     ];
 
-    /// In one word.
+    /// Name of the status.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -426,7 +426,8 @@ mod tests {
         for normal in [[0.3, -0.2, 0.9], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [1e-9, 0.0, -1.0]] {
             let ground = FilmGround { normal: Vector3::from(normal).normalize(), offset: -1.5 };
             let placed = ground.frame() * Point3::from(place);
-            // Near the vertical the arc cosine has half the digits, more than a picture shows.
+            // Near the vertical the arc cosine loses half the digits, which a picture does not
+            // show.
             assert!((placed.z - ground.height(&place)).abs() < 1e-7, "{normal:?}");
         }
         let level = FilmGround { normal: Vector3::z(), offset: 0.0 };

@@ -1,24 +1,24 @@
-//! What the font of the pictures can write, and how wide it is.
+//! Built-in font of the pictures, with text widths and outlines.
 
 use skrifa::instance::{LocationRef, Size};
 use skrifa::outline::{DrawSettings, OutlinePen};
 use skrifa::{FontRef, MetadataProvider};
 use tiny_skia::{Path, PathBuilder};
 
-/// The bold font of headings, clocks and labels.
+/// Bold font of headings, clocks and labels.
 pub struct Font {
     font: FontRef<'static>,
 }
 
-/// A heading as it is written, and what has to be said of it.
+/// Heading text as drawn.
 pub struct Heading {
     pub text: String,
-    /// How many characters the font lacks; each is written as `?`.
+    /// Number of characters that the font lacks. Each is drawn as `?`.
     pub missing: usize,
 }
 
 impl Font {
-    /// `None` if the font that is built in cannot be read, which no input makes.
+    /// Loads the built-in font. `None` if it is invalid, independent of input.
     pub fn bold() -> Option<Self> {
         FontRef::new(notosans::BOLD_TTF).ok().map(|font| Self { font })
     }
@@ -27,33 +27,33 @@ impl Font {
         self.font.charmap().map(c).is_some()
     }
 
-    /// The width of a text, `size` units high.
+    /// Width of a text with font size `size`, in the same units.
     pub fn width(&self, text: &str, size: f64) -> f64 {
         text.chars().map(|c| f64::from(self.advance(c, size as f32))).sum()
     }
 
-    /// From the beginning of a character to the next one's; of one that the font lacks, 0.
+    /// Advance width of a character; 0 if the font lacks it.
     fn advance(&self, c: char, size: f32) -> f32 {
         let metrics = self.font.glyph_metrics(Size::new(size), LocationRef::default());
         self.font.charmap().map(c).and_then(|glyph| metrics.advance_width(glyph)).unwrap_or(0.0)
     }
 
-    /// The outline of a text whose line begins at x, y. What the font lacks is left out.
+    /// Outline of a text with the start of its baseline at x, y. Unknown characters are skipped.
     pub fn path(&self, text: &str, size: f32, [x, y]: [f32; 2]) -> Option<Path> {
         let outlines = self.font.outline_glyphs();
         let mut pen = Pen { path: PathBuilder::new(), x, y };
         for c in text.chars() {
             let outline = self.font.charmap().map(c).and_then(|glyph| outlines.get(glyph));
             let settings = DrawSettings::unhinted(Size::new(size), LocationRef::default());
-            // A glyph of the built-in font can be drawn.
+            // Glyphs of the built-in font are always valid.
             let _ = outline.map(|outline| outline.draw(settings, &mut pen));
             pen.x += self.advance(c, size);
         }
         pen.path.finish()
     }
 
-    /// `text` with `?` for what the font lacks, and cut with an ellipsis in its middle where
-    /// it is wider than `room`: its end says as much as its beginning.
+    /// Replaces unknown characters in `text` by `?`. If it is wider than `room`, an ellipsis
+    /// replaces its middle, since both ends carry information.
     pub fn heading(&self, text: &str, size: f64, room: f64) -> Heading {
         let known = |c: char| if self.has(c) || c.is_control() { c } else { '?' };
         let letters: Vec<char> = text.chars().map(known).collect();
@@ -67,7 +67,7 @@ impl Font {
             let (head, tail) = (&letters[..kept - tail], &letters[letters.len() - tail..]);
             head.iter().chain(&['…']).chain(tail).collect()
         };
-        // No letter has less than an eighth of its height.
+        // Each letter is at least an eighth as wide as high.
         let most = letters.len().min((8.0 * room / size) as usize);
         let (mut fits, mut too_wide) = (0, most + 1);
         while too_wide - fits > 1 {
@@ -82,7 +82,7 @@ impl Font {
     }
 }
 
-/// Draws glyphs, whose y goes up, at a place of a picture.
+/// Pen that draws glyphs, whose y axis points up, at a position in a picture.
 struct Pen {
     path: PathBuilder,
     x: f32,
@@ -137,7 +137,7 @@ mod tests {
         assert!(path.left() >= 100.0 && path.right() <= 100.0 + width, "{path:?}");
         assert!(path.right() > 95.0 + width && path.top() > 30.0 && path.bottom() < 52.0);
         assert!(font.path(" ", 20.0, [0.0; 2]).is_none());
-        // So that a clock does not jitter.
+        // Digits of equal width keep the clock from jittering.
         assert!("0123456789".chars().all(|c| font.advance(c, 20.0) == font.advance('0', 20.0)));
     }
 

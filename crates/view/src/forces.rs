@@ -1,22 +1,22 @@
-//! Which contact forces are shown, and how large.
+//! Selection of the contact forces to draw, and the lengths of their arrows.
 
 use crate::film::{Film, FilmBody, FilmContact, FilmFrame, FilmPartner, FilmPlace};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
-/// Forces below this times [`Scale::weight`] are not shown.
+/// Smallest drawn force over [`Scale::weight`].
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// How long the arrow of a force is.
+/// Lengths of force arrows.
 ///
-/// Impacts are hundreds of times the weight, so lengths are compressed: with
-/// s = √(force / weight) the length is s / (1 + s) of the longest, which grows like the
-/// square root for forces below the weight and levels off above it.
+/// Impact forces are hundreds of times the weight, so lengths are compressed. The relative length
+/// is s / (1 + s) with s = √(force / weight). It grows like the square root below the weight and
+/// saturates above it.
 pub struct Scale {
-    /// Mass times gravity, the mean of all bodies; without gravity the largest force of the
-    /// film. Its arrow has half of the longest length. N.
+    /// Reference force (N): mean weight of the bodies, or the largest force of a film without
+    /// gravity. Its arrow has half the maximum length.
     pub weight: f64,
-    /// No arrow gets this long, m.
+    /// Upper bound of the arrow length (m).
     pub longest: f64,
 }
 
@@ -33,14 +33,14 @@ impl Scale {
         Self { weight, longest: 1.5 * reach }
     }
 
-    /// The arrow of a force that is shown.
+    /// Arrow of a force.
     pub fn arrow(&self, force: &Vector3<f64>) -> Vector3<f64> {
         let root = (force.norm() / self.weight).sqrt();
         force.normalize() * (self.longest * root / (1.0 + root))
     }
 
-    /// The contacts with a force that is shown, and the mean of it over `steps`: a mean, so
-    /// that an impact of one step is seen whichever frame is shown.
+    /// Drawn contacts, with their forces averaged over `steps`. The average makes an impact of one
+    /// step visible in any frame.
     pub fn means(&self, film: &Film, steps: &[FilmFrame]) -> Vec<MeanForce> {
         let mut means = BTreeMap::new();
         for contact in steps.iter().flat_map(|step| &step.contacts) {
@@ -50,7 +50,7 @@ impl Scale {
             }
             let mean =
                 means.entry(ContactSite::of(contact)).or_insert((contact.place, Vector3::zeros()));
-            // The last place is the one that is shown.
+            // The last place is drawn.
             mean.0 = contact.place;
             mean.1 += contact.force / steps.len() as f64;
         }
@@ -60,17 +60,17 @@ impl Scale {
     }
 }
 
-/// What a contact is told by from step to step.
+/// Identity of a contact across steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ContactSite {
     pub body: usize,
     pub partner: FilmPartner,
-    /// Whether `key` is a corner.
+    /// True if `key` is the index of a corner.
     pub is_corner: bool,
     pub key: u64,
 }
 
-/// The mean force of a contact, N, world frame.
+/// Mean force of a contact (N), world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanForce {
     pub site: ContactSite,
@@ -89,7 +89,7 @@ impl ContactSite {
 }
 
 impl MeanForce {
-    /// Where it is when the bodies are as in `frame`, m.
+    /// Position for the body poses of `frame` (m).
     pub fn point(&self, film: &Film, frame: &FilmFrame) -> Vector3<f64> {
         match self.place {
             FilmPlace::At { point, .. } => point,
@@ -111,7 +111,7 @@ mod tests {
         let scale = Scale { weight: 100.0, longest: 2.0 };
         let length = |force: f64| scale.arrow(&Vector3::new(0.0, 0.0, force)).norm();
         assert!((length(100.0) - 1.0).abs() < 1e-12);
-        // Nearly the square root for small forces.
+        // Square-root law for small forces.
         assert!((length(0.04) / length(0.01) - 2.0).abs() < 0.05);
         assert!(length(1e3) < length(1e4) && length(1e12) <= 2.0);
     }
@@ -125,7 +125,7 @@ mod tests {
         assert_eq!(scale.means(&film, &film.frames[..landed]), []);
         let means = scale.means(&film, &film.frames[landed - 3..landed + 1]);
         assert_eq!(means.iter().map(|mean| mean.site.key).collect::<Vec<_>>(), [0, 1, 2, 3]);
-        // One step of four, and a quarter of the weight for each corner.
+        // The force acts in one of four steps, with a quarter of the weight at each corner.
         assert!(means.iter().all(|mean| (mean.force.norm() - 98.1 / 16.0).abs() < 1e-12));
         let floating = floating_cube(3);
         assert_eq!(Scale::of(&floating).means(&floating, &floating.frames), []);

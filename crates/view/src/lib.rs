@@ -1,9 +1,15 @@
-//! Motions of rigid bodies in contact as pictures: a film in, bytes out.
+//! Pictures of rigid-body motion: converts a film to bytes.
 //!
-//! A [`Film`] is plain data: bodies and their shapes, where they are in each frame, and the
-//! contact forces between two frames. [`animation`] makes a GIF or an animated PNG of it, [`plot`] curves over time, [`view`] a
-//! page that plays one film or two. [`plan`] makes a page of a plan, and [`page`] has the parts of pages. Nothing here
-//! reads or writes a file, and the same input gives the same bytes.
+//! A [`Film`] is plain data: bodies with shapes, their poses in each frame, and the contact forces
+//! between frames.
+//!
+//! - [`animation`] draws a film as a GIF.
+//! - [`plot`] draws its curves over time.
+//! - [`view`] writes an HTML page that plays one or two films.
+//! - [`plan`] writes the page of a plan.
+//! - [`page`] provides building blocks of pages.
+//!
+//! Nothing in this crate accesses files. Output is deterministic, byte for byte.
 
 #![forbid(unsafe_code)]
 

@@ -1,6 +1,6 @@
-//! Text in markup.
+//! Escaping of text for markup.
 
-/// Text as XML and HTML have it.
+/// Escapes text for XML and HTML.
 pub fn escape(text: &str) -> String {
     text.chars().fold(String::new(), |mut out, c| {
         match c {
@@ -8,7 +8,7 @@ pub fn escape(text: &str) -> String {
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
-            // Neither control characters nor what else XML has no place for.
+            // Control characters and characters that XML does not allow become blanks.
             c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => out.push(' '),
             c => out.push(c),
         }

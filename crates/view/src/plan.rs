@@ -1,4 +1,4 @@
-//! The page of a plan: targets, stages, cost over the search, modes of contacts, controls and paths.
+//! Page of a plan: targets, stages, cost history, contact modes, controls and paths.
 
 use crate::chart::{Chart, line_key};
 use crate::markup::escape;
@@ -13,7 +13,7 @@ pub struct PlanReport {
     pub program: String,
     /// Name of the problem.
     pub name: String,
-    /// Status, and whether all targets are met.
+    /// Status, and true if all targets are met.
     pub status: (String, bool),
     /// Missed targets and reasons; empty if all are met.
     pub reason: String,
@@ -21,11 +21,11 @@ pub struct PlanReport {
     pub stages: Vec<PlanStage>,
     /// Targets and path constraints.
     pub targets: Vec<PlanTarget>,
-    /// Least cost so far, by iteration of all stages.
+    /// Best cost so far, by iteration over all stages.
     pub progress: Vec<f64>,
-    /// Times of the states, s.
+    /// Times of the states (s).
     pub times: Vec<f64>,
-    /// Controls: names with units, and one value for each step.
+    /// Controls: names with units, and one value per step.
     pub controls: Vec<(String, Vec<f64>)>,
     /// Names of contacts, and their modes in each step.
     pub contacts: Vec<(String, Vec<PlanTouch>)>,
@@ -38,11 +38,11 @@ pub struct PlanReport {
 pub struct Path {
     /// Name of the body.
     pub body: String,
-    /// Centres of mass, m, one for each state.
+    /// Centres of mass (m), one per state.
     pub points: Vec<[f64; 3]>,
 }
 
-/// Outcome of a stage.
+/// Result of a stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanStage {
     /// Name of the stage.
@@ -51,18 +51,18 @@ pub struct PlanStage {
     pub cost: f64,
     /// Numbers of iterations and of runs.
     pub counts: [u64; 2],
-    /// Reason for the end.
+    /// Reason for termination.
     pub message: String,
-    /// Whether the search continued from its controls.
+    /// True if the search continued from its controls.
     pub kept: bool,
 }
 
-/// A target and its miss.
+/// A target and its error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanTarget {
     /// Name of the target.
     pub name: String,
-    /// Miss and tolerance.
+    /// Error and tolerance.
     pub miss: [f64; 2],
     /// Unit of both.
     pub unit: String,
@@ -79,11 +79,11 @@ pub enum PlanTouch {
     Slip,
 }
 
-/// Style rules in addition to those of all pages.
+/// Style rules in addition to the common style sheet.
 const STYLE: &str = "path.stick { fill: var(--native); stroke: none; }\n\
     path.slip { fill: var(--ipopt); stroke: none; }\n";
 
-/// Largest number of contacts and curves in a page.
+/// Maximum number of contacts and curves on a page.
 const MOST: usize = 24;
 
 /// Complete HTML page of a report.
@@ -170,7 +170,7 @@ fn cost(progress: &[f64]) -> String {
     chart.figure("the least cost over the iterations", "")
 }
 
-/// Modes of contacts over time, one line for each contact.
+/// Contact modes over time, one row per contact.
 fn ribbon(report: &PlanReport) -> String {
     let count = report.contacts.len().min(MOST);
     if count == 0 {
@@ -203,13 +203,13 @@ fn control(times: &[f64], name: &str, values: &[f64]) -> String {
     let (start, end) = ends(times);
     let axis = PlotAxis::new(ScaleKind::FromZero, values.iter().copied(), 6);
     let mut chart = Chart::new(PlotAxis::linear(start, end, 0.0, 6), axis, "time t (s)", name);
-    // Each value holds for a step.
+    // Each value is constant over a step.
     let held = values.iter().zip(times.windows(2));
     chart.line("native", held.flat_map(|(value, span)| [(span[0], *value), (span[1], *value)]));
     chart.figure(&format!("{name} over time"), "")
 }
 
-/// First and last time, s.
+/// First and last time (s).
 fn ends(times: &[f64]) -> (f64, f64) {
     (times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(1.0))
 }

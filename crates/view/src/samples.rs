@@ -1,4 +1,4 @@
-//! Films for tests, from closed forms.
+//! Films for tests, computed from closed-form motions.
 
 use crate::film::{
     Film, FilmBody, FilmContact, FilmFrame, FilmGround, FilmLoad, FilmPartner, FilmPlace, FilmPose,
@@ -6,16 +6,16 @@ use crate::film::{
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-/// g, m/s².
+/// Gravity g (m/s²).
 const GRAVITY: f64 = 9.81;
-/// Of the cube, m and kg.
+/// Half side (m) and mass (kg) of the cube.
 const HALF_SIDE: f64 = 1.0;
 const MASS: f64 = 10.0;
-/// Where it falls from, m.
+/// Initial height (m).
 const HEIGHT: f64 = 2.5;
 
-/// A cube that falls on the ground and slides on, turning about the vertical, for `steps`
-/// steps. It lands at 0.553 s.
+/// Cube that falls to the ground and then slides while it turns about the vertical. The film has
+/// `steps` steps. The cube lands at 0.553 s.
 pub fn falling_cube(steps: u64) -> Film {
     let film = Film {
         title: "a falling cube".to_owned(),
@@ -55,7 +55,7 @@ pub fn falling_cube(steps: u64) -> Film {
     Film { frames: ended((0..=steps).map(frame)), ..film.clone() }
 }
 
-/// A cube that floats without gravity or ground, turning, for `steps` steps.
+/// Rotating cube without gravity or ground, for `steps` steps.
 pub fn floating_cube(steps: u64) -> Film {
     let time_step = 0.002;
     let corner = |i: usize| {
@@ -113,7 +113,7 @@ fn moment(index: u64, time: f64) -> FilmFrame {
     }
 }
 
-/// The last frame has no step.
+/// Marks the last frame, which has no step.
 fn ended(frames: impl Iterator<Item = FilmFrame>) -> Vec<FilmFrame> {
     let mut frames: Vec<_> = frames.collect();
     if let Some(last) = frames.last_mut() {

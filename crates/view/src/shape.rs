@@ -1,71 +1,71 @@
-//! What a body looks like: convex pieces, meshes, or the points that can touch.
+//! Drawn geometry of a body: convex pieces, meshes or contact points.
 
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
-/// A piece of a body or of what stands still, m: convex, or a mesh.
+/// Convex piece or mesh of a body or fixed object. Lengths are in m.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FilmPiece {
-    /// A polyhedron, rounded or not.
+    /// A polyhedron, optionally rounded.
     Hull(FilmHull),
     /// A ball.
     Sphere {
-        /// Its middle.
+        /// Centre.
         centre: Vector3<f64>,
-        /// Of its surface.
+        /// Radius.
         radius: f64,
     },
-    /// What is within `radius` of a segment.
+    /// All points within `radius` of a segment.
     Capsule {
-        /// The ends of the segment.
+        /// End points of the segment.
         ends: [Vector3<f64>; 2],
-        /// Of its surface about the segment.
+        /// Radius.
         radius: f64,
     },
-    /// What is for the eye alone.
+    /// A mesh for drawing only.
     Mesh(FilmMesh),
 }
 
-/// What is within `radius` of a convex polyhedron.
+/// All points within `radius` of a convex polyhedron.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FilmHull {
-    /// The corners of the polyhedron.
+    /// Vertices of the polyhedron.
     pub vertices: Vec<Vector3<f64>>,
-    /// Its faces: places in [`FilmHull::vertices`], in order around each, from either side.
+    /// Faces as indices into [`FilmHull::vertices`], in either orientation.
     pub faces: Vec<Vec<usize>>,
-    /// 0 for sharp edges.
+    /// Rounding radius; 0 for sharp edges.
     pub radius: f64,
 }
 
-/// Triangles, which may be open and need not be convex.
+/// Triangle mesh, which may be open and non-convex.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FilmMesh {
-    /// The corners of the triangles.
+    /// Vertices of the triangles.
     pub vertices: Vec<Vector3<f64>>,
-    /// Places in [`FilmMesh::vertices`], counter-clockwise seen from outside.
+    /// Indices into [`FilmMesh::vertices`], counter-clockwise seen from outside.
     pub triangles: Vec<[usize; 3]>,
 }
 
-/// What is drawn.
+/// Geometry that is drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Outline {
     Solid(FilmPiece),
-    /// The outline of the points, and the points.
+    /// Contact points, drawn with their convex outline.
     Points(Vec<Vector3<f64>>),
 }
 
-/// Corners of the six faces of a box, in order around each; corner x + 2 y + 4 z.
+/// Vertices of the six faces of a box, in order around each face. Vertex index is x + 2 y + 4 z.
 const BOX: [[usize; 4]; 6] =
     [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
 
 impl FilmPiece {
-    /// A box by its eight corners, x fastest.
+    /// Box with these eight corners, x fastest.
     pub fn cuboid(corners: &[Vector3<f64>]) -> Self {
         let faces = BOX.iter().map(|face| face.to_vec()).collect();
         Self::Hull(FilmHull { vertices: corners.to_vec(), faces, radius: 0.0 })
     }
 
-    /// The corners of the polyhedron, the segment or the point that it is round about.
+    /// Vertices of the core, which is a polyhedron, a segment or a point.
     pub(crate) fn core(&self) -> &[Vector3<f64>] {
         match self {
             Self::Hull(hull) => &hull.vertices,
@@ -75,7 +75,7 @@ impl FilmPiece {
         }
     }
 
-    /// How far it goes beyond its core, m.
+    /// Rounding radius about the core (m).
     pub(crate) fn radius(&self) -> f64 {
         match self {
             Self::Hull(FilmHull { radius, .. })
@@ -87,7 +87,7 @@ impl FilmPiece {
 }
 
 impl FilmHull {
-    /// The faces with their outward normals, of length 1; without those that have no area.
+    /// Faces with outward unit normals. Faces of zero area are skipped.
     pub(crate) fn sides(&self) -> impl Iterator<Item = (&[usize], Vector3<f64>)> {
         let middle = self.vertices.iter().sum::<Vector3<f64>>() / self.vertices.len() as f64;
         self.faces.iter().filter_map(move |face| {
@@ -95,7 +95,7 @@ impl FilmHull {
                 let place = face.get(k % face.len().max(1))?;
                 self.vertices.get(*place).copied()
             };
-            // The sum over the corners is twice the area, for any polygon in a plane.
+            // The sum over the corners is twice the area of any planar polygon.
             let first = corner(0)?;
             let mut across = Vector3::zeros();
             for k in 0..face.len() {
@@ -108,11 +108,11 @@ impl FilmHull {
     }
 }
 
-/// Triangles of a mesh that meet at less than this have no line between them, cosine: 30°.
+/// Cosine of the smallest angle between triangles with a visible edge (30°).
 const CREASE: f64 = 0.866;
 
 impl FilmMesh {
-    /// The triangles with their outward normals, of length 1; without those that have no area.
+    /// Triangles with outward unit normals. Triangles of zero area are skipped.
     pub(crate) fn sides(&self) -> impl Iterator<Item = (&[usize], Vector3<f64>)> {
         self.triangles.iter().filter_map(|triangle| {
             let corner = |k: usize| self.vertices.get(triangle[k]);
@@ -122,7 +122,7 @@ impl FilmMesh {
         })
     }
 
-    /// Where it is folded, or ends.
+    /// Edges at folds and at the boundary.
     pub(crate) fn creases(&self) -> Vec<[usize; 2]> {
         let mut edges = BTreeMap::<[usize; 2], Vec<Vector3<f64>>>::new();
         for (triangle, normal) in self.sides() {
@@ -141,8 +141,8 @@ impl FilmMesh {
 }
 
 impl Outline {
-    /// How a body of `pieces` is drawn; of one without any, the box that its points are the corners
-    /// of, or the points.
+    /// Geometry of a body with `pieces`. A body without pieces is drawn as the box with the corners
+    /// `points`, or else as points.
     pub fn of(pieces: &[FilmPiece], points: &[Vector3<f64>]) -> Vec<Self> {
         if !pieces.is_empty() {
             return pieces.iter().cloned().map(Self::Solid).collect();
@@ -154,7 +154,7 @@ impl Outline {
         }]
     }
 
-    /// Points that span what is drawn: all of it is in their convex hull.
+    /// Points whose convex hull contains the drawn geometry.
     pub fn span(&self) -> Vec<Vector3<f64>> {
         match self {
             Self::Points(points) => points.clone(),
@@ -171,7 +171,7 @@ impl Outline {
     }
 }
 
-/// Whether `points` are the corners of a box, x fastest.
+/// True if `points` are the corners of a box, x fastest.
 pub(crate) fn is_box(points: &[Vector3<f64>]) -> bool {
     let &[origin, x, y, _, z, ..] = points else { return false };
     let edges = [x - origin, y - origin, z - origin];
@@ -203,8 +203,8 @@ mod tests {
         assert!(!is_box(&corners([edges[0]; 3])));
     }
 
-    /// Of an open corner of two triangles at right angles and one that goes on flat: all but the line between the
-    /// flat ones.
+    /// Three triangles form a right-angled corner and one more extends a face in its plane. Every
+    /// edge is visible except the one between coplanar triangles.
     #[test]
     fn meshes_have_lines_where_they_are_folded_or_end() {
         let at = |x: f64, y: f64, z: f64| Vector3::new(x, y, z);
@@ -233,7 +233,7 @@ mod tests {
         let normals: Vec<_> = hull.sides().map(|side| side.1).collect();
         let expected = [0, 1, 2].map(|k| Vector3::ith(k, 1.0)).map(|axis| [-axis, axis]).concat();
         assert_eq!(normals, expected);
-        // A face without area has none, and one of corners that are not there is left out.
+        // Faces without area and faces with invalid indices are skipped.
         hull.faces.extend([vec![0, 0, 0], vec![0, 1, 99], Vec::new()]);
         assert_eq!(hull.sides().count(), 6);
     }

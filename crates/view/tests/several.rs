@@ -1,5 +1,5 @@
-//! Films of several bodies as pictures, through the public interface. With `LOOK` set to a
-//! directory the pictures are left there, to be looked at.
+//! Pictures of films with several bodies, through the public interface. If the variable `LOOK` is
+//! set to a directory, the pictures are saved there for inspection.
 
 mod pile;
 
@@ -18,7 +18,7 @@ fn gif_of(film: &tumble_view::Film, settings: &AnimationSettings) -> Vec<u8> {
     animate(film, settings, |_, _| ControlFlow::Continue(())).unwrap()
 }
 
-/// The colours of the last frame, by rows.
+/// Pixels of the last frame, row by row.
 fn last_picture(bytes: &[u8], size: usize) -> Vec<[u8; 3]> {
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);
@@ -44,7 +44,7 @@ fn a_hundred_bodies_are_animated() {
     let bytes = gif_of(&film, &settings);
     eprintln!("gif of 100 bodies: {:?}, {} bytes", start.elapsed(), bytes.len());
     leave("many.gif", &bytes);
-    // Every hue is seen: some pixel is near its middle.
+    // Every hue occurs: some pixels are close to its middle shade.
     let picture = last_picture(&bytes, 800);
     let mut pixmap = tiny_skia::Pixmap::new(800, 800).unwrap();
     for (to, from) in pixmap.data_mut().chunks_exact_mut(4).zip(&picture) {
@@ -66,7 +66,7 @@ fn the_plots_are_of_the_body_that_is_asked_for() {
     assert!(svg.contains("Motion and contact of ball 60: a hundred bodies"));
     assert!(svg.contains("100 bodies, μ = 0.5"));
     assert_ne!(svg, plot::svg(&film, PlotSheet::Motion, 0));
-    // One that is not there is the last.
+    // An index beyond the end selects the last body.
     assert_eq!(plot::svg(&film, PlotSheet::Motion, 99), plot::svg(&film, PlotSheet::Motion, 4711));
     leave("ball.png", &plot::png(&svg).unwrap());
     let energy = plot::svg(&film, PlotSheet::Energy, 60);
@@ -90,7 +90,7 @@ fn the_page_has_the_plots_of_each_body() {
 #[test]
 fn the_page_of_a_hundred_bodies_and_five_thousand_rows_is_small() {
     let mut film = pile::film(4999);
-    // What stands trembles, and no force is twice the same.
+    // Noise on positions and forces.
     let mut seed = 1u64;
     let mut noise = || {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -1,4 +1,4 @@
-//! The bodies that links are: which, their masses and shapes, and where they start.
+//! Bodies of a robot's links: grouping, masses, shapes and initial states.
 
 use super::forms::{equivalent, fit, form_of, scene_form};
 use super::touching::friction_of;
@@ -12,11 +12,11 @@ use tumble_model::parameters::LoadParameters;
 use tumble_model::shape::{ModelForm, ModelShape, PlacedForm};
 use tumble_model::{BodyModel, BodyStart, Model};
 
-/// More shapes than this do not touch.
+/// Maximum number of shapes with contacts.
 const MOST_TOUCHING: usize = 2000;
 
 impl Assembled {
-    /// Says which bodies of the scene each is.
+    /// Assigns bodies of the scene to all groups of links.
     pub(super) fn number_bodies(&mut self, placing: &Placing, model: &Model) -> Result<(), String> {
         let mut next = model.bodies.len();
         for place in 0..self.bodies.len() {
@@ -48,7 +48,7 @@ impl Assembled {
             let start = BodyStart::of(&self.state_of(place, motion.links()));
             let share = 1.0 / self.bodies[place].parts.len() as f64;
             let held = self.held_up(place, model.gravity.into(), share);
-            // Of links that are several bodies the first has it.
+            // The first body of a group carries its visual geometry.
             let mut look = self.look_of(place, placing).map(|look| {
                 model.looks.push(look);
                 model.looks.len() - 1
@@ -91,7 +91,7 @@ impl Assembled {
         Ok(())
     }
 
-    /// Mass, centre and inertia of a body, in the frame of its first link.
+    /// Mass properties of a group of links, in the frame of its first link.
     fn mass_of(&self, place: usize) -> LinkMass {
         let parts = self.robot.links.iter().zip(&self.links);
         let parts = parts.filter(|(link, (body, _))| *body == Some(place) && link.mass.mass > 0.0);
@@ -99,8 +99,8 @@ impl Assembled {
         LinkMass::sum(&parts)
     }
 
-    /// What holds up the weight of links that are said to weigh less, of which the body has this `share`: a force in the middle of
-    /// what it holds.
+    /// Gravity compensation as a load at the centre of the compensated mass. `share` is the body's
+    /// share of the mass.
     fn held_up(&self, place: usize, gravity: Vector3<f64>, share: f64) -> Option<LoadParameters> {
         let (mut mass, mut moment) = (0.0, Vector3::zeros());
         for (link, (_, frame)) in
@@ -122,7 +122,7 @@ impl Assembled {
         Some(LoadParameters::of(&force))
     }
 
-    /// The shapes that touch of links that are one, those together that touch all else in the same way.
+    /// Collision shapes of a group of links, partitioned into sets with the same contact rules.
     fn parts(
         &self,
         place: usize,
@@ -157,7 +157,7 @@ impl Assembled {
         Ok(if parts.is_empty() { vec![Vec::new()] } else { parts })
     }
 
-    /// What a body looks like that has these shapes which touch, what is to be said of it, and whether it has any.
+    /// Shape of a body with the collision shapes `part`, an optional note, and true if it collides.
     fn shape_of(
         &self,
         place: usize,
@@ -183,7 +183,7 @@ impl Assembled {
         }
         let own = |shape: &&RobotShape| self.links[shape.link].0 == Some(place);
         let mut seen = all(&mut self.robot.shapes.iter().filter(own))?;
-        // For the eye.
+        // Only drawn.
         fit(&mut seen).map_err(wrong)?;
         let pieces = if seen.is_empty() { vec![equivalent(mass)] } else { seen };
         Ok((ModelShape::Pieces(pieces), None, false))
@@ -191,7 +191,7 @@ impl Assembled {
 }
 
 impl Assembled {
-    /// What a body looks like whose links do not all look like their shapes.
+    /// Visual geometry of a body whose links have any.
     fn look_of(&self, place: usize, placing: &Placing) -> Option<Vec<PlacedForm>> {
         let is_own = |link: usize| self.links[link].0 == Some(place);
         let looks: Vec<_> = self.robot.looks.iter().filter(|look| is_own(look.link)).collect();
@@ -221,7 +221,8 @@ impl Assembled {
     }
 }
 
-/// Which links begin bodies; and of each link its body and where it is in that body's first link.
+/// Groups of rigidly connected links. For each link, its group and its pose in the group's first
+/// link.
 pub(super) fn carried(
     robot: &Robot,
     merges: bool,
@@ -234,7 +235,7 @@ pub(super) fn carried(
             continue;
         }
         let (above, frame) = links[link.parent];
-        // What is fixed to a body may be one of its own; what is fixed to the world is not.
+        // A massive link fixed to a body may be a body of its own, but not one fixed to the world.
         let is_own = link.joints.1 > 0 || !merges && above.is_some() && link.mass.mass > 0.0;
         if is_own {
             links.push((Some(bodies.len()), LinkFrame::identity()));

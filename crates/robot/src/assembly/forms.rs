@@ -1,4 +1,4 @@
-//! Shapes of a robot's file as forms of a scene, and what there is too much of them.
+//! Conversion of a robot's shapes to shapes of a scene, with a limit on contact points.
 
 use super::place_of;
 use crate::frame::{LinkFrame, of_matrix};
@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 use tumble_core::error::Error;
 use tumble_model::shape::{ModelForm, PlacedForm};
 
-/// The form of a shape in a scene; none of one that touches nothing and has no such form.
+/// Scene geometry of a shape; `None` for a plane without contacts.
 pub(super) fn form_of(shape: &RobotShape, sides: usize) -> Result<Option<ModelForm>, String> {
     let form = scene_form(&shape.form, sides);
     match shape.form {
@@ -18,7 +18,7 @@ pub(super) fn form_of(shape: &RobotShape, sides: usize) -> Result<Option<ModelFo
     }
 }
 
-/// A form in a scene; none of one that has no such.
+/// Scene geometry; `None` for a plane.
 pub(super) fn scene_form(form: &RobotForm, sides: usize) -> Option<ModelForm> {
     Some(match form {
         RobotForm::Sphere(radius) => ModelForm::Sphere { radius: *radius },
@@ -40,15 +40,18 @@ pub(super) fn scene_form(form: &RobotForm, sides: usize) -> Option<ModelForm> {
     })
 }
 
-/// An ellipsoid as a rounded hull within it. With its smallest radius of curvature r = c²/a, c ≤ a the least and the largest of its
-/// half axes, it is all points that are at most r from a convex core; here of the hull of some points of that core's surface,
+/// Approximates an ellipsoid by an inscribed rounded hull.
+///
+/// Its smallest radius of curvature is r = c²/a with the smallest and largest half axes c ≤ a. An
+/// ellipsoid is the set of points within r of a convex core. The hull spans these points of the
+/// core's surface:
 ///
 /// ```text
 /// D s − r n,  n = D⁻¹ s/|D⁻¹ s|,
 /// ```
 ///
-/// D of the half axes, s of the poles and of half as many meridians as prisms have `sides`. It touches the ellipsoid where n is
-/// one of these.
+/// D is the diagonal matrix of the half axes. The unit vectors s are the poles and points on
+/// `sides`/2 meridians. The rounded hull touches the ellipsoid wherever the normal is one of the n.
 fn ellipsoid(half: &Vector3<f64>, sides: usize) -> ModelForm {
     let radius = half.min() * half.min() / half.max();
     if radius >= half.max() * (1.0 - 1e-6) {
@@ -71,10 +74,11 @@ fn ellipsoid(half: &Vector3<f64>, sides: usize) -> ModelForm {
     ModelForm::Hull { points: directions.map(corner).collect(), radius }
 }
 
-/// How many contact points a body may have.
+/// Maximum number of contact points of a body.
 const MOST_POINTS: usize = 1000;
 
-/// Has hulls of shapes count by fewer of their corners where all of them together have more than a body may have, and says so.
+/// Reduces hulls if the shapes together exceed the point limit of a body. Returns a note in that
+/// case.
 pub(super) fn fit(shapes: &mut [PlacedForm]) -> Result<Option<String>, Error> {
     let counts = shapes.iter().map(|shape| match &shape.form {
         ModelForm::Box { .. } => 8,
@@ -107,7 +111,7 @@ pub(super) fn fit(shapes: &mut [PlacedForm]) -> Result<Option<String>, Error> {
     )))
 }
 
-/// A box of the mass's inertia, or a ball where no box has it: for the eye.
+/// Drawing of a body without shapes: the box with its inertia, or a ball if no such box exists.
 pub(super) fn equivalent(mass: &LinkMass) -> PlacedForm {
     let eigen = mass.inertia.symmetric_eigen();
     let moments = eigen.eigenvalues;

@@ -1,4 +1,4 @@
-//! What holds the bodies of a robot together.
+//! Joints, gears and constraints between the bodies of a robot.
 
 use super::{Assembled, Carried, Placing, place_of};
 use crate::frame::{LinkFrame, conjugated};
@@ -13,7 +13,7 @@ use tumble_model::shape::ModelPlace;
 use tumble_model::{ApartModel, Model, PartnerModel};
 
 impl Assembled {
-    /// The joints of all links.
+    /// Adds the joints of all links.
     pub(super) fn add_joints(&mut self, model: &mut Model) -> Result<(), String> {
         for place in 0..self.bodies.len() {
             let Carried { link, body, centre, .. } = self.bodies[place];
@@ -27,7 +27,8 @@ impl Assembled {
             let (other, frame) = self.links[self.robot.links[link].parent];
             let outer = frame.then(&self.robot.links[link].frame);
             let [attitude, mut of_above] = attitudes;
-            // What flies is held along the axes of the file's world, by a spring from where it is placed.
+            // A free joint uses the axes of the file's world. With a spring it uses the initial
+            // pose.
             let flies = kind == JointKind::Free;
             if flies && self.robot.joints[first].stiffness == 0.0 {
                 of_above = conjugated(&self.robot.links[link].frame.attitude);
@@ -83,7 +84,7 @@ impl Assembled {
         Ok(())
     }
 
-    /// What holds the bodies of one link together.
+    /// Fixes the bodies of each group to its first body.
     pub(super) fn add_parts(&self, model: &mut Model) {
         for Carried { link, body, parts, .. } in &self.bodies {
             for number in 1..parts.len() {
@@ -104,7 +105,8 @@ impl Assembled {
         }
     }
 
-    /// Joints that go with others, and what acts on sums of them; coordinates of the scene are those of the file from the reference.
+    /// Adds dependent joints and the forces on combinations of coordinates. Scene coordinates count
+    /// from the reference of the file.
     pub(super) fn add_gears(&mut self, model: &mut Model) -> Result<(), String> {
         let first = model.gears.len() + self.robot.follows.len();
         self.sums = first..first + self.robot.sums.len();
@@ -130,7 +132,7 @@ impl Assembled {
         Ok(())
     }
 
-    /// What closes loops: where the links are at the reference.
+    /// Adds loop constraints at the poses of the reference.
     pub(super) fn add_ties(&mut self, model: &mut Model) -> Result<(), String> {
         if self.robot.ties.is_empty() {
             return Ok(());
@@ -145,7 +147,7 @@ impl Assembled {
                 RobotTie::Whole { links, at, .. } => (JointKind::Fixed, links, at),
             };
             let [first, second] = links.map(|link| motion.links()[link].frame);
-            // The frame of the tie in the first link, and in the second.
+            // Constraint frame in the first and in the second link.
             let (ours, theirs) = match tie {
                 RobotTie::Point { anchor, .. } => {
                     let frame = LinkFrame { position: *anchor, ..second.seen_from(&first) };
@@ -175,7 +177,7 @@ impl Assembled {
             if Some(own) == other {
                 return Err(format!("{at}: its bodies are one"));
             }
-            // What a program would move is where the tie has it.
+            // A constraint to a `mocap` body keeps the initial pose if that body is elsewhere.
             let is_mocap = links.iter().any(|link| self.robot.links[*link].is_mocap);
             if is_mocap && other.is_none() {
                 let link = self.bodies[own].link;
@@ -221,14 +223,14 @@ impl Assembled {
         Ok(())
     }
 
-    /// Joints leave it to the pairs which of their bodies touch.
+    /// Sets which jointed bodies collide, and removes redundant exclusions.
     pub(super) fn join_pairs(&self, placing: &Placing, model: &mut Model) {
         let touching = placing.touches_itself && self.robot.options.neighbours_touch;
         let own = |body: usize| {
             let is_of = |one: &Carried| (one.body..one.body + one.parts.len()).contains(&body);
             self.bodies.iter().any(is_of)
         };
-        // What a pair says touches; the other pairs of these bodies are kept apart by themselves.
+        // Explicit pairs collide. Other pairs of their bodies are already excluded.
         let body_of = |shape: usize| {
             let Carried { body, parts, .. } =
                 &self.bodies[self.links[self.robot.shapes[shape].link].0?];
@@ -241,7 +243,7 @@ impl Assembled {
             joint.collide |=
                 touching || paired.contains(&ends) || paired.contains(&[ends[1], ends[0]]);
         }
-        // What a joint keeps apart need not be said.
+        // A joint without collisions makes an exclusion redundant.
         let tied = |pair: &ApartModel| {
             let PartnerModel::Body(other) = pair.partner else { return false };
             model.joints.iter().any(|joint| {

@@ -1,4 +1,4 @@
-//! A robot in a scene: its links as bodies, joints, fixed things, and what of them touches.
+//! A robot in a scene: bodies, joints, fixed pieces and contact rules.
 
 mod bodies;
 mod forms;
@@ -18,24 +18,24 @@ use tumble_model::Model;
 use tumble_model::shape::ModelPlace;
 use tumble_model::shown;
 
-/// How a robot is put into a scene.
+/// Options for placing a robot in a scene.
 #[derive(Debug, Clone)]
 pub struct Placing {
-    /// The world of the file in that of the scene.
+    /// Pose of the file's world in the world of the scene.
     pub frame: LinkFrame,
-    /// Before the names of its links and joints.
+    /// Prefix of the names of its links and joints.
     pub prefix: String,
-    /// The pose of the file that it starts in.
+    /// Initial keyframe of the file.
     pub key: Option<String>,
-    /// Coordinates of slides and hinges at the start, before those of the pose.
+    /// Initial coordinates of slides and hinges by name. They override those of the keyframe.
     pub coordinates: Vec<(String, f64)>,
-    /// Whether its links touch each other.
+    /// True if links of the robot collide with each other.
     pub touches_itself: bool,
-    /// Whether links without joints are one body with those that they are fixed to.
+    /// True to merge each link without joints with the link it is fixed to.
     pub merges: bool,
-    /// The sides of the prisms that stand for cylinders.
+    /// Number of sides of the prisms that approximate cylinders.
     pub sides: usize,
-    /// Whether the planes of the file are the ground of the scene.
+    /// True if a plane of the file becomes the ground of the scene.
     pub has_ground: bool,
 }
 
@@ -54,64 +54,65 @@ impl Default for Placing {
     }
 }
 
-/// The sides of the prism that stands for a cylinder where nothing else is said.
+/// Default number of sides of the prisms that approximate cylinders.
 pub const USUAL_SIDES: usize = 24;
 
-/// Names of a scene are no longer.
+/// Maximum length of a name in a scene.
 const LONGEST_NAME: usize = 40;
 
-/// A robot that is in a scene: which bodies and joints it is.
+/// A robot in a scene, with its bodies and joints.
 #[derive(Debug, Clone)]
 pub struct Assembled {
     robot: Robot,
     prefix: String,
-    /// What names of the file that are too long are called in the scene.
+    /// Shortened names in the scene, by the names of the file.
     long_names: BTreeMap<String, String>,
     bodies: Vec<Carried>,
-    /// Of each link its place in `bodies`, none of what is fixed, and where it is in that link.
+    /// Index in `bodies` of each link (`None` if fixed to the world), and its pose in that body's
+    /// first link.
     links: Vec<(Option<usize>, LinkFrame)>,
-    /// The link that each link moves with, whatever is one body.
+    /// Carrier of each link: the nearest link with a joint, from the link itself up to the world.
     carriers: Vec<usize>,
-    /// Of each joint the joint of the scene and which of the six axes it is.
+    /// Joint of the scene for each joint of the file, and index of its axis from 0 to 5.
     axes: Vec<Option<(usize, usize)>>,
-    /// The gears of the scene that its sums are.
+    /// Gears of the scene that represent its `sums`.
     sums: Range<usize>,
-    /// The fixed pieces of the scene that are its file's.
+    /// Fixed pieces of the scene that come from its file.
     fixed: Range<usize>,
-    /// The joints of the scene that are its ties.
+    /// Joints of the scene that represent its constraints.
     ties: Range<usize>,
-    /// Whether there is nothing else in the scene.
+    /// True if the scene contains nothing else.
     is_alone: bool,
     controls: Vec<f64>,
     coordinates: Vec<f64>,
 }
 
-/// Links that are one, and the bodies of the scene that they are: one, or more that are tied to the first where their
-/// shapes touch otherwise, each with its share of the mass.
+/// Group of rigidly connected links. It has one body of the scene for each set of shapes with the
+/// same contact rules. The further bodies are fixed to the first, and all share the mass equally.
 #[derive(Debug, Clone)]
 struct Carried {
-    /// Whose frame it has.
+    /// First link of the group, which defines the frame.
     link: usize,
-    /// The index of the first body.
+    /// Index of the first body.
     body: usize,
-    /// The centre of mass in that frame, m.
+    /// Centre of mass (m), in the frame of `link`.
     centre: Vector3<f64>,
-    /// The shapes that touch of each body, of one that touches nothing none.
+    /// Collision shapes of each body. A group without collisions has one empty list.
     parts: Vec<Vec<usize>>,
 }
 
 impl Carried {
-    /// Whether a body of the scene is one of its own.
+    /// True if the body of the scene belongs to this group.
     fn has(&self, body: usize) -> bool {
         (self.body..self.body + self.parts.len()).contains(&body)
     }
 }
 
 impl Assembled {
-    /// Puts `robot` into the model of a scene.
+    /// Adds `robot` to the model of a scene.
     ///
     /// # Errors
-    /// What cannot be there, with the line of the file that it is about.
+    /// Unsupported content, with its line in the file.
     pub fn new(mut robot: Robot, placing: &Placing, model: &mut Model) -> Result<Self, String> {
         if !(3..=200).contains(&placing.sides) {
             return Err(format!("sides is {}; allowed is 3 to 200", placing.sides));
@@ -155,14 +156,14 @@ impl Assembled {
         Ok(own)
     }
 
-    /// What something of the file is called in the scene: as there, with `_` for all that names of a scene cannot have, and without
-    /// the middle of a long one.
+    /// Name in the scene: prefix and name with invalid characters replaced by `_`. A long name is
+    /// shortened in the middle.
     fn named(&self, name: &str) -> String {
         let own = self.long_names.get(name).cloned();
         own.unwrap_or_else(|| fitting(&self.prefix, name, ".."))
     }
 
-    /// Says what of the file is called otherwise in the scene.
+    /// Adds a note about names that differ in the scene.
     fn note_names(&mut self, model: &Model) {
         let links = self.robot.links.iter().skip(1).map(|link| &link.name);
         let names = links.chain(self.robot.joints.iter().map(|joint| &joint.name));
@@ -184,67 +185,67 @@ impl Assembled {
         }
     }
 
-    /// The name of a body of a link.
+    /// Name of the body `number` of a link.
     fn part_name(&self, link: usize, number: usize) -> String {
         let name = &self.robot.links[link].name;
         if number == 0 { self.named(name) } else { self.named(&format!("{name}.{}", number + 1)) }
     }
 
-    /// The world of the file in that of the scene.
+    /// Pose of the file's world in the world of the scene.
     fn world(&self) -> &LinkFrame {
         &self.robot.links[0].frame
     }
 
-    /// Where a shape is in the frame of its body's first link.
+    /// Pose of a shape in the frame of its body's first link.
     fn in_body(&self, shape: &RobotShape) -> LinkFrame {
         self.links[shape.link].1.then(&shape.frame)
     }
 
-    /// The robot as its file has it.
+    /// The robot as described by its file.
     #[must_use]
     pub fn robot(&self) -> &Robot {
         &self.robot
     }
 
-    /// What stands before its names in the scene.
+    /// Prefix of its names in the scene.
     #[must_use]
     pub fn prefix(&self) -> &str {
         &self.prefix
     }
 
-    /// The joint of the scene that a slide or a hinge is, and which of its six axes: x, y, z of the place and of the
-    /// turn.
+    /// Joint of the scene for a slide or hinge, and index of its axis. Axes 0 to 2 are translations
+    /// along x, y and z. Axes 3 to 5 are rotations about them.
     #[must_use]
     pub fn axis(&self, joint: usize) -> Option<(usize, usize)> {
         self.axes.get(joint).copied().flatten()
     }
 
-    /// The body of the scene that a link moves with; none of what is fixed. Where the shapes of a link touch in different
-    /// ways it is more than one, of which this is the first.
+    /// Body of the scene that a link belongs to; `None` for fixed links. If the shapes of the link
+    /// need several bodies, it is the first.
     #[must_use]
     pub fn body(&self, link: usize) -> Option<usize> {
         let place = self.links.get(link)?.0?;
         Some(self.bodies[place].body)
     }
 
-    /// Whether a body of the scene is one of those that a link moves with.
+    /// True if the link belongs to this body of the scene.
     #[must_use]
     pub fn moves_with(&self, link: usize, body: usize) -> bool {
         let place = self.links.get(link).and_then(|(place, _)| *place);
         place.is_some_and(|place| self.bodies[place].has(body))
     }
 
-    /// Whether a body of the scene is one of its links.
+    /// True if the body of the scene belongs to the robot.
     pub(crate) fn has_body(&self, body: usize) -> bool {
         self.bodies.iter().any(|carried| carried.has(body))
     }
 
-    /// Whether a fixed piece of the scene is of its file.
+    /// True if the fixed piece of the scene comes from the robot's file.
     pub(crate) fn has_fixed(&self, piece: usize) -> bool {
         self.fixed.contains(&piece)
     }
 
-    /// Whether a body of the scene is one of its links, and hangs on the world by joints.
+    /// True if the body belongs to the robot and is attached to the world by joints.
     pub(crate) fn hangs(&self, body: usize) -> bool {
         let is_of = |one: &&Carried| (one.body..one.body + one.parts.len()).contains(&body);
         let Some(Carried { link, .. }) = self.bodies.iter().find(is_of) else { return false };
@@ -253,18 +254,18 @@ impl Assembled {
         !above.any(|link| self.robot.joints_of(link).iter().any(|joint| joint.moves == Moves::Free))
     }
 
-    /// Whether its file alone is the scene.
+    /// True if the robot's file is the whole scene.
     pub(crate) fn is_alone(&self) -> bool {
         self.is_alone
     }
 
-    /// The joints of the scene that are its ties.
+    /// Joints of the scene that represent its constraints.
     pub(crate) fn ties(&self) -> Range<usize> {
         self.ties.clone()
     }
 
-    /// The bodies of the scene that hang together by the tree of its links: the free joint of what flies, none of what hangs on the
-    /// world, and the bodies.
+    /// Kinematic trees: the free joint of each floating tree with the bodies it carries. All bodies
+    /// attached to the world form one entry without a joint.
     pub(crate) fn trees(&self) -> Vec<(Option<usize>, Vec<usize>)> {
         let mut trees: Vec<(Option<usize>, Vec<usize>)> = Vec::new();
         for Carried { link, body, parts, .. } in &self.bodies {
@@ -283,7 +284,8 @@ impl Assembled {
         trees
     }
 
-    /// Moves the bodies that fly by a free joint at the start, m, and says what that joint is of.
+    /// Translates the bodies of a free joint at the start by `by` (m). Returns the name of its
+    /// link.
     pub(crate) fn lift(
         &mut self,
         joint: usize,
@@ -301,16 +303,16 @@ impl Assembled {
         self.named(&self.robot.links[self.robot.joints[joint].link].name)
     }
 
-    /// Has it start where its bodies are at `states`.
+    /// Sets the initial coordinates from the body states.
     ///
     /// # Errors
-    /// States that are too few.
+    /// Too few states.
     pub(crate) fn start_at(&mut self, states: &[State]) -> Result<(), String> {
         self.coordinates = self.coordinates(states, &self.coordinates)?.0;
         Ok(())
     }
 
-    /// Adds a sentence to what is said of it.
+    /// Adds a note.
     pub(crate) fn note(&mut self, sentence: String) {
         self.robot.notes.push(sentence);
     }
@@ -320,44 +322,46 @@ impl Assembled {
         self.bodies.iter().map(|carried| carried.body + carried.parts.len()).max().unwrap_or(0)
     }
 
-    /// The coordinates at the start.
+    /// Initial coordinates.
     #[must_use]
     pub fn start(&self) -> &[f64] {
         &self.coordinates
     }
 
-    /// The controls at the start.
+    /// Initial controls.
     #[must_use]
     pub fn controls(&self) -> &[f64] {
         &self.controls
     }
 
-    /// What acts on a slide or a hinge under these controls, in coordinates of the scene's joint.
+    /// Drive on a slide or hinge under these controls, in coordinates of the scene's joint.
     ///
     /// # Errors
-    /// None of a robot that was put into a scene; as [`Assembled::new`].
+    /// The errors of [`Assembled::new`], none of which occur for a robot in a scene.
     pub fn drive(&self, joint: usize, controls: &[f64]) -> Result<Drive, String> {
         drive(&self.robot, joint, controls)
     }
 
-    /// The gears of the scene that act on sums of coordinates, each with its drive under these controls.
+    /// Gears of the scene for combinations of coordinates, each with its drive under these
+    /// controls.
     ///
     /// # Errors
-    /// As [`Assembled::drive`].
+    /// The errors of [`Assembled::drive`].
     pub fn sum_drives(&self, controls: &[f64]) -> Result<Vec<(usize, Drive)>, String> {
         let sums = self.sums.clone().enumerate();
         sums.map(|(sum, gear)| Ok((gear, sum_drive(&self.robot, sum, controls)?))).collect()
     }
 }
 
-/// Where a robot starts, and how it moves.
+/// Initial coordinates, rates and controls of a robot.
 struct RobotStart {
     coordinates: Vec<f64>,
     rates: Vec<f64>,
     controls: Vec<f64>,
 }
 
-/// Coordinates, rates and controls at the start: those of the pose, then those that are given, within their ranges.
+/// Initial values: those of the keyframe, then the requested coordinates, clamped to the joint
+/// limits.
 fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
     let mut q = robot.reference();
     let mut v = vec![0.0; robot.counts().1];
@@ -374,7 +378,7 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
         }
     }
     let places = robot.places();
-    // Poses are of the world of the file.
+    // Keyframes are relative to the world of the file.
     let key = placing.key.as_ref().and_then(|name| robot.keys.iter().find(|key| key.name == *name));
     let is_said = |said: fn(&Key) -> bool| key.is_some_and(said);
     let free = robot.joints.iter().zip(&places).filter(|(joint, _)| joint.moves == Moves::Free);
@@ -413,7 +417,7 @@ fn starts(robot: &Robot, placing: &Placing) -> Result<RobotStart, String> {
     Ok(RobotStart { coordinates: q, rates: v, controls })
 }
 
-/// Refuses joints that go with others beyond their ranges.
+/// Rejects dependent joints that start outside their limits.
 fn refuse_beyond(robot: &Robot, places: &[(usize, usize)], q: &[f64]) -> Result<(), String> {
     for MimicJoint { joints: [own, _], at, .. } in &robot.follows {
         let (joint, coordinate) = (&robot.joints[*own], q[places[*own].0]);
@@ -430,10 +434,11 @@ fn refuse_beyond(robot: &Robot, places: &[(usize, usize)], q: &[f64]) -> Result<
     Ok(())
 }
 
-/// What rounding may take a joint beyond its range that goes with one at its limit, m or rad.
+/// Tolerance of dependent joints at their limits (m or rad).
 const AT_LIMIT: f64 = 1e-9;
 
-/// A name as a scene can have it: with `_` for what it cannot have, and `middle` in place of that of a long one.
+/// Valid scene name: invalid characters become `_`, and `middle` replaces the middle of a long
+/// name.
 fn fitting(prefix: &str, name: &str, middle: &str) -> String {
     let fits = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
     let fitting = |c: char| if fits(c) { c } else { '_' };
@@ -449,8 +454,7 @@ fn fitting(prefix: &str, name: &str, middle: &str) -> String {
     }
 }
 
-/// What names of links, joints and shapes that are too long are called in a scene, each otherwise: a number stands in the middle
-/// of those that would be alike.
+/// Shortened scene names of links, joints and shapes. A number in the middle keeps them distinct.
 fn long_names(robot: &Robot, prefix: &str) -> BTreeMap<String, String> {
     let links = robot.links.iter().map(|link| &link.name);
     let names = links.chain(robot.joints.iter().map(|joint| &joint.name));

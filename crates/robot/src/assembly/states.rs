@@ -1,4 +1,4 @@
-//! States of a robot's bodies by its coordinates, and back.
+//! Conversion between body states and coordinates of a robot.
 
 use super::{Assembled, Carried};
 use crate::frame::LinkFrame;
@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use tumble_core::mechanics::State;
 
 impl Assembled {
-    /// The state of a body whose links move so.
+    /// State of a body for the given motion of the links.
     pub(super) fn state_of(&self, place: usize, links: &[LinkMotion]) -> State {
         let Carried { link, centre, .. } = self.bodies[place];
         let LinkMotion { frame, spin, velocity } = links[link];
@@ -20,11 +20,11 @@ impl Assembled {
         }
     }
 
-    /// Sets in `states` those of its bodies at these coordinates and rates. Joints that go with others are
-    /// where those have them, whatever is given of them.
+    /// Writes the states of its bodies for these coordinates and rates to `states`. Values of
+    /// dependent joints are computed and those in `q` and `v` ignored.
     ///
     /// # Errors
-    /// Other numbers of them; as [`Robot::motion`](crate::model::Robot::motion).
+    /// A wrong number of states, and the errors of [`Robot::motion`](crate::model::Robot::motion).
     pub fn set_states(&self, q: &[f64], v: &[f64], states: &mut [State]) -> Result<(), String> {
         let (mut q, mut v) = (q.to_vec(), v.to_vec());
         self.robot.follow(&mut q, &mut v);
@@ -37,10 +37,10 @@ impl Assembled {
         Ok(())
     }
 
-    /// Coordinates and rates where its bodies are at `states`, angles nearest to those of `near`.
+    /// Coordinates and rates for the body states `states`. Angles are those nearest to `near`.
     ///
     /// # Errors
-    /// States that are too few; another number of coordinates.
+    /// Too few states; a wrong number of coordinates.
     pub fn coordinates(
         &self,
         states: &[State],
@@ -54,10 +54,10 @@ impl Assembled {
         Ok((q, rates))
     }
 
-    /// All links where its bodies are at `states`.
+    /// Motion of all links for the body states `states`.
     ///
     /// # Errors
-    /// States that are too few.
+    /// Too few states.
     pub fn links_at(&self, states: &[State]) -> Result<Vec<LinkMotion>, String> {
         let still = |frame: LinkFrame| LinkMotion {
             frame,

@@ -1,4 +1,4 @@
-//! What of a robot touches what, and by which coefficients.
+//! Contact pairs of a robot and their friction coefficients.
 
 use super::forms::form_of;
 use super::{Assembled, Carried, Placing, place_of};
@@ -8,24 +8,24 @@ use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shape::PlacedForm;
 use tumble_model::{ApartModel, FixedModel, Model, PairModel, PartnerModel};
 
-/// A shape that can touch: whose it is, and where.
+/// Shape with contacts, and its owner in the scene.
 pub(super) struct ContactRules {
-    /// An index of the shapes.
+    /// Index of the shape.
     shape: usize,
     owner: ShapeOwner,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum ShapeOwner {
-    /// An index of the bodies of the scene.
+    /// Index of a body of the scene.
     Body(usize),
-    /// An index of the fixed pieces.
+    /// Index of a fixed piece.
     Fixed(usize),
     Ground,
 }
 
 impl Assembled {
-    /// Adds what is fixed, and lists all that can touch.
+    /// Adds the fixed pieces, and lists all shapes with contacts.
     pub(super) fn add_shapes(
         &self,
         placing: &Placing,
@@ -75,14 +75,14 @@ impl Assembled {
         Ok(touching)
     }
 
-    /// Says of all pairs of owners which do not touch, and with what friction the others do.
+    /// Adds exclusions and friction coefficients for all pairs of owners.
     pub(super) fn keep_apart(
         &self,
         placing: &Placing,
         touching: &[ContactRules],
         model: &mut Model,
     ) {
-        // Of each owner its first shape: all touch alike.
+        // First shape of each owner. All shapes of an owner have the same contact rules.
         let mut owners: Vec<(ShapeOwner, usize)> = Vec::new();
         for ContactRules { shape, owner } in touching {
             if !owners.iter().any(|(known, _)| known == owner) {
@@ -120,7 +120,8 @@ impl Assembled {
         }
     }
 
-    /// With what friction two shapes touch; `None` where they do not. What is said of a pair counts before groups and links.
+    /// Friction coefficient of two shapes; `None` if they do not collide. Explicit pairs take
+    /// precedence over groups and links.
     pub(super) fn law(&self, placing: &Placing, a: usize, b: usize, usual: f64) -> Option<f64> {
         let [ours, theirs] = [a, b].map(|index| &self.robot.shapes[index]);
         let links = [ours.link, theirs.link];
@@ -138,7 +139,7 @@ impl Assembled {
         self.robot.pair(a, b).or_else(usual)
     }
 
-    /// Whether two links are of one body or tied by a joint, so that they do not touch: what hangs on the world does.
+    /// True if the links belong to one body, or if a joint between them disables contacts.
     fn are_neighbours(&self, a: usize, b: usize) -> bool {
         let (a, b) = (self.carriers[a], self.carriers[b]);
         let links = &self.robot.links;
@@ -149,14 +150,14 @@ impl Assembled {
             }
             above
         };
-        // MJCF lets what hangs on the world touch it, URDF does not.
+        // MJCF lets children of the world collide with it; URDF does not.
         let hangs = (a != 0 && b != 0) || !self.robot.options.has_world;
         a == b
             || !self.robot.options.neighbours_touch && hangs && (parent(a) == b || parent(b) == a)
     }
 }
 
-/// The coefficient of a shape by itself.
+/// Friction coefficient of a single shape.
 pub(super) fn friction_of(shape: &RobotShape) -> Option<f64> {
     if shape.rubs { shape.friction } else { Some(0.0) }
 }

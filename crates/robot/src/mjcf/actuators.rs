@@ -6,7 +6,7 @@ use super::tendons::{self, Tendon};
 use crate::model::{Actuator, Moves};
 use crate::xml::{Attributes, Element};
 
-/// What every kind of actuator has.
+/// Attributes of every kind of actuator.
 const READ: [&str; 20] = [
     "name",
     "class",
@@ -87,7 +87,7 @@ impl MjcfReader<'_> {
             }
             let ratio = read.number("dampratio")?.filter(|_| element.tag == "position");
             if let Some(ratio) = ratio.filter(|ratio| *ratio > 0.0) {
-                // Of a mass M at the gear g: d = 2 ζ √(k M/g²).
+                // Effective mass M and gear g: d = 2 ζ √(k M/g²).
                 let moved = self.moved_alone()?;
                 let mass: f64 =
                     joints.iter().map(|(joint, by)| moved[*joint] / (by * gear).powi(2)).sum();
@@ -126,7 +126,7 @@ impl MjcfReader<'_> {
 }
 
 impl MjcfReader<'_> {
-    /// The hinge or slide that an actuator drives.
+    /// Hinge or slide that an actuator drives.
     fn driven(&self, read: &Defaulted<'_>) -> Result<usize, String> {
         let element = read.element();
         let Some(joint) = read.get("joint").or(read.get("jointinparent")) else {
@@ -144,7 +144,7 @@ impl MjcfReader<'_> {
     }
 }
 
-/// A number that a shortcut has, of its own, of its class, or else the first of `gainprm`.
+/// Parameter of an actuator shortcut: the attribute itself, else the first number of `gainprm`.
 fn first(read: &Defaulted<'_>, field: &str, usual: f64) -> Result<f64, String> {
     if let Some(given) = read.number(field)? {
         return Ok(given);
@@ -153,7 +153,7 @@ fn first(read: &Defaulted<'_>, field: &str, usual: f64) -> Result<f64, String> {
     Ok(gain.and_then(|all| all.first().copied()).unwrap_or(usual))
 }
 
-/// kp (u − x) − kv ẋ.
+/// Gain and bias of kp (u − x) − kv ẋ.
 fn position(read: &Defaulted<'_>) -> Result<(f64, [f64; 3]), String> {
     if read.number("timeconst")?.unwrap_or(0.0) != 0.0 {
         return Err(read.element().wrong("timeconst is not supported; give kp and kv"));
@@ -166,7 +166,7 @@ fn position(read: &Defaulted<'_>) -> Result<(f64, [f64; 3]), String> {
     Ok((kp, [0.0, -kp, -kv]))
 }
 
-/// `<general>` without a state of its own, of a fixed gain and an affine bias.
+/// Gain and bias of a stateless `<general>` actuator with fixed gain and affine bias.
 fn general(read: &Defaulted<'_>) -> Result<(f64, [f64; 3]), String> {
     let only = |field: &str, allowed: &[&str]| match read.get(field).map(str::trim) {
         Some(given) if !allowed.contains(&given) => {

@@ -1,4 +1,4 @@
-//! `<asset>`: meshes, of files or of vertices.
+//! `<asset>`: meshes from files or from vertex lists.
 
 use super::MjcfReader;
 use super::compiler::Compiler;
@@ -7,7 +7,7 @@ use crate::xml::{Attributes, Element};
 use nalgebra::Vector3;
 
 impl MjcfReader<'_> {
-    /// Meshes; what is for the eye is noted.
+    /// Reads meshes. Notes assets that only affect drawing.
     pub(super) fn read_assets(&mut self, section: &Element) -> Result<(), String> {
         for asset in &section.children {
             match &*asset.tag {
@@ -88,7 +88,7 @@ impl MjcfReader<'_> {
         if meshes.is_empty() { file.to_owned() } else { format!("{meshes}/{file}") }
     }
 
-    /// Says of meshes that nothing uses what is wrong with them.
+    /// Notes the faults of meshes that no shape uses.
     pub(super) fn note_unused(&mut self) {
         let odd = |(name, mesh): (&String, &Result<Hulled, String>)| {
             let why = mesh.as_ref().err().filter(|_| !self.flat.contains(name));
@@ -100,7 +100,7 @@ impl MjcfReader<'_> {
     }
 }
 
-/// The triangles of a mesh whose `points` stand in the file and were multiplied by `scale`, if it has any.
+/// Triangles of a mesh given by `face`, if present. `points` are already multiplied by `scale`.
 fn faces(
     element: &Element,
     points: &[[f64; 3]],

@@ -1,4 +1,4 @@
-//! `<worldbody>`: links, their joints, and what they weigh.
+//! `<worldbody>`: links, their joints and masses.
 
 use super::MjcfReader;
 use super::compiler::{LIMITED, SWITCH};
@@ -8,13 +8,13 @@ use crate::model::{LinkMass, Moves, RobotJoint, RobotLink};
 use crate::xml::{Attributes, Element};
 use nalgebra::{Matrix3, Vector3};
 
-/// More links than this are refused.
+/// Maximum number of links.
 const MOST_LINKS: usize = 2000;
 
-/// What has no part in the motion.
+/// Elements that do not affect the motion.
 const IDLE: [&str; 2] = ["camera", "light"];
 
-/// Where the children of a body stand: the body, their frame in it, and the class that they have.
+/// Context of child elements: link, their frame in it, and their default class.
 #[derive(Clone)]
 struct Within<'e> {
     link: usize,
@@ -23,7 +23,7 @@ struct Within<'e> {
 }
 
 impl MjcfReader<'_> {
-    /// All bodies.
+    /// Reads all bodies.
     pub(super) fn read_world(&mut self, root: &Element) -> Result<(), String> {
         self.robot.links.push(RobotLink {
             name: "world".to_owned(),
@@ -45,7 +45,7 @@ impl MjcfReader<'_> {
         self.read_bodies(below)
     }
 
-    /// Bodies in their order, each with all that is in it.
+    /// Reads bodies in order, each with its descendants.
     fn read_bodies<'e>(&mut self, bodies: Vec<(&'e Element, Within<'e>)>) -> Result<(), String> {
         for (body, within) in bodies {
             self.read_body(body, &within)?;
@@ -94,7 +94,7 @@ impl MjcfReader<'_> {
             joints: (self.robot.joints.len(), 0),
             at: body.at(),
         });
-        // Shapes count where they are asked for, or where nothing is given.
+        // Shapes define the mass if requested, or without `<inertial>`.
         let given = body.one("inertial")?.map(|inertial| self.inertial(inertial)).transpose()?;
         let counts = self.compiler.inertia_from_shapes.unwrap_or(given.is_none());
         self.matter.push(counts.then(Vec::new));
@@ -116,7 +116,7 @@ impl MjcfReader<'_> {
         }
     }
 
-    /// What stands in a body or in a frame; bodies in it are for later.
+    /// Reads the content of a body or frame. Child bodies are collected in `below`.
     fn read_contents<'e>(
         &mut self,
         element: &'e Element,
@@ -250,7 +250,8 @@ impl MjcfReader<'_> {
             self.timed.push((index, two));
         }
         joint.effort = self.compiler.range(&read, "actuatorfrcrange", "actuatorfrclimited")?;
-        // The weight is held up whoever is said to do it, but where that has bounds.
+        // Gravity compensation acts directly on the link. A limit on motor forces would not include
+        // it.
         if read.word("actuatorgravcomp", &SWITCH)? == Some(true) && joint.effort.is_some() {
             return Err(element.wrong("actuatorgravcomp is not supported beside actuatorfrcrange"));
         }
@@ -260,7 +261,7 @@ impl MjcfReader<'_> {
         Ok(())
     }
 
-    /// What `<inertial>` says.
+    /// Reads `<inertial>`.
     fn inertial(&self, element: &Element) -> Result<LinkMass, String> {
         const READ: [&str; 9] = [
             "pos",
@@ -299,7 +300,7 @@ impl MjcfReader<'_> {
         Ok(LinkMass { mass, centre: Vector3::zeros(), inertia }.placed(&frame))
     }
 
-    /// Masses from shapes, and what the compiler says of masses.
+    /// Sums the masses of shapes and applies the mass options of the compiler.
     pub(super) fn set_masses(&mut self) -> Result<(), String> {
         for (link, matter) in self.robot.links.iter_mut().zip(&self.matter) {
             let Some(matter) = matter.as_ref().filter(|matter| !matter.is_empty()) else {
@@ -343,8 +344,8 @@ impl MjcfReader<'_> {
         Ok(())
     }
 
-    /// The mass or moment of inertia that a force along each joint moves at the reference, where nothing else holds: 1/(M⁻¹)ⱼⱼ of
-    /// the mass matrix M.
+    /// Effective mass or moment of inertia of each joint at the reference with all others free:
+    /// 1/(M⁻¹)ⱼⱼ of the mass matrix M.
     pub(super) fn moved_alone(&self) -> Result<Vec<f64>, String> {
         let still = vec![0.0; self.robot.counts().1];
         let motion = self.robot.motion(&self.robot.reference(), &still)?;
@@ -353,8 +354,8 @@ impl MjcfReader<'_> {
         Ok(self.robot.places().iter().map(|&(_, rate)| inverse[(rate, rate)].recip()).collect())
     }
 
-    /// Springs and dampers by a time constant T and a ratio ζ, with the mass or moment of inertia M that the joint moves at the
-    /// reference:
+    /// Sets springs and dampers from a time constant T and a damping ratio ζ. M is the effective
+    /// mass or moment of inertia of the joint at the reference:
     ///
     /// ```text
     /// k = M/(T ζ)²,   d = 2 M/T
@@ -380,7 +381,7 @@ impl MjcfReader<'_> {
         Ok(())
     }
 
-    /// Adds what a shape weighs.
+    /// Adds the mass of a shape.
     pub(super) fn add_matter(&mut self, link: usize, mass: LinkMass) {
         self.matter[link].iter_mut().for_each(|matter| matter.push(mass));
     }

@@ -1,18 +1,18 @@
-//! `<compiler>`: in which units and conventions a file is written.
+//! `<compiler>`: units and conventions of a file.
 
 use super::defaults::Defaulted;
 use crate::frame::{LinkFrame, about, from_z, left_times, of_matrix};
 use crate::xml::{Attributes, Element};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
-/// Whether a limit holds.
+/// State of a limit. `None` stands for `auto`.
 pub type Limited = Option<bool>;
 
-/// `true`, `false` and `auto`.
+/// Values `true`, `false` and `auto`.
 pub const LIMITED: [(&str, Limited); 3] =
     [("true", Some(true)), ("false", Some(false)), ("auto", None)];
 
-/// `true` and `false`.
+/// Values `true` and `false`.
 pub const SWITCH: [(&str, bool); 2] = [("true", true), ("false", false)];
 
 /// Conventions of a file.
@@ -20,30 +20,30 @@ pub const SWITCH: [(&str, bool); 2] = [("true", true), ("false", false)];
 pub struct Compiler {
     degrees: bool,
     sequence: [char; 3],
-    /// `None`: where a body has none of its own.
+    /// True to always take inertia from shapes. `None` does so for bodies without `<inertial>`.
     pub inertia_from_shapes: Limited,
-    /// Which groups of shapes count for it.
+    /// Range of shape groups that contribute to the inertia.
     pub inertia_groups: [f64; 2],
     autolimits: bool,
-    /// The folder of meshes.
+    /// Folder of the meshes.
     pub meshes: String,
-    /// Whether folders in the names of files do not count.
+    /// True to ignore the folders in file names.
     pub strip: bool,
-    /// kg.
+    /// Total mass (kg).
     pub total_mass: Option<f64>,
-    /// kg, kg m².
+    /// Lower bounds of mass (kg) and principal moments of inertia (kg m²).
     pub least: [f64; 2],
-    /// Whether impossible moments of inertia are made possible.
+    /// True to correct moments of inertia that violate the triangle inequality.
     pub balanced: bool,
-    /// Whether masses of meshes are `exact` where these do not say.
+    /// True if `exact` is the default inertia of meshes.
     pub exact_meshes: bool,
 }
 
-/// Attributes that orientations are given by.
+/// Attributes for orientations, besides `quat`.
 const ALTERNATIVES: [&str; 4] = ["axisangle", "euler", "xyaxes", "zaxis"];
 
 impl Compiler {
-    /// Of a file; the last word counts.
+    /// Conventions of a file. Later elements override earlier ones.
     pub fn of(root: &Element) -> Result<Self, String> {
         let mut compiler = Self {
             degrees: true,
@@ -137,12 +137,12 @@ impl Compiler {
         Ok(())
     }
 
-    /// An angle of the file, rad.
+    /// Converts an angle of the file to rad.
     pub fn angle(&self, angle: f64) -> f64 {
         if self.degrees { angle.to_radians() } else { angle }
     }
 
-    /// The range of an attribute, where it holds.
+    /// Range of an attribute; `None` if the limit is inactive.
     pub fn range(
         &self,
         element: &impl Attributes,
@@ -171,7 +171,7 @@ impl Compiler {
         }
     }
 
-    /// `pos`, and whatever says the orientation.
+    /// Pose from `pos` and an orientation attribute.
     pub fn frame(&self, element: &Defaulted<'_>) -> Result<LinkFrame, String> {
         let position = element.exactly::<3>("pos")?.unwrap_or_default().into();
         let attitude = match self.attitude(element.element())? {
@@ -181,7 +181,7 @@ impl Compiler {
         Ok(LinkFrame { position, attitude })
     }
 
-    /// The orientation that an element has.
+    /// Orientation from the attributes of an element.
     pub fn attitude(&self, element: &Element) -> Result<Option<Vector4<f64>>, String> {
         let given: Vec<_> = ALTERNATIVES
             .into_iter()
@@ -222,8 +222,8 @@ impl Compiler {
         Ok(None)
     }
 
-    /// Turns one after the other: about axes that turn along (small letters), or that stay.
-    /// The turn by three angles in the order that the file has.
+    /// Quaternion of three Euler angles in the sequence of the file. Lower-case letters are
+    /// rotations about moving axes, upper-case letters about fixed axes.
     pub fn euler(&self, angles: [f64; 3]) -> Vector4<f64> {
         let mut attitude = LinkFrame::identity().attitude;
         for (letter, angle) in self.sequence.into_iter().zip(angles) {

@@ -1,4 +1,4 @@
-//! `<contact>`: links that do not touch each other, and shapes that do.
+//! `<contact>`: excluded pairs of links, and explicit pairs of shapes.
 
 use super::MjcfReader;
 use crate::model::RobotForm;
@@ -26,7 +26,7 @@ impl MjcfReader<'_> {
         Ok(())
     }
 
-    /// Two shapes that touch whatever their groups and bodies say, with a friction of their own.
+    /// Reads an explicit contact pair with its own friction.
     fn read_pair(&mut self, element: &Element) -> Result<(), String> {
         const READ: [&str; 6] = ["name", "class", "geom1", "geom2", "condim", "friction"];
         const SOFT: [&str; 5] = ["solref", "solreffriction", "solimp", "margin", "gap"];
@@ -75,8 +75,9 @@ impl MjcfReader<'_> {
         Ok(())
     }
 
-    /// Whether contacts of `condim` rub. What would resist turning and rolling besides, by `others`, is noted where it was asked
-    /// for, and refused otherwise.
+    /// True if contacts of `condim` have friction. Torsional and rolling friction, with the
+    /// coefficients `others`, is rejected. With the option
+    /// [`Reading::points_rub`](crate::Reading::points_rub) it is dropped with a note.
     pub(super) fn rubs(
         &mut self,
         element: &Element,

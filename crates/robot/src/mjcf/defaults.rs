@@ -1,4 +1,4 @@
-//! Default classes: attributes that elements have unless they say otherwise.
+//! Default classes: default attributes of elements.
 
 use crate::xml::{Attributes, Element};
 use std::collections::HashMap;
@@ -7,7 +7,7 @@ use tumble_model::shown;
 /// Attributes by the kind of element.
 type Values = HashMap<&'static str, Vec<(String, String)>>;
 
-/// The kinds that have defaults which matter. All actuators share theirs.
+/// Kinds with relevant defaults. All actuators share one.
 fn kind(tag: &str) -> Option<&'static str> {
     match tag {
         "geom" => Some("geom"),
@@ -23,18 +23,18 @@ fn kind(tag: &str) -> Option<&'static str> {
     }
 }
 
-/// What defaults are of besides.
+/// Elements with irrelevant defaults.
 const IDLE: [&str; 4] = ["camera", "light", "material", "skin"];
 
-/// The name of the class that is not named.
+/// Name of the unnamed class.
 const MAIN: &str = "main";
 
-/// The classes of a file.
+/// Default classes of a file.
 #[derive(Debug)]
 pub struct Classes(HashMap<String, Values>);
 
 impl Classes {
-    /// Those of `<default>`.
+    /// Classes of the `<default>` sections.
     pub fn of(root: &Element) -> Result<Self, String> {
         let mut classes = Self(HashMap::new());
         classes.0.insert(MAIN.to_owned(), Values::new());
@@ -45,7 +45,7 @@ impl Classes {
         Ok(classes)
     }
 
-    /// Adds a class with what its parent says, and those in it.
+    /// Adds a class, which inherits from `parent`, and its nested classes.
     fn add(&mut self, element: &Element, name: &str, parent: Option<&str>) -> Result<(), String> {
         if parent.is_some() && self.0.contains_key(name) {
             return Err(element.wrong("this class is there already; each needs a name of its own"));
@@ -65,7 +65,7 @@ impl Classes {
                 own.push((attribute.clone(), value.clone()));
             }
         }
-        // The class of the whole file is called as it likes, and is the main one too.
+        // The top-level class may have any name and is also the main class.
         if parent.is_none() {
             self.0.insert(MAIN.to_owned(), values.clone());
         }
@@ -77,7 +77,7 @@ impl Classes {
         Ok(())
     }
 
-    /// An element with the defaults of its class, or else of `childclass`, or else of the file.
+    /// Element with the defaults of its class. The fallbacks are `childclass`, then the main class.
     pub fn apply<'e>(
         &self,
         element: &'e Element,
@@ -100,7 +100,7 @@ impl Classes {
         Ok(Defaulted { element, defaults })
     }
 
-    /// Whether there is a class of this name.
+    /// True if a class has this name.
     pub fn knows(&self, name: &str) -> bool {
         self.0.contains_key(name)
     }
@@ -114,7 +114,7 @@ pub struct Defaulted<'e> {
 }
 
 impl Defaulted<'_> {
-    /// The defaults alone.
+    /// Element with the default attributes only.
     pub fn defaults(&self) -> Element {
         Element { attributes: self.defaults.clone(), children: Vec::new(), ..self.element.clone() }
     }

@@ -1,14 +1,14 @@
-//! `<include>`: what stands in other files, put where it is included.
+//! `<include>`: replaces the element by the content of another file.
 
 use crate::Reading;
 use crate::xml::{Attributes, Element, LARGEST_FILE};
 
-/// More files than this are not included.
+/// Maximum number of included files.
 const MOST_FILES: usize = 100;
-/// More elements than this are not taken together.
+/// Maximum number of elements in all files.
 const MOST_ELEMENTS: usize = 200_000;
 
-/// `root` with all that it includes.
+/// Copy of `root` with all includes expanded.
 pub fn spliced(root: &Element, reading: &Reading<'_>) -> Result<Element, String> {
     let mut included = Included { reading, files: Vec::new(), elements: root.count() };
     let mut root = root.clone();

@@ -1,6 +1,7 @@
-//! MJCF, the format of MuJoCo.
+//! Reader of MJCF, the format of MuJoCo.
 //!
-//! What changes the motion is read, or refused with its line; what does not is noted, all of it in a sentence.
+//! Content that affects the motion is read, or rejected with its line. Other content is summarised
+//! in one note.
 
 mod actuators;
 mod assets;
@@ -26,7 +27,7 @@ use defaults::{Classes, Defaulted};
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-/// What may stand in the root of a file.
+/// Elements allowed in the root of a file.
 const SECTIONS: [&str; 16] = [
     "compiler",
     "option",
@@ -46,35 +47,35 @@ const SECTIONS: [&str; 16] = [
     "extension",
 ];
 
-/// A file that is read.
+/// State of the reader of one file.
 struct MjcfReader<'a> {
     reading: &'a Reading<'a>,
     compiler: Compiler,
     classes: Classes,
-    /// Meshes by their names; what is wrong with those that have no hull matters where they touch or weigh.
+    /// Meshes by name. A mesh without a hull is an error only if it collides or has mass.
     meshes: HashMap<String, Result<Hulled, String>>,
-    /// Files of meshes, and by how much their lengths along x, y and z are multiplied.
+    /// File of each mesh, and its scale along x, y and z.
     files: HashMap<String, (String, [f64; 3])>,
-    /// Those without a hull that are for the eye.
+    /// Meshes without a hull that are used for drawing only.
     flat: BTreeSet<String>,
-    /// Links whose looks are not read.
+    /// Links whose visual geometry could not be read.
     unseen: BTreeSet<usize>,
-    /// What counts for the mass of each link; `None` where shapes do not.
+    /// Masses of the shapes of each link; `None` if shapes do not contribute to its mass.
     matter: Vec<Option<Vec<LinkMass>>>,
-    /// Joints whose spring and damper follow from a time constant, s, and a ratio.
+    /// Joints with `springdamper`: index, and time constant (s) with damping ratio.
     timed: Vec<(usize, [f64; 2])>,
-    /// Whether the ground is there.
+    /// True once a plane has become the ground.
     has_ground: bool,
-    /// What of the motion is switched off.
+    /// Effects that the file enables.
     flags: rest::Flags,
     notes: RobotNotes,
     robot: Robot,
 }
 
-/// The robot of the text of a file.
+/// Reads a robot from the root element of a file.
 ///
 /// # Errors
-/// The first thing that is wrong, or that it would not move without, with its line.
+/// The first fault or unsupported content that affects the motion, with its line.
 pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     let root = pruned(&includes::spliced(root, reading)?, reading.left_out)?;
     if let Some(odd) = root.children.iter().find(|section| !SECTIONS.contains(&&*section.tag)) {
@@ -157,7 +158,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
 }
 
 impl MjcfReader<'_> {
-    /// An element with what its class, or the class of its body, says.
+    /// Element with the defaults of its class, or of the class of its body.
     fn defaulted<'e>(
         &self,
         element: &'e Element,
@@ -166,7 +167,7 @@ impl MjcfReader<'_> {
         self.classes.apply(element, childclass)
     }
 
-    /// The link of a name.
+    /// Index of the link with this name.
     fn link(&self, element: &Element, field: &str, name: &str) -> Result<usize, String> {
         self.robot.link(name).ok_or_else(|| {
             element
@@ -174,7 +175,7 @@ impl MjcfReader<'_> {
         })
     }
 
-    /// The joint of a name.
+    /// Index of the joint with this name.
     fn joint(&self, element: &Element, field: &str, name: &str) -> Result<usize, String> {
         self.robot.joint(name).ok_or_else(|| {
             element
@@ -183,7 +184,7 @@ impl MjcfReader<'_> {
     }
 }
 
-/// What a file is without `<option>`.
+/// Options of a file without `<option>`.
 fn usual_options() -> RobotOptions {
     RobotOptions {
         time_step: 0.002,

@@ -1,14 +1,14 @@
-//! `<replicate>`: what stands in it as often as it says, each time in a frame of its own.
+//! `<replicate>`: repeats its content, each copy in its own frame.
 
 use super::compiler::Compiler;
 use crate::frame::LinkFrame;
 use crate::xml::{Attributes, Element};
 use nalgebra::Vector3;
 
-/// More elements than this are not made of others.
+/// Maximum number of generated elements.
 const MOST_ELEMENTS: usize = 200_000;
 
-/// `root` with `<frame>`s in place of all that is to be there several times.
+/// Copy of `root` with each `<replicate>` expanded to a list of `<frame>`s.
 pub fn replicated(root: &Element, compiler: &Compiler) -> Result<Element, String> {
     let mut root = root.clone();
     let mut copies = Copies { compiler, made: 0 };
@@ -36,13 +36,14 @@ impl Copies<'_> {
         Ok(all)
     }
 
-    /// Frames with copies of what is in `element`, each turned by k times its angles φ and moved on along the turned offset o:
+    /// Frames with copies of the content of `element`. Copy k is rotated by k times the angles φ.
+    /// Its position adds the offset o, rotated with the copies before it:
     ///
     /// ```text
     /// R_k = R(k φ),   p_{k+1} = p_k + R_k o,   p_0 = 0
     /// ```
     ///
-    /// Names have the number k behind them.
+    /// The number k is appended to names.
     fn frames(&mut self, element: &Element) -> Result<Vec<Element>, String> {
         element.refuse_others(&["count", "offset", "euler", "sep", "childclass"], &[])?;
         element.needed("count")?;
@@ -84,7 +85,7 @@ impl Copies<'_> {
     }
 }
 
-/// An element and all in it with `suffix` behind their names.
+/// Element with `suffix` appended to its name and to all names in it.
 fn named(element: &Element, suffix: &str) -> Element {
     let mut own = element.clone();
     for (_, name) in own.attributes.iter_mut().filter(|(field, _)| field == "name") {

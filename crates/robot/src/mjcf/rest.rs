@@ -1,4 +1,4 @@
-//! Options, ties and poses.
+//! Options, equality constraints and keyframes.
 
 use super::MjcfReader;
 use super::compiler::SWITCH;
@@ -12,7 +12,7 @@ use crate::xml::{Attributes, Element};
 use nalgebra::{Vector3, Vector4};
 use tumble_model::shown;
 
-/// What of the motion is there.
+/// Effects that the file enables.
 #[derive(Debug, Clone, Copy)]
 pub struct Flags {
     pub limits: bool,
@@ -24,13 +24,13 @@ pub struct Flags {
     pub clamps: bool,
 }
 
-/// `enable` and `disable`.
+/// Values `enable` and `disable`.
 const ABLE: [(&str, bool); 2] = [("enable", true), ("disable", false)];
 
-/// What is read of `<option>`.
+/// Attributes of `<option>` that are read.
 const READ: [&str; 5] = ["timestep", "gravity", "density", "viscosity", "actuatorgroupdisable"];
 
-/// What is about another solver, or without a medium.
+/// Attributes that concern MuJoCo's solver, or a medium that is absent.
 const IDLE: [&str; 26] = [
     "apirate",
     "impratio",
@@ -60,7 +60,7 @@ const IDLE: [&str; 26] = [
     "sdf_initpoints",
 ];
 
-/// `<option>` and the flags in it.
+/// Reads `<option>` and its flags.
 pub fn options(root: &Element, notes: &mut RobotNotes) -> Result<(RobotOptions, Flags), String> {
     let mut options = usual_options();
     let mut flags = Flags {
@@ -161,7 +161,7 @@ impl MjcfReader<'_> {
         Ok(())
     }
 
-    /// The two bodies of a tie; the second one is the world where it is not named.
+    /// Both bodies of a constraint. The second is the world if it is not named.
     fn tied(&self, read: &Defaulted<'_>) -> Result<[usize; 2], String> {
         let element = read.element();
         if read.get("site1").is_some() || read.get("site2").is_some() {
@@ -198,7 +198,8 @@ impl MjcfReader<'_> {
         ];
         read.refuse_others(&READ, &["solimp"])?;
         let links = self.tied(read)?;
-        // The second in the first; without a turn in it, where it is at the reference.
+        // Pose of the second body in the first. A zero quaternion selects the pose at the
+        // reference.
         let frame = match read.exactly::<7>("relpose")? {
             Some([x, y, z, q @ ..]) if q != [0.0; 4] => {
                 let attitude = Vector4::from(q);
@@ -212,7 +213,7 @@ impl MjcfReader<'_> {
         Ok(RobotTie::Whole { links, frame, at: read.element().at() })
     }
 
-    /// A joint that is held in a place, or goes with another one: of the coordinates from the references,
+    /// Couples a joint to another one or fixes it. In coordinates relative to the references:
     ///
     /// ```text
     /// q₁ − q₁₀ = c₀ + c₁ (q₂ − q₂₀)
@@ -240,7 +241,7 @@ impl MjcfReader<'_> {
         self.follow(element, [first, second], [ratio, offset])
     }
 
-    /// Has the first joint go with the second.
+    /// Couples the first joint to the second.
     pub(super) fn follow(
         &mut self,
         element: &Element,

@@ -1,4 +1,4 @@
-//! Shapes, called geoms, and the meshes that some are of.
+//! Shapes (`geom` in MJCF), including those of meshes.
 
 use super::MjcfReader;
 use super::defaults::Defaulted;
@@ -12,10 +12,10 @@ use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use tumble_model::shown;
 
-/// Half of the width of what stands for a plane that is not the ground, and its depth, m.
+/// Half width and depth (m) of the box that replaces a plane other than the ground.
 const WALL: f64 = 10.0;
 
-/// The kinds of shapes: how many of their sizes count, without and with `fromto`.
+/// Kinds of shapes.
 #[derive(Clone, Copy, PartialEq)]
 enum GeomKind {
     Plane,
@@ -41,7 +41,7 @@ const KINDS: [(&str, GeomKind); 9] = [
 ];
 
 impl MjcfReader<'_> {
-    /// A shape in `frame` of the link.
+    /// Reads a shape in `frame` of the link.
     pub(super) fn read_shape(
         &mut self,
         element: &Element,
@@ -101,7 +101,7 @@ impl MjcfReader<'_> {
             let placed = frame.then(&self.compiler.frame(&read)?);
             let name = read.needed("mesh")?;
             if let Some(Err(_)) = self.meshes.get(name) {
-                // For the eye alone: a flat mesh has no hull and needs none.
+                // Drawing only: a flat mesh has no hull and needs none.
                 self.flat.insert(name.to_owned());
                 match link > 0 && self.files.contains_key(name) {
                     true => self.read_look(&read, link, placed, &RobotForm::Hull(Vec::new())),
@@ -155,7 +155,7 @@ impl MjcfReader<'_> {
         Ok(())
     }
 
-    /// A shape that touches nothing, as a part of what its link looks like.
+    /// Adds a shape without contacts to the visual geometry of its link.
     fn read_look(&mut self, read: &Defaulted<'_>, link: usize, frame: LinkFrame, form: &RobotForm) {
         let file = read.get("mesh").and_then(|mesh| self.files.get(mesh));
         let seen = match (form, file) {
@@ -176,7 +176,8 @@ impl MjcfReader<'_> {
         self.robot.looks.push(RobotLook { link, seen, frame });
     }
 
-    /// Keeps the looks of links that have a mesh among them: others look like all their shapes.
+    /// Keeps the visual geometry of links that have a visual mesh. Other links are drawn with all
+    /// their shapes.
     pub(super) fn keep_looks(&mut self) {
         let looks = std::mem::take(&mut self.robot.looks);
         let meshed = looks.iter().filter(|look| look.triangles() > 0).map(|look| look.link);
@@ -188,7 +189,7 @@ impl MjcfReader<'_> {
         }
     }
 
-    /// What a form is, where it is in its frame, and what its mass follows from.
+    /// Geometry, its pose, and the source of its mass properties.
     fn form(
         &self,
         read: &Defaulted<'_>,
@@ -245,7 +246,7 @@ impl MjcfReader<'_> {
         Ok((form, self.compiler.frame(read)?, volume))
     }
 
-    /// Whether a shape has a mass that counts for its link.
+    /// True if the shape contributes to the mass of its link.
     fn weighs(&self, read: &Defaulted<'_>, link: usize) -> Result<bool, String> {
         let [low, high] = self.compiler.inertia_groups;
         let group = read.number("group")?.unwrap_or(0.0);
@@ -253,7 +254,7 @@ impl MjcfReader<'_> {
         Ok(mass_of(read)?.unwrap_or(density_of(read)?) != 0.0 && counts)
     }
 
-    /// What a shape adds to its link.
+    /// Adds the mass of a shape to its link.
     fn weigh(
         &mut self,
         read: &Defaulted<'_>,
@@ -293,17 +294,17 @@ impl MjcfReader<'_> {
     }
 }
 
-/// The mass that a shape is given, kg.
+/// Attribute `mass` of a shape (kg).
 fn mass_of(read: &Defaulted<'_>) -> Result<Option<f64>, String> {
     read.get("mass").is_some().then(|| read.bounded("mass", 0.0, [0.0, 1e9])).transpose()
 }
 
-/// kg/m³.
+/// Density of a shape (kg/m³).
 fn density_of(read: &Defaulted<'_>) -> Result<f64, String> {
     read.bounded("density", 1000.0, [0.0, 1e9])
 }
 
-/// A set of groups, as its bits.
+/// Bit mask of collision groups.
 fn group(read: &Defaulted<'_>, field: &str) -> Result<u32, String> {
     match read.whole(field)?.unwrap_or(1) {
         bits if (0..=i64::from(u32::MAX)).contains(&bits) => Ok(bits as u32),

@@ -1,4 +1,4 @@
-//! Sites: frames on bodies that have names, and frames that are said by two points.
+//! Sites: named frames on bodies. Also frames defined by two points.
 
 use super::MjcfReader;
 use super::defaults::Defaulted;
@@ -8,7 +8,7 @@ use crate::xml::{Attributes, Element};
 use nalgebra::Vector3;
 
 impl MjcfReader<'_> {
-    /// A site in `frame` of a link. What has no name cannot be asked for, and is passed over.
+    /// Reads a site in `frame` of a link. A site without a name is skipped.
     pub(super) fn read_site(
         &mut self,
         element: &Element,
@@ -37,8 +37,8 @@ impl MjcfReader<'_> {
     }
 }
 
-/// The frame in the middle between two points, with z from the second to the first, and half of what is between them, m; `None` where
-/// there is no `fromto`.
+/// Midpoint frame of `fromto` with z from the second point to the first, and half the distance
+/// between the points (m). `None` without `fromto`.
 pub fn ends(read: &Defaulted<'_>) -> Result<Option<(LinkFrame, f64)>, String> {
     let Some([a, b, c, d, e, f]) = read.exactly::<6>("fromto")? else {
         return Ok(None);

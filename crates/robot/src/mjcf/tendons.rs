@@ -1,4 +1,4 @@
-//! `<tendon>`: sums of coordinates, by which actuators pull and ties hold.
+//! `<tendon>`: linear combinations of coordinates for actuators and equality constraints.
 
 use super::MjcfReader;
 use super::defaults::Defaulted;
@@ -7,19 +7,19 @@ use crate::xml::{Attributes, Element};
 use tumble_core::joint::Drive;
 use tumble_model::shown;
 
-/// A tendon: its name and, of a fixed one, the joints that its length is the sum of, with their coefficients.
+/// A tendon. `joints` holds the joints of a fixed tendon with their coefficients.
 pub struct Tendon {
     name: Option<String>,
     joints: Option<Vec<(usize, f64)>>,
-    /// The index of the sum that acts as it does.
+    /// Index of its forces in the robot's `sums`.
     sum: Option<usize>,
     at: String,
 }
 
-/// A sum of coordinates: indices of joints, and their coefficients.
+/// Linear combination of coordinates: joint indices and coefficients.
 type Summands = [(usize, f64)];
 
-/// A fixed tendon: its place, and its joints.
+/// Index and joints of the fixed tendon with this name.
 pub fn find<'t>(
     tendons: &'t [Tendon],
     element: &Element,
@@ -37,7 +37,7 @@ pub fn find<'t>(
     }
 }
 
-/// What a tendon does by itself, along its length.
+/// Passive forces of a tendon along its length.
 struct TendonPull {
     stiffness: f64,
     damping: f64,
@@ -46,7 +46,7 @@ struct TendonPull {
 }
 
 impl TendonPull {
-    /// The first field that says anything.
+    /// First nonzero field.
     fn first(&self) -> Option<&'static str> {
         let given = [
             ("stiffness", self.stiffness),
@@ -56,7 +56,7 @@ impl TendonPull {
         given.into_iter().find(|(_, value)| *value != 0.0).map(|(field, _)| field)
     }
 
-    /// The same along a coordinate of which the length is `by` times as much.
+    /// Equivalent drive along a coordinate, with length = `by` × coordinate.
     fn along(&self, by: f64) -> Drive {
         let square = by * by;
         Drive {
@@ -69,14 +69,14 @@ impl TendonPull {
     }
 }
 
-/// The smaller number first.
+/// Sorts two numbers.
 fn sorted([a, b]: [f64; 2]) -> [f64; 2] {
     [a.min(b), a.max(b)]
 }
 
 impl MjcfReader<'_> {
-    /// All tendons. What they do of their own acts on the sum of two coordinates; of one, or of more, all but the range of one
-    /// is refused.
+    /// Reads all tendons. Passive forces and limits are supported on two joints. On one joint only
+    /// a limit is supported. Others are rejected.
     pub(super) fn read_tendons(&mut self, root: &Element) -> Result<Vec<Tendon>, String> {
         let mut tendons = Vec::new();
         for element in root.all("tendon").flat_map(|section| &section.children) {
@@ -128,7 +128,8 @@ impl MjcfReader<'_> {
         Ok(tendons)
     }
 
-    /// Adds what acts on the sum of two coordinates over the first coefficient; its index.
+    /// Adds forces on a combination of two coordinates, divided by the first coefficient. Returns
+    /// its index.
     fn add_sum(&mut self, joints: [(usize, f64); 2], drive: Drive, at: String) -> usize {
         let [(first, by), (second, other)] = joints;
         let of = MimicJoint { joints: [first, second], ratio: -other / by, offset: 0.0, at };
@@ -136,7 +137,8 @@ impl MjcfReader<'_> {
         self.robot.sums.len() - 1
     }
 
-    /// The sum that a tendon of two joints acts on, and its length over that; made where there is none. `None` of other tendons.
+    /// Index of the combination for a tendon of two joints, and ratio of the tendon's length to it.
+    /// Adds one if necessary. `None` for other tendons.
     pub(super) fn sum_of(&mut self, tendon: &mut Tendon) -> Option<(usize, f64)> {
         let [first, second] = tendon.joints.as_deref()?[..] else { return None };
         let joints = [first, second];
@@ -146,7 +148,7 @@ impl MjcfReader<'_> {
         Some((index, first.1))
     }
 
-    /// What a tendon of these joints does by itself.
+    /// Passive forces of a tendon of these joints.
     fn pull(&self, read: &Defaulted<'_>, joints: &Summands) -> Result<TendonPull, String> {
         let number = |field: &str, acts: bool| {
             let value = read.number(field)?.unwrap_or(0.0);
@@ -160,7 +162,7 @@ impl MjcfReader<'_> {
         let stiffness = number("stiffness", self.flags.springs)?;
         let damping = number("damping", self.flags.dampers)?;
         let friction = number("frictionloss", self.flags.friction)?;
-        // Its length where the springs of its joints are slack, if none is given.
+        // Default: the length with the springs of its joints relaxed.
         let slack = || joints.iter().map(|(joint, by)| by * self.robot.joints[*joint].rest).sum();
         let rest = match read.numbers("springlength")?.as_deref() {
             None | Some([] | [-1.0] | [-1.0, -1.0]) => slack(),
@@ -174,7 +176,7 @@ impl MjcfReader<'_> {
         Ok(TendonPull { stiffness, damping, friction, rest })
     }
 
-    /// The joints and coefficients of a fixed tendon.
+    /// Joints and coefficients of a fixed tendon.
     fn summed(&self, element: &Element) -> Result<Vec<(usize, f64)>, String> {
         let mut joints: Vec<(usize, f64)> = Vec::new();
         for part in &element.children {
@@ -198,7 +200,7 @@ impl MjcfReader<'_> {
         Ok(joints)
     }
 
-    /// Limits a joint, within its own range.
+    /// Restricts the range of a joint.
     fn limit(&mut self, element: &Element, joint: usize, [a, b]: [f64; 2]) -> Result<(), String> {
         let joint = &mut self.robot.joints[joint];
         let [low, high] = joint.range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
@@ -211,7 +213,7 @@ impl MjcfReader<'_> {
         Ok(())
     }
 
-    /// A tendon that is held, or goes with another one: of the lengths from those at the references,
+    /// Couples a tendon to another one or fixes it. In lengths relative to those at the references:
     ///
     /// ```text
     /// L₁ − L₁₀ = c₀ + c₁ (L₂ − L₂₀),   L = Σ f q
@@ -235,7 +237,7 @@ impl MjcfReader<'_> {
         let reference = |joint: usize| self.robot.joints[joint].reference;
         let follows =
             |joint: usize| self.robot.follows.iter().any(|known| known.joints[0] == joint);
-        // The first one goes with the second, unless it goes with one already.
+        // The first joint depends on the second, unless it already depends on another.
         if let [(first, _), (second, _)] = sum[..]
             && follows(first)
             && !follows(second)
@@ -258,7 +260,8 @@ impl MjcfReader<'_> {
     }
 }
 
-/// The constant of what is held and, where it `goes` with something else, the ratio; more is refused.
+/// Constant and ratio of `polycoef`. Higher terms are rejected if the constraint `goes` with
+/// another joint or tendon.
 pub(super) fn coefficients(element: &Element, goes: bool) -> Result<[f64; 2], String> {
     let given = element.numbers("polycoef")?.unwrap_or_default();
     if given.len() > 5 {

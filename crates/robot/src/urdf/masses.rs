@@ -1,4 +1,4 @@
-//! Places and masses in a URDF file.
+//! Poses and masses of a URDF file.
 
 use super::UrdfReader;
 use crate::between::carried;
@@ -8,16 +8,16 @@ use crate::model::LinkMass;
 use crate::xml::{Attributes, Element};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
-/// Least mass of a link, kg: that of a body in a scene. Files give less to frames.
+/// Minimum mass of a link (kg), equal to that of a scene body. Files use smaller masses for frames.
 pub(super) const LEAST_MASS: f64 = 1e-9;
 
-/// `<inertial>`; nothing where there is none, or where its mass is less than [`LEAST_MASS`].
+/// Mass properties of `<inertial>`. Zero if it is absent or its mass is below [`LEAST_MASS`].
 pub(super) fn inertial(link: &Element) -> Result<LinkMass, String> {
     let Some(inertial) = link.one("inertial")? else { return Ok(LinkMass::NONE) };
     if density(link)?.is_some() {
         return Ok(LinkMass::NONE);
     }
-    // What says no mass has that of its shapes, if it moves.
+    // A moving link without `<mass>` takes the mass of its shapes.
     let Some(mass) = inertial.one("mass")? else { return Ok(LinkMass::NONE) };
     mass.needed("value")?;
     let mass = mass.bounded("value", 0.0, [0.0, 1e9])?;
@@ -36,14 +36,14 @@ pub(super) fn inertial(link: &Element) -> Result<LinkMass, String> {
     Ok(LinkMass { mass, centre: Vector3::zeros(), inertia }.placed(&origin(inertial)?))
 }
 
-/// Whether a link gives a mass above 0 that is less than [`LEAST_MASS`].
+/// True if the link has a positive mass below [`LEAST_MASS`].
 pub(super) fn is_faint(link: &Element) -> Result<bool, String> {
     let Some(inertial) = link.one("inertial")? else { return Ok(false) };
     let mass = inertial.one("mass")?.map(|mass| mass.number("value")).transpose()?.flatten();
     Ok(mass.is_some_and(|mass| 0.0 < mass && mass < LEAST_MASS))
 }
 
-/// `<density>` (kg/m³) of an `<inertial>` without a mass: the mass is that of the shapes that touch.
+/// `<density>` (kg/m³) of an `<inertial>` without mass. It applies to the collision shapes.
 pub(super) fn density(link: &Element) -> Result<Option<f64>, String> {
     let Some(inertial) = link.one("inertial")? else { return Ok(None) };
     let given = inertial.one("density")?.filter(|_| inertial.all("mass").next().is_none());
@@ -55,12 +55,15 @@ pub(super) fn density(link: &Element) -> Result<Option<f64>, String> {
         .transpose()
 }
 
-/// Of what is said of no mass at all, kg/m³.
+/// Density of moving links without mass (kg/m³).
 const USUAL_DENSITY: f64 = 1000.0;
 
 impl UrdfReader<'_> {
-    /// Gives what has to have a mass one that follows from the shapes that touch: links with a density; those that move, with
-    /// all that is fixed to them, without any mass; and those of which the inertia is none.
+    /// Sets missing masses from the collision shapes. This concerns:
+    ///
+    /// - links with a density,
+    /// - moving links that have no mass, including all links fixed to them,
+    /// - links without inertia.
     pub(super) fn fill_masses(&mut self) -> Result<(), String> {
         let carriers = self.robot.carriers();
         for link in 1..self.robot.links.len() {
@@ -99,7 +102,7 @@ impl UrdfReader<'_> {
         Ok(())
     }
 
-    /// What the shapes of a link that touch weigh at 1 kg/m³.
+    /// Mass properties of the collision shapes of a link at 1 kg/m³.
     fn solid(&self, link: usize) -> Result<LinkMass, String> {
         let own = self.robot.shapes.iter().filter(|shape| shape.link == link);
         let parts = own.map(|shape| {
@@ -110,7 +113,7 @@ impl UrdfReader<'_> {
     }
 }
 
-/// `<origin>`: a place, and turns about x, y and z that stay, one after the other.
+/// Pose of `<origin>`: position, and rotations about the fixed axes x, y and z in this order.
 pub(super) fn origin(element: &Element) -> Result<LinkFrame, String> {
     let Some(origin) = element.one("origin")? else { return Ok(LinkFrame::identity()) };
     let position = origin.exactly::<3>("xyz")?.unwrap_or_default();

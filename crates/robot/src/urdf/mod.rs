@@ -1,4 +1,4 @@
-//! URDF, the format of ROS.
+//! Reader of URDF, the format of ROS.
 
 mod masses;
 mod shapes;
@@ -18,13 +18,13 @@ use tumble_model::shown;
 use masses::{LEAST_MASS, density, inertial, is_faint, origin};
 use tree::{LinkTree, end};
 
-/// Limits of joints are no farther than this, m or rad.
+/// Largest magnitude of joint and effort limits, in SI units.
 const FARTHEST: f64 = 1e12;
 
-/// The robot of a file.
+/// Reads a robot from the root element of a file.
 ///
 /// # Errors
-/// The first thing that is wrong, with its line.
+/// The first fault, with its line.
 pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     if reading.points_rub {
         return Err(root.wrong(
@@ -100,7 +100,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Result<Robot, String> {
     Ok(reader.robot)
 }
 
-/// Takes from a link or a joint what it has once already, where it has one alone; how many elements.
+/// Removes duplicates of elements that may occur once in a link or joint. Returns their number.
 fn keep_first(element: &mut Element) -> usize {
     const ONCE: [&str; 8] =
         ["inertial", "origin", "axis", "limit", "dynamics", "mimic", "parent", "child"];
@@ -116,12 +116,13 @@ fn keep_first(element: &mut Element) -> usize {
     before - element.children.len()
 }
 
-/// A joint that is still to be read, with what hangs on it.
+/// Joint that is still to be read, with its subtree.
 struct Hanging<'e> {
     joint: &'e Element,
     parent: usize,
-    /// Of the joints between links without mass above it: they are joints of the first link below them that has one, in
-    /// the frame of the link that this joint is in, which is here in that of the parent.
+    /// Joints above this one whose child links have no mass. They become joints of the first link
+    /// with mass below. They are given in the frame of the link that this joint starts from. That
+    /// link has the pose `frame` in `parent`.
     before: Vec<RobotJoint>,
     frame: LinkFrame,
 }
@@ -131,16 +132,16 @@ struct UrdfReader<'a> {
     tree: &'a LinkTree<'a>,
     notes: RobotNotes,
     robot: Robot,
-    /// Corners of the hulls of meshes, by the file and the bits of the scale.
+    /// Vertices of the hulls of meshes, by file and bits of the scale.
     hulls: HashMap<(String, [u64; 3]), Vec<[f64; 3]>>,
-    /// Where links are in the world at the reference.
+    /// Poses of the links in the world at the reference.
     placed: Vec<LinkFrame>,
-    /// Names of joints that are fixed because all that they move is less than [`LEAST_MASS`].
+    /// Names of joints that are fixed because they move less than [`LEAST_MASS`].
     held: BTreeSet<String>,
 }
 
 impl<'a> UrdfReader<'a> {
-    /// The root and all that hangs on it, the first below the first.
+    /// Reads the root and all links below, depth first in the order of the file.
     fn read_root(&mut self) -> Result<(), String> {
         let root = self.tree.root;
         let name = root.needed("name")?;
@@ -176,7 +177,7 @@ impl<'a> UrdfReader<'a> {
                 todo.push(Hanging { joint: below, parent, before: joints, frame });
             } else {
                 let flies = matches!(joints[..], [RobotJoint { moves: Moves::Free, .. }]);
-                // It flies: where its parent goes is nothing to it.
+                // A free joint is relative to the world.
                 let (parent, frame) =
                     if flies { (0, self.placed[parent].then(&frame)) } else { (parent, frame) };
                 let index = self.add_link(self.tree.links[child], parent, frame, joints)?;
@@ -198,8 +199,8 @@ impl<'a> UrdfReader<'a> {
         todo.extend(below.iter().rev().map(hanging));
     }
 
-    /// The one joint below a link that is nothing but a place between two joints: it has no mass, touches nothing, and
-    /// slides or turns, as what hangs on it.
+    /// Joint below a link that merely connects two joints. Such a link has no mass and no collision
+    /// shapes. All its joints are slides or hinges.
     fn passes_on(
         &self,
         name: &'a str,
@@ -217,10 +218,10 @@ impl<'a> UrdfReader<'a> {
         Ok(passes.then_some(*below))
     }
 
-    /// Whether a link, or one that is fixed to it, has a mass.
+    /// True if the link, or one fixed to it, has a mass.
     fn weighs(&self, name: &'a str) -> Result<bool, String> {
         let mut todo = vec![name];
-        // No link twice: each has one parent.
+        // Each link is visited once, since it has one parent.
         while let Some(name) = todo.pop() {
             let link = self.tree.links[name];
             if inertial(link)?.mass > 0.0 || density(link)?.is_some() {
@@ -235,7 +236,7 @@ impl<'a> UrdfReader<'a> {
         Ok(false)
     }
 
-    /// Notes the links of less than [`LEAST_MASS`].
+    /// Notes links with a mass below [`LEAST_MASS`].
     fn note_faint(&mut self, root: &Element) -> Result<(), String> {
         let mut names = Vec::new();
         for link in root.all("link") {
@@ -253,8 +254,8 @@ impl<'a> UrdfReader<'a> {
         Ok(())
     }
 
-    /// Whether a link of less than [`LEAST_MASS`] is a frame at the end of its branch: neither it nor any link below it
-    /// has a mass or a shape that touches.
+    /// True if a link below [`LEAST_MASS`] is a frame at the end of its branch. Neither the link
+    /// nor its descendants have a mass or collision shapes.
     fn is_frame(&self, name: &'a str) -> Result<bool, String> {
         if !is_faint(self.tree.links[name])? {
             return Ok(false);
@@ -317,7 +318,8 @@ impl<'a> UrdfReader<'a> {
         Ok(index)
     }
 
-    /// A joint and those before it that its link has too, in the frame of that link; where that is in the parent.
+    /// Pose of the child link in the parent, and its joints in its own frame. They include the
+    /// joints of massless links above.
     fn read_joint(
         &mut self,
         hanging: &Hanging<'_>,
@@ -372,7 +374,7 @@ impl<'a> UrdfReader<'a> {
         Ok((hanging.frame.then(&frame), joints))
     }
 
-    /// A joint that goes with another one, which may stand after it.
+    /// Reads a `<mimic>` element. The other joint may come later in the file.
     fn read_mimic(&mut self, element: &Element) -> Result<(), String> {
         let Some(mimic) = element.one("mimic")? else { return Ok(()) };
         let is_held = element.own("name").is_some_and(|name| self.held.contains(name));
@@ -406,7 +408,7 @@ impl<'a> UrdfReader<'a> {
         Ok(())
     }
 
-    /// A joint with its limits and what resists it.
+    /// Adds limits, damping and friction to a joint.
     fn driven(
         &mut self,
         element: &Element,
@@ -434,7 +436,7 @@ impl<'a> UrdfReader<'a> {
                 limit.at()
             ));
         }
-        // What is farther away than the solver's largest number is no limit.
+        // Limits are clamped to the largest number of the solver.
         let range = [low, high].map(|limit| limit.clamp(-FARTHEST, FARTHEST));
         joint.range = (limited && low <= high).then_some(range);
         let effort = limit.bounded("effort", 0.0, [-FARTHEST, FARTHEST])?;

@@ -1,4 +1,4 @@
-//! What links are made of in a URDF file, and what they look like.
+//! Collision and visual geometry of a URDF file.
 
 use super::UrdfReader;
 use super::masses::origin;
@@ -40,7 +40,7 @@ impl UrdfReader<'_> {
         Ok(())
     }
 
-    /// What a link looks like, all of it or nothing: what is wrong with it does not change the motion.
+    /// Reads the visual geometry of a link. It is dropped with a note if any part is invalid.
     pub(super) fn read_looks(&mut self, element: &Element, link: usize) {
         let before = self.robot.looks.len();
         for visual in element.all("visual") {
@@ -55,7 +55,7 @@ impl UrdfReader<'_> {
         }
     }
 
-    /// Look of a visual; `None` for a form of size 0.
+    /// Visual geometry of one `<visual>`; `None` for a shape of size 0.
     fn look(&self, visual: &Element, link: usize) -> Result<Option<RobotLook>, String> {
         let geometry = visual.one("geometry")?;
         let geometry = geometry.ok_or_else(|| visual.wrong("<geometry> is needed"))?;
@@ -76,7 +76,7 @@ impl UrdfReader<'_> {
         Ok(Some(RobotLook { link, seen, frame: origin(visual)? }))
     }
 
-    /// What a shape is made of: one form, or the pieces of a mesh.
+    /// Geometry of a collision shape: one primitive, or the pieces of a mesh.
     fn forms(&mut self, element: &Element) -> Result<Vec<RobotForm>, String> {
         if element.tag != "mesh" {
             return Ok(vec![self.form(element)?]);
@@ -123,7 +123,7 @@ impl UrdfReader<'_> {
     }
 }
 
-/// Whether a form has a size of 0, so that nothing can touch it.
+/// True if the geometry has size 0 and cannot collide.
 fn is_empty(form: &Element) -> Result<bool, String> {
     let fields: &[&str] = match &*form.tag {
         "box" => &["size"],

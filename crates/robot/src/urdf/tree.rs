@@ -1,16 +1,16 @@
-//! Links and joints of a URDF file as a tree.
+//! Tree of the links and joints of a URDF file.
 
 use crate::xml::{Attributes, Element};
 use std::collections::HashMap;
 use tumble_model::shown;
 
-/// More links than this are refused.
+/// Maximum number of links.
 const MOST_LINKS: usize = 2000;
 
-/// Links and joints by their names, and who hangs on whom.
+/// Links and joints by name, and the parent-child relations.
 pub(super) struct LinkTree<'e> {
     pub links: HashMap<&'e str, &'e Element>,
-    /// The joints of each parent in the order of the file.
+    /// Joints below each link, in the order of the file.
     pub below: HashMap<&'e str, Vec<&'e Element>>,
     pub root: &'e Element,
 }
@@ -61,7 +61,7 @@ impl<'e> LinkTree<'e> {
     }
 }
 
-/// The one element `tag` in a joint, and the link that it names.
+/// Link named by the only element `tag` of a joint.
 pub(super) fn end<'e>(joint: &'e Element, tag: &str) -> Result<&'e str, String> {
     let element = joint.one(tag)?.ok_or_else(|| joint.wrong(format!("<{tag}> is needed")))?;
     element.needed("link")

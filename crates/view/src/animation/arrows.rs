@@ -1,4 +1,4 @@
-//! Contact forces as arrows.
+//! Contact forces drawn as arrows.
 
 use super::camera::Camera;
 use super::canvas::Canvas;
@@ -9,11 +9,11 @@ use nalgebra::Vector3;
 pub struct Arrow {
     pub from: Vector3<f64>,
     pub to: Vector3<f64>,
-    /// Of the body that it belongs to, m.
+    /// Size of its body (m).
     pub reach: f64,
 }
 
-/// Paints arrows over what is there, with a seam that sets them off.
+/// Paints arrows on top of the picture, with an outline.
 pub fn paint(canvas: &mut Canvas, camera: &Camera, arrows: &[&Arrow]) {
     let unit = canvas.size() / 800.0;
     for (colour, extra) in [(SEAM, 2.4 * unit), (FORCE, 0.0)] {

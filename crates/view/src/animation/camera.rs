@@ -1,48 +1,48 @@
-//! Where the camera stands, and where a point is in the picture. Points are in the ground's
-//! frame; the camera stands upright in the world, so that a slope is seen as one.
+//! Camera and projection. Points are in the ground's frame. The camera is upright in the world, so
+//! that slopes appear inclined.
 
 use super::framing::{FILL, FILL_ABOVE, HALF_VIEW, Window};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-/// A place of the picture and its depth: x, y (pixels) and w = 1/z (1/m).
+/// Picture point with depth: x, y (pixels) and w = 1/z (1/m).
 pub type Spot = [f64; 3];
 
-/// From where the scene is seen, in degrees.
+/// View direction (degrees).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
-    /// Of the camera about the vertical, from the x axis towards the y axis.
+    /// Azimuth of the camera about the vertical, from the x axis towards the y axis.
     pub azimuth: f64,
-    /// Of the camera above the horizon.
+    /// Elevation of the camera above the horizon.
     pub elevation: f64,
 }
 
 impl Default for View {
-    /// The drop scene's motion, along y, goes to the right.
+    /// Default view. Motion along y, as in the drop scene, goes to the right.
     fn default() -> Self {
         Self { azimuth: -32.0, elevation: 20.0 }
     }
 }
 
-/// A camera that stands still, and the window through which it looks.
+/// Fixed camera with a window on its view.
 pub struct Camera {
-    /// Ground → right, up, forward.
+    /// Rotation from the ground to the axes right, up, forward.
     axes: Matrix3<f64>,
-    /// Where the camera is, in its own axes, m.
+    /// Position of the camera in its own axes (m).
     eye: Vector3<f64>,
-    /// Middle of the picture, pixels.
+    /// Centre of the picture (pixels).
     middle: f64,
-    /// What of its view is in the picture.
+    /// Part of the view that is in the picture.
     pub window: Window,
 }
 
 impl Camera {
-    /// The nearest camera that looks from `view` and has all `points` in a picture of
-    /// `size` pixels; `to_ground` turns the world's axes into those of the points.
+    /// Camera in direction `view` at the smallest distance with all `points` in a picture of `size`
+    /// pixels. `to_ground` rotates world axes to those of the points.
     ///
-    /// A point (x, y, z) in camera axes is in the picture of a camera at e if
-    /// |x − e_x| ≤ a (z − e_z), and likewise for y. Over all points that is
-    /// e_x − a e_z ≥ max(x − a z) and e_x + a e_z ≤ min(x + a z): e_z is largest where
-    /// both hold with equality, and e_x lies in the middle of what they leave.
+    /// A point (x, y, z) in camera axes is visible from e if |x − e_x| ≤ a (z − e_z), and likewise
+    /// for y. Over all points this is e_x − a e_z ≥ max(x − a z) and e_x + a e_z ≤ min(x + a z).
+    /// The largest e_z satisfies both with equality. The other coordinates are centred in the
+    /// remaining interval.
     pub fn fit(view: View, to_ground: &Rotation3<f64>, size: u16, points: &[Vector3<f64>]) -> Self {
         let axes = axes(view) * to_ground.matrix().transpose();
         let (side, above) = (HALF_VIEW * FILL, HALF_VIEW * FILL_ABOVE);
@@ -70,56 +70,56 @@ impl Camera {
         Self { axes, eye, middle: f64::from(size) / 2.0, window: Window::WHOLE }
     }
 
-    /// The pixel of a point, x to the right and y down.
+    /// Pixel of a point, x to the right and y down.
     pub fn project(&self, point: &Vector3<f64>) -> [f32; 2] {
         let [x, y, _] = self.spot(point);
         [x as f32, y as f32]
     }
 
-    /// The pixel of a point and its depth: x, y and 1/z, z along the view.
+    /// Pixel and depth of a point: x, y and 1/z with z along the view.
     pub fn spot(&self, point: &Vector3<f64>) -> Spot {
         let ([x, y], w) = self.slopes(point);
         let (middle, scale) = (self.window.middle, self.scale());
         [self.middle + scale * (x - middle[0]), self.middle - scale * (y - middle[1]), w]
     }
 
-    /// Where a point is in the view, in slopes to the right and up, and 1/z.
+    /// Slopes of a point to the right and up, and 1/z.
     pub fn slopes(&self, point: &Vector3<f64>) -> ([f64; 2], f64) {
         let p = self.axes * point - self.eye;
         let w = 1.0 / p[2];
         ([p[0] * w, p[1] * w], w)
     }
 
-    /// Pixels of a slope.
+    /// Pixels per unit slope.
     fn scale(&self) -> f64 {
         self.middle / self.window.half
     }
 
-    /// How many pixels a length across the view takes at a spot.
+    /// Size in pixels of a length across the view at a spot.
     pub fn pixels(&self, length: f64, spot: Spot) -> f64 {
         self.scale() * length * spot[2]
     }
 
-    /// The way from the eye through a place of the picture, ground's frame; its part along
-    /// the view is 1.
+    /// Ray from the eye through a picture point, in the ground's frame. Its component along the
+    /// view is 1.
     pub fn ray(&self, x: f64, y: f64) -> Vector3<f64> {
         let ([right, up], scale) = (self.window.middle, self.scale());
         let way = [right + (x - self.middle) / scale, up + (self.middle - y) / scale];
         self.axes.transpose() * Vector3::new(way[0], way[1], 1.0)
     }
 
-    /// Along the view, of length 1, ground's frame.
+    /// Unit vector along the view, in the ground's frame.
     pub fn forward(&self) -> Vector3<f64> {
         self.axes.row(2).transpose()
     }
 
-    /// Where the camera is, ground's frame.
+    /// Position of the camera, in the ground's frame.
     pub fn eye(&self) -> Vector3<f64> {
         self.axes.transpose() * self.eye
     }
 }
 
-/// World → right, up, forward, for all elevations up to straight down.
+/// Rotation from the world to the axes right, up, forward, valid up to elevation 90°.
 fn axes(view: View) -> Matrix3<f64> {
     let (sin_a, cos_a) = view.azimuth.to_radians().sin_cos();
     let (sin_e, cos_e) = view.elevation.to_radians().sin_cos();

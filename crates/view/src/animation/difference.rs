@@ -1,9 +1,9 @@
-//! What changed from one picture to the next.
+//! Changed part of a picture.
 
 use std::ops::Range;
 
-/// The smallest rectangle with all that differs between two pictures of `size` by `size` pixels.
-/// One pixel where nothing does: a frame has to have some.
+/// Smallest rectangle with all differences between two pictures of `size` by `size` pixels. It is
+/// one pixel if there are none, since a GIF frame cannot be empty.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Changed {
     pub columns: Range<usize>,
@@ -12,7 +12,7 @@ pub struct Changed {
 }
 
 impl Changed {
-    /// Between `before` and `now`; all of the picture where there is none before.
+    /// Difference between two pictures. The whole picture if `before` is empty.
     pub fn between<T: PartialEq>(before: &[T], now: &[T], size: usize) -> Self {
         if before.is_empty() {
             return Self { columns: 0..size, rows: 0..size, size };
@@ -34,7 +34,7 @@ impl Changed {
         Self { columns: left..right, rows: top..bottom, size }
     }
 
-    /// The pixels in it by rows, `None` for those that do not differ.
+    /// Pixels of the rectangle row by row, with `None` for unchanged ones.
     pub fn pixels<'a, T: PartialEq + Copy>(
         &self,
         before: &'a [T],

@@ -1,4 +1,4 @@
-//! Frames encoded as a GIF, each as its difference from the previous one.
+//! GIF encoder. Each frame stores its difference from the previous one.
 
 use super::canvas::Canvas;
 use super::difference::Changed;
@@ -9,10 +9,10 @@ use crate::film::Film;
 use gif::{AnyExtension, DisposalMethod, Repeat};
 use std::borrow::Cow;
 
-/// The GIF's comment extension.
+/// Comment extension of GIF.
 const COMMENT: AnyExtension = AnyExtension(0xfe);
 
-/// Writes frames one after the other.
+/// Encoder of successive frames.
 pub struct Encoder<'a> {
     size: usize,
     encoder: gif::Encoder<&'a mut Vec<u8>>,
@@ -22,7 +22,7 @@ pub struct Encoder<'a> {
 }
 
 impl<'a> Encoder<'a> {
-    /// Starts a file whose frames are `size` pixels wide and high.
+    /// Starts a file with frames of `size` by `size` pixels.
     pub fn new(bytes: &'a mut Vec<u8>, film: &Film, size: u16) -> Result<Self, AnimationError> {
         let palette = Palette::of(film);
         let mut encoder = gif::Encoder::new(bytes, size, size, &palette.bytes())?;

@@ -1,4 +1,4 @@
-//! The ground under the motion: a grid, and the shadow on it.
+//! Ground with grid and shadows.
 
 use super::camera::Camera;
 use super::canvas::Canvas;
@@ -6,34 +6,34 @@ use super::outline::hull;
 use super::palette::{GROUND, LINE, SHADOW, SHADOW_DEPTH, SHADOW_STEPS};
 use nalgebra::{Vector2, Vector3};
 
-/// Lines of the grid along the longer side, about.
+/// Approximate number of grid lines along the longer side.
 const LINES: f64 = 14.0;
 
-/// Horizontal way of the light over its fall: it comes from 65° above the horizon.
+/// Horizontal over vertical component of the light direction. The light is 65° above the horizon.
 const LEAN: f64 = 0.466;
-/// The light is a disc, this large across its distance: shadows get softer with height.
+/// Diameter of the light's disc over its distance. Shadows get softer with height.
 const SPREAD: f64 = 0.05;
 
-/// Where the light comes from.
+/// Direction of the light.
 #[derive(Debug, Clone, Copy)]
 pub struct Light {
-    /// Horizontal direction of the shadows, of length 1.
+    /// Horizontal direction of the shadows, unit vector.
     away: Vector2<f64>,
 }
 
 impl Light {
-    /// Light that follows the camera around: the shadow falls to the left and backwards.
+    /// Light relative to the camera. Shadows fall to the left and backwards.
     pub fn for_azimuth(degrees: f64) -> Self {
         let angle = (degrees - 125.0).to_radians();
         Self { away: Vector2::new(angle.cos(), angle.sin()) }
     }
 
-    /// Towards the light, of length 1.
+    /// Unit vector towards the light.
     pub fn direction(&self) -> Vector3<f64> {
         Vector3::new(-LEAN * self.away.x, -LEAN * self.away.y, 1.0).normalize()
     }
 
-    /// Where the shadow of `point` falls on the ground, from one part of the light's disc.
+    /// Shadow of `point` on the ground, cast by one part of the light's disc.
     fn cast(&self, point: &Vector3<f64>, part: u8) -> Vector3<f64> {
         let angle = std::f64::consts::TAU * f64::from(part) / f64::from(SHADOW_STEPS);
         let lean = LEAN * self.away + SPREAD * Vector2::new(angle.cos(), angle.sin());
@@ -42,25 +42,25 @@ impl Light {
     }
 }
 
-/// Of an endless floor, as far away as this times what is seen on it.
+/// Extent of an endless floor over the distance of the visible motion.
 const FARTHEST: f64 = 4.0;
 
-/// Of an endless floor, most lines of the grid.
+/// Maximum number of grid lines of an endless floor.
 const MOST_LINES: f64 = 400.0;
 
-/// A rectangle of ground with its grid.
+/// Rectangle of ground with a grid.
 pub struct Floor {
     low: Vector2<f64>,
     high: Vector2<f64>,
-    /// Of the grid, m: 1, 2 or 5 times a power of ten.
+    /// Spacing of the grid (m): 1, 2 or 5 times a power of ten.
     spacing: f64,
     light: Light,
-    /// How far it is seen where it is endless, m along the view.
+    /// Visible range along the view direction (m), if the floor is endless.
     farthest: Option<f64>,
 }
 
 impl Floor {
-    /// The floor under `points`, wide enough for their shadows.
+    /// Floor under `points`, including their shadows.
     pub fn under(points: &[Vector3<f64>], light: Light) -> Self {
         let mut low = Vector2::repeat(f64::INFINITY);
         let mut high = -low;
@@ -78,14 +78,13 @@ impl Floor {
         Self { low, high, spacing, light, farthest: None }
     }
 
-    /// The same ground without end, with a grid for a picture that shows `width` (m) of it,
-    /// `distance` (m) away.
+    /// Endless floor. Its grid suits a picture that shows `width` (m) at `distance` (m).
     pub fn endless(self, width: f64, distance: f64) -> Self {
         let spacing = round_length(width / LINES);
         Self { spacing, farthest: Some(FARTHEST * distance), ..self }
     }
 
-    /// The four corners.
+    /// Corners of the rectangle.
     pub fn corners(&self) -> [Vector3<f64>; 4] {
         let (a, b) = (self.low, self.high);
         [(a.x, a.y), (b.x, a.y), (b.x, b.y), (a.x, b.y)].map(|(x, y)| Vector3::new(x, y, 0.0))
@@ -113,11 +112,11 @@ impl Floor {
         canvas.line(&outline, true, 1.6 * width, LINE);
     }
 
-    /// Paints what is in the picture of ground without end.
+    /// Paints the visible part of an endless floor.
     ///
-    /// A ray from the eye e through the place (x, y) of the picture, r, meets the ground after
-    /// −e_z/r_z. It does so before `farthest` where −r_z is at least e_z/`farthest`; r is linear
-    /// in x and y.
+    /// A ray from the eye e through the picture point (x, y) has direction r, linear in x and y. It
+    /// meets the ground at −e_z/r_z. This is nearer than `farthest` if −r_z is at least
+    /// e_z/`farthest`.
     fn paint_endless(&self, canvas: &mut Canvas, camera: &Camera, farthest: f64) {
         let (size, eye) = (f64::from(canvas.size()), camera.eye());
         let below =
@@ -145,7 +144,7 @@ impl Floor {
             let ends = ground.iter().map(|place| place[axis]);
             let low = ends.clone().fold(f64::INFINITY, f64::min);
             let high = ends.fold(f64::NEG_INFINITY, f64::max);
-            // In a view along the ground, coarser lines.
+            // Coarser lines for views along the ground.
             let crowd = ((high - low) / (self.spacing * MOST_LINES)).max(1.0);
             let spacing = self.spacing * 10f64.powf(crowd.log10().ceil());
             let (first, last) = ((low / spacing).ceil() as i64, (high / spacing).floor() as i64);
@@ -157,15 +156,15 @@ impl Floor {
         }
     }
 
-    /// Paints the shadow of convex pieces, each given by points that span it, once for each
-    /// part of the light's disc; where shadows overlap they are no darker.
+    /// Paints the shadows of convex pieces, each given by points that span it. Each part of the
+    /// light's disc casts one layer. Overlapping shadows are not darker.
     pub fn paint_shadows(
         &self,
         canvas: &mut Canvas,
         camera: &Camera,
         pieces: &[Vec<Vector3<f64>>],
     ) {
-        // As many layers of this leave SHADOW_DEPTH.
+        // Opacity of one layer, such that all layers together have SHADOW_DEPTH.
         let cover = 1.0 - (1.0 - SHADOW_DEPTH).powf(1.0 / f32::from(SHADOW_STEPS));
         for part in 0..SHADOW_STEPS {
             let cast = |points: &Vec<Vector3<f64>>| {
@@ -180,7 +179,7 @@ impl Floor {
     }
 }
 
-/// The ends of the line in a convex polygon on which the coordinate `axis` is `at`.
+/// End points of the chord of a convex polygon at coordinate `axis` = `at`.
 fn chord(
     polygon: &[Vector2<f64>],
     axis: usize,

@@ -1,46 +1,44 @@
-//! Which part of the view each frame shows: all of it, or what moves, from one place or followed.
+//! Window of each frame on the view: the whole view, or the moving bodies, fixed or tracking.
 //!
-//! The camera stands where it has everything in view. What is small there is shown through a
-//! smaller window, of one size for all frames, so that sizes can be compared.
+//! The camera has everything in view. Small motion is shown through a smaller window. Its size is
+//! the same for all frames, so that sizes are comparable.
 
-/// Half the width of the picture over its distance: an angle of view of 28°.
+/// Half width of the picture over its distance, a field of view of 28°.
 pub const HALF_VIEW: f64 = 0.249;
 
-/// What of the half picture the motion may fill: at the sides and below, and above, where
-/// the clock stands.
+/// Usable fraction of the half picture: at the sides and below, and above, where the time is shown.
 pub const FILL: f64 = 0.94;
 pub const FILL_ABOVE: f64 = 0.84;
 
-/// A square part of the view, in slopes: lengths across the view over those along it.
+/// Square part of the view, in slopes: lengths across the view over distance along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
-    /// To the right and up.
+    /// Centre, to the right and up.
     pub middle: [f64; 2],
     pub half: f64,
 }
 
-/// The rectangle of the view that something takes, in slopes.
+/// Bounding rectangle in the view, in slopes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViewExtent {
     low: [f64; 2],
     high: [f64; 2],
 }
 
-/// A nearer window has to show things larger by this.
+/// Minimum magnification that justifies a smaller window.
 const NEARER: f64 = 1.6;
 
-/// Half a window over the reach of the largest body in it: what is about it is seen as well.
+/// Half window over the size of the largest body in it, which keeps the surroundings visible.
 const CONTEXT: f64 = 5.0;
 
-/// A window that follows has the mean place of so many frames before and after, the nearest with
-/// the largest weights: half a second.
+/// Half width of the smoothing kernel in frames (half a second). Its weights are triangular.
 const SMOOTH: usize = 15;
 
 impl Window {
     /// The whole view.
     pub const WHOLE: Self = Self { middle: [0.0; 2], half: HALF_VIEW };
 
-    /// That about `extent`, with half a side of at least `least`.
+    /// Window around `extent` with half side at least `least`.
     fn about(extent: &ViewExtent, least: f64) -> Self {
         let size = |k: usize| extent.high[k] - extent.low[k];
         let half = (size(0) / (2.0 * FILL)).max(size(1) / (FILL + FILL_ABOVE)).max(least);
@@ -48,7 +46,7 @@ impl Window {
         Self { middle: [x, y + (FILL - FILL_ABOVE) / 2.0 * half], half }
     }
 
-    /// Half a side of the window about this one's middle that has `extent` in it.
+    /// Half side of the window with the same centre that contains `extent`.
     fn needed(&self, extent: &ViewExtent) -> f64 {
         let to = |k: usize| [extent.high[k] - self.middle[k], self.middle[k] - extent.low[k]];
         let ([right, left], [up, down]) = (to(0), to(1));
@@ -57,15 +55,15 @@ impl Window {
 }
 
 impl ViewExtent {
-    /// Of nothing.
+    /// Empty extent.
     pub const NONE: Self = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
 
-    /// With another point.
+    /// Extent that also contains `point`.
     pub fn with(self, point: [f64; 2]) -> Self {
         self.and(&Self { low: point, high: point })
     }
 
-    /// Of both.
+    /// Union of both.
     fn and(self, other: &Self) -> Self {
         Self {
             low: std::array::from_fn(|k| self.low[k].min(other.low[k])),
@@ -78,10 +76,12 @@ impl ViewExtent {
     }
 }
 
-/// The window of each frame, or one for all: `moving` has what moves in each frame, of whose
-/// bodies the largest reaches `reach` (slopes), and `followed` the place in the view that goes with it, and how that goes
-/// without jerks. The stillest one is taken unless another shows what
-/// moves much larger; one that follows needs something that stands still to be seen against.
+/// Window of each frame, or one window for all.
+///
+/// `moving` is the extent of the moving bodies in each frame, and `reach` the size of the largest
+/// in slopes. `followed` holds their mean position and its smoothed value in each frame. A fixed
+/// window is preferred unless another magnifies motion much more. Tracking needs a ground as
+/// reference.
 pub fn windows(
     moving: &[ViewExtent],
     reach: f64,
@@ -95,11 +95,11 @@ pub fn windows(
         still = Window::WHOLE;
     }
     let following = following(moving, least, followed);
-    // In this order what is no number stays still.
+    // The comparison selects the fixed window for NaN.
     if has_ground && following[0].half * NEARER <= still.half { following } else { vec![still] }
 }
 
-/// Windows that go where `followed` goes without jerks, and with what is about it.
+/// Windows that track the smoothed positions `followed`.
 fn following(moving: &[ViewExtent], least: f64, followed: &[[[f64; 2]; 2]]) -> Vec<Window> {
     let off = |(one, [place, _]): (&ViewExtent, &[[f64; 2]; 2])| {
         let middle = Window::about(one, least).middle;
@@ -117,7 +117,7 @@ fn following(moving: &[ViewExtent], least: f64, followed: &[[[f64; 2]; 2]]) -> V
     windows
 }
 
-/// Places frame by frame, without jerks: what goes straight on stays as it is.
+/// Smooths positions over frames. Uniform straight motion is unchanged.
 pub fn smooth<const N: usize>(places: &[[f64; N]]) -> Vec<[f64; N]> {
     let half = SMOOTH as isize;
     let weight = |off: isize| (half + 1 - off.abs()) as f64;
@@ -128,7 +128,7 @@ pub fn smooth<const N: usize>(places: &[[f64; N]]) -> Vec<[f64; N]> {
     (0..places.len()).map(|k| std::array::from_fn(|axis| mean(k as isize, axis))).collect()
 }
 
-/// A place, also beyond the ends: as far there from the end as within, on its other side.
+/// Position at index `at`. Beyond the ends it is extrapolated by point reflection.
 fn place<const N: usize>(places: &[[f64; N]], at: isize, axis: usize) -> f64 {
     let last = places.len() as isize - 1;
     match at {
@@ -143,7 +143,7 @@ fn place<const N: usize>(places: &[[f64; N]], at: isize, axis: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// Squares of the size 2 `half` about places.
+    /// Squares of half side `half` around places.
     fn squares(places: &[[f64; 2]], half: f64) -> Vec<ViewExtent> {
         let square = |place: &[f64; 2]| {
             let corner = |sign: f64| place.map(|x| x + sign * half);
@@ -152,7 +152,7 @@ mod tests {
         places.iter().map(square).collect()
     }
 
-    /// The windows of squares about places, each followed itself.
+    /// Windows for squares around places, with tracking of each place.
     fn windows_of(places: &[[f64; 2]], half: f64, has_ground: bool) -> Vec<Window> {
         let gone = smooth(places);
         let followed: Vec<_> = places.iter().zip(&gone).map(|(at, to)| [*at, *to]).collect();
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_long_way_is_followed_without_jerks_and_nothing_leaves_the_picture() {
-        // Along a line, then at once along another, as after an impact.
+        // Along a line, then abruptly along another, as after an impact.
         let place = |k: usize| [0.002 * k as f64 - 0.2, 0.003 * (k as f64 - 100.0).abs() - 0.1];
         let places: Vec<_> = (0..200).map(place).collect();
         let (moving, windows) = (squares(&places, 0.004), windows_of(&places, 0.004, true));
@@ -180,7 +180,7 @@ mod tests {
         for (window, one) in windows.iter().zip(&moving) {
             assert!(window.needed(one) <= window.half * (1.0 + 1e-12));
         }
-        // A fifth of the picture, from beginning to end.
+        // The square takes at least a tenth of the picture width.
         assert!(0.004 / windows[0].half > 0.1, "{}", windows[0].half);
         for three in windows.windows(3) {
             for k in 0..2 {

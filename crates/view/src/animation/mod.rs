@@ -1,15 +1,18 @@
-//! A trajectory as an animated GIF.
+//! Animated GIF of a film.
 //!
-//! Thirty frames a second; the bodies, their shadows, the contact forces and the clock. The camera
-//! stands still, as near as it can with everything in view; what would be small there is shown
-//! larger, and followed where its way is long (`framing`). The same film and settings give the
-//! same bytes.
+//! The animation has thirty frames per second and shows the bodies, their shadows, the contact
+//! forces and the time. The camera is fixed at the smallest distance from which everything is
+//! visible. Small motion is magnified, and tracked if its path is long (`framing`). Output is
+//! deterministic, byte for byte.
 //!
-//! Arrows show the mean force of the steps since the frame before, on a compressed scale
-//! (`forces::Scale`), between two bodies the force on each. Bodies cover those whose contact
-//! they hide. Pieces are drawn as they are, balls and capsules with two great circles that show
-//! how they turn. Joints are rings at their anchors, over everything, with their axes. A body without pieces is drawn by its contact points: as a box where they are
-//! the eight corners of one, x fastest; else the points and their outline.
+//! - Arrows show the mean force of the steps since the previous frame, on a compressed scale
+//!   (`forces::Scale`). A contact between two bodies has an arrow for each of them. Arrows are
+//!   hidden behind the bodies that hide their contacts.
+//! - Pieces are drawn with their exact shape. Great circles on balls and capsules show their
+//!   rotation.
+//! - A body without pieces is drawn from its contact points: as a box if they are its eight
+//!   corners, x fastest, or else as points with their convex outline.
+//! - Joints are drawn on top as rings at their anchors, with their axes.
 
 mod arrows;
 mod camera;
@@ -45,11 +48,11 @@ use settings::FARTHEST;
 use stage::{Backdrop, Moment};
 use std::ops::ControlFlow;
 
-/// How long the axis of a joint is to each side, in parts of its body's reach.
+/// Half length of a drawn joint axis over the size of its body.
 const AXIS: f64 = 0.3;
 
-/// Draws `film`. `progress` gets the frames done and the frames there will be, and can end
-/// the work.
+/// Draws `film`. The callback `progress` receives the number of finished frames and the total. It
+/// can abort the work.
 ///
 /// # Errors
 /// See [`AnimationError`].
@@ -71,13 +74,13 @@ pub fn animate(
         stage.paint(&mut canvas, moment);
         encoder.add(k as u64, &canvas)?;
     }
-    // The trailer is written when the encoder goes.
+    // Dropping the encoder writes the trailer.
     drop(encoder);
     Ok(bytes)
 }
 
-/// The first moment of `film` as PNG, `size` pixels across, with the camera as near as it can
-/// with that moment and all that stands still in view; `None` where no picture can show it.
+/// First frame of `film` as PNG, `size` pixels wide. The camera is as near as possible with that
+/// frame and all fixed objects in view. `None` if it cannot be drawn.
 pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {
     let film = Film {
         title: String::new(),
@@ -97,13 +100,13 @@ pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {
     canvas.png()
 }
 
-/// What the frames show.
+/// Content of the frames.
 fn moments(film: &Film, settings: &AnimationSettings) -> Result<Vec<Moment>, AnimationError> {
     let duration = (film.frames.len() - 1) as f64 * film.frame_time();
     let scale = Scale::of(film);
     let to_ground = film.to_ground();
     let is_near = |place: &Vector3<f64>, room: f64| {
-        // In this order NaN is too far as well.
+        // The comparison also rejects NaN.
         place.iter().all(|coordinate| coordinate.abs() + room <= FARTHEST)
     };
     let mut before = 0;

@@ -2,12 +2,12 @@
 
 use super::camera::Spot;
 
-/// The convex hull of points in the picture, in order around it.
+/// Convex hull of points in the picture, in order.
 pub fn hull(points: &[Spot]) -> Vec<Spot> {
     let mut sorted: Vec<Spot> = points.to_vec();
     sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     let mut hull: Vec<Spot> = Vec::new();
-    // The lower chain from left to right, then the upper one back.
+    // The lower chain from left to right, then the upper chain back.
     for chain in [sorted.clone(), sorted.into_iter().rev().collect()] {
         let start = hull.len();
         for point in chain {
@@ -18,7 +18,7 @@ pub fn hull(points: &[Spot]) -> Vec<Spot> {
             }
             hull.push(point);
         }
-        // The next chain begins with it.
+        // The next chain starts with this point.
         hull.pop();
     }
     hull

@@ -1,29 +1,30 @@
-//! The colours of the animation: one palette for all frames of a film.
+//! Colours of the animation, with one palette for all frames.
 //!
-//! Each of several bodies has a colour of its own or one of a few hues, what stands still is grey. Pictures are painted with few flat colours, so that the palette holds them and the
-//! blends that smooth edges need; each pixel gets the nearest. No dithering.
+//! Each body has its own colour or one of six hues. Fixed objects are grey. Pictures use few flat
+//! colours, so that the palette also holds the blends for smooth edges. Each pixel gets the nearest
+//! colour, without dithering.
 
 use crate::film::{Film, FilmBody};
 
-/// Red, green, blue.
+/// Red, green and blue.
 pub type PaintColour = [u8; 3];
 
-/// Behind everything.
+/// Background.
 pub const BACKGROUND: PaintColour = [0xfb, 0xfc, 0xfd];
-/// The ground.
+/// Ground.
 pub const GROUND: PaintColour = [0xe9, 0xed, 0xf2];
-/// Lines of the grid.
+/// Grid lines.
 pub const LINE: PaintColour = [0xc6, 0xce, 0xd9];
-/// Laid over the ground where the shadow is.
+/// Colour of the shadow layer over the ground.
 pub const SHADOW: PaintColour = [0x2c, 0x3e, 0x55];
-/// How much of [`SHADOW`] covers the ground where it is deepest.
+/// Opacity of [`SHADOW`] in the core of a shadow.
 pub const SHADOW_DEPTH: f32 = 0.42;
 /// Edges of the bodies.
 pub const EDGE: PaintColour = [0x0f, 0x2a, 0x47];
-/// Of faces: dark, middle and light.
+/// Dark, middle and light shade of faces.
 pub type Hue = [PaintColour; 3];
 
-/// Of bodies in turn.
+/// Hues of bodies without a colour, in turn.
 const HUES: [Hue; 6] = [
     [EDGE, [0x2f, 0x74, 0xb5], [0xa9, 0xd0, 0xf0]],
     [[0x4a, 0x2a, 0x08], [0xc4, 0x7a, 0x1c], [0xf8, 0xd4, 0x96]],
@@ -32,18 +33,18 @@ const HUES: [Hue; 6] = [
     [[0x47, 0x17, 0x17], [0xb8, 0x4a, 0x45], [0xf3, 0xbf, 0xb8]],
     [[0x38, 0x38, 0x0a], [0x8f, 0x8b, 0x2b], [0xe3, 0xe0, 0x9b]],
 ];
-/// Of what stands still.
+/// Hue of fixed objects.
 pub const STILL: Hue = [[0x30, 0x36, 0x3f], [0x7d, 0x87, 0x94], [0xd5, 0xdb, 0xe2]];
-/// Arrows of the forces, and the seam around them.
+/// Force arrows, and the outline around them.
 pub const FORCE: PaintColour = [0xe8, 0x4a, 0x1f];
 pub const SEAM: PaintColour = [0xff, 0xff, 0xff];
-/// The clock.
+/// Time display.
 pub const INK: PaintColour = [0x1b, 0x26, 0x36];
 
-/// Steps of the shadow, from none to the deepest.
+/// Number of shadow levels.
 pub const SHADOW_STEPS: u8 = 8;
 
-/// `from` at 0, `to` at 1.
+/// Interpolates colours: `from` at 0, `to` at 1.
 pub fn mix(from: PaintColour, to: PaintColour, share: f32) -> PaintColour {
     std::array::from_fn(|k| {
         let (a, b) = (f32::from(from[k]), f32::from(to[k]));
@@ -51,13 +52,13 @@ pub fn mix(from: PaintColour, to: PaintColour, share: f32) -> PaintColour {
     })
 }
 
-/// The hue of a body's faces, the body `b` of its film.
+/// Hue of the body with index `b`.
 pub fn hue_of(body: &FilmBody, b: usize) -> Hue {
     let Some(colour) = body.colour else { return HUES[b % HUES.len()] };
     [mix([0; 3], colour, 0.4), colour, mix(colour, [0xff; 3], 0.5)]
 }
 
-/// The colour of a face, `light` from 0 to 1.
+/// Colour of a face for a brightness `light` from 0 to 1.
 pub fn body([dark, middle, bright]: Hue, light: f32) -> PaintColour {
     if light < 0.5 {
         mix(dark, middle, 2.0 * light)
@@ -66,12 +67,12 @@ pub fn body([dark, middle, bright]: Hue, light: f32) -> PaintColour {
     }
 }
 
-/// The share of the shadow's colour after `steps` of [`SHADOW_STEPS`].
+/// Opacity of the shadow after `steps` of [`SHADOW_STEPS`] layers.
 fn shadow_share(steps: u8) -> f32 {
     SHADOW_DEPTH * f32::from(steps) / f32::from(SHADOW_STEPS)
 }
 
-/// All colours. Of many hues each has fewer shades, and what does not fit has none.
+/// All colours of a palette. With more hues each has fewer shades. Hues beyond the limit have none.
 fn colours(hues: &[Hue]) -> Vec<PaintColour> {
     let mut all = vec![BACKGROUND, FORCE, SEAM];
     let mut blends = |from, to, count: u8, last: bool| {
@@ -97,25 +98,24 @@ fn colours(hues: &[Hue]) -> Vec<PaintColour> {
     all
 }
 
-/// A GIF's palette has 256, and one of them is none.
+/// Maximum number of colours. A GIF palette has 256 entries, one of them for transparency.
 const MOST_COLOURS: usize = 255;
-/// Shades of a body in the palette.
+/// Maximum number of shades of a body.
 const SHADES: usize = 24;
 const FEWEST_SHADES: usize = 3;
 
-/// Bits of a channel that the table looks at.
+/// Bits per channel of the lookup table.
 const BITS: u32 = 6;
 
-/// Turns colours into indices.
+/// Mapping of colours to palette indices.
 pub struct Palette {
     colours: Vec<PaintColour>,
-    /// The nearest index for every colour that was asked for, by the leading bits of its
-    /// channels.
+    /// Cache of nearest indices by the leading bits of the channels.
     table: Vec<Option<u8>>,
 }
 
 impl Palette {
-    /// Of the bodies of a film and what stands still in it.
+    /// Palette for the bodies and fixed objects of a film.
     pub fn of(film: &Film) -> Self {
         let mut hues: Vec<Hue> = Vec::new();
         let still = (!film.fixed.is_empty()).then_some(STILL);
@@ -129,22 +129,22 @@ impl Palette {
         Self { colours: colours(&hues), table: vec![None; 1 << (3 * BITS)] }
     }
 
-    /// The index of the nearest colour.
+    /// Index of the nearest colour.
     pub fn index(&mut self, colour: PaintColour) -> u8 {
         let cut = colour.map(|channel| usize::from(channel >> (8 - BITS)));
         let place = cut[0] << (2 * BITS) | cut[1] << BITS | cut[2];
-        // The middle of the colours with these leading bits.
+        // Middle of the colours with these leading bits.
         let middle = |bits: usize| (bits << (8 - BITS)) as i32 + (1 << (7 - BITS));
         *self.table[place].get_or_insert_with(|| nearest(&self.colours, cut.map(middle)))
     }
 
-    /// The index that leaves a pixel as the frame before had it: the last of a palette of a
-    /// power of two colours, as GIF has them.
+    /// Index of transparent pixels, which keep their previous colour. It is the last entry of the
+    /// palette, whose size is a power of two as GIF requires.
     pub fn transparent(&self) -> u8 {
         ((self.colours.len() + 1).next_power_of_two() - 1).min(255) as u8
     }
 
-    /// As GIF has it, three bytes each.
+    /// Palette in GIF format, three bytes per colour.
     pub fn bytes(&self) -> Vec<u8> {
         let mut bytes = self.colours.concat();
         bytes.resize(3 * (usize::from(self.transparent()) + 1), 0);

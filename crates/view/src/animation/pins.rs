@@ -1,4 +1,4 @@
-//! Joints as rings and axes.
+//! Joints drawn as rings and axes.
 
 use super::camera::Camera;
 use super::canvas::{Canvas, Pixel};
@@ -8,14 +8,14 @@ use nalgebra::Vector3;
 /// A joint in the ground's frame.
 pub struct DrawnJoint {
     pub at: Vector3<f64>,
-    /// Half of the axis that is drawn, if it has one.
+    /// Half of the drawn axis, if there is one.
     pub axis: Option<Vector3<f64>>,
 }
 
 /// Corners of a disc.
 const CORNERS: u8 = 16;
 
-/// Paints joints over what is there.
+/// Paints joints on top of the picture.
 pub fn paint(canvas: &mut Canvas, camera: &Camera, pins: &[DrawnJoint]) {
     let unit = canvas.size() / 800.0;
     for pin in pins {

@@ -1,23 +1,23 @@
-//! Bodies in the picture: nearer ones hide what is behind them, pixel by pixel.
+//! Depth-buffered drawing of bodies.
 //!
-//! Each pixel is a square of samples with a depth each. A depth is kept as w = 1/z, z along the
-//! view: over a plane, w is linear in the picture.
+//! Each pixel has a square of samples with depths. A depth is stored as w = 1/z with z along the
+//! view. It is linear over the picture of a plane.
 
 use super::camera::{Camera, Spot};
 use super::canvas::Canvas;
 use super::palette::PaintColour;
 use nalgebra::Vector3;
 
-/// Samples along each side of a pixel.
+/// Samples per side of a pixel.
 const SAMPLES: usize = 3;
 
-/// Samples with colours and depths.
+/// Colour and depth samples.
 pub struct Raster {
-    /// Samples along a side.
+    /// Number of samples per side of the picture.
     side: usize,
     depths: Vec<f64>,
     colours: Vec<PaintColour>,
-    /// The rows and columns of pixels that are painted: from, to.
+    /// Ranges of painted pixel rows and columns, end exclusive.
     rows: (usize, usize),
     columns: (usize, usize),
 }
@@ -30,7 +30,7 @@ impl Raster {
         Self { side, depths, colours, rows: (0, 0), columns: (0, 0) }
     }
 
-    /// Nothing is painted.
+    /// Clears all samples.
     pub fn clear(&mut self) {
         let (left, right) = (self.columns.0 * SAMPLES, self.columns.1 * SAMPLES);
         for row in self.rows.0 * SAMPLES..self.rows.1 * SAMPLES {
@@ -40,8 +40,8 @@ impl Raster {
         (self.rows, self.columns) = ((size, 0), (size, 0));
     }
 
-    /// Paints what `sample` has for each sample of a rectangle of pixels: colour and w. Of a row
-    /// at y only `span(y)` is looked at, from x to x, and a sample more at each end.
+    /// Paints a rectangle of pixels. `sample` returns colour and w of a sample. In the row at y
+    /// only the interval `span(y)` is evaluated, extended by one sample at both ends.
     fn paint(
         &mut self,
         [low, high]: [Pixel64; 2],
@@ -73,7 +73,7 @@ impl Raster {
         }
     }
 
-    /// A convex polygon of one colour, in a plane.
+    /// Paints a planar convex polygon.
     pub fn polygon(&mut self, corners: &[Spot], colour: PaintColour) {
         for k in 2..corners.len() {
             self.triangle([corners[0], corners[k - 1], corners[k]], colour);
@@ -98,7 +98,7 @@ impl Raster {
         });
     }
 
-    /// A line with round ends, `width` pixels wide.
+    /// Paints a line with round ends, `width` pixels wide.
     pub fn line(&mut self, a: Spot, b: Spot, width: f64, colour: PaintColour) {
         let reach = (width / 2.0).powi(2);
         let place = nearest(a, b);
@@ -108,8 +108,8 @@ impl Raster {
         });
     }
 
-    /// What rays of the camera hit within `margin` pixels of the line from a to b: `hit` has the
-    /// distance along the view and the colour of a ray's first point.
+    /// Casts camera rays within `margin` pixels of the line from a to b. `hit` returns the distance
+    /// along the view and the colour of the first intersection.
     pub fn trace(
         &mut self,
         camera: &Camera,
@@ -128,8 +128,8 @@ impl Raster {
         });
     }
 
-    /// Whether something lies before a spot by more than `room` (m), in all of the pixels
-    /// about it: what stands at an outline is not hidden.
+    /// True if something is in front of a spot by more than `room` (m) in all pixels around it. A
+    /// spot at an outline is not hidden.
     pub fn hides(&self, [x, y, w]: Spot, room: f64) -> bool {
         let size = (self.side / SAMPLES) as f64;
         if !(x >= 1.0 && y >= 1.0 && x < size - 1.0 && y < size - 1.0) {
@@ -141,7 +141,7 @@ impl Raster {
         rows.flat_map(|start| &self.depths[start..start + 3 * SAMPLES]).all(|w| *w > least)
     }
 
-    /// Lays the bodies over what is in `canvas`.
+    /// Blends the samples over `canvas`.
     pub fn compose(&self, canvas: &mut Canvas) {
         for y in self.rows.0..self.rows.1 {
             for x in self.columns.0..self.columns.1 {
@@ -167,10 +167,10 @@ impl Raster {
 
 type Pixel64 = [f64; 2];
 
-/// No place in a row.
+/// Empty interval of a row.
 const NOWHERE: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
 
-/// From where to where the line from a to b is in x, while its y is from `low` to `high`.
+/// Interval in x of the line from a to b for y from `low` to `high`.
 fn within([a, b]: [Spot; 2], low: f64, high: f64) -> (f64, f64) {
     let [a, b] = if a[1] <= b[1] { [a, b] } else { [b, a] };
     if a[1] > high || b[1] < low {
@@ -185,7 +185,7 @@ fn within([a, b]: [Spot; 2], low: f64, high: f64) -> (f64, f64) {
     (from.min(to), from.max(to))
 }
 
-/// From where to where in a row a place can be that is at most `margin` from the line from a to b.
+/// Interval of a row that contains all points within `margin` of the line from a to b.
 fn about(line: [Spot; 2], margin: f64) -> impl Fn(f64) -> (f64, f64) {
     move |y| {
         let (from, to) = within(line, y - margin, y + margin);
@@ -193,8 +193,8 @@ fn about(line: [Spot; 2], margin: f64) -> impl Fn(f64) -> (f64, f64) {
     }
 }
 
-/// Where on the line from a to b a place of the picture is nearest, from 0 to 1, and the square
-/// of how far it is from there, pixels².
+/// Parameter from 0 to 1 of the nearest point on the line from a to b, and squared distance to it
+/// (pixels²).
 fn nearest(a: Spot, b: Spot) -> impl Fn(f64, f64) -> (f64, f64) {
     let way = [b[0] - a[0], b[1] - a[1]];
     let square = way[0] * way[0] + way[1] * way[1];
@@ -206,7 +206,7 @@ fn nearest(a: Spot, b: Spot) -> impl Fn(f64, f64) -> (f64, f64) {
     }
 }
 
-/// The rectangle about spots, and `margin` pixels.
+/// Bounding rectangle of spots, extended by `margin` pixels.
 fn bounds(spots: &[Spot], margin: f64) -> [Pixel64; 2] {
     let ends = |k: usize| {
         let values = spots.iter().map(move |spot| spot[k]);
@@ -216,7 +216,7 @@ fn bounds(spots: &[Spot], margin: f64) -> [Pixel64; 2] {
     [[left - margin, top - margin], [right + margin, bottom + margin]]
 }
 
-/// Twice the area of a triangle of the picture, signed.
+/// Twice the signed area of a triangle in the picture.
 fn across(a: Spot, b: Spot, c: Spot) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }

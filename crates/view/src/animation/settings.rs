@@ -1,16 +1,16 @@
-//! What is asked of an animation, and why there may be none.
+//! Settings and errors of animations.
 
 use super::camera::View;
 
-/// How a film becomes an animation.
+/// Settings of an animation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AnimationSettings {
-    /// Seconds of the film in a second of the animation.
+    /// Playback speed: seconds of the film per second of the animation.
     pub speed: f64,
-    /// Width and height, pixels.
+    /// Width and height (pixels).
     pub size: u16,
-    /// Where the camera stands. `None`: where [`View::default`] says, or higher above the horizon where what stands
-    /// still hides from there what moves.
+    /// View direction. `None` selects [`View::default`], or a higher elevation if fixed objects
+    /// would hide moving bodies.
     pub view: Option<View>,
 }
 
@@ -20,27 +20,27 @@ impl Default for AnimationSettings {
     }
 }
 
-/// Why there is no animation.
+/// Error of [`animate`](super::animate).
 #[derive(Debug, thiserror::Error)]
 pub enum AnimationError {
-    /// More frames than anyone wants in a file.
+    /// More frames than the limit.
     #[error("the animation would have {frames:.0} frames, more than {most}")]
     TooLong {
-        /// How many there would be.
+        /// Required number of frames.
         frames: f64,
-        /// How many there may be.
+        /// Maximum number of frames.
         most: u64,
     },
-    /// Places so far away that pictures of them have no digits left.
+    /// Coordinates too large for a picture.
     #[error("the motion goes farther than {FARTHEST:e} m; no picture can show it")]
     TooFar,
-    /// The progress callback said so.
+    /// Aborted by the progress callback.
     #[error("interrupted")]
     Interrupted,
-    /// The GIF encoder failed.
+    /// Failure of the GIF encoder.
     #[error("the animation cannot be encoded: {0}")]
     Gif(#[from] gif::EncodingError),
 }
 
-/// Coordinates beyond this are not drawn, m.
+/// Largest coordinate that is drawn (m).
 pub const FARTHEST: f64 = 1e9;

@@ -1,4 +1,4 @@
-//! Pieces of bodies as they are: polyhedra and meshes with their edges, balls, capsules.
+//! Drawing of pieces: polyhedra and meshes with their edges, balls, capsules.
 
 use super::camera::Camera;
 use super::camera::Spot;
@@ -9,27 +9,27 @@ use super::raster::Raster;
 use crate::shape::{FilmHull, FilmMesh, FilmPiece, Outline};
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// Of a body's size: its edges are painted this much nearer, so that its own faces do not
-/// cover them.
+/// Offset of edges towards the camera, over the size of the body. It keeps faces from covering
+/// them.
 const LIFT: f64 = 0.02;
 
-/// Half the width of the great circles on balls and capsules, over the radius.
+/// Half width of the great circles on balls and capsules, over the radius.
 const SEAM: f64 = 0.05;
 
-/// What one look is painted with.
+/// Context for painting one body.
 pub struct Easel<'a> {
     pub raster: &'a mut Raster,
     pub camera: &'a Camera,
     pub light: Light,
-    /// Pixels of a picture of 800 to those of this one.
+    /// Scale of the picture relative to 800 pixels.
     pub unit: f64,
     pub hue: Hue,
-    /// How far the body reaches, m.
+    /// Size of the body (m).
     pub reach: f64,
 }
 
 impl Easel<'_> {
-    /// Paints a look whose frame is at `pose` in the ground's.
+    /// Paints an outline at `pose` in the ground's frame.
     pub fn look(&mut self, look: &Outline, pose: &Isometry3<f64>) {
         match look {
             Outline::Points(points) => self.points(points, pose),
@@ -82,7 +82,7 @@ impl Easel<'_> {
         }
     }
 
-    /// Triangles from either side: what hides what, the depths say.
+    /// Paints triangles from both sides. The depth buffer resolves visibility.
     fn mesh(&mut self, mesh: &FilmMesh, pose: &Isometry3<f64>) {
         let eye = self.camera.eye();
         let places: Vec<_> =
@@ -100,8 +100,7 @@ impl Easel<'_> {
         }
     }
 
-    /// What is within `radius` of a segment, with an outline; `is_marked` if great circles are
-    /// to show how it turns.
+    /// Paints a capsule with its outline. Great circles show its rotation if `is_marked`.
     fn round(
         &mut self,
         ends: [Vector3<f64>; 2],
@@ -116,7 +115,7 @@ impl Easel<'_> {
         let eye = camera.eye();
         let [a, b] = ends.map(|end| (pose * Point3::from(end)).coords);
         let spots = [a, b].map(|end| camera.spot(&end));
-        // The outline of a near ball is wider than its radius seen at its middle.
+        // The outline of a near ball is wider than the projected radius at its centre.
         let margin = spots.map(|spot| camera.pixels(radius, spot) * 1.1 + 2.0);
         let wide = spots.map(|spot| camera.pixels(radius, spot)).into_iter().fold(1.0, f64::max);
         let rim = (2.0 * (2.2 * self.unit / wide).min(0.2)).sqrt();
@@ -127,8 +126,8 @@ impl Easel<'_> {
             let (distance, core) = capsule_hit(&eye, ray, &a, &b, radius)?;
             let point = eye + ray * distance;
             let normal = (point - core) / radius;
-            // On the cylinder a normal faces the eye at most by the sine of the angle between
-            // ray and axis.
+            // On the cylinder, the cosine between normal and viewer is at most the sine of the
+            // angle between ray and axis.
             let most = if core == a || core == b { ray.norm() } else { ray.cross(&axis).norm() };
             let facing = -normal.dot(ray) / most;
             let own = pose.inverse_transform_vector(&(point - middle)) / radius;
@@ -166,7 +165,7 @@ impl Easel<'_> {
         [x, y, self.raised(w)]
     }
 
-    /// A depth a little nearer.
+    /// Depth moved slightly towards the camera.
     fn raised(&self, w: f64) -> f64 {
         1.0 / (1.0 / w - LIFT * self.reach).max(1e-3 / w)
     }
@@ -176,18 +175,18 @@ impl Easel<'_> {
     }
 }
 
-/// How light a surface is, from 0 to 1: the lamp, and the sky for what it does not reach.
+/// Brightness of a surface from 0 to 1, from a lamp and ambient light.
 fn lit(normal: &Vector3<f64>, light: Light) -> f32 {
     let lamp = normal.dot(&light.direction()).max(0.0);
     let sky = 0.5 + 0.5 * normal.z;
     (0.30 + 0.22 * sky + 0.46 * lamp) as f32
 }
 
-/// The first point of the ray eye + t · way, t > 0, within `radius` of the segment from a to
-/// b: t, and the point of the segment nearest to it.
+/// First point of the ray eye + t · way, t > 0, on the capsule of `radius` about the segment from a
+/// to b. Returns t and the nearest point of the segment.
 ///
-/// It lies on the cylinder about the segment between the ends, or on the ball about an end:
-/// the smallest t of them, since the capsule is convex and the eye outside.
+/// The candidates are the cylinder between the ends and the balls at the ends. The smallest t
+/// counts, since the capsule is convex and the eye is outside.
 fn capsule_hit(
     eye: &Vector3<f64>,
     way: &Vector3<f64>,
@@ -196,7 +195,7 @@ fn capsule_hit(
     radius: f64,
 ) -> Option<(f64, Vector3<f64>)> {
     let first = |from: Vector3<f64>, along: Vector3<f64>| {
-        // |from + t along|² = radius²
+        // Solves |from + t along|² = radius².
         let (square, half) = (along.norm_squared(), from.dot(&along));
         let root = half * half - square * (from.norm_squared() - radius * radius);
         (root >= 0.0 && square > 0.0).then(|| (-half - root.sqrt()) / square).filter(|t| *t > 0.0)
@@ -219,7 +218,7 @@ fn capsule_hit(
 mod tests {
     use super::*;
 
-    /// Against a search along the ray for where the distance to the segment is the radius.
+    /// Comparison with a search along the ray for the distance `radius` to the segment.
     #[test]
     fn rays_hit_capsules_where_the_distance_is_the_radius() {
         let (a, b, radius) = (Vector3::new(-1.0, 0.2, 0.0), Vector3::new(1.5, 0.0, 0.4), 0.6);

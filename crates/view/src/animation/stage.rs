@@ -1,4 +1,4 @@
-//! One frame: floor, shadows, bodies, forces, clock.
+//! Painting of one frame: floor, shadows, bodies, forces and time.
 
 use super::arrows::{self, Arrow};
 use super::camera::{Camera, View};
@@ -16,66 +16,67 @@ use crate::font::Font;
 use crate::shape::Outline;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// Of a body's size: what lies behind others by more is hidden.
+/// Depth tolerance of hiding, over the size of a body.
 const BEHIND: f64 = 0.05;
 
-/// Height of a label's digits in a picture of 800 pixels.
+/// Height of label digits in a picture of 800 pixels.
 const LABEL: f32 = 13.0;
 
-/// Of a body's size: what moves less all the time stands still.
+/// Largest displacement of a body that counts as fixed, over its size.
 const UNMOVED: f64 = 0.1;
 
-/// Heights of the camera above the horizon that are tried, degrees, where none is asked for.
+/// Candidate elevations of the camera (degrees), used without a requested view.
 const HEIGHTS: [f64; 4] = [20.0, 35.0, 50.0, 65.0];
 
-/// So much of what moves may be hidden from a height, in so many of the frames, in sketches of so many pixels.
+/// Acceptable hidden fraction of the moving bodies, number of test frames, and size of the test
+/// pictures (pixels).
 const HIDDEN: f64 = 0.05;
 const SKETCHES: usize = 12;
 const SKETCH: u16 = 120;
 
-/// What one frame shows, in the ground's frame.
+/// Content of a frame, in the ground's frame.
 pub struct Moment {
-    /// The clock, s.
+    /// Time (s).
     pub time: f64,
-    /// Of each body.
+    /// Pose of each body.
     pub poses: Vec<Isometry3<f64>>,
     pub arrows: Vec<Arrow>,
     pub pins: Vec<DrawnJoint>,
 }
 
-/// What is drawn of a body.
+/// Drawing of a body.
 struct Actor {
     looks: Vec<Outline>,
-    /// Points that span each of the looks.
+    /// Points that span each outline.
     spans: Vec<Vec<Vector3<f64>>>,
     hue: Hue,
     reach: f64,
     label: String,
 }
 
-/// Everything that stays the same from frame to frame.
+/// Everything that is constant over all frames.
 pub struct Backdrop {
     pub camera: Camera,
-    /// `None` where the bodies move freely.
+    /// Ground. `None` if there is none.
     floor: Option<Floor>,
     light: Light,
-    /// The bodies, and after them what stands still, as one.
+    /// Bodies, then all fixed objects as one.
     actors: Vec<Actor>,
-    /// Of what stands still: world → ground.
+    /// Transform of fixed objects from the world to the ground's frame.
     to_ground: Isometry3<f64>,
     speed: f64,
-    /// Of each frame; the last goes on.
+    /// Window of each frame. The last one also applies to later frames.
     windows: Vec<Window>,
-    /// Floor and grid alone, as they are in the camera's window.
+    /// Floor and grid in the current window.
     empty: Canvas,
     raster: Raster,
-    /// `None` if the built-in font cannot be read, which no input makes.
+    /// Built-in font. `None` if it is invalid, independent of input.
     font: Option<Font>,
 }
 
 impl Backdrop {
-    /// A stage on which all `moments` are in view, aimed at the first, seen from where what moves is seen if nothing
-    /// else is asked for. `None` if the picture has no size.
+    /// Prepares drawing of all `moments`. The camera aims at the first one. Without a requested
+    /// view it is placed such that moving bodies are visible. `None` if the picture has size 0.
     pub fn new(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> Option<Self> {
         let view = settings.view.map_or_else(|| open_view(film, settings, moments), Some)?;
         Self::seen_from(view, film, settings, moments)
@@ -126,12 +127,12 @@ impl Backdrop {
         Some(stage)
     }
 
-    /// Turns to what frame `k` shows.
+    /// Selects the window of frame `k`.
     pub fn aim(&mut self, k: usize) {
         self.look_through(self.windows[k.min(self.windows.len() - 1)]);
     }
 
-    /// Turns to everything.
+    /// Selects the whole view.
     pub fn show_all(&mut self) {
         self.look_through(Window::WHOLE);
     }
@@ -150,12 +151,12 @@ impl Backdrop {
         }
     }
 
-    /// The picture without anything that moves.
+    /// Picture without moving objects.
     pub fn empty(&self) -> &Canvas {
         &self.empty
     }
 
-    /// Paints `moment` over whatever is in `canvas`.
+    /// Paints `moment` and overwrites `canvas`.
     pub fn paint(&mut self, canvas: &mut Canvas, moment: &Moment) {
         canvas.copy_from(&self.empty);
         let unit = f64::from(canvas.size()) / 800.0;
@@ -173,7 +174,7 @@ impl Backdrop {
         for (place, pose) in poses().copied().enumerate().collect::<Vec<_>>() {
             self.paint_actor(place, &pose, unit);
         }
-        // What the bodies hide, the bodies, what stands before them.
+        // Order: arrows hidden by bodies, the bodies, arrows in front of them.
         let (hidden, seen): (Vec<_>, Vec<_>) = moment.arrows.iter().partition(|arrow| {
             self.raster.hides(self.camera.spot(&arrow.from), BEHIND * arrow.reach)
         });
@@ -196,7 +197,8 @@ impl Backdrop {
         }
     }
 
-    /// The part of those that move whose middles what stands still hides, over some of the moments.
+    /// Fraction of moving bodies whose centres are hidden by fixed objects, over some of the
+    /// moments.
     pub(super) fn hidden(&mut self, moments: &[Moment]) -> f64 {
         let moving = moving(&self.actors, moments);
         let (mut hidden, mut all) = (0.0, 0.0);
@@ -215,7 +217,7 @@ impl Backdrop {
         hidden / all
     }
 
-    /// The label of a body stands above it.
+    /// Paints the labels above their bodies.
     fn paint_labels(&self, canvas: &mut Canvas, font: &Font, moment: &Moment) {
         let height = LABEL * canvas.size() / 800.0;
         for (actor, pose) in self.actors.iter().zip(&moment.poses) {
@@ -242,14 +244,14 @@ impl Backdrop {
 }
 
 impl Actor {
-    /// Points that span it at a pose, ground's frame.
+    /// Points that span it at a pose, in the ground's frame.
     fn places(&self, pose: &Isometry3<f64>) -> impl Iterator<Item = Vector3<f64>> {
         self.spans.iter().flatten().map(move |point| (pose * Point3::from(*point)).coords)
     }
 }
 
-/// The view from the lowest height from which what moves is seen, or from that from which most of it is. `None` where
-/// there is no picture.
+/// View with the lowest elevation from which moving bodies are visible, or else the elevation with
+/// the smallest hidden fraction. `None` if there is no picture.
 fn open_view(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> Option<View> {
     let views = HEIGHTS.map(|elevation| View { elevation, ..View::default() });
     if film.fixed.is_empty() {
@@ -269,7 +271,7 @@ fn open_view(film: &Film, settings: &AnimationSettings, moments: &[Moment]) -> O
     Some(best)
 }
 
-/// The bodies that move, or all where none does.
+/// Indices of the moving bodies, or of all if none moves.
 fn moving(actors: &[Actor], moments: &[Moment]) -> Vec<usize> {
     let first = &moments[0].poses;
     let moves = |b: &usize| {
@@ -285,7 +287,7 @@ fn moving(actors: &[Actor], moments: &[Moment]) -> Vec<usize> {
     if moving.is_empty() { (0..first.len()).collect() } else { moving }
 }
 
-/// The window of each frame on the bodies that move, and how far these are from the camera, m.
+/// Window of each frame for the moving bodies, and their mean distance from the camera (m).
 fn framed(
     camera: &Camera,
     actors: &[Actor],
@@ -307,7 +309,7 @@ fn framed(
             })
         })
         .collect();
-    // Straight on in space is not straight on in the view.
+    // Smoothed in space, since perspective bends straight motion in the view.
     let middle = |moment: &Moment| -> [f64; 3] {
         let places = moving.iter().map(|&b| moment.poses[b].translation.vector);
         (places.sum::<Vector3<f64>>() / moving.len() as f64).into()
@@ -320,7 +322,7 @@ fn framed(
     (windows(&extents, reach, &followed, has_ground), distance)
 }
 
-/// The bodies, and what stands still.
+/// Bodies, then all fixed objects as one.
 fn actors(film: &Film) -> Vec<Actor> {
     let actor = |looks: Vec<Outline>, hue, reach, label: &str| {
         let spans = looks.iter().map(Outline::span).collect();
@@ -339,7 +341,7 @@ fn actors(film: &Film) -> Vec<Actor> {
     let points: Vec<Vector3<f64>> = still.iter().flat_map(Outline::span).collect();
     let middle = points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
     let reach = points.iter().map(|point| (point - middle).norm()).fold(0.0, f64::max);
-    // A body's lift is right for a piece of its size.
+    // The edge offset scales with the size. That of a body suits pieces of its size.
     let reach = film.bodies.iter().map(crate::film::FilmBody::reach).fold(reach, f64::min);
     bodies.chain([actor(still, palette::STILL, reach, "")]).collect()
 }

@@ -1,4 +1,4 @@
-//! The animation as a viewer sees it: decoded, and looked at where things must be.
+//! Tests on decoded animations.
 
 use super::arrows::Arrow;
 use super::framing::Window;
@@ -15,7 +15,7 @@ fn bytes(film: &Film, settings: &AnimationSettings) -> Vec<u8> {
     animate(film, settings, |_, _| ControlFlow::Continue(())).unwrap()
 }
 
-/// Every frame as the viewer has it, colours by rows.
+/// Decoded frames, with colours row by row.
 fn pictures(bytes: &[u8], size: usize) -> Vec<Vec<PaintColour>> {
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);
@@ -60,19 +60,19 @@ fn the_body_is_where_the_trajectory_has_it() {
                 assert!(!near(pixel, other), "{pixel:?} at {x}, {y}");
             }
             assert!(has(picture, INK));
-            // Nothing is cut off: along the rim the picture is as without a body.
+            // The rim of the picture equals that of the empty scene, so nothing is cut off.
             for i in 0..300 {
                 for place in [i, 299 * 300 + i, 300 * i, 300 * i + 299] {
                     assert!(near(picture[place], empty[place]));
                 }
             }
         }
-        // Arrows in the drop, once the cube has landed.
+        // The drop has arrows once the cube has landed.
         assert_eq!(has(&pictures[pictures.len() - 1], FORCE), !floating);
         assert!(!has(&pictures[0], FORCE));
-        // Without a ground there is nothing but the body.
+        // Without ground only the body is drawn.
         assert_eq!(empty.iter().all(|&pixel| pixel == BACKGROUND), floating);
-        // More ground than blends of the grid's lines may look like.
+        // More ground pixels than blends of grid lines could produce.
         let ground = pictures[0].iter().filter(|&&pixel| near(pixel, GROUND)).count();
         assert_eq!(ground > 9000, !floating, "{ground}");
     }
@@ -83,7 +83,7 @@ fn the_body_covers_the_arrow_at_the_corner_it_hides_and_no_other() {
     let film = falling_cube(0);
     let settings = AnimationSettings { size: 300, ..AnimationSettings::default() };
     let mut moments = moments(&film, &settings).unwrap();
-    // Upright and large in the picture; the camera sees all corners but one.
+    // Upright and large in the picture. The camera sees all corners but one.
     let corner = |i: usize| film.bodies[0].points[i];
     moments[0].poses = vec![Isometry3::identity()];
     let up = |i: usize| {
@@ -108,7 +108,7 @@ fn the_body_covers_the_arrow_at_the_corner_it_hides_and_no_other() {
             pairs.filter(|(before, now)| before != now).count() == 0
         })
         .collect();
-    // From x > 0, y < 0, z > 0 the corner at x = 0, y = 1, z = 0 is behind the body.
+    // Seen from x > 0, y < 0, z > 0, the corner at x = 0, y = 1, z = 0 is behind the body.
     let sides: Vec<_> = (0..4).map(|i| covered[i]).collect();
     assert_eq!(sides, [false, false, true, false]);
 }
@@ -154,7 +154,7 @@ fn what_cannot_be_drawn_is_an_error() {
     assert!(matches!(animate(&film, &settings, stop), Err(AnimationError::Interrupted)));
 }
 
-/// A ball of 5 cm that falls between pegs on a slope, to and fro, for two seconds: 1.6 m.
+/// Ball of 5 cm that moves down a slope of pegs and sideways for two seconds and 1.6 m.
 fn board() -> Film {
     let mut film = falling_cube(1000);
     let sphere = |centre, radius| FilmPiece::Sphere { centre, radius };
@@ -174,8 +174,8 @@ fn board() -> Film {
     film
 }
 
-/// What the body takes of the picture's width or height, the larger, in each frame: through the
-/// whole view, and through the windows of the frames. It must be in the picture.
+/// Relative size of the body in each frame, for the whole view and for the window of the frame.
+/// Asserts that the body is in the picture.
 fn shares(film: &Film) -> Vec<[f64; 2]> {
     let settings = AnimationSettings { size: 200, ..AnimationSettings::default() };
     let moments = moments(film, &settings).unwrap();
@@ -206,14 +206,14 @@ fn what_moves_among_much_that_stands_still_fills_a_tenth_of_the_picture_at_least
     }
 }
 
-/// A wall between the camera and a body that falls behind it: from 20 degrees it hides the body, from higher not. What is
-/// asked for is not changed.
+/// A wall between the camera and a falling body hides the body at 20 degrees elevation, but not
+/// higher up. A requested view is not changed.
 #[test]
 fn what_stands_still_does_not_hide_what_moves() {
     let mut film = falling_cube(300);
     let View { azimuth, .. } = View::default();
     let (sin, cos) = azimuth.to_radians().sin_cos();
-    // Towards the camera, and of a height that hides what is behind it from less than 40 degrees.
+    // Across the line of sight, and tall enough to hide everything behind it below 40 degrees.
     let wall = |k: usize| {
         let across = 0.5 * k as f64 - 10.0;
         let foot = Vector3::new(5.0 * cos - across * sin, 5.0 * sin + across * cos, 0.0);
@@ -253,7 +253,7 @@ fn a_long_throw_is_followed_over_a_grid_that_is_seen() {
         200,
     );
     for picture in pictures {
-        // Thinner than a pixel, they are blends.
+        // Lines thinner than a pixel appear as blends.
         let is_line = |pixel: &&PaintColour| {
             let between = |k: usize| (LINE[k]..GROUND[k] - 4).contains(&pixel[k]);
             (0..3).all(between)

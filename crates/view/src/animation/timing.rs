@@ -1,16 +1,16 @@
-//! Which frame of the film a frame of the animation shows, and how long.
+//! Mapping of animation frames to film frames, and their durations.
 
 use super::settings::AnimationError;
 use crate::film::Film;
 
-/// Frames of a second of the animation.
+/// Frames per second of the animation.
 pub const FRAMES_A_SECOND: u64 = 30;
 
-/// More frames than this make a file that no viewer opens gladly.
+/// Maximum number of frames, for practical file sizes.
 const MOST_FRAMES: u64 = 3000;
 
-/// How many frames show `duration` seconds at `speed` times real speed: one at the start,
-/// one every thirtieth of a second, and one at the end.
+/// Number of frames for `duration` seconds at playback speed `speed`: one at the start, one every
+/// thirtieth of a second, and one at the end.
 ///
 /// # Errors
 /// [`AnimationError::TooLong`].
@@ -22,15 +22,15 @@ pub fn frame_count(duration: f64, speed: f64) -> Result<u64, AnimationError> {
     Ok(steps.max(0.0) as u64 + 1)
 }
 
-/// The frame of the film nearest in time to frame `frame` of the animation.
+/// Film frame nearest in time to frame `frame` of the animation.
 pub fn shown(film: &Film, frame: u64, speed: f64) -> usize {
     let time = frame as f64 * speed / FRAMES_A_SECOND as f64;
     let shown = (time / film.frame_time()).round() as usize;
     shown.min(film.frames.len() - 1)
 }
 
-/// How long frame `frame` stands, in the hundredths of a second that GIF counts in: 3, 4,
-/// 3, 3, 4, 3 …, so that no frame is off by more than half a hundredth.
+/// Duration of frame `frame` in hundredths of a second, the unit of GIF: 3, 4, 3, 3, 4, 3 … Each
+/// frame time is accurate to half a hundredth.
 pub fn delay(frame: u64) -> u16 {
     let at = |frame: u64| (frame * 100 + FRAMES_A_SECOND / 2) / FRAMES_A_SECOND;
     (at(frame + 1) - at(frame)) as u16

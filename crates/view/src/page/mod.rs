@@ -1,4 +1,4 @@
-//! Parts of HTML pages: style, tables, numbers, charts.
+//! Building blocks of HTML pages: style, tables, numbers and charts.
 
 mod number;
 mod style;

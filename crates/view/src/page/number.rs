@@ -1,6 +1,7 @@
-//! Numbers of the tables, in the terminal and on the page.
+//! Number formats of tables, in the terminal and in HTML.
 
-/// Six digits where that is short, else three and a power of ten; a dash for no number.
+/// Formats six digits, or three digits with a power of ten for very small or large numbers. NaN
+/// becomes a dash.
 #[must_use]
 pub fn figure(value: f64) -> String {
     let size = value.abs();
@@ -16,7 +17,7 @@ pub fn figure(value: f64) -> String {
     }
 }
 
-/// Two digits and a power of ten.
+/// Formats two digits and a power of ten.
 #[must_use]
 pub fn brief(value: f64) -> String {
     match value {
@@ -26,7 +27,7 @@ pub fn brief(value: f64) -> String {
     }
 }
 
-/// A number of [`figure`] or [`brief`] as HTML: `−1.2·10⁻³` instead of `-1.2e-3`.
+/// HTML of a number from [`figure`] or [`brief`]: `−1.2·10⁻³` instead of `-1.2e-3`.
 #[must_use]
 pub fn html(text: &str) -> String {
     match text.split_once('e') {

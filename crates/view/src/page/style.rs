@@ -1,6 +1,6 @@
-//! The style of the page: light or dark as the reader's system is, narrow or wide.
+//! Style of the page, for light and dark mode and for narrow and wide screens.
 
-/// A page up to its heading, with `style` added to the common style sheet; `title` is markup.
+/// Start of a page up to its heading. `style` extends the common style sheet; `title` is markup.
 #[must_use]
 pub fn opening(title: &str, style: &str) -> String {
     format!(
@@ -13,7 +13,7 @@ pub fn opening(title: &str, style: &str) -> String {
     )
 }
 
-/// The style sheet.
+/// Common style sheet.
 const STYLE: &str = "\
 :root { color-scheme: light dark; --paper: #ffffff; --ink: #1f2328; --faint: #59636e;
   --line: #d1d9e0; --grid: #e3e7ec; --band: #f6f8fa; --exact: #b4bcc5; --native: #0072b2;

@@ -2,7 +2,7 @@
 
 use super::number::html;
 
-/// A table in a box that scrolls; each column has a name and whether it holds numbers.
+/// Table in a scrollable box. Each column has a name and a flag for numeric content.
 #[must_use]
 pub fn table(columns: &[(&str, bool)], rows: &str) -> String {
     let class = |numbers: bool| if numbers { " class=\"n\"" } else { "" };
@@ -16,7 +16,7 @@ pub fn table(columns: &[(&str, bool)], rows: &str) -> String {
     )
 }
 
-/// A cell of a number, with `name` before it on a narrow page, which has no columns.
+/// Numeric cell. Narrow pages, which have no columns, show `name` before the number.
 #[must_use]
 pub fn number(name: &str, text: &str) -> String {
     format!("<td class=\"n\" data-name=\"{name}\">{}</td>", html(text))

@@ -1,10 +1,10 @@
-//! A pair of axes in a picture: where values are, the grid, and the labels of the ticks.
+//! Pair of axes in a picture: positions of values, grid, and tick labels.
 
 use super::scale::PlotAxis;
 use super::thin::{PlotPoint, thin};
 use std::fmt::Write as _;
 
-/// Two scales and the rectangle between them, in units of the picture.
+/// Two axes and their rectangle, in units of the picture.
 pub struct PlotAxes {
     pub x: PlotAxis,
     pub y: PlotAxis,
@@ -14,11 +14,11 @@ pub struct PlotAxes {
     pub bottom: f64,
 }
 
-/// The label of a tick: where, how it is anchored, and what it says.
+/// Tick label: position, text anchor and text.
 type AxisLabel<'a> = (f64, f64, &'static str, &'a str);
 
 impl PlotAxes {
-    /// Where a point is.
+    /// Position of a point.
     pub fn place(&self, x: f64, y: f64) -> (f64, f64) {
         (
             self.left + self.x.fraction(x) * (self.right - self.left),
@@ -26,19 +26,19 @@ impl PlotAxes {
         )
     }
 
-    /// Where the points of a curve are, as many as `columns` can show.
+    /// Positions of the points of a curve, thinned to `columns`.
     pub fn curve(&self, times: &[f64], values: &[f64], columns: usize) -> Vec<PlotPoint> {
         let points = thin(times, values, self.x.ends(), columns);
         points.into_iter().map(|point| point.map(|(x, y)| self.place(x, y))).collect()
     }
 
-    /// The rectangle, as path data.
+    /// Path data of the rectangle.
     pub fn outline(&self) -> String {
         let Self { left, right, top, bottom, .. } = self;
         format!("M{left} {top:.2}H{right}V{bottom:.2}H{left}Z")
     }
 
-    /// A line at every tick, as path data.
+    /// Path data of a line at every tick.
     pub fn grid(&self) -> String {
         let Self { left, right, top, bottom, .. } = self;
         let mut lines = String::new();
@@ -51,7 +51,7 @@ impl PlotAxes {
         lines
     }
 
-    /// The labels of the horizontal axis, `room` below it.
+    /// Labels of the horizontal axis, at a distance `room` below it.
     pub fn labels_below(&self, room: f64) -> impl Iterator<Item = AxisLabel<'_>> {
         let ticks = self.x.ticks.iter();
         ticks.map(move |(x, label)| {
@@ -59,7 +59,8 @@ impl PlotAxes {
         })
     }
 
-    /// Those of the vertical axis, `room` to its left; digits stand half their height lower.
+    /// Labels of the vertical axis, at a distance `room` to its left. The baseline is lowered by
+    /// half the height of a digit.
     pub fn labels_beside(&self, room: f64) -> impl Iterator<Item = AxisLabel<'_>> {
         let ticks = self.y.ticks.iter();
         ticks.map(move |(y, label)| {

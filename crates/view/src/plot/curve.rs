@@ -1,10 +1,10 @@
-//! Points as the path data of SVG.
+//! SVG path data of curves and marks.
 
 use super::thin::PlotPoint;
 use crate::film::Status;
 use std::fmt::Write as _;
 
-/// Hundredths of a unit, the precision of a path.
+/// Coordinates in hundredths of a unit, the precision of a path.
 fn hundredths(x: f64, y: f64) -> [i64; 2] {
     [x, y].map(|value| (100.0 * value).round() as i64)
 }
@@ -13,8 +13,7 @@ fn push(path: &mut String, command: char, [x, y]: [i64; 2]) {
     let _ = write!(path, "{command}{} {}", x as f64 / 100.0, y as f64 / 100.0);
 }
 
-/// A line through `points`, interrupted at the gaps. Points inside a horizontal stretch
-/// are left out.
+/// Path through `points`, interrupted at gaps. Inner points of a horizontal stretch are omitted.
 pub fn line(points: &[PlotPoint]) -> String {
     let mut path = String::new();
     for stretch in points.split(Option::is_none) {
@@ -33,7 +32,7 @@ pub fn line(points: &[PlotPoint]) -> String {
     path
 }
 
-/// A dot at every point, or only at those with a gap on both sides, which no line shows.
+/// Dots at all points, or only at isolated points, which a line does not show.
 pub fn dots(points: &[PlotPoint], all: bool) -> String {
     let mut path = String::new();
     for stretch in points.split(Option::is_none).filter(|stretch| all || stretch.len() == 1) {
@@ -45,7 +44,7 @@ pub fn dots(points: &[PlotPoint], all: bool) -> String {
     path
 }
 
-/// The outline of the mark of a status about (x, y): a triangle, a diamond, a plus, a cross.
+/// Mark of a status around (x, y): triangle, diamond, square, plus or cross.
 pub fn mark_path(status: Status, x: f64, y: f64) -> String {
     match status {
         Status::Retried => format!("M{x:.2} {:.2}l4 7h-8z", y - 4.5),

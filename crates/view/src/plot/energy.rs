@@ -1,10 +1,10 @@
-//! The panels of the second sheet: energy, what touches, and how exact the steps are.
+//! Panels of the energy sheet: energy, height, slip and accuracy of the steps.
 
 use super::panel::{Marks, Panel, PanelMaker, PlotSeries};
 use super::scale::ScaleKind;
 use crate::film::{Film, FilmContact, FilmFrame, Status};
 
-/// From top to bottom.
+/// Panels from top to bottom.
 pub const PANELS: [PanelMaker; 5] = [
     |film, _| energies(film),
     |film, _| Panel { words: "height of the lowest corner", ..lowest_point(film) },
@@ -13,7 +13,7 @@ pub const PANELS: [PanelMaker; 5] = [
     |film, _| iterations(film),
 ];
 
-/// Of several bodies, all of them together.
+/// Panels for several bodies, all of them together.
 pub const PANELS_OF_SEVERAL: [PanelMaker; 4] = [
     |film, _| Panel {
         words: "energy of all bodies, the potential counted from the origin",
@@ -24,7 +24,7 @@ pub const PANELS_OF_SEVERAL: [PanelMaker; 4] = [
     |film, _| iterations(film),
 ];
 
-/// The statuses that are marked, and their colours.
+/// Statuses with marks, and their colours.
 const MARKED: [(Status, &str); 5] = [
     (Status::Retried, "#5a6675"),
     (Status::Fallback, "#8250c4"),
@@ -33,7 +33,7 @@ const MARKED: [(Status, &str); 5] = [
     (Status::Failed, "#cf222e"),
 ];
 
-/// Kinetic and potential energy over all bodies, and their sum.
+/// Kinetic, potential and total energy of all bodies.
 fn energies(film: &Film) -> Panel {
     let frames = || film.frames.iter();
     Panel {
@@ -70,9 +70,11 @@ fn slip_speed(film: &Film) -> Panel {
     }
 }
 
-/// The largest slip speed, m/s, of the corners that touch in the step from `frame` to `next`:
-/// those that press with more than they are away, h f_z/m > z⁺/h; where steps lie between the two, its mean. (A solver in the interior
-/// leaves a little of a force on every corner.) NaN if none does.
+/// Largest slip speed (m/s) of the corners in contact during the step from `frame` to `next`. It is
+/// a mean if several steps lie between them. NaN without contact.
+///
+/// A corner is in contact if h f_z/m > z⁺/h. This excludes the small forces that an interior-point
+/// solver leaves on every corner.
 fn largest_slip(film: &Film, frame: &FilmFrame, next: &FilmFrame) -> f64 {
     let Some(ground) = film.ground.filter(|_| !frame.contacts.is_empty()) else {
         return f64::NAN;

@@ -1,11 +1,11 @@
-//! The panels of the first sheet where joints tie bodies: those of one body among several, and its joints.
+//! Panels of the motion sheet for films with joints: those of one body and of its joints.
 
 use super::motion::PANELS_OF_SEVERAL;
 use super::panel::{AxisTitle, Panel, PanelMaker, PlotSeries};
 use super::scale::ScaleKind;
 use crate::film::{Film, FilmFrame, FilmJoint, FilmTie};
 
-/// From top to bottom.
+/// Panels from top to bottom.
 pub const PANELS: [PanelMaker; 10] = {
     let [x, y, z, speed, force, contacts] = PANELS_OF_SEVERAL;
     [x, y, z, speed, angles, places, torques, forces, force, contacts]
@@ -43,7 +43,7 @@ fn forces(film: &Film, body: usize) -> Panel {
     panel(film, body, |_| true, force, film.steps(), named("reaction", nothing, said))
 }
 
-/// A quantity of the joints of a body that `takes` takes, a curve each.
+/// Panel with a curve of a quantity for each joint of a body that satisfies `takes`.
 fn panel(
     film: &Film,
     body: usize,
@@ -62,7 +62,7 @@ fn panel(
     Panel { kind: ScaleKind::Linear, height: 110.0, series: series.collect(), ..named }
 }
 
-/// A panel without curves: its name, what it says where there are none, and the title of its axis.
+/// Panel without curves: identifier, message for missing data, and axis title.
 fn named(id: &'static str, nothing: &'static str, (symbol, unit, words): AxisTitle) -> Panel {
     Panel { id, symbol, unit, words, nothing: Some(nothing), ..Panel::default() }
 }

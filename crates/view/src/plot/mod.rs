@@ -1,4 +1,4 @@
-//! A trajectory as curves over time: two sheets of panels, as SVG and as PNG.
+//! Plots of a film over time: two sheets of panels, as SVG and PNG.
 
 pub(super) mod axes;
 pub(super) mod curve;
@@ -18,17 +18,17 @@ pub(crate) use thin::thin_rows;
 
 use crate::film::Film;
 
-/// The sheets.
+/// Sheets of plots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlotSheet {
-    /// Position, contact forces, slacks, multipliers.
+    /// Position, contact forces, slacks and multipliers.
     Motion,
-    /// Energy, touch, residuals, iterations.
+    /// Energy, height, residuals and iterations.
     Energy,
 }
 
 impl PlotSheet {
-    /// What stands above it.
+    /// Heading of the sheet.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -37,7 +37,7 @@ impl PlotSheet {
         }
     }
 
-    /// Its panels from top to bottom.
+    /// Panels from top to bottom.
     pub(crate) fn panels(self, film: &Film) -> &'static [PanelMaker] {
         match (self, film.is_single()) {
             (Self::Motion, true) => &motion::PANELS,
@@ -48,14 +48,14 @@ impl PlotSheet {
         }
     }
 
-    /// Whether its panels are about one body of a film of several.
+    /// True if the panels show one body of a film with several.
     pub(crate) fn is_of_one_body(self) -> bool {
         self == Self::Motion
     }
 }
 
-/// A sheet of `film` as SVG, of the motion that of body `body`, or of the last where there are
-/// fewer. The same film gives the same bytes.
+/// Sheet of `film` as SVG. The motion sheet shows the body with index `body`, or the last one if
+/// there are fewer. Output is deterministic, byte for byte.
 #[must_use]
 pub fn svg(film: &Film, sheet: PlotSheet, body: usize) -> String {
     let body = body.min(film.bodies.len() - 1);
@@ -69,15 +69,15 @@ pub fn svg(film: &Film, sheet: PlotSheet, body: usize) -> String {
     svg::draw(film, body, &heading, &notes(film), sheet.panels(film))
 }
 
-/// An SVG of [`svg`] as PNG.
+/// Converts the result of [`svg`] to PNG.
 ///
 /// # Errors
-/// Why it cannot be drawn, in words.
+/// Failure to draw it, in words.
 pub fn png(svg: &str) -> Result<Vec<u8>, String> {
     png::rasterise(svg)
 }
 
-/// The run in numbers.
+/// Summary of the run's parameters.
 fn notes(film: &Film) -> String {
     let slope = film.inclined_ground().map_or(String::new(), |ground| {
         format!(", slope {}°", (ground.slope() * 100.0).round() / 100.0)

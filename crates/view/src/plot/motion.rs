@@ -1,11 +1,11 @@
-//! The panels of the first sheet: position, contact forces, slacks and multipliers.
+//! Panels of the motion sheet: position, contact forces, slacks and multipliers.
 
 use super::panel::{AxisTitle, Panel, PanelMaker, PlotSeries};
 use super::scale::ScaleKind;
 use crate::film::{Film, FilmContact, FilmFrame};
 use nalgebra::Vector3;
 
-/// From top to bottom.
+/// Panels from top to bottom.
 pub const PANELS: [PanelMaker; 7] = [
     |film, body| position(film, body, 0, "x"),
     |film, body| position(film, body, 1, "y"),
@@ -25,7 +25,7 @@ pub const PANELS: [PanelMaker; 7] = [
     },
 ];
 
-/// Of one body among several, from top to bottom.
+/// Panels for one of several bodies, from top to bottom.
 pub const PANELS_OF_SEVERAL: [PanelMaker; 6] = [
     |film, body| position(film, body, 0, "x"),
     |film, body| position(film, body, 1, "y"),
@@ -41,7 +41,7 @@ fn speed(film: &Film, body: usize) -> Panel {
     Panel::of_curve("speed", said, 100.0, 2, values)
 }
 
-/// Σ f over the contacts of the body, from the ground, what is fixed and other bodies.
+/// Sum of the contact forces on the body, from ground, fixed objects and other bodies.
 fn force(film: &Film, body: usize) -> Panel {
     let sum = |step: &FilmFrame| {
         let contacts = step.contacts.iter().filter(|contact| contact.is_of(body));
@@ -71,7 +71,7 @@ fn position(film: &Film, body: usize, axis: usize, id: &'static str) -> Panel {
     Panel { kind: ScaleKind::Linear, ..Panel::of_curve(id, said, 84.0, 0, values) }
 }
 
-/// n · f of every corner, which on level ground is f_z.
+/// Normal force n · f at every corner. On horizontal ground it is f_z.
 fn normal_forces(film: &Film) -> Panel {
     let symbol = ("F", if film.inclined_ground().is_some() { "n" } else { "z" });
     let normal = film.ground.map_or(Vector3::z(), |ground| ground.normal);
@@ -83,7 +83,7 @@ fn normal_forces(film: &Film) -> Panel {
     }
 }
 
-/// A quantity of every corner of the single body in every step, 0 where the corner does not touch.
+/// Quantity at every corner of a single body in every step; 0 without contact.
 fn corners(
     film: &Film,
     quantity: impl Fn(&FilmContact) -> f64,
@@ -121,8 +121,8 @@ mod tests {
     use crate::film::{FilmPartner, FilmPlace};
     use crate::samples::falling_cube;
 
-    /// Two cubes, the second on the first, which is on the ground: by the third law the first
-    /// has the force of the ground less the weight of the second, m g.
+    /// Two stacked cubes. By the third law the net contact force on the lower one is the ground
+    /// force minus the weight m g of the upper one.
     #[test]
     fn the_force_on_a_body_is_the_sum_from_both_sides() {
         let mut film = falling_cube(3);
@@ -152,7 +152,7 @@ mod tests {
         }
         let counts = [0, 1].map(|body| contacts(&film, body).series[0].values[0]);
         assert_eq!(counts, [3.0, 2.0]);
-        // Turned about, the same.
+        // Same result with swapped partners.
         for contact in film.frames.iter_mut().flat_map(|frame| &mut frame.contacts[1..]) {
             (contact.body, contact.partner) = (0, FilmPartner::Body(1));
             contact.force = -contact.force;

@@ -1,7 +1,7 @@
-//! Numbers as labels, in the markup of SVG.
+//! Number labels in SVG markup.
 
-/// `value`, a multiple of `step`, with the digits that tell it from its neighbours up to
-/// the size `largest`, in a form that is the same for all of them.
+/// Formats `value`, a multiple of `step`, for an axis up to magnitude `largest`. All labels of the
+/// axis have the same form and enough digits to differ.
 pub fn decimal(value: f64, step: f64, largest: f64) -> String {
     if value.abs() < 1e-9 * step {
         return "0".to_owned();
@@ -16,7 +16,7 @@ pub fn decimal(value: f64, step: f64, largest: f64) -> String {
     with_minus(&format!("{mantissa:.digits$}·10")) + &superscript(exponent)
 }
 
-/// 10^`exponent`.
+/// Formats 10^`exponent`.
 pub fn power_of_ten(exponent: i32) -> String {
     match exponent {
         0..=3 => 10i32.pow(exponent.unsigned_abs()).to_string(),
@@ -25,7 +25,7 @@ pub fn power_of_ten(exponent: i32) -> String {
     }
 }
 
-/// As a raised `tspan`: few fonts have all superscript characters.
+/// Superscript as a raised `tspan`, since few fonts have all superscript characters.
 fn superscript(exponent: i32) -> String {
     format!(
         "<tspan dy=\"-4\" font-size=\"9\">{}</tspan>{}",
@@ -34,7 +34,7 @@ fn superscript(exponent: i32) -> String {
     )
 }
 
-/// Undoes a `dy` for what follows; SVG has no other way.
+/// Markup that resets a `dy` for the text that follows.
 pub fn back_to_line(dy: f64) -> String {
     format!("<tspan dy=\"{dy}\">\u{200b}</tspan>")
 }
@@ -47,7 +47,7 @@ fn with_minus(text: &str) -> String {
 mod tests {
     use super::*;
 
-    /// The characters alone.
+    /// Text without markup.
     fn plain(label: &str) -> String {
         let raised = label.replace("<tspan dy=\"-4\" font-size=\"9\">", "^");
         raised.replace("</tspan>", "").replace("<tspan dy=\"4\">\u{200b}", "")

@@ -1,4 +1,4 @@
-//! A panel: what is drawn, before it is drawn.
+//! Content of a panel, independent of its drawing.
 
 use super::scale::ScaleKind;
 use crate::film::{Film, Status};
@@ -6,57 +6,57 @@ use crate::film::{Film, Status};
 /// One pair of axes with its curves.
 #[derive(Default)]
 pub struct Panel {
-    /// Its name in the SVG.
+    /// Identifier in the SVG.
     pub id: &'static str,
-    /// The symbol of the vertical axis, and its index.
+    /// Symbol of the vertical axis, and its subscript.
     pub symbol: (&'static str, &'static str),
-    /// The unit of the vertical axis, empty for a count.
+    /// Unit of the vertical axis; empty for a count.
     pub unit: &'static str,
-    /// The quantity in words.
+    /// Description of the quantity.
     pub words: &'static str,
     pub kind: ScaleKind,
-    /// Of the axes, in the units of the picture.
+    /// Height of the axes, in units of the picture.
     pub height: f64,
     pub series: Vec<PlotSeries>,
-    /// What the names of the curves are names of, where they are not words.
+    /// Common noun for curve names that are not descriptive, such as "corner".
     pub legend: Option<&'static str>,
-    /// Single steps made conspicuous.
+    /// Highlighted steps.
     pub marks: Vec<Marks>,
-    /// What the panel says instead when it has nothing but zeros or gaps to show.
+    /// Message shown if the panel has only zeros or gaps.
     pub nothing: Option<&'static str>,
 }
 
-/// What is said of a vertical axis: its symbol with an index, its unit, the quantity in words.
+/// Title of a vertical axis: symbol with subscript, unit, and description of the quantity.
 pub type AxisTitle = ((&'static str, &'static str), &'static str, &'static str);
 
-/// A curve: value i belongs to frame i; NaN is a gap.
+/// A curve. Value i belongs to frame i, and NaN is a gap.
 pub struct PlotSeries {
-    /// For the legend; a single curve needs none.
+    /// Name in the legend; a single curve needs none.
     pub name: String,
     pub colour: &'static str,
     pub values: Vec<f64>,
 }
 
-/// The steps of one status, each at its value; NaN where a step has another status.
+/// Steps with one status, each at its value. NaN for steps with another status.
 pub struct Marks {
     pub status: Status,
     pub colour: &'static str,
     pub values: Vec<f64>,
 }
 
-/// Makes a panel of a film and one of its bodies. Panels are made one at a time: of a long run,
-/// each is large.
+/// Function that creates a panel for a body of a film. Panels of long runs are large and therefore
+/// created one at a time.
 pub type PanelMaker = fn(&Film, usize) -> Panel;
 
-/// Colours that stay distinct for the colour-blind (after Okabe and Ito).
+/// Colours that are distinct for colour-blind readers (after Okabe and Ito).
 pub const COLOURS: [&str; 8] =
     ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#7f5539", "#3d3d3d"];
 
-/// What is larger is beyond a picture.
+/// Largest magnitude in a picture.
 pub const LARGEST: f64 = 1e150;
 
 impl Panel {
-    /// A panel of one curve in a colour.
+    /// Panel with one curve.
     pub fn of_curve(
         id: &'static str,
         (symbol, unit, words): AxisTitle,
@@ -77,7 +77,7 @@ impl Panel {
         }
     }
 
-    /// What to say instead of drawing.
+    /// Message to show if there is nothing to draw.
     pub fn blank(&self) -> Option<&'static str> {
         self.nothing.filter(|_| self.series.iter().all(PlotSeries::is_idle))
     }
@@ -94,13 +94,13 @@ impl PlotSeries {
         Self { name: name.into(), colour, values: values.map(shown).collect() }
     }
 
-    /// Whether it has nothing but zeros and gaps.
+    /// True if it has only zeros and gaps.
     pub fn is_idle(&self) -> bool {
         self.values.iter().all(|value| *value == 0.0 || value.is_nan())
     }
 }
 
-/// `value`, or a gap for what is beyond a picture.
+/// Returns `value`, or NaN if it is too large for a picture.
 pub fn shown(value: f64) -> f64 {
     if value.abs() <= LARGEST { value } else { f64::NAN }
 }

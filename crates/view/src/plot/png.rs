@@ -1,16 +1,16 @@
-//! An SVG as PNG, with a font of our own: the same picture on every machine.
+//! SVG to PNG with a built-in font, which makes the picture the same on every machine.
 
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 use std::sync::Arc;
 
-/// Pixels per unit of the SVG: text stays sharp on dense screens and in print.
+/// Pixels per unit of the SVG, high enough for dense screens and print.
 pub const PIXELS_PER_UNIT: f32 = 2.0;
 
 /// Rasterises `svg`.
 ///
 /// # Errors
-/// What is wrong with the SVG, or that the picture has no size, in words.
+/// An invalid SVG, or a picture without size, in words.
 pub fn rasterise(svg: &str) -> Result<Vec<u8>, String> {
     let mut fonts = fontdb::Database::new();
     for font in [notosans::REGULAR_TTF, notosans::BOLD_TTF] {

@@ -1,8 +1,8 @@
-//! Axes: what range they show, on which scale, and where their ticks are.
+//! Axes: range, scale and ticks.
 
 use super::number::{decimal, power_of_ten};
 
-/// What a panel asks of its vertical axis.
+/// Kind of scale requested for a vertical axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ScaleKind {
     /// Linear over the range of the values.
@@ -10,24 +10,23 @@ pub enum ScaleKind {
     Linear,
     /// Linear, with 0 in the range.
     FromZero,
-    /// From zero, linear where that shows all; symmetric-logarithmic where spikes would
-    /// flatten the rest.
+    /// Linear from zero, or symmetric-logarithmic if spikes would flatten the other values.
     Spikes,
     /// Logarithmic.
     Log,
 }
 
-/// The map from values to the places of an axis.
+/// Map from values to axis coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Transform {
     Identity,
-    /// asinh(v / threshold): linear about 0, logarithmic far from it, and smooth between.
+    /// asinh(v / threshold): linear near 0 and logarithmic far from it.
     Symlog(f64),
-    /// log₁₀ v.
+    /// Decimal logarithm log₁₀ v.
     Log,
 }
 
-/// A vertical or horizontal axis.
+/// Vertical or horizontal axis.
 #[derive(Debug, Clone)]
 pub struct PlotAxis {
     transform: Transform,
@@ -35,23 +34,23 @@ pub struct PlotAxis {
     high: f64,
     /// Values and labels.
     pub ticks: Vec<(f64, String)>,
-    /// Whether a logarithmic axis has zeros to show, which it does at its lower end.
+    /// True if a logarithmic axis shows zeros, which it does at its lower end.
     zeros: bool,
 }
 
-/// Spikes are what is above this times the median.
+/// Ratio to the median above which the largest value is a spike.
 const SPIKE: f64 = 50.0;
-/// Smaller than this times the largest value is 0 as far as the median is concerned.
+/// Ratio to the largest value below which values are ignored in the median.
 const NEGLIGIBLE: f64 = 1e-6;
-/// A range smaller than this, relative to the values, is that of a constant.
+/// Relative range below which values count as constant.
 const ROUNDING: f64 = 1e-9;
-/// Ticks nearer than this, as a fraction of the usual distance, are too near.
+/// Smallest spacing of ticks, relative to the regular spacing.
 const CROWDED: f64 = 0.65;
-/// The room at each end, as a fraction of the range.
+/// Margin at each end, relative to the range.
 const MARGIN: f64 = 0.06;
 
 impl PlotAxis {
-    /// An axis for `values`, which may hold NaN for a gap, with about `ticks` ticks.
+    /// Axis for `values` with about `ticks` ticks. NaN is ignored.
     pub fn new(kind: ScaleKind, values: impl Iterator<Item = f64> + Clone, ticks: usize) -> Self {
         let numbers = values.filter(|value| !value.is_nan());
         let (low, high) = numbers
@@ -74,7 +73,7 @@ impl PlotAxis {
         }
     }
 
-    /// A linear axis from `low` to `high` with `margin` of the range beyond both.
+    /// Linear axis from `low` to `high`, extended on both sides by `margin` times the range.
     pub fn linear(low: f64, high: f64, margin: f64, ticks: usize) -> Self {
         let size = high.abs().max(low.abs());
         let (low, high) = if high - low > ROUNDING * size && size > 1e-12 {
@@ -101,7 +100,7 @@ impl PlotAxis {
         let decades = (0..).take_while(|k| threshold * 10f64.powi(*k) <= high.max(-low)).count();
         let stride = decades.div_ceil(ticks).max(1);
         let mut marks = vec![(0.0, "0".to_owned())];
-        // The tick at the threshold may be too near to that at 0 for a label.
+        // The tick at the threshold may be too close to the tick at 0.
         let crowded = transform.of(threshold) < CROWDED * (top - bottom) / ticks as f64;
         let skipped = usize::from(crowded);
         for exponent in (first..).take(decades).skip(skipped).step_by(stride) {
@@ -133,27 +132,27 @@ impl PlotAxis {
         Self { transform: Transform::Log, low, high, ticks, zeros }
     }
 
-    /// Where `value` is: 0 at the low end, 1 at the high end.
+    /// Relative position of `value`: 0 at the low end, 1 at the high end.
     pub fn fraction(&self, value: f64) -> f64 {
         ((self.transform.of(value) - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
     }
 
-    /// The map from values to places.
+    /// Map from values to axis coordinates.
     pub fn transform(&self) -> Transform {
         self.transform
     }
 
-    /// The values at the low and the high end.
+    /// Values at the low and high end.
     pub fn ends(&self) -> [f64; 2] {
         [self.low, self.high].map(|at| self.transform.value_at(at))
     }
 
-    /// Whether a logarithmic axis has zeros to show, which it does at its lower end.
+    /// True if a logarithmic axis shows zeros, which it does at its lower end.
     pub fn has_zeros(&self) -> bool {
         self.zeros
     }
 
-    /// What the label must say of the scale; `unit` is that of the values.
+    /// Remark on the scale for the label. `unit` is the unit of the values.
     pub fn remark(&self, unit: &str) -> Option<String> {
         match self.transform {
             Transform::Identity => None,
@@ -176,7 +175,7 @@ impl Transform {
         }
     }
 
-    /// The inverse of [`Self::of`].
+    /// Inverse of [`Self::of`].
     fn value_at(self, place: f64) -> f64 {
         match self {
             Self::Identity => place,
@@ -186,8 +185,8 @@ impl Transform {
     }
 }
 
-/// The power of ten below the median size of `numbers` that are not negligible, if the
-/// `largest` size is a spike above it.
+/// Threshold of a symmetric-logarithmic axis if the magnitude `largest` is a spike. It is the power
+/// of ten below the median magnitude of the non-negligible `numbers`.
 fn spike_threshold(numbers: impl Iterator<Item = f64>, largest: f64) -> Option<f64> {
     let mut sizes: Vec<f64> =
         numbers.map(f64::abs).filter(|size| *size > NEGLIGIBLE * largest).collect();
@@ -199,7 +198,7 @@ fn spike_threshold(numbers: impl Iterator<Item = f64>, largest: f64) -> Option<f
     (largest > SPIKE * median).then(|| 10f64.powi(median.log10().floor() as i32))
 }
 
-/// The 1, 2 or 5 times a power of ten that is not much below `step`.
+/// Number 1, 2 or 5 times a power of ten that is not much below `step`.
 fn nice_step(step: f64) -> f64 {
     let power = 10f64.powf(step.log10().floor());
     let factor = [1.0, 2.0, 5.0].into_iter().find(|factor| factor * power >= 0.75 * step);

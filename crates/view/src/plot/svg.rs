@@ -1,4 +1,4 @@
-//! Drawing a sheet of panels as SVG.
+//! SVG drawing of a sheet of panels.
 
 use super::axes::PlotAxes;
 use super::curve::{dots, line, mark_path};
@@ -10,7 +10,7 @@ use crate::font::{Font, Heading};
 use crate::markup::escape;
 use std::fmt::Write as _;
 
-/// The size of a picture and its parts. One unit is a pixel at the usual size.
+/// Layout of a picture. One unit is a pixel at normal size.
 const WIDTH: f64 = 1200.0;
 const LEFT: f64 = 88.0;
 const RIGHT: f64 = 32.0;
@@ -18,17 +18,17 @@ const TOP: f64 = 66.0;
 const HEADING: f64 = 34.0;
 const HEADING_SIZE: f64 = 17.0;
 const BOTTOM: f64 = 50.0;
-/// A label of the vertical axis has this much of it.
+/// Vertical space per label of the vertical axis.
 const ROOM_OF_TICK: f64 = 22.0;
-/// The height of a panel with nothing to show.
+/// Height of a panel without data.
 const BLANK: f64 = 44.0;
-/// Columns that curves are thinned to.
+/// Number of columns for thinning curves.
 const COLUMNS: usize = (WIDTH - LEFT - RIGHT) as usize;
-/// Up to so many rows every value has a dot.
+/// Maximum number of rows for which every value has a dot.
 const FEW: usize = 60;
-/// The mean width of a letter of the legend.
+/// Mean width of a letter in the legend.
 const LETTER: f64 = 5.6;
-/// More curves than this are counted in the legend, not named.
+/// Maximum number of curves named in the legend.
 const NAMED: usize = 8;
 
 const FONT: &str = "'Noto Sans','DejaVu Sans',Helvetica,Arial,sans-serif";
@@ -37,7 +37,7 @@ const FAINT: &str = "#59636e";
 const GRID: &str = "#e3e7ec";
 const FRAME: &str = "#b8c0c9";
 
-/// A picture in the making.
+/// Picture under construction.
 struct SvgSheet<'a> {
     film: &'a Film,
     times: Vec<f64>,
@@ -46,7 +46,7 @@ struct SvgSheet<'a> {
     y: f64,
 }
 
-/// A sheet of `panels` of a body over time.
+/// Sheet of `panels` of a body over time.
 pub fn draw(film: &Film, body: usize, heading: &str, notes: &str, panels: &[PanelMaker]) -> String {
     let times: Vec<f64> = film.frames.iter().map(|frame| frame.time).collect();
     let start = times.first().copied().unwrap_or(0.0);
@@ -64,8 +64,8 @@ pub fn draw(film: &Film, body: usize, heading: &str, notes: &str, panels: &[Pane
     sheet.finish(heading)
 }
 
-/// The heading as far as it fits and the font has its characters, and the notes with what is
-/// to be said of it.
+/// Heading as far as it fits and the font supports its characters, and notes with a remark on
+/// missing characters.
 fn written(heading: &str, notes: &str) -> (String, String) {
     let room = WIDTH - LEFT - RIGHT;
     let Some(Heading { text, missing }) =
@@ -102,7 +102,7 @@ impl SvgSheet<'_> {
         )
     }
 
-    /// `rest` is what follows the attributes: more of them, `>` and the text.
+    /// Adds a text. `rest` contains further attributes, `>` and the text.
     fn text(&mut self, x: f64, y: f64, anchor: &str, size: f64, fill: &str, rest: &str) {
         let _ = writeln!(
             self.body,
@@ -134,7 +134,7 @@ impl SvgSheet<'_> {
         self.y = bottom;
     }
 
-    /// Symbol, unit, words and what is to be said of the scale.
+    /// Symbol, unit, description and remark on the scale.
     fn heading(&mut self, panel: &Panel, remark: Option<String>, y: f64) {
         let (symbol, index) = panel.symbol;
         let mut label = format!("class=\"axis\"><tspan font-weight=\"700\">{symbol}");
@@ -154,7 +154,7 @@ impl SvgSheet<'_> {
         self.text(LEFT, y, "start", 14.0, INK, &label);
     }
 
-    /// From the right end to the left.
+    /// Legend, laid out from right to left.
     fn legend(&mut self, panel: &Panel, y: f64) {
         let mut entries: Vec<(String, String)> = Vec::new();
         if panel.series.len() > 1 {
@@ -245,9 +245,9 @@ impl SvgSheet<'_> {
     }
 }
 
-/// The curves in the order of drawing, with their widths. Those that stay at 0 come first;
-/// of the others, earlier ones are wider: where curves coincide, all of them can be seen. Of
-/// more than the legend names, all have the same width, which would else look like data.
+/// Curves in drawing order with their widths. Curves that stay at 0 come first. Among the others,
+/// earlier ones are wider, so that coinciding curves remain visible. If there are more curves than
+/// the legend names, all widths are equal.
 fn with_widths(series: &[PlotSeries]) -> impl Iterator<Item = (&PlotSeries, f64)> {
     let (idle, busy): (Vec<_>, Vec<_>) = series.iter().partition(|series| series.is_idle());
     let count = busy.len();

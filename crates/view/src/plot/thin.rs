@@ -1,14 +1,14 @@
-//! Thinning: as many points as a picture can show, with every extreme kept.
+//! Thinning of curves to the resolution of a picture, with all extremes preserved.
 
-/// One point of a curve, or a gap in it.
+/// Point of a curve, or `None` for a gap.
 pub type PlotPoint = Option<(f64, f64)>;
 
-/// The first, lowest, highest and last point of a column of pixels, and its gaps.
+/// First, lowest, highest and last point in a column of pixels, and its gaps.
 struct PixelColumn {
     number: usize,
-    /// Whether the curve is interrupted before the first point.
+    /// True if the curve has a gap before the first point.
     gap_before: bool,
-    /// Whether it is interrupted after the last one.
+    /// True if it has a gap after the last point.
     gap_after: bool,
     first: usize,
     lowest: usize,
@@ -16,16 +16,18 @@ struct PixelColumn {
     last: usize,
 }
 
-/// The curve of `values` over `times`, thinned as [`thin_rows`] says.
+/// Curve of `values` over `times`, thinned by [`thin_rows`].
 pub fn thin(times: &[f64], values: &[f64], range: [f64; 2], columns: usize) -> Vec<PlotPoint> {
     let rows = thin_rows(times, values, range, columns).into_iter();
     rows.map(|row| row.map(|i| (times[i], values[i]))).collect()
 }
 
-/// Which of `values` over `times` are enough for a curve, where a value that is no number
-/// is a gap, `None`. Up to four points a column stay as they are; of more, each of the
-/// `columns` equal parts of `range` keeps its first, lowest, highest and last, in the order
-/// of time. A gap inside a column is then too narrow to be seen, and left out.
+/// Indices of the values that suffice to draw a curve of `values` over `times`. NaN is a gap and
+/// yields `None`.
+///
+/// Up to four values per column are all kept. Otherwise each of the `columns` equal parts of
+/// `range` keeps its first, lowest, highest and last value, in order of time. A gap within a column
+/// is too narrow to draw and is dropped.
 pub fn thin_rows(
     times: &[f64],
     values: &[f64],

@@ -1,21 +1,21 @@
-//! The panels of the plots, as data: the page shows the same quantities.
+//! Plot panels as data for the page.
 
 use super::encode::{PackedNumbers, packed_floats, packed_rows};
 use crate::film::Film;
 use crate::plot::{Panel, PanelMaker, PlotAxis, Transform, thin_rows};
 use serde::Serialize;
 
-/// Columns that curves are thinned to: each keeps its extremes. Up to four times as many
-/// rows stay as they are.
+/// Number of columns for thinning curves. Each column keeps its extremes. Up to four rows per
+/// column are all kept.
 pub const COLUMNS: usize = 1000;
-/// The fewest columns that the curves of one of many bodies are thinned to: a plot of the
-/// page is about 450 pixels wide, and each column has up to four points.
+/// Minimum number of columns if each of many bodies has its own plots. A plot of the page is about
+/// 450 pixels wide, and each column has up to four points.
 const FEWEST_COLUMNS: usize = 125;
-/// More marks of a status than this are thinned evenly.
+/// Maximum number of marks of a status, thinned evenly.
 pub const MOST_MARKS: usize = 5000;
-/// Labels of an axis, about.
+/// Approximate number of labels on an axis.
 const TICKS: usize = 6;
-/// The plots that are open when the page is: what tells most.
+/// Plots that are initially open.
 const OPEN: [&str; 10] =
     ["distance", "z", "fz", "force", "angle", "slide", "torque", "energy", "residual", "height"];
 
@@ -23,14 +23,14 @@ const OPEN: [&str; 10] =
 #[derive(Serialize)]
 pub struct Plot {
     id: &'static str,
-    /// The symbol of the vertical axis, and its index.
+    /// Symbol of the vertical axis, and its subscript.
     symbol: (&'static str, &'static str),
     unit: &'static str,
     words: &'static str,
     open: bool,
-    /// What it says instead of showing curves.
+    /// Message shown if there are no curves.
     nothing: Option<&'static str>,
-    /// What the names of the curves are names of.
+    /// Common noun for the curve names.
     legend: Option<&'static str>,
     axis: AxisData,
     series: Vec<PageCurve>,
@@ -39,14 +39,14 @@ pub struct Plot {
 
 #[derive(Serialize)]
 struct AxisData {
-    /// `linear`, `symlog` or `log`.
+    /// Scale: `linear`, `symlog` or `log`.
     scale: &'static str,
-    /// Below it, a symlog axis is linear.
+    /// Threshold below which a symlog axis is linear.
     threshold: Option<f64>,
     low: f64,
     high: f64,
     ticks: Vec<f64>,
-    /// Whether a logarithmic axis has zeros to show, which it does at its lower end.
+    /// True if a logarithmic axis shows zeros, which it does at its lower end.
     has_zeros: bool,
 }
 
@@ -56,7 +56,7 @@ struct PageCurve {
     name: String,
     colour: &'static str,
     rows: PackedNumbers,
-    /// No number is a gap.
+    /// Values; NaN is a gap.
     values: PackedNumbers,
 }
 
@@ -65,14 +65,14 @@ struct MarksData {
     run: usize,
     status: &'static str,
     colour: &'static str,
-    /// How many there are, of which `rows` may be a part.
+    /// Number of marks, some of which may be missing in `rows`.
     count: usize,
     rows: PackedNumbers,
     values: PackedNumbers,
 }
 
-/// The plots of `makers` for body `body`, one after the other: of a long run, each panel is
-/// large. Where each of many bodies has its own plots, they are coarser.
+/// Plots of `makers` for body `body`. They are made one at a time, since panels of long runs are
+/// large. If each of many bodies has its own plots, they are coarser.
 pub fn plots(films: &[&Film], makers: &[PanelMaker], body: usize, bodies: usize) -> Vec<Plot> {
     let has_steps = films.iter().any(|film| !film.steps().is_empty());
     let columns = (COLUMNS / bodies).max(FEWEST_COLUMNS);
@@ -80,7 +80,7 @@ pub fn plots(films: &[&Film], makers: &[PanelMaker], body: usize, bodies: usize)
     makers.iter().map(|make| plot(panels(make), has_steps, columns)).collect()
 }
 
-/// The plot of one panel of every run.
+/// Plot of one panel of every run.
 pub fn plot(panels: Vec<Panel>, has_steps: bool, columns: usize) -> Plot {
     let first = &panels[0];
     let blank = panels.iter().all(|panel| panel.blank().is_some());
@@ -134,9 +134,8 @@ impl AxisData {
     }
 }
 
-/// The rows and values of a curve, as many as a picture can show. Gaps become NaN at a row
-/// inside them; points inside a level stretch are left out, as are numbers that no `f32`
-/// has.
+/// Rows and values of a thinned curve. A gap becomes NaN at a row inside it. Inner points of
+/// constant stretches are omitted. Values beyond the range of `f32` become NaN.
 fn thinned(values: &[f64], columns: usize) -> (PackedNumbers, PackedNumbers) {
     let times: Vec<f64> = (0..values.len()).map(|i| i as f64).collect();
     let range = [0.0, values.len() as f64];

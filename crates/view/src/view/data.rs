@@ -1,4 +1,4 @@
-//! Everything that the page knows, as JSON.
+//! Data of the page, serialised as JSON.
 
 use super::curves::{Plot, plots};
 use super::facts;
@@ -23,9 +23,9 @@ struct RunData {
     title: String,
     facts: Vec<Fact>,
     rows: usize,
-    /// h, s.
+    /// Time between frames (s).
     step: f64,
-    /// How many steps ended with each status.
+    /// Number of steps with each status.
     counts: Vec<(&'static str, usize)>,
     worst: Option<Worst>,
     bodies: Vec<PageBody>,
@@ -36,7 +36,7 @@ struct RunData {
     frames: EncodedPoses,
 }
 
-/// The step with the largest residual.
+/// Step with the largest residual.
 #[derive(Serialize)]
 struct Worst {
     row: usize,
@@ -46,22 +46,22 @@ struct Worst {
 #[derive(Serialize)]
 struct PageBody {
     name: String,
-    /// What it is, in words.
+    /// Description.
     facts: Vec<Fact>,
-    /// Whether the points are the corners of a box, x fastest.
+    /// True if the points are the corners of a box, x fastest.
     is_box: bool,
-    /// Body frame, m; of what stands still the world's.
+    /// Points (m), body frame, or world frame for fixed objects.
     points: Vec<[f64; 3]>,
-    /// What is drawn; empty for a body of points.
+    /// Drawn pieces; empty for a body of points.
     pieces: Vec<PieceData>,
-    /// As CSS has it, if it has one of its own.
+    /// CSS colour, if the body has its own.
     colour: Option<String>,
-    /// The body that a joint ties it to, of those that form a tree.
+    /// Parent in the tree of joints.
     above: Option<usize>,
 }
 
-/// All within `radius` of the polyhedron of these vertices and faces; without faces, of the
-/// segment or the point. Or a mesh, of triangles.
+/// All points within `radius` of a polyhedron. Without faces the core is a segment or a point. A
+/// mesh has triangles as faces.
 #[derive(Serialize)]
 struct PieceData {
     vertices: Vec<[f64; 3]>,
@@ -73,11 +73,11 @@ struct PieceData {
 #[derive(Serialize)]
 struct FaceData {
     vertices: Vec<usize>,
-    /// Outward, of length 1.
+    /// Outward unit normal.
     normal: [f64; 3],
 }
 
-/// Where a joint holds a body, m, body frame, and its axis there.
+/// Anchor (m) and axis of a joint, in the frame of the body.
 #[derive(Serialize)]
 struct JointData {
     name: String,
@@ -86,14 +86,14 @@ struct JointData {
     axis: Option<[f64; 3]>,
 }
 
-/// How long arrows are; see [`Scale`].
+/// Lengths of force arrows, see [`Scale`].
 #[derive(Serialize)]
 struct Arrows {
     weight: f64,
     longest: f64,
 }
 
-/// The plane n · x = d, world.
+/// Plane n · x = d, world frame.
 #[derive(Serialize)]
 struct PageGround {
     normal: [f64; 3],
@@ -103,11 +103,11 @@ struct PageGround {
 #[derive(Serialize)]
 struct SheetData {
     name: &'static str,
-    /// Whether the plots are about one body of several.
+    /// True if the plots show one of several bodies.
     of_body: bool,
-    /// Of the first body, or of all.
+    /// Plots of the first body, or of all.
     plots: Vec<Plot>,
-    /// Of the bodies after the first.
+    /// Plots of the bodies after the first.
     others: Vec<Vec<Plot>>,
 }
 
@@ -130,8 +130,8 @@ impl PageData {
 }
 
 impl SheetData {
-    /// Of films of one body the panels about its corners; where one has more, those that all
-    /// have.
+    /// Sheet for one or two films. Films with a single body show its corners. If a film has more
+    /// bodies, only the panels common to all films are shown.
     fn of(sheet: PlotSheet, films: &[&Film]) -> Self {
         let widest = films.iter().copied().find(|film| !film.is_single()).unwrap_or(films[0]);
         let makers = sheet.panels(widest);
@@ -188,7 +188,8 @@ impl PieceData {
         made
     }
 
-    /// Rounds what is seen and not reckoned with: places to five digits of the largest, normals to 1e-3.
+    /// Reduces the precision of drawn geometry: positions to five digits of the largest, normals to
+    /// 1e-3.
     fn shorten(&mut self) {
         let round = |x: &mut f64, per: f64| *x = (*x * per).round() / per;
         let largest = self.vertices.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -198,7 +199,7 @@ impl PieceData {
     }
 }
 
-/// Of each body the one that a joint ties it to, the first of its own where that makes no ring.
+/// Parent of each body: the first body that a joint ties it to without closing a loop.
 fn tree(film: &Film) -> Vec<Option<usize>> {
     let mut above = vec![None; film.bodies.len()];
     for FilmJoint { body, other, .. } in &film.joints {
@@ -262,7 +263,7 @@ impl RunData {
 
 fn worst(film: &Film) -> Option<Worst> {
     let residuals = film.steps().iter().map(|step| step.residual).enumerate();
-    // Of equal ones the first.
+    // The first of equal residuals.
     residuals
         .reduce(|worst, other| if other.1 > worst.1 { other } else { worst })
         .map(|(row, residual)| Worst { row, residual })

@@ -1,12 +1,12 @@
-//! How far two runs are from each other.
+//! Distance between two runs.
 
 use super::curves::{self, Plot};
 use crate::film::{Film, FilmFrame};
 use crate::plot::{Panel, PlotSeries, ScaleKind};
 use nalgebra::Vector3;
 
-/// The plot of ‖r_A − r_B‖, of several bodies the largest, as long as both runs last, at the rows of the run whose
-/// rows are nearer in time, the other one interpolated.
+/// Plot of ‖r_A − r_B‖, the largest over all bodies, for the common duration of both runs. It has
+/// the rows of the run with the smaller time step, with the other run interpolated.
 pub fn plot(a: &Film, b: &Film) -> Plot {
     let finer = usize::from(b.frame_time() < a.frame_time());
     let values = if finer == 0 { distances(a, b) } else { distances(b, a) };
@@ -17,7 +17,7 @@ pub fn plot(a: &Film, b: &Film) -> Plot {
     };
     let mut panels = vec![panel(values, words)];
     if finer == 1 {
-        // A curve belongs to the run whose rows it counts.
+        // A curve belongs to the run whose rows it uses.
         panels.insert(0, panel(Vec::new(), words));
         panels[0].series.clear();
     }
@@ -49,9 +49,9 @@ fn distances(fine: &Film, coarse: &Film) -> Vec<f64> {
     frames.map_while(distance).collect()
 }
 
-/// Between two rows, on the line between their positions; `None` after the last.
+/// Linear interpolation of positions between two rows. `None` after the last row.
 fn positions_at(film: &Film, place: f64) -> Option<Vec<Vector3<f64>>> {
-    // Times that are equal may differ in their last digits.
+    // Equal times may differ by rounding.
     let nearest = place.round();
     let place = if (place - nearest).abs() < 1e-6 { nearest } else { place };
     let share = place.fract();

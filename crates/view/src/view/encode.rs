@@ -1,17 +1,21 @@
-//! Numbers as text that a script reads fast and that is short: whole numbers of a step, and
-//! of them only what the numbers before do not tell.
+//! Compact encoding of numbers as text: integer multiples of a step, predicted from previous
+//! values.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 
-/// Values in whole numbers of `step`, as base64 of bytes.
+/// Values as integer multiples of `step`, encoded in base64.
 ///
-/// A value is predicted from those before, by `order` 1 as the last one, by `order` 2 on the
-/// line through the last two; what was before the first is 0. The bytes are groups of seven
-/// bits, the lowest first, the last group of a number without its high bit. Of them 0 and a
-/// further number n are n + 1 values as predicted, 1 is no number, and 2 d + 1 (d > 0) or
-/// −2 d (d < 0) a value that is d more than predicted.
+/// Each value is predicted from those before it. `order` 1 predicts the last value, `order` 2
+/// extrapolates the last two linearly. Values before the first are 0. Codes are variable-length
+/// integers: groups of seven bits, lowest first, with the high bit set in all but the last. The
+/// codes are:
+///
+/// - 0, followed by n: n + 1 values equal to their prediction
+/// - 1: NaN
+/// - 2 d + 1 (d > 0): value larger than its prediction by d
+/// - −2 d (d < 0): value smaller than its prediction by −d
 #[derive(Debug, Serialize)]
 pub struct PackedNumbers {
     step: f64,
@@ -20,10 +24,10 @@ pub struct PackedNumbers {
     bytes: String,
 }
 
-/// Beyond so many steps a number is none: JavaScript has whole numbers up to 2⁵³.
+/// Largest magnitude in steps; larger values become NaN. JavaScript integers are exact up to 2⁵³.
 const MOST_STEPS: f64 = (1u64 << 48) as f64;
 
-/// Each of `values` to the nearest multiple of `step`.
+/// Encodes `values` rounded to multiples of `step`.
 pub fn packed(values: impl Iterator<Item = f64>, step: f64) -> PackedNumbers {
     let whole = |value: f64| {
         let steps = (value / step).round();
@@ -32,15 +36,14 @@ pub fn packed(values: impl Iterator<Item = f64>, step: f64) -> PackedNumbers {
     packed_whole(&values.map(whole).collect::<Vec<_>>(), step)
 }
 
-/// Whole numbers.
+/// Encodes integers.
 pub fn packed_rows(rows: impl Iterator<Item = usize>) -> PackedNumbers {
     packed_whole(&rows.map(|row| i64::try_from(row).ok()).collect::<Vec<_>>(), 1.0)
 }
 
-/// Values to sixteen significant bits: the upper three bytes of an `f32`, negative where it
-/// is.
+/// Encodes values with sixteen significant bits: the upper three bytes of an `f32`, with sign.
 pub fn packed_floats(values: impl Iterator<Item = f64>) -> PackedNumbers {
-    /// Of the largest `f32`, so that nothing is rounded to infinity.
+    /// Largest finite value, which prevents rounding to infinity.
     const LARGEST: u32 = 0x7f7f_ffff >> 8;
     let upper = |value: f64| {
         let single = value as f32;
@@ -51,7 +54,7 @@ pub fn packed_floats(values: impl Iterator<Item = f64>) -> PackedNumbers {
     packed_whole(&values.map(upper).collect::<Vec<_>>(), 1.0)
 }
 
-/// By whichever order is shorter.
+/// Encodes with the order that is shorter.
 fn packed_whole(values: &[Option<i64>], step: f64) -> PackedNumbers {
     let (once, twice) = (bytes(values, 1), bytes(values, 2));
     let (order, bytes) = if twice.len() < once.len() { (2, twice) } else { (1, once) };
@@ -100,14 +103,14 @@ fn put(bytes: &mut Vec<u8>, mut code: u64) {
     bytes.push(code as u8);
 }
 
-/// Bytes as they are, in base64.
+/// Encodes raw bytes in base64.
 pub fn u8s(values: impl Iterator<Item = u8>) -> String {
     STANDARD.encode(values.collect::<Vec<u8>>())
 }
 
 #[cfg(test)]
 impl PackedNumbers {
-    /// The whole numbers, as the page reads them.
+    /// Decodes the integers, as the page does.
     pub fn unpacked(&self) -> Vec<Option<i64>> {
         let bytes = STANDARD.decode(&self.bytes).unwrap();
         let mut bytes = bytes.into_iter();
@@ -140,7 +143,7 @@ impl PackedNumbers {
         values
     }
 
-    /// The values, where they are `f32`s.
+    /// Decodes values encoded as `f32`.
     pub fn floats(&self) -> Vec<f32> {
         let float = |value: Option<i64>| {
             let Some(value) = value else { return f32::NAN };
@@ -167,7 +170,8 @@ mod tests {
                 None => assert!(value.is_nan() || value.abs() > 1e10, "{value}"),
             }
         }
-        // A fall bends evenly: about a byte a value, in base64 four thirds of it.
+        // A fall has a constant second difference: about one byte per value, and four thirds of it
+        // in base64.
         assert_eq!(packed.order, 2);
         assert!(packed.bytes.len() < 504 * 3 / 2, "{}", packed.bytes.len());
     }
@@ -197,7 +201,7 @@ mod tests {
 
     #[test]
     fn the_bytes_are_as_documented() {
-        // 3 steps more than 0; as predicted twice; 1 less; none; 100 more.
+        // Code sequence: 3 steps above 0; as predicted twice; 1 lower; NaN; 100 higher.
         let values = [0.3, 0.3, 0.3, 0.2, f64::INFINITY, 10.2];
         let packed = packed(values.into_iter(), 0.1);
         assert_eq!(packed.order, 1);

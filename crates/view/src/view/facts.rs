@@ -1,11 +1,11 @@
-//! The parameters of a film, for people.
+//! Parameters of a film as text.
 
 use crate::film::{Fact, Film, FilmBody, FilmGround};
 use crate::shape::{FilmHull, FilmPiece, Outline, is_box};
 use nalgebra::{Matrix3, Vector3};
 
-/// What is known of `film`: its own facts, then its parameters; of a single body its own and
-/// its start too.
+/// Facts on `film`, followed by its parameters. A single body adds its own parameters and initial
+/// state.
 pub fn facts(film: &Film) -> Vec<Fact> {
     let mut facts = film.facts.clone();
     let mut add = |name, value| facts.push(Fact::new(name, value));
@@ -38,7 +38,7 @@ pub fn facts(film: &Film) -> Vec<Fact> {
     facts
 }
 
-/// What is known of body `b`, and of its start.
+/// Parameters and initial state of body `b`.
 pub fn of_body(film: &Film, b: usize) -> Vec<Fact> {
     let body = &film.bodies[b];
     let mut facts = Vec::new();
@@ -57,7 +57,7 @@ pub fn of_body(film: &Film, b: usize) -> Vec<Fact> {
     add("inertia I", format!("{} kg m²", inertia(&body.inertia)));
     add("body", shape(body));
     if let Some(pose) = film.frames.first().map(|frame| &frame.poses[b]) {
-        // What a body moves in the time of falling by its own size, at least.
+        // Velocity scale: a body that falls by its own size.
         let reach = body.reach();
         let speed = (film.gravity.norm() * reach).sqrt();
         let (at, v, spin) = (&pose.position, &pose.velocity, &pose.spin);
@@ -68,11 +68,11 @@ pub fn of_body(film: &Film, b: usize) -> Vec<Fact> {
     facts
 }
 
-/// In nine digits, without those that are 0 at its end; very large and very small numbers as
-/// powers of ten.
+/// Formats nine significant digits without trailing zeros. Very small and large numbers have a
+/// power of ten.
 fn number(value: f64) -> String {
     let rounded = format!("{value:.8e}").parse().unwrap_or(value);
-    // −0 is 0 to people.
+    // Turns −0 into 0.
     let value: f64 = rounded + 0.0;
     let size = value.abs();
     if size >= 1e6 || (size > 0.0 && size < 1e-4) {
@@ -90,14 +90,14 @@ fn vector(v: &Vector3<f64>) -> String {
     format!("({})", list(v.iter().copied()))
 }
 
-/// A vector without the rounding of what made it: what is below 1e-12 of its length, or of
-/// `size` where that is larger, is 0.
+/// Formats a vector with rounding errors removed. Components below 1e-12 of its length, or of
+/// `size` if that is larger, become 0.
 fn cleaned(v: &Vector3<f64>, size: f64) -> String {
     let least = 1e-12 * if size.is_finite() { size.max(v.norm()) } else { v.norm() };
     vector(&v.map(|x| if x.abs() < least { 0.0 } else { x }))
 }
 
-/// The height of a level plane; of another the slope and n · x = d, in four digits.
+/// Height of a horizontal plane. Otherwise slope and n · x = d, with four digits.
 fn plane(ground: &FilmGround) -> String {
     if ground.normal == Vector3::z() {
         return format!("level, z = {} m", number(ground.offset));
@@ -107,7 +107,7 @@ fn plane(ground: &FilmGround) -> String {
     format!("slope {}°, normal {normal}, offset {} m", round(ground.slope()), number(ground.offset))
 }
 
-/// The first knots of a load over time.
+/// First knots of a load over time.
 fn polyline(knots: &[(f64, Vector3<f64>)], unit: &str) -> String {
     if let [(_, constant)] = knots {
         return format!("{} {unit}", vector(constant));
@@ -121,9 +121,9 @@ fn polyline(knots: &[(f64, Vector3<f64>)], unit: &str) -> String {
     format!("{} {unit}", words.join(", "))
 }
 
-/// A multiple of the unit matrix, a diagonal, or all rows.
+/// Inertia as a multiple of the identity, as a diagonal, or with all rows.
 fn inertia(inertia: &Matrix3<f64>) -> String {
-    // What rounding leaves of a product that is 0 is not shown.
+    // Entries at the level of rounding become 0.
     let least = 1e-15 * inertia.amax();
     let inertia = &inertia.map(|entry| if entry.abs() < least { 0.0 } else { entry });
     let moments = inertia.diagonal();

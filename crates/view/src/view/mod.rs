@@ -1,8 +1,8 @@
-//! One or two films as a page that plays them in any browser.
+//! HTML page that plays one or two films in a browser.
 //!
-//! The page is one HTML file that loads nothing: its style, its scripts and the data are in
-//! it. `page/` holds its sources, `vendor/` the libraries that draw its motion and its plots.
-//! The same films give the same bytes.
+//! The page is a single file without external resources. Styles, scripts and data are embedded.
+//! `page/` contains the sources and `vendor/` the libraries for 3-D drawing and plots. Output is
+//! deterministic, byte for byte.
 
 mod curves;
 mod data;
@@ -23,7 +23,7 @@ const PLOTTER_LICENCE: &str = include_str!("vendor/LICENSE-uPlot");
 const PLOTTER: &str = include_str!("vendor/uPlot.iife.min.js");
 const DRAWER_LICENCE: &str = include_str!("vendor/LICENSE-three");
 const DRAWER: &str = include_str!("vendor/three.iife.min.js");
-/// In the order of what needs what.
+/// Scripts in order of their dependencies.
 const SCRIPTS: [&str; 19] = [
     include_str!("page/vectors.js"),
     include_str!("page/numbers.js"),
@@ -45,13 +45,13 @@ const SCRIPTS: [&str; 19] = [
     include_str!("page/keys.js"),
     include_str!("page/main.js"),
 ];
-/// Of the picture that stands where there is no WebGL or no JavaScript, pixels.
+/// Size of the still picture shown without WebGL or JavaScript (pixels).
 const STILL: u16 = 560;
 
-/// The page of one or two `films`, made by `version` of tumble.
+/// Page of one or two `films`, made by `version` of tumble.
 ///
 /// # Errors
-/// Why the data cannot be written, in words.
+/// Failure to serialise the data, in words.
 pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
     let data = serde_json::to_string(&data::PageData::of(version, films))
         .map_err(|error| error.to_string())?;
@@ -59,7 +59,7 @@ pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
     let mut page =
         String::with_capacity(data.len() + scripts.len() + DRAWER.len() + 2 * PLOTTER.len());
     let mut rest = TEMPLATE;
-    // Only the template is searched: what is put in may hold anything.
+    // Only the template is searched, since inserted text may contain braces.
     while let Some((before, after)) = rest.split_once("{{") {
         let (name, after) = after.split_once("}}").unwrap_or((after, ""));
         page.push_str(before);
@@ -81,7 +81,7 @@ pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
     Ok(page)
 }
 
-/// The first moment of a run, as an image that is not seen unless the page says so.
+/// First frame of a run as an image, hidden unless the page shows it.
 fn still(run: usize, film: &Film) -> String {
     let picture = crate::animation::still(film, STILL);
     let source = picture.map(|png| format!("data:image/png;base64,{}", STANDARD.encode(png)));
@@ -104,8 +104,7 @@ fn known(film: &Film) -> &str {
     if film.title.is_empty() { "without run.json" } else { &film.title }
 }
 
-/// JSON in which no character means anything to HTML. Outside its strings none of these
-/// characters occurs.
+/// Escapes JSON for HTML. The escaped characters only occur inside JSON strings.
 fn escape_json(json: &str) -> String {
     json.chars().fold(String::with_capacity(json.len()), |mut out, c| {
         if matches!(c, '<' | '>' | '&' | '\u{2028}' | '\u{2029}') {

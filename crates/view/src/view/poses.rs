@@ -1,4 +1,4 @@
-//! The poses that the page shows, and what happens between them.
+//! Poses and contact forces of the page.
 
 use super::encode::{PackedNumbers, packed, packed_floats, packed_rows, u8s};
 use crate::film::{Film, FilmBody, FilmFrame, FilmPartner, FilmPlace, FilmPose};
@@ -7,52 +7,49 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// More poses than this make a large file and nothing that an eye can see. Bodies with more
-/// than eight corners get fewer, since each has a force, and so do films of many bodies.
+/// Maximum number of poses, which is enough for smooth playback. Bodies with more than eight
+/// corners and films of many bodies have fewer.
 const MOST_FRAMES: usize = 6000;
 const FEWEST_FRAMES: usize = 500;
-/// Poses of all bodies together, if that leaves [`FEWEST_FRAMES`].
+/// Maximum number of poses over all bodies, subject to [`FEWEST_FRAMES`].
 const MOST_POSES: usize = 520_000;
-/// What components of attitudes are rounded to: a body's ends move by less than 1e-4 of its
-/// size.
+/// Resolution of quaternion components. It moves the ends of a body by less than 1e-4 of its size.
 const ATTITUDE_STEP: f64 = 1.0 / 16384.0;
-/// What forces are rounded to, times [`Scale::weight`]: a hundredth of the longest arrow.
+/// Resolution of forces over [`Scale::weight`], a hundredth of the longest arrow.
 const FORCE_STEP: f64 = 1e-4;
 
-/// Every `every`-th frame, and the last.
+/// Every `every`-th frame and the last one.
 ///
-/// Of the steps from one of them to the next: their mean forces, their largest residual and
-/// their most conspicuous status.
+/// Each has the mean forces, largest residual and most severe status of the steps up to the next
+/// one.
 #[derive(Serialize)]
 pub struct EncodedPoses {
     every: usize,
     count: usize,
-    /// What positions are relative to, m.
+    /// Origin of the positions (m).
     origin: [f64; 3],
-    /// Of each body x of all frames, then y and z, m.
+    /// Positions (m): for each body x of all frames, then y and z.
     positions: PackedNumbers,
-    /// Of each body q_w of all frames, then q_x, q_y, q_z; of either sign.
+    /// Quaternions: for each body q_w of all frames, then q_x, q_y and q_z. The sign is arbitrary.
     attitudes: PackedNumbers,
-    /// Of each body ‖v‖ of all frames, m/s.
+    /// Speeds ‖v‖ (m/s): for each body, all frames.
     speeds: PackedNumbers,
-    /// m/s.
+    /// Residuals (m/s).
     residuals: PackedNumbers,
-    /// Places in [`Status::ALL`](crate::Status::ALL).
+    /// Indices into [`Status::ALL`](crate::Status::ALL).
     statuses: String,
-    /// Everything that touches: the body; its partner, -1 for the ground and from -2 downwards
-    /// for what is fixed; the corner of the body, -1 for none; in how many frames it has a
-    /// force.
+    /// Contact sites as body, partner, corner and number of frames with force. Partner −1 is the
+    /// ground, −2 and below are fixed objects. Corner −1 is a contact at no corner.
     sites: Vec<[i64; 4]>,
-    /// Of each site the frames in which it has a force.
+    /// Frames with force: for each site.
     force_frames: PackedNumbers,
-    /// Of each site f_x of those frames, then f_y and f_z, on its first body, N.
+    /// Forces on the first body (N): for each site f_x of its frames, then f_y and f_z.
     forces: PackedNumbers,
-    /// Of each site at no corner where it is in those frames, x, then y and z, from `origin`,
-    /// m.
+    /// Positions relative to `origin` (m) of contacts at no corner: for each site x, then y and z.
     force_points: PackedNumbers,
 }
 
-/// A force in a frame, and where it is if that is no corner.
+/// Force in a frame, and its position if it is not at a corner.
 struct DrawnForce {
     frame: usize,
     force: Vector3<f64>,
@@ -69,7 +66,7 @@ impl EncodedPoses {
         let spans: Vec<&[FilmFrame]> = (0..shown.len())
             .map(|i| &frames[shown[i]..shown.get(i + 1).copied().unwrap_or(frames.len())])
             .collect();
-        // Four digits of the smallest body and of the largest speed are shown; of each a tenth.
+        // Five digits of the smallest body and of the largest speed; four are displayed.
         let smallest = film.bodies.iter().map(FilmBody::reach).fold(f64::INFINITY, f64::min);
         let length_step = digit(smallest, 5);
         let poses = || spans.iter().flat_map(|span| &span[0].poses);
@@ -114,19 +111,19 @@ impl EncodedPoses {
     }
 }
 
-/// The place of a digit of `size`, 1 for the first: a power of ten; of nothing those of 1.
+/// Place value of the digit number `place` of `size`, as a power of ten. A `size` of 0 counts as 1.
 pub fn digit(size: f64, place: i32) -> f64 {
     let power = if size > 0.0 && size.is_finite() { size.log10().floor() as i32 } else { 0 };
     10f64.powi(power.max(-300) + 1 - place)
 }
 
-/// Of each body the first component, then the second and so on.
+/// Components in sequence: all of the first body, then of the next one.
 fn interleaved<const N: usize>(components: &[Vec<Vec<f64>>; N]) -> impl Iterator<Item = f64> {
     let bodies = components[0].len();
     (0..bodies).flat_map(move |b| components.iter().flat_map(move |of| of[b].iter().copied()))
 }
 
-/// The components of attitudes, each with the sign that is nearer to the one before.
+/// Quaternion components. Signs are chosen for continuity.
 fn attitudes(film: &Film, spans: &[&[FilmFrame]]) -> [Vec<Vec<f64>>; 4] {
     let mut all = [(); 4].map(|()| Vec::with_capacity(film.bodies.len()));
     for b in 0..film.bodies.len() {
@@ -148,7 +145,7 @@ fn attitudes(film: &Film, spans: &[&[FilmFrame]]) -> [Vec<Vec<f64>>; 4] {
     all
 }
 
-/// The mean forces of each span.
+/// Mean forces of each span.
 fn pushes(
     film: &Film,
     scale: &Scale,
@@ -181,12 +178,12 @@ fn described(site: &ContactSite, frames: usize) -> [i64; 4] {
     [site.body as i64, partner, corner, frames as i64]
 }
 
-/// Every how many-th of `count` frames is shown so that at most `most` are, and the last.
+/// Stride that selects at most `most` of `count` frames, including the last.
 fn spacing(count: usize, most: usize) -> usize {
     count.saturating_sub(1).div_ceil(most - 1).max(1)
 }
 
-/// The frames that are shown.
+/// Indices of the selected frames.
 fn shown(count: usize, every: usize) -> impl Iterator<Item = usize> {
     let last = count.saturating_sub(1);
     (0..last).step_by(every).chain((count > 0).then_some(last))

@@ -1,5 +1,5 @@
-//! A film of a hundred bodies, made by hand: a wall of sixty bricks that stands, balls that
-//! roll on a fixed ramp, and capsules, octahedra and rounded boxes that fly over it, turning.
+//! Synthetic film of a hundred bodies: a standing wall of sixty bricks, balls that roll down a
+//! fixed ramp, and flying capsules, octahedra and rounded boxes.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use tumble_view::{
@@ -7,14 +7,14 @@ use tumble_view::{
     FilmPiece, FilmPlace, FilmPose, Status,
 };
 
-/// Bricks in a row of the wall, and rows.
+/// Bricks per row of the wall, and number of rows.
 const COLUMNS: usize = 10;
 const ROWS: usize = 6;
-/// Half of a brick, m.
+/// Half extents of a brick (m).
 const BRICK: [f64; 3] = [0.2, 0.1, 0.1];
-/// Of a ball, m.
+/// Radius of a ball (m).
 const BALL: f64 = 0.15;
-/// Of the ramp, rad.
+/// Slope of the ramp (rad).
 const SLOPE: f64 = 0.3;
 const GRAVITY: f64 = 9.81;
 const TIME_STEP: f64 = 0.002;
@@ -37,7 +37,7 @@ fn octahedron(size: f64) -> FilmPiece {
     FilmPiece::Hull(FilmHull { vertices, faces, radius: 0.0 })
 }
 
-/// A ramp that falls along y and ends at y = 0, 3 m wide.
+/// Ramp of width 3 m that descends along y and ends at y = 0.
 fn ramp() -> FilmPiece {
     let (run, rise) = (3.0, 3.0 * SLOPE.tan());
     let end = |x: f64| [[x, 0.0, 0.0], [x, -run, 0.0], [x, -run, rise]].map(Vector3::from);
@@ -67,7 +67,7 @@ fn body(name: String, pieces: Vec<FilmPiece>) -> FilmBody {
     }
 }
 
-/// Of which kind body `b` is.
+/// Kind and geometry of body `b`.
 fn pieces(b: usize) -> (&'static str, Vec<FilmPiece>) {
     let ends = |a: f64, b: f64| [Vector3::new(0.0, 0.0, a), Vector3::new(0.0, 0.0, b)];
     match b {
@@ -88,7 +88,7 @@ fn pieces(b: usize) -> (&'static str, Vec<FilmPiece>) {
     }
 }
 
-/// Where body `b` is at time `t`.
+/// Pose of body `b` at time `t`.
 fn pose(b: usize, t: f64) -> FilmPose {
     let still = FilmPose {
         position: Vector3::zeros(),
@@ -98,13 +98,13 @@ fn pose(b: usize, t: f64) -> FilmPose {
     };
     if b < COLUMNS * ROWS {
         let (row, column) = (b / COLUMNS, b % COLUMNS);
-        // Every other row is half a brick further.
+        // Every other row is offset by half a brick.
         let x = 2.0 * BRICK[0] * (column as f64 - 4.75 + 0.5 * (row % 2) as f64);
         let z = BRICK[2] * (2 * row + 1) as f64;
         return FilmPose { position: Vector3::new(x, 1.5, z), ..still };
     }
     if b < 75 {
-        // Rolling without slip from rest: 5/7 of g sin θ down the slope.
+        // Rolling without slip from rest: acceleration 5/7 of g sin θ.
         let (place, lane) = ((b - 60) / 5, (b - 60) % 5);
         let start = 2.6 - 0.7 * place as f64;
         let way = (0.5 * 5.0 / 7.0 * GRAVITY * SLOPE.sin() * t * t).min(start);
@@ -119,7 +119,7 @@ fn pose(b: usize, t: f64) -> FilmPose {
             spin: -Vector3::x() * (speed / BALL),
         };
     }
-    // Thrown up, each from a place of its own, to come down after more than the film's time.
+    // Thrown upwards from separate places, with a flight time beyond the end of the film.
     let k = (b - 75) as f64;
     let velocity = Vector3::new(0.1 * (k % 5.0 - 2.0), 0.2, 4.6 - GRAVITY * t);
     let start = Vector3::new(0.55 * (k % 5.0 - 2.0), -0.3 + 0.45 * (k / 5.0).floor(), 1.5);
@@ -129,7 +129,8 @@ fn pose(b: usize, t: f64) -> FilmPose {
     FilmPose { position: start + fall, attitude, velocity, spin }
 }
 
-/// Each brick lies on two of the row below, or on the ground, and carries what is above it.
+/// Contacts of the wall. Each brick rests on two bricks of the row below or on the ground, and
+/// carries the load above it.
 fn contacts() -> Vec<FilmContact> {
     let mut contacts = Vec::new();
     for b in 0..COLUMNS * ROWS {
@@ -164,7 +165,7 @@ fn contacts() -> Vec<FilmContact> {
     contacts
 }
 
-/// The film, of `steps` steps.
+/// Film with `steps` steps.
 pub fn film(steps: u64) -> Film {
     let bodies = (0..100).map(|b| {
         let (name, pieces) = pieces(b);

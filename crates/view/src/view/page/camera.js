@@ -1,23 +1,23 @@
-// The camera: where it stands, what it sees where, and how it is moved.
+// Camera: position, projection and user control.
 
-// Half the shorter side of the picture over its distance: an angle of view of 28°.
+// Half the shorter side of the picture over its distance, a field of view of 28°.
 const HALF_VIEW = 0.249;
-// What of the half picture the motion may fill.
+// Usable fraction of the half picture.
 const FILL = 0.93;
-// The first view, degrees. What is long along y, as the drop scene's motion, goes to the right;
-// what is that many times longer along x too.
+// Azimuth of the initial view (degrees). Motion along y, as in the drop scene, goes to the right.
+// The second azimuth is for scenes that are longer along x by the given factor.
 const AZIMUTH = -32;
 const AZIMUTH_ALONG_X = -62;
 const LONGER = 1.5;
-// Into what stands still, such as a bowl, one looks from higher.
+// Elevation (degrees), and larger elevation for scenes with fixed objects such as a bowl.
 const ELEVATION = 20;
 const ELEVATION_INTO = 34;
-// Nearer than this times its distance the camera sees nothing.
+// Near plane over the distance of the target.
 const NEAR = 0.02;
 
 const radians = (degrees) => (degrees * Math.PI) / 180;
 
-// World → right, up, forward.
+// Rotation from the world to the axes right, up, forward.
 function axesOf({ azimuth, elevation }) {
   const [sinA, cosA] = [Math.sin(radians(azimuth)), Math.cos(radians(azimuth))];
   const [sinE, cosE] = [Math.sin(radians(elevation)), Math.cos(radians(elevation))];
@@ -45,12 +45,12 @@ class Camera {
     this.azimuth = isAlongX() ? AZIMUTH_ALONG_X : AZIMUTH;
     this.elevation = runs.some((run) => run.data.fixed.length > 0) ? ELEVATION_INTO : ELEVATION;
     Object.assign(this, { target: [0, 0, 0], distance: 10 });
-    // Whether it is to show everything, and of which view it does.
+    // True to show everything, and key of the view that is fitted.
     Object.assign(this, { isFitted: true, fittedTo: null });
   }
 
-  // Goes as near as it can with all `points` in a picture of `width` by `height`. A point
-  // (x, y, z) in camera axes is seen from e if |x − e_x| ≤ a (z − e_z), and likewise for y.
+  // Moves as near as possible with all `points` in a picture of `width` by `height`. A point (x, y,
+  // z) in camera axes is visible from e if |x − e_x| ≤ a (z − e_z), and likewise for y.
   fit(points, width, height) {
     const axes = axesOf(this);
     const short = Math.min(width, height);
@@ -63,7 +63,7 @@ class Camera {
     const depths = slopes.map((a, k) => (high[k] - low[k]) / (2 * a));
     const depth = Math.min(near - 0.05 * (far - near), smallest(depths));
     const eye = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, depth];
-    // It turns about the middle of what it sees.
+    // The target is the centre of the visible points.
     this.distance = Math.max((near + far) / 2 - depth, 1e-6);
     const middle = [eye[0], eye[1], depth + this.distance];
     this.target = axes.reduce((sum, axis, k) => add(sum, times(axis, middle[k])), [0, 0, 0]);
@@ -80,7 +80,7 @@ class Camera {
     this.distance = Math.min(1e12, Math.max(1e-6, this.distance * factor));
   }
 
-  // By shares of the shorter side of the picture.
+  // Moves by fractions of the shorter side of the picture.
   pan(right, up) {
     this.isFitted = false;
     const size = 2 * HALF_VIEW * this.distance;
@@ -88,17 +88,17 @@ class Camera {
     this.target = add(this.target, add(times(x, -right * size), times(y, up * size)));
   }
 
-  // Where it stands with the target moved by `shift`.
+  // Position with the target moved by `shift`.
   eye(shift) {
     return subtract(add(this.target, shift), times(axesOf(this)[2], this.distance));
   }
 }
 
-// A finger or a mouse that moves less than this between down and up has clicked, pixels.
+// Maximum pointer movement of a click (pixels).
 const STILL = 4;
 
-// Drag, wheel and two fingers on `canvas` move the `camera`; a click is a click on a place, with
-// shift or without.
+// Moves the `camera` by drag, wheel and pinch on `canvas`. A click, with or without shift, selects
+// a position.
 function steer(canvas, camera, moved, clicked) {
   const fingers = new Map();
   let start = null;

@@ -1,6 +1,6 @@
-// Colours: of the page, light or dark, and of the bodies.
+// Colours of the page, in light and dark mode, and of the bodies.
 
-// The colours of the style sheet, read again when light turns to dark.
+// Colours of the style sheet, read again when the mode changes.
 const colours = {};
 function readColours() {
   const style = getComputedStyle(document.documentElement);
@@ -33,11 +33,11 @@ function readColours() {
 }
 readColours();
 
-// One for each of two runs, or for each of several bodies; the last is of what stands still.
+// Hues of two runs, or of several bodies. The last is that of fixed objects.
 const HUES = ["#2f7fc4", "#d98a1f", "#2a9d74", "#b5519b", "#c9504a", "#9c972c", "#8b95a3"];
 const STILL_HUE = HUES.length - 1;
 
-// The colour of a body: its own, or one of the hues in turn.
+// Colour of a body: its own, or a hue by index.
 function hueOf(run, body) {
   if (isPair) return HUES[run.index];
   return run.bodies[body].colour ?? HUES[body % STILL_HUE];

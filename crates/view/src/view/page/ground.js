@@ -1,17 +1,17 @@
-// The ground, and where the motion goes.
+// Ground, and extent of the motion.
 
 const UP = [0, 0, 1];
-// The light comes from the left of whoever looks from the first view, so that a shadow begins
-// where a body touches and is seen beside it.
+// Direction of the light. It comes from the left of the initial view, so that shadows are visible
+// beside the bodies that touch the ground.
 const LIGHT = unit([-0.05, -0.5, 1]);
-// Places that are looked at to find out how large the scene is, and frames at least.
+// Number of points sampled to find the size of the scene, and minimum number of frames.
 const SAMPLES = 2000;
 const FEWEST_FRAMES = 12;
-// Lines of the grid along its longer side, about.
+// Approximate number of grid lines along the longer side.
 const LINES = 14;
 const MOST_LINES = 400;
 
-// Places that the bodies come to, in frames spread over the run, and what stands still.
+// Positions of the bodies in sampled frames, and fixed objects.
 function visited(run) {
   const count = run.bodies.reduce((sum, body) => sum + body.span.length, 0);
   const frames = Math.max(FEWEST_FRAMES, SAMPLES / count);
@@ -25,10 +25,10 @@ function visited(run) {
 }
 
 const places = runs.flatMap(visited);
-// Where they are on the ground.
+// Projections of these points to the ground.
 const feet = [];
 
-// All bodies of a run in a frame: their middle, and how far they reach from it.
+// Centre of all bodies of a run in a frame, and radius of the group about it.
 function cluster(run, frame) {
   const centres = run.bodies
     .map((_, body) => ({ at: run.position(frame, body), reach: run.reaches[body] }))
@@ -38,10 +38,10 @@ function cluster(run, frame) {
   return { middle, reach: largest(centres.map(({ at, reach }) => length(subtract(at, middle)) + reach)) };
 }
 
-// Of a motion that is longer than this times what moves, the camera follows.
+// Length of the path over the size of the group above which the camera follows.
 const LONG = 8;
 
-// How far the bodies are from their middle at most, if they go far against that; 0 if not.
+// Largest radius of the group if its path is long; 0 otherwise.
 function travels(run) {
   const stride = Math.max(1, Math.ceil(run.count / FEWEST_FRAMES));
   const all = [];
@@ -56,18 +56,18 @@ function travels(run) {
 
 const followedReach = largest(runs.map(travels));
 
-// 1, 2 or 5 times a power of ten.
+// Rounds up to 1, 2 or 5 times a power of ten.
 function roundLength(size) {
   const power = 10 ** Math.floor(Math.log10(size));
   return ([1, 2, 5].find((digit) => digit * power >= size) ?? 10) * power;
 }
 
-// The ground under everything: the plane n · x = d with a grid; null where there is none.
+// Ground plane n · x = d with a grid; null without ground.
 function groundOf(run) {
   if (run.data.ground === null) return null;
   const { normal, offset } = run.data.ground;
   const height = (point) => dot(normal, point) - offset;
-  // Along the vertical, or straight across where the ground is a wall.
+  // Projects vertically, or along the normal if the ground is a wall.
   const way = Math.abs(dot(normal, UP)) > 0.05 ? times(UP, 1 / dot(normal, UP)) : normal;
   const drop = (point) => subtract(point, times(way, height(point)));
   const across = unit(subtract([1, 0, 0], times(normal, normal[0])));
@@ -79,14 +79,14 @@ function groundOf(run) {
           [0, 0, 1],
         ];
   const all = places.length ? places : [[0, 0, 0]];
-  // Shadows are on it too, unless the light goes along it.
+  // Includes the shadows, unless the light is nearly parallel to the plane.
   const fall = dot(normal, LIGHT) > 0.5 ? LIGHT : normal;
   const shadow = (point) => subtract(point, times(fall, height(point) / dot(normal, fall)));
   const below = all.map(drop).concat(all.map(shadow));
   append(feet, below);
   const ends = axes.map((axis) => extremes(below.map((foot) => dot(axis, foot))));
   const size = Math.max(1e-9, largest(ends.map(([low, high]) => high - low)));
-  // Where the camera follows, cells are as large as what moves, if they are not too many.
+  // If the camera follows, cells have the size of the group, within the limit of lines.
   const cell = followedReach > 0 ? Math.min(size / LINES, followedReach) : size / LINES;
   const spacing = roundLength(Math.max(cell, size / MOST_LINES));
   const [[x0, x1], [y0, y1]] = ends.map(([low, high]) => [

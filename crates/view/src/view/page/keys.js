@@ -1,6 +1,6 @@
-// What keys do.
+// Keyboard commands.
 
-// Rows of a step with shift.
+// Number of rows per step with shift.
 const LARGE = 20;
 const KEYS = [
   { keys: [" "], name: "space", words: "play, pause", act: () => play(!isPlaying) },
@@ -49,7 +49,7 @@ const KEYS = [
 function onKey(event) {
   if (event.ctrlKey || event.metaKey || event.altKey || $("help").open) return;
   const { tagName } = event.target;
-  // A focused button takes the space bar, a list its own keys.
+  // A focused button handles the space bar, and a list its own keys.
   if (tagName === "SELECT" || (event.key === " " && ["BUTTON", "SUMMARY"].includes(tagName)))
     return;
   const pressed = event.key.length === 1 ? event.key.toLowerCase() : event.key;

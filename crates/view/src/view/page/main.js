@@ -1,11 +1,11 @@
-// The time, what is shown, and everything that changes them: buttons, keys, plots.
+// State of the page, and the buttons, keys and plots that change it.
 
 const $ = (id) => document.getElementById(id);
 const SPEEDS = [0.05, 0.1, 0.25, 0.5, 1, 2, 4];
-// Of a followed motion that is long, the view shows this times the reach of what moves.
+// Half width of the view over the size of the group that the camera follows.
 const AROUND = 3.2;
 
-// As many decimals as the finest step has, all readings of the clock alike.
+// Number of decimals of the time display, from the smallest step of all runs.
 const clockDecimals = largest(runs.map((run) => stepDecimals(run.step)));
 const clock = (t) => fixed(t, clockDecimals);
 
@@ -14,7 +14,7 @@ let speed = 1;
 let isPlaying = false;
 const pace = new Pace();
 let lastTick = 0;
-// The time that the views show.
+// Time shown in the views.
 let painted = 0;
 const show = {
   forces: true,
@@ -26,14 +26,14 @@ const show = {
   contacts: false,
   joints: true,
   anchor: [0, 0, 0],
-  // Forces at least as large, in weights; of the chosen bodies alone.
+  // Smallest force shown, relative to the weight, and true to show only those of chosen bodies.
   least: 0,
   only: false,
-  // Things that stand still, by name: shown, faded or hidden.
+  // Display state of fixed objects by name: shown, faded or hidden.
   fixed: new Map(),
-  // The bodies whose trails and plots are shown; the state is that of the last of them.
+  // Bodies whose trails and plots are shown. The state panel shows the last one.
   chosen: [0],
-  // Whether a choice adds to them.
+  // True if a selection extends the list.
   several: false,
 };
 const camera = new Camera();
@@ -61,7 +61,7 @@ function repaint() {
 function paint() {
   isDue = false;
   const shown = stages.filter(isShown);
-  // Where the motion is long, it shows what the camera follows and some room around it.
+  // If the path is long, the view shows the followed bodies and their surroundings.
   const isNear = followedReach > 0 && show.follow;
   const fit = `${shown[0].size} ${isNear}`;
   if (camera.isFitted && camera.fittedTo !== fit) {
@@ -80,7 +80,7 @@ function paint() {
   put($("clock"), `${clock(time)} / ${clock(duration)} s`);
 }
 
-// The corners of a box around what the camera follows.
+// Corners of a box around the followed bodies.
 function around(middle) {
   const reach = AROUND * followedReach;
   const ends = [-reach, reach];
@@ -93,7 +93,7 @@ function setTime(wanted) {
   repaint();
 }
 
-// Playing: the time goes on by the clock, at most a tenth of a second at once.
+// Advances the time during playback, by at most 0.1 s of real time per frame.
 function advance(now) {
   if (!isPlaying) return;
   setTime(time + Math.min(0.1, (now - lastTick) / 1000) * speed);
@@ -107,7 +107,7 @@ function play(wanted) {
   isPlaying = wanted && duration > 0;
   $("play").classList.toggle("playing", isPlaying);
   $("play").setAttribute("aria-label", isPlaying ? "Pause" : "Play");
-  // What is still is painted in full.
+  // The paused picture has full detail.
   repaint();
   if (!isPlaying) return;
   if (time >= duration) setTime(0);
@@ -115,7 +115,7 @@ function play(wanted) {
   requestAnimationFrame(advance);
 }
 
-// By frames of whichever run has one next.
+// Steps by frames of all runs.
 function stepBy(frames) {
   play(false);
   let wanted = time;
@@ -145,7 +145,7 @@ function changeSpeed(places) {
 function toggle(what) {
   show[what] = !show[what];
   $(what).setAttribute("aria-pressed", String(show[what]));
-  // What the camera looks at now is what is kept on the body.
+  // The current target stays fixed relative to the bodies.
   if (what === "follow") show.anchor = camera.target;
   arrange();
 }
@@ -155,8 +155,8 @@ function restyle() {
   repaint();
 }
 
-// The plots, the state and the trail are of that body from now on; or of it and those before,
-// of which it is taken away where it was one.
+// Selects a body for plots, state and trail. If `adds`, the body is added to the selection, or
+// removed if it is already selected.
 function choose(body, adds = show.several) {
   if (body < 0 || body >= bodyCount) return;
   const others = adds ? show.chosen.filter((other) => other !== body) : [];
@@ -167,7 +167,7 @@ function choose(body, adds = show.several) {
   restyle();
 }
 
-// The plots of a sheet; those of the body before go, and which of them were open stays.
+// Replaces the plots of a sheet. Open plots stay open.
 function fillSheet(sheet, card) {
   const before = [...card.querySelectorAll("details")];
   const wasOpen = new Map(before.map((box) => [box.id, box.open]));
@@ -177,7 +177,7 @@ function fillSheet(sheet, card) {
   }
   before.forEach((box) => box.remove());
   const data = sheet.of_body ? joined(sheet, show.chosen) : sheet.plots;
-  // Those that are open come first; all others keep their order.
+  // Open plots come first. The order is kept otherwise.
   const ordered = [...data].sort((a, b) => Number(b.open) - Number(a.open));
   const made = ordered.map((one) => new Plot(one, setTime));
   card.append(...made.map((plot) => plot.box));
@@ -191,20 +191,20 @@ function resetView() {
   repaint();
 }
 
-// Which views there are.
+// Shows the active views.
 function arrange() {
   $("stages").classList.toggle("two", isPair && !show.overlay);
   for (const stage of stages) stage.figure.hidden = !isShown(stage);
   repaint();
 }
 
-// Where the marked steps are, under the slider.
+// Draws the marked steps under the slider.
 function paintTicks() {
   const canvas = $("ticks");
   const width = canvas.clientWidth * devicePixelRatio;
   [canvas.width, canvas.height] = [width, 5 * devicePixelRatio];
   const context = canvas.getContext("2d");
-  // The slider's knob does not reach its ends.
+  // The slider's knob keeps a margin at both ends.
   const knob = 8 * devicePixelRatio;
   for (const mark of marks) {
     context.fillStyle = colours[mark.status];
@@ -226,7 +226,7 @@ function redraw() {
   repaint();
 }
 
-// Assembles the page.
+// Assembly of the page.
 fillFacts((wanted) => {
   play(false);
   setTime(wanted);
@@ -249,7 +249,7 @@ for (const value of SPEEDS)
   $("speed").append(element("option", { value: String(value) }, `${value}×`));
 let group = $("keys-time");
 for (const { name, words } of KEYS.filter((binding) => binding.name)) {
-  // From the forces on, keys change the view.
+  // Keys from the forces on change the view.
   if (name === "f") group = $("keys-view");
   group.append(element("dt", {}, name), element("dd", {}, words));
 }
@@ -288,11 +288,11 @@ $("next").addEventListener("click", () => jumpToMark(1));
 $("previous").addEventListener("click", () => jumpToMark(-1));
 $("help-open").addEventListener("click", () => $("help").showModal());
 document.addEventListener("keydown", onKey);
-// The menu goes when one turns to something else.
+// Any other interaction closes the menu.
 document.addEventListener("pointerdown", (event) => {
   if (!event.target.closest("#more")) $("more").open = false;
 });
-// After a click by mouse or finger the keys are the page's again.
+// After a click with a pointer the keyboard focus returns to the page.
 document.addEventListener("click", (event) => {
   if (event.detail > 0 && event.target.closest("button")) event.target.closest("button").blur();
 });
@@ -305,8 +305,8 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
 addEventListener("hashchange", readLink);
 arrange();
 readLink();
-// Plots change their height when they are drawn; only a new width calls for new ones, in the frame after it: what an
-// observer resizes itself is an error on the console.
+// Drawing changes the height of plots. Only a new width requires redrawing. It happens in the next
+// frame, since a resize within the observer causes a console error.
 let width = 0;
 new ResizeObserver(([{ contentRect }]) => {
   if (contentRect.width === width) return;

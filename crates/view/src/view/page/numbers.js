@@ -1,4 +1,4 @@
-// Numbers as text.
+// Formatting of numbers.
 
 const MINUS = "\u2212";
 const NOTHING = "\u2013";
@@ -8,7 +8,7 @@ const raised = (exponent) =>
     c === "-" ? "\u207b" : "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"[c],
   );
 
-// A number with `digits` digits, as a power of ten where that is shorter.
+// Formats `digits` significant digits, with a power of ten for very large or small numbers.
 function number(value, digits = 4) {
   if (!Number.isFinite(value)) return NOTHING;
   if (value === 0) return "0";
@@ -20,8 +20,8 @@ function number(value, digits = 4) {
   return value.toPrecision(digits).replace("-", MINUS);
 }
 
-// A number with a fixed number of decimals, so that columns do not jump; as a power of ten
-// where that many would be hard to read.
+// Formats a fixed number of decimals, which keeps columns stable. Very large numbers and very small
+// steps use a power of ten.
 function fixed(value, decimals) {
   if (!Number.isFinite(value)) return NOTHING;
   if (Math.abs(value) >= 1e6 || decimals > 9) return number(value);
@@ -29,7 +29,7 @@ function fixed(value, decimals) {
   return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", MINUS);
 }
 
-// Whole numbers, long ones with thin spaces between groups of three digits.
+// Formats an integer. Long ones have thin spaces between groups of three digits.
 const count = (value) =>
   value < 1e4 ? String(value) : String(value).replace(/\B(?=(\d{3})+$)/g, "\u202f");
 
@@ -38,7 +38,7 @@ const th = (n) =>
     ? ""
     : `${n}${{ 1: "st", 2: "nd", 3: "rd" }[n % 100 > 10 && n % 100 < 14 ? 0 : n % 10] ?? "th"}`;
 
-// The decimals that write `step` out, nine at most.
+// Number of decimals that represents `step`, at most nine.
 function decimals(step) {
   let places = 0;
   while (
@@ -50,17 +50,17 @@ function decimals(step) {
   return places;
 }
 
-// The decimals with which numbers of the size of `size` have four digits.
+// Number of decimals that yields four significant digits at magnitude `size`.
 const decimalsOf = (size) =>
   size > 0 && Number.isFinite(size) ? Math.max(0, 3 - Math.floor(Math.log10(size) + 1e-9)) : 3;
 
-// The decimals of a time: those of the step, or three digits of it where it is no round number.
+// Number of decimals of a time: those of the step, at most three of its significant digits.
 function stepDecimals(step) {
   const three = Math.max(0, 2 - Math.floor(Math.log10(step) + 1e-9));
   return decimals(step) < 9 ? Math.min(decimals(step), three) : three;
 }
 
-// The label of a tick: a power of ten on a logarithmic axis, else a multiple of `step`.
+// Label of a tick: a power of ten on a logarithmic axis, else a multiple of `step`.
 function tick(value, step) {
   if (value === 0) return "0";
   if (step === undefined) {
@@ -76,7 +76,7 @@ function tick(value, step) {
   return fixed(value, decimals(step));
 }
 
-// An element with attributes and children; text is only ever text.
+// Element with attributes and children. Strings are inserted as text, never as markup.
 function element(name, attributes = {}, ...children) {
   const made = document.createElement(name);
   for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);

@@ -1,16 +1,16 @@
-// What hides a contact from the eye.
+// Visibility test of contacts.
 
-// Of a body's size: what lies behind a surface by less is on it.
+// Depth tolerance over the size of a body. Points behind a surface by less are visible.
 const ON_SURFACE = 0.05;
 
-// The pieces that are drawn, where they are.
+// Drawn pieces with their poses.
 class Occluders {
   constructor() {
     this.pieces = [];
   }
 
   add(pieces, { place, attitude }) {
-    // Only of what is convex a ray's way through it is known.
+    // The test requires convex pieces.
     for (const piece of pieces.filter((one) => !one.is_mesh)) {
       piece.ball ??= ballAround(piece);
       const centre = add(place, rotate(attitude, piece.ball.centre));
@@ -18,8 +18,7 @@ class Occluders {
     }
   }
 
-  // Whether one of them is between the eye and a point, by more than a share of `reach` before
-  // the point.
+  // True if a piece lies between the eye and a point, by more than a fraction of `reach`.
   hides(eye, point, reach) {
     const way = subtract(point, eye);
     const size = length(way);
@@ -43,8 +42,8 @@ function ballAround({ vertices, radius }) {
   return { centre, radius: reach + radius };
 }
 
-// Whether a piece meets the ray eye + s · ahead, 0 < s < end: of a polyhedron the ray is inside
-// all faces from the last entry to the first exit.
+// True if the ray eye + s · ahead, 0 < s < end, intersects a piece. Inside a polyhedron the ray is
+// between its last entry and first exit of all half spaces.
 function cuts(piece, eye, ahead, end) {
   if (piece.faces.length === 0) return cutsRound(piece, eye, ahead, end);
   let [entry, exit] = [0, end];
@@ -58,12 +57,12 @@ function cuts(piece, eye, ahead, end) {
   return entry < exit;
 }
 
-// Of a ball or a capsule the ray is inside where it is nearer to the segment than the radius.
+// Intersection with a ball or capsule: the ray is closer to the segment than the radius.
 function cutsRound({ vertices, radius }, eye, ahead, end) {
   const [a, b] = [vertices[0], vertices.at(-1)];
   const axis = subtract(b, a);
   const square = dot(axis, axis);
-  // The nearest points of the two lines, by turns; the segment is short.
+  // Closest points of ray and segment, by alternating projection.
   let [share, along] = [0.5, 0];
   for (let k = 0; k < 6; k += 1) {
     along = dot(subtract(add(a, times(axis, share)), eye), ahead);

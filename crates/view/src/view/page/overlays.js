@@ -1,5 +1,5 @@
-// What is drawn by width in pixels: lines, arrows, dots. three.js draws them as instances of a
-// small flat shape that the vertex shader lays across the view.
+// Lines, arrows and dots with a width in pixels. They are instances of a flat shape that the vertex
+// shader places in the picture.
 
 const PLACING = `
   uniform vec2 halfSize;
@@ -11,7 +11,7 @@ const FILLING = "uniform vec3 colour; uniform float alpha;";
 const COLOUR_OUT = "gl_FragColor = vec4(colour, alpha); \n#include <colorspace_fragment>\n";
 
 class Overlay extends THREE.Mesh {
-  // `names` are the attributes of three numbers each that an instance has.
+  // `names` are the instance attributes, each with three numbers.
   constructor(shape, index, names, uniforms, vertexShader, fragmentShader) {
     const geometry = new THREE.InstancedBufferGeometry();
     geometry.setAttribute("position", new THREE.Float32BufferAttribute(shape, 3));
@@ -39,7 +39,7 @@ class Overlay extends THREE.Mesh {
     this.set([]);
   }
 
-  // Of each instance the numbers of its attributes, one after the other.
+  // Sets the attributes of all instances, given one instance after the other.
   set(numbers) {
     const each = 3 * this.names.length;
     const count = numbers.length / each;
@@ -65,7 +65,7 @@ class Overlay extends THREE.Mesh {
     this.visible = count > 0;
   }
 
-  // What it is drawn with: colour, alpha, width and so on.
+  // Sets uniforms: colour, alpha, width and others.
   look(values) {
     for (const [name, value] of Object.entries(values)) {
       const uniform = this.material.uniforms[name];
@@ -75,7 +75,7 @@ class Overlay extends THREE.Mesh {
     return this;
   }
 
-  // What of it lies behind others shows all the same.
+  // Disables the depth test, so that hidden parts are drawn too.
   through() {
     this.material.depthTest = false;
     return this;
@@ -112,10 +112,10 @@ class Lines extends Overlay {
   }
 }
 
-// Arrows along `way`; `seam` is how much wider than an arrow what sets it off is.
+// Arrows along `way`. `seam` is the width of the outline on each side.
 class Arrows extends Overlay {
   constructor() {
-    // Along: 0 the beginning, 1 the neck, 2 the tip; across; 1 for what is the head.
+    // Vertices: position along the arrow (0 start, 1 neck, 2 tip), position across, 1 for the head.
     super(
       [0, -1, 0, 1, -1, 0, 1, 1, 0, 0, 1, 0, 1, -1, 1, 2, 0, 1, 1, 1, 1],
       [0, 1, 2, 0, 2, 3, 4, 5, 6],
@@ -146,8 +146,8 @@ class Arrows extends Overlay {
   }
 }
 
-// Discs of `width` pixels at places, brought nearer by `lift`, so that what they lie on does not
-// hide half of them.
+// Discs of `width` pixels at points. The depth offset `lift` keeps surfaces from hiding half of
+// them.
 class Dots extends Overlay {
   constructor() {
     super(

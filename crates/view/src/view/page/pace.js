@@ -1,6 +1,7 @@
-// How finely the motion is painted while it plays: as finely as the machine can in time. What stands still is painted in full.
+// Level of detail during playback, adapted to the speed of the machine. Paused pictures have full
+// detail.
 
-// The share of the pixels' number along each side, and whether there are shadows.
+// Resolution relative to full size along each side, and flag for shadows.
 const DETAILS = [
   { share: 1, shadows: true },
   { share: 0.7, shadows: true },
@@ -8,7 +9,7 @@ const DETAILS = [
   { share: 0.5, shadows: false },
 ];
 const FULL = DETAILS[0];
-// A frame that takes longer is seen as a jerk, ms; after so many more of them than of others it is painted less finely.
+// Duration of a slow frame (ms), and number of excess slow frames that reduces the detail.
 const SLOW = 34;
 const PATIENCE = 6;
 
@@ -22,7 +23,8 @@ class Pace {
     return DETAILS[this.level];
   }
 
-  // After a frame that took so many milliseconds. What was too fine once stays so: a picture that changes is worse.
+  // Records a frame of this duration. The detail never increases again, since changes are
+  // distracting.
   after(milliseconds) {
     this.slow = Math.max(0, this.slow + (milliseconds > SLOW ? 1 : -1));
     if (this.slow < PATIENCE) return;

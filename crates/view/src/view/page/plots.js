@@ -1,6 +1,6 @@
-// The plots: what the sheets of `tumble plot` show, linked to the time.
+// Interactive plots with the content of `tumble plot`.
 
-// Colours of the curves where those of the sheets would not be seen on a dark page.
+// Replacements of curve colours that are too dark for a dark page.
 const ON_DARK = {
   "#0072b2": "#3b82f6",
   "#009e73": "#2fbf8f",
@@ -10,20 +10,20 @@ const ON_DARK = {
   "#7f5539": "#a8795b",
   "#3d3d3d": "#c9d1d9",
 };
-// Of two runs each has two tones, and four dashes of each.
+// Dash patterns of curves and two tones for each of two runs.
 const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3]];
 const TONES = [
   ["run-a", "run-a-other"],
   ["run-b", "run-b-other"],
 ];
-// Curves of a run that the legend names; with more, all are equally wide.
+// Maximum number of curves per run in the legend. With more curves all widths are equal.
 const NAMED = 8;
 const HEIGHTS = { log: 150, symlog: 150, linear: 125 };
 const AXIS_WIDTH = 54;
-// With fewer rows every value has a dot.
+// Maximum number of rows for which every value has a dot.
 const FEW = 60;
 
-// The marks of the statuses in a legend.
+// Symbols of the statuses in a legend.
 const GLYPHS = { retried: "△", fallback: "◇", substepped: "□", wild: "+", failed: "✕" };
 
 const plots = [];
@@ -31,7 +31,7 @@ const plots = [];
 // Colours of the curves of several bodies in one plot.
 const BODY_COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#7f5539", "#56b4e9", "#3d3d3d"];
 
-// The plots of the chosen bodies of a sheet: of several, the curves of all in the same axes.
+// Plots of a sheet for the chosen bodies. Curves of several bodies share the axes.
 function joined(sheet, chosen) {
   const all = chosen.map((body) => (body > 0 ? sheet.others[body - 1] : sheet.plots));
   if (all.length === 1) return all[0];
@@ -70,7 +70,7 @@ class Plot {
       step: runs[series.run].step,
     }));
     const [name, index] = data.symbol;
-    // In a symbol `_A` is an index.
+    // In a symbol, `_A` is a subscript.
     const parts = `${name}${index && `_${index}`}`.split(/_(\w+)/);
     const symbol = element(
       "span",
@@ -97,7 +97,7 @@ class Plot {
     plots.push(this);
   }
 
-  // What must be said of the scale.
+  // Remark on the scale.
   remark() {
     const { axis, unit: name, nothing } = this.data;
     if (nothing || axis.scale === "linear") return "";
@@ -106,7 +106,7 @@ class Plot {
     return ` · symlog axis, linear below ${tick(axis.threshold)} ${name}`;
   }
 
-  // Two runs have a colour each, and their curves dashes; one run has a colour a curve.
+  // Two runs differ by colour, and their curves by dashes. The curves of one run differ by colour.
   look(series) {
     if (!isPair || this.data.id === "distance") {
       return {
@@ -120,7 +120,7 @@ class Plot {
     return { stroke: colours[tone], dash: DASHES[place % DASHES.length] };
   }
 
-  // Earlier curves are wider: where curves coincide, all of them can be seen.
+  // Earlier curves are wider, so that coinciding curves remain visible.
   width(series) {
     if (isPair && this.data.id !== "distance") return series.run ? 1.3 : 3;
     const busy = this.series.filter(({ values }) => values.some((value) => value !== 0));
@@ -134,7 +134,7 @@ class Plot {
   fillLegend() {
     this.legend.replaceChildren();
     const title = this.data.legend ? [`${this.data.legend} `] : [];
-    // A lone curve needs no legend; its value stands in the heading.
+    // A single curve has no legend. Its value is shown in the heading.
     const isLone = this.series.length === 1;
     const isNamed = (series) =>
       this.series.filter((other) => other.run === series.run).indexOf(series) < NAMED;
@@ -168,7 +168,7 @@ class Plot {
     }
   }
 
-  // The times of all curves on one axis; rows without a value of a curve are `undefined`.
+  // Times of all curves on one axis. Missing values of a curve are `undefined`.
   table() {
     const { axis } = this.data;
     const shown = (value) => {
@@ -182,7 +182,7 @@ class Plot {
     return tables.length > 1 ? uPlot.join(tables) : tables[0];
   }
 
-  // Draws, or draws again after a change of size or colours.
+  // Draws the plot, also after a change of size or colours.
   draw() {
     if (!this.box.open) return;
     const { axis } = this.data;
@@ -252,13 +252,13 @@ class Plot {
     );
     this.cursor = element("div", { class: "cursor" });
     this.chart.over.append(this.cursor);
-    // Measured when the browser has laid it out.
+    // Measured later, after layout.
     this.overWidth = 0;
     this.link(this.chart.over);
     this.move(this.time ?? 0);
   }
 
-  // A triangle, a diamond, a cross at the steps of a status.
+  // Draws a mark at each step of a status.
   drawMarks(chart) {
     const { ctx } = chart;
     const r = 4 * devicePixelRatio;
@@ -306,7 +306,7 @@ class Plot {
     ctx.restore();
   }
 
-  // A click or a drag sets the time.
+  // Sets the time on click and drag.
   link(over) {
     const set = (event) => {
       const share = (event.clientX - over.getBoundingClientRect().left) / over.clientWidth;
@@ -322,7 +322,7 @@ class Plot {
     );
   }
 
-  // Puts the cursor at `time` and the values there into the legend.
+  // Moves the cursor to `time` and shows the values there in the legend.
   move(time) {
     this.time = time;
     if (!this.box.open || !this.chart) return;
@@ -331,7 +331,7 @@ class Plot {
     this.cursor.style.transform = `translateX(${share * this.overWidth - 0.75}px)`;
     for (const { series, value } of this.readings) {
       const found = valueAt(series, time);
-      // What has no unit is a count.
+      // Quantities without unit are counts.
       const text = this.data.unit || Number.isNaN(found) ? number(found, 4) : count(found);
       if (value.textContent !== text) value.textContent = text;
     }

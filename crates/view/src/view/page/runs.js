@@ -1,4 +1,4 @@
-// The runs: their numbers as typed arrays, and what is where at which time.
+// Runs: decoded data, and state at a given time.
 
 const page = JSON.parse(document.getElementById("data").textContent);
 
@@ -9,8 +9,8 @@ function bytes(text) {
   return all;
 }
 
-// Whole numbers, each predicted from those before it; what is none is NaN. How they are
-// written stands at `Packed`, where they are made.
+// Decodes integers, each predicted from those before it. Missing values are NaN. The format is
+// documented at `PackedNumbers` in `encode.rs`.
 function wholes({ count, order, bytes: text }) {
   const source = bytes(text);
   const values = new Float64Array(count);
@@ -47,7 +47,7 @@ function measures(packed) {
   return all;
 }
 
-// Numbers of which the upper three bytes are written.
+// Decodes `f32` values stored by their upper three bytes.
 function floats(packed) {
   const upper = wholes(packed);
   const bits = Uint32Array.from(upper, (value) =>
@@ -58,13 +58,14 @@ function floats(packed) {
 
 const NAMES = ["A", "B"];
 
-// The directions of the 98 places on the surface of a cube of 4 × 4 × 4 cells.
+// Directions of the 98 grid points on the surface of a cube of 4 × 4 × 4 cells.
 const ALONG = [-2, -1, 0, 1, 2];
 const DIRECTIONS = ALONG.flatMap((x) => ALONG.flatMap((y) => ALONG.map((z) => [x, y, z]))).filter(
   (direction) => direction.some((part) => Math.abs(part) === 2),
 );
 
-// The outermost of some points in all directions. What is round goes beyond them by at most 3 % of its diameter.
+// Extreme points in these directions. Round shapes exceed their hull by at most 3 % of the
+// diameter.
 function outermost(points) {
   if (points.length <= DIRECTIONS.length) return points;
   const found = new Set();
@@ -79,7 +80,7 @@ function outermost(points) {
   return Array.from(found);
 }
 
-// Points that span a body: all of it is in their convex hull, or nearly so where it has many.
+// Points whose convex hull contains a body, approximately if it has many points.
 const spanOf = (body) => outermost(boundsOf(body));
 
 function boundsOf({ points, pieces }) {
@@ -122,12 +123,12 @@ class Run {
     };
     this.reaches = this.bodies.map(reach);
     this.smallestReach = smallest(this.reaches);
-    // Four digits of the smallest body's size, and of the largest speed.
+    // Four significant digits of the smallest body's size and of the largest speed.
     this.lengthDecimals = decimalsOf(this.smallestReach);
     this.speedDecimals = decimalsOf(this.speeds.reduce((most, v) => (v > most ? v : most), 0));
   }
 
-  // Frames along the way of a body's centre of mass, as many as make `pieces` equal pieces of it.
+  // Frames that divide the path of a body's centre of mass into about `pieces` equal parts.
   way(body, pieces) {
     const at = (frame) => this.position(frame, body);
     const step = (a, b) => length(subtract(at(b), at(a))) || 0;
@@ -141,7 +142,7 @@ class Run {
     return frames;
   }
 
-  // The row of a frame: every `every`-th, and the last.
+  // Row of a frame. Frames are every `every`-th row and the last one.
   row(frame) {
     return Math.min(frame * this.every, this.rows - 1);
   }
@@ -150,9 +151,9 @@ class Run {
     return this.row(frame) * this.step;
   }
 
-  // The frame that stands at `time`: the last that is not later.
+  // Last frame not later than `time`.
   frame(time) {
-    // Times are products; a millionth of a step is rounding.
+    // A tolerance of a millionth of a step allows for rounding of times.
     const row = Math.floor(time / this.step + 1e-6);
     if (row >= this.rows - 1) return this.count - 1;
     return Math.max(0, Math.floor(row / this.every));
@@ -174,15 +175,15 @@ class Run {
     return this.speeds[body * this.count + frame];
   }
 
-  // Points of the body in the world.
+  // Transforms points of a body to the world frame.
   placed(frame, body, points) {
     const [place, attitude] = [this.position(frame, body), this.attitude(frame, body)];
     return points.map((point) => add(place, rotate(attitude, point)));
   }
 
-  // The forces of each frame, one after the other: their sites, their values, their points.
+  // Decodes the forces, sorted by frame: sites, values and points.
   readForces(frames) {
-    // Body, partner, corner and number of forces of everything that touches.
+    // Contact sites: body, partner, corner and number of forces.
     this.sites = frames.sites;
     const inFrames = rowsOf(frames.force_frames);
     const [values, points] = [measures(frames.forces), measures(frames.force_points)];
@@ -211,8 +212,7 @@ class Run {
     });
   }
 
-  // The mean forces of the frames after `before` up to `frame`: on which body by what, where,
-  // and how much.
+  // Mean forces of the frames after `before` up to `frame`, with body, partner and position.
   forces(frame, before) {
     const sums = new Map();
     for (let i = this.forceStarts[before + 1]; i < this.forceStarts[frame + 1]; i += 1) {
@@ -230,7 +230,7 @@ class Run {
     });
   }
 
-  // The arrow of a force: with s = √(force / weight) its length is s / (1 + s) of the longest.
+  // Arrow of a force. Its relative length is s / (1 + s) with s = √(force / weight).
   arrow(force) {
     const { weight, longest } = this.data.arrows;
     const size = length(force);
@@ -241,13 +241,13 @@ class Run {
 
 const runs = page.runs.map((data, index) => new Run(data, index));
 const isPair = runs.length > 1;
-// Bodies that can be chosen: those that all runs have.
+// Number of selectable bodies, which all runs have.
 const bodyCount = smallest(runs.map((run) => run.bodies.length));
 const hasJoints = runs.some((run) => run.data.joints.length > 0);
 const isCrowd = runs.some((run) => run.bodies.length > 1);
 const duration = largest(runs.map((run) => run.duration));
 
-// The next or the previous time at which a run has a frame.
+// Next or previous time at which a run has a frame.
 function neighbour(time, direction) {
   const candidates = runs.flatMap((run) => {
     const frame = run.frame(time);
@@ -261,7 +261,7 @@ function neighbour(time, direction) {
   return direction > 0 ? smallest(ahead) : largest(ahead);
 }
 
-// The steps that were retried, fell back, were taken in parts, went wild or failed, as the plots mark them.
+// Marked steps of the plots: retried, fallback, substepped, wild or failed.
 const marks = page.sheets
   .flatMap((sheet) => sheet.plots)
   .flatMap((plot) => plot.marks)
@@ -271,7 +271,7 @@ const markTimes = marks
   .flatMap((mark) => Array.from(mark.rows, (row) => row * runs[mark.run].step))
   .sort((a, b) => a - b);
 
-// The value of the last kept row that is not later than `time`; none after the last.
+// Value at the last stored row not later than `time`; NaN beyond the last row.
 function valueAt({ rows, values, step }, time) {
   const row = Math.floor(time / step + 1e-6);
   let [low, high] = [0, rows.length];
@@ -283,7 +283,7 @@ function valueAt({ rows, values, step }, time) {
   return low > 0 && row <= rows.at(-1) ? values[low - 1] : NaN;
 }
 
-// Where a curve has a value between gaps, which no line shows; null where it has none such.
+// Indices of isolated values between gaps, which a line does not show; null if there are none.
 function lonely(values) {
   const known = [...values.keys()].filter((i) => values[i] !== undefined);
   const isGap = (place) => (values[known[place]] ?? null) === null;

@@ -1,7 +1,6 @@
-// What stands around the bodies: the floor, the directions of the world; and what belongs to
-// them: forces, frames, clouds of points.
+// Floor and compass, and the overlays of bodies: forces, frames, joints and contact points.
 
-// The ground with its grid, and the shadows on it.
+// Ground with grid and shadows.
 class Floor {
   constructor(ground) {
     this.ground = ground;
@@ -11,7 +10,7 @@ class Floor {
     const places = new THREE.Float32BufferAttribute(outline.flat(), 3);
     geometry.setAttribute("position", places);
     geometry.setAttribute("normal", new THREE.Float32BufferAttribute(normals, 3));
-    // The axes of the ground may be of either hand.
+    // The axes of the ground may be left-handed.
     const [a, b, , d] = outline;
     const isTurned = dot(cross(subtract(b, a), subtract(d, a)), ground.normal) < 0;
     geometry.setIndex(isTurned ? [0, 2, 1, 0, 3, 2] : [0, 1, 2, 0, 2, 3]);
@@ -39,20 +38,20 @@ class Floor {
     this.rim.look({ colour: colours.grid, width: 1.6 });
   }
 
-  // From below one looks through it. Says whether the eye is above.
+  // Makes the ground transparent from below. Returns true if the eye is above it.
   look(eye) {
     const isAbove = this.ground.height(add(eye, BASE)) > 0;
     const { material } = this.plane;
     material.opacity = isAbove ? 1 : 0.6;
     material.depthWrite = isAbove;
     this.shade.visible = isAbove;
-    // What is beyond it is drawn before it.
+    // Seen from below, the scene is drawn before the ground.
     this.parts.forEach((part, i) => (part.renderOrder = isAbove ? i - 10 : i + 5));
     return isAbove;
   }
 }
 
-// The contacts of a frame whose forces are shown.
+// Contacts of a frame whose forces are shown.
 function shownForces(run, frame, since, show) {
   const { weight } = run.data.arrows;
   return run.forces(frame, since).filter(({ body, partner, point, force }) => {
@@ -62,14 +61,14 @@ function shownForces(run, frame, since, show) {
   });
 }
 
-// Adds the arrows of a contact at a place, as numbers: between bodies each has its force.
+// Adds the arrows of a contact. A contact between bodies has one for each of them.
 function addArrows(run, { partner, force }, at, arrows) {
   const arrow = run.arrow(force);
   arrows.push(...at, ...arrow);
   if (partner >= 0) arrows.push(...at, ...times(arrow, -1));
 }
 
-// Adds the joints that hold a body: their anchors, and their axes to both sides.
+// Adds the joints of a body: anchors, and axes to both sides.
 function addJoints({ anchors, axes }, joints, { place, attitude }, arm) {
   for (const { anchor, axis } of joints) {
     const at = add(place, rotate(attitude, anchor));
@@ -80,7 +79,7 @@ function addJoints({ anchors, axes }, joints, { place, attitude }, arm) {
   }
 }
 
-// Adds the three arms of a body's frame.
+// Adds the three axes of a body's frame.
 function addFrame(framed, { place, attitude }, arm) {
   framed.forEach((numbers, axis) => {
     const way = rotate(attitude, [0, 1, 2].map((k) => (k === axis ? arm : 0)));
@@ -88,7 +87,7 @@ function addFrame(framed, { place, attitude }, arm) {
   });
 }
 
-// Adds a body of points: each, and the way to it from the centre of mass.
+// Adds a body of points, with lines from the centre of mass to them.
 function addCloud({ dots, arms }, points, { place, attitude }) {
   for (const point of points) {
     const at = add(place, rotate(attitude, point));
@@ -97,7 +96,7 @@ function addCloud({ dots, arms }, points, { place, attitude }) {
   }
 }
 
-// The directions of the world, in the lower left corner of a view.
+// World axes in the lower left corner of a view.
 class Compass {
   constructor() {
     const svg = (name, attributes) => {
@@ -126,7 +125,7 @@ class Compass {
   }
 }
 
-// The picture of a run's first moment that the page brings along.
+// Embedded picture of the first frame of a run.
 function stillOf(run) {
   const still = document.getElementById(`still-${run.index}`).cloneNode();
   still.removeAttribute("id");

@@ -1,13 +1,13 @@
-// Pieces of bodies as surfaces: triangles with their normals and, of each place, how far it is
-// from the lines that are drawn on the surface: edges, and of what is round two great circles.
+// Surfaces of pieces: triangles with normals and, at each vertex, the distance to the drawn lines.
+// Lines are edges, or two great circles of round shapes.
 
-// Arcs of a rounded edge, and of a quarter of a ball.
+// Number of segments of a rounded edge, and of a quarter of a ball.
 const ARCS = 6;
-// Faces that meet at less than this share no edge, cosine.
+// Cosine of the smallest angle between faces with a visible edge.
 const FLAT = Math.cos((1 * Math.PI) / 180);
-// Of a mesh, which may stand for something round.
+// The same for meshes, which may approximate round shapes.
 const CREASE = Math.cos((30 * Math.PI) / 180);
-// Farther from any line than a surface is large.
+// Distance that stands for no line, larger than any surface.
 const NO_LINE = 1e3;
 
 class Surface {
@@ -15,7 +15,7 @@ class Surface {
     Object.assign(this, { places: [], normals: [], lines: [] });
   }
 
-  // A triangle, turned so that its front is where its normals point.
+  // Adds a triangle, oriented to match its normals.
   triangle(corners, normals, lines) {
     const across = cross(subtract(corners[1], corners[0]), subtract(corners[2], corners[0]));
     const turned = dot(across, normals.reduce(add)) < 0 ? [0, 2, 1] : [0, 1, 2];
@@ -26,7 +26,7 @@ class Surface {
     }
   }
 
-  // Lines are as thick as pixels are, on small pieces less: `size` says what is small.
+  // Converts to three.js. `size` scales the distances to lines, which are thinner on small pieces.
   geometry(size) {
     const made = new THREE.BufferGeometry();
     const attribute = (values, items) => new THREE.Float32BufferAttribute(values, items);
@@ -37,15 +37,15 @@ class Surface {
   }
 }
 
-// The points of an arc from one direction to another.
+// Points of an arc between two directions.
 function arc(from, to, pieces) {
   const all = [];
   for (let k = 0; k <= pieces; k += 1) all.push(unit(between(from, to, k / pieces)));
   return all;
 }
 
-// A mesh; or a polyhedron and all within `radius` of it: its faces, moved outward; along each edge the part
-// of a cylinder between two faces; at each corner the part of a ball between the edges.
+// Surface of a mesh, or of all points within `radius` of a polyhedron. The latter has shifted
+// faces, cylinder segments along edges, and ball segments at corners.
 function hullSurface({ vertices, faces, radius, is_mesh: isMesh }) {
   const surface = new Surface();
   const edges = new Map();
@@ -90,7 +90,7 @@ function roundEdges(surface, vertices, edges, radius) {
       spots.map(([, normal]) => normal),
       [nothing, nothing, nothing],
     );
-  // The mean direction at a corner.
+  // Mean normal at each vertex.
   const middles = vertices.map(() => [0, 0, 0]);
   for (const { ends, normals } of edges) {
     for (const end of ends) middles[end] = normals.reduce(add, middles[end]);
@@ -113,9 +113,8 @@ function roundEdges(surface, vertices, edges, radius) {
   }
 }
 
-// A ball, or what is within `radius` of a segment: half balls about its ends and what is
-// between. Its circles are across the first and the third axis of the body; of a capsule they
-// go along it.
+// Surface of a ball or capsule. Great circles of a ball are normal to the first and third axis of
+// the body. Those of a capsule run along it.
 function roundSurface({ vertices, radius }) {
   const surface = new Surface();
   const [a, b] = [vertices[0], vertices.at(-1)];
@@ -125,7 +124,7 @@ function roundSurface({ vertices, radius }) {
   const u = isBall ? [0, 0, 1] : unit(cross(axis, [0, 1, 2].map((k) => (k === least ? 1 : 0))));
   const v = cross(axis, u);
   const around = 8 * ARCS;
-  // From one pole to the other; of a capsule the equator is there twice.
+  // Latitudes from pole to pole. A capsule has the equator twice.
   const levels = [];
   for (let k = -2 * ARCS; k <= 2 * ARCS; k += 1) {
     const angle = (Math.PI * k) / (4 * ARCS);
@@ -149,7 +148,7 @@ function roundSurface({ vertices, radius }) {
   return surface;
 }
 
-// The ball and the box that all others are stretched from, 2 m across.
+// Unit ball and box, 2 m across, which are scaled to all others.
 const UNIT_BALL = { vertices: [[0, 0, 0]], faces: [], radius: 1, is_mesh: false };
 const UNIT_BOX = {
   vertices: [0, 1, 2, 3, 4, 5, 6, 7].map((i) => [1, 2, 4].map((bit) => (i & bit ? 1 : -1))),
@@ -164,11 +163,11 @@ const UNIT_BOX = {
   radius: 0,
   is_mesh: false,
 };
-// How far a stretched corner may be from one of the box.
+// Tolerance for the corners of a scaled box.
 const SAME_CORNER = 1e-6;
 
-// A piece as a `shape` that is stretched along each axis and then moved to its `middle`: a ball or a box along the body's axes as
-// the one that all are stretched from, any other as it is.
+// A piece as a `shape` that is scaled along each axis and moved to `middle`. Balls and axis-aligned
+// boxes use the unit shapes. Other pieces are unscaled.
 function stretched(piece) {
   const { vertices, faces, radius, is_mesh: isMesh } = piece;
   const asItIs = { shape: piece, middle: [0, 0, 0], stretch: [1, 1, 1] };
@@ -184,7 +183,7 @@ function stretched(piece) {
   return vertices.every((vertex) => vertex.every(isCorner)) ? { shape: UNIT_BOX, middle, stretch } : asItIs;
 }
 
-// The surface of a piece.
+// Geometry of a piece.
 function pieceGeometry(piece) {
   const surface = piece.faces.length > 0 ? hullSurface(piece) : roundSurface(piece);
   const middle = times(piece.vertices.reduce(add), 1 / piece.vertices.length);

@@ -1,9 +1,9 @@
-// What leads others to what is seen: a link to the time, the view as a picture.
+// Sharing: link to the current time, and picture of the view.
 
-// The address leads to the time: `#t=` and seconds. It is written when the time has stood still
-// for a while, since browsers refuse to write it often.
+// The address contains the time: `#t=` and seconds. It is updated after a pause, since browsers
+// limit the rate of updates.
 let linking = 0;
-// A page within another, as in a notebook, has no address of its own.
+// An embedded page, as in a notebook, has no address of its own.
 const hasAddress = document.baseURI.split("#")[0] === location.href.split("#")[0];
 function linkLater() {
   if (!hasAddress) return;
@@ -19,10 +19,10 @@ function readLink() {
   if (Number.isFinite(wanted)) setTime(wanted);
 }
 
-// The views as one picture, side by side, with the time.
+// Saves the views side by side as one picture, with the time.
 function savePicture() {
   const shown = stages.filter(isShown);
-  // In full, also while the motion plays.
+  // Full detail, also during playback.
   for (const stage of shown) stage.paint(camera, time, time, show, FULL);
   const room = Math.round(34 * devicePixelRatio);
   const made = document.createElement("canvas");

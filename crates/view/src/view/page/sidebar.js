@@ -1,4 +1,4 @@
-// The run in numbers: its parameters, how its steps ended, and what stands at the cursor.
+// Sidebar: parameters of the runs, step results, and state at the current time.
 
 const colourOf = (run) => (run.index ? "var(--run-b)" : "var(--run-a)");
 
@@ -8,7 +8,7 @@ function key(run) {
   return made;
 }
 
-// How many steps ended how, and the largest residual, which is a link to its step.
+// Number of steps with each status, and largest residual with a link to its step.
 function counts(run, setTime) {
   const line = element("div", { class: "counts", "data-run": run.name });
   if (isPair) line.append(key(run));
@@ -29,7 +29,7 @@ function counts(run, setTime) {
   return line;
 }
 
-// Parameters, one after the other.
+// List of parameters.
 function list(facts) {
   const parameters = element("dl", { class: "parameters" });
   for (const { name, value } of facts) {
@@ -38,7 +38,7 @@ function list(facts) {
   return parameters;
 }
 
-// The parameters of both runs: first those that differ, then what they share.
+// Parameters of two runs: first those that differ, then the common ones.
 function comparison() {
   const names = Array.from(new Set(runs.flatMap((run) => run.data.facts.map((fact) => fact.name))));
   const parameters = names.map((name) => {
@@ -61,7 +61,7 @@ function comparison() {
   return [table, element("h3", {}, "the same in both"), list(same)];
 }
 
-// What the page leaves out.
+// Notes on data that the page omits.
 function omissions() {
   const notes = [];
   for (const run of runs.filter((one) => one.every > 1)) {
@@ -92,7 +92,7 @@ function fillFacts(setTime) {
     `made by tumble ${page.version}; motion drawn by three.js, plots by uPlot`;
 }
 
-// What stands at the cursor, one line a run.
+// State at the current time, one line per run.
 function fillState() {
   const parent = document.getElementById("state");
   parent.classList.toggle("two-runs", isPair);
@@ -121,7 +121,7 @@ const put = (place, text) => {
   if (place.textContent !== text) place.textContent = text;
 };
 
-// Of each thing that stands still, by name, whether it is shown; and of all at once.
+// Display choices of fixed objects by name, and one for all of them.
 function fillFixed(changed) {
   const names = Array.from(new Set(runs.flatMap((run) => run.data.fixed.map(({ name }) => name))));
   const place = document.getElementById("fixed");
@@ -146,10 +146,10 @@ function fillFixed(changed) {
   );
 }
 
-// How far names move to the right at most.
+// Maximum indentation level of names.
 const DEEPEST = 8;
 
-// Bodies, each before those that joints tie to it, with how many are above it.
+// Bodies in depth-first order of the joint tree, with their depth.
 function branches(bodies) {
   const below = bodies.map(() => []);
   bodies.forEach(({ above }, body) => below[above]?.push(body));
@@ -163,7 +163,7 @@ function branches(bodies) {
   return found;
 }
 
-// Choices of bodies, and what is known of the chosen one.
+// Fills the list of bodies.
 function fillBodies(choose) {
   const list = document.getElementById("body");
   document.getElementById("body-field").hidden = !isCrowd;

@@ -1,10 +1,10 @@
-// Bodies and what stands still, as three.js draws them: of each distinct shape one mesh with an
-// instance for each piece; boxes are one shape, and balls.
+// Bodies and fixed objects in three.js. Each distinct shape is one instanced mesh. All boxes share
+// one shape, and all balls another.
 
-// How wide the lines on a surface are, pixels; of a chosen body.
+// Line width on surfaces (pixels), for normal and for chosen bodies.
 const LINE_WIDTHS = [1.1, 2.4];
 
-// A surface in the light, with its lines.
+// Material of lit surfaces with lines.
 function surfaceMaterial(alpha) {
   const material = new THREE.MeshLambertMaterial({ transparent: alpha < 1, opacity: alpha });
   material.userData = {
@@ -48,7 +48,7 @@ function surfaceMaterial(alpha) {
   return material;
 }
 
-// The pieces of many things; `things` have pieces.
+// Pieces of many `things`.
 class Solids {
   constructor(things, alpha) {
     this.material = surfaceMaterial(alpha);
@@ -73,7 +73,7 @@ class Solids {
     });
   }
 
-  // Colours, and which are chosen.
+  // Sets colours and the selection.
   paint(hue, isChosen) {
     const colour = new THREE.Color();
     for (const mesh of this.meshes) {
@@ -88,8 +88,7 @@ class Solids {
     this.material.userData.chosenEdge.value.set(colours.chosen);
   }
 
-  // Where each is: `poses` have place and attitude (q_w, q_x, q_y, q_z), null for what is not
-  // drawn.
+  // Sets the poses: place and attitude (q_w, q_x, q_y, q_z), or null for hidden things.
   place(poses) {
     for (const mesh of this.meshes) {
       const { array } = mesh.instanceMatrix;
@@ -99,7 +98,7 @@ class Solids {
     }
   }
 
-  // The nearest that a ray meets: its thing and the distance; null for none.
+  // Nearest intersection of a ray: thing and distance; null if there is none.
   hit(ray) {
     let nearest = null;
     for (const mesh of this.meshes) {
@@ -114,7 +113,8 @@ class Solids {
   }
 }
 
-// The matrix of a pose and of what is stretched and moved before it, by columns; of no pose all 0, which draws nothing.
+// Writes the column-major matrix of a pose after scaling and shift. A null pose yields zeros, which
+// draw nothing.
 function matrixOf(pose, { middle, stretch }, into, at) {
   if (pose === null) {
     into.fill(0, at, at + 16);

@@ -1,27 +1,27 @@
-// A view of one run or of two: ground, shadows, bodies, forces, trails, drawn by three.js.
+// View of one or two runs in three.js: ground, shadows, bodies, forces and trails.
 
 const SHADOW_PIXELS = 2048;
-// Finer than this, pixels are not seen, and a phone has to paint them all the same.
+// Maximum device pixel ratio. Higher ratios cost time without visible benefit.
 const MOST_PIXELS = 2;
-// The smallest body's size times this is near enough to a surface to be on it.
+// Depth offset of dots on surfaces, over the size of the smallest body.
 const LIFT = 0.08;
 const FRAME_COLOURS = ["#e0433a", "#2f9e44", "#2f6fe0"];
-// Lengths of the arms of a body's frame, times its size.
+// Length of the axes of a body's frame, over its size.
 const ARM = 1.15;
-// The same of the axis of a joint, to each side.
+// Half length of a joint axis, over the size of its body.
 const JOINT_ARM = 0.3;
-// Names that are shown at once.
+// Maximum number of names shown.
 const MOST_NAMES = 150;
 
-// What everything is drawn relative to: the graphics card has seven digits.
+// Origin of all coordinates, since the graphics card has single precision.
 const BASE = runs[0].origin;
 const local = (point) => subtract(point, BASE);
 
-// Whether there is WebGL; asked once, on a canvas of its own.
+// True if WebGL is available, tested once on a separate canvas.
 const hasGraphics = document.createElement("canvas").getContext("webgl2") !== null;
 
 class Stage {
-  // `members` are the runs it shows.
+  // `members` are the runs shown.
   constructor(members, label) {
     this.members = members;
     this.canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": label });
@@ -46,7 +46,7 @@ class Stage {
     this.isStale = true;
   }
 
-  // What the picture does not show by itself.
+  // Remarks on content that the picture does not show.
   remarks(time, show) {
     if (!hasGraphics) return "this browser has no WebGL: the picture stands still at the start";
     const notes = [];
@@ -66,11 +66,11 @@ class Stage {
     return [clientWidth, clientHeight];
   }
 
-  // Everything that three.js needs, made when it is first shown.
+  // Creates all three.js objects, at first use.
   prepare() {
     const context = this.canvas.getContext("webgl2", {
       antialias: true,
-      // So that the picture can be saved from the browser's menu as well.
+      // Needed to save the picture from the browser's menu.
       preserveDrawingBuffer: true,
     });
     this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, context });
@@ -110,7 +110,7 @@ class Stage {
     this.points = clouds ? new Dots() : null;
     this.arms = clouds ? new Lines() : null;
     if (clouds) this.scene.add(this.points, this.arms);
-    // What is hidden, faint; what is seen.
+    // Hidden overlays are faint.
     this.arrows = { hidden: [new Arrows()], seen: [new Arrows(), new Arrows()] };
     this.contacts = { hidden: new Dots().through(), seen: new Dots().through() };
     this.frames = FRAME_COLOURS.map(() => new Lines().through());
@@ -124,7 +124,7 @@ class Stage {
     });
   }
 
-  // Colours of the page and of the bodies.
+  // Sets the colours of the page and of the bodies.
   recolour(show) {
     const chosen = new Set(isCrowd ? show.chosen : []);
     this.renderer.setClearColor(colours.sky);
@@ -151,8 +151,8 @@ class Stage {
     this.isStale = false;
   }
 
-  // Paints what stands at `time`, with the mean forces since `before`: while the time runs,
-  // an impact of one step is then seen whichever frames are painted. `detail` is one of DETAILS.
+  // Paints the state at `time`, with mean forces since `before`. The mean makes an impact of one
+  // step visible in any frame. `detail` is one of DETAILS.
   paint(camera, time, before, show, detail) {
     put(this.remark, this.remarks(time, show));
     const [width, height] = this.size;
@@ -239,7 +239,7 @@ class Stage {
     }
   }
 
-  // Puts three.js's camera where ours stands.
+  // Copies the camera to three.js.
   aim(camera, time, show, width, height) {
     const shift = this.followed(time, show);
     const { eye } = this;
@@ -264,7 +264,7 @@ class Stage {
     });
   }
 
-  // How far the view is moved to keep the chosen bodies in the middle.
+  // Shift of the view that keeps the chosen bodies centred.
   followed(time, show) {
     if (!show.follow) return [0, 0, 0];
     const shift = subtract(middleOf(this.members, time, show.chosen), show.anchor);
@@ -281,7 +281,8 @@ class Stage {
     faded.place(poses("faded"));
   }
 
-  // The light looks at a ball around all bodies; in steps, so that shadows do not flicker.
+  // Fits the shadow map to a ball around all bodies. Its position and size change in steps, which
+  // prevents flicker.
   castShadows(drawn) {
     if (drawn.length === 0) return;
     const middle = times(drawn.map(({ place }) => place).reduce(add), 1 / drawn.length);
@@ -305,7 +306,7 @@ class Stage {
     shadow.bias = -(2 * texel) / shadow.camera.far;
   }
 
-  // Names at bodies: of the chosen ones, or of all.
+  // Writes names at the chosen bodies, or at all.
   write(time, show) {
     const [run] = this.members;
     const shown = !isCrowd
@@ -323,14 +324,14 @@ class Stage {
       label.hidden = !isFinitePoint(place) || Math.abs(spot.z) > 1;
       put(label, run.bodies[body].name);
       label.classList.toggle("chosen", show.chosen.includes(body));
-      // Above the body, whichever way it lies.
+      // Above the body in the picture.
       const top = new THREE.Vector3(...add(place, times(this.upward, run.reaches[body]))).project(this.eye);
       const [x, y] = [0.5 * (1 + spot.x) * width, 0.5 * (1 - top.y) * height];
       label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -100%)`;
     });
   }
 
-  // The body at a place of the picture; −1 where there is none.
+  // Index of the body at a picture position; −1 if there is none.
   bodyAt([x, y]) {
     if (!this.renderer) return -1;
     const [width, height] = this.size;
@@ -345,7 +346,7 @@ class Stage {
   }
 }
 
-// The middle of the chosen bodies of some runs.
+// Centre of the chosen bodies of some runs.
 function middleOf(members, time, chosen) {
   const all = members.flatMap((run) =>
     chosen.map((body) => run.position(run.frame(time), body)).filter(isFinitePoint),
@@ -353,7 +354,7 @@ function middleOf(members, time, chosen) {
   return times(all.reduce(add, [0, 0, 0]), 1 / all.length);
 }
 
-// How far what is in the scene is from a place, at most.
+// Largest distance of the scene from a point.
 const inScene = [BASE].concat(places, feet);
 const bounds = [0, 1, 2].map((axis) => extremes(inScene.map((point) => point[axis])));
 const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => bounds.map((ends, axis) => ends[(i >> axis) & 1]));

@@ -1,12 +1,12 @@
-// The way of each body's centre of mass.
+// Trails of the centres of mass.
 
-// Pieces of a trail; of what is still to come every other few are drawn.
+// Number of segments of a trail, and dash length of its future part in segments.
 const PIECES = 1200;
 const DASH = 3;
 
 const trails = runs.map(() => new Map());
 
-// Frames along the way, and where the body is in them, from `base`.
+// Frames along the path, and positions there relative to `base`.
 function trailOf(run, body, base) {
   const known = trails[run.index];
   if (!known.has(body)) {
@@ -17,7 +17,7 @@ function trailOf(run, body, base) {
   return known.get(body);
 }
 
-// Adds the segments of a trail to those behind the body and those still to come, as numbers.
+// Adds the segments of a trail to the past part `behind` and the future part `ahead`.
 function splitTrail({ frames, places }, frame, here, behind, ahead) {
   for (let k = 0; k + 1 < frames.length; k += 1) {
     const [from, to] = [places[k], places[k + 1]];

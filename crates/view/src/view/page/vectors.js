@@ -1,4 +1,4 @@
-// Vectors of three numbers, and rotations.
+// Vectors with three components, and rotations.
 
 const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 const subtract = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -14,9 +14,9 @@ const unit = (a) => times(a, 1 / length(a));
 const between = (a, b, share) => add(a, times(subtract(b, a), share));
 const isFinitePoint = (a) => a.every(Number.isFinite);
 
-// Lists of unknown length are never spread into the arguments of a call: browsers take about 100 000.
+// Long lists are never spread into call arguments, since browsers limit them to about 100 000.
 
-// Smallest and largest of some numbers.
+// Smallest and largest value.
 function extremes(values) {
   let [low, high] = [Infinity, -Infinity];
   for (const value of values) {
@@ -28,12 +28,12 @@ function extremes(values) {
 const smallest = (values) => extremes(values)[0];
 const largest = (values) => extremes(values)[1];
 
-// Adds all `items` to the end of a list.
+// Appends all `items` to a list.
 function append(list, items) {
   for (const item of items) list.push(item);
 }
 
-// A(q) v, from the body to the world: v + 2 q_w (u × v) + 2 u × (u × v), q = (q_w, u).
+// Rotates v from the body to the world: v + 2 q_w (u × v) + 2 u × (u × v) with q = (q_w, u).
 function rotate([w, x, y, z], v) {
   const u = [x, y, z];
   const once = cross(u, v);
