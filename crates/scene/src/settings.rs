@@ -86,9 +86,9 @@ pub struct Settings {
 /// Import settings of a single robot file; `[[robots]]` has the same fields in a scenario.
 #[derive(Debug, Default)]
 pub struct RobotSettings {
-    /// Folder of ROS packages.
+    /// Folder that `package://` paths refer to.
     pub packages: Option<PathBuf>,
-    /// Names of elements to ignore.
+    /// Elements and attributes of the file to ignore.
     pub leave_out: Vec<String>,
     /// True if torsional and rolling friction are ignored.
     pub point_contacts: bool,
