@@ -9,7 +9,7 @@ use std::marker::PhantomData;
 
 /// Array of exactly N values.
 ///
-/// Serde's own array leaves it to the format whether surplus values are an error.
+/// Formats of serde differ in whether surplus values of an array are an error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exactly<T, const N: usize>(pub [T; N]);
 

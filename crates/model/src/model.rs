@@ -87,7 +87,7 @@ pub struct BodyModel {
     pub shape: usize,
     /// Centre of mass in the shape's frame (m).
     ///
-    /// It is the origin of the body frame, whose axes are those of the shape's frame.
+    /// It is the origin of the body frame, with the axes of the shape's frame.
     pub centre: [f64; 3],
     /// Mass (kg).
     pub mass: f64,

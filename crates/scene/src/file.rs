@@ -119,7 +119,7 @@ impl ScenarioFile {
         Ok(ParsedScene { settings, ground, entries })
     }
 
-    /// Rejects missing fields and fields without effect, such as those of the other notation.
+    /// Rejects missing fields and fields without effect, such as fields of the other notation.
     fn refuse_idle_and_missing(&self, of_bodies: bool) -> Result<(), String> {
         let (of_body, no_ground) = (!of_bodies, self.ground.is_none());
         let floating = of_body && no_ground;

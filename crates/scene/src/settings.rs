@@ -180,7 +180,7 @@ impl Settings {
 }
 
 impl Settings {
-    /// These settings without those of the solver.
+    /// These settings without the solver settings.
     fn without_solver(self) -> Self {
         Self {
             solver: None,

@@ -30,7 +30,7 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::step::{StepReport, StepStatus};
 use tumble_core::world::World;
 
-/// Columns before those of the contact points.
+/// Columns before the contact points.
 const STATE_COLUMNS: [&str; 15] = [
     "k", "t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "vx_m_s", "vy_m_s", "vz_m_s",
     "wx_rad_s", "wy_rad_s", "wz_rad_s",
@@ -48,7 +48,7 @@ const CONTACT_COLUMNS: [(&str, &str); 7] = [
     ("alpha", ""),
 ];
 
-/// Columns after those of the contact points.
+/// Columns after the contact points.
 const REPORT_COLUMNS: [&str; 3] = ["status", "iterations", "certificate_m_s"];
 
 /// Last column in a world with restitution.

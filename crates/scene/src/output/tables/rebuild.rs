@@ -194,7 +194,7 @@ impl ContactRow {
         }
     }
 
-    /// Returns `features` if they are those of the key.
+    /// Returns `features` if they match the key.
     fn named(
         &self,
         world: &World,
