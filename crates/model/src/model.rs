@@ -32,7 +32,7 @@ pub struct Model {
     pub gravity: [f64; 3],
     /// Coefficient of friction of the ground; default for bodies and fixed geometry.
     pub mu: f64,
-    /// Coefficient of restitution of the ground; default for bodies.
+    /// Coefficient of restitution of the world; default for bodies without their own.
     #[serde(default)]
     pub restitution: f64,
     /// Approach speed below which contacts do not bounce (m/s); null for the core's default.

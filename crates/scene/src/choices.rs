@@ -123,7 +123,7 @@ impl From<DetectionName> for Detection {
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum FormulationName {
-    /// All variables and rows; forces of points that cannot touch are fixed at zero. SI units.
+    /// All variables and rows; variables of points that cannot touch are fixed at zero. SI units.
     Clamped,
     /// Only the points that can carry a force; scaled units.
     Reduced,
@@ -164,7 +164,7 @@ impl Preset {
 pub enum OnFailure {
     /// Try other initial points (the ladder); only with --solver ipopt.
     Ladder,
-    /// Keep the best point and record the failure, as the tutorial does.
+    /// Keep the point found and record the failure, as the tutorial does.
     Record,
     /// End the run before this step.
     Stop,

@@ -1,8 +1,8 @@
 //! Linearised contact problems of tumble's steps, for solvers of such problems (`bench/local.py`).
 //!
 //! The program reads a scene as JSON from standard input and writes problems to the file in its
-//! argument. With the states at k, free flight to v_free, and the Jacobian J_i of the touching
-//! point's velocity of contact i, in the order normal, first, second tangent,
+//! argument. J_i is the Jacobian of the touching point's velocity of contact i, in the order
+//! normal, first, second tangent. With the states at k and the velocity v_free after free flight,
 //!
 //! ```text
 //! J_i = Fᵀ [E, Gᵀ] on A and the opposite on B,   G = [y]× Aᵀ,   F = (n, t₁, t₂)

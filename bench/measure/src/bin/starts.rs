@@ -1,9 +1,9 @@
 //! Counts of the native solver's initial points on throws, heaps, scene files and robot files.
 //!
-//! `cargo run --release -p tumble-measure --bin starts -- THROWS HEAPS FILES…` simulates the throw
-//! with the seeds 0 to THROWS − 1 and every heap with HEAPS seeds, 1000 steps each. Each file runs
-//! for its own number of steps. A step of several islands counts for the first island that did not
-//! start from the last impulses.
+//! Arguments: `cargo run --release -p tumble-measure --bin starts -- THROWS HEAPS FILES…`. The
+//! throw runs with the seeds 0 to THROWS − 1 and every heap with HEAPS seeds, 1000 steps each. Each
+//! file runs for its own number of steps. A step of several islands counts once. It counts for the
+//! first island whose solution did not come from the last impulses.
 //!
 //! The exit code is 2 for a bad argument. Unsolved steps are part of the result and do not change
 //! it.

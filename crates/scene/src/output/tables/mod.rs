@@ -66,7 +66,7 @@ impl Table {
     pub const ALL: [Self; 6] =
         [Self::States, Self::Contacts, Self::Steps, Self::Joints, Self::Gears, Self::Ends];
 
-    /// Tables of every run.
+    /// Tables that every run has, unless fewer are requested.
     pub const ALWAYS: [Self; 3] = [Self::States, Self::Contacts, Self::Steps];
 
     /// Name, the file's without `.csv`.
