@@ -1,30 +1,40 @@
 //! Runs of any number of bodies as tables in CSV, each with one header line.
 //!
-//! The rows of a table are in the order of k. `states`, `contacts` and `steps` always exist.
-//! `joints` and `gears` exist if the scene has any.
+//! The rows of a table are in the order of k. A run has `states`, `contacts` and `steps`, unless
+//! fewer tables are requested. It has `joints` and `gears` if its scene has any.
 //!
-//! - `states`: one row per body and step. Columns: `k,t_s,body`, then the 13 numbers of the state
-//!   at step k. `body` is the index in [`World::bodies`](tumble_core::world::World::bodies).
-//! - `contacts`: one row per candidate contact of the step k → k+1. Columns: body and partner,
-//!   touching point at k (m, world), unit normal at k (world, away from the partner), force on
-//!   `body` (N, world), mean slip over the step (m/s, world), gap at k (m), rounding radius (m),
-//!   required rebound speed (m/s, eq. 29), and the persistent key ([`KeyText`]).
-//! - `steps`: one row per step. Columns: status, residual with its five parts, overlap at k+1,
-//!   smallest restitution share of an island, and [energy](tumble_core::simulation::energy) at k.
-//!   The potential energy is relative to the world's origin. With joints the last column is the
+//! - `states`: one row per body and step: `k,t_s,body`, then the 13 numbers of the state at step k.
+//!   `body` is the index in [`World::bodies`](tumble_core::world::World::bodies).
+//! - `contacts`: one row per candidate contact of the step k → k+1. The columns are listed below.
+//! - `steps`: one row per step: status, residual with its five parts, overlap at k+1, smallest
+//!   restitution share of an island, and [energy](tumble_core::simulation::energy) at k. The
+//!   potential energy is relative to the world's origin. With joints the last column is the
 //!   [stiffness number](tumble_core::simulation::StepRecord::stiffness) h ω.
-//! - `joints`: one row per joint and step. Columns: `k,t_s,joint` with the index in
-//!   [`World::joints`](tumble_core::world::World::joints), then coordinates at k, mean rates over
-//!   the step, [force and torque](tumble_core::joint::JointForce) on A, and the joint's two
-//!   residuals. The coordinates are the position of A's anchor along the axes of B's frame and the
-//!   [angles](tumble_core::joint::Joint::turns) about them. Hinge angles include full turns. A
-//!   moving frame in the world is taken at the end of the step, so its coordinates at k are the
-//!   remaining motion.
-//! - `gears`: one row per gear and step. Columns: `k,t_s,gear` with the index in
-//!   [`World::gears`](tumble_core::world::World::gears), then both coordinates at k (m or rad with
-//!   full turns), the force along the first one (N or N m), and the residual.
+//! - `joints`: one row per joint and step: `k,t_s,joint`, coordinates at k, mean rates over the
+//!   step,
+//!   [force and torque](tumble_core::joint::JointForce) on A, and two residuals. `joint` is the index
+//!   in [`World::joints`](tumble_core::world::World::joints). The coordinates are the position of A's
+//!   anchor along the axes of B's frame and the [angles](tumble_core::joint::Joint::turns) about
+//!   them. Hinge angles include full turns. A moving frame in the world is taken at the end of the
+//!   step, so its coordinates at k are the remaining motion.
+//! - `gears`: one row per gear and step: `k,t_s,gear`, both coordinates at k, the force along the
+//!   first one over the step (N or N m), and the residual. `gear` is the index in
+//!   [`World::gears`](tumble_core::world::World::gears). Coordinates are in m, or in rad with full
+//!   turns.
 //! - `ends`: one row per body and step, with the columns of `states` and the states at k+1. It
 //!   exists if a run does not keep every step, so that each kept step can be verified.
+//!
+//! | columns of `contacts` | unit | frame |
+//! |---|---|---|
+//! | body and partner | | |
+//! | touching point at k | m | world |
+//! | unit normal at k, away from the partner | | world |
+//! | force on `body`; the partner has the opposite force | N | world |
+//! | mean slip over the step | m/s | world |
+//! | gap at k | m | |
+//! | rounding radius of the point | m | |
+//! | required rebound speed (eq. 29) | m/s | |
+//! | persistent key ([`KeyText`]) | | |
 //!
 //! Within a step, states are in the order of the bodies and contacts in the order of the solution.
 //! The last step is a state of status `end` without contacts. Numbers have the fewest digits that
