@@ -11,12 +11,12 @@
 //!   potential energy is relative to the world's origin. With joints the last column is the
 //!   [stiffness number](tumble_core::simulation::StepRecord::stiffness) h ω.
 //! - `joints`: one row per joint and step: `k,t_s,joint`, coordinates at k, mean rates over the
-//!   step,
-//!   [force and torque](tumble_core::joint::JointForce) on A, and two residuals. `joint` is the index
-//!   in [`World::joints`](tumble_core::world::World::joints). The coordinates are the position of A's
-//!   anchor along the axes of B's frame and the [angles](tumble_core::joint::Joint::turns) about
-//!   them. Hinge angles include full turns. A moving frame in the world is taken at the end of the
-//!   step, so its coordinates at k are the remaining motion.
+//!   step, [force and torque](tumble_core::joint::JointForce) on A, and two residuals. `joint` is
+//!   the index in [`World::joints`](tumble_core::world::World::joints). The coordinates are the
+//!   position of A's anchor along the axes of B's frame and the
+//!   [angles](tumble_core::joint::Joint::turns) about them. Hinge angles include full turns. A
+//!   moving frame in the world is taken at the end of the step, so its coordinates at k are the
+//!   remaining motion.
 //! - `gears`: one row per gear and step: `k,t_s,gear`, both coordinates at k, the force along the
 //!   first one over the step (N or N m), and the residual. `gear` is the index in
 //!   [`World::gears`](tumble_core::world::World::gears). Coordinates are in m, or in rad with full
