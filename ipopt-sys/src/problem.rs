@@ -153,8 +153,7 @@ impl Problem<'_> {
     /// - each callback reads and writes its arrays within the lengths in its arguments, treats
     ///   `user_data` as its actual type, and does not unwind;
     /// - for a structure request (`values` is null), `eval_jac_g` and `eval_h` fill both index
-    ///   arrays
-    ///   with positions inside the matrix, `eval_h` in the lower triangle;
+    ///   arrays with positions inside the matrix, `eval_h` in the lower triangle;
     /// - a callback that returns true has written finite numbers: others corrupt memory in 3.11;
     /// - the options are safe in this build of Ipopt. In 3.11 some linear solvers and
     ///   `mumps_pivot_order 4` end the process, and `check_derivatives_for_naninf yes` reads
