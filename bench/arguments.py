@@ -1,24 +1,27 @@
-"""The arguments of scripts/bench. Needs nothing but Python, so that a wrong argument ends the
-script before anything is installed; run as a program it prints the engines to be run."""
+"""Arguments of scripts/bench.
+
+The module only needs Python, so that a wrong argument ends the script before anything is
+installed. As a program it prints the engines that will run.
+"""
 
 import argparse
 from pathlib import Path
 
 ENGINES = ("tutorial", "tumble", "mujoco", "drake", "rapier", "pybullet", "dart")
-# One box; several; their number from 1 to 1000; first steps of structures; heaps that settle; the problems of steps for
-# solvers of such; those of a folder.
+# One box; several boxes; 1 to 1000 boxes; first steps of structures; settling heaps; contact
+# problems of steps for other solvers; contact problems of a folder.
 SCENES = ("one", "several", "growth", "first", "heaps", "local", "bare")
 
 
 class Parser(argparse.ArgumentParser):
-    """Says what is wrong in one sentence."""
+    """Parser that reports an error in one sentence."""
 
     def error(self, message: str) -> None:
         self.exit(2, f"bench: {message}\n")
 
 
 def seeds(text: str) -> list[int]:
-    """Distinct whole numbers from 0 to 2³² − 1 between commas."""
+    """Parses distinct whole numbers from 0 to 2³² − 1, separated by commas."""
     parts = text.split(",")
     found = [int(part) for part in parts if part.isdecimal() and int(part) < 2**32]
     if len(found) != len(parts) or len(set(found)) != len(found):
@@ -40,7 +43,7 @@ def boxes(text: str) -> int:
 
 
 def some_of(known: tuple[str, ...]):
-    """Names between commas, in the order of `known`."""
+    """Type of an argument of names separated by commas, returned in the order of `known`."""
 
     def names(text: str) -> list[str]:
         given = text.split(",")
@@ -53,7 +56,7 @@ def some_of(known: tuple[str, ...]):
 
 
 def parse() -> argparse.Namespace:
-    """The arguments given to the program."""
+    """Parses the arguments of the program."""
     parser = Parser(
         prog="scripts/bench",
         description="tumble and other engines on the same scenes, interleaved, on this machine.",
@@ -101,7 +104,7 @@ def parse() -> argparse.Namespace:
 
 
 def needed(chosen: argparse.Namespace) -> list[str]:
-    """What scripts/bench has to install or build."""
+    """Names of the components that scripts/bench must install or build."""
     names = [name for name in chosen.engines if name != "tumble"]
     if "tumble" in chosen.engines:
         names += ["tumble"] if "one" in chosen.scenes else []

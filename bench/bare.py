@@ -1,7 +1,7 @@
-"""Bare contact problems of a folder: tumble, and solvers of local problems, as performance profiles.
+"""Bare contact problems of a folder: performance profiles of tumble and of local solvers.
 
-bench/measure/src/bin/bare_problems.rs reads and solves the files, and writes what bench/peers read; a peer solves those of contacts with three rows, from
-no impulses.
+bench/measure/src/bin/bare_problems.rs solves the files and writes the problems for bench/peers.
+A peer solves the problems of contacts with three rows from zero impulses.
 """
 
 import json
@@ -18,12 +18,12 @@ from tables import table
 PROGRAM = os.environ.get("BENCH_BARE", "target/release/bare_problems")
 OWN = {"any": "tumble", "rule": "tumble, by its rule"}
 SOLVED = 1e-9  # m/s
-# A solver has solved so many problems within so many times the time of the fastest one.
+# Columns of the profile: the share of problems solved within this multiple of the fastest time.
 WITHIN = (1.0, 2.0, 5.0, 10.0, 100.0)
 
 
 def run(folder: Path, left_out: dict[str, str]) -> list[dict]:
-    """One round: of every problem its size, and of every solver the time (s) and the residual (m/s)."""
+    """Runs one round. Returns each problem's size, and time (s) and residual (m/s) per solver."""
     sys.path.insert(0, str(local.PEERS))
     import common
 
@@ -53,7 +53,7 @@ def run(folder: Path, left_out: dict[str, str]) -> list[dict]:
 
 
 def tables(rounds: list[list[dict]]) -> str:
-    """The profiles over all problems that every solver was given, and the problems one by one."""
+    """Profiles over the problems given to every solver, and a table of all problems."""
     problems = [merged(runs) for runs in zip(*rounds)]
     names = list(dict.fromkeys(name for one in problems for name in one["solvers"]))
     common = [one for one in problems if set(names) == set(one["solvers"])]
@@ -75,7 +75,7 @@ def tables(rounds: list[list[dict]]) -> str:
 
 
 def merged(runs: tuple[dict, ...]) -> dict:
-    """Medians of the times of the rounds, and the worst residual."""
+    """Median times over the rounds and the worst residual."""
     solvers = {}
     for name in runs[0]["solvers"]:
         pairs = [run["solvers"][name] for run in runs if name in run["solvers"]]

@@ -1,7 +1,7 @@
-"""The residual of a step, eq. 18 of docs/formulation.md, in numpy, for whole motions at once.
+"""Residual of a step, eq. 18 of docs/formulation.md, in numpy for whole motions.
 
-It is computed from states and contact forces alone, so it can be asked of any engine that says
-what its forces are. Every run of the comparison checks it against tumble's own column.
+It only needs states and contact forces, so it applies to any engine that reports its forces.
+Every run of the comparison checks it against tumble's own column.
 """
 
 from dataclasses import dataclass
@@ -13,19 +13,19 @@ from scene import corner_positions, quaternion_product, rotations
 
 @dataclass(frozen=True)
 class Certificate:
-    """The parts of eq. 18 step by step, m/s."""
+    """Parts of eq. 18 for each step (m/s)."""
 
     dynamics: np.ndarray  # 18a
     contact: np.ndarray  # the largest of 18b to 18e: penetration, normal law, friction law, cone
 
     @property
     def whole(self) -> np.ndarray:
-        """Eq. 18."""
+        """Residual of eq. 18 for each step (m/s)."""
         return np.maximum(self.dynamics, self.contact)
 
 
 def certify(scene: Scene, states: np.ndarray, forces: np.ndarray) -> Certificate:
-    """Certifies the steps between the rows of `states` (n+1×13) under `forces` (n×8×3)."""
+    """Certificates of the steps between rows of `states` (n+1×13) under `forces` (n×8×3)."""
     before, after = states[:-1], states[1:]
     return Certificate(
         dynamics=dynamics_residual(scene, before, after, forces),
@@ -36,7 +36,7 @@ def certify(scene: Scene, states: np.ndarray, forces: np.ndarray) -> Certificate
 def dynamics_residual(
     scene: Scene, before: np.ndarray, after: np.ndarray, forces: np.ndarray
 ) -> np.ndarray:
-    """Eq. 18a: the residuals of the semi-implicit step (8a–8d) as velocities."""
+    """Residual of the dynamics, eq. 18a: the semi-implicit step (8a–8d) as velocities (m/s)."""
     h, reach = scene.step_seconds, scene.box.corners.max()
     q, spin = before[:, ATTITUDE], after[:, SPIN]
 
@@ -46,7 +46,7 @@ def dynamics_residual(
     half_turn = np.concatenate((np.zeros((len(q), 1)), h / 2 * spin), axis=1)
     turned = q + quaternion_product(q, half_turn)
     turned /= np.linalg.norm(turned, axis=1, keepdims=True)
-    # q and −q are the same attitude; an engine may return either.
+    # q and −q are the same attitude, and an engine may return either.
     sign = np.sign(np.sum(turned * after[:, ATTITUDE], axis=1, keepdims=True))
 
     acceleration = forces.sum(axis=1) / scene.box.mass + scene.gravity
@@ -62,13 +62,13 @@ def dynamics_residual(
 def contact_residual(
     scene: Scene, before: np.ndarray, after: np.ndarray, forces: np.ndarray
 ) -> np.ndarray:
-    """The largest of eq. 18b to 18e over the corners.
+    """Maximum of eq. 18b to 18e over the corners (m/s).
 
-    Each corner in its own scale: with W = E/m + Gᵀ I⁻¹ G the response of its velocity to an
-    impulse, G = [c]× Aᵀ, and w_n = W_zz, w_t = (W_xx + W_yy)/2, the impulses count as the speeds
-    n = w_n h f_z and p = w_t h f_xy. With c_xy the mean slip over the step and Π the projection
-    on the disc of radius μ w_t h max(f_z, 0): max(0, −z⁺/h), |min(n, z⁺/h)|, ‖p − Π(p − c_xy)‖
-    and max(0, ‖p‖ − μ w_t h f_z).
+    Each corner has its own scale. W = E/m + Gᵀ I⁻¹ G is the response of its velocity to an
+    impulse, with G = [c]× Aᵀ, w_n = W_zz and w_t = (W_xx + W_yy)/2. The impulses are expressed as
+    the speeds n = w_n h f_z and p = w_t h f_xy. c_xy is the mean slip over the step, and Π the
+    projection onto the disc of radius μ w_t h max(f_z, 0). The parts are max(0, −z⁺/h),
+    |min(n, z⁺/h)|, ‖p − Π(p − c_xy)‖ and max(0, ‖p‖ − μ w_t h f_z).
     """
     h, mu = scene.step_seconds, scene.friction
     old, new = corner_positions(scene, before), corner_positions(scene, after)
@@ -87,8 +87,10 @@ def contact_residual(
 
 
 def responses(scene: Scene, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """w_n and w_t of every corner in every state, 1/kg: W_dd = 1/m + τ·I⁻¹τ for a direction d,
-    τ = c × Aᵀ d."""
+    """Responses w_n and w_t of every corner in every state (1/kg).
+
+    W_dd = 1/m + τ·I⁻¹τ for a direction d, with τ = c × Aᵀ d.
+    """
     axes = rotations(states[:, ATTITUDE])  # rows: Aᵀ d in the body's frame
     torques = np.cross(scene.box.corners[None, :, None, :], axes[:, None, :, :])
     diagonal = 1 / scene.box.mass + (torques * torques / scene.box.inertia).sum(axis=3)

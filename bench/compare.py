@@ -1,8 +1,8 @@
 """tumble and other engines on the same scenes: timed in rounds, measured, printed and saved.
 
-Every round runs every engine on every timed scene, one after the other, and is saved as it ends; the tables show medians
-over the rounds and ratios taken round by round. What each engine makes of a scene is recorded in
-a run of its own, which is not timed.
+Every round runs every engine on every timed scene in turn and is saved at its end. The tables
+show medians over the rounds, and ratios are computed within each round. The motion of each engine
+is recorded in a separate run without timing.
 """
 
 import sys
@@ -18,11 +18,11 @@ from engines.base import Engine, Unavailable
 from metrics import measure
 from several import measure_several
 
-# A run of some milliseconds is at the mercy of the scheduler: a round takes the fastest of
-# several where they are that short.
+# The scheduler disturbs runs of a few milliseconds, so a round uses the fastest of several short
+# runs.
 REPEATS, REPEAT_SECONDS = 25, 0.3
 SEVERAL = ("stack", "pyramid", "wall", "pile")
-# Numbers of boxes, and steps: fewer where they take longer.
+# Numbers of boxes and of steps; fewer steps for more boxes.
 GROWTH = [(n, max(60, min(500, 20_000 // n))) for n in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)]
 
 
@@ -31,7 +31,7 @@ FIRST = [scene.wall(15, 20), scene.wall(25, 40), scene.pyramid(15), scene.pyrami
 
 
 class Field:
-    """The engines that take part, and who was left out or failed, and why."""
+    """Participating engines, and the engines left out or failed with the reason."""
 
     def __init__(self, names: list[str]) -> None:
         self.engines: list[Engine] = []
@@ -48,14 +48,14 @@ class Field:
         print(f"left out: {name} ({reason})", flush=True)
 
     def each(self, work, scenes: list[scene.Scene], what: str) -> None:
-        """`work(engine, scene)` for all; an engine that fails takes no further part."""
+        """Calls `work(engine, scene)` for all; an engine that fails is removed."""
         for place in scenes:
             for engine in list(self.engines):
                 if not engine.runs(place):
                     continue
                 try:
                     work(engine, place)
-                # Whatever a foreign library raises, the others go on.
+                # A foreign library may raise any exception; the other engines continue.
                 except Exception as error:
                     self.engines.remove(engine)
                     self.failed = True
@@ -107,7 +107,7 @@ def main() -> int:
 
 
 def fastest(engine: Engine, place: scene.Scene) -> float:
-    """The seconds of one run, or the least of several if one takes next to nothing."""
+    """Time of one run (s), or the fastest of several runs if one is very short."""
     seconds = [engine.time(place)]
     while len(seconds) < REPEATS and sum(seconds) < REPEAT_SECONDS:
         seconds.append(engine.time(place))

@@ -1,7 +1,8 @@
-"""Settling heaps: what tumble and MuJoCo's elliptic cone take for a step, mean and slowest, by seeds.
+"""Settling heaps: mean and slowest time per step in tumble and in MuJoCo with elliptic cones.
 
-Boxes of 0.2 to 0.31 m and 1 to 2 kg in random attitudes fall above each other, once onto the open ground and once into a bin of
-2 m. tumble solves each step to a residual, MuJoCo by Newton's method; they run one after the other, in processor time.
+Boxes of 0.2 to 0.31 m and 1 to 2 kg in random attitudes fall above each other. They fall onto open
+ground or into a bin of 2 m. tumble solves each step to a given residual. MuJoCo uses Newton's
+method. The engines run one after the other, and processor time is measured.
 """
 
 import statistics
@@ -21,7 +22,7 @@ WALL = """
 
 
 def heap(seed: int, count: int) -> Scene:
-    """Boxes in layers of nine, as a seed draws them."""
+    """Boxes in layers of nine, drawn with `seed`."""
     draws = np.random.RandomState(seed)
     boxes = []
     for k in range(count):
@@ -35,7 +36,7 @@ def heap(seed: int, count: int) -> Scene:
 
 
 def walls(count: int) -> list[dict]:
-    """A bin of 2 m, higher than what falls into it."""
+    """Walls of a bin of 2 m, higher than the falling boxes."""
     half = 0.275 * (count // 9) + 1.5
     sides = [((0.1, 1.2, half), (x, 0.0, half)) for x in (1.1, -1.1)]
     sides += [((1.2, 0.1, half), (0.0, y, half)) for y in (1.1, -1.1)]
@@ -43,7 +44,7 @@ def walls(count: int) -> list[dict]:
 
 
 def by_tumble(scene: Scene, around: list[dict], residual: float) -> dict:
-    """Mean and slowest step, s; steps that are not solved."""
+    """Mean and slowest step (s), unsolved steps, largest residual (m/s) and mean iterations."""
     asked = {"record": False, "each": True, "residual": residual, "walls": around}
     done = ask(LIBRARY, scene.request() | asked)
     return {
@@ -56,7 +57,7 @@ def by_tumble(scene: Scene, around: list[dict], residual: float) -> dict:
 
 
 def by_mujoco(scene: Scene, around: list[dict]) -> dict:
-    """Mean and slowest step, s."""
+    """Mean and slowest step (s)."""
     import mujoco
     from engines.mujoco import BODY, MODEL, numbers
 
@@ -86,7 +87,7 @@ def by_mujoco(scene: Scene, around: list[dict]) -> dict:
 
 
 def run(seeds: list[int], count: int, engines: list[str], keep) -> list[dict]:
-    """One round of all heaps; `keep` is given each as it ends."""
+    """Runs one round of all heaps and passes each result to `keep`."""
     found = []
     for seed in seeds:
         for kind in KINDS:
@@ -102,7 +103,7 @@ def run(seeds: list[int], count: int, engines: list[str], keep) -> list[dict]:
 
 
 def tables(rounds: list[list[dict]]) -> str:
-    """Medians over the rounds, and ratios taken round by round."""
+    """Medians over the rounds, and ratios within each round."""
     heads = ["residual, m/s", "tumble: mean, ms", "slowest", "iterations", "not solved", "largest residual, m/s"]
     heads += ["MuJoCo: mean, ms", "slowest", "ratio of means"]
     rows, ratios = [], {}

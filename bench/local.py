@@ -1,7 +1,7 @@
-"""Local problems: what solvers of W p + q = u with Coulomb's law take for the problems of tumble's
-own steps, beside what tumble takes for the whole step.
+"""Local problems: times of solvers of W p + q = u with Coulomb's law, and of tumble's whole step.
 
-bench/measure/src/bin/local_problems.rs writes the problems; bench/peers has a program for each peer.
+bench/measure/src/bin/local_problems.rs writes the problems of tumble's own steps. bench/peers has
+a program for each peer.
 """
 
 import json
@@ -19,12 +19,12 @@ from tables import table
 
 PROBLEMS = os.environ.get("BENCH_LOCAL", "target/release/local_problems")
 PEERS = Path(__file__).resolve().parent / "peers"
-# Siconos is Debian's python3-siconos, for Debian's own Python.
+# Siconos is Debian's python3-siconos and needs Debian's own Python.
 PROGRAMS = {
     "Siconos": [os.environ.get("BENCH_SYSTEM_PYTHON", "/usr/bin/python3"), "solve_siconos.py"],
     "Pinocchio": [sys.executable, "solve_pinocchio.py"],
 }
-# The step of the first problem, and from one to the next: at rest all are the same.
+# Step of the first problem and distance between steps: at rest all problems are equal.
 WANTED = {"stack": (100, 1000), "pyramid": (100, 1000), "wall": (100, 1000), "pile": (200, 50)}
 SOLVED = 1e-9  # m/s
 NOT_ASKED = "see above"
@@ -43,7 +43,7 @@ def compare() -> dict:
 
 
 def judge(file: Path, left_out: dict[str, str]) -> dict:
-    """The problems of one file by every peer that can be run."""
+    """Solves the problems of one file with every available peer."""
     sys.path.insert(0, str(PEERS))
     import common
 
@@ -73,8 +73,10 @@ def judge(file: Path, left_out: dict[str, str]) -> dict:
 
 
 def run(command: list, given: str | None = None) -> str:
-    """What a program prints. Pinocchio keeps its work on the stack: 364 contacts need more than
-    the usual 8 MiB of it."""
+    """Output of a program.
+
+    Pinocchio uses the stack: 364 contacts need more than the default of 8 MiB.
+    """
     done = subprocess.run(
         command,
         input=given,
@@ -89,13 +91,13 @@ def run(command: list, given: str | None = None) -> str:
 
 
 def whole_stack() -> None:
-    """As much stack as the system allows."""
+    """Raises the stack limit to the system's maximum."""
     _, most = resource.getrlimit(resource.RLIMIT_STACK)
     resource.setrlimit(resource.RLIMIT_STACK, (most, most))
 
 
 def residual(problem, impulses: np.ndarray) -> float:
-    """The largest part of eq. 18b to 18e over the contacts, m/s, each in its own scale."""
+    """Maximum of eq. 18b to 18e over the contacts (m/s), each in its own scale."""
     if not np.isfinite(impulses).all():
         return float("inf")
     diagonal = np.diag(problem.w).reshape(-1, 3)
@@ -113,7 +115,7 @@ def residual(problem, impulses: np.ndarray) -> float:
 
 
 def tables(found: dict) -> str:
-    """One table a scene."""
+    """Creates one table per scene."""
     parts = []
     for name, judged in found["scenes"].items():
         contacts, own = judged["contacts"], judged["tumble_seconds"]

@@ -1,4 +1,4 @@
-"""Makes the scenes of several boxes in bench/scenes: python3 bench/make_scenes.py.
+"""Creates the scenes of several boxes in bench/scenes: python3 bench/make_scenes.py.
 
 They are files, so that every engine and tumble's own benchmark (benches/several.rs) start from
 the same numbers. The pile is drawn with a fixed seed.
@@ -13,19 +13,19 @@ SEED = 12345
 
 
 def stack() -> Scene:
-    """Ten cubes of 1 m and 1 kg, one on the other."""
+    """Stack of ten cubes of 1 m and 1 kg."""
     boxes = [cube((0.0, 0.0, 0.5 + k)) for k in range(10)]
     return scene("stack", 500, boxes, 0.5)
 
 
 def pyramid() -> Scene:
-    """Rows of 5, 4, 3, 2 and 1 cubes, 0.1 m between neighbours, each on two of the row below."""
+    """Rows of 5, 4, 3, 2 and 1 cubes, 0.1 m apart, each cube on two of the row below."""
     places = [(1.1 * k + 0.55 * row, 0.0, 0.5 + row) for row in range(5) for k in range(5 - row)]
     return scene("pyramid", 500, [cube(place) for place in places], 0.5)
 
 
 def wall() -> Scene:
-    """Six rows of six bricks that touch, every second row shifted by half a brick."""
+    """Six rows of six touching bricks, every second row shifted by half a brick."""
     places = [
         (k + 0.5 * (row % 2), 0.0, 0.25 + 0.5 * row) for row in range(6) for k in range(6)
     ]
@@ -55,7 +55,7 @@ def scene(name: str, steps: int, boxes: list[Box], friction: float, moves: bool 
 
 
 def text(made: Scene) -> str:
-    """JSON with one box a line."""
+    """JSON text of a scene with one line per box."""
     request = made.request()
     boxes = ",\n".join(f"    {json.dumps(box)}" for box in request.pop("boxes"))
     head = json.dumps({"name": made.name, "moves": made.moves, **request}, indent=2)

@@ -1,4 +1,4 @@
-"""What is read off a motion, the same way for every engine."""
+"""Figures of a motion, computed equally for every engine."""
 
 import numpy as np
 from certificate import certify
@@ -7,7 +7,7 @@ from scene import POSITION, SPIN, VELOCITY, Scene, corner_positions
 
 
 def measure(scene: Scene, motion: Motion) -> dict[str, float | int | None]:
-    """All figures of one motion; lengths in m, energies in J, certificates in m/s."""
+    """All figures of one motion: lengths in m, energies in J, certificates in m/s."""
     states = motion.states
     if not np.isfinite(states).all():
         raise RuntimeError(f"the motion of {scene.name} is not finite")
@@ -27,7 +27,7 @@ def measure(scene: Scene, motion: Motion) -> dict[str, float | int | None]:
 
 
 def rest(scene: Scene, states: np.ndarray, _lowest: np.ndarray) -> dict[str, float]:
-    """Where the centre went, and the largest kinetic energy after the first second."""
+    """Displacement of the centre, and the largest kinetic energy after the first second."""
     moved = np.abs(states[-1] - states[0])[POSITION]
     settled = states[round(1.0 / scene.step_seconds) :]
     energy = scene.box.mass * settled[:, VELOCITY] ** 2 + scene.box.inertia * settled[:, SPIN] ** 2
@@ -39,7 +39,7 @@ def rest(scene: Scene, states: np.ndarray, _lowest: np.ndarray) -> dict[str, flo
 
 
 def slide(scene: Scene, states: np.ndarray, lowest: np.ndarray) -> dict[str, float]:
-    """The largest height of the lowest corner; the distance against v² / (2 μ g)."""
+    """Largest height of the lowest corner, and distance compared with v² / (2 μ g)."""
     speed, g = np.linalg.norm(scene.box.start[VELOCITY]), -scene.gravity[2]
     exact = speed**2 / (2 * scene.friction * g)
     distance = np.linalg.norm((states[-1] - states[0])[:2])
@@ -52,7 +52,7 @@ def slide(scene: Scene, states: np.ndarray, lowest: np.ndarray) -> dict[str, flo
 
 
 def incline(_scene: Scene, states: np.ndarray, _lowest: np.ndarray) -> dict[str, float]:
-    """How far the centre moved along the slope, in all and in the second half; it should not."""
+    """Creep of the centre along the slope, in total and in the second half. It should be zero."""
     half = states[len(states) // 2]
     moved, late = (states[-1] - start for start in (states[0], half))
     return {

@@ -1,9 +1,10 @@
-"""Plans 100 drawn problems, 20 of each of five families, and counts the solved ones.
+"""Plans 100 random problems, 20 of each of five families, and counts the solved ones.
 
     python bench/plans.py target/release/tumble
     python bench/plans.py target/release/tumble --stages sample,shoot --only swing
 
-The seed is fixed, so that all calls have the same problems. Each search runs on one thread. Swings draw 2000 runs.
+The seed is fixed, so that all calls have the same problems. Each search uses one thread. Swings
+use 2000 sampled runs.
 """
 
 import argparse
@@ -44,7 +45,7 @@ name = "native"
 
 
 def pushes(draw: random.Random) -> Iterator[Problem]:
-    """A box to a pose, by pushes at a face with free or frictional tangential forces."""
+    """Pushes of a box to a pose at one face, with free or frictional tangential forces."""
     for i in range(EACH):
         size = draw_size(draw, (0.2, 0.4), (0.2, 0.4), (0.1, 0.25))
         mass, friction = draw.uniform(0.6, 1.6), draw.uniform(0.2, 0.6)
@@ -71,7 +72,7 @@ tolerance = {{ position = 5e-3, turn = 1, speed = 2e-2 }}
 
 
 def throws(draw: random.Random) -> Iterator[Problem]:
-    """A box onto a side at a place, by velocity and spin."""
+    """Throws of a box onto a side at a place, by velocity and spin."""
     for i in range(EACH):
         size = draw_size(draw, (0.15, 0.3), (0.15, 0.3), (0.15, 0.3))
         mass, friction, height = draw.uniform(0.6, 1.6), draw.uniform(0.25, 0.6), round(draw.uniform(0.4, 0.6), 3)
@@ -97,7 +98,7 @@ speed = 0
 
 
 def flips(draw: random.Random) -> Iterator[Problem]:
-    """A box over an edge onto a side, half of them at a place, by a force and a torque."""
+    """Flips of a box over an edge, half of them to a place, by a force and a torque."""
     for i in range(EACH):
         size = draw_size(draw, (0.2, 0.35), (0.2, 0.35), (0.15, 0.3))
         mass = draw.uniform(0.6, 1.6)
@@ -160,7 +161,7 @@ limits = [{limits[0]!r}, {limits[1]!r}]
 
 
 def swings(draw: random.Random) -> Iterator[Problem]:
-    """A pendulum or a double pendulum up to rest against its stops, by weak motors."""
+    """Swings of a pendulum or double pendulum up to rest against its stops, by weak motors."""
     opening = "time_step = 0.005\n[ground]\nnone = true\nfriction = 0.5\n"
     top = 1.2
     for i in range(EACH):
@@ -208,7 +209,7 @@ runs = 2000
 
 
 def pairs(draw: random.Random) -> Iterator[Problem]:
-    """A box to a place by another one, which is shot at it or pushed against it."""
+    """Moves of a box to a place by another box, which is shot at it or pushed against it."""
     for i in range(EACH):
         first, second = draw_size(draw, (0.08, 0.14), (0.16, 0.24))
         masses = draw.uniform(0.6, 1.6), draw.uniform(0.6, 1.6)

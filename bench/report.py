@@ -1,4 +1,4 @@
-"""Results: kept, made into tables, written to files."""
+"""Results: storage, tables and files."""
 
 import datetime
 import json
@@ -18,7 +18,7 @@ from engines.base import Engine
 from scene import Scene
 from tables import NOTHING, length, table
 
-# What the ratios are taken to: slow runs to the first, others to the second.
+# Reference engines of the ratios: the first for slow engines, the second for the others.
 TUTORIAL, MUJOCO = "tutorial (CasADi, Ipopt)", "MuJoCo elliptic"
 COMMON_HEADS = ["not converged", "certificate: contact law, m/s", "certificate: whole, m/s"]
 
@@ -37,17 +37,17 @@ class Results:
         }
         self.times: dict[str, dict[str, list[float]]] = {}
         self.measured: dict[str, dict[str, dict]] = {}
-        # Round by round.
+        # One entry per round.
         self.heaps: list[list[dict]] = []
         self.bare: list[list[dict]] = []
         self.begun = False
 
     def seconds(self, engine: Engine, scene: Scene) -> list[float]:
-        """The times of an engine on a scene, round by round."""
+        """Times of an engine on a scene, one per round."""
         return self.times.setdefault(engine.name, {}).setdefault(scene.name, [])
 
     def figures(self, engine: Engine) -> dict[str, dict]:
-        """The figures of an engine, scene by scene."""
+        """Figures of an engine by scene."""
         return self.measured.setdefault(engine.name, {})
 
     def finish(
@@ -58,15 +58,17 @@ class Results:
         counted: tuple[list[Scene], list[Scene]],
         problems: dict | None,
     ) -> None:
-        """Keeps the engines that ran and got to the end, the scenes that were timed, and what
-        became of the local problems."""
+        """Stores the engines that finished, the timed scenes and the local problems' result."""
         self.engines = [engine for engine in engines if engine.name in self.measured]
         self.drops = drops
         self.piles, (self.growth, self.firsts), self.problems = piles, counted, problems
         self.about["load_at_end"] = os.getloadavg()[0]
 
     def keep(self, out: Path, line: dict) -> None:
-        """Adds a line to OUT/rounds.jsonl, which a new comparison begins anew: what is known should it be ended early."""
+        """Appends a line to OUT/rounds.jsonl, so that an interrupted comparison keeps its results.
+
+        The first line of a comparison overwrites the file.
+        """
         out.mkdir(parents=True, exist_ok=True)
         with (out / "rounds.jsonl").open("a" if self.begun else "w") as file:
             if not self.begun:
@@ -75,7 +77,7 @@ class Results:
         self.begun = True
 
     def keep_round(self, out: Path, number: int) -> None:
-        """The same with all that the round timed."""
+        """Appends all times of a round."""
         seconds = {
             engine: {scene: times[-1] for scene, times in scenes.items() if len(times) == number}
             for engine, scenes in self.times.items()
@@ -83,7 +85,7 @@ class Results:
         self.keep(out, {"round": number, "seconds": seconds, "bare": self.bare[-1:]})
 
     def save(self, out: Path) -> None:
-        """OUT/results.json and OUT/results.md, each whole or not at all."""
+        """Writes OUT/results.json and OUT/results.md, each completely or not at all."""
         out.mkdir(parents=True, exist_ok=True)
         data = {
             **self.about,
@@ -151,14 +153,14 @@ class Results:
         return table(heads, rows)
 
     def ratio(self, seconds: list[float], base: str, scene: Scene) -> str:
-        """The median of the ratios of one round each."""
+        """Median over the rounds of the ratio to an engine `base`."""
         bases = self.times.get(base, {}).get(scene.name, [])
         if len(bases) != len(seconds):
             return NOTHING
         return f"{statistics.median(a / b for a, b in zip(seconds, bases)):.3g}"
 
     def others_table(self) -> str:
-        """What the engines make of the three quiet scenes."""
+        """Figures of the engines on the three quiet scenes."""
         heads = ["rest: drift", "rest: sink", "rest: energy, J", "slide: lift-off"]
         heads += ["slide: distance error", "incline: creep", "of it after 30 s"]
         heads += COMMON_HEADS
@@ -177,7 +179,7 @@ class Results:
 
 
 def certificates(figures: list[dict]) -> list[str]:
-    """The worst certificates of some scenes: the contact law alone, and all of eq. 18."""
+    """Worst certificates of some scenes: of the contact law, and of all of eq. 18."""
     if any(one["certificate_m_s"] is None for one in figures):
         return ["no forces", "no forces"]
     names = ("certificate_contact_m_s", "certificate_m_s")
@@ -185,13 +187,13 @@ def certificates(figures: list[dict]) -> list[str]:
 
 
 def unsolved(*figures: dict) -> str:
-    """The steps that were not solved, in all of some scenes."""
+    """Total number of unsolved steps of some scenes."""
     counts = [one["unsolved"] for one in figures]
     return "not reported" if None in counts else str(sum(counts))
 
 
 def machine() -> dict[str, str | int | None]:
-    """What it runs on."""
+    """Description of this machine."""
     lines = Path("/proc/cpuinfo").read_text().splitlines()
     model = next((line.split(":")[1].strip() for line in lines if "model name" in line), "")
     return {

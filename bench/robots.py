@@ -1,12 +1,15 @@
-"""Batches of robots beside MuJoCo: processor time a step, as a ratio of one run.
+"""Batches of robots beside MuJoCo: processor time per step, as a ratio.
 
 python bench/robots.py [--worlds 64] [--steps 500] [--rounds 5] [--threads 1]
 
-With the packages tumble, gymnasium (for its files of hopper, half-cheetah, walker and ant) and mujoco. Both take the same
-number of steps of the same length from the start of the file under the same random controls, held for five steps
-each; MuJoCo by its ``rollout``, with the solver, the cone and the integrator of the file. Before them come mechanisms that are
-written here: free chains of hinges, and a walker that lands on its four feet and stands on them by twelve motors. Rounds of the two
-follow each other; of each the median counts, and the ratio's range over the rounds is said.
+It needs the packages tumble, gymnasium (files of hopper, half-cheetah, walker and ant) and mujoco.
+Both engines take the same number of steps of the same length from the initial state of the file.
+Both get the same random controls, held for five steps each. MuJoCo runs by its ``rollout`` with
+the solver, cone and integrator of the file.
+
+The first models are mechanisms written here: free chains of hinges, and a walker that lands and
+stands on four feet by twelve motors. Rounds of the engines alternate. The table shows medians
+and the range of the ratio over the rounds.
 """
 
 import argparse
@@ -27,7 +30,7 @@ HELD = 5
 
 
 def chain(links: int) -> str:
-    """Links of 0.2 m and 1 kg, level at the start and hooked at one end."""
+    """Chain of links of 0.2 m and 1 kg, horizontal at the start and fixed at one end by a hinge."""
     body = (
         '<body pos="{at} 0 0"><inertial pos="0.1 0 0" mass="1" diaginertia="2.7e-4 3.5e-3 3.5e-3"/>'
         '<joint type="hinge" axis="0 1 0" damping="0.01"/>'
@@ -37,7 +40,7 @@ def chain(links: int) -> str:
 
 
 def walker() -> str:
-    """A trunk on four legs of three hinges each, with balls as feet."""
+    """Trunk on four legs of three hinges each, with balls as feet."""
     legs, motors = "", ""
     for leg in range(4):
         x, y = 0.2 if leg < 2 else -0.2, 0.12 if leg % 2 == 0 else -0.12
@@ -83,7 +86,7 @@ MECHANISMS = {
 
 
 class Mechanism:
-    """A mechanism of a text in both, held at its motors' targets."""
+    """Mechanism in both engines, held at its motors' targets."""
 
     def __init__(self, text: str, steps: int) -> None:
         self.mujoco = mujoco.MjModel.from_xml_string(text)
@@ -96,7 +99,7 @@ class Mechanism:
 
 
 class Model:
-    """A robot in both, and its controls."""
+    """Robot in both engines, and its controls."""
 
     def __init__(self, path: Path, substeps: int, worlds: int, steps: int) -> None:
         self.mujoco = mujoco.MjModel.from_xml_path(str(path))
@@ -116,14 +119,14 @@ class Model:
 
 
 def by_tumble(model: Mechanism | Model, threads: int) -> tuple[float, int, float]:
-    """Processor time, s, steps that are not solved, and the largest residual, m/s."""
+    """Processor time (s), number of unsolved steps and largest residual (m/s)."""
     clock = time.process_time()
     batch = tumble.rollout(model.scene, threads=threads, **model.driven)
     return time.process_time() - clock, len(batch.unsolved), float(batch.residuals.max())
 
 
 def by_mujoco(model: Mechanism | Model, threads: int) -> float:
-    """Processor time, s."""
+    """Processor time (s)."""
     worlds, steps, _ = model.controls.shape
     data = [mujoco.MjData(model.mujoco) for _ in range(threads)]
     mujoco.mj_forward(model.mujoco, data[0])

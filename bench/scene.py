@@ -1,8 +1,8 @@
-"""The scenes: boxes on one plane, the same for every engine.
+"""Scenes: boxes on one plane, the same for every engine.
 
-Everything here is in the ground frame: z along the plane's normal, the plane at z = 0. For a
-slope that means gravity is tilted instead of the ground, which is the same problem. State
-vectors are r (3), q (4, scalar first, body to ground frame), v (3), ω (3, body), as in tumble.
+All quantities are in the ground frame: z is the plane's normal, and the plane is at z = 0. For a
+slope, gravity is tilted instead of the ground, which is equivalent. State vectors are r (3),
+q (4, scalar first, body to ground frame), v (3), ω (3, body frame), as in tumble.
 """
 
 import json
@@ -18,7 +18,7 @@ FILES = Path(__file__).resolve().parent / "scenes"
 
 @dataclass(frozen=True)
 class Box:
-    """A box and its start."""
+    """Box and its initial state."""
 
     sides: np.ndarray
     mass: float
@@ -27,7 +27,7 @@ class Box:
 
     @property
     def corners(self) -> np.ndarray:
-        """8×3, body frame: x changes fastest, then y, then z."""
+        """Corners (8×3) in the body frame: x changes fastest, then y, then z."""
         signs = (-1.0, 1.0)
         unit = np.array([(x, y, z) for z in signs for y in signs for x in signs])
         return unit * self.sides / 2
@@ -35,7 +35,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Scene:
-    """Boxes, a plane, and how long to simulate."""
+    """Boxes, a plane and the duration of the simulation."""
 
     name: str
     kind: str  # "one" box, "several" boxes, "growth" of their number, or the "first" step of a structure
@@ -46,24 +46,24 @@ class Scene:
     gravity: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))  # m/s²
     # Rotation from the file's world frame to the ground frame.
     to_ground: np.ndarray = field(default_factory=lambda: np.eye(3))
-    offset: float = 0.0  # of the plane along its normal in the world frame, m
+    offset: float = 0.0  # plane's distance from the world's origin along its normal, m
     file: Path | None = None
     seed: int | None = None
-    moves: bool = True  # whether anything should move
-    untimed: int = 0  # steps before those that are timed
+    moves: bool = True  # True if the boxes should move
+    untimed: int = 0  # steps before the timed ones
 
     @property
     def box(self) -> Box:
-        """The first box; of a scene of one box, the box."""
+        """First box, which is the only one in a scene of one box."""
         return self.boxes[0]
 
     @property
     def seconds(self) -> float:
-        """Simulated time."""
+        """Simulated time (s)."""
         return self.steps * self.step_seconds
 
     def request(self) -> dict:
-        """The scene for a program that reads it as JSON."""
+        """Scene as JSON data for another program."""
         boxes = [
             {
                 "half_sides": (box.sides / 2).tolist(),
@@ -83,9 +83,9 @@ class Scene:
 
 
 def drop(seed: int) -> Scene:
-    """The tutorial's cube: thrown from 2.5 m in a random attitude (numpy's draws), 999 steps.
+    """Cube of the tutorial, thrown from 2.5 m in a random attitude (numpy's draws), 999 steps.
 
-    Its inertia is the tutorial's, 667 times smaller than that of a solid cube.
+    Its inertia is the tutorial's, 667 times smaller than the inertia of a solid cube.
     """
     draws = np.random.RandomState(seed).rand(4)
     attitude = draws / np.linalg.norm(draws)
@@ -103,7 +103,7 @@ def drop(seed: int) -> Scene:
 
 
 def load(name: str) -> Scene:
-    """One of bench/scenes/*.toml, the scenario files that tumble reads itself."""
+    """Loads a scene from bench/scenes/*.toml, the scenario files for tumble."""
     path = FILES / f"{name}.toml"
     data = tomllib.loads(path.read_text())
     body, ground, start = data["body"], data["ground"], data["start"]
@@ -127,7 +127,7 @@ def load(name: str) -> Scene:
 
 
 def several(name: str) -> Scene:
-    """One of bench/scenes/*.json, several boxes on level ground."""
+    """Loads a scene from bench/scenes/*.json, several boxes on level ground."""
     data = json.loads((FILES / f"{name}.json").read_text())
     return Scene(
         name=data["name"],
@@ -150,14 +150,14 @@ def several(name: str) -> Scene:
 
 
 def wall(rows: int, across: int) -> Scene:
-    """The first step of a wall of bricks that touch, every second row shifted by half a brick."""
+    """First step of a wall of touching bricks, every second row shifted by half a brick."""
     places = [(k + 0.5 * (row % 2), 0.0, 0.25 + 0.5 * row) for row in range(rows) for k in range(across)]
     bricks = [solid(np.array((1.0, 0.5, 0.5)), 2.0, at_rest(place)) for place in places]
     return structure("wall", bricks, 0.7)
 
 
 def pyramid(rows: int) -> Scene:
-    """The first step of a pyramid of cubes, 0.1 m between neighbours, each on two of the row below."""
+    """First step of a pyramid of cubes, 0.1 m apart, each cube on two of the row below."""
     places = [
         (1.1 * k + 0.55 * row, 0.0, 0.5 + row) for row in range(rows) for k in range(rows - row)
     ]
@@ -170,7 +170,7 @@ def structure(what: str, boxes: list[Box], friction: float) -> Scene:
 
 
 def stacks(count: int, steps: int) -> Scene:
-    """`count` cubes of 1 m and 1 kg at rest in stacks of ten, three metres apart."""
+    """Stacks of ten cubes of 1 m and 1 kg at rest, three metres apart; `count` cubes in total."""
     side = int(np.ceil(np.sqrt(count / 10)))
     boxes = []
     for k in range(count):
@@ -191,18 +191,18 @@ def stacks(count: int, steps: int) -> Scene:
 
 
 def solid(sides: np.ndarray, mass: float, start: np.ndarray) -> Box:
-    """A box of equal density: I_x = m (b² + c²) / 12."""
+    """Box of uniform density: I_x = m (b² + c²) / 12."""
     sides = np.array(sides)
     return Box(sides, mass, mass / 12 * (np.sum(sides**2) - sides**2), start)
 
 
 def at_rest(position: tuple[float, float, float], attitude=(1.0, 0.0, 0.0, 0.0)) -> np.ndarray:
-    """A state without velocity."""
+    """State with zero velocity."""
     return np.concatenate((position, attitude, np.zeros(6)))
 
 
 def rotation_to_vertical(normal: np.ndarray) -> np.ndarray:
-    """The smallest rotation that turns the unit vector `normal` into e_z.
+    """Smallest rotation that maps the unit vector `normal` to e_z.
 
     With a = n × e_z:  E + [a]× + [a]×² / (1 + n·e_z).
     """
@@ -212,7 +212,7 @@ def rotation_to_vertical(normal: np.ndarray) -> np.ndarray:
 
 
 def rotations(attitudes: np.ndarray) -> np.ndarray:
-    """Rotation matrices, body to ground frame, n×3×3, of the quaternions n×4."""
+    """Rotation matrices (n×3×3), body to ground frame, of the quaternions (n×4)."""
     w, x, y, z = attitudes.T
     rows = [
         [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -223,13 +223,13 @@ def rotations(attitudes: np.ndarray) -> np.ndarray:
 
 
 def corner_positions(scene: Scene, states: np.ndarray) -> np.ndarray:
-    """C_i = r + A(q) c_i of the one box, n×8×3."""
+    """Corner positions C_i = r + A(q) c_i of a scene's only box (n×8×3)."""
     turned = np.einsum("nij,cj->nci", rotations(states[:, ATTITUDE]), scene.box.corners)
     return states[:, None, POSITION] + turned
 
 
 def quaternion_product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Hamilton's product p ⊗ q, scalar first, along the last axis."""
+    """Hamilton product p ⊗ q, scalar first, along the last axis."""
     pw, qw, pv, qv = p[..., :1], q[..., :1], p[..., 1:], q[..., 1:]
     scalar = pw * qw - np.sum(pv * qv, axis=-1, keepdims=True)
     return np.concatenate((scalar, pw * qv + qw * pv + np.cross(pv, qv)), axis=-1)

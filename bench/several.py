@@ -1,15 +1,15 @@
-"""What is read off a motion of several boxes, the same way for every engine."""
+"""Figures of a motion of several boxes, computed equally for every engine."""
 
 import numpy as np
 from engines.base import Motion
 from scene import ATTITUDE, POSITION, SPIN, VELOCITY, Scene, rotations
 
-# Overlaps are looked for in so many states, the last among them.
+# Number of states in which overlaps are computed, including the last.
 SAMPLES = 100
 
 
 def measure_several(scene: Scene, motion: Motion) -> dict[str, float | int | str | None]:
-    """All figures of one motion; lengths in m, energies in J."""
+    """All figures of one motion: lengths in m, energies in J."""
     states = motion.states
     if states.ndim == 2:
         states = states[:, None, :]
@@ -31,7 +31,7 @@ def measure_several(scene: Scene, motion: Motion) -> dict[str, float | int | str
 
 
 def energies(scene: Scene, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Kinetic and total energy of all boxes in every state."""
+    """Kinetic and total energy of all boxes in every state (J)."""
     mass = np.array([box.mass for box in scene.boxes])
     inertia = np.array([box.inertia for box in scene.boxes])
     kinetic = mass * (states[..., VELOCITY] ** 2).sum(axis=2)
@@ -41,11 +41,11 @@ def energies(scene: Scene, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def deepest_overlap(scene: Scene, states: np.ndarray) -> float:
-    """How deep any two boxes are in each other, or one is in the ground.
+    """Largest overlap of two boxes, or of a box and the ground (m).
 
-    Of two boxes by their separating axes: the 3 + 3 normals of faces and the 9 products of
-    edges. Along a unit axis the overlap is the sum of both half widths Σ |a·e_i| s_i less the
-    distance of the centres; the depth is its least over the axes.
+    Two boxes are tested along their separating axes: 3 + 3 face normals and 9 products of edges.
+    Along a unit axis the overlap is the sum of both half widths Σ |a·e_i| s_i minus the distance
+    of the centres. The depth is the minimum over the axes.
     """
     turns, centres = rotations(states[:, ATTITUDE]), states[:, POSITION]
     halves = np.array([box.sides / 2 for box in scene.boxes])
@@ -56,7 +56,7 @@ def deepest_overlap(scene: Scene, states: np.ndarray) -> float:
     if len(first) == 0:
         return deepest
     a, b = turns[first], turns[second]
-    # Columns are the axes of a box; products of parallel edges are no axes.
+    # The columns are the axes of a box. Products of parallel edges are not valid axes.
     edges = np.cross(a[:, :, :, None], b[:, :, None, :], axis=1).reshape(len(first), 3, 9)
     axes = np.concatenate((a, b, edges), axis=2)
     lengths = np.linalg.norm(axes, axis=1)
@@ -72,7 +72,7 @@ def deepest_overlap(scene: Scene, states: np.ndarray) -> float:
 
 
 def near_pairs(centres: np.ndarray, halves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of boxes whose circumscribed spheres meet."""
+    """Pairs of boxes whose circumscribed spheres intersect."""
     reach = np.linalg.norm(halves, axis=1)
     first, second = np.triu_indices(len(centres), k=1)
     distance = np.linalg.norm(centres[second] - centres[first], axis=1)

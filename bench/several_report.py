@@ -1,4 +1,4 @@
-"""The tables of several boxes."""
+"""Tables of the scenes with several boxes."""
 
 import statistics
 
@@ -40,7 +40,7 @@ def energy(figures: dict) -> str:
 
 
 def remarks(results, pile: Scene) -> str:
-    """What the engines say of the run themselves."""
+    """Remarks of the engines about the run."""
     lines = []
     for engine in results.engines:
         figures = results.measured.get(engine.name, {}).get(pile.name, {})
@@ -50,7 +50,7 @@ def remarks(results, pile: Scene) -> str:
 
 
 def growth(results) -> str:
-    """Time and memory over the number of boxes, and the power that they follow from 100 on."""
+    """Time and memory by number of boxes, and the fitted power from 100 boxes on."""
     engines = [engine for engine in results.engines if engine.name in results.times]
     engines = [engine for engine in engines if any(map(engine.runs, results.growth))]
     others = [engine for engine in engines if engine.name != MUJOCO]
@@ -72,7 +72,7 @@ def growth(results) -> str:
 
 
 def firsts(results) -> str:
-    """What the first step of each structure takes, and what memory it needs."""
+    """Time and memory of the first step of each structure."""
     engines = [engine for engine in results.engines if any(map(engine.runs, results.firsts))]
     heads = [f"{engine.name}: ms" for engine in engines] + [f"{engine.name}: MiB" for engine in engines]
     heads += [f"{engine.name} to {MUJOCO}" for engine in engines if engine.name != MUJOCO]
@@ -89,7 +89,7 @@ def firsts(results) -> str:
 
 
 def cost(results, engine, scene: Scene, what: str) -> float | None:
-    """Seconds a step or KiB; `None` where the engine did not run."""
+    """Time per step (s) or memory (KiB); `None` if the engine did not run."""
     seconds = results.times[engine.name].get(scene.name)
     if seconds is None:
         return None
@@ -103,7 +103,7 @@ def shown(value: float | None, scale: float) -> str:
 
 
 def power(results, engine, what: str) -> str:
-    """The slope of log cost over log n by least squares, from a hundred boxes on."""
+    """Slope of log cost over log n by least squares, from 100 boxes on."""
     large = [scene for scene in results.growth if len(scene.boxes) >= 100]
     points = [(len(scene.boxes), cost(results, engine, scene, what)) for scene in large]
     points = [point for point in points if point[1]]

@@ -1,10 +1,10 @@
-"""Markdown tables and what stands in them."""
+"""Markdown tables and their cells."""
 
 NOTHING = "–"
 
 
 def length(metres: float) -> str:
-    """A length in a unit that suits it; below a nanometre as a power of ten."""
+    """Length in a suitable unit; below a nanometre as a power of ten."""
     size = abs(metres)
     if size < 1e-9:
         return "0" if size == 0 else f"{metres:.0e} m"
@@ -15,6 +15,6 @@ def length(metres: float) -> str:
 
 
 def table(heads: list[str], rows: list[list[str]]) -> str:
-    """A Markdown table with an empty first head."""
+    """Markdown table with an empty first head."""
     lines = [["", *heads], ["---"] * (len(heads) + 1), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)

@@ -1,16 +1,16 @@
-//! Finds the installed Ipopt, compiles the exception guard against its headers and
-//! generates bindings to the guard.
+//! Finds the installed Ipopt, compiles the exception guard against its headers and generates
+//! bindings to the guard.
 //!
-//! `pkg-config --libs ipopt` is not used for linking: Debian's file publicly
-//! lists `-llapack -lblas`, whose development links need not be installed.
-//! Only `libipopt` itself is named to the linker; it knows its own dependencies.
+//! `pkg-config --libs ipopt` is not used for linking: Debian's file lists `-llapack -lblas`, whose
+//! development links may be missing. The linker only gets the name `libipopt`, which knows its own
+//! dependencies.
 
 use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::exit;
 
-/// Where one installation of Ipopt keeps its headers and its library.
+/// Folders of an installation of Ipopt.
 struct Installation {
     include_dirs: Vec<PathBuf>,
     lib_dir: Option<PathBuf>,
@@ -32,18 +32,18 @@ fn main() {
     }
     println!("cargo:rustc-link-lib=dylib=ipopt");
     println!("cargo:rustc-env=IPOPT_SYS_VERSION={version}");
-    // Read by dependants' build scripts as DEP_IPOPT_VERSION.
+    // Dependent build scripts read this as DEP_IPOPT_VERSION.
     println!("cargo:version={version}");
 }
 
-/// Ends the build with one readable message instead of a panic's backtrace.
+/// Ends the build with a readable message instead of a backtrace.
 fn fail(why: &str) -> ! {
     println!("cargo:warning=ipopt-sys: {why}");
     eprintln!("\nipopt-sys: {why}\n");
     exit(1);
 }
 
-/// The two environment variables win; otherwise pkg-config is asked.
+/// Locates Ipopt by the environment variables, or else by pkg-config.
 fn find_ipopt() -> Result<Installation, String> {
     if let Some(include) = env::var_os("IPOPT_INCLUDE_DIR") {
         return Ok(Installation {
@@ -64,7 +64,7 @@ fn find_ipopt() -> Result<Installation, String> {
     Ok(Installation { include_dirs: package.include_paths, lib_dir })
 }
 
-/// The version that the headers in use name: `#define IPOPT_VERSION "3.11.9"`.
+/// Version in the headers: `#define IPOPT_VERSION "3.11.9"`.
 fn header_version(include_dirs: &[PathBuf]) -> Result<String, String> {
     for dir in include_dirs {
         let Ok(text) = fs::read_to_string(dir.join("IpoptConfig.h")) else {
@@ -91,11 +91,11 @@ fn generate_bindings(include_dirs: &[PathBuf]) {
     let bindings = bindgen::Builder::default()
         .header("guard/guard.h")
         .clang_args(include_dirs.iter().map(|dir| format!("-I{}", dir.display())))
-        // Ipopt's own functions stay behind the guard.
+        // Functions of Ipopt are only reachable through the guard.
         .allowlist_function("ipopt_sys_.*")
         .allowlist_type("Bool|ApplicationReturnStatus|AlgorithmMode|UserDataPtr")
-        // A C enum may hold numbers that this header does not list: never a Rust enum, but
-        // a module of constants.
+        // A C enum may hold values that the header does not list, so it becomes a module of
+        // constants.
         .default_enum_style(bindgen::EnumVariation::ModuleConsts)
         .generate_comments(false)
         .layout_tests(false)
@@ -119,7 +119,7 @@ fn compile_guard(include_dirs: &[PathBuf]) {
         .include("guard")
         .file("guard/guard.cpp")
         .warnings(true)
-        // 3.14 deprecates the type names that 3.11 has alone.
+        // Version 3.14 deprecates the type names, but 3.11 has no others.
         .flag_if_supported("-Wno-deprecated-declarations")
         .compile("ipopt_sys_guard");
 }

@@ -1,4 +1,4 @@
-"""The engines, one module each."""
+"""Engines, one module each."""
 
 import importlib
 
@@ -6,7 +6,7 @@ from engines.base import Engine, Unavailable
 
 
 def load(name: str) -> list[Engine]:
-    """The engine of that name with each of its settings; `Unavailable` if it cannot be run."""
+    """Loads the engine `name` with each of its settings; raises `Unavailable` if it cannot run."""
     try:
         return importlib.import_module(f"engines.{name}").engines()
     except ImportError as error:

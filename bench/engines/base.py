@@ -1,4 +1,4 @@
-"""What an engine is to the comparison."""
+"""Interface of an engine in the comparison."""
 
 import json
 import multiprocessing
@@ -13,40 +13,39 @@ from scene import Scene
 
 @dataclass(frozen=True)
 class Motion:
-    """What an engine made of a scene, in the ground frame."""
+    """Motion of a scene in the ground frame."""
 
-    states: np.ndarray  # n+1×13; of several boxes n+1×boxes×13
-    forces: np.ndarray | None  # n×8×3, ground on corner during each step, N; None: not to be had
-    unsolved: int | None  # steps whose problem was not solved; None: not reported
-    remarks: str = ""  # what the engine itself says of the run
+    states: np.ndarray  # n+1×13; n+1×boxes×13 for several boxes
+    forces: np.ndarray | None  # n×8×3, ground on corner during each step, N; None: not available
+    unsolved: int | None  # number of unsolved steps; None: not reported
+    remarks: str = ""  # remarks of the engine about the run
 
 
 class Engine(ABC):
-    """An engine with its settings."""
+    """Engine with its settings."""
 
     name: str
     settings: str
-    # Whether a run takes seconds: on a busy machine such a run shares its processor, which one
-    # of milliseconds may escape, so that the two kinds are not compared.
+    # True if a run takes seconds. A busy machine disturbs such runs differently from runs of
+    # milliseconds, so the two kinds are not compared.
     slow = False
-    # The kinds of scenes that it takes part in.
+    # Kinds of scenes that the engine runs.
     kinds: list[str]
 
     def runs(self, scene: Scene) -> bool:
-        """Whether the engine takes part in the scene."""
+        """True if the engine runs the scene."""
         return scene.kind in self.kinds
 
     @abstractmethod
     def time(self, scene: Scene) -> float:
-        """Simulates the scene; the seconds that the stepping alone took."""
+        """Simulates the scene and returns the time of the steps only (s)."""
 
     @abstractmethod
     def record(self, scene: Scene) -> Motion:
-        """Simulates the scene again and keeps everything; not timed."""
+        """Simulates the scene without timing and records everything."""
 
     def memory(self, scene: Scene) -> int:
-        """What memory grows by to its peak when the scene is simulated, KiB: here of this
-        process, in a fork of it."""
+        """Growth of memory to its peak during a simulation (KiB), measured in a forked process."""
         ours, theirs = multiprocessing.Pipe(duplex=False)
 
         def work() -> None:
@@ -63,11 +62,11 @@ class Engine(ABC):
 
 
 class Unavailable(Exception):
-    """The engine cannot be run here, and why."""
+    """Reason why the engine cannot run here."""
 
 
 def ask(program: str, request: dict) -> dict:
-    """The answer of a program that reads and writes JSON."""
+    """Sends `request` as JSON to a program and returns its JSON output."""
     done = subprocess.run(
         [program], input=json.dumps(request), capture_output=True, text=True, check=False
     )
@@ -77,18 +76,17 @@ def ask(program: str, request: dict) -> dict:
 
 
 def one_or_all(states: list) -> np.ndarray:
-    """States n+1×boxes×13 as a motion has them: without the middle axis if there is one box."""
+    """States n+1×boxes×13 in the form of a motion, without the middle axis for a single box."""
     array = np.array(states)
     return array[:, 0] if array.shape[1] == 1 else array
 
 
 def resident(name: str) -> int:
-    """A line of Linux's /proc/self/status in KiB: `VmRSS:` is what is resident, `VmHWM:` its
-    peak."""
+    """Value in Linux's /proc/self/status (KiB): `VmRSS:` is resident memory, `VmHWM:` its peak."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith(name))
 
 
 def nearest_corner(scene: Scene, point: np.ndarray) -> int:
-    """The corner nearest to a point in the body frame."""
+    """Index of the corner nearest to a point in the body frame."""
     return int(np.argmin(np.sum((scene.box.corners - point) ** 2, axis=1)))

@@ -1,4 +1,4 @@
-"""DART: a boxed LCP by default, or exact Coulomb friction by Gauss–Seidel."""
+"""DART with a boxed LCP (default) or exact Coulomb friction by Gauss–Seidel."""
 
 import time
 from importlib.metadata import version
@@ -14,7 +14,7 @@ class Dart(Engine):
     """DART with one of its contact solvers."""
 
     kinds = ["several"]
-    # It takes up to 16 ms a step here, of the wall half a second: few steps, no wall, no pile.
+    # A step takes up to 16 ms, and half a second for the wall: few steps, no wall, no pile.
     most_steps = 20
 
     def __init__(self, mode: str, make_solver, settings: str) -> None:
@@ -45,7 +45,7 @@ class Dart(Engine):
         return Motion(np.array(states), None, None)
 
     def begin(self, scene: Scene) -> tuple:
-        """World and bodies at the start of the scene."""
+        """Creates the world and its bodies in their initial states."""
         world = dartpy.simulation.World()
         world.setTimeStep(scene.step_seconds)
         world.setGravity(scene.gravity)
@@ -55,7 +55,7 @@ class Dart(Engine):
         world.setDeactivationOptions(awake)
         if self.make_solver is not None:
             world.getConstraintSolver().setBoxedLcpSolver(self.make_solver())
-        # A slab whose top is z = 0.
+        # A slab with its top at z = 0.
         ground = dynamics.Skeleton("ground")
         _, slab = ground.createWeldJointAndBodyNodePair()
         node = add_shape(slab, dynamics.BoxShape([100.0, 100.0, 1.0]), scene)
@@ -70,7 +70,7 @@ class Dart(Engine):
 
 
 def add_box(skeleton: dynamics.Skeleton, box: Box, scene: Scene) -> dynamics.BodyNode:
-    """A free body at its start, which is at rest."""
+    """Creates a free body in its initial state, at rest."""
     joint, body = skeleton.createFreeJointAndBodyNodePair()
     add_shape(body, dynamics.BoxShape(box.sides), scene)
     body.setMass(box.mass)
@@ -83,7 +83,7 @@ def add_box(skeleton: dynamics.Skeleton, box: Box, scene: Scene) -> dynamics.Bod
 
 
 def add_shape(body: dynamics.BodyNode, shape: dynamics.Shape, scene: Scene):
-    """A shape that collides, without restitution."""
+    """Adds a colliding shape without restitution."""
     node = body.createShapeNode(shape)
     node.createCollisionAspect()
     surface = node.createDynamicsAspect()
@@ -93,7 +93,7 @@ def add_shape(body: dynamics.BodyNode, shape: dynamics.Shape, scene: Scene):
 
 
 def state_of(body: dynamics.BodyNode) -> np.ndarray:
-    """r, q, v, ω (body)."""
+    """State r, q, v, ω (body frame)."""
     pose = body.getWorldTransform()
     spin = pose.rotation().T @ body.getAngularVelocity()
     attitude = pose.quaternion().wxyz()

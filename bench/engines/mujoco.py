@@ -26,7 +26,7 @@ BODY = """
 
 
 class Mujoco(Engine):
-    """MuJoCo with some options and some softness of its contacts."""
+    """MuJoCo with given options and a given softness of its contacts."""
 
     def __init__(self, mode: str, kinds: str, option: str, contact: str, settings: str) -> None:
         self.name = f"MuJoCo {mode}"
@@ -54,7 +54,7 @@ class Mujoco(Engine):
         for k in range(scene.steps):
             centre, turn = states[-1][:3], None
             mujoco.mj_step(model, data)
-            # The contacts in `data` are those of the step's start, where its forces act.
+            # The contacts in `data` belong to the start of the step, where the forces act.
             for i in range(data.ncon):
                 turn = rotation(states[-1][3:7]) if turn is None else turn
                 corner = nearest_corner(scene, (data.contact[i].pos - centre) @ turn)
@@ -64,7 +64,7 @@ class Mujoco(Engine):
         return Motion(np.array(states), forces, unsolved)
 
     def record_several(self, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData) -> Motion:
-        """The motion of several boxes, without forces."""
+        """Simulates several boxes, without forces."""
         states, unsolved = [[box.start for box in scene.boxes]], 0
         for _ in range(scene.steps):
             mujoco.mj_step(model, data)
@@ -77,7 +77,7 @@ class Mujoco(Engine):
         return Motion(np.array(states), None, unsolved)
 
     def begin(self, scene: Scene) -> tuple:
-        """Model, data and full state at the start of the scene."""
+        """Creates the model, the data and the full initial state."""
         text = MODEL.format(
             h=scene.step_seconds,
             gravity=numbers(scene.gravity),
@@ -93,7 +93,8 @@ class Mujoco(Engine):
         )
         model = mujoco.MjModel.from_xml_string(text)
         data = mujoco.MjData(model)
-        # Both put position and attitude (scalar first) before velocity and body-frame spin.
+        # Both formats store position and attitude (scalar first) before velocity and body-frame
+        # spin.
         starts = np.array([box.start for box in scene.boxes])
         data.qpos[:], data.qvel[:] = starts[:, :7].ravel(), starts[:, 7:].ravel()
         kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
@@ -103,13 +104,13 @@ class Mujoco(Engine):
 
 
 def exhausted(model: mujoco.MjModel, data: mujoco.MjData) -> int:
-    """1 if the solver used all its iterations in the last step, in any island."""
+    """Returns 1 if the solver used all its iterations in the last step, in any island."""
     most = max(data.solver_niter[: max(1, min(data.nisland, len(data.solver_niter)))])
     return int(data.nefc > 0 and most >= model.opt.iterations)
 
 
 def contact_force(model: mujoco.MjModel, data: mujoco.MjData, i: int) -> np.ndarray:
-    """The force of the plane on the box at contact i, N."""
+    """Force of the plane on the box at contact i (N)."""
     wrench = np.zeros(6)
     mujoco.mj_contactForce(model, data, i, wrench)
     # Rows of the frame: the normal, from the plane to the box, and two tangents.

@@ -10,7 +10,7 @@ from scene import Scene, rotations
 
 
 class Pybullet(Engine):
-    """PyBullet with some parameters of its solver."""
+    """PyBullet with given solver parameters."""
 
     kinds = ["one"]
 
@@ -40,7 +40,7 @@ class Pybullet(Engine):
             pybullet.stepSimulation(physicsClientId=client)
             before = states[-1]
             turn = rotations(before[None, 3:7])[0]
-            # The forces of the step, at the points of its start; the box is body A.
+            # The forces of the step act at the contact points of its start; the box is body A.
             for contact in pybullet.getContactPoints(bodyA=box, physicsClientId=client):
                 corner = nearest_corner(scene, (np.array(contact[5]) - before[:3]) @ turn)
                 normal, tangent1, tangent2 = (np.array(contact[i]) for i in (7, 11, 13))
@@ -52,7 +52,7 @@ class Pybullet(Engine):
         return Motion(np.array(states), forces, None)
 
     def begin(self, scene: Scene) -> tuple[int, int]:
-        """A server of its own and the box, at the start of the scene."""
+        """Creates a separate server with the box in its initial state."""
         client = pybullet.connect(pybullet.DIRECT)
         own = {"physicsClientId": client}
         pybullet.setGravity(*scene.gravity, **own)
@@ -68,7 +68,7 @@ class Pybullet(Engine):
         box = pybullet.createMultiBody(
             scene.box.mass, shape, -1, scene.box.start[:3], (x, y, z, w), **own
         )
-        # The friction of a contact is the product of the two bodies' coefficients.
+        # The friction of a contact is the product of both bodies' coefficients.
         pybullet.changeDynamics(ground, -1, lateralFriction=1.0, restitution=0, **own)
         pybullet.changeDynamics(
             box,
@@ -87,7 +87,7 @@ class Pybullet(Engine):
 
 
 def state_of(client: int, box: int) -> np.ndarray:
-    """r, q, v, ω (body)."""
+    """State r, q, v, ω (body frame)."""
     position, (x, y, z, w) = pybullet.getBasePositionAndOrientation(box, physicsClientId=client)
     velocity, spin = pybullet.getBaseVelocity(box, physicsClientId=client)
     attitude = np.array((w, x, y, z))

@@ -1,4 +1,4 @@
-"""Rapier in double precision, by the small program in bench/rapier."""
+"""Rapier in double precision, by the program in bench/rapier."""
 
 import os
 from pathlib import Path
@@ -13,7 +13,7 @@ DEFAULT = {"coulomb": False, "iterations": 4, "sweeps": 1, "softness": [60.0, 10
 
 
 class Rapier(Engine):
-    """Rapier with its default or with more accurate parameters."""
+    """Rapier with its default parameters or with more accurate ones."""
 
     def __init__(self, mode: str, kinds: str, parameters: dict, settings: str) -> None:
         self.name = f"Rapier {mode}"

@@ -1,4 +1,4 @@
-"""tumble, as a program of its own."""
+"""tumble, run as a separate program."""
 
 import csv
 import json
@@ -16,7 +16,7 @@ STATE = ["x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"]
 STATE += ["vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s", "wy_rad_s", "wz_rad_s"]
 BINARY = os.environ.get("TUMBLE", "target/release/tumble")
 LIBRARY = os.environ.get("BENCH_BOXES", "target/release/examples/several_bodies")
-# The two certificates differ by rounding, which the division by h magnifies.
+# The certificates differ by rounding, which the division by h amplifies.
 AGREEMENT = 1e-9
 
 
@@ -48,18 +48,18 @@ class Tumble(Engine):
         return motion
 
     def simulate(self, scene: Scene, out: Path) -> dict:
-        """Runs the program; run.json's summary."""
+        """Runs the program and returns the summary in run.json."""
         start = ["--seed", str(scene.seed)] if scene.file is None else ["--scenario", scene.file]
         command = [BINARY, "--solver", self.solver, *start, "--out", out, "--quiet"]
         code = subprocess.run(command, check=False).returncode
-        # Exit code 3: finished, but some step failed; the summary says how many.
+        # Exit code 3: the run is complete, but steps failed; the summary has their number.
         if code not in (0, 3):
             raise RuntimeError(f"{' '.join(map(str, command))} ended with exit code {code}")
         return json.loads((out / "run.json").read_text())["summary"]
 
 
 class Several(Engine):
-    """tumble's native solver on several boxes, by the program examples/several_bodies.rs."""
+    """tumble's native solver on several boxes, by bench/measure/src/bin/several_bodies.rs."""
 
     kinds = ["several", "growth", "first"]
     name = "tumble"
@@ -98,9 +98,9 @@ def column_block(rows: list[dict[str, str]], names: list[str]) -> np.ndarray:
 def to_ground_frame(
     scene: Scene, states: np.ndarray, forces: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """States and forces of the file's world frame in the ground frame of the scene."""
+    """Converts states and forces from the file's world frame to the ground frame."""
     turn = scene.to_ground
-    # The rotation is the smallest one, by less than a right angle: w = √(1 + trace) / 2.
+    # The rotation is the smallest one, less than a right angle: w = √(1 + trace) / 2.
     w = np.sqrt(1 + np.trace(turn)) / 2
     vector = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
     attitude = np.concatenate(([w], vector / (4 * w)))
@@ -117,7 +117,7 @@ def to_ground_frame(
 
 
 def check_certificate(scene: Scene, motion: Motion, rows: list[dict[str, str]]) -> None:
-    """The certificate in numpy must be tumble's own column."""
+    """Checks that the certificate in numpy equals tumble's own column."""
     own = np.array([float(row["certificate_m_s"]) for row in rows[:-1]])
     ours = certify(scene, motion.states, motion.forces).whole
     worst = float(np.abs(own - ours).max())
@@ -129,7 +129,7 @@ def engines() -> list[Engine]:
     programs = [program for program in (BINARY, LIBRARY) if Path(program).is_file()]
     if not programs:
         raise Unavailable(f"there is no program {BINARY} or {LIBRARY}")
-    # The command line is not built where no scene of one box is asked for.
+    # The command line is only built for scenes of one box.
     version = "tumble"
     if BINARY in programs:
         asked = subprocess.run([BINARY, "--version"], capture_output=True, text=True, check=True)

@@ -1,4 +1,4 @@
-"""The tutorial's program: CasADi and Ipopt, data/generate/tutorial_runs.py."""
+"""Program of the tutorial: CasADi and Ipopt, data/generate/tutorial_runs.py."""
 
 import sys
 import time
@@ -15,7 +15,7 @@ import tutorial_runs  # noqa: E402
 
 
 class Tutorial(Engine):
-    """The program as it stands; its scene is built in, so it runs only the drop."""
+    """Unmodified program of the tutorial. Its scene is built in, so it only runs the drop."""
 
     name = "tutorial (CasADi, Ipopt)"
     slow = True

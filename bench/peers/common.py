@@ -1,4 +1,4 @@
-"""What the programs that solve local problems share: reading them, timing, writing answers."""
+"""Common parts of the programs that solve local problems: reading, timing and output."""
 
 import json
 import sys
@@ -8,21 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
-# A solver gets so many tries at a problem, the fastest counts, or fewer if they take long.
+# Number of tries per problem, of which the fastest counts; fewer after LONG_SECONDS.
 TRIES, LONG_SECONDS = 5, 0.5
 ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
 class Problem:
-    """u = W p + q for n contacts, each with components (normal, tangents); SI units."""
+    """Problem u = W p + q for n contacts, each with components (normal, tangents); SI units."""
 
     step: int
-    seconds: float  # of tumble's own step
+    seconds: float  # time of tumble's own step
     w: np.ndarray  # 3n×3n
     q: np.ndarray  # 3n
     mu: np.ndarray  # n
-    start: np.ndarray  # 3n: impulses of the step before
+    start: np.ndarray  # 3n: impulses of the previous step
 
     @property
     def contacts(self) -> int:
@@ -30,7 +30,7 @@ class Problem:
 
 
 def read(path: Path) -> list[Problem]:
-    """The problems of a file that examples/local_problems.rs or examples/bare_problems.rs wrote."""
+    """Reads the problems in a file by the programs local_problems or bare_problems."""
     data, at, problems = path.read_bytes(), 0, []
     while at < len(data):
         n, step = (int(value) for value in np.frombuffer(data, "<u8", 2, at))
@@ -41,7 +41,8 @@ def read(path: Path) -> list[Problem]:
             numbers, np.cumsum([1, 9 * n * n, 3 * n, n])
         )
         w = w.reshape(3 * n, 3 * n)
-        # What is symmetric but for rounding is made so; matrices of other programs stay as they are.
+        # A matrix that is symmetric except for rounding becomes symmetric; other matrices stay as
+        # they are.
         if np.abs(w - w.T).max() <= ROUNDING * np.abs(w).max():
             w = (w + w.T) / 2
         problems.append(Problem(step, float(seconds[0]), w, q, mu, start))
@@ -49,8 +50,11 @@ def read(path: Path) -> list[Problem]:
 
 
 def answer(name: str, solve, problems: list[Problem]) -> list[dict]:
-    """The times and impulses of `solve(problem, start) → (work, impulses)`, cold and warm, where
-    `work()` is what is timed and `impulses(its value)` the answer."""
+    """Times and impulses of a solver on all problems, with cold and warm starts.
+
+    `solve(problem, start)` returns `(work, impulses)`. The call `work()` is timed, and
+    `impulses(value)` converts its value to the solution.
+    """
     answers = []
     for index, problem in enumerate(problems):
         for start_name, start in (("cold", np.zeros_like(problem.q)), ("warm", problem.start)):
@@ -77,7 +81,7 @@ def answer(name: str, solve, problems: list[Problem]) -> list[dict]:
 
 
 def main(solvers: dict) -> None:
-    """Reads the file that is the argument, writes the answers as JSON to standard output."""
+    """Reads the file in the first argument and writes the solutions as JSON to standard output."""
     problems = read(Path(sys.argv[1]))
     answers = []
     for name, solve in solvers.items():

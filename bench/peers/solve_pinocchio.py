@@ -9,7 +9,7 @@ MOST_ITERATIONS = 1000
 
 
 def solver(make, make_settings, make_result):
-    """One of Pinocchio's constraint solvers; its normal comes last, not first."""
+    """Creates a solve function for one of Pinocchio's solvers, whose normal comes last."""
 
     def solve(problem: common.Problem, start: np.ndarray):
         n = problem.contacts
@@ -26,7 +26,7 @@ def solver(make, make_settings, make_result):
         delassus = pin.DelassusOperatorDense(problem.w[np.ix_(order, order)])
         settings, result = make_settings(), make_result()
         settings.absolute_feasibility_tol = settings.absolute_complementarity_tol = TOLERANCE
-        # Otherwise it also stops on small relative progress.
+        # Disables the additional criterion of small relative progress.
         settings.relative_feasibility_tol = settings.relative_complementarity_tol = 0.0
         settings.max_iterations = MOST_ITERATIONS
         settings.solve_ncp = True
@@ -41,7 +41,7 @@ def solver(make, make_settings, make_result):
 
 
 def linear_settings() -> pin.ADMMSolverSettings:
-    """The update rule that does best on such problems."""
+    """Settings with the best update rule for such problems."""
     settings = pin.ADMMSolverSettings()
     settings.admm_update_rule = pin.ADMMUpdateRule.LINEAR
     return settings

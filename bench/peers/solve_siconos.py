@@ -9,7 +9,7 @@ MOST_ITERATIONS = 300
 
 
 def solver(identity: int):
-    """One of Siconos' solvers of FrictionContactProblem."""
+    """Creates a solve function for one of Siconos' solvers of FrictionContactProblem."""
 
     def solve(problem: common.Problem, start: np.ndarray):
         n = problem.contacts

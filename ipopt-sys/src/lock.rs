@@ -1,4 +1,4 @@
-//! Exclusive use of Ipopt.
+//! Lock for exclusive use of Ipopt.
 
 use std::cell::Cell;
 use std::fmt;
@@ -8,11 +8,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 static IPOPT: Mutex<()> = Mutex::new(());
 
 thread_local! {
-    /// Whether this thread holds [`IPOPT`].
+    /// True if this thread holds [`IPOPT`].
     static HELD: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Exclusive use of Ipopt by this thread, until dropped. It stays on its thread.
+/// Exclusive use of Ipopt by this thread until the value is dropped. It cannot change threads.
 ///
 /// ```compile_fail,E0277
 /// let lock = ipopt_sys::lock().unwrap();
@@ -23,11 +23,11 @@ thread_local! {
 #[derive(Debug)]
 pub struct Exclusive {
     _guard: MutexGuard<'static, ()>,
-    /// Neither `Send` nor `Sync`.
+    /// Makes the type neither `Send` nor `Sync`.
     _here: PhantomData<*mut ()>,
 }
 
-/// The lock was asked for by the thread that holds it: from inside a callback, say.
+/// Error if the thread already holds the lock, for example inside a callback.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reentrant;
 
@@ -39,15 +39,15 @@ impl fmt::Display for Reentrant {
 
 impl std::error::Error for Reentrant {}
 
-/// Waits until no other thread uses Ipopt. A panic while the lock was held does no harm.
+/// Waits until no other thread uses Ipopt. A panic while the lock is held has no effect.
 ///
 /// # Errors
-/// [`Reentrant`] where this thread holds the lock already, and would wait for ever.
+/// [`Reentrant`] if this thread already holds the lock, which would be a deadlock.
 pub fn lock() -> Result<Exclusive, Reentrant> {
     if HELD.get() {
         return Err(Reentrant);
     }
-    // The lock protects no data: a panic while it was held leaves nothing broken.
+    // The lock protects no data, so a poisoned lock is harmless.
     let guard = IPOPT.lock().unwrap_or_else(PoisonError::into_inner);
     HELD.set(true);
     Ok(Exclusive { _guard: guard, _here: PhantomData })

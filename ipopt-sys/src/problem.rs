@@ -1,4 +1,4 @@
-//! A problem of Ipopt's, from its creation to its end under one lock.
+//! Problem of Ipopt, which lives under one lock.
 
 use crate::lock::Exclusive;
 use crate::raw::{
@@ -9,12 +9,15 @@ use std::ffi::{CStr, c_int};
 use std::marker::PhantomData;
 use std::ptr::NonNull;
 
-/// What `CreateIpoptProblem` takes. n and m are the lengths of the bounds; indices count from 0.
+/// Arguments of `CreateIpoptProblem`.
+///
+/// The lengths of the bounds are the numbers n of variables and m of constraints. Indices start at
+/// 0.
 #[derive(Debug, Clone, Copy)]
 pub struct Definition<'a> {
-    /// Lower bounds of the variables, n numbers; −1e19 and less is none.
+    /// Lower bounds of the variables, n numbers; −1e19 or less means unbounded.
     pub x_lower: &'a [f64],
-    /// Upper bounds of the variables, n numbers; 1e19 and more is none.
+    /// Upper bounds of the variables, n numbers; 1e19 or more means unbounded.
     pub x_upper: &'a [f64],
     /// Lower bounds of the constraints, m numbers.
     pub g_lower: &'a [f64],
@@ -24,36 +27,36 @@ pub struct Definition<'a> {
     pub jacobian_entries: usize,
     /// Number of entries of the Hessian's lower triangle.
     pub hessian_entries: usize,
-    /// f(x).
+    /// Objective f(x).
     pub eval_f: Eval_F_CB,
-    /// ∇f(x).
+    /// Gradient ∇f(x).
     pub eval_grad_f: Eval_Grad_F_CB,
-    /// g(x); may be absent where m = 0.
+    /// Constraints g(x); optional if m = 0.
     pub eval_g: Eval_G_CB,
-    /// ∂g/∂x; may be absent where m = 0.
+    /// Jacobian ∂g/∂x; optional if m = 0.
     pub eval_jac_g: Eval_Jac_G_CB,
-    /// The Hessian of the Lagrangian; may be absent where Ipopt is to approximate it.
+    /// Hessian of the Lagrangian; optional if Ipopt approximates it.
     pub eval_h: Eval_H_CB,
 }
 
-/// What `IpoptSolve` reads and writes.
+/// Arrays that `IpoptSolve` reads and writes.
 #[derive(Debug)]
 pub struct Arrays<'a> {
-    /// The start, then the end, n numbers.
+    /// Initial point, replaced by the final point; n numbers.
     pub x: &'a mut [f64],
-    /// Out: the constraints, m numbers.
+    /// Output: constraints, m numbers.
     pub g: &'a mut [f64],
-    /// Out: the objective.
+    /// Output: objective.
     pub objective: &'a mut f64,
-    /// Multipliers of the constraints, m numbers; read in a warm start alone.
+    /// Multipliers of the constraints, m numbers; input only for a warm start.
     pub mult_g: &'a mut [f64],
-    /// Multipliers of the lower bounds, n numbers; read in a warm start alone.
+    /// Multipliers of the lower bounds, n numbers; input only for a warm start.
     pub mult_x_lower: &'a mut [f64],
-    /// Multipliers of the upper bounds, n numbers; read in a warm start alone.
+    /// Multipliers of the upper bounds, n numbers; input only for a warm start.
     pub mult_x_upper: &'a mut [f64],
 }
 
-/// An `IpoptProblem`, freed when dropped. One at a time: it borrows the lock.
+/// Owned `IpoptProblem`, freed on drop. It borrows the lock, so that only one can exist.
 ///
 /// ```compile_fail,E0499
 /// fn two(definition: &ipopt_sys::Definition<'_>) {
@@ -63,7 +66,7 @@ pub struct Arrays<'a> {
 /// ```
 #[derive(Debug)]
 pub struct Problem<'lock> {
-    /// From `ipopt_sys_create`, freed by `drop` alone.
+    /// Handle from `ipopt_sys_create`. Only `drop` frees it.
     handle: NonNull<IpoptProblemInfo>,
     n: usize,
     m: usize,
@@ -71,9 +74,11 @@ pub struct Problem<'lock> {
 }
 
 impl Exclusive {
-    /// A problem; the bounds are copied. `None` where two bounds differ in length, a count is
-    /// beyond C's int, a callback is missing, or Ipopt cannot create it: without variables, with
-    /// entries of the Jacobian but no constraints or the other way round, without memory.
+    /// Creates a problem. The bounds are copied.
+    ///
+    /// Returns `None` if two bounds differ in length, a count exceeds C's int, a callback is
+    /// missing or Ipopt cannot create the problem. Ipopt needs memory and at least one variable. It
+    /// also needs both constraints and entries of the Jacobian, or neither.
     pub fn create(&mut self, definition: &Definition<'_>) -> Option<Problem<'_>> {
         let Definition { x_lower, x_upper, g_lower, g_upper, .. } = *definition;
         let (n, m) = (x_lower.len(), g_lower.len());
@@ -83,8 +88,8 @@ impl Exclusive {
         let count = |count: usize| c_int::try_from(count).ok();
         let [c_n, c_m] = [count(n)?, count(m)?];
         let entries = [count(definition.jacobian_entries)?, count(definition.hessian_entries)?];
-        // SAFETY: the bounds have the lengths given and are copied before the call returns; the
-        // callbacks are only kept; `self` is the lock.
+        // SAFETY: the bounds have the given lengths and are copied during the call; the callbacks
+        // are only stored; `self` is the lock.
         let handle = unsafe {
             raw::ipopt_sys_create(
                 c_n,
@@ -107,54 +112,55 @@ impl Exclusive {
 }
 
 impl Problem<'_> {
-    /// Sets an option that is text; `false` where Ipopt refuses it, with a line on the
-    /// terminal. This and the other settings take effect in [`Problem::solve`].
+    /// Sets a text option. Returns `false` if Ipopt rejects it; Ipopt then prints a line.
+    ///
+    /// This and the other settings take effect in [`Problem::solve`].
     #[must_use]
     pub fn set_text(&mut self, name: &CStr, value: &CStr) -> bool {
         // SAFETY: the problem is alive and under the lock; Ipopt copies both strings.
         unsafe { raw::ipopt_sys_set_text(self.handle.as_ptr(), name.as_ptr(), value.as_ptr()) != 0 }
     }
 
-    /// Sets an option that is a number.
+    /// Sets a numeric option.
     #[must_use]
     pub fn set_number(&mut self, name: &CStr, value: f64) -> bool {
         // SAFETY: the problem is alive and under the lock; Ipopt copies the name.
         unsafe { raw::ipopt_sys_set_number(self.handle.as_ptr(), name.as_ptr(), value) != 0 }
     }
 
-    /// Sets an option that is an integer.
+    /// Sets an integer option.
     #[must_use]
     pub fn set_integer(&mut self, name: &CStr, value: c_int) -> bool {
         // SAFETY: the problem is alive and under the lock; Ipopt copies the name.
         unsafe { raw::ipopt_sys_set_integer(self.handle.as_ptr(), name.as_ptr(), value) != 0 }
     }
 
-    /// Sets the callback that every iteration of the solve calls.
+    /// Sets the callback that Ipopt calls in every iteration.
     #[must_use]
     pub fn watch(&mut self, callback: Intermediate_CB) -> bool {
-        // SAFETY: the problem is alive and under the lock; the callback is only kept.
+        // SAFETY: the problem is alive and under the lock; the callback is only stored.
         unsafe { raw::ipopt_sys_watch(self.handle.as_ptr(), callback) != 0 }
     }
 
-    /// Solves the problem, and gives the number of Ipopt's
-    /// [`ApplicationReturnStatus`](crate::ApplicationReturnStatus), −101 where a C++ exception
-    /// ended the solve.
+    /// Solves the problem and returns the number of the
+    /// [`ApplicationReturnStatus`](crate::ApplicationReturnStatus).
+    ///
+    /// The number is −101 if a C++ exception ended the solve.
     ///
     /// # Safety
-    /// For the length of the call,
+    /// During the call,
     ///
-    /// - each callback reads and writes the arrays it is given, to the lengths that its
-    ///   arguments say, and `user_data` as what it is; it does not unwind;
-    /// - asked for a structure (`values` is null), `eval_jac_g` and `eval_h` fill both index
+    /// - each callback reads and writes its arrays within the lengths in its arguments, treats
+    ///   `user_data` as its actual type, and does not unwind;
+    /// - for a structure request (`values` is null), `eval_jac_g` and `eval_h` fill both index
     ///   arrays with positions inside the matrix, `eval_h` in the lower triangle;
-    /// - a callback that returns true has written numbers that are finite: others corrupt
-    ///   memory in 3.11;
-    /// - the options are ones with which this build of Ipopt survives. In 3.11 not all are:
-    ///   some linear solvers and `mumps_pivot_order 4` end the process, and
-    ///   `check_derivatives_for_naninf yes` reads memory that was never filled.
+    /// - a callback that returns true has written finite numbers: others corrupt memory in 3.11;
+    /// - the options are safe in this build of Ipopt. In 3.11 some linear solvers and
+    ///   `mumps_pivot_order 4` end the process, and `check_derivatives_for_naninf yes` reads
+    ///   uninitialised memory.
     ///
     /// # Panics
-    /// If an array has another length than the problem.
+    /// If an array has a wrong length.
     pub unsafe fn solve(&mut self, arrays: Arrays<'_>, user_data: UserDataPtr) -> c_int {
         let Arrays { x, g, objective, mult_g, mult_x_lower, mult_x_upper } = arrays;
         for array in [&*x, mult_x_lower, mult_x_upper] {
@@ -163,8 +169,8 @@ impl Problem<'_> {
         for array in [&*g, mult_g] {
             assert_eq!(array.len(), self.m, "numbers for the constraints");
         }
-        // SAFETY: the problem is alive and under the lock, the arrays have its lengths, and
-        // what the callbacks and options must keep to is the caller's promise.
+        // SAFETY: the problem is alive and under the lock, the arrays have its lengths, and the
+        // caller guarantees the obligations of callbacks and options.
         unsafe {
             raw::ipopt_sys_solve(
                 self.handle.as_ptr(),
@@ -182,7 +188,7 @@ impl Problem<'_> {
 
 impl Drop for Problem<'_> {
     fn drop(&mut self) {
-        // SAFETY: made by `create`, freed once, here, under the lock.
+        // SAFETY: `create` made the handle, and it is freed only here, under the lock.
         unsafe { raw::ipopt_sys_free(self.handle.as_ptr()) }
     }
 }
@@ -204,7 +210,7 @@ mod tests {
         to_bool(false)
     }
 
-    /// A name that is a null pointer, which no safe function passes, makes `std::string` throw.
+    /// A null pointer as a name makes `std::string` throw. No safe function passes one.
     #[test]
     fn an_exception_in_a_setter_is_a_refusal() {
         let definition = Definition {
@@ -223,7 +229,7 @@ mod tests {
         let mut lock = crate::lock().unwrap();
         let mut problem = lock.create(&definition).unwrap();
         let handle = problem.handle.as_ptr();
-        // SAFETY: the problem is alive and under the lock; std::string refuses null pointers.
+        // SAFETY: the problem is alive and under the lock; std::string rejects null pointers.
         unsafe {
             assert_eq!(raw::ipopt_sys_set_text(handle, null(), c"yes".as_ptr()), 0);
             assert_eq!(raw::ipopt_sys_set_text(handle, c"sb".as_ptr(), null()), 0);

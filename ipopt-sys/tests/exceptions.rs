@@ -1,4 +1,4 @@
-//! Callbacks that throw exceptions of C++: a status, and the next solve is as ever.
+//! Callbacks that throw C++ exceptions: they become a status, and the next solve works.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -14,7 +14,7 @@ unsafe extern "C-unwind" {
     fn throw_length_error(what: *const c_char) -> !;
 }
 
-/// `Eval_F_CB` and `Eval_Grad_F_CB`, but throwing.
+/// Callback with the signature of `Eval_F_CB` and `Eval_Grad_F_CB` that throws.
 unsafe extern "C-unwind" fn throwing(
     _n: c_int,
     _x: *mut f64,
@@ -22,13 +22,13 @@ unsafe extern "C-unwind" fn throwing(
     _value: *mut f64,
     _user: *mut c_void,
 ) -> Bool {
-    // SAFETY: the text ends with a zero; the exception passes this function alone.
+    // SAFETY: the text is zero-terminated; the exception only passes this function.
     unsafe { throw_length_error(c"on purpose".as_ptr()) }
 }
 
 #[test]
 fn an_exception_in_a_callback_is_a_status() {
-    // SAFETY: the two types differ in that this one may throw. C++ alone calls it.
+    // SAFETY: the types differ only in that this function may throw. Only C++ calls it.
     let eval_f = unsafe { transmute::<*const (), Eval_F_CB>(throwing as *const ()) };
     // SAFETY: as above.
     let eval_grad_f = unsafe { transmute::<*const (), Eval_Grad_F_CB>(throwing as *const ()) };

@@ -1,4 +1,4 @@
-//! One thread at a time inside Ipopt, and never twice the same one.
+//! Mutual exclusion: one thread at a time uses Ipopt, and a thread never enters it twice.
 
 mod common;
 
@@ -15,7 +15,7 @@ fn solve_once() -> End {
     solve(&mut silent(&mut lock, &HS071))
 }
 
-/// Unserialised, two threads end the process within a few solves.
+/// Without the lock, two threads crash the process within a few solves.
 #[test]
 fn two_threads_that_solve_at_once_both_succeed_one_after_the_other() {
     let alone = solve_once();
@@ -38,10 +38,10 @@ fn two_threads_that_solve_at_once_both_succeed_one_after_the_other() {
     });
 }
 
-/// How often a callback was refused the lock.
+/// Number of callbacks that could not take the lock.
 static REFUSED: AtomicUsize = AtomicUsize::new(0);
 
-/// Takes the lock, or tries to, in every iteration.
+/// Tries to take the lock in every iteration.
 unsafe extern "C" fn enter_again(
     _mode: c_int,
     _iteration: c_int,

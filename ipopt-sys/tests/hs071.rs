@@ -1,4 +1,4 @@
-//! A known optimum, reached through this crate alone.
+//! Known optimum, computed with this crate only.
 
 mod common;
 

@@ -1,5 +1,6 @@
-//! Ipopt without memory throws `std::bad_alloc` outside its own handlers; the guard ends it.
-//! The limit holds for the whole process: this program has one test.
+//! Ipopt without memory throws `std::bad_alloc` outside its own handlers; the guard catches it.
+//!
+//! The limit applies to the whole process, so this program has a single test.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -15,19 +16,19 @@ unsafe extern "C" {
     fn setrlimit(resource: c_int, limit: *const [u64; 2]) -> c_int;
 }
 
-/// `RLIMIT_AS`, bytes of address space, on every processor that Linux has but MIPS and SPARC.
+/// `RLIMIT_AS`, the address space in bytes, on every Linux processor except MIPS and SPARC.
 const ADDRESS_SPACE: c_int = 9;
 
-/// Variables: 80 MB an array, more than malloc keeps in store.
+/// Number of variables: 80 MB per array, more than malloc keeps in reserve.
 const MANY: usize = 10_000_000;
 
-/// What `work` gives while the process may take 40 MB more than it has.
+/// Runs `work` while the process may allocate at most 40 MB more.
 fn without_memory<T>(work: impl FnOnce() -> T) -> T {
     let status = fs::read_to_string("/proc/self/status").unwrap();
     let size = status.lines().find_map(|line| line.strip_prefix("VmSize:")).unwrap();
     let taken: u64 = size.trim().strip_suffix(" kB").unwrap().parse().unwrap();
     let mut usual = [0; 2];
-    // SAFETY: both calls read or write two numbers, the limit now and the highest allowed.
+    // SAFETY: both calls access two numbers, the soft limit and the hard limit.
     unsafe {
         assert_eq!(getrlimit(ADDRESS_SPACE, &mut usual), 0);
         assert_eq!(setrlimit(ADDRESS_SPACE, &[1024 * taken + 40_000_000, usual[1]]), 0);
@@ -57,7 +58,7 @@ fn a_lack_of_memory_is_no_problem_or_a_status() {
         mult_x_lower: &mut mult_x_lower,
         mult_x_upper: &mut mult_x_upper,
     };
-    // SAFETY: there is no room for Ipopt's copy of the start, so that no callback runs.
+    // SAFETY: memory is too short for Ipopt's copy of the initial point, so no callback runs.
     let status = without_memory(|| unsafe { problem.solve(arrays, ptr::null_mut()) });
     assert_eq!(status, ApplicationReturnStatus::NonIpopt_Exception_Thrown);
     drop(problem);

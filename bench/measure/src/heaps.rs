@@ -1,4 +1,4 @@
-//! Heaps of bodies that fall onto level ground, drawn by seeds that no test has.
+//! Heaps of bodies that fall onto level ground. No test uses these seeds.
 
 use nalgebra::{Vector3, Vector4};
 use tumble_core::contact::Plane;
@@ -11,18 +11,18 @@ use tumble_core::world::{Parameters, World};
 
 type BuiltHeap = (Vec<RigidBody>, Vec<State>);
 
-/// A heap, to be drawn by a seed.
+/// Heap, to be drawn with a seed.
 #[derive(Debug, Clone, Copy)]
 pub struct Heap {
-    /// What falls.
+    /// Kind of bodies.
     pub name: &'static str,
-    /// How many bodies.
+    /// Number of bodies.
     pub bodies: usize,
-    /// μ.
+    /// Coefficient of friction μ.
     pub friction: f64,
 }
 
-/// The heaps that are measured.
+/// Measured heaps.
 pub const HEAPS: [Heap; 14] = [
     Heap { name: "boxes", bodies: 10, friction: 0.3 },
     Heap { name: "boxes", bodies: 10, friction: 0.7 },
@@ -44,7 +44,7 @@ fn at_rest(position: Vector3<f64>, attitude: Vector4<f64>) -> State {
     State { position, attitude, velocity: Vector3::zeros(), spin: Vector3::zeros() }
 }
 
-/// Bodies anyhow above each other, that fall with some speed and spin.
+/// Bodies in random attitudes above each other, with random velocities and spins.
 fn heap(name: &str, count: usize, draws: &mut Draws) -> Result<BuiltHeap, Error> {
     let (mut bodies, mut starts) = (Vec::new(), Vec::new());
     for index in 0..count {
@@ -69,7 +69,7 @@ fn heap(name: &str, count: usize, draws: &mut Draws) -> Result<BuiltHeap, Error>
     Ok((bodies, starts))
 }
 
-/// Boxes of 20 × 15 × 10 cm, layers of 25 so near each other that they fall on one another.
+/// Boxes of 20 × 15 × 10 cm in dense layers of 25, so that they fall on one another.
 fn dense(count: usize, draws: &mut Draws) -> Result<BuiltHeap, Error> {
     let brick = RigidBody::solid_box(1.5, Vector3::new(0.1, 0.075, 0.05))?;
     let start = |index: usize| {
@@ -79,7 +79,7 @@ fn dense(count: usize, draws: &mut Draws) -> Result<BuiltHeap, Error> {
     Ok((vec![brick; count], (0..count).map(start).collect()))
 }
 
-/// A cube of 2 m and 10 kg thrown at a wall of bricks of 1 × 0.5 × 0.5 m and 20 kg, three in a row.
+/// Cube of 2 m and 10 kg thrown at a wall of bricks of 1 × 0.5 × 0.5 m and 20 kg, three per row.
 fn wall(count: usize, draws: &mut Draws) -> Result<BuiltHeap, Error> {
     let cube = RigidBody::solid_box(10.0, Vector3::repeat(1.0))?;
     let brick = RigidBody::solid_box(20.0, Vector3::new(0.495, 0.25, 0.25))?;
@@ -99,7 +99,7 @@ fn wall(count: usize, draws: &mut Draws) -> Result<BuiltHeap, Error> {
 }
 
 impl Heap {
-    /// A simulation of it by the native solver with steps of 2 ms.
+    /// Simulation of the heap by the native solver with steps of 2 ms.
     pub fn begin(&self, seed: u32) -> Result<Simulation<'static>, Error> {
         let draws = &mut Draws::new(seed);
         let (bodies, starts) = match self.name {

@@ -1,5 +1,6 @@
-//! Scenes of several boxes on level ground as `bench/scenes/*.json` has them: for the programs
-//! that `scripts/bench` runs, and for `benches/several.rs`.
+//! Scenes of several boxes on level ground in the format of `bench/scenes/*.json`.
+//!
+//! The programs of `scripts/bench` and `benches/several.rs` use them.
 
 use nalgebra::{Matrix3, SVector, Vector3};
 use serde::Deserialize;
@@ -11,48 +12,48 @@ use tumble_core::simulation::{Motion, Simulation};
 use tumble_core::solver::native::NativeSolver;
 use tumble_core::world::{Fixed, Parameters, World};
 
-/// Boxes on the plane z = 0, and for how many steps.
+/// Boxes on the plane z = 0 and the number of steps.
 #[derive(Deserialize)]
 pub struct BenchScene {
-    /// How many.
+    /// Number of steps.
     pub steps: usize,
-    /// h.
+    /// Time step h (s).
     pub step_seconds: f64,
-    /// μ.
+    /// Coefficient of friction μ.
     pub friction: f64,
-    /// g, m/s².
+    /// Gravitational acceleration g (m/s²).
     pub gravity: [f64; 3],
-    /// The boxes.
+    /// Moving boxes.
     pub boxes: Vec<Cuboid>,
-    /// Boxes that are fixed, along the world's axes.
+    /// Fixed boxes, parallel to the world's axes.
     #[serde(default)]
     pub walls: Vec<Wall>,
 }
 
-/// A fixed box.
+/// Fixed box.
 #[derive(Deserialize)]
 pub struct Wall {
-    /// m.
+    /// Half side lengths (m).
     pub half_sides: [f64; 3],
-    /// m.
+    /// Centre (m).
     pub centre: [f64; 3],
 }
 
-/// A box and its start.
+/// Box and its initial state.
 #[derive(Deserialize)]
 pub struct Cuboid {
-    /// m.
+    /// Half side lengths (m).
     pub half_sides: [f64; 3],
-    /// kg.
+    /// Mass (kg).
     pub mass: f64,
-    /// The diagonal, kg m².
+    /// Principal moments of inertia (kg m²).
     pub inertia: [f64; 3],
-    /// r, q (scalar first), v, ω (body).
+    /// Initial state r, q (scalar first), v, ω (body frame).
     pub start: [f64; 13],
 }
 
 impl BenchScene {
-    /// The world of the scene.
+    /// World of the scene.
     pub fn world(&self) -> Result<World, Error> {
         let body = |cuboid: &Cuboid| {
             let inertia = Matrix3::from_diagonal(&cuboid.inertia.into());
@@ -74,7 +75,7 @@ impl BenchScene {
         world.with_fixed(self.walls.iter().map(fixed).collect::<Result<_, Error>>()?)
     }
 
-    /// A simulation by the native solver, with its settings, from the start.
+    /// Simulation from the initial state by the given native solver.
     pub fn begin(&self, world: &World, solver: NativeSolver) -> Result<Simulation<'static>, Error> {
         let starts = self.boxes.iter().map(|cuboid| {
             State::from_vector(&SVector::<f64, 13>::from_column_slice(&cuboid.start))

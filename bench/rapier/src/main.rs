@@ -1,5 +1,7 @@
-//! Boxes on the plane z = 0 by Rapier: the scene as JSON on standard input, the motion as JSON
-//! on standard output.
+//! Boxes on the plane z = 0 in Rapier.
+//!
+//! The program reads a scene as JSON from standard input and writes the motion as JSON to standard
+//! output.
 
 use rapier3d_f64::prelude::*;
 use rapier3d_f64::utils::OrthonormalBasis;
@@ -8,10 +10,10 @@ use serde::{Deserialize, Serialize};
 
 type Failure = Box<dyn std::error::Error>;
 
-/// What to simulate.
+/// Scene and output options.
 #[derive(Deserialize)]
 struct Scene {
-    /// Steps before those that are timed.
+    /// Number of steps before the timed ones.
     untimed: usize,
     steps: usize,
     step_seconds: f64,
@@ -19,48 +21,51 @@ struct Scene {
     gravity: [f64; 3],
     boxes: Vec<Cuboid>,
     parameters: Parameters,
-    /// Whether to keep states and forces; a timed run does not.
+    /// True to record states and forces; a timed run does not.
     record: bool,
 }
 
-/// A box and its start.
+/// Box and its initial state.
 #[derive(Deserialize)]
 struct Cuboid {
     half_sides: [f64; 3],
     mass: f64,
     inertia: [f64; 3],
-    /// r, q (scalar first), v, ω (body).
+    /// Initial state r, q (scalar first), v, ω (body frame).
     start: [f64; 13],
 }
 
-/// What differs from Rapier's default parameters.
+/// Parameters that may differ from Rapier's defaults.
 #[derive(Deserialize)]
 struct Parameters {
-    /// Friction at each point instead of at each manifold.
+    /// True for friction at each point instead of at each manifold.
     coulomb: bool,
-    /// `num_solver_iterations`, the substeps.
+    /// Number of substeps, `num_solver_iterations`.
     iterations: usize,
-    /// `num_internal_pgs_iterations`, the sweeps in each.
+    /// Sweeps per substep, `num_internal_pgs_iterations`.
     sweeps: usize,
-    /// Natural frequency, Hz, and damping ratio of `static_contact_softness`.
+    /// Natural frequency (Hz) and damping ratio of `static_contact_softness`.
     softness: [f64; 2],
 }
 
-/// What came out.
+/// Result of a run.
 #[derive(Serialize, Default)]
 struct Motion {
-    /// Of the stepping, processor time.
+    /// Processor time of the steps (s).
     seconds: f64,
-    /// What memory grew by to its peak, KiB.
+    /// Growth of memory to its peak (KiB).
     memory_kib: u64,
-    /// r, q, v, ω of each box as in [`Cuboid::start`], the start first; empty if not recorded.
+    /// State r, q, v, ω of each box as in [`Cuboid::start`], starting with the initial state.
+    ///
+    /// Empty if not recorded.
     states: Vec<Vec<[f64; 13]>>,
-    /// Force of the plane on each corner of the one box during each step, N; empty if not
-    /// recorded, of several boxes, or if friction acts on the manifold and not on its points.
+    /// Force of the plane on each corner of the box during each step (N).
+    ///
+    /// Empty if not recorded, with several boxes, or with friction per manifold.
     forces: Vec<[[f64; 3]; 8]>,
 }
 
-/// The world, its bodies, and the colliders of the ground and of the first box.
+/// World, bodies, and the colliders of the ground and of the first box.
 struct Setup {
     world: PhysicsWorld,
     bodies: Vec<RigidBodyHandle>,
@@ -97,8 +102,7 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// The world at the start of the scene. Bodies do not fall asleep: what is measured is the
-/// solver.
+/// World at the start of the scene. Bodies do not sleep, because the solver is measured.
 fn build(scene: &Scene) -> Result<Setup, Failure> {
     let mut world = PhysicsWorld::new();
     world.gravity = scene.gravity.into();
@@ -140,7 +144,7 @@ fn insert(
     world.insert(body, collider)
 }
 
-/// r, q, v, ω (body) of each box.
+/// State r, q, v, ω (body frame) of each box.
 fn states(setup: &Setup) -> Vec<[f64; 13]> {
     let state = |handle: &RigidBodyHandle| {
         let body = &setup.world.bodies[*handle];
@@ -151,20 +155,20 @@ fn states(setup: &Setup) -> Vec<[f64; 13]> {
     setup.bodies.iter().map(state).collect()
 }
 
-/// Processor time of this process, s.
+/// Processor time of this process (s).
 fn clock() -> f64 {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// A line of Linux's /proc/self/status in KiB: `VmRSS:` is what is resident, `VmHWM:` its peak.
+/// Value in Linux's /proc/self/status (KiB): `VmRSS:` is resident memory, `VmHWM:` its peak.
 fn memory(name: &str) -> u64 {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix(name));
     line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(0)
 }
 
-/// The forces of the last step on the corners, from the impulses of its contacts.
+/// Forces of the last step on the corners (N), from the impulses of its contacts.
 fn forces(setup: &Setup, scene: &Scene) -> [[f64; 3]; 8] {
     let mut forces = [[0.0; 3]; 8];
     let Some(pair) = setup.world.contact_pair(setup.ground_collider, setup.box_collider) else {
@@ -172,7 +176,7 @@ fn forces(setup: &Setup, scene: &Scene) -> [[f64; 3]; 8] {
     };
     let ground_first = pair.collider1 == setup.ground_collider;
     for manifold in pair.solver_manifolds() {
-        // Impulses are those on the first body, in a basis made from minus the normal.
+        // Impulses act on the first body, in a basis made from the negative normal.
         let against = -manifold.data.normal;
         let [tangent1, tangent2] = basis(against);
         for point in &manifold.points {
@@ -191,13 +195,13 @@ fn forces(setup: &Setup, scene: &Scene) -> [[f64; 3]; 8] {
     forces
 }
 
-/// The two tangents that Rapier makes of a normal.
+/// Two tangents that Rapier computes from a normal.
 fn basis(normal: Vector) -> [Vector; 2] {
     let tangent = normal.orthonormal_vector();
     [tangent, normal.cross(tangent)]
 }
 
-/// The corner of the box in the octant of a point: x changes fastest, then y, then z.
+/// Index of the box corner in the octant of a point: x changes fastest, then y, then z.
 fn corner(point: Vector) -> usize {
     let bit = |coordinate: f64| usize::from(coordinate > 0.0);
     bit(point.x) + 2 * bit(point.y) + 4 * bit(point.z)

@@ -1,13 +1,13 @@
-//! Colours and labels of bodies, which only pictures know.
+//! Colours and labels of bodies. Only pictures use them.
 
 use serde::{Deserialize, Serialize};
 
-/// Red, green and blue: `"#rrggbb"`, or in scenario files one of a few words.
+/// RGB colour, written `"#rrggbb"`; scenario files also accept the names in `NAMED`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Colour(pub [u8; 3]);
 
-/// Colours that have a name.
+/// Colour names and their RGB values, sorted by name.
 const NAMED: [(&str, [u8; 3]); 12] = [
     ("black", [0x20, 0x20, 0x20]),
     ("blue", [0x2f, 0x74, 0xb5]),
@@ -48,12 +48,12 @@ impl From<Colour> for String {
     }
 }
 
-/// What is written at a body: one line.
+/// Text shown next to a body in pictures: one line.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct BodyLabel(pub String);
 
-/// Characters of a label.
+/// Maximum length of a label (characters).
 const LONGEST: usize = 40;
 
 impl TryFrom<String> for BodyLabel {

@@ -1,4 +1,5 @@
-//! What of a body's start the seed draws, so that a run's files can be held against their seed.
+//! Random starts of bodies: the seed's share of a start, so that a run can be checked against its
+//! seed.
 
 use super::model::Model;
 use super::shape::ModelPlace;
@@ -8,35 +9,38 @@ use tumble_core::contact::Plane;
 use tumble_core::mechanics::State;
 use tumble_core::simulation::random::Draws;
 
-/// What is computed again of the same draws is the same but for another machine's rounding, in parts of the
-/// largest number.
+/// Relative tolerance between a stored start and the same draw computed again, possibly on another
+/// machine.
 const SAME: f64 = 1e-12;
 
-/// A start before anything of it is drawn. The draws of a seed go to the bodies in their order, of each to the attitude
-/// and then to the coordinates that jitter.
+/// Description of a random start, before the draw.
+///
+/// The bodies use the draws of a seed in their order. Each body draws its attitude first, then the
+/// coordinates with jitter.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct DrawnModel {
-    /// Where the frame of the shape is, m.
+    /// Position of the shape's frame (m).
     pub position: [f64; 3],
-    /// Unit quaternion w, x, y, z; null where it is drawn.
+    /// Unit quaternion w, x, y, z; null for a random attitude.
     pub attitude: Option<[f64; 4]>,
-    /// By how much each coordinate is drawn about `position`, m.
+    /// Half width of the uniform distribution of each coordinate about `position` (m).
     pub jitter: [f64; 3],
-    /// Whether the attitude is drawn as the tutorial does: [`Draws::tutorial_attitude`].
+    /// True if the attitude is drawn by the tutorial's method, [`Draws::tutorial_attitude`].
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub tutorial: bool,
-    /// Whether both are seen from the ground and not from the world.
+    /// True if position and attitude are in the ground's frame; otherwise they are in the world
+    /// frame.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub ground: bool,
 }
 
 impl DrawnModel {
-    /// Whether anything is drawn.
+    /// True if the start depends on the seed.
     pub fn draws(&self) -> bool {
         self.attitude.is_none() || self.jitter.iter().any(|size| *size > 0.0)
     }
 
-    /// The place that the next draws make.
+    /// Place that results from the next values of `draws`.
     pub fn place(&self, draws: &mut Draws) -> ModelPlace {
         let mut drawn = || if self.tutorial { draws.tutorial_attitude() } else { draws.attitude() };
         let attitude = self.attitude.unwrap_or_else(|| drawn().into());
@@ -50,8 +54,10 @@ impl DrawnModel {
     }
 }
 
-/// The state in the world of what is at `place`, seen from the `ground` where there is one, its centre of mass at
-/// `centre` in its own frame.
+/// State, in the world, of a body whose shape's frame is at `place`.
+///
+/// `place` is in the frame of `ground` if there is one. `centre` is the centre of mass in the
+/// shape's frame (m).
 pub fn state_at(
     ground: Option<&Plane>,
     place: &ModelPlace,
@@ -65,13 +71,13 @@ pub fn state_at(
 }
 
 impl Model {
-    /// Whether anything of its starts is drawn.
+    /// True if a start of the model depends on the seed.
     #[must_use]
     pub fn is_drawn(&self) -> bool {
         self.bodies.iter().any(|body| body.drawn.is_some())
     }
 
-    /// The first body that does not start where `seed` draws it.
+    /// Name of the first body whose start differs from the draw of `seed`.
     #[must_use]
     pub fn drawn_otherwise(&self, seed: u32) -> Option<&str> {
         let plane = self.plane.as_ref();
@@ -86,15 +92,16 @@ impl Model {
             let start = body.start.state();
             let off = (found.position - start.position).amax();
             let turned = (found.attitude - start.attitude).amax();
-            // A NaN is nowhere.
+            // Written so that a NaN counts as a difference.
             let is_there = off <= SAME * (1.0 + start.position.amax()) && turned <= SAME;
             !is_there
         });
         body.map(|body| body.name.as_str())
     }
 
-    /// Forgets what was drawn, where the starts are no longer what `seed` draws: where bodies have left, or states
-    /// were set.
+    /// Removes the descriptions of the random starts unless all starts equal the draws of `seed`.
+    ///
+    /// They differ after a body was removed or a state was set.
     pub fn keep_draws_of(&mut self, seed: u32) {
         if self.drawn_otherwise(seed).is_some() {
             self.bodies.iter_mut().for_each(|body| body.drawn = None);

@@ -1,4 +1,4 @@
-//! Why a scenario is refused.
+//! Errors of input, settings and files.
 
 use super::names::{self, FileKind};
 use super::shown;
@@ -6,17 +6,18 @@ use std::fmt;
 use std::path::Path;
 use tumble_core::error::Error;
 
-/// Why something cannot be done: one sentence.
+/// Reason of a failure, as one sentence.
 #[derive(Debug)]
 pub enum Failure {
-    /// The user can mend it.
+    /// Invalid input that the user can correct.
     Input(String),
-    /// The same, and it is about a setting, by the name of its flag: what it is called depends
-    /// on where it was given.
+    /// Invalid setting, identified by its flag.
+    ///
+    /// The displayed name of the setting depends on its source (flag or file).
     Setting {
-        /// The flag, without dashes.
+        /// Flag without dashes.
         name: String,
-        /// What is wrong with it.
+        /// Description of the fault.
         why: String,
     },
     /// Anything else.
@@ -24,18 +25,20 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// What is wrong with a setting.
+    /// Failure of the setting `name`.
     pub fn setting(name: &str, why: impl fmt::Display) -> Self {
         Self::Setting { name: name.to_owned(), why: why.to_string() }
     }
 
-    /// A setting without which there is nothing to simulate.
+    /// Failure because the required setting `name` is missing.
     pub fn needed(name: &str) -> Self {
         Self::setting(name, "it is not given, and needed")
     }
 
-    /// The same, where a file says what flags do not: with the file, and the name that the setting
-    /// has there, unless it is one of `flags`.
+    /// Adds the name of the file to the message.
+    ///
+    /// A setting that is not among `flags` comes from the file and gets its field name there. A
+    /// setting among `flags` stays as it is.
     pub fn in_file(self, path: &Path, kind: FileKind, flags: &[&str]) -> Self {
         let file = shown::path(path);
         match self {
@@ -58,7 +61,7 @@ impl fmt::Display for Failure {
     }
 }
 
-/// The model refuses a value: say which setting it is.
+/// Maps an error of the core to the setting that causes it.
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         match names::behind(&error) {
@@ -68,7 +71,8 @@ impl From<Error> for Failure {
     }
 }
 
-/// An option that would do nothing is refused rather than ignored.
+/// Rejects every given flag: it has no effect with `place`. `flags` holds each flag and whether it
+/// was given.
 pub fn refuse_flags(place: &str, flags: &[(&str, bool)]) -> Result<(), Failure> {
     match flags.iter().find(|(_, given)| *given) {
         Some((flag, _)) => {

@@ -1,4 +1,4 @@
-//! Fields of the files that are read: lists of the right length, and errors that name the field.
+//! Fields of input files: arrays of fixed length, tables, and errors that name the field.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::de::value::MapAccessDeserializer;
@@ -7,46 +7,47 @@ use serde::{Deserialize, Serialize, Serializer};
 use std::fmt;
 use std::marker::PhantomData;
 
-/// N values, no more and no fewer. (An array of serde's leaves it to the format whether what
-/// comes after the last is an error.)
+/// Array of exactly N values.
+///
+/// Formats of serde differ in whether surplus values of an array are an error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exactly<T, const N: usize>(pub [T; N]);
 
-/// N numbers.
+/// Array of N numbers.
 pub type Numbers<const N: usize> = Exactly<f64, N>;
 
-/// Gravity: a number (downwards) or a vector, m/s².
+/// Gravitational acceleration (m/s²): one number (downwards) or a vector.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(untagged, expecting = "a number (downwards) or three are needed")]
 pub enum Gravity {
-    /// Along −z.
+    /// Magnitude along −z.
     Downwards(f64),
-    /// World.
+    /// Vector in the world frame.
     Vector(Numbers<3>),
 }
 
 impl Gravity {
-    /// g, m/s², world.
+    /// Vector of the acceleration (m/s²), world frame.
     pub fn vector(self) -> Vector3<f64> {
         match self {
-            // Without any, 0 and not -0.
+            // `0.0 - g` gives 0 for g = 0; `-g` would give -0.
             Self::Downwards(g) => Vector3::new(0.0, 0.0, 0.0 - g),
             Self::Vector(vector) => vector.0.into(),
         }
     }
 }
 
-/// A vector as it stands in a file.
+/// Vector in the form of the files.
 pub fn numbers(vector: &Vector3<f64>) -> Numbers<3> {
     Exactly((*vector).into())
 }
 
-/// A matrix as it stands in a file.
+/// Matrix in the form of the files, by rows.
 pub fn by_rows(matrix: &Matrix3<f64>) -> Exactly<Numbers<3>, 3> {
     Exactly(std::array::from_fn(|row| numbers(&matrix.row(row).transpose())))
 }
 
-/// The matrix of a file's rows.
+/// Matrix from the rows in a file.
 pub fn matrix(rows: &Exactly<Numbers<3>, 3>) -> Matrix3<f64> {
     Matrix3::from_fn(|row, column| rows.0[row].0[column])
 }
@@ -80,7 +81,7 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N
                 while list.next_element::<IgnoredAny>()?.is_some() {
                     length += 1;
                 }
-                // Of length N, so that it can fail for the surplus alone.
+                // `values` has length N, so only a surplus is an error here.
                 match values.try_into() {
                     Ok(values) if length == N => Ok(Exactly(values)),
                     _ => Err(A::Error::invalid_length(length, &self)),
@@ -92,8 +93,10 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N
     }
 }
 
-/// A table that may be left out, with serde's `default`. (Serde takes a list for one as well, value
-/// by value, and says what is wrong with the values of `[[body]]`.)
+/// Reads an optional table; to be used with serde's `default`.
+///
+/// Serde's own derive also accepts a list of values. Its message for `[[body]]` would then be about
+/// these values.
 pub fn table_if_any<'de, D, T>(deserializer: D) -> Result<Option<T>, D::Error>
 where
     D: Deserializer<'de>,
@@ -116,7 +119,7 @@ where
     deserializer.deserialize_map(TableField(PhantomData)).map(Some)
 }
 
-/// Tables of one name: one, or a list of them.
+/// One table or a list of tables of the same name.
 #[derive(Debug, Clone)]
 pub struct Tables<T>(pub Vec<T>);
 
@@ -154,20 +157,20 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Tables<T> {
     }
 }
 
-/// Of a list in the place of a table.
+/// Text of the error for a list that should be a table.
 const ONE_TABLE: &str = "list, one table is needed";
 
-/// An error with the field it is about, where there is one.
+/// Prepends the path of the field to `message`, if the path is known.
 pub fn named(path: &str, message: &str) -> String {
     let mut message = plain(message);
     if path == "body" && message.ends_with(ONE_TABLE) {
         message += " (several bodies are [[bodies]])";
     }
-    // `.` is the whole; what is not known has no name.
+    // serde_path_to_error writes `.` for the root and `?` for an unknown part.
     if path == "." || path.contains('?') { message } else { format!("{path}: {message}") }
 }
 
-/// A message without the names of our own types.
+/// Replaces the names of Rust types in `message`.
 pub fn plain(message: &str) -> String {
     let types = [
         ("expected f64", "a number is needed"),
@@ -184,10 +187,10 @@ pub fn plain(message: &str) -> String {
     types.iter().fold(message.to_owned(), |text, (name, plain)| text.replace(name, plain))
 }
 
-/// What a JSON text says.
+/// Parses a JSON text.
 ///
 /// # Errors
-/// A sentence that names the field and the line.
+/// Invalid JSON or a wrong value; the sentence names the field and the line.
 pub fn json<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     let mut deserializer = serde_json::Deserializer::from_str(text);
     let value = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {

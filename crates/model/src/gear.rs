@@ -1,27 +1,29 @@
-//! Gears as run.json has them.
+//! Gears in the form of run.json.
 
 use serde::{Deserialize, Serialize};
 use tumble_core::joint::{Drive, Gear, GearAxis, JointAxis};
 
-/// A gear of the model: the coordinate of the first joint is `ratio` times that of the second and `offset`, or a drive acts on
-/// what it is more than that.
+/// Gear between two joint coordinates: q₀ = r q₁ + c with `ratio` r and `offset` c.
+///
+/// With a `drive` the equation is not a constraint: the drive acts on q₀ − r q₁ − c.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GearModel {
-    /// Indices of `joints`.
+    /// Indices into `joints`.
     pub joints: [usize; 2],
-    /// Of each the axis: 0, 1, 2 along x, y, z and 3, 4, 5 about them.
+    /// Axis of each joint: 0, 1, 2 are translations along x, y, z; 3, 4, 5 are rotations about
+    /// them.
     pub axes: [usize; 2],
-    /// In the unit of the first coordinate over that of the second.
+    /// Ratio r, unit of the first coordinate per unit of the second.
     pub ratio: f64,
-    /// m or rad.
+    /// Offset c (m or rad, unit of the first coordinate).
     pub offset: f64,
-    /// What acts in place of the tie, in the units of the first coordinate.
+    /// Drive that replaces the constraint, in the units of the first coordinate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<Drive>,
 }
 
 impl GearModel {
-    /// The gear.
+    /// Gear in the form of the core.
     #[must_use]
     pub fn gear(&self) -> Gear {
         let axis = |k: usize| GearAxis {

@@ -1,54 +1,57 @@
-//! Joints as run.json has them: complete, and the joint that they make.
+//! Joints in the form of run.json, and the core's joints made of them.
 
 use super::shape::ModelPlace;
 use serde::{Deserialize, Serialize};
 use tumble_core::error::Error;
 use tumble_core::joint::{Axis, Drive, Joint, Knots, Middle};
 
-/// Which of its axes a joint leaves free.
+/// Type of a joint: the set of its free axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum JointKind {
-    /// Turns about its axis.
+    /// Rotation about the axis.
     Revolute,
-    /// Slides along its axis.
+    /// Translation along the axis.
     Prismatic,
-    /// Slides along its axis and turns about it.
+    /// Translation along the axis and rotation about it.
     Cylindrical,
-    /// Slides across its axis and turns about it.
+    /// Translation across the axis and rotation about it.
     Planar,
-    /// Slides across its axis, without a turn.
+    /// Translation across the axis, no rotation.
     Sliding,
-    /// Slides along three axes, without a turn.
+    /// Translation along three axes, no rotation.
     Gantry,
-    /// Moves in any way; drives act along the axes of the second body's frame, and along the parts of its turn.
+    /// All six degrees of freedom.
+    ///
+    /// Drives act along the axes of the second body's frame and on the components of the rotation
+    /// vector.
     Free,
-    /// Turns about its anchor in any way, under drives of the parts of its turn about the axes of the first body's frame.
+    /// Any rotation about the anchor. Drives act on the components of the rotation vector along the
+    /// axes of the first body's frame.
     Spherical,
-    /// The same within a cone, and under a drive of the twist.
+    /// Any rotation about the anchor within a cone, with a drive of the twist.
     Ball,
-    /// Turns about x of the first body's frame and y of the second's.
+    /// Rotations about x of the first body's frame and y of the second body's.
     Universal,
-    /// Turns about these, and about a third axis that is square to both.
+    /// Rotations about the axes of a universal joint and about a third axis perpendicular to both.
     Gimbal,
-    /// Does not move.
+    /// No motion.
     Fixed,
 }
 
-/// An axis that a drive can act on: its name, and which of the six it is, x, y, z of the place and of
-/// the turn.
+/// Axis that a drive can act on: its name and its index (0–2 translations x, y, z; 3–5 rotations).
 pub type DrivenAxis = (&'static str, usize);
 
-/// The axis of a slide, and that of a turn.
+/// Driven axes of a prismatic and of a revolute joint.
 const SLIDE: DrivenAxis = ("slide", 2);
 const TURN: DrivenAxis = ("turn", 5);
-/// The axes of a gimbal.
+/// Driven axes of a gimbal.
 const TURN_X: DrivenAxis = ("turn_x", 3);
 const TURN_Y: DrivenAxis = ("turn_y", 4);
 const TURN_Z: DrivenAxis = ("turn_z", 5);
 
 impl JointKind {
-    /// The axes that drives can act on, in the order of their drives.
+    /// Axes that drives can act on, in the order of the joint's drives.
     #[must_use]
     pub fn driven(self) -> &'static [DrivenAxis] {
         match self {
@@ -65,7 +68,7 @@ impl JointKind {
         }
     }
 
-    /// The word of a file.
+    /// Name of the type in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -84,19 +87,19 @@ impl JointKind {
         }
     }
 
-    /// Whether it has an axis, or more: whether its frames are more than their anchors.
+    /// True if the type has a distinguished axis, so that the attitudes of its frames matter.
     #[must_use]
     pub fn has_axis(self) -> bool {
         !matches!(self, Self::Free | Self::Spherical | Self::Fixed)
     }
 
-    /// Whether it turns in any way, without angles of its own.
+    /// True if the rotation is unrestricted and the type has no joint angles.
     #[must_use]
     pub fn turns_in_any_way(self) -> bool {
         matches!(self, Self::Free | Self::Spherical)
     }
 
-    /// The six axes under these drives, of a ball joint within the cone (rad).
+    /// Six axes of a joint with these drives. `cone` limits a ball joint (rad).
     fn axes(self, drives: &[Drive], cone: Option<f64>) -> [Axis; 6] {
         let mut axes = [Axis::Locked; 6];
         if self == Self::Ball {
@@ -112,57 +115,59 @@ impl JointKind {
     }
 }
 
-/// A joint of the model.
+/// Joint of a [`Model`](crate::Model).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct JointModel {
-    /// What it is called.
+    /// Name of the joint.
     pub name: String,
-    /// Its type.
+    /// Type of the joint.
     #[serde(rename = "type")]
     pub kind: JointKind,
-    /// A: an index of `bodies`.
+    /// First body A, an index into `bodies`.
     pub body: usize,
-    /// B: another one; null for the world.
+    /// Second body B, an index into `bodies`; null for the world.
     pub other: Option<usize>,
-    /// Its frame in A and in B or the world: m, from the centre of mass, and joint → body. Its z is the axis.
+    /// Frame of the joint in A and in B or the world: position from the centre of mass (m) and
+    /// rotation joint → body. Its z axis is the joint's axis.
     pub frames: [ModelPlace; 2],
-    /// m; null for that of its bodies.
+    /// Characteristic length of the rotational rows (m), see (J2); null for the value computed from
+    /// the bodies.
     pub length: Option<f64>,
-    /// Whether its bodies touch each other.
+    /// True if the two bodies can touch each other.
     pub collide: bool,
-    /// rad, of a ball joint: how far its z axes may be from each other.
+    /// Maximum angle between the z axes of a ball joint (rad).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cone: Option<f64>,
-    /// Of a gimbal: its middle axis; null for one square to the others, counted from where it is.
+    /// Zero and sign of the middle angle of a gimbal, see (J13); null for [`Middle::STRAIGHT`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub middle: Option<Middle>,
-    /// What acts on each axis that its type leaves to drives: m and N along, rad and N m about.
+    /// Drive of each driven axis: m and N for translations, rad and N m for rotations.
     pub drives: Vec<Drive>,
-    /// How its frame in the world moves, of one that is fixed there.
+    /// Prescribed motion of the joint's frame in the world. The second body must be null.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub course: Option<CourseModel>,
 }
 
-/// The way of a frame in the world: straight and evenly from place to place, and steadily on from the last.
+/// Prescribed motion of a frame in the world: piecewise linear, then with constant velocity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CourseModel {
-    /// s.
+    /// Times of the knots (s).
     pub times: Vec<f64>,
-    /// One a time.
+    /// Place at each time.
     pub places: Vec<ModelPlace>,
-    /// After the last time, m/s.
+    /// Velocity after the last time (m/s).
     #[serde(default)]
     pub velocity: [f64; 3],
-    /// rad/s, world.
+    /// Angular velocity after the last time (rad/s), world frame.
     #[serde(default)]
     pub spin: [f64; 3],
 }
 
 impl CourseModel {
-    /// The knots.
+    /// Prescribed motion in the form of the core.
     ///
     /// # Errors
-    /// What is wrong with them, beginning with the field's name.
+    /// Invalid knots or velocities; the sentence begins with the name of the field.
     pub fn knots(&self) -> Result<Knots, String> {
         if self.times.len() != self.places.len() {
             let (times, places) = (self.times.len(), self.places.len());
@@ -182,7 +187,7 @@ impl CourseModel {
 }
 
 impl JointModel {
-    /// The joint.
+    /// Joint in the form of the core.
     #[must_use]
     pub fn joint(&self) -> Joint {
         let [x, y, z, rx, ry, rz] = self.kind.axes(&self.drives, self.cone);
@@ -202,10 +207,10 @@ impl JointModel {
 }
 
 impl JointModel {
-    /// Which of the axes that drives act on is that of the name; the only one without.
+    /// Index into the joint's drives of the axis `wanted`; without a name, of the only axis.
     ///
     /// # Errors
-    /// A name that it does not have, and none where it has several.
+    /// An unknown name, or no name for a joint with several driven axes.
     pub fn driven_place(&self, wanted: Option<&str>) -> Result<usize, String> {
         let driven = self.kind.driven();
         let names: Vec<_> = driven.iter().map(|(name, _)| format!("`{name}`")).collect();
@@ -220,10 +225,10 @@ impl JointModel {
         }
     }
 
-    /// The axis of that name, of all six.
+    /// Index from 0 to 5 of the driven axis `wanted`.
     ///
     /// # Errors
-    /// As [`JointModel::driven_place`]; and a joint without drives.
+    /// The errors of [`JointModel::driven_place`], and a joint without driven axes.
     pub fn driven_axis(&self, wanted: Option<&str>) -> Result<usize, String> {
         let driven = self.kind.driven();
         if driven.is_empty() {

@@ -1,5 +1,7 @@
-//! A scene as data: bodies, shapes, joints, gears and what is fixed, as run.json has them, and the
-//! [`World`](tumble_core::world::World) that they make. Scenario files, robots and plans all become a [`Model`].
+//! Scene as data: bodies, shapes, joints, gears and fixed geometry in the form of run.json.
+//!
+//! A [`Model`] makes a [`World`](tumble_core::world::World). Scenario files, robots and plans all
+//! become a [`Model`].
 
 #![deny(unsafe_code)]
 
@@ -21,5 +23,5 @@ pub use model::*;
 use std::io;
 use std::path::Path;
 
-/// Reads the file of a name, of at most so many bytes.
+/// Function that reads the file at a path, of at most the given number of bytes.
 pub type ReadFile<'a> = &'a dyn Fn(&Path, u64) -> io::Result<Vec<u8>>;

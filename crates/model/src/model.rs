@@ -1,6 +1,6 @@
-//! A scene of several bodies, complete: what run.json says of it, and the world that it makes.
+//! Complete scene of several bodies in the form of run.json, and the world made of it.
 //!
-//! A simulation and its verification make their worlds here, of the same numbers.
+//! Simulation and verification make their worlds here, from the same numbers.
 
 pub use super::drawn::DrawnModel;
 use super::gear::GearModel;
@@ -20,148 +20,150 @@ use tumble_core::joint::Knots;
 use tumble_core::mechanics::{Load, RigidBody, Rotation, State};
 use tumble_core::world::{Fixed, Parameters, World};
 
-/// The constants of a run and its start, SI units.
+/// Constants of a run and its initial state, in SI units.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Model {
-    /// h, s.
+    /// Time step h (s).
     pub dt: f64,
-    /// By which equation bodies turn.
+    /// Discretisation of the rotational equations of motion.
     #[serde(default = "unnamed_rotation")]
     pub rotation: Rotation,
-    /// m/s², world.
+    /// Gravitational acceleration (m/s²), world frame.
     pub gravity: [f64; 3],
-    /// Of the ground, and of what has none of its own.
+    /// Coefficient of friction of the ground; default for bodies and fixed geometry.
     pub mu: f64,
-    /// The same of restitution.
+    /// Coefficient of restitution of the world; default for bodies without their own.
     #[serde(default)]
     pub restitution: f64,
-    /// m/s; null for the usual one.
+    /// Approach speed below which contacts do not bounce (m/s); null for the core's default.
     #[serde(default)]
     pub rebound_speed: Option<f64>,
-    /// Null without a ground.
+    /// Plane of the ground; null without a ground.
     pub plane: Option<PlaneParameters>,
-    /// The shapes that bodies have.
+    /// Shapes that the bodies refer to.
     pub shapes: Vec<ModelShape>,
-    /// What bodies look like that do not look like their shapes: pieces, and meshes that need not be convex.
+    /// Visual shapes of bodies that look different from their collision shapes. Meshes need not be
+    /// convex.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub looks: Vec<Vec<PlacedForm>>,
-    /// In the order of states.
+    /// Bodies, in the order of the states.
     pub bodies: Vec<BodyModel>,
-    /// What never moves.
+    /// Fixed geometry.
     pub fixed: Vec<FixedModel>,
-    /// Coefficients of friction between two.
+    /// Coefficients of friction of single pairs.
     pub frictions: Vec<PairModel>,
-    /// Coefficients of restitution between two.
+    /// Coefficients of restitution of single pairs.
     #[serde(default)]
     pub restitutions: Vec<PairModel>,
-    /// What ties bodies.
+    /// Joints between bodies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<JointModel>,
-    /// What ties joints.
+    /// Gears between joints.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gears: Vec<GearModel>,
-    /// What moves over what it is of.
+    /// Moving surfaces.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub surfaces: Vec<SurfaceModel>,
-    /// Pairs that do not touch, besides those that joints tie.
+    /// Pairs that do not collide, in addition to the pairs joined by joints.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub apart: Vec<ApartModel>,
 }
 
-/// A surface that moves over what it is of, as a belt does.
+/// Surface that moves along its body, such as a conveyor belt.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SurfaceModel {
-    /// Whose it is.
+    /// Owner of the surface.
     pub of: PartnerModel,
-    /// m/s; in the frame of the body, in the world's of what is fixed.
+    /// Velocity of the surface (m/s): body frame for a body, world frame for fixed geometry.
     pub velocity: [f64; 3],
 }
 
-/// A body and its start.
+/// Body and its initial state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct BodyModel {
-    /// What it is called.
+    /// Name of the body.
     pub name: String,
-    /// An index of `shapes`.
+    /// Collision shape, an index into `shapes`.
     pub shape: usize,
-    /// The centre of mass, m, in the frame of the shape. The body's frame has it as its origin and
-    /// the axes of the shape's.
+    /// Centre of mass in the shape's frame (m).
+    ///
+    /// It is the origin of the body frame, with the axes of the shape's frame.
     pub centre: [f64; 3],
-    /// kg.
+    /// Mass (kg).
     pub mass: f64,
-    /// By rows, body frame.
+    /// Rows of the inertia tensor about the centre of mass (kg m²), body frame.
     pub inertia: [[f64; 3]; 3],
-    /// Its own coefficient of friction; null for the world's.
+    /// Coefficient of friction of the body; null for the world's.
     pub friction: Option<f64>,
-    /// The same of restitution.
+    /// Coefficient of restitution of the body; null for the world's.
     #[serde(default)]
     pub restitution: Option<f64>,
-    /// Whether it touches anything.
+    /// True if the body collides.
     #[serde(default = "touches", skip_serializing_if = "touches_as_usual")]
     pub touches: bool,
-    /// Null without one.
+    /// External load; null without a load.
     pub load: Option<LoadParameters>,
-    /// In pictures; none for one of a few in turn.
+    /// Colour in pictures; default from a short palette.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colour: Option<Colour>,
-    /// In pictures, for its name.
+    /// Label in pictures instead of the name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label: Option<BodyLabel>,
-    /// In pictures, for its shape: an index of `looks`, in the frame of the shape.
+    /// Visual shape instead of `shape`, an index into `looks`; in the shape's frame.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub look: Option<usize>,
-    /// Where it starts.
+    /// Initial state.
     pub start: BodyStart,
-    /// What of that the seed drew; none of a start that is told.
+    /// Random part of the initial state; absent if the start is fixed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drawn: Option<DrawnModel>,
 }
 
-/// Of the centre of mass, world; the spin in the body's frame.
+/// Initial state of the centre of mass, in the world frame except for the spin.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct BodyStart {
-    /// m.
+    /// Position (m).
     pub position: [f64; 3],
     /// Unit quaternion w, x, y, z, body → world.
     pub attitude: [f64; 4],
-    /// m/s.
+    /// Velocity (m/s).
     pub velocity: [f64; 3],
-    /// rad/s.
+    /// Angular velocity (rad/s), body frame.
     pub spin: [f64; 3],
 }
 
-/// A convex piece that never moves, in the world.
+/// Fixed convex piece in the world.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct FixedModel {
-    /// Pieces of one thing have its name.
+    /// Name; pieces of one object share it.
     pub name: String,
-    /// Its shape and place.
+    /// Shape and place.
     pub piece: PlacedForm,
-    /// Its own coefficient of friction; null for the world's.
+    /// Coefficient of friction; null for the world's.
     pub friction: Option<f64>,
 }
 
-/// A coefficient between two, of friction or of restitution.
+/// Coefficient of friction or restitution of one pair.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct PairModel {
-    /// An index of `bodies`.
+    /// First partner, an index into `bodies`.
     pub body: usize,
-    /// Whom it is with.
+    /// Second partner.
     pub partner: PartnerModel,
-    /// μ or e.
+    /// Coefficient μ or e.
     pub coefficient: f64,
 }
 
-/// Two that do not touch.
+/// Pair that does not collide.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ApartModel {
-    /// An index of `bodies`.
+    /// First partner, an index into `bodies`.
     pub body: usize,
-    /// Whom it does not touch.
+    /// Second partner.
     pub partner: PartnerModel,
 }
 
-/// What a body does of which nothing is said.
+/// Default of [`BodyModel::touches`].
 fn touches() -> bool {
     true
 }
@@ -170,15 +172,15 @@ fn touches_as_usual(touches: &bool) -> bool {
     *touches
 }
 
-/// Whom a contact is with.
+/// Second partner of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PartnerModel {
-    /// The ground.
+    /// Ground.
     Ground,
-    /// An index of `fixed`.
+    /// Fixed geometry, an index into `fixed`.
     Fixed(usize),
-    /// An index of `bodies`.
+    /// Body, an index into `bodies`.
     Body(usize),
 }
 
@@ -193,7 +195,7 @@ impl From<PartnerModel> for Partner {
 }
 
 impl Model {
-    /// The world of the model.
+    /// World of the model.
     pub fn world(&self) -> Result<World, Failure> {
         let fixed = self.fixed.iter().map(|fixed| {
             Ok::<_, Error>(Fixed { piece: fixed.piece.piece()?, friction: fixed.friction })
@@ -230,7 +232,7 @@ impl Model {
         self.tied(world)
     }
 
-    /// How the frames in the world of joints move, by the joints' indices.
+    /// Prescribed motions of joint frames in the world, with the index of each joint.
     pub fn courses(&self) -> Result<Vec<(usize, Knots)>, Failure> {
         let joints = self.joints.iter().enumerate();
         let courses =
@@ -242,7 +244,8 @@ impl Model {
         knots.collect()
     }
 
-    /// Has it start at these `states`, one a body, at the time `time` (s).
+    /// Sets the initial `states`, one per body, and moves prescribed frames to their place at
+    /// `time` (s).
     pub fn start_at(&mut self, states: &[State], time: f64) -> Result<(), Failure> {
         for (body, state) in self.bodies.iter_mut().zip(states) {
             body.start = BodyStart::of(state);
@@ -253,14 +256,14 @@ impl Model {
         Ok(())
     }
 
-    /// `world` with the joints and gears.
+    /// Adds the joints and gears to `world`.
     fn tied(&self, world: World) -> Result<World, Failure> {
         if self.joints.is_empty() {
             return Ok(world);
         }
         let joints = || self.joints.iter().map(JointModel::joint);
         let world = world.clone().with_joints(joints().collect()).map_err(|error| {
-            // The library says what is wrong, and not of which.
+            // The core's error does not name the joint: find the joint that fails alone.
             let is_wrong = |joint| world.clone().with_joints(vec![joint]).is_err();
             let index = joints().position(is_wrong).unwrap_or(0);
             let name = self.joints.get(index).map_or("", |joint| &joint.name);
@@ -278,7 +281,7 @@ impl Model {
         })
     }
 
-    /// The bodies; equal ones are made once.
+    /// Rigid bodies of the model. Equal bodies are computed once.
     fn rigid_bodies(&self) -> Result<Vec<RigidBody>, Failure> {
         let mut made: Vec<(&BodyModel, RigidBody)> = Vec::new();
         let mut bodies = Vec::with_capacity(self.bodies.len());
@@ -300,25 +303,26 @@ impl Model {
         Ok(bodies)
     }
 
-    /// The model that [`Model::text`] has written.
+    /// Parses the output of [`Model::text`].
     ///
     /// # Errors
-    /// What is no model.
+    /// A text that is not a model.
     pub fn of_text(text: &str) -> Result<Self, String> {
         fields::json(text)
     }
 
-    /// The model as run.json has it, in JSON.
+    /// Model as JSON in the form of run.json.
     ///
     /// # Errors
-    /// A number that JSON has not.
+    /// A number that JSON cannot represent.
     pub fn text(&self) -> Result<String, Failure> {
         let why = |error| Failure::Other(format!("the model cannot be written: {error}"));
         serde_json::to_string(self).map_err(why)
     }
 
-    /// Takes the body `index` out, with the coefficients of its pairs, the joints that tie it and their gears; those
-    /// after it move up by one.
+    /// Removes the body `index`, its pairs, the joints attached to it and their gears.
+    ///
+    /// The indices of later bodies decrease by one.
     pub fn leave_out(&mut self, index: usize) {
         let number = |body: usize| match body.cmp(&index) {
             Ordering::Less => Some(body),
@@ -365,12 +369,12 @@ impl Model {
         self.surfaces = self.surfaces.iter().filter_map(surface).collect();
     }
 
-    /// The states at step 0.
+    /// States of the bodies at step 0.
     pub fn states(&self) -> Vec<State> {
         self.bodies.iter().map(|body| body.start.state()).collect()
     }
 
-    /// What pushes each body.
+    /// External load of each body.
     pub fn loads(&self) -> Result<Vec<Load>, Failure> {
         let load = |body: &BodyModel| body.load.as_ref().map_or(Ok(Load::none()), |l| l.load());
         self.bodies.iter().map(load).collect()
@@ -378,7 +382,7 @@ impl Model {
 }
 
 impl BodyStart {
-    /// That at a state.
+    /// Initial state equal to `state`.
     pub fn of(state: &State) -> Self {
         Self {
             position: state.position.into(),
@@ -388,7 +392,7 @@ impl BodyStart {
         }
     }
 
-    /// The state at step 0.
+    /// State at step 0.
     pub fn state(&self) -> State {
         State {
             position: self.position.into(),
@@ -400,10 +404,10 @@ impl BodyStart {
 }
 
 impl BodyModel {
-    /// The body of this model, of the shape that it names.
+    /// Rigid body of this model with the given `shape`.
     ///
     /// # Errors
-    /// What the library refuses.
+    /// The errors of the core for invalid properties.
     pub fn rigid_body(&self, shape: &ModelShape) -> Result<RigidBody, Error> {
         let inertia = Matrix3::from(self.inertia).transpose();
         let body = shape.body(self.mass, inertia, &self.centre.into())?;
@@ -417,7 +421,7 @@ impl BodyModel {
         }
     }
 
-    /// Whether it is the same body somewhere else.
+    /// True if both have the same shape, mass properties and coefficients.
     fn is_like(&self, other: &Self) -> bool {
         let of = |body: &Self| {
             let coefficients = (body.friction, body.restitution);

@@ -1,22 +1,22 @@
-//! What settings are called: on the command line, in a scenario and in run.json.
+//! Names of settings on the command line, in scenario files and in run.json.
 
 use tumble_core::error::Error;
 
-/// A file that gives settings.
+/// Kind of a file with settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileKind {
-    /// A scenario.
+    /// Scenario file.
     Scenario,
-    /// A run.json.
+    /// File run.json of a run.
     Run,
-    /// A point of the tutorial's program.
+    /// Point of the tutorial's nonlinear program.
     Point,
 }
 
-/// A setting: its flag, its field of a scenario and of run.json.
+/// Names of a setting: flag, field of a scenario, field of run.json.
 type SettingNames = (&'static str, &'static str, &'static str);
 
-/// All but those that are called the same everywhere.
+/// Settings whose names differ between these places.
 const NAMES: [SettingNames; 27] = [
     ("dt", "time_step", "parameters.dt"),
     ("rotation", "rotation", "parameters.rotation"),
@@ -47,12 +47,12 @@ const NAMES: [SettingNames; 27] = [
     ("on-failure", "solver.on_failure", "solver.on_failure"),
 ];
 
-/// The first word of a name is the flag, a second one the value in question.
+/// Flag of a setting: the first word of its name. A second word is a value.
 fn flag_of(name: &str) -> &str {
     name.split(' ').next().unwrap_or(name)
 }
 
-/// Whether the setting `name` is one of `flags`, which may set it in another way.
+/// True if `name`, or another flag for the same quantity, is among `flags`.
 pub fn is_among(name: &str, flags: &[&str]) -> bool {
     let also = match name {
         "position" => "height",
@@ -63,18 +63,18 @@ pub fn is_among(name: &str, flags: &[&str]) -> bool {
     flags.contains(&flag_of(name)) || flags.contains(&also)
 }
 
-/// What the setting is called on the command line.
+/// Name of the setting on the command line.
 pub fn flags(name: &str) -> String {
     match name {
         "position" => "--position or --height".to_owned(),
         "force or torque" => "--force or --torque".to_owned(),
-        // A scenario alone gives points.
+        // Only a scenario file can set points.
         "points" => "--box".to_owned(),
         _ => format!("--{name}"),
     }
 }
 
-/// What the setting is called in a file.
+/// Name of the setting in a file of this kind.
 pub fn in_file(name: &str, kind: FileKind) -> &str {
     let find = |name: &str| NAMES.iter().find(|(flag, ..)| *flag == name);
     let entry = find(name).or_else(|| find(flag_of(name)));
@@ -84,7 +84,7 @@ pub fn in_file(name: &str, kind: FileKind) -> &str {
     }
 }
 
-/// The setting that the model refused.
+/// Setting that causes an error of the core.
 pub fn behind(error: &Error) -> Option<&'static str> {
     match error {
         Error::Inertia(_) | Error::MomentsApart { .. } | Error::Moment { .. } => Some("inertia"),

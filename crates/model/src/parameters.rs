@@ -1,4 +1,4 @@
-//! Ground, load and rotation as they stand in files.
+//! Ground, load and rotation in the form of the files.
 
 use super::failure::Failure;
 use super::fields::{Exactly, Numbers, numbers};
@@ -9,29 +9,29 @@ use tumble_core::mechanics::Rotation;
 use tumble_core::mechanics::load::{Load, Polyline};
 use tumble_core::world::{Plane, World};
 
-/// The ground n·x = d.
+/// Ground n·x = d.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(expecting = "an object with normal and offset")]
 pub struct PlaneParameters {
-    /// n, of length 1, world.
+    /// Unit normal n, world frame.
     pub normal: Numbers<3>,
-    /// d, m.
+    /// Offset d (m).
     pub offset: f64,
 }
 
-/// The external load.
+/// External load.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(expecting = "an object with force, torque and at")]
 pub struct LoadParameters {
-    /// Knots: t, s, and the force, N, world.
+    /// Knots of the force: time (s), then components (N) in the world frame.
     pub force: Vec<Numbers<4>>,
-    /// Knots: t, s, and the torque, N m, body.
+    /// Knots of the torque: time (s), then components (N m) in the body frame.
     pub torque: Vec<Numbers<4>>,
-    /// Where the force acts, m, body.
+    /// Point where the force acts (m), body frame.
     pub at: Numbers<3>,
 }
 
-/// That of a run.json which names none: of before there was another.
+/// Discretisation of a run.json without the field, as written by the first versions.
 #[must_use]
 pub fn unnamed_rotation() -> Rotation {
     Rotation::Tutorial
@@ -44,7 +44,7 @@ impl Default for PlaneParameters {
 }
 
 impl LoadParameters {
-    /// Those of a load.
+    /// Parameters of a `load`.
     pub fn of(load: &Load) -> Self {
         let knots = |line: &Polyline| {
             line.knots().iter().map(|(time, v)| Exactly([*time, v[0], v[1], v[2]])).collect()
@@ -53,10 +53,10 @@ impl LoadParameters {
         Self { force: knots(&load.force), torque: knots(&load.torque), at }
     }
 
-    /// The load.
+    /// Load in the form of the core.
     ///
     /// # Errors
-    /// Knots or a point that a load refuses.
+    /// Knots or a point that a load rejects.
     pub fn load(&self) -> Result<Load, Failure> {
         let line = |name: &str, knots: &[Numbers<4>]| {
             let knots = knots.iter().map(|&Exactly([t, x, y, z])| (t, Vector3::new(x, y, z)));
@@ -67,10 +67,10 @@ impl LoadParameters {
     }
 }
 
-/// `world` with what is given of restitution.
+/// Sets the given restitution parameters of `world`.
 ///
 /// # Errors
-/// Numbers that a world refuses.
+/// Numbers that a world rejects.
 pub fn bouncing(
     world: World,
     restitution: Option<f64>,
@@ -86,7 +86,7 @@ pub fn bouncing(
     }
 }
 
-/// A plane as it stands in a file.
+/// Plane in the form of the files.
 pub fn plane(plane: &Plane) -> PlaneParameters {
     PlaneParameters { normal: numbers(plane.normal()), offset: plane.offset() }
 }

@@ -1,4 +1,4 @@
-//! Shapes as scenario files and run.json say them, and the bodies that they make.
+//! Shapes of scenario files and run.json, and the core's bodies made of them.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3, Vector4};
 use serde::{Deserialize, Serialize};
@@ -10,77 +10,77 @@ use tumble_core::mechanics::RigidBody;
 use tumble_core::mechanics::body::solid_box_inertia;
 use tumble_core::mechanics::quaternion::rotation;
 
-/// The shape of a body, in a frame of its own.
+/// Collision shape of a body, in its own frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ModelShape {
     /// Convex pieces.
     Pieces(Vec<PlacedForm>),
-    /// Points, m, that touch planes and nothing else.
+    /// Contact points (m). They touch planes only.
     Points(Vec<[f64; 3]>),
 }
 
-/// A convex piece somewhere.
+/// Convex piece with its place.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlacedForm {
-    /// What it is.
+    /// Form of the piece.
     pub form: ModelForm,
-    /// Where it is.
+    /// Place of the piece.
     pub place: ModelPlace,
 }
 
-/// Where something is, in the frame that it is placed in.
+/// Position and attitude of an object in an outer frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ModelPlace {
-    /// m.
+    /// Position (m).
     pub position: [f64; 3],
-    /// Unit quaternion w, x, y, z, own frame → frame.
+    /// Unit quaternion w, x, y, z, own frame → outer frame.
     pub attitude: [f64; 4],
 }
 
-/// A convex form about its own origin, lengths in m.
+/// Convex form in its own frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ModelForm {
-    /// A box.
+    /// Box centred at the origin.
     Box {
-        /// m.
+        /// Side lengths (m).
         sides: [f64; 3],
     },
-    /// A ball.
+    /// Ball centred at the origin.
     Sphere {
-        /// m.
+        /// Radius (m).
         radius: f64,
     },
-    /// Along z; `length` between the centres of its ends.
+    /// Capsule along z, centred at the origin.
     Capsule {
-        /// m.
+        /// Distance between the centres of its end caps (m).
         length: f64,
-        /// m.
+        /// Radius (m).
         radius: f64,
     },
-    /// The convex hull of points, rounded.
+    /// Rounded convex hull of points.
     Hull {
-        /// m.
+        /// Points (m).
         points: Vec<[f64; 3]>,
-        /// m.
+        /// Rounding radius (m).
         radius: f64,
     },
-    /// A convex mesh, rounded; triangles counter-clockwise seen from outside.
+    /// Rounded convex mesh; triangles are counter-clockwise seen from outside.
     Mesh {
-        /// m.
+        /// Vertices (m).
         vertices: Vec<[f64; 3]>,
-        /// Indices of vertices.
+        /// Triangles, as indices into `vertices`.
         triangles: Vec<[usize; 3]>,
-        /// m.
+        /// Rounding radius (m).
         radius: f64,
     },
 }
 
-/// Refuses sides of a box (m) that are none, in the words of who wrote them.
+/// Checks the side lengths of a box (m).
 ///
 /// # Errors
-/// A side that is not positive.
+/// A length out of range; the message uses the terms of the file.
 pub fn check_sides(sides: &[f64; 3]) -> Result<(), Error> {
     let field = "side of the box (m)";
     sides.iter().try_for_each(|side| in_range(field, *side, 2e-6, 2e4, "2e-6 to 2e4").map(drop))
@@ -113,7 +113,7 @@ impl ModelForm {
         }
     }
 
-    /// The name of its field.
+    /// Name of the field in files.
     pub fn field(&self) -> &'static str {
         match self {
             Self::Box { .. } => "box",
@@ -126,22 +126,22 @@ impl ModelForm {
 }
 
 impl ModelPlace {
-    /// As the frame of a joint.
+    /// Place as the frame of a joint.
     #[must_use]
     pub fn frame(&self) -> JointFrame {
         JointFrame { anchor: self.position.into(), attitude: self.attitude.into() }
     }
 
-    /// That of a frame of a joint.
+    /// Place of the frame of a joint.
     #[must_use]
     pub fn of(frame: &JointFrame) -> Self {
         Self { position: frame.anchor.into(), attitude: frame.attitude.into() }
     }
 
-    /// Where frame and own frame are the same.
+    /// Identity: both frames coincide.
     pub const ORIGIN: Self = Self { position: [0.0; 3], attitude: [1.0, 0.0, 0.0, 0.0] };
 
-    /// This place, seen from where `outer` is seen from.
+    /// This place composed with `outer`: the result is in the frame in which `outer` is given.
     pub fn within(&self, outer: &Self) -> Self {
         let [ours, theirs] = [self, outer].map(Self::quaternion);
         let position =
@@ -151,7 +151,7 @@ impl ModelPlace {
         Self { position: position.into(), attitude: [w, x, y, z] }
     }
 
-    /// Own frame → frame.
+    /// Rotation matrix, own frame → outer frame.
     pub fn rotation(&self) -> Matrix3<f64> {
         rotation(&Vector4::from(self.attitude))
     }
@@ -161,7 +161,7 @@ impl ModelPlace {
         Quaternion::new(w, x, y, z)
     }
 
-    /// The turn about `axis` by `degrees`.
+    /// Unit quaternion w, x, y, z of the rotation about `axis` by `degrees`.
     pub fn turn(axis: Vector3<f64>, degrees: f64) -> [f64; 4] {
         let axis = nalgebra::Unit::new_normalize(axis);
         let q = UnitQuaternion::from_axis_angle(&axis, degrees.to_radians());
@@ -170,10 +170,10 @@ impl ModelPlace {
 }
 
 impl PlacedForm {
-    /// The piece, in the frame that it is placed in.
+    /// Piece in the outer frame.
     ///
     /// # Errors
-    /// What the library refuses of a shape.
+    /// The errors of the core for an invalid shape.
     pub fn piece(&self) -> Result<Piece, Error> {
         let piece = self.form.piece()?;
         if self.place == ModelPlace::ORIGIN {
@@ -183,18 +183,18 @@ impl PlacedForm {
     }
 }
 
-/// What a shape of uniform density has, of a mass of 1 kg.
+/// Mass properties of a solid of uniform density and a mass of 1 kg.
 pub struct SolidModel {
-    /// m³.
+    /// Volume (m³).
     pub volume: f64,
-    /// The centre of mass, m, in the frame of the shape.
+    /// Centre of mass in the shape's frame (m).
     pub centre: Vector3<f64>,
-    /// About the centre of mass, m².
+    /// Inertia about the centre of mass per unit mass (m²).
     pub specific_inertia: Matrix3<f64>,
 }
 
 impl ModelShape {
-    /// The pieces, in the shape's frame; none of a shape of points.
+    /// Pieces in the shape's frame; empty for points.
     pub fn pieces(&self) -> Result<Vec<Piece>, Error> {
         match self {
             Self::Pieces(pieces) => pieces.iter().map(PlacedForm::piece).collect(),
@@ -202,16 +202,16 @@ impl ModelShape {
         }
     }
 
-    /// Volume, centre and inertia, the pieces taken as disjoint; `None` of points.
+    /// Mass properties, with the pieces taken as disjoint; `None` for points.
     pub fn solid(&self) -> Result<Option<SolidModel>, Error> {
         let Self::Pieces(placed) = self else { return Ok(None) };
         let properties = MassProperties::of_all(&self.pieces()?)?;
         let (volume, mut centre) = (properties.volume, properties.centre);
         let mut specific_inertia = properties.inertia / volume;
-        // The two halves of a sum may differ in their last bits.
+        // Restores the symmetry lost by rounding.
         specific_inertia = 0.5 * (specific_inertia + specific_inertia.transpose());
         if let [PlacedForm { form, place: ModelPlace::ORIGIN }] = &placed[..] {
-            // What symmetry says, without rounding.
+            // Exact values known by symmetry.
             match form {
                 ModelForm::Box { sides } => {
                     specific_inertia = solid_box_inertia(1.0, &(0.5 * Vector3::from(*sides)));
@@ -224,8 +224,10 @@ impl ModelShape {
         Ok(Some(SolidModel { volume, centre, specific_inertia }))
     }
 
-    /// The body of this shape with its centre of mass at `centre` (m, the shape's frame) and
-    /// `inertia` about it (kg m²).
+    /// Rigid body of this shape with `mass` (kg).
+    ///
+    /// `centre` is the centre of mass in the shape's frame (m), `inertia` the tensor about it (kg
+    /// m²).
     pub fn body(
         &self,
         mass: f64,

@@ -1,14 +1,15 @@
-//! What comes from outside, as it can be shown in a terminal and in a title.
+//! Conversion of untrusted text for terminals and titles.
 
 use std::path::Path;
 
-/// More bytes than this of a sentence are not shown: a file's own words may be long.
+/// Maximum length of a displayed sentence (bytes): text from files can be long.
 const LONGEST: usize = 800;
 
-/// The text, each character that is not for the eye (line breaks, escape sequences, marks that
-/// turn the direction of writing) as its escape.
+/// Replaces every non-printable character of `text` by its escape sequence.
+///
+/// Examples are line breaks, terminal escapes and marks of writing direction.
 pub fn escaped(text: &str) -> String {
-    /// Readable, though a literal would have to escape them.
+    /// Printable characters that `escape_debug` would escape.
     const QUOTES: [char; 3] = ['"', '\'', '\\'];
     let mut shown = String::with_capacity(text.len());
     for piece in text.split_inclusive(QUOTES) {
@@ -19,13 +20,12 @@ pub fn escaped(text: &str) -> String {
     shown
 }
 
-/// A file's name.
+/// File name for display.
 pub fn path(path: &Path) -> String {
     escaped(&path.to_string_lossy())
 }
 
-/// One line of a bearable length: line breaks as blanks, and the middle left out where there is
-/// too much of it.
+/// Converts `text` to one line: line breaks become blanks, and a long text loses its middle.
 pub fn line(text: &str) -> String {
     let blank = |c: char| if matches!(c, '\n' | '\r' | '\t') { ' ' } else { c };
     let line = escaped(&text.chars().map(blank).collect::<String>());
@@ -36,22 +36,22 @@ pub fn line(text: &str) -> String {
     format!("{} … {}", &line[..head], &line[line.ceil_char_boundary(tail)..])
 }
 
-/// A number with the fewest digits that read back to it, as it is typed: 7 and not 7.0, 1e-320
-/// and not its 320 digits.
+/// Shortest decimal number that reads back to `value`: 7 instead of 7.0, 1e-320 instead of 320
+/// digits.
 pub fn number(value: f64) -> String {
     let text = format!("{value:?}");
     text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
 }
 
-/// Whether this can stand in a title: something, in one line, of bearable length.
+/// True if `text` can be a title: one non-empty line of at most 80 characters.
 pub fn is_name(text: &str) -> bool {
     !text.is_empty() && text.chars().count() <= 80 && !text.chars().any(char::is_control)
 }
 
-/// Whether this can be the name of a body, a fixed thing or a joint.
+/// Checks the name of a body, a fixed object or a joint.
 ///
 /// # Errors
-/// A sentence that begins with the field.
+/// An invalid name; the sentence begins with the field.
 pub fn checked_name(name: &str) -> Result<(), String> {
     let fits = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
     if (1..=40).contains(&name.len()) && name.chars().all(fits) && name != "ground" {

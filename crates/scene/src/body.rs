@@ -1,5 +1,6 @@
-//! The short form `[body]`: one body, whose tables are settings that flags have too. It becomes the model of a scene
-//! with one body.
+//! Short notation `[body]`: one body whose tables are also settings of the command line.
+//!
+//! The result is a scene with a model of one body.
 
 use super::choices::{Attitude, SolverName, StartFrame};
 use super::physics;
@@ -19,11 +20,10 @@ use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::shown;
 use tumble_model::{BodyModel, BodyStart, DrawnModel, Model};
 
-/// The scene of complete settings, with a ground or without, solved by `usual` where they name no
-/// solver.
+/// Scene of complete settings, with or without a ground; `usual` is the default solver.
 ///
 /// # Errors
-/// The first thing that cannot be.
+/// The first invalid value.
 pub fn scene(
     name: String,
     ground: bool,
@@ -94,7 +94,7 @@ pub fn scene(
 /// Name of the body.
 const NAME: &str = "body";
 
-/// The model of the one body of `world`.
+/// Model of the only body of `world`.
 fn model(world: &World, load: &Load, start: &State, drawn: Option<DrawnModel>) -> Model {
     let body = &world.bodies()[0];
     Model {
@@ -133,7 +133,7 @@ fn model(world: &World, load: &Load, start: &State, drawn: Option<DrawnModel>) -
     }
 }
 
-/// A box, the only piece that a body of this notation may be, or points.
+/// Shape of the body: a box, if its contact points are the corners of one, or points.
 fn shape(body: &RigidBody) -> ModelShape {
     let points: Vec<_> = body.contact_points().iter().map(|point| point.position).collect();
     let half = points.iter().fold(Vector3::zeros(), |half: Vector3<f64>, c| half.sup(&c.abs()));
@@ -144,7 +144,7 @@ fn shape(body: &RigidBody) -> ModelShape {
     ModelShape::Pieces(vec![PlacedForm { form, place: ModelPlace::ORIGIN }])
 }
 
-/// Refuses what has a meaning for contact alone where there is no ground.
+/// Rejects settings that only affect contact if there is no ground.
 pub fn refuse_idle_settings(ground: bool, settings: &Settings) -> Result<(), Failure> {
     if ground {
         return Ok(());
@@ -162,7 +162,9 @@ pub fn refuse_idle_settings(ground: bool, settings: &Settings) -> Result<(), Fai
     refuse_flags("a floating body, which has no contact", &flags)
 }
 
-/// A start deeper in the ground than the contact band would be thrown out of it within one step.
+/// Rejects a start below the ground by more than the contact band.
+///
+/// The body would otherwise leave the ground at high speed in the first step.
 fn refuse_start_below_ground(
     world: &World,
     start: &State,
@@ -198,12 +200,12 @@ fn refuse_start_below_ground(
     ))
 }
 
-/// A length with four digits, as few as say the same.
+/// Length with four significant digits, without trailing zeros.
 fn rounded(length: f64) -> String {
     shown::number(format!("{length:.3e}").parse().unwrap_or(length))
 }
 
-/// The same, not less than the length.
+/// Length rounded up to four significant digits.
 fn rounded_up(length: f64) -> String {
     let unit = 10.0_f64.powi(length.abs().log10().floor() as i32 - 3);
     rounded((length / unit).ceil() * unit)

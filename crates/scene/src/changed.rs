@@ -1,17 +1,17 @@
-//! Which settings of a scene or scenario the flags have changed: a run of other numbers is not the
-//! scene's own, and its title says so.
+//! Settings that flags have changed. The title of the run lists them.
 
 use super::choices::StartFrame;
 use super::settings::Settings;
 
 impl Settings {
-    /// The names of the flags that give another value than `below` has, of all that the motion
-    /// depends on. The seed and the solver stand in every title.
+    /// Names of the flags that change a value of `below`.
+    ///
+    /// Only settings that affect the motion count. The seed and the solver are part of every title.
     pub fn changed(&self, below: &Self) -> Vec<String> {
         fn other<T: PartialEq>(given: &Option<T>, usual: &Option<T>) -> bool {
             given.is_some() && given != usual
         }
-        // The height is the position's z.
+        // The height is the z coordinate of the position.
         let usual = self.position.or(below.position).map(|position| position[2]);
         let changes = [
             ("start-index", other(&self.start_index, &Some(below.start_index.unwrap_or(0)))),

@@ -1,4 +1,4 @@
-//! What flags and fields of scenario files may name: the values that are no plain numbers.
+//! Values of flags and scenario fields other than plain numbers.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use serde::Deserialize;
@@ -9,7 +9,7 @@ use tumble_core::mechanics::quaternion::unit;
 use tumble_core::simulation::random::random_attitude;
 use tumble_core::simulation::scene::TutorialScene;
 
-/// A scene of the tutorial.
+/// Scene of the tutorial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum SceneName {
@@ -20,7 +20,7 @@ pub enum SceneName {
 }
 
 impl SceneName {
-    /// The scene.
+    /// Scene in the form of the core.
     pub fn scene(self) -> TutorialScene {
         match self {
             Self::Drop => TutorialScene::drop(),
@@ -29,37 +29,37 @@ impl SceneName {
     }
 }
 
-/// The contact points of the body.
+/// Contact points of the body.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BodyShape {
-    /// The corners of a box with these sides, m.
+    /// Corners of a box with these side lengths (m).
     Box(Vector3<f64>),
-    /// These, m, body frame.
+    /// Given points (m), body frame.
     Points(Vec<Vector3<f64>>),
 }
 
-/// The inertia of the body.
+/// Inertia of the body.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Inertia {
-    /// That of a box of equal density.
+    /// Inertia of a solid box of uniform density.
     Solid,
-    /// kg m², body frame.
+    /// Inertia tensor (kg m²), body frame.
     Matrix(Matrix3<f64>),
 }
 
-/// The attitude at the start.
+/// Initial attitude.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Attitude {
     /// Drawn from the seed.
     Random,
-    /// Unit quaternion, body → frame.
+    /// Unit quaternion w, x, y, z, body → frame of the start.
     Given(Vector4<f64>),
 }
 
 impl Attitude {
-    /// The unit quaternion along `quaternion`.
+    /// Attitude of a quaternion w, x, y, z of any length, which is normalised.
     pub fn given(quaternion: Vector4<f64>) -> Result<Self, String> {
-        // In this order NaN is refused as well.
+        // Comparisons in this direction also reject NaN.
         if quaternion.norm() >= 1e-6 && quaternion.amax() <= 1e6 {
             Ok(Self::Given(unit(quaternion)))
         } else {
@@ -67,7 +67,7 @@ impl Attitude {
         }
     }
 
-    /// The unit quaternion w, x, y, z; drawn from `seed` where it is random.
+    /// Unit quaternion w, x, y, z; a random one is drawn from `seed`.
     pub fn quaternion(&self, seed: u32) -> Vector4<f64> {
         match self {
             Self::Random => random_attitude(seed),
@@ -76,36 +76,36 @@ impl Attitude {
     }
 }
 
-/// In which frame a start is given.
+/// Frame of a start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum StartFrame {
-    /// The world's.
+    /// Frame of the world.
     World,
-    /// Of the plane: z along its normal.
+    /// Frame of the ground: z is the plane's normal.
     Ground,
 }
 
-/// Who solves contact steps.
+/// Solver of contact steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverName {
     /// Ipopt on the tutorial's nonlinear program.
     Ipopt,
-    /// Newton's method on the contact law itself.
+    /// Newton's method on the contact law.
     Native,
 }
 
-/// Which points may touch in a step.
+/// Criterion for the points that may touch in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum DetectionName {
-    /// z ≤ 5 mm at step k.
+    /// Height z ≤ 5 mm at step k.
     Height,
-    /// The same, or free flight ends at z ≤ 0.
+    /// Height z ≤ 5 mm at step k, or z ≤ 0 at the end of free flight.
     Predictive,
 }
 
@@ -118,14 +118,14 @@ impl From<DetectionName> for Detection {
     }
 }
 
-/// Which program Ipopt sees.
+/// Formulation of Ipopt's nonlinear program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum FormulationName {
-    /// All variables and rows, those of the other corners clamped to zero; SI units.
+    /// All variables and rows; variables of points that cannot touch are fixed at zero. SI units.
     Clamped,
-    /// Only what can carry a force, in the scene's own units.
+    /// Only the points that can carry a force; scaled units.
     Reduced,
 }
 
@@ -139,17 +139,17 @@ impl From<FormulationName> for Formulation {
     }
 }
 
-/// Solver settings that go together.
+/// Named combination of solver settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
-    /// The tutorial's program and settings to the letter.
+    /// Exactly the tutorial's program and settings.
     Tutorial,
 }
 
 impl Preset {
-    /// The word of the command line.
+    /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Tutorial => "tutorial",
@@ -157,21 +157,21 @@ impl Preset {
     }
 }
 
-/// What happens with a step that fails.
+/// Action if a step is not solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum OnFailure {
-    /// Climb the ladder of other starts; only with --solver ipopt.
+    /// Try other initial points (the ladder); only with --solver ipopt.
     Ladder,
-    /// Keep the point found, as the tutorial does, but say so.
+    /// Keep the point found and record the failure, as the tutorial does.
     Record,
-    /// End the run before such a step.
+    /// End the run before this step.
     Stop,
 }
 
 impl OnFailure {
-    /// The word for it.
+    /// Name in files and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ladder => "ladder",

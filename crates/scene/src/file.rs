@@ -1,4 +1,4 @@
-//! A scenario file as it is written, and what it says.
+//! Scenario file as deserialised, and its conversion.
 
 use super::bodies::SceneEntries;
 use super::bodies::driven::{DrivenEntry, SurfaceEntry};
@@ -13,8 +13,10 @@ use serde::Deserialize;
 use tumble_core::mechanics::Rotation;
 use tumble_model::fields::{Gravity, table_if_any};
 
-/// A file in either notation: one body's tables `[body]`, `[start]` and `[load]`, whose fields are
-/// settings, or `[[bodies]]` with all that goes with them.
+/// Scenario file in either notation.
+///
+/// The first has the tables `[body]`, `[start]` and `[load]`, whose fields are settings. The second
+/// has `[[bodies]]` and its related tables.
 #[derive(Deserialize)]
 #[serde(expecting = "a scenario")]
 #[serde(deny_unknown_fields)]
@@ -49,21 +51,21 @@ pub struct ScenarioFile {
     robots: Option<Vec<RobotEntry>>,
 }
 
-/// The largest k of a start: times k h of all steps after it are doubles that can be told apart.
+/// Largest start index k. The times k h of all later steps are still distinct doubles.
 pub const LARGEST_START: u64 = 9_000_000_000_000_000;
 
-/// What a file says besides its name.
+/// Content of a file without its name.
 pub struct ParsedScene {
-    /// All that flags can say too.
+    /// Settings that are also flags.
     pub settings: Settings,
-    /// Whether there is a table `[ground]`.
+    /// True if the file has a table `[ground]`.
     pub ground: bool,
-    /// The tables of `[[bodies]]`; `None` of one body, whose tables are settings.
+    /// Tables of the notation `[[bodies]]`; `None` for the notation `[body]`.
     pub entries: Option<SceneEntries>,
 }
 
 impl ScenarioFile {
-    /// What the fields say. Those of a ground are open where there is none.
+    /// Converts the fields. Settings of the ground stay `None` without a `[ground]` table.
     pub fn said(mut self) -> Result<ParsedScene, String> {
         let is_of_bodies = self.bodies.is_some()
             || self.robots.is_some()
@@ -117,8 +119,7 @@ impl ScenarioFile {
         Ok(ParsedScene { settings, ground, entries })
     }
 
-    /// A field that would do nothing, as one of the other notation, is refused rather than ignored,
-    /// and one that is missing.
+    /// Rejects missing fields and fields without effect, such as fields of the other notation.
     fn refuse_idle_and_missing(&self, of_bodies: bool) -> Result<(), String> {
         let (of_body, no_ground) = (!of_bodies, self.ground.is_none());
         let floating = of_body && no_ground;

@@ -1,4 +1,4 @@
-//! What the joints of a run came to.
+//! Summary of the joints of a run.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -7,28 +7,29 @@ use tumble_core::mechanics::State;
 use tumble_core::simulation::Stiffness;
 use tumble_core::world::World;
 
-/// The largest of all steps and joints.
+/// Maxima over all steps and joints.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct JointsSummary {
-    /// How far one was off after a step, m.
+    /// Position error of a joint after a step (m).
     pub largest_error_m: f64,
-    /// The same of angles, rad.
+    /// Angle error of a joint after a step (rad).
     pub largest_error_rad: f64,
-    /// Their part of the residual, m/s: of what is locked.
+    /// Residual of locked axes (m/s).
     pub largest_residual_m_s: f64,
-    /// The same of what drives act on.
+    /// Residual of driven axes (m/s).
     pub largest_law_residual_m_s: f64,
-    /// h ω, see [`StepRecord::stiffness`](tumble_core::simulation::StepRecord::stiffness).
+    /// Stiffness number h ω, see
+    /// [`StepRecord::stiffness`](tumble_core::simulation::StepRecord::stiffness).
     pub largest_stiffness: f64,
 }
 
-/// The larger one; NaN where either is.
+/// Maximum of both; NaN if one is NaN.
 fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }
 }
 
 impl JointsSummary {
-    /// Adds how far the joints of `world` are off at `states`, where a step ended.
+    /// Adds the errors of the joints of `world` at `states`, the end of a step.
     pub fn add_errors(&mut self, world: &World, states: &[State]) {
         for joint in world.joints() {
             let (place, turn) = joint.error(states).unwrap_or((f64::NAN, f64::NAN));
@@ -37,13 +38,13 @@ impl JointsSummary {
         }
     }
 
-    /// Adds parts of a residual.
+    /// Adds residuals of locked and driven axes (m/s).
     pub fn add_residual(&mut self, locked: f64, drive: f64) {
         self.largest_residual_m_s = larger(self.largest_residual_m_s, locked);
         self.largest_law_residual_m_s = larger(self.largest_law_residual_m_s, drive);
     }
 
-    /// Adds the residual of a gear: of its tie, or of its law.
+    /// Adds the residual of a gear: of its constraint, or of its drive.
     pub fn add_gear(&mut self, gear: &Gear, residual: f64) {
         match gear.drive() {
             None => self.add_residual(residual, 0.0),
@@ -51,12 +52,12 @@ impl JointsSummary {
         }
     }
 
-    /// Adds the stiffness of a step.
+    /// Adds the stiffness number of a step.
     pub fn add_stiffness(&mut self, stiffness: f64) {
         self.largest_stiffness = larger(self.largest_stiffness, stiffness);
     }
 
-    /// Its numbers, by name.
+    /// Values with the names of their fields.
     #[must_use]
     pub fn numbers(&self) -> [(&'static str, f64); 5] {
         [
@@ -83,33 +84,36 @@ impl fmt::Display for JointsSummary {
     }
 }
 
-/// The h ω above which what a joint holds taut shakes itself to pieces, if it stays above.
+/// Limit of h ω. Above it the motion of a tensioned joint becomes unstable.
 pub const STIFFEST: f64 = 2.0;
-/// What a time step that would do has of this.
+/// Ratio of h ω to the limit at the recommended time step.
 const MARGIN: f64 = 0.95;
 
-/// Which joints were too stiff for the time step, in two steps one after the other: an impact may be for one.
+/// Detects joints that are too stiff in two consecutive steps. An impact can cause a single such
+/// step.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Taut {
-    /// h ω of each joint in the last step; none where no joint was too stiff in it.
+    /// Stiffness number h ω of each joint in the last step; empty if all were below the limit.
     before: Vec<f64>,
-    /// The largest that each joint had in two steps running.
+    /// Largest h ω that each joint had in two consecutive steps.
     lasting: Vec<f64>,
 }
 
-/// A joint that was too stiff for the time step.
+/// Joint that was too stiff for the time step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TautJoint {
-    /// Its index.
+    /// Index of the joint.
     pub joint: usize,
-    /// h ω in two steps running.
+    /// Largest h ω over two consecutive steps.
     pub stiffness: f64,
-    /// The time step at which it would have been less than 2, s.
+    /// Recommended time step (s), at which h ω would be below the limit.
     pub time_step_s: f64,
 }
 
 impl Taut {
-    /// Adds a step of `world` from `states` with these forces of joints and gears, in which the stiffest joint has `stiffness`.
+    /// Adds a step of `world` from `states` with the forces of its joints and gears.
+    ///
+    /// `stiffness` is the largest h ω of the step.
     pub fn add(
         &mut self,
         world: &World,
@@ -129,7 +133,7 @@ impl Taut {
         self.before = now;
     }
 
-    /// The joints that were too stiff for steps of `h` (s).
+    /// Joints that were too stiff for steps of `h` (s).
     #[must_use]
     pub fn joints(&self, h: f64) -> Vec<TautJoint> {
         let lasting = self.lasting.iter().enumerate();

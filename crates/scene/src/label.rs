@@ -1,14 +1,15 @@
-//! Names and units of the numbers of constants, in the scene's words.
+//! Names and units of the components of a world's constants.
 
 use super::scene::Scene;
 use tumble_core::joint::JointAxis;
 use tumble_core::world::{Constant, Partner};
 
-/// The names of the axes of a vector.
+/// Names of the coordinates.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Name of the body, piece, pair or axis of a joint that has the number `component` of a constant; empty for a constant
-/// of the world.
+/// Name of the body, piece, pair or joint axis of a constant's `component`.
+///
+/// Empty for a constant of the world.
 pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
     let world = &scene.world;
     let body = |index: usize| scene.bodies[index].clone();
@@ -16,7 +17,7 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
         let ((first, partner), _) = pairs[component];
         format!("{} and {}", scene.bodies[first], scene.partner(partner))
     };
-    // The place of the one with this number among those that have something of their own.
+    // Index of the `component`-th object among those with a value of their own.
     let among = |has: &dyn Fn(usize) -> bool, count: usize| {
         (0..count).filter(|index| has(*index)).nth(component).unwrap_or(0)
     };
@@ -71,7 +72,7 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
     }
 }
 
-/// Unit of a number of a constant; empty for a factor.
+/// Unit of a constant's components; empty for a dimensionless constant.
 pub fn unit(constant: Constant) -> &'static str {
     match constant {
         Constant::Mass => "kg",

@@ -1,10 +1,8 @@
-//! Scenario files: a simulation written down in TOML. `scenarios/README.md` describes every
-//! field.
+//! Scenario files: simulations described in TOML. `scenarios/README.md` describes every field.
 //!
-//! A file is text here: who reads it, and how the files of its meshes are read, is the caller's
-//! business. What it says is laid under what else is told ([`settings`]), and comes to a
-//! [`Scene`](scene::Scene), in whichever notation it is written: `[body]` (`body.rs`) or `[[bodies]]`
-//! (`bodies/`).
+//! A file is passed as text. The caller reads it and provides a function that reads mesh files.
+//! Command-line [`settings`] take precedence over the file. The result is a [`Scene`](scene::Scene)
+//! in both notations, `[body]` (`body.rs`) and `[[bodies]]` (`bodies/`).
 
 mod bodies;
 mod body;
@@ -33,14 +31,15 @@ use std::path::Path;
 use tumble_model::failure::Failure;
 use tumble_model::{fields, shown};
 
-/// More bytes than this are no scenario.
+/// Maximum size of a scenario file (bytes).
 pub const LARGEST_FILE: u64 = 4 << 20;
 
-/// The name that the text of the file `path` gives, or else the file's, and what it says. Numbers
-/// that the model itself judges are left to it.
+/// Parses the scenario `text`. Returns its name, by default the stem of `path`, and its content.
+///
+/// The numbers that the core checks are not checked here.
 ///
 /// # Errors
-/// The first thing wrong with the text, with the file.
+/// The first fault of the text, with the name of the file.
 fn read(text: &str, path: &Path) -> Result<(String, ParsedScene), Failure> {
     let odd = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
     let mut file: ScenarioFile = parse(text).map_err(odd)?;
@@ -52,13 +51,13 @@ fn read(text: &str, path: &Path) -> Result<(String, ParsedScene), Failure> {
     Ok((name, file.said().map_err(odd)?))
 }
 
-/// Whether a text is that of a robot's file: XML, which no scenario begins as, or of a file that is called so.
+/// True if the file is a robot's: its extension is `urdf` or `xml`, or the text begins as XML.
 fn is_robot(text: &str, path: &Path) -> bool {
     let is_called_so = path.extension().is_some_and(|end| end == "urdf" || end == "xml");
     is_called_so || text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
 }
 
-/// What a text in TOML says, or what is wrong with it, in which line.
+/// Parses a TOML text.
 ///
 /// # Errors
 /// A sentence with the field and the line.
@@ -69,7 +68,7 @@ pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, String> {
         .map_err(|error| sentence(text, &error.path().to_string(), error.inner()))
 }
 
-/// What is wrong, with which field, and in which line.
+/// Error message with the field, the line number and the start of the line.
 fn sentence(text: &str, field: &str, error: &toml::de::Error) -> String {
     let message = fields::named(field, error.message());
     let Some(span) = error.span() else { return message };
@@ -82,7 +81,7 @@ fn sentence(text: &str, field: &str, error: &toml::de::Error) -> String {
     format!("line {}, `{shown}`: {message}", line + 1)
 }
 
-/// The programs of the document of robots, compiled.
+/// Compiles the programs of `docs/robots.md`.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/robots.md")]
 struct Robots;

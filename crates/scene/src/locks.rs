@@ -1,11 +1,11 @@
-//! What is odd about the joints of a scene, with its names.
+//! Contradictory and redundant joints of a scene, with their names.
 
 use super::scene::Scene;
 use tumble_core::joint::{GearAxis, JointAxis};
 use tumble_core::simulation::{Finding, Lock};
 use tumble_model::failure::Failure;
 
-/// More names than this are only counted.
+/// Maximum number of names in a message; further names are counted.
 const MOST_NAMED: usize = 6;
 
 impl Scene {
@@ -14,10 +14,10 @@ impl Scene {
         self.world_at(self.start_index).locked(&self.starts, &self.courses, time)
     }
 
-    /// Refuses joints and gears that no motion obeys.
+    /// Rejects joints and gears whose constraints contradict each other.
     ///
     /// # Errors
-    /// The first of them.
+    /// The first contradiction.
     pub(super) fn refuse_contradiction(&self) -> Result<(), Failure> {
         for finding in self.found_in_joints() {
             if let Finding::Contradiction { locks, off } = finding {
@@ -30,7 +30,7 @@ impl Scene {
         Ok(())
     }
 
-    /// What joints and gears lock together that they may not be meant to, a sentence each.
+    /// Warnings about locked axes and redundant joints and gears, one sentence each.
     pub(super) fn notes_on_joints(&self) -> Vec<String> {
         let findings = self.found_in_joints();
         let mut notes: Vec<String> = Vec::new();
@@ -97,7 +97,7 @@ impl Scene {
     }
 }
 
-/// The first of these, and how many more there are.
+/// List of the first names and the number of the others.
 fn counted(mut names: Vec<String>) -> String {
     let more = names.len().saturating_sub(MOST_NAMED);
     names.truncate(MOST_NAMED);

@@ -1,10 +1,10 @@
-//! What the library refuses, with the names of a scene.
+//! Error messages with the names of a scene.
 
 use super::scene::Scene;
 use tumble_core::error::Error;
 
 impl Scene {
-    /// What an error says, with the names of bodies, fixed pieces and joints in place of their indices.
+    /// Error message with names of bodies, fixed pieces and joints instead of their indices.
     #[must_use]
     pub fn naming(&self, error: &Error) -> String {
         let joint = |index: &usize| {

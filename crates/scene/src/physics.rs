@@ -1,4 +1,4 @@
-//! The world and the load of one body, made of what flags, files and scenes say.
+//! World and load of a scene with one body, made from settings.
 
 use super::choices::{BodyShape, Inertia};
 use super::settings::Settings;
@@ -13,7 +13,7 @@ use tumble_model::failure::Failure;
 use tumble_model::parameters::bouncing;
 use tumble_model::shape::check_sides;
 
-/// The world and the load of complete settings.
+/// World and load of complete settings.
 pub fn of_settings(settings: &Settings) -> Result<(World, Load), Failure> {
     let mass = settings.mass.ok_or_else(|| Failure::needed("mass"))?;
     let shape = settings.shape.as_ref().ok_or_else(|| Failure::needed("box"))?;
@@ -24,7 +24,7 @@ pub fn of_settings(settings: &Settings) -> Result<(World, Load), Failure> {
         gravity: settings.gravity.ok_or_else(|| Failure::needed("gravity"))?,
         friction: settings.mu.unwrap_or(scene::FRICTION),
         time_step: settings.dt.ok_or_else(|| Failure::needed("dt"))?,
-        // Without a ground the Runge–Kutta method has an equation of its own.
+        // Without a ground, the Runge–Kutta method integrates the equation itself.
         rotation: settings.rotation.unwrap_or(Rotation::Tutorial),
     })?;
     let world = bouncing(world, settings.restitution, settings.rebound_speed)?;
@@ -36,7 +36,9 @@ pub fn of_settings(settings: &Settings) -> Result<(World, Load), Failure> {
     Ok((world, load))
 }
 
-/// What is wrong with a load that in one step makes a speed or spin that no state may have.
+/// Error message if one step of `load` would change the velocity by more than `MOST_GAINED`.
+///
+/// `h` is the time step (s).
 pub fn violent_load(body: &RigidBody, load: &Load, h: f64) -> Option<String> {
     let size = |line: &Polyline| line.knots().iter().map(|(_, v)| v.amax()).fold(0.0, f64::max);
     let arm = 2.0 * load.point().amax();
@@ -50,12 +52,13 @@ pub fn violent_load(body: &RigidBody, load: &Load, h: f64) -> Option<String> {
     ))
 }
 
-/// m/s or rad/s: a tenth of what the state at the start may have.
+/// Maximum change of velocity in one step (m/s or rad/s): a tenth of the limit for an initial
+/// state.
 const MOST_GAINED: f64 = 1e4;
 
-/// The body of `mass` (kg).
+/// Rigid body of `mass` (kg).
 fn rigid_body(mass: f64, shape: &BodyShape, inertia: &Inertia) -> Result<RigidBody, Failure> {
-    // Nobody gave a solid body's inertia: it follows from the sides.
+    // The inertia of a solid box follows from its sides, so the error is about them.
     let of_sides = |error: Error| match Failure::from(error) {
         Failure::Setting { name, why } if name == "inertia" => Failure::setting("box", why),
         other => other,
@@ -80,7 +83,10 @@ fn rigid_body(mass: f64, shape: &BodyShape, inertia: &Inertia) -> Result<RigidBo
     })
 }
 
-/// Half the sides of the box with these corners, refused where they are of no box.
+/// Half sides of the box with these corners.
+///
+/// # Errors
+/// Points that are not the corners of a box centred at the origin.
 fn half_sides(points: &[Vector3<f64>]) -> Result<Vector3<f64>, Failure> {
     let half = points.iter().fold(Vector3::zeros(), |half, point| point.abs().sup(&half));
     if points.len() == 8 && points.iter().all(|point| point.abs() == half) {

@@ -1,4 +1,4 @@
-//! A scene: what is simulated, in whichever notation its file was written.
+//! Scene: the input of a simulation, independent of the notation of its file.
 
 use super::solver_choice::SolverChoice;
 use std::num::NonZeroUsize;
@@ -13,51 +13,52 @@ use tumble_core::world::World;
 use tumble_model::Model;
 use tumble_model::failure::Failure;
 
-/// What is simulated: bodies, what they can touch, where they start and who solves the steps.
+/// Bodies, collision geometry, initial states and solver of a simulation.
 #[derive(Clone)]
 pub struct Scene {
-    /// What it is called.
+    /// Name of the scene.
     pub name: String,
-    /// The settings that were told other than the tutorial's scene or the file has them.
+    /// Names of the settings that differ from the file or the tutorial's scene.
     pub changed: Vec<String>,
-    /// The seed.
+    /// Seed of the random start.
     pub seed: u32,
-    /// Whether anything of the start is drawn from the seed.
+    /// True if the start depends on the seed.
     pub drawn: bool,
-    /// k of the start: its time is k h, and loads are those of the times from there on.
+    /// Start index k: the simulation starts at time k h, also for loads and prescribed motions.
     pub start_index: u64,
-    /// Rows of the trajectory: one more than there are steps.
+    /// Number of rows of the trajectory: one more than steps.
     pub rows: u64,
-    /// Steps of one row that was asked for.
+    /// Number of steps per requested row.
     pub substeps: u64,
-    /// The world.
+    /// World of the simulation.
     pub world: World,
-    /// The states at the start, one a body.
+    /// Initial state of each body.
     pub starts: Vec<State>,
-    /// What pushes each body.
+    /// External load of each body.
     pub loads: Vec<Load>,
-    /// How joints' frames in the world move, by the joints' indices.
+    /// Prescribed motions of joint frames in the world, with the index of each joint.
     pub courses: Vec<(usize, Knots)>,
-    /// The names of the bodies.
+    /// Names of the bodies.
     pub bodies: Vec<String>,
-    /// The names of the fixed pieces.
+    /// Names of the fixed pieces.
     pub fixed: Vec<String>,
-    /// The names of the joints.
+    /// Names of the joints.
     pub joints: Vec<String>,
-    /// `None` without a ground.
+    /// Solver of contact steps; `None` without a ground.
     pub contact: Option<SolverChoice>,
-    /// Whether the solver is the usual one, for want of another.
+    /// True if the solver was chosen by default.
     pub usual_solver: bool,
-    /// The robots from files, and which bodies and joints of the scene they are.
+    /// Robots read from files, with the indices of their bodies and joints in the scene.
     pub robots: Vec<tumble_robot::Assembled>,
-    /// The constants of the bodies and their starts, as run.json has them.
+    /// Constants of the bodies and initial states in the form of run.json.
     pub model: Model,
-    /// Whether a run writes trajectory.csv instead of the tables: a scene of the tutorial or of `[body]`.
+    /// True if a run writes trajectory.csv instead of tables: the tutorial's scenes and `[body]`.
     pub trajectory: bool,
 }
 
 impl Scene {
-    /// What stands in the files of its robots and has no meaning, and what its joints lock together, a sentence each.
+    /// Warnings, one sentence each: ignored parts of robot files, and axes locked by several
+    /// joints.
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let joints = self.notes_on_joints();
@@ -65,7 +66,7 @@ impl Scene {
         of_robots.chain(joints).collect()
     }
 
-    /// Its world as it is at the time of step `index`, joints' frames being where their courses have them.
+    /// World at step `index`, with the frames of prescribed motions at their places.
     #[must_use]
     pub fn world_at(&self, index: u64) -> World {
         let mut world = self.world.clone();
@@ -73,10 +74,10 @@ impl Scene {
         world
     }
 
-    /// This scene with the bodies, the fixed things and the joints of `model`, where it says that they start.
+    /// This scene with the world, initial states and loads of `model`.
     ///
     /// # Errors
-    /// What the library refuses.
+    /// The errors of the core for invalid data.
     pub fn with_model(self, model: Model) -> Result<Self, Failure> {
         Ok(Self {
             world: model.world()?,
@@ -92,10 +93,10 @@ impl Scene {
         })
     }
 
-    /// A simulation from the start, which ends when `interrupt` is raised.
+    /// Simulation from the initial state; it ends when `interrupt` is set.
     ///
     /// # Errors
-    /// What the library refuses.
+    /// The errors of the core for invalid data.
     pub fn simulation(&self, interrupt: &Arc<AtomicBool>) -> Result<Simulation<'static>, Failure> {
         let motion = match &self.contact {
             None => Motion::Floating,
@@ -107,10 +108,10 @@ impl Scene {
         Ok(simulation)
     }
 
-    /// Sets in a `simulation` of the scene what of it changes with time: the index of the start, loads and courses.
+    /// Sets the start index, loads and prescribed motions of a `simulation` of this scene.
     ///
     /// # Errors
-    /// What the library refuses: none of a simulation of the scene's world.
+    /// Errors of the core. They cannot occur for a simulation of the scene's own world.
     pub fn prepare(&self, simulation: &mut Simulation<'_>) -> Result<(), Error> {
         simulation.set_index(self.start_index)?;
         for (body, load) in self.loads.iter().enumerate() {
@@ -122,10 +123,10 @@ impl Scene {
         Ok(())
     }
 
-    /// What moves the bodies of `world`, the scene's or one with other constants.
+    /// Integrator of `world`, the scene's world or one with other constants.
     ///
     /// # Errors
-    /// A world that the solver does not know.
+    /// A world that the solver does not support.
     pub fn motion(&self, world: &World) -> Result<Motion<'static>, Error> {
         let Some(contact) = &self.contact else { return Ok(Motion::Floating) };
         contact
@@ -133,10 +134,10 @@ impl Scene {
             .map_err(|failure| Error::Solver { solver: "ipopt", why: failure.to_string() })
     }
 
-    /// What moves the bodies of the scene's world, on up to `threads` threads.
+    /// Integrator of the scene's world with up to `threads` threads.
     ///
     /// # Errors
-    /// Ipopt; as [`Scene::motion`] otherwise, and
+    /// A scene solved by Ipopt, the errors of [`Scene::motion`] and those of
     /// [`NativeSolver::with_threads`](tumble_core::solver::native::NativeSolver::with_threads).
     pub fn motion_on(&self, threads: NonZeroUsize) -> Result<Motion<'static>, Failure> {
         let Some(contact) = &self.contact else { return Ok(Motion::Floating) };
@@ -145,11 +146,12 @@ impl Scene {
         contact.motion(&self.world)
     }
 
-    /// The same with `substeps` steps in place of each, of a time step that is so much shorter: as many times the steps, and the
-    /// start's index too.
+    /// This scene with every step divided into `substeps` steps.
+    ///
+    /// The time step becomes shorter; the number of steps and the start index become larger.
     ///
     /// # Errors
-    /// A time step that is out of range then; more than ten million rows.
+    /// A time step out of range; more than ten million rows.
     pub fn in_substeps(mut self, substeps: u64) -> Result<Self, Failure> {
         const MOST_ROWS: u64 = 10_000_000;
         const LARGEST_INDEX: u64 = (1 << 53) - MOST_ROWS;
@@ -179,19 +181,19 @@ impl Scene {
         Ok(self)
     }
 
-    /// Who solves contact steps: `native`, `ipopt`, or `rk4` without a ground.
+    /// Name of the solver: `native`, `ipopt`, or `rk4` without a ground.
     #[must_use]
     pub fn solver(&self) -> &'static str {
         self.contact.as_ref().map_or("rk4", SolverChoice::solver_name)
     }
 
-    /// The seed, where anything of the start was drawn from it.
+    /// Seed of a random start; `None` if the start does not depend on it.
     #[must_use]
     pub fn drawn_seed(&self) -> Option<u32> {
         self.drawn.then_some(self.seed)
     }
 
-    /// The name of whom a contact is with.
+    /// Name of a contact partner.
     #[must_use]
     pub fn partner(&self, partner: Partner) -> &str {
         let named = match partner {

@@ -1,5 +1,4 @@
-//! What a simulation can be told, by flags, by a scenario file or by the names of the
-//! tutorial's scenes: the same list, one laid over the other.
+//! Settings of a simulation, from flags, scenario files or the tutorial's scenes.
 
 use super::choices::{
     Attitude, BodyShape, DetectionName, FormulationName, Inertia, OnFailure, Preset, SceneName,
@@ -14,89 +13,89 @@ use tumble_core::simulation::scene;
 use tumble_core::world::Plane;
 use tumble_model::failure::{Failure, refuse_flags};
 
-/// The seed where none is given.
+/// Default seed.
 pub const USUAL_SEED: u32 = 42;
 
-/// All that can be told; `None` where it is not.
+/// Settings of a simulation; `None` for a setting that is not given.
 #[derive(Debug, Default)]
 pub struct Settings {
-    /// Rows of the trajectory.
+    /// Number of rows of the trajectory.
     pub steps: Option<u64>,
-    /// k of the start.
+    /// Start index k.
     pub start_index: Option<u64>,
-    /// The seed of what is drawn.
+    /// Seed of random starts.
     pub seed: Option<u32>,
-    /// h, s.
+    /// Time step h (s).
     pub dt: Option<f64>,
-    /// By which equation bodies turn in a step that knows contact.
+    /// Discretisation of the rotational equations of motion in contact steps.
     pub rotation: Option<Rotation>,
-    /// μ.
+    /// Coefficient of friction μ.
     pub mu: Option<f64>,
-    /// e of the world.
+    /// Coefficient of restitution e of the world.
     pub restitution: Option<f64>,
-    /// m/s: below it nothing bounces.
+    /// Approach speed below which contacts do not bounce (m/s).
     pub rebound_speed: Option<f64>,
-    /// kg.
+    /// Mass (kg).
     pub mass: Option<f64>,
-    /// Of the body.
+    /// Inertia of the body.
     pub inertia: Option<Inertia>,
-    /// m/s², world.
+    /// Gravitational acceleration (m/s²), world frame.
     pub gravity: Option<Vector3<f64>>,
-    /// Of the body.
+    /// Contact points of the body.
     pub shape: Option<BodyShape>,
-    /// The ground.
+    /// Plane of the ground.
     pub plane: Option<Plane>,
-    /// m, of the centre of mass.
+    /// Initial position of the centre of mass (m).
     pub position: Option<Vector3<f64>>,
-    /// m, in the place of the position's z.
+    /// Initial height (m), replaces the z coordinate of `position`.
     pub height: Option<f64>,
-    /// Body → frame.
+    /// Initial attitude, body → frame of the start.
     pub attitude: Option<Attitude>,
-    /// m/s.
+    /// Initial velocity (m/s).
     pub velocity: Option<Vector3<f64>>,
-    /// rad/s, body.
+    /// Initial angular velocity (rad/s), body frame.
     pub spin: Option<Vector3<f64>>,
-    /// Which frame the start is given in.
+    /// Frame of the initial state.
     pub frame: Option<StartFrame>,
-    /// N, world.
+    /// Force (N), world frame.
     pub force: Option<Polyline>,
-    /// N m, body.
+    /// Torque (N m), body frame.
     pub torque: Option<Polyline>,
-    /// m, body, from the centre of mass.
+    /// Point where the force acts (m), body frame, relative to the centre of mass.
     pub force_at: Option<Vector3<f64>>,
-    /// Who solves contact steps.
+    /// Solver of contact steps.
     pub solver: Option<SolverName>,
-    /// A preset of the solver.
+    /// Preset of solver settings.
     pub preset: Option<Preset>,
-    /// Of Ipopt's program.
+    /// Formulation of Ipopt's program.
     pub formulation: Option<FormulationName>,
-    /// Which points may touch.
+    /// Criterion for the points that may touch.
     pub detection: Option<DetectionName>,
-    /// Ipopt's tolerance.
+    /// Tolerance of Ipopt.
     pub tol: Option<f64>,
-    /// Ipopt's limit of iterations.
+    /// Maximum number of Ipopt's iterations.
     pub max_iter: Option<u32>,
-    /// What the native solver solves contact steps to, m/s at the speed scale 1.
+    /// Target residual of the native solver, m/s at speed scale 1.
     pub residual: Option<f64>,
-    /// What happens with a step that fails.
+    /// Action if a step is not solved.
     pub on_failure: Option<OnFailure>,
-    /// Of a robot's file that is simulated alone.
+    /// Settings for a single robot file.
     pub robot: RobotSettings,
 }
 
-/// How a robot's file is read that is simulated alone: what `[[robots]]` says of others.
+/// Import settings of a single robot file; `[[robots]]` has the same fields in a scenario.
 #[derive(Debug, Default)]
 pub struct RobotSettings {
-    /// The folder of packages.
+    /// Folder that `package://` paths refer to.
     pub packages: Option<PathBuf>,
-    /// What is as if it were not there.
+    /// Elements and attributes of the file to ignore.
     pub leave_out: Vec<String>,
-    /// Whether contacts that would resist turning and rolling rub alone.
+    /// True if torsional and rolling friction are ignored.
     pub point_contacts: bool,
 }
 
 impl RobotSettings {
-    /// Its flags, and whether they are given.
+    /// Names of the flags, and whether each is given.
     pub fn given(&self) -> [(&'static str, bool); 3] {
         [
             ("packages", self.packages.is_some()),
@@ -105,17 +104,17 @@ impl RobotSettings {
         ]
     }
 
-    /// Refuses them of what is no robot's file.
+    /// Rejects these flags for a file that is not a robot's.
     ///
     /// # Errors
-    /// The first one that is given.
+    /// The first given flag.
     pub fn refuse(&self) -> Result<(), Failure> {
         refuse_flags("anything but a robot's file; in a scenario [[robots]] says it", &self.given())
     }
 }
 
 impl Settings {
-    /// A scene of the tutorial; nothing is left open but the solver.
+    /// Settings of a scene of the tutorial, complete except for the solver.
     pub fn of_scene(name: SceneName) -> Self {
         let scene = name.scene();
         let attitude = match name {
@@ -139,8 +138,9 @@ impl Settings {
         }
     }
 
-    /// What this says, and where it says nothing, what `below` says. A preset goes before all
-    /// that `below` says of the solver.
+    /// Merges two layers of settings: values of `self` take precedence over those of `below`.
+    ///
+    /// A preset in `self` replaces all solver settings of `below`.
     pub fn over(self, below: Self) -> Self {
         let below = if self.preset.is_some() { below.without_solver() } else { below };
         Self {
@@ -180,7 +180,7 @@ impl Settings {
 }
 
 impl Settings {
-    /// This, with nothing said of the solver.
+    /// These settings without the solver settings.
     fn without_solver(self) -> Self {
         Self {
             solver: None,
@@ -196,10 +196,10 @@ impl Settings {
     }
 }
 
-/// A value of a load, and its time (s) where there is one.
+/// Value of a load, and its time (s) if given.
 pub type LoadKnot = (Option<f64>, Vector3<f64>);
 
-/// The polyline through the knots that a flag was given for; `None` if it was not.
+/// Polyline through the knots of a flag; `None` without knots.
 pub fn polyline(flag: &str, knots: &[LoadKnot]) -> Result<Option<Polyline>, Failure> {
     let named = |error: Error| Failure::setting(flag, error);
     match knots {

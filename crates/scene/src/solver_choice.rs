@@ -1,4 +1,4 @@
-//! How contact steps are posed and solved, from the settings of one body or of several.
+//! Choice of the contact solver and its options.
 
 use super::choices::{OnFailure, Preset, SolverName};
 use super::settings::Settings;
@@ -16,43 +16,43 @@ use tumble_core::world::World;
 use tumble_model::failure::{Failure, refuse_flags};
 use tumble_model::shown;
 
-/// How contact steps are posed and solved.
+/// Solver of contact steps and its options.
 #[derive(Clone)]
 pub struct SolverChoice {
-    /// Which points may touch.
+    /// Criterion for the points that may touch.
     pub detection: Detection,
-    /// What happens with a step that fails.
+    /// Action if a step is not solved.
     pub on_failure: OnFailure,
-    /// What all of it was said by, if a preset was.
+    /// Preset that set these options.
     pub preset: Option<Preset>,
-    /// Ipopt's program and options; `None` for the native solver.
+    /// Formulation and options of Ipopt; `None` for the native solver.
     pub ipopt: Option<Program>,
-    /// What the native solver solves steps to, where it is not the usual residual.
+    /// Target residual of the native solver (m/s at speed scale 1), if not the default.
     residual: Option<f64>,
-    /// The most threads that the native solver works on; no setting of a file.
+    /// Maximum number of threads of the native solver. Files cannot set it.
     threads: NonZeroUsize,
 }
 
-/// Ipopt's program and options.
+/// Formulation and options of Ipopt.
 #[cfg(feature = "ipopt")]
 pub type Program = (Formulation, Options);
 
-/// There is none.
+/// Uninhabited type in a build without Ipopt.
 #[cfg(not(feature = "ipopt"))]
 pub type Program = std::convert::Infallible;
 
-/// The version of Ipopt that this build has; empty where it has none.
+/// Version of Ipopt in this build; empty without Ipopt.
 #[cfg(feature = "ipopt")]
 pub const IPOPT_VERSION: &str = tumble::ipopt::VERSION;
-/// The version of Ipopt that this build has; empty where it has none.
+/// Version of Ipopt in this build; empty without Ipopt.
 #[cfg(not(feature = "ipopt"))]
 pub const IPOPT_VERSION: &str = "";
 
 impl SolverChoice {
-    /// What `settings` say, by `usual` where they name no solver.
+    /// Choice made by `settings`; `usual` is the default solver.
     ///
     /// # Errors
-    /// Settings that mean nothing together; Ipopt without the feature `ipopt`.
+    /// Settings that exclude each other; Ipopt without the feature `ipopt`.
     pub fn new(settings: &Settings, usual: SolverName) -> Result<Self, Failure> {
         if let Some(Preset::Tutorial) = settings.preset {
             let place = "--preset tutorial, which is the tutorial's program to the letter";
@@ -85,11 +85,12 @@ impl SolverChoice {
         }
     }
 
-    /// Lets the native solver work on up to `count` threads ([`NativeSolver::with_threads`]); on
-    /// one otherwise.
+    /// Sets the maximum number of threads of the native solver; see [`NativeSolver::with_threads`].
+    ///
+    /// The default is one.
     ///
     /// # Errors
-    /// Ipopt.
+    /// A choice of Ipopt.
     pub fn set_threads(&mut self, count: NonZeroUsize) -> Result<(), Failure> {
         let place = "Ipopt, which solves all bodies as one problem";
         refuse_flags(place, &[("--threads", self.is_ipopt())])?;
@@ -97,10 +98,10 @@ impl SolverChoice {
         Ok(())
     }
 
-    /// The solver for `world`.
+    /// Solver for `world`.
     ///
     /// # Errors
-    /// The setting that is not made for it.
+    /// A setting that does not apply to this world.
     pub fn solver(&self, world: &World) -> Result<Box<dyn StepSolver>, Failure> {
         match &self.ipopt {
             None => self.native(world),
@@ -108,7 +109,7 @@ impl SolverChoice {
         }
     }
 
-    /// What the native solver was asked to solve steps to, m/s at the speed scale 1; `None` for the usual residual.
+    /// Target residual of the native solver, m/s at speed scale 1; `None` for the default.
     #[must_use]
     pub fn residual(&self) -> Option<f64> {
         self.residual
@@ -126,33 +127,34 @@ impl SolverChoice {
         Ok(Box::new(solver))
     }
 
-    /// What moves the bodies of `world`.
+    /// Integrator of `world`.
     ///
     /// # Errors
-    /// As [`SolverChoice::solver`].
+    /// The errors of [`SolverChoice::solver`].
     pub fn motion(&self, world: &World) -> Result<Motion<'static>, Failure> {
         Ok(Motion::Contact { detection: self.detection, solver: self.solver(world)? })
     }
 
-    /// Whether Ipopt solves them.
+    /// True if Ipopt solves the contact steps.
     #[must_use]
     pub fn is_ipopt(&self) -> bool {
         self.ipopt.is_some()
     }
 
-    /// Whether Ipopt has a ladder behind its first start.
+    /// True if Ipopt tries further initial points after a failure.
     #[must_use]
     pub fn climbs(&self) -> bool {
         self.is_ipopt() && self.on_failure == OnFailure::Ladder
     }
 
-    /// Ipopt's program, tolerance and most iterations, where it solves them.
+    /// Ipopt's formulation, tolerance and maximum number of iterations; `None` for the native
+    /// solver.
     #[must_use]
     pub fn program(&self) -> Option<(&'static str, f64, u32)> {
         self.ipopt.as_ref().map(ipopt::told)
     }
 
-    /// `native` or `ipopt`.
+    /// Name of the solver: `native` or `ipopt`.
     #[must_use]
     pub fn solver_name(&self) -> &'static str {
         if self.is_ipopt() { "ipopt" } else { "native" }
@@ -166,10 +168,10 @@ mod ipopt {
     use tumble::solver::ipopt::{MOST_ITERATIONS, TOLERANCE, alone_for, ladder_for};
     use tumble::step_nlp::StepNlp;
 
-    /// Below this, Ipopt's steps take five to a hundred times the iterations and are no better.
+    /// Minimum tolerance. Smaller values cost many more iterations and do not improve the solution.
     const LEAST_TOLERANCE: f64 = 1e-12;
 
-    /// Failure of an option that Ipopt refuses, by its name.
+    /// Failure of an option that Ipopt rejects, with the option's name.
     fn refused(error: IpoptError) -> Failure {
         match error {
             IpoptError::Option { name, .. } => Failure::setting(&name.replace('_', "-"), &error),
@@ -200,7 +202,7 @@ mod ipopt {
         (formulation.name(), options.tolerance, options.max_iterations)
     }
 
-    /// The tutorial's program and settings to the letter.
+    /// Exactly the tutorial's program and settings.
     pub fn tutorial() -> Result<SolverChoice, Failure> {
         let options = IpoptSolver::tutorial_options();
         let program = (Formulation::Clamped, options);
@@ -224,7 +226,8 @@ mod ipopt {
             ladder_for(world, *formulation, options)
         } else {
             if StepNlp::unsuitable(world).is_none() {
-                // Of one body it pays with the ladder's warm starts only (docs/ipopt-path.md).
+                // For one body the scaling only helps with the ladder's warm starts
+                // (docs/ipopt-path.md).
                 options.objective_scaling = 1.0;
             }
             alone_for(world, *formulation, options)
@@ -263,7 +266,7 @@ mod ipopt {
     const MISSING: &str = "Ipopt is needed for it, and is not in this build; `native` is";
 }
 
-/// A residual that the native solver solves to.
+/// Checks the target residual of the native solver (m/s).
 fn known_residual(residual: f64) -> Result<f64, Failure> {
     if (ACCEPTED_RESIDUAL..=LARGEST_RESIDUAL).contains(&residual) {
         return Ok(residual);
@@ -272,7 +275,7 @@ fn known_residual(residual: f64) -> Result<f64, Failure> {
     Err(Failure::setting("residual", why))
 }
 
-/// Settings with a meaning for Ipopt alone, and whether they are given.
+/// Flags of settings that only apply to Ipopt, and whether each is given.
 fn ipopt_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
     vec![
         ("--formulation", settings.formulation.is_some()),
@@ -281,7 +284,7 @@ fn ipopt_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
     ]
 }
 
-/// Settings of the contact steps' solver, the preset apart, and whether they are given.
+/// Flags of the contact solver except the preset, and whether each is given.
 pub fn solver_flags(settings: &Settings) -> Vec<(&'static str, bool)> {
     let mut flags = vec![
         ("--solver", settings.solver.is_some()),

@@ -1,4 +1,4 @@
-//! The tables of a scenario file that are settings, and what their fields say.
+//! Tables of a scenario file that become settings.
 
 use crate::choices::{
     Attitude, BodyShape, DetectionName, FormulationName, Inertia, OnFailure, Preset, SolverName,
@@ -131,7 +131,7 @@ impl Sides {
 }
 
 impl InertiaValue {
-    /// The matrix that is given in numbers.
+    /// Inertia tensor, if it is given in numbers.
     pub fn matrix(&self) -> Option<Matrix3<f64>> {
         match self {
             Self::Word(SolidInertia::Solid) => None,
@@ -143,7 +143,7 @@ impl InertiaValue {
 }
 
 impl StartTable {
-    /// Whether the start is given in the frame of the ground.
+    /// True if the start is given in the frame of the ground.
     pub fn is_in_ground(&self) -> bool {
         self.frame == Some(StartFrame::Ground)
     }
@@ -179,7 +179,7 @@ impl BodyTable {
         };
         settings.inertia = Some(match self.inertia.as_ref().and_then(InertiaValue::matrix) {
             Some(matrix) => Inertia::Matrix(matrix),
-            // Without effect, and of the point's own scale.
+            // A point mass does not use its inertia; this value has the right scale.
             None if is_point => Inertia::Matrix(Matrix3::from_diagonal_element(self.mass)),
             None if self.inertia.is_none() && matches!(shape, BodyShape::Points(_)) => {
                 return Err("body.inertia: it is needed with `points`".to_owned());
@@ -193,7 +193,7 @@ impl BodyTable {
 }
 
 impl GroundTable {
-    /// `may_be_none` of scenes with `[[bodies]]`: they have no ground where the table says so.
+    /// Sets the ground. `may_be_none` permits `none = true`, for scenes with `[[bodies]]`.
     pub fn set(self, settings: &mut Settings, may_be_none: bool) -> Result<(), String> {
         settings.mu = Some(self.friction);
         settings.restitution = self.restitution;
@@ -240,7 +240,7 @@ impl GroundTable {
 }
 
 impl LoadTable {
-    /// Whether a point is given for a force that is not.
+    /// True if a point of application is given without a force.
     pub fn has_idle_point(&self) -> bool {
         self.at.is_some() && self.force.is_none()
     }

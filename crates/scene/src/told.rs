@@ -1,4 +1,4 @@
-//! Scenes from what is written: a scenario in either notation, a robot's file, the tutorial's scenes.
+//! Scenes from text: scenario files in both notations, robot files and the tutorial's scenes.
 
 use super::bodies::entries::Files;
 use super::choices::{SceneName, SolverName};
@@ -12,11 +12,12 @@ use tumble_model::failure::{Failure, refuse_flags};
 use tumble_model::names::FileKind;
 
 impl Scene {
-    /// The scene of the scenario `path`, whose text is `text`, under `flags`. The native solver
-    /// solves it where neither says who does. The files of meshes are read by `read`.
+    /// Scene of the scenario file `path` with the content `text`; `flags` take precedence.
+    ///
+    /// The native solver is the default. `read` reads mesh files.
     ///
     /// # Errors
-    /// The first thing that cannot be; a seed where nothing is random.
+    /// The first invalid value; a seed for a scene without random parts.
     pub fn of_text(
         text: &str,
         path: &Path,
@@ -26,11 +27,14 @@ impl Scene {
         Self::told(text, path, flags, &[], SolverName::Native, read)
     }
 
-    /// The same under `flags` that have the names `given`, and are called so where one is refused.
-    /// Of `[body]`, `usual` solves where neither says who does.
+    /// Scene of a scenario file, as [`Scene::of_text`], with the names of the flags and a default
+    /// solver.
+    ///
+    /// Error messages use the flag's name for settings among `given`. `usual` is the default solver
+    /// of a scene with `[body]`.
     ///
     /// # Errors
-    /// As [`Scene::of_text`].
+    /// The errors of [`Scene::of_text`].
     pub fn told(
         text: &str,
         path: &Path,
@@ -63,7 +67,7 @@ impl Scene {
         Ok(Self { changed, ..scene })
     }
 
-    /// The scene of a robot's file alone: its own world, or level ground under one that has none.
+    /// Scene of a single robot file: with the file's world, or else on level ground.
     fn of_robot(
         text: &str,
         path: &Path,
@@ -83,10 +87,10 @@ impl Scene {
         Ok(Self { changed, ..scene })
     }
 
-    /// A scene of the tutorial under `flags`, solved by `usual` where they name no solver.
+    /// Scene of the tutorial; `flags` take precedence, and `usual` is the default solver.
     ///
     /// # Errors
-    /// The first thing that cannot be.
+    /// The first invalid value.
     pub fn of_tutorial(
         name: SceneName,
         flags: Settings,
@@ -101,21 +105,24 @@ impl Scene {
         Ok(Self { changed, ..scene })
     }
 
-    /// This scene with one body more, the last: `text` is that of a table `[[bodies]]`, whose meshes are beside
-    /// `path`, and are read by `read`. Where it starts is not held against the other bodies.
+    /// This scene with one more body at the end of the list.
+    ///
+    /// `text` is the content of one `[[bodies]]` table. Its meshes are relative to the folder of
+    /// `path`, and `read` reads them. Overlap with other bodies is not checked.
     ///
     /// # Errors
-    /// The first thing that cannot be; a scene of `[body]`.
+    /// The first invalid value; a scene with `[body]`.
     pub fn with_body(&self, text: &str, path: &Path, read: ReadFile<'_>) -> Result<Self, Failure> {
         let entry = super::parse(text).map_err(Failure::Input)?;
         let folder = path.parent().unwrap_or(Path::new(""));
         bodies::with_body(self, entry, Files { folder, read })
     }
 
-    /// This scene without the body `index`, and without the joints that tie it; those after it move up by one.
+    /// This scene without the body `index` and its joints. The indices of later bodies decrease by
+    /// one.
     ///
     /// # Errors
-    /// The only body; a scene of `[body]`.
+    /// The only body; a scene with `[body]`.
     pub fn without_body(&self, index: usize) -> Result<Self, Failure> {
         bodies::without_body(self, index)
     }

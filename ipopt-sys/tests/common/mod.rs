@@ -9,7 +9,7 @@ use ipopt_sys as sys;
 use std::ffi::{c_int, c_void};
 use std::slice;
 
-/// The problem with the callbacks below.
+/// HS071 with the callbacks below.
 pub const HS071: sys::Definition<'static> = sys::Definition {
     x_lower: &[1.0; 4],
     x_upper: &[5.0; 4],
@@ -24,17 +24,17 @@ pub const HS071: sys::Definition<'static> = sys::Definition {
     eval_h: Some(eval_h),
 };
 
-/// The end of a solve.
+/// Result of a solve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct End {
     pub status: c_int,
     pub objective: f64,
     pub x: [f64; 4],
-    /// How often the objective was asked for.
+    /// Number of evaluations of the objective.
     pub calls: usize,
 }
 
-/// A problem made of HS071 that prints nothing.
+/// Variant of HS071 without output.
 pub fn silent<'lock>(
     lock: &'lock mut sys::Exclusive,
     definition: &sys::Definition<'_>,
@@ -45,7 +45,7 @@ pub fn silent<'lock>(
     problem
 }
 
-/// Solves a problem of HS071's sizes from the published start.
+/// Solves a problem with the sizes of HS071 from the published initial point.
 pub fn solve(problem: &mut sys::Problem<'_>) -> End {
     let mut end = End { status: c_int::MIN, objective: 0.0, x: [1.0, 5.0, 5.0, 1.0], calls: 0 };
     let [mut g, mut mult_g] = [[0.0; 2]; 2];
@@ -58,13 +58,13 @@ pub fn solve(problem: &mut sys::Problem<'_>) -> End {
         mult_x_lower: &mut mult_x_lower,
         mult_x_upper: &mut mult_x_upper,
     };
-    // SAFETY: the callbacks keep to the lengths that they are given, or throw an exception of
-    // C++; `user_data` is the count that `eval_f` takes it for; the options are harmless.
+    // SAFETY: the callbacks keep to their lengths or throw a C++ exception; `user_data` is the
+    // counter that `eval_f` expects; the options are harmless.
     end.status = unsafe { problem.solve(arrays, (&raw mut end.calls).cast()) };
     end
 }
 
-/// Against the published optimum, which has eight digits; Ipopt's default tolerance is 1e-8.
+/// Compares with the published optimum, which has eight digits. Ipopt's default tolerance is 1e-8.
 pub fn assert_optimal(end: &End) {
     assert_eq!(end.status, sys::ApplicationReturnStatus::Solve_Succeeded, "{end:?}");
     assert!((end.objective - 17.014_017_3).abs() < 1e-6, "{end:?}");
@@ -81,7 +81,7 @@ unsafe extern "C" fn eval_f(
     value: *mut f64,
     user: *mut c_void,
 ) -> sys::Bool {
-    // SAFETY: Ipopt passes n numbers, one output and the pointer given to `solve`.
+    // SAFETY: Ipopt passes n numbers, one output and the pointer of `solve`.
     unsafe {
         let x = slice::from_raw_parts(x, n as usize);
         *value = x[0] * x[3] * (x[0] + x[1] + x[2]) + x[2];
@@ -137,8 +137,8 @@ unsafe extern "C" fn eval_jac_g(
     values: *mut f64,
     _user: *mut c_void,
 ) -> sys::Bool {
-    // SAFETY: Ipopt passes either both index arrays or values, of length nele; x
-    // is valid with the latter.
+    // SAFETY: Ipopt passes either both index arrays or values, of length nele; x is valid with the
+    // latter.
     unsafe {
         if values.is_null() {
             let rows = slice::from_raw_parts_mut(rows, nele as usize);

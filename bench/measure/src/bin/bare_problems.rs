@@ -1,6 +1,8 @@
-//! Contact problems by themselves, for `scripts/bench`: `bare_problems FOLDER FILE` solves every `.dat` of the folder, writes
-//! what tumble takes for each to standard output as JSON, and the problems of contacts of three rows to FILE, in the
-//! form of `local_problems`, for other solvers.
+//! Bare contact problems for `scripts/bench`: `bare_problems FOLDER FILE`.
+//!
+//! Solves every `.dat` file of FOLDER and writes the times to standard output as JSON. Contact
+//! problems with three rows per contact are also written to FILE for other solvers, in the format
+//! of `local_problems`.
 
 use rustix::time::{ClockId, clock_gettime};
 use serde::Serialize;
@@ -11,18 +13,19 @@ use tumble::problem::{ContactProblem, Form, Law, Selection, SolveOptions, dat};
 
 type BareFailure = Box<dyn std::error::Error>;
 
-/// The least of the times of a problem counts, of so many runs, or fewer if they take long.
+/// Number of runs per problem, of which the fastest counts; fewer if they exceed `LONG_SECONDS`.
 const RUNS: usize = 5;
 const LONG_SECONDS: f64 = 0.5;
 
-/// What tumble makes of a problem.
+/// Result of tumble for one problem.
 #[derive(Serialize)]
 struct BareResult {
     name: String,
     contacts: usize,
-    /// Its place in FILE; `None` if it is not there.
+    /// Position in FILE; `None` if it is not there.
     place: Option<usize>,
-    /// Processor time and residual (m/s) of any solution, and of that of the selection rule.
+    /// Processor time (s) and residual (m/s) of any solution, and of the solution by the selection
+    /// rule.
     any: (f64, f64),
     rule: (f64, f64),
 }
@@ -75,7 +78,7 @@ fn run(folder: &Path, file: &Path) -> Result<(), BareFailure> {
     Ok(())
 }
 
-/// Processor time and residual of one problem from nothing.
+/// Processor time (s) and residual (m/s) of one problem, solved from zero impulses.
 fn solved(problem: &ContactProblem, selection: Selection) -> Result<(f64, f64), BareFailure> {
     let options = SolveOptions { selection, ..SolveOptions::default() };
     let (mut least, mut spent, mut residual) = (f64::INFINITY, 0.0, f64::INFINITY);
@@ -91,7 +94,7 @@ fn solved(problem: &ContactProblem, selection: Selection) -> Result<(f64, f64), 
     Ok((least, residual))
 }
 
-/// n and the problem's number, the seconds, W, q, μ and no impulses to start from, in little endian.
+/// Writes a problem in little endian: n, the problem's number, seconds, W, q, μ and zero impulses.
 fn write(
     file: &mut impl Write,
     number: usize,
@@ -124,7 +127,7 @@ fn write(
     Ok(())
 }
 
-/// Processor time of this process, s.
+/// Processor time of this process (s).
 fn clock() -> f64 {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64

@@ -1,12 +1,15 @@
-//! What derivatives cost: of scenes, the time of a run of steps, of the same with each step linearised, with its whole Jacobian
-//! by states too, and of a pass backwards through the run, as multiples of the run's own.
+//! Cost of derivatives, as multiples of the time of a simulation.
+//!
+//! It measures a run of steps, the run with linearisation, the run with the Jacobian by the states,
+//! and a backward pass.
 //!
 //! ```text
 //! cargo run --release -p tumble-measure --bin derivatives [SCENARIO.toml...]
 //! ```
 //!
-//! The first argument `step`, `linearised`, `jacobian` or `backwards` has that alone done, once and without a clock, in the function
-//! `done`: what callgrind counts with `--toggle-collect='derivatives::done'`.
+//! With `step`, `linearised`, `jacobian` or `backwards` as the first argument, the program does
+//! only this work, once and without a clock, in the function `done`. Callgrind counts it with
+//! `--toggle-collect='derivatives::done'`.
 
 use std::error::Error;
 use std::path::Path;
@@ -19,13 +22,13 @@ use tumble_core::solver::native::StepDerivative;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
-/// Each is the least of so many runs, taken in turn.
+/// Number of interleaved runs; the fastest counts.
 const TURNS: usize = 7;
 const STEPS: u64 = 300;
 const HEADING: &str =
     "scene             a step, µs   linearised   with its Jacobian   run backwards";
 
-/// What is done with each step.
+/// Work per step.
 #[derive(Clone, Copy, PartialEq)]
 enum Work {
     Step,

@@ -1,11 +1,12 @@
-//! How many steps of heaps are solved, and from which start: other seeds than those of any test.
+//! Statistics of the solver on heaps: solved steps and successful initial points. No test uses
+//! these seeds.
 //!
-//! `cargo run --release -p tumble-measure --bin heaps` or, for another number of seeds, steps of a run and first seed,
-//! `… -- 16 2500 101`; with the name of a scene (`boxes`, `sticks`, `balls`, `mixed`, `ratio`, `dense`,
-//! `wall`) behind them, that scene alone.
+//! `cargo run --release -p tumble-measure --bin heaps`, optionally with the number of seeds, the
+//! steps per run and the first seed: `… -- 16 2500 101`. A fourth argument selects a scene
+//! (`boxes`, `sticks`, `balls`, `mixed`, `ratio`, `dense`, `wall`).
 //!
-//! Exit code 2 for a bad argument. Steps that are not solved are what is counted here: they do not
-//! change the code.
+//! The exit code is 2 for a bad argument. Unsolved steps are part of the result and do not change
+//! it.
 
 #[path = "../heaps.rs"]
 mod heaps;
@@ -17,21 +18,21 @@ use std::time::Instant;
 use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 
-/// What the runs of a scene came to.
+/// Counts over the runs of a scene.
 #[derive(Default)]
 struct HeapCounts {
     contact: u32,
     retried: u32,
     failed: u32,
     wild: u32,
-    /// Runs whose last step took no more iterations than one a body, from the first start.
+    /// Runs whose last step needed at most one iteration per body from the first initial point.
     still: u32,
-    /// Of steps that were not solved, m/s.
+    /// Largest residual of unsolved steps (m/s).
     worst: f64,
-    /// m.
+    /// Largest overlap (m).
     overlap: f64,
     contacts: usize,
-    /// s.
+    /// Slowest step (s).
     slowest: f64,
     time: f64,
 }

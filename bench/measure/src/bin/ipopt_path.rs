@@ -1,7 +1,6 @@
-//! What each setting of the Ipopt path does to the drop scene: the table of
-//! `docs/ipopt-path.md`.
+//! Effect of each setting of the Ipopt path on the drop scene: the table of `docs/ipopt-path.md`.
 //!
-//! `cargo run --release -p tumble-measure --bin ipopt_path -- 42 0` takes about a minute a seed.
+//! `cargo run --release -p tumble-measure --bin ipopt_path -- 42 0` takes about a minute per seed.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -15,17 +14,17 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepSolver;
 use tumble_core::world::World;
 
-/// One row of the table.
+/// Row of the table.
 struct PathSetting {
     name: &'static str,
     detection: Detection,
     formulation: Formulation,
     options: Options,
-    /// Empty: Ipopt alone.
+    /// Rungs of the ladder; empty for a single solve.
     rungs: &'static [Rung],
 }
 
-/// Every row changes one thing of the row before it.
+/// Settings in the order of the table. Each row changes one setting of the previous row.
 fn settings() -> Vec<PathSetting> {
     let tutorial = IpoptSolver::tutorial_options();
     let adaptive = Options { barrier: BarrierStrategy::Adaptive, ..tutorial.clone() };

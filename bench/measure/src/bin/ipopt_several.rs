@@ -1,5 +1,7 @@
-//! Ipopt on scenes of several bodies, beside the native solver: iterations a contact step, how its
-//! steps ended, their residuals, and how far the ends of both runs are from each other.
+//! Ipopt and the native solver on scenes of several bodies.
+//!
+//! The table shows iterations per contact step, step statuses, residuals, and the distance between
+//! the final states of both solvers.
 //!
 //! `cargo run --release -p tumble-measure --bin ipopt_several [STEPS]`
 
@@ -14,7 +16,7 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Fixed, Parameters, World};
 
-/// A scene: its world, where it starts, and the force on its first body (N).
+/// Scene: world, initial states and the force on its first body (N).
 struct SeveralScene {
     name: &'static str,
     world: World,
@@ -119,7 +121,7 @@ fn scenes() -> Result<Vec<SeveralScene>, Error> {
     Ok(scenes)
 }
 
-/// What a run came to.
+/// Counts over a run.
 #[derive(Default)]
 struct SeveralTally {
     contact_steps: u32,

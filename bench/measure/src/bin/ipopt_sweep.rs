@@ -1,7 +1,7 @@
-//! The Ipopt path away from the tutorial's numbers: the drop scene with other friction, mass,
-//! inertia, load and size, a row of `docs/ipopt-path.md` each.
+//! Ipopt path on variants of the drop scene with other friction, mass, inertia, load and size.
 //!
-//! `cargo run --release -p tumble-measure --bin ipopt_sweep -- 42 1 7` takes about a minute a seed.
+//! Each variant is a row of `docs/ipopt-path.md`. `cargo run --release -p tumble-measure --bin
+//! ipopt_sweep -- 42 1 7` takes about a minute per seed.
 
 use nalgebra::{Matrix3, Vector3};
 use std::process::ExitCode;
@@ -13,16 +13,16 @@ use tumble_core::simulation::summary::RunSummary;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::world::{Parameters, World};
 
-/// A copy of the drop scene with other constants.
+/// Variant of the drop scene with other constants.
 #[derive(Clone, Copy)]
 struct Variant {
     friction: f64,
     mass: f64,
-    /// I over E₃, kg m²; that of a solid cube without it.
+    /// Moment of inertia about every axis (kg m²); `None` for a solid cube.
     inertia: Option<f64>,
-    /// N, world.
+    /// Vertical force (N), world frame.
     force: f64,
-    /// Lengths are multiplied with it, times with its root.
+    /// Scale of lengths; times scale with its square root.
     size: f64,
 }
 

@@ -1,10 +1,9 @@
-//! How long steps of many islands take on one thread and on several, how much of that is the
-//! solver's, and that the numbers are the same.
+//! Time of steps with many islands on one thread and on several, and the solver's share of it.
 //!
-//! `cargo run --release -p tumble-measure --bin islands` or, for another number of threads and
-//! of islands in each scene, `… -- 4 300`
+//! The results must be equal. Run `cargo run --release -p tumble-measure --bin islands`, optionally
+//! with the numbers of threads and of islands per scene: `… -- 4 300`.
 //!
-//! Exit code 3 if a step did not converge, 1 if a number differs, 2 for a bad argument.
+//! The exit code is 3 if a step did not converge, 1 if a number differs, 2 for a bad argument.
 
 use nalgebra::{Vector3, Vector4};
 use std::error::Error;
@@ -21,19 +20,19 @@ use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use tumble_core::world::{Parameters, World};
 
-/// Rounds of which the fastest counts, chunk by chunk: the machine has other work.
+/// Number of rounds. The fastest time of each chunk counts, because the machine has other work.
 const ROUNDS: usize = 30;
-/// Steps that one takes before the other's turn.
+/// Steps of one run before the other run continues.
 const CHUNK: usize = 1;
 
-/// What starts at each place.
+/// Bodies at each place.
 #[derive(Clone, Copy)]
 enum Group {
-    /// Five cubes, one on the other.
+    /// Stack of five cubes.
     Stack,
-    /// Five boxes in random attitudes, one above the other.
+    /// Five boxes in random attitudes above each other.
     Heap,
-    /// One box, thrown with spin.
+    /// Single box, thrown with spin.
     Single,
 }
 
@@ -41,7 +40,7 @@ struct IslandScene {
     name: &'static str,
     group: Group,
     islands: usize,
-    /// Steps before the part that is timed, and in it.
+    /// Numbers of steps before the timed part and in it.
     steps: [usize; 2],
 }
 
@@ -86,7 +85,7 @@ impl IslandScene {
     }
 }
 
-/// The native solver, and the time that its solves took, ns.
+/// Native solver with a clock; `spent` is the time of its solves (ns).
 struct Timed {
     solver: NativeSolver,
     spent: Arc<AtomicU64>,
@@ -110,7 +109,7 @@ impl StepSolver for Timed {
     }
 }
 
-/// A simulation on some threads.
+/// Simulation with a given number of threads.
 struct IslandRun {
     simulation: Simulation<'static>,
     record: StepRecord,
@@ -132,7 +131,7 @@ impl IslandRun {
         Ok(Self { simulation, record: StepRecord::new(), spent, contacts: 0, failed: 0 })
     }
 
-    /// Takes `steps` steps; how long they took, s, and how long of it the solver.
+    /// Takes `steps` steps. Returns their time and the solver's share of it (s).
     fn advance(&mut self, steps: usize) -> Result<[f64; 2], tumble_core::error::Error> {
         self.spent.store(0, Ordering::Relaxed);
         let clock = Instant::now();
@@ -146,10 +145,10 @@ impl IslandRun {
     }
 }
 
-/// What a scene came to: the fastest times of each chunk, on one thread and on several.
+/// Result for a scene: the fastest times of each chunk, on one thread and on several.
 struct Measured {
     chunks: Vec<[[f64; 2]; 2]>,
-    /// Of all timed steps of a run.
+    /// Contacts of all timed steps of a run.
     contacts: usize,
     same: bool,
     failed: usize,
@@ -174,7 +173,7 @@ fn measure(
             run.contacts = 0;
         }
         for (index, chunk) in measured.chunks.iter_mut().enumerate() {
-            // Each is first by turns.
+            // The runs take turns in going first.
             for turn in [index % 2, (index + 1) % 2] {
                 let times = runs[turn].advance(CHUNK)?;
                 for (least, time) in chunk[turn].iter_mut().zip(times) {

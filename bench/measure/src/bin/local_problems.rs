@@ -1,21 +1,20 @@
-//! The contact problems of tumble's own steps, linearised, for solvers of such problems
-//! (`bench/local.py`): a scene as JSON on standard input, problems to the file that is the
-//! argument.
+//! Linearised contact problems of tumble's steps, for solvers of such problems (`bench/local.py`).
 //!
-//! With the states at k, free flight to v_free, and for contact i the Jacobian of the velocity of
-//! its touching point, in the order normal, first, second tangent,
+//! The program reads a scene as JSON from standard input and writes problems to the file in its
+//! argument. J_i is the Jacobian of the touching point's velocity of contact i, in the order
+//! normal, first, second tangent. With the states at k and the velocity v_free after free flight,
 //!
 //! ```text
 //! J_i = Fᵀ [E, Gᵀ] on A and the opposite on B,   G = [y]× Aᵀ,   F = (n, t₁, t₂)
 //! W = J M⁻¹ Jᵀ,   q = J v_free + n φ/h,   u = W p + q
 //! ```
 //!
-//! impulses p in N s and velocities u in m/s; the step's own problem differs from it by the turn
-//! of a step.
+//! Impulses p are in N s and velocities u in m/s. The nonlinear problem of the step differs by the
+//! rotation during the step.
 //!
-//! The file holds, in little endian, one after the other: n and k as 64-bit integers, the seconds
-//! of tumble's step, W (3n × 3n), q (3n), μ (n), and the impulses of the step before (3n) as
-//! doubles.
+//! The file contains for each problem, in little endian: n and k as 64-bit integers, then doubles.
+//! These are the seconds of tumble's step, W (3n × 3n), q (3n), μ (n) and the impulses of the
+//! previous step (3n).
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rustix::time::{ClockId, clock_gettime};
@@ -32,21 +31,21 @@ use tumble_measure::BenchScene;
 
 type LocalFailure = Box<dyn std::error::Error>;
 
-/// The least of the times of a step counts, of so many runs.
+/// Number of runs; the fastest time of each step counts.
 const RUNS: usize = 3;
 
-/// A scene, and the steps whose problems are wanted.
+/// Scene and the steps whose problems are written.
 #[derive(Deserialize)]
 struct LocalRequest {
     #[serde(flatten)]
     scene: BenchScene,
-    /// k of the first.
+    /// Index k of the first step.
     first: usize,
-    /// From one to the next.
+    /// Distance between steps.
     stride: usize,
 }
 
-/// Three rows of J: the blocks of A and of B, each of velocity and spin.
+/// Three rows of J: the blocks of A and of B, each for velocity and spin.
 struct LocalRows {
     a: (usize, Matrix3<f64>, Matrix3<f64>),
     b: Option<(usize, Matrix3<f64>, Matrix3<f64>)>,
@@ -86,7 +85,7 @@ fn run(path: &str) -> Result<(), LocalFailure> {
     Ok(())
 }
 
-/// Processor time of every step, the least of some runs.
+/// Processor time of every step (s), minimum over the runs.
 fn fastest(scene: &BenchScene, world: &World) -> Result<Vec<f64>, LocalFailure> {
     let mut least = vec![f64::INFINITY; scene.steps];
     for _ in 0..RUNS {
@@ -162,7 +161,7 @@ impl LocalRows {
         std::iter::once(&self.a).chain(&self.b)
     }
 
-    /// The block of W between these rows and others.
+    /// Block of W between these rows and the rows `other`.
     fn response(&self, world: &World, other: &Self) -> Matrix3<f64> {
         let mut block = Matrix3::zeros();
         for (i, velocity, spin) in self.sides() {
@@ -175,7 +174,7 @@ impl LocalRows {
         block
     }
 
-    /// J v.
+    /// Velocity J v (m/s).
     fn velocity(&self, states: &[State]) -> Vector3<f64> {
         let of_side = |(i, velocity, spin): &(usize, Matrix3<f64>, Matrix3<f64>)| {
             velocity * states[*i].velocity + spin * states[*i].spin
@@ -184,13 +183,13 @@ impl LocalRows {
     }
 }
 
-/// F = (n, t₁, t₂).
+/// Contact frame F = (n, t₁, t₂).
 fn normal_first(contact: &Contact) -> Matrix3<f64> {
     let axis = |k: usize| contact.frame.column(k).into_owned();
     Matrix3::from_columns(&[axis(2), axis(0), axis(1)])
 }
 
-/// Processor time of this process, s.
+/// Processor time of this process (s).
 fn clock() -> f64 {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64

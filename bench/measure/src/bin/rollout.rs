@@ -1,10 +1,9 @@
-//! Rollouts of the tutorial's cube from many starts: how fast they are beside a plain loop over
-//! simulations, and that the numbers are the same.
+//! Rollouts of the tutorial's cube from many initial states, compared with a plain loop.
 //!
-//! `cargo run --release -p tumble-measure --bin rollout` or, for other numbers of rollouts,
-//! steps and threads, `… -- 2000 500 4`
+//! The results must be equal. Run `cargo run --release -p tumble-measure --bin rollout`, optionally
+//! with the numbers of rollouts, steps and threads: `… -- 2000 500 4`.
 //!
-//! Exit code 3 if a step did not converge, 1 if a number differs, 2 for a bad argument.
+//! The exit code is 3 if a step did not converge, 1 if a number differs, 2 for a bad argument.
 
 use std::error::Error;
 use std::num::NonZeroUsize;
@@ -16,18 +15,18 @@ use tumble_core::simulation::scene::{TutorialScene, tutorial_parameters};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::world::World;
 
-/// Rounds of which the fastest counts: the machine has other work.
+/// Number of rounds. The fastest counts, because the machine has other work.
 const ROUNDS: usize = 9;
 
 fn start(seed: usize) -> State {
     let scene = TutorialScene::drop();
     let mut start = scene.start(scene.attitude(seed as u32));
-    // Near the ground, so that most steps are in contact.
+    // Low enough that most steps have contacts.
     start.position[2] = 1.8;
     start
 }
 
-/// A plain loop, on this thread.
+/// Plain loop on this thread.
 fn looped(
     world: &World,
     rollouts: usize,

@@ -1,5 +1,7 @@
-//! Several boxes by tumble, for `scripts/bench`: a scene as JSON on standard input, what became
-//! of it as JSON on standard output.
+//! Scenes of several boxes in tumble, for `scripts/bench`.
+//!
+//! The program reads a scene as JSON from standard input and writes the result as JSON to standard
+//! output.
 
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
@@ -11,45 +13,45 @@ use tumble_measure::BenchScene;
 
 type BoxesFailure = Box<dyn std::error::Error>;
 
-/// A step counts as certified with a residual of at most this, m/s.
+/// Largest residual of a certified step (m/s).
 const CERTIFIED: f64 = 1e-9;
 
-/// A scene, and what is to be kept of it.
+/// Scene and output options.
 #[derive(Deserialize)]
 struct BoxesRequest {
     #[serde(flatten)]
     scene: BenchScene,
-    /// Steps before those that are timed, counted and kept.
+    /// Number of steps before the timed and recorded ones.
     #[serde(default)]
     untimed: usize,
-    /// Whether to keep the states; a timed run does not.
+    /// True to record the states; a timed run does not.
     record: bool,
-    /// Whether to time each step although they are not kept.
+    /// True to time each step without recording.
     #[serde(default)]
     each: bool,
-    /// What steps are solved to, m/s; 1e-9 where it is not said.
+    /// Target residual (m/s); the default is 1e-9.
     residual: Option<f64>,
 }
 
-/// What came out.
+/// Result of a run.
 #[derive(Serialize, Default)]
 struct BoxesOutcome {
-    /// Of the stepping, certificates included, processor time.
+    /// Processor time of the steps, including certificates (s).
     seconds: f64,
-    /// Of the slowest step; 0 if steps are neither timed nor kept.
+    /// Time of the slowest step (s); 0 if steps are neither timed nor recorded.
     slowest_seconds: f64,
-    /// What memory grew by to its peak, KiB.
+    /// Growth of memory to its peak (KiB).
     memory_kib: u64,
-    /// Steps with a residual of at most 1e-9 m/s.
+    /// Number of steps with a residual of at most 1e-9 m/s.
     certified: usize,
-    /// Steps that the simulation calls failed.
+    /// Number of steps with the status failed.
     failed: usize,
-    /// The largest residual, m/s.
+    /// Largest residual (m/s).
     residual: f64,
-    /// The most contacts in a step, and all steps' iterations.
+    /// Largest number of contacts in a step, and the sum of all iterations.
     contacts: usize,
     iterations: u64,
-    /// r, q, v, ω of each box, the start first; empty if not recorded.
+    /// State r, q, v, ω of each box, starting with the initial state; empty if not recorded.
     states: Vec<Vec<[f64; 13]>>,
 }
 
@@ -97,7 +99,7 @@ impl BoxesOutcome {
         self.failed += usize::from(record.report.status == StepStatus::Failed);
         self.contacts = self.contacts.max(record.contacts.len());
         self.iterations += u64::from(record.report.iterations);
-        // A NaN would become null and end the comparison, as it should.
+        // A NaN becomes null in JSON, which ends the comparison as intended.
         let larger = residual > self.residual || residual.is_nan();
         self.residual = if larger { residual } else { self.residual };
     }
@@ -107,13 +109,13 @@ fn rows(states: &[State]) -> Vec<[f64; 13]> {
     states.iter().map(|state| state.to_vector().into()).collect()
 }
 
-/// Processor time of this process, s.
+/// Processor time of this process (s).
 fn clock() -> f64 {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// A line of Linux's /proc/self/status in KiB: `VmRSS:` is what is resident, `VmHWM:` its peak.
+/// Value in Linux's /proc/self/status (KiB): `VmRSS:` is resident memory, `VmHWM:` its peak.
 fn memory(name: &str) -> u64 {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix(name));

@@ -1,4 +1,4 @@
-//! Long runs of the drop scene in one process: what became of the steps, and of the memory.
+//! Long runs of the drop scene in one process, with statistics of the steps and of the memory.
 //!
 //! `scripts/soak` runs it; `docs/soak.md` has its results.
 
@@ -14,11 +14,11 @@ use tumble_core::step::{StepSolver, StepStatus};
 use tumble_core::world::World;
 
 const USAGE: &str = "usage: soak [NATIVE_STEPS [IPOPT_STEPS]] | soak seeds FIRST END";
-/// Steps by the native solver and by Ipopt.
+/// Number of steps for the native solver and for Ipopt.
 const STEPS: [u64; 2] = [100_000, 10_000];
-/// Steps of one throw: the 1000 rows of the scene.
+/// Steps per throw: the scene has 1000 rows.
 const THROW: u64 = 999;
-/// What memory may grow by after the warm-up, KiB: the allocator's own unevenness.
+/// Allowed growth of memory after the warm-up (KiB); the allocator varies by this much.
 const ALLOWED: i64 = 2048;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,12 +27,12 @@ enum Who {
     Ipopt,
 }
 
-/// What became of the steps, in memory that does not grow with them.
+/// Counts of the steps. Its memory does not grow with their number.
 #[derive(Default)]
 struct SoakCounts {
     steps: u64,
     by_status: [u64; 6],
-    /// The largest residual with its seed and step.
+    /// Largest residual (m/s) with its seed and step.
     worst: Option<(f64, u32, u64)>,
 }
 
@@ -84,7 +84,7 @@ fn solver(world: &World, who: Who) -> Result<Box<dyn StepSolver>, Error> {
     Ok(Box::new(Ladder::new(world, ipopt, &Rung::ALL)))
 }
 
-/// At most `most` steps of the throw with `seed`.
+/// Simulates the throw with `seed` for at most `most` steps. Returns their number.
 fn throw(who: Who, seed: u32, most: u64, counts: &mut SoakCounts) -> Result<u64, Error> {
     let (world, scene) = (world()?, TutorialScene::drop());
     let start = scene.start(scene.attitude(seed));
@@ -100,16 +100,17 @@ fn throw(who: Who, seed: u32, most: u64, counts: &mut SoakCounts) -> Result<u64,
     Ok(steps)
 }
 
-/// Resident memory, KiB: `VmRSS` of Linux, which is the second number of
-/// /proc/self/statm without its dependence on the size of a page.
+/// Resident memory (KiB): `VmRSS` of Linux.
 fn resident() -> i64 {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"));
     line.and_then(|line| line.split_whitespace().next()?.parse().ok()).unwrap_or(0)
 }
 
-/// Consecutive seeds, a new simulation and solver for each, until `steps` steps are done.
-/// Returns the growth of the memory after the first throw, KiB.
+/// Simulates consecutive seeds, each with a new simulation and solver, until `steps` steps are
+/// done.
+///
+/// Returns the growth of the memory after the first throw (KiB).
 fn soak(who: Who, steps: u64) -> Result<i64, Error> {
     let (mut counts, mut seed, mut tenths) = (SoakCounts::default(), 0, 0_u64);
     let (mut after_warm_up, clock) = (resident(), Instant::now());
@@ -134,7 +135,7 @@ fn soak(who: Who, steps: u64) -> Result<i64, Error> {
     Ok(grown)
 }
 
-/// The native solver's throws with the seeds from `first` to before `end`.
+/// Simulates throws by the native solver with the seeds from `first` to `end` − 1.
 fn seeds(first: u32, end: u32) -> Result<(), Error> {
     let (mut counts, clock) = (SoakCounts::default(), Instant::now());
     for seed in first..end {

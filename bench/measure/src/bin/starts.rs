@@ -1,10 +1,12 @@
-//! Which start of the native solver solves how many steps: of the tutorial's throws, of heaps, and of scene and robot files.
+//! Counts of the native solver's initial points on throws, heaps, scene files and robot files.
 //!
-//! `cargo run --release -p tumble-measure --bin starts -- THROWS HEAPS FILES…`: seeds 0 to THROWS − 1 of the throw, 1000
-//! steps each; HEAPS seeds of every heap, 1000 steps each; each file for as many steps as it asks for. A step of several
-//! islands counts for the first of them whose start was another than the last impulses.
+//! Arguments: `cargo run --release -p tumble-measure --bin starts -- THROWS HEAPS FILES…`. The
+//! throw runs with the seeds 0 to THROWS − 1 and every heap with HEAPS seeds, 1000 steps each. Each
+//! file runs for its own number of steps. A step of several islands counts once. It counts for the
+//! first island whose solution did not come from the last impulses.
 //!
-//! Exit code 2 for a bad argument. Steps that are not solved are what is counted here: they do not change the code.
+//! The exit code is 2 for a bad argument. Unsolved steps are part of the result and do not change
+//! it.
 
 #[path = "../heaps.rs"]
 mod heaps;
@@ -24,27 +26,27 @@ use tumble_scene::choices::{SceneName, SolverName};
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
-/// The first seed of the heaps.
+/// First seed of the heaps.
 const FIRST_SEED: u32 = 101;
 
-/// What the steps of a campaign came to.
+/// Counts over the steps of a campaign.
 #[derive(Default)]
 struct StartCounts {
     steps: u64,
     contact: u64,
-    /// By the word of the report.
+    /// Number of steps by initial point, with the names of the report.
     starts: BTreeMap<&'static str, u64>,
     iterations: u64,
     failed: u64,
     substepped: u64,
     wild: u64,
-    /// Of steps that count as solved, m/s.
+    /// Largest residual of solved steps (m/s).
     worst: f64,
     time: Duration,
 }
 
 impl StartCounts {
-    /// Takes `steps` steps.
+    /// Simulates `steps` steps.
     fn run(&mut self, simulation: &mut Simulation<'_>, steps: u64) -> Result<(), Box<dyn Error>> {
         let mut record = StepRecord::new();
         for _ in 0..steps {

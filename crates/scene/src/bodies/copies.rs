@@ -1,22 +1,24 @@
-//! Copies of what a scenario file says once: in a grid, or in a ring.
+//! Copies of an entry in a grid or a ring.
 
 use super::entries::{CopiesTable, RingTable, turn};
 use nalgebra::Vector3;
 use tumble_model::shape::ModelPlace;
 
-/// The most bodies of a scene, so that a short file does not ask for more than memory holds: some 25 kB each while it
-/// runs, and 1 kB in run.json, of which [`LARGEST_FILE`](crate::run_file::LARGEST_FILE) is read.
+/// Maximum number of bodies of a scene, so that a short file cannot exhaust the memory.
+///
+/// A body needs some 25 kB while it runs and 1 kB in run.json, whose size is limited by
+/// [`LARGEST_FILE`](crate::run_file::LARGEST_FILE).
 pub const MOST_BODIES: usize = 200_000;
-/// The most fixed pieces of a scene.
+/// Maximum number of fixed pieces of a scene.
 pub const MOST_FIXED: usize = 10_000;
-/// Where one copy is, in its frame, and how its directions are turned against the entry's.
+/// Place of a copy in its frame, and the rotation of its directions relative to the entry's.
 #[derive(Clone, Copy)]
 pub struct Copied {
     pub place: ModelPlace,
     pub turned: ModelPlace,
 }
 
-/// The copies of what is at `place`: one without copies or ring, at most `room`.
+/// Copies of an object at `place`, at most `room`; a single one without grid and ring.
 pub fn copies(
     place: ModelPlace,
     grid: Option<&CopiesTable>,
@@ -63,15 +65,16 @@ pub fn copies(
             turn(&axis, f64::from(number) * ring.degrees).map_err(|why| format!("ring.{why}"))?;
         let only = ModelPlace { position: [0.0; 3], attitude };
         let moved = ModelPlace { position: (about - only.rotation() * about).into(), attitude };
-        // The first stays where it is, to the last bit.
+        // The first copy keeps its exact place.
         let place = if number == 0 { place } else { place.within(&moved) };
         Ok(Copied { place, turned: only })
     };
     (0..ring.count).map(turned).collect()
 }
 
-/// The name of a copy, the `number`-th of `count`: the entry's, or else of what kind it is and its
-/// index.
+/// Name of a copy, the `number`-th of `count`.
+///
+/// It is made from the name of the entry, or else from the kind of object and its index.
 pub fn name_of(
     given: Option<&str>,
     kind: &str,

@@ -1,4 +1,4 @@
-//! The tables `[[driven]]` and `[[surfaces]]`: bodies whose way is given, and surfaces that move.
+//! Tables `[[driven]]` and `[[surfaces]]`: bodies with prescribed motions, and moving surfaces.
 
 use super::entries::AttitudeEntry;
 use super::joints::{JointEntries, JointSide, anchor_in_range};
@@ -29,24 +29,25 @@ pub struct DrivenEntry {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ of = \"…\", velocity = [x, y, z] } is needed")]
 pub struct SurfaceEntry {
-    /// The name of a body or of what is fixed, or `ground`.
+    /// Name of a body or a fixed object, or `ground`.
     pub of: String,
-    /// m/s, in the frame of the body, in the world's of what is fixed.
+    /// Velocity of the surface (m/s): body frame for a body, world frame for a fixed object.
     pub velocity: Numbers<3>,
 }
 
 impl DrivenEntry {
-    /// What it drives, as sentences about it say it.
+    /// Name of the driven body as an addition to error messages.
     pub fn called(&self) -> String {
         format!(" ({})", self.body)
     }
 
-    /// Its name, if it is given.
+    /// Name of the joint, if given.
     pub fn name(&self) -> Option<&str> {
         self.name.as_deref()
     }
 
-    /// Adds the joint that drives its body from the time `start` (s) on. `find` has the bodies of a name.
+    /// Adds the joint that drives the body from the time `start` (s). `find` returns the bodies of
+    /// a name.
     pub fn add(
         &self,
         joints: &mut JointEntries,
@@ -92,7 +93,7 @@ impl DrivenEntry {
         joints.push(joint)
     }
 
-    /// Its way, of a frame that is at `there` at the time `start` (s).
+    /// Prescribed motion of a frame that is at `there` at the time `start` (s).
     fn course(&self, there: &ModelPlace, start: f64) -> Result<CourseModel, String> {
         let numbers = |of: &Option<Numbers<3>>| of.as_ref().map_or([0.0; 3], |of| of.0);
         let (velocity, spin) = (numbers(&self.velocity), numbers(&self.spin));
@@ -123,7 +124,7 @@ impl DrivenEntry {
         Ok(CourseModel { times: times.clone(), places, velocity, spin })
     }
 
-    /// A field that would do nothing, or one that is missing.
+    /// Rejects fields without effect and missing fields.
     fn refuse_idle(&self) -> Result<(), String> {
         let placed = self.positions.is_some() || self.attitudes.is_some();
         let steady = self.velocity.is_some() || self.spin.is_some();
@@ -150,7 +151,7 @@ impl DrivenEntry {
     }
 }
 
-/// A body must start where its way has it.
+/// Checks that the body starts where its prescribed motion begins.
 fn refuse_elsewhere(joint: &JointModel, body: &BodyModel, start: f64) -> Result<(), String> {
     let Some(course) = &joint.course else { return Ok(()) };
     let knots = course.knots()?;
@@ -158,7 +159,7 @@ fn refuse_elsewhere(joint: &JointModel, body: &BodyModel, start: f64) -> Result<
     let frames = [own.frame(), knots.at(start)];
     let there = tumble_core::joint::Joint::fixed(0, None, frames);
     let (place, turn) = there.error(&[body.start.state()]).unwrap_or((f64::NAN, f64::NAN));
-    // A NaN fits nowhere.
+    // Written so that a NaN is rejected.
     let fits = place.max(turn) <= JOINT_AT_THE_START;
     if fits {
         return Ok(());

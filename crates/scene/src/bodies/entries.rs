@@ -1,4 +1,4 @@
-//! The tables of `[[bodies]]` and what goes with them, as they are written.
+//! Tables of the notation `[[bodies]]` as deserialised.
 
 use crate::choices::StartFrame;
 use crate::tables::{InertiaValue, LoadTable, Random, Sides};
@@ -12,7 +12,7 @@ use tumble_model::fields::{Exactly, Numbers};
 use tumble_model::shape::{ModelForm, ModelPlace};
 use tumble_model::shown;
 
-/// A table with the fields of a convex form, and others.
+/// Defines a table that has the fields of a convex form and others.
 macro_rules! with_form {
     ($name:ident, $expected:literal { $($field:ident: $type:ty,)* }) => {
         #[derive(Deserialize)]
@@ -30,7 +30,7 @@ macro_rules! with_form {
         }
 
         impl $name {
-            /// The fields of the form.
+            /// Takes the fields of the form.
             pub fn take_form(&mut self) -> FormFields {
                 FormFields {
                     sides: self.sides.take(),
@@ -94,7 +94,7 @@ with_form!(LookEntry, "a piece, or { surface = { vertices = …, triangles = …
     attitude: Option<AttitudeEntry>,
 });
 
-/// Triangles for the eye, which need not be closed.
+/// Visual triangles, which need not form a closed surface.
 #[derive(Deserialize)]
 #[serde(
     deny_unknown_fields,
@@ -105,11 +105,11 @@ pub struct SurfaceTable {
     triangles: Vec<Exactly<usize, 3>>,
 }
 
-/// The most triangles of a surface.
+/// Maximum number of triangles of a surface.
 const MOST_TRIANGLES: usize = 200_000;
 
 impl SurfaceTable {
-    /// The surface, checked.
+    /// Checks the surface and converts it to a form.
     pub fn form(self) -> Result<ModelForm, String> {
         let vertices = plain(self.vertices);
         let triangles: Vec<_> = self.triangles.into_iter().map(|three| three.0).collect();
@@ -192,7 +192,7 @@ pub enum Jitter {
 }
 
 impl AttitudeEntry {
-    /// The unit quaternion; `None` where it is to be drawn.
+    /// Unit quaternion w, x, y, z; `None` for a random attitude.
     pub fn quaternion(&self) -> Result<Option<[f64; 4]>, String> {
         match self {
             Self::Word(Random::Random) => Ok(None),
@@ -209,7 +209,7 @@ impl AttitudeEntry {
     }
 }
 
-/// The turn about `axis` by `degrees`, checked.
+/// Unit quaternion w, x, y, z of the rotation about `axis` by `degrees`, checked.
 pub fn turn(axis: &[f64; 3], degrees: f64) -> Result<[f64; 4], String> {
     let axis = Vector3::from(*axis);
     if !(axis.norm() >= 1e-6 && axis.amax() <= 1e6) {
@@ -221,16 +221,16 @@ pub fn turn(axis: &[f64; 3], degrees: f64) -> Result<[f64; 4], String> {
     Ok(ModelPlace::turn(axis, degrees))
 }
 
-/// Where the meshes of a scenario are, and how they are read.
+/// Folder of the meshes of a scenario and the function that reads them.
 #[derive(Clone, Copy)]
 pub struct Files<'a> {
-    /// The folder that their names start from.
+    /// Folder that mesh names are relative to.
     pub folder: &'a Path,
-    /// How a file is read.
+    /// Function that reads a file.
     pub read: tumble_model::ReadFile<'a>,
 }
 
-/// The fields of a convex form.
+/// Fields of a convex form.
 pub struct FormFields {
     sides: Option<Sides>,
     sphere: Option<f64>,
@@ -242,7 +242,7 @@ pub struct FormFields {
 }
 
 impl FormFields {
-    /// The one form that is given; `None` where none is. Meshes are in `files`.
+    /// Converts the given form; `None` without one. Meshes are in `files`.
     pub fn form(self, files: &Files<'_>) -> Result<Option<ModelForm>, String> {
         let mut forms = Vec::new();
         let rounded = self.hull.is_some() || self.mesh.is_some();
@@ -272,12 +272,12 @@ impl FormFields {
     }
 }
 
-/// Points without the type of a file's lists.
+/// Points as plain arrays.
 pub fn plain(points: Vec<Numbers<3>>) -> Vec<[f64; 3]> {
     points.into_iter().map(|point| point.0).collect()
 }
 
-/// More bytes than this are not read.
+/// Maximum size of a mesh file (bytes).
 const LARGEST_MESH: u64 = 32 << 20;
 
 fn mesh(files: &Files<'_>, name: &str, scale: f64, radius: f64) -> Result<ModelForm, String> {
@@ -294,7 +294,7 @@ fn mesh(files: &Files<'_>, name: &str, scale: f64, radius: f64) -> Result<ModelF
         _ => return Err(odd(&"a name that ends in .obj or .stl is needed")),
     };
     let mesh = mesh.and_then(|mesh| mesh.scaled(scale)).map_err(|error| odd(&error))?;
-    // Whether it is convex, said with the file's name.
+    // Checks convexity here so that the error has the name of the file.
     mesh.hull().map_err(|error| odd(&error))?;
     Ok(ModelForm::Mesh {
         vertices: mesh.vertices().iter().map(|&vertex| vertex.into()).collect(),

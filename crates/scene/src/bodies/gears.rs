@@ -1,11 +1,11 @@
-//! The tables `[[gears]]`: as they are written, and what they amount to.
+//! Tables `[[gears]]` and their conversion to the model.
 
 use super::joints::{DriveEntry, JointEntries, MotorFields};
 use serde::Deserialize;
 use tumble_core::joint::Drive;
 use tumble_model::gear::GearModel;
 
-/// The most gears of a scene.
+/// Maximum number of gears of a scene.
 const MOST_GEARS: usize = 10_000;
 
 #[derive(Deserialize)]
@@ -20,12 +20,12 @@ pub struct GearEntry {
 }
 
 impl GearEntry {
-    /// The names of its joints, as sentences about it say them.
+    /// Names of the joints as an addition to error messages.
     pub fn called(&self) -> String {
         format!(" ({})", self.joints.join(", "))
     }
 
-    /// The gear between two of the `joints`, of which there are `others` already.
+    /// Gear between two of `joints`; `others` is the number of earlier gears.
     pub fn model(&self, joints: &JointEntries, others: usize) -> Result<GearModel, String> {
         if others >= MOST_GEARS {
             return Err(format!("joints: there are more than {MOST_GEARS} gears"));
@@ -59,7 +59,7 @@ impl GearEntry {
         })
     }
 
-    /// What acts on the sum, where that is not held.
+    /// Drive of a gear without a rigid constraint.
     fn drive(&self) -> Result<Option<Drive>, String> {
         let fields = self.drive.as_ref().map(DriveEntry::drive);
         if fields.as_ref().is_some_and(|fields| fields.start.is_some()) {

@@ -1,4 +1,4 @@
-//! Mass, inertia and centre of mass of a body, given or of its shape.
+//! Mass, inertia and centre of mass of a body, given explicitly or computed from its shape.
 
 use super::entries::BodyEntry;
 use super::refused::field_of;
@@ -8,13 +8,15 @@ use tumble_core::geometry::{Hint, PairScratch, Piece, overlap};
 use tumble_core::mechanics::Pose;
 use tumble_model::shape::ModelShape;
 
-/// The specific inertia of a point mass, m²: it has no effect.
+/// Inertia of a point mass per unit mass (m²). It has no effect.
 const POINT_INERTIA: f64 = 1.0;
 
-/// What rounding and the digits of a file may leave, in parts of the smaller piece's size.
+/// Tolerance of overlap for rounding and decimal input, as a fraction of the smaller piece's size.
 const TOUCHING: f64 = 1e-6;
 
-/// Refuses pieces of one body that overlap, where anything comes from them: both would count in it.
+/// Rejects overlapping pieces of a body if mass properties are computed from them.
+///
+/// The overlap would be counted twice.
 fn refuse_overlapping_pieces(shape: &ModelShape, entry: &BodyEntry) -> Result<(), String> {
     let is_given = entry.inertia.as_ref().is_some_and(|inertia| inertia.matrix().is_some());
     if entry.mass.is_some() && entry.centre.is_some() && is_given {
@@ -39,7 +41,7 @@ fn refuse_overlapping_pieces(shape: &ModelShape, entry: &BodyEntry) -> Result<()
     Ok(())
 }
 
-/// Mass, inertia and centre of mass, in the shape's frame.
+/// Mass (kg), inertia tensor (kg m²) and centre of mass (m), in the shape's frame.
 pub fn mass_properties(
     shape: &ModelShape,
     entry: &BodyEntry,

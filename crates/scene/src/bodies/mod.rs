@@ -1,4 +1,4 @@
-//! The notation `[[bodies]]`: any number of bodies, what is fixed, and the pairs among them.
+//! Notation `[[bodies]]`: any number of bodies, fixed geometry and pairs.
 
 mod build;
 mod copies;
@@ -27,39 +27,39 @@ use tumble_core::joint::GEAR_AT_THE_START;
 use tumble_core::simulation::JOINT_AT_THE_START;
 use tumble_model::failure::{Failure, refuse_flags};
 
-/// The tables of the notation.
+/// Tables of the notation.
 pub struct SceneEntries {
-    /// `[[bodies]]`.
+    /// Table `[[bodies]]`.
     pub bodies: Vec<BodyEntry>,
-    /// `[[fixed]]`.
+    /// Table `[[fixed]]`.
     pub fixed: Vec<FixedEntry>,
-    /// `[[friction]]`.
+    /// Table `[[friction]]`.
     pub friction: Vec<PairEntry>,
-    /// `[[restitution]]`.
+    /// Table `[[restitution]]`.
     pub restitution: Vec<PairEntry>,
-    /// `[[joints]]`.
+    /// Table `[[joints]]`.
     pub joints: Vec<JointEntry>,
-    /// `[[motors]]`.
+    /// Table `[[motors]]`.
     pub motors: Vec<MotorEntry>,
-    /// `[[gears]]`.
+    /// Table `[[gears]]`.
     pub gears: Vec<GearEntry>,
-    /// `[[driven]]`.
+    /// Table `[[driven]]`.
     pub driven: Vec<DrivenEntry>,
-    /// `[[surfaces]]`.
+    /// Table `[[surfaces]]`.
     pub surfaces: Vec<SurfaceEntry>,
-    /// `[[apart]]`.
+    /// Table `[[apart]]`.
     pub apart: Vec<ApartEntry>,
-    /// `[[robots]]`.
+    /// Table `[[robots]]`.
     pub robots: Vec<robots::RobotEntry>,
 }
 
-/// The solver of these scenes where none is named.
+/// Default solver of these scenes.
 const USUAL_SOLVER: SolverName = SolverName::Native;
 
-/// The scene of complete settings and the tables, whose meshes are in `files`.
+/// Scene of complete settings and tables; meshes are in `files`.
 ///
 /// # Errors
-/// The first thing that cannot be.
+/// The first invalid value.
 pub fn scene(
     name: String,
     settings: &Settings,
@@ -70,10 +70,10 @@ pub fn scene(
     of_built(name, settings, built)
 }
 
-/// The scene of a robot's file alone.
+/// Scene of a single robot file.
 ///
 /// # Errors
-/// The first thing that cannot be.
+/// The first invalid value.
 pub fn scene_of_robot(
     name: String,
     settings: &Settings,
@@ -89,7 +89,7 @@ fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<
     let place = "several bodies: the tutorial's program is of one";
     refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
     let contact = SolverChoice::new(settings, USUAL_SOLVER)?;
-    // Whether there is one for this world, before anything is written.
+    // Reports an unsuitable solver before anything is written.
     contact.solver(&world)?;
     let scene = Scene {
         name,
@@ -120,10 +120,10 @@ fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<
     Ok(scene)
 }
 
-/// `scene` with one body more, the last, which `entry` describes, and which starts wherever it does.
+/// Adds the body described by `entry` at the end of `scene`. Its start may overlap other bodies.
 ///
 /// # Errors
-/// The first thing that cannot be; a scene of `[body]`.
+/// The first invalid value; a scene with `[body]`.
 pub fn with_body(scene: &Scene, entry: BodyEntry, files: Files<'_>) -> Result<Scene, Failure> {
     refuse_trajectory(scene)?;
     let model = build::with_body(scene.model.clone(), entry, files).map_err(Failure::Input)?;
@@ -133,10 +133,10 @@ pub fn with_body(scene: &Scene, entry: BodyEntry, files: Files<'_>) -> Result<Sc
     Ok(scene)
 }
 
-/// `scene` without the body `index`, and without the joints that tie it.
+/// Removes the body `index` and its joints from `scene`.
 ///
 /// # Errors
-/// The only body; a scene of `[body]`; a body of a robot, or one before it.
+/// The only body; a scene with `[body]`; a body of a robot, or one before it.
 pub fn without_body(scene: &Scene, index: usize) -> Result<Scene, Failure> {
     if scene.robots.iter().any(|robot| index < robot.bodies_end()) {
         let name = scene.bodies.get(index).map_or("body", String::as_str);
@@ -150,7 +150,7 @@ pub fn without_body(scene: &Scene, index: usize) -> Result<Scene, Failure> {
     scene.clone().with_model(model)
 }
 
-/// Refuses a scene whose table has room for one body.
+/// Rejects a scene with a trajectory, whose table has room for one body only.
 fn refuse_trajectory(scene: &Scene) -> Result<(), Failure> {
     if scene.trajectory { Err(Failure::Input(ONE_FOR_GOOD.to_owned())) } else { Ok(()) }
 }
@@ -166,12 +166,12 @@ fn refuse_violent_load(scene: &Scene, index: usize) -> Result<(), Failure> {
     }
 }
 
-/// What joints hold together must be there at the start: one step would bring it there.
+/// Rejects joints and gears that do not fit at the start: one step would move the bodies there.
 fn refuse_joints_apart(scene: &Scene) -> Result<(), Failure> {
     let angles = scene.world.angles_near(&scene.starts, &[]);
     for ((joint, name), angles) in scene.world.joints().iter().zip(&scene.joints).zip(&angles) {
         let (place, turn) = joint.error(&scene.starts).unwrap_or((f64::NAN, f64::NAN));
-        // A NaN fits nowhere.
+        // Written so that a NaN is rejected.
         let fits = place.max(turn) <= JOINT_AT_THE_START;
         if !fits {
             return Err(Failure::Input(format!(
@@ -203,13 +203,15 @@ fn refuse_joints_apart(scene: &Scene) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What is deeper in the ground than the contact band would be thrown out of it within one step.
+/// Rejects a start below the ground by more than the contact band.
+///
+/// The body would otherwise leave the ground at high speed in the first step.
 fn refuse_start_below_ground(scene: &Scene) -> Result<(), Failure> {
     for (index, state) in scene.starts.iter().enumerate() {
         let heights = scene.world.heights(index, &state.pose());
         let lowest = heights.fold(f64::INFINITY, f64::min);
         let allowed = CONTACT_BAND * scene.world.bodies()[index].reach();
-        // A NaN is above nothing.
+        // Written so that a NaN is rejected.
         let is_above = lowest >= -allowed;
         if !is_above {
             return Err(Failure::Input(format!(
@@ -222,7 +224,7 @@ fn refuse_start_below_ground(scene: &Scene) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Pieces that overlap deep would fly apart in the first step.
+/// Rejects deep overlaps, which would separate at high speed in the first step.
 fn refuse_overlap(scene: &Scene) -> Result<(), Failure> {
     let deepest = Candidates::new().overlap_at_start(&scene.world, &scene.starts, |_| true);
     let Some(Overlap { depth, allowed, between }) = deepest else { return Ok(()) };
@@ -230,7 +232,7 @@ fn refuse_overlap(scene: &Scene) -> Result<(), Failure> {
     Err(Failure::Input(format!("position: {overlap}")))
 }
 
-/// Refuses settings of the other notation: the scenario says what they would.
+/// Rejects settings of the notation `[body]`, which the tables of the file replace.
 pub fn refuse_idle_settings(settings: &Settings) -> Result<(), Failure> {
     refuse_flags(
         "several bodies, which the scenario file describes",

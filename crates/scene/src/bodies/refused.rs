@@ -1,8 +1,8 @@
-//! What the library refuses of a body, told by the fields of its file.
+//! Error messages of the core with the fields of the file.
 
 use tumble_core::error::Error;
 
-/// What the library refuses, after the name of the field that sets it.
+/// Error message that begins with the responsible field.
 pub fn field_of(error: &Error) -> String {
     let field = match error {
         Error::Inertia(_) => "inertia",

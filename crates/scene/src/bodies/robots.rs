@@ -1,4 +1,4 @@
-//! The tables `[[robots]]`, and scenes of a robot's file alone.
+//! Tables `[[robots]]`, and scenes of a single robot file.
 
 use super::build::BuiltScene;
 use super::copies::MOST_BODIES;
@@ -20,7 +20,7 @@ use tumble_robot::{
     Assembled, LARGEST_FILE, LinkFrame, MeshPieces, Placing, Reading, USUAL_SIDES, read,
 };
 
-/// Of a robot of which no file says the friction on the ground.
+/// Coefficient of friction on the ground for a robot file without one.
 const USUAL_FRICTION: f64 = 1.0;
 
 #[derive(Deserialize)]
@@ -43,12 +43,12 @@ pub struct RobotEntry {
 }
 
 impl RobotEntry {
-    /// What stands before its names.
+    /// Prefix of the robot's names.
     pub fn prefix(&self) -> &str {
         self.prefix.as_deref().unwrap_or("")
     }
 
-    /// Puts the robot into the model.
+    /// Adds the robot to `model`.
     pub fn add(&self, files: &Files<'_>, model: &mut Model) -> Result<Assembled, String> {
         let path = files.folder.join(&self.file);
         let odd = |why: &dyn std::fmt::Display| format!("file: {}: {why}", shown::path(&path));
@@ -94,7 +94,8 @@ impl RobotEntry {
     }
 }
 
-/// The settings of the scene of a robot's file: those of the file, and the ground of one that has no world.
+/// Settings of a scene of a single robot file: those of the file, with level ground if it has no
+/// world.
 pub fn settings_of(robot: &Robot) -> Settings {
     let options = &robot.options;
     Settings {
@@ -108,7 +109,7 @@ pub fn settings_of(robot: &Robot) -> Settings {
     }
 }
 
-/// The robot of the text of a file as it is `said` to be read, and the scene's name.
+/// Parses a robot file with the given import settings. Returns the robot and the name of the scene.
 pub fn read_alone(
     text: &str,
     path: &Path,
@@ -133,7 +134,8 @@ pub fn read_alone(
     Ok((robot, name))
 }
 
-/// The model of a robot's file alone. What flies above no ground of its own is put upon it.
+/// Model of a single robot file. A floating robot without a ground in its file is placed on the
+/// ground.
 pub fn alone(robot: &Robot, settings: &Settings) -> Result<BuiltScene, String> {
     let mut placing = Placing { has_ground: robot.options.has_world, ..Placing::default() };
     let empty = || Model {
@@ -169,7 +171,7 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<BuiltScene, String> {
     if let Some(plane) = settings.plane.as_ref().filter(|_| !robot.options.has_world) {
         let lowest = lowest(&model, plane)?;
         let flies = robot.joints_of(1).iter().any(|joint| joint.moves == Moves::Free);
-        // What is fixed to the world stays where the file has it, if it is not in the ground there.
+        // A robot fixed to the world keeps its place unless it would be below the ground.
         let lowest = if flies { lowest } else { lowest.min(0.0) };
         placing.frame.position -= plane.normal() * lowest;
         model = empty();
@@ -178,7 +180,7 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<BuiltScene, String> {
     Ok(BuiltScene { model, drawn: false, robots: vec![assembled] })
 }
 
-/// The least height of any body over the plane, m.
+/// Smallest height of the colliding bodies above the plane (m).
 fn lowest(model: &Model, plane: &Plane) -> Result<f64, String> {
     let mut lowest = f64::INFINITY;
     for body in model.bodies.iter().filter(|body| body.touches) {

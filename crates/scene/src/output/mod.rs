@@ -1,5 +1,5 @@
-//! Runs as tables: the tutorial's table of one body ([`trajectory`]), those of any number of bodies ([`tables`]), and the
-//! reading of both.
+//! Runs as CSV: the tutorial's table of one body ([`trajectory`]) and [`tables`] of any number of
+//! bodies.
 
 mod points;
 mod rows;

@@ -1,5 +1,6 @@
-//! Rows of the tutorial's table as what the tables of any number of bodies have: its points as contacts
-//! with the ground, and a row as a step.
+//! Conversion of the tutorial's table to the tables of several bodies.
+//!
+//! Its points become contacts with the ground, and a row becomes a step.
 
 use super::tables::{ContactRow, KeyText, StepRow, TableStep};
 use super::trajectory::TrajectoryRow;
@@ -12,8 +13,10 @@ use tumble_core::simulation::energy;
 use tumble_core::world::World;
 
 impl TrajectoryRow {
-    /// All points of the one body of `world` against its ground, in the step of this row to `next` under the
-    /// external `wrench`; those that bounce have their rebounds.
+    /// Contacts of all points of the body of `world` with the ground.
+    ///
+    /// The step leads to `next` under the external `wrench`. Bouncing contacts have their rebound
+    /// speeds.
     #[must_use]
     pub fn contacts(&self, world: &World, next: &[State], wrench: &Wrench) -> Vec<Contact> {
         let (states, mut contacts) = ([self.state], Vec::new());
@@ -36,10 +39,11 @@ impl TrajectoryRow {
         contacts
     }
 
-    /// This row, whose step leads to the state `next` under the external `wrench`, as a step of the tables: its
-    /// residual is the column's, the parts of it are recomputed, and its contacts are the points that become
-    /// candidates by the rule `detection`, and any other of which the row has a number; without a rule, of a run
-    /// without contact, there are none. A row without a step has no state to lead to.
+    /// Step of the tables made from this row, which leads to a state under an external wrench.
+    ///
+    /// `step` is this state and wrench, or `None` for the last row. The residual is that of the
+    /// file; its parts are recomputed. The contacts are the candidates of `detection` and all
+    /// points with a nonzero number in the row. Without `detection` there are no contacts.
     #[must_use]
     pub fn as_table_step(
         &self,
@@ -104,7 +108,7 @@ impl TrajectoryRow {
         TableStep { row, states, ends, contacts, joints, gears }
     }
 
-    /// Whether the row has a number of a point.
+    /// True if the row has a nonzero number for `point`.
     fn says_of(&self, point: usize) -> bool {
         let count = self.carrying.len();
         let numbers = self.step.iter().skip(point).step_by(count.max(1));

@@ -1,13 +1,13 @@
-//! The rows of one table as CSV, cell by cell, into a stream.
+//! Writer of CSV rows, cell by cell.
 
 use std::fmt::Display;
 use std::io::{self, Write};
 use tumble_core::step::StepStatus;
 
-/// Bytes of rows that are kept back before they go to the stream.
+/// Size of the buffer before data go to the stream (bytes).
 const BUFFER: usize = 1 << 16;
 
-/// Which steps of a run have rows.
+/// Selection of the steps that have rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct RowChoice {
     every: u64,
@@ -15,22 +15,23 @@ pub(crate) struct RowChoice {
 }
 
 impl RowChoice {
-    /// All of them.
+    /// All steps.
     pub const ALL: Self = Self { every: 1, first: 0 };
 
-    /// The step `first`, each that is a multiple of `every` later, and the last state.
+    /// Steps `first`, `first + every`, …, and the last state.
     pub fn new(every: u64, first: u64) -> Self {
         Self { every: every.max(1), first }
     }
 
-    /// Whether the step `index` of this status has rows.
+    /// True if the step `index` with this status has rows.
     pub fn has(self, index: u64, status: StepStatus) -> bool {
         status == StepStatus::End || index.wrapping_sub(self.first).is_multiple_of(self.every)
     }
 }
 
-/// Writes the rows of one table as CSV: numbers with the fewest digits that read back to the same double, texts in
-/// quotes where they need them.
+/// Writes the rows of one table as CSV.
+///
+/// Numbers have the fewest digits that read back to the same double. Texts are quoted if necessary.
 pub(crate) struct RowWriter<W> {
     stream: W,
     buffer: Vec<u8>,
@@ -47,7 +48,7 @@ impl<W: Write> RowWriter<W> {
         rows
     }
 
-    /// Continues a table whose header the stream has already.
+    /// Continues a table whose header is already in the stream.
     pub fn after(stream: W) -> Self {
         let buffer = Vec::with_capacity(BUFFER + BUFFER / 4);
         Self { stream, buffer, number: zmij::Buffer::new(), whole: itoa::Buffer::new() }
@@ -63,14 +64,14 @@ impl<W: Write> RowWriter<W> {
     }
 
     pub fn number(&mut self, value: f64) {
-        // Most numbers of a contact that carries nothing.
+        // Fast path: a contact without force has mostly zeros.
         if value.to_bits() == 0 {
             self.buffer.extend_from_slice(b"0.0,");
             return;
         }
         self.cell(|rows| {
             let digits = rows.number.format(value).as_bytes();
-            // An exponent has no plus sign, as numbers always had it here.
+            // Exponents have no plus sign in this format.
             let plus = (value.abs() >= 1e16).then(|| digits.iter().position(|byte| *byte == b'+'));
             match plus.flatten() {
                 Some(at) => {
@@ -101,7 +102,7 @@ impl<W: Write> RowWriter<W> {
     /// Adds a cell whose text has no comma, quote or line end.
     pub fn word(&mut self, value: &impl Display) {
         self.cell(|rows| {
-            // Nothing fails that is written to memory.
+            // Writing to memory cannot fail.
             let _ = write!(rows.buffer, "{value}");
         });
     }
@@ -123,7 +124,7 @@ impl<W: Write> RowWriter<W> {
         written
     }
 
-    /// Writes what is buffered and flushes the stream.
+    /// Writes the buffer and flushes the stream.
     pub fn flushed(&mut self) -> io::Result<&mut W> {
         self.stream.write_all(&self.buffer)?;
         self.buffer.clear();
@@ -131,7 +132,7 @@ impl<W: Write> RowWriter<W> {
         Ok(&mut self.stream)
     }
 
-    /// The flushed stream.
+    /// Flushes and returns the stream.
     pub fn finish(mut self) -> io::Result<W> {
         self.flushed()?;
         Ok(self.stream)
@@ -149,7 +150,7 @@ mod tests {
         String::from_utf8(rows.finish().unwrap()).unwrap()
     }
 
-    /// The csv crate's writer, which has its digits from another algorithm, writes the same bytes.
+    /// The csv crate's writer, with another algorithm for the digits, writes the same bytes.
     #[test]
     fn cells_are_those_of_another_writer() {
         let mut seed = 0x9e37_79b9_7f4a_7c15_u64;

@@ -1,97 +1,96 @@
-//! A table in CSV that is being read, its header, order and every field checked: what the formats
-//! have in common.
+//! Reader of a CSV table. It checks the header, the order of rows and every field.
 
 use std::io::Read;
 use tumble_core::step::StepStatus;
 
-/// Why rows cannot be read. `table` names the one of several that it is about, and is empty where
-/// there is but one.
+/// Error in the rows of a table. `table` is its name, empty for a file with a single table.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RowsError {
-    /// The stream ended early or the CSV is malformed.
+    /// Truncated stream or malformed CSV.
     #[error("{}{error}", of(.table, ": "))]
     Csv {
-        /// Which table.
+        /// Name of the table.
         table: &'static str,
-        /// What is wrong.
+        /// Underlying error.
         error: csv::Error,
     },
-    /// A column is missing, misplaced or unknown.
+    /// Missing, misplaced or unknown column.
     #[error(
         "{}column {position} of the header is {found:?} where {expected:?} belongs", of(.table, ": ")
     )]
     Header {
-        /// Which table.
+        /// Name of the table.
         table: &'static str,
-        /// 1-based.
+        /// Number of the column, from 1.
         position: usize,
-        /// The name that is needed.
+        /// Expected name.
         expected: String,
-        /// The name in the file, empty where the header ends.
+        /// Name in the file; empty at the end of the header.
         found: String,
     },
-    /// A field that cannot be read.
+    /// Field that cannot be parsed.
     #[error("{}line {line}, column {column}: {found:?} is not {expected}", of(.table, ", "))]
     Field {
-        /// Which table.
+        /// Name of the table.
         table: &'static str,
-        /// 1-based line of the file.
+        /// Line of the file, from 1.
         line: u64,
-        /// The column's name.
+        /// Name of the column.
         column: String,
-        /// What stands there.
+        /// Text of the field.
         found: String,
-        /// What is needed.
+        /// Description of a valid field.
         expected: &'static str,
     },
-    /// A row out of order, missing or double.
+    /// Row that is out of order, missing or duplicated.
     #[error("{}line {line}: {column} is {found} where {expected} follows", of(.table, ", "))]
     Order {
-        /// Which table.
+        /// Name of the table.
         table: &'static str,
-        /// 1-based line of the file.
+        /// Line of the file, from 1.
         line: u64,
-        /// The column that counts.
+        /// Name of the counting column.
         column: String,
-        /// What is needed.
+        /// Expected number.
         expected: u64,
-        /// What stands there.
+        /// Number in the file.
         found: u64,
     },
-    /// A row of more bytes than one has.
+    /// Row of more than the maximum number of bytes.
     #[error(
         "{}the row that begins in line {line} has more than {MOST_ROW_BYTES} bytes", of(.table, ": ")
     )]
     TooLong {
-        /// Which table.
+        /// Name of the table.
         table: &'static str,
-        /// 1-based line of the file where it begins.
+        /// Line of the file where the row begins, from 1.
         line: u64,
     },
-    /// The table ends before its last row, or has rows after it.
+    /// Missing or surplus rows at the end of the table.
     #[error("{}{why}", of(.table, ": "))]
     End {
-        /// Which table.
+        /// Name of the table.
         table: &'static str,
-        /// What is wrong.
+        /// Description of the fault.
         why: &'static str,
     },
 }
 
-/// The name of a table before what is said of it.
+/// Name of a table as a prefix of an error message.
 fn of(table: &str, mark: &str) -> String {
     if table.is_empty() { String::new() } else { format!("{table}{mark}") }
 }
 
-/// Bytes of the longest row, and of the header: a thousand points have 7018 columns, and a double
-/// at most 24 characters.
+/// Maximum size of a row and of the header (bytes).
+///
+/// A thousand points have 7018 columns, and a double has at most 24 characters.
 pub const MOST_ROW_BYTES: usize = 1 << 20;
 
-/// A stream that ends with an error where a row does not end.
+/// Stream that fails if a row exceeds its limit of bytes.
 struct Bounded<R> {
     stream: R,
-    /// Bytes that may still be read for this row.
+    /// Remaining bytes of this row.
     left: usize,
 }
 
@@ -107,12 +106,12 @@ impl<R: Read> Read for Bounded<R> {
     }
 }
 
-/// Which k the next row of a table of steps has.
+/// Expected index k of the next row in a table of steps.
 pub struct Steps {
-    /// The k of the last row, or where none was read that of the first.
+    /// Index k of the last row; before the first row, the expected k of the first.
     at: u64,
     every: u64,
-    /// Whether the first row may have any k.
+    /// True if the first row may have any k.
     anywhere: bool,
     begun: bool,
 }
@@ -124,22 +123,22 @@ impl Default for Steps {
 }
 
 impl Steps {
-    /// The first k is `index`.
+    /// Sets the expected first k to `index`.
     pub fn begin_at(&mut self, index: u64) {
         self.at = index;
     }
 
-    /// The first k may be any.
+    /// Accepts any first k.
     pub fn begin_anywhere(&mut self) {
         self.anywhere = true;
     }
 
-    /// Only each `every`-th step has a row, and the last state.
+    /// Expects rows of every `every`-th step and of the last state.
     pub fn every(&mut self, every: u64) {
         self.every = every.max(1);
     }
 
-    /// The k of the row that was read, which has this status.
+    /// Checks and returns the k of the row just read, which has the given status.
     pub fn next<R: Read>(
         &mut self,
         sheet: &TableReader<R>,
@@ -160,8 +159,7 @@ impl Steps {
     }
 }
 
-/// One table that is being read. A row may have [`MOST_ROW_BYTES`], so that memory is bounded
-/// whatever the stream holds.
+/// Reader of one table. A row is limited to [`MOST_ROW_BYTES`], so that memory is bounded.
 pub struct TableReader<R: Read> {
     table: &'static str,
     columns: Vec<String>,
@@ -170,7 +168,7 @@ pub struct TableReader<R: Read> {
 }
 
 impl<R: Read> TableReader<R> {
-    /// Reads the header and holds it against the names that `columns` says belong there.
+    /// Reads the header and compares it with the expected names `columns`.
     pub fn new(
         table: &'static str,
         stream: R,
@@ -203,22 +201,22 @@ impl<R: Read> TableReader<R> {
         read.map_err(|error| or_too_long(self.table, &self.csv, line, error))
     }
 
-    /// Reads a row that must be there; where it is not, `why`.
+    /// Reads a required row; fails with `why` at the end.
     pub fn need_row(&mut self, why: &'static str) -> Result<(), RowsError> {
         if self.next_row()? { Ok(()) } else { Err(RowsError::End { table: self.table, why }) }
     }
 
-    /// Where no row may follow; where one does, `why`.
+    /// Checks that no row follows; fails with `why` otherwise.
     pub fn need_end(&mut self, why: &'static str) -> Result<(), RowsError> {
         if self.next_row()? { Err(RowsError::End { table: self.table, why }) } else { Ok(()) }
     }
 
-    /// The text of a column.
+    /// Text of a column.
     pub fn text(&self, column: usize) -> &str {
         self.record.get(column).unwrap_or("")
     }
 
-    /// The count in this column must be the one that follows.
+    /// Checks that the number in this column is `expected`.
     pub fn expect(&self, column: usize, expected: u64) -> Result<(), RowsError> {
         let found = self.whole(column)?;
         if found == expected {
@@ -228,19 +226,19 @@ impl<R: Read> TableReader<R> {
         Err(RowsError::Order { table, line, column, expected, found })
     }
 
-    /// A whole number.
+    /// Whole number in a column.
     pub fn whole<T: std::str::FromStr>(&self, column: usize) -> Result<T, RowsError> {
         self.field(column, "a whole number in its range", |text| text.parse().ok())
     }
 
-    /// A finite number.
+    /// Finite number in a column.
     pub fn number(&self, column: usize) -> Result<f64, RowsError> {
         self.field(column, "a finite number", |text| {
             text.parse().ok().filter(|value: &f64| value.is_finite())
         })
     }
 
-    /// As many finite numbers as there are, from this column on.
+    /// `N` finite numbers, starting with the column `first`.
     pub fn numbers<const N: usize>(&self, first: usize) -> Result<[f64; N], RowsError> {
         let mut numbers = [0.0; N];
         for (place, number) in numbers.iter_mut().enumerate() {
@@ -249,7 +247,7 @@ impl<R: Read> TableReader<R> {
         Ok(numbers)
     }
 
-    /// What `parse` makes of a column.
+    /// Result of `parse` for a column.
     pub fn field<T>(
         &self,
         column: usize,
@@ -259,7 +257,7 @@ impl<R: Read> TableReader<R> {
         parse(self.text(column)).ok_or_else(|| self.odd(column, expected))
     }
 
-    /// That a column is not what is needed.
+    /// Error for a column that is not `expected`.
     pub fn odd(&self, column: usize, expected: &'static str) -> RowsError {
         RowsError::Field {
             table: self.table,
@@ -275,7 +273,7 @@ impl<R: Read> TableReader<R> {
     }
 }
 
-/// What it means that `csv` could not read on after it began at `line`.
+/// Error of a row that begins at `line`: too long if the limit is exhausted, or a CSV error.
 fn or_too_long<R: Read>(
     table: &'static str,
     csv: &csv::Reader<Bounded<R>>,

@@ -1,17 +1,20 @@
-//! A trajectory of one body as CSV: one row a step, from the step's [record](StepRecord), in
-//! and out of any stream.
+//! Trajectory of one body as CSV, one row per step [record](StepRecord).
 //!
-//! Columns, for a body of n contact points: `k,t_s`, the 13 numbers of the state at step k, then
-//! of the step k → k+1 what the tutorial's program has of each point (`fx…,fy…,fz…` in N,
-//! world, `s1_…` in N m, `s2_…` in W, `lam…` in m/s, `alpha…`), then
-//! `status,iterations,certificate_m_s`. A point that is no contact has zeros. `s1` and `s2` are
-//! the least slacks of the row's forces and motion, `lam` its slip speed
-//! ([`products`]), and `alpha` is 1 where the point carries a force. The last row is a state
-//! without a step: its step columns are 0 and its status is `end`. Numbers have the fewest
-//! digits that read back to the same double.
+//! For a body with n contact points, the columns are:
 //!
-//! In a world with restitution a last column, `restitution_share`, has the part of the coefficients
-//! that the step took ([`StepRecord::restitution_share`]).
+//! - `k,t_s` and the 13 numbers of the state at step k
+//! - variables of the tutorial's program for each point in the step k → k+1: `fx…,fy…,fz…` (N,
+//!   world), `s1_…` (N m), `s2_…` (W), `lam…` (m/s), `alpha…`
+//! - `status,iterations,certificate_m_s`
+//! - `restitution_share`, in a world with restitution: the share of the coefficients that was
+//!   applied ([`StepRecord::restitution_share`])
+//!
+//! A point without contact has zeros. `s1` and `s2` are the smallest slacks for the row's forces
+//! and motion, and `lam` is the slip speed ([`products`]). `alpha` is 1 if the point carries a
+//! force.
+//!
+//! The last row is a state without a step, with zeros in the step columns and the status `end`.
+//! Numbers have the fewest digits that read back to the same double.
 
 use super::rows::{RowChoice, RowWriter};
 use super::sheet::{RowsError, Steps, TableReader};
@@ -27,14 +30,14 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::step::{StepReport, StepStatus};
 use tumble_core::world::World;
 
-/// The names of the columns before the per-contact ones.
+/// Columns before the contact points.
 const STATE_COLUMNS: [&str; 15] = [
     "k", "t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "vx_m_s", "vy_m_s", "vz_m_s",
     "wx_rad_s", "wy_rad_s", "wz_rad_s",
 ];
 
-/// Prefix and suffix of the per-contact columns, in the order of the decision vector,
-/// α last.
+/// Prefix and suffix of the columns of a contact point, in the order of the decision vector and
+/// with α last.
 const CONTACT_COLUMNS: [(&str, &str); 7] = [
     ("fx", "_N"),
     ("fy", "_N"),
@@ -45,13 +48,13 @@ const CONTACT_COLUMNS: [(&str, &str); 7] = [
     ("alpha", ""),
 ];
 
-/// The names of the columns after the per-contact ones.
+/// Columns after the contact points.
 const REPORT_COLUMNS: [&str; 3] = ["status", "iterations", "certificate_m_s"];
 
-/// The last column in a world with restitution.
+/// Last column in a world with restitution.
 const SHARE_COLUMN: &str = "restitution_share";
 
-/// The header for `contacts` contact points, which may bounce or not.
+/// Header for `contacts` contact points, with or without restitution.
 #[must_use]
 pub fn header(contacts: usize, bounce: bool) -> Vec<String> {
     let per_contact = CONTACT_COLUMNS
@@ -68,23 +71,23 @@ pub struct TrajectoryWriter<W: Write> {
     world: World,
     kept: RowChoice,
     layout: Layout,
-    /// What stands in a row between state and flags.
+    /// Numbers of the row between the state and the flags `alpha`.
     step: Vec<f64>,
     carrying: Vec<bool>,
 }
 
 impl<W: Write> TrajectoryWriter<W> {
-    /// Writes the header of a trajectory of the one body of `world`.
+    /// Writes the header of a trajectory of the only body of `world`.
     ///
     /// # Errors
-    /// A world of several bodies, whose steps are
-    /// [tables](crate::output::tables::TablesWriter); the stream's.
+    /// A world of several bodies, which needs [tables](crate::output::tables::TablesWriter); the
+    /// errors of the stream.
     pub fn new(stream: W, world: &World) -> io::Result<Self> {
         let columns = columns(world)?;
         Self::of(RowWriter::new(stream, columns.iter().map(String::as_str)), world)
     }
 
-    /// Goes on where the header stands in the stream already, and maybe rows.
+    /// Continues a trajectory that already has a header, and possibly rows.
     ///
     /// # Errors
     /// A world of several bodies.
@@ -105,24 +108,26 @@ impl<W: Write> TrajectoryWriter<W> {
         })
     }
 
-    /// The same of each `every`-th step alone, counted from the step `first`, and of the last state; every one for 0.
+    /// Writes only every `every`-th step, counted from the step `first`, and the last state.
+    ///
+    /// 0 means every step.
     #[must_use]
     pub fn every(mut self, every: u64, first: u64) -> Self {
         self.kept = RowChoice::new(every, first);
         self
     }
 
-    /// Writes the row of a step, if it is one that has a row.
+    /// Writes the row of a step, if the step is selected.
     ///
     /// # Errors
-    /// The stream's; a record without a state, or with a contact of a point that the body does not
-    /// have, of which nothing is written.
+    /// The errors of the stream; a record without a state or with a contact of a nonexistent point.
+    /// Nothing is written for such a record.
     pub fn write(&mut self, record: &StepRecord) -> io::Result<()> {
         if !self.kept.has(record.index, record.report.status) {
             return Ok(());
         }
         let is_end = record.report.status == StepStatus::End;
-        // k h in one rounding, so that times do not drift.
+        // k h with one rounding, so that times do not drift.
         let time = record.index as f64 * self.world.time_step();
         let (Some(state), Some(next)) = (record.states.first(), record.solution.states.first())
         else {
@@ -142,11 +147,14 @@ impl<W: Write> TrajectoryWriter<W> {
         self.row(RowEnds { index: record.index, time, status, iterations, residual, share }, state)
     }
 
-    /// Writes the row of a step of the [tables](crate::output::tables) of a run of one body and the ground, which ends at the
-    /// state `next`: with the bytes that [`TrajectoryWriter::write`] writes of its record.
+    /// Writes the row of a step given as [tables](crate::output::tables), for one body and the
+    /// ground.
+    ///
+    /// The step ends at the state `next`. The result equals that of [`TrajectoryWriter::write`] for
+    /// the step's record.
     ///
     /// # Errors
-    /// The stream's; a step without a state, or with contacts that the body does not have.
+    /// The errors of the stream; a step without a state or with a contact of a nonexistent point.
     pub fn write_step(&mut self, step: &TableStep, next: &State) -> io::Result<()> {
         let StepRow { index, time, status, iterations, residual, restitution_share, .. } = step.row;
         if !self.kept.has(index, status) {
@@ -186,7 +194,7 @@ impl<W: Write> TrajectoryWriter<W> {
         rows.end_row()
     }
 
-    /// The columns of the contacts of a step between two states.
+    /// Fills the columns of the contacts for a step between two states.
     fn fill<'c>(
         &mut self,
         state: &State,
@@ -212,24 +220,24 @@ impl<W: Write> TrajectoryWriter<W> {
         Ok(())
     }
 
-    /// The stream, flushed: with all rows written so far.
+    /// Flushes and returns the stream, with all rows written so far.
     ///
     /// # Errors
-    /// The stream's.
+    /// The errors of the stream.
     pub fn flushed(&mut self) -> io::Result<&mut W> {
         self.rows.flushed()
     }
 
-    /// Flushes and gives the stream back. Before, the last rows may not be in it.
+    /// Flushes and returns the stream. The last rows may be missing from it before this call.
     ///
     /// # Errors
-    /// The stream's.
+    /// The errors of the stream.
     pub fn finish(self) -> io::Result<W> {
         self.rows.finish()
     }
 }
 
-/// The contact points of the one body of `world`.
+/// Number of contact points of the only body of `world`.
 fn points(world: &World) -> io::Result<usize> {
     match world.bodies() {
         [body] => Ok(body.contact_points().len()),
@@ -237,13 +245,15 @@ fn points(world: &World) -> io::Result<usize> {
     }
 }
 
-/// The columns of the one body of `world`.
+/// Columns for the only body of `world`.
 fn columns(world: &World) -> io::Result<Vec<String>> {
     Ok(header(points(world)?, world.has_restitution()))
 }
 
-/// What the program has of a contact with the ground besides its force: the columns `s1`, `s2` and
-/// `lam` of a step from `states` to `next`, of a contact of the first body with a force (N, world) that slips so fast (m/s).
+/// Columns `s1`, `s2` and `lam` of a contact with the ground.
+///
+/// The first body has this contact in a step from `states` to `next`, with the force `force` (N,
+/// world) and the slip speed `slip` (m/s).
 #[must_use]
 pub fn program_columns(
     world: &World,
@@ -264,7 +274,7 @@ pub fn program_columns(
     let height = if height.abs() <= noise { 0.0 } else { height };
     let force = contact.frame.tr_mul(&force);
     let products = products(&force, slip, height, contact.law.friction, SMOOTHING);
-    // A slip that moves the point by no more than rounding makes no product.
+    // Slip that moves the point by less than rounding counts as zero.
     let sticks = slip * h <= noise;
     Products { friction: if sticks { 0.0 } else { products.friction }, ..products }
 }
@@ -273,54 +283,54 @@ fn refused(why: &'static str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, why)
 }
 
-/// A contact of a row.
+/// Contact of a row.
 struct WrittenContact<'a> {
     contact: &'a Contact,
-    /// N, world.
+    /// Force (N), world frame.
     force: Vector3<f64>,
-    /// m/s.
+    /// Slip speed (m/s).
     slip: f64,
     carries_force: bool,
 }
 
-/// The first and the last columns of a row.
+/// First and last columns of a row.
 struct RowEnds {
     index: u64,
-    /// s.
+    /// Time (s).
     time: f64,
     status: StepStatus,
     iterations: u32,
-    /// m/s.
+    /// Residual (m/s).
     residual: f64,
-    /// The part of the rebounds that the step was given.
+    /// Share of the restitution that was applied in the step.
     share: f64,
 }
 
-/// One row as it was read.
+/// Row read from a trajectory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrajectoryRow {
-    /// k.
+    /// Step index k.
     pub index: u64,
-    /// t, s.
+    /// Time t (s).
     pub time: f64,
-    /// X at step k.
+    /// State X at step k.
     pub state: State,
-    /// f_x, f_y, f_z, s1, s2, λ of all points: the program's variables after X⁺.
+    /// Variables of the program after X⁺: f_x, f_y, f_z, s1, s2, λ of all points.
     pub step: Vec<f64>,
-    /// Whether each point carries a force: `alpha`.
+    /// Column `alpha` of each point: true if it carries a force.
     pub carrying: Vec<bool>,
-    /// How the step ended.
+    /// Status of the step.
     pub status: StepStatus,
     /// Iterations of the solver.
     pub iterations: u32,
-    /// The residual as the file has it, m/s: `certificate_m_s`.
+    /// Residual in the file (m/s), column `certificate_m_s`.
     pub residual: f64,
-    /// `restitution_share`; 1 in a file without that column.
+    /// Column `restitution_share`; 1 in a file without the column.
     pub restitution_share: f64,
 }
 
 impl TrajectoryRow {
-    /// f_i, N, world, ground on body; NaN where the row has no point `i`.
+    /// Force f_i of the ground on point `i` (N), world frame; NaN if there is no such point.
     #[must_use]
     pub fn force(&self, i: usize) -> Vector3<f64> {
         let n = self.carrying.len();
@@ -328,7 +338,7 @@ impl TrajectoryRow {
         Vector3::from_fn(|k, _| component(k).copied().unwrap_or(f64::NAN))
     }
 
-    /// s1 (N m), s2 (W) and λ (m/s) of point `i`; NaN where the row has no such point.
+    /// Values s1 (N m), s2 (W) and λ (m/s) of point `i`; NaN if there is no such point.
     #[must_use]
     pub fn products(&self, i: usize) -> Products {
         let n = self.carrying.len();
@@ -337,15 +347,15 @@ impl TrajectoryRow {
         Products { normal, friction, slip_speed }
     }
 
-    /// f_i of all contacts, N.
+    /// Forces f_i of all points (N).
     pub fn forces(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         (0..self.carrying.len()).map(|i| self.force(i))
     }
 }
 
-/// Reads a trajectory row by row, checking header, order and every field. A row may have
-/// [`MOST_ROW_BYTES`](super::MOST_ROW_BYTES), so that memory is bounded whatever the stream
-/// holds.
+/// Reads a trajectory row by row and checks the header, the order and every field.
+///
+/// A row is limited to [`MOST_ROW_BYTES`](super::MOST_ROW_BYTES), so that memory is bounded.
 pub struct TrajectoryReader<R: Read> {
     sheet: TableReader<R>,
     contacts: usize,
@@ -355,16 +365,16 @@ pub struct TrajectoryReader<R: Read> {
 }
 
 impl<R: Read> TrajectoryReader<R> {
-    /// Reads and checks the header; the number of contact points follows from it.
+    /// Reads and checks the header, which determines the number of contact points.
     ///
     /// # Errors
-    /// [`RowsError::Header`], [`RowsError::TooLong`], or the stream's.
+    /// [`RowsError::Header`], [`RowsError::TooLong`], or the errors of the stream.
     pub fn new(stream: R) -> Result<Self, RowsError> {
         let (mut contacts, mut bounce) = (1, false);
         let sheet = TableReader::new("", stream, |found| {
             bounce = found.iter().next_back() == Some(SHARE_COLUMN);
             let fixed = STATE_COLUMNS.len() + REPORT_COLUMNS.len() + usize::from(bounce);
-            // To the nearest, so that one missing column is named for what it is.
+            // Rounded to the nearest number, so that one missing column is reported as such.
             let per_contact = CONTACT_COLUMNS.len();
             let found = (found.len() + per_contact / 2).saturating_sub(fixed);
             contacts = (found / per_contact).max(1);
@@ -373,37 +383,37 @@ impl<R: Read> TrajectoryReader<R> {
         Ok(Self { sheet, contacts, bounce, steps: Steps::default(), ended: false })
     }
 
-    /// The same of rows whose first k is `index`.
+    /// Requires `index` as the first k.
     #[must_use]
     pub fn from_index(mut self, index: u64) -> Self {
         self.steps.begin_at(index);
         self
     }
 
-    /// The same of rows whose first k may be any.
+    /// Accepts any first k.
     #[must_use]
     pub fn of_part(mut self) -> Self {
         self.steps.begin_anywhere();
         self
     }
 
-    /// The same of rows of each `every`-th step, and of the last state.
+    /// Expects rows of every `every`-th step and of the last state.
     #[must_use]
     pub fn every(mut self, every: u64) -> Self {
         self.steps.every(every);
         self
     }
 
-    /// n.
+    /// Number of contact points n.
     #[must_use]
     pub fn contacts(&self) -> usize {
         self.contacts
     }
 
-    /// The next row; `None` after the `end` row.
+    /// Next row; `None` after the row of status `end`.
     ///
     /// # Errors
-    /// The first thing wrong with the row, by line and column.
+    /// The first fault of the row, with line and column.
     pub fn next_row(&mut self) -> Result<Option<TrajectoryRow>, RowsError> {
         let sheet = &mut self.sheet;
         if self.ended {
@@ -444,6 +454,5 @@ impl<R: Read> TrajectoryReader<R> {
     }
 }
 
-/// The number of per-contact columns follows the decision vector's; if one changes, so
-/// must the other.
+/// The columns of a contact point follow the decision vector: both must change together.
 const _: () = assert!(Layout::new(1).variables() - STATE.end + 1 == CONTACT_COLUMNS.len());

@@ -1,31 +1,33 @@
-//! What shows that files of a run were changed after it wrote them, also where the change obeys the physics: CRC-32 (ISO 3309) of
-//! the tables in run.json, and one of run.json itself. It shows accidents and edits; it is no signature.
+//! Checksums that detect later changes of a run's files, even if the changed data obey the physics.
+//!
+//! run.json has a CRC-32 (ISO 3309) of each table and one of itself. It detects accidents and
+//! edits. It is not a signature.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 
-/// Checksums of files by their names, eight hexadecimal digits each.
+/// Checksums of files by file name, eight hexadecimal digits each.
 pub type Checksums = BTreeMap<String, String>;
 
-/// Before the checksum of a run.json, its last field.
+/// Text before the checksum of a run.json, its last field.
 const LAST_FIELD: &str = ",\n  \"checksum\": \"";
 const END: &str = "\n}\n";
-/// The one line that is another in every run: that of a clock.
+/// Beginning of the line with the measured time, which differs between equal runs.
 const CLOCK: &str = "    \"solve_seconds\": ";
 
-/// Whether a run.json is as it was written.
+/// Integrity of a run.json.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Seal {
-    /// It has no checksum.
+    /// File without a checksum.
     #[default]
     None,
-    /// It has the checksum of what it says.
+    /// Content that matches the checksum.
     Whole,
-    /// It has another.
+    /// Content that does not match the checksum.
     Broken,
 }
 
-/// A stream that keeps the checksum of what goes through it.
+/// Stream that computes the checksum of the data passed through it.
 #[derive(Debug)]
 pub struct Summed<W> {
     stream: W,
@@ -33,23 +35,23 @@ pub struct Summed<W> {
 }
 
 impl<W> Summed<W> {
-    /// That to or from `stream`, through which nothing has gone.
+    /// Wraps `stream`.
     pub fn new(stream: W) -> Self {
         Self { stream, hasher: crc32fast::Hasher::new() }
     }
 
-    /// The stream.
+    /// Inner stream.
     pub fn get_ref(&self) -> &W {
         &self.stream
     }
 
-    /// The checksum of what went through so far.
+    /// Checksum of all data so far.
     #[must_use]
     pub fn checksum(&self) -> String {
         format!("{:08x}", self.hasher.clone().finalize())
     }
 
-    /// The stream, and the checksum of what went through.
+    /// Inner stream and final checksum.
     #[must_use]
     pub fn finish(self) -> (W, String) {
         let checksum = self.checksum();
@@ -77,17 +79,18 @@ impl<R: Read> Read for Summed<R> {
     }
 }
 
-/// The checksum of all that `from` has.
+/// Checksum of all data of `from`.
 ///
 /// # Errors
-/// Those of reading.
+/// Errors of the reader.
 pub fn checksum_of(from: impl Read) -> io::Result<String> {
     let mut from = Summed::new(from);
     io::copy(&mut from, &mut io::sink())?;
     Ok(from.finish().1)
 }
 
-/// The text of an object with the checksum of its lines, but for the clock's, as a last field.
+/// Appends the checksum to the text of a JSON object as its last field. The line of the time is not
+/// counted.
 pub(super) fn sealed(object: &str) -> String {
     let fields = object.strip_suffix(END).unwrap_or(object);
     let mut hasher = crc32fast::Hasher::new();
@@ -96,12 +99,12 @@ pub(super) fn sealed(object: &str) -> String {
     format!("{fields}{LAST_FIELD}{:08x}\"{END}", hasher.finalize())
 }
 
-/// Whether the `text` of an object is what was sealed.
+/// Integrity of the `text` of a JSON object.
 pub(super) fn seal_of(text: &str) -> Seal {
     match text.rfind(LAST_FIELD) {
         Some(at) if sealed(&text[..at]) == text => Seal::Whole,
         Some(_) => Seal::Broken,
-        // It may have been written anew.
+        // The field exists but is not last: another program has rewritten the file.
         None if text.contains("\"checksum\"") => Seal::Broken,
         None => Seal::None,
     }
@@ -121,7 +124,7 @@ mod tests {
         assert_eq!(seal_of("{\n  \"seed\": 42\n}\n"), Seal::None);
     }
 
-    /// The check value of CRC-32 in its catalogues is that of the digits 1 to 9.
+    /// The standard check value of CRC-32 is the checksum of the digits 1 to 9.
     #[test]
     fn the_checksum_is_the_standards() {
         assert_eq!(checksum_of(&b"123456789"[..]).unwrap(), "cbf43926");

@@ -1,4 +1,4 @@
-//! `run.json`: what made the rows, and what came of it.
+//! `run.json`: the inputs and the summary of a run.
 
 mod checksums;
 mod reading;
@@ -20,134 +20,137 @@ use tumble_model::Model;
 use tumble_model::failure::Failure;
 use tumble_model::shown;
 
-/// What a run came to, beside its rows.
+/// Result of a run apart from its rows.
 #[derive(Debug, Clone, Copy)]
 pub struct RunEnd<'a> {
-    /// See [`RunFile::outcome`].
+    /// Outcome, see [`RunFile::outcome`].
     pub outcome: &'a str,
-    /// Of its steps.
+    /// Summary of the steps.
     pub summary: &'a RunSummary,
-    /// Of the stepping alone, s; 0 where nobody looked at a clock.
+    /// Wall-clock time of the steps (s); 0 if it was not measured.
     pub seconds: f64,
-    /// The largest overlap of all steps, m.
+    /// Largest overlap of all steps (m).
     pub largest_overlap: f64,
-    /// Of a scene with joints.
+    /// Summary of the joints, for a scene with joints.
     pub joints: Option<JointsSummary>,
-    /// The joints that were too stiff for the time step.
+    /// Joints that were too stiff for the time step.
     pub taut: &'a Taut,
 }
 
-/// A run.json.
+/// Content of a run.json.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(expecting = "an object with the fields of a run.json")]
 pub struct RunFile {
-    /// `complete`; `interrupted` (Ctrl-C) or `stopped` (a failed step under --on-failure
-    /// stop) where there are fewer rows than asked for.
+    /// Outcome: `complete`, or with fewer rows than requested `interrupted` (Ctrl-C) or `stopped`
+    /// (an unsolved step under --on-failure stop).
     pub outcome: String,
-    /// The version of tumble that made it.
+    /// Version of tumble.
     pub tumble_version: String,
-    /// That of Ipopt; empty where tumble was built without.
+    /// Version of Ipopt; empty in a build without Ipopt.
     #[serde(default)]
     pub ipopt_version: String,
-    /// Whether more moved the bodies than the file says: wrenches, motors or states that were set on the way. Such a run
-    /// can be shown, and not be verified.
+    /// True if wrenches, motors or states were set during the run. Such a run can be displayed but
+    /// not verified.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub pushed: bool,
-    /// What the scene is called.
+    /// Name of the scene.
     pub scene: String,
-    /// The settings of the scene for which flags gave other values.
+    /// Names of the settings changed by flags.
     #[serde(default)]
     pub changed: Vec<String>,
-    /// What the start was drawn from, where anything was.
+    /// Seed of random starts.
     pub seed: u32,
-    /// Whether anything of the start is drawn from the seed.
+    /// True if the initial state depends on the seed.
     drawn: bool,
-    /// Requested rows, those between the rows of `substeps` counted.
+    /// Number of requested rows, including those between the rows of `substeps`.
     pub steps: u64,
-    /// Steps of one requested row (`--substeps`); not written where it is 1.
+    /// Steps per requested row (`--substeps`); omitted if 1.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub substeps: u64,
-    /// k of the first row; not written where it is 0.
+    /// Start index k of the first row; omitted if 0.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub start_index: u64,
-    /// Whether the rows are trajectory.csv instead of the tables.
+    /// True if the rows are in trajectory.csv instead of tables.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub trajectory: bool,
-    /// Bodies, fixed pieces, constants and starts.
+    /// Bodies, fixed pieces, constants and initial states.
     pub model: Model,
-    /// Which rows stand in the files.
+    /// Selection of rows in the files.
     #[serde(default, skip_serializing_if = "KeptSteps::is_all")]
     pub kept: KeptSteps,
-    /// Who solved the steps.
+    /// Solver and its settings.
     pub solver: SolverSettings,
-    /// What came of it.
+    /// Summary of the steps.
     pub summary: SummaryFile,
-    /// Largest overlap of all steps, m; none for a trajectory.
+    /// Largest overlap of all steps (m); absent for a trajectory.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_overlap_m: Option<f64>,
-    /// Of a model with joints.
+    /// Summary of the joints, for a model with joints.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joints: Option<JointsSummary>,
-    /// The joints that were too stiff for the time step in two steps running, with the time step that would do.
+    /// Joints that were too stiff in two consecutive steps, with a suitable time step.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub taut_joints: Vec<TautJoint>,
-    /// The names of the run's files: what the next run may replace or remove.
+    /// Names of the run's files. The next run may replace or remove these files.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<String>,
-    /// Of the tables, by their files' names. A run.json has one of itself too, its last field.
+    /// Checksums of the tables by file name. The checksum of run.json itself is its last field.
     #[serde(default, skip_serializing_if = "Checksums::is_empty")]
     pub checksums: Checksums,
-    /// Whether what was read is as it was written.
+    /// Integrity of the file that was read.
     #[serde(skip)]
     pub seal: Seal,
 }
 
-/// How the steps of a run ended.
+/// Counts of the steps of a run by their result.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(expecting = "an object with the counts of the run")]
 pub struct SummaryFile {
-    /// Rows of the file, where it has all of them: steps, and one.
+    /// Number of rows of a complete table: steps + 1.
     pub rows: u64,
     /// Steps in free flight.
     pub free_steps: u64,
     /// Steps with contacts.
     pub contact_steps: u64,
-    /// Of the solver, of all steps.
+    /// Iterations of the solver, sum over all steps.
     pub iterations: u64,
-    /// Steps solved from the first start.
+    /// Steps solved from the first initial point.
     pub converged: u64,
-    /// From a later one.
+    /// Steps solved from a later initial point.
     pub retried: u64,
-    /// By another solver.
+    /// Steps solved by another solver.
     pub fallback: u64,
-    /// In shorter steps; none in a file of before they were counted.
+    /// Steps divided into shorter steps; 0 if an old file lacks the field.
     #[serde(default)]
     pub substepped: u64,
-    /// Steps that turn too far or make energy; none in a file of before they were counted.
+    /// Unphysical steps: they rotate too far or increase the energy. 0 if an old file lacks the
+    /// field.
     #[serde(default)]
     pub wild: u64,
-    /// Steps that took a part of the restitution, because the whole would make energy; null in a
-    /// file of before they were counted.
+    /// Steps with reduced restitution, because full restitution would increase the energy; null if
+    /// an old file lacks the field.
     #[serde(default)]
     pub tempered: Option<u64>,
-    /// Not solved.
+    /// Steps that were not solved.
     pub failed: u64,
-    /// Contact steps by the rung of Ipopt's ladder that their solution came from; a failed step
-    /// counts on that of the best point. Empty without the ladder.
+    /// Number of contact steps per rung of Ipopt's ladder; empty without the ladder.
+    ///
+    /// An unsolved step counts on the rung of its best point.
     pub rungs: BTreeMap<String, u64>,
-    /// The residual, of the contact steps; null without contact.
+    /// Median residual of the contact steps (m/s); null without contact.
     pub certificate_median_m_s: Option<f64>,
-    /// Of all steps; null without steps.
+    /// Largest residual of all steps (m/s); null without steps.
     pub certificate_max_m_s: Option<f64>,
-    /// Of the stepping alone.
+    /// Wall-clock time of the steps (s).
     pub solve_seconds: f64,
 }
 
-/// What is simulated, in words: the tutorial's scenes are called so, scenarios have names; and
-/// what was changed in it.
+/// Title of a run: the name of the scene and its changed settings.
+///
+/// The tutorial's scenes have "scene" after their names.
 #[must_use]
 pub fn heading(scene: &str, changed: &[String]) -> String {
-    /// More names than this are only counted.
+    /// Maximum number of names in the title; more names are counted.
     const MOST_NAMED: usize = 4;
     let of_tutorial =
         [tutorial::TutorialScene::drop().name, tutorial::TutorialScene::floating().name]
@@ -161,7 +164,7 @@ pub fn heading(scene: &str, changed: &[String]) -> String {
 }
 
 impl SummaryFile {
-    /// The summary of a run, with the starts of its steps where they are rungs of a ladder.
+    /// Summary of a run. With `climbs` it includes the rungs of Ipopt's ladder.
     fn of(run: &RunEnd<'_>, climbs: bool) -> Self {
         let summary = run.summary;
         let starts = summary.starts.iter().filter(|_| climbs);
@@ -186,14 +189,14 @@ impl SummaryFile {
     }
 }
 
-/// More bytes than this are no run file.
+/// Maximum size of a run.json (bytes).
 pub const LARGEST_FILE: u64 = 1 << 28;
 
 impl RunFile {
-    /// That of a run of `scene`.
+    /// Content of run.json for a run of `scene`.
     ///
     /// # Errors
-    /// A solver that is not made for the scene.
+    /// A solver that does not support the scene.
     pub fn of(scene: &Scene, run: &RunEnd<'_>) -> Result<Self, Failure> {
         let climbs = scene.contact.as_ref().is_some_and(SolverChoice::climbs);
         let mut model = scene.model.clone();
@@ -224,11 +227,13 @@ impl RunFile {
         })
     }
 
-    /// That of a run of `scene`, or of a part of one, whose rows these are, a state without a step at last: it
-    /// begins with the first of them and is complete, whatever was asked for. None without rows.
+    /// Content of run.json for a whole or partial run of `scene` with the given `rows`.
+    ///
+    /// The last row is a state without a step. The run counts as complete and starts at the first
+    /// row. Returns `None` without rows.
     ///
     /// # Errors
-    /// As [`RunFile::of`].
+    /// The errors of [`RunFile::of`].
     pub fn of_rows(scene: &Scene, rows: &[TableStep]) -> Result<Option<Self>, Failure> {
         let Some(first) = rows.first() else { return Ok(None) };
         let (mut summary, mut joints) = (RunSummary::default(), JointsSummary::default());
@@ -276,7 +281,7 @@ impl RunFile {
         Ok(Some(file))
     }
 
-    /// What is wrong with what the file says was drawn from the seed into the starts of a model's bodies.
+    /// Error message if the seed does not reproduce the random starts of the bodies.
     #[must_use]
     pub fn drawn_otherwise(&self) -> Option<String> {
         if self.drawn != self.model.is_drawn() {
@@ -286,22 +291,22 @@ impl RunFile {
         Some(format!("the seed {seed} draws another start of {body} than its own"))
     }
 
-    /// The seed, where anything of the start was drawn from it.
+    /// Seed of a random start; `None` if the start does not depend on it.
     #[must_use]
     pub fn drawn_seed(&self) -> Option<u32> {
         self.drawn.then_some(self.seed)
     }
 
-    /// The names of the bodies.
+    /// Names of the bodies.
     #[must_use]
     pub fn bodies(&self) -> Vec<&str> {
         self.model.bodies.iter().map(|body| body.name.as_str()).collect()
     }
 
-    /// The file's text, with its checksum.
+    /// Text of the file, with its checksum.
     ///
     /// # Errors
-    /// None for what [`RunFile::of`] made.
+    /// None for a value made by [`RunFile::of`].
     pub fn text(&self) -> Result<String, Failure> {
         Ok(checksums::sealed(&json(self)?))
     }
@@ -325,12 +330,12 @@ fn json(value: &impl Serialize) -> Result<String, Failure> {
         .map_err(|error| Failure::Other(format!("run.json cannot be made: {error}")))
 }
 
-/// Refuses a model that makes a longer run.json than is read again.
+/// Checks that the run.json of a model is small enough to be read.
 ///
 /// # Errors
-/// Such a model.
+/// A model whose run.json would exceed [`LARGEST_FILE`].
 pub fn refuse_large(model: &Model) -> Result<(), Failure> {
-    /// What besides the model stands in the file.
+    /// Allowance for the rest of the file (bytes).
     const REST: u64 = 1 << 16;
     let length = json(model)?.len() as u64;
     if length + REST <= LARGEST_FILE {

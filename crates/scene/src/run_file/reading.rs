@@ -1,4 +1,4 @@
-//! A run.json that is read.
+//! Parser of run.json.
 
 use super::checksums::{Seal, seal_of};
 use super::{Failure, RunFile};
@@ -7,14 +7,15 @@ use std::io;
 use std::path::Path;
 use tumble_model::{fields, shown};
 
-/// Characters of a name or a word.
+/// Maximum length of a name or word (characters).
 const LONGEST_WORD: usize = 80;
 
 impl RunFile {
-    /// Reads the `text` of the file `path`; `None` if the file is missing, unless `lonely` refuses that.
+    /// Parses the `text` of the file `path`. If the file is missing, returns `None` or the error of
+    /// `lonely`.
     ///
     /// # Errors
-    /// What is no run.json.
+    /// A text that is not a run.json.
     pub fn read(
         text: io::Result<String>,
         path: &Path,
@@ -43,8 +44,7 @@ impl RunFile {
         }
     }
 
-    /// The names of the files of the run whose run.json has this text; none of a text that was
-    /// changed.
+    /// Names of the files listed in the `text` of a run.json; empty if the text was changed.
     #[must_use]
     pub fn listed_files(text: &str) -> Vec<String> {
         if seal_of(text) == Seal::Broken {
@@ -66,7 +66,7 @@ impl RunFile {
         fields.iter().find(|(_, missing)| *missing).map(|(field, _)| *field)
     }
 
-    /// The first field that is too long for a title or a table.
+    /// First field that is too long for a title or table.
     fn long_word(&self) -> Option<&'static str> {
         let solver = &self.solver;
         let words = [

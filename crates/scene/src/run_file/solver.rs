@@ -1,44 +1,44 @@
-//! The solver's settings in run.json.
+//! Solver settings in run.json.
 
 use crate::solver_choice::SolverChoice;
 use serde::{Deserialize, Serialize};
 use tumble_core::world::World;
 use tumble_model::failure::Failure;
 
-/// Who solved the steps, and how.
+/// Solver of the steps and its settings.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(expecting = "an object with the solver's name and settings")]
 pub struct SolverSettings {
-    /// `native`, `ipopt` or `rk4`.
+    /// Name: `native`, `ipopt` or `rk4`.
     pub name: String,
-    /// What all of the others were said by, if a preset was.
+    /// Preset of the other fields, if one was used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<String>,
-    /// Of Ipopt's program; null for others.
+    /// Formulation of Ipopt's program; null for other solvers.
     #[serde(default)]
     pub formulation: Option<String>,
-    /// Which points were candidates; null without contact.
+    /// Criterion for candidate points; null without contact.
     pub detection: Option<String>,
-    /// What happened with a step that failed; null without contact.
+    /// Action for unsolved steps; null without contact.
     pub on_failure: Option<String>,
-    /// Ipopt's tolerance; null for others.
+    /// Tolerance of Ipopt; null for other solvers.
     pub tol: Option<f64>,
-    /// Ipopt's most iterations; null for others.
+    /// Maximum number of Ipopt's iterations; null for other solvers.
     pub max_iter: Option<u32>,
-    /// What the native solver was asked to solve to, m/s at the speed scale 1, where it was not the usual.
+    /// Requested residual of the native solver, m/s at speed scale 1; absent for the default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual: Option<f64>,
-    /// The residual that a contact step may have that counts as solved, m/s: what the solver
-    /// promises. A file of before it was written has none.
+    /// Largest residual of a solved contact step (m/s), as the solver guarantees it; absent in old
+    /// files.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accepted_residual_m_s: Option<f64>,
 }
 
 impl SolverSettings {
-    /// Those of a choice for `world`; of free motion without one.
+    /// Settings of a solver choice for `world`; of free motion for `None`.
     ///
     /// # Errors
-    /// A solver that is not made for the world.
+    /// A solver that does not support the world.
     pub fn of(contact: Option<&SolverChoice>, world: &World) -> Result<Self, Failure> {
         let program = contact.and_then(SolverChoice::program);
         let solver = contact.map(|contact| contact.solver(world)).transpose()?;

@@ -1,4 +1,4 @@
-//! A scene, written down: the text of a scenario file.
+//! Text of a scenario file for a given scene.
 
 mod one;
 
@@ -12,13 +12,13 @@ use tumble_model::joint::{CourseModel, JointModel};
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::{BodyModel, Model, PartnerModel};
 
-/// The text of a scenario file that comes to this scene, but for its solver; numbers keep their bits.
+/// Scenario file that reproduces this scene except for its solver; numbers are exact.
 ///
 /// # Errors
-/// Bodies of a mesh's file, which a text cannot have.
+/// Bodies with a mesh file, which a text cannot contain.
 pub fn text(scene: &Scene) -> Result<String, Failure> {
     let mut out = String::new();
-    // What is written to takes everything.
+    // Writing to a string cannot fail.
     if scene.trajectory {
         let _ = one::text(&mut out, scene);
         return Ok(out);
@@ -69,7 +69,7 @@ fn head(out: &mut String, scene: &Scene, model: &Model) -> std::fmt::Result {
     }
 }
 
-/// A string of TOML.
+/// TOML string.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for letter in text.chars() {
@@ -85,7 +85,7 @@ fn quoted(text: &str) -> String {
     quoted
 }
 
-/// A form with its place, in one line.
+/// Form with its place, as an inline table.
 fn piece(placed: &PlacedForm) -> Result<String, String> {
     let form = match &placed.form {
         ModelForm::Box { sides } => format!("box = {sides:?}"),
@@ -101,7 +101,7 @@ fn piece(placed: &PlacedForm) -> Result<String, String> {
     Ok(at_place(&form, placed))
 }
 
-/// A part of what a body looks like.
+/// Part of a visual shape, as an inline table.
 fn seen(placed: &PlacedForm) -> Result<String, String> {
     match &placed.form {
         ModelForm::Mesh { vertices, triangles, .. } => {
@@ -174,7 +174,7 @@ fn body_table(out: &mut String, body: &BodyModel, model: &Model) -> Result<(), S
     Ok(())
 }
 
-/// What is fixed: pieces that follow each other under one name are one thing.
+/// Tables of fixed geometry. Consecutive pieces with the same name form one object.
 fn fixed_tables(out: &mut String, model: &Model) -> Result<(), String> {
     for thing in model.fixed.chunk_by(|a, b| a.name == b.name && a.friction == b.friction) {
         let name = quoted(&thing[0].name);
@@ -187,7 +187,7 @@ fn fixed_tables(out: &mut String, model: &Model) -> Result<(), String> {
     Ok(())
 }
 
-/// What a scenario calls a body, a fixed piece or the ground.
+/// Name of a body, fixed piece or the ground in a scenario file.
 fn name_of(partner: PartnerModel, model: &Model) -> &str {
     match partner {
         PartnerModel::Ground => "ground",
@@ -212,8 +212,9 @@ fn pair_tables(out: &mut String, model: &Model) {
     }
 }
 
-/// The way of a driven body: places at times, or a steady motion from the start about a point that is not the origin
-/// of its shape.
+/// Table of a prescribed motion.
+///
+/// It has places at times, or a constant velocity about a point other than the shape's origin.
 fn driven_table(out: &mut String, joint: &JointModel, course: &CourseModel, model: &Model) {
     let body = model.bodies.get(joint.body);
     let centre = body.map_or([0.0; 3], |body| body.centre);
@@ -228,7 +229,7 @@ fn driven_table(out: &mut String, joint: &JointModel, course: &CourseModel, mode
         lines.push(format!("times = {:?}", course.times));
         lines.push(format!("positions = {positions:?}\nattitudes = {attitudes:?}"));
     } else {
-        // The point is given where it is in the world at the start.
+        // The point is given at its initial position in the world.
         lines.extend(course.places.first().map(|place| format!("about = {:?}", place.position)));
     }
     for (field, value) in [("velocity", course.velocity), ("spin", course.spin)] {
@@ -261,7 +262,7 @@ fn gear_table(out: &mut String, gear: &GearModel, model: &Model) {
     }
 }
 
-/// Surfaces that move; all pieces of a name have one.
+/// Tables of moving surfaces. All pieces of the same name share one.
 fn surface_tables(out: &mut String, model: &Model) {
     let mut names = Vec::new();
     for surface in &model.surfaces {
@@ -274,7 +275,7 @@ fn surface_tables(out: &mut String, model: &Model) {
     }
 }
 
-/// The fields of a drive that say anything.
+/// Fields of a drive that differ from their defaults.
 fn drive_fields(drive: &Drive) -> Vec<String> {
     let mut fields = Vec::new();
     fields.extend(drive.limits.map(|limits| format!("limits = {limits:?}")));
@@ -321,7 +322,7 @@ fn joint_table(out: &mut String, joint: &JointModel, model: &Model) {
     ];
     let owners = [Some(joint.body), joint.other];
     for ((side, place), owner) in ["a", "b"].into_iter().zip(&joint.frames).zip(owners) {
-        // Of a body, in the frame of its shape.
+        // For a body, the anchor is in the shape's frame.
         let centre =
             owner.and_then(|body| model.bodies.get(body)).map_or([0.0; 3], |body| body.centre);
         let anchor = Vector3::from(place.position) + Vector3::from(centre);

@@ -1,4 +1,4 @@
-//! A scene of one body in its own notation.
+//! Text of a scene in the notation `[body]`.
 
 use super::quoted;
 use crate::scene::Scene;
@@ -8,7 +8,8 @@ use tumble_core::mechanics::Polyline;
 use tumble_core::mechanics::body::box_corners;
 use tumble_model::fields::by_rows;
 
-/// The text of a scene of one body, with its solver's name, which other programs would choose otherwise.
+/// Writes a scene of one body, including the name of its solver, whose default differs between
+/// programs.
 pub fn text(out: &mut String, scene: &Scene) -> Result {
     let world = &scene.world;
     let (body, start, load) = (&world.bodies()[0], &scene.starts[0], &scene.loads[0]);
@@ -32,7 +33,7 @@ pub fn text(out: &mut String, scene: &Scene) -> Result {
     }
     let points: Vec<_> = body.contact_points().iter().map(|point| point.position).collect();
     let half = points.iter().fold(Vector3::zeros(), |half: Vector3<f64>, c| half.sup(&c.abs()));
-    // A box is the only piece that a body of this notation may be.
+    // In this notation the only possible piece is a box.
     if !body.pieces().is_empty() && points == box_corners(&half) {
         writeln!(out, "\n[body]\nbox = {:?}", three(&(2.0 * half)))?;
     } else {

@@ -1,4 +1,4 @@
-//! What the tables of `[[bodies]]` amount to, checked: a model.
+//! Conversion of the tables of `[[bodies]]` to a model, with checks.
 
 mod names;
 
@@ -29,21 +29,21 @@ use tumble_model::{
 };
 use tumble_model::{DrawnModel, state_at};
 
-/// Ratios of masses up to here are tested.
+/// Largest tested ratio of two masses.
 const LARGEST_MASS_RATIO: f64 = 1e6;
-/// The most triangles of what all bodies look like.
+/// Maximum number of triangles of all visual shapes.
 const MOST_SEEN: usize = 2_000_000;
-/// What a fixed thing or a piece needs.
+/// Error message for a missing shape of a fixed object or piece.
 const ONE_SHAPE: &str = "one shape is needed: box, sphere, capsule, hull or mesh";
 
-/// The bodies of a file, and whether anything of them was drawn from the seed.
+/// Model of a file, with its robots. `drawn` is true if a start depends on the seed.
 pub struct BuiltScene {
     pub model: Model,
     pub drawn: bool,
     pub robots: Vec<tumble_robot::Assembled>,
 }
 
-/// Makes the model of the tables. `settings` are those of flags and file, complete but for the bodies.
+/// Converts the tables to a model. `settings` are complete except for the bodies.
 pub fn build(
     file: SceneEntries,
     settings: &Settings,
@@ -153,8 +153,9 @@ pub fn build(
     Ok(BuiltScene { model: builder.model, drawn: builder.drawn, robots })
 }
 
-/// `model` with one body more, the last, which a table of bodies describes. A body without a name gets the first
-/// that is free.
+/// Adds the body described by a table at the end of `model`.
+///
+/// A body without a name gets the first free one.
 pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result<Model, String> {
     let plane = model.plane.as_ref().map(|plane| Plane::new(plane.normal.0.into(), plane.offset));
     let plane = plane.transpose().map_err(|error| error.to_string())?;
@@ -180,7 +181,7 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
 
 struct Builder<'a> {
     files: Files<'a>,
-    /// `None` without a ground.
+    /// Plane of the ground; `None` without a ground.
     plane: Option<Plane>,
     draws: Draws,
     drawn: bool,
@@ -301,8 +302,7 @@ impl Builder<'_> {
         self.register(entry.name, partners).map_err(named)
     }
 
-    /// The state in the world of what is at `place` in its frame, its centre of mass at `centre` in
-    /// its own.
+    /// State in the world of an object at `place` in `frame`; `centre` is its centre of mass (m).
     fn start(
         &self,
         frame: Option<StartFrame>,
@@ -339,7 +339,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The pieces of one form, or of the list.
+    /// Pieces of a single form or of a list.
     fn pieces(
         &self,
         at: &str,
@@ -373,7 +373,7 @@ impl Builder<'_> {
         Ok(found.into_iter().map(|(_, placed)| placed).collect())
     }
 
-    /// What a body looks like.
+    /// Visual shape of a body.
     fn look(&self, at: &str, entries: Vec<LookEntry>) -> Result<Vec<PlacedForm>, String> {
         if entries.is_empty() {
             return Err(format!("{at}.look: at least one part is needed"));
@@ -398,7 +398,7 @@ impl Builder<'_> {
         entries.into_iter().enumerate().map(part).collect()
     }
 
-    /// Has the surfaces of a name move.
+    /// Sets the velocity of all surfaces with a name.
     fn add_surface(&mut self, entry: &SurfaceEntry) -> Result<(), String> {
         let velocity = entry.velocity.0;
         if !velocity.iter().all(|part| part.abs() <= 1e5) {
@@ -413,7 +413,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// What is seen is drawn of each body for itself.
+    /// Limits the number of triangles. Visual shapes are drawn separately for every body.
     fn refuse_large_looks(&self) -> Result<(), String> {
         let count = |part: &PlacedForm| match &part.form {
             ModelForm::Mesh { triangles, .. } => triangles.len(),
@@ -467,7 +467,7 @@ fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
     Ok((!load.is_none()).then(|| LoadParameters::of(&load)))
 }
 
-/// Where something is whose attitude cannot be drawn.
+/// Place of an object, whose attitude must not be random.
 pub fn placed(
     position: Option<Numbers<3>>,
     attitude: Option<&AttitudeEntry>,

@@ -1,4 +1,4 @@
-//! Names of a file, and what has them.
+//! Names of a file and their owners.
 
 use super::Builder;
 use crate::bodies::entries::PairEntry;
@@ -6,7 +6,7 @@ use tumble_model::fields::Exactly;
 use tumble_model::shown::checked_name;
 use tumble_model::{PairModel, PartnerModel};
 
-/// A name of the file, and what has it.
+/// Name in the file and its owners.
 pub(super) struct Named {
     pub(super) name: String,
     pub(super) partners: Vec<PartnerModel>,
@@ -24,12 +24,12 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Everything that can be named has one name: entries, bodies, fixed things.
+    /// Checks that names of entries, bodies and fixed objects are unique.
     pub(super) fn refuse_equal_names(&self) -> Result<(), String> {
         let model = &self.model;
         let fixed = model.fixed.iter().map(|fixed| fixed.name.as_str());
         let mut names: Vec<&str> = model.bodies.iter().map(|body| body.name.as_str()).collect();
-        // Pieces of one thing follow each other and share its name.
+        // Pieces of one fixed object are consecutive and share its name.
         let mut things: Vec<&str> = fixed.collect();
         things.dedup();
         names.extend(things);
@@ -42,8 +42,9 @@ impl Builder<'_> {
         }
     }
 
-    /// Whether `name` is of one fixed thing of several pieces, which is in the list as itself and
-    /// as its entry.
+    /// True if `name` belongs to a single fixed object of several pieces.
+    ///
+    /// Such a name is listed twice, for the object and for its entry.
     pub(super) fn is_fixed_of_pieces(&self, name: &str) -> bool {
         let of = self.names.iter().filter(|named| named.name == name).collect::<Vec<_>>();
         let [one] = of[..] else { return false };
@@ -58,7 +59,7 @@ impl Builder<'_> {
             && self.model.bodies.iter().all(|body| body.name != name)
     }
 
-    /// The pairs of an entry, whose coefficient is at most `largest`.
+    /// Pairs of an entry with their coefficient, which is at most `largest`.
     pub(super) fn coefficients(
         &self,
         entry: &PairEntry,
@@ -72,7 +73,7 @@ impl Builder<'_> {
         Ok(pairs.map(|(body, partner)| PairModel { body, partner, coefficient }).collect())
     }
 
-    /// The bodies of one name with what has the other.
+    /// Pairs of bodies with one name and partners with the other.
     pub(super) fn pairs(
         &self,
         between: &Exactly<String, 2>,
@@ -96,7 +97,7 @@ impl Builder<'_> {
         Ok(pairs)
     }
 
-    /// All that has a name.
+    /// Objects with this name.
     pub(super) fn find(&self, name: &str) -> Result<Vec<PartnerModel>, String> {
         if name == "ground" {
             if self.plane.is_none() {
@@ -124,7 +125,7 @@ impl Builder<'_> {
         Ok(found)
     }
 
-    /// The bodies of a name.
+    /// Bodies with this name.
     pub(super) fn bodies(&self, name: &str) -> Result<Vec<usize>, String> {
         let body = |partner: PartnerModel| match partner {
             PartnerModel::Body(index) => Ok(index),

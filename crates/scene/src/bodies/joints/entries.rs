@@ -1,4 +1,4 @@
-//! A joint as it is written.
+//! Joint tables as deserialised.
 
 use crate::bodies::entries::AttitudeEntry;
 use serde::Deserialize;
@@ -6,7 +6,7 @@ use tumble_core::joint::{Drive, Middle};
 use tumble_model::fields::Numbers;
 use tumble_model::joint::JointKind;
 
-/// A table with the fields of a drive, and others.
+/// Defines a table that has the fields of a drive and others.
 macro_rules! with_drive {
     ($name:ident, $expected:literal { $($(#[$attribute:meta])* $field:ident: $type:ty,)* }) => {
         #[derive(Deserialize)]
@@ -70,7 +70,7 @@ with_drive!(JointEntry, "a table [[joints]] is needed" {
     turn_z: Option<DriveEntry>,
 });
 
-/// The fields of a drive.
+/// Fields of a drive.
 pub struct DriveFields {
     pub start: Option<f64>,
     pub(super) limits: Option<[f64; 2]>,
@@ -90,7 +90,7 @@ pub(super) enum BodyNames {
 }
 
 impl DriveFields {
-    /// The first field that is given.
+    /// Name of the first given field.
     pub(super) fn first(&self) -> Option<&'static str> {
         let given = [
             ("start", self.start.is_some()),

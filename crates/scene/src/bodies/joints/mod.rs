@@ -1,4 +1,4 @@
-//! The tables `[[joints]]` and `[[motors]]`: as they are written, and what they amount to.
+//! Tables `[[joints]]` and `[[motors]]` and their conversion to the model.
 
 mod entries;
 mod motor;
@@ -19,23 +19,23 @@ use tumble_model::fields::Numbers;
 use tumble_model::joint::{JointKind, JointModel};
 use tumble_model::shape::ModelPlace;
 
-/// The most joints of a scene.
+/// Maximum number of joints of a scene.
 const MOST_JOINTS: usize = 10_000;
 
-/// The joints of a file that are made so far.
+/// Joints of a file during its conversion.
 pub struct JointEntries {
     pub models: Vec<JointModel>,
-    /// What entries are called that have joints of other names.
+    /// Names of the entries, with the indices of their joints.
     entries: Vec<(String, Vec<usize>)>,
 }
 
 impl JointEntries {
-    /// Those that are there already.
+    /// Starts with existing joints.
     pub fn of(models: Vec<JointModel>) -> Self {
         Self { models, entries: Vec::new() }
     }
 
-    /// Adds those of an entry. `find` has the bodies of a name.
+    /// Adds the joints of an entry. `find` returns the bodies of a name.
     pub fn add(
         &mut self,
         entry: &JointEntry,
@@ -75,7 +75,7 @@ impl JointEntries {
         Ok(())
     }
 
-    /// Adds one that is made, under a name of its own.
+    /// Adds a joint, which must have a new name.
     pub fn push(&mut self, joint: JointModel) -> Result<(), String> {
         let name = &joint.name;
         if self.models.iter().any(|known| known.name == *name) {
@@ -85,7 +85,7 @@ impl JointEntries {
         Ok(())
     }
 
-    /// Puts the motor of an entry on its axis.
+    /// Sets the motor of an entry on its axis.
     pub fn add_motor(&mut self, entry: &MotorEntry) -> Result<(), String> {
         let joints = self.named(&entry.joint).map_err(|why| format!("joint: {why}"))?;
         let motor = entry.motor()?;
@@ -100,7 +100,7 @@ impl JointEntries {
         Ok(())
     }
 
-    /// The joints of a name: those of an entry, or one.
+    /// Joints of an entry with this name, or the joint with this name.
     fn named(&self, name: &str) -> Result<Vec<usize>, String> {
         let of_entry = self.entries.iter().find(|(known, _)| known == name);
         let own = || self.models.iter().position(|joint| joint.name == name);
@@ -110,7 +110,7 @@ impl JointEntries {
             .ok_or_else(|| format!("no joint has the name {name:?}; the name of one is needed"))
     }
 
-    /// The one joint of a name.
+    /// Joint with this name, which must be unique.
     pub fn one(&self, name: &str) -> Result<usize, String> {
         match self.named(name)?[..] {
             [joint] => Ok(joint),
@@ -120,18 +120,20 @@ impl JointEntries {
 }
 
 impl JointEntry {
-    /// What it is called, as sentences about it say it.
+    /// Name as an addition to error messages.
     pub fn called(&self) -> String {
         self.name.as_ref().map_or(String::new(), |name| format!(" ({name})"))
     }
 
-    /// Its name, if it is given.
+    /// Name, if given.
     pub fn name(&self) -> Option<&str> {
         self.name.as_deref()
     }
 
-    /// A and B of its joints: of two names of as many bodies each with each, of one name twice each with
-    /// the one before.
+    /// Bodies A and B of the joints of the entry.
+    ///
+    /// Two names of equally many bodies join them pairwise. The same name twice makes a chain of
+    /// copies: each is joined to the previous one.
     fn pairs(
         &self,
         find: impl Fn(&str) -> Result<Vec<usize>, String>,
@@ -177,7 +179,7 @@ impl JointEntry {
         }
     }
 
-    /// A field that would do nothing is refused.
+    /// Rejects fields without effect and missing fields.
     fn refuse_idle(&self) -> Result<(), String> {
         let (kind, driven) = (self.kind, self.kind.driven());
         let has_axis = kind.has_axis();
@@ -243,7 +245,7 @@ impl JointEntry {
         Ok(())
     }
 
-    /// The drives of its axes, in their order.
+    /// Drives of the driven axes, in their order.
     fn drives(&self) -> Vec<DriveFields> {
         let driven = self.kind.driven();
         if driven.len() == 1 {
@@ -266,7 +268,7 @@ impl JointEntry {
         driven.iter().map(|(name, _)| of(name).unwrap_or(&none).drive()).collect()
     }
 
-    /// The tables of drives, by their names.
+    /// Tables of drives with their names.
     fn tables(&self) -> [(&'static str, &Option<DriveEntry>); 8] {
         [
             ("slide", &self.slide),
@@ -280,8 +282,9 @@ impl JointEntry {
         ]
     }
 
-    /// The frames in both sides: that of A as it is given, and that of B where it is at the start, unless
-    /// it is given too.
+    /// Frames of the joint in both bodies.
+    ///
+    /// The frame in A is given. The frame in B is given too or follows from the initial states.
     fn frames(&self, sides: &[JointSide<'_>; 2]) -> Result<[ModelPlace; 2], String> {
         for (field, anchor) in
             [("anchor", &self.anchor), ("anchor_a", &self.anchor_a), ("anchor_b", &self.anchor_b)]
@@ -331,7 +334,8 @@ impl JointEntry {
         if let Some(anchor) = &self.anchor_b {
             of_b.anchor = b.placed(&anchor.0.into(), &still).anchor;
         }
-        // What is given in a side's own frame stays as it is, so that a scene that was written goes on with the same bits.
+        // Values given in a body's own frame keep their bits, so that a saved scene continues
+        // exactly.
         let exactly = |side: &JointSide<'_>,
                        placed,
                        anchor: Option<&Numbers<3>>,
@@ -348,7 +352,7 @@ impl JointEntry {
         ])
     }
 
-    /// The frame of B at the start, against which that of A has its coordinates `start`.
+    /// Frame in B at the start, for which the joint coordinates have their `start` values.
     fn at_its_start(&self, of_a: JointStartFrame) -> Result<JointStartFrame, String> {
         let mut at = [0.0; 6];
         let several = self.kind.driven().len() > 1;
@@ -365,7 +369,7 @@ impl JointEntry {
             }
             at[*axis] = start;
         }
-        // Back from A: about x, z and y, of which a hinge has z alone.
+        // Inverse rotation from A: about x, z and y; a hinge only rotates about z.
         let mut attitude = of_a.attitude;
         for axis in [3, 5, 4].into_iter().filter(|axis| at[*axis] != 0.0) {
             let (sine, cosine) = (-0.5 * at[axis]).sin_cos();

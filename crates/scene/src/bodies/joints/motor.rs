@@ -1,4 +1,4 @@
-//! A motor as it is written, and what it amounts to.
+//! Motor tables and their conversion to the model.
 
 use serde::Deserialize;
 use tumble_core::joint::Motor;
@@ -20,7 +20,7 @@ pub struct MotorEntry {
 }
 
 impl MotorEntry {
-    /// The name of its joint.
+    /// Name of the joint as an addition to error messages.
     pub fn called(&self) -> String {
         format!(" ({})", self.joint)
     }
@@ -30,7 +30,7 @@ impl MotorEntry {
         MotorFields { speed, position, stiffness, damping, most }.motor()
     }
 
-    /// Which drive of a joint it is on.
+    /// Index of the motor's drive in the joint.
     pub(super) fn place(&self, joint: &JointModel) -> Result<usize, String> {
         if joint.kind.driven().is_empty() {
             return Err(format!(
@@ -43,7 +43,7 @@ impl MotorEntry {
     }
 }
 
-/// What a motor does, whatever it is on.
+/// Control law of a motor, on any axis.
 #[derive(Deserialize)]
 #[serde(
     deny_unknown_fields,
@@ -58,7 +58,7 @@ pub struct MotorFields {
 }
 
 impl MotorFields {
-    /// The motor.
+    /// Motor in the form of the core.
     pub fn motor(&self) -> Result<Motor, String> {
         let most = self.most;
         match (self.speed, self.position) {

@@ -1,4 +1,4 @@
-//! The frames of a joint's sides at the start.
+//! Frames of a joint in its bodies at the start.
 
 use crate::bodies::entries::AttitudeEntry;
 use nalgebra::{Vector3, Vector4};
@@ -9,19 +9,19 @@ use tumble_model::BodyModel;
 use tumble_model::fields::Numbers;
 use tumble_model::shape::ModelPlace;
 
-/// The frame of a joint in the world at the start.
+/// Frame of a joint in the world at the start.
 #[derive(Clone, Copy)]
 pub struct JointStartFrame {
     pub anchor: Vector3<f64>,
     pub(super) attitude: Vector4<f64>,
 }
 
-/// Where what a joint's side is in stands at the start: a body, or the world.
+/// Initial state of one side of a joint: a body or the world.
 pub struct JointSide<'a> {
-    /// The centre of mass in the frame of the shape.
+    /// Centre of mass in the shape's frame (m).
     centre: Vector3<f64>,
     start: State,
-    /// The name in sentences.
+    /// Name for error messages.
     pub(super) name: &'a str,
 }
 
@@ -41,19 +41,19 @@ impl<'a> JointSide<'a> {
         }
     }
 
-    /// A frame of the shape, in the world.
+    /// Converts a frame from the shape's frame to the world.
     pub fn placed(&self, anchor: &Vector3<f64>, attitude: &Vector4<f64>) -> JointStartFrame {
         let arm = rotation(&self.start.attitude) * (anchor - self.centre);
         let anchor = self.start.position + arm;
         JointStartFrame { anchor, attitude: left(&self.start.attitude) * attitude }
     }
 
-    /// A place of the shape, from the centre of mass.
+    /// Converts a point from the shape's frame to a position relative to the centre of mass (m).
     pub fn relative_to_centre(&self, place: &[f64; 3]) -> [f64; 3] {
         (Vector3::from(*place) - self.centre).into()
     }
 
-    /// A frame of the world, in the body's.
+    /// Converts a frame from the world to the body frame.
     pub fn seen(&self, placed: &JointStartFrame) -> ModelPlace {
         let position =
             rotation(&self.start.attitude).tr_mul(&(placed.anchor - self.start.position));
@@ -66,7 +66,7 @@ fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
     Vector4::new(q[0], -q[1], -q[2], -q[3])
 }
 
-/// The attitude that `axis` or `attitude` give, of the field's ending (`_a`, …).
+/// Attitude given by `axis` or `attitude`; `ending` is the suffix of the fields (`_a`, …).
 pub(super) fn turned(
     ending: &str,
     axis: Option<&Numbers<3>>,

@@ -1,40 +1,46 @@
-//! A contact's key as one word of a table.
+//! Contact keys as text in tables.
 
 use std::fmt;
 use tumble_core::contact::{ContactKey, PairFeatures, Partner};
 use tumble_core::geometry::{CorePart, Feature, PieceSide};
 
-/// What of a [`ContactKey`] is not the body and the partner, as text.
+/// Part of a [`ContactKey`] that identifies the features, in its text form.
 ///
-/// Against the ground it is the number of the body's contact point: `5`. Against a piece it is
-/// `point.piece.piece.feature.plane`: the body's contact point, the piece of the body and the
-/// partner's, the feature, and the count of planes that a step met it with. A feature is `A3`, a
-/// vertex of the first piece found, `B3`, one of the second, `E3x7`, an edge of each, or `V3x7`, a
-/// vertex of each; `Rv3xe7` is vertex 3 of the body against edge 7 of the partner, of which one is
-/// rounded.
+/// - Contact with the ground: the number of the body's contact point, such as `5`.
+/// - Contact with a piece: `point.piece.piece.feature.plane`. These are the body's contact point,
+///   the piece of the body, the piece of the partner, the feature, and the number of the contact
+///   plane.
+///
+/// | feature | meaning |
+/// |---|---|
+/// | `A3` | vertex 3 of the first piece |
+/// | `B3` | vertex 3 of the second piece |
+/// | `E3x7` | edge 3 of the first piece and edge 7 of the second |
+/// | `V3x7` | vertex 3 of the first piece and vertex 7 of the second |
+/// | `Rv3xe7` | vertex 3 of the first piece and edge 7 of the second; at least one is rounded |
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct KeyText {
-    /// See [`ContactKey::point`].
+    /// Contact point, see [`ContactKey::point`].
     pub point: usize,
-    /// See [`ContactKey::pair`].
+    /// Pair of features, see [`ContactKey::pair`].
     pub pair: Option<PairFeatures>,
 }
 
 impl KeyText {
-    /// Of a key.
+    /// Text form of a key.
     #[must_use]
     #[inline]
     pub fn of(key: &ContactKey) -> Self {
         Self { point: key.point, pair: key.pair }
     }
 
-    /// The key of the contact of `body` with `partner`.
+    /// Complete key of a contact between `body` and `partner`.
     #[must_use]
     pub fn between(self, body: usize, partner: Partner) -> ContactKey {
         ContactKey { body, point: self.point, partner, pair: self.pair }
     }
 
-    /// What `text` means, if it is a key.
+    /// Parses the text form.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let parts: Vec<&str> = text.split('.').collect();

@@ -1,34 +1,44 @@
-//! A run of any number of bodies as three tables, in and out of any streams: `states`, `contacts`
-//! and `steps`, each in CSV with one header line; and where joints tie bodies, a fourth: `joints`,
-//! and where gears tie joints, a fifth: `gears`.
+//! Runs of any number of bodies as tables in CSV, each with one header line.
 //!
-//! - `states`: one row a body and step: `k,t_s,body`, then the 13 numbers of the state at step k.
+//! The rows of a table are in the order of k. A run has `states`, `contacts` and `steps`, unless
+//! fewer tables are requested. It has `joints` and `gears` if its scene has any.
+//!
+//! - `states`: one row per body and step: `k,t_s,body`, then the 13 numbers of the state at step k.
 //!   `body` is the index in [`World::bodies`](tumble_core::world::World::bodies).
-//! - `contacts`: one row a candidate contact of the step k → k+1: who touches whom, where (the
-//!   touching point at k, m, world), across which normal (unit, world, at k, away from the
-//!   partner), the force on `body` (N, world; the opposite one acts on the partner), the mean slip
-//!   over the step (m/s, world), the gap at k (m), the radius by which the point is rounded (m), how
-//!   fast the contact must part where it bounces (m/s, eq. 29), and the key that the contact keeps from step to step ([`KeyText`]).
-//! - `steps`: one row a step: how it ended, its residual with the five parts, how deep pieces
-//!   overlap at k+1, the smallest part of the restitution that an island took, and the
-//!   [energy](tumble_core::simulation::energy) at k: kinetic, and potential in gravity from the world's origin; and where there are
-//!   joints their [stiffness](tumble_core::simulation::StepRecord::stiffness), h ω.
+//! - `contacts`: one row per candidate contact of the step k → k+1. The columns are listed below.
+//! - `steps`: one row per step: status, residual with its five parts, overlap at k+1, smallest
+//!   restitution share of an island, and [energy](tumble_core::simulation::energy) at k. The
+//!   potential energy is relative to the world's origin. With joints the last column is the
+//!   [stiffness number](tumble_core::simulation::StepRecord::stiffness) h ω.
+//! - `joints`: one row per joint and step: `k,t_s,joint`, coordinates at k, mean rates over the
+//!   step, [force and torque](tumble_core::joint::JointForce) on A, and two residuals. `joint` is
+//!   the index in [`World::joints`](tumble_core::world::World::joints). The coordinates are the
+//!   position of A's anchor along the axes of B's frame and the
+//!   [angles](tumble_core::joint::Joint::turns) about them. Hinge angles include full turns. A
+//!   moving frame in the world is taken at the end of the step, so its coordinates at k are the
+//!   remaining motion.
+//! - `gears`: one row per gear and step: `k,t_s,gear`, both coordinates at k, the force along the
+//!   first one over the step (N or N m), and the residual. `gear` is the index in
+//!   [`World::gears`](tumble_core::world::World::gears). Coordinates are in m, or in rad with full
+//!   turns.
+//! - `ends`: one row per body and step, with the columns of `states` and the states at k+1. It
+//!   exists if a run does not keep every step, so that each kept step can be verified.
 //!
-//! - `joints`: one row a joint and step: `k,t_s,joint`, `joint` being the index in
-//!   [`World::joints`](tumble_core::world::World::joints); its coordinates at step k, the place of A's anchor along
-//!   the axes of B's frame and the [turns](tumble_core::joint::Joint::turns) about them, the angle of a hinge with
-//!   all its turns; their mean rates over the step k → k+1; the [force and torque](tumble_core::joint::JointForce)
-//!   on A; and the two parts of the residual that are the joint's own. A frame in the world that moves is where it is
-//!   when the step ends: the coordinates at k are what is left of its way.
-//! - `gears`: one row a gear and step: `k,t_s,gear`, the index in
-//!   [`World::gears`](tumble_core::world::World::gears); its two coordinates at step k, m or rad with all turns; its force over the step
-//!   along the first one, N or N m; and its part of the residual.
-//! - `ends`, of a run that does not keep every step: as `states`, with the states at step k+1, where the step k of the same
-//!   row ended, so that each step that is kept can be judged by itself.
+//! | columns of `contacts` | unit | frame |
+//! |---|---|---|
+//! | body and partner | | |
+//! | touching point at k | m | world |
+//! | unit normal at k, away from the partner | | world |
+//! | force on `body`; the partner has the opposite force | N | world |
+//! | mean slip over the step | m/s | world |
+//! | gap at k | m | |
+//! | rounding radius of the point | m | |
+//! | required rebound speed (eq. 29) | m/s | |
+//! | persistent key ([`KeyText`]) | | |
 //!
-//! All rows are in the order of k; states within a step in that of the bodies, contacts in that of
-//! the solution. The last step is a state alone, of status `end`. Numbers have the fewest digits
-//! that read back to the same double.
+//! Within a step, states are in the order of the bodies and contacts in the order of the solution.
+//! The last step is a state of status `end` without contacts. Numbers have the fewest digits that
+//! read back to the same double.
 
 mod key;
 mod named;
@@ -43,33 +53,33 @@ pub use write::TablesWriter;
 
 use std::fmt;
 
-/// One of the tables.
+/// Table of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Table {
-    /// Where the bodies are.
+    /// States of the bodies.
     States,
-    /// Which contacts a step had.
+    /// Contacts of the steps.
     Contacts,
-    /// How a step ended.
+    /// Results of the steps.
     Steps,
-    /// What ties bodies.
+    /// Coordinates and forces of the joints.
     Joints,
-    /// What ties joints.
+    /// Coordinates and forces of the gears.
     Gears,
-    /// Where the bodies are after a step, where the next one is not kept.
+    /// States after each step, if the next step is not kept.
     Ends,
 }
 
 impl Table {
-    /// All of them, in the order of the [`Streams`].
+    /// All tables, in the order of [`Streams`].
     pub const ALL: [Self; 6] =
         [Self::States, Self::Contacts, Self::Steps, Self::Joints, Self::Gears, Self::Ends];
 
-    /// Those that every run has.
+    /// Tables that every run has, unless fewer are requested.
     pub const ALWAYS: [Self; 3] = [Self::States, Self::Contacts, Self::Steps];
 
-    /// The name, a file's without `.csv`.
+    /// Name, the file's without `.csv`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -82,7 +92,7 @@ impl Table {
         }
     }
 
-    /// The names of the columns, of a run with joints or without.
+    /// Names of the columns, for a run with or without joints.
     #[must_use]
     pub fn columns(self, joints: bool) -> &'static [&'static str] {
         match self {
@@ -102,25 +112,25 @@ impl fmt::Display for Table {
     }
 }
 
-/// One of each table: streams to write to or to read from.
+/// One stream per table, for reading or writing.
 #[derive(Debug)]
 pub struct Streams<S> {
-    /// [`Table::States`].
+    /// Stream of [`Table::States`].
     pub states: S,
-    /// [`Table::Contacts`]; without one, contacts are neither written nor read.
+    /// Stream of [`Table::Contacts`]; `None` skips the contacts.
     pub contacts: Option<S>,
-    /// [`Table::Steps`].
+    /// Stream of [`Table::Steps`].
     pub steps: S,
-    /// [`Table::Joints`], of a world with joints.
+    /// Stream of [`Table::Joints`], for a world with joints.
     pub joints: Option<S>,
-    /// [`Table::Gears`], of a world with gears.
+    /// Stream of [`Table::Gears`], for a world with gears.
     pub gears: Option<S>,
-    /// [`Table::Ends`], of a run of which steps are left out.
+    /// Stream of [`Table::Ends`], for a run that omits steps.
     pub ends: Option<S>,
 }
 
 impl<S> Streams<S> {
-    /// What `make` makes of each.
+    /// Applies `make` to each stream.
     pub(crate) fn each<T, E>(
         self,
         mut make: impl FnMut(Table, S) -> Result<T, E>,
@@ -194,7 +204,7 @@ const JOINT_COLUMNS: [&str; 23] = [
 
 const GEAR_COLUMNS: [&str; 7] = ["k", "t_s", "gear", "first", "second", "force", "gear_m_s"];
 
-/// The last one where there are joints alone.
+/// The last column exists only with joints.
 const STEP_COLUMNS: [&str; 22] = [
     "k",
     "t_s",

@@ -1,36 +1,37 @@
-//! Whether a contact of two pieces is where the features are that its key names.
+//! Comparison of a recorded contact with the features in its key.
 //!
-//! Point and plane are fixed in their bodies' frames for a step, so what the key names of the point's owner is
-//! at the point and what it names of the plane's owner is in the plane, exactly, wherever the bodies were when
-//! they were found. Along the plane they were over each other there: at the step's start they are so but for
-//! what the bodies move in the step.
+//! During a step the point and the plane are fixed in the frames of their bodies. So the feature of
+//! the point's owner coincides with the point, and the feature of the plane's owner lies in the
+//! plane, to rounding. Along the plane the features were opposite each other when they were found.
+//! At the start of the step this holds up to the motion of the bodies in the step.
 
 use nalgebra::Vector3;
 use tumble_core::contact::{ContactKey, Features, PairFeatures, Partner};
 use tumble_core::geometry::{CorePart, Feature, Piece, PieceSide};
 use tumble_core::mechanics::RigidBody;
 
-/// Why a row is of no contact of the world, in words that follow "the contact".
+/// Reason why a row does not describe a contact of the world. The text follows "the contact".
 pub type Misplaced = &'static str;
 
-/// What rounding, and the tolerances of the search for features, leave of a length, in parts of the
-/// piece's size.
+/// Relative tolerance for rounding and for the feature search, as a fraction of the piece's size.
 pub(super) const EXACT: f64 = 1e-6;
 
-/// A fixed face's corner may be above the body's face by the band of the search.
+/// Relative tolerance for the corner of a fixed face, which may be within the contact band above
+/// the body's face.
 pub(super) const BAND: f64 = tumble_core::contact::detection::CONTACT_BAND + EXACT;
 
-/// ℓ, m: the reach of a piece from its own middle.
+/// Size of a piece: maximum distance from its own origin, including the radius (m).
 pub(super) fn size(piece: &Piece) -> f64 {
     piece.core().reach() + piece.radius()
 }
 
 const ELSEWHERE: &str = "is not where the features of its key are";
 
-/// The pieces of a contact, the point's owner first.
+/// Pieces of a contact; the point's owner is first.
 pub(super) type ContactPieces<'a> = (&'a Piece, &'a Piece);
 
-/// What the key names of the point's owner and of the plane's; a vertex is one piece's alone.
+/// Features in the key: of the point's owner and of the plane's owner. A vertex contact has only
+/// one.
 fn parts(key: &ContactKey, pair: &PairFeatures) -> (Option<CorePart>, Option<CorePart>) {
     let (of_a, of_b) = match pair.feature {
         Feature::Vertex(PieceSide::A, vertex) => (Some(CorePart::Vertex(vertex)), None),
@@ -39,14 +40,14 @@ fn parts(key: &ContactKey, pair: &PairFeatures) -> (Option<CorePart>, Option<Cor
         Feature::Vertices(a, b) => (Some(CorePart::Vertex(a)), Some(CorePart::Vertex(b))),
         Feature::Round(a, b) => (Some(a), Some(b)),
     };
-    // The pieces of a pair are in the order of the bodies, and what is fixed is last.
+    // The pieces of a pair are in the order of the bodies; fixed pieces are last.
     match key.partner {
         Partner::Body(other) if other < key.body => (of_b, of_a),
         _ => (of_a, of_b),
     }
 }
 
-/// The ends of a part of a piece's core, m, the same twice of a vertex.
+/// End points of a vertex or edge of a piece's core (m); both are equal for a vertex.
 fn ends(piece: &Piece, part: CorePart) -> Option<[Vector3<f64>; 2]> {
     let vertices = match part {
         CorePart::Vertex(vertex) => [vertex; 2],
@@ -56,7 +57,7 @@ fn ends(piece: &Piece, part: CorePart) -> Option<[Vector3<f64>; 2]> {
     Some([from?, to?])
 }
 
-/// How far a point is from a part, m; ∞ from one that is not there.
+/// Distance of a point from a vertex or edge (m); ∞ if the piece lacks it.
 fn distance(piece: &Piece, part: CorePart, point: &Vector3<f64>) -> f64 {
     let Some([from, to]) = ends(piece, part) else { return f64::INFINITY };
     let along = to - from;
@@ -67,20 +68,24 @@ fn distance(piece: &Piece, part: CorePart, point: &Vector3<f64>) -> f64 {
     (point - from - along * share).norm()
 }
 
-/// The heights of a part's ends over a plane that is above its piece, n·x = d, m; ∞ of one that is not there.
+/// Heights of the end points of a vertex or edge above the plane n·x = d (m); ∞ if the piece lacks
+/// it.
+///
+/// The plane is offset by the radius of the piece.
 fn heights(piece: &Piece, part: CorePart, features: &Features) -> [f64; 2] {
     let normal = features.frame.column(2);
     let height = |end: Vector3<f64>| normal.dot(&end) + piece.radius() - features.offset;
     ends(piece, part).map_or([f64::INFINITY; 2], |ends| ends.map(height))
 }
 
-/// Whether the point of a contact may be the foot of a corner of something fixed on a plane of the body: then it
-/// is the plane that has the corner.
+/// True if the plane may belong to the body and the point may be the projection of a fixed corner.
+///
+/// In this case the roles are exchanged: the key's second feature is the corner.
 pub(super) fn may_be_turned(key: &ContactKey, pair: &PairFeatures) -> bool {
     matches!(key.partner, Partner::Fixed(_)) && parts(key, pair).1.is_some()
 }
 
-/// Holds point, plane and contact point against the parts that the key names.
+/// Checks the point, the plane and the contact point against the features in the key.
 pub(super) fn check(
     key: &ContactKey,
     pair: &PairFeatures,
@@ -91,11 +96,11 @@ pub(super) fn check(
     let (of_own, of_theirs) = parts(key, pair);
     let turned = may_be_turned(key, pair);
     check_point(key, pair, own, body, turned)?;
-    // Of round features all follows from these.
+    // For curved features everything follows from these checks.
     if features.curved.is_some() {
         return Ok(());
     }
-    // A foot is as far from an edge as the face is off the axis that it was seen along.
+    // A projected corner is off the edge by the tilt of the face, so it is not checked.
     let off = |part| !turned && distance(own, part, &features.point) > EXACT * size(own);
     let off_plane = |part| is_off_plane(theirs, part, features, turned);
     if of_own.is_some_and(off) || of_theirs.is_some_and(off_plane) {
@@ -104,16 +109,18 @@ pub(super) fn check(
     Ok(())
 }
 
-/// Whether a part is nowhere in a plane that is above its piece: an edge of the plane's owner lies in it, a fixed one, of a
-/// plane that is `turned`, may go through it.
+/// True if a vertex or edge does not lie in the plane, which is offset by the piece's radius.
+///
+/// An edge needs one end in the plane. With `turned`, an edge that crosses the plane also passes.
 fn is_off_plane(piece: &Piece, part: CorePart, features: &Features, turned: bool) -> bool {
     let [a, b] = heights(piece, part, features);
     let through = turned && a * b <= 0.0;
     !through && a.abs().min(b.abs()) > EXACT * size(piece)
 }
 
-/// Holds the contact point of a key against the part of its own piece that it names, or, where it may, against the piece's first
-/// one.
+/// Checks the contact point of a key against the feature of its own piece.
+///
+/// With `may_be_first` the first contact point of the piece also passes.
 fn check_point(
     key: &ContactKey,
     pair: &PairFeatures,
@@ -133,8 +140,11 @@ fn check_point(
     }
 }
 
-/// The same where something is round: whose the point is depends on the radii, and rims have planes of their own; a plane of the
-/// body's, if the contact may have one, is held against the part of the fixed piece that the key names.
+/// Checks a contact of rounded pieces.
+///
+/// The radii decide the owner of the point, and rims have planes of their own. So only the
+/// existence of the features and the contact point are checked. A plane that may be the body's must
+/// also contain the feature of the fixed piece.
 pub(super) fn check_round(
     key: &ContactKey,
     pair: &PairFeatures,
@@ -157,8 +167,10 @@ pub(super) fn check_round(
     }
 }
 
-/// Holds what the key names of the plane's owner against where it is at the step's start: `seen` is the touching
-/// point there, in the frame of the plane's owner; `moved` (m) is what the bodies move.
+/// Checks the feature of the plane's owner against the touching point at the start of the step.
+///
+/// `seen` is the touching point in the frame of the plane's owner (m). `moved` is the motion of the
+/// bodies in the step (m).
 pub(super) fn check_start(
     key: &ContactKey,
     pair: &PairFeatures,

@@ -1,4 +1,4 @@
-//! Rows become steps, every header, order and field checked.
+//! Reader of tables. It checks headers, the order of rows and every field.
 
 use super::{KeyText, Streams, Table};
 use crate::output::sheet::{RowsError, Steps, TableReader};
@@ -9,121 +9,124 @@ use tumble_core::joint::{JointForce, JointResidual};
 use tumble_core::mechanics::State;
 use tumble_core::step::StepStatus;
 
-/// One step as it was read.
+/// One step read from tables.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TableStep {
-    /// Its row of the table `steps`.
+    /// Row of the table `steps`.
     pub row: StepRow,
-    /// X at step k, one a body.
+    /// State X of each body at step k.
     pub states: Vec<State>,
-    /// X at step k+1, one a body; none where there is no table of them, the next step being kept too, and of the last state.
+    /// State X of each body at step k+1. Empty for the last state and without a table `ends`.
     pub ends: Vec<State>,
-    /// The contacts of the step k → k+1.
+    /// Contacts of the step k → k+1.
     pub contacts: Vec<ContactRow>,
-    /// The joints, one a joint of the world.
+    /// Row of each joint of the world.
     pub joints: Vec<JointRow>,
-    /// The gears, one a gear of the world.
+    /// Row of each gear of the world.
     pub gears: Vec<GearTableRow>,
 }
 
-/// A row of the table `steps`.
+/// Row of the table `steps`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepRow {
-    /// k.
+    /// Step index k.
     pub index: u64,
-    /// t, s.
+    /// Time t (s).
     pub time: f64,
-    /// How the step ended.
+    /// Status of the step.
     pub status: StepStatus,
     /// Iterations of the solver.
     pub iterations: u32,
-    /// The start that the solution came from; empty where no problem was solved.
+    /// Initial point of the solution; empty if no problem was solved.
     pub start: String,
-    /// How many contacts the step had.
+    /// Number of contacts in the step.
     pub contacts: usize,
-    /// The residual, m/s.
+    /// Residual (m/s).
     pub residual: f64,
-    /// Its parts, m/s, in the order of [`Certificate::parts`](tumble_core::contact::Certificate::parts).
+    /// Parts of the residual (m/s), in the order of
+    /// [`Certificate::parts`](tumble_core::contact::Certificate::parts).
     pub parts: [f64; 5],
-    /// How deep pieces overlap at k+1, m.
+    /// Overlap of pieces at k+1 (m).
     pub overlap: f64,
-    /// The smallest part of the restitution that an island took.
+    /// Smallest restitution share of an island.
     pub restitution_share: f64,
-    /// The [energy](tumble_core::simulation::energy) at k, J.
+    /// Energy at k (J), see [energy](tumble_core::simulation::energy).
     pub energy: f64,
-    /// The terms of its change in the step ([`EnergyBalance::terms`](tumble_core::simulation::EnergyBalance::terms)), J.
+    /// Terms of the energy balance of the step (J), see
+    /// [`EnergyBalance::terms`](tumble_core::simulation::EnergyBalance::terms).
     pub works: [f64; 6],
-    /// See [`StepRecord::stiffness`](tumble_core::simulation::StepRecord::stiffness); 0 without joints.
+    /// Stiffness number h ω, see
+    /// [`StepRecord::stiffness`](tumble_core::simulation::StepRecord::stiffness); 0 without joints.
     pub stiffness: f64,
 }
 
-/// A row of the table `contacts`; vectors in the world.
+/// Row of the table `contacts`. Vectors are in the world frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactRow {
-    /// The body that the force acts on.
+    /// Body on which the force acts.
     pub body: usize,
-    /// What it touches.
+    /// Contact partner.
     pub partner: Partner,
-    /// The touching point at k, m.
+    /// Touching point at k (m).
     pub point: Vector3<f64>,
-    /// At k, away from the partner.
+    /// Unit normal at k, away from the partner.
     pub normal: Vector3<f64>,
-    /// N, on `body`.
+    /// Force on `body` (N).
     pub force: Vector3<f64>,
-    /// The mean slip over the step, m/s.
+    /// Mean slip over the step (m/s).
     pub slip: Vector3<f64>,
-    /// At k, m.
+    /// Gap at k (m).
     pub gap: f64,
-    /// The radius by which the point is rounded, m.
+    /// Rounding radius of the point (m).
     pub radius: f64,
-    /// e c_n⁻ (eq. 29), m/s.
+    /// Required rebound speed e c_n⁻ (m/s), eq. 29.
     pub rebound: f64,
-    /// Which features touch.
+    /// Touching features.
     pub key: KeyText,
 }
 
-/// A row of the table `joints`.
+/// Row of the table `joints`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointRow {
-    /// The place of A's anchor at k along the axes of B's frame, m.
+    /// Position of A's anchor at k along the axes of B's frame (m).
     pub place: Vector3<f64>,
-    /// The [turns](tumble_core::joint::Joint::turns) at k, rad.
+    /// Joint angles at k (rad), see [turns](tumble_core::joint::Joint::turns).
     pub turns: Vector3<f64>,
-    /// The mean rates of the place over the step, m/s.
+    /// Mean rate of `place` over the step (m/s).
     pub velocity: Vector3<f64>,
-    /// Those of the turns, rad/s.
+    /// Mean rates of the angles over the step (rad/s).
     pub spin: Vector3<f64>,
-    /// See [`JointForce::force`](tumble_core::joint::JointForce::force), N.
+    /// Force (N), see [`JointForce::force`](tumble_core::joint::JointForce::force).
     pub force: Vector3<f64>,
-    /// See [`JointForce::torque`](tumble_core::joint::JointForce::torque), N m.
+    /// Torque (N m), see [`JointForce::torque`](tumble_core::joint::JointForce::torque).
     pub torque: Vector3<f64>,
-    /// Its part of the step's residual, m/s.
+    /// Residual of the joint (m/s).
     pub residual: JointResidual,
 }
 
 impl JointRow {
-    /// The force that it has, with the turns at k.
+    /// Force and torque of the joint, with the angles at k.
     #[must_use]
     pub fn forces(&self) -> JointForce {
         JointForce { force: self.force, torque: self.torque, angles: self.turns }
     }
 }
 
-/// A row of the table `gears`.
+/// Row of the table `gears`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GearTableRow {
-    /// Its two coordinates at k, m or rad.
+    /// Both coordinates at k (m or rad).
     pub coordinates: [f64; 2],
-    /// Its force along the first one over the step, N or N m.
+    /// Force along the first coordinate over the step (N or N m).
     pub force: f64,
-    /// Its part of the step's residual, m/s.
+    /// Residual of the gear (m/s).
     pub residual: f64,
 }
 
 const CUT_OFF: &str = "it ends before the row of status `end`: it is cut off, or of another run";
 const TOO_LONG: &str = "there are rows after the step of status `end`";
 
-/// Reads the tables of a run step by step, in memory for one step.
+/// Reads the tables of a run step by step. It keeps one step in memory.
 pub struct TablesReader<R: Read> {
     sheets: Streams<TableReader<R>>,
     counts: [usize; 3],
@@ -132,10 +135,11 @@ pub struct TablesReader<R: Read> {
 }
 
 impl<R: Read> TablesReader<R> {
-    /// Reads and checks the headers of the tables of so many `bodies`, `joints` and `gears`.
+    /// Reads and checks the headers of the tables of a run with the given numbers of objects.
     ///
     /// # Errors
-    /// [`RowsError::Header`], or a stream's; no table of contacts; joints or gears without a table of them.
+    /// [`RowsError::Header`], the errors of a stream, or a missing table of contacts, joints or
+    /// gears.
     pub fn new(
         streams: Streams<R>,
         bodies: usize,
@@ -164,10 +168,10 @@ impl<R: Read> TablesReader<R> {
         Ok(reader)
     }
 
-    /// The same of a run of which some tables are not there: steps have none of what would stand in them.
+    /// Reader for a run with missing tables. The steps have no rows of these tables.
     ///
     /// # Errors
-    /// [`RowsError::Header`], or a stream's.
+    /// [`RowsError::Header`], or the errors of a stream.
     pub fn of_some(
         streams: Streams<R>,
         bodies: usize,
@@ -179,31 +183,31 @@ impl<R: Read> TablesReader<R> {
         Ok(Self { sheets, counts: [bodies, joints, gears], order: Steps::default(), ended: false })
     }
 
-    /// The same of a run whose first k is `index`.
+    /// Requires `index` as the first k.
     #[must_use]
     pub fn from_index(mut self, index: u64) -> Self {
         self.order.begin_at(index);
         self
     }
 
-    /// The same of a part of a run, whose first step may have any k.
+    /// Accepts any first k, for a part of a run.
     #[must_use]
     pub fn of_part(mut self) -> Self {
         self.order.begin_anywhere();
         self
     }
 
-    /// The same of a run of which each `every`-th step has rows, and the last state.
+    /// Expects rows of every `every`-th step and of the last state.
     #[must_use]
     pub fn every(mut self, every: u64) -> Self {
         self.order.every(every);
         self
     }
 
-    /// The next step; `None` after the one of status `end`.
+    /// Next step; `None` after the step of status `end`.
     ///
     /// # Errors
-    /// The first thing wrong, by table, line and column.
+    /// The first fault, with table, line and column.
     pub fn next_step(&mut self) -> Result<Option<TableStep>, RowsError> {
         let Streams { states: of_bodies, contacts, steps, joints, gears, ends } = &mut self.sheets;
         if self.ended {
@@ -218,7 +222,7 @@ impl<R: Read> TablesReader<R> {
         let status = steps.field(2, "a status", StepStatus::from_name)?;
         let index = self.order.next(steps, status)?;
         let row = step_row(steps, index, status, joints_in_all > 0)?;
-        // As many as the table has: the number that was asked for may be any.
+        // Grows with the rows in the file: the requested number is not trustworthy.
         let states = states_of(of_bodies, &row, bodies)?;
         let ends = match ends {
             Some(sheet) if status != StepStatus::End => states_of(sheet, &row, bodies)?,
@@ -270,7 +274,7 @@ fn states_of<R: Read>(
     Ok(states)
 }
 
-/// Reads the row of a step's body, joint or gear, and its first three columns.
+/// Reads the next row of a body, joint or gear and checks its first three columns.
 fn begin<R: Read>(
     sheet: &mut TableReader<R>,
     step: &StepRow,
@@ -352,7 +356,7 @@ fn contact_row<R: Read>(
     })
 }
 
-/// The sheet of a table, of a run with joints or without.
+/// Reader of one table, for a run with or without joints.
 fn sheet<R: Read>(table: Table, stream: R, joints: bool) -> Result<TableReader<R>, RowsError> {
     let columns = table.columns(joints).iter().map(|&name| name.to_owned());
     TableReader::new(table.name(), stream, |_| columns.collect())

@@ -1,15 +1,14 @@
-//! Contacts from rows: the features that a step was judged by, and whether the bodies have them.
+//! Contacts reconstructed from rows, and checked against the shapes of the bodies.
 //!
-//! A contact's point and plane follow from what its row says: with p the touching point, n the
-//! normal, φ the gap and ρ the radius,
+//! Point and plane of a contact follow from its row. With the touching point p, the normal n, the
+//! gap φ and the radius ρ,
 //!
 //! ```text
 //! a = A_Aᵀ (p − r_A + ρ n),   n_B = A_Bᵀ n,   d = n_B·A_Bᵀ (p + ρ n − r_B) − ρ − φ
 //! ```
 //!
-//! A row could claim any point and plane, so both are held against the shapes: the point must be on
-//! the piece that it is of, the plane must touch the piece that it is of, and both must have the features that the
-//! key names ([`super::named`]).
+//! A row could contain any point and plane. So the point must lie on its piece, the plane must
+//! touch its piece, and both must belong to the features in the key ([`super::named`]).
 
 use super::ContactRow;
 use super::named::{self, BAND, EXACT, Misplaced, size};
@@ -19,21 +18,21 @@ use tumble_core::geometry::{Feature, Piece};
 use tumble_core::mechanics::{Pose, State};
 use tumble_core::world::World;
 
-/// The sine of what a face may lean over another one of which it touches edges or corners.
+/// Maximum sine of the angle between two touching faces whose edges or corners make contact.
 const LEAN: f64 = 0.1;
-/// Of a normal's length and of a recorded vector.
+/// Tolerance of a normal's length, and relative tolerance of recorded vectors.
 const UNIT: f64 = 1e-9;
 
-/// Where something fixed is.
+/// Pose of fixed pieces.
 const FIXED: Pose = Pose { position: Vector3::new(0.0, 0.0, 0.0), rotation: IDENTITY };
 const IDENTITY: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
 
 impl ContactRow {
-    /// The contact of this row between bodies at `states`.
+    /// Contact of this row between bodies at `states`.
     ///
     /// # Errors
-    /// A body, piece or point that is not there; a point that is not in its piece, a plane that
-    /// does not touch its own; a normal that is no unit vector.
+    /// A body, piece or point that does not exist; a point off its piece; a plane that does not
+    /// touch its piece; a normal that is not a unit vector.
     pub fn contact(&self, world: &World, states: &[State]) -> Result<Contact, Misplaced> {
         let bodies = world.bodies();
         let body = bodies.get(self.body).ok_or("is of a body that is not there")?;
@@ -72,11 +71,13 @@ impl ContactRow {
         Ok(contact)
     }
 
-    /// Whether the `contact` of this row, between bodies at `states` that move by up to `moved` (m) in the step, is
-    /// where the features that its key names were over each other. True of what is no plane of a piece, or of something round.
+    /// Checks that the features of the `contact` are opposite each other at the start of the step.
+    ///
+    /// `moved` is the largest motion of the bodies at `states` in the step (m). Contacts with the
+    /// ground and contacts of rounded pieces always pass.
     ///
     /// # Errors
-    /// Features that are elsewhere.
+    /// Features at another place.
     pub fn is_there(
         &self,
         contact: &Contact,
@@ -96,7 +97,7 @@ impl ContactRow {
         named::check_start(&contact.key, &pair, &contact.features, pieces, &point, moved)
     }
 
-    /// The point that the key names, against the ground.
+    /// Contact point of the key, in contact with the ground.
     fn on_ground(&self, world: &World) -> Result<Features, Misplaced> {
         let points = world.bodies()[self.body].contact_points();
         let point = points.get(self.key.point).ok_or("is of a point that is not there")?;
@@ -110,7 +111,7 @@ impl ContactRow {
         Ok(Features::of_plane(point.position, point.radius, *ground.frame(), ground.offset()))
     }
 
-    /// The pieces that the key names.
+    /// Pieces of the key.
     fn pieces<'a>(
         &self,
         world: &'a World,
@@ -128,7 +129,7 @@ impl ContactRow {
         Ok((own, theirs.ok_or("is with a piece that is not there")?))
     }
 
-    /// Point and plane as the row has them, held against the pieces that the key names.
+    /// Point and plane of the row, checked against the pieces of the key.
     fn on_piece(
         &self,
         world: &World,
@@ -147,7 +148,7 @@ impl ContactRow {
             let features = features.ok_or("is of features that its pieces do not have")?;
             return self.named(world, features, (own, theirs));
         }
-        // Round features have planes too, from the first one on that would have let them through.
+        // Rounded features can also have planes, starting with the first that separates them.
         let is_round = matches!(pair.feature, Feature::Round(..));
         if !is_round && own.core().faces().is_empty() && theirs.core().faces().is_empty() {
             return Err("has a key of faces, which its pieces do not have");
@@ -162,7 +163,8 @@ impl ContactRow {
         let sharp = own.radius() + theirs.radius() == 0.0;
         let near = BAND * size(theirs).min(size(own));
         let (least, band) = match (named::may_be_turned(&key, &pair), sharp) {
-            // A plane of the body's leans over the fixed piece, and the foot is as far beside the body as it leans over the gap.
+            // A plane of the body may tilt, so the projected corner is off the body by tilt times
+            // gap.
             (true, _) => (LEAN * (near + self.gap.abs()), near + LEAN * 2.0 * size(theirs)),
             (false, true) => (0.0, EXACT * size(theirs)),
             (false, false) => (0.0, near),
@@ -192,7 +194,7 @@ impl ContactRow {
         }
     }
 
-    /// `features`, if they are those that the key names.
+    /// Returns `features` if they match the key.
     fn named(
         &self,
         world: &World,
@@ -206,7 +208,7 @@ impl ContactRow {
     }
 }
 
-/// How far a point is outside a piece's core, m, at least; 0 or less inside.
+/// Lower bound of the distance of a point outside a piece's core (m); 0 or less inside.
 fn outside(piece: &Piece, point: &Vector3<f64>) -> f64 {
     let core = piece.core();
     match *core.vertices() {
@@ -223,7 +225,7 @@ fn outside(piece: &Piece, point: &Vector3<f64>) -> f64 {
     }
 }
 
-/// How far a piece reaches along a unit vector, m.
+/// Support function: extent of a piece along a unit vector (m).
 fn support(piece: &Piece, normal: &Vector3<f64>) -> f64 {
     let heights = piece.core().vertices().iter().map(|vertex| normal.dot(vertex));
     heights.fold(f64::NEG_INFINITY, f64::max) + piece.radius()

@@ -1,4 +1,4 @@
-//! Records become rows.
+//! Writer of tables from step records.
 
 use super::{ContactRow, GearTableRow, JointRow, KeyText, StepRow, Streams, Table, TableStep};
 use crate::output::rows::{RowChoice, RowWriter};
@@ -16,7 +16,7 @@ use tumble_core::world::World;
 pub struct TablesWriter<W: Write> {
     tables: Streams<RowWriter<W>>,
     world: World,
-    /// How joints' frames in the world move.
+    /// Prescribed motions of joint frames in the world.
     courses: Vec<(usize, Knots)>,
     kept: RowChoice,
 }
@@ -25,7 +25,7 @@ impl<W: Write> TablesWriter<W> {
     /// Writes the headers of a run in `world`.
     ///
     /// # Errors
-    /// The streams'.
+    /// The errors of the streams.
     pub fn new(streams: Streams<W>, world: &World) -> io::Result<Self> {
         let tied = !world.joints().is_empty();
         let columns = |table: Table| table.columns(tied).iter().copied();
@@ -33,7 +33,7 @@ impl<W: Write> TablesWriter<W> {
         Ok(Self::of(streams.each(csv)?, world))
     }
 
-    /// Goes on where the headers stand in the streams already, and maybe rows.
+    /// Continues tables that already have headers, and possibly rows.
     #[must_use]
     pub fn after(streams: Streams<W>, world: &World) -> Self {
         let Streams { states, contacts, steps, joints, gears, ends } = streams;
@@ -52,24 +52,26 @@ impl<W: Write> TablesWriter<W> {
         Self { tables, world: world.clone(), courses: Vec::new(), kept: RowChoice::ALL }
     }
 
-    /// The same of a run in which the frames in the world of these joints move.
+    /// Sets the prescribed motions of joint frames in the world.
     #[must_use]
     pub fn driven(mut self, courses: Vec<(usize, Knots)>) -> Self {
         self.courses = courses;
         self
     }
 
-    /// The same of each `every`-th step alone, counted from the step `first`, and of the last state; every one for 0.
+    /// Writes only every `every`-th step, counted from the step `first`, and the last state.
+    ///
+    /// 0 means every step.
     #[must_use]
     pub fn every(mut self, every: u64, first: u64) -> Self {
         self.kept = RowChoice::new(every, first);
         self
     }
 
-    /// Writes the rows of one step, if it is one that has rows.
+    /// Writes the rows of a step, if the step is selected.
     ///
     /// # Errors
-    /// The streams'.
+    /// The errors of the streams.
     pub fn write(&mut self, record: &StepRecord) -> io::Result<()> {
         if !self.kept.has(record.index, record.report.status) {
             return Ok(());
@@ -83,10 +85,10 @@ impl<W: Write> TablesWriter<W> {
         self.write_step(&step)
     }
 
-    /// Writes the rows of a step that is rows already, whichever it is.
+    /// Writes the given rows of a step, without selection.
     ///
     /// # Errors
-    /// The streams'.
+    /// The errors of the streams.
     pub fn write_step(&mut self, step: &TableStep) -> io::Result<()> {
         let Streams { states, contacts, steps, joints, gears, ends } = &mut self.tables;
         let row = &step.row;
@@ -136,10 +138,10 @@ impl<W: Write> TablesWriter<W> {
         Ok(())
     }
 
-    /// The streams in the order of [`Streams`], flushed: with all rows written so far.
+    /// Flushes all streams and returns them in the order of [`Streams`].
     ///
     /// # Errors
-    /// The streams'.
+    /// The errors of the streams.
     pub fn flushed(&mut self) -> io::Result<Vec<&mut W>> {
         let Streams { states, contacts, steps, joints, gears, ends } = &mut self.tables;
         let all = [
@@ -153,10 +155,10 @@ impl<W: Write> TablesWriter<W> {
         all.into_iter().flatten().map(RowWriter::flushed).collect()
     }
 
-    /// Flushes and gives the streams back. Before, the last rows may not be in them.
+    /// Flushes and returns the streams. The last rows may be missing from them before this call.
     ///
     /// # Errors
-    /// The streams'.
+    /// The errors of the streams.
     pub fn finish(self) -> io::Result<Streams<W>> {
         self.tables.each(|_, rows| rows.finish())
     }
@@ -202,15 +204,18 @@ fn write_contact<W: Write>(
 }
 
 impl TableStep {
-    /// The rows of a step of a simulation of `world`, in which a joint's frame that moves is where the step ends. The point of a contact and the place of a joint are NaN
-    /// whose body has no state in the record, which no simulation makes.
+    /// Rows of a step of a simulation of `world`.
+    ///
+    /// Moving joint frames in `world` must be at their places at the end of the step. If the record
+    /// lacks the state of a body, its contact points and joint coordinates are NaN. A simulation
+    /// always has the states.
     #[must_use]
     pub fn of(world: &World, record: &StepRecord) -> Self {
         let is_end = record.report.status == StepStatus::End;
         let certificate = if is_end { Default::default() } else { record.certificate };
         let row = StepRow {
             index: record.index,
-            // k h in one rounding, so that times do not drift.
+            // k h with one rounding, so that times do not drift.
             time: record.index as f64 * world.time_step(),
             status: record.report.status,
             iterations: record.report.iterations,
@@ -231,7 +236,7 @@ impl TableStep {
     }
 }
 
-/// The terms of the energy's change in a step, J.
+/// Terms of the energy balance of a step (J).
 fn works(world: &World, record: &StepRecord) -> [f64; 6] {
     let StepRecord { states, wrenches, contacts, solution, .. } = record;
     let (next, joints, gears) = (&solution.states, &solution.joints, &solution.gears);
@@ -240,7 +245,7 @@ fn works(world: &World, record: &StepRecord) -> [f64; 6] {
 }
 
 impl JointRow {
-    /// The rows of the joints of `world` in a step; see [`TableStep::of`].
+    /// Rows of the joints of `world` in a step; see [`TableStep::of`].
     pub fn of<'a>(world: &'a World, record: &'a StepRecord) -> impl Iterator<Item = Self> + 'a {
         let is_end = record.report.status == StepStatus::End;
         world.joints().iter().enumerate().map(move |(index, joint)| {
@@ -251,7 +256,8 @@ impl JointRow {
         })
     }
 
-    /// The row of `joint` at `states`, from which a step leads to `next` under `force`, or none does.
+    /// Row of `joint` for a step from `states` to `next` under `force`; `None` for a state without
+    /// a step.
     #[must_use]
     pub fn between(
         world: &World,
@@ -281,7 +287,7 @@ impl JointRow {
         row
     }
 
-    /// Place, turns, their rates, force and torque.
+    /// Position, angles, their rates, force and torque.
     #[must_use]
     pub fn vectors(&self) -> [Vector3<f64>; 6] {
         [self.place, self.turns, self.velocity, self.spin, self.force, self.torque]
@@ -289,7 +295,7 @@ impl JointRow {
 }
 
 impl GearTableRow {
-    /// The rows of the gears of `world` in a step; see [`TableStep::of`].
+    /// Rows of the gears of `world` in a step; see [`TableStep::of`].
     pub fn of<'a>(world: &'a World, record: &'a StepRecord) -> impl Iterator<Item = Self> + 'a {
         let (solution, is_end) = (&record.solution, record.report.status == StepStatus::End);
         world.gears().iter().enumerate().map(move |(index, gear)| {
@@ -299,8 +305,9 @@ impl GearTableRow {
         })
     }
 
-    /// The row of `gear` at `states`, from which a step leads to `next` under its `force` and with the forces and angles
-    /// `joints`, or none does.
+    /// Row of `gear` for a step from `states` to `next`; `None` for a state without a step.
+    ///
+    /// `joints` are the forces and angles of the joints, `force` is the gear's force (N or N m).
     #[must_use]
     pub fn between(
         world: &World,
@@ -321,7 +328,7 @@ impl GearTableRow {
 }
 
 impl ContactRow {
-    /// The rows of the contacts of a step, in the order of its solution; see [`TableStep::of`].
+    /// Rows of the contacts of a step, in the order of its solution; see [`TableStep::of`].
     #[inline]
     pub fn of(record: &StepRecord) -> impl Iterator<Item = Self> + '_ {
         let point = |contact: &Contact| {
