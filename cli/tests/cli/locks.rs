@@ -1,9 +1,9 @@
-//! Joints and gears that lock more than they seem to: what contradicts itself is refused, the rest is said.
+//! Redundant joints and gears: contradictions are refused, locked axes are reported.
 
 use super::scenario::run_scenario;
 use crate::ROOT;
 
-/// Two boxes that float, without a joint yet.
+/// Scene with two floating boxes without joints.
 const BOXES: &str = r#"
 steps = 5
 [ground]
@@ -84,7 +84,7 @@ fn axes_that_are_locked_are_said() {
     assert!(said.contains("h locks the axis of h: its limits are equal"), "{said}");
 }
 
-/// A plane loop in space holds three directions twice, and moves.
+/// A planar loop in space has three redundant constraints and still moves. A chain has none.
 #[test]
 fn a_loop_says_what_it_holds_twice_and_a_chain_nothing() {
     let scenario = |name: &str| format!("{ROOT}/scenarios/{name}.toml");
