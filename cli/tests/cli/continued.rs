@@ -105,6 +105,7 @@ fn ipopt_in_parts_is_ipopt_in_one_go() {
     );
 }
 
+/// Loads, tilted planes, restitution, the floating scene and start indices continue correctly.
 #[test]
 fn loads_slopes_and_bounces_go_on() {
     let native = ["--solver", "native", "--height", "1.8"];
@@ -126,6 +127,7 @@ fn loads_slopes_and_bounces_go_on() {
     goes_on(&["--scenario", &pile, "--start-index", "123456"], &["60"], "150");
 }
 
+/// `--continue` without `--steps` completes the number of rows in run.json.
 #[test]
 fn without_steps_the_rows_that_were_asked_for_are_made() {
     let places = Places::new();
@@ -145,6 +147,7 @@ fn without_steps_the_rows_that_were_asked_for_are_made() {
     assert_same(&places, "whole", "early");
 }
 
+/// `--continue` with another `--out` writes the whole run there and keeps the first one.
 #[test]
 fn with_another_out_the_whole_run_is_there_and_the_first_one_stays() {
     let places = Places::new();
@@ -175,6 +178,7 @@ fn with_another_out_the_whole_run_is_there_and_the_first_one_stays() {
     }
 }
 
+/// `--continue` refuses changed settings, a damaged state and rows that do not fit the state.
 #[test]
 fn what_cannot_be_continued_is_refused_in_a_sentence() {
     let places = Places::new();

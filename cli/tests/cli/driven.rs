@@ -123,6 +123,8 @@ fn the_turntable_carries_pucks_as_far_as_friction_reaches() {
     }
 }
 
+/// Runs with prescribed motion continue to the same bytes. They may start at a later index if the
+/// initial position fits.
 #[test]
 fn driven_runs_go_on_and_begin_later() {
     let folder = tempfile::tempdir().unwrap();
@@ -203,6 +205,8 @@ box = [1, 1, 0.1]
 position = [3, 0, 0.5]
 "#;
 
+/// Invalid prescribed motions and moving surfaces are refused, also with Ipopt or with a single
+/// body.
 #[test]
 fn ways_and_surfaces_that_cannot_be_are_refused() {
     let driven = |fields: &str| format!("{TWO}\n[[driven]]\n{fields}\n");

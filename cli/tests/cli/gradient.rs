@@ -181,6 +181,7 @@ fn gears_rests_and_limits_by_their_joints() {
     close(&derivatives("joint_rest", "2"), &[("rail, along z", two), ("track, along z", 0.0)]);
 }
 
+/// `size` and `radius` are refused for spheres and capsules.
 #[test]
 fn a_shape_that_cannot_vary_is_refused() {
     for shape in ["sphere = 0.1", "capsule = { length = 0.2, radius = 0.1 }"] {
@@ -201,6 +202,7 @@ fn a_shape_that_cannot_vary_is_refused() {
     }
 }
 
+/// Unknown arguments, functions, bodies and options are refused.
 #[test]
 fn what_cannot_be_differentiated_is_refused() {
     let cases: [(&[&str], &[&str]); 8] = [
@@ -222,6 +224,7 @@ fn what_cannot_be_differentiated_is_refused() {
     end.assert_refused(2, &["Runge-Kutta"]);
 }
 
+/// Gradients are refused for scenarios that Ipopt solves.
 #[test]
 fn what_ipopt_solves_is_refused() {
     let directory = TempDir::new().unwrap();

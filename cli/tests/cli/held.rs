@@ -34,6 +34,7 @@ fn first_contact() -> usize {
     (0..force.len()).find(presses).unwrap()
 }
 
+/// Contact statuses without possible contact, and `free` with forces, are reported.
 #[test]
 fn a_status_that_its_row_cannot_have_is_named() {
     let touching = first_contact();
@@ -201,6 +202,7 @@ fn the_run_json_of_another_seed_is_found() {
     assert!(end.stdout.contains("the start is another"), "{end:?}");
 }
 
+/// A truncated table with an inserted `end` row contradicts the number of rows in run.json.
 #[test]
 fn rows_cut_with_an_end_put_in_are_found() {
     let directory = changed(|table| {

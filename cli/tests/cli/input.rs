@@ -143,6 +143,7 @@ fn bad_values_of_a_run_json_name_the_file_and_the_field() {
     assert!(!end.stderr.contains("run.json"), "{end:?}");
 }
 
+/// Commands without run.json print a note with the assumed parameters.
 #[test]
 fn without_run_json_every_command_says_what_it_took() {
     for command in READERS {
@@ -155,6 +156,7 @@ fn without_run_json_every_command_says_what_it_took() {
     }
 }
 
+/// Control and direction characters in paths and arguments are escaped in all output.
 #[cfg(unix)]
 #[test]
 fn what_is_not_for_the_eye_is_shown_escaped() {
@@ -205,6 +207,7 @@ fn a_flag_that_lacks_its_value_is_named() {
     assert_eq!(run(&args).code, Some(0));
 }
 
+/// Error messages keep the typed notation of a number and stay short.
 #[test]
 fn numbers_are_shown_as_they_are_typed() {
     for args in [

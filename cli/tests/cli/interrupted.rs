@@ -201,6 +201,7 @@ fn a_signal_ends_a_native_run_at_once_with_all_its_steps_written() {
     }
 }
 
+/// An interrupted run continues to the same tables as an uninterrupted run.
 #[test]
 fn what_a_signal_ended_goes_on_as_if_it_had_never_come() {
     let pile = &format!("{ROOT}/scenarios/pile.toml");
@@ -399,6 +400,7 @@ fn the_ladder_solves_every_step_and_says_from_which_rung() {
     }
 }
 
+/// Choices of `--on-failure` that the solver or scene does not support are refused.
 #[test]
 fn a_choice_for_failures_that_cannot_be_had_is_refused() {
     for (args, words) in [

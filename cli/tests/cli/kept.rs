@@ -84,6 +84,8 @@ fn each_nth_step_has_the_rows_that_it_has_among_all() {
     assert!(fs::read_to_string(runs.path("some", "run.json")).unwrap().contains("\"every\": 7"));
 }
 
+/// Runs with `--every` and `--tables` continue to the same tables and can be drawn. Tables that
+/// `verify` lacks are named.
 #[test]
 fn what_is_kept_is_drawn_and_gone_on_with() {
     let runs = Runs::new();
@@ -249,6 +251,7 @@ fn substeps_are_shorter_steps_of_which_some_are_kept() {
     }
 }
 
+/// Invalid values of `--every`, `--substeps`, `--tables` and `--format` are refused.
 #[test]
 fn what_cannot_be_is_refused() {
     let runs = Runs::new();

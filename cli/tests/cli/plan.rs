@@ -173,6 +173,7 @@ fn threads_do_not_change_a_plan() {
     assert_eq!(files[0], files[1]);
 }
 
+/// A target out of reach ends with status `missed` and exit code 3.
 #[test]
 fn what_cannot_be_reached_is_missed() {
     let (directory, problem) = problem(&SLIDE.replace("[-20, 20]", "[-3, 3]"));
@@ -185,6 +186,8 @@ fn what_cannot_be_reached_is_missed() {
     assert!(out.join("states.csv").exists());
 }
 
+/// The shipped problem `stop.toml` finds the initial velocity with which the box stops at its
+/// target.
 #[test]
 fn the_start_that_stops_is_found_from_the_command_line() {
     let directory = tempfile::tempdir().unwrap();

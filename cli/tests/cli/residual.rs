@@ -5,6 +5,7 @@ use super::support::{run, simulate};
 
 const DROP: [&str; 6] = ["--solver", "native", "--steps", "700", "--seed", "42"];
 
+/// A larger requested residual is stored in run.json, reached by the solver and used by `verify`.
 #[test]
 fn a_run_is_held_to_what_was_asked_for() {
     let of = |residual: &str| simulate(&[&DROP[..], &["--residual", residual]].concat());
@@ -26,6 +27,7 @@ fn a_run_is_held_to_what_was_asked_for() {
     assert_eq!(verified.code, Some(0), "{verified:?}");
 }
 
+/// `residual` in a scenario is used, continued and checked for its range.
 #[test]
 fn it_may_stand_in_the_scenario_and_is_gone_on_with() {
     let text = "steps = 60\n[body]\nbox = 1.0\nmass = 1.0\n[ground]\nfriction = 0.3\n[start]\n\

@@ -175,6 +175,7 @@ fn packages_have_a_flag() {
     run(&["--leave-out", "link"]).assert_refused(2, &["--leave-out"]);
 }
 
+/// Broken robot files and unsuitable flags are refused in one sentence.
 #[test]
 fn what_cannot_be_is_said_in_one_sentence() {
     let directory = tempfile::tempdir().unwrap();

@@ -225,6 +225,7 @@ fn flags_make_the_same_planes_and_loads_as_files() {
     assert_eq!(doubted.code, Some(1), "{doubted:?}");
 }
 
+/// Flags override the values of a scenario file.
 #[test]
 fn flags_go_before_the_file() {
     let flags = ["--steps", "7", "--dt", "0.001", "--mass", "4", "--solver", "native"];

@@ -156,7 +156,7 @@ fn a_stack_carries_its_weight() {
 }
 
 /// On a slope of 20° the lower block sticks with μ = 0.5. The upper block slides with μ = 0.2 of
-/// the pair and the acceleration g (sin 20° − μ cos 20°) from the first step on.
+/// the pair from the first step on. Its acceleration is g (sin 20° − μ cos 20°).
 #[test]
 fn a_block_slides_on_a_block_with_the_friction_of_the_pair() {
     let done = scene("block-on-block", &["--steps", "200"]);

@@ -156,6 +156,8 @@ fn flags_of_the_tutorials_solver_are_refused_by_their_names() {
     }
 }
 
+/// Flags for a single body and flags of pictures that are not requested are refused. Flags of the
+/// model apply.
 #[test]
 fn flags_of_one_body_and_of_pictures_that_are_not_asked_for_are_refused() {
     for flags in [

@@ -59,9 +59,9 @@ fn apart(one: &Simulated, other: &Simulated, columns: [&str; 3]) -> f64 {
     differences.fold(0.0, f64::max)
 }
 
-/// Bound of the velocity difference of two runs [m/s]: Σ 2 K (δ + δ') over the steps, with K
-/// contacts and residuals δ and δ'. Each impulse satisfies the contact law to within δ, and the
-/// motion adds all impulses up.
+/// Bound of the velocity difference of two runs [m/s]. Each of K contact impulses satisfies the
+/// contact law to within the residuals δ and δ' of the runs. The motion adds all impulses up, hence
+/// Σ 2 K (δ + δ') over the steps.
 fn allowed(one: &Simulated, other: &Simulated) -> f64 {
     let [one, other] = [one, other].map(|done| table(done, "steps"));
     let counts = one.numbers("contacts").into_iter().zip(other.numbers("contacts"));
@@ -115,7 +115,7 @@ fn a_scenario_names_its_solver() {
     native.end.assert_refused(2, &["solver.tolerance", "native"]);
 }
 
-/// With an iteration limit of 1 the native solution replaces Ipopt's and is counted as a fallback.
+/// The native solution replaces Ipopt's after an iteration limit of 1 and is counted as a fallback.
 /// Without the ladder the step fails and either stays in the file or ends the run.
 #[test]
 fn fallbacks_and_failures_are_counted() {

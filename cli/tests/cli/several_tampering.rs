@@ -145,7 +145,8 @@ fn a_contact_with_the_ground_has_the_radius_of_its_point_and_no_index() {
     }
 }
 
-/// A change of any letter or digit in a contact key gives the key of another contact.
+/// A change of any letter or digit in a contact key yields the key of another contact, and `verify`
+/// finds it.
 #[test]
 fn a_key_of_other_features_is_found() {
     let contacts = Table::parse(&files()[1]);

@@ -51,6 +51,7 @@ fn a_problem_is_solved_and_its_solution_written() {
     }
 }
 
+/// `solve` of a directory writes a table and returns exit code 3 if a problem is not solved.
 #[test]
 fn a_folder_has_a_table_and_what_is_unsolved_the_exit_code_3() {
     let directory = TempDir::new().unwrap();

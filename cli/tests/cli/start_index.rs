@@ -82,6 +82,7 @@ fn a_scenario_says_where_it_begins() {
     assert!(end.stderr.contains("k is 9000 where 9001 follows"), "{end:?}");
 }
 
+/// Start indices outside 0 to 9e15 and other text are refused.
 #[test]
 fn an_index_that_is_none_is_refused() {
     for odd in ["-1", "1.5", "9000000000000001", "x"] {

@@ -43,6 +43,8 @@ joints = ["second", "first"]
 motor = { position = 0.1, stiffness = 400.0, damping = 20.0, most = 30.0 }
 "#;
 
+/// Drive and motor forces on sums of joint positions follow their laws, and `verify` finds changed
+/// cells.
 #[test]
 fn laws_on_sums_run_and_verify() {
     let (end, directory) = run_scenario(SUMMED, &[]);

@@ -51,6 +51,7 @@ fn the_files_are_the_same_on_any_number_of_threads() {
     }
 }
 
+/// `--threads` is refused with Ipopt and with a single body.
 #[test]
 fn threads_that_would_do_nothing_are_refused() {
     let two = "[[bodies]]\nbox = 1.0\nmass = 1.0\nposition = [0, 0, 1]\n";

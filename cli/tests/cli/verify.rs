@@ -113,6 +113,7 @@ fn files_that_are_no_trajectories_are_refused() {
     run(&["verify", directory.path().to_str().unwrap()]).assert_refused(2, &["cannot be read"]);
 }
 
+/// Invalid content of run.json is refused.
 #[test]
 fn a_run_json_that_is_none_is_refused() {
     let good = &contact_run().1;

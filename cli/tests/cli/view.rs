@@ -212,6 +212,8 @@ fn the_page_has_a_ground_where_the_run_has_one() {
     assert_eq!(ground(&hovering)["normal"], serde_json::json!([0.0, 0.0, 1.0]));
 }
 
+/// Positions, attitudes, residuals, statuses, forces and curves of the page equal the trajectory to
+/// their rounding.
 #[test]
 fn the_data_are_the_trajectory_s_own_numbers() {
     let (simulated, page) = simulate_with_page(&RUN);
@@ -373,6 +375,7 @@ fn more_marks_than_a_page_takes_are_thinned_and_counted() {
     assert!(rows.windows(2).all(|pair| pair[1] - pair[0] == rows[1]));
 }
 
+/// Two runs share one time axis, and the page plots their distance.
 #[test]
 fn two_runs_share_the_time_and_have_a_distance() {
     let fine = simulate(&["--steps", "300", "--solver", "native"]);

@@ -65,6 +65,7 @@ fn the_fall_of_a_tower_depends_on_what_it_must() {
     assert!(rate[0] > 9.5 && rate[0] < 10.5, "{text}");
 }
 
+/// Batch rollouts and a loop over single runs produce the same numbers.
 #[test]
 fn rollouts_have_the_numbers_of_a_loop() {
     let text = printed("rollout", &["12", "150", "3"], 0);

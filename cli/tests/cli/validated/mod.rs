@@ -60,6 +60,7 @@ fn quantities(problem: &TestProblem) -> Vec<TestQuantity> {
     problem.solve(&inputs, &mut runner).unwrap().quantities
 }
 
+/// The native solver satisfies every quantity, and table and page agree with the library.
 #[test]
 #[ignore = "slow"]
 fn the_native_solver_has_every_answer_in_the_table_and_on_the_page() {
@@ -214,6 +215,7 @@ fn a_box_that_stops_at_once_has_its_answer() {
     assert!(validated.end.stdout.contains("coarse"), "{}", validated.end.stdout);
 }
 
+/// Inputs apply only to the problems that depend on them.
 #[test]
 fn other_inputs_go_to_the_problems_that_depend_on_them() {
     let args = ["--slope", "35", "--mu", "0.5", "--mass", "7", "--dt", "0.004"];
