@@ -6,8 +6,8 @@ use super::support::{Table, run};
 use crate::ROOT;
 use std::fs;
 
-/// Undriven mechanisms keep their energy, and a motor keeps its speed. The door opens to its limit and
-/// closes. No chain link enters the ground.
+/// Undriven mechanisms keep their energy, and a motor keeps its speed. The door opens to its limit
+/// and closes. No chain link enters the ground.
 #[test]
 fn the_shipped_mechanisms_move_as_they_should() {
     for name in ["double-pendulum", "four-bar"] {
