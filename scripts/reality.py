@@ -21,9 +21,11 @@ BEST = {"friction": 0.178, "restitution": 0.18, "inertia": 1.27, "radius": 0.003
 
 
 def smoothed(scene, recordings, found, sought, count=40, substeps=10):
-    """Mean errors at the values of a fit on quadratic surfaces through ``count`` neighbours, and the scatter around them.
+    """Smoothed mean errors at the values of a fit, and the scatter. A quadratic surface is fitted
+    through ``count`` neighbours.
 
-    Neighbours are drawn from a sixth of the bounds to both sides; of the friction, from a tenth of it."""
+    Neighbours are drawn within a sixth of the bounds to both sides, and within a tenth of the value
+    for the friction."""
     centre = np.array([found.values[name] for name in sought])
     low, high = np.array([BOUNDS[name] for name in sought]).T
     reach = (high - low) / 6

@@ -1,4 +1,4 @@
-//! The problems with closed-form answers, with Ipopt.
+//! Validation problems with closed-form solutions, solved by Ipopt.
 
 use tumble::solver::ipopt::{
     Formulation, IpoptSolver, MOST_BODIES, MOST_ITERATIONS, TOLERANCE, ladder_for,
@@ -14,7 +14,7 @@ fn ipopt(world: &World) -> Result<Box<dyn StepSolver>, Error> {
     ladder_for(world, Formulation::default(), options)
 }
 
-/// Solves the problem with this time step (s); every step converges and every quantity holds.
+/// Solves `problem` with the given time step (s) and checks every step and every quantity.
 fn assert_holds(problem: &TestProblem, inputs: &TestInputs, time_step: f64) {
     let mut runner = Runner::new(&ipopt, time_step).smoothed(SMOOTHING);
     let findings = problem.solve(inputs, &mut runner).unwrap();
@@ -24,7 +24,8 @@ fn assert_holds(problem: &TestProblem, inputs: &TestInputs, time_step: f64) {
     }
 }
 
-/// At five times the usual step, which takes a fifth of the steps.
+/// Every problem that Ipopt can solve, with five times its usual time step to take a fifth of the
+/// steps.
 #[test]
 #[ignore = "slow"]
 fn ipopt_has_the_answers() {
@@ -37,8 +38,8 @@ fn ipopt_has_the_answers() {
     }
 }
 
-/// A light box has small forces, of which Ipopt's tolerance is a larger part; its error has one sign
-/// and adds up over the steps.
+/// Ipopt's absolute tolerance is a larger part of the small contact forces of a light box. The
+/// resulting error has one sign and accumulates over the steps.
 #[test]
 fn ipopt_slides_light_boxes_within_the_tolerance() {
     let problem = find("slope-slide").unwrap();

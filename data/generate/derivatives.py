@@ -1,7 +1,7 @@
 """Writes data/derivatives.jsonl.gz: values and exact derivatives of the step problem.
 
-Each line is one point: the inputs, and the objective, its gradient, the rows, their Jacobian
-and the Hessian of the Lagrangian there, all differentiated by CasADi.
+Each line is one point: its inputs, the objective, the objective's gradient, the rows, their
+Jacobian and the Hessian of the Lagrangian. CasADi computes all derivatives.
 """
 
 import gzip
@@ -21,13 +21,13 @@ ROW_COUNT = nlp.ROWS["friction_complementarity"].stop
 TUTORIAL = nlp.Constants()
 CORNERS = np.array(TUTORIAL.corners)
 CONTACT_HEIGHT = 0.005  # m
-# Every constant but the corners, which are the tutorial's in every point.
+# All constants except the corners. Every point uses the tutorial's corners.
 CONSTANTS = [field.name for field in fields(nlp.Constants) if field.name != "corners"]
 
 
 @dataclass(frozen=True)
 class Point:
-    """Where to differentiate: constants, X (13), α (8) and the variables (61)."""
+    """Point of differentiation: constants, X (13), α (8) and the variables (61)."""
 
     constants: nlp.Constants
     state: np.ndarray
@@ -39,9 +39,10 @@ class Point:
 
 
 def differentiated() -> cs.Function:
-    """(x, p, σ, y, constants) to f, ∇f, g, ∂g/∂x and the lower triangle of ∇²(σ f + yᵀg).
+    """Function of (x, p, σ, y, constants) with outputs f, ∇f, g, ∂g/∂x and the lower triangle of
+    ∇²(σ f + yᵀg).
 
-    The constants are symbols here, so that one pattern, that of a general inertia, fits all.
+    The constants are symbols, so that the sparsity pattern of a general inertia fits all points.
     """
     shapes = {"inertia": (3, 3), "gravity": (3, 1)}
     symbols = {name: cs.SX.sym(name, *shapes.get(name, (1, 1))) for name in CONSTANTS}
@@ -54,13 +55,14 @@ def differentiated() -> cs.Function:
 
 
 def triplets(matrix: cs.DM) -> dict:
-    """The stored entries, column by column, indices from 0."""
+    """Stored entries column by column with indices from 0."""
     rows, columns = matrix.sparsity().get_triplet()
     return {"rows": rows, "cols": columns, "values": matrix.nonzeros()}
 
 
 def record(function: cs.Function, kind: str, index: int, point: Point, rng) -> dict:
-    """One line of the file; a constant is named only where it is not the tutorial's."""
+    """Record of one line of the file. It contains only the constants that differ from the tutorial.
+    """
     obj_factor = rng.choice((0.0, 1.0, rounded(rng.uniform(0.1, 10.0))))
     multipliers = rounded(rng.normal(size=ROW_COUNT))
     constants = {name: getattr(point.constants, name) for name in CONSTANTS}
@@ -94,28 +96,28 @@ def record(function: cs.Function, kind: str, index: int, point: Point, rng) -> d
 
 
 def rounded(value):
-    """A number, or each number of an array, to six significant digits."""
+    """Number, or each number of an array, rounded to six significant digits."""
     digits = np.vectorize(lambda number: float(f"{number:.6g}"), otypes=[float])
     return digits(value) if np.ndim(value) else float(f"{value:.6g}")
 
 
 def unit(vector: np.ndarray) -> np.ndarray:
-    """v / ‖v‖, along the last axis."""
+    """v / ‖v‖ along the last axis."""
     return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
 
 
 def product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """p ⊗ q."""
+    """Quaternion product p ⊗ q."""
     return cs.evalf(nlp.left(cs.SX(p)) @ cs.SX(q)).full().ravel()
 
 
 def rotation(q: np.ndarray) -> np.ndarray:
-    """A(q)."""
+    """Rotation matrix A(q)."""
     return cs.evalf(nlp.rotation(cs.SX(q))).full()
 
 
 def face_down(rng) -> np.ndarray:
-    """An attitude with one of the six faces flat on the ground, turned about the vertical."""
+    """Attitude with one of the six faces flat on the ground and a random yaw."""
     half = np.sqrt(0.5)
     sides = [(half, sign * half, 0, 0) for sign in (1, -1)]
     sides += [(half, 0, sign * half, 0) for sign in (1, -1)]
@@ -125,7 +127,8 @@ def face_down(rng) -> np.ndarray:
 
 
 def anything(rng, constants=TUTORIAL, *, force=100.0, spin=5.0, unit_attitudes=False) -> Point:
-    """Numbers without any physical sense, rounded; attitudes of any norm if not asked otherwise."""
+    """Unphysical random numbers, rounded. Attitudes have any norm unless `unit_attitudes` is set.
+    """
     alpha = rng.choice((rng.integers(0, 2, 8), np.ones(8), rng.uniform(0, 1, 8))).astype(float)
     motions = [
         (rng.normal(0, 2, 3), rng.normal(size=4), rng.normal(0, 3, 3), rng.uniform(-spin, spin, 3))
@@ -141,7 +144,7 @@ def anything(rng, constants=TUTORIAL, *, force=100.0, spin=5.0, unit_attitudes=F
 
 @dataclass(frozen=True)
 class Arrival:
-    """The corners at the end of a step: flags α, arms A(q) c_i at its start, mean slip c_xy."""
+    """Corners at the end of a step: flags α, arms A(q) c_i at its start, mean slip c_xy."""
 
     constants: nlp.Constants
     alpha: np.ndarray
@@ -161,11 +164,12 @@ def consistent(
     constants: nlp.Constants = TUTORIAL,
     lift: float = 0.0,
 ) -> Point:
-    """A step that obeys the dynamics, built backwards from v⁺ = `velocity` and ω⁺ = `spin`.
+    """Step that satisfies the dynamics, built backwards from v⁺ = `velocity` and ω⁺ = `spin`.
 
-    q⁺ = d / ‖d‖ with d = q + ½ h q ⊗ (0, ω⁺); the corners' motion gives the forces; then
-    r = r⁺ − h v⁺,   v = v⁺ − h (Σ f_i / m + g),   ω = ω⁺ − h I⁻¹ (τ − ω⁺ × I ω⁺).
-    The lowest corner ends at height `lift`; the slacks are those of equality in their rows.
+    The attitude is q⁺ = d / ‖d‖ with d = q + ½ h q ⊗ (0, ω⁺). The corners' motion determines the
+    forces. Then
+        r = r⁺ − h v⁺,   v = v⁺ − h (Σ f_i / m + g),   ω = ω⁺ − h I⁻¹ (τ − ω⁺ × I ω⁺).
+    The lowest corner ends at height `lift`. The slacks satisfy their rows with equality.
     """
     h, inertia = constants.dt, np.array(constants.inertia)
     q_end = unit(q + h / 2 * product(q, np.concatenate(([0.0], spin))))
@@ -190,13 +194,13 @@ def consistent(
 
 
 def standing(arrival: Arrival, twist: float = 0.0) -> np.ndarray:
-    """Normal forces that carry the weight on a face; `twist` shifts them between its diagonals."""
+    """Normal forces that carry the weight on a face. `twist` shifts them between its diagonals."""
     weight = arrival.constants.mass * abs(arrival.constants.gravity[2])
     return arrival.alpha * weight / 4 * (1 + twist * CORNERS.prod(axis=1))
 
 
 def dragged(arrival: Arrival, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Friction on the cone against the slip, f_xy = −μ f_z c_xy / ‖c_xy‖, and λ = ‖c_xy‖."""
+    """Friction on the cone against the slip: f_xy = −μ f_z c_xy / ‖c_xy‖ and λ = ‖c_xy‖."""
     friction = -arrival.constants.mu * normal[:, None] * unit(arrival.slip)
     speed = np.linalg.norm(arrival.slip, axis=1)
     return np.column_stack((friction, normal)), arrival.alpha * speed
@@ -210,7 +214,7 @@ def random_point(index: int, rng) -> Point:
 
 
 def rest(index: int, rng) -> Point:
-    """On a face, nothing moves; half of them with equal forces."""
+    """Cube at rest on a face. Half of the points have equal forces."""
     twist = rng.uniform(-1, 1) if index % 2 else 0.0
 
     def load(arrival: Arrival):
@@ -220,9 +224,9 @@ def rest(index: int, rng) -> Point:
 
 
 def slide_on_face(rng, constants: nlp.Constants) -> Point:
-    """Straight on a face: the load moves forward so that friction does not tip the cube.
+    """Straight slide on a face. The load moves forward so that friction does not tip the cube.
 
-    All four corners carry as long as μ √2 < 1.
+    All four corners carry load as long as μ √2 < 1.
     """
     heading = unit(rng.normal(size=2))
 
@@ -235,7 +239,7 @@ def slide_on_face(rng, constants: nlp.Constants) -> Point:
 
 
 def slide_on_corner(rng, constants: nlp.Constants) -> Point:
-    """One corner scrapes along while the cube tumbles."""
+    """One corner slides while the cube tumbles."""
     normal = rng.uniform(10, 2000)
     q, velocity, spin = unit(rng.normal(size=4)), rng.normal(0, 3, 3), rng.normal(0, 3, 3)
     return consistent(
@@ -248,7 +252,8 @@ def slide(index: int, rng, constants=TUTORIAL) -> Point:
 
 
 def stick(index: int, rng) -> Point:
-    """On a face without slip; f_xy by turns exactly 0, tiny (1e-9 to 1e-3 N), inside the cone."""
+    """Cube on a face without slip. f_xy is in turn exactly 0, tiny (1e-9 to 1e-3 N) or inside the
+    cone."""
     sizes = (np.zeros(8), 10 ** rng.uniform(-9, -3, 8), rng.uniform(0, 5, 8))[index % 3]
     lam = rng.choice((0.0, 1e-8, 1e-3))
 
@@ -260,7 +265,7 @@ def stick(index: int, rng) -> Point:
 
 
 def airborne(index: int, rng, constants=TUTORIAL) -> Point:
-    """Free flight: no flag, no force."""
+    """Free flight without contact flags and forces."""
     q, velocity, spin = unit(rng.normal(size=4)), rng.normal(0, 3, 3), rng.normal(0, 5, 3)
     lift = rng.uniform(0.01, 3)
     nothing = np.zeros((8, 3)), np.zeros(8)
@@ -268,19 +273,19 @@ def airborne(index: int, rng, constants=TUTORIAL) -> Point:
 
 
 def large_force(index: int, rng) -> Point:
-    """Up to 20 kN on each corner and 100 rad/s about each axis."""
+    """Unphysical point with up to 20 kN on each corner and 100 rad/s about each axis."""
     return anything(rng, force=2e4, spin=100.0, unit_attitudes=index % 2 == 0)
 
 
 def mixed(index: int, rng, constants: nlp.Constants) -> Point:
-    """By turns a point without sense, a slide and free flight, for constants of one's own."""
+    """Unphysical point, slide or free flight in turn, with the given constants."""
     if index % 4 == 3:
         return airborne(index, rng, constants)
     return slide(index // 2, rng, constants) if index % 2 else anything(rng, constants)
 
 
 def inertia(index: int, rng) -> Point:
-    """A full inertia matrix I = B diag(d) Bᵀ, exactly symmetric, d from 0.05 to 10 kg m²."""
+    """Full inertia matrix I = B diag(d) Bᵀ, exactly symmetric, d from 0.05 to 10 kg m²."""
     basis, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     full = rounded(basis @ np.diag(10 ** rng.uniform(-1.3, 1, 3)) @ basis.T)
     symmetric = np.tril(full) + np.tril(full, -1).T
@@ -288,7 +293,8 @@ def inertia(index: int, rng) -> Point:
 
 
 def parameters(index: int, rng) -> Point:
-    """Other time steps, friction (every fifth none), mass, rounding; gravity tilted."""
+    """Other time steps, friction (zero in every fifth point), mass, smoothing and a tilted gravity.
+    """
     constants = replace(
         TUTORIAL,
         dt=rounded(10 ** rng.uniform(-4, -1.7)),
@@ -313,7 +319,7 @@ PLAN = (
 
 
 def records() -> Iterator[dict]:
-    """Every point of `PLAN`, each from a random stream of its own."""
+    """Every point of `PLAN`, each with its own random stream."""
     function = differentiated()
     for number, (kind, count, make) in enumerate(PLAN):
         for index in range(count):

@@ -1,25 +1,26 @@
-"""Exact trajectories of the drop scene, every step solved to rounding.
+"""Exact trajectories of the drop scene, with every step solved to rounding.
 
     python exact_runs.py            all runs, into data/exact
-    python exact_runs.py NAME ...   only these (index.json is then left alone)
+    python exact_runs.py NAME ...   only these runs, without index.json
 
-Needs numpy and casadi. A cube (half side 1 m, 10 kg) is dropped with spin on
-a floor with friction 0.3; 1000 rows at h = 0.002 s. The step and the way it is
-solved are in exact_step.py. Nothing of the Rust code is used.
+Requires numpy and casadi. A cube (half side 1 m, 10 kg) is dropped with spin on a floor with
+friction 0.3. A run has 1000 rows at h = 0.002 s. exact_step.py describes the step and its
+solution. The program is independent of the Rust code.
 
-Per run: <name>.csv.gz with the state every 10 rows and the last one; the
-column `residual` is the largest residual (m/s) of the steps since the row
-before. index.json says what each run is and what was seen on the way:
+Each run has a file <name>.csv.gz with the state every 10 rows and in the last row. Its column
+`residual` is the largest residual (m/s) of the steps since the previous row. index.json describes
+the runs with these fields:
 
-  solved_from       how many steps each start solved
-  not_warm          steps that free flight or the last impulses did not solve
-  other_solutions   steps where another start ended in another motion
-  undetermined      steps whose forces the law alone does not determine, and
-                    how many of these slide (there the rule decides the motion)
-  growth            largest difference of the pose, over the whole run, when the
-                    start's attitude is moved by 1e-9, divided by 1e-9
-  repeat            the same when everything is solved again by way of a ten
-                    times larger compliance, not divided: the run's own error
+  solved_from       number of steps solved from each start
+  not_warm          steps solved neither as free flight nor from the last impulses
+  other_solutions   steps with a different motion from another start
+  undetermined      steps with forces that the contact law alone does not
+                    determine, and how many of them slide (there the selection
+                    rule decides the motion)
+  growth            largest difference of the pose over the run after a change of
+                    the initial attitude by 1e-9, divided by 1e-9
+  repeat            largest difference of the pose after a second solution with a
+                    ten times larger compliance: the error of the run itself
 """
 
 import os
@@ -42,7 +43,7 @@ OUT = pathlib.Path(__file__).resolve().parent.parent / "exact"
 ROWS, EVERY, EXTRA = 1000, 10, 2
 STATE = "x y z qw qx qy qz vx vy vz wx wy wz".split()
 
-# eigenvalues close to 2, 5, 6, axes off the cube's
+# Eigenvalues close to 2, 5 and 6 with axes that differ from the cube's.
 FULL = ((4.584, 1.209, -0.554), (1.209, 2.648, 0.288), (-0.554, 0.288, 5.768))
 
 
@@ -54,7 +55,7 @@ RUNS = {f"drop-seed{s}-inertia0.01": (s, ball(0.01)) for s in (42, 0, 1, 2, 3, 6
 RUNS |= {f"drop-seed{s}-inertia6.666667": (s, ball(6.666667)) for s in (42, 0, 3, 6)}
 RUNS["drop-seed42-inertia-full"] = (42, FULL)
 
-# steps k (from row k to k + 1) kept whole in hard-steps.json, and why
+# Steps k (from row k to k + 1) stored in hard-steps.json, and the reason.
 HARD = {
     ("drop-seed1-inertia0.01", 204): "one corner takes the whole momentum, sticking",
     ("drop-seed3-inertia0.01", 204): "one corner takes the whole momentum, sticking",
@@ -78,7 +79,7 @@ def start(seed, shift=0.0):
 
 
 def run(model, X, search=False, watch=None):
-    """All rows (ROWS, 13), residuals per row, and what was seen."""
+    """Simulates all rows. Returns rows (ROWS, 13), residuals by row and statistics of the run."""
     rng = np.random.default_rng(20240229) if search else None
     P = np.zeros((len(model.C), 3))
     rows, res = [X], [0.0]

@@ -1,7 +1,7 @@
 """One time step of a rigid body with corner contacts, solved to rounding.
 
-The step (semi-implicit Euler, hard contact, Coulomb friction with maximum
-dissipation) is the problem in V = (v+, w+) and one impulse p_i per corner
+The step (semi-implicit Euler, hard contact, Coulomb friction with maximum dissipation) is the
+problem in V = (v+, w+) and one impulse p_i per corner
 
     m (v+ - v) + m g h e_z                    = sum_i p_i
     J (w+ - w) + h w+ x J w+                  = sum_i c_i x R(q)^T p_i
@@ -10,26 +10,24 @@ dissipation) is the problem in V = (v+, w+) and one impulse p_i per corner
     0 <= p_z  perpendicular to  u_z >= 0
     p_xy = argmin over |b| <= mu p_z of  u_xy . b
 
-Where the forces are not determined (three and more corners of one face, an
-edge that sticks) the answer is the limit, for e -> 0, of the same law with an
-equal compliance at every corner, u_i + e p_i / m instead of u_i.
+The contact law may not determine the forces, for example with three or more corners of a face or a
+sticking edge. The solution is then the limit for e -> 0 of the same law with equal compliance at
+every corner, u_i + e p_i / m instead of u_i.
 
-How it is solved, on purpose unlike a production solver:
+The method differs from a production solver on purpose:
 
-1. *Smoothing Newton*: the natural map with both projections smoothed by a
-   width kappa; kappa is driven to nearly zero along with the residual.
-   Jacobians come from CasADi's automatic differentiation.
-2. *Modes*: every corner is read off as open, sticking or sliding. For fixed
-   modes the step is a smooth square system (a sliding corner is described by
-   normal impulse, direction angle and slip speed), solved by plain Newton,
-   again with automatic derivatives, with compliance.
-3. *Limit*: the first-order condition of e -> 0 is solved together with the
-   law at e = 0 itself (minimum-norm Newton steps, SVD), so no compliance is
-   left in the answer. `residual`, which knows nothing of modes or compliance,
-   then measures the step; it must be at rounding level.
+1. *Smoothing Newton*: the natural map with both projections smoothed by a width kappa. kappa goes
+   to nearly zero together with the residual. The Jacobians come from CasADi's automatic
+   differentiation.
+2. *Modes*: every corner is classified as open, sticking or sliding. For fixed modes the step is a
+   smooth square system. The unknowns of a sliding corner are normal impulse, direction angle and
+   slip speed. Plain Newton solves the system with compliance.
+3. *Limit*: the first-order condition of e -> 0 is solved together with the law at e = 0
+   (minimum-norm Newton steps, SVD). No compliance remains in the solution. `residual`, which is
+   independent of modes and compliance, then measures the step. It must be at rounding level.
 
-If the modes found are wrong, the natural map at the point reached gives the
-next guess; after that neighbouring modes are tried.
+If the modes are wrong, the natural map at the current point proposes new ones. After that,
+neighbouring modes are tried.
 """
 
 from __future__ import annotations
@@ -45,7 +43,7 @@ OPEN, STICK, SLIP = 0, 1, 2
 
 @dataclass(frozen=True)
 class Params:
-    """Constants of a scene; `inertia` is 3x3, body frame, about the centre."""
+    """Constants of a scene. `inertia` is 3x3 in the body frame about the centre of mass."""
 
     inertia: tuple
     mass: float = 10.0
@@ -61,7 +59,7 @@ class Params:
 
 
 def _rot(q):
-    """Rotation matrix (body to world) as nested lists; q scalar first."""
+    """Rotation matrix from body to world as nested lists. q has the scalar first."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     return [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -75,7 +73,7 @@ def rotation(q):
 
 
 def turned(q, w, h):
-    """normalise(q + h/2 q (0, w)), numpy."""
+    """normalise(q + h/2 q (0, w)) in numpy."""
     a, x, y, z = q
     d = np.array(
         [
@@ -90,7 +88,7 @@ def turned(q, w, h):
 
 
 def advance(par, X, V):
-    """State after the step, given the new velocities."""
+    """State after the step with the new velocities V."""
     r = X[0:3] + par.h * V[0:3]
     return np.concatenate([r, turned(X[3:7], V[3:6], par.h), V])
 
@@ -99,9 +97,9 @@ def advance(par, X, V):
 
 
 def residual(par, X, Xn, P, parts=False):
-    """Natural-map residual of a step in m/s, from states and impulses (8, 3).
+    """Natural-map residual of a step (m/s) from states and impulses (8, 3).
 
-    Zero exactly where the step law holds with hard contact and no compliance.
+    It is zero exactly if the step satisfies the law with hard contact and no compliance.
     """
     h, m, mu = par.h, par.mass, par.mu
     C = np.array(par.corners)
@@ -141,7 +139,7 @@ def residual(par, X, Xn, P, parts=False):
 
 
 class _Fast:
-    """A CasADi function with fixed buffers: numpy in, numpy out, no copies."""
+    """CasADi function with fixed buffers: numpy in and out without copies."""
 
     def __init__(self, f):
         self.f = f
@@ -172,7 +170,7 @@ class Model:
         d = self._dynamics(V, X, [], [])
         self._free = _Fast(cs.Function("f", [V, X], [d, cs.densify(cs.jacobian(d, V))]))
         c, p = cs.SX.sym("c", 3), cs.SX.sym("p", 3)
-        # responses of one corner to its own impulse, for scaling only
+        # Response of one corner to its own impulse, only for scaling.
         u = self._gap(V, X, c)
         D = self._dynamics(V, X, [c], [p])
         W = -cs.jacobian(u, V) @ cs.solve(cs.jacobian(D, V), cs.jacobian(D, p))
@@ -180,7 +178,7 @@ class Model:
             cs.Function("w", [V, X, c], [cs.densify(cs.substitute(W, p, cs.SX.zeros(3)))])
         )
 
-    # dynamics residual in velocity units
+    # Dynamics residual in velocity units.
     def _dynamics(self, V, X, cs_, ps):
         par = self.par
         J = cs.SX(cs.DM(self.J))
@@ -213,7 +211,7 @@ class Model:
         )
 
     def smooth(self, n):
-        """Smoothed natural map for n corners; unknowns (V, p_1 .. p_n)."""
+        """Smoothed natural map for n corners with unknowns (V, p_1 .. p_n)."""
         if n in self._smooth:
             return self._smooth[n]
         m, mu = self.par.mass, self.par.mu
@@ -244,8 +242,8 @@ class Model:
     def mode(self, ns, nl):
         """Square system for ns sticking and nl sliding corners.
 
-        Unknowns (V, p of the sticking ones, (normal, angle, speed) of the
-        sliding ones). Also returns the impulses.
+        The unknowns are V, the impulses p of sticking corners and (normal, angle, speed) of sliding
+        corners. The function also returns the impulses.
         """
         if (ns, nl) in self._mode:
             return self._mode[ns, nl]
@@ -291,7 +289,7 @@ class Model:
         return X[2] + self.C @ rotation(X[3:7])[2]
 
     def gaps(self, X, V):
-        """u_i for all corners, numpy."""
+        """Gap velocities u_i of all corners in numpy."""
         Xn = advance(self.par, X, V)
         R, Rn = rotation(X[3:7]), rotation(Xn[3:7])
         ut = V[:2] + self.C @ (Rn - R)[:2].T / self.par.h
@@ -305,7 +303,7 @@ class Model:
         return np.array(out)
 
     def velocities(self, X, V0, P, idx):
-        """Velocities that the impulses P (len(idx), 3) give, by Newton."""
+        """Velocities caused by the impulses P (len(idx), 3), by Newton."""
         par = self.par
         R = rotation(X[3:7])
         lin = P.sum(0) / par.mass
@@ -331,10 +329,10 @@ class Found:
 
 
 class Step:
-    """All that is needed to solve the step that starts at X."""
+    """Solver of the step that starts at X."""
 
-    # Compliance at which modes are found. Gaps in m/s carry rounding near
-    # 1e-13, so the forces it selects are wrong by 1e-13 / EPS: not smaller.
+    # Compliance for the search of modes. Rounding of gaps near 1e-13 m/s causes a force error of
+    # 1e-13 / EPS, so EPS must not be smaller.
     EPS = 1e-6
     RANK = 1e-9  # singular values below this share of the largest are zero
 
@@ -346,7 +344,7 @@ class Step:
     # -- smoothing Newton
 
     def smoothing(self, idx, P0, kappa, eps, floor=1e-11, shrink=0.2, iters=80):
-        """Follow kappa to `floor`; returns (V, P, residual norm) at the end."""
+        """Reduces kappa to `floor`. Returns (V, P, residual norm)."""
         n = len(idx)
         M, X = self.M, self.X
         f = M.smooth(n)
@@ -397,7 +395,7 @@ class Step:
     # -- modes
 
     def read_modes(self, idx, V, P, eps):
-        """Modes by the natural map at (V, P)."""
+        """Modes from the natural map at (V, P)."""
         m, mu = self.par.mass, self.par.mu
         u = self.M.gaps(self.X, V)[list(idx)] + eps * P / m
         rho = self.M.rho(self.X, self.Vf, idx).reshape(-1, 2)
@@ -430,7 +428,7 @@ class Step:
         return st, sl, np.concatenate(y)
 
     def newton(self, st, sl, y, eps, iters=30, tol=2e-14):
-        """Newton on the mode's smooth square system, where it is regular."""
+        """Newton on the smooth square system of the modes if it is regular."""
         f = self.M.mode(len(st), len(sl))
         C = self.M.C[st + sl].ravel()
         G, A, P, _ = f(y, self.X, C, eps)
@@ -458,11 +456,10 @@ class Step:
         return y, P, g
 
     def onto(self, st, sl, y, iters=12):
-        """Minimum-norm Newton to zero compliance, where it may be singular.
+        """Minimum-norm Newton to zero compliance, where the system may be singular.
 
-        Returns (y, P, norm, Y, Z, e): Y and Z span the left and right null
-        spaces of the Jacobian there, e is the compliance term. Impulses and
-        angles are measured in m/s.
+        Returns (y, P, norm, Y, Z, e). Y and Z span the left and right null spaces of the Jacobian
+        there, and e is the compliance term. Impulses and angles are measured in m/s.
         """
         f = self.M.mode(len(st), len(sl))
         C = self.M.C[st + sl].ravel()
@@ -488,7 +485,7 @@ class Step:
         return out
 
     def law(self, V, P, eps):
-        """Natural-map residual of the contact law with compliance, all corners."""
+        """Natural-map residual of the contact law with compliance for all corners."""
         m, mu = self.par.mass, self.par.mu
         u = self.M.gaps(self.X, V) + eps * P / m
         g = P / m
@@ -502,7 +499,7 @@ class Step:
         )
 
     def settle(self, idx, modes, V, P, rounds=8):
-        """From modes and a point: solution with compliance, then the limit."""
+        """Solves with compliance from given modes and a point, then takes the limit."""
         eps, seen = self.EPS, set()
         for _ in range(rounds):
             if modes in seen:
@@ -532,12 +529,11 @@ class Step:
         return Found(y[:6], full, tuple(modes), residual(self.par, self.X, Xn, full), lost)
 
     def limit(self, st, sl, y):
-        """The limit of vanishing compliance, from a solution with compliance.
+        """Limit of vanishing compliance, starting at a solution with compliance.
 
-        With G(y) + e E(y) = 0 and e -> 0: G(y) = 0 and, where G's Jacobian is
-        singular with left null space Y, also Y(y)^T E(y) = 0. The second part
-        moves along the solutions of the first, with differences for its
-        derivative.
+        With G(y) + e E(y) = 0 and e -> 0, the limit satisfies G(y) = 0. If the Jacobian of G is
+        singular with left null space Y, it also satisfies Y(y)^T E(y) = 0. The second condition
+        moves along the solutions of the first. Finite differences supply its derivative.
         """
         y0 = y
         y, P, g, Y, Z, e = self.onto(st, sl, y)
@@ -578,7 +574,8 @@ class Step:
     # -- whole
 
     def attempt(self, idx, P0, kappa):
-        """One start; corners that end below ground join and it is repeated."""
+        """Solves from one start. Corners that end below ground are added, and the solve is
+        repeated."""
         idx = list(idx)
         for _ in range(4):
             V, P, g = self.smoothing(idx, P0, kappa, self.EPS)
@@ -599,7 +596,7 @@ class Step:
         return None
 
     def neighbours(self, idx, V, P):
-        """Try modes around a point, nearest first."""
+        """Tries modes around a point, nearest first."""
         base = self.read_modes(idx, V, P, self.EPS)
         n = len(idx)
         for flips in range(0, min(n, 3) + 1):
@@ -621,7 +618,7 @@ class Step:
         return [i for i in range(len(u)) if u[i] < 0 or z[i] <= 0.005]
 
     def starts(self, idx, Pold):
-        """Named starts (name, impulses, kappa), in the order of preference."""
+        """Named starts (name, impulses, kappa) in order of preference."""
         n, m = len(idx), self.par.mass
         size = m * np.linalg.norm(self.Vf[:3])
         zero = np.zeros((n, 3))
@@ -637,12 +634,11 @@ class Step:
             yield f"jam on {idx[k]}", one, 0.1
 
     def solve(self, Pold, tol=1e-12, search=True, rng=None, extra=0):
-        """Returns (chosen Found, start's name, list of other Founds).
+        """Returns (chosen Found, name of its start, list of other Founds).
 
-        Free flight is taken whenever it keeps every corner up. Otherwise the
-        first start, in order, that ends in a solution decides; `search` goes
-        on with all the others, and `extra` random ones, to see whether the law
-        with its rule has more solutions here.
+        Free flight is chosen if it keeps every corner above ground. Otherwise the first start that
+        reaches a solution is chosen. `search` continues with all other starts and `extra` random
+        ones to find further solutions of the law with its rule.
         """
         none = np.zeros((len(self.M.C), 3))
         first, name, others = None, None, []

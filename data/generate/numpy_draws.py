@@ -1,4 +1,4 @@
-"""Writes data/numpy_draws.json: what NumPy's legacy generator draws as a start attitude."""
+"""Writes data/numpy_draws.json: random start attitudes of NumPy's legacy generator."""
 
 import json
 from pathlib import Path
@@ -7,13 +7,13 @@ import numpy as np
 
 OUTPUT = Path(__file__).resolve().parents[1] / "numpy_draws.json"
 
-# Small seeds, and those next to the powers of two where an integer type could be cut short.
+# Small seeds, and seeds next to powers of two where an integer type could overflow.
 SEEDS = [*range(31), 42, 397, 624, 65535, 65536, 123456789]
 SEEDS += [2**31 - 1, 2**31, 2**31 + 1, 3141592653, 2**32 - 2, 2**32 - 1]
 
 
 def draw(seed: int) -> dict:
-    """The four doubles of rand(4) after seed(`seed`), and the quaternion d / ‖d‖."""
+    """Draws of rand(4) after seed(`seed`), and the quaternion d / ‖d‖."""
     draws = np.random.RandomState(seed).rand(4)
     return {
         "seed": seed,

@@ -1,10 +1,11 @@
-"""Figures of robots as MuJoCo reads them: data/robots/figures.json.
+"""Writes data/robots/figures.json: quantities of robot models in MuJoCo.
 
-    python robots.py                     # of data/robots
-    python robots.py FOLDER OUT.json     # of all models in another folder
+    python robots.py                     # models of data/robots
+    python robots.py FOLDER OUT.json     # all models in another folder
 
-Of every model: masses, centres and inertias, joints and actuators, and for three sets of coordinates where all bodies
-are, the mass matrix and the bias forces. Needs mujoco 4.0.0 and numpy.
+For each model the file contains masses, joints and actuators. For three configurations it contains
+the poses and inertias of all bodies, the mass matrix and the bias forces. Requires mujoco 4.0.0
+and numpy.
 """
 
 import json
@@ -18,7 +19,7 @@ HERE = Path(__file__).resolve().parent.parent / "robots"
 
 
 def model_of(path):
-    """The model of a file. A URDF keeps its links apart, and its root is fixed."""
+    """Model of a file. A URDF keeps all its links, and its root is fixed."""
     spec = mujoco.MjSpec.from_file(str(path))
     if path.suffix == ".urdf":
         spec.compiler.fusestatic = False
@@ -30,7 +31,7 @@ def name(model, kind, index):
 
 
 def draw(model, draws):
-    """Coordinates and rates at random."""
+    """Random coordinates and rates."""
     q = model.qpos0 + 0.4 * draws.standard_normal(model.nq)
     for joint in range(model.njnt):
         kind, at = model.jnt_type[joint], model.jnt_qposadr[joint]
@@ -42,7 +43,7 @@ def draw(model, draws):
 
 
 def pose(model, q, v):
-    """Where everything is at q, and what moving on at v takes."""
+    """Poses of all bodies at q, mass matrix, and bias forces at rates v."""
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = q, v
     mujoco.mj_forward(model, data)

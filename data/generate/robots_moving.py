@@ -1,9 +1,10 @@
-"""Where robots are after a while, as MuJoCo has them: data/robots/moving.json.
+"""Writes data/robots/moving.json: robot trajectories of MuJoCo.
 
     python robots_moving.py
 
-Of every model of data/robots/moving: coordinates and rates at the start, drawn, and the coordinates 0.4 s later, in steps of
-0.1 ms of the Runge-Kutta method of fourth order, without contacts. Needs mujoco 4.0.0 and numpy.
+For each model of data/robots/moving the file contains random initial coordinates and rates, and
+the coordinates 0.4 s later. MuJoCo uses the fourth-order Runge-Kutta method with steps of 0.1 ms
+and no contacts. Requires mujoco 4.0.0 and numpy.
 """
 
 import json
@@ -18,7 +19,7 @@ STEP = 1e-4
 
 
 def later(path):
-    """The start of a model, and where it is in the end."""
+    """Initial state of a model and its final coordinates."""
     spec = mujoco.MjSpec.from_file(str(path))
     spec.option.timestep = STEP
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4

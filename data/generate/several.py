@@ -1,14 +1,14 @@
 """Writes data/several.jsonl.gz: values and exact derivatives of the step of several bodies.
 
-Each line is one point of a scene of two or three bodies: the inputs, and the objective, its
-gradient, the rows, their Jacobian and the Hessian of the Lagrangian there, all differentiated by
-CasADi. Symbols are those of `step_nlp.py`; contact i is a point a_i of body A, rounded by ρ_i,
-against a plane n·x = d of body B or of the world, with F = (t₁, t₂, n) in the frame of B.
+Each line is one point of a scene of two or three bodies: the inputs, the objective, the
+objective's gradient, the rows, their Jacobian and the Hessian of the Lagrangian. CasADi computes
+all derivatives. Symbols are as in `step_nlp.py`. Contact i is a point a_i of body A, rounded by
+ρ_i, against a plane n·x = d of body B or of the world. Its frame F = (t₁, t₂, n) is fixed in B.
 
     variables x   X⁺ of each body; f_t along t₁, along t₂; f_n; s1; s2; λ
     rows g        dynamics; dissipation, two a contact; gaps; cones; two complementarities
 
-A contact without friction has f_n and s1, its gap and its first complementarity only.
+A contact without friction has only f_n, s1, its gap and its first complementarity.
 """
 
 import gzip
@@ -27,9 +27,9 @@ POINTS = 24
 
 
 def end_of(before: dict, end: cs.SX, push: cs.SX, torque: cs.SX, scene: dict) -> cs.SX:
-    """What the equations of motion predict of one body minus X⁺, 13 rows.
+    """Prediction of the equations of motion for one body minus X⁺, 13 rows.
 
-    `push` is the sum of the forces on it (world), `torque` that of their torques (body).
+    `push` is the sum of its forces (world) and `torque` the sum of its torques (body).
     """
     h, inertia = scene["dt"], cs.SX(np.array(before["inertia"]))
     state = cs.SX(before["state"])
@@ -67,7 +67,7 @@ def problem(scene: dict) -> tuple[cs.SX, cs.SX, cs.SX]:
         turn_a = nlp.rotation(old_a[nlp.ATTITUDE])
 
         def seen(state_a: cs.SX, state_b: cs.SX | None, c: cs.SX) -> cs.SX:
-            """The point c of A in the frame of B."""
+            """Point c of A in the frame of B."""
             place = state_a[nlp.POSITION] + nlp.rotation(state_a[nlp.ATTITUDE]) @ c
             if state_b is None:
                 return place
@@ -76,11 +76,11 @@ def problem(scene: dict) -> tuple[cs.SX, cs.SX, cs.SX]:
         old_b = None if b is None else cs.SX(bodies[b]["state"])
         turn_b = cs.SX.eye(3) if b is None else nlp.rotation(old_b[nlp.ATTITUDE])
         end_b = None if b is None else ends[b]
-        # The material point of A that touches at k: where the force acts.
+        # Material point of A that touches at the start of the step, where the force acts.
         lever = point - contact["radius"] * (turn_a.T @ turn_b @ frame[:, 2])
         gap = cs.dot(frame[:, 2], seen(ends[a], end_b, point)) - contact["offset"]
         gap -= contact["radius"]
-        # The slip of the feature's middle, and of the spins about it.
+        # Slip of the feature's centre and of the relative spin about it.
         relative = turn_a @ ends[a][nlp.SPIN]
         if b is not None:
             relative -= turn_b @ ends[b][nlp.SPIN]
@@ -121,7 +121,7 @@ def problem(scene: dict) -> tuple[cs.SX, cs.SX, cs.SX]:
 
 
 def scene(rng, count: int) -> dict:
-    """A scene without physical sense; states are those of unit quaternions at step k."""
+    """Unphysical random scene. States at the start have unit quaternions."""
 
     def state(attitude) -> list:
         parts = rng.normal(0, 2, 3), attitude, rng.normal(0, 3, 3), rng.uniform(-5, 5, 3)
@@ -140,7 +140,7 @@ def scene(rng, count: int) -> dict:
 
     def contact(index: int) -> dict:
         a = int(rng.integers(count))
-        # The first two join the first bodies, one each way round.
+        # The first two contacts join the first two bodies, one in each order.
         b = (1, 0)[index] if index < 2 else rng.choice([*range(count), None])
         a = index if index < 2 else a
         w, x, y, z = unit(rng.normal(size=4))
@@ -172,7 +172,7 @@ def scene(rng, count: int) -> dict:
 
 
 def record(index: int) -> dict:
-    """One line of the file."""
+    """Record of one line of the file."""
     rng = np.random.default_rng((SEED, index))
     given = scene(rng, 2 + index % 2)
     x, f, g = problem(given)

@@ -1,16 +1,16 @@
-"""The contact step of one rigid body as a nonlinear program, in CasADi SX.
+"""Contact step of one rigid body as a nonlinear program in CasADi SX.
 
-Symbols: position r (world), attitude quaternion q = (w, x, y, z) (body to world, scalar
-first, Hamilton), velocity v (world), angular velocity ω (body), corner i at c_i (body),
-force f_i of the ground on corner i (world). A superscript + marks the end of the step.
+Symbols: position r (world), attitude quaternion q = (w, x, y, z) (body to world, scalar first,
+Hamilton), velocity v (world), angular velocity ω (body). Corner i is at c_i (body), and the ground
+acts on it with the force f_i (world). A superscript + marks the end of the step.
 
     variables x    r⁺ q⁺ v⁺ ω⁺  fx fy fz  s1 s2 λ         13 + 6·8 = 61
     parameters p   r  q  v  ω   α                         13 + 8   = 21
     rows g         dynamics, unit quaternion, dissipation,
                    heights, cone, two complementarities    62 (`ROWS`)
 
-The quaternion maps L, R, H and A are those of B. E. Jackson, K. Tracy and Z. Manchester,
-"Planning with Attitude", IEEE Robotics and Automation Letters 6(3), 2021.
+The quaternion maps L, R, H and A follow B. E. Jackson, K. Tracy and Z. Manchester, "Planning with
+Attitude", IEEE Robotics and Automation Letters 6(3), 2021.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ FX, FY, FZ, S1, S2, LAMBDA = (
     slice(start, start + CORNERS) for start in range(STATE, VARIABLES, CORNERS)
 )
 
-# Slices of the rows; the dissipation rows go x_0, y_0, x_1, y_1, ...
+# Slices of the rows. The dissipation rows have the order x_0, y_0, x_1, y_1, ...
 ROWS = {
     "dynamics": slice(0, 13),
     "unit_quaternion": slice(13, 14),
@@ -42,16 +42,17 @@ ROWS = {
 
 
 def cube_corners(half_side: float) -> np.ndarray:
-    """The corners of a cube, 8×3: x changes fastest, then y, then z."""
+    """Corners of a cube, 8×3. x changes fastest, then y, then z."""
     signs = (-1.0, 1.0)
     return half_side * np.array([(x, y, z) for z in signs for y in signs for x in signs])
 
 
 @dataclass(frozen=True)
 class Constants:
-    """What does not change from step to step. Each field may be a number (or array) or an SX.
+    """Constants of all steps. Each field may be a number (or array) or an SX.
 
-    The defaults are the tutorial's: SI units, `epsilon` (N) rounds the norm of a friction force.
+    The defaults are the tutorial's values in SI units. `epsilon` (N) smooths the norm of a friction
+    force.
     """
 
     dt: Any = 0.002
@@ -64,11 +65,11 @@ class Constants:
 
 
 def as_sx(value: Any) -> cs.SX:
-    """A number, nested tuple, array or SX as SX."""
+    """Number, nested tuple, array or SX as SX."""
     return value if isinstance(value, cs.SX) else cs.SX(cs.DM(np.asarray(value)))
 
 
-# H ω = (0, ω), 4×3
+# H ω = (0, ω), 4×3.
 H = cs.vertcat(cs.DM.zeros(1, 3), cs.DM.eye(3))
 
 
@@ -85,30 +86,30 @@ def right(q: cs.SX) -> cs.SX:
 
 
 def rotation(q: cs.SX) -> cs.SX:
-    """A(q) = Hᵀ L(q) R(q)ᵀ H, 3×3. Homogeneous: ‖q‖² times a rotation where ‖q‖ ≠ 1."""
+    """A(q) = Hᵀ L(q) R(q)ᵀ H, 3×3. It is ‖q‖² times a rotation for any q."""
     return H.T @ left(q) @ right(q).T @ H
 
 
 def corner_positions(state: cs.SX, corners: Any) -> cs.SX:
-    """Row i is r + A(q) c_i, 8×3, world."""
+    """Corner positions r + A(q) c_i in row i, 8×3, world."""
     turned = as_sx(corners) @ rotation(state[ATTITUDE]).T
     return turned + cs.repmat(state[POSITION].T, CORNERS, 1)
 
 
 def smooth_norm(u: cs.SX, epsilon: Any) -> cs.SX:
-    """‖u‖_ε = √(uᵀu + ε²) − ε."""
+    """Smoothed norm ‖u‖_ε = √(uᵀu + ε²) − ε."""
     return cs.sqrt(cs.sumsqr(u) + epsilon * epsilon) - epsilon
 
 
 def dynamics_rows(constants: Constants, state: cs.SX, end: cs.SX, forces: cs.SX) -> cs.SX:
-    """What the four equations of motion predict minus X⁺, 13 rows.
+    """Prediction of the four equations of motion minus X⁺, 13 rows.
 
-    r + h v⁺                               − r⁺
-    d / ‖d‖,  d = q + ½ h L(q) H ω⁺        − q⁺
-    v + h (Σ f_i / m + g)                  − v⁺
-    ω + h I⁻¹ (τ − ω⁺ × I ω⁺)              − ω⁺,   τ = Σ c_i × A(q)ᵀ f_i
+        r + h v⁺                               − r⁺
+        d / ‖d‖,  d = q + ½ h L(q) H ω⁺        − q⁺
+        v + h (Σ f_i / m + g)                  − v⁺
+        ω + h I⁻¹ (τ − ω⁺ × I ω⁺)              − ω⁺,   τ = Σ c_i × A(q)ᵀ f_i
 
-    The velocities are implicit, the attitude in τ is that of the start of the step.
+    The velocities are implicit. The attitude in τ is taken at the start of the step.
     """
     h, inertia = constants.dt, as_sx(constants.inertia)
     q, v_end, spin_end = state[ATTITUDE], end[VELOCITY], end[SPIN]
@@ -132,13 +133,13 @@ def dynamics_rows(constants: Constants, state: cs.SX, end: cs.SX, forces: cs.SX)
 def contact_rows(
     constants: Constants, slip: cs.SX, heights: cs.SX, x: cs.SX, alpha: cs.SX
 ) -> cs.SX:
-    """The five families of contact rows, each corner by corner.
+    """Five families of contact rows, each ordered by corner.
 
-    dissipation       α_i (c_xy,i + λ_i f_xy,i / (‖f_xy,i‖_ε + ε)) = 0
-    height            z⁺_i ≥ 0
-    cone              μ f_z,i − ‖f_xy,i‖_ε ≥ 0
-    complementarity   s1_i − f_z,i z⁺_i ≥ 0
-                      s2_i − λ_i (μ f_z,i − ‖f_xy,i‖_ε) ≥ 0
+        dissipation       α_i (c_xy,i + λ_i f_xy,i / (‖f_xy,i‖_ε + ε)) = 0
+        height            z⁺_i ≥ 0
+        cone              μ f_z,i − ‖f_xy,i‖_ε ≥ 0
+        complementarity   s1_i − f_z,i z⁺_i ≥ 0
+                          s2_i − λ_i (μ f_z,i − ‖f_xy,i‖_ε) ≥ 0
 
     `slip` holds c_xy, the mean horizontal velocity of each corner over the step, 8×2.
     """
@@ -153,9 +154,9 @@ def contact_rows(
 
 
 def step_nlp(constants: Constants) -> dict[str, cs.SX]:
-    """The step as CasADi's nlpsol takes it: variables x, parameters p, objective f, rows g.
+    """Step in the form of CasADi's nlpsol: variables x, parameters p, objective f, rows g.
 
-    minimise s1ᵀs1 + s2ᵀs2; what each row must be is said at the row's own function.
+    The objective is s1ᵀs1 + s2ᵀs2. The functions of the rows state the bounds.
     """
     x, p = cs.SX.sym("x", VARIABLES), cs.SX.sym("p", STATE + CORNERS)
     state, alpha, end = p[:STATE], p[STATE:], x[:STATE]

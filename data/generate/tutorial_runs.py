@@ -1,7 +1,7 @@
-"""Writes data/tutorial/seed-S.csv.gz: the tutorial's 999 solves by CasADi and Ipopt, step by step.
+"""Writes data/tutorial/seed-S.csv.gz: the tutorial's 999 steps solved by CasADi and Ipopt.
 
-Prints for each seed the statuses, the iterations, the wall time, and how far the steps are
-from the contact law (`certificate`).
+Prints for each seed the statuses, the iterations, the wall time and the steps' residuals of the
+contact law (`certificate`).
 """
 
 import contextlib
@@ -39,7 +39,7 @@ COLUMNS += [f"{name}{i}" for name in ("fx", "fy", "fz", "s1_", "s2_", "lambda") 
 
 @dataclass(frozen=True)
 class Step:
-    """One solve: its number, how Ipopt ended, the contact flags and the 61 variables."""
+    """One solve: step number, Ipopt's status, contact flags and the 61 variables."""
 
     k: int
     status: str
@@ -53,7 +53,7 @@ class Step:
 
 
 class Problem:
-    """The tutorial's step problem: solver, rows g(x, p) and corner positions C(X)."""
+    """Step problem of the tutorial: solver, rows g(x, p) and corner positions C(X)."""
 
     def __init__(self) -> None:
         self.constants = nlp.Constants()
@@ -67,12 +67,12 @@ class Problem:
         self.row_upper[nlp.ROWS["height"].start :] = UNBOUNDED
 
     def flags(self, state: np.ndarray) -> np.ndarray:
-        """α_i = 1 where corner i is at most `CONTACT_HEIGHT` above the ground."""
+        """Flags α_i = 1 of corners at most `CONTACT_HEIGHT` above the ground."""
         heights = np.array(self.corners(state))[:, 2]
         return (heights <= CONTACT_HEIGHT).astype(float)
 
     def solve(self, k: int, start: np.ndarray) -> Step:
-        """Step k from the state in `start`; `start` is the solver's first iterate as well."""
+        """Step k from the state in `start`, which is also the solver's first iterate."""
         state = start[: nlp.STATE]
         alpha = self.flags(state)
         lower, upper = bounds(alpha)
@@ -92,7 +92,8 @@ class Problem:
 
 
 def bounds(alpha: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """State, fx and fy free; fz, s1, s2 and λ ≥ 0; all six of a corner 0 where its flag is 0."""
+    """Bounds: state, fx and fy free; fz, s1, s2 and λ ≥ 0. All six variables of a corner with flag
+    0 are 0."""
     lower, upper = np.full(nlp.VARIABLES, -UNBOUNDED), np.full(nlp.VARIABLES, UNBOUNDED)
     lower[nlp.FZ.start :] = 0.0
     for block in (nlp.FX, nlp.FY, nlp.FZ, nlp.S1, nlp.S2, nlp.LAMBDA):
@@ -102,7 +103,8 @@ def bounds(alpha: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def start_point(seed: int) -> np.ndarray:
-    """The thrown cube: 2.5 m up, 4 m/s along y, turning, in a random attitude; no forces."""
+    """Thrown cube at a height of 2.5 m with 4 m/s along y, a spin, a random attitude and no forces.
+    """
     np.random.seed(seed)
     draws = np.random.rand(4)
     x = np.zeros(nlp.VARIABLES)
@@ -114,7 +116,7 @@ def start_point(seed: int) -> np.ndarray:
 
 
 def simulate(problem: Problem, seed: int) -> list[Step]:
-    """The start as row −1, then `SOLVES` steps, each from where the last one ended."""
+    """Start as row −1, then `SOLVES` steps, each from the end of the previous one."""
     steps = [Step(-1, "start", 0, np.zeros(nlp.CORNERS), start_point(seed))]
     for k in range(SOLVES):
         steps.append(problem.solve(k, steps[-1].x))
@@ -122,16 +124,16 @@ def simulate(problem: Problem, seed: int) -> list[Step]:
 
 
 def certificate(problem: Problem, state: np.ndarray, x: np.ndarray) -> float:
-    """How far (X, X⁺, F) is from a step with hard contact and exact Coulomb friction, in m/s.
+    """Residual of (X, X⁺, F) with hard contact and exact Coulomb friction (m/s).
 
-    The largest residual of the dynamics and of the contact law; 0 exactly at a solution.
+    It is the largest residual of the dynamics and of the contact law, and 0 exactly at a solution.
     """
     residuals = dynamics_residuals(problem, state, x) + contact_residuals(problem, state, x)
     return float(np.concatenate(residuals).max())
 
 
 def dynamics_residuals(problem: Problem, state: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
-    """|rows of r⁺| / h,  |rows of q⁺| ℓ / h,  |rows of v⁺|,  |rows of ω⁺| ℓ.
+    """Residuals |rows of r⁺| / h,  |rows of q⁺| ℓ / h,  |rows of v⁺|,  |rows of ω⁺| ℓ.
 
     ℓ is the largest coordinate of a corner.
     """
@@ -147,13 +149,13 @@ def dynamics_residuals(problem: Problem, state: np.ndarray, x: np.ndarray) -> li
 
 
 def contact_residuals(problem: Problem, state: np.ndarray, x: np.ndarray) -> list[np.ndarray]:
-    """With w_n and w_t the response of corner i to an impulse, p_i = w_t h f_xy,i and Π the
-    projection on the disc of radius μ w_t h max(f_z,i, 0):
+    """Residuals of the contact law at every corner (m/s). w_n and w_t are the responses of corner i
+    to an impulse. p_i = w_t h f_xy,i, and Π projects onto the disc of radius μ w_t h max(f_z,i, 0):
 
-    penetration   max(0, −z⁺_i) / h
-    normal law    |min(w_n h f_z,i, z⁺_i / h)|
-    friction law  ‖p_i − Π(p_i − c_xy,i)‖
-    cone          max(0, ‖p_i‖ − μ w_t h f_z,i)
+        penetration   max(0, −z⁺_i) / h
+        normal law    |min(w_n h f_z,i, z⁺_i / h)|
+        friction law  ‖p_i − Π(p_i − c_xy,i)‖
+        cone          max(0, ‖p_i‖ − μ w_t h f_z,i)
     """
     h, mu = problem.constants.dt, problem.constants.mu
     w_n, w_t = responses(problem, state)
@@ -175,10 +177,10 @@ def contact_residuals(problem: Problem, state: np.ndarray, x: np.ndarray) -> lis
 
 
 def responses(problem: Problem, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """W_zz and (W_xx + W_yy)/2 of every corner, 1/kg: W = E/m − [r]× (A I Aᵀ)⁻¹ [r]×."""
+    """Responses W_zz and (W_xx + W_yy)/2 of every corner (1/kg): W = E/m − [r]× (A I Aᵀ)⁻¹ [r]×."""
     constants = problem.constants
     levers = np.array(problem.corners(state)) - state[nlp.POSITION]
-    # The tutorial's inertia is a multiple of E, the same in every frame.
+    # The tutorial's inertia is a multiple of E and equal in every frame.
     moment = np.asarray(constants.inertia, dtype=float).ravel()[0]
     squares = (levers**2).sum(axis=1)
     diagonal = 1 / constants.mass + (squares[:, None] - levers**2) / moment
@@ -186,7 +188,7 @@ def responses(problem: Problem, state: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def write(steps: list[Step], path: Path) -> None:
-    """The steps as CSV in a gzip file without a time or a name in its header."""
+    """Writes the steps as CSV in a gzip file without time and name in its header."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(COLUMNS)
@@ -195,7 +197,7 @@ def write(steps: list[Step], path: Path) -> None:
 
 
 def summary(problem: Problem, seed: int, steps: list[Step], seconds: float) -> str:
-    """Statuses, iterations, time and certificates of one run, as lines to print."""
+    """Statuses, iterations, time and certificates of one run as printed lines."""
     solved = steps[1:]
     statuses = Counter(step.status for step in solved)
     values = [certificate(problem, a.x[: nlp.STATE], b.x) for a, b in pairwise(steps)]

@@ -1,4 +1,5 @@
-"""Derivatives of rollouts: against differences, and through torch and jax where they are installed."""
+"""Derivatives of rollouts compared with finite differences, and through torch and jax if they are
+installed."""
 
 from importlib.util import find_spec
 
@@ -38,7 +39,7 @@ def loss(given):
 
 
 def difference(given, name, direction):
-    """Along a direction; an attitude stays a unit quaternion."""
+    """Finite difference of fourth order along a direction. Attitudes stay unit quaternions."""
 
     def at(by):
         moved = {**given, name: given[name] + by * direction}
@@ -47,7 +48,8 @@ def difference(given, name, direction):
             q /= np.linalg.norm(q, axis=-1, keepdims=True)
         return loss(moved)
 
-    # Far below the margins, and such that what solutions are rounded to is small.
+    # Small compared with the distance to the next contact change, and large compared with the
+    # rounding of solutions.
     by = 1e-5 if name == "initial_states" else 1e-4
     return (8 * (at(by) - at(-by)) - (at(2 * by) - at(-2 * by))) / (12 * by)
 
@@ -88,7 +90,7 @@ def test_rollouts_with_gradients():
     )
     assert sorted(again.gradients.by) == ["controls", "friction", "states"]
     assert np.array_equal(again.gradients["states"], found["states"])
-    # The same as one run backwards.
+    # The gradient of a batch equals the vjp of a single run.
     alone = scene.vjp(ends[0], scene.states, given["controls"][0], by=["friction"])
     once = tumble.rollout(scene, None, given["controls"], gradients=ends[:1], by=["friction"]).gradients
     assert np.array_equal(once["states"][0], alone["states"]) and np.array_equal(once["friction"][0], alone["friction"])

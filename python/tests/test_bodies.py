@@ -1,4 +1,4 @@
-"""Bodies that come and go between steps: what stays goes on as if nothing had been there."""
+"""Bodies that are added and removed between steps. The motion of all others continues unchanged."""
 
 import copy
 import pickle
@@ -24,7 +24,8 @@ def scene(bodies, **keywords):
 
 
 def test_a_body_that_comes_moves_as_one_that_was_there():
-    """Far from the others, a body that is added at k is one that a scene has from k on."""
+    """A body that is added at step k far from the others moves like the same body alone in a scene.
+    """
     late = scene(tower(3)).simulate()
     late.run(50)
     ball = {"sphere": 0.1, "mass": 2.0, "position": [3, 0, 0.4], "velocity": [1, 0, -2], "spin": [0, 3, 0]}
@@ -54,7 +55,7 @@ def test_what_a_body_that_went_never_touched_goes_on_to_the_bit():
 
 
 def test_the_cube_under_another_is_taken_away():
-    """The upper one falls its way: g h² k (k + 1) / 2 after k steps of the scheme."""
+    """The upper cube falls by g h² k (k + 1) / 2 after k steps of the scheme."""
     simulation = scene(tower(2)).simulate()
     simulation.run(20)
     simulation.remove_body("cube-0-0")
@@ -79,12 +80,13 @@ def test_a_body_put_on_a_stack_weighs_on_it():
     assert sum(ground) == pytest.approx(5 * 9.81, rel=1e-9)
     named = {simulation.bodies[body] for body in contacts["body"]} | set(contacts["partner"])
     assert named == {*simulation.bodies, "ground"}
-    # The first is pressed by all, and on each the forces cancel its weight.
+    # The lowest cube carries all others, and the forces on each body cancel its weight.
     np.testing.assert_allclose(simulation.forces[:, 2], [9.81, 9.81, 3 * 9.81], rtol=1e-9)
 
 
 def test_momentum_is_kept_by_what_comes_and_meets():
-    """Without gravity a ball that is added hits another: the sum of m v stays, with restitution too."""
+    """A ball is added without gravity and hits another one. The sum of m v stays constant, with
+    restitution too."""
     ball = {"sphere": 0.1, "mass": 1.0}
     still = {**ball, "name": "still", "position": [0, 0, 0]}
     free = {"none": True, "friction": 0.3, "restitution": 0.7}
@@ -130,7 +132,7 @@ def test_what_changed_is_copied_and_pickled(tmp_path):
         np.testing.assert_array_equal(other.run(80).states, run.states)
     kept = pickle.loads(pickle.dumps(run))
     np.testing.assert_array_equal(kept.states, run.states)
-    # Tables go out and in; run.json says that more moved them.
+    # Tables can be written and read. run.json records that something else moved the bodies.
     tables = run.to_csv(tmp_path / "run")
     assert [file.name for file in tables] == ["states.csv", "contacts.csv", "steps.csv", "run.json"]
     assert '"pushed": true' in tables[-1].read_text()
@@ -145,7 +147,7 @@ def test_what_lies_within_a_held_body_is_copied_and_pickled(tmp_path):
     lower, upper = cube("lower", [0, 0, 0.1]), cube("upper", [0, 0, 0.5])
     simulation = scene([lower, upper]).simulate()
     simulation.hold("lower")
-    # Nothing touches what is held.
+    # Held bodies have no contacts.
     simulation.run(150)
     simulation.add_body(cube("late", [3, 0, 1]))
     simulation.run(10)
@@ -175,13 +177,13 @@ def test_joints_go_with_their_body_where_that_is_said():
     simulation.remove_body("rod-1", joints=True)
     assert list(simulation.joints) == ["pin-0"] and simulation.bodies == ["rod-0", "rod-2"]
     run = simulation.run(100)
-    # The first hangs as before, bearing its own weight; the last falls.
+    # The first rod still hangs and carries its own weight. The last one falls.
     np.testing.assert_allclose(run.joints["pin-0"]["force"][:, 2], 9.81, rtol=1e-9)
     assert np.ptp(run.positions[:, 0, 2]) < 1e-9 and run.positions[-1, 1, 2] < 1.2 - 0.19
 
 
 def test_gears_go_with_the_joints_of_a_body():
-    """Of three wheels on axles, geared in a row, the first goes: the others stay geared."""
+    """The first of three geared wheels is removed. The other two stay geared."""
     wheels = [{"box": [0.2, 0.2, 0.1], "mass": 1.0, "name": f"wheel-{k}", "position": [k, 0, 1],
                "spin": [0, 0, [4.0, 2.0, -2.0][k]]} for k in range(3)]
     axles = [{"name": f"axle-{k}", "type": "revolute", "bodies": [f"wheel-{k}"], "anchor": [k, 0, 1],
@@ -196,7 +198,7 @@ def test_gears_go_with_the_joints_of_a_body():
     assert run.gears["coordinates"].shape == (51, 1, 2)
     np.testing.assert_allclose(first, -second, atol=1e-12)
     assert second[-1] - second[0] > 0.2
-    # It turns two wheels: half of what it does is the gear's.
+    # The drive turns two wheels, so the gear transmits half of its torque.
     np.testing.assert_allclose(np.abs(run.gears["force"][1:-1, 0]), 0.15, rtol=1e-6)
     assert run.scene.gears == simulation.scene.gears
 

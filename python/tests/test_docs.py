@@ -1,4 +1,4 @@
-"""The Python in the documents, run from top to bottom."""
+"""Runs the Python code in the documents from top to bottom."""
 
 import re
 
@@ -21,7 +21,7 @@ def test_the_code_of_the_documents_runs(name, root, tmp_path, monkeypatch, capsy
     names = {"__name__": "__main__"}
     for block in blocks:
         line = text[: block.start(1)].count("\n")
-        # Errors name the document and its line.
+        # Error messages refer to the document and its line.
         exec(compile("\n" * line + block.group(1), str(root / name), "exec"), names)
     if name == "docs/python.md":
         shown = capsys.readouterr().out

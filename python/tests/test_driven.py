@@ -1,4 +1,4 @@
-"""Driven bodies and moving surfaces of scenes: trays, turntables, belts."""
+"""Driven bodies and moving surfaces: trays, turntables and belts."""
 
 import copy
 import pickle
@@ -14,7 +14,7 @@ GROUND = {"friction": 0.4}
 
 
 def way(k, time_step=0.002):
-    """Out and back in 0.8 s."""
+    """Prescribed position of the tray [m]: forwards and back in 0.8 s."""
     t = k * time_step
     return np.interp(t, [0, 0.4, 0.8], [0, 0.1, 0])
 
@@ -28,7 +28,7 @@ def test_a_tray_goes_its_way_and_the_cube_with_it():
     run = tray().run(450)
     np.testing.assert_allclose(run.positions[:, 0, 0], way(np.arange(451)), atol=1e-13)
     assert run.scene.joints == ["tray-drive"]
-    # At a steady speed nothing slips; the drive bears the weight of both.
+    # Nothing slips at constant speed, and the drive carries the weight of both.
     np.testing.assert_allclose(run.joints["tray-drive"]["force"][120:190, 2], 6 * G, rtol=1e-9)
     np.testing.assert_allclose(run.velocities[120:190, 1, 0], 0.25, atol=1e-9)
     assert run.stiffness.shape == (450,) and "stiffness" in run.steps_to_pandas()
@@ -57,7 +57,7 @@ def test_a_belt_takes_a_cube_to_its_speed():
     run = scene.run(300)
     expected = np.minimum(0.4 * G * run.time, 0.6)
     np.testing.assert_allclose(run.velocities[:, 0, 0], expected, atol=1e-9)
-    # 0.153 s: what goes along does not slip.
+    # The slip is zero after 0.153 s, once the cube moves with the belt.
     slip = np.linalg.norm(run.contacts["slip"], axis=1)
     assert slip[run.contacts["k"] > 80].max() < 1e-9 < slip[run.contacts["k"] < 70].min()
     rolled = tumble.rollout(scene, steps=300)
@@ -74,7 +74,7 @@ def test_driven_scenes_are_saved_pickled_copied_and_rolled_out(tmp_path):
     simulation.run(150)
     for other in (copy.copy(simulation), pickle.loads(pickle.dumps(simulation))):
         np.testing.assert_array_equal(other.run(250).states, run.states[150:])
-    # Tables, and parts of the run, are told by a run.json.
+    # run.json describes the prescribed motion for the whole run and for parts of it.
     for name, part in (("all", run), ("part", run[120:300])):
         files = part.to_csv(tmp_path / name)
         assert files[-1].name == "run.json"
@@ -109,7 +109,7 @@ def test_the_command_line_verifies_what_python_drove(tmp_path, tumbled):
 
 @pytest.fixture
 def tumbled(scenarios):
-    """The command line."""
+    """Runs the command line."""
     import os
     import shutil
     import subprocess

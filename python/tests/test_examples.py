@@ -1,4 +1,4 @@
-"""Runs the examples; the Dask one also with a lost worker."""
+"""Runs the examples. The Dask example also loses a worker."""
 
 import os
 import runpy
@@ -25,7 +25,7 @@ def run(name):
 def test_slides_end_where_coulomb_says():
     lines = run("slide").splitlines()
     rows = np.array([line.split() for line in lines[1:-1]], float)
-    # v h / 2 of the scheme, first order in h.
+    # The scheme's error of v h / 2 is of first order in h.
     np.testing.assert_allclose(rows[:, 1], rows[:, 2] - 0.002, atol=3e-4)
     assert lines[-1].endswith("not solved 0")
 
@@ -34,9 +34,9 @@ def test_the_friction_is_found():
     fit = runpy.run_path(str(EXAMPLES / "fit_friction.py"))
     true = fit["TRUE_FRICTION"]
     exact = fit["slides"](np.array([true]))[0]
-    # The search ends within 10⁻⁵ of the least error.
+    # The search ends within 10⁻⁵ of the minimum.
     assert fit["fit"](exact) == pytest.approx(true, abs=1e-5)
-    # Least squares spread by noise / |∂x/∂μ|: four of that.
+    # Standard deviation of least squares, noise / |∂x/∂μ|. The tolerance is four of them.
     by_friction = np.diff(fit["slides"](np.array([true - 1e-3, true + 1e-3])), axis=0) / 2e-3
     spread = fit["NOISE"] / np.linalg.norm(by_friction)
     assert fit["fit"](fit["measured"]()) == pytest.approx(true, abs=4 * spread + 1e-5)
@@ -53,14 +53,15 @@ def test_robots_fall_certified(how):
     )
     assert end.returncode == 0, end.stderr
     fallen = [line for line in end.stdout.splitlines() if "steps of" in line]
-    # What is drawn for another one lies in itself, and is refused.
+    # Random coordinates of another model overlap and are refused.
     assert len(fallen) == 8 and all("100 % certified" in line for line in fallen), end.stdout
 
 
 def test_a_planner_that_is_wrong_pushes_the_box_to_its_pose():
     lines = run("push_mpc").splitlines()
     arrived, count = (int(word) for word in lines[-1].split() if word.isdigit())
-    # What slides too far cannot be pulled back: of the five frictions the least may be missed, and one more.
+    # The planner cannot pull back a box that slides too far. The lowest of the five friction
+    # coefficients may miss, and one more.
     assert count == 5 and arrived >= 3, lines
     assert any(line.startswith("friction 0.4,") and ": there" in line for line in lines)
 
@@ -74,7 +75,7 @@ def test_dask_makes_the_bytes_of_one_process_though_a_worker_is_lost(monkeypatch
     pytest.importorskip("distributed")
     from distributed import Client, LocalCluster
 
-    # Workers find the functions by the example's name.
+    # Workers import the functions by the example's name.
     monkeypatch.setenv("PYTHONPATH", str(EXAMPLES))
     monkeypatch.syspath_prepend(str(EXAMPLES))
     import dask_sweep
@@ -82,7 +83,7 @@ def test_dask_makes_the_bytes_of_one_process_though_a_worker_is_lost(monkeypatch
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
         with Client(cluster) as client:
             futures = client.map(dask_sweep.part, dask_sweep.parts(), pure=True)
-            # One worker dies while the other goes on.
+            # One worker is killed while the other continues.
             os.kill(cluster.workers[0].pid, 9)
             ends = np.concatenate(client.gather(futures))
     alone = np.concatenate([dask_sweep.part(seeds) for seeds in dask_sweep.parts()])
@@ -108,13 +109,13 @@ def test_the_command_line_verifies_and_shows_the_tables_of_a_run(root, tmp_path)
         assert done.returncode == 0, done.stdout + done.stderr
         assert tumbled("view", states, "--quiet").returncode == 0
         assert "view.html" in files(name)
-    # From other states than the file's.
+    # The start differs from the file's.
     scene = tumble.load(root / "scenarios" / "stack.toml")
     starts = scene.states.copy()
     starts[:, 7] = np.linspace(0.0, 0.1, len(starts))
     scene.simulate(starts).run(40).to_csv(tmp_path / "stack")
     assert tumbled("verify", str(tmp_path / "stack" / "states.csv")).returncode == 0
-    # What the scene does not know moves it: run.json says so, and the run is shown, and not verified.
+    # Unknown pushes are recorded in run.json. The run can be viewed but not verified.
     simulation = scene.simulate()
     pushes = np.zeros((len(starts), 6))
     pushes[-1, 0] = 1.0
@@ -126,7 +127,7 @@ def test_the_command_line_verifies_and_shows_the_tables_of_a_run(root, tmp_path)
         done = tumbled("verify", states)
         assert done.returncode == 2 and "more moved it than its run.json says" in done.stderr
         assert tumbled("view", states, "--quiet").returncode == 0
-    # What begins later is told by the index of its first row, also of hinges that have turned more than once.
+    # Later parts have the index of their first row, also for hinges after more than one turn.
     simulation = tumble.load(root / "scenarios" / "slider-crank.toml", start_index=70).simulate()
     first, later = simulation.run(1200), simulation.run(300)
     assert np.abs(first.joints["main"]["coordinate"]).max() > 7

@@ -1,4 +1,4 @@
-"""Fits: hidden constants come back, and recordings that cannot be are refused."""
+"""Fits recover hidden constants and refuse invalid recordings."""
 
 import gzip
 import sys
@@ -20,7 +20,7 @@ FREE = {"none": True, "friction": 0.5}
 
 
 def recorded(scene, starts, frames, parameters=None, begin=0.0):
-    """What simulations of ``scene`` with other constants do from ``starts`` (B, N, 13), as recordings."""
+    """Recordings of ``scene`` with other constants, simulated from ``starts`` (B, N, 13)."""
     step = 1 / (RATE * SUBSTEPS)
     text, path, settings = scene._source
     index = round(begin / step)
@@ -37,7 +37,8 @@ def cube():
 
 
 def thrown(count, seed=5):
-    """Starts a little above the ground, from which the protocol takes the recorded velocities."""
+    """Random starts slightly above the ground, for which the protocol uses the recorded velocities.
+    """
     draws = np.random.default_rng(seed)
     states = np.zeros((count, 1, 13))
     states[:, 0, 2] = 0.0925
@@ -54,7 +55,7 @@ def tosses(count=8, frames=25, friction=0.27, restitution=0.2):
 
 
 def pendulum():
-    """Two rods of 0.4 m on hinges about y; the second is pulled by a force that grows."""
+    """Two rods of 0.4 m on hinges about y. A growing force acts on the second one."""
     def rod(name, mass, x, **more):
         inertia = [1e-3 * mass, 0.014 * mass, 0.014 * mass]
         return {"name": name, "box": [0.4, 0.04, 0.04], "mass": mass, "inertia": inertia, "position": [x, 0, 1], **more}
@@ -70,7 +71,7 @@ def pendulum():
 
 
 def hung(angles):
-    """The rods at these angles from the vertical, at rest: (1, 2, 13)."""
+    """States of the resting rods at the given angles from the vertical: (1, 2, 13)."""
     states, anchor = np.zeros((1, 2, 13)), np.array([0.0, 0, 1])
     for k, angle in enumerate(angles):
         turn = np.pi / 2 - angle
@@ -100,14 +101,14 @@ def swings(noise=0.0, scene=None):
 
 
 def test_tosses_give_their_constants_back():
-    # Ten frames see the first impacts alone, after which the loss has jumps everywhere.
+    # Ten frames contain only the first impacts. Later impacts make the loss discontinuous.
     recordings = tosses(6, 10)
     found = tumble.fit.fit(cube(), recordings, loss="squares", substeps=SUBSTEPS, evaluations=120, polish=40)
     assert found.values == pytest.approx({"friction": 0.27, "restitution": 0.2}, abs=1e-7)
     assert found.errors.failed == 0 and found.errors.position.max() < 1e-6
     assert found.errors.loss.mean() < 1e-12 < found.errors_at_start.loss.mean()
     assert list(found.progress) == sorted(found.progress, reverse=True)
-    # What was found goes into rollouts as it is.
+    # The result can be used in rollouts directly.
     again = recorded(cube(), thrown(6), 10, found.constants)
     assert np.abs(again[1].states - recordings[1].states).max() < 1e-5
 
@@ -116,7 +117,7 @@ def test_a_pendulum_gives_its_constants_back():
     how = {"bounds": WIDE, "loss": "squares", "substeps": SUBSTEPS, "evaluations": 40, "polish": 40}
     found = tumble.fit.fit(pendulum(), swings(), list(HIDDEN), **how)
     assert found.values == pytest.approx(HIDDEN, rel=1e-6)
-    # Through noise of a millimetre they are off by what 120 frames leave of it.
+    # Noise of 1 mm leaves a relative error below 3 % with 120 frames.
     noisy = tumble.fit.fit(pendulum(), swings(1e-3), list(HIDDEN), **how)
     assert noisy.values == pytest.approx(HIDDEN, rel=0.03) and noisy.values != pytest.approx(HIDDEN, rel=1e-5)
 
@@ -151,7 +152,7 @@ def test_derivatives_are_those_of_differences(loss):
         np.testing.assert_array_equal(losses, simulations.losses_or_worst(value[None], places)[0])
         steps = np.diag(1e-6 * np.maximum(np.abs(value), 0.01))
         up, down = (simulations.losses_or_worst(value + sign * steps, places).mean(axis=1) for sign in (1, -1))
-        # Rounding of the losses over the step.
+        # Rounding of the losses divided by the step.
         np.testing.assert_allclose(slopes, (up - down) / (2 * np.diag(steps)), rtol=1e-5, atol=1e-6)
 
 
@@ -188,7 +189,8 @@ def test_copies_of_a_recording_are_kept_back_together():
 
 
 def test_a_toss_starts_by_the_protocol():
-    # Free flight from high up: the refit of frames without noise is exact but for the vertical speed of a frame before.
+    # Free flight from a height without noise. The refit is exact except for the vertical speed of
+    # the previous frame.
     start = thrown(1)
     start[0, 0, 2] = 0.3
     (toss,) = recorded(cube(), start, 25)
@@ -196,9 +198,9 @@ def test_a_toss_starts_by_the_protocol():
     frame, (state,) = simulations.starts[0]
     assert toss.states[frame + 3, 0, 2] <= 0.05 * np.sqrt(3) < toss.states[frame + 2, 0, 2] and frame >= 4
     np.testing.assert_allclose(state[:9], toss.states[frame, 0, :9], atol=1e-12)
-    # The slope of a parabola sampled by steps is off by half a step of gravity.
+    # The slope of a sampled parabola is off by half a time step of gravity.
     np.testing.assert_allclose(state[9], toss.states[frame - 1, 0, 9], atol=0.5 * 9.81 / (RATE * SUBSTEPS) + 1e-12)
-    # A step turns the body by its spin to second order in the turn, here 0.015.
+    # A step rotates the body by its spin to second order in the angle of 0.015.
     np.testing.assert_allclose(state[10:], toss.states[frame, 0, 10:], rtol=1e-4)
 
 
@@ -232,7 +234,7 @@ def test_tables_are_read(tmp_path):
     for of, expected in zip(read, recordings):
         assert of.name == expected.name and of.rate == RATE
         np.testing.assert_allclose(of.states, expected.states, atol=1e-15)
-    # Bodies in any order; a run's own table.
+    # Bodies in any order, and the table of a run.
     scene, (swing, *_) = pendulum(), swings()
     lines = table([swing], ("upper", "lower")).splitlines()
     lines[1], lines[2] = lines[2], lines[1]

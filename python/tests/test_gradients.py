@@ -1,4 +1,5 @@
-"""Derivatives: against differences of steps, and of a run against those of its steps."""
+"""Derivatives of steps compared with finite differences, and derivatives of runs compared with
+those steps."""
 
 import numpy as np
 import pytest
@@ -20,7 +21,8 @@ def test_a_slide_in_closed_form():
     assert np.allclose(found["friction"][0, 6:9], -g * h * along, rtol=1e-9, atol=1e-12)
     assert np.allclose(found["friction"][0, :3], -g * h * h * along, rtol=1e-9, atol=1e-14)
     assert np.abs(found["mass"]).max() < 1e-12
-    # A push acts as without the ground, but for the turn of the friction and what it carries.
+    # A push acts as without ground along the slide. It changes the friction only through its
+    # direction.
     by_push = found["wrenches"][0, 6:9, 0, :3] @ along
     assert np.allclose(by_push, h / 2.0 * along, rtol=1e-6, atol=1e-12)
     assert found.margin > 0 and found.unsolved == found.unknown == found.kept == 0
@@ -41,7 +43,7 @@ def test_the_jacobian_by_velocity_is_that_of_differences():
             ends.append(simulation.states.copy())
         slope[:, k] = (ends[0] - ends[1])[0, 7:10] / 2e-5
     assert np.allclose(found["states"][0, 6:9, 0, 6:9], slope, atol=2e-6)
-    # What falls faster is stopped all the same, and pressed harder it is slowed by the friction.
+    # A faster fall is stopped too, and the larger normal force slows the slide.
     along = np.array([1, 0.2]) / np.hypot(1, 0.2)
     assert abs(slope[2, 2]) < 1e-6 and np.allclose(slope[:2, 2], 0.3 * along, atol=2e-6)
 
@@ -64,7 +66,7 @@ def test_a_run_backwards_is_that_of_its_steps():
     assert np.array_equal(found.ends, states)
     assert np.isclose(found["friction"], forwards[0, 0], rtol=1e-7)
     assert found["controls"].shape == (steps, 1, 6)
-    # The last push moves the end by h^2/m, the first by as much as all steps after it.
+    # The last push moves the end by h^2/m. The first push acts over all later steps.
     h = scene.time_step
     assert np.isclose(found["controls"][-1, 0, 0], h * h / 2, rtol=1e-6)
     assert found["controls"][0, 0, 0] > 30 * found["controls"][-1, 0, 0]
@@ -74,7 +76,7 @@ def test_with_compliance_what_sticks_creeps():
     resting = tumble.Scene(bodies=[{"box": 0.2, "mass": 2.0, "position": [0, 0, 0.1]}], ground={"friction": 0.5})
     exact, soft = resting.jacobian(), resting.jacobian(compliance=1e-2)
     assert np.abs(exact["wrenches"][0, 6:9, 0, :3]).max() < 1e-9
-    # Along the ground and down some e/4 of h/m, which is a direction.
+    # The compliance e causes motions of about e/4 of h/m along the ground and downwards.
     by_push = np.diag(soft["wrenches"][0, 6:9, 0, :3]) / (resting.time_step / 2.0)
     assert (by_push > 1e-3).all() and (by_push < 1e-2).all()
     along = np.zeros((1, 12))
@@ -88,9 +90,9 @@ def test_with_compliance_what_sticks_creeps():
 def test_on_the_central_path_what_is_near_is_felt():
     near = tumble.Scene(bodies=[{"box": 0.2, "mass": 2.0, "position": [0, 0, 0.1004]}], ground={"friction": 0.5})
     exact, central = near.jacobian(), near.jacobian(central_path=1e-2)
-    # The height has no part in free flight; lower it is pushed more.
+    # The height has no effect in exact free flight. On the central path a lower box is pushed more.
     assert exact["states"][0, 8, 0, 2] == 0.0 and central["states"][0, 8, 0, 2] < -1e-3
-    # By velocities a part of them, and by the same number as backwards.
+    # Velocities have a partial effect, equal forwards and backwards.
     assert 0.0 < central["states"][0, 8, 0, 8] < 1.0
     along = np.zeros((1, 12))
     along[0, 8] = 1.0
@@ -106,7 +108,7 @@ def test_on_the_central_path_what_is_near_is_felt():
 
 
 def pushed_block(force, smoothing):
-    """Final x of a block after 50 steps of a steady push, and its derivative by the push."""
+    """Final x of a block after 50 steps of a constant push, and its derivative by the push."""
     block = {"box": [0.4, 0.4, 0.1], "mass": 2.0, "position": [0, 0, 0.05]}
     scene = tumble.Scene(bodies=[block], ground={"friction": 0.25})
     controls = np.zeros((50, 1, 6))
@@ -118,7 +120,7 @@ def pushed_block(force, smoothing):
 
 
 def test_a_push_breaks_a_block_away():
-    """It sticks up to mu m g; above, x = (F/m - mu g) n (n + 1) h^2 / 2."""
+    """The block sticks up to mu m g. Above that, x = (F/m - mu g) n (n + 1) h^2 / 2."""
     steps, h, g, mass, friction = 50, 0.002, 9.81, 2.0, 0.25
     travel = steps * (steps + 1) * h * h / 2
     forces = np.linspace(0, 10, 21)
@@ -128,10 +130,10 @@ def test_a_push_breaks_a_block_away():
     assert np.allclose(exact[:, 1], np.where(sliding, travel / mass, 0), rtol=0, atol=1e-9)
     soft = np.array([pushed_block(force, {"compliance": 0.01}) for force in forces])
     central = np.array([pushed_block(force, {"central_path": 0.003}) for force in forces])
-    # Smoothing changes the derivative and not the run.
+    # Smoothing changes the derivative but not the run.
     assert np.array_equal(soft[:, 0], exact[:, 0]) and np.array_equal(central[:, 0], exact[:, 0])
     assert (soft[:, 1] > 2e-7).all()
-    # On the central path the derivative has no kink: it rises towards the exact one.
+    # The derivative on the central path has no kink and rises towards the exact one.
     assert (central[:, 1] > 0).all() and (central[:, 1] < travel / mass).all()
     assert (np.diff(central[:, 1]) > 0).all()
 
@@ -155,7 +157,8 @@ def test_what_is_refused():
 
 
 def test_coefficients_of_a_body_and_of_a_pair():
-    """Two blocks slide side by side: the one by the friction of its pair with the ground, the other by its own."""
+    """Two blocks slide side by side. One uses the friction of its pair with the ground, the other
+    its own coefficient."""
     blocks = [
         {"name": "a", "box": 0.2, "mass": 2.0, "position": [0, 0, 0.1], "velocity": [1, 0, 0]},
         {"name": "b", "box": 0.2, "mass": 2.0, "position": [0, 3, 0.1], "velocity": [1, 0, 0], "friction": 0.1},
@@ -167,10 +170,10 @@ def test_coefficients_of_a_body_and_of_a_pair():
     pressed = -9.81 * scene.time_step
     assert found["pair_friction"].shape == (2, 12, 1) and found["pair_restitution"].shape == (2, 12, 0)
     assert np.allclose(found["pair_friction"][:, 6, 0], [pressed, 0], atol=1e-12)
-    # The mean of its own and the ground's.
+    # Geometric mean of the body's and the ground's coefficient.
     assert np.allclose(found["body_friction"][:, 6, 0], [0, pressed * 0.5 * 2], atol=1e-12)
     assert np.allclose(found["friction"][:, 6], [0, pressed * 0.5 / 2], atol=1e-12)
-    # A batch varies them, and differentiates by what it varies.
+    # A batch varies the coefficients and differentiates by them.
     given = {"pair_friction": np.array([[0.2], [0.25]]), "body_friction": np.array([[0.1], [0.3]])}
     duals = np.zeros((1, 2, 12))
     duals[0, :, 6] = 1.0
@@ -181,7 +184,7 @@ def test_coefficients_of_a_body_and_of_a_pair():
 
 
 def test_anchors_of_a_joint():
-    """What is fixed to the world goes where its anchor is moved to, within one step."""
+    """A body fixed to the world follows a change of its anchor within one step."""
     plate = {"name": "plate", "box": 0.2, "mass": 2.0, "position": [0, 0, 1]}
     held = {"name": "weld", "type": "fixed", "bodies": ["plate"], "anchor": [0, 0, 1.1]}
     scene = tumble.Scene(bodies=[plate], ground={"none": True, "friction": 0.5}, joints=[held])

@@ -1,4 +1,4 @@
-"""The environment, by Gymnasium's own check, and its vector of the same steps."""
+"""Gymnasium's own check of the environment, and the vector environment with the same steps."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,8 @@ def test_gymnasium_finds_nothing_wrong():
 def test_a_straight_push_reaches_the_target():
     env = gymnasium.make("tumble/PushCube-v0")
     observation, _ = env.reset(seed=3)
-    # A speed that falls with the way; the friction of 0.4 m g is 0.2 of the largest force.
+    # Target speed proportional to the distance. The friction of 0.4 m g is 0.2 of the largest
+    # force.
     for _ in range(200):
         way, velocity = observation[13:15], observation[7:9]
         distance = np.linalg.norm(way)
@@ -33,7 +34,7 @@ def test_a_straight_push_reaches_the_target():
 
 
 def test_a_push_moves_as_newton_says():
-    """(F − μ m g)/m after 50 ms, along x."""
+    """The speed along x after 50 ms is (F − μ m g)/m times that time."""
     env = tumble.gym.PushCube()
     env.reset(seed=0)
     observation, *_ = env.step(np.array([1.0, 0.0], np.float32))

@@ -1,4 +1,4 @@
-"""Joints: scenes, trajectories, tables, motors in the loop, rollouts."""
+"""Joints: scenes, trajectories, tables, motors in a loop and rollouts."""
 
 import pickle
 
@@ -25,7 +25,7 @@ def test_a_scene_has_its_joints():
     assert pin["place"].shape == pin["angles"].shape == (101, 3)
     np.testing.assert_allclose(np.diff(pin["coordinate"]), 0.001 * pin["speed"], atol=1e-15)
     assert np.abs(pin["place"]).max() < 1e-15 and pin["coordinate"][-1] > 0.05
-    # What the pin carries is what the motion lacks.
+    # The joint force equals the mass times the acceleration minus gravity.
     change = np.diff(run.velocities[:, 0], axis=0) / 0.001 + [0, 0, 9.81]
     np.testing.assert_allclose(
         np.linalg.norm(pin["force"], axis=1), np.linalg.norm(change, axis=1), atol=1e-9
@@ -128,7 +128,8 @@ def test_gears_follow(tmp_path):
     two, one = (run.joints[name]["coordinate"] for name in scene.gears[0])
     np.testing.assert_allclose(two, -2.0 * one, atol=1e-13)
     np.testing.assert_array_equal(run.gears["coordinates"][:, 0], np.stack([two, one], axis=-1))
-    # I = m a²/6 about the axes: α = τ/(5 I) of the first, and -2 of it by the gear.
+    # With I = m a²/6 about the axes, the first wheel has α = τ/(5 I) and the second -2 of it by the
+    # gear.
     assert one[-1] == pytest.approx(0.5 * 0.1 / (5 * 0.04 / 6) * 0.1 * 0.101, rel=1e-4)
     np.testing.assert_allclose(run.gears["force"][:, 0], -2 * 0.1 / 5, rtol=1e-3)
     files = [file.name for file in run.to_csv(tmp_path)]
@@ -148,7 +149,7 @@ def test_rollouts_drive_motors_and_vary_joints():
         scene, motors=targets, joint_forces=pushes, parameters={"joint_friction": friction}
     )
     assert out.states.shape == (2, 50, 1, 13)
-    # The same by hand.
+    # A loop over single steps.
     for rollout in range(2):
         own = tumble.Scene(
             [ROD], NO_GROUND, joints=[{**PIN, "friction": friction[rollout, 0]}], motors=[motor], time_step=0.001

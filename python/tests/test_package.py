@@ -1,4 +1,4 @@
-"""The package: its stubs, its types, how fast it is there."""
+"""Package: stubs, types, documentation and the time of import and of a step."""
 
 import ast
 import inspect
@@ -86,7 +86,7 @@ def test_the_types_hold():
 
 
 def test_a_step_from_python_costs_little():
-    """A step by itself, with its result: some microseconds above the library's."""
+    """A single step with its result costs a few microseconds more than in the library."""
     simulation = tumble.drop().simulate()
     begin = time.perf_counter()
     for _ in range(20_000):

@@ -1,4 +1,4 @@
-"""Plans: a closed form, that they replay to the bit, and what is refused."""
+"""Plans: a closed form, exact replay and refusals."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def test_a_plan_runs_again_to_the_bit():
     np.testing.assert_array_equal(again.states, plan.run.states)
     assert len(plan.modes) == 30 and {mode for step in plan.modes for *_, mode in step} <= {"open", "stick", "slip"}
     assert [stage["name"] for stage in plan.stages] == ["ddp", "sample", "shoot"]
-    # Threads are no matter, and a plan goes on from its own controls.
+    # The result is independent of threads, and a plan can continue from its own controls.
     other = tumble.plan(scene, 30, [PUSH], target, runs=600, threads=1)
     np.testing.assert_array_equal(other.controls, plan.controls)
     on = tumble.plan(scene, 30, [PUSH], target, start=plan.controls, stages=[])

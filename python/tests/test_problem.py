@@ -1,4 +1,4 @@
-"""Contact problems by themselves: closed forms, files, refusals."""
+"""Contact problems: closed forms, files and refusals."""
 
 import importlib.util
 import sys
@@ -14,7 +14,7 @@ def slide(**more):
 
 
 class Entries:
-    """A matrix by its entries, as scipy's."""
+    """Sparse matrix with the interface of scipy's."""
 
     def __init__(self, shape, row, col, data):
         self.shape, self.row, self.col, self.data = shape, np.array(row), np.array(col), np.array(data)
@@ -24,7 +24,7 @@ class Entries:
 
 
 def falling_plate():
-    """Two corners of a plate that comes down: M, H, f, w."""
+    """Two corners of a falling plate: M, H, f, w."""
     H = np.zeros((6, 6))
     for contact, x in enumerate((1.0, -1.0)):
         frame = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)
@@ -35,7 +35,8 @@ def falling_plate():
 
 
 def missed(problem, solution):
-    """By how much the law is missed, from the matrices: gaps, pulls, cones, and friction against the slip."""
+    """Violation of the contact law from the matrices: gaps, normal impulses, cones and friction
+    power."""
     p, mu = solution.impulses.reshape(-1, 3), problem.mu
     if problem.is_local:
         u = problem.matrix("W") @ solution.impulses + problem.vector("q")
@@ -87,7 +88,7 @@ def test_the_problems_of_random_bodies_are_solved():
         bodies, contacts = rng.integers(1, 6), rng.integers(1, 16)
         J = rng.normal(size=(3 * contacts, 6 * bodies))
         W, mu = J @ J.T, rng.uniform(0, 0.4, contacts)
-        # Within reach of the impulses, as that of bodies that start from rest apart is.
+        # q is in the range of the impulses, like for bodies that start separated and at rest.
         q = J @ rng.normal(size=6 * bodies)
         q[::3] += np.abs(q[::3]).max()
         problem = tumble.ContactProblem(W=W, q=q - 0.5 * np.abs(q).max(), mu=mu)
@@ -126,7 +127,7 @@ def test_fclib_has_columns_rows_and_equations(tmp_path):
         with h5py.File(path, "w") as file:
             group = file.create_group("fclib_global")
             group["spacedim"] = np.array([3], np.int32)
-            # What holds v_y: 0 without a law.
+            # Equation that fixes v_y.
             held = np.zeros((6, 1))
             held[1] = 1
             for name, dense in (("M", given["M"]), ("H", given["H"]), ("G", held)):
@@ -270,7 +271,7 @@ def test_broken_files_of_fclib_are_refused(tmp_path):
             change(file["fclib_local"])
         with pytest.raises(tumble.TumbleError, match=f"broken.hdf5: .*{words}"):
             tumble.ContactProblem.read(path)
-    # What else stands beside the vectors is no matter.
+    # Other groups next to the vectors are ignored.
     path.write_bytes((tmp_path / "whole.hdf5").read_bytes())
     with h5py.File(path, "r+") as file:
         file["fclib_local/vectors"].create_group("more")

@@ -1,4 +1,4 @@
-"""Robots from files: coordinates, joints, motors, forces."""
+"""Robots from files: coordinates, joints, motors and forces."""
 
 import copy
 import pickle
@@ -86,7 +86,7 @@ def test_a_robot_stands_by_its_motors():
     forces = robot.contact_forces
     assert {pair[1] for pair in forces} == {"ground"} and len(forces) == 4
     assert sum(forces.values())[2] == pytest.approx(weight, rel=1e-9)
-    # The motors' torques and the feet's forces hold the weight, by coordinates too.
+    # Motor torques and foot forces carry the weight, also in generalised coordinates.
     q = robot.q
     needed = robot.bias_forces(q)
     links = robot.links_now
@@ -94,7 +94,7 @@ def test_a_robot_stands_by_its_motors():
         foot = name.replace("shank", "foot")
         index = robot.link(foot)
         assert links.positions[index, 2] == pytest.approx(0.02, abs=1e-4)
-        # Where it touches, below the ball of the foot.
+        # Contact point below the ball of the foot.
         point = rotation(links.attitudes[index]).T @ np.array([0, 0, -0.02])
         needed = needed - robot.jacobian(foot, point, q)[0].T @ force
     np.testing.assert_allclose(needed[:6], 0.0, atol=1e-6)
@@ -126,7 +126,7 @@ def test_coordinates_are_set_and_read():
     np.testing.assert_allclose(robot.v, v, atol=1e-12)
     links = robot.kinematics(q, v)
     np.testing.assert_allclose(robot.links_now.positions, links.positions, atol=1e-13)
-    # The Jacobian is the velocity by the rates.
+    # The Jacobian times the rates equals the velocity.
     place, turn = robot.jacobian("rr_foot", [0, 0, 0], q)
     foot = robot.link("rr_foot")
     np.testing.assert_allclose(place @ v, links.velocities[foot], atol=1e-12)
@@ -149,12 +149,12 @@ def test_hinges_count_their_turns_while_nobody_looks(tmp_path):
     robot.v = [20.0]
     simulation.run(300)
     hinge = robot["j"]
-    # 20 rad/s for 0.6 s but for the Cayley map's third order.
+    # 20 rad/s for 0.6 s with a third-order error of the Cayley map.
     assert abs(hinge.coordinate - 12.0) < 0.01
     assert abs(hinge.coordinate - simulation.joints["j"]["coordinate"]) < 1e-12
     copied = copy.copy(simulation)
     assert copied.robot["j"].coordinate == hinge.coordinate
-    # A motor that is to hold it there turns it back by no turn.
+    # A motor that holds the current angle keeps the number of turns.
     hinge.stiffness, hinge.damping, hinge.most = 50.0, 5.0, 100.0
     robot.v = [0.0]
     hinge.target = held = hinge.coordinate
@@ -188,7 +188,7 @@ def test_controls_close_a_gripper(tmp_path):
     simulation = tumble.load(tmp_path / "gripper.xml").simulate()
     simulation.robot.controls = [0.04]
     assert simulation.step().ok
-    # The same force on each.
+    # The force on both joints is equal.
     light, heavy = simulation.robot.q
     assert light > 0.0 and light == pytest.approx(3.0 * heavy, rel=1e-9)
     assert simulation.run(3000).residuals.max() <= 1e-9
@@ -198,14 +198,14 @@ def test_controls_close_a_gripper(tmp_path):
     again.set_gear_motor(0)
     last = simulation.robot.q.copy()
     assert simulation.run(3000).residuals.max() <= 1e-9 and again.run(3000).residuals.max() <= 1e-9
-    # q_l - r q_r of the gear has the ratio -1.
+    # The gear's coordinate q_l - r q_r has the ratio -1.
     assert simulation.robot.q.sum() == pytest.approx(-0.01, abs=1e-6)
     np.testing.assert_allclose(again.robot.q, last, atol=1e-6)
     with pytest.raises(tumble.TumbleError, match="gear"):
         simulation.set_gear_motor(3)
     scene = simulation.scene
     assert (scene.motor_axes, scene.motor_gears) == ([], [0])
-    # The sum q_l + q_r goes to each rollout's own.
+    # The sum q_l + q_r reaches the target of each rollout.
     targets = np.array([0.03, -0.05])
     ends = tumble.rollout(scene, motors=np.repeat(targets[:, None, None], 3000, axis=1)).states[:, -1]
     starts = tumble.load(tmp_path / "gripper.xml").simulate().states
@@ -239,7 +239,7 @@ def test_several_and_copies():
 
 
 def test_sensors_at_rest():
-    """What lies still feels its weight: upwards in the accelerometer, and in its feet."""
+    """A resting robot measures its weight: upwards in the accelerometer and in its feet."""
     simulation = standing().simulate()
     robot = simulation.robot
     robot.set_gains(stiffness=80.0, damping=2.0, most=25.0)
@@ -275,7 +275,8 @@ def test_sensors_at_rest():
 
 
 def test_sensors_in_motion(tmp_path):
-    """A falling box feels no acceleration at its centre; an arm that turns with ω feels ω² r inwards."""
+    """A falling box measures no acceleration at its centre. A rotating arm measures ω² r inwards.
+    """
     box = "<geom type='box' size='.1 .2 .3' mass='1'/>"
     (tmp_path / "box.xml").write_text(
         f"<mujoco><option timestep='0.001'/><worldbody><body name='b' pos='0 0 5'><freejoint/>{box}</body></worldbody></mujoco>"
@@ -305,7 +306,7 @@ def test_sensors_in_motion(tmp_path):
     assert robot.sites == {"tip": ("arm", [0.8, 0, 0], [1, 0, 0, 0])}
     for own, named in zip(read, robot.imu(*robot.sites["tip"])):
         np.testing.assert_array_equal(own, named)
-    # By names of joints, and with all turns.
+    # Columns have joint names, and angles count full turns.
     table = robot.to_pandas(run)
     assert list(table.columns) == ["k", "time_s", "pivot", "pivot.rate"] and len(table) == 10001
     np.testing.assert_allclose(table["pivot"], 3 * table["time_s"], atol=1e-3)

@@ -1,4 +1,5 @@
-"""Batches: the numbers of a loop, whatever the threads, and the caller's memory."""
+"""Batches equal a loop of single runs on any number of threads, and can write to the caller's
+memory."""
 
 import os
 import pickle
@@ -24,7 +25,7 @@ def starts_of(count):
 
 
 def test_a_batch_has_the_numbers_of_a_loop(scene):
-    """10⁴ rollouts, each with a start and pushes of its own, on one thread and on four."""
+    """10⁴ rollouts with different starts and pushes, on one thread and on four."""
     count, steps = 10_000, 20
     rng = np.random.default_rng(0)
     states = np.tile(starts_of(20), (count // 20, 1))
@@ -65,7 +66,7 @@ def test_parameters_are_those_of_scenes_of_their_own():
             gravity=gravity[b],
             time_step=time_step[b],
         )
-        # The inertia comes by another order of factors.
+        # The inertia is computed with another order of factors, hence the tolerance.
         np.testing.assert_allclose(batch.states[b], other.run(100).states[1:], atol=1e-9)
 
 
@@ -93,7 +94,8 @@ def test_a_coefficient_that_pairs_have_of_their_own_is_refused():
 
 
 def test_restitution_that_is_taken_in_part_is_counted():
-    """Cubes that fall on a corner with friction: Newton's law alone would make energy in some."""
+    """Cubes fall on a corner with friction. Newton's restitution law alone would add energy in some
+    impacts."""
     scene = tumble.load(ROOT / "scenarios" / "drop.toml", restitution=0.9, friction=1.0)
     states = starts_of(30)
     states[:, 7:] = [0, 8, -3, 0, -9, 4]
@@ -109,7 +111,7 @@ def test_the_caller_s_memory_is_written_to(scene):
     assert result.states is out["states"] and result.status is out["status"]
     np.testing.assert_array_equal(out["states"][:, 0], result.states[:, 0])
     assert np.abs(out["states"]).min(axis=(1, 2, 3)).shape == (3,) and out["states"].any()
-    # The memory is numpy's own, which others take without a copy.
+    # The memory is owned by numpy, and other libraries use it without a copy.
     assert np.shares_memory(np.from_dlpack(result.states), result.states)
     assert memoryview(result.states).format == "d"
 
@@ -151,7 +153,7 @@ def test_odd_input_is_named(scene, keywords, words):
 
 
 def test_steps_that_fail_are_listed_by_index():
-    """A body with as little inertia as is allowed hits the ground at 100 km/s; two others fall."""
+    """A body with the least allowed inertia hits the ground at 100 km/s. Two others fall."""
     body = {"box": 2.0, "mass": 1.0, "inertia": 1e-5, "position": [0, 0, 1.8]}
     scene = tumble.Scene([body], {"friction": 10.0})
     states = np.repeat(scene.states, 3, axis=0)

@@ -1,4 +1,4 @@
-"""Simulations that are kept and gone on with: the same numbers to the last bit."""
+"""Saved and copied simulations continue with the same numbers to the last bit."""
 
 import copy
 import pickle
@@ -21,7 +21,7 @@ def stack(height=4, **keywords):
 
 
 def heap():
-    """Cubes that fall on each other, turned and bouncing."""
+    """Cubes that fall on each other, rotated and bouncing."""
     place = {"position": [0, 0, 0.4], "attitude": "random", "jitter": 0.02, "velocity": [0.3, 0, -1]}
     copies = {"count": [2, 2, 3], "step": [0.4, 0.4, 0.4]}
     return tumble.Scene(

@@ -1,4 +1,4 @@
-"""Scenes: from files and from code, and what is no scene."""
+"""Scenes from files and from code, and refusals."""
 
 import pickle
 
@@ -20,7 +20,7 @@ def test_a_scene_begins_at_an_index_of_its_own(tmp_path):
     assert other.start_index == 0
     np.testing.assert_array_equal(other.simulate(index=500).run(300).states, run.states)
     assert not np.array_equal(other.run(300).states, run.states)
-    # Files, processes, rollouts and what is told beside them begin there, too.
+    # Files, other processes and rollouts start at the same index.
     kept = [tumble.load(scene.save(tmp_path / "later.toml")), pickle.loads(pickle.dumps(scene))]
     kept.append(tumble.Scene.from_text(other._source[0], start_index=500))
     for one in kept:
@@ -54,7 +54,7 @@ velocity = [1.0, 0.0, 0.0]
 
 
 def test_bodies_may_meet_without_a_ground():
-    """Two balls of equal mass, the plastic impact along the line of centres: both go on together."""
+    """Two balls of equal mass in a central plastic impact move on together."""
     balls = [
         {"sphere": 0.1, "mass": 1.0, "position": [x, 0, 0], "velocity": [v, 0, 0]}
         for x, v in [(-0.5, 2.0), (0.5, 0.0)]

@@ -1,4 +1,4 @@
-"""Simulations: what the physics says, and what goes in."""
+"""Simulations: physical checks and input checks."""
 
 import copy
 import os
@@ -23,7 +23,7 @@ def block(velocity=(0, 0, 0), friction=0.3, **keywords):
 
 
 def test_a_slide_ends_where_coulomb_says():
-    """v²/(2 μ g), less μ g h T / 2 of the implicit scheme: first order in h."""
+    """v²/(2 μ g) minus v h / 2 of the implicit scheme, first order in h."""
     run = block([2, 0, 0], time_step=0.001).run(1000)
     exact = 2.0**2 / (2 * 0.3 * G)
     late = 2.0 * 0.001 / 2
@@ -53,7 +53,7 @@ def test_steps_and_a_run_are_the_same():
 
 
 def test_wrenches_push():
-    """F/m − μ g of a block that is pulled; the wrench stays until another is given."""
+    """A pulled block accelerates by F/m − μ g. The wrench stays until another is set."""
     pulled = block(friction=0.25)
     run = pulled.simulate().run(100, np.tile([10.0, 0, 0, 0, 0, 0], (100, 1, 1)))
     speed = (10.0 / 2.0 - 0.25 * G) * 100 * 0.002
@@ -100,7 +100,8 @@ def test_odd_input_is_named(call, words):
 
 
 def test_memory_that_the_process_may_not_have_is_refused():
-    """A limit as batch systems set it: an allocation that fails there ends the interpreter."""
+    """Memory limit as in batch systems. An allocation that fails there would end the interpreter.
+    """
     program = (
         "import resource, tumble\n"
         "scene = tumble.Scene([{'box': 0.2, 'mass': 1.0, 'position': [0, 0, 0.1]}], {'friction': 0.5})\n"
@@ -147,7 +148,7 @@ def test_ctrl_c_ends_a_run_at_once():
     timer.start()
     with pytest.raises(KeyboardInterrupt):
         simulation.run(2_000_000, contacts=False)
-    # 20 ms between two looks; the rest is room for a busy machine.
+    # The interval between checks is 20 ms. The rest allows for a busy machine.
     assert time.perf_counter() - pressed[0] < 0.1
     assert 0 < simulation.index < 2_000_000
     assert simulation.step().ok, "it can go on"
@@ -205,7 +206,7 @@ def test_a_simulation_runs_in_one_thread_at_a_time():
 
 
 def test_islands_are_the_same_on_any_number_of_threads():
-    """Forty boxes that tumble apart from each other, and a start that is given."""
+    """Forty separate tumbling boxes, also from given states."""
     boxes = [
         {"box": 0.2, "mass": 1.0, "position": [i, 0, 0.3], "attitude": "random", "spin": [3, 1, 0]}
         for i in range(40)
@@ -227,7 +228,7 @@ def test_islands_are_the_same_on_any_number_of_threads():
 
 
 def test_memory_is_flat_over_steps():
-    """10⁵ steps; docs/python.md has the figure for 10⁶."""
+    """10⁵ steps. docs/python.md has the figure for 10⁶."""
     resource = pytest.importorskip("resource")
     simulation = tumble.drop().simulate()
     push = np.zeros(6)
@@ -238,7 +239,7 @@ def test_memory_is_flat_over_steps():
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
     before = steps(20_000)
-    # KiB; the allocator's own unevenness.
+    # KiB, for the variation of the allocator.
     assert steps(100_000) - before <= 1024
 
 
@@ -317,7 +318,7 @@ def test_what_does_not_fit_into_memory_is_refused_before():
 
 
 def test_a_fork_goes_on_without_the_threads():
-    """In a process of its own: threads of what other tests have imported are none of its business."""
+    """Runs in its own process without the threads of other tests' imports."""
     if not hasattr(os, "fork"):
         pytest.skip("no fork here")
     words = "import test_simulation; test_simulation.fork_goes_on()"
@@ -326,7 +327,8 @@ def test_a_fork_goes_on_without_the_threads():
 
 
 def fork_goes_on():
-    """On one thread, with the same numbers; and it ends."""
+    """Continues a simulation with threads in a forked process on one thread, with the same numbers,
+    and ends."""
     boxes = [
         {"box": 0.2, "mass": 1.0, "position": [i, 0, 0.3], "attitude": "random", "spin": [3, 1, 0]}
         for i in range(40)
@@ -423,7 +425,7 @@ def test_contacts_at_rest_are_those_of_the_step_that_came_to_rest():
             np.testing.assert_array_equal(column, fresh[name])
     np.testing.assert_array_equal(simulation.states, states)
     assert len(objects) == 1
-    # What wakes it is seen at once.
+    # A push has an effect at once.
     simulation.step([8, 0, 0, 0, 0, 0])
     pushed = simulation.contacts["force"].sum(axis=0)
     assert pushed[0] < -1 and contacts["force"].sum(axis=0)[0] == pytest.approx(0, abs=1e-9)
@@ -450,7 +452,7 @@ def test_whatever_is_kept_of_contacts_stays_that_of_its_step():
         contacts = simulation.contacts
         assert contacts is simulation.contacts and contacts["force"] is contacts["force"]
         objects.add(id(contacts))
-        # Nothing of most steps, so that what nobody has is written anew between those that something is kept of.
+        # Most steps keep no reference, so that buffers are reused between steps that do.
         if k % 4 == 0:
             kept = ways[k // 4 % len(ways)](contacts)
             all_kept.append((kept, numbers(kept)))

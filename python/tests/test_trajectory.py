@@ -1,4 +1,4 @@
-"""Trajectories: arrays, tables in and out, pictures."""
+"""Trajectories: arrays, tables and pictures."""
 
 import copy
 import os
@@ -38,7 +38,7 @@ def test_arrays_are_named_views(run):
 
 
 def test_forces_explain_the_motion(run):
-    """m (v⁺ − v) = h (F + m g), the step's own equation."""
+    """The forces satisfy the step's equation m (v⁺ − v) = h (F + m g)."""
     change = 10.0 * np.diff(run.velocities[:, 0], axis=0)
     impulse = 0.002 * (run.forces[:, 0] + [0, 0, -98.1])
     np.testing.assert_allclose(change, impulse, atol=1e-9)
@@ -201,7 +201,7 @@ def test_a_gif_is_not_written_under_another_name(stack, tmp_path):
 
 @pytest.fixture
 def tumbled(tmp_path):
-    """A run of the command line, and its folder."""
+    """Runs the command line and returns its output directory."""
     program = os.environ.get("TUMBLE") or shutil.which("tumble")
     if program is None:
         pytest.skip("TUMBLE does not name the program of the command line")
@@ -223,13 +223,13 @@ def test_the_tutorial_s_table_reads_as_the_run_that_it_is_of(tumbled, run, tmp_p
         for name in ("states", "forces", "residuals", "status", "iterations", "time", "energy"):
             np.testing.assert_array_equal(getattr(read, name), getattr(run, name))
     assert len(read) == 301
-    # Its contacts are those of the run, of which the table has the sizes of the slips alone.
+    # The contacts equal the run's. The table contains only the norms of the slips.
     mine, its = run.contacts, read.contacts
     assert its["partner"] == mine["partner"] and len(its["k"]) > 100
     for name in ("k", "body", "point", "normal", "force", "normal_force", "gap"):
         np.testing.assert_array_equal(its[name], mine[name])
     np.testing.assert_allclose(its["slip"], mine["slip"], atol=1e-11)
-    # And it does what any other does.
+    # The result behaves like any other trajectory.
     part = read[100:201]
     np.testing.assert_array_equal(part.forces, run.forces[100:200])
     files = part.to_csv(tmp_path / "part")
@@ -312,7 +312,7 @@ def test_the_command_line_takes_runs_of_one_body(tumbled, tmp_path, text):
         for column, numbers in part.contacts.items():
             np.testing.assert_array_equal(read.contacts[column], numbers)
         assert part[0] is not None and part.time[0] == pytest.approx(0.002 * start)
-    # What pushed it otherwise is in no run.json, which says so: it can be shown, and not verified.
+    # Other pushes are recorded in run.json. The run can be viewed but not verified.
     simulation = scene.simulate()
     simulation.run(9, np.ones((9, 6))).to_csv(tmp_path / "all")
     for command, code in (("view", 0), ("plot", 0), ("gif", 0), ("verify", 2)):
@@ -330,7 +330,7 @@ def test_a_copy_knows_whether_something_pushed_it(tmp_path):
             simulation.step(np.ones(6))
         copy.copy(simulation).run(5).to_csv(tmp_path)
         assert ('"pushed": true' in (tmp_path / "run.json").read_text()) is pushed
-    # Tables do not say it.
+    # Tables do not contain this information.
     read = tumble.Trajectory.from_csv(simulation.scene, tmp_path)
     read.to_csv(tmp_path)
     assert not (tmp_path / "run.json").exists()
@@ -366,7 +366,7 @@ def test_a_folder_has_the_files_of_one_run(tmp_path):
 
 
 def test_a_run_of_the_tutorial_s_settings_reads(tumbled):
-    """Ipopt under these holds attitudes to their unit length to its tolerance alone."""
+    """Ipopt keeps attitudes at unit length only to its tolerance with these settings."""
     folder = tumbled("tutorial", "--preset", "tutorial", "--steps", "300", code=3)
     read = tumble.Trajectory.from_csv(tumble.drop(), folder)
     assert 1e-5 < np.abs(np.linalg.norm(read.attitudes, axis=-1) - 1).max() < 1e-2

@@ -1,4 +1,5 @@
-//! Where the energy goes: the terms of steps.csv add up to its change, and are what closed forms say.
+//! Energy balance: the terms in steps.csv add up to the change of energy and agree with closed
+//! forms.
 
 use super::scenario::run_scenario;
 use super::support::{Table, run};
@@ -6,9 +7,9 @@ use crate::ROOT;
 use std::fs;
 use std::path::Path;
 
-/// What the balance may leave, in parts of its largest term.
+/// Largest residual of the balance, relative to its largest term.
 const CLOSES: f64 = 1e-10;
-/// What is less than this is at rest, J.
+/// Energy below which a body counts as resting [J].
 const REST: f64 = 1e-20;
 
 const TERMS: [&str; 6] =
@@ -32,7 +33,7 @@ impl Balance {
         }
     }
 
-    /// The sum over the run of a term.
+    /// Sum of a term over the run.
     fn total(&self, name: &str) -> f64 {
         let place = TERMS.iter().position(|term| *term == name).unwrap();
         self.terms[place].iter().sum()
@@ -55,7 +56,8 @@ impl Balance {
     }
 }
 
-/// Falls, slides, impacts, bounces, motors, driven bodies, loops and gears.
+/// The balance closes in scenes with falls, sliding, impacts, bounces, motors, driven bodies, loops
+/// and gears.
 #[test]
 fn the_terms_add_up_to_the_change_of_energy() {
     for name in [
@@ -86,7 +88,8 @@ fn balance(text: &str) -> Balance {
     balance
 }
 
-/// A block of 2 kg with 3 m/s slides to rest on μ = 0.4: friction takes ½ m v², nothing else does anything.
+/// Friction (μ = 0.4) takes ½ m v² = 9 J from a sliding block of 2 kg with 3 m/s. No other term
+/// contributes.
 #[test]
 fn friction_takes_the_energy_of_what_slides() {
     let of = balance(
@@ -97,7 +100,7 @@ fn friction_takes_the_energy_of_what_slides() {
     assert!(of.total("impacts_J").abs() < 1e-9, "{}", of.total("impacts_J"));
 }
 
-/// A ball of 1 kg lands with 2 m/s and does not bounce: the impact takes 2 J, but for what the last step before it still fell.
+/// A ball of 1 kg lands at 2 m/s without bouncing. The impact takes ½ m v² = 2 J.
 #[test]
 fn an_impact_takes_the_energy_of_what_lands() {
     let of = balance(
@@ -107,7 +110,8 @@ fn an_impact_takes_the_energy_of_what_lands() {
     assert!((of.total("impacts_J") + 2.0).abs() < 1e-9, "{}", of.total("impacts_J"));
 }
 
-/// A motor of 0.8 N m on a hinge without weight does 0.8 J a radian, and a step of it from rest is no cause for alarm.
+/// A motor torque of 0.8 N m on a weightless hinge does 0.8 J of work a radian. The first step from
+/// rest must not get the status `wild`.
 #[test]
 fn a_motor_does_the_work_of_its_torque() {
     let rod = "steps = 101\ntime_step = 0.01\ngravity = 0\n[ground]\nnone = true\nfriction = 0.5\n[[bodies]]\nname = \"rod\"\n\
@@ -116,7 +120,7 @@ fn a_motor_does_the_work_of_its_torque() {
     let of = balance(rod);
     assert!(!of.status.contains(&"wild".to_owned()), "{:?}", of.status);
     let of = balance(&rod.replace("time_step = 0.01", "time_step = 0.001").replace("101", "301"));
-    // Half of τ²t²/I with the moment of inertia about the hinge, 1/12 (0.5² + 0.04²) + 0.25².
+    // Work ½ τ² t²/I with the moment of inertia about the hinge, 1/12 (0.5² + 0.04²) + 0.25².
     let inertia = (0.25 + 0.0016) / 12.0 + 0.0625;
     let work = 0.5 * 0.64 * 0.09 / inertia;
     let found = of.total("drives_J");

@@ -1,11 +1,11 @@
-//! Files of a run that were changed afterwards in a way that obeys the physics: their checksums in run.json are others.
+//! Checksums in run.json detect changes of a run's files that are physically consistent.
 
 use super::scenario::run_scenario;
 use super::support::{End, Table, run, unseal};
 use std::fs;
 use std::path::Path;
 
-/// A box that slides, and one that stays in the air.
+/// Scene with a sliding box and a ball that stays in the air.
 const SCENE: &str = r#"
 steps = 30
 ground = { friction = 0.3 }
@@ -26,7 +26,7 @@ fn verify(out: &Path) -> End {
     run(&["verify", out.join("steps.csv").to_str().unwrap()])
 }
 
-/// Changes a cell of row `row` of a table.
+/// Writes `value` into the cell at (`row`, `column`) of the table at `path`.
 fn change(path: &Path, column: &str, row: usize, value: &str) {
     let mut table = Table::parse(&fs::read_to_string(path).unwrap());
     let column = table.column(column);
@@ -35,6 +35,7 @@ fn change(path: &Path, column: &str, row: usize, value: &str) {
     fs::write(path, table.text()).unwrap();
 }
 
+/// `verify` and `--continue` detect changed cells that satisfy every equation of motion.
 #[test]
 fn what_no_equation_notices_the_checksums_do() {
     let (end, directory) = run_scenario(SCENE, &[]);
@@ -44,7 +45,7 @@ fn what_no_equation_notices_the_checksums_do() {
     assert_eq!(whole.code, Some(0), "{whole:?}");
     assert!(!whole.stdout.contains("checksum"), "{whole:?}");
 
-    // Another start that the solver has, in a step that is solved from either.
+    // The start method of a step whose solution does not depend on it.
     let steps = out.join("steps.csv");
     let before = fs::read_to_string(&steps).unwrap();
     let table = Table::parse(&before);
@@ -61,7 +62,7 @@ fn what_no_equation_notices_the_checksums_do() {
     fs::write(&steps, &before).unwrap();
     assert_eq!(verify(&out).code, Some(0));
 
-    // A constant that no row shows.
+    // Constants without influence on any row.
     let run_json = out.join("run.json");
     let text = fs::read_to_string(&run_json).unwrap();
     for (from, to) in [("\"thrown\"", "\"dropped\""), ("\n}\n", "\n\n}\n")] {
@@ -71,7 +72,7 @@ fn what_no_equation_notices_the_checksums_do() {
         assert_eq!((found.code, found.stderr.as_str()), (Some(1), ""), "{found:?}");
         assert!(found.stdout.contains("run.json was changed after it was written"), "{found:?}");
     }
-    // Its own checksum, or those of the tables, taken out.
+    // Removed checksum of run.json, then removed checksums of the tables.
     let at = text.rfind(",\n  \"checksum\": ").unwrap();
     fs::write(&run_json, format!("{}\n}}\n", &text[..at])).unwrap();
     let found = verify(&out);
@@ -82,7 +83,7 @@ fn what_no_equation_notices_the_checksums_do() {
     let found = verify(&out);
     assert_eq!(found.code, Some(1), "{found:?}");
     assert!(found.stdout.contains("its checksum is another"), "{found:?}");
-    // The clock's figure is another in every run.
+    // The solve time differs between runs and has no checksum.
     let clock = text.lines().find(|line| line.contains("\"solve_seconds\"")).unwrap();
     fs::write(&run_json, text.replace(clock, "    \"solve_seconds\": 1.5")).unwrap();
     assert_eq!(verify(&out).code, Some(0));
@@ -94,7 +95,7 @@ fn what_no_equation_notices_the_checksums_do() {
     assert!(silent.stdout.contains("note: run.json has no checksums"), "{silent:?}");
 }
 
-/// The one table of a run of one body may be called otherwise; left out rows are in the checksums too.
+/// The table of a one-body run keeps its checksum when it is renamed.
 #[test]
 fn a_table_of_one_body_has_its_checksum() {
     let (end, directory) = run_scenario(
@@ -107,7 +108,7 @@ fn a_table_of_one_body_has_its_checksum() {
     fs::rename(out.join("trajectory.csv"), &renamed).unwrap();
     let verify = || run(&["verify", renamed.to_str().unwrap()]);
     assert_eq!(verify().code, Some(0), "{:?}", verify());
-    // The same number, written otherwise.
+    // The same number in another notation.
     let text = fs::read_to_string(&renamed).unwrap();
     fs::write(&renamed, text.replacen("\n0,0", "\n0,-0", 1)).unwrap();
     let found = verify();

@@ -1,4 +1,5 @@
-//! A run that is killed goes on from its last checkpoint, and leaves what a run in one go leaves, byte for byte.
+//! A killed run that continues from its last checkpoint writes the same bytes as an uninterrupted
+//! run.
 
 use super::support::{PROGRAM, everything_in, run};
 use crate::ROOT;
@@ -8,14 +9,14 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// A run of several tables, with a joint.
+/// Arguments of a scenario with several tables and a joint.
 fn scene(steps: &str) -> Vec<String> {
     let scenario = format!("{ROOT}/scenarios/door.toml");
     let args = ["--scenario", &scenario, "--steps", steps, "--quiet"];
     args.map(str::to_owned).to_vec()
 }
 
-/// The tables of a run, and how many there are.
+/// Name and content of every table in a run's directory.
 fn tables(directory: &Path) -> Vec<(String, Vec<u8>)> {
     let names = everything_in(directory).into_iter();
     let names = names.map(|name| name.to_str().unwrap().to_owned());
@@ -23,7 +24,8 @@ fn tables(directory: &Path) -> Vec<(String, Vec<u8>)> {
     tables.map(|name| (name.clone(), fs::read(directory.join(name)).unwrap())).collect()
 }
 
-/// Starts the program and kills it after `time`, or later where it has no checkpoint yet and one is `awaited`.
+/// Starts the program and kills it after `time`. If `awaited` is set, the kill also waits for the
+/// first checkpoint.
 fn killed(args: &[String], out: &Path, time: Duration, awaited: bool) {
     let mut command = Command::new(PROGRAM);
     command.args(args).arg("--out").arg(out).stdout(Stdio::null());
@@ -34,7 +36,7 @@ fn killed(args: &[String], out: &Path, time: Duration, awaited: bool) {
         assert!(begun.elapsed() < Duration::from_secs(60), "no checkpoint");
         sleep(Duration::from_millis(1));
     }
-    // SIGKILL; it may have ended.
+    // Sends SIGKILL. The process may already have ended.
     let _ = child.kill();
     child.wait().unwrap();
 }
@@ -56,7 +58,7 @@ fn assert_like(one: &Path, other: &Path) {
     }
 }
 
-/// In both forms, killed twice, with nothing left of either.
+/// Both table formats survive two kills and leave no temporary files.
 #[test]
 #[ignore = "slow"]
 fn a_killed_run_goes_on_from_its_checkpoint() {
@@ -89,7 +91,7 @@ fn a_killed_run_goes_on_from_its_checkpoint() {
     }
 }
 
-/// Of many kills at any moment, also during a checkpoint, none loses the run.
+/// Kills at random moments lose no run, even during the write of a checkpoint.
 #[test]
 #[ignore = "a hundred runs are killed: three minutes"]
 fn a_hundred_kills_lose_nothing() {

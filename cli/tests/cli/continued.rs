@@ -1,4 +1,4 @@
-//! `--continue`: a run in parts leaves what a run in one go leaves, byte for byte.
+//! `--continue`: a run in parts writes the same bytes as a run in one go.
 
 use super::support::{everything_in, run, unseal};
 use crate::ROOT;
@@ -31,7 +31,7 @@ impl Places {
     }
 }
 
-/// The files of rows, and run.json but for the time that it took.
+/// Tables of a run and its run.json without the solve time.
 fn left(folder: &Path) -> (Vec<(PathBuf, String)>, Value) {
     let files =
         everything_in(folder).into_iter().filter(|name| ROWS.iter().any(|row| name.ends_with(row)));
@@ -42,7 +42,7 @@ fn left(folder: &Path) -> (Vec<(PathBuf, String)>, Value) {
     let json = fs::read_to_string(folder.join("run.json")).unwrap();
     let mut json: Value = serde_json::from_str(&json).unwrap();
     let seconds = json["summary"]["solve_seconds"].take();
-    // Of pictures too, which not every run has.
+    // The file list and the checksum differ if only one of the runs has pictures.
     let _ = (json["files"].take(), json["checksum"].take());
     assert!(seconds.as_f64().unwrap() > 0.0);
     (files.collect(), json)
@@ -62,7 +62,7 @@ fn scenario(name: &str) -> String {
     format!("{ROOT}/scenarios/{name}.toml")
 }
 
-/// A run of `args` and so many rows, in one go and in parts.
+/// Asserts that `rows` rows of a run with `args` are equal in one go and in parts.
 fn goes_on(args: &[&str], parts: &[&str], rows: &str) {
     let places = Places::new();
     places.run(&[args, &["--steps", rows]].concat(), "whole");
@@ -105,6 +105,7 @@ fn ipopt_in_parts_is_ipopt_in_one_go() {
     );
 }
 
+/// Loads, tilted planes, restitution, the floating scene and start indices continue correctly.
 #[test]
 fn loads_slopes_and_bounces_go_on() {
     let native = ["--solver", "native", "--height", "1.8"];
@@ -126,11 +127,12 @@ fn loads_slopes_and_bounces_go_on() {
     goes_on(&["--scenario", &pile, "--start-index", "123456"], &["60"], "150");
 }
 
+/// `--continue` without `--steps` completes the number of rows in run.json.
 #[test]
 fn without_steps_the_rows_that_were_asked_for_are_made() {
     let places = Places::new();
     places.run(&["--solver", "native", "--steps", "300"], "whole");
-    // A run that ended early has fewer rows than its run.json asks for.
+    // A run that ended early has fewer rows than its run.json requests.
     places.run(&["--solver", "native", "--steps", "120"], "early");
     let file = places.path("early").join("run.json");
     unseal(&file);
@@ -139,12 +141,13 @@ fn without_steps_the_rows_that_were_asked_for_are_made() {
     let end = run(&["--continue", &places.text("early")]);
     assert_eq!(end.code, Some(0), "{end:?}");
     assert_same(&places, "whole", "early");
-    // Once more: there is nothing left to do.
+    // A complete run has no remaining steps.
     let end = run(&["--continue", &places.text("early")]);
     assert_eq!(end.code, Some(0), "{end:?}");
     assert_same(&places, "whole", "early");
 }
 
+/// `--continue` with another `--out` writes the whole run there and keeps the first one.
 #[test]
 fn with_another_out_the_whole_run_is_there_and_the_first_one_stays() {
     let places = Places::new();
@@ -175,6 +178,7 @@ fn with_another_out_the_whole_run_is_there_and_the_first_one_stays() {
     }
 }
 
+/// `--continue` refuses changed settings, a damaged state and rows that do not fit the state.
 #[test]
 fn what_cannot_be_continued_is_refused_in_a_sentence() {
     let places = Places::new();
@@ -203,7 +207,7 @@ fn what_cannot_be_continued_is_refused_in_a_sentence() {
     refused(&on, &["state.bin"]);
     fs::write(&state, &bytes).unwrap();
 
-    // Another world, and rows that end elsewhere.
+    // State of a different world, then tables with a different last row.
     let json = places.path("run").join("run.json");
     unseal(&json);
     let text = fs::read_to_string(&json).unwrap();

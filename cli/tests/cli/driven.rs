@@ -1,5 +1,5 @@
-//! Bodies whose way is given and surfaces that move, in files: the two scenes against closed forms, what verifies and
-//! goes on, and what is refused.
+//! Scenario files with driven bodies and moving surfaces: two scenes against closed forms,
+//! verification, continuation and refusals.
 
 use super::several::{scene, table};
 use super::support::{Simulated, run, simulate};
@@ -10,7 +10,7 @@ use std::fs;
 const G: f64 = 9.81;
 const H: f64 = 0.002;
 
-/// The rows of one body: its places and velocities.
+/// Position and velocity of body `index` in every row.
 fn body(done: &Simulated, index: usize) -> Vec<(Vector3<f64>, Vector3<f64>)> {
     let states = table(done, "states");
     let columns = ["body", "x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s"];
@@ -25,7 +25,7 @@ fn verified(done: &Simulated) {
     assert_eq!(end.code, Some(0), "{end:?}");
 }
 
-/// A scenario's run of the text `of`, which may be refused.
+/// Runs a scenario with the content `text`. The run may be refused.
 fn of_text(text: &str, more: &[&str]) -> Simulated {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("scene.toml");
@@ -33,8 +33,8 @@ fn of_text(text: &str, more: &[&str]) -> Simulated {
     simulate(&[&["--scenario", file.to_str().unwrap()], more].concat())
 }
 
-/// A parcel on the belt gets faster by μ g until it has the belt's speed, after v/(μ g), and goes along from then on; the tray
-/// and the pusher are where their knots say, to rounding, and push with what friction takes.
+/// A parcel on the belt accelerates by μ g until it has the belt's speed, after the time v/(μ g).
+/// The tray and the pusher follow the linear interpolation of their knots to rounding.
 #[test]
 fn the_belt_takes_a_parcel_to_its_speed_and_the_tray_keeps_its_way() {
     let done = scene("tray-and-conveyor", &[]);
@@ -45,7 +45,7 @@ fn the_belt_takes_a_parcel_to_its_speed_and_the_tray_keeps_its_way() {
         let expected = (0.4 * G * H * k as f64).min(0.8);
         assert!((velocity[0] - expected).abs() < 1e-9, "{k}: {velocity} {expected}");
     }
-    // After the chute it is nowhere near the belt.
+    // The parcel has left the belt over the chute.
     assert!(parcel.last().unwrap().0[2] < 0.3);
     let between = |t: f64, knots: &[(f64, f64)]| {
         let after = knots.partition_point(|(knot, _)| *knot <= t);
@@ -69,13 +69,14 @@ fn the_belt_takes_a_parcel_to_its_speed_and_the_tray_keeps_its_way() {
             assert!((place[0] - expected).abs() < 1e-12, "{index} {k}: {place} {expected}");
         }
     }
-    // The cube goes along with the tray but for what it slips while it is thrown into its speed of 0.38 m/s, v²/(2 μ g),
-    // and later goes the belt's way.
+    // The cube slips by v²/(2 μ g) while friction accelerates it to the tray's 0.38 m/s. Later it
+    // moves at the belt's speed.
     let cube = body(&done, 1);
     let slipped = cube[590].0[0] - body(&done, 0)[590].0[0];
     assert!((slipped + 0.38 * 0.38 / (2.0 * 0.4 * G)).abs() < 1e-3, "{slipped}");
     assert!((cube[1749].1[0] - 0.8).abs() < 1e-9);
-    // The pusher shoves it at a steady speed over the tray, and bears a part T of its weight: with μ (m g − T).
+    // The pusher moves the cube at constant speed over the tray and carries a part T of its weight.
+    // It pushes with μ (m g − T).
     let joints = table(&done, "joints");
     let (force, weight) = (joints.numbers("fx_N"), joints.numbers("fz_N"));
     for k in 1150..1200 {
@@ -92,7 +93,7 @@ fn the_belt_takes_a_parcel_to_its_speed_and_the_tray_keeps_its_way() {
     assert_eq!(json["joints"]["largest_stiffness"], stiffest);
 }
 
-/// A puck stays where ω² r < μ g, and slips outwards where not.
+/// A puck sticks to the turntable if ω² r < μ g and slips outwards otherwise.
 #[test]
 fn the_turntable_carries_pucks_as_far_as_friction_reaches() {
     let done = scene("turntable", &[]);
@@ -104,7 +105,7 @@ fn the_turntable_carries_pucks_as_far_as_friction_reaches() {
         if stays {
             let off = (0..way.len()).map(|k| (far(k) - radius).abs()).fold(0.0, f64::max);
             assert!(off < 1e-4, "{index}: {off}");
-            // It turns by ω t with the table.
+            // The puck turns with the table by ω t.
             let angle = way[500].0[1].atan2(way[500].0[0]) - way[0].0[1].atan2(way[0].0[0]);
             let turned = (3.0 - angle).rem_euclid(std::f64::consts::TAU);
             assert!(turned.min(std::f64::consts::TAU - turned) < 1e-3, "{index}: {angle}");
@@ -113,7 +114,7 @@ fn the_turntable_carries_pucks_as_far_as_friction_reaches() {
             assert!(way.last().unwrap().0[2] < 0.03);
         }
     }
-    // The table turns at its rate from the first step to the last.
+    // The table turns at a constant rate.
     let states = table(&done, "states");
     let (of, z) = (states.numbers("body"), states.numbers("qz"));
     let angles = z.iter().zip(&of).filter(|(_, of)| **of == 0.0).map(|(z, _)| z);
@@ -122,6 +123,8 @@ fn the_turntable_carries_pucks_as_far_as_friction_reaches() {
     }
 }
 
+/// Runs with prescribed motion continue to the same bytes. They may start at a later index if the
+/// initial position fits.
 #[test]
 fn driven_runs_go_on_and_begin_later() {
     let folder = tempfile::tempdir().unwrap();
@@ -135,14 +138,14 @@ fn driven_runs_go_on_and_begin_later() {
         let (one, other) = (fs::read(whole.path(name)), fs::read(format!("{out}/{name}")));
         assert!(one.unwrap() == other.unwrap(), "{name}");
     }
-    // At a later time the tray is elsewhere.
+    // The tray's prescribed position at a later start index differs from its initial position.
     let end = run(&["--scenario", &file, "--start-index", "300", "--out", out]);
     assert_eq!(end.code, Some(2), "{end:?}");
     assert!(
         end.stderr.contains("driven[0] (tray).positions: at t = 0.6 s the way is 1.520e-1 m"),
         "{end:?}"
     );
-    // A steady one begins where it is, at any index.
+    // A constant velocity starts at the body's position for every start index.
     let file = file.replace("tray-and-conveyor", "turntable");
     let later = simulate(&["--scenario", &file, "--start-index", "5000", "--steps", "200"]);
     assert_eq!(later.end.code, Some(0), "{:?}", later.end);
@@ -154,7 +157,8 @@ fn driven_runs_go_on_and_begin_later() {
     }
 }
 
-/// Rows under another way or another belt are not those of the run.
+/// `verify` rejects tables after a change of the prescribed motion, a belt's velocity or a
+/// stiffness.
 #[test]
 fn a_changed_way_or_belt_does_not_verify() {
     let done = scene("tray-and-conveyor", &["--steps", "300"]);
@@ -201,6 +205,8 @@ box = [1, 1, 0.1]
 position = [3, 0, 0.5]
 "#;
 
+/// Invalid prescribed motions and moving surfaces are refused, also with Ipopt or with a single
+/// body.
 #[test]
 fn ways_and_surfaces_that_cannot_be_are_refused() {
     let driven = |fields: &str| format!("{TWO}\n[[driven]]\n{fields}\n");
@@ -265,7 +271,7 @@ fn ways_and_surfaces_that_cannot_be_are_refused() {
         assert!(done.end.stderr.contains(words), "{words}: {:?}", done.end);
         assert!(!done.path("states.csv").exists());
     }
-    // Ipopt supports neither: a driven body hangs on a joint of its own.
+    // Ipopt supports neither driven bodies nor moving surfaces, because a driven body has a joint.
     for (more, what) in [
         ("[[driven]]\nbody = \"tray\"\nspin = [0, 0, 1]\n", "joints and gears are not supported"),
         (
@@ -285,7 +291,7 @@ fn ways_and_surfaces_that_cannot_be_are_refused() {
     }
 }
 
-/// A body that turns about a place beside it, and the ground as a belt: what lies on it goes along.
+/// A body turns about a point outside it. A box on the moving ground reaches the ground's velocity.
 #[test]
 fn a_body_turns_about_a_place_and_the_ground_moves() {
     let text = r#"
@@ -323,8 +329,8 @@ velocity = [0, -0.5, 0]
     assert_eq!(json["model"]["joints"][0]["name"], "crank");
 }
 
-/// Two pads that close on a block, or a pad that presses a pile of two on a wall, leave too little room from the step on in which
-/// they meet; it is said who, and how much.
+/// Two pads that close on a block, or a pad that presses two blocks against a wall, finally leave
+/// too little room. The report names the bodies and the overlap.
 #[test]
 #[ignore = "slow"]
 fn who_squeezes_whom_is_said() {
@@ -360,7 +366,8 @@ velocity = [-0.2, 0, 0]
 "#;
     let done = of_text(PINCHED, &[]);
     assert_eq!(done.end.code, Some(3), "{:?}", done.end);
-    // 0.1 m of room closes at 0.4 m/s: after 125 steps of 2 ms none is left, and after 126 it is 0.8 mm too little.
+    // A gap of 0.1 m closes at 0.4 m/s. It is zero after 125 steps of 2 ms. After 126 steps the
+    // overlap is 0.8 mm.
     let words = ["left and right leave block 8.0e-4 m", "right and left leave block 8.0e-4 m"];
     let said = done.end.stdout.lines().find(|line| line.contains("k = 125")).unwrap();
     assert!(words.iter().any(|words| said.contains(words)), "{said}");

@@ -1,5 +1,5 @@
-//! Output that cannot be written: exit code 1, one line, and nothing half-written. Steps that
-//! cannot be solved: exit code 3.
+//! Failures: output that cannot be written ends with exit code 1 and no partial file. Steps without
+//! a solution end with exit code 3.
 
 use super::support::{FAILING_RUN, PROGRAM, everything_in, run, simulate, tumble};
 use std::fs;
@@ -15,7 +15,7 @@ fn an_output_directory_that_cannot_be_made_is_bad_input() {
     fs::write(&file, "kept").unwrap();
     let mut places = vec![file.clone(), file.join("below")];
     if cfg!(target_os = "linux") {
-        // Root may write anywhere else.
+        // Root can write almost everywhere else.
         places.push(PathBuf::from("/proc/xyz"));
     }
     for place in places {
@@ -43,8 +43,8 @@ fn a_full_disk_ends_with_code_1_and_leaves_the_earlier_files() {
     let earlier = simulate(&["--steps", "5"]);
     let (csv, json) = (earlier.csv(), earlier.run_json());
     let directory = earlier.directory.path().join("out");
-    // The shell's limit on the size of files stands in for a full disk: 240 rows are some
-    // 90 kB, the limit is 8 blocks of 512 or 1024 bytes.
+    // The shell's file size limit replaces a full disk. The table of 240 rows has about 90 kB. The
+    // limit is 8 blocks of 512 or 1024 bytes.
     let output = Command::new("sh")
         .args(["-c", "trap '' XFSZ; ulimit -f 8; exec \"$0\" \"$@\"", PROGRAM])
         .args(["--steps", "240", "--out", directory.to_str().unwrap()])
@@ -79,7 +79,7 @@ fn a_run_that_is_killed_leaves_no_trajectory() {
         .spawn()
         .unwrap();
     let begin = Instant::now();
-    // Until its files are open.
+    // Wait until the run has opened its files.
     while !out.exists() || fs::read_dir(&out).unwrap().count() < 2 {
         assert!(begin.elapsed() < Duration::from_secs(30) && child.try_wait().unwrap().is_none());
         thread::sleep(Duration::from_millis(2));
@@ -124,8 +124,8 @@ fn an_ipopt_opt_in_the_working_directory_changes_nothing() {
     }
 }
 
-/// A runaway's own speed must not make its certificate pass for rounding: both solvers have
-/// to say that they failed here.
+/// Both solvers report failure. The certificate allows rounding in proportion to speed. The huge
+/// speed of this body must not make its residual pass as rounding.
 #[test]
 fn a_runaway_step_is_failed_whoever_solves_it() {
     for solver in ["ipopt", "native"] {

@@ -1,4 +1,4 @@
-//! Arguments: help, version, and every value that is refused.
+//! Command line arguments: help, version and refused values.
 
 use super::support::{everything_in, run, tumble};
 
@@ -59,7 +59,7 @@ fn the_help_names_every_flag_and_exit_code() {
     }
 }
 
-/// Arguments, and the words that the one line of refusal must contain.
+/// Refused arguments and the strings that the error line must contain.
 const REFUSED: [(&[&str], &[&str]); 120] = [
     (&["--steps", "0"], &["--steps", "'0'", "1 to"]),
     (&["--steps", "1000000000"], &["--steps", "1000000000"]),
@@ -212,7 +212,7 @@ fn every_bad_value_is_refused_in_one_line_that_names_its_flag_and_nothing_is_wri
 
 #[test]
 fn no_refusal_is_longer_than_a_few_lines_of_a_terminal() {
-    // 1e300 has 301 digits when it is written out.
+    // 1e300 written out has 301 digits.
     for args in [["--spin", "1e300,0,0"], ["--mass", "1e300"], ["--height", "-1e300"]] {
         let end = run(&args);
         end.assert_refused(2, &[args[0].trim_start_matches('-')]);

@@ -1,4 +1,4 @@
-//! What is in a directory and not of a run whose run.json lists it stays, unless `--overwrite` is given.
+//! Files in the output directory that no run.json lists stay, unless `--overwrite` is given.
 
 use super::support::{everything_in, run};
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::Path;
 
 const SIMULATE: [&str; 5] = ["--steps", "20", "--solver", "native", "--quiet"];
 
-/// Names that a run, a plan or a picture may have, and two of a killed run's.
+/// Names of files that a run, a plan, a picture or a killed run may write.
 const NAMES: [&str; 20] = [
     "run.json",
     "state.bin",
@@ -54,7 +54,7 @@ fn files_that_no_run_json_lists_stay() {
     }
 }
 
-/// Each picture that is asked for would replace a file.
+/// A requested picture replaces an existing file only with `--overwrite`.
 #[test]
 fn pictures_do_not_replace_what_is_there() {
     for (name, flag) in
@@ -78,7 +78,7 @@ fn links_and_directories_stay() {
     std::os::unix::fs::symlink(&other, &link).unwrap();
     simulate_in(directory.path(), &[]).assert_refused(2, &["trajectory.csv", "--overwrite"]);
     assert!(link.is_symlink());
-    // What the link leads to is nobody's to change, even where the link is replaced.
+    // The target of the link stays unchanged even if `--overwrite` replaces the link.
     assert_eq!(simulate_in(directory.path(), &["--overwrite"]).code, Some(0));
     assert!(!link.is_symlink());
     assert_eq!(fs::read_to_string(&other).unwrap(), "mine");
@@ -90,7 +90,7 @@ fn links_and_directories_stay() {
     }
 }
 
-/// A run takes the place of the one before: files of it that the new one does not write go, others stay.
+/// A new run removes the listed files of the previous run and keeps all others.
 #[test]
 fn a_run_replaces_the_run_before() {
     let directory = tempfile::tempdir().unwrap();
@@ -104,7 +104,7 @@ fn a_run_replaces_the_run_before() {
     assert_eq!(names, expected);
 }
 
-/// A link in the place of a file that a run had is somebody else's.
+/// A link with the name of a previous picture stays.
 #[cfg(unix)]
 #[test]
 fn a_link_in_the_place_of_a_picture_stays() {
@@ -118,7 +118,7 @@ fn a_link_in_the_place_of_a_picture_stays() {
     assert!(!directory.path().join("plot.svg").exists());
 }
 
-/// A run.json that was changed lists nothing: it may name anything.
+/// A run.json with a wrong checksum lists no files that may be replaced.
 #[test]
 fn a_changed_run_json_gives_nothing_away() {
     let directory = tempfile::tempdir().unwrap();

@@ -1,10 +1,10 @@
-//! Scenes with gears from the command line.
+//! Scenario files with gears.
 
 use super::scenario::run_scenario;
 use super::support::{Table, run};
 use std::fs;
 
-/// Gears from a file: what follows, the table of them, what verifies, and what is refused.
+/// Scene with a rack, a pinion and two gears.
 const GEARED: &str = r#"
 steps = 100
 time_step = 0.002
@@ -58,7 +58,7 @@ fn gears_of_files_follow_and_verify() {
         assert!((first[2 * k] - 0.1 * second[2 * k] - 0.05).abs() < 1e-13);
         assert!((first[2 * k + 1] - 3.0 * second[2 * k + 1] + 0.15).abs() < 1e-13);
     }
-    // a = g m/(m + I/R² + 9 J), with the inertias of solid boxes about their axes.
+    // Acceleration a = g m/(m + I/R² + 9 J) with the inertias of solid boxes about their axes.
     let (about_shaft, about_rail) = (0.08 / 12.0, 2.0 * 0.02 / 12.0);
     let rate = 9.81 * 2.0 / (2.0 + about_shaft / 0.01 + 9.0 * about_rail);
     let fallen = 0.05 - first[2 * 99];

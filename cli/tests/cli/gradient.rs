@@ -1,4 +1,4 @@
-//! `tumble gradient`: derivatives of a run, beside its own differences.
+//! `tumble gradient`: derivatives of runs compared with finite differences.
 
 use crate::ROOT;
 use crate::support::{End, everything_in, tumble};
@@ -11,7 +11,7 @@ fn scenario(name: &str) -> PathBuf {
     Path::new(ROOT).join("scenarios").join(name)
 }
 
-/// The command on a scenario, with its files in a directory of their own.
+/// Runs `tumble gradient` on a shipped scenario and writes to a temporary directory.
 fn gradient(name: &str, args: &[&str]) -> (TempDir, End) {
     let directory = TempDir::new().unwrap();
     let mut command = tumble();
@@ -20,8 +20,8 @@ fn gradient(name: &str, args: &[&str]) -> (TempDir, End) {
     (directory, end)
 }
 
-/// A real toss through its first impacts, and a mechanism: every derivative is its difference, to the third order of
-/// 1e-6 and the last digits of some hundred steps.
+/// Derivatives agree with finite differences for a thrown cube with impacts and for a mechanism.
+/// The tolerance covers the rounding of some hundred steps in differences of width 1e-6.
 #[test]
 fn derivatives_are_the_differences_of_runs() {
     let cases = [
@@ -47,7 +47,7 @@ fn derivatives_are_the_differences_of_runs() {
         let scale = largest("derivative");
         assert!(rows.len() > 8 && scale > 1e-3, "{name}");
         for row in rows {
-            // What starts in a joint cannot start beside it.
+            // Components that violate a joint at the start are left out of the table.
             let (found, expected) = (of_row(row, "derivative"), of_row(row, "difference"));
             assert!((found - expected).abs() <= 3e-5 * scale, "{name} {row}");
         }
@@ -55,13 +55,13 @@ fn derivatives_are_the_differences_of_runs() {
         let csv = fs::read_to_string(directory.path().join("gradient.csv")).unwrap();
         assert_eq!(csv.lines().count(), rows.len() + 1);
         assert!(csv.starts_with("argument,component,part,unit,derivative,difference\n"));
-        // Free hinges without limits have no other piece.
+        // Free hinges without limits have a single smooth branch.
         let bends = name == "real-cube.toml";
         assert_eq!(end.stdout.contains("nearest kink"), bends, "{}", end.stdout);
     }
 }
 
-/// The entries of a symmetric matrix change together, and a range that ends is left to the other side.
+/// Differences keep the inertia matrix symmetric and are one-sided at the end of a range.
 #[test]
 fn differences_of_what_has_ends_and_of_symmetric_matrices() {
     let directory = TempDir::new().unwrap();
@@ -82,12 +82,13 @@ fn differences_of_what_has_ends_and_of_symmetric_matrices() {
     let scale = sizes.fold(0.0, f64::max);
     for row in rows {
         let of = |what: &str| row[what].as_f64().unwrap();
-        // The third order of 1e-6, in moments of inertia of 0.03 kg m².
+        // Truncation error of differences of width 1e-6 with moments of inertia of 0.03 kg m².
         assert!((of("derivative") - of("difference")).abs() < 1e-5 * scale, "{row}");
     }
 }
 
-/// Coefficients and anchors of its own, by the names of what has them, beside their differences.
+/// Derivatives by the coefficients and anchors of single bodies, pairs and joints are labelled with
+/// their names and agree with differences.
 #[test]
 fn what_bodies_pairs_and_joints_have_of_their_own() {
     let directory = TempDir::new().unwrap();
@@ -116,7 +117,7 @@ fn what_bodies_pairs_and_joints_have_of_their_own() {
         let scale = rows.iter().map(|row| of(row, "derivative").abs()).fold(0.0, f64::max);
         assert!(scale > 1e-3);
         for row in rows {
-            // Rounding of 1e-10 m over the difference, and its third order.
+            // Rounding of 1e-10 m over the width of the difference, and its truncation error.
             assert!((of(row, "derivative") - of(row, "difference")).abs() < 1e-3 * scale, "{row}");
         }
     };
@@ -129,7 +130,8 @@ fn what_bodies_pairs_and_joints_have_of_their_own() {
     assert!(csv.contains("anchor,0,\"pin, x of a\",m,"), "{csv}");
 }
 
-/// A carriage that another leads by a gear, which ends at a stop: x = r x* + q₀ there; and before it, where a spring pulls.
+/// A gear couples two carriages, and the second one has a limit. At the limit x = r x* + q₀ holds.
+/// Before that, a spring acts on the first carriage.
 #[test]
 fn gears_rests_and_limits_by_their_joints() {
     let directory = TempDir::new().unwrap();
@@ -161,7 +163,7 @@ fn gears_rests_and_limits_by_their_joints() {
         assert_eq!(found.len(), expected.len(), "{found:?}");
         for ((part, derivative, difference), (name, value)) in found.iter().zip(expected) {
             assert_eq!(part, name);
-            // Of the differences the rounding of 1e-14 m.
+            // The factor covers the rounding of 1e-14 m in the differences.
             let off = (derivative - value).abs().max(1e-4 * (difference - value).abs());
             assert!(off < 1e-8, "{name}: {derivative} {difference} {value}");
         }
@@ -170,7 +172,8 @@ fn gears_rests_and_limits_by_their_joints() {
     close(&derivatives("gear_ratio,gear_offset", "40"), &[(gear, 0.1), (gear, 1.0)]);
     let ends = [("track, along z, lower", 0.0), ("track, along z, upper", 0.5)];
     close(&derivatives("joint_limits", "40"), &ends);
-    // Of x⁺ = x + h v⁺, (m + m₂/r² + h² k) v⁺ = (m + m₂/r²) v + h k (x* − x), after two steps.
+    // After two steps of x⁺ = x + h v⁺ with the velocity of
+    // (m + m₂/r² + h² k) v⁺ = (m + m₂/r²) v + h k (x* − x).
     let (all, h, k) = (9.0, 0.01, 20.0);
     let below = all + h * h * k;
     let one = h * h * k / below;
@@ -178,6 +181,7 @@ fn gears_rests_and_limits_by_their_joints() {
     close(&derivatives("joint_rest", "2"), &[("rail, along z", two), ("track, along z", 0.0)]);
 }
 
+/// `size` and `radius` are refused for spheres and capsules.
 #[test]
 fn a_shape_that_cannot_vary_is_refused() {
     for shape in ["sphere = 0.1", "capsule = { length = 0.2, radius = 0.1 }"] {
@@ -198,6 +202,7 @@ fn a_shape_that_cannot_vary_is_refused() {
     }
 }
 
+/// Unknown arguments, functions, bodies and options are refused.
 #[test]
 fn what_cannot_be_differentiated_is_refused() {
     let cases: [(&[&str], &[&str]); 8] = [
@@ -219,6 +224,7 @@ fn what_cannot_be_differentiated_is_refused() {
     end.assert_refused(2, &["Runge-Kutta"]);
 }
 
+/// Gradients are refused for scenarios that Ipopt solves.
 #[test]
 fn what_ipopt_solves_is_refused() {
     let directory = TempDir::new().unwrap();

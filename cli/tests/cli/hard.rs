@@ -1,18 +1,19 @@
-//! Scenes with steps that no solver has solved at once: they are taken in shorter steps, and make no energy.
+//! Scenes with steps that the solver cannot solve at full length. They are solved in substeps and
+//! gain no energy.
 
 use super::support::{Table, run};
 use crate::ROOT;
 use std::fs;
 use std::path::Path;
 
-/// A part of the kinetic energy that counts as made.
+/// Energy gain allowed in a step, relative to the larger energy.
 const ROUNDING: f64 = 1e-9;
 
-/// A ball joint at the stop of its cone, a cone with a motor on the ground, masses of a ratio of 1e5.
+/// A ball joint at its cone limit, a cone with a motor on the ground, and a mass ratio of 1e5.
 #[test]
 fn steps_that_are_not_solved_at_once_make_no_energy() {
     let mut substepped = 0;
-    // The motion at the cone is chaotic: 1 or 2 of its 240 steps fail, by the last digits of others.
+    // The motion at the cone limit is chaotic. Rounding decides if 1 or 2 of its 240 steps fail.
     for (name, most_failed) in [("cone31", 2), ("fail9081", 0), ("ratio623", 0)] {
         let scene = format!("{ROOT}/cli/tests/cli/hard/{name}.toml");
         let directory = tempfile::tempdir().unwrap();
@@ -39,7 +40,7 @@ fn steps_that_are_not_solved_at_once_make_no_energy() {
     assert!(substepped > 3, "{substepped}");
 }
 
-/// `verify` reads every run, and its steps are what their rows say.
+/// Asserts that `verify` reads the run and finds every step consistent with its rows.
 fn assert_verified(out: &Path, has_failed: bool) {
     let end = run(&["verify", out.join("states.csv").to_str().unwrap()]);
     assert!(matches!(end.code, Some(0 | 1 | 3)), "{end:?}");

@@ -1,4 +1,4 @@
-//! `tumble verify`: status words, the program's columns and run.json, each held against the rows.
+//! `tumble verify` compares status words, solver columns and run.json with the rows.
 
 use super::scenario::run_scenario;
 use super::support::{End, Table, contact_run, run, simulate};
@@ -6,7 +6,7 @@ use super::verify::{changed, verify};
 use serde_json::{Value, json};
 use std::fs;
 
-/// Verifies the contact run with its run.json changed.
+/// Verifies the contact run with a changed run.json.
 fn with_run_json(change: impl FnOnce(&mut Value)) -> End {
     let directory = changed(|_| ());
     let path = directory.path().join("run.json");
@@ -16,14 +16,14 @@ fn with_run_json(change: impl FnOnce(&mut Value)) -> End {
     verify(directory.path(), &[])
 }
 
-/// Verifies the contact run with its rows changed, beside no run.json.
+/// Verifies changed rows of the contact run without run.json.
 fn rows_alone(change: impl FnOnce(&mut Table)) -> End {
     let directory = changed(change);
     fs::remove_file(directory.path().join("run.json")).unwrap();
     verify(directory.path(), &[])
 }
 
-/// The first row with a contact.
+/// Index of the first row with a contact force.
 fn first_contact() -> usize {
     let table = Table::parse(&contact_run().0);
     let (status, force) = (table.texts("status"), table.numbers("fz0_N"));
@@ -34,6 +34,7 @@ fn first_contact() -> usize {
     (0..force.len()).find(presses).unwrap()
 }
 
+/// Contact statuses without possible contact, and `free` with forces, are reported.
 #[test]
 fn a_status_that_its_row_cannot_have_is_named() {
     let touching = first_contact();
@@ -58,7 +59,7 @@ fn a_status_that_its_row_cannot_have_is_named() {
     assert!(end.stdout.contains("`free`, and it has forces"), "{end:?}");
 }
 
-/// One solved step called by the name of another: the counts of run.json tell.
+/// A changed but plausible status contradicts the counts in run.json.
 #[test]
 fn a_status_that_its_row_could_have_is_found_by_the_counts() {
     for status in ["fallback", "retried", "wild", "failed"] {
@@ -99,7 +100,7 @@ fn run_json_of_other_rows_is_found_and_named() {
     }
 }
 
-/// Starts in the world and from the ground, alone, in a grid and in a ring, of attitudes and of places.
+/// Scene with random starts in the world and ground frames: single bodies, a grid and a ring.
 const DRAWN: &str = r#"
 steps = 5
 seed = 7
@@ -129,7 +130,7 @@ jitter = 0.1
 ring = { count = 3, degrees = 30 }
 "#;
 
-/// A seed must draw the starts that it is said to have drawn, in a run and in one that goes on.
+/// The seed in run.json must reproduce the random starts, also in a continued run.
 #[test]
 fn a_seed_of_several_bodies_draws_their_starts() {
     let (end, directory) = run_scenario(DRAWN, &[]);
@@ -171,7 +172,7 @@ fn a_seed_of_several_bodies_draws_their_starts() {
     }
 }
 
-/// What a known solver is said to be, and its counts, must be what it is.
+/// `verify` names solver settings and counts in run.json that the solver cannot have.
 #[test]
 fn settings_that_the_solver_does_not_have_are_named() {
     type Change = fn(&mut Value);
@@ -201,6 +202,7 @@ fn the_run_json_of_another_seed_is_found() {
     assert!(end.stdout.contains("the start is another"), "{end:?}");
 }
 
+/// A truncated table with an inserted `end` row contradicts the number of rows in run.json.
 #[test]
 fn rows_cut_with_an_end_put_in_are_found() {
     let directory = changed(|table| {
@@ -214,7 +216,8 @@ fn rows_cut_with_an_end_put_in_are_found() {
     assert!(end.stdout.contains("complete of 240 rows; there are 101"), "{end:?}");
 }
 
-/// Columns that follow from force and motion are recomputed, of every contact step and of the end.
+/// `verify` recomputes the columns that follow from force and motion, for every contact step and
+/// the last row.
 #[test]
 fn a_changed_column_of_the_program_is_found() {
     let table = Table::parse(&contact_run().0);
@@ -256,7 +259,8 @@ fn a_changed_column_of_the_program_is_found() {
     }
 }
 
-/// What a solver promises stands in run.json; of a file without it the solver's name must be known.
+/// `verify` reads the accepted residual from run.json. Without it, the solver's name must be a
+/// known one.
 #[test]
 fn the_promise_is_read_from_run_json() {
     let json: Value = serde_json::from_str(&contact_run().1).unwrap();
@@ -279,11 +283,11 @@ fn the_promise_is_read_from_run_json() {
     negative.assert_refused(2, &["run.json", "accepted_residual_m_s"]);
 }
 
-/// A line without an end is refused after what a row may have, not read.
+/// A line without end is refused after the maximum length of a row.
 #[test]
 fn a_line_without_end_is_refused() {
     let directory = changed(|_| ());
-    // A hole of zeros, which takes no room on the disk.
+    // A sparse file takes no space on the disk.
     let file = directory.path().join("trajectory.csv");
     fs::OpenOptions::new().write(true).open(&file).unwrap().set_len(1 << 32).unwrap();
     run(&["verify", file.to_str().unwrap()]).assert_refused(2, &["trajectory.csv", "more than"]);

@@ -1,5 +1,5 @@
-//! Files that are no files, have no end or say odd things: one sentence each, that names the file
-//! and the field.
+//! Inputs that are not files, have no end or hold bad values. Each refusal is one sentence with the
+//! file and the field.
 
 use super::support::{End, PROGRAM, contact_run, run, simulate, tumble};
 use crate::ROOT;
@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// A directory with the files of a contact run.
+/// Temporary directory with the files of a contact run.
 fn a_run() -> tempfile::TempDir {
     let directory = tempfile::tempdir().unwrap();
     fs::write(directory.path().join("trajectory.csv"), &contact_run().0).unwrap();
@@ -15,7 +15,7 @@ fn a_run() -> tempfile::TempDir {
     directory
 }
 
-/// What reads a trajectory, run in its directory.
+/// Commands that read a trajectory.
 const READERS: [&str; 4] = ["verify", "plot", "view", "gif"];
 
 fn read(command: &str, directory: &Path) -> End {
@@ -76,7 +76,7 @@ fn a_row_without_end_is_refused_with_its_line() {
     }
 }
 
-/// The run.json of a contact run with one text in the place of another.
+/// Temporary directory with a contact run whose run.json has `old` replaced by `new`.
 fn with_json(old: &str, new: &str) -> tempfile::TempDir {
     let directory = a_run();
     let json = contact_run().1.clone();
@@ -134,7 +134,7 @@ fn bad_values_of_a_run_json_name_the_file_and_the_field() {
             assert!(!end.stderr.contains("struct ") && end.stderr.len() < 1000, "{end:?}");
         }
     }
-    // A flag's own value is not the file's fault.
+    // The value of a flag is reported under the flag's name.
     let directory = a_run();
     fs::remove_file(directory.path().join("run.json")).unwrap();
     let flag = ["verify", "trajectory.csv", "--mass", "-1"];
@@ -143,6 +143,7 @@ fn bad_values_of_a_run_json_name_the_file_and_the_field() {
     assert!(!end.stderr.contains("run.json"), "{end:?}");
 }
 
+/// Commands without run.json print a note with the assumed parameters.
 #[test]
 fn without_run_json_every_command_says_what_it_took() {
     for command in READERS {
@@ -155,6 +156,7 @@ fn without_run_json_every_command_says_what_it_took() {
     }
 }
 
+/// Control and direction characters in paths and arguments are escaped in all output.
 #[cfg(unix)]
 #[test]
 fn what_is_not_for_the_eye_is_shown_escaped() {
@@ -198,13 +200,14 @@ fn a_flag_that_lacks_its_value_is_named() {
         let words = format!("{} needs a value, and {} follows", lacking[0], lacking[1]);
         run(args).assert_refused(2, &[&words]);
     }
-    // What is a value stays one.
+    // A negative vector is a value and not a flag.
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().join("out");
     let args = ["--steps", "3", "--velocity", "-1,2,3", "--out", out.to_str().unwrap()];
     assert_eq!(run(&args).code, Some(0));
 }
 
+/// Error messages keep the typed notation of a number and stay short.
 #[test]
 fn numbers_are_shown_as_they_are_typed() {
     for args in [
@@ -229,7 +232,7 @@ fn a_tolerance_that_rounding_cannot_reach_is_refused_with_the_reason() {
     assert_eq!(simulate(&["--steps", "5", "--tol", "1e-12"]).end.code, Some(0));
 }
 
-/// A run of other numbers is not the scene's own: summary, run.json and pictures say so.
+/// Changed settings appear in the summary, in run.json and in pictures.
 #[test]
 fn titles_name_what_was_changed() {
     for (flags, title) in [
@@ -261,7 +264,7 @@ fn titles_name_what_was_changed() {
     assert!(run.end.stdout.contains(" with changed mu, 5 rows"), "{}", run.end.stdout);
 }
 
-/// Without an end, or many: what is too long is cut, and the file is still named.
+/// Error messages shorten long input and still name the file.
 #[test]
 fn no_refusal_repeats_a_file() {
     let directory = tempfile::tempdir().unwrap();

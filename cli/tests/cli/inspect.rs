@@ -1,4 +1,4 @@
-//! `tumble inspect`: exact values and derivatives, and points that are none.
+//! `tumble inspect` of one body: exact values and derivatives, and refused points.
 
 use super::support::{End, tumble};
 use crate::common::reference;
@@ -22,7 +22,7 @@ fn inspect_file(text: &str) -> End {
     tumble().arg("inspect").arg(file).output().unwrap().into()
 }
 
-/// As the library's own values are compared in `tests/ipopt/derivatives.rs`, entry by entry.
+/// Compares entry by entry with the tolerances of `tests/ipopt/derivatives.rs`.
 #[test]
 fn every_reference_point_gives_the_reference_values() {
     for (index, (point, known)) in reference_points().iter().zip(points()).enumerate() {
@@ -54,7 +54,7 @@ fn gravity_may_be_a_number_or_a_vector() {
     }
 }
 
-/// Field, value, and words of the refusal.
+/// Field, bad value and words of the refusal.
 fn bad_fields() -> Vec<(&'static str, Value, Vec<&'static str>)> {
     let numbers = |count: usize| json!(vec![0.5; count]);
     let mut table = Vec::new();

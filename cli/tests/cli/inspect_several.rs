@@ -1,4 +1,4 @@
-//! `tumble inspect` of several bodies: what CasADi has at its points, and points that are none.
+//! `tumble inspect` of several bodies: comparison with CasADi, and refused points.
 
 use super::support::{End, tumble};
 use crate::ROOT;
@@ -11,7 +11,7 @@ fn inspect(point: &Value) -> End {
     tumble().args(["inspect", "-"]).write_stdin(point.to_string()).output().unwrap().into()
 }
 
-/// The points of two and three bodies with what CasADi makes of them.
+/// Points of two and three bodies with the values of CasADi.
 fn points() -> Vec<Value> {
     let path = &format!("{ROOT}/data/several.jsonl.gz");
     let mut text = String::new();
@@ -24,8 +24,8 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
-/// Numbers of one kind are sums of up to some hundred products that both sides round in another
-/// order: 1e-13 of the largest.
+/// Compares to 1e-13 of the largest number. The sums of up to some hundred products are rounded in
+/// a different order.
 fn compare(what: &str, found: &[f64], known: &[f64]) {
     assert_eq!(found.len(), known.len(), "{what}");
     let allowed = 1e-13 * known.iter().fold(1.0, |largest, x| x.abs().max(largest));
@@ -34,7 +34,7 @@ fn compare(what: &str, found: &[f64], known: &[f64]) {
     }
 }
 
-/// The entries of a matrix that are not zero.
+/// Entries of a sparse matrix by row and column.
 fn entries(matrix: &Value) -> BTreeMap<(u64, u64), f64> {
     let index = |name: &str, k: usize| matrix[name][k].as_u64().unwrap();
     let values = numbers(&matrix["values"]);
@@ -58,7 +58,7 @@ fn every_point_gives_what_casadi_has() {
         compare(name, &[objective(&found)], &[objective(known)]);
         for part in ["jacobian", "hessian"] {
             let (found, known) = (entries(&found[part]), entries(&known[part]));
-            // Where we have an entry more it is zero.
+            // Entries missing on one side count as zero.
             let of = |at: &(u64, u64), map: &BTreeMap<_, f64>| map.get(at).copied().unwrap_or(0.0);
             let all: Vec<_> = found.keys().chain(known.keys()).collect();
             let ours: Vec<_> = all.iter().map(|at| of(at, &found)).collect();
@@ -69,7 +69,7 @@ fn every_point_gives_what_casadi_has() {
     }
 }
 
-/// What may be left out has the value that it says.
+/// An omitted field has its default value.
 #[test]
 fn what_is_left_out_has_its_usual_value() {
     let mut point = points()[0]["input"].clone();
@@ -92,7 +92,7 @@ fn what_is_left_out_has_its_usual_value() {
     assert_eq!(inspect(&point).stdout, given.stdout);
 }
 
-/// Where, what stands there instead, and words of the refusal.
+/// JSON pointer, bad value and words of the refusal.
 #[test]
 fn points_that_are_none_are_refused() {
     let point = points()[0]["input"].clone();

@@ -1,5 +1,5 @@
-//! Runs that do not reach their end: signals, and what `--on-failure` makes of a step that
-//! Ipopt does not solve.
+//! Runs that end early: signals, and the choices of `--on-failure` for a step that Ipopt does not
+//! solve.
 #![cfg(unix)]
 
 use crate::ROOT;
@@ -15,29 +15,30 @@ use tumble::solver::ipopt::LADDER_RESIDUAL;
 use tumble_core::step::StepStatus;
 use tumble_scene::output::trajectory::{TrajectoryReader, TrajectoryRow};
 
-/// Minutes of Ipopt, seconds of the native solver: no run below reaches its end.
+/// Runs that take minutes, so that no test reaches their last row.
 const IPOPT: [&str; 4] = ["--steps", "100000", "--seed", "42"];
 const NATIVE: [&str; 6] = ["--steps", "5000000", "--seed", "42", "--solver", "native"];
-/// The rows up to the first contact, k = 223, are some 60 kB.
+/// File size in bytes that guarantees contact. The rows up to the first contact at k = 223 have
+/// some 60 kB.
 const INTO_CONTACT: u64 = 100_000;
-/// A step is given up within an iteration, which takes less than a millisecond, and the rest
-/// is writing. Of processor time: by the clock a busy machine may take longer.
+/// Limit of processor time from a signal to the end. The run stops within one iteration, which
+/// takes less than a millisecond, and then writes its files.
 const AT_ONCE: Duration = Duration::from_secs(1);
 const LIMIT: Duration = Duration::from_secs(60);
-/// By the clock, from a signal to the end.
+/// Limit of wall-clock time from a signal to the end.
 const SOON: Duration = Duration::from_secs(10);
-/// Of the processor time that Linux tells, in each second.
+/// Units of processor time in a second in Linux' `/proc` files.
 const TICKS: u32 = 100;
 
-/// A run under way.
+/// Running program.
 struct Running {
     child: Child,
     directory: TempDir,
-    /// The processor time that it had taken when it got a signal.
+    /// Processor time at the last signal.
     before: Duration,
 }
 
-/// The program, with a hangup as it is by default, even where the tests run under nohup.
+/// Command of the program with the default action for SIGHUP, even if the tests run under nohup.
 fn program() -> Command {
     let mut command = Command::new("env");
     command.args(["--default-signal=HUP", PROGRAM]);
@@ -56,7 +57,7 @@ impl Running {
         Self { child, directory, before: Duration::ZERO }
     }
 
-    /// Looks again and again until `done`; kills the program where it never is.
+    /// Polls until `done` returns true and kills the program after [`LIMIT`].
     fn wait(&mut self, done: impl Fn(&mut Child) -> bool) -> Duration {
         let begin = Instant::now();
         while !done(&mut self.child) {
@@ -79,7 +80,7 @@ impl Running {
         });
     }
 
-    /// Waits until the program itself takes signals, as it does before it reads or draws anything.
+    /// Waits until the program has installed its signal handlers.
     fn wait_for_handlers(&mut self) {
         let status = format!("/proc/{}/status", self.child.id());
         self.wait(|_| {
@@ -92,10 +93,11 @@ impl Running {
         });
     }
 
-    /// The processor time that it has taken, and whether it has ended.
+    /// Processor time of process `id`, and true if the process has ended.
     fn processor_time(id: u32) -> (Duration, bool) {
         let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap();
-        // Behind the name, which may have blanks: the state, and as 12th and 13th the times of the program and of the system.
+        // The name may contain blanks. After it come the state and, in fields 12 and 13, the user
+        // and system times.
         let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
         let ticks: u32 = fields[11..13].iter().map(|ticks| ticks.parse::<u32>().unwrap()).sum();
         (Duration::from_secs(1) * ticks / TICKS, fields[0] == "Z")
@@ -107,9 +109,9 @@ impl Running {
         assert!(Command::new("kill").args(["-s", signal, &id]).status().unwrap().success());
     }
 
-    /// Waits for the end: how the program ended, and the processor time that it took since the signal.
+    /// Waits for the end and returns the result with the processor time since the signal.
     fn end(mut self) -> (Simulated, Duration) {
-        // Not taken notice of yet, it still tells its times.
+        // A process that has ended keeps its times until it is reaped.
         let waited = self.wait(|child| Self::processor_time(child.id()).1);
         assert!(waited < SOON, "{waited:?}");
         let took = Self::processor_time(self.child.id()).0 - self.before;
@@ -118,7 +120,7 @@ impl Running {
     }
 }
 
-/// The rows of a file that is whole.
+/// Rows of a complete file.
 fn rows(run: &Simulated) -> Vec<TrajectoryRow> {
     let mut reader =
         TrajectoryReader::new(File::open(run.path("trajectory.csv")).unwrap()).unwrap();
@@ -129,8 +131,8 @@ fn rows(run: &Simulated) -> Vec<TrajectoryRow> {
     rows
 }
 
-/// Two whole files and no other, of as many rows as run.json counts, that `verify` finds to
-/// be what they say.
+/// Asserts that all output files are complete, that run.json counts the rows, and that `verify`
+/// accepts them.
 fn assert_whole(run: &Simulated, outcome: &str, asked: u64) -> Vec<TrajectoryRow> {
     let whole = ["out", "out/run.json", "out/state.bin", "out/trajectory.csv"].map(PathBuf::from);
     assert_eq!(everything_in(run.directory.path()), whole);
@@ -156,7 +158,7 @@ fn assert_whole(run: &Simulated, outcome: &str, asked: u64) -> Vec<TrajectoryRow
     rows
 }
 
-/// The first `count` lines of a run's trajectory.
+/// First `count` lines of a run's trajectory.
 fn lines(run: &Simulated, count: usize) -> Vec<String> {
     run.csv().lines().take(count).map(str::to_owned).collect()
 }
@@ -177,7 +179,7 @@ fn a_signal_ends_an_ipopt_run_at_once_with_all_its_steps_written() {
         assert!(run.end.stdout.contains(&said), "{}", run.end.stdout);
         let asked = "interrupted  100000 rows were asked for";
         assert!(run.end.stdout.contains(asked), "{}", run.end.stdout);
-        // The header and the 239 steps before the signal: as if it had never come.
+        // The header and the 239 steps before the signal are the same as without a signal.
         assert_eq!(lines(&run, 240), lines(&undisturbed, 240), "{signal}");
     }
 }
@@ -187,7 +189,7 @@ fn a_signal_ends_a_native_run_at_once_with_all_its_steps_written() {
     let undisturbed = simulate(&["--steps", "1000", "--seed", "42", "--solver", "native"]);
     for signal in ["INT", "TERM", "HUP"] {
         let mut running = Running::start(&NATIVE);
-        // Beyond row 1000, which ends at some 450 kB.
+        // Row 1000 ends near 450 kB.
         running.wait_for(1_000_000);
         running.send(signal);
         let (run, took) = running.end();
@@ -199,6 +201,7 @@ fn a_signal_ends_a_native_run_at_once_with_all_its_steps_written() {
     }
 }
 
+/// An interrupted run continues to the same tables as an uninterrupted run.
 #[test]
 fn what_a_signal_ended_goes_on_as_if_it_had_never_come() {
     let pile = &format!("{ROOT}/scenarios/pile.toml");
@@ -238,8 +241,7 @@ fn a_quiet_run_with_a_step_that_fails_is_interrupted_with_code_130_and_no_word()
     assert!(found.iter().any(|row| row.status == StepStatus::Failed));
 }
 
-/// Before the run there is nothing, after it two whole files, and nothing else at any time:
-/// also where the signal comes while the program starts.
+/// The output directory is either empty or complete, even if the signal arrives during startup.
 #[test]
 fn a_signal_at_the_start_leaves_nothing_half_done() {
     for delay in 0..24 {
@@ -252,7 +254,7 @@ fn a_signal_at_the_start_leaves_nothing_half_done() {
                 assert_eq!(code, 130, "{:?}", run.end);
                 assert_whole(&run, "interrupted", 100_000);
             }
-            // The signal killed the program before it could tell.
+            // The signal killed the program before it installed its handlers.
             None => {
                 let left = everything_in(run.directory.path());
                 assert!(left.is_empty() || left == [PathBuf::from("out")], "{left:?}");
@@ -261,7 +263,7 @@ fn a_signal_at_the_start_leaves_nothing_half_done() {
     }
 }
 
-/// A closed terminal does not end what was started to outlive it.
+/// SIGHUP does not end a run under nohup.
 #[cfg(target_os = "linux")]
 #[test]
 fn under_nohup_a_hangup_changes_nothing() {
@@ -281,7 +283,7 @@ fn under_nohup_a_hangup_changes_nothing() {
     assert_eq!(run.end.code, Some(130));
 }
 
-/// A picture under way is given up at once, and leaves nothing behind.
+/// A signal stops the drawing of a picture, and no file remains.
 #[test]
 #[ignore = "slow"]
 fn a_signal_ends_a_picture_at_once_and_leaves_nothing() {
@@ -298,7 +300,7 @@ fn a_signal_ends_a_picture_at_once_and_leaves_nothing() {
             let child = command.spawn().unwrap();
             let mut running = Running { child, directory, before: Duration::ZERO };
             running.wait_for_handlers();
-            // Into the reading, and for the GIF into the drawing.
+            // The time lets the program get into reading, and for the GIF into drawing.
             sleep(Duration::from_millis(if args[0] == "gif" { 2000 } else { 30 }));
             running.send(signal);
             let (run, took) = running.end();
@@ -324,7 +326,7 @@ fn a_run_that_is_killed_leaves_the_files_of_the_run_before() {
     }
 }
 
-/// So few iterations that Ipopt solves only some steps.
+/// Iteration limit at which Ipopt solves only some steps.
 const HASTY: [&str; 4] = ["--steps", "260", "--max-iter", "3"];
 
 fn hasty(on_failure: &str) -> Simulated {
@@ -340,14 +342,14 @@ fn record_writes_every_step_and_ends_with_code_3() {
     assert!(rows.iter().any(|row| row.status == StepStatus::Failed));
     let json = run.run_json();
     assert_eq!(json["solver"]["on_failure"], "record");
-    // No ladder, no rungs.
+    // Without a ladder there are no rungs.
     assert_eq!(json["summary"]["rungs"], json!({}));
     assert!(rows.iter().all(|row| row.iterations <= 3), "the limit is for every step");
 }
 
 #[test]
 fn stop_ends_the_file_before_the_first_step_that_failed() {
-    // Of the failing run the very first step may fail: then the start is the only row.
+    // The first step of the failing run may fail. The start is then the only row.
     for args in [HASTY.as_slice(), &FAILING_RUN] {
         let with = |choice| simulate(&[args, &["--on-failure", choice]].concat());
         let (recorded, stopped) = (with("record"), with("stop"));
@@ -363,7 +365,7 @@ fn stop_ends_the_file_before_the_first_step_that_failed() {
     }
 }
 
-/// The counts of the rungs, those of `names` added up.
+/// Sum of the counts of the rungs `names`.
 fn rungs(json: &Value, names: &[&str]) -> u64 {
     let rungs = json["summary"]["rungs"].as_object().unwrap();
     names.iter().filter_map(|&name| rungs.get(name)?.as_u64()).sum()
@@ -398,6 +400,7 @@ fn the_ladder_solves_every_step_and_says_from_which_rung() {
     }
 }
 
+/// Choices of `--on-failure` that the solver or scene does not support are refused.
 #[test]
 fn a_choice_for_failures_that_cannot_be_had_is_refused() {
     for (args, words) in [
@@ -409,8 +412,8 @@ fn a_choice_for_failures_that_cannot_be_had_is_refused() {
     }
 }
 
-/// A plan of a run of seconds: before its start's own run is at its end nothing is found, and from then on no signal keeps
-/// what is found from being written.
+/// A signal ends planning without a plan only before the first complete run. Later a signal cannot
+/// prevent the output of the plan found so far.
 #[test]
 fn a_plan_is_written_or_not_begun() {
     let directory = tempfile::tempdir().unwrap();
@@ -433,7 +436,7 @@ fn a_plan_is_written_or_not_begun() {
     assert!(early.end.stdout.contains("before the first run was complete"), "{:?}", early.end);
     assert_eq!(everything_in(early.directory.path()), ["out"].map(PathBuf::from));
 
-    // Its rows are written under other names as they come.
+    // Rows are written to temporary files during the run.
     let mut late = Running::start(&args);
     late.wait_for(1);
     late.send("INT");

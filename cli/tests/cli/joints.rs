@@ -1,4 +1,4 @@
-//! Scenes with joints from the command line: their tables, what verifies, and what is refused.
+//! Scenario files with joints: tables, verification and refusals.
 
 use super::scenario::run_scenario;
 use super::support::{End, Table, everything_in, run, unseal};
@@ -6,7 +6,8 @@ use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// A hinge with a motor, a slide with a spring, a ball joint and a fixed one, and a box on the ground.
+/// Scene with a motorised hinge, a sprung slider, a ball joint, a fixed joint and a box on the
+/// ground.
 const SCENE: &str = r#"
 steps = 40
 time_step = 0.002
@@ -108,7 +109,7 @@ fn tables_of_joints_verify() {
     assert!(end.stdout.contains("joints: off by at most"), "{end:?}");
 }
 
-/// The rows say where joints are, how fast they go and what they carry, from the start to the end.
+/// The rows contain positions, speeds and loads of the joints from the start to the end.
 #[test]
 fn the_table_says_where_joints_are_and_what_they_carry() {
     let joints = Table::parse(&files()[3]);
@@ -117,12 +118,12 @@ fn the_table_says_where_joints_are_and_what_they_carry() {
     let of = |joint: usize, column: &str| -> Vec<f64> {
         joints.numbers(column).into_iter().skip(joint).step_by(4).collect()
     };
-    // A motor with the torque for it holds its speed.
+    // A sufficiently strong motor keeps its speed.
     let (angle, rate) = (of(0, "angle_z_rad"), of(0, "wz_rad_s"));
     assert_eq!(angle[0], 0.0);
     assert!(rate[1..39].iter().all(|rate| (rate + 2.0).abs() < 1e-9), "{rate:?}");
     assert!((angle[39] + 2.0 * 39.0 * h).abs() < 1e-9, "{angle:?}");
-    // The cart is where its start and its speed have brought it.
+    // The cart's position follows from its start and its speed.
     let (place, speed, force) = (of(3, "z_m"), of(3, "vz_m_s"), of(3, "fz_N"));
     assert!((place[0] - 0.25).abs() < 1e-12, "{place:?}");
     for step in 0..39 {
@@ -130,12 +131,12 @@ fn the_table_says_where_joints_are_and_what_they_carry() {
         let spring = -40.0 * place[step + 1] - 0.5 * speed[step];
         assert!((force[step] - spring).abs() < 1e-9, "{} {spring}", force[step]);
     }
-    // The last row is a place without a step.
+    // The last row has a position without a step.
     for joint in 0..4 {
         assert_eq!(of(joint, "fz_N")[39], 0.0);
         assert_eq!(of(joint, "joint_m_s")[39], 0.0);
     }
-    // What is locked stays.
+    // Locked directions stay at zero.
     for (joint, columns) in [(1, &["x_m", "angle_x_rad", "angle_z_rad"][..]), (2, &["x_m", "z_m"])]
     {
         for column in columns {
@@ -144,7 +145,7 @@ fn the_table_says_where_joints_are_and_what_they_carry() {
     }
 }
 
-/// Universal joints and gimbals from a file: their angles at the start, drives and motors of each, and what verifies.
+/// Universal joints and gimbals in a scenario: initial angles, drives, motors and verification.
 #[test]
 fn angles_of_gimbals_are_driven_from_files() {
     let text = r#"
@@ -226,7 +227,7 @@ most = 50.0
     assert!(end.code == Some(1) && end.stdout.contains("k = 7 "), "{end:?}");
 }
 
-/// A thousandth of any number of a joint is found, and the step named.
+/// `verify` finds a change of a thousandth in any number of a joint and names the step.
 #[test]
 fn a_changed_number_of_a_joint_is_found() {
     let columns: Vec<_> = Table::parse(&files()[3]).header[3..].to_vec();
@@ -241,7 +242,7 @@ fn a_changed_number_of_a_joint_is_found() {
             assert!(end.stdout.contains("k = 12 "), "{joint} {column}: {end:?}");
         }
     }
-    // A turn too many, and what the last row cannot have.
+    // An additional full turn, and a force in the last row.
     for (row, column, change) in
         [(4 * 12, "angle_z_rad", std::f64::consts::TAU), (4 * 39, "fz_N", 1.0)]
     {
@@ -254,7 +255,7 @@ fn a_changed_number_of_a_joint_is_found() {
     }
 }
 
-/// The summary's numbers, the joints of the model and the rows are held against each other.
+/// `verify` compares the summary and the model in run.json with the rows.
 #[test]
 fn a_changed_run_json_is_found() {
     let changed = |old: &str, new: &str| {
@@ -279,7 +280,7 @@ fn a_changed_run_json_is_found() {
     assert!(end.stderr.contains("joints[3] (rail): stiffness"), "{end:?}");
 }
 
-/// A table of joints that is not there, or cut off.
+/// A missing or truncated table of joints is refused.
 #[test]
 fn a_table_of_joints_is_needed() {
     let directory = tempfile::tempdir().unwrap();
@@ -295,7 +296,7 @@ fn a_table_of_joints_is_needed() {
     verify().assert_refused(2, &["joints.csv"]);
 }
 
-/// What a run without joints leaves has no table of them, and one of a former run goes.
+/// A run without joints removes the joint table of the previous run.
 #[test]
 fn a_run_without_joints_removes_their_table() {
     let directory = tempfile::tempdir().unwrap();
@@ -314,7 +315,8 @@ fn a_run_without_joints_removes_their_table() {
     assert!(!Path::new(&out).join("joints.csv").exists());
 }
 
-/// The page has the joints with their places, the plots of a body the curves of its joints by name.
+/// The page contains the joints with their anchors. The plot of a body labels the curves of its
+/// joints.
 #[test]
 fn pictures_show_joints() {
     let (end, directory) = run_scenario(SCENE, &["--html", "--gif"]);
@@ -333,7 +335,7 @@ fn pictures_show_joints() {
     assert!(!plot.contains(">rail</text>") && plot.contains("no slide on this body"));
 }
 
-/// What is changed in `SCENE`, by what, and the words of the refusal.
+/// Replaced text of `SCENE`, new text and words of the refusal.
 const BROKEN: &[(&str, &str, &[&str])] = &[
     ("type = \"revolute\"", "type = \"hinge\"", &["hinge", "revolute"]),
     ("bodies = [\"arm\"]", "bodies = [\"leg\"]", &["joints[0] (shoulder).bodies", "leg"]),
@@ -406,7 +408,7 @@ fn what_is_wrong_with_a_joint_is_said_in_one_sentence() {
     run_scenario(body, &[]).0.assert_refused(2, &["joints", "without [[bodies]]"]);
 }
 
-/// A run that is continued leaves the bytes of one that was not.
+/// A continued run writes the same bytes as an uninterrupted one.
 #[test]
 fn a_run_with_joints_is_continued() {
     let (whole, directory) = run_scenario(SCENE, &[]);

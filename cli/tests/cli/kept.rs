@@ -1,4 +1,4 @@
-//! `--every`, `--tables` and `--format`: which rows a run leaves, and in which form.
+//! `--every`, `--tables` and `--format`: selection of rows and tables, and their file format.
 
 use super::support::{run, unseal};
 use crate::ROOT;
@@ -21,7 +21,7 @@ impl Runs {
         self.path(run, file).to_str().unwrap().to_owned()
     }
 
-    /// A run of `args` in a folder of this name.
+    /// Runs `args` in the directory `name`.
     fn run(&self, name: &str, args: &[&str]) {
         let out = self.text(name, "");
         let end = run(&[args, &["--quiet", "--out", &out]].concat());
@@ -42,7 +42,7 @@ fn scenario(name: &str) -> String {
     format!("{ROOT}/scenarios/{name}.toml")
 }
 
-/// The header, and of `lines` those of each `every`-th k and of the last one.
+/// Header, lines with every `every`-th k from `first` on, and lines of the last k.
 fn thinned(lines: &[String], every: u64, first: u64) -> Vec<String> {
     let k = |line: &String| line.split(',').next().unwrap().parse::<u64>();
     let last = lines.iter().rev().find_map(|line| k(line).ok());
@@ -73,7 +73,7 @@ fn each_nth_step_has_the_rows_that_it_has_among_all() {
         let all = runs.lines("all", &file);
         let mut expected = thinned(&all, 7, 0);
         if is_of_steps {
-            // The last state has no contacts; the last step before it is left out.
+            // The last state has no contacts, and the step into it is left out.
             expected.retain(|line| {
                 line.starts_with('k')
                     || line.split(',').next().unwrap().parse::<u64>().unwrap() % 7 == 0
@@ -84,6 +84,8 @@ fn each_nth_step_has_the_rows_that_it_has_among_all() {
     assert!(fs::read_to_string(runs.path("some", "run.json")).unwrap().contains("\"every\": 7"));
 }
 
+/// Runs with `--every` and `--tables` continue to the same tables and can be drawn. Tables that
+/// `verify` lacks are named.
 #[test]
 fn what_is_kept_is_drawn_and_gone_on_with() {
     let runs = Runs::new();
@@ -109,7 +111,7 @@ fn what_is_kept_is_drawn_and_gone_on_with() {
         let end = run(&[command, &states, "--out", &runs.text("whole", "")]);
         assert_eq!(end.code, Some(0), "{command}: {end:?}");
     }
-    // 12 frames 8 steps apart, of which an animation of the whole run has as many as one of all rows.
+    // The page has 12 frames that are 8 steps apart, as many as for the run with all rows.
     let page = fs::read_to_string(runs.path("whole", "view.html")).unwrap();
     assert!(page.contains("one of 8"));
 
@@ -129,8 +131,8 @@ fn what_is_kept_is_drawn_and_gone_on_with() {
     assert_eq!(end.code, Some(0), "{end:?}");
 }
 
-/// Of a run that leaves out steps each one that is kept is judged by the states after it, and turns of joints are counted on
-/// from its own row.
+/// Each selected step is verified against its final states in ends.csv. Joint turns are counted
+/// from the step's own row.
 #[test]
 fn steps_that_are_kept_are_verified_by_themselves() {
     let runs = Runs::new();
@@ -143,7 +145,7 @@ fn steps_that_are_kept_are_verified_by_themselves() {
         let end = run(&["verify", &states]);
         assert_eq!(end.code, Some(0), "{end:?}");
         assert!(end.stdout.contains("17 steps, one of each 7, by itself,"), "{end:?}");
-        // The table has the states that the run of all steps has one step later.
+        // ends.csv holds the states that the full run has one step later.
         let numbers = |line: &String| line.splitn(4, ',').nth(3).unwrap().to_owned();
         let of = |file: &str, run: &str, wanted: &dyn Fn(u64) -> bool| -> Vec<String> {
             let rows = runs.lines(run, file).into_iter().skip(1);
@@ -152,7 +154,7 @@ fn steps_that_are_kept_are_verified_by_themselves() {
         };
         let later = of("states.csv", "all", &|k| k % 7 == 1 && k < 119);
         assert_eq!(of("ends.csv", "some", &|_| true), later);
-        // Another end is no end of its step.
+        // A changed final state contradicts its step.
         unseal(&runs.path("some", "run.json"));
         let lines = runs.lines("some", "ends.csv");
         let mut fields: Vec<_> = lines[20].split(',').map(str::to_owned).collect();
@@ -168,8 +170,8 @@ fn steps_that_are_kept_are_verified_by_themselves() {
     runs.refused(&["verify", &table], &["--every 3", "row after it", "[[bodies]]"]);
 }
 
-/// run.json counts all steps: it has as many as there are from the first row to the last, and no less of anything than the rows; what it
-/// says that failed between the rows did fail. The state after the last step is that of the last row.
+/// The counts in run.json include the steps that are left out. They cannot be smaller than the
+/// counts of the rows. The state after the last step equals the last row.
 #[test]
 fn run_json_is_held_against_the_steps_that_are_kept() {
     let runs = Runs::new();
@@ -210,7 +212,7 @@ fn run_json_is_held_against_the_steps_that_are_kept() {
         assert!(end.stdout.contains(words), "{pointer}: {end:?}");
     }
     fs::write(&file, &whole).unwrap();
-    // Row 15 is the state after step 14, to the last bit.
+    // Row 15 equals the state after step 14 to the last bit.
     let lines = runs.lines("some", "states.csv");
     let mut fields: Vec<_> = lines.last().unwrap().split(',').map(str::to_owned).collect();
     let x: f64 = fields[3].parse().unwrap();
@@ -222,7 +224,8 @@ fn run_json_is_held_against_the_steps_that_are_kept() {
     assert!(end.stdout.contains("not those of the next row"), "{end:?}");
 }
 
-/// Steps of a quarter, of which each fourth is kept: the bytes of a run with that time step and `--every`.
+/// A run with 4 substeps writes the same bytes as a run with a quarter of the time step and
+/// `--every 4`.
 #[test]
 fn substeps_are_shorter_steps_of_which_some_are_kept() {
     let runs = Runs::new();
@@ -248,6 +251,7 @@ fn substeps_are_shorter_steps_of_which_some_are_kept() {
     }
 }
 
+/// Invalid values of `--every`, `--substeps`, `--tables` and `--format` are refused.
 #[test]
 fn what_cannot_be_is_refused() {
     let runs = Runs::new();
@@ -273,7 +277,7 @@ fn what_cannot_be_is_refused() {
     let file = runs.text("compressed", "trajectory.csv.zst");
     fs::write(&file, b"no frame of Zstandard").unwrap();
     runs.refused(&["verify", &file], &["trajectory.csv.zst", "cannot be read"]);
-    // A later run in CSV removes it.
+    // A later run in CSV format removes the compressed file.
     runs.run("compressed", &["--solver", "native", "--steps", "20"]);
     assert!(!Path::new(&file).exists());
     let run_file = runs.path("compressed", "run.json");
@@ -283,7 +287,7 @@ fn what_cannot_be_is_refused() {
     runs.refused(&["verify", &runs.text("compressed", "trajectory.csv")], &["kept.every"]);
 }
 
-/// Compressed tables have the text of plain ones, and every command reads them.
+/// Compressed tables contain the plain text, and every command reads them.
 #[test]
 fn compressed_tables_are_the_plain_ones() {
     let runs = Runs::new();

@@ -1,4 +1,4 @@
-//! What a run finds in its folder: the files of a former run, and what a killed one left.
+//! Files of previous and killed runs in the output directory.
 
 use super::support::{everything_in, run};
 use std::fs;

@@ -1,9 +1,9 @@
-//! Joints and gears that lock more than they seem to: what contradicts itself is refused, the rest is said.
+//! Redundant joints and gears: contradictions are refused, locked axes are reported.
 
 use super::scenario::run_scenario;
 use crate::ROOT;
 
-/// Two boxes that float, without a joint yet.
+/// Scene with two floating boxes without joints.
 const BOXES: &str = r#"
 steps = 5
 [ground]
@@ -33,6 +33,7 @@ fn notes(tables: &str) -> String {
     end.stdout
 }
 
+/// Joints and prescribed motions without a common motion are refused with the names of both.
 #[test]
 fn what_no_motion_obeys_is_refused() {
     let fixed = "[[joints]]\nname = \"f\"\ntype = \"fixed\"\nbodies = \"a\"\nanchor = [0, 0, 1]\n";
@@ -50,6 +51,8 @@ fn what_no_motion_obeys_is_refused() {
     }
 }
 
+/// Two driven bodies with consistent motions make a hinge between them redundant, which a note
+/// reports.
 #[test]
 fn two_driven_bodies_that_agree_are_said_to_hold_a_hinge_twice() {
     let turns = "spin = [0, 0, 1]\nabout = [0, 0, 1]\n";
@@ -60,6 +63,7 @@ fn two_driven_bodies_that_agree_are_said_to_hold_a_hinge_twice() {
     assert!(said.contains("h, a-drive and b-drive together lock the axis of h"), "{said}");
 }
 
+/// Notes report axes that gears, crossed hinges or equal limits lock.
 #[test]
 fn axes_that_are_locked_are_said() {
     let two = hinge("j", "\"a\"", 0.0, "[0, 0, 1]") + &hinge("w", "\"b\"", 0.3, "[0, 0, 1]");
@@ -84,7 +88,7 @@ fn axes_that_are_locked_are_said() {
     assert!(said.contains("h locks the axis of h: its limits are equal"), "{said}");
 }
 
-/// A plane loop in space holds three directions twice, and moves.
+/// A planar loop in space has three redundant constraints and still moves. A chain has none.
 #[test]
 fn a_loop_says_what_it_holds_twice_and_a_chain_nothing() {
     let scenario = |name: &str| format!("{ROOT}/scenarios/{name}.toml");

@@ -1,4 +1,4 @@
-//! The command line end to end, in temporary directories: files, exit codes, messages.
+//! End-to-end tests of the command line in temporary directories: files, exit codes, messages.
 
 mod balance;
 mod changed_files;

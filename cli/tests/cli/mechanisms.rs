@@ -1,4 +1,4 @@
-//! Mechanisms from the command line: how they move, and what is said of their joints.
+//! Shipped mechanisms and notes about their joints.
 
 use super::scenario::run_scenario;
 use super::several::{scene, table};
@@ -6,13 +6,14 @@ use super::support::{Table, run};
 use crate::ROOT;
 use std::fs;
 
-/// What nothing drives keeps its energy, and the mechanism that a motor drives its speed.
+/// Undriven mechanisms keep their energy, and a motor keeps its speed. The door opens to its limit
+/// and closes. No chain link enters the ground.
 #[test]
 fn the_shipped_mechanisms_move_as_they_should() {
     for name in ["double-pendulum", "four-bar"] {
         let energy = table(&scene(name, &[]), "steps").numbers("energy_J");
         let off = energy.iter().map(|e| (e - energy[0]).abs()).fold(0.0, f64::max);
-        // Of second order in the step, and without a trend.
+        // The energy error is of second order in the step and has no drift.
         assert!(
             off < 1e-3 * energy[0] && (energy.last().unwrap() - energy[0]).abs() < 1e-4,
             "{off}"
@@ -25,7 +26,7 @@ fn the_shipped_mechanisms_move_as_they_should() {
     let turned = of(0, "angle_z_rad");
     let turn = turned[2000] - turned[1000];
     assert!((turn - std::f64::consts::TAU).abs() < 1e-9, "{turn}");
-    // x = r cos θ + √(l² − r² sin² θ), from 0.7 m on.
+    // Slider position x = r cos θ + √(l² − r² sin² θ), measured from 0.7 m.
     for (angle, place) in turned.iter().zip(of(3, "z_m")) {
         let x = 0.2 * angle.cos() + (0.25 - (0.2 * angle.sin()).powi(2)).sqrt();
         assert!((x - 0.7 - place).abs() < 1e-12, "{angle}: {place} {x}");
@@ -40,7 +41,8 @@ fn the_shipped_mechanisms_move_as_they_should() {
     assert_eq!(forces.rows.len(), 20 * 1501);
 }
 
-/// A shaft that is bent by a cardan joint, and a rod on a ball joint that leans on its cone and its twist's stop.
+/// Scene with two shafts joined by a cardan joint, and a rod that hangs on a ball joint with a cone
+/// and twist limits.
 const SHAFT: &str = r#"
 steps = 401
 time_step = 0.001
@@ -97,7 +99,7 @@ speed = 10.0
 most = 100.0
 "#;
 
-/// Of the angles of both shafts, tan out = tan in cos β, as the cross stands at the start.
+/// The shaft angles satisfy tan out = tan in cos β for the initial attitude of the cross.
 #[test]
 fn a_cardan_shaft_turns_as_it_should_and_a_ball_joint_stays_in_its_cone() {
     let (end, directory) = run_scenario(SHAFT, &[]);
@@ -121,7 +123,7 @@ fn a_cardan_shaft_turns_as_it_should_and_a_ball_joint_stays_in_its_cone() {
     assert_eq!(verified.code, Some(0), "{verified:?}");
 }
 
-/// A name of copies twice is a chain of them, and each link hangs on the one before.
+/// A joint between copies of one name makes a chain of them.
 #[test]
 fn copies_make_a_chain() {
     const CHAIN: &str = r#"
@@ -155,7 +157,7 @@ anchor_a = [0.0, 0.0, 0.05]
     let names: Vec<_> = joints.iter().map(|joint| joint["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["hook", "pin-0", "pin-1", "pin-2", "pin-3"]);
     let table = Table::parse(&fs::read_to_string(out.join("joints.csv")).unwrap());
-    // Each holds the weight of all below it.
+    // Each joint carries the weight of all links below it.
     let force: Vec<_> = ["fx_N", "fy_N", "fz_N"].map(|f| table.numbers(f)).into();
     for (joint, below) in (0..5).zip([5.0, 4.0, 3.0, 2.0, 1.0]) {
         let size = force.iter().map(|f| f[5 + joint].powi(2)).sum::<f64>().sqrt();
@@ -163,8 +165,9 @@ anchor_a = [0.0, 0.0, 0.05]
     }
 }
 
-/// Light rods that a heavy bob holds taut: the summary and run.json name those that are too stiff for the time step, and the one that
-/// would do, by ω² = 12 T/(m L); `verify` finds the same.
+/// A heavy bob tightens light rods. The summary and run.json name joints that are too stiff for the
+/// time step and a time step that suffices. The estimate is ω² = 12 T/(m L), and `verify`
+/// recomputes it.
 #[test]
 fn joints_too_stiff_for_the_time_step_are_named_with_one_that_does() {
     const TAUT: &str = r#"
@@ -224,7 +227,7 @@ anchor = [0.0, 0.0, -0.6]
     let verified = run(&["verify", steps]);
     assert_eq!(verified.code, Some(1), "{verified:?}");
     assert!(verified.stdout.contains("taut_joints are not those of the rows"), "{verified:?}");
-    // So many substeps as it says do, and as many rows are kept.
+    // The suggested number of substeps suffices and keeps the number of rows.
     assert!(end.stdout.contains("--substeps 2"), "{end:?}");
     let (end, directory) = run_scenario(TAUT, &["--substeps", "2"]);
     assert!(!end.stdout.contains("too stiff"), "{end:?}");
@@ -232,13 +235,13 @@ anchor = [0.0, 0.0, -0.6]
     assert_eq!(fs::read_to_string(&steps).unwrap().lines().count(), 1 + 12);
     let verified = run(&["verify", steps.to_str().unwrap()]);
     assert_eq!(verified.code, Some(0), "{verified:?}");
-    // A shorter time step does.
+    // A shorter time step suffices.
     let short = TAUT.replace("time_step = 0.007", "time_step = 0.005");
     let (end, _) = run_scenario(&short, &[]);
     assert!(!end.stdout.contains("too stiff"), "{end:?}");
 }
 
-/// Ipopt refuses joints before anything is written.
+/// Ipopt refuses joints before any file is written.
 #[test]
 fn ipopt_refuses_mechanisms() {
     for name in ["double-pendulum", "slider-crank", "four-bar", "tray-and-conveyor"] {

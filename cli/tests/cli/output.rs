@@ -1,4 +1,4 @@
-//! The directory that is written to: a second run there, two at once, and nobody who listens.
+//! Output directory: repeated runs, concurrent runs and a closed standard output.
 
 use super::support::{PROGRAM, everything_in, run, simulate};
 use std::fs;
@@ -30,7 +30,7 @@ fn a_second_run_removes_the_pictures_of_the_first_and_says_so() {
     let out = first.path("");
     assert_eq!(everything_in(&out), names(&PICTURES));
     assert!(!first.end.stdout.contains("removed"), "{:?}", first.end);
-    // Files of the user's stay, whatever they are called.
+    // The user's files stay.
     fs::write(out.join("notes.svg"), "mine").unwrap();
     fs::write(out.join("validation.html"), "mine").unwrap();
     let second = run(&["--steps", "4", "--html", "--out", text(&out)]);
@@ -56,7 +56,7 @@ fn a_run_that_is_refused_removes_nothing() {
     assert_eq!(everything_in(&out), before);
 }
 
-/// A run of minutes that has begun to write to `out`.
+/// Starts a run of minutes and waits until it writes to `out`.
 fn a_long_run(out: &Path) -> Child {
     let child = Command::new(PROGRAM)
         .args(["--solver", "native", "--steps", "10000000", "--quiet", "--out", text(out)])
@@ -84,13 +84,13 @@ fn two_runs_do_not_write_to_one_directory_at_once() {
     for command in ["gif", "plot", "view"] {
         run(&[command, text(&csv)]).assert_refused(1, &words);
     }
-    // To read, and to write elsewhere, disturbs nobody.
+    // Reading, and writing to another directory, are allowed.
     assert_eq!(run(&["verify", text(&csv)]).code, Some(0));
     let other = earlier.path("other");
     assert_eq!(run(&["plot", text(&csv), "--out", text(&other)]).code, Some(0));
     running.kill().unwrap();
     running.wait().unwrap();
-    // However the run ended, nothing is left of its claim.
+    // A killed run releases its lock on the directory.
     assert_eq!(run(&["--steps", "3", "--out", text(&out)]).code, Some(0));
 }
 

@@ -1,9 +1,9 @@
-//! Reading the pictures that the program drew.
+//! Reader of the pictures that the program draws.
 
 use std::fs;
 use std::path::Path;
 
-/// Panels of a sheet: name, beginning of the label, number of curves.
+/// Panels of a figure: name, start of the label, number of curves.
 pub type Panels<const N: usize> = [(&'static str, &'static str, usize); N];
 
 pub const MOTION: Panels<7> = [
@@ -24,22 +24,22 @@ pub const ENERGY: Panels<5> = [
     ("iterations", "iterations", 1),
 ];
 
-/// An SVG of the program's own form: one element a line.
+/// SVG in the program's own form with one element a line.
 pub struct Svg {
     pub text: String,
     pub width: f64,
     pub height: f64,
 }
 
-/// What is in a panel.
+/// Content of a panel.
 pub struct Panel {
     pub label: String,
     pub legend: Vec<String>,
     pub curves: Vec<Vec<(f64, f64)>>,
     pub dots: usize,
-    /// The statuses that are marked.
+    /// Statuses with marks.
     pub marks: Vec<String>,
-    /// What it says instead of curves.
+    /// Text shown if there are no curves.
     pub nothing: Option<String>,
 }
 
@@ -52,7 +52,7 @@ impl Svg {
         Self { width: size("width"), height: size("height"), text }
     }
 
-    /// The names of the panels, from top to bottom.
+    /// Names of the panels from top to bottom.
     pub fn panels(&self) -> Vec<&str> {
         let starts = self.text.lines().filter(|line| line.starts_with("<g class=\"panel\""));
         starts.map(|line| attribute(line, "id").unwrap()).collect()
@@ -84,7 +84,7 @@ fn attribute<'a>(text: &'a str, name: &str) -> Option<&'a str> {
     text.split_once(&format!(" {name}=\"")).and_then(|(_, rest)| rest.split('"').next())
 }
 
-/// The text of an element without its markup.
+/// Text of an element without its markup.
 fn characters(line: &str) -> String {
     let parts = line.split('<').filter_map(|part| part.split_once('>'));
     parts.map(|(_, text)| text).collect::<String>().replace('\u{200b}', "")
@@ -100,7 +100,7 @@ fn points(path: &str) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Width and height of a PNG in pixels, from its header.
+/// Width and height of a PNG [pixels] from its header.
 pub fn png_size(path: &Path) -> (u32, u32) {
     let bytes = fs::read(path).unwrap();
     assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n");

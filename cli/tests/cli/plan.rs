@@ -1,4 +1,4 @@
-//! `tumble plan`: what it writes, that it replays to the byte, and what it refuses.
+//! `tumble plan`: output files, exact replay and refusals.
 
 use super::support::{run, tumble};
 use crate::ROOT;
@@ -15,7 +15,7 @@ fn text(path: PathBuf) -> String {
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// A directory with a problem of a box on level ground.
+/// Temporary directory with a planning problem of a box on level ground.
 fn problem(fields: &str) -> (tempfile::TempDir, String) {
     let directory = tempfile::tempdir().unwrap();
     fs::copy(shipped("box.toml"), directory.path().join("box.toml")).unwrap();
@@ -37,7 +37,8 @@ tolerance = { position = 1e-3 }
 runs = 300
 ";
 
-/// Three ways: the same problem from its own controls, the scene that was written, and the verifier.
+/// A plan replays to the byte from its own controls and from the written scene. `verify` accepts
+/// its tables.
 #[test]
 fn a_plan_runs_again_to_the_byte() {
     let (directory, problem) = problem(SLIDE);
@@ -101,8 +102,8 @@ axis = [0.3, 1.0, 0.1]
 damping = 0.01
 ";
 
-/// Joints about any axes of bodies that are turned: the scene that was written has the same
-/// frames, to the last bit.
+/// The written scene has the same joint frames to the last bit, for joints about general axes of
+/// rotated bodies.
 #[test]
 fn a_plan_by_a_motor_is_a_scene_too() {
     let directory = tempfile::tempdir().unwrap();
@@ -125,7 +126,8 @@ fn a_plan_by_a_motor_is_a_scene_too() {
     }
 }
 
-/// One body in its own notation is written in that: a point mass that was pushed and moved.
+/// A problem with a single `[body]` is written in the same notation. The body is a point mass with
+/// a force and an initial velocity.
 #[test]
 fn a_plan_of_one_body_is_a_scene_too() {
     let directory = tempfile::tempdir().unwrap();
@@ -158,7 +160,7 @@ fn a_plan_of_one_body_is_a_scene_too() {
     }
 }
 
-/// On any number of threads the same files.
+/// The files do not depend on the number of threads.
 #[test]
 fn threads_do_not_change_a_plan() {
     let (directory, problem) = problem(SLIDE);
@@ -171,6 +173,7 @@ fn threads_do_not_change_a_plan() {
     assert_eq!(files[0], files[1]);
 }
 
+/// A target out of reach ends with status `missed` and exit code 3.
 #[test]
 fn what_cannot_be_reached_is_missed() {
     let (directory, problem) = problem(&SLIDE.replace("[-20, 20]", "[-3, 3]"));
@@ -183,6 +186,8 @@ fn what_cannot_be_reached_is_missed() {
     assert!(out.join("states.csv").exists());
 }
 
+/// The shipped problem `stop.toml` finds the initial velocity with which the box stops at its
+/// target.
 #[test]
 fn the_start_that_stops_is_found_from_the_command_line() {
     let directory = tempfile::tempdir().unwrap();
@@ -238,13 +243,13 @@ fn controls_of_another_problem_are_refused() {
     super::support::End::from(end).assert_refused(2, &["\"one\" is not a number"]);
 }
 
-/// A row a step, with times as a problem of a box has them.
+/// Table of controls with one row a step and the times of the box problem.
 fn table(controls: impl Fn(usize) -> f64) -> String {
     let row = |k: usize| format!("{k},{},{}\n", k as f64 * 0.02, controls(k));
     format!("k,t,box.force.x\n{}", (0..30).map(row).collect::<String>())
 }
 
-/// What of a table does not fit is said where a search goes on from it, and refused where it is to be replayed.
+/// A table of controls that does not fit causes a note in a search and an error in a replay.
 #[test]
 fn controls_that_do_not_fit_are_said_or_refused() {
     let (directory, problem) = problem(&SLIDE.replace("runs = 300", "stages = []"));
@@ -272,14 +277,14 @@ fn controls_that_do_not_fit_are_said_or_refused() {
         run(&[&args[..], &["--replay"]].concat()).assert_refused(2, &["controls.csv", words]);
         assert!(!out.exists());
     }
-    // What fits is taken without a word.
+    // A table that fits causes no note.
     fs::write(&file, table(|_| 1.0)).unwrap();
     let end =
         run(&["plan", &problem, "--start", start, "--replay", "--out", out.to_str().unwrap()]);
     assert!(end.code == Some(3) && !end.stdout.contains("controls.csv:"), "{end:?}");
 }
 
-/// `shoot` and `sample` refuse a hundred thousand variables.
+/// The stages `shoot` and `sample` refuse 100 000 variables.
 #[test]
 fn more_numbers_than_can_be_sought_are_refused() {
     let fields = SLIDE.replace("steps = 30", "steps = 100000");

@@ -1,4 +1,4 @@
-//! `tumble plot` and `--plot`: the pictures of ordinary, long and odd runs.
+//! `tumble plot` and `--plot`: pictures of ordinary, long and unusual runs.
 
 use crate::picture::{ENERGY, MOTION, Svg, png_size};
 use crate::support::{
@@ -26,7 +26,7 @@ fn plot(file: &Path, args: &[&str]) -> End {
     tumble().arg("plot").arg(file).args(args).output().unwrap().into()
 }
 
-/// An impact of 20 000 N, and 25 N at rest.
+/// The force axis shows both an impact of 20 000 N and the weight of 25 N.
 #[test]
 fn impacts_do_not_flatten_the_weight() {
     let (_, motion, _) = simulate_and_plot(&["--steps", "1000", "--solver", "native"]);
@@ -85,7 +85,7 @@ fn two_impacts_in_200_000_rows_are_seen() {
 
     let motion = Svg::read(&directory.path().join("plot.svg"));
     let z = &motion.panel("z").curves[0];
-    // Up is down in an SVG. The heights are as 9 − 1 to 1 + 3.
+    // SVG coordinates grow downwards. The heights have the ratio (9 − 1) to (1 + 3).
     let level = z[0].1;
     let (low, high) = z
         .iter()
@@ -96,7 +96,7 @@ fn two_impacts_in_200_000_rows_are_seen() {
     let peak = z.iter().find(|point| point.1 == low).unwrap().0;
     assert!((peak - column(77_777.0)).abs() <= 0.02, "{peak}");
 
-    // The impact towers over the weight, and the weight over nothing.
+    // The impact is visible above the weight, and the weight above zero.
     let curves = motion.panel("fz").curves;
     let heights: Vec<f64> = curves.iter().flatten().map(|point| point.1).collect();
     let bottom = heights.iter().copied().fold(f64::MIN, f64::max);
@@ -142,7 +142,7 @@ fn failed_steps_are_marked_and_a_drawn_run_keeps_its_exit_code() {
     let panel = energy.panel("residual");
     assert!(panel.legend.contains(&format!("failed ({failed})")), "{:?}", panel.legend);
     assert!(panel.marks.iter().any(|mark| mark == "failed"), "{:?}", panel.marks);
-    // Drawing them again is no failure.
+    // Drawing a run with failed steps succeeds.
     assert_eq!(plot(&simulated.path("trajectory.csv"), &[]).code, Some(0));
 }
 
@@ -165,8 +165,8 @@ fn a_title_from_a_file_cannot_break_the_picture() {
     assert!(svg.text.contains("&lt;/text&gt;&lt;b a=&quot;&amp;"), "{}", &svg.text[..400]);
 }
 
-/// A long name is cut in its middle, characters without a glyph are counted, and the SVG's
-/// title keeps them all.
+/// A long name is shortened in the middle and characters without a glyph are counted. The SVG's
+/// title keeps the full name.
 #[test]
 fn names_that_do_not_fit_are_cut_and_said() {
     let simulated = simulate(&["--steps", "3"]);
@@ -181,7 +181,7 @@ fn names_that_do_not_fit_are_cut_and_said() {
     assert!(svg.text.contains(&format!("<title>Motion and contact: {name}")));
 }
 
-/// Nothing to rub against: no friction in the notes.
+/// A scene without ground shows no friction coefficient.
 #[test]
 fn a_floating_cube_has_no_friction() {
     let (_, motion, _) = simulate_and_plot(&["--scene", "floating", "--steps", "3"]);

@@ -1,4 +1,4 @@
-//! Restitution at the command line: flags, scenario, columns, verification.
+//! Restitution: flags, scenario, columns and verification.
 
 use super::scenario::run_scenario;
 use super::support::{Table, run, simulate};
@@ -23,7 +23,7 @@ fn a_run_that_bounces_says_so_and_verifies() {
         let path = simulated.path("trajectory.csv");
         let end = run(&["verify", path.to_str().unwrap()]);
         assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
-        // By another law its steps are none.
+        // The steps do not satisfy another restitution coefficient.
         let mut other = simulated.run_json();
         other["model"]["restitution"] = 0.2.into();
         fs::write(simulated.path("run.json"), other.to_string()).unwrap();
@@ -32,7 +32,8 @@ fn a_run_that_bounces_says_so_and_verifies() {
     }
 }
 
-/// Rough ground, a bouncing cube: one of its impacts would make energy.
+/// A cube bounces on rough ground. The full rebound of some impacts would add energy, so they get a
+/// share of it.
 #[test]
 fn impacts_that_would_make_energy_are_counted() {
     let args = ["--seed", "0", "--restitution", "0.9", "--mu", "1", "--inertia", "solid"];
@@ -52,7 +53,7 @@ fn impacts_that_would_make_energy_are_counted() {
 fn without_restitution_there_is_no_such_column() {
     let simulated = simulate(&["--steps", "3", "--solver", "native"]);
     assert!(!simulated.table().header.contains(&"restitution_share".to_owned()));
-    // Zero is none.
+    // Restitution 0 adds no column.
     let simulated = simulate(&["--steps", "3", "--solver", "native", "--restitution", "0"]);
     assert!(!simulated.table().header.contains(&"restitution_share".to_owned()));
     assert!(!simulated.end.stdout.contains("changed"), "{:?}", simulated.end);
@@ -74,7 +75,8 @@ fn coefficients_out_of_range_are_refused_by_name() {
     }
 }
 
-/// A ball that bounces on the ground, not on the plate, and one that does on both.
+/// Scene with a ball that bounces on the ground but not on the plate, and a ball that bounces on
+/// both.
 const SCENE: &str = r#"
 steps = 400
 [ground]
@@ -109,7 +111,7 @@ fn pairs_bounce_by_their_own_coefficients() {
     let states = Table::parse(&fs::read_to_string(out.join("states.csv")).unwrap());
     let speeds: Vec<_> = states.numbers("vz_m_s");
     let fastest = |body: usize| speeds[body..].iter().step_by(2).copied().fold(0.0, f64::max);
-    // They fall 0.3 m.
+    // Speed after a fall of 0.3 m [m/s].
     let arriving = f64::sqrt(2.0 * 9.81 * 0.3);
     assert!(fastest(0) < 1e-9, "{}", fastest(0));
     let expected = f64::sqrt(0.9 * 0.5) * arriving;
@@ -129,7 +131,8 @@ fn pairs_bounce_by_their_own_coefficients() {
     assert!(end.stdout.contains("bounces as none"), "{end:?}");
 }
 
-/// Boxes that fall on each other and on the ground and bounce: impulses close contacts that were parting and stay open in the end.
+/// Boxes collide with each other and the ground. Rebounds include contacts that separate before the
+/// impact and stay open after it.
 #[test]
 fn boxes_that_strike_each_other_verify() {
     for (restitution, spin) in [(0.1, 1.0), (0.3, 4.0), (0.5, -3.0), (0.8, 2.0)] {

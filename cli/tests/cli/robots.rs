@@ -1,4 +1,4 @@
-//! Robots from the command line: alone, in a scenario, and written down.
+//! Robot files: simulation, use in a scenario and conversion.
 
 use super::scenario::run_scenario;
 use super::support::{run, simulate, tumble};
@@ -23,7 +23,7 @@ fn a_file_is_simulated_and_verifies() {
         assert!(done.end.stdout.contains("wrote"), "{:?}", done.end);
         let verified = run(&["verify", text(&done.path("states.csv"))]);
         assert_eq!(verified.code, Some(0), "{name}: {verified:?}");
-        // It goes on from where it ended, as any other run.
+        // The run can be continued.
         let out = done.path("");
         let on = run(&["--continue", text(&out), "--steps", "80", "--quiet"]);
         assert_eq!(on.code, Some(0), "{name}: {on:?}");
@@ -47,7 +47,7 @@ fn a_converted_file_leaves_the_same_tables() {
     let rows =
         |run: &super::support::Simulated| fs::read_to_string(run.path("states.csv")).unwrap();
     assert_eq!(rows(&first).lines().count(), rows(&again).lines().count());
-    // Written down once more it has the same lines, with numbers that are as much alike as sums are.
+    // A second conversion has the same lines. Its numbers may differ by rounding.
     let twice = directory.path().join("twice.toml");
     run(&["convert", text(&written), text(&twice)]);
     let fields = |path: &Path| {
@@ -57,7 +57,7 @@ fn a_converted_file_leaves_the_same_tables() {
     assert_eq!(fields(&written), fields(&twice));
 }
 
-/// Two wheels on axles in the world, geared, and a parcel on a belt.
+/// Scene with two geared wheels on axles in the world and a parcel on a belt.
 const WHEELS: &str = r#"
 start_index = 7
 [ground]
@@ -141,7 +141,8 @@ fn gears_moving_surfaces_and_a_later_start_are_written_down() {
     assert!(written.contains("[[driven]]\nname = \"parcel-drive\""), "{written}");
 }
 
-/// Packages are found from the file's folder upwards, or in the folder that a flag names; `convert` takes the same flags.
+/// Packages are searched from the file's directory upwards or in the directory of `--packages`.
+/// `convert` has the same flag.
 #[test]
 fn packages_have_a_flag() {
     let directory = tempfile::tempdir().unwrap();
@@ -174,6 +175,7 @@ fn packages_have_a_flag() {
     run(&["--leave-out", "link"]).assert_refused(2, &["--leave-out"]);
 }
 
+/// Broken robot files and unsuitable flags are refused in one sentence.
 #[test]
 fn what_cannot_be_is_said_in_one_sentence() {
     let directory = tempfile::tempdir().unwrap();

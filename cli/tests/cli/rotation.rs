@@ -1,11 +1,11 @@
-//! Which equation turns a body: what files and flags say of it, and that everything downstream of a run
-//! knows.
+//! Choice of the rotational equation of motion in files and flags, and its effect on later
+//! commands.
 
 use super::scenario::run_scenario;
 use super::support::{run, simulate, unseal};
 use std::fs;
 
-/// A skew box that spins over the ground and lands.
+/// Scene with a tilted box that spins and lands.
 const BOX: &str = r#"
 steps = 200
 [body]
@@ -21,9 +21,9 @@ spin = [3.0, 5.0, -2.0]
 name = "native"
 "#;
 
-/// A scenario turns by momentum unless it or a flag says otherwise, the tutorial's scene as the
-/// tutorial; `verify` judges by the form that run.json names, and of one without a word by the
-/// tutorial's.
+/// Scenarios use the momentum form unless a file or flag selects another. The tutorial's scenes use
+/// the tutorial's form. `verify` reads the form from run.json and assumes the tutorial's form if it
+/// is missing.
 #[test]
 fn files_and_flags_say_by_which_equation_bodies_turn() {
     let own = format!("rotation = \"tutorial\"{BOX}");
@@ -65,7 +65,7 @@ fn files_and_flags_say_by_which_equation_bodies_turn() {
     assert_eq!(changed.run_json()["model"]["rotation"], "tutorial");
 }
 
-/// Without a ground there is no step to choose it for; other words are no form.
+/// A scene without ground has no choice of form, and unknown names are refused.
 #[test]
 fn a_rotation_that_means_nothing_is_refused() {
     let floating = run(&["--scene", "floating", "--rotation", "momentum"]);
@@ -78,7 +78,8 @@ fn a_rotation_that_means_nothing_is_refused() {
     end.assert_refused(2, &["rotation", "momentum", "tutorial"]);
 }
 
-/// Of several bodies: run.json's model has the form, and the tables the energy that it keeps.
+/// Several bodies: run.json names the form, and the energy in the table is conserved only by the
+/// momentum form.
 #[test]
 fn the_energy_of_a_spinning_pair_is_that_which_its_steps_keep() {
     let text = |form: &str| {
@@ -102,6 +103,7 @@ fn the_energy_of_a_spinning_pair_is_that_which_its_steps_keep() {
         assert_eq!(run(&["verify", verified.to_str().unwrap()]).code, Some(0));
         energy.iter().map(|e| (e - energy[0]).abs()).fold(0.0, f64::max)
     });
-    // (h ω)² of the energy of turning, some 3 J, against a second of first order.
+    // The momentum form has an error of (h ω)² of the rotational energy of some 3 J. The tutorial's
+    // form has an error of first order in h.
     assert!(kept < 1e-4 && lost > 1e-2, "{kept} {lost}");
 }

@@ -1,5 +1,4 @@
-//! Scenario files, planes and loads from the command line: the shipped ones, those of others,
-//! and broken ones.
+//! Scenario files, planes and loads: shipped files, own files and broken files.
 
 use super::support::{End, everything_in, run, simulate, tumble};
 use crate::ROOT;
@@ -15,7 +14,7 @@ pub fn shipped() -> Vec<PathBuf> {
     files
 }
 
-/// Whether a file is a scene of several bodies: `several.rs` runs those.
+/// True for a scene of several bodies, which `several.rs` runs.
 pub fn is_of_several(path: &Path) -> bool {
     fs::read_to_string(path).unwrap().contains("[[bodies]]")
 }
@@ -24,7 +23,7 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-/// Writes `scenario` to a directory of its own and runs it there with `flags`.
+/// Writes `scenario` to a temporary directory and runs it there with `flags`.
 pub fn run_scenario(scenario: &str, flags: &[&str]) -> (End, tempfile::TempDir) {
     let directory = tempfile::tempdir().unwrap();
     fs::write(directory.path().join("test.toml"), scenario).unwrap();
@@ -81,8 +80,8 @@ frame = "ground"
 position = [0.3, 0.1, 0.05]
 "#;
 
-/// A ten-to-one box on an odd plane, held by friction (the slope is 6.4°): it does not move,
-/// and the forces in the file are the weight, upwards in the world.
+/// Friction holds a box with sides 10:1 on a tilted plane with a slope of 6.4°. The box does not
+/// move. Its contact forces in the world frame add up to its weight.
 #[test]
 fn a_block_on_an_odd_plane_stays_and_its_weight_is_carried() {
     for solver in ["native", "ipopt"] {
@@ -90,7 +89,7 @@ fn a_block_on_an_odd_plane_stays_and_its_weight_is_carried() {
         assert_eq!(end.code, Some(0), "{end:?}");
         let csv = fs::read_to_string(directory.path().join("out/trajectory.csv")).unwrap();
         let table = super::support::Table::parse(&csv);
-        // Ipopt's steps are exact to about 1e-4 m/s, for 0.4 s.
+        // Ipopt's steps are exact to about 1e-4 m/s over 0.4 s.
         let allowed = if solver == "native" { 1e-12 } else { 1e-4 };
         for column in ["x_m", "y_m", "z_m", "qw", "qx", "qy"] {
             let values = table.numbers(column);
@@ -110,8 +109,8 @@ fn a_block_on_an_odd_plane_stays_and_its_weight_is_carried() {
     }
 }
 
-/// Far from the plane's origin the turn of the frame costs digits, which 1/h magnifies: the
-/// file still verifies, and a changed one does not.
+/// The change of frame loses digits far from the plane's origin, and 1/h magnifies the loss. The
+/// file still verifies, and a changed file does not.
 #[test]
 fn a_slope_far_from_the_origin_verifies() {
     for place in [["--position", "5000,0,0.05"], ["--position", "0,3e5,0.05"]] {
@@ -128,7 +127,7 @@ fn a_slope_far_from_the_origin_verifies() {
     }
 }
 
-/// What the turn of the frame costs does not excuse a place out of this world.
+/// Rounding of the change of frame does not excuse unphysical positions.
 #[test]
 fn a_place_out_of_this_world_does_not_verify_on_a_slope() {
     let (end, directory) = run_scenario(BLOCK, &["--solver", "native", "--steps", "20"]);
@@ -143,7 +142,7 @@ fn a_place_out_of_this_world_does_not_verify_on_a_slope() {
     }
 }
 
-/// More than any state may have gained in one step is a mistake in the load.
+/// A load that adds more speed in a step than any state may have is refused.
 #[test]
 fn a_load_that_throws_the_body_out_of_the_world_is_refused() {
     for flags in [["--force", "1e9,0,0"], ["--torque", "1e7,0,0"]] {
@@ -152,7 +151,7 @@ fn a_load_that_throws_the_body_out_of_the_world_is_refused() {
     }
 }
 
-/// Without run.json the plane and the load come from flags.
+/// Planes and loads from flags equal those from a file, also for `verify` without run.json.
 #[test]
 fn flags_make_the_same_planes_and_loads_as_files() {
     let flags = [
@@ -221,11 +220,12 @@ fn flags_make_the_same_planes_and_loads_as_files() {
     verify.extend(["--force", "0.3:9,5,0", "--torque", "0.1,0,0", "--force-at", "0,0,0.5"]);
     let verified = run(&verify);
     assert_eq!(verified.code, Some(0), "{verified:?}");
-    // Another load is another run's.
+    // Another load does not fit the rows.
     let doubted = run(&["verify", text(&path), "--plane", "25", "--inertia", "solid"]);
     assert_eq!(doubted.code, Some(1), "{doubted:?}");
 }
 
+/// Flags override the values of a scenario file.
 #[test]
 fn flags_go_before_the_file() {
     let flags = ["--steps", "7", "--dt", "0.001", "--mass", "4", "--solver", "native"];
@@ -238,7 +238,7 @@ fn flags_go_before_the_file() {
     assert_eq!(json["model"]["bodies"][0]["mass"], 4.0);
     assert_eq!(json["model"]["mu"], 0.5);
     assert_eq!(json["scene"], "test");
-    // A solid box of 4 kg: m (b² + c²)/12 with the sides.
+    // Solid box of 4 kg with I = m (b² + c²)/12.
     let inertia = json["model"]["bodies"][0]["inertia"][0][0].as_f64().unwrap();
     assert!((inertia - 4.0 * (0.09 + 0.01) / 12.0).abs() < 1e-15);
 }
@@ -253,7 +253,7 @@ fn pictures_show_slopes() {
     assert!(directory.path().join("out/animation.gif").exists());
 }
 
-/// What is changed in `BLOCK`, by what, and the words of the refusal.
+/// Replaced text of `BLOCK`, new text and words of the refusal.
 const BROKEN: [(&str, &str, &[&str]); 52] = [
     ("[body]", "[load]\nforce = []\n[body]", &["load.force", "no knots"]),
     ("[body]", "[[body]]", &["body: ", "list", "one table is needed", "[[bodies]]"]),
@@ -372,7 +372,7 @@ fn broken_scenarios_are_refused_in_one_line_with_the_file_and_the_fault() {
     run(&["--scenario", "a.toml", "--scene", "drop"]).assert_refused(2, &["--scene", "--scenario"]);
 }
 
-/// A cube of water, 1 mm: nobody gave its inertia, which is small, as it must be.
+/// The computed inertia of a solid box of any size is in the allowed range, even for 1 mm of water.
 #[test]
 fn a_body_of_any_size_has_the_range_of_its_own_inertia() {
     for (side, mass) in [(1e-3, 1e-6), (1e-2, 1e-3), (1.0, 1e3), (100.0, 1e9)] {
@@ -384,7 +384,7 @@ fn a_body_of_any_size_has_the_range_of_its_own_inertia() {
     }
 }
 
-/// What a flag says is not the file's fault.
+/// A bad flag is reported without the scenario file's name.
 #[test]
 fn a_flag_beside_a_scenario_is_named_as_a_flag() {
     for (flags, word) in [
@@ -416,7 +416,7 @@ fn flags_that_mean_nothing_to_a_scenario_are_refused() {
     assert_eq!(end.code, Some(0), "{end:?}");
 }
 
-/// Every field of the format stands in its description, and every shipped file in its table.
+/// scenarios/README.md describes every field of the format and lists every shipped file.
 #[test]
 fn the_description_names_every_field_and_file() {
     let root = Path::new(ROOT);
@@ -435,7 +435,7 @@ fn the_description_names_every_field_and_file() {
         for line in body.lines().filter(|line| line.starts_with("    ") && line.contains(": ")) {
             let name = line.trim().trim_start_matches("pub ").split(':').next().unwrap();
             let name = if name == "sides" { "box" } else { name };
-            // The macro's own placeholder.
+            // Placeholder of the macro.
             if name.starts_with('$') {
                 continue;
             }

@@ -1,5 +1,4 @@
-//! Scenes of several bodies from the command line: the shipped ones, their tables, and what the
-//! physics says of them.
+//! Scenes of several bodies: shipped scenarios, their tables and physical checks.
 
 use super::scenario::{is_of_several, run_scenario, shipped};
 use super::support::{Simulated, Table, everything_in, run, simulate};
@@ -7,7 +6,7 @@ use crate::ROOT;
 use nalgebra::Vector3;
 use std::fs;
 
-/// The table `name` of a run.
+/// Table `name` of a run.
 pub fn table(done: &Simulated, name: &str) -> Table {
     Table::parse(&fs::read_to_string(done.path(&format!("{name}.csv"))).unwrap())
 }
@@ -19,8 +18,8 @@ pub fn scene(name: &str, flags: &[&str]) -> Simulated {
     done
 }
 
-/// Each shipped scene for some steps: every step solved, pieces that overlap by no more than the
-/// turn of a step explains, energy that never rises, tables that verify, and nothing else written.
+/// Each shipped scene runs 200 steps without failure, with small overlap and without energy gain.
+/// Its tables verify, and no other file is written.
 #[test]
 fn every_shipped_scene_of_several_bodies_runs_and_verifies() {
     let scenes: Vec<_> = shipped().into_iter().filter(|path| is_of_several(path)).collect();
@@ -30,21 +29,22 @@ fn every_shipped_scene_of_several_bodies_runs_and_verifies() {
         let done = scene(name, &["--steps", "200"]);
         let json = done.run_json();
         assert_eq!(json["summary"]["failed"], 0, "{name}");
-        // A plane is kept for a step: two bodies of up to 0.2 m that both turn by ψ = h ω leave it by up
-        // to ½ (2ψ)² 0.2 m; 10 rad/s are 0.2 mm.
+        // The contact planes stay constant for a step. Two bodies of size 0.2 m that both turn by ψ
+        // = h ω leave them by up to ½ (2ψ)² 0.2 m. At 10 rad/s that is 0.2 mm.
         let overlap = json["largest_overlap_m"].as_f64().unwrap();
         let spins = ["wx_rad_s", "wy_rad_s", "wz_rad_s"].map(|w| table(&done, "states").numbers(w));
         let fastest = spins.iter().flatten().fold(0.0_f64, |most, w| most.max(w.abs()));
         let turn = json["parameters"]["time_step_s"].as_f64().unwrap_or(0.002) * fastest;
-        // A hundred boxes fall on each other in all attitudes; the others turn less.
+        // A hundred boxes of `pile` collide in all attitudes. Bodies of the other scenes turn less.
         let allowed = if name == "pile" { 0.4 * turn * turn } else { 1e-4 };
         assert!(overlap < allowed, "{name}: {overlap}");
         let energy = table(&done, "steps").numbers("energy_J");
         let bodies = json["model"]["bodies"].as_array().unwrap();
-        // What joints drive may gain, and what they tie swings by the second order of the step (`joints.rs`).
+        // Motors may add energy. The energy of jointed bodies oscillates by the second order of the
+        // step (`joints.rs`).
         let tied = json["model"]["joints"].is_array();
         let mass: f64 = bodies.iter().map(|body| body["mass"].as_f64().unwrap()).sum();
-        // What overlaps is pushed apart, and lifts no more than all weight by the depth.
+        // The push that separates overlapping bodies lifts at most the total weight by the overlap.
         let pushed = mass * 9.81 * overlap;
         let turning = gain_by_turning(&done);
         for (k, two) in energy.windows(2).enumerate().filter(|_| !tied) {
@@ -79,8 +79,8 @@ fn every_shipped_scene_of_several_bodies_runs_and_verifies() {
     }
 }
 
-/// What the turn of each step may add to the energy, J: an impulse p at the arm c of a body that
-/// turns with ω follows a chord, Σ |p| |c| ½ h |ω|² (eq. 28), the faster of both ends' spins.
+/// Energy that rotation may add in each step [J]. An impulse p at the arm c of a body with spin ω
+/// follows a chord, Σ |p| |c| ½ h |ω|² (eq. 28). The larger of the initial and final spins counts.
 fn gain_by_turning(done: &Simulated) -> Vec<f64> {
     let (states, contacts) = (table(done, "states"), table(done, "contacts"));
     let json = done.run_json();
@@ -110,7 +110,7 @@ fn gain_by_turning(done: &Simulated) -> Vec<f64> {
     gains
 }
 
-/// How far each body is from its start at the end, m.
+/// Distance of each body between start and end [m].
 fn moved(done: &Simulated) -> Vec<f64> {
     let states = table(done, "states");
     let bodies = done.run_json()["model"]["bodies"].as_array().unwrap().len();
@@ -123,8 +123,8 @@ fn moved(done: &Simulated) -> Vec<f64> {
     (0..bodies).map(distance).collect()
 }
 
-/// Stack, pyramid, a mass ratio of 1 : 10⁴, the card house and the arch stand still: rounding alone
-/// moves them.
+/// A stack, a pyramid, a mass ratio of 1 : 10⁴, a card house and an arch stand still up to
+/// rounding.
 #[test]
 fn what_stands_stays() {
     for name in ["stack", "pyramid", "mass-ratio", "card-house", "arch"] {
@@ -133,7 +133,7 @@ fn what_stands_stays() {
     }
 }
 
-/// Under box i of the stack stands the weight of all above it, in four equal corners.
+/// Four equal corner forces below box i of the stack carry the weight of all boxes from i upwards.
 #[test]
 fn a_stack_carries_its_weight() {
     let contacts = table(&scene("stack", &["--steps", "5"]), "contacts");
@@ -155,8 +155,8 @@ fn a_stack_carries_its_weight() {
     }
 }
 
-/// On a slope of 20° the lower block holds at μ = 0.5; the upper one slides with μ = 0.2 between
-/// them, of the pair, at g (sin 20° − μ cos 20°), from the first step on.
+/// On a slope of 20° the lower block sticks with μ = 0.5. The upper block slides with μ = 0.2 of
+/// the pair from the first step on. Its acceleration is g (sin 20° − μ cos 20°).
 #[test]
 fn a_block_slides_on_a_block_with_the_friction_of_the_pair() {
     let done = scene("block-on-block", &["--steps", "200"]);
@@ -170,8 +170,8 @@ fn a_block_slides_on_a_block_with_the_friction_of_the_pair() {
     assert!((found - expected).abs() < 1e-10, "{found} {expected}");
 }
 
-/// A point mass that lands and slides: friction takes μ of all that the ground gives,
-/// v = v₀ − μ g T, whoever solves. Ipopt's steps are exact to some 1e-6 m/s each.
+/// A point mass lands and slides with v = v₀ − μ g T, because friction takes μ times the total
+/// normal impulse. The tolerance for Ipopt reflects its error of some 1e-6 m/s a step.
 #[test]
 fn a_point_mass_lands_and_slides() {
     for (solver, allowed) in [("native", 1e-8), ("ipopt", 1e-3)] {
@@ -181,7 +181,7 @@ fn a_point_mass_lands_and_slides() {
         let expected = 4.0 - 0.3 * 9.81 * 499.0 * 0.002;
         assert!((vy[499] - expected).abs() < allowed, "{solver}: {} {expected}", vy[499]);
         assert!(vz[499].abs() < 1e-6, "{solver}: {}", vz[499]);
-        // Inertia and spin are without effect.
+        // Inertia and spin have no effect.
         assert!(table.numbers("wx_rad_s").iter().all(|spin| *spin == 0.0), "{solver}");
     }
 }
@@ -198,8 +198,8 @@ fn the_same_seed_gives_the_same_bytes_and_another_another_pile() {
     assert!(one.end.stdout.contains("seed 7,"), "{:?}", one.end);
 }
 
-/// All kinds of shapes, frames, copies, rings, loads and frictions in one scene that is read, run,
-/// written and verified; mass properties are those of the shapes.
+/// One scene has all kinds of shapes, frames, copies, rings, loads and friction entries. It runs
+/// and verifies, and its masses follow from the shapes.
 #[test]
 fn every_shape_has_its_mass_and_verifies() {
     let scenario = r#"
@@ -276,17 +276,18 @@ fn every_shape_has_its_mass_and_verifies() {
     for (body, expected) in [ball, rod, corner, 1.0, 2.0].into_iter().enumerate() {
         assert!((mass(body) - expected).abs() < 1e-12 * expected, "{body}: {}", mass(body));
     }
-    // Volumes 8 and 6 dm³ with centres at x = 0.2 and 0.05, z = 0.05 and 0.25.
+    // Volumes of 8 and 6 dm³ with centres at x = 0.2 and 0.05 and z = 0.05 and 0.25.
     let centre = &json["model"]["bodies"][2]["centre"];
     for (axis, expected) in [(0, (1.6 + 0.3) / 14.0), (1, 0.0), (2, (0.4 + 1.5) / 14.0)] {
         let found = centre[axis].as_f64().unwrap();
         assert!((found - expected).abs() < 1e-15, "{axis}: {found} {expected}");
     }
-    // Friction between rod and step is the pair's, with the ground the mean of both.
+    // Both friction entries of pairs are in the model.
     assert_eq!(json["model"]["frictions"].as_array().unwrap().len(), 2);
 }
 
-/// Without a ground bodies fall past what is fixed; tables verify, and pictures show none.
+/// A scene without ground runs, verifies and is drawn without ground. A free body falls past the
+/// fixed one.
 #[test]
 fn a_scene_needs_no_ground() {
     let scenario = r#"
@@ -335,7 +336,8 @@ fn a_scene_needs_no_ground() {
     end.assert_refused(2, &["ground.none", "[[bodies]]"]);
 }
 
-/// A ring of plates is closed and the same all around: a ball in its middle touches all of them.
+/// Copies in a ring are rotated in position and attitude. A ball in the centre touches all eight
+/// plates.
 #[test]
 fn a_ring_turns_positions_and_attitudes() {
     let scenario = r#"

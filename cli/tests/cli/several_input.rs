@@ -1,4 +1,4 @@
-//! What is wrong with a scene of several bodies is said in one sentence, and nothing is written.
+//! Broken scenes of several bodies are refused in one sentence, and no file is written.
 
 use super::scenario::run_scenario;
 use super::support::{everything_in, run};
@@ -28,7 +28,7 @@ between = ["lower", "upper"]
 coefficient = 0.3
 "#;
 
-/// What is changed in `SCENE`, by what, and the words of the refusal.
+/// Replaced text of `SCENE`, new text and words of the refusal.
 const BROKEN: [(&str, &str, &[&str]); 70] = [
     ("mass = 1.0", "mass = -1.0", &["bodies[0].mass", "-1", "1e-9 to 1e9"]),
     ("mass = 1.0", "mass = nan", &["bodies[0].mass", "NaN"]),
@@ -143,7 +143,7 @@ fn broken_scenes_are_refused_in_one_line_with_the_file_and_the_field() {
     }
 }
 
-/// What a flag says is called by the flag.
+/// Values from flags are reported under the flag's name.
 #[test]
 fn flags_of_the_tutorials_solver_are_refused_by_their_names() {
     for (flags, flag) in [
@@ -156,6 +156,8 @@ fn flags_of_the_tutorials_solver_are_refused_by_their_names() {
     }
 }
 
+/// Flags for a single body and flags of pictures that are not requested are refused. Flags of the
+/// model apply.
 #[test]
 fn flags_of_one_body_and_of_pictures_that_are_not_asked_for_are_refused() {
     for flags in [
@@ -198,7 +200,7 @@ fn flags_of_one_body_and_of_pictures_that_are_not_asked_for_are_refused() {
     assert_eq!((&model["gravity"][2], &json["steps"]), (&(-3.0).into(), &4.into()));
 }
 
-/// A box without its lid, one turned inside out, one that is not convex, and no mesh at all.
+/// Meshes that are open, inside out, not convex or unreadable are refused.
 #[test]
 fn meshes_that_are_open_inside_out_or_hollow_are_refused() {
     let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
@@ -240,8 +242,8 @@ fn meshes_that_are_open_inside_out_or_hollow_are_refused() {
     }
 }
 
-/// What is in two pieces of a body would count twice; to touch is allowed, and so is overlap where
-/// nothing comes from the pieces.
+/// Overlapping pieces would count their common volume twice in the mass. Contact is allowed.
+/// Overlap is allowed if mass and inertia are given.
 #[test]
 fn pieces_of_one_body_that_overlap_are_refused_with_their_depth() {
     let scene = |second: &str, rest: &str| {

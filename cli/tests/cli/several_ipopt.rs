@@ -1,11 +1,11 @@
-//! Scenes of several bodies by Ipopt from the command line: the same motion as the native solver's
-//! where it is unique, what is said of fallbacks and failures, and what is refused.
+//! Scenes of several bodies with Ipopt: agreement with the native solver for unique motions, counts
+//! of fallbacks and failures, and refusals.
 
 use super::several::table;
 use super::support::{Simulated, everything_in, run, simulate};
 use std::fs;
 
-/// Two boxes that rest on each other.
+/// Scene with a stack of two boxes at rest.
 const STACK: &str = r#"
 steps = 60
 [ground]
@@ -18,7 +18,7 @@ position = [0.0, 0.0, 0.1]
 copies = { count = [1, 1, 2], step = [0.0, 0.0, 0.2] }
 "#;
 
-/// A turned box that flies into another one, without gravity.
+/// Scene with a rotated box that flies into another box without gravity.
 const COLLISION: &str = r#"
 steps = 60
 gravity = 0.0
@@ -47,7 +47,7 @@ fn scene(text: &str, flags: &[&str]) -> Simulated {
     simulate(&[&["--scenario", file.to_str().unwrap()], flags].concat())
 }
 
-/// The largest difference of two runs in a column of the states of the last row, over the bodies.
+/// Largest difference between two runs in the given columns of the last states.
 fn apart(one: &Simulated, other: &Simulated, columns: [&str; 3]) -> f64 {
     let [one, other] = [one, other].map(|done| table(done, "states"));
     let differences = columns.into_iter().flat_map(|name| {
@@ -59,9 +59,9 @@ fn apart(one: &Simulated, other: &Simulated, columns: [&str; 3]) -> f64 {
     differences.fold(0.0, f64::max)
 }
 
-/// Σ 2 K (δ + δ') over the steps, with K contacts and the residuals δ of both runs, m/s: each impulse
-/// is within δ of obeying the laws, and the motion is made by their sum (measured: nothing for the
-/// stack, a tenth of it for the collision).
+/// Bound of the velocity difference of two runs [m/s]. Each of K contact impulses satisfies the
+/// contact law to within the residuals δ and δ' of the runs. The motion adds all impulses up, hence
+/// Σ 2 K (δ + δ') over the steps.
 fn allowed(one: &Simulated, other: &Simulated) -> f64 {
     let [one, other] = [one, other].map(|done| table(done, "steps"));
     let counts = one.numbers("contacts").into_iter().zip(other.numbers("contacts"));
@@ -71,7 +71,7 @@ fn allowed(one: &Simulated, other: &Simulated) -> f64 {
     steps.map(|((n, m), (a, b))| 2.0 * f64::max(n, m) * (a + b)).sum()
 }
 
-/// The motion of a stack at rest and of a collision that a corner makes is unique.
+/// Both solvers agree for a resting stack and a corner collision, whose motions are unique.
 #[test]
 fn ipopt_and_native_agree_where_the_motion_is_unique() {
     for (name, text) in [("stack", STACK), ("collision", COLLISION)] {
@@ -101,7 +101,7 @@ fn ipopt_and_native_agree_where_the_motion_is_unique() {
     }
 }
 
-/// A scenario can name the solver and its settings; flags go before them.
+/// A scenario may select the solver and its settings. Flags override them.
 #[test]
 fn a_scenario_names_its_solver() {
     let settings = "[solver]\nname = \"ipopt\"\ntolerance = 1e-7\nmax_iterations = 200\n";
@@ -115,8 +115,8 @@ fn a_scenario_names_its_solver() {
     native.end.assert_refused(2, &["solver.tolerance", "native"]);
 }
 
-/// Where Ipopt may take one iteration only, the native solution stands in and is counted; without the
-/// ladder such a step is failed, kept or the end of the run.
+/// The native solution replaces Ipopt's after an iteration limit of 1 and is counted as a fallback.
+/// Without the ladder the step fails and either stays in the file or ends the run.
 #[test]
 fn fallbacks_and_failures_are_counted() {
     let flags = ["--solver", "ipopt", "--max-iter", "1"];
@@ -141,7 +141,7 @@ fn fallbacks_and_failures_are_counted() {
     assert!(count(&stop, "rows") < 60, "{:?}", stop.end);
 }
 
-/// More than ten bodies: one sentence that says what would be right, and nothing is written.
+/// Ipopt refuses more than ten bodies in one sentence and names the alternative.
 #[test]
 fn more_than_ten_bodies_are_refused() {
     let text = STACK.replace("[1, 1, 2]", "[1, 1, 11]");

@@ -1,4 +1,4 @@
-//! Pictures of runs of several bodies: drawn by the run and from its tables, the same.
+//! Pictures of several bodies are the same from the run and from its tables.
 
 use super::picture::Svg;
 use super::scenario::run_scenario;
@@ -6,8 +6,8 @@ use super::support::{End, everything_in, run};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A box that lies, a ball that falls, a rounded hull that slides on a fixed plate, and a capsule
-/// that never moves.
+/// Scene with a resting box, a falling ball, a rounded hull that slides on a fixed plate, and a
+/// fixed capsule.
 const SCENE: &str = r#"
 steps = 21
 [ground]
@@ -42,7 +42,7 @@ const TABLES: [&str; 5] = ["contacts.csv", "run.json", "state.bin", "states.csv"
 const PICTURES: [&str; 6] =
     ["animation.gif", "plot-energy.png", "plot-energy.svg", "plot.png", "plot.svg", "view.html"];
 
-/// A finished run, in the folder `out` of a directory of its own.
+/// Finished run in the directory `out` of a temporary directory.
 struct Done {
     end: End,
     directory: tempfile::TempDir,
@@ -58,7 +58,7 @@ impl Done {
         self.directory.path().join("out").join(name)
     }
 
-    /// Runs `command` on the table `states`, with `flags`.
+    /// Runs `command` with `flags` on the table `states`.
     fn draw(&self, command: &str, flags: &[&str]) -> End {
         let file = self.path("states.csv");
         run(&[&[command, text(&file)], flags].concat())
@@ -68,7 +68,7 @@ impl Done {
         everything_in(&self.path(""))
     }
 
-    /// Changes a table's text.
+    /// Replaces text in a table.
     fn change(&self, name: &str, from: &str, to: &str) {
         let text = fs::read_to_string(self.path(name)).unwrap();
         assert!(text.contains(from), "{name} has no {from:?}");
@@ -106,7 +106,7 @@ fn a_run_draws_what_its_tables_draw() {
         let [run, drawn] = [done.path(name), again.join(name)].map(|path| fs::read(path).unwrap());
         assert!(run == drawn, "{name} of the run and of its tables");
     }
-    // The page says what the pieces are.
+    // The page describes the pieces.
     let page = fs::read_to_string(done.path("view.html")).unwrap();
     for words in [
         "box 0.6 × 0.4 × 0.2 m",
@@ -118,14 +118,15 @@ fn a_run_draws_what_its_tables_draw() {
     }
 }
 
-/// Heights of the curve of the panel `id`, pixels downwards from its start.
+/// Heights of the curve in panel `id` [pixels], downwards from its start.
 fn drops(svg: &Svg, id: &str) -> Vec<f64> {
     let curves = svg.panel(id).curves;
     assert_eq!(curves.len(), 1, "{id}");
     curves[0].iter().map(|(_, y)| y - curves[0][0].1).collect()
 }
 
-/// The ball falls: z_k = z_0 − g h² k (k+1)/2. The slab lies still.
+/// `--body` selects the plotted body. The ball falls by z_k = z_0 − g h² k (k+1)/2 and the slab
+/// rests.
 #[test]
 fn the_plots_are_of_the_body_that_is_asked_for() {
     let done = Done::of(&["--plot", "--quiet"]);
@@ -140,7 +141,7 @@ fn the_plots_are_of_the_body_that_is_asked_for() {
     assert!(ball.text.contains("Motion and contact of ball: test"));
     let z = drops(&ball, "z");
     assert_eq!(z.len(), 21);
-    // Pixels are written to a tenth or better.
+    // Pixels have one or more decimals.
     let expected = z[20] * (10.0 * 11.0) / (20.0 * 21.0);
     assert!(z[20] > 20.0 && (z[10] - expected).abs() < 0.2, "{z:?}");
     assert_eq!(ball.panel("force").nothing.as_deref(), Some("no contact force on this body"));
@@ -148,7 +149,7 @@ fn the_plots_are_of_the_body_that_is_asked_for() {
 
     assert_eq!(done.draw("plot", &["--body", "1"]).code, Some(0));
     assert_eq!(Svg::read(&done.path("plot.svg")).text, ball.text, "by its number");
-    // A name goes before a number.
+    // A name has precedence over an index.
     assert_eq!(done.draw("plot", &["--body", "0"]).code, Some(0));
     assert!(Svg::read(&done.path("plot.svg")).text.contains("Motion and contact of 0: test"));
 }
@@ -174,7 +175,7 @@ fn what_cannot_be_drawn_is_refused_and_nothing_is_written() {
     done.change("states.csv", "\n0,0.0,0,", "\n0,0.5,0,");
     done.draw("gif", &[]).assert_refused(2, &["states, line 2", "t_s"]);
     assert_eq!(done.files(), names(&TABLES));
-    // More frames than an animation has: before the first step.
+    // Too many frames are refused at the start.
     let slow = Done::of(&["--gif", "--gif-speed", "0.001", "--steps", "400"]);
     slow.end.assert_refused(2, &["frames", "--gif-speed"]);
     assert!(!slow.path("").exists());
@@ -201,7 +202,7 @@ fn a_failed_step_is_seen_in_the_exit_code() {
     assert!(energy.panel("residual").legend.contains(&"failed (1)".to_owned()));
 }
 
-/// A ground out of reach is none: with it, a picture would show nothing else.
+/// A distant ground is not drawn, because the picture would otherwise show only the ground.
 #[test]
 fn a_ground_out_of_reach_is_not_drawn() {
     let scene = SCENE.replace("friction = 0.5\n", "friction = 0.5\noffset = -100.0\n");
@@ -222,7 +223,7 @@ fn a_run_of_several_beside_one_of_one_on_a_page() {
     end.assert_refused(2, &["--body", "one body"]);
 }
 
-/// From the scene through run.json into every picture, of the run and of its tables.
+/// Colours and labels of the scene are in run.json and in every picture.
 #[test]
 fn colours_and_labels_are_in_every_picture() {
     let told = SCENE

@@ -1,4 +1,4 @@
-//! `tumble verify` on the tables of several bodies that somebody has changed.
+//! `tumble verify` on changed tables of several bodies.
 
 use super::scenario::run_scenario;
 use super::support::{End, Table, run, simulate, unseal};
@@ -13,7 +13,7 @@ use tumble_scene::output::tables::{Streams, Table as RunTable, TablesWriter};
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
-/// A box that slides on another and a ball that rolls on a fixed plate.
+/// Scene with a box that slides on another box and a ball that rolls on a fixed plate.
 const SCENE: &str = r#"
 steps = 30
 [ground]
@@ -58,7 +58,7 @@ fn verify(directory: &Path) -> End {
     run(&["verify", directory.join("steps.csv").to_str().unwrap()])
 }
 
-/// Verifies the run with one of its tables changed.
+/// Verifies the run after a change of one table.
 fn verify_changed(name: &str, change: impl FnOnce(&mut Table)) -> End {
     let directory = tempfile::tempdir().unwrap();
     for (file, text) in FILES.iter().zip(files()) {
@@ -71,7 +71,7 @@ fn verify_changed(name: &str, change: impl FnOnce(&mut Table)) -> End {
     verify(directory.path())
 }
 
-/// The row of step `k` whose number `count` of the step it is.
+/// Index of row number `count` of step `k`.
 fn row(table: &Table, k: u64, count: usize) -> usize {
     let steps = table.texts("k");
     let rows = steps.iter().enumerate().filter(|(_, step)| **step == k.to_string());
@@ -86,7 +86,7 @@ fn tables_as_they_were_written_verify() {
     assert!(end.stdout.contains("not what the rows say: 0\n"), "{end:?}");
 }
 
-/// A thousandth of any number that says something is found, and the step named.
+/// A change of a thousandth in any relevant number is found and its step named.
 #[test]
 fn a_changed_number_is_found_and_its_step_named() {
     let cases: [(&str, &[&str]); 4] = [
@@ -97,7 +97,7 @@ fn a_changed_number_is_found_and_its_step_named() {
     ];
     for (file, columns) in cases {
         for column in columns {
-            // Contact 4 of a step is the first of the upper box on the lower.
+            // Contact 4 of a step is the first contact between the upper and the lower box.
             let count = if file == "contacts.csv" { 4 } else { 0 };
             let end = verify_changed(file, |table| {
                 let (row, column) = (row(table, 12, count), table.column(column));
@@ -110,7 +110,7 @@ fn a_changed_number_is_found_and_its_step_named() {
     }
 }
 
-/// A contact that the shapes do not have carries nothing, whatever the sums say.
+/// A contact that does not follow from the shapes is reported.
 #[test]
 fn contacts_that_the_bodies_do_not_have_are_named() {
     let cases: [(&str, &str, &str); 6] = [
@@ -131,7 +131,7 @@ fn contacts_that_the_bodies_do_not_have_are_named() {
     }
 }
 
-/// What a contact with the ground has besides numbers that the step is judged by.
+/// Ground contacts have the radius of their contact point and no partner index.
 #[test]
 fn a_contact_with_the_ground_has_the_radius_of_its_point_and_no_index() {
     for (column, value, code) in [("radius_m", "0.01", 1), ("partner_index", "1", 2)] {
@@ -145,7 +145,8 @@ fn a_contact_with_the_ground_has_the_radius_of_its_point_and_no_index() {
     }
 }
 
-/// Every letter and number of a key, of contacts of all kinds: each is another contact's.
+/// A change of any letter or digit in a contact key yields the key of another contact, and `verify`
+/// finds it.
 #[test]
 fn a_key_of_other_features_is_found() {
     let contacts = Table::parse(&files()[1]);
@@ -172,8 +173,8 @@ fn a_key_of_other_features_is_found() {
     }
 }
 
-/// Of every column of every table a first number, one in the middle and the last; but for `start`, of which a word
-/// of the solver's is as good as another.
+/// A change in any column is found in the first, middle and last row. The column `start` is
+/// excluded, because any start method of the solver is plausible.
 #[test]
 fn no_column_can_be_changed_unnoticed() {
     for name in &FILES[..3] {
@@ -260,14 +261,13 @@ fn a_table_or_run_file_that_is_not_there_is_named() {
     assert_ne!(json, files()[3]);
     fs::write(directory.path().join("run.json"), json).unwrap();
     verify(directory.path()).assert_refused(2, &["run.json", "model.bodies[0]", "mass"]);
-    // Another world's constants: every step differs.
+    // Another mass changes every step.
     let json = files()[3].replacen("\"mass\": 2.0", "\"mass\": 3.0", 1);
     fs::write(directory.path().join("run.json"), json).unwrap();
     assert_eq!(verify(directory.path()).code, Some(1));
 }
 
-/// The model stands in run.json alone: without it, or with another file of that name, no table can
-/// be read, and it is run.json that is named.
+/// The model is only in run.json. Every command names a missing or broken run.json.
 #[test]
 fn a_table_without_its_run_file_asks_for_it() {
     let directory = tempfile::tempdir().unwrap();
@@ -290,7 +290,7 @@ fn a_table_without_its_run_file_asks_for_it() {
     }
 }
 
-/// A line without an end, in quotes or not, is refused after what a row may have, not read.
+/// A line without end, quoted or not, is refused after the maximum length of a row.
 #[test]
 fn a_line_of_a_table_without_end_is_refused() {
     for (name, begin) in [("states.csv", "\"0"), ("contacts.csv", "0"), ("steps.csv", "\"0")] {
@@ -301,13 +301,13 @@ fn a_line_of_a_table_without_end_is_refused() {
         let path = directory.path().join(name);
         let header = fs::read_to_string(&path).unwrap().lines().next().unwrap().to_owned();
         fs::write(&path, format!("{header}\n{begin}")).unwrap();
-        // A hole of zeros, which takes no room on the disk.
+        // A sparse file takes no space on the disk.
         fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(1 << 32).unwrap();
         verify(directory.path()).assert_refused(2, &["more than 1048576 bytes"]);
     }
 }
 
-/// Status words and counts of tables are held against their rows and run.json.
+/// `verify` compares the statuses and counts of the tables with their rows and run.json.
 #[test]
 fn a_status_that_the_rows_do_not_have_is_named() {
     for (status, words) in [
@@ -334,7 +334,7 @@ fn a_status_that_the_rows_do_not_have_is_named() {
     assert!(end.stdout.contains("complete of 31 rows; there are 30"), "{end:?}");
 }
 
-/// The column `start` has the words of tumble's solvers and no others.
+/// The column `start` accepts only the start methods of tumble's solvers.
 #[test]
 fn a_start_that_no_solver_has_is_named() {
     for (start, code) in [("magic", 1), ("previous ", 1), ("zero", 0)] {
@@ -348,11 +348,11 @@ fn a_start_that_no_solver_has_is_named() {
     }
 }
 
-/// A failed step with forces of 1e9 N that cancel each other: its equations of motion hold to the
-/// rounding of these forces, which two computations of a residual differ by, and its file is what it says.
+/// A failed step with cancelling forces of 1e9 N verifies as failed. Its equations of motion hold
+/// to the rounding of these forces, which differs between two evaluations of the residual.
 #[test]
 fn a_failed_step_of_huge_forces_verifies_as_failed() {
-    // Contacts of pieces are rebuilt from the points of their rows.
+    // Contacts with fixed pieces are recomputed from the points in their rows.
     const SCENE: &str = "steps = 3\n[ground]\nfriction = 0.5\noffset = -1.0\n[[fixed]]\n\
                          box = [2, 2, 0.1]\nposition = [313.1, 47.7, -0.05]\n[[bodies]]\n\
                          box = 0.2\nmass = 1.0\nposition = [313.1, 47.7, 0.1]\n\

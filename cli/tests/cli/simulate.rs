@@ -1,11 +1,11 @@
-//! The simulation: what stands in `trajectory.csv` and `run.json`.
+//! Simulation: content of `trajectory.csv` and `run.json`.
 
 use super::support::{CONTACT_RUN, FAILING_RUN, Simulated, everything_in, simulate, tumble};
 use serde_json::{Value, json};
 
 const CONTACT_STATUSES: [&str; 5] = ["converged", "retried", "fallback", "wild", "failed"];
 
-/// The header that the documentation promises.
+/// Documented header of a trajectory.
 fn promised_header() -> Vec<String> {
     let state = "k,t_s,x_m,y_m,z_m,qw,qx,qy,qz,vx_m_s,vy_m_s,vz_m_s,wx_rad_s,wy_rad_s,wz_rad_s";
     let mut names: Vec<String> = state.split(',').map(str::to_owned).collect();
@@ -24,7 +24,7 @@ fn promised_header() -> Vec<String> {
     names
 }
 
-/// What holds for every pair of files, and for the exit code.
+/// Asserts the invariants of every pair of files and of the exit code.
 fn assert_consistent(run: &Simulated, rows: usize, time_step: f64) {
     assert_eq!(run.end.stderr, "");
     assert_eq!(
@@ -42,7 +42,7 @@ fn assert_consistent(run: &Simulated, rows: usize, time_step: f64) {
     let statuses = table.texts("status");
     for (k, row) in table.rows.iter().enumerate() {
         assert_eq!(row[0], k.to_string());
-        // One multiplication, hence equal to the last bit.
+        // A single multiplication, equal to the last bit.
         assert_eq!(row[1].parse::<f64>().unwrap(), k as f64 * time_step, "row {k}");
         let step = &row[first_step..=last_step];
         match statuses[k] {
@@ -64,8 +64,8 @@ fn assert_consistent(run: &Simulated, rows: usize, time_step: f64) {
     assert_summary(run, rows);
 }
 
-/// A contact without its flag has no force, slack or multiplier. `step` holds eight of each
-/// of fx, fy, fz, s1, s2, lam, alpha.
+/// Asserts that a contact without its flag has zero force, slack and multiplier. `step` holds eight
+/// values each of fx, fy, fz, s1, s2, lam and alpha.
 fn assert_forces_follow_flags(step: &[String], k: usize) {
     for contact in (0..8).filter(|contact| step[48 + contact] == "0") {
         for field in step[contact..48].iter().step_by(8) {
@@ -74,7 +74,7 @@ fn assert_forces_follow_flags(step: &[String], k: usize) {
     }
 }
 
-/// The summary in run.json counts what the CSV holds.
+/// Asserts that the summary in run.json counts the rows of the CSV.
 fn assert_summary(run: &Simulated, rows: usize) {
     let table = run.table();
     let statuses = table.texts("status");
@@ -141,7 +141,7 @@ fn a_run_whose_steps_fail_is_written_whole_and_ends_with_code_3() {
 
 #[test]
 fn runs_of_one_two_and_sixty_five_rows_have_as_many_rows() {
-    // 65 rows are 64 steps, the number the loop takes between two looks at the clock.
+    // 65 rows are 64 steps, the number of steps between two checks of the clock.
     for rows in [1, 2, 64, 65, 66] {
         assert_consistent(&simulate(&["--steps", &rows.to_string()]), rows, 0.002);
     }
@@ -157,9 +157,9 @@ fn the_floating_scene_spins_without_a_ground() {
     };
     let start = [0.0, 0.0, 3.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 4.0, 6.0];
     assert_eq!(state(&table.rows[0]), start);
-    // No force and no torque on a body with the inertia 0.01·E: uniform motion, and a
-    // rotation by |ω| t about ω. Runge–Kutta of fourth order errs by (h |ω|/2)⁵/120 a
-    // step, 7e-15 here, 1200 times; rounding adds about as much.
+    // Uniform motion and rotation by |ω| t about ω, because the inertia is 0.01·E and no force
+    // acts. The fourth-order Runge–Kutta error is (h |ω|/2)⁵/120 = 7e-15 a step over 1200 steps.
+    // Rounding adds a similar error.
     let end = state(&table.rows[1199]);
     let (t, speed): (f64, f64) = (1.199, 56.0_f64.sqrt());
     let (sine, cosine) = (0.5 * speed * t).sin_cos();
@@ -210,7 +210,7 @@ fn a_longer_run_begins_with_the_shorter_one() {
     let (short, long) = (simulate(&["--steps", "228"]).csv(), simulate(&CONTACT_RUN).csv());
     let lines = |text: &str| text.lines().map(str::to_owned).collect::<Vec<_>>();
     let (short, long) = (lines(&short), lines(&long));
-    // All but the end row, which has no step yet.
+    // All rows except the end row, which has no step.
     assert_eq!(short[..228], long[..228]);
 }
 
@@ -272,7 +272,7 @@ fn every_flag_is_recorded_and_used() {
 fn without_out_the_files_go_to_a_folder_out_in_the_working_directory() {
     let directory = tempfile::tempdir().unwrap();
     for _ in 0..2 {
-        // The second time the folder and the files are there already.
+        // The directory and the files exist in the second run.
         let mut command = tumble();
         command.args(["--steps", "5"]).current_dir(directory.path()).assert().success();
         assert_eq!(

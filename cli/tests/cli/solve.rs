@@ -1,4 +1,4 @@
-//! `tumble solve`, and `--export-problems` of a run.
+//! `tumble solve` and `--export-problems`.
 
 use crate::ROOT;
 use crate::support::{End, everything_in, run, tumble};
@@ -6,9 +6,9 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// A mass of 2 kg that falls at 1 m/s and slides at 3 m/s, μ 0.5.
+/// Contact problem of a mass of 2 kg with 1 m/s downwards, 3 m/s tangentially and μ = 0.5.
 const SLIDES: &str = "3\n1\n0\n3\n3\n3 3\n0.5 0 0\n0 0.5 0\n0 0 0.5\n-1 3 0\n0.5\n";
-/// A contact that no impulse moves, and that closes.
+/// Contact problem with zero response and a closing velocity, which has no solution.
 const STUCK: &str = "3\n1\n1\n3\n3\n0\n-1 0 0\n0.5\n";
 
 fn written(directory: &TempDir, name: &str, text: &str) -> String {
@@ -51,6 +51,7 @@ fn a_problem_is_solved_and_its_solution_written() {
     }
 }
 
+/// `solve` of a directory writes a table and returns exit code 3 if a problem is not solved.
 #[test]
 fn a_folder_has_a_table_and_what_is_unsolved_the_exit_code_3() {
     let directory = TempDir::new().unwrap();
@@ -117,7 +118,7 @@ fn the_problems_of_a_run_are_exported_and_solved() {
     assert!(!files.is_empty() && files.iter().all(|name| name.starts_with("step-")), "{files:?}");
     let end = run(&["solve", path(&problems)]);
     assert_eq!(end.code, Some(0), "{end:?}");
-    // A shorter run leaves no problem of the longer one, and of files of others all.
+    // A shorter run removes the exported problems of the longer one and keeps other files.
     fs::write(problems.join("own.dat"), SLIDES).unwrap();
     exported(path(&scene), &["--steps", "3"]).assert_refused(2, &["step-", "--overwrite"]);
     let end = exported(path(&scene), &["--steps", "3", "--overwrite"]);
@@ -125,7 +126,7 @@ fn the_problems_of_a_run_are_exported_and_solved() {
     let left = names_in(&problems);
     assert!(left.len() < files.len() && left.contains(&"own.dat".to_owned()), "{left:?}");
     assert!(left.iter().all(|name| name.as_str() <= "step-00000003.dat"), "{left:?}");
-    // A run that goes on keeps those before it.
+    // A continued run keeps the earlier problems.
     let args = ["--continue", path(&run_out), "--steps", "6", "--export-problems", path(&problems)];
     let end: End = tumble().args(args).output().unwrap().into();
     assert_eq!(end.code, Some(0), "{end:?}");
@@ -134,7 +135,7 @@ fn the_problems_of_a_run_are_exported_and_solved() {
         longer.len() > left.len() && left.iter().all(|name| longer.contains(name)),
         "{longer:?}"
     );
-    // Another name of the run's own folder, whether it is there or not.
+    // Another path to the run's own directory, which may not exist yet.
     for folder in [&run_out, &directory.path().join("later")] {
         let name = folder.file_name().unwrap().to_str().unwrap();
         let other = directory.path().join(format!("./run/../{name}"));

@@ -1,4 +1,4 @@
-//! Runs that begin at another index than 0: rows, times, loads, run.json, and what verifies and goes on.
+//! Runs with a start index: rows, times, loads, run.json, verification and continuation.
 
 use super::support::{Simulated, Table, run, simulate};
 use crate::ROOT;
@@ -20,8 +20,8 @@ fn verified(done: &Simulated, name: &str) -> Option<i32> {
     run(&["verify", done.path(name).to_str().unwrap()]).code
 }
 
-/// A floating cube under a load over time, from k = 600 of a run on: the rows of that run, to the
-/// digits of its start in the flags.
+/// A floating cube under a time-dependent load, started at k = 600, repeats the rows of the full
+/// run. Equality holds to the digits of the start in the flags.
 #[test]
 fn a_run_from_an_index_has_the_rows_and_loads_of_that_time() {
     let scene = ["--scene", "floating"];
@@ -39,18 +39,18 @@ fn a_run_from_an_index_has_the_rows_and_loads_of_that_time() {
         let (mine, all) = (mine.numbers(column), &all.numbers(column)[600..]);
         assert_eq!(mine.len(), all.len());
         let off = mine.iter().zip(all).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        // The attitude is made a unit quaternion again.
+        // The attitude is normalised again.
         assert!(off < 1e-12, "{column}: {off}");
     }
     assert_eq!(part.run_json()["start_index"], 600);
     assert_eq!(verified(&part, "trajectory.csv"), Some(0));
     let changed = part.run_json()["changed"].to_string();
     assert!(changed.contains("start-index"), "{changed}");
-    // A run from 0 says nothing of it.
+    // A run from index 0 omits the field.
     assert!(whole.run_json().get("start_index").is_none());
 }
 
-/// Without loads nothing depends on the time: tables, but for their k and t, are those of a run from 0.
+/// Without loads nothing depends on time. Only the columns k and t differ between start indices.
 #[test]
 fn a_scenario_says_where_it_begins() {
     let folder = tempfile::tempdir().unwrap();
@@ -74,7 +74,7 @@ fn a_scenario_says_where_it_begins() {
     }
     assert_eq!(verified(&later, "states.csv"), Some(0));
     assert_eq!(later.run_json()["start_index"], 9000);
-    // Of another index, rows and run.json do not fit each other.
+    // Rows and run.json with different start indices are inconsistent.
     let json = fs::read_to_string(later.path("run.json")).unwrap();
     fs::write(later.path("run.json"), json.replace("9000", "9001")).unwrap();
     let end = run(&["verify", later.path("states.csv").to_str().unwrap()]);
@@ -82,6 +82,7 @@ fn a_scenario_says_where_it_begins() {
     assert!(end.stderr.contains("k is 9000 where 9001 follows"), "{end:?}");
 }
 
+/// Start indices outside 0 to 9e15 and other text are refused.
 #[test]
 fn an_index_that_is_none_is_refused() {
     for odd in ["-1", "1.5", "9000000000000001", "x"] {

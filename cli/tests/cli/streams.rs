@@ -1,17 +1,17 @@
-//! Standard streams that are closed, full or quiet.
+//! Standard streams that are closed, full or unused.
 
 use super::support::{FAILING_RUN, PROGRAM, contact_run, simulate};
 use std::io::pipe;
 use std::process::{Command, Stdio};
 
-/// The writing end of a pipe that nobody reads.
+/// Writing end of a pipe without reader.
 fn closed_pipe() -> Stdio {
     let (reader, writer) = pipe().unwrap();
     drop(reader);
     writer.into()
 }
 
-/// The commands that print, in a directory with a trajectory.
+/// Commands that print, and a directory with a trajectory.
 fn printing_commands() -> (tempfile::TempDir, Vec<Vec<String>>) {
     let directory = tempfile::tempdir().unwrap();
     let (csv, json) = contact_run();
@@ -59,7 +59,7 @@ fn a_closed_standard_error_does_not_change_the_exit_code() {
         let mut command = Command::new(PROGRAM);
         command.args(args).stdout(Stdio::null()).stderr(closed_pipe());
         if args[1] == "5" {
-            // A directory is where a file should be.
+            // A directory has the name of an output file.
             command.arg("--out").arg(directory.path());
         }
         assert_eq!(command.status().unwrap().code(), Some(code), "{args:?}");

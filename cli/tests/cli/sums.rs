@@ -1,10 +1,11 @@
-//! `[[gears]]` with a drive or a motor: a run of the program, its tables, what verifies, and what is refused.
+//! `[[gears]]` with a drive or a motor: tables, verification and refusals.
 
 use super::scenario::run_scenario;
 use super::support::{Table, run};
 use std::fs;
 
-/// Two sliders under a spring, a damper and a stop of x₁ + 2 x₂; the second hangs on a servo of the difference.
+/// Scene with two sliders. A spring, a damper and a limit act on x₁ + 2 x₂. A servo acts on the
+/// difference.
 const SUMMED: &str = r#"
 steps = 300
 time_step = 0.002
@@ -42,6 +43,8 @@ joints = ["second", "first"]
 motor = { position = 0.1, stiffness = 400.0, damping = 20.0, most = 30.0 }
 "#;
 
+/// Drive and motor forces on sums of joint positions follow their laws, and `verify` finds changed
+/// cells.
 #[test]
 fn laws_on_sums_run_and_verify() {
     let (end, directory) = run_scenario(SUMMED, &[]);
@@ -54,7 +57,7 @@ fn laws_on_sums_run_and_verify() {
     for k in 0..299 {
         let (now, next) = (sum(k), sum(k + 1));
         let pull = -50.0 * next - 2.0 * (next - now) / 0.002;
-        // Digits of places, over the time step.
+        // Rounding of positions divided by the time step.
         match next > -0.3 + 1e-9 {
             true => assert!((force[2 * k] - pull).abs() < 1e-9, "{k}: {} {pull}", force[2 * k]),
             false => {

@@ -1,4 +1,4 @@
-//! Running the program, and reading what it wrote.
+//! Helpers that run the program and read its files.
 
 use assert_cmd::Command;
 use serde_json::Value;
@@ -12,14 +12,14 @@ use tempfile::TempDir;
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_tumble");
 
-/// The program; killed, and the test failed, after a minute.
+/// Command of the program with a time limit of one minute.
 pub fn tumble() -> Command {
     let mut command = Command::new(PROGRAM);
     command.timeout(Duration::from_secs(60));
     command
 }
 
-/// The end of a command, as text.
+/// Exit code and text streams of a finished command.
 #[derive(Debug)]
 pub struct End {
     pub code: Option<i32>,
@@ -38,8 +38,8 @@ impl From<Output> for End {
 }
 
 impl End {
-    /// Exit code `code`, nothing on standard output, and one line on standard error that
-    /// contains every word of `words`.
+    /// Asserts a refusal: exit code `code`, empty standard output and one line on standard error.
+    /// The line must contain every string of `words`.
     pub fn assert_refused(&self, code: i32, words: &[&str]) {
         assert_eq!(self.code, Some(code), "{self:?}");
         assert_eq!(self.stdout, "", "{self:?}");
@@ -57,13 +57,13 @@ pub fn run<S: AsRef<std::ffi::OsStr>>(args: &[S]) -> End {
     tumble().args(args).output().unwrap().into()
 }
 
-/// A finished simulation in a directory of its own.
+/// Finished simulation in a temporary directory.
 pub struct Simulated {
     pub end: End,
     pub directory: TempDir,
 }
 
-/// Runs a simulation with `args` and `--out` to a directory that does not exist yet.
+/// Runs a simulation with `args`. Its `--out` directory does not exist yet.
 pub fn simulate(args: &[&str]) -> Simulated {
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().join("out");
@@ -89,11 +89,11 @@ impl Simulated {
     }
 }
 
-/// 240 rows of the default drop: contact from about row 223 on.
+/// Default drop over 240 rows. Contact begins near row 223.
 pub const CONTACT_RUN: [&str; 2] = ["--steps", "240"];
 
-/// A run in which steps must fail, whoever solves them: a body with as little inertia as is allowed,
-/// which turns by 350 radians a step while it hits the ground at 100 km/s.
+/// Run with steps that neither solver can solve. The body has the least inertia that is allowed,
+/// turns 350 radians a step and hits the ground at 100 km/s.
 pub const FAILING_RUN: [&str; 14] = [
     "--steps",
     "4",
@@ -111,19 +111,19 @@ pub const FAILING_RUN: [&str; 14] = [
     "10",
 ];
 
-/// A run.json without its checksums, which every change would break: what else notices one is asked.
+/// Text of run.json without its checksums. Tests use it to see which other check detects a change.
 pub fn unsealed(run_json: &str) -> String {
     let at = run_json.find(",\n  \"checksums\": {").expect("checksums, the last of a run.json");
     format!("{}\n}}\n", &run_json[..at])
 }
 
-/// Takes the checksums from the run.json `path`.
+/// Removes the checksums from the run.json at `path`.
 pub fn unseal(path: &Path) {
     let text = fs::read_to_string(path).unwrap();
     fs::write(path, unsealed(&text)).unwrap();
 }
 
-/// The two files of [`CONTACT_RUN`], simulated once, run.json without checksums.
+/// Trajectory and run.json of [`CONTACT_RUN`], simulated once. The run.json has no checksums.
 pub fn contact_run() -> &'static (String, String) {
     static RUN: OnceLock<(String, String)> = OnceLock::new();
     RUN.get_or_init(|| {
@@ -133,8 +133,8 @@ pub fn contact_run() -> &'static (String, String) {
     })
 }
 
-/// A cube that stands still for 200 000 rows, except for two impacts of one step each, the
-/// first of which failed. No run.json belongs to it.
+/// Trajectory of 200 000 rows of a resting cube, except for two impacts of one step each. The first
+/// impact has status `failed`. No run.json exists for it.
 pub fn two_impacts() -> String {
     let header = tumble_scene::output::trajectory::header(8, false).join(",");
     let mut csv = header + "\n";
@@ -157,7 +157,7 @@ pub fn two_impacts() -> String {
     csv
 }
 
-/// A CSV file split into fields.
+/// CSV file split into fields.
 #[derive(Clone)]
 pub struct Table {
     pub header: Vec<String>,
@@ -181,7 +181,7 @@ impl Table {
         self.header.iter().position(|column| column == name).unwrap()
     }
 
-    /// All fields of one column.
+    /// Fields of one column.
     pub fn texts(&self, name: &str) -> Vec<&str> {
         let column = self.column(name);
         self.rows.iter().map(|row| row[column].as_str()).collect()
@@ -192,7 +192,7 @@ impl Table {
     }
 }
 
-/// Every file and directory below `directory`, relative, sorted.
+/// Sorted relative paths of all files and directories below `directory`.
 pub fn everything_in(directory: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut open = vec![directory.to_owned()];

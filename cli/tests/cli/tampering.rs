@@ -1,9 +1,9 @@
-//! `tumble verify` on files that somebody has changed.
+//! `tumble verify` on changed trajectories.
 
 use super::support::{Table, contact_run};
 use super::verify::{changed, verify, with_text};
 
-/// The step and the contact with the largest normal force.
+/// Step and contact with the largest normal force.
 fn a_contact_step() -> (usize, usize) {
     let table = Table::parse(&contact_run().0);
     let forces: Vec<_> = (0..8).map(|contact| table.numbers(&format!("fz{contact}_N"))).collect();
@@ -11,7 +11,7 @@ fn a_contact_step() -> (usize, usize) {
     all.max_by(|a, b| forces[a.1][a.0].total_cmp(&forces[b.1][b.0])).unwrap()
 }
 
-/// The field with its second significant digit one off.
+/// Text of a number with its second significant digit changed by one.
 fn second_digit_off(field: &str) -> String {
     let mut seen = 0;
     let off = |digit: char| if digit == '9' { '8' } else { (digit as u8 + 1) as char };
@@ -31,8 +31,9 @@ fn second_digit_off(field: &str) -> String {
     changed
 }
 
-/// The certificate is the largest of five residuals: only a change that matters more than
-/// the step's own error shows. One hundredth to one tenth of these numbers does.
+/// `verify` finds a changed digit of a force, a state or a residual. The change must exceed the
+/// step's own residual, because the certificate is the largest of five residuals. The second
+/// significant digit suffices.
 #[test]
 fn one_digit_of_a_force_or_state_that_is_changed_is_found_and_named() {
     let (k, contact) = a_contact_step();
@@ -55,7 +56,7 @@ fn one_digit_of_a_force_or_state_that_is_changed_is_found_and_named() {
         });
         let end = verify(directory.path(), &[]);
         assert_eq!((end.code, end.stderr.as_str()), (Some(1), ""), "{name}: {end:?}");
-        // A state belongs to the step that leads to it and to the one that leaves it.
+        // A state belongs to two steps, as final and as initial state.
         let state = !name.starts_with(['f', 'c']);
         let steps = if state { 2 } else { 1 };
         assert!(end.stdout.contains(&format!("the rows say: {steps}\n")), "{name}: {end:?}");
@@ -90,7 +91,8 @@ fn numbers_that_overflow_the_certificate_are_a_mismatch_and_no_crash() {
     }
 }
 
-/// A solver may fail at a point that is exact: of rows that stand alone, the word is all there is.
+/// A solver may fail at an exact solution. Without run.json only the status word can show the
+/// failure.
 #[test]
 fn a_status_that_says_failed_is_believed() {
     let directory = changed(|table| {

@@ -1,11 +1,12 @@
-//! `--threads`: the same files on any number of threads, and refused where it would do nothing.
+//! `--threads`: files do not depend on the number of threads, and the flag is refused if it has no
+//! effect.
 
 use super::scenario::run_scenario;
 use super::support::{everything_in, run};
 use serde_json::Value;
 use std::fs;
 
-/// Heaps of boxes that fall and bounce, and single ones between them: sixty in all.
+/// Scene of sixty boxes: heaps that fall and bounce, and single boxes between them.
 const HEAPS: &str = r#"
     steps = 400
     [ground]
@@ -38,7 +39,7 @@ fn the_files_are_the_same_on_any_number_of_threads() {
         let read = |name: &str| fs::read_to_string(out.join(name)).unwrap();
         let tables = ["states.csv", "contacts.csv", "steps.csv"].map(read);
         let mut json: Value = serde_json::from_str(&read("run.json")).unwrap();
-        // The clock's alone.
+        // The solve time differs between runs.
         let seconds = json["summary"].as_object_mut().unwrap().remove("solve_seconds");
         assert!(seconds.is_some(), "{json}");
         (tables, json)
@@ -50,6 +51,7 @@ fn the_files_are_the_same_on_any_number_of_threads() {
     }
 }
 
+/// `--threads` is refused with Ipopt and with a single body.
 #[test]
 fn threads_that_would_do_nothing_are_refused() {
     let two = "[[bodies]]\nbox = 1.0\nmass = 1.0\nposition = [0, 0, 1]\n";

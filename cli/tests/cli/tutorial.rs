@@ -1,12 +1,11 @@
-//! `--preset tutorial` and `--formulation`: the tutorial's program to the letter, and beside it the
-//! reduced one.
+//! `--preset tutorial` and `--formulation`: the tutorial's nonlinear program and the reduced one.
 
 use crate::common::{Row, SEEDS, tutorial_rows};
 use crate::support::{Simulated, Table, run, simulate};
 use std::fs;
 use tumble_core::mechanics::State;
 
-/// The states of a trajectory, row by row.
+/// States of a trajectory by row.
 fn states(table: &Table) -> Vec<State> {
     let names = [
         "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s",
@@ -22,13 +21,14 @@ fn tutorial(seed: u32, steps: i64) -> Simulated {
     simulate(&["--preset", "tutorial", "--seed", &seed, "--steps", &rows])
 }
 
-/// From the start to the first step that the tutorial's Ipopt did not solve, a run by the preset
-/// is the recorded run. The record solves free flight as well, to Ipopt's tolerance of 10⁻⁶ on rows
-/// in m, m/s and rad/s: over the 200 steps its end may be off by as much (measured: 8e-10 m, 3e-9
-/// m/s, 2e-7 rad/s). The first step with a contact is the one that is not solved: a corner jumps the
-/// band of 5 mm in a step, and a force clamped to zero cannot hold it. That step fails here as well,
-/// is kept, and named; for seed 1 it is only Ipopt's limit of iterations that is met, and this
-/// build's Ipopt gets there before it.
+/// The preset follows the recorded runs up to the first step that the tutorial's Ipopt did not
+/// solve. The record solves free flight to Ipopt's tolerance of 10⁻⁶ in m, m/s and rad/s. The final
+/// difference over some 200 steps stays below that.
+///
+/// The first step with contact is the one that fails. A corner crosses the detection band of 5 mm
+/// in a step, and a force clamped to zero cannot stop it. The step fails here too and stays in the
+/// file with its reason. Seed 1 only hits Ipopt's iteration limit in the record, and the installed
+/// Ipopt converges.
 #[test]
 fn the_preset_follows_the_recorded_runs_to_their_first_failed_step() {
     for (seed, infeasible) in SEEDS.into_iter().zip([true, true, false, true]) {
@@ -52,7 +52,7 @@ fn the_preset_follows_the_recorded_runs_to_their_first_failed_step() {
     }
 }
 
-/// What the preset stands for is in run.json, and failed steps are kept: the run goes on.
+/// run.json contains the settings of the preset, and the run continues after failed steps.
 #[test]
 fn the_preset_says_what_it_is_and_keeps_failed_steps() {
     let run = tutorial(42, 260);
@@ -72,7 +72,7 @@ fn the_preset_says_what_it_is_and_keeps_failed_steps() {
     assert!(failed > 0 && file["summary"]["failed"] == failed, "{failed}");
 }
 
-/// The same from a scenario file; a preset by flag goes before what the file says of the solver.
+/// A scenario may select the preset. A preset from a flag overrides the solver of the file.
 #[test]
 fn scenarios_name_the_preset_and_the_formulation() {
     let directory = tempfile::tempdir().unwrap();
@@ -99,7 +99,7 @@ fn scenarios_name_the_preset_and_the_formulation() {
     refused.assert_refused(2, &["solver.tolerance", "--preset tutorial"]);
 }
 
-/// What a preset or a solver without a program cannot have is refused by name.
+/// Settings that contradict the preset or the solver are refused by name.
 #[test]
 fn contradictions_are_refused() {
     for flag in [
@@ -118,8 +118,8 @@ fn contradictions_are_refused() {
     run(&["--scene", "floating", "--preset", "tutorial"]).assert_refused(2, &["--preset"]);
 }
 
-/// Both formulations move the cube in the same way: each step of either is within 10⁻³ m/s of the
-/// exact laws by its residual, over the 20 contact steps before faces meet (measured: 1e-5 m/s).
+/// Both formulations agree to 10⁻³ m/s over the 20 contact steps until faces touch. Each step of
+/// either has a residual below that.
 #[test]
 fn both_formulations_move_the_cube_alike() {
     let steps = |formulation| {
@@ -135,7 +135,7 @@ fn both_formulations_move_the_cube_alike() {
     }
 }
 
-/// Many points take Ipopt long, and one line says so before it begins.
+/// A note at the start says that many contact points are slow with Ipopt.
 #[test]
 fn many_points_are_announced() {
     let directory = tempfile::tempdir().unwrap();

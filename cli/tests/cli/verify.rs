@@ -1,11 +1,11 @@
-//! `tumble verify` on files as they were written, and on files that cannot be read.
+//! `tumble verify` on unchanged files and on files that cannot be read.
 
 use super::support::{End, FAILING_RUN, Table, contact_run, run, simulate, tumble};
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// The contact run's two files, the CSV changed by `change`, in a directory.
+/// Temporary directory with the contact run's files after `change` of the table.
 pub fn changed(change: impl FnOnce(&mut Table)) -> TempDir {
     let mut table = Table::parse(&contact_run().0);
     change(&mut table);
@@ -84,7 +84,7 @@ fn without_run_json_the_drops_parameters_and_the_flags_are_used() {
     assert_eq!(verify(&directory, &flags).code, Some(0));
 }
 
-/// A run has its parameters from its run.json; flags are for a table without one.
+/// Parameters come from run.json. Flags apply only to a table without one.
 #[test]
 fn flags_are_refused_beside_a_run_json() {
     let directory = changed(|_| ());
@@ -113,6 +113,7 @@ fn files_that_are_no_trajectories_are_refused() {
     run(&["verify", directory.path().to_str().unwrap()]).assert_refused(2, &["cannot be read"]);
 }
 
+/// Invalid content of run.json is refused.
 #[test]
 fn a_run_json_that_is_none_is_refused() {
     let good = &contact_run().1;

@@ -1,9 +1,11 @@
-//! `tumble verify` on honest runs of what falls upon leaning fixed things: planes of the bodies lie on corners and edges of these.
+//! `tumble verify` accepts unchanged runs of bodies on tilted fixed obstacles. Contact planes of
+//! the bodies lie on corners and edges of the obstacles.
 
 use super::scenario::run_scenario;
 use super::support::run;
 
-/// Bricks, a rounded hull and two-piece bodies above a board that leans, a rod and a pike.
+/// Scene with a tilted board, a rod and a pike, for bricks, a rounded hull and two-piece bodies
+/// from above.
 const SCENE: &str = r#"
 steps = 200
 time_step = 0.005

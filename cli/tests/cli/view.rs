@@ -1,5 +1,5 @@
-//! `tumble view` and `--html`: what the page holds, and what is refused. That it works in a
-//! browser is for `cli/tests/pictures/browser/mod.rs`.
+//! `tumble view` and `--html`: content of the page, and refusals. Tests in a browser are in
+//! `cli/tests/pictures/browser/mod.rs`.
 
 use crate::ROOT;
 use crate::support::{
@@ -13,7 +13,7 @@ use std::path::Path;
 
 const RUN: [&str; 4] = ["--steps", "400", "--solver", "native"];
 
-/// A page, and the data in it.
+/// Page and its embedded data.
 struct Page {
     text: String,
     data: Value,
@@ -50,11 +50,12 @@ fn bytes(text: &Value) -> Vec<u8> {
     STANDARD.decode(text.as_str().unwrap()).unwrap()
 }
 
-/// What sixteen significant bits are off by at most, as a share.
+/// Relative rounding error of sixteen significant bits.
 const ROUNDING: f64 = 1.0 / 65_536.0;
 
-/// Whole numbers as the page has them: what a value is more than those before it tell, in
-/// groups of seven bits, the lowest first; 0 and a count for values as told, 1 for none.
+/// Decodes packed integers. Each code is the difference from a prediction by the previous values,
+/// in groups of seven bits with the lowest first. Code 0 with a count repeats the prediction, and
+/// code 1 is a missing value.
 fn whole(packed: &Value) -> Vec<Option<i64>> {
     let mut bytes = bytes(&packed["bytes"]).into_iter();
     let mut next = || {
@@ -86,7 +87,7 @@ fn whole(packed: &Value) -> Vec<Option<i64>> {
     values
 }
 
-/// Values in whole numbers of a step; it comes with them.
+/// Values in multiples of a step, and the step.
 fn measures(packed: &Value) -> (Vec<f64>, f64) {
     let step = packed["step"].as_f64().unwrap();
     let value = |whole: Option<i64>| whole.map_or(f64::NAN, |whole| whole as f64 * step);
@@ -107,10 +108,10 @@ fn integers(packed: &Value) -> Vec<usize> {
     whole(packed).into_iter().map(|value| value.unwrap() as usize).collect()
 }
 
-/// Of a corner the frames in which it has a force, and the force.
+/// Index of a corner, and its nonzero forces with their frames.
 type OfCorner = (i64, Vec<(usize, [f64; 3])>);
 
-/// The forces of a run of one body, and what they are rounded to.
+/// Forces of a run of one body and their rounding step.
 fn forces(frames: &Value) -> (Vec<OfCorner>, f64) {
     let in_frames = integers(&frames["force_frames"]);
     let (values, step) = measures(&frames["forces"]);
@@ -151,7 +152,7 @@ fn the_page_is_one_file_that_loads_nothing() {
     assert!(simulated.end.stdout.contains("view.html"), "{}", simulated.end.stdout);
     assert_eq!(everything_in(&simulated.path("")).len(), 4);
     assert!(page.text.contains("default-src 'none'"));
-    // The comment that names uPlot, and the names of SVG and XHTML, which are no addresses.
+    // uPlot's licence comment and the XML namespaces are not loaded.
     let known = [
         "https://github.com/leeoniya/uPlot",
         "http://www.w3.org/2000/svg",
@@ -163,7 +164,7 @@ fn the_page_is_one_file_that_loads_nothing() {
             assert!(known.iter().any(|known| rest.starts_with(known)), "{:.80}", rest);
         }
     }
-    // The still picture is in the page.
+    // The still picture is embedded in the page.
     for (place, _) in page.text.match_indices(" src=") {
         let rest = &page.text[place..];
         assert!(rest.starts_with(" src=\"data:image/png;base64,"), "{rest:.60}");
@@ -175,7 +176,7 @@ fn the_page_is_one_file_that_loads_nothing() {
     assert!(links.iter().all(|link| link.starts_with(" href=\"data:,\"")), "{links:.60?}");
 }
 
-/// On a slope the page knows the plane, and the lowest corner's height is that above it.
+/// The page contains the tilted plane, and the height of the lowest corner is measured from it.
 #[test]
 fn a_slope_is_a_slope_in_the_page() {
     let file = format!("{ROOT}/scenarios/slope.toml");
@@ -190,7 +191,7 @@ fn a_slope_is_a_slope_in_the_page() {
     assert!(page.fact(0, "ground").starts_with("slope 25°"), "{}", page.fact(0, "ground"));
     let height = curve(&page.plot("height")["series"][0]);
     assert!(height.iter().all(|(_, z)| z.abs() < 1e-9), "{height:?}");
-    // Four corners carry 2 kg across the slope: m g cos θ together.
+    // Four corners carry a total normal force of m g cos θ with m = 2 kg.
     let plot = page.plot("fz");
     let corners = plot["series"].as_array().unwrap();
     let sum: f64 = corners.iter().map(|corner| f64::from(curve(corner)[1].1)).sum();
@@ -198,8 +199,7 @@ fn a_slope_is_a_slope_in_the_page() {
     assert!((sum - expected).abs() < ROUNDING * expected, "{sum}");
 }
 
-/// Whatever the motion: a body that falls without a ground has none to be drawn on, and one
-/// that floats above a ground has it.
+/// The page shows a ground exactly if the run has one, independent of the motion.
 #[test]
 fn the_page_has_a_ground_where_the_run_has_one() {
     let ground = |args: &[&str]| {
@@ -212,13 +212,16 @@ fn the_page_has_a_ground_where_the_run_has_one() {
     assert_eq!(ground(&hovering)["normal"], serde_json::json!([0.0, 0.0, 1.0]));
 }
 
+/// Positions, attitudes, residuals, statuses, forces and curves of the page equal the trajectory to
+/// their rounding.
 #[test]
 fn the_data_are_the_trajectory_s_own_numbers() {
     let (simulated, page) = simulate_with_page(&RUN);
     let table = simulated.table();
     let frames = page.frames(0);
     assert_eq!((&frames["every"], &frames["count"]), (&1.into(), &400.into()));
-    // Positions to five digits of the body, attitudes to 1e-4 of a turn; each part over all rows.
+    // Positions are rounded to 1e-4 m and attitudes to less than 1e-4, with each component stored
+    // over all rows.
     let (positions, length) = measures(&frames["positions"]);
     assert_eq!((positions.len(), length), (3 * 400, 1e-4));
     for (part, name) in ["x_m", "y_m", "z_m"].into_iter().enumerate() {
@@ -234,7 +237,7 @@ fn the_data_are_the_trajectory_s_own_numbers() {
     let parts = ["qw", "qx", "qy", "qz"].map(|name| table.numbers(name));
     for row in 0..400 {
         let shown = [0, 1, 2, 3].map(|part| attitudes[400 * part + row]);
-        // Of either sign.
+        // A quaternion and its negative are the same attitude.
         let along: f64 = (0..4).map(|part| shown[part] * parts[part][row]).sum();
         for (shown, of) in shown.iter().zip(&parts) {
             assert!((shown * along.signum() - of[row]).abs() < 0.501 * turn, "{row}");
@@ -252,7 +255,7 @@ fn the_data_are_the_trajectory_s_own_numbers() {
         assert_eq!(names[usize::from(status)], text);
     }
 
-    // Forces: all that are not negligible against the weight, and no others.
+    // All forces above 1e-6 of the weight are in the page.
     let (mut sites, step) = forces(frames);
     assert!((step / 98.1e-4 - 1.0).abs() < 1e-12, "1e-4 of the weight");
     sites.sort_by_key(|(corner, _)| *corner);
@@ -274,7 +277,7 @@ fn the_data_are_the_trajectory_s_own_numbers() {
     }
     assert!(count > 100, "{count}");
 
-    // A curve, level stretches filled in again.
+    // Curve with constant stretches restored.
     let z = curve(&page.plot("z")["series"][0]);
     let values = table.numbers("z_m");
     assert_eq!((z[0].0, z[z.len() - 1].0), (0, 399));
@@ -314,7 +317,7 @@ fn the_parameters_and_counts_are_those_of_run_json() {
         let field = if name == "free" { "free_steps" } else { name };
         assert_eq!(count[1], summary[field], "{name}");
     }
-    // The plots are those of `tumble plot`.
+    // The plots are the same as in `tumble plot`.
     for id in ["x", "fz", "lambda", "energy", "height", "slip", "residual", "iterations"] {
         assert!(page.plot(id)["axis"]["ticks"].is_array(), "{id}");
     }
@@ -340,7 +343,7 @@ fn two_impacts_in_200_000_rows_stay() {
     assert_eq!((&marks["status"], &marks["count"]), (&"failed".into(), &1.into()));
     assert_eq!(integers(&marks["rows"]), [77_777]);
 
-    // The frame before the impact has the mean force and the worst status of its steps.
+    // The frame with the impact has the mean force and the worst status of its steps.
     let frames = page.frames(0);
     let every = frames["every"].as_u64().unwrap() as usize;
     assert_eq!(every, 34);
@@ -372,6 +375,7 @@ fn more_marks_than_a_page_takes_are_thinned_and_counted() {
     assert!(rows.windows(2).all(|pair| pair[1] - pair[0] == rows[1]));
 }
 
+/// Two runs share one time axis, and the page plots their distance.
 #[test]
 fn two_runs_share_the_time_and_have_a_distance() {
     let fine = simulate(&["--steps", "300", "--solver", "native"]);
@@ -388,7 +392,8 @@ fn two_runs_share_the_time_and_have_a_distance() {
     assert_eq!(page.plot("z")["series"].as_array().unwrap().len(), 2);
     assert_eq!(page.plot("fz")["series"].as_array().unwrap().len(), 16);
 
-    // At the rows of the finer run as long as both last: 99 coarse steps are 198 fine ones.
+    // Distances are given at the rows of the finer run while both last. 99 coarse steps equal 198
+    // fine steps.
     let distance = &page.plot("distance")["series"][0];
     assert_eq!(distance["run"], 1);
     let points = curve(distance);
@@ -482,7 +487,7 @@ fn what_cannot_be_read_or_written_is_one_sentence() {
     view(&[&file], &[]).assert_refused(1, &["view.html", "is a directory"]);
     assert_eq!(everything_in(&simulated.path("")).len(), 5, "nothing is left behind");
 
-    // A simulation refuses before it begins.
+    // A simulation refuses at the start.
     let other = simulated.path("other");
     let out = other.to_str().unwrap();
     run(&["--html", "--steps", "1000001", "--out", out]).assert_refused(2, &["--html", "rows"]);

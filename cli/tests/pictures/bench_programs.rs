@@ -1,4 +1,4 @@
-//! The programs that `scripts/bench` runs beside other engines, on its scenes.
+//! Programs that `scripts/bench` runs next to other engines, on its scenes.
 
 use crate::ROOT;
 use crate::example::built;
@@ -8,10 +8,10 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use tumble::problem::{ContactProblem, Law, SparseMatrix, dat};
 
-/// The native solver's promise, m/s.
+/// Accepted residual of the native solver [m/s].
 const PROMISE: f64 = 1e-9;
 
-/// A scene of `bench/scenes`, with other entries.
+/// JSON of a scene of `bench/scenes` with some entries replaced.
 fn request(scene: &str, entries: Value) -> String {
     let folder = Path::new(ROOT).join("bench/scenes");
     let text = std::fs::read_to_string(folder.join(scene)).unwrap();
@@ -22,7 +22,7 @@ fn request(scene: &str, entries: Value) -> String {
     request.to_string()
 }
 
-/// What an example prints, given a request.
+/// Standard output of an example for a request.
 fn answer(example: &str, arguments: &[&str], request: &str) -> String {
     let mut child = Command::new(built(example))
         .args(arguments)
@@ -37,7 +37,7 @@ fn answer(example: &str, arguments: &[&str], request: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Nothing that lies moves, and every step of it is certified.
+/// Resting bodies do not move, and every step has a certificate.
 #[test]
 fn scenes_at_rest_stay_where_they_are() {
     for (scene, steps) in [("stack.json", 30), ("pyramid.json", 20), ("wall.json", 5)] {
@@ -59,9 +59,9 @@ fn scenes_at_rest_stay_where_they_are() {
     }
 }
 
-/// The impulses of a step at rest solve the problem of the next, u = W p + q = 0, as well as the
-/// native solver promises of a step. In a stack of n the contacts under a box carry what stands on
-/// it, m g h (1 + 2 + … + n) in all; speeds that wrong of that many boxes are impulses.
+/// The impulses of a resting step solve the next step's problem u = W p + q = 0 to the solver's
+/// accepted residual. In a stack of n boxes the normal impulses add up to m g h (1 + 2 + … + n).
+/// Their error is the accepted residual for that number of unit masses.
 #[test]
 fn a_local_problem_is_that_of_the_step() {
     let folder = tempfile::tempdir().unwrap();
@@ -95,11 +95,12 @@ fn a_local_problem_is_that_of_the_step() {
     assert_eq!(problems, 2);
 }
 
-/// Problems of a folder are solved in the order of their names and handed on as they were read, those in the plane not.
+/// Problems of a directory are solved in order of their names. Spatial problems are also written
+/// out, planar ones are not.
 #[test]
 fn bare_problems_are_solved_and_handed_on() {
     let folder = tempfile::tempdir().unwrap();
-    // A point of 2 kg that comes down at 1 m/s and slides at 0.3 m/s.
+    // Contact point of 2 kg with 1 m/s downwards and 0.3 m/s tangentially.
     let (w, free, friction) = (0.5, [-1.0, 0.3, 0.0], 0.25);
     for (name, rows) in [("a.dat", 2), ("b.dat", 3)] {
         let triplets = (0..rows).map(|row| (row, row, w));

@@ -1,5 +1,4 @@
-//! The example programs, run as a user runs them: exit codes, and the physics of what they
-//! print.
+//! Example programs: exit codes and physical checks of their output.
 
 use crate::ROOT;
 use crate::example::built;
@@ -18,7 +17,7 @@ fn printed(example: &str, arguments: &[&str], code: i32) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The numbers of a line, other words left out.
+/// Numbers of a line without other words.
 fn numbers(line: &str) -> Vec<f64> {
     let words = line.split([' ', ';', ',', ':']);
     words.filter_map(|word| word.parse().ok()).collect()
@@ -39,17 +38,18 @@ fn the_tossed_cube_ends_on_the_ground_with_its_weight_carried() {
     assert!(numbers(line(&text, "the lowest corner"))[0].abs() < 1e-12, "{text}");
 }
 
-/// It falls on several faces on its way, and the derivatives of the whole run lead it to the mark all the same.
+/// Gradients of the whole run, with landings on several faces, guide the throw to the target.
 #[test]
 fn the_thrown_cube_lies_on_the_mark() {
     let text = printed("throw", &[], 0);
     let missed = numbers(line(&text, "it lies"))[0];
     assert!(missed < 1e-8, "{text}");
-    // From a throw that leads a metre away.
+    // The initial throw lands a metre away.
     assert!(numbers(line(&text, "    0"))[4] > 0.5, "{text}");
 }
 
-/// A push counts as much as the mass against it, as differences say; and on its edge a tower is a pendulum upside down.
+/// The sensitivities to push and mass are opposite and agree with finite differences. On its edge
+/// the tower is an inverted pendulum.
 #[test]
 fn the_fall_of_a_tower_depends_on_what_it_must() {
     let text = printed("tower", &[], 0);
@@ -59,12 +59,13 @@ fn the_fall_of_a_tower_depends_on_what_it_must() {
     };
     assert!((by_push - difference).abs() < 2e-5 && (by_push + by_mass).abs() < 2e-5, "{text}");
     assert!(tilt > 0.1 && friction.abs() < 1e-9, "{text}");
-    // Of the linear pendulum: the rest of the way to the edge is e^{−pt}.
+    // The distance to the edge decays as e^{−pt} for the linear pendulum.
     let (rate, last) = (numbers(line(&text, "a push of")), numbers(line(&text, "    2.4")));
     assert!((last[3] - (0.75 * 9.81 / 0.1_f64.hypot(0.4)).sqrt()).abs() < 1e-3, "{text}");
     assert!(rate[0] > 9.5 && rate[0] < 10.5, "{text}");
 }
 
+/// Batch rollouts and a loop over single runs produce the same numbers.
 #[test]
 fn rollouts_have_the_numbers_of_a_loop() {
     let text = printed("rollout", &["12", "150", "3"], 0);
@@ -72,7 +73,7 @@ fn rollouts_have_the_numbers_of_a_loop() {
     assert_eq!(run("rollout", &["12", "0", "3"]).status.code(), Some(2));
 }
 
-/// Two short runs of ten boxes: what is counted is what the steps say, and all are solved.
+/// Two short runs of ten boxes are counted by step status, and all steps are solved.
 #[test]
 fn heaps_are_counted() {
     let text = printed("heaps", &["2", "400", "7", "boxes"], 0);
@@ -92,9 +93,8 @@ fn islands_have_the_same_numbers_on_threads() {
     assert_eq!(run("islands", &["0", "4"]).status.code(), Some(2));
 }
 
-/// Friction is at most μ times the normal force, and from the start, without vertical speed,
-/// to rest the impulse of the normal force is that of the weight, m g T. So 3 m/s are not lost
-/// before T = v/(μ g).
+/// Friction is at most μ times the normal force. The cube has no vertical speed at the start and at
+/// rest, so the normal impulse is m g T. Hence 3 m/s are not lost earlier than T = v/(μ g).
 #[test]
 fn the_swept_cubes_come_to_rest_on_a_face_and_no_sooner_than_friction_can() {
     let text = printed("friction_sweep", &["1"], 0);
@@ -112,8 +112,8 @@ fn the_swept_cubes_come_to_rest_on_a_face_and_no_sooner_than_friction_can() {
     assert_eq!(printed("friction_sweep", &[], 0), text);
 }
 
-/// The counts of `react_to_failure`: contact steps, failures by law, repeated, unsolved, and
-/// the worst certificate.
+/// Counts of `react_to_failure`: contact steps, failures by law, repeated steps, failed steps, and
+/// the largest residual [m/s].
 fn reaction(text: &str) -> (f64, f64, f64, f64, f64) {
     let contact = numbers(line(text, "400 steps"))[1];
     let laws = text.lines().filter(|line| line.starts_with("failed by"));
@@ -129,14 +129,14 @@ fn failed_steps_are_repeated() {
     let (contact, by_law, repeated, unsolved, worst) = reaction(&text);
     assert!(0.0 < repeated && repeated <= contact, "{text}");
     assert_eq!(by_law, repeated, "{text}");
-    // Ipopt promises 0.1 m/s.
+    // Accepted residual of Ipopt, 0.1 m/s.
     assert!(worst <= 0.1, "{text}");
     let code = if unsolved > 0.0 { 3 } else { 0 };
     assert_eq!(output.status.code(), Some(code), "{text}");
 }
 
-/// Without any iteration of Ipopt the run is the native solver's, but for the steps in which free
-/// flight takes no candidate to the ground: these it solves without an iteration.
+/// Without iterations of Ipopt the native solver repeats every step. The exception is a step whose
+/// candidates stay above the ground in free flight.
 #[test]
 fn without_an_iteration_every_step_that_needs_one_is_repeated() {
     let text = printed("react_to_failure", &["0"], 0);

@@ -1,4 +1,4 @@
-//! `tumble gif` and `--gif`: the file as a viewer decodes it, and what is refused.
+//! `tumble gif` and `--gif`: the decoded file, and refusals.
 
 use assert_cmd::Command;
 use std::fs;
@@ -15,14 +15,14 @@ fn tumble(args: &[&str], directory: &Path) -> Output {
     command.args(args).output().unwrap()
 }
 
-/// The outputs of a command that must end well.
+/// Standard output of a command that must succeed.
 fn done(args: &[&str], directory: &Path) -> String {
     let output = tumble(args, directory);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Exit code 2 and one sentence with `word`.
+/// Asserts exit code 2 and one sentence with `word`.
 fn refused(args: &[&str], directory: &Path, word: &str) {
     let output = tumble(args, directory);
     let sentence = String::from_utf8(output.stderr).unwrap();
@@ -32,12 +32,12 @@ fn refused(args: &[&str], directory: &Path, word: &str) {
     assert!(sentence.starts_with("tumble: ") && sentence.contains(word), "{sentence}");
 }
 
-/// A decoded file.
+/// Decoded file.
 struct Animation {
     size: usize,
-    /// What the viewer shows, colours by rows, frame by frame.
+    /// Displayed pictures by frame, with colours by rows.
     pictures: Vec<Vec<Colour>>,
-    /// Hundredths of a second.
+    /// Delays [hundredths of a second].
     delays: Vec<u16>,
     colours: usize,
 }
@@ -73,12 +73,12 @@ impl Animation {
         Self::decode(&fs::read(path).unwrap())
     }
 
-    /// Seconds.
+    /// Duration [s].
     fn duration(&self) -> f64 {
         self.delays.iter().map(|&delay| f64::from(delay)).sum::<f64>() / 100.0
     }
 
-    /// Middle of the pixels of the body's blue, as shares of width and height.
+    /// Centroid of the body's blue pixels, in shares of width and height.
     fn body(&self, frame: usize) -> [f64; 2] {
         let mut sum = [0.0; 3];
         for (i, [red, _, blue]) in self.pictures[frame].iter().enumerate() {
@@ -104,15 +104,15 @@ fn a_drop_is_thirty_frames_a_second_at_real_speed_and_small() {
     assert!(bytes.len() < 1_500_000, "{} bytes", bytes.len());
     let animation = Animation::decode(&bytes);
     assert_eq!((animation.size, animation.colours), (800, 64));
-    // 1.998 s: a frame every thirtieth, and one for the last row.
+    // A run of 1.998 s has a frame every thirtieth of a second and one for the last row.
     assert_eq!(animation.pictures.len(), 61);
     assert!((animation.duration() - 61.0 / 30.0).abs() < 0.01);
     assert!(animation.delays.iter().all(|delay| (3..=4).contains(delay)));
-    // The cube falls, and goes to the right, as +y does in the default view.
+    // The cube falls and moves to the right, the +y direction in the default view.
     let (first, last) = (animation.body(0), animation.body(60));
     assert!(last[0] > first[0] + 0.1 && last[1] > first[1] + 0.03, "{first:?} {last:?}");
 
-    // The same bytes again, and from the file alone, wherever they go.
+    // The bytes do not depend on the output directory or on the source, run or file.
     done(&["gif", "out/trajectory.csv", "--out", "new/place", "--quiet"], here);
     assert_eq!(fs::read(here.join("new/place/animation.gif")).unwrap(), bytes);
     fs::remove_file(here.join("out/animation.gif")).unwrap();
@@ -132,21 +132,21 @@ fn speed_size_and_camera_are_what_was_asked_for() {
         Animation::open(&here.join("out/animation.gif"))
     };
     let plain = gif(&[]);
-    // 0.2 s at real speed, five times slower, twice as fast.
+    // A run of 0.2 s at real speed, five times slower and twice as fast.
     assert_eq!((plain.size, plain.pictures.len()), (160, 7));
     let slow = gif(&["--gif-speed", "0.2"]);
     assert_eq!(slow.pictures.len(), 31);
     assert!((slow.duration() - 31.0 / 30.0).abs() < 0.01);
     assert_eq!(gif(&["--gif-speed", "2"]).pictures.len(), 4);
-    // From the other side the cube goes to the left.
+    // The cube moves to the left in a view from the opposite side.
     let other = gif(&["--camera", "148,20"]);
     let way = |animation: &Animation| animation.body(6)[0] - animation.body(0)[0];
     assert!(way(&plain) > 0.0 && way(&other) < 0.0, "{} {}", way(&plain), way(&other));
-    // Straight from above it only seems to fall.
+    // The view from above is allowed.
     assert_eq!(gif(&["--camera", "0,90"]).pictures.len(), 7);
 }
 
-/// The grid alone is drawn where there is no ground: the background shows between its lines.
+/// Without ground only the grid is drawn, and the background is visible between its lines.
 #[test]
 fn a_body_that_falls_without_a_ground_is_drawn_on_none() {
     let directory = TempDir::new().unwrap();
@@ -162,7 +162,7 @@ fn a_body_that_falls_without_a_ground_is_drawn_on_none() {
     };
     let (with, without) =
         (ground(&["--solver", "native"]), ground(&["--scene", "floating", "--gravity", "9.81"]));
-    // Blends of the grid's lines look like it here and there.
+    // Blended pixels of grid lines may resemble the ground.
     assert!(with > 10_000 && 3 * without < with, "{with} {without}");
 }
 
@@ -210,7 +210,7 @@ fn the_animation_has_the_name_that_is_given() {
     fs::create_dir(here.join("b.mp4")).unwrap();
     done(&["gif", "out/trajectory.csv", "--gif-size", "120", "--out", "b.mp4"], here);
     assert!(made("b.mp4/animation.gif") == gif);
-    // A run that makes none removes what another made.
+    // A run without animation removes the animation of the previous run.
     assert!(done(&["--steps", "3"], here).contains("removed animation.gif"));
 }
 
@@ -236,12 +236,12 @@ fn bad_options_and_files_end_with_code_2_and_leave_no_file() {
     for out in ["x.mp4", "new/x.webm", "x.png"] {
         gif(&["--out", out], "a name that ends in .gif");
     }
-    // 0.02 s, 10000 times slower.
+    // 0.02 s at a speed of 1/10000.
     gif(&["--gif-speed", "0.0001"], "--gif-speed");
     refused(&["gif", "out/run.json"], here, "cannot be read as a trajectory");
     refused(&["gif", "nowhere.csv"], here, "nowhere.csv");
     assert!(!here.join("out/animation.gif").exists());
-    // A simulation refuses before it begins.
+    // A simulation refuses at the start.
     for option in ["--gif-speed=2", "--gif-size=300", "--camera=1,2"] {
         let flag = option.split('=').next().unwrap();
         refused(&["--out", "other", option], here, flag);
@@ -249,6 +249,6 @@ fn bad_options_and_files_end_with_code_2_and_leave_no_file() {
     refused(&["--out", "other", "--steps", "60000", "--gif"], here, "--gif-speed");
     refused(&["--out", "other", "--steps", "600000", "--gif", "--gif-speed", "99"], here, "rows");
     assert!(!here.join("other").exists());
-    // trajectory.csv, run.json and state.bin.
+    // Files trajectory.csv, run.json and state.bin.
     assert_eq!(fs::read_dir(here.join("out")).unwrap().count(), 3);
 }

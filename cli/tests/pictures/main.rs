@@ -1,4 +1,4 @@
-//! Pictures: GIFs, the HTML view in a browser; and the examples.
+//! Tests of pictures (GIF and HTML in a browser) and of the example programs.
 
 mod bench_programs;
 mod browser;

@@ -22,7 +22,7 @@ impl Room {
         Self { down: far(0), up: far(1) }
     }
 
-    /// Whether the variable can move against the gradient.
+    /// True if the variable can move against the gradient.
     fn is_free(&self, k: usize, gradient: f64) -> bool {
         let edge = 1e-12;
         !(gradient > 0.0 && self.down[k] > -edge || gradient < 0.0 && self.up[k] < edge)

@@ -25,19 +25,20 @@ pub struct Control {
 /// Kind of a control.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ControlKind {
-    /// A force at the centre of mass of a body: x, y, z, N, world.
+    /// A force (x, y, z) at the centre of mass of a body, N, world.
     Force {
         /// Index of the body in the world.
         body: usize,
     },
-    /// A torque on a body: x, y, z, N m, world.
+    /// A torque (x, y, z) on a body, N m, world.
     Torque {
         /// Index of the body in the world.
         body: usize,
     },
     /// A push at a point of a body, in the body frame at the start of the step.
     Push(PushControl),
-    /// A force along free axes of joints, or a torque about them, in addition to their drives, N or N m.
+    /// A force along free axes of joints or a torque about them, N or N m. It acts in addition to
+    /// the drives.
     ///
     /// Each axis has the same number. It acts on both bodies of a joint with opposite signs.
     Motor {
@@ -70,15 +71,16 @@ pub enum StartPart {
 
 /// A push at a point of a body.
 ///
-/// Its five components are the normal force into the body, two tangential forces, N, and two offsets of the point along
-/// the tangents, m.
+/// Its five components are the normal force into the body and two tangential forces (N), and two
+/// offsets of the point along the tangents (m).
 #[derive(Debug, Clone, PartialEq)]
 pub struct PushControl {
     /// Index of the body in the world.
     pub body: usize,
-    /// Point without an offset, m, body frame, from the centre of mass.
+    /// Point without an offset, m, body frame, relative to the centre of mass.
     pub point: Vector3<f64>,
-    /// Inward normal and both tangents as columns, unit, right-handed, body frame.
+    /// Inward normal and both tangents as columns. The columns are unit vectors in the body frame
+    /// and right-handed.
     pub frame: Matrix3<f64>,
     /// Coefficient of friction μ of the pusher.
     ///
@@ -165,13 +167,13 @@ impl ControlKind {
         }
     }
 
-    /// Whether the control has one value for the whole run.
+    /// True if the control has one value for the whole run.
     #[must_use]
     pub fn is_of_the_run(&self) -> bool {
         matches!(self, Self::Start { .. } | Self::Constant(_))
     }
 
-    /// Whether a component has a cost of effort: forces and torques have.
+    /// True if a component has a cost of effort, as forces and torques have.
     #[must_use]
     pub fn costs(&self, component: usize) -> bool {
         match self {
@@ -246,7 +248,7 @@ impl ControlKind {
         })
     }
 
-    /// Initial state of the body with `numbers` in place of that part of `own`.
+    /// Initial state of the body with `numbers` instead of that part of `own`.
     #[must_use]
     pub fn started(&self, numbers: &[f64], own: &State) -> State {
         let Self::Start { part, .. } = self else { return *own };

@@ -30,7 +30,7 @@ impl RunCost {
 }
 
 impl PlanProblem {
-    /// Cost (P1) of a run with these `states`, including the initial ones; infinite in place of a NaN.
+    /// Cost (P1) of a run with these `states`, including the initial ones. A NaN becomes infinity.
     #[must_use]
     pub fn cost_of(&self, states: &[Vec<State>], controls: &[f64]) -> f64 {
         let steps = states.iter().enumerate().skip(1);

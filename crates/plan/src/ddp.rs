@@ -67,7 +67,8 @@ struct Gains {
     held: Vec<usize>,
 }
 
-/// Maps the decisions, the cost by z and the decisions, and the first decision's place in that cost, to gains.
+/// Maps the decisions, the cost by z and the decisions, and the index of the first decision in that
+/// cost to gains.
 type Choosing<'a> = dyn FnMut(&[usize], &Value, usize) -> Option<Gains> + 'a;
 
 /// Model of the cost about a run.

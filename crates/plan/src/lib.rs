@@ -1,9 +1,10 @@
 //! Plans through contact: controls that make the bodies of a scene end where they should.
 //!
-//! A [`PlanProblem`] has a scene, a number of steps, [controls](Control) within bounds, [targets](Target) of the states,
-//! [path constraints](PathConstraint) and a weight of effort. A [`Plan`] is a set of controls together with its [`Replay`]:
-//! the simulator's own run of these controls, with the certificate of every step. Cost, misses and status are those of
-//! the replay. [Stages](Stage) search one after the other, each from the best replay so far.
+//! A [`PlanProblem`] has a scene, a number of steps, [controls](Control) within bounds,
+//! [targets](Target) of the states, [path constraints](PathConstraint) and a weight of effort. A
+//! [`Plan`] is a set of controls together with its [`Replay`]: the simulator's own run of these
+//! controls, with the certificate of every step. The replay determines cost, misses and status.
+//! [Stages](Stage) search one after the other, each from the best replay so far.
 //!
 //! `docs/planning.md` states the problem and derives the stages. Its equations have the numbers P1, P2, and so on.
 

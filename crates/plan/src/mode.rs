@@ -40,8 +40,8 @@ pub struct ContactMode {
 
 /// Modes of the contacts of a step, in the order of the record.
 ///
-/// The impulse p is divided by the mass of body A, u is the motion of the contact point with normal part φ⁺/h, and w is
-/// the response of the contact:
+/// The impulse p is divided by the mass of body A. The motion of the contact point u has the normal
+/// part φ⁺/h. The response of the contact is w:
 ///
 /// ```text
 /// open if w_n p_n ≤ u_n;  otherwise stick if |u_t| ≤ w_t (μ p_n − |p_t|);  otherwise slip       (P7)

@@ -18,7 +18,7 @@ pub(super) struct Centre {
     pub room: Room,
     /// Gradient of the cost.
     pub gradient: DVector<f64>,
-    /// Whether some variable moves the rows by more than [`NOTHING`].
+    /// True if some variable moves the rows by more than [`NOTHING`].
     pub moves: bool,
 }
 

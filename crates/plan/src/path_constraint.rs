@@ -35,14 +35,14 @@ pub enum PathConstraintKind {
     },
     /// Lower bound of a coordinate.
     AtLeast {
-        /// 0, 1, 2 for x, y, z.
+        /// Component: 0, 1 and 2 for x, y and z.
         component: usize,
         /// Lower bound, m.
         low: f64,
     },
     /// Upper bound of a coordinate.
     AtMost {
-        /// 0, 1, 2 for x, y, z.
+        /// Component: 0, 1 and 2 for x, y and z.
         component: usize,
         /// Upper bound, m.
         high: f64,

@@ -1,8 +1,9 @@
 //! Sampling: CMA-ES over a few pieces of each control, by runs on all threads of the caller's rayon pool.
 //!
-//! The method compares costs only, so plateaus and kinks do not stop it. With few variables it decides the rough course of
-//! a plan: over an edge or not, before a wall or behind it. A tenth of the runs is scattered over the bounds. Each round of
-//! CMA-ES then starts at the best controls so far; the first is wide, and each next one is narrower with more pieces.
+//! The method compares costs only, so plateaus and kinks do not stop it. With few variables it
+//! decides the rough shape of a plan, for example over an edge or around it. A tenth of the runs is
+//! scattered over the bounds. Each round of CMA-ES then starts at the best controls so far. The
+//! first round is wide, and each next one is narrower with more pieces.
 //!
 //! A middle round without more pieces than the previous one starts elsewhere if the best controls still miss. The seed
 //! determines all draws, on any number of threads.
@@ -117,7 +118,8 @@ impl Sample {
         self.knots.saturating_mul(1 << round.min(16))
     }
 
-    /// Whether a round starts elsewhere: it has no more pieces than the previous round, and the best run misses.
+    /// True if a round starts elsewhere, because it has as many pieces as the previous round and
+    /// the best run misses.
     fn looks_elsewhere(
         &self,
         problem: &PlanProblem,

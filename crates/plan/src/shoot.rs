@@ -39,7 +39,8 @@ pub enum Method {
     LevenbergMarquardt,
     /// Decisions step by step with feedback of the states: the stage `ddp`.
     ///
-    /// Its rougher derivatives are those of steps with compliance. They also replace exact derivatives that move no row.
+    /// The rougher derivatives use steps with compliance. They also replace exact derivatives that
+    /// move no row.
     DynamicProgramming,
 }
 
@@ -52,7 +53,8 @@ impl Method {
         }
     }
 
-    /// Whether rougher derivatives may move rows that these do not: derivatives with compliance may, differences do not.
+    /// True if rougher derivatives may move rows that these do not. Derivatives with compliance
+    /// may, differences do not.
     fn goes_on_after(self, rough: usize) -> bool {
         self == Self::DynamicProgramming && rough < self.roughest()
     }

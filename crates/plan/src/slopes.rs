@@ -1,7 +1,8 @@
 //! Rows of a run and their derivatives by the controls.
 //!
-//! The rows of (P1), times the roots of their weights, depend on the controls through every step. With the derivatives of a
-//! step by states, wrenches and constants (`docs/gradients.md`), and those of the wrenches by states and controls:
+//! The rows of (P1), times the roots of their weights, depend on the controls through every step.
+//! The backward pass uses the derivatives of a step by states, wrenches and constants
+//! (`docs/gradients.md`). It also uses the derivatives of the wrenches by states and controls:
 //!
 //! ```text
 //! λ_N = ∂ρ/∂X_N,   λ_k = ∂ρ/∂X_k + S_Xᵀ λ_{k+1} + W_Xᵀ S_Wᵀ λ_{k+1},   ∂ρ/∂u = Σ_k W_uᵀ S_Wᵀ λ_{k+1}   (P4)

@@ -17,10 +17,10 @@ pub trait Stage: Send + Sync {
         Ok(())
     }
 
-    /// Whether the stage only helps a search that has not met its targets.
+    /// True if the stage only helps a search that has not met its targets.
     ///
-    /// After earlier stages, [`PlanProblem::plan`] skips a fallback if they have met the targets. Otherwise the fallback starts a
-    /// new attempt from the start of the search.
+    /// After earlier stages, [`PlanProblem::plan`] skips a fallback if they have met the targets.
+    /// Otherwise the fallback starts a new attempt from the start of the search.
     fn is_fallback(&self) -> bool {
         false
     }
@@ -63,9 +63,9 @@ pub struct StageReport {
     pub message: String,
     /// Cost of the replay.
     pub cost: f64,
-    /// Whether the replay meets all targets and path constraints.
+    /// True if the replay meets all targets and path constraints.
     pub meets: bool,
-    /// Whether the attempt continued from these controls.
+    /// True if the attempt continued from these controls.
     pub kept: bool,
 }
 
@@ -91,7 +91,7 @@ pub struct SearchWatch<'a> {
 }
 
 impl SearchWatch<'_> {
-    /// Whether the interrupt is raised.
+    /// True if the interrupt is raised.
     #[must_use]
     pub fn is_interrupted(&self) -> bool {
         self.interrupt.load(Ordering::Relaxed)

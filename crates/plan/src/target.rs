@@ -37,7 +37,7 @@ pub enum TargetKind {
     Velocity([Option<f64>; 3]),
     /// Components of the spin, rad/s, body.
     Spin([Option<f64>; 3]),
-    /// Attitude as a unit quaternion w, x, y, z, body → world; the miss is in rad.
+    /// Attitude from body to world as a unit quaternion (w, x, y, z). The miss is in rad.
     Attitude(Vector4<f64>),
     /// Turn about an axis since the attitude `from`, without whole turns; the miss is in rad.
     Turn {

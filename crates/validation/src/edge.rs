@@ -1,7 +1,7 @@
 //! The scheme of boxes that turn on their edges in a plane: one that rocks, and one that falls on another.
 //!
-//! The box has the half sides a and c, turns about +y by the tilt φ, and stands on the edges
-//! c_j = (±a, −c). Per unit mass, with ι = (a² + c²)/3 and A(φ), which turns (x, z):
+//! The box has the half sides a and c and stands on the edges c_j = (±a, −c). It turns about +y by
+//! the tilt φ, and A(φ) rotates (x, z). Per unit mass, with ι = (a² + c²)/3:
 //!
 //! ```text
 //! φ⁺ = φ + 2 atan(½ h ω⁺),   r⁺ = r + h v⁺,   P = Σ p_j = v⁺ − v + h g e_z

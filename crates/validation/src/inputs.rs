@@ -70,7 +70,7 @@ impl TestInputs {
         &self.values
     }
 
-    /// Whether the problem depends on `input`.
+    /// True if the problem depends on `input`.
     #[must_use]
     pub fn has(&self, input: Input) -> bool {
         self.values.iter().any(|(name, _)| *name == input)

@@ -1,14 +1,15 @@
-//! Contact problems with closed-form answers, for any solver of the contact step.
+//! Contact problems with closed-form solutions, for any solver of the contact step.
 //!
 //! A [`TestProblem`] simulates one or more runs with the solver of a [`Runner`] and compares the
-//! results with two values. The *exact* value is that of the continuous problem: Newton's and
-//! Coulomb's laws, solved by hand. The *discrete* value is that of the time-stepping scheme of
-//! `docs/formulation.md`: its equations for the same motion, as a sum in closed form or as a
-//! recurrence in one unknown. Both stand above the code that computes them.
+//! results with two values. The *exact* value solves the continuous problem with Newton's and
+//! Coulomb's laws by hand. The *discrete* value solves the time-stepping scheme of
+//! `docs/formulation.md` for the same motion. It is a sum in closed form or a recurrence in one
+//! unknown. Both formulas stand above the code that computes them.
 //!
-//! A [`TestQuantity`] holds if the measured value equals the discrete one, to rounding and to what the
-//! residuals of the steps allow (`tolerance.rs`). The order in which the discrete value converges
-//! to the exact one is declared ([`Convergence`]) and checked ([`TestQuantity::converges`]).
+//! A [`TestQuantity`] holds if the measured value equals the discrete one to within its tolerance.
+//! The tolerance covers rounding and the residuals of the steps (`tolerance.rs`). The order of
+//! convergence of the discrete value to the exact one is declared ([`Convergence`]) and checked
+//! ([`TestQuantity::converges`]).
 //! [`ValidationReport`] collects the findings for several solvers and time steps, and [`page()`] draws it.
 //!
 //! ```
@@ -52,12 +53,12 @@ use quantity::QuantityLabel;
 use runner::TestRun;
 use tumble_core::error::Error;
 
-/// A problem with a closed-form answer.
+/// A problem with a closed-form solution.
 #[derive(Debug, Clone, Copy)]
 pub struct TestProblem {
     /// The name.
     pub name: &'static str,
-    /// The motion and its answer, in a sentence or two with formulas in Unicode.
+    /// The motion and its solution, in a sentence or two with formulas in Unicode.
     pub about: &'static str,
     /// The usual time step, s.
     time_step: f64,
@@ -65,7 +66,7 @@ pub struct TestProblem {
     inputs: &'static [(Input, f64)],
     /// The number of bodies.
     pub bodies: usize,
-    /// The reason why only the native solver is asked.
+    /// The reason why only the native solver can solve the problem.
     pub native_only: Option<&'static str>,
     /// The unit of [`Input::Speed`].
     speed_unit: &'static str,
@@ -97,7 +98,7 @@ impl TestProblem {
     /// Simulates the problem and compares.
     ///
     /// # Errors
-    /// A [`Refusal`] of inputs for which the closed form is not the answer.
+    /// A [`Refusal`] of inputs with a motion that differs from the closed form.
     pub fn solve(
         &self,
         inputs: &TestInputs,
@@ -133,7 +134,7 @@ pub struct TestCurve {
     pub times: Vec<f64>,
     /// Values in the simulation.
     pub measured: Vec<f64>,
-    /// Closed-form values; NaN where there are none.
+    /// Closed-form values, NaN if unknown.
     pub exact: Vec<f64>,
 }
 

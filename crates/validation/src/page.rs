@@ -18,7 +18,7 @@ const READING: &str = "Each problem is simulated with a time step h and with its
     a bound where the difference depends on how the steps happen to fall, “hidden” where the \
     residuals hide the order, and “coarse” where the steps are too coarse for one.";
 
-/// `report` as a self-contained HTML page. The same report gives the same bytes.
+/// `report` as a self-contained HTML page. Equal reports produce equal bytes.
 #[must_use]
 pub fn page(report: &ValidationReport) -> String {
     let (holding, count) = report.holding();

@@ -44,7 +44,7 @@ impl PlanarPin {
     }
 }
 
-/// The planar state of a body: m, rad; m/s, rad/s.
+/// The planar state of a body in m, rad, m/s and rad/s.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PlanarBody {
     pub place: Vector2<f64>,
@@ -169,8 +169,8 @@ impl Linkage {
         loads
     }
 
-    /// The derivative of the pins' gaps at `next` by their forces at `now`. `compliance` of a body is
-    /// its displacement by a unit force and its rotation by a unit torque.
+    /// The derivative of the pins' gaps at `next` by their forces at `now`. `compliance` of a body
+    /// holds its displacement by a unit force and its rotation by a unit torque.
     fn response(
         &self,
         now: &[PlanarBody],
@@ -252,8 +252,8 @@ impl Linkage {
         all
     }
 
-    /// The largest change of the energy over a track, J: `potential` in a state, and the mean kinetic
-    /// energy ½ Σ m v² + I w(ω)² of the state and the next one.
+    /// The largest change of the energy over a track, J. The energy is the `potential` of a state
+    /// plus the mean kinetic energy ½ Σ m v² + I w(ω)² of the state and the next one.
     pub fn energy_change(
         &self,
         track: &[Vec<PlanarBody>],

@@ -70,8 +70,8 @@ pub(crate) fn recurrence<T>(start: T, n: usize, step: impl Fn(&T) -> T) -> Vec<T
     std::iter::successors(Some(start), |x| Some(step(x))).take(n + 1).collect()
 }
 
-/// The times at which `values` in steps of `h` (s) go through zero, by linear interpolation, where
-/// `counts` holds for the values before and after.
+/// The times of the zeros of `values` in steps of `h` (s), by linear interpolation. `counts`
+/// selects zeros by the values on both sides.
 pub(crate) fn zeros(values: &[f64], h: f64, counts: impl Fn(f64, f64) -> bool) -> Vec<f64> {
     let pairs = values.windows(2).enumerate().filter(|(_, pair)| counts(pair[0], pair[1]));
     pairs.map(|(k, pair)| h * (k as f64 + pair[0] / (pair[0] - pair[1]))).collect()
@@ -99,8 +99,8 @@ pub(crate) fn newton(start: f64, function: impl Fn(f64) -> (f64, f64)) -> f64 {
     })
 }
 
-/// The angular momentum per moment of inertia of the spin ω (rad/s) about a principal axis with steps
-/// of `h` (s), w(ω) = ω (1 + (½ h ω)²) (eq. 34), and its derivative.
+/// The angular momentum w(ω) = ω (1 + (½ h ω)²) per moment of inertia (eq. 34), and its derivative.
+/// The spin ω (rad/s) is about a principal axis, and steps have length `h` (s).
 pub(crate) fn momentum(h: f64, spin: f64) -> (f64, f64) {
     let square = (0.5 * h * spin).powi(2);
     (spin * (1.0 + square), 1.0 + 3.0 * square)

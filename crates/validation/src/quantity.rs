@@ -105,7 +105,7 @@ impl TestQuantity {
         self.measured - self.discrete
     }
 
-    /// Whether the claim holds within the tolerance.
+    /// True if the claim holds within the tolerance.
     #[must_use]
     pub fn holds(&self) -> bool {
         match self.claim {
@@ -114,9 +114,9 @@ impl TestQuantity {
         }
     }
 
-    /// The observed order p = log₂(e(h)/e(h/2)) of e = measured − exact, given the quantity
-    /// `at_half` the time step. `None` without a declared order, or if the tolerance is as
-    /// large as the error.
+    /// The observed order p = log₂(e(h)/e(h/2)) of e = measured − exact, with the quantity
+    /// `at_half` the time step. `None` without a declared order, or if the tolerance is as large as
+    /// the error.
     #[must_use]
     pub fn order(&self, at_half: &Self) -> Option<f64> {
         let Convergence::Order(_) = self.convergence else { return None };
@@ -133,7 +133,7 @@ impl TestQuantity {
         of(self) + of(at_half)
     }
 
-    /// Whether the discrete and the measured value converge as declared, given the quantity
+    /// True if the discrete and the measured value converge as declared, given the quantity
     /// `at_half` the time step.
     #[must_use]
     pub fn converges(&self, at_half: &Self) -> bool {

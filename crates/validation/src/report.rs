@@ -22,7 +22,7 @@ pub struct Experiment {
     pub problem: TestProblem,
     /// The inputs in words: `mass 2 kg, mu 0.3`.
     pub inputs: String,
-    /// The series, one for each solver, with the same quantities; at least one.
+    /// The series of each solver, with the same quantities. There is at least one.
     pub series: Vec<ErrorSeries>,
 }
 
@@ -31,7 +31,7 @@ pub struct Experiment {
 pub struct ErrorSeries {
     /// The solver.
     pub solver: ReportedSolver,
-    /// The trials, each with half the time step of the one before; at least one.
+    /// The trials, each with half the time step of the previous one. There is at least one.
     pub trials: Vec<Trial>,
 }
 
@@ -93,7 +93,7 @@ impl ErrorSeries {
         self.trials[0].findings.quantities.len()
     }
 
-    /// Whether quantity `i` holds at every time step.
+    /// True if quantity `i` holds at every time step.
     #[must_use]
     pub fn holds(&self, i: usize) -> bool {
         (0..self.trials.len()).all(|k| self.fault(i, k).is_none())
@@ -126,7 +126,8 @@ impl ErrorSeries {
         })
     }
 
-    /// The observed order of quantity `i` from trial `k` and the one before, or why there is none.
+    /// The observed order of quantity `i` from trial `k` and the previous one, or the reason why it
+    /// is unknown.
     #[must_use]
     pub fn order(&self, i: usize, k: usize) -> String {
         let (quantity, coarser) = (self.quantity(i, k), self.coarser(i, k));

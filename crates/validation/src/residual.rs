@@ -16,15 +16,14 @@ pub struct ResidualCheck {
     pub joint: f64,
 }
 
-/// The largest excused residuals, m/s. Ipopt's steps in the problems with their usual inputs reach
-/// 9e-7 (momentum), 3e-6 (friction), 1e-6 (kinematics; 9e-5 for a box near its threshold) and 1e-4
-/// (normal law, as much as its solver accepts). The native solver's stay below 1e-10.
+/// The largest excused residuals, m/s. They are above the residuals of Ipopt's steps, up to the
+/// accepted residual of its solver in the normal law.
 const EXCUSED: ResidualCheck =
     ResidualCheck { kinematics: 1e-5, momentum: 2e-6, normal: 1e-4, friction: 1e-5, joint: 1e-10 };
 
 impl ResidualCheck {
     /// The excused part. `smoothing` (m/s) is h ε/m of a solver that smooths the norm of friction
-    /// by ε (formulation.md, section 8); it widens the bound of friction.
+    /// by ε (formulation.md, section 8). It raises the bound of friction.
     pub(crate) fn excused(self, smoothing: f64) -> Self {
         Self {
             kinematics: self.kinematics.min(EXCUSED.kinematics),

@@ -167,7 +167,8 @@ pub struct Runner<'a> {
     pub(crate) time_step: f64,
     /// Statistics of the runs so far.
     pub counts: StepCounts,
-    /// Whether the solver of the last run has the selection rule ([`IslandSolver`](tumble_core::step::IslandSolver)).
+    /// True if the solver of the last run has the selection rule
+    /// ([`IslandSolver`](tumble_core::step::IslandSolver)).
     pub(crate) selects: bool,
 }
 
@@ -291,8 +292,8 @@ impl<'a> Runner<'a> {
         Ok(simulation)
     }
 
-    /// The residual of a step, as far as it is excused: the largest of all bodies in the equations
-    /// of motion, and the certificate's in the laws of contacts and joints.
+    /// The excused part of a step's residual. Equations of motion contribute the largest residual
+    /// of all bodies. Contact and joint laws contribute the certificate's residuals.
     fn residual(&self, setup: &Setup, record: &StepRecord) -> ResidualCheck {
         let certificate = &record.certificate;
         let mut residual = ResidualCheck {
@@ -447,8 +448,8 @@ impl TestRun {
         self.most(index, |state| (state.position - start).norm())
     }
 
-    /// The distance ½ a t² at the end of a run from rest with the acceleration `a`; N steps move it by
-    /// ½ a h² N (N + 1).
+    /// The distance ½ a t² at the end of a run from rest with the acceleration `a`. The discrete
+    /// value after N steps is ½ a h² N (N + 1).
     pub fn accelerated(
         &self,
         label: QuantityLabel,

@@ -13,7 +13,7 @@ pub(crate) struct Threshold {
 }
 
 pub(crate) const RESOLUTION: f64 = 1e-6; // The resolution of thresholds, as a share of them
-/// The speed of a moving body, as a share of that of free fall.
+/// The speed of a moving body, as a share of the speed in free fall.
 pub(crate) const MOVING: f64 = 1e-8;
 
 /// The search starts between these shares of the expected value. They are not symmetric, so
@@ -50,9 +50,9 @@ impl Threshold {
         })
     }
 
-    /// Halves `low`…`high` until the half is within `resolution` or a tolerance. `over` runs a
-    /// value: whether it is over the threshold, and the tolerance of that. An end on the wrong
-    /// side is taken for the threshold.
+    /// Bisects `low`…`high` until the half width is within `resolution` or a tolerance. `over` runs
+    /// a value and returns true above the threshold, together with the tolerance. If both ends are
+    /// on one side, the threshold is the nearer end.
     pub fn find(
         [mut low, mut high]: [f64; 2],
         resolution: f64,

@@ -1,7 +1,7 @@
 //! The effect of the steps' residuals on the result of a run.
 //!
-//! With W the mobility, G the largest friction of a step, n corners, and a step whose friction law has the
-//! residual δ (docs/validation.md, "Tolerances of a slide"):
+//! W is the mobility and G the largest friction of a step with n corners. The friction law of a
+//! step has the residual δ (docs/validation.md, "Tolerances of a slide"):
 //!
 //! ```text
 //! friction along a slip c   G to within n δ + G (δ/|c|)²              (a)
@@ -27,7 +27,7 @@ pub(crate) struct Slider {
     pub mobility: f64, // W, 1
     pub friction: f64, // μ
     pub grip: f64,     // G: the largest friction of a step, m/s
-    /// The height of the centre over the half width of the face: a face that is off by d tilts the
+    /// The height of the centre over the half width of the face. A face that is off by d moves the
     /// centre sideways by `lean` d.
     pub lean: f64,
 }
@@ -151,8 +151,8 @@ impl TestRun {
         self.sum(|r| r.momentum) + self.flight_rounding()
     }
 
-    /// The error of the position of free flight, m: h Σ (N − k) δ_k for velocities, which persist,
-    /// and h Σ δ_k for positions.
+    /// The error of the position of free flight, m. It is h Σ (N − k) δ_k for velocities, which
+    /// persist, and h Σ δ_k for positions.
     pub fn flight_way(&self) -> f64 {
         let ages = (1..=self.steps()).rev();
         let aged = |(residual, age): (&ResidualCheck, usize)| age as f64 * residual.momentum;

@@ -73,7 +73,7 @@ const ORDERS: [(&str, &str, i32); 40] = [
     ("squeezer", "Φ at 0.03 s", 2),
 ];
 
-/// With the usual numbers, at h and at h/2, and every order shows.
+/// Every quantity holds with the default inputs at h and h/2 and shows its declared order.
 #[test]
 fn the_native_solver_has_the_answers() {
     let mut orders = Vec::new();
@@ -134,8 +134,8 @@ fn a_box_that_stops_within_a_step_has_its_answer() {
     }
 }
 
-/// That `problem` holds with h, where it was found to be `coarse`, and with h/2, and comes to
-/// the exact answer as it declares.
+/// Asserts that `problem` holds with h (result `coarse`) and h/2 and converges to the exact value
+/// as declared.
 fn assert_converges(problem: &TestProblem, inputs: &TestInputs, h: f64, coarse: &ProblemFindings) {
     let fine = problem.solve(inputs, &mut Runner::new(&native, 0.5 * h)).unwrap();
     for findings in [coarse, &fine] {
@@ -146,8 +146,8 @@ fn assert_converges(problem: &TestProblem, inputs: &TestInputs, h: f64, coarse: 
     }
 }
 
-/// Other masses, frictions, gravities, slopes and speeds. Inputs for which the closed form
-/// is another motion's are refused, but not most of them.
+/// Other masses, friction coefficients, gravities, slopes and speeds. Inputs with a motion that
+/// differs from the closed form are refused. Most inputs must be accepted.
 #[test]
 #[ignore = "slow"]
 fn other_numbers_have_their_answers_too() {
@@ -161,7 +161,8 @@ fn many_other_numbers_have_their_answers_too() {
     other_numbers_have_their_answers(60, 24);
 }
 
-/// With so many draws of numbers for a problem of one body, and for one of several. On all cores.
+/// Draws `of_one` inputs for each problem of one body and `of_several` for the others. Runs on all
+/// cores.
 fn other_numbers_have_their_answers(of_one: u32, of_several: u32) {
     let (next, threads) = (AtomicUsize::new(0), std::thread::available_parallelism().unwrap());
     std::thread::scope(|scope| {
@@ -297,7 +298,7 @@ fn a_solver_with_a_defect_is_found_out() {
     }
 }
 
-/// No solver is asked in free fall; what explicit Euler's steps add up to is known.
+/// Free flight needs no solver. The sum of explicit Euler's steps is known.
 #[test]
 fn explicit_euler_falls_another_height() {
     let problem = find("free-fall").unwrap();
@@ -310,8 +311,8 @@ fn explicit_euler_falls_another_height() {
     assert!(fallen.holds() && !TestQuantity { measured, ..fallen }.holds(), "{fallen:?}");
 }
 
-/// An order is checked where one is declared, in the discrete answer and in the measured one,
-/// as far as the slack lets it be seen.
+/// The check of orders covers declared orders in the discrete and in the measured value, as far as
+/// the tolerance allows.
 #[test]
 fn an_order_that_is_not_the_declared_one_is_found_out() {
     let quantity = |exact: f64, off: f64, tolerance: f64, convergence: Convergence| TestQuantity {
@@ -341,7 +342,7 @@ fn an_order_that_is_not_the_declared_one_is_found_out() {
     assert_eq!(pair([1e-10, 0.0], 1e-9, Convergence::Exact), (true, None));
     assert_eq!(pair([0.02, 0.001], 1e-9, Convergence::Within(0.021)), (true, None));
     assert_eq!(pair([0.02, 0.001], 1e-9, Convergence::Within(0.019)), (false, None));
-    // A measured answer that goes another way than the discrete one.
+    // A measured value with another convergence than the discrete one.
     let (whole, half) = (quantity(3.0, 0.02, 1e-6, first), quantity(3.0, 0.01, 1e-6, first));
     assert!(!whole.converges(&TestQuantity { measured: 3.005, ..half }));
 }

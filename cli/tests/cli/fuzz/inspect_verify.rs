@@ -1,4 +1,4 @@
-//! Files for `inspect` and `verify`, mutated.
+//! Mutated input files of `inspect` and `verify`.
 
 use super::program::{DONE_WITHIN, assert_one_line, end_of};
 use super::{each, wild};
@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 use std::fs;
 use std::path::Path;
 
-/// Bytes put in the place of others.
+/// Replacement of `removed` bytes by `put_in`.
 #[derive(Debug, Clone)]
 struct Edit {
     at: Index,
@@ -44,7 +44,7 @@ fn edited(text: &str, edits: Vec<Edit>) -> Vec<u8> {
     bytes
 }
 
-/// Any small JSON value.
+/// Strategy for small JSON values.
 fn any_json() -> impl Strategy<Value = Value> {
     let leaf = prop_oneof![
         Just(Value::Null),
@@ -62,7 +62,7 @@ fn any_json() -> impl Strategy<Value = Value> {
     })
 }
 
-/// Puts `value` in the place of some part of `whole`.
+/// Replaces the part of `whole` at `path` by `value`.
 fn replace(whole: &mut Value, path: &[Index], value: Value) {
     let below = match whole {
         Value::Array(items) if !items.is_empty() => path.first().map(|at| {
@@ -87,7 +87,7 @@ fn point() -> Value {
     point["input"].clone()
 }
 
-/// A refusal in one line, or one line of JSON without a null.
+/// Asserts that `inspect` prints one line of JSON without null or refuses the file in one line.
 fn check_inspect(directory: &Path, bytes: &[u8]) {
     fs::write(directory.join("point.json"), bytes).unwrap();
     let (end, took) = end_of(directory, &["inspect", "point.json"]);
@@ -124,7 +124,8 @@ fn a_mutated_point_is_evaluated_or_refused_in_one_line() {
     });
 }
 
-/// Verified, found to differ (1) or to hold failed steps (3), or refused in one line.
+/// Asserts that `verify` ends with code 0, 1 (differences) or 3 (failed steps), or refuses the
+/// files in one line.
 fn check_verify(directory: &Path, csv: &[u8], json: &[u8]) {
     fs::write(directory.join("trajectory.csv"), csv).unwrap();
     fs::write(directory.join("run.json"), json).unwrap();
@@ -152,7 +153,7 @@ fn a_mutated_trajectory_is_verified_or_refused_in_one_line() {
         check_verify(directory.path(), &edited(csv, edits), json.as_bytes());
         Ok(())
     });
-    // Any number in the place of a field.
+    // Any number in any field.
     let change = (any::<Index>(), any::<Index>(), wild());
     each(300, change, |(row, column, number)| {
         let mut lines: Vec<String> = csv.lines().map(str::to_owned).collect();

@@ -1,5 +1,4 @@
-//! Input of every kind, drawn at random but the same every time: nothing panics, hangs or is
-//! taken for what it is not.
+//! Random inputs with a fixed seed: the program must not panic, hang or accept invalid input.
 
 use crate::common;
 
@@ -15,7 +14,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::fmt::Debug;
 
-/// Checks `count` values of `strategy`, the same ones on every machine.
+/// Checks `count` values of `strategy` with the same seed on every machine.
 fn each<T: Debug>(
     count: u32,
     strategy: impl Strategy<Value = T>,
@@ -23,7 +22,8 @@ fn each<T: Debug>(
 ) {
     let config = ProptestConfig {
         rng_seed: RngSeed::Fixed(71),
-        // Shrinking a run of the program takes minutes; the first failure says enough.
+        // Shrinking reruns the program and takes minutes. The first failing value is usually clear
+        // enough.
         max_shrink_iters: 200,
         ..common::cases(count)
     };
@@ -31,20 +31,20 @@ fn each<T: Debug>(
     outcome.unwrap_or_else(|failure| panic!("{failure}"));
 }
 
-/// Any double, every pattern of bits as likely as any other: NaN, infinities, subnormals.
+/// Strategy for any double with uniform bit patterns, including NaN, infinities and subnormals.
 fn any_bits() -> impl Strategy<Value = f64> {
     any::<u64>().prop_map(f64::from_bits)
 }
 
-/// Any finite double.
+/// Strategy for any finite double.
 fn finite() -> impl Strategy<Value = f64> {
     any_bits().prop_map(|value| {
-        // An exponent of all ones loses its highest bit.
+        // Clears the highest bit of an exponent of all ones.
         if value.is_finite() { value } else { f64::from_bits(value.to_bits() & !(1 << 62)) }
     })
 }
 
-/// A number that is out of the ordinary: any bits, or an edge of something.
+/// Strategy for unusual numbers: any bits, edge cases, or a power of ten.
 fn wild() -> impl Strategy<Value = f64> {
     let edges = [
         0.0,

@@ -1,4 +1,4 @@
-//! The arguments of the program, a table and some hundred drawn at random.
+//! Command line arguments from a table and from a random generator.
 
 use super::each;
 use crate::support::{End, PROGRAM, everything_in};
@@ -13,17 +13,17 @@ use std::time::{Duration, Instant};
 use tumble_core::step::StepStatus;
 use tumble_scene::output::trajectory::TrajectoryReader;
 
-/// What is refused is refused in milliseconds, and a step takes as long; the disk that a run
-/// waits for at its end may be busy.
+/// Time limits of a refusal and of a short run. Both usually take milliseconds, but the disk may be
+/// busy.
 pub const REFUSED_WITHIN: Duration = Duration::from_secs(1);
 pub const DONE_WITHIN: Duration = Duration::from_secs(5);
 
-/// Runs the program in `directory`; killed where it does not end.
+/// Runs the program in `directory` and kills it if it does not end in time.
 pub fn end_of<S: AsRef<OsStr>>(directory: &Path, args: &[S]) -> (End, Duration) {
     let begin = Instant::now();
     let mut command = Command::new(PROGRAM);
     command.args(args).current_dir(directory).stdin(Stdio::null());
-    // Files and no pipes, which would fill up.
+    // Redirects to files, because a pipe could fill up and block the program.
     let streams = ["stdout", "stderr"].map(|name| directory.join(name));
     let [stdout, stderr] = streams.each_ref().map(|path| File::create(path).unwrap());
     let mut child = command.stdout(stdout).stderr(stderr).spawn().unwrap();
@@ -47,7 +47,7 @@ pub fn end_of<S: AsRef<OsStr>>(directory: &Path, args: &[S]) -> (End, Duration) 
     (End { code: status.code(), stdout, stderr }, took)
 }
 
-/// One line that ends, is not endless and holds nothing that a terminal would obey.
+/// Asserts one error line with a final newline and without control characters.
 pub fn assert_one_line(end: &End) {
     let line = end.stderr.strip_prefix("tumble: ").unwrap_or_else(|| panic!("{end:?}"));
     let line = line.strip_suffix('\n').unwrap_or_else(|| panic!("{end:?}"));
@@ -55,7 +55,7 @@ pub fn assert_one_line(end: &End) {
     assert!(!line.contains("panicked"), "{end:?}");
 }
 
-/// The end that any arguments of a simulation may have; the files are there or not.
+/// Asserts that a simulation with `args` ends in a documented state, and checks its files.
 fn check_simulation(args: &[OsString]) {
     let directory = tempfile::tempdir().unwrap();
     let (end, took) = end_of(directory.path(), args);
@@ -77,8 +77,8 @@ fn check_simulation(args: &[OsString]) {
     }
 }
 
-/// A file that the program wrote can be read again, every number in it is finite, and it holds
-/// failed steps where the exit code, 3, says so.
+/// Asserts that the written file is readable and finite. It must contain failed steps exactly if
+/// the exit code is 3.
 fn check_file(path: &Path, end: &End) {
     let mut reader = TrajectoryReader::new(File::open(path).unwrap()).unwrap();
     let mut failed = false;
@@ -91,7 +91,7 @@ fn check_file(path: &Path, end: &End) {
     assert_eq!(end.code, Some(if failed { 3 } else { 0 }), "{end:?}");
 }
 
-/// The flags with a value.
+/// Flags with a value.
 const FLAGS: [&str; 16] = [
     "--scene",
     "--steps",
@@ -111,7 +111,7 @@ const FLAGS: [&str; 16] = [
     "--max-iter",
 ];
 
-/// Values that are odd for any flag. None is a large count.
+/// Unusual values for any flag. None of them is a large step count.
 const ODD: [&str; 44] = [
     "",
     " ",
@@ -164,7 +164,7 @@ const ODD: [&str; 44] = [
 fn every_flag_with_every_odd_value_ends_in_one_of_the_documented_ways() {
     for flag in FLAGS.into_iter().chain(["--on-failure", "--worst", "--quiet", "--wrong"]) {
         for value in ODD {
-            // Joined and apart by turns: both must be understood.
+            // Both forms of a flag, alternating: separate and joined with `=`.
             let args = if value.len() % 2 == 0 {
                 vec![flag.to_owned(), value.to_owned()]
             } else {
@@ -179,7 +179,7 @@ fn every_flag_with_every_odd_value_ends_in_one_of_the_documented_ways() {
     }
 }
 
-/// What a person, a script or an accident may write after a flag.
+/// Strategy for values after a flag: numbers, lists, text and control characters.
 fn value() -> impl Strategy<Value = String> {
     let number = prop_oneof![
         super::wild().prop_map(|number| format!("{number:?}")),
@@ -197,7 +197,7 @@ fn value() -> impl Strategy<Value = String> {
     ]
 }
 
-/// A count of steps that would take longer than a test may.
+/// True for a step count that takes too long for a test.
 fn is_long_run(flag: &str, value: &str) -> bool {
     flag == "--steps" && value.trim().parse::<u64>().is_ok_and(|steps| steps > 300)
 }
@@ -239,11 +239,11 @@ fn arguments_that_are_no_text_end_in_one_of_the_documented_ways() {
     });
 }
 
-/// Valid arguments, however absurd, give a file that can be read again.
+/// Extreme but valid arguments write a readable file that `verify` accepts with the same exit code.
 #[test]
 #[ignore = "slow"]
 fn a_run_of_any_valid_arguments_writes_a_file_that_can_be_read() {
-    // A power of e may be above its end by rounding.
+    // exp(ln(high)) may exceed `high` by rounding.
     let number = |low: f64, high: f64| {
         (low.ln()..high.ln()).prop_map(move |power| power.exp().clamp(low, high))
     };
@@ -252,7 +252,7 @@ fn a_run_of_any_valid_arguments_writes_a_file_that_can_be_read() {
     let rest = (numbers, 0.0..10.0_f64, -1e3..1e3_f64, motion, any::<bool>());
     each(80, rest, |((dt, mass, ratio, side), mu, gravity, [x, y, z, a, b, c], native)| {
         let inertia = ratio * mass * side * side;
-        // So high that no corner starts below the ground, so low that some soon touch it.
+        // No corner starts below the ground, and some bodies soon touch it.
         let height = 0.867 * side + 1e-3 * dt * z.abs();
         let mut args = vec![
             format!("--dt={dt:?}"),

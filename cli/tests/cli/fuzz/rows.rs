@@ -1,4 +1,4 @@
-//! Runs of any numbers, as records for the writer of trajectories.
+//! Random step records for the trajectory writer.
 
 use super::finite;
 use crate::common::{state, tutorial_parameters};
@@ -20,7 +20,7 @@ const STATUSES: [StepStatus; 5] = [
     StepStatus::Failed,
 ];
 
-/// A run of a body of so many contact points.
+/// Records of a run of one body with `points` contact points.
 #[derive(Debug, Clone)]
 pub struct Run {
     pub points: usize,
@@ -29,19 +29,19 @@ pub struct Run {
 
 pub const TIME_STEP: f64 = 0.002;
 
-/// A body of `points` contact points in its plane z = 0 above level ground.
+/// World of a body with `points` contact points in its plane z = 0 above level ground.
 pub fn world(points: usize) -> World {
     let places: Vec<_> = (1..=points).map(|i| Vector3::new(i as f64, 0.5, 0.0)).collect();
     let bodies = vec![RigidBody::new(1.0, Matrix3::identity(), &places).unwrap()];
     World::new(Parameters { bodies, time_step: TIME_STEP, ..tutorial_parameters() }).unwrap()
 }
 
-/// Upright, all contact points at the height `z`.
+/// State of the upright body with all contact points at height `z`.
 fn upright(z: f64) -> State {
     state(&[0.0, 0.0, z, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 }
 
-/// A number of which products of a few are finite.
+/// Strategy for numbers whose products of a few factors stay finite.
 fn moderate() -> impl Strategy<Value = f64> {
     finite().prop_map(|number| number.abs().powf(0.25).copysign(number))
 }
@@ -54,8 +54,7 @@ fn found() -> impl Strategy<Value = Found> {
     (three(), three(), moderate())
 }
 
-/// What stands in a row: the state at its start, the height at its end, the contacts that are
-/// candidates, and the report.
+/// Numbers of one row: initial state, final height, optional contacts and report.
 #[derive(Debug, Clone)]
 struct Numbers {
     state: Vec<f64>,
@@ -94,7 +93,7 @@ fn record(points: usize, k: usize, numbers: Numbers) -> StepRecord {
     record
 }
 
-/// A run of 1 to 4 contact points and any finite numbers; a last row without a step.
+/// Strategy for runs with 1 to 4 contact points, finite numbers and a last row without a step.
 pub fn runs() -> impl Strategy<Value = Run> {
     (1..=4_usize, 0..=6_usize).prop_flat_map(|(points, steps)| {
         (vec(numbers(points), steps), vec(finite(), 13)).prop_map(move |(rows, last)| {
@@ -106,14 +105,14 @@ pub fn runs() -> impl Strategy<Value = Run> {
     })
 }
 
-/// The last row of a run, `k`.
+/// Last row of a run with index `k`.
 fn end(k: usize, numbers: &[f64]) -> StepRecord {
     let states = vec![state(numbers)];
     let solution = StepSolution::free(&states);
     StepRecord { index: k as u64, states, solution, ..StepRecord::new() }
 }
 
-/// A run of one row of halves.
+/// Run with a single row of halves.
 pub fn one_row(points: usize) -> Run {
     Run { points, records: vec![end(0, &[0.5; 13])] }
 }

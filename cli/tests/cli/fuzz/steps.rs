@@ -1,4 +1,4 @@
-//! What must hold of every step, whoever solved it and from wherever.
+//! Invariants of every step, independent of the solver and the initial state.
 
 use crate::common::{body, heights};
 use proptest::prelude::*;
@@ -12,13 +12,13 @@ use tumble_core::solver::native::{ACCEPTED_RESIDUAL, NativeSolver};
 use tumble_core::step::{StepReport, StepSolver, StepStatus};
 use tumble_core::world::World;
 
-/// How the contact steps of a test's runs ended.
+/// Numbers of contact steps by result.
 #[derive(Debug, Default)]
 pub struct Seen {
     solved: Cell<u32>,
-    /// Failed with an excuse.
+    /// Failed steps that [`is_excused`] allows.
     excused: Cell<u32>,
-    /// Failed without.
+    /// Other failed steps.
     failed: Cell<u32>,
 }
 
@@ -33,9 +33,8 @@ impl Seen {
         count.set(count.get() + 1);
     }
 
-    /// At least `solved`, at most `excused`, and no more than `failed` without an excuse. The
-    /// draws are always the same; the counts may differ by what other roundings of exp and ln
-    /// make of them, for which the callers leave some steps in a hundred.
+    /// Asserts at least `solved` steps, at most `excused` and at most `failed`. The random inputs
+    /// are fixed. Callers leave a margin of a few percent for other roundings of exp and ln.
     pub fn assert_counts(&self, solved: u32, excused: u32, failed: u32) {
         let counts = [&self.solved, &self.excused, &self.failed].map(Cell::get);
         let within = counts[0] >= solved && counts[1] <= excused && counts[2] <= failed;
@@ -43,14 +42,13 @@ impl Seen {
     }
 }
 
-/// tumble's own solver, and what it promises.
+/// Native solver and its accepted residual [m/s].
 pub fn native(world: &World) -> (Box<dyn StepSolver>, f64) {
     (Box::new(NativeSolver::new(world)), ACCEPTED_RESIDUAL * world.speed_scale())
 }
 
-/// Takes up to `steps` steps by a solver, whose solutions are promised to have a residual of at
-/// most `accepted`, and checks each. A run ends early where it leaves the valid states: what
-/// follows may overflow.
+/// Takes up to `steps` steps and checks each. The solver promises a residual of at most `accepted`
+/// [m/s]. The run ends early if it leaves the valid states, because later steps may overflow.
 pub fn check_run(
     world: &World,
     start: State,
@@ -58,8 +56,8 @@ pub fn check_run(
     steps: usize,
     seen: &Seen,
 ) -> Result<(), TestCaseError> {
-    // No simulation of contact starts far below the ground; but a failed step may end there, and
-    // the one after it begins there.
+    // A contact simulation refuses a start far below the ground. A failed step may end there, so
+    // the run starts as a floating motion.
     let mut simulation = Simulation::new(world.clone(), [start], Motion::Floating).unwrap();
     simulation.swap_motion(&mut Motion::contact(solver));
     let mut record = StepRecord::new();
@@ -77,8 +75,8 @@ pub fn check_run(
     Ok(())
 }
 
-/// Every number is finite, the certificate is that of the numbers, and the status is one that
-/// it bears out.
+/// Asserts finite numbers, a certificate that agrees with the step, and a status that the
+/// certificate supports.
 fn check_step(world: &World, record: &StepRecord, accepted: f64) -> Result<(), TestCaseError> {
     let StepRecord { states, contacts, solution, report, certificate, .. } = record;
     let (state, next) = (record.state(), record.next());
@@ -109,7 +107,7 @@ fn check_step(world: &World, record: &StepRecord, accepted: f64) -> Result<(), T
         StepStatus::End => return Err(TestCaseError::fail("a step is no end")),
     };
     prop_assert!(certificate.residual() <= allowed.max(rounding), "{record:?}");
-    // A contact that does not press carries no friction, counted as the speed that it gives.
+    // Friction at a contact without normal force, expressed as a change of velocity.
     for contact in solution.contacts.iter().filter(|contact| !contact.carries_force()) {
         let speed = contact.force.norm() * world.time_step() / body(world).mass();
         prop_assert!(speed <= allowed.max(rounding), "{record:?}");
@@ -117,16 +115,16 @@ fn check_step(world: &World, record: &StepRecord, accepted: f64) -> Result<(), T
     Ok(())
 }
 
-/// The status, the start and Ipopt's word go together.
+/// True if status, start method and Ipopt's message are consistent.
 fn words_agree(report: &StepReport) -> bool {
     let by_ipopt = report.message == Some(ReturnStatus::SolveSucceeded.name());
     match (report.start, report.status) {
         (_, StepStatus::Failed | StepStatus::Substepped) => true,
-        // Free flight that turns too far near the ground is wild.
+        // Free flight that turns too far near the ground has status `wild`.
         (None, StepStatus::Free | StepStatus::Wild) => report.message.is_none(),
         (Some("previous"), StepStatus::Converged) => report.message.is_none() || by_ipopt,
         (Some("warm"), StepStatus::Converged) => by_ipopt,
-        // A contact that was admitted late may be solved from the first start.
+        // A contact that is admitted late may be solved from the first start.
         (Some("previous" | "zero" | "interior point" | "best point"), StepStatus::Retried) => {
             report.message.is_none()
         }
@@ -137,9 +135,10 @@ fn words_agree(report: &StepReport) -> bool {
     }
 }
 
-/// What rounding makes of an exact step's residual, m/s: positions x are known to ε‖x‖, and
-/// divided by h; speeds to ε‖v‖; the gyroscopic torque to ε I_max |ω|², of which h/I_min makes a spin. A
-/// thousand times that; no more than a valid state has.
+/// Bound of the rounding in an exact step's residual [m/s]. Positions are known to ε‖x‖ and divided
+/// by h. Speeds are known to ε‖v‖. The gyroscopic torque is known to ε I_max |ω|² and changes the
+/// spin by h/I_min times that. The bound has a factor of 1000. Speeds enter it up to 1e5, the limit
+/// of a valid state.
 fn rounding(world: &World, state: &State, next: &State) -> f64 {
     let reach = world.reach();
     let length = state.position.amax().max(next.position.amax()) + reach;
@@ -150,17 +149,17 @@ fn rounding(world: &World, state: &State, next: &State) -> f64 {
     1e3 * f64::EPSILON * (length / world.time_step() + speed)
 }
 
-/// Whether tumble's own solver may fail at a step, where a residual of `accepted` counts as
-/// solved. With V the speeds before and after, ‖v‖ + ‖v⁺‖ + ℓ (‖ω‖ + ‖ω⁺‖), and what a body
-/// that starts below the ground needs to come up:
+/// True if the native solver may fail at a step with an accepted residual of `accepted` [m/s]. V =
+/// ‖v‖ + ‖v⁺‖ + ℓ (‖ω‖ + ‖ω⁺‖) + depth/h includes the speed that lifts a body out of the ground.
+/// Each of these cases is an excuse:
 ///
-/// - the body leaps, h V > ℓ/4: what is linearised at the step's start says little of its end;
-/// - rounding. An impulse of m V is known to ε m V, and in the contact's own scale to ε w V. The
-///   response w of a point is at most about m ℓ²/I_min, with I_max for m ℓ² where that is
-///   larger, as in the gyroscopic torque. Where this is more than what is accepted, no digit of
-///   the residual is left;
-/// - the scene is so far away or the step so short that doubles do not hold it: what rounding
-///   makes of positions, divided by h, is more than the library ever calls rounding.
+/// - The body moves too far in a step, h V > ℓ/4. The linearisation at the start of the step is
+///   then invalid at its end.
+/// - Rounding exceeds the accepted residual. An impulse m V is known to ε m V, hence a contact
+///   velocity to ε w V. The response w of a point is at most about m ℓ²/I_min. The ratio uses I_max
+///   if that is larger than m ℓ², because of the gyroscopic torque.
+/// - The scene is too far away or the step too short for doubles. Rounding of positions divided by
+///   h exceeds the limit of the library for rounding.
 fn is_excused(world: &World, record: &StepRecord, accepted: f64) -> bool {
     let (body, h) = (body(world), world.time_step());
     let (old, next) = (record.state(), record.next());
@@ -169,7 +168,7 @@ fn is_excused(world: &World, record: &StepRecord, accepted: f64) -> bool {
     let depth = heights(world, old).into_iter().fold(0.0_f64, |depth, z| depth.max(-z));
     let speed = old.velocity.norm() + next.velocity.norm() + reach * spins + depth / h;
     let ratio = (body.mass() * reach * reach).max(moments.max()) / moments.min();
-    // Free flight has no solver that promises anything: rounding is what explains its residual.
+    // Free flight has no solver and no accepted residual. Only rounding can explain its residual.
     let free = record.contacts.is_empty();
     let lost = if free { record.certificate.residual() } else { accepted };
     h * speed > 0.25 * reach

@@ -1,4 +1,4 @@
-//! The reader of trajectories.
+//! Reader of trajectories with random and edited input.
 
 use super::each;
 use super::rows::{Run, TIME_STEP, one_row, runs, world};
@@ -13,7 +13,7 @@ use tumble_core::step::StepStatus;
 use tumble_scene::output::RowsError;
 use tumble_scene::output::trajectory::{TrajectoryReader, TrajectoryRow, TrajectoryWriter};
 
-/// Everything up to the `end` row; an error is one short line.
+/// Reads all rows up to `end` and asserts that an error is one short line.
 fn read(bytes: &[u8]) -> Result<Vec<TrajectoryRow>, RowsError> {
     let rows = read_rows(bytes);
     if let Err(error) = &rows {
@@ -44,9 +44,9 @@ fn bits<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Vec<u64> {
     numbers.into_iter().map(|number| number.to_bits()).collect()
 }
 
-/// What a row has of each point of the step: force, slacks and λ; zeros where there is no
-/// contact. The product of friction may be written as zero where the slip of the step is within
-/// 10⁻¹³ of the place's size: there it is rounding.
+/// Columns of a step in a row: force, slacks and λ of each point, zero without contact. The
+/// friction product may be written as zero if the step's slip is within 10⁻¹³ of the position. It
+/// is then rounding.
 fn step_columns(points: usize, record: &StepRecord, written: &[f64]) -> Vec<f64> {
     let mut columns = vec![0.0; 6 * points];
     let height = record.next().position[2];
@@ -95,13 +95,13 @@ fn no_arbitrary_bytes_are_a_trajectory() {
         prop_assert!(read(&bytes).is_err());
         Ok(())
     });
-    // Bytes that a CSV file is made of.
+    // Characters of a CSV file.
     let alphabet = b"0123456789.,,,,\n\n\"\rek-_sN";
     each(10_000, vec(select(alphabet.to_vec()), 0..600), |bytes| {
         prop_assert!(read(&bytes).is_err());
         Ok(())
     });
-    // After a header that is one.
+    // Random characters after a valid header.
     let header = write(&one_row(1));
     let header = header[..=header.iter().position(|&byte| byte == b'\n').unwrap()].to_vec();
     each(10_000, vec(select(alphabet.to_vec()), 0..600), |bytes| {
@@ -110,8 +110,7 @@ fn no_arbitrary_bytes_are_a_trajectory() {
     });
 }
 
-/// A cut is refused, unless it takes no more than the end of the last "0.0": then nothing
-/// is missing.
+/// A cut file is refused unless only the end of the last "0.0" is missing, which changes no number.
 #[test]
 fn a_file_that_is_cut_off_anywhere_is_refused() {
     each(4000, (runs(), any::<Index>()), |(run, cut)| {
@@ -128,7 +127,7 @@ fn a_file_that_is_cut_off_anywhere_is_refused() {
     });
 }
 
-/// One change at any place: bytes put in, taken out or put in the place of others.
+/// Replacement of `removed` bytes at one place by `put_in`.
 #[derive(Debug, Clone)]
 struct Edit {
     at: Index,
@@ -150,8 +149,7 @@ fn edits() -> impl Strategy<Value = Vec<Edit>> {
     vec(edit, 1..4)
 }
 
-/// A changed digit may be another number; but whatever is read is in order, finite, whole and
-/// has no more rows than the file has lines.
+/// An edited file is refused or read completely. Its rows are in order and finite.
 #[test]
 #[ignore = "slow"]
 fn an_edited_file_is_refused_or_read_as_a_whole() {
@@ -190,7 +188,7 @@ fn swapped_lines_or_columns_are_refused() {
         }
         match what {
             0 => table.swap(one, other),
-            // In the whole file, or in the header alone.
+            // Columns swapped in the whole file or only in the header.
             1 => table.iter_mut().for_each(|row| row.swap(one, other)),
             _ => table[0].swap(one, other),
         }
@@ -208,7 +206,7 @@ fn a_field_of_a_megabyte_is_refused_in_one_short_line() {
             assert!(read(text.replacen(field, &huge, 1).as_bytes()).is_err(), "{field}");
         }
     }
-    // A number with a million digits is a number all the same.
+    // A number may have a million digits.
     let long = format!("0.5{}", "0".repeat(1 << 20));
     assert_eq!(
         read(text.replacen("0.5", &long, 1).as_bytes()).unwrap()[0].state,

@@ -1,13 +1,12 @@
-//! Reading a page of markup whose every element is closed.
+//! Reader of a page of well-formed markup.
 
-/// A page whose elements are well nested.
+/// Page with well nested elements.
 pub struct Markup<'a> {
     text: &'a str,
 }
 
 impl<'a> Markup<'a> {
-    /// Checks that every element is closed where it must be, that attributes are quoted and
-    /// that ids are unique.
+    /// Checks that every element is closed, attributes are quoted and ids are unique.
     pub fn read(text: &'a str) -> Self {
         let body = text.strip_prefix("<!DOCTYPE html>\n").expect("it is HTML");
         let mut open: Vec<&str> = Vec::new();
@@ -36,14 +35,15 @@ impl<'a> Markup<'a> {
         Self { text }
     }
 
-    /// The ids of the elements `name`, in order.
+    /// Ids of the elements `name` in document order.
     pub fn ids(&self, name: &str) -> Vec<&str> {
         let start = format!("<{name} id=\"");
         let pieces = self.text.split(start.as_str()).skip(1);
         pieces.map(|piece| piece.split('"').next().unwrap()).collect()
     }
 
-    /// The element `name` of that id, which holds no other of its name.
+    /// Text of the element `name` with the given id. The element must not contain another one of
+    /// its name.
     pub fn element(&self, name: &str, id: &str) -> &str {
         let start = self.text.find(&format!("<{name} id=\"{id}\"")).expect(id);
         let end = self.text[start..].find(&format!("</{name}>")).unwrap();

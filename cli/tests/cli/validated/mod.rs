@@ -1,4 +1,4 @@
-//! `tumble validate` end to end: tables, exit codes, refusals, and the page.
+//! `tumble validate`: tables, exit codes, refusals and the page.
 
 mod markup;
 use crate::support;
@@ -12,13 +12,13 @@ use tempfile::TempDir;
 use tumble_core::solver::native::NativeSolver;
 use tumble_validation::{Convergence, PROBLEMS, Runner, TestProblem, TestQuantity};
 
-/// A finished validation in a directory of its own.
+/// Finished validation in a temporary directory.
 struct Validated {
     end: End,
     directory: TempDir,
 }
 
-/// Ipopt's steps take milliseconds, and more on a busy machine.
+/// Time limit for Ipopt on a busy machine.
 const LIMIT: Duration = Duration::from_secs(240);
 
 fn validate(args: &[&str]) -> Validated {
@@ -34,7 +34,7 @@ impl Validated {
         fs::read_to_string(self.directory.path().join("out/validation.html")).unwrap()
     }
 
-    /// The cells of the rows of `quantity` in the table of `problem`, from the solver on.
+    /// Cells of the rows of `quantity` in the table of `problem`, from the solver on.
     fn rows(&self, problem: &str, quantity: &str) -> Vec<Vec<&str>> {
         let lines = self.end.stdout.lines();
         let table: Vec<&str> = lines
@@ -52,7 +52,7 @@ impl Validated {
     }
 }
 
-/// What the library itself finds, with the usual inputs.
+/// Quantities computed by the library with the default inputs.
 fn quantities(problem: &TestProblem) -> Vec<TestQuantity> {
     let native = |model: &_| Ok(Box::new(NativeSolver::new(model)) as _);
     let inputs = problem.inputs();
@@ -60,6 +60,7 @@ fn quantities(problem: &TestProblem) -> Vec<TestQuantity> {
     problem.solve(&inputs, &mut runner).unwrap().quantities
 }
 
+/// The native solver satisfies every quantity, and table and page agree with the library.
 #[test]
 #[ignore = "slow"]
 fn the_native_solver_has_every_answer_in_the_table_and_on_the_page() {
@@ -89,7 +90,7 @@ fn the_native_solver_has_every_answer_in_the_table_and_on_the_page() {
             assert_eq!((solver, verdict), ("native", "holds"), "{name}, {}", quantity.name);
             let number = |text: &str| text.parse::<f64>().unwrap();
             assert_eq!(number(h), problem.inputs().time_step);
-            // As many digits as the table has.
+            // Tolerances by the number of printed digits.
             for (shown, value, digits) in [
                 (exact, quantity.exact, 1e-2),
                 (discrete, quantity.discrete, 1e-2),
@@ -138,7 +139,7 @@ fn the_page_needs_nothing_else_and_is_the_same_every_time() {
         assert!(page.contains(needed), "{needed}");
     }
     let markup = Markup::read(&page);
-    // The problems asked for, in that order, and no others.
+    // The page has the requested problems in the given order.
     assert_eq!(markup.ids("section"), ["rocking", "tumble", "slope-stick"]);
     assert_eq!(page.matches("<a href=\"#").count(), 3);
     // The energy of a tumbling cube has no closed form over time.
@@ -169,8 +170,8 @@ fn both_solvers_stand_side_by_side() {
     }
 }
 
-/// Problems that Ipopt does not take are left out with it, and named with the reason; where nothing is
-/// left, it is refused.
+/// Problems that Ipopt cannot solve are left out and named with the reason. If no problem remains,
+/// the command is refused.
 #[test]
 fn problems_that_ipopt_does_not_take_are_named() {
     let args = ["free-fall", "collision", "mass-ratio", "--dt", "0.01"];
@@ -199,7 +200,7 @@ fn problems_that_ipopt_does_not_take_are_named() {
     assert!(everything_in(directory.path()).is_empty());
 }
 
-/// Steps in which it stops within the first, and within a few.
+/// Validation succeeds for a box that stops within the first few steps.
 #[test]
 fn a_box_that_stops_at_once_has_its_answer() {
     for speed in ["0.01", "0.02", "0.05", "0.1"] {
@@ -214,6 +215,7 @@ fn a_box_that_stops_at_once_has_its_answer() {
     assert!(validated.end.stdout.contains("coarse"), "{}", validated.end.stdout);
 }
 
+/// Inputs apply only to the problems that depend on them.
 #[test]
 fn other_inputs_go_to_the_problems_that_depend_on_them() {
     let args = ["--slope", "35", "--mu", "0.5", "--mass", "7", "--dt", "0.004"];
@@ -260,7 +262,7 @@ fn quiet_is_silent_and_the_help_tells_the_exit_codes() {
     }
 }
 
-/// Arguments, and the words that the one line of refusal must contain.
+/// Refused arguments and the strings that the error line must contain.
 const REFUSED: [(&[&str], &[&str]); 17] = [
     (&["wrong"], &["wrong", "free-fall", "tumble", "slope-topple"]),
     (&["free-fall", "wrong"], &["wrong", "rocking"]),
@@ -289,7 +291,7 @@ fn bad_input_is_refused_in_one_line_before_anything_is_written() {
         let output = command.arg("validate").args(args).current_dir(directory.path()).output();
         let end = End::from(output.unwrap());
         end.assert_refused(2, words);
-        // The longest one names all problems.
+        // The longest error lists all problems.
         assert!(end.stderr.len() < 620, "{}", end.stderr);
     }
     assert!(everything_in(directory.path()).is_empty());
@@ -317,7 +319,8 @@ fn ctrl_c_ends_it_without_a_page() {
     let mut command = std::process::Command::new(support::PROGRAM);
     command.args(["validate", "tumble", "--solver", "ipopt", "--dt", "0.0005", "--out"]);
     let mut child = command.arg(&out).spawn().unwrap();
-    // The temporary file appears after the signals are caught and before the first run.
+    // The temporary file exists once the signal handlers are installed and the first run has not
+    // begun.
     let begin = std::time::Instant::now();
     while !out.exists() || everything_in(&out).is_empty() {
         assert!(begin.elapsed() < LIMIT && child.try_wait().unwrap().is_none());

@@ -1,5 +1,5 @@
-//! What one can choose to see: several bodies, the camera's way, a time by its link, a picture
-//! to keep; and what is seen without WebGL.
+//! Options of the page: selection of bodies, camera, links to a time, saved pictures, and the page
+//! without WebGL.
 
 use super::driver::Browser;
 use super::pages::Pages;
@@ -9,7 +9,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// The page of a hundred bodies.
+/// Page of a hundred bodies.
 fn hundred(pages: &Pages, steps: u64) -> PathBuf {
     let path = pages.path("hundred.html");
     fs::write(&path, tumble_view::view::page("0", &[&pile::film(steps)]).unwrap()).unwrap();
@@ -34,7 +34,7 @@ fn several_bodies_are_chosen_and_compared() {
         browser
             .run("return [...document.querySelectorAll('.names span')].map((e) => e.textContent)")
     };
-    // Places of two balls in the picture, by following them.
+    // Positions of two balls in the picture, found by following them.
     let places = [64, 69].map(|b| {
         choose(b);
         let place = browser.run(
@@ -52,12 +52,12 @@ fn several_bodies_are_chosen_and_compared() {
         "return [...document.querySelectorAll('#plot-z .legend > span')].map((e) => e.textContent)";
     let legend = browser.run(legend).to_string();
     assert!(legend.contains("ball 64") && legend.contains("ball 69"), "{legend}");
-    // Once more takes it away; the last one stays.
+    // A second click deselects a body, and the last one stays selected.
     browser.click_at(places[1], SHIFT);
     assert_eq!(heading(), "Motion and contact: ball 64");
     browser.click_at(places[0], SHIFT);
     assert_eq!(heading(), "Motion and contact: ball 64");
-    // Without shift, as fingers have none.
+    // Multiple selection without shift for touch screens.
     browser.click("#more summary");
     browser.click("#several");
     choose(85);
@@ -73,7 +73,7 @@ fn several_bodies_are_chosen_and_compared() {
         browser.click(&format!("#{what}"));
         assert_eq!((browser.pixels(0), labels()), before, "{what}");
     }
-    // Forces from a size, and of the chosen bodies alone; the ramp, faded and hidden.
+    // Minimum force, forces of the selected bodies only, and the fixed ramp faded and hidden.
     let set = |id: &str, value: &str| {
         browser.run(&format!(
             "const list = document.querySelector('{id}'); list.value = '{value}'; \
@@ -114,7 +114,7 @@ fn the_camera_follows_where_the_motion_is_long() {
         assert!((x - 0.5).abs() < 0.1 && (y - 0.5).abs() < 0.2, "{time}: {x} {y}");
     }
     browser.screenshot("long");
-    // Without following all of it is seen, the body small.
+    // Without following the whole motion is visible and the body is small.
     let followed = browser.pixels(0);
     browser.press("c", None);
     assert!(!browser.is_pressed("follow"));
@@ -137,7 +137,7 @@ fn a_link_leads_to_a_time_and_a_picture_is_saved() {
     browser.wait_for(&format!("location.hash === '#t={IMPACT}'"));
     browser.run("location.hash = '#t=0.5'");
     browser.wait_for("document.getElementById('clock').textContent.startsWith('0.500')");
-    // What is no time leaves it as it is.
+    // An invalid fragment leaves the time unchanged.
     browser.run("location.hash = '#elsewhere'");
     browser.settle();
     assert_eq!(browser.time(), 0.5);
@@ -154,7 +154,7 @@ fn a_link_leads_to_a_time_and_a_picture_is_saved() {
     }
     let bytes = fs::read(&picture).unwrap();
     assert!(bytes.starts_with(b"\x89PNG\r\n\x1a\n"));
-    // As wide as both views.
+    // The picture is as wide as both views.
     let wide = u32::from_be_bytes(bytes[16..20].try_into().unwrap());
     let views = "return [...document.querySelectorAll('.stage:not([hidden]) canvas')] \
                  .reduce((sum, canvas) => sum + canvas.width, 0)";
@@ -167,8 +167,8 @@ fn a_link_leads_to_a_time_and_a_picture_is_saved() {
     browser.assert_quiet();
 }
 
-/// Without WebGL the first moment stands as a picture, one sentence says so, and the numbers
-/// and plots go on.
+/// Without WebGL the page shows a still picture of the start with a note. Numbers and plots still
+/// work.
 #[test]
 #[ignore = "a browser"]
 fn without_webgl_there_is_a_picture() {

@@ -1,4 +1,4 @@
-//! A headless Chromium, driven through chromedriver by the W3C WebDriver protocol.
+//! Headless Chromium, driven by chromedriver with the W3C WebDriver protocol.
 
 use base64::Engine as _;
 use serde_json::{Value, json};
@@ -12,13 +12,13 @@ use tempfile::TempDir;
 
 const DRIVER: &str = "/usr/bin/chromedriver";
 const BROWSER: &str = "/usr/bin/chromium";
-/// For every answer of the driver, and for whatever the page is waited for.
+/// Time limit of a driver response and of a condition in the page.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Names an element in the protocol.
+/// Key of an element reference in the protocol.
 const ELEMENT: &str = "element-6066-11e4-a52e-4f735466cecf";
 
-/// What keeps a browser quiet and alive on closed machines and as root, and WebGL in software.
+/// Flags for a quiet browser without network, as root and with WebGL in software.
 const FLAGS: [&str; 10] = [
     "--headless",
     "--no-sandbox",
@@ -32,14 +32,14 @@ const FLAGS: [&str; 10] = [
     "--hide-scrollbars",
 ];
 
-/// A browser with one page; ended when dropped.
+/// Browser with one page, ended when dropped.
 pub struct Browser {
     driver: Driver,
     agent: ureq::Agent,
     session: String,
 }
 
-/// The driver's process; killed when dropped.
+/// Process of the driver, killed when dropped.
 struct Driver {
     child: Child,
     address: String,
@@ -55,19 +55,19 @@ impl Drop for Driver {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // This ends Chromium; the driver is killed next.
+        // Ends Chromium. The driver is killed next.
         let url = format!("{}{}", self.driver.address, self.session);
         let _ = self.agent.delete(&url).call();
     }
 }
 
 impl Browser {
-    /// A window of `width` by `height`.
+    /// Starts a browser with a window of `width` by `height` pixels.
     pub fn start(width: u32, height: u32) -> Self {
         Self::start_with(width, height, &[])
     }
 
-    /// The same without WebGL.
+    /// Starts a browser without WebGL.
     pub fn without_graphics(width: u32, height: u32) -> Self {
         Self::start_with(width, height, &["--disable-3d-apis"])
     }
@@ -83,7 +83,7 @@ impl Browser {
             .http_status_as_error(false)
             .proxy(None);
         let agent: ureq::Agent = config.build().into();
-        // A page that is painted by the processor may take long beside other tests.
+        // Software rendering may take long while other tests run.
         let wanted = json!({ "capabilities": { "alwaysMatch": {
             "timeouts": { "script": PATIENCE.as_millis() as u64 - 10_000 },
             "goog:chromeOptions": { "binary": BROWSER, "args": flags },
@@ -93,7 +93,7 @@ impl Browser {
         let answer = browser.post("", wanted);
         browser.session = format!("/session/{}", answer["sessionId"].as_str().unwrap());
         browser.resize(width, height, false);
-        // What the driver's log of the console leaves out.
+        // Errors that are missing in the driver's console log.
         let heard = "globalThis.raised = []; \
                      addEventListener('error', (event) => globalThis.raised.push(event.message))";
         browser.devtools("Page.addScriptToEvaluateOnNewDocument", json!({ "source": heard }));
@@ -121,12 +121,12 @@ impl Browser {
         value
     }
 
-    /// A command of Chrome's own protocol.
+    /// Sends a command of Chrome's DevTools protocol.
     fn devtools(&self, command: &str, parameters: Value) {
         self.post("/goog/cdp/execute", json!({ "cmd": command, "params": parameters }));
     }
 
-    /// Another size of the page; a phone has fingers and a fine screen.
+    /// Sets the size of the page. A phone has touch input and twice the pixel density.
     pub fn resize(&self, width: u32, height: u32, is_phone: bool) {
         let ratio = if is_phone { 2 } else { 1 };
         let size = json!({
@@ -136,7 +136,7 @@ impl Browser {
         self.devtools("Emulation.setTouchEmulationEnabled", json!({ "enabled": is_phone }));
     }
 
-    /// `light` or `dark`.
+    /// Sets the colour scheme, `light` or `dark`.
     pub fn colour_scheme(&self, scheme: &str) {
         let features = json!([{ "name": "prefers-color-scheme", "value": scheme }]);
         self.devtools("Emulation.setEmulatedMedia", json!({ "features": features }));
@@ -146,20 +146,20 @@ impl Browser {
         self.open_at(page, "");
     }
 
-    /// With a fragment, such as `#t=1`.
+    /// Opens a page with a fragment such as `#t=1`.
     pub fn open_at(&self, page: &Path, fragment: &str) {
         self.post("/url", json!({ "url": format!("file://{}{fragment}", page.display()) }));
         self.settle();
     }
 
-    /// What the page saves goes to `directory`.
+    /// Sets the directory of downloads.
     pub fn save_to(&self, directory: &Path) {
         let wanted =
             json!({ "behavior": "allow", "downloadPath": directory.display().to_string() });
         self.devtools("Browser.setDownloadBehavior", wanted);
     }
 
-    /// What `return …` in the page returns.
+    /// Runs a script in the page and returns its value.
     pub fn run(&self, script: &str) -> Value {
         self.post("/execute/sync", json!({ "script": script, "args": [] }))
     }
@@ -180,7 +180,7 @@ impl Browser {
         }
     }
 
-    /// Clicks in the middle of an element, as a mouse does.
+    /// Clicks the centre of an element with the mouse.
     pub fn click(&self, selector: &str) {
         let found = self.post("/element", json!({ "using": "css selector", "value": selector }));
         let id = found[ELEMENT].as_str().unwrap();
@@ -188,7 +188,7 @@ impl Browser {
         self.settle();
     }
 
-    /// Presses and releases a key; `held` is down meanwhile.
+    /// Presses and releases a key while `held` is down.
     pub fn press(&self, key: &str, held: Option<&str>) {
         let act = |kind: &str, key: &str| json!({ "type": kind, "value": key });
         let mut actions = vec![act("keyDown", key), act("keyUp", key)];
@@ -199,7 +199,7 @@ impl Browser {
         self.act(json!([{ "type": "key", "id": "keyboard", "actions": actions }]));
     }
 
-    /// Moves pointers, `mouse` or `touch`, each from one place to another while it is down.
+    /// Drags pointers of type `mouse` or `touch`, each from one point to another.
     pub fn drag(&self, kind: &str, ways: &[[(f64, f64); 2]]) {
         let pointers = ways.iter().enumerate().map(|(i, [from, to])| {
             let place = |at: &(f64, f64), duration: u32| {
@@ -220,7 +220,7 @@ impl Browser {
         self.act(pointers.collect());
     }
 
-    /// Clicks on a place while `held` is down.
+    /// Clicks at a point while `held` is down.
     pub fn click_at(&self, at: (f64, f64), held: &str) {
         let pause = || json!({ "type": "pause" });
         let keys = json!([
@@ -238,7 +238,7 @@ impl Browser {
         ]));
     }
 
-    /// Turns the wheel over a place.
+    /// Turns the mouse wheel at a point.
     pub fn wheel(&self, at: (f64, f64), lines: i32) {
         let scroll = json!({
             "type": "scroll", "origin": "viewport", "duration": 0, "deltaX": 0,
@@ -252,13 +252,13 @@ impl Browser {
         self.settle();
     }
 
-    /// What the console says since it was last asked.
+    /// Console messages since the last call.
     pub fn console(&self) -> Vec<String> {
         let entries = self.post("/se/log", json!({ "type": "browser" }));
         entries.as_array().unwrap().iter().map(|entry| entry["message"].to_string()).collect()
     }
 
-    /// Saves what is seen as `target/view-screenshots/NAME.png`.
+    /// Saves a screenshot as `target/view-screenshots/NAME.png`.
     pub fn screenshot(&self, name: &str) {
         let tmp = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
         let directory = tmp.parent().unwrap().join("view-screenshots");
@@ -271,7 +271,7 @@ impl Browser {
 }
 
 impl Driver {
-    /// Starts the driver on a port that it finds itself and says.
+    /// Starts the driver on a free port that it prints.
     fn start(profile: TempDir) -> Self {
         let mut command = Command::new(DRIVER);
         command.arg("--port=0").stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
@@ -279,7 +279,7 @@ impl Driver {
         let stdout = child.stdout.take().unwrap();
         let mut driver = Self { child, address: String::new(), _profile: profile };
         let (sender, receiver) = mpsc::channel();
-        // Reads to the end, so that the driver never waits for a reader.
+        // Reads to the end, so that the driver is never blocked on its output.
         std::thread::spawn(move || {
             for line in BufReader::new(stdout).lines().map_while(Result::ok) {
                 if let Some((_, port)) = line.split_once("successfully on port ") {

@@ -1,4 +1,4 @@
-//! Pages of bodies that are drawn as large meshes.
+//! Pages with large meshes.
 
 use super::driver::Browser;
 use super::pages::Pages;
@@ -9,20 +9,20 @@ use std::io::Write as _;
 use std::path::Path;
 use tumble_view::{FilmMesh, FilmPiece};
 
-/// Meshes in a scene.
+/// Number of meshes in a scene.
 const MESHES: usize = 10;
-/// Quadrilaterals along a meridian and around the axis of a mesh.
+/// Number of quadrilaterals along a meridian and around the axis of a mesh.
 const RINGS: usize = 100;
-/// Triangles of a mesh.
+/// Number of triangles of a mesh.
 const TRIANGLES: usize = 2 * RINGS * RINGS;
-/// The first of ten bodies of the film that fly.
+/// Index of the first of ten flying bodies of the film.
 const FLYING: usize = 75;
-/// Triangles of all links of a robot in its page.
+/// Largest number of triangles of all links of a robot in its page.
 const MOST_DRAWN: usize = 20_000;
-/// Size of a page of so many triangles, bytes.
+/// Largest size of a page with that number of triangles [bytes].
 const LARGEST_PAGE: u64 = 5 << 20;
 
-/// A torus with `bumps` bumps around it, 0.36 m across.
+/// Torus of diameter 0.36 m with `bumps` bumps around it.
 fn torus(bumps: usize) -> FilmMesh {
     let turn = |k: usize| (k % RINGS) as f64 / RINGS as f64 * std::f64::consts::TAU;
     let vertex = |i: usize| {
@@ -45,7 +45,7 @@ fn write_stl(path: &Path, mesh: &FilmMesh) {
     let mut bytes = vec![0; 80];
     bytes.extend((mesh.triangles.len() as u32).to_le_bytes());
     for triangle in &mesh.triangles {
-        // Readers find the normal themselves where it is 0.
+        // Readers compute a normal that is 0.
         bytes.extend([0; 12]);
         for corner in triangle.map(|corner| mesh.vertices[corner]) {
             corner.iter().for_each(|x| bytes.extend((*x as f32).to_le_bytes()));
@@ -55,7 +55,8 @@ fn write_stl(path: &Path, mesh: &FilmMesh) {
     fs::write(path, bytes).unwrap();
 }
 
-/// A URDF of a trunk and links that hang on it, each with a mesh of its own for the eye and a small ball that touches.
+/// Writes a URDF of a trunk with hinged links. Each has its own visual mesh and a small collision
+/// sphere.
 fn write_robot(directory: &Path) -> std::path::PathBuf {
     let path = directory.join("robot.urdf");
     let mut file = fs::File::create(&path).unwrap();
@@ -84,7 +85,7 @@ fn write_robot(directory: &Path) -> std::path::PathBuf {
     path
 }
 
-/// Triangles of each body of the open page.
+/// Number of triangles of each body in the open page.
 fn triangles_drawn(browser: &Browser) -> Vec<usize> {
     let counts = browser.run(
         "const { runs } = JSON.parse(document.getElementById('data').textContent); \
@@ -94,7 +95,7 @@ fn triangles_drawn(browser: &Browser) -> Vec<usize> {
     counts.as_array().unwrap().iter().map(|count| count.as_u64().unwrap() as usize).collect()
 }
 
-/// Part of the first view's pixels that are coloured, as bodies are and the ground is not.
+/// Share of coloured pixels in the first view. Bodies are coloured and the ground is grey.
 fn coloured_share(browser: &Browser) -> f64 {
     let share = browser.run(
         "const canvas = document.querySelector('.stage canvas'); \
@@ -114,7 +115,8 @@ fn coloured_share(browser: &Browser) -> f64 {
     share.as_f64().unwrap()
 }
 
-/// The links of a robot share the triangles of its page: each is drawn as its own mesh, made coarser.
+/// The links of a robot share the triangle budget of the page. Each link is drawn as a simplified
+/// mesh.
 #[test]
 #[ignore = "a browser"]
 fn a_robot_of_ten_large_meshes_is_drawn() {
@@ -136,13 +138,13 @@ fn a_robot_of_ten_large_meshes_is_drawn() {
     assert!(size < LARGEST_PAGE, "{size} bytes");
 }
 
-/// A page takes meshes of any size: here ten of all their triangles.
+/// The page accepts meshes of any size and draws all their triangles.
 #[test]
 #[ignore = "a browser"]
 fn a_page_of_ten_large_meshes_is_drawn() {
     let pages = Pages::new();
     let mut film = pile::film(20);
-    // All other bodies are too small to be seen.
+    // All other bodies are too small to be visible.
     for body in &mut film.bodies {
         body.pieces = vec![FilmPiece::Sphere { centre: Vector3::zeros(), radius: 0.005 }];
     }

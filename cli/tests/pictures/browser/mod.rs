@@ -1,7 +1,7 @@
-//! The view in a real browser: it plays, stops, scrubs, orbits, zooms and fits a phone.
+//! The page in a real browser: play, pause, scrub, orbit, zoom and layout on a phone.
 //!
-//! Needs Chromium and chromedriver (`scripts/setup --browser`); `scripts/test --minutes` runs these tests.
-//! Screenshots are in `target/view-screenshots`.
+//! Requires Chromium and chromedriver (`scripts/setup --browser`). `scripts/test --minutes` runs
+//! these tests. Screenshots are in `target/view-screenshots`.
 
 mod choices;
 mod driver;
@@ -14,7 +14,7 @@ use pages::{Pages, lab_distance};
 use serde_json::Value;
 use std::time::Duration;
 
-/// Keys by their names in the WebDriver protocol.
+/// Keys in the WebDriver protocol.
 const SHIFT: &str = "\u{e008}";
 const ESCAPE: &str = "\u{e00c}";
 const SPACE: &str = " ";
@@ -24,7 +24,7 @@ const HOME: &str = "\u{e011}";
 const LEFT: &str = "\u{e012}";
 const RIGHT: &str = "\u{e014}";
 
-/// A time with an impact in the first run below, s.
+/// Time of an impact in the first run below [s].
 const IMPACT: f64 = 0.472;
 
 #[test]
@@ -42,7 +42,7 @@ fn it_plays_pauses_scrubs_and_obeys_the_keys() {
     std::thread::sleep(Duration::from_millis(200));
     assert_eq!(browser.time(), stopped);
 
-    // Slowly, a second of the motion takes twenty.
+    // Slow motion by a factor of 20.
     browser.press("-", None);
     browser.run("document.getElementById('speed').value = '0.05'");
     browser.run("document.getElementById('speed').dispatchEvent(new Event('change'))");
@@ -74,7 +74,7 @@ fn it_plays_pauses_scrubs_and_obeys_the_keys() {
     browser.press("-", None);
     assert_eq!(speed(), "0.05");
 
-    // The one step of this run that was retried, and the worst.
+    // The only retried step of this run, and the worst step.
     browser.press("n", None);
     let mark = browser.row();
     let status = "return document.querySelector('#state .status dd').textContent";
@@ -128,7 +128,7 @@ fn it_orbits_zooms_and_shows_what_is_asked_for() {
         browser.click(&format!("#{id}"));
         assert_eq!(browser.pixels(0), first, "{id}");
     }
-    // Followed, the body is in the middle whenever one looks, and the ground goes by.
+    // A followed body stays in the centre of the view.
     browser.click("#follow");
     for time in [0.0, IMPACT, 1.0, 1.9] {
         browser.set_time(time);
@@ -139,7 +139,7 @@ fn it_orbits_zooms_and_shows_what_is_asked_for() {
     let followed = browser.pixels(0);
     browser.press("c", None);
     assert_ne!(browser.pixels(0), followed);
-    // At the end there is no step, and the page says why there are no forces.
+    // The last row has no step, and the page explains the missing forces.
     browser.press(END, None);
     let said = browser.run("return document.querySelector('.stage .remark').textContent");
     assert!(said.as_str().unwrap().contains("no step follows"), "{said}");
@@ -161,7 +161,7 @@ fn the_plots_and_the_time_are_linked() {
     let browser = Browser::start(1280, 800);
     browser.open(&page);
     browser.run("document.querySelectorAll('details').forEach((plot) => { plot.open = true })");
-    // The native solver has no slacks to show.
+    // The native solver has no slack variables.
     let blank = "return [...document.querySelectorAll('.blank')].map((plot) => plot.id)";
     assert_eq!(browser.run(blank), serde_json::json!(["plot-s1", "plot-s2"]));
     browser.wait_for("document.querySelectorAll('.u-over').length === 10");
@@ -170,7 +170,7 @@ fn the_plots_and_the_time_are_linked() {
     assert!((browser.time() / 1.998 - 0.25).abs() < 0.01, "{}", browser.time());
     browser.drag("mouse", &[[at(0.3), at(0.75)]]);
     assert!((browser.time() / 1.998 - 0.75).abs() < 0.01, "{}", browser.time());
-    // In every plot the cursor stands where the time is.
+    // Every plot has its cursor at the current time.
     let places = browser.run(
         "return [...document.querySelectorAll('.u-over')].map((over) => { \
            const [o, c] = [over, over.querySelector('.cursor')].map((e) => e.getBoundingClientRect()); \
@@ -179,8 +179,8 @@ fn the_plots_and_the_time_are_linked() {
     for place in places.as_array().unwrap() {
         assert!((place.as_f64().unwrap() - 0.75).abs() < 0.01, "{places}");
     }
-    // The colours of eight corners are told from each other, by light and by dark: they are
-    // apart in CIELAB by more than twice what is called just noticeable side by side.
+    // The colours of eight corners are distinguishable in the light and dark schemes. Their
+    // distance in CIELAB exceeds twice a just noticeable difference.
     for scheme in ["light", "dark"] {
         browser.colour_scheme(scheme);
         browser.settle();
@@ -194,7 +194,7 @@ fn the_plots_and_the_time_are_linked() {
     }
     browser.colour_scheme("light");
     browser.settle();
-    // All have curves: some pixel is of another colour than the grid's greys.
+    // Every plot has pixels that are not grey like the grid.
     let painted = browser.run(
         "return [...document.querySelectorAll('.uplot canvas')].map((canvas) => { \
            const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height); \
@@ -208,7 +208,7 @@ fn the_plots_and_the_time_are_linked() {
     for count in painted.as_array().unwrap() {
         assert!(count.as_u64().unwrap() > 100, "{painted}");
     }
-    // The value beside the plot's name is that of the row.
+    // The value next to the plot's name belongs to the current row.
     browser.press(HOME, None);
     let z = "return document.querySelector('#plot-z .single').textContent";
     assert_eq!(browser.run(z), "2.500");
@@ -228,7 +228,7 @@ fn two_runs_are_seen_side_by_side_and_in_one_view() {
     let shown = || browser.run("return document.querySelectorAll('.stage:not([hidden])').length");
     assert_eq!(shown(), 2);
     assert_ne!(browser.pixels(0), browser.pixels(1));
-    // Each corner of each run has a colour and a dash of its own.
+    // Each corner of each run has its own combination of colour and dash.
     browser.run("document.querySelectorAll('details').forEach((plot) => { plot.open = true })");
     let strokes = browser.legend_strokes("fz");
     assert_eq!(strokes.len(), 16);
@@ -237,7 +237,7 @@ fn two_runs_are_seen_side_by_side_and_in_one_view() {
             assert!(lab_distance(&a.0, &b.0) > 15.0 || a.1 != b.1, "{a:?} {b:?}");
         }
     }
-    // One camera for both.
+    // Both views share one camera.
     let before = [browser.pixels(0), browser.pixels(1)];
     let middle = browser.place(".stage canvas", 0.5, 0.5);
     browser.drag("mouse", &[[middle, (middle.0 + 80.0, middle.1)]]);
@@ -245,7 +245,7 @@ fn two_runs_are_seen_side_by_side_and_in_one_view() {
     browser.press("o", None);
     assert_eq!(shown(), 1);
     browser.screenshot("overlay");
-    // The second run is over before the first: it stays where it ended.
+    // The second run is shorter and stays at its end.
     browser.press(END, None);
     let ends = browser
         .run("return [...document.querySelectorAll('#state .k dd')].map((k) => k.textContent)");
@@ -256,7 +256,7 @@ fn two_runs_are_seen_side_by_side_and_in_one_view() {
         assert!(differing.as_array().unwrap().contains(&Value::from(name)), "{differing}");
     }
     browser.wait_for("document.querySelector('#plot-distance .u-over')");
-    // A step is one of either run: 2 ms of the first, 5 ms of the second.
+    // A step goes to the next row of either run, with time steps of 2 ms and 5 ms.
     browser.press(HOME, None);
     let mut times = Vec::new();
     for _ in 0..4 {
@@ -288,7 +288,7 @@ fn a_phone_shows_it_in_one_column_and_takes_fingers() {
         browser.screenshot(&format!("{name}-dark"));
         browser.colour_scheme("light");
     }
-    // Of two views a finger that goes up scrolls the page; of one it orbits.
+    // A vertical swipe scrolls the page with two views and orbits with one view.
     let touch = "return getComputedStyle(document.querySelector('.stage canvas')).touchAction";
     assert_eq!(browser.run(touch), "none");
     browser.open(&pair);
@@ -304,7 +304,7 @@ fn a_phone_shows_it_in_one_column_and_takes_fingers() {
     let apart = |from: f64, to: f64| [(x + from, y), (x + to, y)];
     browser.drag("touch", &[apart(-20.0, -80.0), apart(20.0, 80.0)]);
     assert_ne!(browser.pixels(0), orbited);
-    // The playback stays in reach at the end of the page.
+    // The playback controls stay visible at the end of the page.
     browser.run("window.scrollTo(0, document.body.scrollHeight)");
     let (_, bottom) = browser.place("#play", 0.5, 1.0);
     assert!((600.0..740.0).contains(&bottom), "{bottom}");

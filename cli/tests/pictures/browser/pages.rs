@@ -1,4 +1,4 @@
-//! Runs with their pages, and what an open page says.
+//! Runs with pages, and queries of an open page.
 
 use super::driver::Browser;
 use assert_cmd::Command;
@@ -6,14 +6,14 @@ use std::path::PathBuf;
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// Runs the program, quietly; it must end with `code`.
+/// Runs the program quietly and asserts its exit code.
 pub fn tumble(args: &[&str], code: i32) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tumble"));
     command.timeout(Duration::from_secs(60));
     command.args(args).arg("--quiet").assert().code(code);
 }
 
-/// A directory of runs and pages.
+/// Temporary directory of runs and pages.
 pub struct Pages {
     directory: TempDir,
 }
@@ -27,25 +27,25 @@ impl Pages {
         self.directory.path().join(name)
     }
 
-    /// The page of a simulation.
+    /// Page of a simulation.
     pub fn simulate(&self, name: &str, args: &[&str], code: i32) -> PathBuf {
         let out = self.path(name);
         tumble(&[args, &["--html", "--out", out.to_str().unwrap()]].concat(), code);
         out.join("view.html")
     }
 
-    /// The drop scene, seed 42, by the native solver.
+    /// Page of the drop scene with seed 42 and the native solver.
     pub fn drop(&self) -> PathBuf {
         self.simulate("drop", &["--steps", "1000", "--solver", "native"], 0)
     }
 
-    /// The same with seed 0: one of its steps is retried.
+    /// Page of the drop scene with seed 0, in which one step is retried.
     pub fn retried(&self) -> PathBuf {
         let args = ["--steps", "1000", "--seed", "0", "--solver", "native"];
         self.simulate("retried", &args, 0)
     }
 
-    /// The page of that and a shorter, coarser run of another body.
+    /// Page of the drop scene and a shorter, coarser run of another body.
     pub fn pair(&self) -> PathBuf {
         self.drop();
         let other = ["--steps", "300", "--solver", "native", "--dt", "0.005", "--box", "1,2,0.5"];
@@ -60,7 +60,7 @@ impl Pages {
     }
 }
 
-/// What the page says, in numbers.
+/// Queries of the page.
 impl Browser {
     pub fn time(&self) -> f64 {
         self.run("return Number(document.getElementById('scrub').value)").as_f64().unwrap()
@@ -74,19 +74,19 @@ impl Browser {
         self.settle();
     }
 
-    /// k at the cursor.
+    /// Row index k at the cursor.
     pub fn row(&self) -> String {
         let row = "return document.querySelectorAll('#state .k dd')[0].textContent";
         self.run(row).as_str().unwrap().to_owned()
     }
 
-    /// The pixels of a view.
+    /// Pixels of a view as a data URL.
     pub fn pixels(&self, stage: usize) -> String {
         let canvas = format!("document.querySelectorAll('.stage canvas')[{stage}]");
         self.run(&format!("return {canvas}.toDataURL()")).as_str().unwrap().to_owned()
     }
 
-    /// A place in an element, by shares of its width and height.
+    /// Point in an element, given by shares of its width and height [pixels].
     pub fn place(&self, selector: &str, across: f64, down: f64) -> (f64, f64) {
         let corner = self.run(&format!(
             "const r = document.querySelector('{selector}').getBoundingClientRect(); \
@@ -95,7 +95,7 @@ impl Browser {
         (corner[0].as_f64().unwrap(), corner[1].as_f64().unwrap())
     }
 
-    /// The middle of all pixels of the body's blue in the first view, by shares of its size.
+    /// Centroid of the blue pixels of the body in the first view, in shares of its size.
     pub fn middle_of_body(&self) -> (f64, f64) {
         let middle = self.run(
             "const canvas = document.querySelector('.stage canvas'); \
@@ -114,8 +114,8 @@ impl Browser {
         (middle[0].as_f64().unwrap(), middle[1].as_f64().unwrap())
     }
 
-    /// Milliseconds that the page works for one frame while it plays: of sixty the
-    /// seventh least, which other work on the machine does not touch.
+    /// Processing time of a frame during playback [ms]. The seventh smallest of sixty is
+    /// independent of other load on the machine.
     pub fn painting_cost(&self) -> f64 {
         let cost = self.run(
             "const scrub = document.getElementById('scrub'); \
@@ -135,8 +135,8 @@ impl Browser {
         cost.as_f64().unwrap()
     }
 
-    /// Red, green and blue at a place of the first view; none where they change from
-    /// pixel to pixel, as at edges.
+    /// Colour (red, green, blue) at a point of the first view. Returns `None` at edges, where
+    /// neighbouring pixels differ.
     pub fn colour_at(&self, (x, y): (f64, f64)) -> Option<[u64; 3]> {
         let colours = self.run(&format!(
             "const canvas = document.querySelector('.stage canvas'); \
@@ -152,7 +152,7 @@ impl Browser {
         is_even.then_some(middle)
     }
 
-    /// Colour (as `#rrggbb`) and dash of each curve that the legend of a plot names.
+    /// Colour (as `#rrggbb`) and dash of each curve in the legend of a plot.
     pub fn legend_strokes(&self, plot: &str) -> Vec<(String, String)> {
         let strokes = self.run(&format!(
             "return [...document.querySelectorAll('#plot-{plot} .legend path')] \
@@ -171,7 +171,7 @@ impl Browser {
         assert_eq!(widths[0], widths[1], "the page scrolls sideways");
     }
 
-    /// Nothing was said on the console and nothing was loaded.
+    /// Asserts that the console is empty and no resource was loaded.
     pub fn assert_quiet(&self) {
         assert_eq!(self.console(), [""; 0]);
         assert_eq!(self.run("return globalThis.raised.splice(0)"), serde_json::json!([]));
@@ -180,7 +180,7 @@ impl Browser {
     }
 }
 
-/// The distance of two colours `#rrggbb` in CIELAB (ΔE of 1976), from sRGB under D65.
+/// Distance of two colours `#rrggbb` in CIELAB (ΔE of 1976), from sRGB under D65.
 pub fn lab_distance(a: &str, b: &str) -> f64 {
     let lab = |colour: &str| -> [f64; 3] {
         let channel = |k: usize| {

@@ -1,4 +1,4 @@
-//! Runs of all kinds as pages: small, free, far, long, of many bodies, with failed steps.
+//! Pages of unusual runs: small, floating, distant, long, with many bodies or failed steps.
 
 use super::driver::Browser;
 use super::pages::{Pages, tumble};
@@ -8,7 +8,7 @@ use crate::pile;
 use serde_json::Value;
 use std::fs;
 
-/// A body of 1 mm has digits to read, a body that floats no friction and no ground.
+/// A body of 1 mm is shown with enough digits. A floating body has no friction and no ground.
 #[test]
 #[ignore = "a browser"]
 fn a_small_body_and_a_free_one_read_well() {
@@ -31,7 +31,7 @@ fn a_small_body_and_a_free_one_read_well() {
     browser.open(&free);
     let facts = browser.run("return document.getElementById('facts').textContent");
     assert!(!facts.as_str().unwrap().contains("friction"), "{facts}");
-    // Another ground than the other run's is told.
+    // A page with two different grounds names the one in the common view.
     let slope = format!("{ROOT}/scenarios/slope.toml");
     pages.simulate("slope", &["--scenario", &slope, "--steps", "50", "--solver", "native"], 0);
     let [a, b] = ["slope", "small"].map(|name| pages.path(name).join("trajectory.csv"));
@@ -50,7 +50,8 @@ fn a_small_body_and_a_free_one_read_well() {
     browser.assert_quiet();
 }
 
-/// Of a hundred bodies each has its plots, by a click or from the list, and they play smoothly.
+/// Each of a hundred bodies has its plots and can be selected by a click or from the list. Playback
+/// is smooth.
 #[test]
 #[ignore = "a browser"]
 fn a_hundred_bodies_play_and_are_chosen() {
@@ -65,7 +66,7 @@ fn a_hundred_bodies_play_and_are_chosen() {
     let position =
         || browser.run("return document.querySelector('#state .position dd').textContent");
     assert_eq!((chosen(), position()), ("brick 0".into(), "−1.9000, 1.5000, 0.1000 m".into()));
-    // The page's own places of two bodies, clicked on.
+    // Positions of two bodies in the page.
     for name in ["ball 62", "octahedron 88"] {
         let b = film.bodies.iter().position(|body| body.name == name).unwrap();
         browser.run(&format!(
@@ -83,7 +84,8 @@ fn a_hundred_bodies_play_and_are_chosen() {
         assert_eq!(browser.run(plots), format!("Motion and contact: {name}"));
         browser.run("document.getElementById('follow').click()");
     }
-    // A click chooses the body whose colour is there: of six hues in turn, for blue and red.
+    // A click selects the body drawn there. The colour at the point must be one of six hues that
+    // repeat by body index.
     browser.click("#forces");
     browser.click("#trail");
     let (mut found, mut compared) = (std::collections::BTreeSet::new(), 0);
@@ -117,8 +119,7 @@ fn a_hundred_bodies_play_and_are_chosen() {
     );
     browser.set_time(0.3);
     browser.screenshot("many");
-    // The page's own work for a frame, without and with forces. The bound is that of 60 frames a
-    // second.
+    // Processing time of a frame with and without forces, below the 16 ms of 60 frames a second.
     for forces in [false, true] {
         if browser.is_pressed("forces") != forces {
             browser.click("#forces");
@@ -133,14 +134,14 @@ fn a_hundred_bodies_play_and_are_chosen() {
     browser.assert_quiet();
 }
 
-/// Where frames take long, the motion is painted with fewer pixels; what stands still has all of them.
+/// A slow machine paints motion with fewer pixels and still pictures with all pixels.
 #[test]
 #[ignore = "a browser"]
 fn a_slow_machine_keeps_pace() {
     let pages = Pages::new();
     let browser = Browser::start(800, 600);
     browser.open(&pages.drop());
-    // Frames by a clock of the test's own, so many milliseconds apart.
+    // Frames by a simulated clock with a fixed interval [ms].
     browser.run(
         "window.queue = []; window.requestAnimationFrame = (call) => queue.push(call); \
          let now = performance.now(); \
@@ -149,7 +150,7 @@ fn a_slow_machine_keeps_pace() {
            return document.querySelector('.stage canvas').width; }",
     );
     let pass = |count, apart| browser.run(&format!("return pass({count}, {apart})"));
-    // The page waits for no frame but these.
+    // The page requests only these frames.
     let play = || browser.run("document.getElementById('play').click()");
     let all = pass(1, 10);
     play();
@@ -175,7 +176,7 @@ fn odd_runs_have_working_pages_too() {
         ("points", pages.simulate("points", &["--steps", "300", "--solver", "native"], 0)),
         ("long", pages.simulate("long", &["--steps", "20000", "--solver", "native"], 0)),
     ];
-    // A position that no picture can show, and a body that is no box under a wicked name.
+    // A position too large for a picture, and a body of points with a malicious name.
     let far = pages.path("far").join("trajectory.csv");
     let text = fs::read_to_string(&far).unwrap();
     let mut lines: Vec<_> = text.lines().map(str::to_owned).collect();

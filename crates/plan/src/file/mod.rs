@@ -54,7 +54,8 @@ pub enum StageName {
 }
 
 impl StageName {
-    /// Default stages: `ddp`, `sample`, `shoot`, without a stage that the problem is too large for.
+    /// Default stages `ddp`, `sample` and `shoot`, without stages that the problem is too large
+    /// for.
     fn usual(problem: &PlanProblem, sample: Sample) -> Vec<Self> {
         let all = vec![Self::Ddp, Self::Sample, Self::Shoot];
         let fits = |name: &Self| name.build(sample, Shoot::default()).check(problem).is_ok();

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use tumble_model::fields::Exactly;
 use tumble_scene::scene::Scene;
 
-/// Default tolerances: m, m/s, rad/s, degrees.
+/// Default tolerances in m, m/s, rad/s and degrees.
 const USUAL: (f64, f64, f64, f64) = (1e-3, 1e-2, 1e-2, 0.5);
 
 /// A quantity of a table: name, target, tolerance, weight, and default tolerance.

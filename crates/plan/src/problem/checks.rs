@@ -21,7 +21,7 @@ pub(super) fn odd<T>(why: String) -> Result<T, PlanError> {
     Err(PlanError::Problem(why))
 }
 
-/// Whether both controls set the same start or constant. Forces add up instead.
+/// True if both controls set the same start or constant. Forces add up instead.
 pub(super) fn sets_alike(a: &Control, b: &Control) -> bool {
     a.kind.is_of_the_run() && a.kind == b.kind
 }

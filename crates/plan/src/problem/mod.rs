@@ -37,7 +37,7 @@ pub struct PlanProblem {
     variables: Vec<Variable>,
     /// First variable of each control.
     offsets: Vec<usize>,
-    /// For each body, whether a control puts a wrench on it.
+    /// True for each body with a wrench from a control.
     pushed: Vec<bool>,
 }
 
@@ -313,7 +313,7 @@ impl PlanProblem {
         Some((applied, numbers, places))
     }
 
-    /// For each body, whether a control puts a wrench on it.
+    /// True for each body with a wrench from a control.
     #[must_use]
     pub fn pushed(&self) -> &[bool] {
         &self.pushed

@@ -28,8 +28,8 @@ fn stone(mass: f64, index: usize) -> Result<Subject, Refusal> {
     Ok(Subject::new(body, at_rest(centre)))
 }
 
-/// The tolerance of the force of a step at rest, as a share of the weight of a stone: each point's
-/// law, the residual of velocities, and the change of a velocity by positions.
+/// The tolerance of the force of a step at rest, as a share of the weight of a stone. It covers the
+/// contact law of each point, the residual of velocities and the velocity change due to positions.
 fn force_tolerance(run: &TestRun, gravity: f64) -> f64 {
     let lacked = run.largest(|r| r.momentum) + 2.0 * run.largest(|r| r.kinematics);
     let missed = run.largest(|r| r.normal) + run.largest(|r| r.friction);

@@ -36,7 +36,8 @@ impl Blocks {
         self.masses[0] + self.masses[1]
     }
 
-    /// The blocks, the upper one at `x` (m) on the lower one, pulled by `force`, N.
+    /// The two blocks, with the upper one at `x` (m) on the lower one. A force of `force` (N) acts
+    /// on the lower block.
     fn setup(&self, x: f64, force: f64, duration: f64) -> Result<Setup, Refusal> {
         let above = at_rest(v3(x, 0.0, 2.0 * LOWER[2] + UPPER[2]));
         let pull = Polyline::constant(v3(force, 0.0, 0.0))?;
@@ -47,8 +48,8 @@ impl Blocks {
         Ok(Setup { frictions, ..Setup::new(bodies, self.gravity, self.frictions[0], duration) })
     }
 
-    /// Down a slope with gravity `s` along it and `n` onto it: max(0, s − μ₁ n) as one if
-    /// min(s, μ₁ n) ≤ μ₂ n; otherwise
+    /// Accelerations on a slope with gravity `s` along it and `n` normal to it. Both blocks move
+    /// with max(0, s − μ₁ n) if min(s, μ₁ n) ≤ μ₂ n. Otherwise:
     ///
     /// ```text
     /// a₂ = s − μ₂ n,   m₁ a₁ = max(0, m₁ s + μ₂ m₂ n − μ₁ (m₁ + m₂) n)
@@ -63,12 +64,13 @@ impl Blocks {
         [(pull / m1).max(0.0), s - upper * n]
     }
 
-    /// The pull (μ₁ + μ₂) (m₁ + m₂) g beyond which the upper block stays behind, N.
+    /// The force (μ₁ + μ₂) (m₁ + m₂) g beyond which the upper block slips, N.
     fn parting_force(&self) -> f64 {
         (self.frictions[0] + self.frictions[1]) * self.mass() * self.gravity
     }
 
-    /// With the lower one pulled by more than the ground holds: as one, or beyond the parting force
+    /// Accelerations under a force on the lower block above its friction with the ground. Both
+    /// blocks move together. Beyond the parting force:
     ///
     /// ```text
     /// a₂ = μ₂ g,   m₁ a₁ = F − μ₁ (m₁ + m₂) g − μ₂ m₂ g
@@ -89,8 +91,9 @@ fn duration(accelerations: &Accelerations) -> f64 {
     DURATION.min((2.0 * WAY / apart).sqrt())
 }
 
-/// The tolerance of the speed of a block, m/s: the residuals of the laws of all corners and of the
-/// equations of both blocks, with the lighter one's impulses counted for the heavier, summed.
+/// The tolerance of the speed of a block, m/s. It sums the residuals of the contact laws of all
+/// corners and of the equations of both blocks. Impulses on the lighter block count for the heavier
+/// one.
 fn speed_tolerance(run: &TestRun) -> f64 {
     let missed = run.sum(|r| r.friction + r.normal);
     let lacked = run.sum(|r| r.momentum) + run.largest(|r| r.kinematics);

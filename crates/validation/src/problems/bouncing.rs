@@ -30,7 +30,8 @@ impl Bounces {
         found
     }
 
-    /// The scheme: v⁺ = v − h g, or v⁺ = −e v where z + h (v − h g) ≤ 0; z⁺ = z + h v⁺.
+    /// Simulates the scheme. The new velocity is v⁺ = v − h g, or v⁺ = −e v if z + h (v − h g) ≤ 0.
+    /// The new height is z⁺ = z + h v⁺.
     fn of_steps(h: f64, g: f64, e: f64) -> Self {
         let (mut z, mut v) = (DROP, 0.0);
         let (mut heights, mut impacts) = (vec![z], Vec::new());
@@ -61,8 +62,8 @@ pub(crate) const BOUNCING_BOX: TestProblem = TestProblem {
     ..TestProblem::solved_by(bouncing_box)
 };
 
-/// H_n = e²ⁿ H, t_n = (v/g) (1 + 2 e + … + 2 eⁿ⁻¹) with v = √(2 g H). A bounce may be off by the way
-/// h v of an impact's step and the speed h g.
+/// H_n = e²ⁿ H, t_n = (v/g) (1 + 2 e + … + 2 eⁿ⁻¹) with v = √(2 g H). A bounce may be off by the
+/// distance h v of the impact's step and by the speed h g.
 fn bouncing_box(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, g, friction, e] = inputs.all([Mass, Gravity, Friction, Restitution])?;
     let h = runner.time_step;
@@ -87,7 +88,7 @@ fn bouncing_box(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let measured = Bounces::of(h, run.states(0).iter().map(height), &impacts);
     let discrete = Bounces::of_steps(h, g, e);
 
-    // An impact repeats the residuals of its normal law and of the flights before.
+    // An impact repeats the residuals of its normal law and of earlier flights.
     let lacking = run.flight_speed() + 2.0 * run.sum(|r| r.normal);
     let allowed = 2.0 * (speed / g + duration) * lacking + run.flight_way();
     let steps = speed / (g * h);
@@ -126,8 +127,8 @@ pub(crate) const EDGE_IMPACT: TestProblem = TestProblem {
     ..TestProblem::solved_by(edge_impact)
 };
 
-/// p = (1 + e) v/(1/m + d²/I), v_z⁺ = p/m − v, ω⁺ = p d/I, discrete w(ω⁺) = p d/I, with
-/// I = ⅓ m (a² + c²) and d = a cos θ − c sin θ.
+/// p = (1 + e) v/(1/m + d²/I), v_z⁺ = p/m − v and ω⁺ = p d/I, discrete w(ω⁺) = p d/I.
+/// Here I = ⅓ m (a² + c²) and d = a cos θ − c sin θ.
 fn edge_impact(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, speed, e] = inputs.all([Mass, Speed, Restitution])?;
     let h = runner.time_step;

@@ -4,12 +4,13 @@ use crate::prelude::*;
 use tumble_core::mechanics::body::solid_box_inertia;
 use tumble_core::mechanics::quaternion::left;
 
-/// Rods, the mass of each, kg, and half its sides, m.
+/// Number of rods. Mass (kg) and half sides (m) of each.
 const RODS: usize = 5;
 const MASS: f64 = 1.0;
 const HALF_SIDES: Vector3<f64> = Vector3::new(0.5, 0.05, 0.05);
 const GRAVITY: f64 = 9.81;
-/// The corners at the start, the first and the last in the world, m; and the axes of the hinges there.
+/// The initial corners (m), with the first and the last one fixed in the world, and the initial
+/// axes of the hinges.
 const CORNERS: [[f64; 3]; RODS + 1] = [
     [0.0, 0.0, 0.0],
     [1.0, 0.0, 0.0],
@@ -35,7 +36,7 @@ pub(crate) const BRICARD: TestProblem = TestProblem {
     ..TestProblem::solved_by(bricard)
 };
 
-/// P₃ as published by González and others (2006). From rest, state k of the scheme is that of the time
+/// P₃ as published by González and others (2006). State k of the scheme from rest is at the time
 /// (k + ½) h to second order.
 fn bricard(_: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let h = runner.time_step;

@@ -3,7 +3,7 @@
 use super::pair::{changes, momenta};
 use crate::prelude::*;
 
-/// Links, their half sides (m), and the simulated time, s.
+/// Number of links. Half sides of a link (m) and simulated time (s).
 const LINKS: usize = 5;
 const HALF_SIDES: Vector3<f64> = Vector3::new(0.15, 0.04, 0.02);
 const DURATION: f64 = 0.5;

@@ -38,7 +38,8 @@ pub(crate) const COLLISION: TestProblem = TestProblem {
     ..TestProblem::solved_by(collision)
 };
 
-/// V = m₁ v/(m₁ + m₂), x₂(t) = x₂(0) + V (t − d/v), E lost = ½ v² m₁ m₂/(m₁ + m₂) with the gap d.
+/// Common velocity V = m₁ v/(m₁ + m₂) and x₂(t) = x₂(0) + V (t − d/v) with the gap d.
+/// The impact takes the energy ½ v² m₁ m₂/(m₁ + m₂).
 fn collision(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let masses = [mass, SECOND * mass];
@@ -90,7 +91,8 @@ pub(crate) const BALL_CHAIN: TestProblem = TestProblem {
     ..TestProblem::solved_by(ball_chain)
 };
 
-/// x = d_1 + … + d_k + (v/(k + 1)) (t − t_k), t_k = Σ d_j j/v for the first ball after the k-th collision.
+/// Position x = d_1 + … + d_k + (v/(k + 1)) (t − t_k) of the first ball after the k-th collision.
+/// The times are t_k = Σ d_j j/v.
 fn ball_chain(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let mut x = 0.0;
@@ -152,7 +154,8 @@ pub(crate) const CRADLE: TestProblem = TestProblem {
     ..TestProblem::solved_by(cradle)
 };
 
-/// 0, 0, v apart. In touch v₂ − v₁ = v, v₃ − v₂ = 0, v₁ + v₂ + v₃ = v: −v/3, 2v/3, 2v/3.
+/// Velocities 0, 0, v apart. In contact v₂ − v₁ = v, v₃ − v₂ = 0 and v₁ + v₂ + v₃ = v, hence −v/3,
+/// 2v/3, 2v/3.
 fn cradle(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let (h, way) = (runner.time_step, runner.time_step * speed);

@@ -2,7 +2,7 @@
 
 use crate::prelude::*;
 
-/// The crank r and the rod l, m; the crank's angle θ, rad; the torque on it, N m.
+/// Crank r and rod l (m), crank angle θ (rad) and torque on the crank (N m).
 const CRANK: f64 = 0.2;
 const ROD: f64 = 0.5;
 const ANGLE: f64 = 1.0;

@@ -11,11 +11,12 @@ const WIDER: f64 = 0.05;
 const AFTER: usize = 3; // Steps after the collision that are compared
 const POINTS: usize = 2000; // Points of the integral of the time
 
-/// The time at which the dominoes would meet and the spin then, on the line through the last two states
-/// before; and both spins [`AFTER`] steps later.
+/// Time at which the dominoes meet and the spin then, extrapolated from the last two states. Then
+/// both spins [`AFTER`] steps later.
 type Fall = [f64; 4];
 
-/// The fall with these last two gaps and spins before the contact, the last one at step `meet`.
+/// Builds a fall from the last two gaps and spins without contact. The later ones belong to step
+/// `meet`.
 fn fall(h: f64, gaps: [f64; 2], spins: [f64; 2], meet: usize, after: [f64; 2]) -> Fall {
     let part = gaps[1] / (gaps[0] - gaps[1]);
     let spin = spins[1] + part * (spins[1] - spins[0]);
@@ -36,7 +37,7 @@ fn discrete(domino: &TallBox, h: f64, spin: f64, duration: f64, second: &Planar)
     let meet = free.len().checked_sub(2).filter(|&meet| meet > 0 && apart(last(&free)) < 0.0)?;
     let states = [free[meet - 1], free[meet]];
     let mut two = [at(&states[1]), *second];
-    // The velocity is that of the step before.
+    // The velocity belongs to the previous step.
     two[0].velocity = (two[0].position - at(&states[0]).position) / h;
     for _ in 0..AFTER {
         two = edges.step_pair(&two);

@@ -1,4 +1,4 @@
-//! A door on two hinges, each of which could hold it alone.
+//! A door on two hinges. Each hinge could hold it alone.
 
 use crate::prelude::*;
 

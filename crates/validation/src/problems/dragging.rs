@@ -2,7 +2,7 @@
 
 use crate::prelude::*;
 
-/// The force grows from 0 to this, N, in this time, s; its rate r, N/s.
+/// Final force (N) of a force that grows from 0, duration of the growth (s), and rate r (N/s).
 const FORCE: f64 = 20.0;
 const DURATION: f64 = 2.0;
 const RATE: f64 = FORCE / DURATION;
@@ -41,8 +41,10 @@ fn dragged_cube(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let cube = Subject::solid_box(mass, Vector3::repeat(HALF_SIDE), resting(HALF_SIDE))?;
     let run = runner.run(&Setup::new(vec![cube.pulled(force)?], gravity, friction, DURATION))?;
 
-    // The step s that slides first, and v and x after `steps`, n of them sliding with the first excess F:
-    // v = h/m (n F + ½ n (n − 1) r h), x = h²/m (½ n (n + 1) F + (n − 1) n (n + 1) r h/6).
+    // The first sliding step s, and v and x after `steps` steps. The last n steps slide, and F is
+    // the first excess force:
+    // v = h/m (n F + ½ n (n − 1) r h),
+    // x = h²/m (½ n (n + 1) F + (n − 1) n (n + 1) r h/6).
     let first = (limit / (RATE * h) + 0.5).floor() as usize;
     let discrete = |steps: usize| {
         let n = steps.saturating_sub(first) as f64;

@@ -31,7 +31,7 @@ struct GridSpeeds {
 }
 
 impl GridSpeeds {
-    /// The scheme's step of h, with the speed p that friction gives a ball:
+    /// The scheme's step of h. Friction changes the speed of a ball by p:
     ///
     /// ```text
     /// v⁺ = v + p,   w(u⁺) = w(u) + ⁵⁄₂ p,   V⁺ = V + h (F − f₁)/M − n (m/M) p,   V⁺ = v⁺ + u⁺

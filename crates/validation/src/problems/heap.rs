@@ -25,7 +25,7 @@ pub(crate) const ELASTIC_666: TestProblem = TestProblem {
 /// Balls along each edge.
 const EDGE: usize = 6;
 const BALLS: usize = EDGE * EDGE * EDGE;
-/// R, the distance of centres, the height of the lowest ones, and the random part of each coordinate, m.
+/// R, distance of centres, height of the lowest ones and random part of each coordinate (m).
 const RADIUS: f64 = 0.1;
 const APART: f64 = 0.21;
 const HEIGHT: f64 = 0.101;
@@ -47,8 +47,8 @@ fn starts() -> Vec<State> {
     (0..BALLS).map(place).collect()
 }
 
-/// The mean of ½ v² + g (z − e ½ h v_z), J/kg: the energy, or with e = 1 the quantity that the scheme
-/// conserves in flight and in impacts (eq. 30).
+/// The mean of ½ v² + g (z − e ½ h v_z), J/kg. It is the energy for e = 0. For e = 1 the scheme
+/// conserves it in flight and in impacts (eq. 30).
 fn energy(run: &TestRun, k: usize, gravity: f64, e: f64) -> f64 {
     run.mean(k, |state| {
         let height = state.position[2] - e * 0.5 * run.time_step * state.velocity[2];

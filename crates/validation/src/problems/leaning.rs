@@ -1,7 +1,7 @@
 //! Bodies that lean and do not slide: a ladder on a wall, a tent of two cards.
 //!
-//! Rails of the length 2L and the radius ρ at the angle θ to the ground are pushed horizontally by N at
-//! the upper ends, and hold up to N = μ m g:
+//! Rails of length 2L and radius ρ stand at the angle θ to the ground. The force N acts
+//! horizontally at the upper ends. The rails stick up to N = μ m g:
 //!
 //! ```text
 //! N (2L sin θ + ρ) = m g L cos θ
@@ -12,7 +12,7 @@ use nalgebra::Matrix3;
 use std::f64::consts::FRAC_PI_2;
 use tumble_core::world::Fixed;
 
-/// L, ρ, and half the distance between the rails, m.
+/// L, ρ and half the distance between the rails, m.
 const HALF_LENGTH: f64 = 1.0;
 const RADIUS: f64 = 0.02;
 const HALF_WIDTH: f64 = 0.25;
@@ -47,8 +47,8 @@ fn leaning(angle: f64, side: f64) -> State {
 }
 
 /// The tolerance of the force of a step at rest, as a share of the weight. The residual of
-/// velocities, as a torque, presses with m ℓ²/(L R) ≤ 2 m times it over h; a law that misses δ at a
-/// point changes the force by as much.
+/// velocities acts as a torque with at most m ℓ²/(L R) ≤ 2 m times it over h. A residual δ of the
+/// law at a point changes the force by the same amount.
 fn force_tolerance(run: &TestRun, gravity: f64) -> f64 {
     let lacked = run.largest(|r| r.momentum) + run.largest(|r| r.kinematics);
     let missed = run.largest(|r| r.normal) + run.largest(|r| r.friction);
@@ -64,7 +64,7 @@ pub(crate) const LADDER: TestProblem = TestProblem {
     ..TestProblem::solved_by(ladder_on_wall)
 };
 
-/// The push N/(m g), at an angle a third of the way from the threshold to upright, and the threshold.
+/// The force N/(m g) at an angle a third of the range above the threshold, and the threshold.
 fn ladder_on_wall(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, friction, gravity] = inputs.all([Mass, Friction, Gravity])?;
     let threshold = angle_of(friction);
@@ -110,8 +110,8 @@ pub(crate) const CARD_TENT: TestProblem = TestProblem {
     ..TestProblem::solved_by(card_tent)
 };
 
-/// By symmetry the cards push each other along the horizontal alone, each as the ladder's wall. The tent
-/// stands with 1.2 times the friction that it takes.
+/// The cards act on each other only horizontally, because of the symmetry, each like the ladder's
+/// wall. The tent stands with 1.2 times the required friction.
 fn card_tent(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, gravity] = inputs.all([Mass, Gravity])?;
     let angle = TENT.to_radians();

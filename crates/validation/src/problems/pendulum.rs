@@ -89,7 +89,8 @@ fn pendulum(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let discrete = period(&rod.swing(h, run.steps()), h);
     let x = run.curve(("place of the centre along x", "m"), 0, |state| state.position[0]);
     let measured = period(&x.measured, h);
-    // The residual of velocities moves the phase, and the amplitude, of which it is a smooth function.
+    // The residual of velocities changes the phase and the amplitude. The phase is a smooth
+    // function of the amplitude.
     let fastest = ARM * (2.0 * rod.weight() * (1.0 - START.cos()) / rod.moment()).sqrt();
     let lost = run.sum(|r| r.joint) * h + run.flight_way();
     let farthest = run.most(0, |state| {

@@ -80,7 +80,7 @@ impl TallBox {
         motion.take(steps + 1).collect()
     }
 
-    /// The effect of a change of the spin at the start by `change` on what `motion` has for a spin, by the
+    /// The effect of changing the initial spin by `change` on the result of `motion`, as the
     /// largest difference from `expected`.
     pub fn effect<const N: usize>(
         spin: f64,
@@ -131,7 +131,8 @@ pub(crate) const ROCKING: TestProblem = TestProblem {
     ..TestProblem::solved_by(rocking)
 };
 
-/// R cos(α − φ) = c + I ω²/(2 m g) at the peak; ω⁺ = (1 − ³⁄₂ sin²α) ω⁻ in the impact (Housner 1963).
+/// R cos(α − φ) = c + I ω²/(2 m g) at the peak. ω⁺ = (1 − ³⁄₂ sin²α) ω⁻ in the impact (Housner
+/// 1963).
 fn rocking(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let tall = TallBox::new(inputs)?;
     let [share] = inputs.all([Speed])?;
@@ -171,8 +172,9 @@ fn rocking(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     ])
 }
 
-/// The largest tilt (rad) of a box that rises and falls back, the share of its spin that is kept two steps
-/// after its face meets the ground, and the largest spin in the four steps before (rad/s).
+/// Results of a box that rises and falls back. They are the largest tilt (rad), the share of spin
+/// two steps after the face meets the ground, and the largest spin in the four previous steps
+/// (rad/s).
 fn swing(motion: &[Planar]) -> [f64; 3] {
     let peak = largest(motion.iter().map(|state| state.tilt));
     let back = motion.iter().position(|state| state.spin < 0.0 && state.tilt <= LANDED);

@@ -60,8 +60,9 @@ impl Ball {
     }
 }
 
-/// The tolerances of speeds and distances if the first `slides` steps slide and the others roll with
-/// the share τ of the largest friction: δ_f of slides adds up, δ_f/√(1 − τ²) of rolling does not.
+/// The tolerances of speeds and distances. The first `slides` steps slide and the others roll with
+/// the share τ of the largest friction. Residuals δ_f of sliding add up. Residuals δ_f/√(1 − τ²) of
+/// rolling do not.
 fn tolerances(run: &TestRun, slides: usize, share: f64) -> (f64, f64) {
     let slid: f64 = run.residuals.iter().take(slides).map(|r| r.friction).sum();
     let held = run.largest(|r| r.friction) / (1.0 - share * share).sqrt();

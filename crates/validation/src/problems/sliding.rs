@@ -78,8 +78,8 @@ impl Slide {
     }
 }
 
-/// The stopping time of a body that friction slows by `decrement` (m/s) a step, from the measured
-/// and the discrete speeds at the start and after each step.
+/// The stopping time of a body that friction slows by `decrement` (m/s) a step. It uses the
+/// measured and the discrete speeds at the start and after each step.
 pub(crate) fn stopping_time(
     [measured, discrete]: [&[f64]; 2],
     decrement: f64,
@@ -97,8 +97,8 @@ pub(crate) fn stopping_time(
     TestQuantity { discrete: zero_time(discrete, h), ..quantity }
 }
 
-/// The time at which a linearly falling speed is zero, s: the line through the last two `speeds` of
-/// at least a hundredth of the first, or through the first two.
+/// The time at which a linearly falling speed is zero, s. The line goes through the last two
+/// `speeds` above a hundredth of the first, or through the first two.
 fn zero_time(speeds: &[f64], h: f64) -> f64 {
     let last = speeds.iter().rposition(|&speed| speed > 0.01 * speeds[0]).unwrap_or(0);
     let first = last.saturating_sub(1);

@@ -22,7 +22,7 @@ pub(crate) const SLIDE: TestProblem = TestProblem {
 
 const HALF_SIDES: Vector3<f64> = Vector3::new(0.2, 0.15, 0.1); // m
 
-/// a = max(0, g (sin θ − μ cos θ)), v = a t, x = ½ a t².
+/// a = max(0, g (sin θ − μ cos θ)), v = a t and x = ½ a t².
 fn let_go(inputs: &TestInputs, runner: &mut Runner<'_>, duration: f64) -> SolvedBy {
     let [mass, friction, g, slope] = inputs.all([Mass, Friction, Gravity, Slope])?;
     let (sin, cos) = slope.to_radians().sin_cos();

@@ -38,8 +38,8 @@ fn spinning_box(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let allowed = slider.tolerance(&run, steps);
     let measured: Vec<f64> = run.states(0).iter().map(|state| state.spin[2]).collect();
     let whole = discrete.iter().filter(|spin| **spin > 0.0).count() as f64;
-    // The second term of the angle's error is a share of about 0.8 φ ω h of the first (measured at h from 0.02 s to
-    // 0.0025 s), which changes the order by 0.6 φ ω h.
+    // The second term of the angle's error is a share of about 0.8 φ ω h of the first. It changes
+    // the order by 0.6 φ ω h.
     let fine = 1.0 / (0.6 * (0.5 * spin * time) * spin * h);
     let angles = turned(run.states(0));
     let angle = |t: f64| {
@@ -70,7 +70,7 @@ fn turned(states: &[State]) -> Vec<f64> {
     let mut angles = vec![0.0];
     for pair in states.windows(2) {
         let (p, q) = (&pair[0].attitude, &pair[1].attitude);
-        // The conjugate of p times q, of which w and z remain.
+        // Product of the conjugate of p with q. Only w and z are nonzero.
         let cos = p[0] * q[0] + p[3] * q[3];
         let sin = p[0] * q[3] - p[3] * q[0];
         angles.push(last(&angles) + 2.0 * sin.atan2(cos));
@@ -78,8 +78,8 @@ fn turned(states: &[State]) -> Vec<f64> {
     angles
 }
 
-/// The spin after a step of the scheme, rad/s: the root of w(ω⁺) = w(ω) − D/√(1 + (½ h ω⁺)²), or zero
-/// if w(ω) ≤ D.
+/// The spin after a step of the scheme, rad/s. It is the root of w(ω⁺) = w(ω) − D/√(1 + (½ h ω⁺)²),
+/// or zero if w(ω) ≤ D.
 fn after_step(spin: f64, lost: f64, h: f64) -> f64 {
     let before = momentum(h, spin).0;
     // The derivative lacks a share of ¼ h² D ω.

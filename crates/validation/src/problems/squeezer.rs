@@ -5,7 +5,7 @@ use crate::prelude::*;
 use crate::runner::Torque;
 use std::f64::consts::FRAC_PI_2;
 
-/// The parameters of the problem's statement (m, kg, kg m², N/m, N m).
+/// The parameters of the problem's statement in m, kg, kg m², N/m and N m.
 const MASSES: [f64; 7] = [0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498];
 const MOMENTS: [f64; 7] = [2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5];
 const A: Vector2<f64> = Vector2::new(-0.06934, -0.00227);
@@ -34,7 +34,7 @@ const ZF: f64 = 0.02;
 const ZT: f64 = 0.04;
 const FA: f64 = 0.01421;
 
-/// β, Θ, γ, Φ, δ, Ω and ε at the start, rad, at rest.
+/// Initial angles β, Θ, γ, Φ, δ, Ω and ε of the resting mechanism (rad).
 const START: [f64; 7] = [
     -0.061_713_890_014_276_45,
     0.0,
@@ -44,7 +44,7 @@ const START: [f64; 7] = [
     -0.222_668_390_165_885_9,
     1.230_547_444_549_821,
 ];
-/// β, Θ, γ and Φ at the end, as published.
+/// Published final angles β, Θ, γ and Φ (rad).
 const END: [f64; 4] = [
     15.810_771_196_299_04,
     -15.756_371_059_842_98,
@@ -111,8 +111,8 @@ fn spring(gamma: f64) -> (f64, f64) {
     (length, lever.perp(&force))
 }
 
-/// The published angles (Mazzia and Magherini, Test Set for IVP Solvers), discrete by [`Linkage::steps`]
-/// from the velocities of half a step before the start.
+/// The published angles (Mazzia and Magherini, Test Set for IVP Solvers). The discrete angles are
+/// from [`Linkage::steps`] with the velocities half a step earlier than the start.
 fn squeezer(_: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let h = runner.time_step;
     let why =

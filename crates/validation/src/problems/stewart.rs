@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_3;
 use tumble_core::joint::Motor;
 use tumble_core::mechanics::body::solid_box_inertia;
 
-/// R and r: radii of the feet and of the joints of the platform, m; φ: half the angle between them, rad.
+/// Radii R of the feet and r of the platform's joints (m), and half the angle φ between them (rad).
 const FEET: f64 = 0.6;
 const PLATFORM: f64 = 0.3;
 const SKEW: f64 = 0.45;
@@ -16,7 +16,7 @@ const GROUND: f64 = 1.0;
 const HALF_SIDES: Vector3<f64> = Vector3::new(0.3, 0.3, 0.03);
 const ROD: Vector3<f64> = Vector3::new(0.02, 0.02, 0.25);
 const LIGHTER: f64 = 0.1;
-/// Speeds of odd and even legs, m/s; simulated time, s.
+/// Speeds of odd and even legs (m/s), and simulated time (s).
 const GROWTH: [f64; 2] = [0.2, 0.1];
 const DURATION: f64 = 0.4;
 /// R² + r² and 2 R r, m².
@@ -73,7 +73,8 @@ fn setup([mass, gravity]: [f64; 2], drives: [Drive; 2], duration: f64) -> Result
     Ok(Setup { joints, ..Setup::new(bodies, gravity, 0.5, duration) })
 }
 
-/// The platform is at z and turned by ψ; each leg at rest, with the length L = √(z² + c²), bears f:
+/// The platform is at height z and turned by ψ. Each leg rests with the length L = √(z² + c²) and
+/// carries the force f:
 ///
 /// ```text
 /// L₁² = R² + r² + z² − 2 R r cos(φ − ψ),   sin ψ = (L₂² − L₁²)/(4 R r sin φ)

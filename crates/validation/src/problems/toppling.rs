@@ -18,7 +18,7 @@ fn pushed_over(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let tall = TallBox::new(inputs)?;
     let (critical, balance) = (tall.critical_spin(), tall.balance());
     let (h, duration) = (runner.time_step, 20.0 * tall.growth_time());
-    // Past the balance, or on the way back.
+    // The box is beyond the balance or returns.
     let decided = |state: &Planar| state.tilt > balance || state.spin < 0.0;
     let mut curve = TestCurve::default();
     let around = [0.8 * critical, 1.2 * critical + h * tall.deceleration()];
@@ -73,8 +73,9 @@ impl TallBox {
         self.growth_time() * self.spin_tolerance(run, self.critical_spin())
     }
 
-    /// The angle above the threshold at which residuals may prop the box up, rad: against the pull g h R δ of
-    /// a step act velocities (lever R + R²/(3ℓ)), two upper corners (2a), and positions (¾ g δ t).
+    /// The angle above the threshold at which residuals may prop the box up, rad. Gravity causes
+    /// g h R δ in a step at the angle δ. Residuals of velocities (lever R + R²/(3ℓ)), of two upper
+    /// corners (2a) and of positions (¾ g δ t) act against it.
     fn propped(&self, run: &TestRun) -> f64 {
         let (radius, steps) = (self.radius(), run.steps() as f64);
         let pull = self.gravity * run.time_step * radius;

@@ -106,9 +106,9 @@ struct Ledger {
 }
 
 impl Ledger {
-    /// The tolerances: residuals of velocities and positions enter the balance times momentum and
-    /// weight. A corner off the ground by h δ_n, at either end of the step, does the work p_z δ_n, and a
-    /// friction error δ_f the work (|p| + m |d|) δ_f.
+    /// Adds a step to the tolerances. Residuals of velocities and positions enter the balance with
+    /// momentum and weight. A corner off the ground by h δ_n at either end of the step does the
+    /// work p_z δ_n. A friction residual δ_f does the work (|p| + m |d|) δ_f.
     fn enter(&mut self, setup: &Setup, step: &TestStep<'_>) {
         let (h, body) = (self.time_step, &setup.bodies[0].body);
         let balance = Balance::of(setup, h, step);
@@ -137,8 +137,8 @@ impl Ledger {
     }
 }
 
-/// The energy besides m g a that residuals allow a cube at rest, J: its height is off by h δ_n, and
-/// its speed by the residuals of the laws and of its positions.
+/// The energy above m g a that residuals allow a resting cube, J. The height is off by h δ_n. The
+/// speed is off by the residuals of the laws and of the positions.
 fn rest_tolerance(run: &TestRun, mass: f64, gravity: f64) -> f64 {
     let Some(last) = run.residuals.last() else { return 0.0 };
     let speed = 4.0 * (last.normal + last.friction) + last.kinematics;

@@ -16,7 +16,7 @@ const RADIUS: f64 = DISTANCE * RATIO / (1.0 + RATIO); // r of the block, m
 
 /// Both bodies with the spin ω, as after one step of rotation.
 fn setup([mass, friction, gravity]: [f64; 3], spin: f64, h: f64) -> Result<Setup, Refusal> {
-    // From the position one step before, turned back by ψ.
+    // The velocity follows from the previous position, rotated back by ψ.
     let (sin, cos) = (2.0 * (0.5 * h * spin).atan()).sin_cos();
     let at = |x: f64, height: f64| State {
         velocity: v3(x * (1.0 - cos), x * sin, 0.0) / h,

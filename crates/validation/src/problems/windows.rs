@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 /// Windows, and the length of every bar, m.
 const WINDOWS: usize = 2;
 const LENGTH: f64 = 1.0;
-/// Mass of every bar, kg; speed of the bars between the tops at the start, m/s.
+/// Mass of a bar (kg), gravity (m/s²) and initial speed of the bars between the tops (m/s).
 const MASS: f64 = 1.0;
 const GRAVITY: f64 = 9.81;
 const SPEED: f64 = 1.0;

@@ -1,4 +1,4 @@
-//! Solvers with a defect, which the answers must find out.
+//! Solvers with a defect that the validation problems must find.
 
 use nalgebra::Vector4;
 use tumble_core::contact::{Candidates, Contact, ContactLaw};
@@ -9,7 +9,7 @@ use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{Step, StepReport, StepSolution, StepSolver};
 use tumble_core::world::World;
 
-/// The native solver's answer, with a change.
+/// The native solver with a modified solution.
 struct Planted {
     solver: NativeSolver,
     /// The solver's μ for a step, as a share of the world's.
@@ -17,7 +17,7 @@ struct Planted {
     defect: fn(&Given, &mut State),
 }
 
-/// What is given of a step, relative to the slope: x downhill, z along its normal.
+/// Data of a step in the frame of the slope: x downhill, z along its normal.
 struct Given {
     /// h, s.
     time_step: f64,
@@ -43,7 +43,7 @@ impl Given {
 }
 
 impl StepSolver for Planted {
-    /// The simulation must not tell on it: the answers have to.
+    /// The accepted residual must not reveal the defect. The quantities have to.
     fn accepted_residual(&self) -> f64 {
         f64::INFINITY
     }
@@ -153,7 +153,7 @@ pub fn bouncing(world: &World) -> Made {
     })
 }
 
-/// A sliding body floats at h μ |v|, as that of a convex relaxation of the law does.
+/// A sliding body floats at h μ |v|, as under a convex relaxation of the law.
 pub fn floating(world: &World) -> Made {
     with_defect(world, |given, state| {
         state.position[2] += given.time_step * given.friction * state.velocity.xy().norm();
