@@ -117,10 +117,9 @@ fn every_step_of_these_runs_is_exact() {
     }
 }
 
-/// More than 99 of 100 contact steps are solved from the impulses of the step before, in less
-/// than three iterations on average; the more of a run is rest or a straight slide,
-/// whose impulses repeat, the fewer (measured: all but 0 to 3 of 690 to 800 in a run, 0.15 to
-/// 2.3 iterations).
+/// Checks that the first stage solves more than 99 of 100 contact steps, starting from the last
+/// impulses. The average is below three iterations. Rest and straight slides need fewer, because
+/// their impulses repeat.
 #[test]
 fn the_step_before_leads_to_nearly_every_solution() {
     for run in runs() {
