@@ -65,7 +65,7 @@ fn energy(world: &World, states: &[State]) -> f64 {
     world.bodies().iter().zip(states).map(of).sum()
 }
 
-/// Largest change of the energy, the mean of its last quarter minus that of the first, and the
+/// Largest change of the energy, the mean of its last quarter minus the mean of the first, and the
 /// number of bounces. Energies are relative to the start's.
 fn kept(text: &str) -> (f64, f64, usize) {
     let (energies, bounces) = follow(&scene(text), energy);

@@ -44,8 +44,8 @@ fn angular_momentum(world: &World, state: &State) -> Vector3<f64> {
     rotation(&state.attitude) * world.rotation().momentum(body.inertia(), &state.spin, h)
 }
 
-/// Largest relative error of the angular momentum and of the energy, and the trend of the energy:
-/// the mean over the last quarter minus that over the first.
+/// Largest relative error of the angular momentum and of the energy, and the trend of the energy
+/// (last quarter against the first).
 fn drift(form: Rotation, speed: f64, steps: usize) -> [f64; 3] {
     let world = askew(form, 0.002);
     let mut state = spinning(speed);
@@ -278,7 +278,7 @@ mod with_ipopt {
     /// Checks a spinning box that lands on a corner, with both solvers. Only steps with a single
     /// contact point are compared, where the laws determine the motion. The forms differ by h (G −
     /// G′), 0.02 rad/s and more, in such a step. Ipopt's solutions differ from the native ones by
-    /// at most a hundredth of that. Its residual is that of hard contact to 1e-4 m/s.
+    /// at most a hundredth of that. Its residual of hard contact is at most 1e-4 m/s.
     #[test]
     fn both_solvers_land_a_skew_box_alike() {
         for form in Rotation::ALL {

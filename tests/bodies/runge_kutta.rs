@@ -87,8 +87,8 @@ fn top_after(world: &World, start: &State, t: f64) -> State {
 }
 
 /// Checks the fourth order of the method. Halving h divides the error after a second, some two
-/// turns, by
-/// 16. The next order is h |ω| = 5 % at the coarser step. The parabola is exact to rounding.
+/// turns, by 2⁴ = 16. The next order is h |ω| = 5 % at the coarser step. The parabola is exact to
+/// rounding.
 #[test]
 fn the_free_top_is_followed_to_fourth_order() {
     let gravity = Vector3::new(1.0, -2.0, -9.0);

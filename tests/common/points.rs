@@ -92,8 +92,8 @@ impl Input {
 /// Allowed error as a multiple of ε Σ|terms|.
 ///
 /// Both sides evaluate exact formulas in double precision, summed in a different order. The terms
-/// are those of the number itself ([`Sizes`]). A term is rounded by at most ε/2 for every factor
-/// and every sum that contains it, mostly with different signs. The largest observed error is 2.4
+/// belong to the number itself ([`Sizes`]). A term is rounded by at most ε/2 for every factor and
+/// every sum that contains it, mostly with different signs. The largest observed error is 2.4
 /// (∂g/∂x of row 10). Where the terms cancel, CasADi's value is no better than ours.
 const ROUNDINGS: f64 = 4.0;
 

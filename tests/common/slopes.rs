@@ -93,8 +93,11 @@ pub fn hessian_error(nlp: &impl Program, x: &[f64], factor: f64, multipliers: &[
     row_error(&ours, &differences(x, slope))
 }
 
-/// Central differences of `values`, of fourth order and column by column: (8 (f(x+δ) − f(x−δ)) −
-/// (f(x+2δ) − f(x−2δ))) / 12δ.
+/// Central differences of `values`, of fourth order and column by column:
+///
+/// ```text
+/// (8 (f(x+δ) − f(x−δ)) − (f(x+2δ) − f(x−2δ))) / 12δ
+/// ```
 ///
 /// With δ = 1e-4 and numbers of order 1 to 50 in x, rounding leaves an error of 1.5 ε/δ = 3e-12 of
 /// the terms. Truncation leaves δ⁴/30 = 3e-18 of the fifth derivatives. For an attitude of small

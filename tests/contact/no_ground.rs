@@ -92,7 +92,7 @@ fn a_pair_in_free_space_needs_no_plane() {
 }
 
 /// Checks a ball that comes to rest in a bowl of four slabs. Another one falls past it for ever:
-/// after k steps it is g h² k (k + 1)/2 below its start. No height is that of a ground.
+/// after k steps it is g h² k (k + 1)/2 below its start. No ground limits the heights.
 #[test]
 fn a_bowl_with_nothing_under_it_holds_a_ball_and_lets_another_fall() {
     let ball = RigidBody::solid(1.0, &[Piece::sphere(0.1).unwrap()]).unwrap().0;

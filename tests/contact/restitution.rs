@@ -173,7 +173,7 @@ fn an_end_of_a_rod_bounces_by_its_own_inertia() {
     assert_eq!(next.velocity[0], 0.4);
 }
 
-/// Checks that coefficients of pairs and of bodies combine as those of friction do.
+/// Checks that coefficients of pairs and of bodies combine like friction coefficients.
 #[test]
 fn coefficients_combine_by_pair() {
     let bodies = vec![ball(1.0, 0.1).with_restitution(0.9).unwrap(), ball(1.0, 0.1)];

@@ -106,7 +106,8 @@ fn touches_of_random_pairs_hold_what_they_say() {
         let gap = [0.0, 1e-4, -1e-4, 1e-10, -1e-10][round % 5];
         let (a, pose_a, b, pose_b) = near_pair(&mut draw, gap);
         let (a, b) = ((&a, &pose_a), (&b, &pose_b));
-        // Where two sharp features meet, the shortest way out of an overlap is not the way in.
+        // Where two sharp features meet, the shortest separating translation is not the reversed
+        // approach.
         let actual = separate(a, b).distance;
         assert!(actual.abs() <= gap.abs() + 1e-12, "round {round}: {actual:e} {gap:e}");
         let gap = actual;
@@ -400,7 +401,8 @@ fn round_pieces_touch_where_they_should() {
     near(&gaps(&found), 4);
 }
 
-/// Checks overlaps of the cores. The depth is still that of the shortest way out.
+/// Checks overlaps of the cores. The depth is still the length of the shortest separating
+/// translation.
 #[test]
 fn deep_overlaps_have_their_depth() {
     let floor = Piece::cuboid(v(2.0, 2.0, 0.5)).unwrap();

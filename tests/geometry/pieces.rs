@@ -159,8 +159,8 @@ pub fn in_world(touch: &Touch, a: &Pose, b: &Pose) -> (V, V, V) {
     (point, point - normal * height, normal)
 }
 
-/// Checks the definition of a touch. The gap is that of the point over the plane, and the normal is
-/// a unit vector. The point is in its core, and the plane's owner is below the plane.
+/// Checks the definition of a touch. The gap is the height of the point over the plane, and the
+/// normal is a unit vector. The point is in its core, and the plane's owner is below the plane.
 pub fn check_touch(touch: &Touch, a: (&Piece, &Pose), b: (&Piece, &Pose)) {
     let (own, other) = if touch.point_of == PieceSide::A { (a, b) } else { (b, a) };
     let world = own.1.rotation * touch.point + own.1.position;

@@ -26,7 +26,7 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::solver::native::{StepChange, StepDerivative};
 use tumble_core::world::{Constant, World};
 
-/// ε [N]: tiny, so that friction is that of the law.
+/// ε [N]: tiny, so that friction obeys the law.
 const SMOOTHING: f64 = 1e-12;
 
 /// Change of a step's data.

@@ -337,13 +337,13 @@ fn what_is_lifted_within_the_tolerance_is_not_wild() {
     assert!(records.iter().all(|record| record.report.status != StepStatus::Wild));
 }
 
-/// Checks that the overlap after a step is that of the shapes. A search that ignores small depths
-/// stores only a bound of it.
+/// Checks that the overlap after a step is the overlap of the shapes. A search that ignores small
+/// depths stores only a bound of it.
 #[test]
 fn the_overlap_after_a_step_is_that_of_the_shapes() {
     let scene = ball_on_box();
     let mut states = scene.starts.clone();
-    // A box rotated out of another one: the last axis is not that of the least overlap.
+    // A box rotated out of another one: the last axis is not the axis of least overlap.
     let world = world(vec![cube(1.0), cube(1.0)], 9.81, 0.5);
     states[1] = at([0.198, 0.0, 0.1]);
     let mut candidates = Candidates::new();

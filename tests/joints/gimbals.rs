@@ -1,4 +1,4 @@
-//! Universal joints and gimbals. Every angle is held, driven and limited like that of a hinge.
+//! Universal joints and gimbals. Every angle is held, driven and limited like a hinge angle.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble_core::joint::{

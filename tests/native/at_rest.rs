@@ -1,5 +1,5 @@
 //! Checks that bodies at rest are not solved again. Until an outside change, the steps are equal to
-//! the last bit to those of a full computation.
+//! the last bit to the steps of a full computation.
 
 use nalgebra::{Vector3, Vector4};
 use std::sync::Arc;
@@ -191,7 +191,7 @@ fn a_wall_rests_when_the_last_body_does() {
 }
 
 /// Slides a cube towards the wall from far away. The wall is skipped until the cube hits it. All
-/// steps equal those of the full computation, the impact included.
+/// steps equal the steps of the full computation, the impact included.
 #[test]
 fn a_wall_rests_by_itself_until_it_is_hit() {
     let (world, mut starts) = wall(0.0);

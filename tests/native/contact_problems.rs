@@ -34,7 +34,7 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Checks a mass of 2 kg with one contact that opens, sticks or slips, in three dimensions and in
-/// two. The tolerance is a tenth of the default one.
+/// two. The tolerance is a tenth of the default residual.
 #[test]
 fn one_contact_has_its_closed_form() {
     let options = SolveOptions::default();
@@ -168,7 +168,7 @@ impl Random {
             let (slip, along) = (u.fixed_rows::<2>(1), p.fixed_rows::<2>(1));
             missed = missed.max(-p[0]).max(-u[0]).max(p[0].min(u[0]));
             missed = missed.max(along.norm() - friction * p[0].max(0.0));
-            // Maximum dissipation: the power is that of the full friction force against the slip.
+            // Maximum dissipation: the friction force has its full size and opposes the slip.
             let power = (along.dot(&slip) + friction * p[0] * slip.norm()).abs();
             missed = missed.max(power);
         }

@@ -54,7 +54,7 @@ fn hard_steps() -> Vec<HardStep> {
 /// and from none.
 ///
 /// Where the laws determine the impulses, the error is rounding: 1e-12 of the speeds and impulses.
-/// Where a face slides, the error is that of the compliance 1e-6 from which the limit is taken. It
+/// Where a face slides, the error comes from the compliance 1e-6 from which the limit is taken. It
 /// is 1e-6 times impulse over mass (up to 2 m/s) times the response of the corner.
 #[test]
 fn the_next_state_and_the_impulses_are_the_exact_ones() {

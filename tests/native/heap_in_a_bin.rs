@@ -87,8 +87,8 @@ fn every_step_of_small_heaps_in_a_bin_is_solved() {
     assert!(crowded > 50, "{crowded} steps with many contacts");
 }
 
-/// Checks that a looser residual saves iterations: it ends them earlier, besides defining a solved
-/// step.
+/// Checks that a looser residual saves iterations. The requested residual ends the iterations and
+/// does not only decide whether a step counts as solved.
 #[test]
 fn less_is_sooner_solved() {
     let residuals = [ACCEPTED_RESIDUAL, 1e-6, 1e-4];

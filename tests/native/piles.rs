@@ -86,7 +86,7 @@ fn energy(world: &World, states: &[State]) -> f64 {
 ///
 /// The laws act on the mean motion of a point over the step, but its impulse does work on the
 /// motion at the end. A finite turn moves a point along a chord, and B sees it from its own new
-/// orientation (derived in `several_bodies.rs`). A point that starts too deep is lifted.
+/// orientation (derived in `several_bodies/mod.rs`). A point that starts too deep is lifted.
 fn most_gain(world: &World, record: &StepRecord) -> f64 {
     let h = world.time_step();
     let next = &record.solution.states;

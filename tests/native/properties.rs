@@ -226,9 +226,13 @@ fn a_step_of_any_toss_is_solved_exactly_or_reported_as_failed() {
 
 /// Checks the energy balance of a step.
 ///
-/// Multiply the equations of the step by the new velocities. Use m v⁺·(v⁺ − v) = ½m(|v⁺|² − |v|² +
-/// |v⁺ − v|²), the same for the spin, r⁺ = r + h v⁺ under gravity, and ω⁺·(ω⁺ × Iω⁺) = 0. The
-/// result is exact:
+/// Multiply the equations of the step by the new velocities, and use
+///
+/// ```text
+/// m v⁺·(v⁺ − v) = ½m(|v⁺|² − |v|² + |v⁺ − v|²),   ω⁺·(ω⁺ × Iω⁺) = 0
+/// ```
+///
+/// the first also for the spin, and r⁺ = r + h v⁺ under gravity. The result is exact:
 ///
 /// ```text
 /// E⁺ − E = Σ p·V − ½m|v⁺ − v|² − ½(ω⁺ − ω)·I(ω⁺ − ω),   V = v⁺ + A(q)(ω⁺ × c)

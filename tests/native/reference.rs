@@ -80,10 +80,10 @@ fn row(steps: &[StepRecord], k: usize) -> State {
 ///
 /// Both sides solve every step to rounding, 4e-12 m/s. No run amplifies a change of its start more
 /// than 370 times: 1e-9. The remaining error is in the motion of a sliding face, which is a limit
-/// of vanishing compliance. The native solver takes it from a compliance of 1e-6, so that the
-/// motion of a step has an error of up to 1e-6 times an impulse of a few m/s. A slide lasts for
-/// tens of steps. The tolerance for poses is 1e-7. Velocities change in a step as a pose does in a
-/// tenth of a second, so their tolerance is 1e-6 m/s.
+/// of vanishing compliance. The native solver takes it from a compliance of 1e-6. So the motion of
+/// a step has an error of up to 1e-6 times an impulse of a few m/s. A slide lasts for tens of
+/// steps. The tolerance for poses is 1e-7. Velocities change in a step as a pose does in a tenth of
+/// a second, so their tolerance is 1e-6 m/s.
 #[test]
 fn every_run_passes_through_the_exact_poses_and_ends_in_the_exact_one() {
     let runs = runs();

@@ -150,7 +150,7 @@ fn a_cube_at_rest_presses_with_four_equal_forces() {
 }
 
 /// Checks that the friction that stopped the cube leaves no trace in the forces. Two seconds after
-/// the stop they are those of a cube that was placed at rest.
+/// the stop they equal the forces of a cube placed at rest.
 #[test]
 fn a_thrown_cube_ends_on_four_equal_forces() {
     for (inertia, seed) in [LIGHT, SOLID].into_iter().flat_map(|i| (0..6).map(move |s| (i, s))) {

@@ -84,8 +84,8 @@ fn a_step_taken_back_and_repeated_is_the_same_step() {
 }
 
 /// Checks that an interrupted step leaves the simulation unchanged, and that the last step can then
-/// be taken back. Both steps are equal to those of an undisturbed run. That includes free flight
-/// and steps without an iteration.
+/// be taken back. Both steps are equal to the steps of an undisturbed run. That includes free
+/// flight and steps without an iteration.
 #[test]
 fn an_interrupted_step_leaves_no_trace() {
     for (name, solver, steps) in CASES {

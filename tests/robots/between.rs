@@ -69,7 +69,7 @@ fn hinges_that_pass_each_other_move_as_mujocos() {
     assert!(errors[2] < 0.003, "{errors:?}");
 }
 
-/// Checks that total mass and inertia are those of the file. The intermediate link takes its mass
+/// Checks that total mass and inertia agree with the file. The intermediate link takes its mass
 /// from the link that it carries.
 #[test]
 fn what_stands_between_is_part_of_what_it_carries() {

@@ -155,7 +155,8 @@ fn names_that_are_cut_stay_apart() {
 }
 
 /// Checks joints of URDF as Bullet reads them. A spherical joint is a ball joint. Limits with the
-/// lower one above the upper are ignored, with a note. A link without mass has that of its shapes.
+/// lower one above the upper are ignored, with a note. A link without mass has the mass of its
+/// shapes.
 #[test]
 fn joints_of_urdf_are_read_as_bullet_has_them() {
     let link = |name: &str, inertial: &str| {

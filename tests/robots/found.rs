@@ -160,7 +160,7 @@ fn springs_by_time_constants_are_those_of_mujoco() {
     near(robot.actuators[0].bias[2], -0.8279209654308803);
 }
 
-/// Checks gravity compensation. The first accelerations are those of MuJoCo 4.0.0, to the order of
+/// Checks gravity compensation. The first accelerations agree with MuJoCo 4.0.0, to the order of
 /// the step.
 #[test]
 fn weights_are_held_up_as_mujoco_has_it() {

@@ -19,7 +19,7 @@ use tumble_view::{Film, FilmMesh, FilmPiece};
 const CORNERS: [[f64; 2]; 6] =
     [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
 
-/// OBJ file of a prism over the L, 1 m high. Its volume is 3 m³, that of its hull 3.5 m³.
+/// OBJ file of a prism over the L, 1 m high. Its volume is 3 m³, and its hull has 3.5 m³.
 fn prism() -> String {
     let heights = [0.0, 1.0];
     let corners = heights.iter().flat_map(|z| CORNERS.map(|[x, y]| format!("v {x} {y} {z}\n")));

@@ -1,5 +1,5 @@
 //! Robots from files, compared with MuJoCo's reading of the same files (`data/generate/robots.py`).
-//! The files are those of `data/robots`, and any folder whose figures `TUMBLE_ROBOT_FIGURES` names.
+//! The files are in `data/robots`, and in any folder whose figures `TUMBLE_ROBOT_FIGURES` names.
 //! Run with `--nocapture` to see refused files.
 
 use nalgebra::{Matrix3, Vector3};

@@ -156,7 +156,7 @@ fn letter() -> String {
 
 /// Checks the mass of a non-convex mesh. With `exact` it is the volume. The default is MuJoCo
 /// 4.0.0's value for the same text, which adds the absolute volumes of the tetrahedra over all
-/// faces, seen from a point found in two steps.
+/// faces. Their common apex is found in two steps.
 #[test]
 fn masses_of_meshes_follow_from_their_triangles() {
     let read = |inertia: &str| {
@@ -316,7 +316,7 @@ fn flat_meshes_are_for_the_eye() {
 }
 
 /// Checks the hull of an ellipsoid, whose support function is h_E(n) = |D n|. The hull is inside,
-/// touches at the poles, and its distance is at most that of the arcs from their chords.
+/// touches at the poles, and it deviates at most as arcs deviate from their chords.
 #[test]
 fn ellipsoids_are_rounded_hulls_within() {
     for half in [[0.3, 0.2, 0.1], [0.1, 0.1, 0.4], [0.2, 0.2, 0.05], [0.2, 0.2, 0.2]] {

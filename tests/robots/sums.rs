@@ -48,7 +48,7 @@ fn springs_of_tendons_pull_as_mujocos() {
         let [gear] = scene.world.gears() else { panic!("{:?}", scene.world.gears()) };
         let drive = gear.drive().unwrap();
         let [q, rates] = [AT.0, AT.1];
-        // Coordinates of the scene are those of the file minus the reference.
+        // Coordinates of the scene are coordinates of the file minus the reference.
         let reference = 20.0_f64.to_radians();
         let sum = q[0] - gear.ratio() * (q[1] - reference) - gear.offset();
         let rate = rates[0] - gear.ratio() * rates[1];

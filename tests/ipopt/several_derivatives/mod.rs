@@ -241,10 +241,9 @@ proptest! {
     }
 
     /// Checks one body on the ground. Rows, Jacobian and Hessian equal the tutorial's program
-    /// without the row
-    /// |q⁺|² = 1, with all points flagged. The two programs sum in different order. That changes the last
-    /// digits of the terms, which are up to 1e5 in the rows (velocities over a time step of 1e-3).
-    /// With the multipliers they are some 1e3 times larger.
+    /// without the unit-norm row, with all points flagged. The two programs sum in different order.
+    /// That changes the last digits of the terms, which are up to 1e5 in the rows (velocities over
+    /// a time step of 1e-3). With the multipliers they are some 1e3 times larger.
     #[test]
     fn one_body_on_the_ground_is_the_tutorials_program(
         world in any_world(), old in any_state(), wrench in any_wrench(), new in any_state(),

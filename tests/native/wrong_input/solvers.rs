@@ -25,7 +25,7 @@ fn a_step_of_any_lists_makes_no_solver_of_ipopt_panic() {
     look_at_solvers(&solvers, true);
 }
 
-/// Gives invalid steps to solvers. If `of_one_world` is true, a solver accepts steps of its own
+/// Passes invalid steps to solvers. If `of_one_world` is true, a solver accepts steps of its own
 /// world only.
 fn look_at_solvers(solvers_for: &dyn Fn(&World) -> Vec<Box<dyn StepSolver>>, of_one_world: bool) {
     let mut panics = Panics::default();

@@ -379,7 +379,7 @@ fn campaign(mut state: u64, pairs: usize, stages: &[StageName]) {
             let mut file = told(scene, &problem);
             file.stages = stages.to_vec();
             let plan = planned(&file);
-            // The reported results of a plan equal those of another run of its controls.
+            // The reported results of a plan are reproduced by another run of its controls.
             let again = file.problem.replay(&plan.replay.controls).unwrap();
             assert_eq!(again.cost.to_bits(), plan.replay.cost.to_bits());
             assert_eq!(plan.status == PlanStatus::Replayed, again.meets());

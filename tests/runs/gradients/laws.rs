@@ -26,10 +26,10 @@ pub fn world(bodies: Vec<RigidBody>, gravity: Vector3<f64>) -> World {
     World::new(parameters).unwrap()
 }
 
-/// Checks two carriages on slides along z with x₁⁺ = r x₂⁺ + q₀. With v₁⁺ = r v₂⁺ + c and c = (r x₂
-/// + q₀ − x₁)/h
+/// Checks two carriages on slides along z with x₁⁺ = r x₂⁺ + q₀ at the end of the step:
 ///
 /// ```text
+/// v₁⁺ = r v₂⁺ + c,   c = (r x₂ + q₀ − x₁)/h
 /// v₂⁺ = N/D,   N = m₂ v₂ + m₁ r (v₁ − c),   D = m₂ + m₁ r²
 /// ```
 #[test]

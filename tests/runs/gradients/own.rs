@@ -38,8 +38,8 @@ fn by_one(
     found
 }
 
-/// Checks v⁺ = v + h g (sin α − μ cos α) by μ of the pair, and by μ of the body, which enters as μ
-/// = √(μ_a μ_b) with the ground's.
+/// Checks v⁺ = v + h g (sin α − μ cos α) by μ of the pair and by μ of the body. With the ground's
+/// coefficient the latter enters as √(μ_a μ_b).
 #[test]
 fn a_slide_by_friction_of_its_own() {
     let (angle, h, g): (f64, f64, f64) = (0.5, 0.002, 9.81);
@@ -182,9 +182,8 @@ pub(super) fn seen_from(state: &State, frame: &JointFrame) -> JointFrame {
     JointFrame { anchor, attitude: quaternion::left(&back) * frame.attitude }
 }
 
-/// Checks the derivatives by anchors for two moving bodies: the first tied to the world and the
-/// second to the first, with any kind of joint. Another case is two carriages on slides with a
-/// gear.
+/// Checks the derivatives by anchors for two moving bodies. Any kind of joint ties the first to the
+/// world and the second to the first. Another case is two carriages on slides with a gear.
 #[test]
 fn every_joint_by_its_anchors() {
     let mut draw = Draw(Mt::new(5));

@@ -38,8 +38,8 @@ fn driven_starts() -> Vec<f64> {
     [0.0, 1.0].iter().flat_map(|x| state(*x).to_vector().as_slice().to_vec()).collect()
 }
 
-/// Checks that constants of joints are read as they are set, in their shapes, and equal those of
-/// the drives.
+/// Checks that constants of joints are read as they are set, in their shapes, and equal the
+/// constants of the drives.
 #[test]
 fn constants_of_joints_are_those_of_their_drives() {
     use tumble_core::joint::{Axis, Drive, Gear, GearAxis, JointAxis, Motor};
@@ -169,7 +169,7 @@ fn motors_are_driven_in_rollouts() {
     assert!(run(&Batch { joint_forces: &forces[1..], ..batch }, 1).is_err());
 }
 
-/// Checks that targets of motors on sums come after those of motors on axes.
+/// Checks that targets of motors on sums come after the targets of motors on axes.
 #[test]
 fn motors_of_sums_are_driven_in_rollouts() {
     use tumble_core::joint::{Drive, Gear, GearAxis, JointAxis, Motor};
