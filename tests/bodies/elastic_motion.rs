@@ -1,5 +1,5 @@
-//! Elastic bodies without friction: impacts of bodies that turn keep the energy, as exactly as the
-//! scheme can, and momentum and its moment.
+//! Elastic bodies without friction. Impacts of rotating bodies conserve energy as accurately as the
+//! scheme can, and conserve both momenta.
 
 use nalgebra::Vector3;
 use std::io;
@@ -12,15 +12,15 @@ use tumble_core::world::World;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
-/// The scene of a scenario's text.
+/// Scene of a scenario's text.
 fn scene(text: &str) -> Scene {
     let none = |_: &Path, _| Err(io::ErrorKind::NotFound.into());
     Scene::of_text(text, Path::new("elastic.toml"), Settings::default(), &none)
         .unwrap_or_else(|failure| panic!("{failure}"))
 }
 
-/// What `of` says of the states, at the start and after each step; every step is solved. And how many contacts
-/// bounced.
+/// Values of `of` for the states at the start and after each step, and the number of bounces. Every
+/// step must be solved.
 fn follow<T>(scene: &Scene, of: impl Fn(&World, &[State]) -> T) -> (Vec<T>, usize) {
     let motion = scene.motion(&scene.world).unwrap();
     let starts = scene.starts.iter().copied();
@@ -43,14 +43,15 @@ fn follow<T>(scene: &Scene, of: impl Fn(&World, &[State]) -> T) -> (Vec<T>, usiz
     (found, bounces)
 }
 
-/// π = Iω − ½h ω×Iω + ¼h²(ω·Iω)ω, N m s, body: the angular momentum that the momentum form turns.
+/// π = Iω − ½h ω×Iω + ¼h²(ω·Iω)ω [N m s, body frame]: the angular momentum that the momentum form
+/// rotates.
 fn momentum(body: &RigidBody, spin: &Vector3<f64>, h: f64) -> Vector3<f64> {
     let turned = body.inertia() * spin;
     turned - 0.5 * h * spin.cross(&turned) + 0.25 * h * h * spin.dot(&turned) * spin
 }
 
-/// ½m|v + ½h g|² − ⅛mh²g² + ½π·I⁻¹π − m g·r of all bodies, J: what free flight keeps, the turning part but for
-/// what comes and goes with the attitude.
+/// Energy ½m|v + ½h g|² − ⅛mh²g² + ½π·I⁻¹π − m g·r of all bodies [J]. Free flight conserves it. The
+/// rotational part oscillates slightly with the attitude.
 fn energy(world: &World, states: &[State]) -> f64 {
     let (g, h) = (world.gravity(), world.time_step());
     let of = |(body, state): (&RigidBody, &State)| {
@@ -64,8 +65,8 @@ fn energy(world: &World, states: &[State]) -> f64 {
     world.bodies().iter().zip(states).map(of).sum()
 }
 
-/// The largest change of the energy, and what the mean of the last quarter is above that of the first, both in
-/// parts of the start's; and the number of bounces.
+/// Largest change of the energy, the mean of its last quarter minus the mean of the first, and the
+/// number of bounces. Energies are relative to the start's.
 fn kept(text: &str) -> (f64, f64, usize) {
     let (energies, bounces) = follow(&scene(text), energy);
     let first = energies[0];
@@ -87,11 +88,11 @@ velocity = [0.1, 0.0, 0.0]
 spin = [3.0, -2.0, 4.0]
 "#;
 
-/// Bounces at every speed.
+/// Restitution at any speed.
 const ELASTIC: &str = "[ground]\nfriction = 0.0\nrestitution = 1.0\nrebound_speed = 0.0\n";
 
-/// A brick on the ground for 20 s, from half a metre: some hundred impacts. Its energy stays within a
-/// thousandth at 2 ms, has no trend, and comes nearer with h².
+/// Checks a brick that bounces for 20 s from half a metre. At 2 ms its energy stays within a
+/// thousandth and has no trend. The error decreases with h².
 #[test]
 fn an_elastic_brick_bounces_for_ever() {
     let run = |h: f64| {
@@ -102,13 +103,14 @@ fn an_elastic_brick_bounces_for_ever() {
     assert!(bounces > 30, "{bounces} bounces");
     assert!(largest < 1e-3, "{largest} of the energy, trend {trend}");
     assert!(trend.abs() < 3e-4, "a trend of {trend}");
-    // A sixteenth, but for the motions, which part after some impacts: others are largest.
+    // A sixteenth in theory. The motions differ after some impacts, so that other impacts have the
+    // largest error.
     let (finer, ..) = run(0.0005);
     assert!(finer < 0.25 * largest, "{finer} after {largest}");
 }
 
-/// One impact of a spinning cube on a corner keeps its energy to second order; a cube's momentum form
-/// keeps the turning part exactly.
+/// Checks that one impact of a spinning cube on a corner conserves energy to second order. For a
+/// cube the momentum form conserves the rotational part exactly.
 #[test]
 fn an_impact_of_a_spinning_cube_keeps_its_energy() {
     let run = |h: f64| {
@@ -132,7 +134,8 @@ fn an_impact_of_a_spinning_cube_keeps_its_energy() {
     assert!(fine.0 < 0.4 * coarse.0 || fine.0 < 1e-9, "{fine:?} after {coarse:?}");
 }
 
-/// Two bricks that meet in free space: momentum and its moment to rounding, the energy to a thousandth.
+/// Checks two bricks that collide in free space. Both momenta are conserved to rounding, the energy
+/// to a thousandth.
 #[test]
 fn two_elastic_bricks_in_free_space_keep_everything() {
     let text = r#"

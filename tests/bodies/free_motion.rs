@@ -1,4 +1,4 @@
-//! Motion without contact: the tutorial's recorded flight, Ipopt's answer in the air, and the
+//! Motion without contact: the tutorial's recorded flight, Ipopt's solution in the air, and the
 //! laws of a free body.
 
 use crate::common::{
@@ -19,7 +19,7 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::{StepSolution, StepStatus};
 use tumble_core::world::{Parameters, World};
 
-/// The tutorial's cube on its way, under its rule for the contact flags.
+/// Simulation of the tutorial's cube, with the tutorial's rule for contact flags.
 fn flight(start: State) -> Simulation<'static> {
     let world = tutorial_world();
     let solver = IpoptSolver::new(&world, Formulation::Reduced, Options::default()).unwrap();
@@ -27,10 +27,11 @@ fn flight(start: State) -> Simulation<'static> {
     Simulation::new(world, [start], motion).unwrap()
 }
 
-/// In the air the recorded corner forces are not 0 but up to 1e-8 N, because Ipopt relaxed
-/// their bounds. Under these forces one of our steps is the recorded one to the tolerance
-/// of a converged Newton iteration (measured: 1.3e-14, the rounding of r at 2.5 m and of
-/// 12 m/s). Without them a whole flight differs by what they can do in k steps.
+/// Compares the flight with the tutorial's.
+///
+/// The recorded corner forces in the air are up to 1e-8 N, because Ipopt relaxes their bounds. With
+/// these forces one of our steps equals the recorded one to the tolerance of a converged Newton
+/// iteration. Without them a whole flight differs by their effect in k steps.
 #[test]
 fn the_flight_to_the_ground_is_the_tutorials() {
     for seed in SEEDS {
@@ -56,7 +57,7 @@ fn the_flight_to_the_ground_is_the_tutorials() {
             whole.step(&mut record).unwrap();
             assert_eq!(record.report.status, StepStatus::Free);
             steps += 1.0;
-            // 8 corners, each of at most √3 · 1e-8 N at a lever of √2 m about an axis.
+            // 8 corners, each with at most √3 · 1e-8 N at a lever of √2 m about an axis.
             let speed = steps * 0.002 * 8e-8 / 10.0 + 1e-12;
             let spin = steps * 0.002 * 8e-8 * 6.0_f64.sqrt() / 0.01;
             assert!((whole.state().velocity - new.velocity).amax() < speed);
@@ -64,14 +65,14 @@ fn the_flight_to_the_ground_is_the_tutorials() {
             assert!((whole.state().spin - new.spin).amax() < spin);
             assert!((whole.state().attitude - new.attitude).amax() < steps * 0.002 * spin);
         }
-        // 204 to 237 steps: the fall of 2.5 m less the corner's reach.
+        // 204 to 237 steps: the fall of 2.5 m minus the corner's reach.
         assert!(steps > 200.0, "seed {seed}: {steps}");
     }
 }
 
-/// Rows hold to the tolerance, 1e-8. Clamped, Ipopt has fewer free variables than
-/// equations and relaxes the clamps by 1e-8 N: 8 corners, h/m and h/I times the levers as
-/// above, 1.6e-11 m/s and 3.9e-8 rad/s.
+/// Checks that Ipopt finds free flight and no force. Rows hold to the tolerance 1e-8. In the
+/// clamped form Ipopt has fewer free variables than equations and relaxes the bounds by 1e-8 N.
+/// With 8 corners, h/m, and h/I times the levers above, that is 1.6e-11 m/s and 3.9e-8 rad/s.
 #[test]
 fn ipopt_in_the_air_finds_free_flight_and_no_force() {
     let world = tutorial_world();
@@ -94,7 +95,7 @@ fn ipopt_in_the_air_finds_free_flight_and_no_force() {
     }
 }
 
-/// A brick whose principal axes lie askew in the body, at the time step `h`.
+/// Brick with rotated principal axes, at the time step `h`.
 fn askew_brick(h: f64, gravity: Vector3<f64>) -> World {
     let axes = rotation(&Vector4::new(0.7, 0.3, -0.5, 0.4).normalize());
     let inertia = axes * Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 2.5)) * axes.transpose();
@@ -114,8 +115,8 @@ fn thrown() -> State {
     state(&[0.1, 0.2, 5.0, 0.5, 0.5, -0.5, 0.5, 1.0, 2.0, 3.0, 1.0, 4.0, -2.0])
 }
 
-/// R(q⁺) I ω⁺ − R(q) I ω of one step without torque is of order h²: halving h divides it
-/// by 4, up to the next order, h|ω| = 0.5 % (measured: 3.995).
+/// Checks that the error R(q⁺) I ω⁺ − R(q) I ω of a torque-free step is of order h². Halving h
+/// divides it by 4, up to the next order, h|ω| = 0.5 %.
 #[test]
 fn angular_momentum_in_the_world_is_kept_to_second_order_a_step() {
     let momentum = |world: &World, state: &State| {
@@ -130,9 +131,9 @@ fn angular_momentum_in_the_world_is_kept_to_second_order_a_step() {
     assert!((ratio - 4.0).abs() < 0.02, "{ratio}");
 }
 
-/// Under gravity, a force and a torque, a flight of 0.1 s ends where the fourth-order
-/// method ends (itself exact to 1e-10 here), to first order: halving h halves the distance,
-/// up to the next order, 2 % (measured: 1.997 to 2.002).
+/// Checks convergence under gravity, a force and a torque. A flight of 0.1 s approaches the
+/// fourth-order method (itself exact to 1e-10 here) with first order. Halving h halves the error,
+/// up to the next order, 2 %.
 #[test]
 fn the_step_converges_to_the_equations_of_motion() {
     let gravity = Vector3::new(2.0, -1.0, -9.0);
@@ -149,14 +150,13 @@ fn the_step_converges_to_the_equations_of_motion() {
     let (coarse, fine) = (error(200), error(400));
     for (coarse, fine) in coarse.iter().zip(&fine) {
         assert!(*coarse < 1e-3, "{coarse:e}");
-        // 1e-12: a constant force leaves no error of velocity but rounding.
+        // A constant force leaves only rounding in the velocity: 1e-12.
         assert!((coarse - 2.0 * fine).abs() < 0.04 * fine + 1e-12, "{coarse:e} {fine:e}");
     }
 }
 
-/// Bodies that turn 3 and 10 rad a step, on which Newton's method from ω stalls. The
-/// equation has a solution all the same, for the energy keeps ω⁺ bounded, and the step
-/// finds it to rounding.
+/// Checks bodies that turn by 3 and 10 rad per step, where Newton's method from ω stalls. The
+/// equation still has a solution, because the energy bounds ω⁺. The step finds it to rounding.
 #[test]
 fn the_gyroscopic_equation_is_solved_at_any_speed() {
     for (moments, spin, h) in [
@@ -180,9 +180,10 @@ fn the_gyroscopic_equation_is_solved_at_any_speed() {
 proptest! {
     #![proptest_config(cases(256))]
 
-    /// With Δ = ω⁺ − ω, I Δ = −h ω⁺ × I ω⁺ is at right angles to ω⁺ and to I ω⁺. Hence the
-    /// energy falls by exactly ½ Δ·IΔ and |I ω|² by exactly |IΔ|², both of order h². To
-    /// rounding of λ|ω|² and λ²|ω|², λ the largest moment (measured: 1e-15 of them).
+    /// Checks the energy and momentum loss of the tutorial's form. With Δ = ω⁺ − ω, I Δ = −h ω⁺ × I
+    /// ω⁺ is perpendicular to ω⁺ and to I ω⁺. Hence the energy decreases by exactly ½ Δ·IΔ and |I
+    /// ω|² by exactly |IΔ|², both of order h². The tolerance is rounding of λ|ω|² and λ²|ω|², with
+    /// the largest moment λ.
     #[test]
     fn a_free_spin_loses_energy_and_momentum_of_second_order_only(
         world in any_world(), start in any_state(), force in vector(10.0)
@@ -203,8 +204,8 @@ proptest! {
         prop_assert!((square(&next) - square(&start) + lost).abs() < 1e-13 * scale * moment);
     }
 
-    /// The certificate writes the equations of the step down a second time. To rounding of
-    /// positions and attitudes divided by h, 2e-16 · 5 / 0.001 m/s (measured: 1.1e-13).
+    /// Checks free flight with the certificate's independent equations. The tolerance covers
+    /// rounding of positions and attitudes divided by h, 2e-16 · 5 / 0.001 m/s.
     #[test]
     fn free_flight_satisfies_the_equations_of_its_step(
         world in any_world(), start in any_state(), wrench in any_wrench()
@@ -215,8 +216,8 @@ proptest! {
         prop_assert!(residual < 1e-12, "{residual:e}");
     }
 
-    /// The rows of the dynamics cannot tell contact forces from the same push from outside.
-    /// To rounding (measured: 5e-15).
+    /// Checks that contact forces and the equal external wrench have the same effect in the
+    /// dynamics rows, to rounding.
     #[test]
     fn contact_forces_and_their_wrench_do_the_same(
         world in any_world(), start in any_state(), next in any_state(), force in vector(10.0)

@@ -1,4 +1,4 @@
-//! External loads: impulses are exact, whoever moves the body and whatever the step.
+//! External loads: their impulse is exact, for any solver and any step.
 
 use crate::common;
 
@@ -7,7 +7,7 @@ use tumble_core::mechanics::{Load, Polyline, RigidBody, State, Wrench};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::world::{Parameters, World};
 
-/// 2 kg and 0.5 kg m² about every axis, without gravity.
+/// World with a body of 2 kg and 0.5 kg m² about every axis, without gravity.
 fn world(time_step: f64) -> World {
     let inertia = Matrix3::from_diagonal_element(0.5);
     let body = RigidBody::with_box_corners(2.0, inertia, Vector3::repeat(0.5)).unwrap();
@@ -25,7 +25,7 @@ fn high_above() -> State {
     }
 }
 
-/// The state after a second under `load`, by the contact step and by Runge–Kutta.
+/// States after one second under `load`, by the contact step and by Runge–Kutta.
 fn after_a_second(load: &Load, steps: u32) -> [State; 2] {
     let world = world(1.0 / f64::from(steps));
     [Motion::native(&world), Motion::Floating].map(|motion| {
@@ -40,7 +40,7 @@ fn after_a_second(load: &Load, steps: u32) -> [State; 2] {
     })
 }
 
-/// v = v_0 + ∫ F dt/m, ω = ∫ τ dt/I: areas of polygons with knots and jumps inside steps.
+/// Checks v = v_0 + ∫ F dt/m and ω = ∫ τ dt/I: areas of polygons with knots and jumps inside steps.
 #[test]
 fn velocities_are_those_of_the_impulse() {
     let force = Polyline::new(vec![
@@ -64,9 +64,9 @@ fn velocities_are_those_of_the_impulse() {
     }
 }
 
-/// A force off the centre, across the arm p = (0.2, 0, 0): τ = p × F = (0, −0.2·F_z, 0) at the
-/// start. The body turns by ½ (τ/I) t² = 0.02 rad in a second, over which cos shortens the
-/// arm by a share of 2e-4 at most.
+/// Checks a force at the offset p = (0.2, 0, 0). At the start τ = p × F = (0, −0.2·F_z, 0). The
+/// body turns by ½ (τ/I) t² = 0.02 rad in a second, so that the cosine shortens the lever by at
+/// most 2e-4.
 #[test]
 fn a_force_off_the_centre_turns_the_body() {
     let force = Polyline::constant(Vector3::new(0.0, 0.0, 0.1)).unwrap();
@@ -79,7 +79,7 @@ fn a_force_off_the_centre_turns_the_body() {
     }
 }
 
-/// A wrench that a program sets from step to step adds to the load.
+/// Checks that a wrench set by a program adds to the load.
 #[test]
 fn wrench_and_load_add_up() {
     let world = world(0.01);

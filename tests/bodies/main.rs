@@ -1,4 +1,4 @@
-//! Bodies in free motion, their rotation, their units.
+//! Tests of bodies in free motion, their rotation and their units.
 
 #[path = "../common/mod.rs"]
 mod common;

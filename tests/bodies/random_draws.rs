@@ -1,11 +1,10 @@
-//! The start attitudes are the ones that NumPy draws.
+//! Random initial attitudes are those that NumPy draws.
 
 use crate::common::reference;
 use tumble_core::simulation::random::{Draws, numpy_rand4, random_attitude};
 
-/// The numbers of the array `key` in one object of `numpy_draws.json`, read by the
-/// standard library, which rounds correctly; serde_json may be one unit in the last place
-/// off.
+/// Numbers of the array `key` in an object of `numpy_draws.json`. The standard library parses them,
+/// because it rounds correctly. serde_json may have an error of one unit in the last place.
 fn numbers(object: &str, key: &str) -> Vec<f64> {
     let (_, rest) = object.split_once(&format!("\"{key}\": [")).unwrap();
     let (list, _) = rest.split_once(']').unwrap();
@@ -34,8 +33,8 @@ fn draws_are_numpys_bit_for_bit() {
     }
 }
 
-/// Products, sums from the left, a square root and a quotient, each rounded correctly on
-/// every machine: no digit is free, and runs are chaotic enough to show the last one.
+/// Checks attitudes bit for bit. They consist of products, sums from the left, a square root and a
+/// quotient, each rounded correctly on every machine.
 #[test]
 fn attitudes_are_the_normalised_draws_bit_for_bit() {
     for (seed, _, quaternion) in draws() {
@@ -45,8 +44,8 @@ fn attitudes_are_the_normalised_draws_bit_for_bit() {
     }
 }
 
-/// Attitudes that are drawn have length 1 and prefer no direction: of as many, the mean of q qᵀ is
-/// ¼ E to a few parts of 1/√n.
+/// Checks that random attitudes have length 1 and are uniform. The mean of q qᵀ is ¼ E, to a few
+/// 1/√n.
 #[test]
 fn attitudes_prefer_no_direction() {
     const COUNT: usize = 20_000;
@@ -57,7 +56,7 @@ fn attitudes_prefer_no_direction() {
         assert!((attitude.norm() - 1.0).abs() < 1e-15);
         mean += attitude * attitude.transpose() / COUNT as f64;
     }
-    // A diagonal entry has the variance 3/24 − 1/16 = 1/16: five times 1/(4 √n).
+    // A diagonal entry has the variance 3/24 − 1/16 = 1/16. The tolerance is five times 1/(4 √n).
     let off = (mean - nalgebra::Matrix4::identity() * 0.25).amax();
     assert!(off < 1.25 / (COUNT as f64).sqrt(), "{off}");
 }

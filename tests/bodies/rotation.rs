@@ -1,5 +1,5 @@
-//! The two forms of free rotation: what each keeps, how exact it is, and that solvers, programs
-//! and certificate have the one that the world names.
+//! The two forms of free rotation: their conserved quantities and their accuracy. Solvers, programs
+//! and certificate all use the form of the world.
 
 use crate::common::{any_state, cases, inertia, tutorial_parameters, vector};
 use nalgebra::{Matrix3, Vector3, Vector4};
@@ -13,7 +13,7 @@ use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Parameters, World};
 
-/// A brick of 3 kg whose principal axes lie askew in it, free of everything.
+/// World with a free brick of 3 kg with rotated principal axes, without gravity and ground.
 fn askew(form: Rotation, h: f64) -> World {
     let axes = rotation(&Vector4::new(0.7, 0.3, -0.5, 0.4).normalize());
     let inertia = axes * Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 2.5)) * axes.transpose();
@@ -27,7 +27,7 @@ fn askew(form: Rotation, h: f64) -> World {
     World::new(given).unwrap()
 }
 
-/// Nearly about the middle axis, where the motion is richest: it turns over again and again.
+/// State that spins almost about the middle axis, where the body flips over repeatedly.
 fn spinning(speed: f64) -> State {
     let axes = rotation(&Vector4::new(0.7, 0.3, -0.5, 0.4).normalize());
     State {
@@ -38,14 +38,14 @@ fn spinning(speed: f64) -> State {
     }
 }
 
-/// The angular momentum about the centre of mass at the state's time, world, N m s.
+/// Angular momentum about the centre of mass at the state's time [N m s, world frame].
 fn angular_momentum(world: &World, state: &State) -> Vector3<f64> {
     let (body, h) = (&world.bodies()[0], world.time_step());
     rotation(&state.attitude) * world.rotation().momentum(body.inertia(), &state.spin, h)
 }
 
-/// The largest distance from the start, relative, of the angular momentum and of the energy, and
-/// the trend of the energy: how the means over the first and the last quarter differ.
+/// Largest relative error of the angular momentum and of the energy, and the trend of the energy
+/// (last quarter against the first).
 fn drift(form: Rotation, speed: f64, steps: usize) -> [f64; 3] {
     let world = askew(form, 0.002);
     let mut state = spinning(speed);
@@ -61,9 +61,9 @@ fn drift(form: Rotation, speed: f64, steps: usize) -> [f64; 3] {
     [momentum, energies.iter().fold(0.0, |most, e| most.max(e.abs())), trend]
 }
 
-/// The momentum form keeps angular momentum to rounding, of 10⁴ steps and their Newton iterations
-/// (measured: 8e-15 to 2.6e-13), and an energy that swings by at most 0.1 (h|ω|)² (measured: 0.045)
-/// and goes nowhere: its trend over 20 s is less than a tenth of that (measured: 0.007).
+/// Checks the conservation of the momentum form. Angular momentum holds to rounding of 10⁴ steps
+/// and their Newton iterations. The energy oscillates by at most 0.1 (h|ω|)². Its trend over 20 s
+/// is less than a tenth of that.
 #[test]
 fn the_momentum_form_keeps_angular_momentum_and_energy() {
     for speed in [1.0, 3.0, 10.0, 20.0, 50.0] {
@@ -75,8 +75,9 @@ fn the_momentum_form_keeps_angular_momentum_and_energy() {
     }
 }
 
-/// The tutorial's form loses both: at 1 rad/s 1.2e-3 of the angular momentum and 1e-4 of the energy
-/// in 20 s, at 10 rad/s an eighth and a fifth, at 50 rad/s most.
+/// Checks the losses of the tutorial's form in 20 s. At 1 rad/s they are 1.2e-3 of the angular
+/// momentum and 1e-4 of the energy. At 10 rad/s they are an eighth and a fifth, at 50 rad/s most of
+/// both.
 #[test]
 fn the_tutorials_form_loses_both() {
     for (speed, momentum, energy) in
@@ -89,8 +90,8 @@ fn the_tutorials_form_loses_both() {
     }
 }
 
-/// Half the step divides the momentum form's error by four (measured: 3.96 to 4.01), the
-/// tutorial's by two (measured: 1.92 to 2.09).
+/// Checks the orders of both forms: half the step divides the momentum form's error by four, the
+/// tutorial's by two.
 #[test]
 fn the_momentum_form_is_of_second_order() {
     for speed in [1.0, 10.0] {
@@ -103,8 +104,8 @@ fn the_momentum_form_is_of_second_order() {
     }
 }
 
-/// How far a second of free rotation in `steps` steps ends from a Runge–Kutta run of tiny ones that
-/// starts with the spin I⁻¹ P⁻(ω): in attitude, and in the body's momentum, relative.
+/// Errors after one second of free rotation in `steps` steps: attitude, and relative body momentum.
+/// The reference is a Runge–Kutta run with tiny steps from the spin I⁻¹ P⁻(ω).
 fn error(form: Rotation, speed: f64, steps: i32) -> [f64; 2] {
     let world = askew(form, 1.0 / f64::from(steps));
     let (body, h) = (&world.bodies()[0], world.time_step());
@@ -119,7 +120,8 @@ fn error(form: Rotation, speed: f64, steps: i32) -> [f64; 2] {
     [turned.norm(), (momentum(&end) - other).norm() / other.norm()]
 }
 
-/// A body of equal moments keeps its spin in both forms: to what Newton's method leaves, 4 ε.
+/// Checks that a body of equal moments keeps its spin in both forms, to the error of Newton's
+/// method, 4 ε.
 #[test]
 fn without_torque_both_forms_turn_a_cube_alike() {
     let [momentum, tutorial] = Rotation::ALL.map(|rotation| {
@@ -131,8 +133,8 @@ fn without_torque_both_forms_turn_a_cube_alike() {
     assert!((momentum.attitude - tutorial.attitude).amax() < 1e-13);
 }
 
-/// Two bricks askew that meet off their centres in empty space, with friction: what one loses of
-/// the momentum the other has, to what the solver leaves of its equations (measured: 2e-14).
+/// Checks two bricks with rotated axes that collide off-centre in empty space, with friction. The
+/// total angular momentum is conserved, to the solver's residual.
 #[test]
 fn a_pair_in_free_space_keeps_its_angular_momentum() {
     let brick = |mass: f64, sides: [f64; 3]| {
@@ -180,13 +182,13 @@ fn a_pair_in_free_space_keeps_its_angular_momentum() {
     assert!(touched > 0, "they meet");
 }
 
-/// A P⁻(ω) of a body.
+/// Angular momentum A P⁻(ω) of a body.
 fn rotation_of(world: &World, body: &RigidBody, state: &State) -> Vector3<f64> {
     let momentum = world.rotation().momentum(body.inertia(), &state.spin, world.time_step());
     rotation(&state.attitude) * momentum
 }
 
-/// A step of one form is none of the other: what is missing is h (G − G′), which is of order
+/// Checks that the certificate rejects a step of the other form. The error is h (G − G′), of order
 /// h |ω|² times the reach.
 #[test]
 fn the_certificate_tells_the_forms_apart() {
@@ -204,7 +206,8 @@ fn the_certificate_tells_the_forms_apart() {
     }
 }
 
-/// The energy of a flight under gravity is constant to rounding, and that of rest the potential.
+/// Checks that the energy of a flight under gravity is constant to rounding. At rest it is the
+/// potential energy.
 #[test]
 fn the_energy_of_a_flight_is_that_which_the_step_keeps() {
     let given = Parameters { rotation: Rotation::Momentum, ..tutorial_parameters() };
@@ -226,8 +229,8 @@ fn the_energy_of_a_flight_is_that_which_the_step_keeps() {
 proptest! {
     #![proptest_config(cases(256))]
 
-    /// G is P⁺(ω⁺) − P⁻(ω) − I (ω⁺ − ω) over h, P⁺(ω) is P⁻ with the time turned round, and a step
-    /// that turns with ω takes one to the other; and its slope is that of differences.
+    /// Checks that G is (P⁺(ω⁺) − P⁻(ω) − I (ω⁺ − ω))/h. P⁺(ω) is P⁻ with reversed time, and a step
+    /// that turns with ω maps one to the other.
     #[test]
     fn the_gyroscopic_term_is_what_momentum_lacks(
         inertia in inertia(), old in any_state(), new in any_state(), h in 1e-3..0.1
@@ -245,7 +248,8 @@ proptest! {
         prop_assert!((begun - ended).norm() < 1e-13 * scale.max(1.0));
     }
 
-    /// Central differences of a cubic err by its third derivative, d² times it.
+    /// Checks the slope against central differences. For a cubic their error is d² times the third
+    /// derivative.
     #[test]
     fn the_slope_is_that_of_differences(
         inertia in inertia(), old in any_state(), new in any_state(), h in 1e-3..0.1,
@@ -271,10 +275,10 @@ mod with_ipopt {
     use tumble_core::simulation::{Motion, Simulation, StepRecord};
     use tumble_core::step::{StepSolution, StepStatus};
 
-    /// A spinning box lands on a corner: the steps with one point in contact, which the laws
-    /// determine, by both solvers. What the forms differ by in such a step, h (G − G′), is 0.02 rad/s
-    /// and more; Ipopt's answers differ from the native ones by a hundredth of that at most, and
-    /// its residual is that of hard contact to 1e-4 m/s.
+    /// Checks a spinning box that lands on a corner, with both solvers. Only steps with a single
+    /// contact point are compared, where the laws determine the motion. The forms differ by h (G −
+    /// G′), 0.02 rad/s and more, in such a step. Ipopt's solutions differ from the native ones by
+    /// at most a hundredth of that. Its residual of hard contact is at most 1e-4 m/s.
     #[test]
     fn both_solvers_land_a_skew_box_alike() {
         for form in Rotation::ALL {
@@ -314,7 +318,7 @@ mod with_ipopt {
     }
 }
 
-/// A box of 3 kg above the ground in the tutorial's form, and its throw: a corner comes first.
+/// Box of 3 kg above the ground in the tutorial's form, thrown so that a corner lands first.
 fn askew_box() -> (World, State) {
     let body = RigidBody::solid_box(3.0, Vector3::new(0.5, 0.3, 0.2)).unwrap();
     let given = Parameters { bodies: vec![body], ..tutorial_parameters() };
@@ -324,7 +328,7 @@ fn askew_box() -> (World, State) {
     (World::new(given).unwrap(), start)
 }
 
-/// The same in another form.
+/// The same scene in another form.
 fn in_form((world, start): &(World, State), rotation: Rotation) -> (World, State) {
     let given = Parameters { rotation, ..world.parameters().clone() };
     (World::new(given).unwrap(), *start)

@@ -1,4 +1,4 @@
-//! The Runge–Kutta step of the floating scene against closed forms: a body that turns about a
+//! Runge–Kutta step of the floating scene against closed forms: a body that rotates about a
 //! principal axis, and the free symmetric top.
 
 use crate::common::{body, state, tutorial_parameters};
@@ -11,16 +11,16 @@ use tumble_core::simulation::scene::TutorialScene;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::world::{Parameters, World};
 
-/// The turn by `angle` (rad) about the unit `axis`.
+/// Rotation by `angle` [rad] about the unit vector `axis`.
 fn turn(axis: &Vector3<f64>, angle: f64) -> Vector4<f64> {
     let (sin, cos) = (0.5 * angle).sin_cos();
     Vector4::new(cos, sin * axis[0], sin * axis[1], sin * axis[2])
 }
 
-/// The cube's spin is constant, so q(t) = q₀ ⊗ (cos ½|ω|t, ω/|ω| sin ½|ω|t). The rate
-/// q̇ = Ω q has the eigenvalues ±½|ω|i; with y = ½ h |ω| a step multiplies by
-/// 1 + iy − y²/2 − iy³/6 + y⁴/24, whose phase is y⁵/120 behind e^{iy}: 7.3e-12 after 1199
-/// steps. The rest is rounding.
+/// Checks the floating cube. Its spin is constant, so q(t) = q₀ ⊗ (cos ½|ω|t, ω/|ω| sin ½|ω|t). The
+/// rate q̇ = Ω q has the eigenvalues ±½|ω|i. With y = ½ h |ω| a step multiplies by 1 + iy − y²/2 −
+/// iy³/6 + y⁴/24. Its phase is y⁵/120 behind e^{iy}: 7.3e-12 after 1199 steps. The rest is
+/// rounding.
 #[test]
 fn the_floating_cube_follows_its_closed_form() {
     let scene = TutorialScene::floating();
@@ -37,11 +37,11 @@ fn the_floating_cube_follows_its_closed_form() {
         let angle = steps * scene.time_step * scene.spin.norm();
         let turned = left(&start.attitude) * turn(&scene.spin.normalize(), angle);
         let error = (now.attitude - turned).norm();
-        // 1 % for the next order, and 4 roundings a step of numbers up to 1.
+        // 1 % for the next order, and 4 roundings per step of numbers up to 1.
         let rounding = 4.0 * f64::EPSILON * steps.sqrt() + 1e-15;
         assert!((error - steps * phase).abs() < 0.01 * steps * phase + rounding, "{k}: {error:e}");
-        // A sum of k terms that ends at 2.4 m, each addition rounded to half a unit in
-        // its last place: 2.2e-16 m.
+        // A sum of k terms that ends at 2.4 m. Each addition is rounded to half a unit in the last
+        // place: 2.2e-16 m.
         let expected = start.position + scene.velocity * (steps * scene.time_step);
         assert!((now.position - expected).amax() < steps * 2.3e-16, "row {k}");
         assert_eq!(now.velocity, scene.velocity);
@@ -50,7 +50,7 @@ fn the_floating_cube_follows_its_closed_form() {
     assert_eq!(simulation.index(), 1199);
 }
 
-/// A symmetric top: moments 2, 2 and 3 kg m², 1.5 kg.
+/// World with a symmetric top: moments 2, 2 and 3 kg m², 1.5 kg.
 fn top(gravity: Vector3<f64>, time_step: f64) -> World {
     let inertia = Matrix3::from_diagonal(&Vector3::new(2.0, 2.0, 3.0));
     let body = RigidBody::with_box_corners(1.5, inertia, Vector3::repeat(0.8)).unwrap();
@@ -62,15 +62,15 @@ fn thrown_top() -> State {
     state(&[0.1, 0.2, 5.0, 0.5, 0.5, -0.5, 0.5, 1.0, 2.0, 3.0, 1.0, 4.0, -2.0])
 }
 
-/// The free top after `t` s. Its angular momentum L is constant in the world; with the moments
-/// I₁ across the figure axis e₃ and I₃ about it
+/// State of the free top after `t` s. Its angular momentum L is constant in the world frame. With
+/// the moments I₁ across the figure axis e₃ and I₃ about it
 ///
 /// ```text
 /// ω = Aᵀ L/I₁ + (1 − I₃/I₁) ω₃ e₃
 /// ```
 ///
-/// is the spin of A(t) = exp(t [L]×/I₁) A₀ exp(t (1 − I₃/I₁) ω₃ [e₃]×): a steady turn about L,
-/// and one about the figure axis. The centre falls on a parabola.
+/// is the spin of A(t) = exp(t [L]×/I₁) A₀ exp(t (1 − I₃/I₁) ω₃ [e₃]×). That is a steady rotation
+/// about L and one about the figure axis. The centre follows a parabola.
 fn top_after(world: &World, start: &State, t: f64) -> State {
     let inertia = body(world).inertia();
     let (across, along) = (inertia[(0, 0)], inertia[(2, 2)]);
@@ -86,9 +86,9 @@ fn top_after(world: &World, start: &State, t: f64) -> State {
     }
 }
 
-/// The method is of fourth order: halving h divides the distance from the closed form after a
-/// second, some two turns, by 16, up to the next order, h |ω| = 5 % at the coarser step
-/// (measured: 5.1e-9 at 0.01 s, 16.0 times less at half of it). The parabola is exact to rounding.
+/// Checks the fourth order of the method. Halving h divides the error after a second, some two
+/// turns, by 2⁴ = 16. The next order is h |ω| = 5 % at the coarser step. The parabola is exact to
+/// rounding.
 #[test]
 fn the_free_top_is_followed_to_fourth_order() {
     let gravity = Vector3::new(1.0, -2.0, -9.0);
@@ -113,9 +113,10 @@ fn the_free_top_is_followed_to_fourth_order() {
     }
 }
 
-/// The certificate of a floating step, of the closed form's next state: the method's own error
-/// of a step, of order h⁵ in the spin and, divided by h, h⁴ in the attitude. Of a state that is
-/// off by more: that much. So it does not only compare the method with itself.
+/// Checks the certificate of a floating step against the closed form's next state. It is the error
+/// of the method in one step, of order h⁵ in the spin and, divided by h, h⁴ in the attitude. For a
+/// state with a larger error it is that error. So the certificate does not only compare the method
+/// with itself.
 #[test]
 fn the_certificate_of_a_floating_step_is_the_distance_from_the_truth() {
     let certify = |h: f64, change: &dyn Fn(&mut State)| {
@@ -131,7 +132,8 @@ fn the_certificate_of_a_floating_step_is_the_distance_from_the_truth() {
     let (coarse, fine) = (certify(0.02, &|_| ()), certify(0.01, &|_| ()));
     assert!(coarse < 1e-6, "{coarse:e}");
     assert!((coarse / fine - 16.0).abs() < 0.1 * 16.0, "{coarse:e} {fine:e}");
-    // 1 mm in 10 ms, 1e-4 of a turn at the reach of 0.8 m in as long, 0.1 m/s, 0.1 rad/s there.
+    // 1 mm in 10 ms, 1e-4 of a turn at the reach of 0.8 m in the same time, 0.1 m/s, 0.1 rad/s
+    // there.
     type Change<'a> = &'a dyn Fn(&mut State);
     let changes: [(Change<'_>, f64); 4] = [
         (&|next| next.position[1] += 1e-3, 0.1),
@@ -145,8 +147,8 @@ fn the_certificate_of_a_floating_step_is_the_distance_from_the_truth() {
     }
 }
 
-/// The quaternion is normalised after a step: without that, its length would be off by y⁶/144,
-/// y = ½ h |ω|, 2e-5 in a step of 0.1 s.
+/// Checks that the quaternion is normalised after a step. Without that its length would have an
+/// error of y⁶/144, y = ½ h |ω|, 2e-5 in a step of 0.1 s.
 #[test]
 fn a_long_step_keeps_the_quaternion_a_rotation() {
     let scene = TutorialScene::floating();

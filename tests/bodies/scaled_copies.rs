@@ -1,4 +1,4 @@
-//! Scaled copies of one scene are one program to Ipopt: the same iterations, the same motion in
+//! Scaled copies of a scene are the same program for Ipopt: equal iterations, and equal motion in
 //! the scene's own units.
 
 use crate::common::tutorial_parameters;
@@ -10,8 +10,8 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Parameters, World};
 
-/// The factors by which a copy's masses, lengths and gravity differ; times follow, with the
-/// square root of length over gravity.
+/// Factors for masses, lengths and gravity. Times scale with the square root of length over
+/// gravity.
 #[derive(Debug, Clone, Copy)]
 struct Scale {
     mass: f64,
@@ -19,18 +19,18 @@ struct Scale {
     gravity: f64,
 }
 
-/// The tutorial's scene.
+/// Scale of the tutorial's scene.
 const ORIGINAL: Scale = Scale { mass: 1.0, length: 1.0, gravity: 1.0 };
 
-/// What a step came to, in the units of the original.
+/// Result of a step in the units of the original.
 struct Taken {
     status: StepStatus,
     iterations: u32,
     next: State,
 }
 
-/// A solid cube of 2 m and 10 kg, scaled, thrown so that it touches the ground soon, under a push
-/// of `push` (N).
+/// Runs a scaled solid cube of 2 m and 10 kg, thrown so that it touches the ground soon. `push` is
+/// a force [N].
 fn run(scale: Scale, friction: f64, push: f64, steps: usize) -> Vec<Taken> {
     let Scale { mass, length, gravity } = scale;
     let time = (length / gravity).sqrt();
@@ -77,8 +77,8 @@ fn run(scale: Scale, friction: f64, push: f64, steps: usize) -> Vec<Taken> {
     taken.collect()
 }
 
-/// Masses over nine decades, sizes over five, gravity over two, alone and together; factors that
-/// are no powers of two, so that every number is rounded otherwise.
+/// Masses over nine decades, sizes over five, gravity over two, separately and together. The
+/// factors are not powers of two, so that every number is rounded differently.
 const COPIES: [Scale; 11] = [
     Scale { mass: 1e-4, ..ORIGINAL },
     Scale { mass: 0.03, ..ORIGINAL },
@@ -93,13 +93,13 @@ const COPIES: [Scale; 11] = [
     Scale { mass: 7e-4, length: 0.011, gravity: 3.1 },
 ];
 
-/// What rounding leaves grows with every impact, and in the end decides whether an end is within a
-/// tolerance.
+/// Number of steps. Every impact amplifies rounding, which in longer runs decides whether an end is
+/// within the tolerance.
 const STEPS: usize = 100;
 
-/// Rounding differs by some 10⁻¹⁶ a step, and Ipopt's steps and the impacts between them enlarge
-/// it; two ends that differ by less than Ipopt's tolerance, 10⁻⁶, are the same to it (measured:
-/// 1.5e-9).
+/// Compares the copies with the original. Rounding differs by some 10⁻¹⁶ per step, and Ipopt's
+/// steps and the impacts amplify it. Ends that differ by less than Ipopt's tolerance, 10⁻⁶, are
+/// equivalent for it.
 fn check(friction: f64, push: f64) {
     let original = run(ORIGINAL, friction, push, STEPS);
     let iterations: u32 = original.iter().map(|step| step.iterations).sum();

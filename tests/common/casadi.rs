@@ -1,4 +1,4 @@
-//! A program's values and derivatives against those of CasADi, as the points of `data/` have them.
+//! Comparison of a program's values and derivatives with CasADi's, at the points of `data/`.
 
 use crate::slopes::Program;
 use nalgebra::Matrix3;
@@ -8,7 +8,7 @@ use tumble::sparsity::SparsityPattern;
 use tumble_core::contact::{Contact, ContactKey, ContactLaw, Features, Partner};
 use tumble_core::mechanics::{Pose, RigidBody};
 
-/// One line of a file: `input` is what poses the program.
+/// One line of a reference file. `input` defines the program.
 #[derive(Deserialize)]
 pub struct Point<I> {
     pub name: String,
@@ -16,7 +16,7 @@ pub struct Point<I> {
     pub output: Output,
 }
 
-/// Where a program is asked.
+/// Point at which a program is evaluated.
 #[derive(Deserialize)]
 pub struct Asked {
     pub x: Vec<f64>,
@@ -24,7 +24,7 @@ pub struct Asked {
     pub multipliers: Vec<f64>,
 }
 
-/// What CasADi makes of it.
+/// Values and derivatives that CasADi computed at that point.
 #[derive(Deserialize)]
 pub struct Output {
     objective: f64,
@@ -41,21 +41,21 @@ struct Triplets {
     values: Vec<f64>,
 }
 
-/// A contact of a point and a plane.
+/// Contact of a point with a plane.
 #[derive(Deserialize)]
 pub struct Meeting {
     a: usize,
     b: Option<usize>,
     point: [f64; 3],
     radius: f64,
-    /// Rows.
+    /// Frame of the plane: tangents and normal as rows.
     frame: [[f64; 3]; 3],
     offset: f64,
     friction: f64,
 }
 
 impl Meeting {
-    /// The contact, of bodies where they are; `index` is its point's.
+    /// Builds the contact for bodies at the given poses. `index` is the index of the contact point.
     pub fn contact(&self, index: usize, bodies: &[RigidBody], poses: &[Pose]) -> Contact {
         let partner = self.b.map_or(Partner::Ground, Partner::Body);
         let key = ContactKey { body: self.a, point: index, partner, pair: None };
@@ -68,7 +68,8 @@ impl Meeting {
 }
 
 impl Output {
-    /// Compares every number; they may differ by `rounding` of the largest of their kind. `objective` is the program's.
+    /// Compares every number. The allowed error is `rounding` times the largest number of the same
+    /// kind or 1. `objective` is our program's value.
     pub fn compare(
         &self,
         name: &str,
@@ -92,7 +93,7 @@ impl Output {
 }
 
 impl Triplets {
-    /// Every entry of CasADi's is one of ours, and where we have one more it is zero.
+    /// Checks that CasADi's entries agree with ours. Entries that only we have must be zero.
     fn compare(&self, what: &str, pattern: &SparsityPattern, found: &[f64], rounding: f64) {
         let mut entries: HashMap<_, _> = pattern.positions().zip(found.iter().copied()).collect();
         assert_eq!(entries.len(), found.len(), "{what} has an entry twice");

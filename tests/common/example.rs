@@ -1,11 +1,12 @@
-//! The example programs, built.
+//! Paths of the built example programs.
 
 use serde_json::Value;
 use std::path::PathBuf;
 use std::process::Command;
 
-/// Builds an example or a measuring program (mostly it is built) and says where it is. Of the whole workspace, as all tests are: by itself
-/// the library would want dependencies with other features, and all would be built once more.
+/// Builds an example or a measuring program and returns its path. It builds the whole workspace, as
+/// the test run does. Building the library alone would select other dependency features and compile
+/// everything again.
 pub fn built(example: &str) -> PathBuf {
     let built = Command::new(env!("CARGO"))
         .args(["build", "--quiet", "--locked", "--workspace", "--message-format=json"])

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use tumble_core::error::Error;
 use tumble_core::simulation::{Simulation, StepRecord};
 
-/// Steps on until an interrupt that is raised after `delay`, and returns how long after it the steps
-/// end. A thousand steps must take longer than that.
+/// Steps until an interrupt raised after `delay` ends the run. Returns the time from the interrupt
+/// to the end of the step. A thousand steps must take longer than `delay`.
 pub fn interrupt_after(
     delay: Duration,
     simulation: &mut Simulation<'_>,

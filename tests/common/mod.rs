@@ -1,7 +1,7 @@
-//! What the integration tests share: the reference data, the tutorial's model, models drawn
-//! at random, and a second way to write the certificate.
+//! Shared parts of the integration tests: reference data, the tutorial's model, random models, and
+//! an independent second implementation of the certificate.
 
-// Each test program compiles this file for itself and uses a part of it.
+// Every test program compiles this file separately and uses only a part of it.
 #![allow(dead_code)]
 
 pub mod symmetry;
@@ -24,10 +24,10 @@ use tumble_core::simulation::scene;
 use tumble_core::step::{Step, StepReport, StepSolution, StepSolver};
 use tumble_core::world::{Parameters, World};
 
-/// The seeds of `data/tutorial`.
+/// Seeds of the runs in `data/tutorial`.
 pub const SEEDS: [u32; 4] = [42, 0, 1, 2];
 
-/// A file of the reference data, unpacked where its name ends in `.gz`.
+/// Reads a file of the reference data and decompresses it if its name ends in `.gz`.
 pub fn reference(name: &str) -> String {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let root = package.ancestors().find(|folder| folder.join("data").is_dir());
@@ -43,10 +43,10 @@ pub fn reference(name: &str) -> String {
     text
 }
 
-/// One row of `data/tutorial`: a solve as CasADi and Ipopt ended it.
+/// One row of `data/tutorial`: a step as CasADi and Ipopt solved it.
 pub struct Row {
     pub k: i64,
-    /// Ipopt said `Solve_Succeeded`.
+    /// True if Ipopt returned `Solve_Succeeded`.
     pub solved: bool,
     pub iterations: u32,
     pub active: [bool; 8],
@@ -56,7 +56,7 @@ pub struct Row {
 #[derive(Deserialize)]
 struct RawRow(i64, String, u32, String, Vec<f64>);
 
-/// The rows of one seed, the start (k = −1) first.
+/// Rows of one seed. The initial state (k = −1) comes first.
 pub fn tutorial_rows(seed: u32) -> Vec<Row> {
     let text = reference(&format!("tutorial/seed-{seed}.csv.gz"));
     let mut reader = csv::Reader::from_reader(text.as_bytes());
@@ -76,7 +76,7 @@ pub fn tutorial_rows(seed: u32) -> Vec<Row> {
 }
 
 impl Row {
-    /// The number of flagged corners.
+    /// Number of flagged corners.
     pub fn flagged(&self) -> usize {
         self.active.iter().filter(|active| **active).count()
     }
@@ -90,22 +90,22 @@ impl Row {
     }
 }
 
-/// The constants of the tutorial's thrown cube.
+/// Constants of the tutorial's thrown cube.
 pub fn tutorial_parameters() -> Parameters {
     scene::tutorial_parameters().unwrap()
 }
 
-/// The tutorial's thrown cube above the ground.
+/// World with the tutorial's thrown cube above the ground.
 pub fn tutorial_world() -> World {
     World::new(tutorial_parameters()).unwrap()
 }
 
-/// A state of thirteen numbers.
+/// State from its thirteen numbers.
 pub fn state(values: &[f64]) -> State {
     State::from_vector(&SVector::from_column_slice(values))
 }
 
-/// The wrench of forces at the contact points: Σ f, and τ = Σ c × Aᵀ f in the body frame.
+/// Wrench of forces at the contact points: Σ f, and τ = Σ c × Aᵀ f in the body frame.
 pub fn wrench_of(body: &RigidBody, state: &State, forces: &[Vector3<f64>]) -> Wrench {
     let to_body = rotation(&state.attitude).transpose();
     let points = body.contact_points();
@@ -115,34 +115,35 @@ pub fn wrench_of(body: &RigidBody, state: &State, forces: &[Vector3<f64>]) -> Wr
     }
 }
 
-/// The body of a world of one.
+/// The only body of a world with one body.
 pub fn body(world: &World) -> &RigidBody {
     &world.bodies()[0]
 }
 
-/// The number of contact points of the body.
+/// Number of contact points of the body.
 pub fn points(world: &World) -> usize {
     body(world).contact_points().len()
 }
 
-/// The heights of the body's points above the ground, m.
+/// Heights of the body's points above the ground [m].
 pub fn heights(world: &World, state: &State) -> Vec<f64> {
     world.heights(0, &state.pose()).collect()
 }
 
-/// The contacts of all points with the ground.
+/// Contacts of all points with the ground.
 pub fn contacts(world: &World, state: &State) -> Vec<Contact> {
     let mut contacts = Vec::new();
     all_contacts(world, &[*state], &mut contacts);
     contacts
 }
 
-/// The contacts of the flagged points with the ground.
+/// Contacts of the flagged points with the ground.
 pub fn flagged_contacts(world: &World, state: &State, flags: &[bool]) -> Vec<Contact> {
     contacts(world, state).into_iter().filter(|contact| flags[contact.key.point]).collect()
 }
 
-/// The forces of a solution, one a contact point of the body; zero where there is no contact.
+/// Forces of a solution [N], one for every contact point of the body. A point without a contact has
+/// zero.
 pub fn point_forces(world: &World, solution: &StepSolution) -> Vec<Vector3<f64>> {
     let mut forces = vec![Vector3::zeros(); points(world)];
     for contact in &solution.contacts {
@@ -151,7 +152,8 @@ pub fn point_forces(world: &World, solution: &StepSolution) -> Vec<Vector3<f64>>
     forces
 }
 
-/// One step by `solver`, with the candidates `candidates` and from the start `previous`.
+/// Solves one step with `solver` and the contacts `candidates`, starting from the solution
+/// `previous`.
 pub fn solve(
     solver: &mut dyn StepSolver,
     world: &World,
@@ -162,7 +164,7 @@ pub fn solve(
     solve_after(solver, world, (state, wrench), candidates, (previous, None))
 }
 
-/// The same after the two solutions `previous` and `earlier`.
+/// Solves one step like [`solve`], with the two solutions before it: `previous` and `earlier`.
 pub fn solve_after(
     solver: &mut dyn StepSolver,
     world: &World,
@@ -179,7 +181,7 @@ pub fn solve_after(
     (report, solution)
 }
 
-/// The certificate of a step from the forces of all points, N, world.
+/// Certificate of a step, from the forces of all points [N, world frame].
 pub fn certify(
     world: &World,
     (old, new): (&State, &State),
@@ -192,9 +194,10 @@ pub fn certify(
     Certifier::new().contact_step(world, &claim, forces.iter().copied())
 }
 
-/// The certificate written down a second time, with products of quaternions and with the
-/// response of a point along a direction d as 1/m + τ·I⁻¹τ, τ the torque of a unit impulse
-/// along d: dynamics, penetration, normal law, friction law, cone.
+/// Second implementation of the certificate: dynamics, penetration, normal law, friction law, cone.
+///
+/// It multiplies quaternions, and computes the response of a point along a direction d as 1/m +
+/// τ·I⁻¹τ. Here τ is the torque of a unit impulse along d.
 pub fn certificate_by_hand(
     world: &World,
     (old, new): (&State, &State),
@@ -233,7 +236,7 @@ pub fn certificate_by_hand(
         parts[3] = parts[3].max((w_t * p - nearest).norm());
         parts[4] = parts[4].max(w_t * (p.norm() - mu * normal));
     }
-    // In the momentum form P^±(ω) = (E ± [a]× + a aᵀ) I ω with a = ½ h ω (eq. 34).
+    // Momentum form: P^±(ω) = (E ± [a]× + a aᵀ) I ω with a = ½ h ω (eq. 34).
     let inertia = body(world).inertia();
     let momentum = |spin: Vector3<f64>, sign: f64| {
         let a = 0.5 * h * spin;
@@ -261,15 +264,15 @@ pub fn certificate_by_hand(
     parts
 }
 
-/// The smallest number that at least the share `share` of `values` does not exceed.
+/// Smallest number that at least the fraction `share` of `values` does not exceed.
 pub fn quantile(values: &[f64], share: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted[((share * sorted.len() as f64).ceil() as usize).clamp(1, sorted.len()) - 1]
 }
 
-/// As many cases, the same ones every time unless PROPTEST_RNG_SEED says otherwise; a failing one is
-/// printed, not written to a file.
+/// Proptest configuration with the given number of cases. The seed is fixed unless
+/// PROPTEST_RNG_SEED is set. A failing case is printed and not written to a file.
 pub fn cases(cases: u32) -> ProptestConfig {
     let usual = ProptestConfig::default();
     let rng_seed = match usual.rng_seed {
@@ -279,20 +282,20 @@ pub fn cases(cases: u32) -> ProptestConfig {
     ProptestConfig { cases, rng_seed, failure_persistence: None, ..usual }
 }
 
-/// A vector of numbers from −`size` to `size`.
+/// Vector with components from −`size` to `size`.
 pub fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
     proptest::array::uniform3(-size..size).prop_map(Vector3::from)
 }
 
-/// A quaternion of norm 0.5 to 2, not a unit quaternion.
+/// Quaternion of norm 0.5 to 2, not a unit quaternion.
 pub fn quaternion() -> impl Strategy<Value = Vector4<f64>> {
     proptest::array::uniform4(-1.0..1.0)
         .prop_map(Vector4::from)
         .prop_filter("a norm above 0.5", |q| q.norm() > 0.5)
 }
 
-/// The inertia matrix of a body whose second moments Σ m x² along three axes, askew in the
-/// body frame, are 0.05 to 5 kg m² each.
+/// Inertia matrix of a random body. Its second moments Σ m x² along three rotated axes are 0.05 to
+/// 5 kg m² each.
 pub fn inertia() -> impl Strategy<Value = Matrix3<f64>> {
     (quaternion(), proptest::array::uniform3(0.05..5.0)).prop_map(|(q, [x, y, z])| {
         let axes = rotation(&q.normalize());
@@ -302,12 +305,12 @@ pub fn inertia() -> impl Strategy<Value = Matrix3<f64>> {
     })
 }
 
-/// Both forms of the rotation.
+/// Either form of the rotation.
 pub fn any_rotation() -> impl Strategy<Value = Rotation> {
     proptest::sample::select(&Rotation::ALL[..])
 }
 
-/// Any body with 1 to 12 contact points above any plane, with or without friction.
+/// Random body with 1 to 12 contact points above a random plane, with or without friction.
 pub fn any_world() -> impl Strategy<Value = World> {
     let body = (0.1..100.0, inertia(), proptest::collection::vec(vector(2.0), 1..=12));
     let friction = prop_oneof![1 => Just(0.0), 4 => 0.05..1.0];
@@ -329,14 +332,14 @@ pub fn any_world() -> impl Strategy<Value = World> {
     )
 }
 
-/// Any state; the attitude is not a unit quaternion.
+/// Random state. The attitude is not a unit quaternion.
 pub fn any_state() -> impl Strategy<Value = State> {
     (vector(2.0), quaternion(), vector(3.0), vector(5.0)).prop_map(
         |(position, attitude, velocity, spin)| State { position, attitude, velocity, spin },
     )
 }
 
-/// Any push of up to 10 N and 10 N m an axis.
+/// Random wrench, up to 10 N and 10 N m per axis.
 pub fn any_wrench() -> impl Strategy<Value = Wrench> {
     (vector(10.0), vector(10.0)).prop_map(|(force, torque)| Wrench { force, torque })
 }

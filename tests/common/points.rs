@@ -1,5 +1,5 @@
-//! The 250 points of `data/derivatives.jsonl.gz`, and the comparison of what was computed at
-//! them with CasADi's values.
+//! Reads the 250 points of `data/derivatives.jsonl.gz` and compares values computed there with
+//! CasADi's.
 
 use super::sizes::Sizes;
 use crate::common::{reference, tutorial_parameters};
@@ -14,7 +14,7 @@ pub struct Point {
     pub output: Output,
 }
 
-/// A constant is the tutorial's where none is given.
+/// Point and constants. A missing constant has the tutorial's value.
 #[derive(Deserialize)]
 pub struct Input {
     pub state: Vec<f64>,
@@ -30,7 +30,7 @@ pub struct Input {
     epsilon: Option<f64>,
 }
 
-/// What CasADi makes of a point, and `tumble inspect` prints of it.
+/// Values and derivatives at a point, from CasADi or from `tumble inspect`.
 #[derive(Deserialize)]
 pub struct Output {
     pub objective: f64,
@@ -40,7 +40,7 @@ pub struct Output {
     pub hessian: Triplets,
 }
 
-/// The entries of a sparse matrix.
+/// Entries of a sparse matrix.
 #[derive(Deserialize)]
 pub struct Triplets {
     pub rows: Vec<usize>,
@@ -75,7 +75,7 @@ impl Input {
         self.mass.unwrap_or(tutorial_parameters().bodies[0].mass())
     }
 
-    /// Symmetric: rows and columns are the same.
+    /// Inertia matrix. It is symmetric, so rows and columns are the same.
     pub fn inertia(&self) -> [[f64; 3]; 3] {
         self.inertia.unwrap_or((*tutorial_parameters().bodies[0].inertia()).into())
     }
@@ -89,12 +89,12 @@ impl Input {
     }
 }
 
-/// Both sides are exact formulas in double precision, summed in another order: they may differ
-/// by so many times ε Σ|terms|, the terms being those of the number itself ([`Sizes`]). Each
-/// side rounds a term by ε/2 or less for each of its factors and each sum that it goes through,
-/// mostly in different directions; measured: up to 2.4 in all (∂g/∂x of row 10), 2.1 in ∇²L.
-/// Of the numbers that are not zero nine in ten are at least a tenth of their terms, and 98 in a
-/// hundred a thousandth; where less is left when the terms cancel, CasADi's value is no better.
+/// Allowed error as a multiple of ε Σ|terms|.
+///
+/// Both sides evaluate exact formulas in double precision, summed in a different order. The terms
+/// belong to the number itself ([`Sizes`]). A term is rounded by at most ε/2 for every factor and
+/// every sum that contains it, mostly with different signs. The largest observed error is 2.4
+/// (∂g/∂x of row 10). Where the terms cancel, CasADi's value is no better than ours.
 const ROUNDINGS: f64 = 4.0;
 
 fn assert_near(what: std::fmt::Arguments<'_>, found: f64, known: f64, size: f64) {
@@ -103,11 +103,11 @@ fn assert_near(what: std::fmt::Arguments<'_>, found: f64, known: f64, size: f64)
     assert!(error <= allowed, "{what} is {found:e}, not {known:e}; {allowed:e} is allowed");
 }
 
-/// Compares every number on its own.
+/// Compares every number separately.
 pub fn compare(point: &Point, found: &Output) {
     let Point { name, input, output: known } = point;
     let sizes = Sizes::of(input);
-    // 16 squares, and one product each.
+    // The objective is a sum of 16 squares. Its terms are all positive.
     assert_near(format_args!("{name}: f"), found.objective, known.objective, known.objective);
     assert_eq!(found.gradient, known.gradient, "{name}: ∇f");
     assert_eq!(found.constraints.len(), known.constraints.len(), "{name}");

@@ -1,12 +1,13 @@
-//! How large the terms of every row, of every entry of its Jacobian and of the Hessian are: the
-//! rows of the tutorial's cube, written as `data/generate/step_nlp.py` writes them.
+//! Sizes of the terms in the rows, their Jacobian and the Hessian of the tutorial's cube. The rows
+//! are written as in `data/generate/step_nlp.py`.
 
 use super::points::Input;
 use super::terms::{Terms, VARIABLES};
 use nalgebra::DMatrix;
 use std::array::from_fn;
 
-/// The sizes of the terms of rows, Jacobian (62 × 61) and Hessian (61 × 61, lower triangle).
+/// Sizes of the terms of the rows (62), the Jacobian (62 × 61) and the Hessian (61 × 61, lower
+/// triangle).
 pub struct Sizes {
     pub rows: Vec<f64>,
     pub jacobian: DMatrix<f64>,
@@ -53,7 +54,7 @@ fn rotation(q: &[Terms; 4]) -> [Vector; 3] {
     })
 }
 
-/// The inverse by cofactors.
+/// Inverse by cofactors.
 fn inverse(matrix: &[Vector; 3]) -> [Vector; 3] {
     let cofactor = |i: usize, j: usize| {
         let [(a, b), (c, d)] = [i, j].map(|k| ((k + 1) % 3, (k + 2) % 3));
@@ -68,7 +69,7 @@ fn corner(i: usize) -> Vector {
     [1, 2, 4].map(|bit| Terms::constant(if i & bit == 0 { -1.0 } else { 1.0 }))
 }
 
-/// Where the local variables of contact `i` stand among the 61.
+/// Indices of the local variables of contact `i` among the 61.
 fn places(i: usize) -> [usize; VARIABLES] {
     from_fn(|k| if k < 13 { k } else { 13 + 8 * (k - 13) + i })
 }
@@ -114,14 +115,14 @@ fn end(input: &Input) -> (Vector, [Terms; 4], Vector, Vector) {
     (three(0), from_fn(|k| variable(3 + k)), three(7), three(10))
 }
 
-/// Eqs. 8 and 9 without the contacts' forces: rows 0 to 13.
+/// Eqs. 8 and 9 without the contact forces: rows 0 to 13.
 fn body_rows(input: &Input) -> Vec<Terms> {
     let (r, q, v, w) = end(input);
     let old: [Terms; 13] = constants(&input.state);
     let (h, gravity) = (input.dt(), constants::<3>(&input.gravity()));
     let inertia = input.inertia().map(|row| constants::<3>(&row));
 
-    // L(q) H ω: (−u·ω, w ω + u × ω).
+    // L(q) H ω = (−u·ω, w ω + u × ω).
     let u = [old[4], old[5], old[6]];
     let across = cross(&u, &w);
     let turning: [Terms; 4] = from_fn(|k| match k {
@@ -141,7 +142,7 @@ fn body_rows(input: &Input) -> Vec<Terms> {
     rows
 }
 
-/// The rows of contact `i` (eqs. 10 and 12 to 15), and what its force adds to eqs. 8c and 8d.
+/// Rows of contact `i` (eqs. 10 and 12 to 15), and the terms of its force in eqs. 8c and 8d.
 fn contact_rows(input: &Input, i: usize) -> Vec<(usize, Terms)> {
     let (r, q, ..) = end(input);
     let old: [Terms; 13] = constants(&input.state);

@@ -1,18 +1,19 @@
-//! The programs of a step as functions of a point, and their slopes by central differences.
+//! Programs of a step as functions of a point, and their derivatives by central differences.
 
 use nalgebra::{DMatrix, DVector};
 use tumble::sparsity::SparsityPattern;
 use tumble::step_nlp::StepNlp;
 use tumble::step_nlp::several::SeveralNlp;
 
-/// A program: all that it computes at a point.
+/// Nonlinear program with all its functions at a point.
 pub trait Program {
     fn gradient_at(&self, x: &[f64]) -> Vec<f64>;
     fn constraints_at(&self, x: &[f64]) -> Vec<f64>;
-    /// In the order of the pattern, as the Hessian.
+    /// Jacobian entries in the order of their pattern. The Hessian has the order of its own
+    /// pattern.
     fn jacobian_at(&self, x: &[f64]) -> Vec<f64>;
     fn hessian_at(&self, x: &[f64], factor: f64, multipliers: &[f64]) -> Vec<f64>;
-    /// Of the Jacobian and of the Hessian.
+    /// Patterns of the Jacobian and the Hessian.
     fn patterns(&self) -> [&SparsityPattern; 2];
 }
 
@@ -47,14 +48,14 @@ macro_rules! is_program {
 is_program!(StepNlp);
 is_program!(SeveralNlp);
 
-/// The numbers that `write` puts into an array of `len`.
+/// Array of `len` numbers filled by `write`.
 fn written(len: usize, write: impl FnOnce(&mut [f64])) -> Vec<f64> {
     let mut values = vec![f64::NAN; len];
     write(&mut values);
     values
 }
 
-/// A matrix of a program, whole.
+/// Dense matrix with the given pattern and values.
 pub fn dense(
     pattern: &SparsityPattern,
     values: &[f64],
@@ -67,14 +68,14 @@ pub fn dense(
     matrix
 }
 
-/// How far the Jacobian at `x` is from the slope of the constraints: see [`row_error`].
+/// Error of the Jacobian at `x` against differences of the constraints: see [`row_error`].
 pub fn jacobian_error(nlp: &impl Program, x: &[f64]) -> f64 {
     let theirs = differences(x, |x| nlp.constraints_at(x));
     let size = (theirs.nrows(), x.len());
     row_error(&dense(nlp.patterns()[0], &nlp.jacobian_at(x), size), &theirs)
 }
 
-/// How far the Hessian of the Lagrangian at `x` is from the slope of its gradient: see
+/// Error of the Hessian of the Lagrangian at `x` against differences of its gradient: see
 /// [`row_error`].
 pub fn hessian_error(nlp: &impl Program, x: &[f64], factor: f64, multipliers: &[f64]) -> f64 {
     let [of_jacobian, of_hessian] = nlp.patterns();
@@ -92,12 +93,16 @@ pub fn hessian_error(nlp: &impl Program, x: &[f64], factor: f64, multipliers: &[
     row_error(&ours, &differences(x, slope))
 }
 
-/// Central differences of `values` of fourth order, column by column:
-/// (8 (f(x+δ) − f(x−δ)) − (f(x+2δ) − f(x−2δ))) / 12δ. With δ = 1e-4 and numbers of order 1 to 50 in
-/// x, rounding leaves 1.5 ε/δ = 3e-12 of the terms, and fifth derivatives leave δ⁴/30 = 3e-18 of
-/// themselves: an attitude of small norm has them at some 1e8 times the first. With several bodies,
-/// products of two attitudes are of fourth degree, and coordinates of two bodies and of a plane
-/// cancel: some times as much.
+/// Central differences of `values`, of fourth order and column by column:
+///
+/// ```text
+/// (8 (f(x+δ) − f(x−δ)) − (f(x+2δ) − f(x−2δ))) / 12δ
+/// ```
+///
+/// With δ = 1e-4 and numbers of order 1 to 50 in x, rounding leaves an error of 1.5 ε/δ = 3e-12 of
+/// the terms. Truncation leaves δ⁴/30 = 3e-18 of the fifth derivatives. For an attitude of small
+/// norm these are some 1e8 times the first derivatives. With several bodies the error is some times
+/// larger: products of two attitudes are of fourth degree, and coordinates cancel.
 fn differences(x: &[f64], values: impl Fn(&[f64]) -> Vec<f64>) -> DMatrix<f64> {
     const DELTA: f64 = 1e-4;
     let columns: Vec<_> = (0..x.len())
@@ -115,7 +120,7 @@ fn differences(x: &[f64], values: impl Fn(&[f64]) -> Vec<f64>) -> DMatrix<f64> {
     DMatrix::from_columns(&columns)
 }
 
-/// The largest difference in a row, as a share of the row's largest entry or of 1.
+/// Largest difference in a row, divided by the row's largest entry or by 1.
 fn row_error(ours: &DMatrix<f64>, theirs: &DMatrix<f64>) -> f64 {
     let rows = ours.row_iter().zip(theirs.row_iter());
     rows.map(|(a, b)| (a - b).amax() / b.amax().max(1.0)).fold(0.0, f64::max)

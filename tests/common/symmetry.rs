@@ -1,13 +1,13 @@
-//! States seen from another frame, and in a mirror.
+//! States in a rotated frame and in a mirror.
 
-// Each test program compiles this file for itself and uses a part of it.
+// Every test program compiles this file separately and uses only a part of it.
 #![allow(dead_code)]
 
 use nalgebra::{Vector3, Vector4};
 use tumble_core::mechanics::State;
 use tumble_core::mechanics::quaternion::{left, rotation};
 
-/// The state where the whole world is turned by `q`, of length 1.
+/// State after the whole world is rotated by the unit quaternion `q`.
 pub fn turned(state: &State, q: &Vector4<f64>) -> State {
     let turn = rotation(q);
     State {
@@ -18,9 +18,11 @@ pub fn turned(state: &State, q: &Vector4<f64>) -> State {
     }
 }
 
-/// The state in the mirror x → −x. Spins are axial vectors: their x stays, the others turn
-/// round; so do the attitude's, for the body frame is mirrored as well. Boxes, rods and balls are
-/// their own mirror images.
+/// State in the mirror x → −x.
+///
+/// Spin is an axial vector: its x component stays and the others change sign. The same holds for
+/// the attitude, because the body frame is mirrored too. Boxes, rods and balls are their own mirror
+/// images.
 pub fn mirrored(state: &State) -> State {
     let (r, q, v, w) = (&state.position, &state.attitude, &state.velocity, &state.spin);
     State {

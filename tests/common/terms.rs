@@ -1,23 +1,23 @@
-//! Arithmetic that carries how large the terms are: of a value, of its slope by 19 variables,
-//! and of its curvature.
+//! Arithmetic that tracks the size of the terms of a value, of its gradient in 19 variables and of
+//! its curvature.
 //!
-//! A double computed as a sum of products is off by some ε times the sum of their absolute
-//! values, whatever is left when they cancel. Here every sum is one of absolute values:
+//! A sum of products in double precision has an error of some ε times the sum of the terms'
+//! absolute values, even where the terms cancel. Every sum here is a sum of absolute values:
 //!
 //! ```text
 //! |a ± b| → |a| + |b|,   (ab)_i → |a_i||b| + |a||b_i|,   (ab)_ij → |a_ij||b| + |a_i||b_j| + …
 //! ```
 //!
-//! and a power u^k, whose u is itself a sum and so known to ε times its terms, counts κ = (terms
-//! of u)/|u| times.
+//! The base u of a power u^k is a sum itself, with an error of ε times its terms. The power
+//! therefore counts κ = (terms of u)/|u| times.
 
 use std::array::from_fn;
 use std::ops::{Add, Mul, Sub};
 
-/// X⁺ (13) and one contact's f_x, f_y, f_z, s1, s2, λ.
+/// Number of variables: X⁺ (13) and one contact's f_x, f_y, f_z, s1, s2, λ.
 pub const VARIABLES: usize = 19;
 
-/// A value and the sizes of the terms that it, its slope and its curvature are made of.
+/// Value, and the sizes of the terms of the value, its gradient and its curvature.
 #[derive(Debug, Clone, Copy)]
 pub struct Terms {
     value: f64,

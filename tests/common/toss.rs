@@ -1,7 +1,7 @@
-//! Helpers of the native solver's tests: models, runs, and single steps as the simulation
-//! poses them.
+//! Helpers of the native solver's tests: models, runs, and single steps as the simulation solves
+//! them.
 
-// Each test program compiles this file for itself and uses a part of it.
+// Every test program compiles this file separately and uses only a part of it.
 #![allow(dead_code)]
 
 use crate::common::{body, certify, contacts, point_forces, solve_after, tutorial_parameters};
@@ -16,29 +16,29 @@ use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{ContactForce, StepReport, StepSolution, StepSolver, StepStatus};
 use tumble_core::world::{Parameters, World};
 
-/// I of the tutorial's cube over E₃, kg m².
+/// Inertia of the tutorial's cube, I/E₃ [kg m²].
 pub const LIGHT: f64 = 0.01;
-/// I of a solid cube of the same mass and size over E₃, kg m²: m (2 m)²/6.
+/// Inertia of a solid cube of the same mass and size, I/E₃ [kg m²]: m (2 m)²/6.
 pub const SOLID: f64 = 6.666667;
 
-/// The tutorial's constants for a body.
+/// Tutorial constants with another body.
 pub fn parameters(body: RigidBody) -> Parameters {
     Parameters { bodies: vec![body], ..tutorial_parameters() }
 }
 
-/// The tutorial's cube with another inertia.
+/// Tutorial cube with another inertia.
 pub fn cube(inertia: Matrix3<f64>) -> RigidBody {
     RigidBody::with_box_corners(10.0, inertia, Vector3::repeat(1.0)).unwrap()
 }
 
-/// The tutorial's world with the inertia `inertia` E₃.
+/// Tutorial world with the inertia `inertia` E₃.
 pub fn cube_world(inertia: f64) -> World {
     let inertia = Matrix3::from_diagonal_element(inertia);
     World::new(parameters(cube(inertia))).unwrap()
 }
 
-/// Cubes of three inertias: the tutorial's, a solid cube's, and one with moments close to
-/// 2, 5 and 6 kg m² about axes askew to the sides.
+/// Cubes of three inertias: the tutorial's, a solid cube's, and one with moments close to 2, 5 and
+/// 6 kg m² about axes that are rotated against the sides.
 pub fn cubes() -> Vec<RigidBody> {
     let askew = Matrix3::new(4.584, 1.209, -0.554, 1.209, 2.648, 0.288, -0.554, 0.288, 5.768);
     [LIGHT, SOLID]
@@ -49,24 +49,24 @@ pub fn cubes() -> Vec<RigidBody> {
         .collect()
 }
 
-/// The thrown cube's start.
+/// Initial state of the thrown cube.
 pub fn thrown(seed: u32) -> State {
     TutorialScene::drop().start(TutorialScene::drop().attitude(seed))
 }
 
-/// A simulation by the native solver.
+/// Simulation with the native solver.
 pub fn native(world: &World, start: State) -> Simulation<'static> {
     let solver = Box::new(NativeSolver::new(world));
     let motion = Motion::Contact { detection: Detection::Predictive, solver };
     Simulation::new(world.clone(), [start], motion).unwrap()
 }
 
-/// The steps of a thrown cube's run of 1000 rows by the native solver.
+/// Steps of a thrown cube's run of 1000 rows with the native solver.
 pub fn thrown_run(world: &World, seed: u32) -> Vec<StepRecord> {
     native_run(world, thrown(seed), 999)
 }
 
-/// The steps of a run by the native solver.
+/// Steps of a run with the native solver.
 pub fn native_run(world: &World, start: State, steps: usize) -> Vec<StepRecord> {
     let mut simulation = native(world, start);
     let mut record = StepRecord::new();
@@ -78,7 +78,7 @@ pub fn native_run(world: &World, start: State, steps: usize) -> Vec<StepRecord> 
     run
 }
 
-/// The largest residual of a run, after a check that no step failed.
+/// Largest residual of a run [m/s], after a check that no step failed.
 pub fn worst_residual(run: &[StepRecord]) -> f64 {
     for step in run {
         assert_ne!(step.report.status, StepStatus::Failed, "step {}", step.index);
@@ -86,20 +86,20 @@ pub fn worst_residual(run: &[StepRecord]) -> f64 {
     run.iter().map(|step| step.certificate.residual()).fold(0.0, largest)
 }
 
-/// The larger of two numbers, NaN if either is.
+/// Larger of two numbers, or NaN if either is NaN.
 pub fn largest(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// A step solved on its own.
+/// Result of a single step.
 pub struct Solved {
     pub report: StepReport,
     pub solution: StepSolution,
     pub certificate: Certificate,
 }
 
-/// One step from `state` as the simulation poses it, without an external wrench and from
-/// the start `previous`.
+/// Solves one step from `state` as the simulation does, without an external wrench and starting
+/// from `previous`.
 pub fn solve_step(
     solver: &mut dyn StepSolver,
     world: &World,
@@ -109,7 +109,7 @@ pub fn solve_step(
     solve_step_after(solver, world, state, (previous, None))
 }
 
-/// Step `k` of `run`, 2 or later, as the run had it: after the same two solutions.
+/// Solves step `k` ≥ 2 of `run` again, with the same two solutions before it.
 pub fn solve_again(
     solver: &mut dyn StepSolver,
     world: &World,
@@ -140,7 +140,8 @@ fn solve_step_after(
     Solved { report, solution, certificate }
 }
 
-/// The point `state` with forces (N, world) at the contact points, a start for a step.
+/// Solution with the pose `state` and forces at the contact points [N, world frame], as a start for
+/// a step.
 pub fn with_forces(world: &World, state: &State, forces: &[Vector3<f64>]) -> StepSolution {
     let mut solution = StepSolution::free(&[*state]);
     let contacts = contacts(world, state);
@@ -152,7 +153,7 @@ pub fn with_forces(world: &World, state: &State, forces: &[Vector3<f64>]) -> Ste
     solution
 }
 
-/// The state turned by `angle` about the vertical.
+/// State rotated by `angle` about the vertical.
 pub fn turned(state: &State, angle: f64) -> State {
     let ((s, c), (half_s, half_c)) = (angle.sin_cos(), (0.5 * angle).sin_cos());
     let turn = Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
@@ -164,13 +165,13 @@ pub fn turned(state: &State, angle: f64) -> State {
     }
 }
 
-/// The largest difference of two states in position (m) and attitude.
+/// Largest difference of two states in position [m] and attitude.
 pub fn pose_apart(a: &State, b: &State) -> f64 {
     let position = (a.position - b.position).amax();
     position.max((a.attitude - b.attitude).amax())
 }
 
-/// The largest difference of two states' motions at the body's reach, m/s.
+/// Largest difference of two states in velocity, with spins times the body's reach [m/s].
 pub fn motion_apart(world: &World, a: &State, b: &State) -> f64 {
     let velocity = (a.velocity - b.velocity).amax();
     velocity.max((a.spin - b.spin).amax() * body(world).reach())
@@ -188,8 +189,8 @@ impl Uniform {
         f64::from(self.0.next_u32()) / f64::from(u32::MAX)
     }
 
-    /// A force at every contact point: of one size for all, 0.1 N to 100 kN, pressing, in a
-    /// cone of 0.3 in each horizontal direction.
+    /// Pressing forces at every contact point. Their common scale is 0.1 N to 100 kN. The friction
+    /// in each horizontal direction is at most 0.3 of the normal force.
     pub fn forces(&mut self, contacts: usize) -> Vec<Vector3<f64>> {
         let size = 10_f64.powf(6.0 * self.draw() - 1.0);
         let mut force = || {

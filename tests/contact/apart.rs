@@ -1,4 +1,4 @@
-//! What does not touch: pairs that are kept apart, and bodies that touch nothing.
+//! Bodies that may not touch: pairs excluded from contact, and bodies excluded from all contacts.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble_core::contact::{Candidates, Detection, Plane};
@@ -34,7 +34,7 @@ fn at(height: f64) -> State {
     }
 }
 
-/// The heights after a second.
+/// Heights after one second [m].
 fn fallen(world: World, heights: &[f64]) -> Vec<f64> {
     let starts: Vec<_> = heights.iter().map(|height| at(*height)).collect();
     let motion = Motion::native(&world);
@@ -47,7 +47,8 @@ fn fallen(world: World, heights: &[f64]) -> Vec<f64> {
     simulation.states().iter().map(|state| state.position[2]).collect()
 }
 
-/// What was found for one world says nothing of another with the same pieces, in which others may touch.
+/// Checks that candidates found for one world are not reused for another with the same pieces but
+/// other excluded pairs.
 #[test]
 fn candidates_of_one_world_serve_another() {
     let together = world(2);
@@ -83,7 +84,7 @@ fn a_body_may_pass_the_ground_or_what_is_fixed_alone() {
     assert!((through[0] - 0.1).abs() < 1e-9, "{through:?}");
     let both = world.with_untouched(0).unwrap();
     let free = fallen(both, &[1.3]);
-    // h² g k (k + 1)/2 of free flight.
+    // Free flight: h² g k (k + 1)/2.
     assert!((free[0] - (1.3 - 9.81 * 4e-6 * 125_250.0)).abs() < 1e-9, "{free:?}");
 }
 

@@ -12,13 +12,13 @@ fn total_force(record: &StepRecord) -> Vector3<f64> {
     record.solution.forces().sum()
 }
 
-// A ball in a groove along x, whose walls make the angle φ with the plane y = 0.
+// A ball in a groove along x. The walls make the angle φ with the plane y = 0.
 
 const RADIUS: f64 = 0.1;
-/// The groove falls by this towards +x.
+/// Slope of the groove towards +x [degrees].
 const SLOPE: f64 = 20.0;
 
-/// The walls, boxes whose upper faces are the groove's.
+/// Walls of the groove: boxes whose upper faces form the groove.
 fn groove(phi: f64) -> Vec<Piece> {
     let (sin, cos) = phi.sin_cos();
     let wall = |side: f64| {
@@ -43,7 +43,7 @@ fn in_groove(phi: f64, friction: f64, time_step: f64) -> Vec<StepRecord> {
     run(&world, &[start], (0.3 / time_step).round() as usize)
 }
 
-/// The largest of the numbers, after the first three steps.
+/// Largest value of a quantity after the first three steps.
 fn settled(records: &[StepRecord], of: impl Fn(&StepRecord) -> f64) -> f64 {
     records[3..].iter().map(of).fold(0.0, f64::max)
 }
@@ -51,8 +51,8 @@ fn settled(records: &[StepRecord], of: impl Fn(&StepRecord) -> f64) -> f64 {
 const GROOVES: [f64; 3] = [30.0, 45.0, 60.0];
 const FRICTIONS: [f64; 3] = [0.5, 1.0, 2.0];
 
-/// Two balls of different size that overlap by a tenth of a millimetre, spinning and rubbing: what they do does not depend on
-/// which of them is told first.
+/// Checks that the order of the bodies does not matter. Two spinning balls of different size
+/// overlap by a tenth of a millimetre.
 #[test]
 fn balls_that_overlap_push_each_other_in_any_order() {
     let bodies = [body(sphere(0.1)), body(sphere(0.3))];
@@ -68,16 +68,19 @@ fn balls_that_overlap_push_each_other_in_any_order() {
         [0, 1].map(|k| record.solution.states[order[k]])
     };
     for (one, two) in first([0, 1]).iter().zip(first([1, 0])) {
-        // To rounding; where the lever ends on one of them, by 5e-5 m times the impulse over the inertia.
+        // The error is rounding. A lever that ended on one of the balls would make an error of 5e-5
+        // m times the impulse over the inertia.
         assert!(
             (one.velocity - two.velocity).norm() < 1e-12 && (one.spin - two.spin).norm() < 1e-11
         );
     }
 }
 
-/// It rolls about the line through its centre across the groove, at the height d = r sin φ above the points
-/// that touch: v' = g sin α/(1 + I/(m d²)). The walls bear it: forces across the groove add up to
-/// m g cos α upwards and to nothing sideways. Both at every friction, from rest, to a hundredth.
+/// Checks a ball that rolls down a groove from rest.
+///
+/// The ball rolls about a line through its centre, across the groove. The line is d = r sin φ above
+/// the touching points: v' = g sin α/(1 + I/(m d²)). The forces across the groove add up to m g cos
+/// α upwards and to zero sideways. Both hold for every friction, to a hundredth.
 #[test]
 fn a_ball_rolls_down_a_groove() {
     let alpha = SLOPE.to_radians();
@@ -101,7 +104,7 @@ fn a_ball_rolls_down_a_groove() {
                 (force, speed)
             });
             assert!(errors[0].0 < 1e-2 && errors[0].1 < 1e-2, "{name}: {errors:?}");
-            // First order or better, or a hundredth of what is allowed.
+            // The error is of first order or better, or a hundredth of the tolerance.
             let falls = |a: f64, b: f64| b <= 0.6 * a || b < 1e-4;
             assert!(falls(errors[0].0, errors[1].0), "{name}: {errors:?}");
             assert!(falls(errors[0].1, errors[1].1), "{name}: {errors:?}");
@@ -109,8 +112,9 @@ fn a_ball_rolls_down_a_groove() {
     }
 }
 
-/// What rolls puts ever new points on the walls, which have no share of the weight to carry across the
-/// groove by friction: N = m g cos α/(2 sin φ) on each wall, in every step after the first ones, to a hundredth.
+/// Checks the normal forces on the walls of a groove. A rolling ball brings new points to the walls
+/// all the time, so that friction across the groove carries none of the weight. Every wall carries
+/// N = m g cos α/(2 sin φ), to a hundredth, in every step after the first ones.
 #[test]
 fn each_wall_of_a_groove_bears_its_part() {
     let alpha = SLOPE.to_radians();
@@ -133,9 +137,9 @@ fn each_wall_of_a_groove_bears_its_part() {
     }
 }
 
-/// Between a slope of 20° and the upright side of a fixed box, along both: the total force is the weight, and
-/// no contact bears more than one and a half times what wedges it without friction (friction of what still
-/// slides adds to it), in every step after the first ones.
+/// Checks a ball between a slope of 20° and the vertical side of a fixed box, rolling along both.
+/// In every step after the first ones the total force is the weight. A contact carries at most 1.5
+/// times the frictionless wedge force. Friction adds to the wedge force while a contact slides.
 #[test]
 fn a_ball_between_a_slope_and_a_box_does_not_jam() {
     let alpha = SLOPE.to_radians();
@@ -160,7 +164,7 @@ fn a_ball_between_a_slope_and_a_box_does_not_jam() {
                 let total = total_force(record);
                 assert!((total[2] - MASS * G).abs() < 1e-2 * MASS * G, "{name}: {total:?}");
                 assert!(total[1].abs() < 1e-2 * MASS * G, "{name}: {total:?}");
-                // Without friction: W/cos α of the slope, W tan α of the box.
+                // Without friction: W/cos α on the slope, W tan α on the box.
                 for force in normal_forces(record) {
                     assert!(force < 1.5 * MASS * G / cos, "{name}: {force} N");
                 }
@@ -169,7 +173,8 @@ fn a_ball_between_a_slope_and_a_box_does_not_jam() {
     }
 }
 
-/// A capsule on two points: v' = g sin α/(1 + I/(m r²)) about its axis, and its points bear m g cos α.
+/// Checks a capsule that rolls on two points: v' = g sin α/(1 + I/(m r²)) about its axis. Its
+/// points carry m g cos α.
 #[test]
 fn a_capsule_rolls_down_a_slope() {
     let alpha = SLOPE.to_radians();
@@ -199,8 +204,8 @@ fn a_capsule_rolls_down_a_slope() {
     }
 }
 
-/// A cube with rounded edges, thrown on rough ground, comes to rest without a step that makes
-/// energy: no kinetic energy beyond the work of the weight but for the turn within a step (eq. 28).
+/// Checks that a cube with rounded edges, thrown on rough ground, comes to rest and gains no
+/// energy. The tolerance covers the turn within a step (eq. 28).
 #[test]
 fn a_rounded_cube_makes_no_energy() {
     let corner = |k: u8| Vector3::from_fn(|axis, _| if k >> axis & 1 == 1 { 0.07 } else { -0.07 });

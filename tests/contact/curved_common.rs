@@ -1,4 +1,4 @@
-//! Bodies of round pieces, worlds of fixed ones, and runs of them.
+//! Bodies of round pieces, worlds with fixed pieces, and runs.
 
 use nalgebra::{Rotation3, Vector3, Vector4};
 use tumble_core::geometry::Piece;
@@ -18,7 +18,7 @@ pub fn sphere(radius: f64) -> Piece {
     Piece::sphere(radius).unwrap()
 }
 
-/// A capsule with its axis along y.
+/// Capsule with its axis along y.
 pub fn capsule_along_y(half_length: f64, radius: f64) -> Piece {
     let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
     let piece = Piece::capsule(half_length, radius).unwrap();
@@ -50,7 +50,7 @@ pub fn world(
     world.with_fixed(pieces.into_iter().map(fixed).collect()).unwrap()
 }
 
-/// As many steps, each of them solved.
+/// Runs `steps` steps. Every step must be solved and physical.
 pub fn run(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
     let starts = states.iter().copied();
     let mut simulation = Simulation::new(world.clone(), starts, Motion::native(world)).unwrap();
@@ -69,7 +69,7 @@ pub fn run(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
     (0..steps).map(step).collect()
 }
 
-/// The normal forces of a step, N.
+/// Normal forces of a step [N].
 pub fn normal_forces(record: &StepRecord) -> Vec<f64> {
     let contacts = record.solution.contacts.iter().filter(|contact| contact.carries_force());
     contacts.map(|contact| contact.normal_force).collect()

@@ -1,4 +1,4 @@
-//! Rounded features that part and meet: departures in closed form, and gaps that are exact at the end of
+//! Rounded features that separate and meet: departures in closed form, and exact gaps at the end of
 //! a step.
 
 use crate::curved_common as common;
@@ -11,31 +11,31 @@ use tumble_core::simulation::StepRecord;
 
 const RADIUS: f64 = 0.1;
 
-// What slides or rolls off a round top: the centre goes round at the distance L, by the angle θ from
-// the vertical.
+// A body that slides or rolls off a round top. Its centre moves on a circle of radius L, at the
+// angle θ from the vertical.
 
-/// From near the top, with the speed of a start from rest at the top. `part` is that of the energy which
-/// is in the motion along: v² = 2 `part` g L (1 − cos θ).
+/// Descent that begins near the top, with the speed of a start from rest at the top. `part` is the
+/// fraction of the energy in translation: v² = 2 `part` g L (1 − cos θ).
 struct Descent {
     body: RigidBody,
     top: Piece,
-    /// L, m.
+    /// Distance L of the centres [m].
     distance: f64,
     friction: f64,
     part: f64,
-    /// ω/v, 1/m.
+    /// Ratio ω/v [1/m].
     turning: f64,
 }
 
 const FIRST_ANGLE: f64 = 0.15;
 
 impl Descent {
-    /// N = m (g cos θ − v²/L), in parts of m g.
+    /// Normal force N = m (g cos θ − v²/L), relative to m g.
     fn force(&self, cos: f64) -> f64 {
         cos - 2.0 * self.part * (1.0 - cos)
     }
 
-    /// Where it is nothing.
+    /// Angle at which the normal force is zero.
     fn departure(&self) -> f64 {
         f64::acos(2.0 * self.part / (1.0 + 2.0 * self.part))
     }
@@ -44,7 +44,7 @@ impl Descent {
         let gravity = Vector3::new(0.0, 0.0, -G);
         let (bodies, pieces) = (vec![self.body.clone()], vec![self.top.clone()]);
         let world = world(bodies, pieces, (gravity, self.friction, h));
-        // The scheme's velocities are those of the middles of the steps: that of half a step before.
+        // The velocities of the scheme belong to the midpoints of the steps, half a step earlier.
         let speed_at =
             |angle: f64| f64::sqrt(2.0 * self.part * G * self.distance * (1.0 - angle.cos()));
         let earlier = FIRST_ANGLE - 0.5 * h * speed_at(FIRST_ANGLE) / self.distance;
@@ -57,8 +57,9 @@ impl Descent {
         run(&world, &[start], (1.2 / h) as usize)
     }
 
-    /// In every step until shortly before the departure the force is that of the closed form, to a hundredth of
-    /// the weight, and it departs within the turn of two steps of where it should, for every step.
+    /// Checks the force in every step until shortly before the departure, to a hundredth of the
+    /// weight. The angle of departure has an error of at most the motion of two steps, for every
+    /// step size.
     fn check(&self, name: &str) {
         let departure = self.departure();
         let speed = f64::sqrt(2.0 * self.part * G * self.distance * (1.0 - departure.cos()));
@@ -108,8 +109,8 @@ fn a_ball_slides_off_a_ball() {
     descent.check("ball on ball");
 }
 
-/// Without slip: cos θ = 10/17. With μ = 5 it slips from where N < F/5 = 2/35 m g sin θ on, which is nearer to
-/// the departure than what is looked at.
+/// Rolling without slip: cos θ = 10/17. With μ = 5 the ball slips once N < F/5 = 2/35 m g sin θ.
+/// That is closer to the departure than the checked range.
 #[test]
 fn a_ball_rolls_off_a_ball() {
     let descent = Descent {
@@ -124,7 +125,7 @@ fn a_ball_rolls_off_a_ball() {
     descent.check("ball rolls on ball");
 }
 
-/// On the side of a capsule, and a capsule along another one.
+/// Checks a ball on the side of a capsule, and a capsule along another one.
 #[test]
 fn balls_and_capsules_slide_off_a_capsule() {
     for (name, piece) in
@@ -142,7 +143,7 @@ fn balls_and_capsules_slide_off_a_capsule() {
     }
 }
 
-/// Over the sharp edge of a box: L is the ball's own radius.
+/// Checks a ball on the sharp edge of a box: L is the ball's own radius.
 #[test]
 fn a_ball_slides_over_the_edge_of_a_box() {
     let box_ = Piece::cuboid(Vector3::new(0.5, 1.0, 0.5)).unwrap();
@@ -151,7 +152,8 @@ fn a_ball_slides_over_the_edge_of_a_box() {
     Descent { body, top, distance, friction: 0.0, part: 1.0, turning: 0.0 }.check("edge");
 }
 
-/// A capsule across a fixed one, its middle on it, lies there: the weight in every step.
+/// Checks a capsule that lies across a fixed one, balanced at its middle. The force is the weight
+/// in every step.
 #[test]
 fn a_capsule_lies_across_a_capsule() {
     let gravity = Vector3::new(0.0, 0.0, -G);
@@ -170,9 +172,9 @@ fn a_capsule_lies_across_a_capsule() {
 
 // Impacts in free space.
 
-/// Two bodies that meet obliquely, plastic and without friction, end the step of the impact in touch: the
-/// distance of their centres, or of the axes of crossed capsules, is that of the radii, to rounding. And only what is
-/// along the line of centres at the start is changed.
+/// Checks an oblique plastic impact of two bodies without friction. At the end of the step they
+/// touch exactly: the distance of the centres, or of the axes of crossed capsules, is the sum of
+/// the radii. Momentum is conserved.
 #[test]
 fn what_meets_obliquely_ends_in_touch() {
     let crossed = || {
@@ -183,7 +185,7 @@ fn what_meets_obliquely_ends_in_touch() {
     let balls = (sphere(0.08), sphere(0.12));
     let capsules = (crossed(), capsule_along_y(0.3, 0.12));
     for (name, (first, second)) in [("balls", balls), ("crossed capsules", capsules)] {
-        // The capsules' axes are along x and y.
+        // The axes of the capsules are along x and y.
         let distance = |states: &[State]| {
             let apart = states[0].position - states[1].position;
             if name == "balls" { apart.norm() } else { apart[2].abs() }
@@ -191,7 +193,7 @@ fn what_meets_obliquely_ends_in_touch() {
         for aside in [0.0, 0.03, 0.08] {
             let bodies = vec![body(first.clone()), body(second.clone())];
             let world = world(bodies, vec![], (Vector3::zeros(), 0.0, 2e-3));
-            // The capsules meet in their middles, which does not turn them.
+            // The capsules meet at their middles, so that the impact does not turn them.
             let aside = if name == "balls" { aside } else { 0.0 };
             let starts = [
                 at(Vector3::new(aside, 0.0, 0.4), Vector3::new(0.0, 0.0, -2.0), Vector3::zeros()),
@@ -209,7 +211,7 @@ fn what_meets_obliquely_ends_in_touch() {
     }
 }
 
-/// Three balls head-on with gaps, e = 1: each passes its speed on, exactly.
+/// Checks three balls in a row with gaps and e = 1. Each ball passes its speed on exactly.
 #[test]
 fn speeds_are_passed_on_along_a_row() {
     let bodies = vec![body(sphere(0.1)); 3];
@@ -226,7 +228,8 @@ fn speeds_are_passed_on_along_a_row() {
     assert_eq!(records.iter().filter(|record| !normal_forces(record).is_empty()).count(), 2);
 }
 
-/// The order of the bodies is no physics: an oblique rough impact of a ball and a capsule, told in both orders.
+/// Checks that swapping the bodies does not change the result of an oblique rough impact of a ball
+/// and a capsule.
 #[test]
 fn swapped_bodies_do_the_same() {
     let pieces = [sphere(0.08), capsule_along_y(0.2, 0.12)];

@@ -1,4 +1,4 @@
-//! Where bodies touch, and by which law: pairs, round features, planes, speed, restitution.
+//! Tests of contacts and their laws: pairs, round features, planes, fast bodies, restitution.
 
 mod apart;
 #[path = "../common/mod.rs"]

@@ -1,5 +1,5 @@
-//! Bodies of many points: rims that roll and fall by the native solver; sliding faces by Ipopt, and
-//! an interrupt in the middle of a step.
+//! Bodies with many points: rolling and falling rims with the native solver, sliding faces with
+//! Ipopt, and an interrupt in the middle of a step.
 
 use crate::common::tutorial_parameters;
 use crate::interrupt::interrupt_after;
@@ -11,7 +11,7 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Parameters, World};
 
-/// A plate of 1 m that slides and turns on a grid of `side`² points.
+/// Plate of 1 m that slides and turns on a grid of `side`² points.
 fn sliding_plate(side: usize) -> Simulation<'static> {
     let at = |i: usize| i as f64 / (side - 1) as f64 - 0.5;
     let grid = (0..side * side).map(|k| Vector3::new(at(k % side), at(k / side), -0.1));
@@ -31,9 +31,9 @@ fn sliding_plate(side: usize) -> Simulation<'static> {
     Simulation::new(world, [start], motion).unwrap()
 }
 
-/// A coin with 1000 points on its rims rolls, or is dropped turning: contacts change in every step,
-/// and the last step's forces are those of others. At most 5 % of the contact steps need another
-/// start (measured: 0.1 and 1.6 %).
+/// Checks a coin with 1000 points on its rims that rolls, or is dropped while turning. The contacts
+/// change in every step, so that the last forces belong to other points. Later stages run in at
+/// most 5 % of the contact steps.
 #[test]
 fn a_coin_of_a_thousand_points_hardly_needs_another_start() {
     let (radius, half) = (0.5, 0.03);
@@ -69,10 +69,10 @@ fn a_coin_of_a_thousand_points_hardly_needs_another_start() {
     }
 }
 
-/// Steps of a sliding face are solved by Ipopt, whatever the number of points (measured: 27 to
-/// 77 iterations for the five). The weight is carried, and friction is μ times it against the slip:
-/// v falls by μ g h a step, less what turning takes of the direction: 0.5 rad/s at 0.7 m against
-/// 1 m/s is at most a third.
+/// Checks that Ipopt solves the steps of a sliding face with any number of points.
+///
+/// The weight is carried, and friction is μ times the weight against the slip. So v falls by μ g h
+/// per step, less a part due to the turning: 0.5 rad/s at 0.7 m against 1 m/s is at most a third.
 #[test]
 fn a_sliding_face_of_many_points_is_solved() {
     for side in [4, 10, 14] {
@@ -95,9 +95,8 @@ fn a_sliding_face_of_many_points_is_solved() {
     }
 }
 
-/// An interrupt in the middle of a step ends it after the iteration under way (measured: 0.1 to
-/// 0.3 s with 961 points, whose first step takes 2 s and more), and the simulation stands where it
-/// stood.
+/// Checks that an interrupt ends a step after the current iteration and leaves the simulation
+/// unchanged. The first step with 961 points takes 2 s or more.
 #[test]
 fn an_interrupt_ends_a_step_of_many_points() {
     let mut simulation = sliding_plate(31);

@@ -1,4 +1,4 @@
-//! Worlds without a ground: pairs in free space, and fixed pieces with nothing under them.
+//! Worlds without a ground: pairs in free space, and fixed pieces with nothing below.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble::solver::ipopt::{Formulation, IpoptSolver, ladder_for};
@@ -24,7 +24,7 @@ fn parameters(bodies: Vec<RigidBody>, gravity: f64, offset: f64) -> Parameters {
     }
 }
 
-/// The world of these constants, with no ground.
+/// World with these constants and no ground.
 fn groundless(parameters: Parameters) -> World {
     World::new(Parameters { ground: None, ..parameters }).unwrap()
 }
@@ -53,8 +53,8 @@ fn run(world: &World, starts: &[State], steps: usize, motion: Motion<'_>) -> Vec
     (0..steps).map(step).collect()
 }
 
-/// Two cubes that meet at the height 0 of a ground that is not there: as above one that is far away, to
-/// what rounding makes of a plane 50 m from there; and by Ipopt, to its residuals.
+/// Checks two cubes that collide at height 0 without a ground. The result equals that above a
+/// distant plane, to the rounding of a plane 50 m away. Ipopt agrees to its residuals.
 #[test]
 fn a_pair_in_free_space_needs_no_plane() {
     let bodies = || vec![cube(1.0), cube(3.0)];
@@ -80,7 +80,7 @@ fn a_pair_in_free_space_needs_no_plane() {
     let solver = ladder_for(&world, Formulation::Reduced, options).unwrap();
     let motion = Motion::Contact { detection: Default::default(), solver };
     let ipopt = run(&world, &starts, 100, motion);
-    // Each impulse is within a residual of obeying the laws, and the motion is made by their sum.
+    // Each impulse has an error of one residual, and the motion is the sum of the impulses.
     let allowed: f64 = ipopt
         .iter()
         .map(|record| 2.0 * record.contacts.len() as f64 * record.certificate.residual())
@@ -91,8 +91,8 @@ fn a_pair_in_free_space_needs_no_plane() {
     }
 }
 
-/// A ball in a bowl of four slabs comes to rest on them; another one falls past it for ever: after k steps
-/// it is g h² k (k + 1)/2 below its start. No height is that of a ground.
+/// Checks a ball that comes to rest in a bowl of four slabs. Another one falls past it for ever:
+/// after k steps it is g h² k (k + 1)/2 below its start. No ground limits the heights.
 #[test]
 fn a_bowl_with_nothing_under_it_holds_a_ball_and_lets_another_fall() {
     let ball = RigidBody::solid(1.0, &[Piece::sphere(0.1).unwrap()]).unwrap().0;
@@ -101,7 +101,7 @@ fn a_bowl_with_nothing_under_it_holds_a_ball_and_lets_another_fall() {
         let (sin, cos) = (std::f64::consts::FRAC_PI_2 * f64::from(side)).sin_cos();
         let about = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
         let (s, c) = 0.5_f64.sin_cos();
-        // Inclined by 0.5 rad, its upper face through the origin.
+        // Inclined by 0.5 rad. The upper face contains the origin.
         let inclined = Matrix3::new(c, 0.0, -s, 0.0, 1.0, 0.0, s, 0.0, c);
         let centre = inclined * Vector3::new(0.5, 0.0, -0.05);
         let piece = slab.moved_by(&(about * inclined), &(about * centre)).unwrap();
@@ -115,7 +115,7 @@ fn a_bowl_with_nothing_under_it_holds_a_ball_and_lets_another_fall() {
     let steps = 2000;
     let records = run(&world, &starts, steps, Motion::native(&world));
     let end = &records[steps - 1].solution.states;
-    // Touching four planes through the origin at 0.5 rad: the centre is R/cos 0.5 above it.
+    // The ball touches four planes through the origin at 0.5 rad: its centre is R/cos 0.5 above it.
     assert!((end[0].position[2] - 0.1 / 0.5_f64.cos()).abs() < 1e-6, "{}", end[0].position);
     assert!(end[0].velocity.norm() < 1e-6, "{}", end[0].velocity);
     let k = steps as f64;
@@ -124,7 +124,7 @@ fn a_bowl_with_nothing_under_it_holds_a_ball_and_lets_another_fall() {
     assert!(records.iter().all(|record| record.certificate.residual() < 1e-9));
 }
 
-/// One body without pieces or ground has nothing to touch, whoever solves.
+/// Checks that a body without pieces and ground has no contacts, for any solver.
 #[test]
 fn one_body_without_a_ground_falls() {
     let world = groundless(parameters(vec![cube(1.0)], GRAVITY, 0.0));

@@ -1,5 +1,5 @@
-//! Contacts between two bodies, as far as the certificate knows them: a force acts on both, at
-//! one point of the world and opposite, and no direction of the world is special.
+//! Contacts between two bodies, as the certificate evaluates them. Opposite forces act on both
+//! bodies at one point of the world. No direction of the world is special.
 
 use crate::common::symmetry::turned;
 use crate::common::{cases, quaternion, vector};
@@ -11,22 +11,22 @@ use tumble_core::mechanics::quaternion::{advance, rotation};
 use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble_core::world::{Parameters, World};
 
-/// h, s.
+/// Time step h [s].
 const TIME_STEP: f64 = 0.01;
 
-/// Two bodies of one kind or another, the features with which they touch, and a force.
+/// Two bodies, their touching features, and a force.
 #[derive(Debug, Clone)]
 struct Scene {
     bodies: [RigidBody; 2],
     states: [State; 2],
-    /// Of A against a plane of B.
+    /// Features of A against a plane of B.
     features: Features,
     friction: f64,
-    /// N, world, on A.
+    /// Force on A [N, world frame].
     force: Vector3<f64>,
 }
 
-/// A box of 0.5 to 10 kg, all sides equal or any.
+/// Box of 0.5 to 10 kg. All sides are equal if `cube` is true.
 fn boxes(cube: bool) -> impl Strategy<Value = RigidBody> {
     (0.5..10.0, proptest::array::uniform3(0.2..1.0)).prop_map(move |(mass, half_sides)| {
         let half_sides = Vector3::from(half_sides);
@@ -41,7 +41,7 @@ fn any_state() -> impl Strategy<Value = State> {
     )
 }
 
-/// A corner of A, rounded or not, and any plane in the frame of B.
+/// Scene with a corner of A, sharp or rounded, and a random plane in the frame of B.
 fn scene(cubes: bool) -> impl Strategy<Value = Scene> {
     let bodies = [boxes(cubes), boxes(cubes)];
     let radius = prop_oneof![Just(0.0), 0.01..0.2];
@@ -57,7 +57,7 @@ fn scene(cubes: bool) -> impl Strategy<Value = Scene> {
 }
 
 impl Scene {
-    /// Without gravity, far above the ground `ground`.
+    /// World without gravity, far above the plane `ground`.
     fn world(&self, ground: Plane) -> World {
         let (bodies, gravity) = (self.bodies.to_vec(), Vector3::zeros());
         let (friction, time_step) = (self.friction, TIME_STEP);
@@ -79,14 +79,15 @@ impl Scene {
         Contact::new(key, self.features, law, (a.0, &a.1), Some((b.0, &b.1)))
     }
 
-    /// Where the force acts, world: the corner, less the rounding along the plane's normal.
+    /// Point of application of the force [world frame]: the corner, shifted by the radius against
+    /// the plane's normal.
     fn touching_point(&self) -> Vector3<f64> {
         let [a, b] = &self.states;
         let normal = rotation(&b.attitude) * self.features.frame.column(2);
         a.position + rotation(&a.attitude) * self.features.point - normal * self.features.radius
     }
 
-    /// The next states under `force` on A and `reaction` on B (N, world), both at `point`.
+    /// Next states under `force` on A and `reaction` on B [N, world frame], both at `point`.
     fn next(&self, [force, reaction]: [Vector3<f64>; 2], point: Vector3<f64>) -> [State; 2] {
         let next = |i: usize, force: Vector3<f64>| {
             let (body, state) = (&self.bodies[i], &self.states[i]);
@@ -114,21 +115,21 @@ impl Scene {
         )
     }
 
-    /// The scene turned by `q` about the world's origin; B's plane goes with B.
+    /// Scene rotated by `q` about the world's origin. B's plane rotates with B.
     fn turned(&self, q: &Vector4<f64>) -> Self {
         let states = self.states.map(|state| turned(&state, q));
         Self { states, force: rotation(q) * self.force, ..self.clone() }
     }
 }
 
-/// P^±(ω) = (E ± [a]× + a aᵀ) I ω, a = ½ h ω (eq. 34), with the sign of `h` (s).
+/// P^±(ω) = (E ± [a]× + a aᵀ) I ω, a = ½ h ω (eq. 34), with the sign of `h` [s].
 fn turning(body: &RigidBody, spin: &Vector3<f64>, h: f64) -> Vector3<f64> {
     let a = 0.5 * h * spin;
     (Matrix3::identity() + a.cross_matrix() + a * a.transpose()) * body.inertia() * spin
 }
 
-/// ω⁺ of P⁺(ω⁺) = P⁻(ω) + h τ, as a fixed point: what h |ω| I_max/I_min < 1 shrinks in every
-/// round.
+/// Solves P⁺(ω⁺) = P⁻(ω) + h τ for ω⁺ by a fixed-point iteration. It converges if h |ω| I_max/I_min
+/// < 1.
 fn spin_after(body: &RigidBody, spin: &Vector3<f64>, torque: &Vector3<f64>) -> Vector3<f64> {
     let given = turning(body, spin, -TIME_STEP) + TIME_STEP * torque;
     let solve = |torque: Vector3<f64>| body.inertia().lu().solve(&torque).unwrap();
@@ -153,11 +154,12 @@ fn momentum(bodies: &[RigidBody; 2], states: &[State; 2]) -> [Vector3<f64>; 2] {
 proptest! {
     #![proptest_config(cases(256))]
 
-    /// Equal and opposite forces at one point of the world obey the equations of motion that the
-    /// certificate writes down: to the rounding of positions over h, 2e-16 · 4 m/0.01 s, a few
-    /// times over (measured: 2.2e-14 m/s). Any other reaction shows: half
-    /// of it in its full size, a tenth of a newton at the least; the same one an arm away from
-    /// the point by the spin that its torque makes.
+    /// Checks that equal and opposite forces at one point obey the certificate's equations of
+    /// motion.
+    ///
+    /// The tolerance covers the rounding of positions over h, 2e-16 · 4 m/0.01 s. Any other
+    /// reaction is detected. Half the reaction leaves its full size as an error. The same reaction
+    /// at a distant point leaves the spin that its torque makes.
     #[test]
     fn opposite_forces_at_one_point_are_the_exact_step(scene in scene(false), arm in vector(1.0)) {
         let (force, point) = (scene.force, scene.touching_point());
@@ -176,9 +178,9 @@ proptest! {
         prop_assert!(wrong > 0.5 * spin * scene.bodies[1].reach() - 1e-12, "{wrong:e} {spin:e}");
     }
 
-    /// The bodies' momenta, as the exact step leaves them, have the sums that they had, the angular
-    /// momentum about the world's origin with P⁻(ω) of each body. To rounding of sums of 10 kg · 5 m/s · 2 m
-    /// and the like (measured: 1.4e-14 kg m/s, 5.7e-14 kg m²/s).
+    /// Checks that an exact step conserves linear momentum and angular momentum about the world's
+    /// origin, with P⁻(ω) of each body. The tolerance covers rounding of sums of about 10 kg · 5
+    /// m/s · 2 m.
     #[test]
     fn an_exact_step_keeps_the_momentum_of_the_pair(cubes in scene(true), any in scene(false)) {
         for scene in [&cubes, &any] {
@@ -194,9 +196,9 @@ proptest! {
         }
     }
 
-    /// Turned as a whole, ground, bodies, forces, the scene has the certificate that it had: the
-    /// laws' parts, large here, for the force is any, and the exact step's dynamics. To rounding
-    /// of parts of up to 700 m/s (measured: 8.0e-13 m/s).
+    /// Checks that rotating ground, bodies and forces together does not change the certificate. The
+    /// parts of the laws are large here, because the force is random. The tolerance covers rounding
+    /// of parts of up to 700 m/s.
     #[test]
     fn a_turned_pair_has_the_same_certificate(scene in scene(false), q in quaternion()) {
         let q = q.normalize();
@@ -211,8 +213,8 @@ proptest! {
         }
     }
 
-    /// The touching point's response to an impulse is that of both bodies, in the world's axes
-    /// n·(E/m − [r]× (A I Aᵀ)⁻¹ [r]×) n each.
+    /// Checks that the response of the touching point is the sum for both bodies. In world axes
+    /// each is n·(E/m − [r]× (A I Aᵀ)⁻¹ [r]×) n.
     #[test]
     fn the_response_is_that_of_both_bodies(scene in scene(false)) {
         let (contact, point) = (scene.contact(), scene.touching_point());
@@ -233,9 +235,9 @@ proptest! {
         prop_assert!(normal < 1e-12 && tangential < 1e-12, "{normal:e}, {tangential:e}");
     }
 
-    /// Two bodies that move as one do not slip on each other, and keep their gap: to rounding of
-    /// positions over h, several times over (measured: 5.2e-13 m/s). A step never turns by half a
-    /// circle, where its spin would be infinite: up to 145° here.
+    /// Checks that two bodies in a common rigid motion do not slip and keep their gap. The
+    /// tolerance covers rounding of positions over h. The turn is at most 145°, because at half a
+    /// circle the spin of a step is infinite.
     #[test]
     fn bodies_that_move_as_one_do_not_slip(
         scene in scene(false), q in quaternion(), shift in vector(1.0)

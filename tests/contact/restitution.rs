@@ -1,5 +1,5 @@
-//! Contacts that bounce: closed forms of single impacts and of bouncing motions, and that no
-//! impact makes energy.
+//! Contacts with restitution: closed forms of single impacts and of bouncing motions, and checks
+//! that no impact creates energy.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
@@ -45,7 +45,7 @@ fn world(bodies: Vec<RigidBody>, gravity: f64, friction: f64, time_step: f64) ->
     .unwrap()
 }
 
-/// Every step, each one solved and certified.
+/// Runs a world and returns the records of all steps. Every step must be solved and certified.
 fn run(world: &World, states: Vec<State>, motion: Motion<'_>, steps: usize) -> Vec<StepRecord> {
     let mut simulation = Simulation::new(world.clone(), states, motion).unwrap();
     let step = |_| {
@@ -66,8 +66,8 @@ fn native(world: &World, states: Vec<State>, steps: usize) -> Vec<StepRecord> {
     records
 }
 
-/// The scheme between impacts keeps ½ v² + g z − ½ h g v, an impact with e = 1 too (eq. 30), so
-/// that every bounce is as high as the first: 33 000 steps, 70 bounces.
+/// Checks that a ball with e = 1 bounces to the same height for 33 000 steps, 70 bounces. Between
+/// impacts the scheme conserves ½ v² + g z − ½ h g v. So does an impact with e = 1 (eq. 30).
 #[test]
 fn a_ball_that_loses_nothing_bounces_for_ever() {
     let (g, h) = (9.81, 1e-3);
@@ -88,8 +88,8 @@ fn a_ball_that_loses_nothing_bounces_for_ever() {
     assert!((65..80).contains(&bounces), "{bounces}");
 }
 
-/// Heights go like e²ⁿ and times like eⁿ; a bounce starts up to h v above the ground, which is
-/// what the scheme misses: first order in h.
+/// Checks the heights and times of bounces: heights decrease like e²ⁿ and intervals like eⁿ. A
+/// bounce starts up to h v above the ground, which is an error of first order in h.
 #[test]
 fn heights_and_times_of_bounces_converge_with_the_step() {
     let (g, e, drop) = (9.81, 0.7, 0.5);
@@ -119,13 +119,13 @@ fn heights_and_times_of_bounces_converge_with_the_step() {
         worst
     };
     let errors = [1e-3, 2.5e-4].map(error);
-    // Each of the four bounces moves by up to h v = 3 mm at h = 1 ms.
+    // Each of the four bounces is shifted by up to h v = 3 mm at h = 1 ms.
     assert!(errors[0] < 8e-3, "{errors:?}");
     assert!(errors[1] < 0.5 * errors[0], "{errors:?}");
 }
 
-/// Newton's cradle: with gaps the last ball takes it all, in touch the impact is simultaneous and
-/// two move on together.
+/// Checks Newton's cradle. With gaps the last ball takes all the momentum. Without gaps the impact
+/// is simultaneous, and two balls move on together.
 #[test]
 fn three_balls_in_a_row() {
     let outcome = |gap: f64| {
@@ -148,9 +148,9 @@ fn three_balls_in_a_row() {
     }
 }
 
-/// A rod lands on its end without friction: p = (1 + e) v/(1/m + a²/I), whatever the other end
-/// does. The step turns the rod with its new spin, so that the height of the end is right to
-/// second order in h ω.
+/// Checks a rod that lands on its end without friction: p = (1 + e) v/(1/m + a²/I), for any motion
+/// of the other end. The step turns the rod with its new spin, so that the height of the end is
+/// accurate to second order in h ω.
 #[test]
 fn an_end_of_a_rod_bounces_by_its_own_inertia() {
     let (mass, moment, arm, e, speed, h) = (2.0, 0.05, 0.3, 0.6, 1.5, 1e-5);
@@ -173,7 +173,7 @@ fn an_end_of_a_rod_bounces_by_its_own_inertia() {
     assert_eq!(next.velocity[0], 0.4);
 }
 
-/// A coefficient of a pair and of a body count as those of friction do.
+/// Checks that coefficients of pairs and of bodies combine like friction coefficients.
 #[test]
 fn coefficients_combine_by_pair() {
     let bodies = vec![ball(1.0, 0.1).with_restitution(0.9).unwrap(), ball(1.0, 0.1)];
@@ -188,7 +188,7 @@ fn coefficients_combine_by_pair() {
     assert!(world.with_restitution_between(2, Partner::Ground, 0.5).is_err());
 }
 
-/// Slower than the threshold nothing bounces.
+/// Checks that contacts slower than the threshold do not bounce.
 #[test]
 fn slow_contacts_do_not_bounce() {
     let world = world(vec![ball(1.0, 0.1)], 9.81, 0.3, 1e-3).with_restitution(0.8).unwrap();
@@ -206,9 +206,10 @@ fn kinetic(body: &RigidBody, state: &State) -> f64 {
     0.5 * (body.mass() * state.velocity.norm_squared() + spin.dot(&(body.inertia() * spin)))
 }
 
-/// Kane's paradox: boxes of all shapes thrown obliquely onto rough ground. Newton's law with the
-/// whole coefficient makes energy in some of these impacts; none of what is taken does. Without
-/// gravity and with steps of a microsecond the kinetic energy alone says so.
+/// Checks Kane's paradox: random boxes thrown obliquely onto rough ground. With the full
+/// coefficient Newton's law creates energy in some of these impacts. With the reduced share no
+/// impact does. There is no gravity and h is a microsecond, so the kinetic energy is the total
+/// energy.
 #[test]
 fn no_impact_makes_energy() {
     let tempered = Cell::new(0_u32);
@@ -236,7 +237,7 @@ fn no_impact_makes_energy() {
         prop_assume!(record.contacts.iter().any(|contact| contact.rebound > 0.0));
         let body = &world.bodies()[0];
         let (before, after) = (kinetic(body, &state), kinetic(body, record.next()));
-        // The scheme's own turn within the step, h ω = 1e-5 (eq. 28).
+        // The tolerance covers the turn within the step, h ω = 1e-5 (eq. 28).
         prop_assert!(after <= before * (1.0 + 1e-4), "{before} {after}");
         tempered.set(tempered.get() + u32::from(record.restitution_share < 1.0));
         Ok(())
@@ -245,8 +246,8 @@ fn no_impact_makes_energy() {
     assert!(tempered.get() > 0, "no paradox in sight");
 }
 
-/// A box that lands on a corner: Ipopt on the tutorial's program and on the general one find the
-/// native solver's motion.
+/// Checks a box that lands on a corner. Ipopt finds the motion of the native solver, with the
+/// tutorial's program and with the general one.
 #[test]
 fn ipopt_bounces_as_the_native_solver_does() {
     use tumble::ipopt::Options;
@@ -269,7 +270,7 @@ fn ipopt_bounces_as_the_native_solver_does() {
         let by_native = native(&world, starts(), 60);
         let impacts = by_native.iter().filter(|r| r.contacts.iter().any(|c| c.rebound > 0.0));
         assert!(impacts.count() > 0);
-        // Until the second impact at least; the program is smoothed by 1e-6 N.
+        // At least until the second impact. The program is smoothed by 1e-6 N.
         let last = |records: &[StepRecord]| records[59].solution.states[0];
         let (a, b) = (last(&by_ipopt), last(&by_native));
         assert!((a.velocity - b.velocity).amax() < 1e-3, "{count}: {a:?} {b:?}");

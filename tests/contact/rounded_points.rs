@@ -1,5 +1,5 @@
-//! Points with a rounding radius: a ball about each point that touches with its surface. No
-//! detection finds such contacts yet; the native solver takes them, posed by hand.
+//! Points with a radius: each is a ball that touches with its surface. No detection finds such
+//! contacts, so the tests construct them for the native solver.
 
 use crate::common;
 
@@ -17,7 +17,7 @@ use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{StepSolution, StepStatus};
 use tumble_core::world::{Parameters, World};
 
-/// The contacts of all points of the body with the ground, each rounded by `radius`.
+/// Contacts of all points of the body with the ground, each rounded by `radius`.
 fn rounded(world: &World, state: &State, radius: f64) -> Vec<Contact> {
     let (body, ground, pose) = (common::body(world), world.ground().unwrap(), state.pose());
     let points = body.contact_points().iter().enumerate();
@@ -31,7 +31,7 @@ fn rounded(world: &World, state: &State, radius: f64) -> Vec<Contact> {
     points.map(contact).collect()
 }
 
-/// A world, a state with the lowest ball up to 2 mm above the ground or below it, and a radius.
+/// World, radius, and a state whose lowest ball is at most 2 mm above or below the ground.
 #[derive(Debug)]
 struct Case {
     world: World,
@@ -39,8 +39,8 @@ struct Case {
     radius: f64,
 }
 
-/// One ball off the centre, a dumbbell, a tripod, or a box with rounded corners; on the level or
-/// on a slope.
+/// Single ball off the centre, dumbbell, tripod, or box with rounded corners, on level ground or on
+/// a slope.
 fn any_case() -> impl Strategy<Value = Case> {
     let shapes = vec![
         vec![Vector3::new(0.1, 0.0, 0.05)],
@@ -61,7 +61,7 @@ fn any_case() -> impl Strategy<Value = Case> {
             .prop_map(|(normal, offset)| Plane::new(normal, offset).unwrap()),
     ];
     let body = (proptest::sample::select(shapes), 0.02..0.3, 0.05..0.2);
-    // Lying on all its balls but those of a box's other faces, or any way.
+    // The body lies on its balls (a box on one face), or has a random attitude.
     let attitude = prop_oneof![Just(Vector4::new(1.0, 0.0, 0.0, 0.0)), quaternion()];
     let motion = (attitude, vector(3.0), vector(5.0), -2e-3..2e-3);
     (body, ground, 0.0..0.8, motion).prop_map(
@@ -83,7 +83,8 @@ fn any_case() -> impl Strategy<Value = Case> {
     )
 }
 
-/// To the 1e-9 m/s of any step (measured: 9.7e-13). Most of the steps touch.
+/// Checks that the native solver solves these steps to a residual of 1e-9 m/s. Most of the steps
+/// have touching contacts.
 #[test]
 fn the_native_solver_solves_rounded_points_exactly() {
     let pressed = Cell::new(0);
@@ -100,7 +101,8 @@ fn the_native_solver_solves_rounded_points_exactly() {
         let claim = Claim { states, next, wrenches, contacts: &contacts, joints: &[], gears: &[] };
         let certificate = Certifier::new().contact_step(&world, &claim, solution.forces());
         prop_assert!(certificate.residual() <= 1e-9, "{certificate:?}");
-        // Written down a second time: no ball ends in the ground, and one that presses touches.
+        // Independent check of the laws: no ball ends in the ground, and a pressing ball touches
+        // it.
         let normal = world.ground().unwrap().normal();
         let turn = rotation(&next[0].attitude);
         let places = common::body(&world).contact_points().iter();
@@ -118,14 +120,14 @@ fn the_native_solver_solves_rounded_points_exactly() {
     assert!(pressed.get() > 2000, "{}", pressed.get());
 }
 
-/// A solid ball put down sliding. Friction at its surface, ρ below the centre, slows it and
-/// spins it up, with m ρ Δv = −I Δω in every step, until it rolls: v = ρ ω = v₀/(1 + I/(m ρ²)),
-/// 5/7 of v₀ for I = 2/5 m ρ². Rolling is no slip of the middle and of the spin about it (eq. 10a),
-/// v = ρ ω: both to rounding.
+/// Checks a solid ball that is placed sliding. Friction at its surface, ρ below the centre, slows
+/// it and spins it up, with m ρ Δv = −I Δω in every step. In the end it rolls: v = ρ ω = v₀/(1 +
+/// I/(m ρ²)), which is 5/7 of v₀ for I = 2/5 m ρ². Rolling is zero slip of the centre and the spin
+/// about it (eq. 10a), v = ρ ω. Both hold to rounding.
 #[test]
 fn a_sliding_ball_rolls_in_the_end() {
     let (radius, speed) = (0.1, 0.7);
-    // A second point, inside the ball: all points in the centre are refused.
+    // The second point is inside the ball. A body with all points in its centre is refused.
     let places = [Vector3::zeros(), Vector3::new(0.05, 0.0, 0.0)];
     let inertia = Matrix3::from_diagonal_element(0.4 * radius * radius);
     let world = World::new(parameters(RigidBody::new(1.0, inertia, &places).unwrap())).unwrap();

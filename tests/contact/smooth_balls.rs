@@ -1,5 +1,5 @@
-//! Balls that meet within a step: off their centres without friction, forces go through both centres,
-//! and one that is driven into the ground meets it.
+//! Balls that meet within a step. Off-centre and without friction, the forces act through both
+//! centres. A ball that is driven into the ground meets it.
 
 use nalgebra::{Vector3, Vector4};
 use tumble_core::contact::Plane;
@@ -34,7 +34,7 @@ fn world(bodies: Vec<RigidBody>) -> World {
     .unwrap()
 }
 
-/// 40 steps in which the balls meet; no ball ever turns (to rounding), and no step adds energy.
+/// Runs 40 steps in which the balls meet. To rounding, no ball turns and no step adds energy.
 fn check(name: &str, world: &World, starts: &[State]) -> Vec<StepRecord> {
     let motion = Motion::native(world);
     let mut run = Simulation::new(world.clone(), starts.iter().copied(), motion).unwrap();
@@ -62,9 +62,9 @@ fn check(name: &str, world: &World, starts: &[State]) -> Vec<StepRecord> {
     records
 }
 
-/// Of equal and of different radii. The gap at the start of the step in which they meet is a fifth of
-/// a radius: planes across the line of centres where they overlap would be turned against the line at
-/// the start, and their forces would turn the balls. Momentum and its moment stay.
+/// Checks balls of equal and of different radii. The gap at the start of the collision step is a
+/// fifth of a radius. Planes at the overlap after free flight would be rotated against the line of
+/// centres, and their forces would turn the balls. Momentum and angular momentum are conserved.
 #[test]
 fn balls_that_meet_off_their_centres_do_not_turn() {
     for (name, [first, second]) in [("equal", [0.1, 0.1]), ("first larger", [0.1, 0.06])] {
@@ -78,13 +78,14 @@ fn balls_that_meet_off_their_centres_do_not_turn() {
                 bodies.map(|(b, s)| b.mass() * s.position.cross(&s.velocity)).sum()
             };
             let kept = moment(&records[39].solution.states) - moment(&starts);
-            // 40 steps of two balls, each to some roundings of numbers below 1.
+            // Rounding of 40 steps of two balls, with numbers below 1.
             assert!(kept.amax() < 1e-13, "{name}, {aside}: {kept}");
         }
     }
 }
 
-/// A fixed ball: the plane is its own, or that of the moving one, whichever is less round.
+/// Checks a fixed ball. The plane belongs to the ball with the smaller curvature, the fixed or the
+/// moving one.
 #[test]
 fn a_ball_that_meets_a_fixed_one_does_not_turn() {
     for (name, radius) in [("equal", 0.1), ("larger", 0.2), ("smaller", 0.05)] {
@@ -95,11 +96,11 @@ fn a_ball_that_meets_a_fixed_one_does_not_turn() {
     }
 }
 
-/// A ball that another one drives into the ground within a step meets the ground, although its
-/// point is a contact with the other ball already: free flight would not have brought it there.
+/// Checks that a ball driven down by another ball within a step meets the ground. Its point is
+/// already a contact with the other ball, and free flight would not reach the ground.
 #[test]
 fn a_ball_that_is_driven_down_meets_the_ground() {
-    // Above the band in which points are candidates at the start.
+    // The start is above the band in which points are candidates.
     let starts = [at([0.0, 0.0, 0.1006], [0.0; 3]), at([0.0, 0.0, 0.3007], [0.0, 0.0, -2.0])];
     let world = World::new(Parameters {
         ground: Some(Plane::level()),

@@ -1,5 +1,5 @@
-//! Which body has the plane of a contact is decided by geometry: the order in which bodies are named
-//! permutes the motion, through impacts as well.
+//! Geometry decides which body owns the plane of a contact. Reordering the bodies permutes the
+//! motion, also through impacts.
 
 use nalgebra::{Vector3, Vector4};
 use tumble_core::contact::Plane;
@@ -13,10 +13,11 @@ use tumble_core::world::{Parameters, World};
 
 type V = Vector3<f64>;
 
-/// A body and where it starts.
+/// Body with its initial state.
 type Placed = (RigidBody, State);
 
-/// The records of `placed` in the order `order`, `gravity` downwards, m/s², above a ground far below.
+/// Records of a run of `placed` in the order `order`, above a ground far below. `gravity` acts
+/// downwards [m/s²].
 fn run(placed: &[Placed], order: &[usize], gravity: f64, steps: usize) -> Vec<StepRecord> {
     let bodies = order.iter().map(|&index| placed[index].0.clone()).collect();
     let (ground, gravity) = (Plane::level(), V::new(0.0, 0.0, -gravity));
@@ -40,7 +41,7 @@ fn run(placed: &[Placed], order: &[usize], gravity: f64, steps: usize) -> Vec<St
     (0..steps).map(step).collect()
 }
 
-/// Boxes, cubes, capsules, balls and hulls of 3 to 12 cm.
+/// Random box, cube, capsule, ball or hull of 3 to 12 cm.
 fn body(draws: &mut Draws) -> RigidBody {
     let kind = (5.0 * draws.unit()) as u32;
     let mut size = || 0.03 + 0.09 * draws.unit();
@@ -63,7 +64,7 @@ fn vector(draws: &mut Draws, size: f64) -> V {
     V::from_fn(|_, _| size * (2.0 * draws.unit() - 1.0))
 }
 
-/// The largest difference of two motions, m/s, spins at 0.1 m; in the order `order` of `found`.
+/// Largest difference of two motions [m/s], with spins times 0.1 m. `found` has the order `order`.
 fn apart(usual: &[State], found: &[State], order: &[usize]) -> f64 {
     let of = |(place, &index): (usize, &usize)| {
         let (a, b) = (&usual[index], &found[place]);
@@ -76,9 +77,9 @@ fn is_solved(record: &StepRecord) -> bool {
     !matches!(record.report.status, StepStatus::Failed | StepStatus::Wild)
 }
 
-/// Compares runs in other orders with the usual one, up to `after` steps beyond the first contact, as long
-/// as the steps are solved: what a solver leaves of a velocity (1e-9 m/s) is multiplied by the impacts
-/// after it. Returns how many steps with contacts were compared, and the largest difference, m/s.
+/// Compares runs in other orders with the usual one, up to `after` steps beyond the first contact,
+/// while the steps are solved. The solver leaves velocity errors of 1e-9 m/s, which later impacts
+/// amplify. Returns the number of compared steps with contacts, and the largest difference [m/s].
 fn compare(
     placed: &[Placed],
     orders: &[Vec<usize>],
@@ -105,7 +106,7 @@ fn compare(
     (compared, most)
 }
 
-/// Two bodies that meet in free space, with any spin or none.
+/// Checks two bodies that collide in free space, with and without spin.
 #[test]
 fn swapping_two_bodies_swaps_their_motion() {
     let mut draws = Draws::new(11);
@@ -136,8 +137,8 @@ fn swapping_two_bodies_swaps_their_motion() {
     assert!(different.is_empty(), "of {compared} steps: {different:#?}");
 }
 
-/// Two equal cubes without spin that meet edge to edge, face to face and corner to corner, one behind the
-/// other or beside it: what no spin and no mass tells apart.
+/// Checks two equal cubes without spin that meet edge to edge, face to face and corner to corner.
+/// Neither spin nor mass distinguishes them.
 #[test]
 fn swapping_twins_swaps_their_motion() {
     let cube = RigidBody::solid_box(1.0, V::repeat(0.1)).unwrap();
@@ -167,7 +168,7 @@ fn swapping_twins_swaps_their_motion() {
     }
 }
 
-/// Four bodies that fall on each other, in other orders.
+/// Checks four bodies that fall on each other, in other orders.
 #[test]
 fn renumbering_four_bodies_permutes_their_motion() {
     let mut draws = Draws::new(12);

@@ -1,4 +1,4 @@
-//! Steps that are solved and no physics: they are told from the others.
+//! Detection of unphysical steps, which obey the laws but have too large turns or gain energy.
 
 use crate::toss::*;
 use nalgebra::{Matrix3, Vector3, Vector4};
@@ -10,7 +10,7 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
 use tumble_core::world::{Parameters, World};
 
-/// ½ m v² + ½ ωᵀ I ω − m g·r, J.
+/// ½ m v² + ½ ωᵀ I ω − m g·r [J].
 fn energy(world: &World, state: &State) -> f64 {
     let body = &world.bodies()[0];
     let spinning = state.spin.dot(&(body.inertia() * state.spin));
@@ -18,7 +18,7 @@ fn energy(world: &World, state: &State) -> f64 {
     0.5 * (moving + spinning) - body.mass() * world.gravity().dot(&state.position)
 }
 
-/// The records of a native run of a body.
+/// Records of a native run of one body.
 fn run(world: &World, start: State, steps: usize) -> Vec<StepRecord> {
     let mut simulation = Simulation::new(world.clone(), [start], Motion::native(world)).unwrap();
     let mut step = || {
@@ -29,9 +29,9 @@ fn run(world: &World, start: State, steps: usize) -> Vec<StepRecord> {
     (0..steps).map(|_| step()).collect()
 }
 
-/// A cube that spins on ice by 20 rad/s turns by 2 rad in a step of 0.1 s, as far as the step's
-/// impulses know: they act on a motion that the turn has long left behind. The same cube is no
-/// trouble at a hundredth of the step.
+/// Checks a cube that spins on ice at 20 rad/s, 2 rad in a step of 0.1 s. The impulses of the step
+/// act on a motion that the turn has already changed. At a hundredth of the step the cube is no
+/// problem.
 #[test]
 fn a_step_that_is_too_long_for_a_body_is_marked() {
     let body = RigidBody::solid_box(1.0, Vector3::repeat(0.5)).unwrap();
@@ -53,9 +53,9 @@ fn a_step_that_is_too_long_for_a_body_is_marked() {
     assert_eq!(marked(0.001), 0);
 }
 
-/// A step of the tutorial's scene never makes energy, and none is marked; of light bodies with few
-/// points some steps do, and every one that makes more than a hundredth of the motion's energy says
-/// so.
+/// Checks that the tutorial's scene never gains energy, and that no step is marked. Light bodies
+/// with few points gain energy in some steps. Every step that gains more than a hundredth of the
+/// kinetic energy is marked.
 #[test]
 fn no_solved_step_makes_energy_unmarked() {
     let needle = |count: usize| {
@@ -96,14 +96,14 @@ fn no_solved_step_makes_energy_unmarked() {
     assert!(wild > 0, "no step of the needles was wild");
 }
 
-/// Whatever it is asked, the first two balls part along x with `factor` times the speed that they came
-/// with, and all others fly on.
+/// Solver that separates the first two balls along x with `factor` times their speed. All other
+/// bodies fly on.
 struct Parting {
     factor: f64,
 }
 
 impl StepSolver for Parting {
-    /// So much that the certificate does not mind.
+    /// Large enough that the certificate accepts any result.
     fn accepted_residual(&self) -> f64 {
         1e6
     }
@@ -146,8 +146,8 @@ fn ball(mass: f64, radius: f64) -> RigidBody {
     RigidBody::of_pieces(mass, inertia, vec![Piece::sphere(radius).unwrap()]).unwrap()
 }
 
-/// Two balls meet and part with a third more energy than they had. That a ball of a tonne flies
-/// elsewhere, or that two of them rest on each other, makes it no less.
+/// Checks two balls that separate with a third more energy than they had. A ball of a tonne flying
+/// elsewhere, or two resting on each other, must not hide the gain.
 #[test]
 fn what_happens_elsewhere_excuses_no_energy() {
     let status = |factor: f64, others: &[State]| {
@@ -176,14 +176,14 @@ fn what_happens_elsewhere_excuses_no_energy() {
         [vec![], vec![ball_at(700.0, 10.0)], vec![ball_at(700.0, 10.0), ball_at(-700.0, 0.0)]]
     {
         assert_eq!(status(third_more, &others), StepStatus::Wild, "{others:?}");
-        // A ten-thousandth is below what counts.
+        // A gain of a ten-thousandth is below the threshold.
         assert_eq!(status(1.00005, &others), StepStatus::Converged, "{others:?}");
         assert_eq!(status(0.5, &others), StepStatus::Converged, "{others:?}");
     }
 }
 
-/// Of bricks that bounce, spinning fast, every step that makes more than a thousandth of the motion's
-/// energy says so: also of what turning makes, which is no work of the impulses.
+/// Checks fast spinning bricks that bounce. Every step that gains more than a thousandth of the
+/// kinetic energy is marked. That includes gains from turning, which are not work of the impulses.
 #[test]
 fn no_bounce_makes_energy_unmarked() {
     let body = RigidBody::solid_box(1.0, Vector3::new(0.1, 0.075, 0.05)).unwrap();
@@ -204,7 +204,7 @@ fn no_bounce_makes_energy_unmarked() {
                 if record.contacts.iter().all(|contact| contact.rebound == 0.0) {
                     continue;
                 }
-                // With the velocities of the middle, which an elastic bounce keeps.
+                // Velocities at the midpoint of the step, which an elastic bounce conserves.
                 let middle = |state: &State| {
                     let velocity = state.velocity + 0.5 * time_step * world.gravity();
                     energy(&world, &State { velocity, ..*state })
@@ -228,7 +228,8 @@ fn no_bounce_makes_energy_unmarked() {
     );
 }
 
-/// What is set down some nanometres too deep, as numbers in single precision are, is lifted out: no energy to speak of.
+/// Checks a start some nanometres too deep, as coordinates in single precision are. It is lifted
+/// out without a significant energy gain.
 #[test]
 fn a_start_that_is_nanometres_deep_is_lifted_out() {
     for half in [0.1, 0.15, 0.35] {

@@ -1,4 +1,5 @@
-//! The equation numbers of docs/formulation.md, and those that the guide and the source of all crates cite.
+//! Equation numbers of docs/formulation.md, and their citations in the guide and in the source of
+//! all crates.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -8,7 +9,7 @@ fn read(file: impl AsRef<Path>) -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap()
 }
 
-/// The numbers of a page's equations: `8a` of `\tag{8a}`.
+/// Numbers of a page's equations: `8a` of `\tag{8a}`.
 fn tags(page: &str) -> BTreeSet<String> {
     let ends = page.split("\\tag{").skip(1);
     ends.filter_map(|text| Some(text.split_once('}')?.0.to_owned())).collect()

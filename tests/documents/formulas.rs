@@ -25,7 +25,8 @@ fn formulas_become_mathml_and_code_stays() {
     assert!(page.contains("<math display=\"block\"><mfrac><mn>1</mn><mi>h</mi></mfrac></math>"));
 }
 
-/// Documents write a number without the environment that LaTeX wants around it.
+/// Checks the number of an equation. Documents write it without the environment that LaTeX
+/// requires.
 #[test]
 fn an_equation_has_its_number() {
     let found = page("$$\na=b \\tag{7c}\n$$\n").unwrap();
@@ -34,7 +35,7 @@ fn an_equation_has_its_number() {
     assert!(error.starts_with("line 3: "), "{error}");
 }
 
-/// What Markdown would take for a link, emphasis or the end of a cell.
+/// Checks punctuation that Markdown would read as a link, emphasis or the end of a cell.
 #[test]
 fn the_punctuation_of_formulas_means_nothing_to_markdown() {
     let page = page("$[a]_*|b| < c$").unwrap();

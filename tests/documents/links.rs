@@ -1,11 +1,11 @@
-//! Every link of every document leads somewhere: files that are there, headings that are there.
+//! Every link of every document leads to an existing file and an existing heading.
 
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-/// The documents of the repository, from its root; what is built or another's is left out.
+/// Documents of the repository, relative to its root, without build results and foreign files.
 fn documents() -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut folders = vec![PathBuf::new()];
@@ -30,7 +30,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// A document's links, each with its line, and the anchors of its headings.
+/// Links of a document with their lines, and the anchors of its headings.
 struct Document {
     links: Vec<(usize, String)>,
     anchors: Vec<String>,
@@ -76,7 +76,7 @@ fn read(path: &Path) -> Document {
     document
 }
 
-/// The anchor that a heading gets where the documents are shown.
+/// Anchor of a heading on the site where the documents are shown.
 fn anchor(heading: &str) -> String {
     let heading = heading.to_lowercase();
     let kept = heading.chars().filter_map(|c| match c {

@@ -1,4 +1,4 @@
-//! What the documents say: their links, their formulas, and the equations that the code cites.
+//! Tests of the documents: their links, their formulas, and the equations that the code cites.
 
 mod citations;
 mod formulas;

@@ -1,5 +1,6 @@
-//! Separation and contact points of two pieces: against slow independent answers, and the
-//! properties that a simulation lives on (complete, steady under drifts, turned, swapped).
+//! Separation and contact points of two pieces. They are compared with slow independent methods,
+//! and checked for the properties that a simulation needs: complete, steady under drifts, and
+//! equivariant under rotation and swapping.
 
 use crate::pieces::*;
 use nalgebra::{Matrix3, Rotation3};
@@ -13,7 +14,7 @@ fn features(touches: &[Touch]) -> BTreeSet<Feature> {
     touches.iter().map(|touch| touch.feature).collect()
 }
 
-/// Two pieces at poses such that their separation is `gap` (m), along the axis that they have.
+/// Two pieces at poses with the separation `gap` [m] along their own axis.
 fn near_pair(draw: &mut Draw, gap: f64) -> (Piece, Pose, Piece, Pose) {
     let (a, b) = (draw.piece(), draw.piece());
     let (pose_a, mut pose_b) = (draw.pose(1.0), draw.pose(1.0));
@@ -23,8 +24,9 @@ fn near_pair(draw: &mut Draw, gap: f64) -> (Piece, Pose, Piece, Pose) {
     (a, pose_a, b, pose_b)
 }
 
-/// From below: along its axis the pieces are as far apart as the answer says, and along no
-/// direction drawn farther. From above and below: Frank and Wolfe's bounds.
+/// Checks the separation from both sides. Along its axis the pieces are as far apart as the result
+/// says, and along no random direction farther. The method of Frank and Wolfe bounds it from both
+/// sides.
 #[test]
 fn the_separation_is_that_of_independent_methods() {
     let mut draw = Draw::new(1);
@@ -40,7 +42,8 @@ fn the_separation_is_that_of_independent_methods() {
         let along = gap_along(a, b, &found.axis);
         assert!((along - found.distance).abs() < 1e-12, "{along} {}", found.distance);
         if cores_overlap && !no_faces {
-            // The best of many directions, improved step by step, comes near and never above.
+            // The best of many directions, improved step by step, approaches the result and never
+            // exceeds it.
             overlapping += 1;
             let mut best = (found.axis, f64::NEG_INFINITY);
             for _ in 0..300 {
@@ -71,8 +74,7 @@ fn the_separation_is_that_of_independent_methods() {
     assert!(loosest < 0.02, "the bounds are {loosest} m apart");
 }
 
-/// Every direction that was drawn says that what overlaps overlaps less deep: the library's
-/// answer is the least translation.
+/// Checks that the depth of an overlap is the least translation that separates the boxes.
 #[test]
 fn overlapping_boxes_leave_each_other_by_the_least_translation() {
     let mut draw = Draw::new(2);
@@ -95,8 +97,8 @@ fn overlapping_boxes_leave_each_other_by_the_least_translation() {
     }
 }
 
-/// Whatever touches, touches somewhere: the smallest gap of the points is the separation, all
-/// points are what they say they are, and no two are the same.
+/// Checks the touches of random pairs. The smallest gap of the points is the separation. All points
+/// satisfy their definition, and no two are the same.
 #[test]
 fn touches_of_random_pairs_hold_what_they_say() {
     let mut draw = Draw::new(3);
@@ -104,7 +106,8 @@ fn touches_of_random_pairs_hold_what_they_say() {
         let gap = [0.0, 1e-4, -1e-4, 1e-10, -1e-10][round % 5];
         let (a, pose_a, b, pose_b) = near_pair(&mut draw, gap);
         let (a, b) = ((&a, &pose_a), (&b, &pose_b));
-        // Where two sharp features meet, the shortest way out of an overlap is not the way in.
+        // Where two sharp features meet, the shortest separating translation is not the reversed
+        // approach.
         let actual = separate(a, b).distance;
         assert!(actual.abs() <= gap.abs() + 1e-12, "round {round}: {actual:e} {gap:e}");
         let gap = actual;
@@ -120,8 +123,8 @@ fn touches_of_random_pairs_hold_what_they_say() {
     }
 }
 
-/// A stack of two equal boxes whose corners lie on each other: four touches, the corners, to
-/// the last bit; also under drifts of 1e-9 in any coordinate of the pose.
+/// Checks two equal boxes with coincident corners. They have four touches, at the corners, exact to
+/// the last bit. Drifts of 1e-9 in any coordinate of the pose change nothing else.
 #[test]
 fn equal_boxes_touch_in_their_four_corners() {
     let cube = Piece::cuboid(v(0.5, 0.5, 0.5)).unwrap();
@@ -145,8 +148,7 @@ fn equal_boxes_touch_in_their_four_corners() {
     }
 }
 
-/// The corners of the polygon that two rectangles share, by cutting the one at the sides of
-/// the other in turn.
+/// Corners of the intersection of two rectangles. One is clipped at each side of the other.
 fn clipped(a: [f64; 2], b: [f64; 2], shift: [f64; 2], angle: f64) -> Vec<[f64; 2]> {
     let signs = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
     let (sin, cos) = angle.sin_cos();
@@ -176,8 +178,8 @@ fn clipped(a: [f64; 2], b: [f64; 2], shift: [f64; 2], angle: f64) -> Vec<[f64; 2
     polygon
 }
 
-/// Two boxes on each other, shifted and turned about the vertical: every corner of the common
-/// polygon and nothing else; then the whole scene turned.
+/// Checks two boxes on each other, shifted and rotated about the vertical. The touches are exactly
+/// the corners of the intersection. Then the whole scene is rotated.
 #[test]
 fn two_faces_give_every_corner_of_their_overlap() {
     let mut draw = Draw::new(5);
@@ -186,7 +188,7 @@ fn two_faces_give_every_corner_of_their_overlap() {
         let (a, mut b) = (draw.half_sides(), draw.half_sides());
         let (mut shift, mut angle) = (draw.vector(0.5), draw.between(-0.8, 0.8));
         if round % 3 == 0 {
-            // Almost equal squares, almost half turned: eight corners.
+            // Almost equal squares, rotated by almost 45°: eight corners.
             b = a * draw.between(0.95, 1.05);
             (shift, angle) = (shift * 0.05, angle.signum() * 0.7);
         }
@@ -220,15 +222,16 @@ fn two_faces_give_every_corner_of_their_overlap() {
     assert!(eight > 20 && crossings > 500, "{eight} {crossings}");
 }
 
-/// Drifts of 1e-9 in place and angle leave keys and number of a face pair as they are, and
-/// move gaps by the drift (times the arm, at most 2 m here).
+/// Checks that drifts of 1e-9 in position and angle change neither keys nor number of touches of
+/// two faces. The gaps change by the drift (times the lever, at most 2 m here).
 #[test]
 fn drifts_leave_the_touches_of_faces_as_they_are() {
     let mut draw = Draw::new(6);
     for round in 0..1000 {
         let (a, b) = (draw.half_sides(), draw.half_sides());
         let (cube_a, cube_b) = (Piece::cuboid(a).unwrap(), Piece::cuboid(b).unwrap());
-        // Half of the rounds aligned as people build: sides flush, or halves over halves.
+        // Half of the rounds are aligned as in constructed scenes: flush sides, or one half over
+        // the other.
         let aligned = round % 2 == 0;
         let shift = if aligned { v(a.x - b.x, 0.0, 0.0) } else { a * draw.between(-0.5, 0.5) };
         let angle = if aligned { 0.0 } else { draw.between(-0.8, 0.8) };
@@ -269,7 +272,8 @@ fn swapped(feature: Feature) -> Feature {
     }
 }
 
-/// The whole scene turned and moved, and the pieces swapped: the same touches.
+/// Checks that rotating and moving the whole scene, or swapping the pieces, leaves the same
+/// touches.
 #[test]
 fn turned_and_swapped_pairs_have_the_same_touches() {
     let mut draw = Draw::new(7);
@@ -298,7 +302,7 @@ fn turned_and_swapped_pairs_have_the_same_touches() {
 }
 
 fn capsule() -> Piece {
-    // Along x.
+    // The capsule is along x.
     let capsule = Piece::capsule(0.5, 0.1).unwrap();
     capsule.moved_by(&turn(0.0, std::f64::consts::FRAC_PI_2, 0.0), &V::zeros()).unwrap()
 }
@@ -307,7 +311,7 @@ fn gaps(touches: &[Touch]) -> Vec<f64> {
     touches.iter().map(|touch| touch.gap).collect()
 }
 
-/// Spheres, capsules and boxes in the poses that have obvious answers.
+/// Checks spheres, capsules and boxes in poses with obvious results.
 #[test]
 fn round_pieces_touch_where_they_should() {
     let floor = Piece::cuboid(v(2.0, 2.0, 0.5)).unwrap();
@@ -319,7 +323,7 @@ fn round_pieces_touch_where_they_should() {
         assert!(given.iter().all(|gap| gap.abs() < 1e-12), "{given:?}");
     };
 
-    // A ball on a face, over an edge, over a corner: one touch, the point in its middle.
+    // A ball on a face, over an edge, over a corner: one touch, with the point at its centre.
     let slope = 0.5f64.sqrt() * 0.25;
     let corner = 0.25 / 3.0f64.sqrt();
     let poses = [
@@ -330,7 +334,7 @@ fn round_pieces_touch_where_they_should() {
     for pose in poses {
         let found = on(&ball, pose);
         near(&gaps(&found), 1);
-        // What is no face is round with the ball.
+        // Off the face the contact is between round features.
         let is_over_face = pose.position[0] < 2.0;
         match found[0].feature {
             Feature::Vertex(PieceSide::B, 0) => assert!(is_over_face),
@@ -344,8 +348,8 @@ fn round_pieces_touch_where_they_should() {
         assert!((found[0].normal - away).norm() < 1e-12);
     }
 
-    // A capsule lying: two touches, its ends; over the rim: its end and a point on its axis
-    // over the edge; standing: one.
+    // A lying capsule has two touches, at its ends. Over the rim it has one at its end and one at a
+    // point of its axis above the edge. A standing capsule has one.
     let lying = on(&capsule(), at(0.0, 0.0, 0.6));
     near(&gaps(&lying), 2);
     assert_eq!(features(&lying).len(), 2);
@@ -359,7 +363,7 @@ fn round_pieces_touch_where_they_should() {
     let standing = Pose { position: v(0.3, 0.4, 1.1), rotation: upright };
     near(&gaps(&on(&capsule(), standing)), 1);
 
-    // Along the rim, beside the top face: its ends too.
+    // Along the rim, beside the top face: also at its ends.
     let beside = on(&capsule(), at(0.0, 2.0 + 0.1 * 0.6, 0.5 + 0.1 * 0.8));
     near(&gaps(&beside), 2);
 
@@ -384,7 +388,7 @@ fn round_pieces_touch_where_they_should() {
     let ends = Feature::Round(CorePart::Vertex(1), CorePart::Vertex(0));
     assert_eq!(features(&pair(at(1.2, 0.0, 0.0))), [ends].into());
 
-    // Two spheres: the plane is across the line of centres.
+    // Two spheres: the plane is perpendicular to the line of centres.
     let other = at(0.3, 0.4, 0.0);
     let (gap, found) = touches((&ball, &ground), (&ball, &other), 1e-6);
     near(&gaps(&found), 1);
@@ -397,7 +401,8 @@ fn round_pieces_touch_where_they_should() {
     near(&gaps(&found), 4);
 }
 
-/// The cores overlap: the piece still leaves by the shortest way.
+/// Checks overlaps of the cores. The depth is still the length of the shortest separating
+/// translation.
 #[test]
 fn deep_overlaps_have_their_depth() {
     let floor = Piece::cuboid(v(2.0, 2.0, 0.5)).unwrap();
@@ -418,8 +423,8 @@ fn deep_overlaps_have_their_depth() {
     assert_eq!((found.len(), found[0].gap), (1, -0.5));
 }
 
-/// Boxes whose difference has the origin on a face, an edge or a corner, exactly or almost: a
-/// simplex method may end there without an answer. Every one of them touches.
+/// Checks boxes whose difference has the origin on a face, an edge or a corner, exactly or almost.
+/// A simplex method may end there without a result. All of these pairs touch.
 #[test]
 fn touching_features_that_coincide_are_not_dropped() {
     let cube = Piece::cuboid(v(0.5, 0.5, 0.5)).unwrap();
@@ -435,7 +440,7 @@ fn touching_features_that_coincide_are_not_dropped() {
                     let (gap, found) = touches((&cube, &at(0., 0., 0.)), (&cube, &pose), 1e-9);
                     assert!(gap.abs() < 1e-10 && !found.is_empty(), "{position} {gap:e}");
                     assert!(found.iter().all(|touch| touch.gap.abs() < 1e-10));
-                    // A whole overlap has four corners.
+                    // Fully overlapping faces have four corners.
                     if x.abs() < 1.0 && y.abs() < 1.0 {
                         assert_eq!(found.len(), 4, "{position}");
                     }
@@ -445,7 +450,7 @@ fn touching_features_that_coincide_are_not_dropped() {
     }
 }
 
-/// Corner on face, edge on face and edge on edge of two cubes: their one or two touches.
+/// Checks corner on face, edge on face and edge on edge of two cubes: one or two touches.
 #[test]
 fn cubes_on_edge_and_corner_touch_in_one_or_two_points() {
     let floor = Piece::cuboid(v(2.0, 2.0, 0.5)).unwrap();
@@ -461,7 +466,7 @@ fn cubes_on_edge_and_corner_touch_in_one_or_two_points() {
     let corner = Pose { position: v(0.1, 0.2, 0.5 + 0.75f64.sqrt()), rotation: *tilt.matrix() };
     let (_, found) = touches((&floor, &ground), (&cube, &corner), 1e-9);
     assert_eq!(features(&found), [Feature::Vertex(PieceSide::B, 7)].into());
-    // Two edges crossed at a right angle.
+    // Two perpendicular edges.
     let lower =
         Pose { position: V::zeros(), rotation: turn(std::f64::consts::FRAC_PI_4, 0.0, 0.0) };
     let upper = Pose {

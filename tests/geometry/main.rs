@@ -1,4 +1,4 @@
-//! Shapes alone: where they touch, how far they are apart, how they sweep.
+//! Tests of shapes: contact points, distances and sweeps.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,6 +1,6 @@
-//! Pieces and poses for the geometry's tests, and slow independent answers.
+//! Pieces and poses for the geometry tests, and slow independent reference methods.
 
-// Each test program compiles this file for itself and uses a part of it.
+// Every test program compiles this file separately and uses only a part of it.
 #![allow(dead_code)]
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -24,7 +24,7 @@ pub fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose { position: v(x, y, z), rotation: Matrix3::identity() }
 }
 
-/// Numbers from a fixed seed.
+/// Random numbers from a fixed seed.
 pub struct Draw(Mt64);
 
 impl Draw {
@@ -32,7 +32,7 @@ impl Draw {
         Self(Mt64::new(seed))
     }
 
-    /// Between two numbers.
+    /// Random number between two limits.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -45,7 +45,7 @@ impl Draw {
         V::from_fn(|_, _| self.between(-size, size))
     }
 
-    /// A unit vector, evenly.
+    /// Uniform random unit vector.
     pub fn direction(&mut self) -> V {
         loop {
             let x = self.vector(1.0);
@@ -61,7 +61,7 @@ impl Draw {
         Pose { position: self.vector(size), rotation }
     }
 
-    /// A box, a hull, a sphere, a capsule or a rounded hull, moved in its body.
+    /// Random box, hull, sphere, capsule or rounded hull, moved within its body.
     pub fn piece(&mut self) -> Piece {
         let piece = self.centred_piece();
         let place = self.pose(0.3);
@@ -93,7 +93,7 @@ impl Draw {
     }
 }
 
-/// Both answers with fresh memory.
+/// Separation with new memory, without hints.
 pub fn separate(a: (&Piece, &Pose), b: (&Piece, &Pose)) -> Separation {
     separation(a, b, &mut Hint::default(), &mut PairScratch::default())
 }
@@ -112,7 +112,7 @@ pub fn touches(a: (&Piece, &Pose), b: (&Piece, &Pose), reach: f64) -> (f64, Vec<
     (gap, out)
 }
 
-/// The highest point of a piece along a direction (world), and its height.
+/// Support point of a piece along a direction [world frame], and its height.
 pub fn support(piece: &Piece, pose: &Pose, axis: &V) -> (V, f64) {
     let placed = piece.core().vertices().iter().map(|x| pose.rotation * x + pose.position);
     let best = placed.max_by(|x, y| axis.dot(x).total_cmp(&axis.dot(y))).unwrap();
@@ -120,14 +120,14 @@ pub fn support(piece: &Piece, pose: &Pose, axis: &V) -> (V, f64) {
     (point, axis.dot(&point))
 }
 
-/// How far two pieces are apart along an axis: every such number is at most their separation.
+/// Distance of two pieces along an axis. It is at most their separation.
 pub fn gap_along(a: (&Piece, &Pose), b: (&Piece, &Pose), axis: &V) -> f64 {
     -support(b.0, b.1, &-axis).1 - support(a.0, a.1, axis).1
 }
 
-/// Bounds on the distance from below and above: Frank and Wolfe's method for the shortest
-/// vector of the difference of the cores, less the radii. Slow (the error falls as 1/k), and
-/// shares nothing with the library but the vertices.
+/// Lower and upper bound of the distance. The method of Frank and Wolfe finds the shortest vector
+/// of the difference of the cores, minus the radii. It is slow (the error decreases like 1/k). It
+/// shares only the vertices with the library.
 pub fn distance_bounds(a: (&Piece, &Pose), b: (&Piece, &Pose), steps: usize) -> (f64, f64) {
     let core = |(piece, pose): (&Piece, &Pose), axis: &V| {
         support(piece, pose, axis).0 - axis * piece.radius()
@@ -149,8 +149,8 @@ pub fn distance_bounds(a: (&Piece, &Pose), b: (&Piece, &Pose), steps: usize) -> 
     (below - radii, x.norm() - radii)
 }
 
-/// The points of a touch in the world: on the surface of the point's owner, and below it on
-/// the plane; and the plane's normal.
+/// Point of a touch on its owner's surface, its projection on the plane, and the plane's normal
+/// [world frame].
 pub fn in_world(touch: &Touch, a: &Pose, b: &Pose) -> (V, V, V) {
     let (own, other) = if touch.point_of == PieceSide::A { (a, b) } else { (b, a) };
     let normal = other.rotation * touch.normal;
@@ -159,8 +159,8 @@ pub fn in_world(touch: &Touch, a: &Pose, b: &Pose) -> (V, V, V) {
     (point, point - normal * height, normal)
 }
 
-/// What holds for every touch: the gap is that of the point over the plane, the normal is a
-/// unit, the point is in its core and the plane's owner is below the plane.
+/// Checks the definition of a touch. The gap is the height of the point over the plane, and the
+/// normal is a unit vector. The point is in its core, and the plane's owner is below the plane.
 pub fn check_touch(touch: &Touch, a: (&Piece, &Pose), b: (&Piece, &Pose)) {
     let (own, other) = if touch.point_of == PieceSide::A { (a, b) } else { (b, a) };
     let world = own.1.rotation * touch.point + own.1.position;

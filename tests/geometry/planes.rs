@@ -1,5 +1,5 @@
-//! The laws do not care how the world is turned: the same throw over a plane of any normal and
-//! offset, with everything turned along, is the same motion turned. By both solvers.
+//! Invariance of the laws under rotation of the world. A throw over a plane of any normal and
+//! offset is the rotated motion. Holds for both solvers.
 
 use crate::common;
 
@@ -14,7 +14,7 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Parameters, World};
 
-/// A turn of the world, and a shift.
+/// Rotation of the world, and a translation.
 #[derive(Debug)]
 struct Turn {
     quaternion: Vector4<f64>,
@@ -32,7 +32,7 @@ impl Turn {
         }
     }
 
-    /// What a world on the plane z = 0 becomes.
+    /// Rotated version of a world with the plane z = 0.
     fn world(&self, world: &World) -> World {
         let normal = self.matrix * Vector3::z();
         let ground = Plane::new(normal, normal.dot(&self.shift)).unwrap();
@@ -49,7 +49,7 @@ fn turns() -> impl Strategy<Value = Turn> {
     })
 }
 
-/// A box of 3 kg thrown on the ground under a push that comes and goes.
+/// Box of 3 kg thrown on the ground under a force that varies in time.
 fn throw() -> (World, State, Polyline) {
     let body = RigidBody::solid_box(3.0, Vector3::new(0.5, 0.3, 0.2)).unwrap();
     let usual = common::tutorial_parameters();
@@ -99,8 +99,8 @@ fn a_turned_world_has_the_turned_motion() {
             let turned = records(&turned_world, turn.state(&start), turned_push, motion, steps);
             for (a, b) in level.iter().zip(&turned) {
                 let (expected, found) = (turn.state(a.state()), b.state());
-                // The solver gives a velocity again to 2e-9 m/s (docs/native-solver.md); an
-                // impact may make ten times as much of it.
+                // The solver repeats a velocity to 2e-9 m/s (docs/native-solver.md). An impact may
+                // amplify it ten times.
                 let apart = (expected.position - found.position).amax();
                 prop_assert!(apart < 1e-7, "k = {}: {apart} m", a.index);
                 prop_assert!((expected.velocity - found.velocity).amax() < 1e-6);
@@ -115,8 +115,8 @@ fn a_turned_world_has_the_turned_motion() {
         .unwrap();
 }
 
-/// Exactly: the certificate comes out again from the states, the contacts and the forces of a
-/// record, which are all in the world's frame.
+/// Checks that the certificate computed from a record's states, contacts and forces is exactly the
+/// recorded one. All of these are in the world frame.
 #[test]
 fn a_records_certificate_comes_out_again_from_what_is_in_it() {
     let (world, start, _) = throw();
@@ -132,7 +132,8 @@ fn a_records_certificate_comes_out_again_from_what_is_in_it() {
             Claim { states, next: &solution.states, wrenches, contacts, joints: &[], gears: &[] };
         let again = Certifier::new().contact_step(&world, &claim, solution.forces());
         assert_eq!(again, *certificate, "k = {}", record.index);
-        // The free side is where the normal points: no corner below, no force that pulls.
+        // The normal points to the free side: no corner is below the plane, and no force is
+        // tensile.
         let turn = rotation(&record.state().attitude);
         for point in common::body(&world).contact_points() {
             let corner = record.state().position + turn * point.position;

@@ -1,5 +1,5 @@
-//! Hulls, pieces, meshes and their mass: closed forms, Euler's formula, and properties of
-//! convex bodies drawn at random.
+//! Hulls, pieces, meshes and their masses: closed forms, Euler's formula, and properties of random
+//! convex bodies.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use proptest::prelude::*;
@@ -15,8 +15,8 @@ fn v(x: f64, y: f64, z: f64) -> V {
     V::new(x, y, z)
 }
 
-/// Every property that makes a hull one, whatever the points: closed, convex, face loops
-/// counter-clockwise around their normals, Euler's V − E + F = 2, all points inside.
+/// Checks that a hull is closed and convex and contains all points. Its face loops are
+/// counter-clockwise about their normals, and Euler's V − E + F = 2 holds.
 fn check_hull(hull: &Hull, points: &[V]) {
     let size = points.iter().map(|p| p.amax()).fold(0.0, f64::max);
     let (vertices, faces, edges) = (hull.vertices(), hull.faces(), hull.edges());
@@ -90,7 +90,7 @@ fn points_on_faces_and_edges_and_inside_are_no_vertices() {
     let hull = Hull::from_points(&points).unwrap();
     check_hull(&hull, &points);
     assert_eq!((hull.vertices().len(), hull.faces().len()), (8, 6));
-    // The same turned: corners are off their planes by rounding.
+    // The same points rotated: corners deviate from their planes by rounding.
     let rotation = turn(v(0.3, -1.1, 0.7));
     let turned: Vec<V> = points.iter().map(|p| rotation * p).collect();
     let hull = Hull::from_points(&turned).unwrap();
@@ -142,7 +142,7 @@ fn close(given: &MassProperties, volume: f64, centre: V, inertia: Matrix3<f64>, 
     assert!(miss < tolerance, "{miss:e}: {} {inertia}", given.inertia);
 }
 
-/// 1e-13: some tens of additions of rounded numbers.
+/// Tolerance: some tens of additions of rounded numbers.
 const ROUNDING: f64 = 1e-13;
 
 #[test]
@@ -151,7 +151,7 @@ fn masses_of_simple_shapes_have_their_closed_forms() {
     let given = MassProperties::of(&Piece::cuboid(half_sides).unwrap());
     close(&given, 0.048, V::zeros(), solid_box_inertia(0.048, &half_sides), ROUNDING);
 
-    // The corner tetrahedron of the unit cube: V = 1/6, c = 1/4, ∫ x² = 1/60, ∫ x y = 1/120.
+    // Corner tetrahedron of the unit cube: V = 1/6, c = 1/4, ∫ x² = 1/60, ∫ x y = 1/120.
     let corners = [V::zeros(), V::x(), V::y(), V::z()];
     let given = MassProperties::of(&Piece::hull(&corners, 0.0).unwrap());
     let second = Matrix3::repeat(1.0 / 120.0 - 1.0 / 96.0)
@@ -164,7 +164,7 @@ fn masses_of_simple_shapes_have_their_closed_forms() {
     let given = MassProperties::of(&Piece::sphere(r).unwrap());
     close(&given, volume, V::zeros(), Matrix3::identity() * (0.4 * volume * r * r), ROUNDING);
 
-    // Capsule: cylinder and two half balls, by textbook moments.
+    // Capsule: a cylinder and two half balls, with textbook moments.
     let (h, r) = (0.5, 0.2f64);
     let (cylinder, ball) = (PI * r * r * 2.0 * h, 4.0 / 3.0 * PI * r.powi(3));
     let along = cylinder * r * r / 2.0 + ball * 0.4 * r * r;
@@ -175,7 +175,7 @@ fn masses_of_simple_shapes_have_their_closed_forms() {
     close(&given, cylinder + ball, V::zeros(), inertia, ROUNDING);
 }
 
-/// An L of two boxes, its sums by hand.
+/// Checks an L of two boxes against sums by hand.
 #[test]
 fn the_mass_of_an_l_shape_is_the_sum_of_its_boxes() {
     let place =
@@ -195,9 +195,9 @@ fn the_mass_of_an_l_shape_is_the_sum_of_its_boxes() {
     assert!(MassProperties::of_all([]).is_err());
 }
 
-/// A box rounded by r is the union of three kinds of parts whose textbook moments sum up:
-/// the box, six slabs, twelve quarter cylinders, eight eighths of a ball. By symmetry about
-/// the middle, ∫ x² is enough.
+/// Checks a box rounded by r. It is the union of the box, six slabs, twelve quarter cylinders and
+/// eight eighths of a ball. Their textbook moments sum up. By symmetry about the centre, ∫ x² is
+/// enough.
 #[test]
 fn the_mass_of_a_rounded_box_has_its_closed_form() {
     let (a, r) = (v(0.5, 0.3, 0.2), 0.1f64);
@@ -249,7 +249,7 @@ proptest! {
 
     #[test]
     fn hulls_of_random_points_are_hulls(points in cloud(), grid in 0..3u32) {
-        // On a coarse grid most points are coplanar with many others, exactly.
+        // On a coarse grid most points are exactly coplanar with many others.
         let steps = [0.0, 2.0, 3.0][grid as usize];
         let points: Vec<V> = if grid == 0 { points } else {
             points.iter().map(|p| p.map(|x| (x * steps).round())).collect()
@@ -267,8 +267,8 @@ proptest! {
         }
     }
 
-    /// The mass of a moved piece is the moved mass, of rounded ones too; and a rounded
-    /// polyhedron's volume is Steiner's: V + A r + r² Σ L θ/2 + 4/3 π r³.
+    /// Checks that the mass of a moved piece is the moved mass, also for rounded pieces. The volume
+    /// of a rounded polyhedron is Steiner's: V + A r + r² Σ L θ/2 + 4/3 π r³.
     #[test]
     fn mass_moves_with_its_piece(
         points in cloud(),
@@ -293,8 +293,8 @@ proptest! {
     }
 }
 
-/// Rounding a rounded shape's parts does not depend on how a sphere is cut: a tiny cube
-/// rounded by 1 is a ball to the cube's size.
+/// Checks that a tiny cube rounded by 1 is a ball, to the size of the cube. The parts of a rounded
+/// shape must not depend on how the sphere is divided.
 #[test]
 fn a_tiny_cube_rounded_is_almost_a_ball() {
     let corners = Piece::cuboid(V::repeat(1e-6)).unwrap().core().vertices().to_vec();
@@ -318,7 +318,7 @@ fn an_obj_cube_is_a_box() {
     let hull = mesh.hull().unwrap();
     assert_eq!((hull.vertices().len(), hull.faces().len()), (8, 6));
     assert_eq!(mesh.scaled(0.5).unwrap().volume(), 1.0);
-    // Corners by position, texture and normal; indices that count from the end.
+    // Corners by position, texture and normal, with indices that count from the end.
     let mixed = CUBE_OBJ.replace("f 4 3 2 1", "vt 0 0\nvn 0 0 1\nf -5/1/1 -6/1/1 -7/1/1 -8/1/1");
     assert_eq!(parse_obj(&mixed).unwrap().volume(), 8.0);
 }
@@ -346,7 +346,8 @@ fn bad_meshes_are_refused_with_their_edge_or_facet() {
     let message = refused(&dent);
     assert!(message.contains("not convex") && message.contains("convex pieces"), "{message}");
     assert!(message.contains("(0, 0, 0.5)"), "{message}");
-    // Two cubes side by side: every vertex is on the hull, the gap between them is not.
+    // Two separate cubes: every vertex is on the hull, but the gap between them is not part of the
+    // mesh.
     let second: String = CUBE_OBJ
         .lines()
         .filter(|line| line.starts_with('v'))
@@ -373,7 +374,7 @@ fn bad_meshes_are_refused_with_their_edge_or_facet() {
     assert!(Mesh::new(vec![V::zeros(); 3], vec![[0, 1, 7]; 4]).is_err());
 }
 
-/// The facets of the OBJ cube as STL, turned so that its corners are rounded to 24 bits.
+/// Facets of the OBJ cube as STL, rotated so that its corners are rounded to 24 bits.
 fn stl_facets() -> Vec<[[f32; 3]; 3]> {
     let mesh = parse_obj(CUBE_OBJ).unwrap();
     let rotation = turn(v(0.4, 0.2, -0.9));
@@ -414,7 +415,7 @@ fn stl_cubes_are_boxes_whether_binary_or_ascii() {
         let mesh = parse_stl(bytes).unwrap();
         let hull = mesh.hull().unwrap();
         assert_eq!((hull.vertices().len(), hull.faces().len()), (8, 6));
-        // Coordinates of 24 bits: 6e-8 each.
+        // Coordinates of 24 bits: an error of 6e-8 each.
         assert!((mesh.volume() - 8.0).abs() < 1e-5);
         assert!(Piece::mesh(&mesh, 0.1).is_ok());
     }

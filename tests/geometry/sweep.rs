@@ -1,4 +1,4 @@
-//! The broad phase against all pairs, boxes around pieces against their points, and both
+//! The broad phase against all pairs, bounding boxes against the points of their pieces, and both
 //! phases without allocation.
 
 use crate::pieces::*;
@@ -53,7 +53,7 @@ fn the_sweep_finds_the_pairs_that_meet_in_order() {
         met += expected.len();
         sweep.set_fixed(&[]);
         assert_eq!(all_pairs(&mut sweep, &boxes), expected);
-        // The same where the last ones are fixed, but for the pairs of two of these.
+        // The same with the last boxes fixed. Pairs of two fixed boxes are not reported.
         for moving in [0, boxes.len() / 3, boxes.len() - 1] {
             sweep.set_fixed(&boxes[moving..]);
             let expected: Vec<_> = expected.iter().copied().filter(|(i, _)| *i < moving).collect();
@@ -113,7 +113,7 @@ fn warm_memory_is_enough() {
     assert!(pairs > 50, "{pairs}");
 }
 
-/// What a pair remembers does not change its answers.
+/// Checks that hints of earlier queries do not change the results.
 #[test]
 fn hints_do_not_change_answers() {
     let mut draw = Draw::new(4);
@@ -138,9 +138,9 @@ fn hints_do_not_change_answers() {
     }
 }
 
-/// Up to the place that is found no other overlaps by more than was asked for, and that one does by half
-/// of it; where none is found none does. Up to the eighth that a change of the axis may bring (looked at in 1000
-/// places of each way).
+/// Checks the first overlap on a path. No earlier position overlaps by more than the requested
+/// depth, and the found one overlaps by at least half of it. If none is found, none overlaps. The
+/// tolerance is an eighth, for a change of the axis (checked at 1000 positions per path).
 #[test]
 fn the_first_overlap_is_the_first() {
     let mut draw = Draw::new(5);

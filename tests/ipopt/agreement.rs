@@ -1,4 +1,4 @@
-//! Ipopt and the native solver, step by step from common states along native runs.
+//! Ipopt and the native solver, step by step from common states of native runs.
 
 use crate::common::{body, certify, flagged_contacts, point_forces, points, quantile, solve};
 use crate::toss::*;
@@ -11,39 +11,40 @@ use tumble_core::step::{StepSolution, StepStatus};
 use tumble_core::world::World;
 
 const SEEDS: [u32; 6] = [0, 1, 2, 3, 6, 42];
-/// Every so many steps of a run one is compared.
+/// One of this many steps of a run is compared.
 const EVERY: usize = 20;
-/// Above this slip speed, m/s, a corner slides.
+/// A corner slides above this slip speed [m/s].
 const SLIDING: f64 = 1e-6;
 
-/// Where Ipopt starts, and for which flags.
+/// Initial point of Ipopt and its contact flags.
 #[derive(Debug, Clone, Copy)]
 enum From {
-    /// From the native solver's point, with the flags that make it a point of the program.
+    /// The native solver's point, with the flags that make it a point of the program.
     NativePoint,
-    /// As the simulation does: from the solution of the step before, with its flags.
+    /// The solution of the last step with its flags, as in the simulation.
     StepBefore,
 }
 
-/// One step that both solved.
+/// Comparison of a step that both solved.
 struct Comparison {
     name: String,
-    /// Whether the laws determine the motion: fewer than three corners carry a force, or
-    /// none of them slides.
+    /// True if the laws determine the motion: fewer than three corners carry a force, or none of
+    /// them slides.
     determined: bool,
-    /// The residuals, m/s.
+    /// Residuals [m/s].
     ipopt: f64,
     native: f64,
-    /// Largest differences: velocity, m/s; spin times I/(mℓ), the impulse per mass at the
-    /// body's reach that makes it, m/s.
+    /// Largest differences: velocity [m/s], and spin times I/(mℓ) [m/s]. The latter is the impulse
+    /// per mass at the body's reach that causes the spin.
     velocity: f64,
     spin: f64,
-    /// Resultant normal impulse over the mass, m/s, and height over the time step, m/s.
+    /// Differences of the total normal impulse over the mass [m/s], and of the height over the time
+    /// step [m/s].
     press: f64,
     height: f64,
 }
 
-/// Whether each point carries a force.
+/// True for each point that carries a force.
 fn carrying(world: &World, step: &StepRecord) -> Vec<bool> {
     let mut carrying = vec![false; points(world)];
     for contact in &step.solution.contacts {
@@ -52,7 +53,7 @@ fn carrying(world: &World, step: &StepRecord) -> Vec<bool> {
     carrying
 }
 
-/// Whether no point that carries a force slides.
+/// True if no point that carries a force slides.
 fn sticks(solution: &StepSolution) -> bool {
     let mut pressed = solution.contacts.iter().filter(|contact| contact.carries_force());
     pressed.all(|contact| contact.slip.norm() < SLIDING)
@@ -97,8 +98,8 @@ fn compare(
     })
 }
 
-/// Every 20th contact step of six runs of each cube, from both starts; nearly all must be
-/// solved by Ipopt (measured: all but 3 of 1348).
+/// Comparisons of every 20th contact step of six runs of each cube, from both starts. Ipopt must
+/// solve almost all of them.
 static COMPARISONS: LazyLock<Vec<Comparison>> = LazyLock::new(|| {
     let (mut found, mut all) = (Vec::new(), 0);
     for body in cubes() {
@@ -122,17 +123,17 @@ static COMPARISONS: LazyLock<Vec<Comparison>> = LazyLock::new(|| {
     found
 });
 
-/// Ipopt stops on its central path, with forces on corners that end the step above the
-/// ground. By its residual δ each corner's impulse over mass, times the corner's response of 1
-/// or more, its gap speed and its slip are within δ of obeying the laws. The motion is made by
-/// the sum of the impulses: with up to four corners flagged, each wrong by δ along the normal
-/// and in friction, velocities may differ by 8δ, and spins by the torques of these impulses at
-/// a lever of ℓ, 8δ in units of I/(mℓ) (measured: 1.1δ and 0.65δ).
+/// Bounds the differences by Ipopt's residual.
 ///
-/// In face sliding the laws leave the motion open, and Ipopt ends anywhere among the
-/// solutions (measured: velocities to 1000δ away, spins to 270δ). What they do determine is
-/// compared: the resultant normal force and the height of the centre, by the same rule
-/// (measured: 1.1δ).
+/// Ipopt stops on its central path, with forces at corners that end the step above the ground. With
+/// the residual δ, each corner obeys the laws within δ: its impulse over mass times its response (1
+/// or more), its gap speed and its slip. The motion is the sum of the impulses. Up to four corners
+/// each have errors of δ along the normal and in friction. So velocities may differ by 8δ. Spins
+/// may differ by the torques of these impulses at a lever of ℓ, 8δ in units of I/(mℓ).
+///
+/// For a sliding face the laws leave the motion open, and Ipopt ends at any of the solutions. The
+/// determined quantities are compared by the same rule: the total normal force and the height of
+/// the centre.
 #[test]
 #[ignore = "slow"]
 fn ipopt_and_the_native_solver_differ_by_no_more_than_ipopts_residual_allows() {
@@ -154,9 +155,9 @@ fn ipopt_and_the_native_solver_differ_by_no_more_than_ipopts_residual_allows() {
     assert!(determined > 300 && sliding > 300, "{determined} determined, {sliding} sliding");
 }
 
-/// The native step is exact, to 1e-10 m/s (measured: 2.3e-12). Ipopt's at the tolerance 1e-6
-/// cannot be: where the laws ask for a product of 0 it leaves one of the order of the
-/// tolerance's root (measured: 8.9e-8 to 1.9e-3 m/s, 3.9e-6 at the median).
+/// Checks the residuals of both solvers. The native step is exact to 1e-10 m/s. Ipopt's at the
+/// tolerance 1e-6 cannot be: where the laws require a product of 0 it leaves the square root of the
+/// tolerance.
 #[test]
 #[ignore = "slow"]
 fn the_native_steps_residual_is_always_the_smaller() {

@@ -1,5 +1,5 @@
-//! The step problem's functions and derivatives: against CasADi at 250 points, and
-//! against central differences for bodies of any shape.
+//! Functions and derivatives of the step program: against CasADi at 250 points, and against central
+//! differences for bodies of any shape.
 
 use crate::common;
 
@@ -13,7 +13,7 @@ use tumble::step_nlp::StepNlp;
 use tumble_core::mechanics::{RigidBody, Wrench};
 use tumble_core::world::{Parameters, World};
 
-/// The problem of a point's step.
+/// Program of a point's step.
 fn nlp_of(input: &Input) -> StepNlp {
     let usual = common::tutorial_parameters();
     let inertia = Matrix3::from(input.inertia());
@@ -52,8 +52,9 @@ fn values_and_derivatives_are_those_of_casadi() {
     }
 }
 
-/// For each kind of world (isotropic inertia or not, friction or none) every entry differs
-/// from zero somewhere; that none is missing, `compare` has shown.
+/// Checks that every entry of the patterns is nonzero for some point, for each kind of world
+/// (isotropic inertia or not, friction or none). The comparison above shows that no entry is
+/// missing.
 #[test]
 fn the_patterns_hold_no_entry_that_is_always_zero() {
     let mut used: Vec<(SparsityPattern, Vec<bool>)> = Vec::new();
@@ -70,7 +71,7 @@ fn the_patterns_hold_no_entry_that_is_always_zero() {
             used.iter_mut().zip(values).for_each(|(used, value)| *used |= value != 0.0);
         }
     }
-    // Without friction the data has isotropic inertia only; no Hessian depends on it.
+    // Without friction the data has only isotropic inertia. No Hessian depends on the inertia.
     assert_eq!(used.len(), 3 + 2, "Jacobians and Hessians");
     for (pattern, used) in used {
         for (at, used) in pattern.positions().zip(used) {
@@ -79,7 +80,7 @@ fn the_patterns_hold_no_entry_that_is_always_zero() {
     }
 }
 
-/// A step problem of any body and a point to differentiate at: x and multipliers.
+/// Step program of a random body, and a point to differentiate at: x and multipliers.
 #[derive(Debug, Clone)]
 struct Anywhere {
     nlp: StepNlp,
@@ -90,13 +91,13 @@ struct Anywhere {
 fn anywhere() -> impl Strategy<Value = Anywhere> {
     let step = (any_world(), any_state(), any_wrench(), any_state());
     let numbers = proptest::collection::vec(-1.0..1.0, 2 * 86);
-    // A smoothing so large that differences can follow the derivatives.
+    // The smoothing is large enough for differences to follow the derivatives.
     (step, 0.5..1.0, numbers).prop_map(|((world, old, wrench, new), smoothing, numbers)| {
         let numbers: Vec<f64> = numbers;
         let mut nlp = StepNlp::new(world, smoothing).unwrap();
         let layout = nlp.layout();
         let mut x = new.to_vector().as_slice().to_vec();
-        // f_x, f_y ±5 N, comparable to the smoothing; f_z 0…50 N; the rest 0…5.
+        // f_x, f_y ±5 N, comparable to the smoothing, f_z 0…50 N, the rest 0…5.
         x.extend(numbers.iter().map(|u| 5.0 * u).take(2 * layout.contacts()));
         x.extend(numbers[24..].iter().map(|u| 50.0 * u.abs()).take(layout.contacts()));
         x.extend(numbers[36..].iter().map(|u| 5.0 * u.abs()).take(3 * layout.contacts()));

@@ -1,5 +1,5 @@
-//! The ladder of starts: what it reports where its rungs have nothing to start from, and which
-//! of several unsolved ends.
+//! The ladder of starts: its result if no rung has a start, and its choice among several results
+//! that have not converged.
 
 use crate::common;
 
@@ -18,15 +18,15 @@ fn ladder(world: &World, rungs: &[Rung], most_iterations: u32) -> Ladder {
     Ladder::new(world, ipopt, rungs)
 }
 
-/// The contact steps of a thrown cube, every so many, and the step before each.
+/// Contact steps of a thrown cube, one in `every`, each with the step before it.
 fn contact_steps(world: &World, every: usize) -> Vec<(StepRecord, StepRecord)> {
     let run = thrown_run(world, 42);
     let pairs = run.windows(2).map(|pair| (pair[0].clone(), pair[1].clone()));
     pairs.filter(|(_, step)| !step.contacts.is_empty()).step_by(every).collect()
 }
 
-/// A warm start needs a point of Ipopt's own; without one, or without a rung, the ladder has
-/// no end to show: free flight of the step at hand, no force, and the truth about it.
+/// Checks a ladder without a usable rung. A warm start needs an earlier point of Ipopt. The result
+/// is the free flight of the step without forces, with the status failed.
 #[test]
 fn without_a_start_the_end_is_free_flight_and_failed() {
     let world = tutorial_world();
@@ -50,8 +50,8 @@ fn without_a_start_the_end_is_free_flight_and_failed() {
     }
 }
 
-/// The same in a run: the cube falls through the ground, every step of it freely, and each
-/// step says that it failed.
+/// Checks the same in a run. The cube falls freely through the ground, and each step reports its
+/// failure.
 #[test]
 fn a_run_without_rungs_falls_freely() {
     let world = tutorial_world();
@@ -69,7 +69,7 @@ fn a_run_without_rungs_falls_freely() {
     }
 }
 
-/// One step by a ladder made anew, and the residual of its end.
+/// Solves one step with a new ladder and returns its residual too.
 fn climb(
     world: &World,
     rungs: &[Rung],
@@ -86,13 +86,13 @@ fn climb(
     (report, solution, residual)
 }
 
-/// Where every rung is cut off after an iteration to three, their ends differ, and none counts
-/// as solved. The ladder reports the one with the least residual, wherever it stands, under
-/// its name, and all iterations.
+/// Checks rungs that are cut off after one to three iterations, so that none converges. The ladder
+/// reports the result with the smallest residual, the name of its rung, and the sum of all
+/// iterations.
 #[test]
 fn the_best_of_the_unsolved_ends_is_reported() {
     let world = tutorial_world();
-    // The native start is next to the solution, and would always be the best.
+    // The native start is close to the solution and would always be the best.
     let rungs = [Rung::Previous, Rung::FreeFlight, Rung::SharedWeight];
     let mut best_at = [0; 3];
     for most_iterations in 1..=3 {
@@ -114,7 +114,7 @@ fn the_best_of_the_unsolved_ends_is_reported() {
             best_at[best] += 1;
         }
     }
-    // Not always the last one, nor the first.
+    // The best rung is not always the last or the first.
     let elsewhere: u32 = best_at[..2].iter().sum();
     assert!(
         elsewhere > 20 && best_at.iter().filter(|count| **count > 0).count() > 1,

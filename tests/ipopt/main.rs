@@ -1,4 +1,5 @@
-//! Ipopt's programs: their derivatives, the ladder of starts, the tutorial's steps, the other solver beside.
+//! Tests of Ipopt's programs: derivatives, the ladder of starts, the tutorial's steps, and
+//! comparison with the native solver.
 
 mod agreement;
 #[path = "../common/casadi.rs"]

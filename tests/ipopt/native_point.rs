@@ -1,5 +1,5 @@
-//! The native solver's point in the tutorial's nonlinear program: a feasible point with the
-//! objective 0, hence a global minimum, in every step.
+//! The native solver's point in the tutorial's nonlinear program. In every step it is feasible with
+//! the objective 0, hence a global minimum.
 
 use crate::common::{heights, points};
 use crate::toss::*;
@@ -11,7 +11,7 @@ use tumble_core::mechanics::{RigidBody, Wrench};
 use tumble_core::simulation::StepRecord;
 use tumble_core::world::{Parameters, World};
 
-/// The solution of a step as a point of the program, its slacks the least that the rows allow.
+/// Solution of a step as a point of the program, with the smallest slacks that the rows allow.
 fn point_of(nlp: &StepNlp, step: &StepRecord) -> ProgramPoint {
     let (world, heights) = (nlp.world(), heights(nlp.world(), step.next()));
     let mut point = ProgramPoint::zeros(points(world));
@@ -20,7 +20,7 @@ fn point_of(nlp: &StepNlp, step: &StepRecord) -> ProgramPoint {
     point
 }
 
-/// Whether each point carries a force: the flags with which the solution is a point of the
+/// True for each point that carries a force. With these flags the solution is a point of the
 /// program.
 fn carrying(nlp: &StepNlp, step: &StepRecord) -> Vec<bool> {
     let mut carrying = vec![false; points(nlp.world())];
@@ -30,7 +30,7 @@ fn carrying(nlp: &StepNlp, step: &StepRecord) -> Vec<bool> {
     carrying
 }
 
-/// The rows of a step at its solution with the slacks zero, where the objective is, too.
+/// Rows of a step at its solution with zero slacks, where the objective is zero too.
 fn rows_at_zero(nlp: &mut StepNlp, step: &StepRecord) -> (ProgramPoint, Vec<f64>) {
     let mut point = point_of(nlp, step);
     let (s1, s2) = (nlp.layout().slack_1(), nlp.layout().slack_2());
@@ -43,7 +43,7 @@ fn rows_at_zero(nlp: &mut StepNlp, step: &StepRecord) -> (ProgramPoint, Vec<f64>
     (point, rows)
 }
 
-/// Every step of some runs.
+/// Checks every step of some runs.
 fn each_step(mut check: impl FnMut(&mut StepNlp, &StepRecord)) {
     for body in cubes() {
         let world = World::new(parameters(body)).unwrap();
@@ -60,17 +60,17 @@ fn sizes(rows: &[f64], range: Range<usize>) -> f64 {
     rows[range].iter().map(|row| row.abs()).fold(0.0, largest)
 }
 
-/// How far inequalities fall below 0.
+/// Largest violation of inequalities ≥ 0.
 fn shortfall(rows: &[f64], range: Range<usize>) -> f64 {
     rows[range].iter().map(|row| -row).fold(0.0, largest)
 }
 
-/// All to rounding. Positions and attitudes are computed from the velocities by the rows
-/// themselves: 1e-15 (measured: exactly 0, and 1.1e-16; the unit norm 5.6e-16). Velocities come
-/// from a linear system of 6 equations: 1e-13 m/s (measured: 1.1e-15). So do spins, and the
-/// impulses of a corner over the light cube's inertia turn a rounding of 4e-16 m/s into a
-/// thousand times as much: 1e-11 rad/s (measured: 1.0e-12). Slips are as exact as the
-/// certificate, 1e-10 m/s (measured: 8.4e-13).
+/// Checks the equations to rounding.
+///
+/// The rows themselves define positions and attitudes from the velocities: 1e-15. Velocities come
+/// from a linear system of 6 equations: 1e-13 m/s. So do spins. There the impulses of a corner over
+/// the light cube's inertia amplify a rounding of 4e-16 m/s a thousand times: 1e-11 rad/s. Slips
+/// have the accuracy of the certificate, 1e-10 m/s.
 #[test]
 fn all_thirty_equations_hold_in_every_step() {
     each_step(|nlp, step| {
@@ -91,16 +91,16 @@ fn all_thirty_equations_hold_in_every_step() {
     });
 }
 
-/// Heights to the certificate, 1e-10 m/s, times h, 2e-13 m (measured: 8.2e-15 m). The normal
-/// complementarity is that height times a force of up to 18 kN: 4e-9 N m, a bound from the
-/// certificate alone (measured: 8.6e-12). The cone has ε to spare, for the smoothed norm is
-/// shorter than the norm (measured: no shortfall).
+/// Checks the inequalities.
 ///
-/// The friction complementarity s2 − λ(μf_z − ‖f_xy‖_ε) cannot hold with s2 = 0 where a
-/// point slides: the exact friction is |f_xy| = μf_z, and the smoothed norm falls short of
-/// the norm by up to ε. The row falls below 0 by up to λε, 1.4e-5 W for 14 m/s; beyond that
-/// by λ times the error of the force, 1e-10 m/s times m/h, and by the slip's error, 1e-10
-/// m/s, times μf_z: 1e-6 W (measured: 6e-11 W beyond λε).
+/// Heights hold to the certificate, 1e-10 m/s, times h: 2e-13 m. Normal complementarity is that
+/// height times a force of up to 18 kN: 4e-9 N m. The cone has ε to spare, because the smoothed
+/// norm is smaller than the norm.
+///
+/// The friction complementarity s2 − λ(μf_z − ‖f_xy‖_ε) cannot hold with s2 = 0 where a point
+/// slides. The exact friction is |f_xy| = μf_z, and the smoothed norm is smaller by up to ε. The
+/// row is below 0 by up to λε, 1.4e-5 W for 14 m/s. Two more errors add 1e-6 W. One is λ times the
+/// error of the force, 1e-10 m/s times m/h. The other is the slip's error, 1e-10 m/s, times μf_z.
 #[test]
 fn all_thirty_two_inequalities_hold_in_every_step() {
     each_step(|nlp, step| {
@@ -125,11 +125,10 @@ fn all_thirty_two_inequalities_hold_in_every_step() {
     });
 }
 
-/// Exactly: forces, slacks and slip speeds are not negative, and all that belongs to a corner
-/// without a force is 0. A step without contact has no force. The least slacks that the rows
-/// allow are products of the laws' errors with forces of up to 18 kN: 1e-10 m/s times h and
-/// 1e-10 m/s times μ f_z, 4e-9 N m and 6e-7 W. So the objective is 0 to 8 · 4e-13 (measured:
-/// 3.5e-21).
+/// Checks the bounds exactly: forces, slacks and slip speeds are not negative. All variables of a
+/// corner without a force are 0. The smallest slacks that the rows allow are products of the laws'
+/// errors with forces of up to 18 kN: 1e-10 m/s times h, and 1e-10 m/s times μ f_z. These are 4e-9
+/// N m and 6e-7 W. So the objective is 0 to 8 · 4e-13.
 #[test]
 fn all_bounds_hold_and_the_objective_is_zero_in_every_step() {
     each_step(|nlp, step| {
@@ -149,10 +148,10 @@ fn all_bounds_hold_and_the_objective_is_zero_in_every_step() {
     });
 }
 
-/// The same with other sides, mass, friction and time step, axes askew, under gravity that
-/// leans or on ground that does, in whose frame the program has its forces: no row is off by
-/// more than 1e-9, beyond the λε of the friction complementarity, with forces of up to 3.2 kN
-/// and slips of up to 4.5 m/s (measured: 1.2e-11).
+/// Checks the same for a brick with other sides, mass, friction and time step, and rotated axes.
+/// Gravity or the ground is inclined, and the program has its forces in the ground's frame. No row
+/// has an error above 1e-9, beyond the λε of the friction complementarity. Forces reach 3.2 kN and
+/// slips 4.5 m/s.
 #[test]
 fn a_brick_on_an_incline_is_a_point_of_its_program_too() {
     let half_sides = Vector3::new(0.3, 0.1, 0.05);

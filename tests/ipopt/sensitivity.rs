@@ -1,16 +1,18 @@
-//! The derivative of a step, from the system that an interior-point method solves in its last iteration: the KKT matrix of
-//! the tutorial's program at the native solution, where that is the program's minimum.
+//! Derivative of a step from the system that an interior-point method solves in its last iteration:
+//! the KKT matrix of the tutorial's program. It is evaluated at the native solution, the program's
+//! minimum.
 //!
-//! With the rows g that are active there, all at 0, and of the variables those that are not held at a bound,
+//! With the active rows g = 0, and the variables that are not at a bound,
 //!
 //! ```text
 //! ⎡ W  Aᵀ ⎤ ⎡ dx ⎤     ⎡     0      ⎤
 //! ⎣ A  0  ⎦ ⎣ dy ⎦ = − ⎣ ∂g/∂p · dp ⎦,   A = ∂g/∂x,   W = ∇²L.
 //! ```
 //!
-//! The objective and its gradient are 0 at the point, so that all multipliers are, too. A and W are the program's own, by hand and
-//! held against CasADi's; ∂g/∂p are differences of its rows at a fixed x, which are smooth. Nothing of it knows how the native
-//! solver or its derivative are made.
+//! The objective and its gradient are 0 at the point, so that all multipliers are 0 as well. A and
+//! W are the program's hand-written derivatives, compared with CasADi's elsewhere. ∂g/∂p are
+//! differences of its rows at fixed x, which are smooth. None of this uses the native solver or its
+//! derivative.
 
 use crate::common::{heights, points};
 use crate::slopes::Program as _;
@@ -24,10 +26,10 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::solver::native::{StepChange, StepDerivative};
 use tumble_core::world::{Constant, World};
 
-/// ε, N: the least, so that friction is that of the law.
+/// ε [N]: tiny, so that friction obeys the law.
 const SMOOTHING: f64 = 1e-12;
 
-/// A change of a step's data.
+/// Change of a step's data.
 #[derive(Clone)]
 struct Change {
     name: &'static str,
@@ -36,7 +38,7 @@ struct Change {
     constant: Option<(Constant, Vec<f64>)>,
 }
 
-/// One number of the state or the wrench, or a constant along one direction.
+/// Changes of one number of the state or the wrench, or of a constant along one direction.
 fn changes(world: &World) -> Vec<Change> {
     let none = Change { name: "", state: [0.0; 12], wrench: Wrench::zero(), constant: None };
     let mut all = Vec::new();
@@ -70,7 +72,7 @@ fn changes(world: &World) -> Vec<Change> {
     all
 }
 
-/// The rows of the program at `x` where the data is `by` times a change farther.
+/// Rows of the program at `x`, with the data moved by `by` along a change.
 fn rows(
     step: &StepRecord,
     x: &[f64],
@@ -92,7 +94,7 @@ fn rows(
     DVector::from_vec(nlp.constraints_at(x))
 }
 
-/// The rows' derivative by a change, of fifth order.
+/// Derivative of the rows by a change, with differences of fourth order.
 fn by_data(
     step: &StepRecord,
     x: &[f64],
@@ -100,13 +102,13 @@ fn by_data(
     world: &World,
     change: &Change,
 ) -> DVector<f64> {
-    /// The fourth power of it is below what the rows are rounded to.
+    /// Step of the differences. Its fourth power is below the rounding of the rows.
     const BY: f64 = 1e-4;
     let at = |by: f64| rows(step, x, alpha, world, change, by);
     ((at(BY) - at(-BY)) * 8.0 - (at(2.0 * BY) - at(-2.0 * BY))) / (12.0 * BY)
 }
 
-/// What belongs to the solution: the variables that are not held at a bound, and the rows that are active.
+/// Active part of a solution: variables that are not at a bound, and active rows.
 struct Active {
     variables: Vec<usize>,
     rows: Vec<usize>,
@@ -115,7 +117,7 @@ struct Active {
 
 impl Active {
     fn of(nlp: &StepNlp, step: &StepRecord, derivative: &StepDerivative) -> Option<Self> {
-        /// m/s: well inside of a piece.
+        /// Margin for being well inside a piece [m/s].
         const CLEAR: f64 = 1e-4;
         if derivative.margin() < CLEAR {
             return None;
@@ -136,7 +138,7 @@ impl Active {
             rows.extend([dissipation, dissipation + 1, of(at.height_rows())]);
             rows.push(of(at.normal_complementarity_rows()));
             rows.push(of(at.friction_complementarity_rows()));
-            // Slipping it is on its cone, sticking its slip is at the bound.
+            // If it slips, the cone is active. If it sticks, the slip speed is at its bound.
             if contact.slip.norm() > CLEAR {
                 variables.push(slip);
                 rows.push(of(at.cone_rows()));
@@ -146,8 +148,8 @@ impl Active {
     }
 }
 
-/// dX⁺ by the KKT system, a column for each change, and the least singular value that counts, in parts of the largest; `None`
-/// where the system leaves it open.
+/// dX⁺ from the KKT system, one column per change, and the smallest significant singular value
+/// relative to the largest. `None` if the system does not determine dX⁺.
 fn by_kkt(
     nlp: &StepNlp,
     x: &[f64],
@@ -164,7 +166,7 @@ fn by_kkt(
     for ((row, column), value) in pattern.positions().zip(values) {
         (w[(row, column)], w[(column, row)]) = (value, value);
     }
-    // Forces count in the speed that they make.
+    // Forces are scaled by the speed that they cause.
     let body = &nlp.world().bodies()[0];
     let newton = body.mass() / nlp.world().time_step();
     let is_force = |variable: usize| (13..13 + 3 * nlp.layout().contacts()).contains(&variable);
@@ -193,7 +195,7 @@ fn by_kkt(
     let svd = kkt.svd(true, true);
     let most = svd.singular_values.max();
     let counts = |value: &f64| *value > 1e-10 * most;
-    // A direction that the system does not see must leave X⁺ alone.
+    // A null direction of the system must not change X⁺.
     let mut ways = svd.v_t.as_ref()?.row_iter().zip(svd.singular_values.iter());
     if ways.any(|(way, value)| !counts(value) && way.columns(0, 13).norm() > 1e-7) {
         return None;
@@ -203,9 +205,11 @@ fn by_kkt(
     Some((found.rows(0, 13).into_owned(), least / most))
 }
 
-/// In every regime of tosses of three cubes, by every argument. Rows of some 10 m/s are rounded to 1e-15, their differences over
-/// 1e-4 to 1e-11, which the system enlarges by its condition: some 1e-10 over the least singular value, and 1e-9 of what the
-/// derivative itself loses.
+/// Checks the derivative in all regimes of tosses of three cubes, by every argument.
+///
+/// Rows of some 10 m/s have rounding errors of 1e-15, and their differences over 1e-4 have 1e-11.
+/// The system amplifies that by its condition. The tolerance is some 1e-10 over the smallest
+/// singular value, and 1e-9 for the derivative itself.
 #[test]
 #[ignore = "slow"]
 fn the_kkt_system_at_the_native_point_has_the_same_derivative() {
@@ -280,7 +284,7 @@ fn the_kkt_system_at_the_native_point_has_the_same_derivative() {
     );
 }
 
-/// The change of a state whose thirteen numbers change so: δθ = 2 (L(q) H)ᵀ δq.
+/// Change of a state from the change of its thirteen numbers: δθ = 2 (L(q) H)ᵀ δq.
 fn end_of(state: &State, numbers: &DVector<f64>) -> StateChange {
     let three = |first: usize| Vector3::new(numbers[first], numbers[first + 1], numbers[first + 2]);
     let quaternion = Vector4::new(numbers[3], numbers[4], numbers[5], numbers[6]);

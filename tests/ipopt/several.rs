@@ -1,5 +1,5 @@
-//! Ipopt for several bodies, for fixed pieces and for rounded points: its steps against the native
-//! solver's where the laws determine the motion, its ladder, and what it refuses.
+//! Ipopt for several bodies, fixed pieces and rounded points. Its steps are compared with the
+//! native solver's where the laws determine the motion. Also its ladder, and refused worlds.
 
 use nalgebra::{Vector3, Vector4};
 use std::sync::atomic::AtomicBool;
@@ -17,7 +17,7 @@ use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use tumble_core::world::{Fixed, Parameters, World};
 
-/// A world, where its bodies start, and the force on the first one, N.
+/// World, initial states, and the force on the first body [N].
 struct Scene {
     world: World,
     starts: Vec<State>,
@@ -55,14 +55,14 @@ fn ball(mass: f64, radius: f64) -> RigidBody {
     RigidBody::solid(mass, &[Piece::sphere(radius).unwrap()]).unwrap().0
 }
 
-/// Cubes of 0.2 m on each other, the lowest one pushed.
+/// Stack of cubes of 0.2 m. The lowest one is pushed.
 fn stack(count: usize, push: f64) -> Scene {
     let starts = (0..count).map(|i| at([0.0, 0.0, 0.1 + 0.2 * i as f64])).collect();
     let world = world((0..count).map(|_| cube(1.0)).collect(), 9.81, 0.5);
     Scene { world, starts, push: Vector3::new(push, 0.0, 0.0) }
 }
 
-/// A ball that falls on a box, off its middle, and rolls.
+/// Ball that falls off-centre on a box and rolls.
 fn ball_on_box() -> Scene {
     let world = world(vec![cube(2.0), ball(0.5, 0.05)], 9.81, 0.5);
     let mut starts = vec![at([0.0, 0.0, 0.1]), at([0.01, 0.02, 0.26])];
@@ -70,7 +70,7 @@ fn ball_on_box() -> Scene {
     Scene { world, starts, push: Vector3::zeros() }
 }
 
-/// Two boxes that meet without gravity, a corner of one on a face of the other.
+/// Two boxes that collide without gravity, a corner of one on a face of the other.
 fn pair_in_space() -> Scene {
     let world = world(vec![cube(1.0), cube(3.0)], 0.0, 0.3);
     let mut starts = vec![at([0.0, 0.0, 10.0]), at([0.33, 0.03, 10.05])];
@@ -107,7 +107,7 @@ fn run(scene: &Scene, steps: usize, motion: Motion<'_>) -> Vec<StepRecord> {
     (0..steps).map(step).collect()
 }
 
-/// One step by `solver` from `states` with the candidates `candidates`.
+/// Solves one step with `solver` from `states` with the contacts `candidates`.
 fn solve(
     solver: &mut dyn StepSolver,
     scene: &Scene,
@@ -132,11 +132,10 @@ fn solve(
     Ok((report, solution, residual))
 }
 
-/// Steps of native runs, solved again by Ipopt alone: pushed, but not enough to slide; rolling and
-/// falling; in free space. By its residual δ each contact's impulse, in the contact's own scale, is
-/// within δ of obeying the laws, along the normal and in friction. The motion is made by the sum of
-/// the impulses: with K contacts velocities, and spins at the reach, may differ by 2 K (δ + δ')
-/// (measured: 1.3 δ).
+/// Compares steps of native runs with Ipopt alone: a push below the friction limit, rolling and
+/// falling, and free space. With the residual δ each contact's impulse, in its own scale, obeys the
+/// laws within δ along the normal and in friction. The motion is the sum of the impulses. With K
+/// contacts velocities, and spins at the reach, may differ by 2 K (δ + δ').
 #[test]
 fn ipopt_agrees_with_the_native_solver_where_the_motion_is_determined() {
     let scenes = [
@@ -176,8 +175,8 @@ fn ipopt_agrees_with_the_native_solver_where_the_motion_is_determined() {
     }
 }
 
-/// Whole runs: no step fails, few are the native solver's, and every residual is at most what the
-/// ladder accepts. A stack stands where it stood, to the residuals of its steps (measured: 1.2e-11 m).
+/// Checks complete runs. No step fails, few use the native fallback, and every residual is within
+/// the ladder's limit. A stack stays in place, to the residuals of its steps.
 #[test]
 #[ignore = "slow"]
 fn whole_runs_are_solved_and_stand() {
@@ -205,8 +204,8 @@ fn whole_runs_are_solved_and_stand() {
     }
 }
 
-/// Forces of a pair are opposite: without gravity the momentum of both boxes stays, as far as Ipopt
-/// meets the equations of motion (1e-6 m/s of residual in each of 120 steps, of masses of 3 kg).
+/// Checks that a pair without gravity conserves its momentum. The tolerance is Ipopt's residual in
+/// the equations of motion (1e-6 m/s in each of 120 steps, for masses of 3 kg).
 #[test]
 fn a_pair_in_space_keeps_its_momentum() {
     let scene = pair_in_space();
@@ -224,8 +223,9 @@ fn a_pair_in_space_keeps_its_momentum() {
     assert!(changed.amax() <= 4.0 * dynamics + 1e-13, "{changed}: {dynamics:e}");
 }
 
-/// The tutorial's program does not know a point's radius; the reduced one does. A ball
-/// falls to the ground and lies there, its centre a radius above it (to the residual times h).
+/// Checks a ball on the ground. The tutorial's program does not support rounded points, but the
+/// reduced one does. The ball rests with its centre one radius above the ground (to the residual
+/// times h).
 #[test]
 fn a_ball_lies_on_the_ground() {
     let world = world(vec![ball(1.0, 0.1)], 9.81, 0.5);
@@ -240,8 +240,8 @@ fn a_ball_lies_on_the_ground() {
     assert!((height - 0.1).abs() < 1e-6, "{height}");
 }
 
-/// A ball that rolls without slip on a fixed block: the native solver's motion. Its friction is a
-/// reaction to rest, nothing is open.
+/// Checks a ball that rolls without slip on a fixed block: Ipopt finds the native solver's motion.
+/// Sticking friction is a reaction, so the motion is determined.
 #[test]
 fn fixed_pieces_hold() {
     let block = Piece::cuboid(Vector3::new(1.0, 1.0, 0.2)).unwrap();
@@ -256,12 +256,12 @@ fn fixed_pieces_hold() {
     assert!(ours.iter().all(|record| record.report.status != StepStatus::Failed));
     let residuals: f64 = ours.iter().map(|record| record.certificate.residual()).sum();
     let apart = (ours[49].next().position - theirs[49].next().position).amax();
-    // Each step's velocity within some residuals, for a tenth of a second.
+    // Each step's velocity has an error of some residuals, for a tenth of a second.
     assert!(apart < 0.1 * 4.0 * residuals + 1e-12, "{apart:e}: {residuals:e}");
 }
 
-/// Without a candidate free flight takes the ball into the box and the box into the ground: the
-/// contacts join, and the step is solved by Ipopt alone.
+/// Checks a step without candidates. Free flight moves the ball into the box and the box into the
+/// ground. The missed contacts are added, and Ipopt alone solves the step.
 #[test]
 fn missed_contacts_join() {
     let scene = ball_on_box();
@@ -277,7 +277,7 @@ fn missed_contacts_join() {
     assert!(residual < LADDER_RESIDUAL, "{residual:e}");
 }
 
-/// Where Ipopt may not iterate, the native solution stands in and is marked.
+/// Checks that the native solution is used, with a mark, if Ipopt may not iterate.
 #[test]
 fn without_iterations_the_native_solution_stands_in() {
     let scene = stack(2, 4.0);
@@ -322,8 +322,8 @@ fn many_bodies_are_refused_in_a_sentence_that_names_the_native_solver() {
     assert!(ladder_for(&allowed.world, Formulation::Reduced, options).is_ok());
 }
 
-/// Ipopt leaves points by its tolerance too deep, up to 1e-9 m as these start, and lifts them in the next step:
-/// that is no energy made, and no step of a stack at rest is wild.
+/// Checks a stack that starts up to 1e-9 m too deep, as Ipopt's tolerance allows. Lifting it out
+/// gains no energy, so that no step is unphysical.
 #[test]
 fn what_is_lifted_within_the_tolerance_is_not_wild() {
     let mut scene = stack(2, 0.0);
@@ -337,13 +337,13 @@ fn what_is_lifted_within_the_tolerance_is_not_wild() {
     assert!(records.iter().all(|record| record.report.status != StepStatus::Wild));
 }
 
-/// The overlap of a step is that of the shapes where it ends, whatever the search for contacts has
-/// asked for in between: with a depth that need not be looked at, it knew a bound only.
+/// Checks that the overlap after a step is the overlap of the shapes. A search that ignores small
+/// depths stores only a bound of it.
 #[test]
 fn the_overlap_after_a_step_is_that_of_the_shapes() {
     let scene = ball_on_box();
     let mut states = scene.starts.clone();
-    // A box that a box has turned out of: the last axis is not that of the least overlap.
+    // A box rotated out of another one: the last axis is not the axis of least overlap.
     let world = world(vec![cube(1.0), cube(1.0)], 9.81, 0.5);
     states[1] = at([0.198, 0.0, 0.1]);
     let mut candidates = Candidates::new();
@@ -354,7 +354,7 @@ fn the_overlap_after_a_step_is_that_of_the_shapes() {
     assert!((found - 0.001).abs() < 1e-9, "{found}");
 }
 
-/// The same bytes, whatever was solved before.
+/// Checks that a run has the same bytes, regardless of earlier solves.
 #[test]
 fn the_same_run_twice_is_the_same() {
     let scene = ball_on_box();

@@ -1,5 +1,5 @@
-//! The tutorial's recorded runs, step by step: Ipopt's answers from the recorded states
-//! and starts, the recorded points in our equations, and their certificates.
+//! The tutorial's recorded runs, step by step: Ipopt's solutions from the recorded states and
+//! starts, the recorded points in our equations, and their certificates.
 
 use crate::common::{
     Row, SEEDS, any_state, any_world, any_wrench, body, cases, certificate_by_hand, certify,
@@ -17,12 +17,12 @@ use tumble_core::mechanics::{State, Wrench};
 use tumble_core::step::{Step, StepReport, StepSolution, StepStatus};
 use tumble_core::world::World;
 
-/// The recorded steps k → k+1 of a run: the row before and the row of the solve.
+/// Recorded steps k → k+1 of a run: the row before and the row of the solve.
 fn steps(rows: &[Row]) -> impl Iterator<Item = (&Row, &Row)> {
     rows.windows(2).map(|pair| (&pair[0], &pair[1]))
 }
 
-/// One step that both solved, m, m/s, rad/s: how far the ends are apart.
+/// Differences between our end and the recorded one, for a step that both solved [m, m/s, rad/s].
 struct Comparison {
     k: i64,
     flagged: usize,
@@ -30,23 +30,23 @@ struct Comparison {
     attitude: f64,
     velocity: f64,
     spin: f64,
-    /// The sum of the two residuals.
+    /// Sum of the two residuals.
     looseness: f64,
 }
 
-/// What came of the steps of one run.
+/// Results of the steps of one run.
 struct Comparisons {
-    /// The number that the reference solved.
+    /// Number of steps that the reference solved.
     reference: usize,
-    /// How those ended that ours did not: each one's k, and Ipopt's word.
+    /// Steps that ours did not solve: k, and Ipopt's status.
     unsolved: Vec<(i64, &'static str)>,
-    /// Those that ours solved as well.
+    /// Steps that both solved.
     both: Vec<Comparison>,
-    /// Iterations spent on these, ours and the reference's.
+    /// Iterations in these steps: ours and the reference's.
     iterations: (u32, u32),
 }
 
-/// One recorded step again, from the recorded state and start.
+/// Solves a recorded step again, from the recorded state and start.
 fn again(
     solver: &mut IpoptSolver,
     world: &World,
@@ -62,8 +62,8 @@ fn again(
     (report, solution)
 }
 
-/// Solves every `every`th recorded step that has a flag and that the reference solved, from
-/// the recorded state and start.
+/// Solves one in `every` of the recorded steps with a flag that the reference solved, from the
+/// recorded state and start.
 fn compare(seed: u32, every: i64, formulation: Formulation) -> Comparisons {
     let (world, rows, none) = (tutorial_world(), tutorial_rows(seed), Wrench::zero());
     let mut solver =
@@ -101,27 +101,26 @@ fn compare(seed: u32, every: i64, formulation: Formulation) -> Comparisons {
     found
 }
 
-/// The steps of all seeds by one formulation, `every`th of seed 42 and every 10th of the
-/// others, against the recorded ones.
+/// Compares the steps of all seeds with the recorded ones: one in `every` of seed 42 and one in 10
+/// of the others.
 ///
-/// Neither end is exact: at a tolerance of 1e-6 Ipopt stops on the central path, with
-/// forces on corners that end the step above the ground. The certificate measures this, as
-/// impulse over mass and as slip, in m/s; call S the sum of the two. Then v may differ by
-/// a multiple of S and ω by a multiple of S m ℓ/I, 1000 times as much for this cube.
+/// Neither end is exact. At a tolerance of 1e-6 Ipopt stops on the central path, with forces at
+/// corners that end the step above the ground. The certificate measures this as impulse over mass
+/// and as slip [m/s]. With S as the sum of the two residuals, v may differ by a multiple of S. ω
+/// may differ by a multiple of S m ℓ/I, 1000 times as much for this cube.
 ///
-/// | | flagged corners | here | in a study | allowed |
-/// |---|---|---|---|---|
-/// | Δv/S | 1 or 2 | 1.0 | 2.0 | 5 |
-/// | | 3 or more | 3.3 | 3.9 | 10 |
-/// | Δω/(S m ℓ/I) | 1 or 2 | 0.66 | 1.2 | 5 |
-/// | | 3 or more | 0.16 | 0.39 | 2 |
+/// | | flagged corners | allowed |
+/// |---|---|---|
+/// | Δv/S | 1 or 2 | 5 |
+/// | | 3 or more | 10 |
+/// | Δω/(S m ℓ/I) | 1 or 2 | 5 |
+/// | | 3 or more | 2 |
 ///
-/// The study took up to every step of all seeds and Ipopt's adaptive barrier as well. In
-/// face sliding the contact law itself leaves the normal forces' share, and with it the
-/// motion, open.
+/// For a sliding face the contact law leaves the distribution of the normal forces open, and with
+/// it the motion.
 ///
-/// Most steps stop at the same barrier parameter and agree far better: v to 1.1e-7 m/s in
-/// half of seed 42's steps, to 1e-5 m/s in the share of all that [`Measured`] says.
+/// Most steps stop at the same barrier parameter and agree far better. [`Measured`] has the
+/// fraction that agrees in v to 1e-5 m/s.
 fn check_motions(formulation: Formulation, every: i64, measured: &Measured) {
     let (mut close, mut all, mut ours, mut theirs) = (0, 0, 0, 0);
     for ((seed, steps), most) in SEEDS.into_iter().zip(measured.steps).zip(measured.unsolved) {
@@ -130,8 +129,8 @@ fn check_motions(formulation: Formulation, every: i64, measured: &Measured) {
         let Comparisons { reference, unsolved, both, iterations } = found;
         assert_eq!((reference, both.len() + unsolved.len()), (steps, steps), "seed {seed}");
         assert!(unsolved.len() <= most + MARGIN, "seed {seed}: {most} were unsolved, {unsolved:?}");
-        // What keeps Ipopt from an end is its limit of 300 iterations, or a restoration from
-        // which it does not come back; never numbers or options that it refuses.
+        // Ipopt may reach its limit of 300 iterations or fail in its restoration. It must not
+        // refuse numbers or options.
         for (k, word) in unsolved {
             let limit = ReturnStatus::MaximumIterationsExceeded.name();
             let lost = [ReturnStatus::RestorationFailed, ReturnStatus::InfeasibleProblemDetected];
@@ -148,7 +147,7 @@ fn check_motions(formulation: Formulation, every: i64, measured: &Measured) {
             // 1e-6: the tolerance.
             assert!(velocity < by_speed * looseness + 1e-6, "{seed}, {k}: v by {velocity:e}");
             assert!(spin < 1e3 * (by_spin * looseness + 1e-6), "{seed}, {k}: ω by {spin:e}");
-            // r⁺ = r + h v⁺ on both sides, and |∂q⁺/∂ω⁺| ≤ h/2; measured: to 8e-9.
+            // r⁺ = r + h v⁺ on both sides, and |∂q⁺/∂ω⁺| ≤ h/2.
             assert!((position - 0.002 * velocity).abs() < 1e-7, "{seed}, {k}: r by {position:e}");
             assert!(attitude < 0.001 * spin + 1e-7, "{seed}, {k}: q by {attitude:e}");
         }
@@ -158,24 +157,25 @@ fn check_motions(formulation: Formulation, every: i64, measured: &Measured) {
     assert!(iterations < measured.iterations + 0.05, "{iterations} of the recorded iterations");
 }
 
-/// What one formulation comes to, by seeds in the order of [`SEEDS`]: the same on every run of
-/// one machine, and a little different where its linear algebra rounds otherwise.
+/// Expected results of a formulation, by seeds in the order of [`SEEDS`]. They are the same on
+/// every run of one machine and differ slightly with another rounding of the linear algebra.
 struct Measured {
     /// Steps with a flag that the reference solved.
     steps: [usize; 4],
-    /// Those of them that ours did not.
+    /// Steps among them that ours did not solve.
     unsolved: [usize; 4],
-    /// The share of the others whose v agrees to 1e-5 m/s.
+    /// Fraction of the others whose v agrees to 1e-5 m/s.
     close: f64,
-    /// Iterations on these, as a share of the recorded ones; without the constraints' second
+    /// Iterations in these steps relative to the recorded ones. Without the constraints' second
     /// derivatives they would be 1.06 (clamped) and 2.1 (reduced).
     iterations: f64,
 }
 
-/// Unsolved steps more than measured that another machine may have, of 36 to 606.
+/// Number of additional unsolved steps allowed on another machine, of 36 to 606.
 const MARGIN: usize = 2;
 
-/// It takes longer than five seconds, and stays in the quick gate: the recorded runs are the reference that tumble began with.
+/// Compares the clamped form. The test takes longer than five seconds and still runs by default,
+/// because the recorded runs are the original reference.
 #[test]
 fn clamped_steps_move_the_cube_as_the_recorded_ones_do() {
     let measured = Measured {
@@ -187,7 +187,8 @@ fn clamped_steps_move_the_cube_as_the_recorded_ones_do() {
     check_motions(Formulation::Clamped, 1, &measured);
 }
 
-/// It takes longer than five seconds, and stays in the quick gate: the recorded runs are the reference that tumble began with.
+/// Compares the reduced form. The test takes longer than five seconds and still runs by default,
+/// because the recorded runs are the original reference.
 #[test]
 fn reduced_steps_move_the_cube_as_the_recorded_ones_do() {
     let measured = Measured {
@@ -199,8 +200,8 @@ fn reduced_steps_move_the_cube_as_the_recorded_ones_do() {
     check_motions(Formulation::Reduced, 3, &measured);
 }
 
-/// Ipopt ends with the dynamics to its tolerance (measured: 2e-8) and with every row,
-/// unscaled, to 1e-4 (its `constr_viol_tol`; measured: equations 5e-5, inequalities 2e-8).
+/// Checks the recorded solutions in our rows. Ipopt satisfies the dynamics to its tolerance and
+/// every row, unscaled, to 1e-4 (its `constr_viol_tol`).
 #[test]
 fn recorded_solutions_satisfy_our_rows() {
     let mut nlp = StepNlp::new(tutorial_world(), SMOOTHING).unwrap();
@@ -219,7 +220,8 @@ fn recorded_solutions_satisfy_our_rows() {
     }
 }
 
-/// To 1e-9, and 1e-10 m/s for what rounding heights of 2 m does, 4e-16 m over h and more.
+/// Checks that two certificates agree to 1e-9. The additional 1e-10 m/s covers rounding of heights
+/// of 2 m, 4e-16 m over h.
 fn same_certificate(certificate: &Certificate, by_hand: [f64; 5]) -> Result<(), String> {
     for ((name, ours), by_hand) in certificate.parts().into_iter().zip(by_hand) {
         if (ours - by_hand).abs() > 1e-9 * by_hand + 1e-10 {
@@ -229,8 +231,8 @@ fn same_certificate(certificate: &Certificate, by_hand: [f64; 5]) -> Result<(), 
     Ok(())
 }
 
-/// Medians and largest values over the steps with a flag as `data/README.md` lists them,
-/// from a third program, to its three digits.
+/// Compares medians and largest values over the steps with a flag with `data/README.md`, to its
+/// three digits. A third program computed these.
 #[test]
 fn certificates_of_the_recorded_runs_are_the_known_ones() {
     let (world, none) = (tutorial_world(), Wrench::zero());
@@ -256,9 +258,9 @@ fn certificates_of_the_recorded_runs_are_the_known_ones() {
 proptest! {
     #![proptest_config(cases(256))]
 
-    /// With what the recorded runs have not: any shape and inertia, an incline, an external
-    /// wrench, pulling forces; and each equation of motion violated alone, by up to 1 m/s
-    /// or rad/s.
+    /// Checks the certificate with features that the recorded runs lack: any shape and inertia, an
+    /// incline, an external wrench and tensile forces. Each equation of motion is violated
+    /// separately, by up to 1 m/s or rad/s.
     #[test]
     fn the_certificate_of_any_step_is_that_by_hand(
         world in any_world(),

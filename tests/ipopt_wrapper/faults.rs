@@ -1,5 +1,5 @@
-//! Callbacks that return nonsense, panic, or start another solve. The jobs run in a child
-//! process, so that a crash or a deadlock is a failed test and not a lost test run.
+//! Callbacks that return invalid numbers, panic, or start another solve. The jobs run in a child
+//! process, so that a crash or a deadlock fails the test and does not stop the test run.
 
 use super::probe::{CALLBACKS, Call, Callback, Probe, solve, solve_with, solver};
 use super::problems::{Problem, hs006, hs035, hs071, linear, rosenbrock};
@@ -18,7 +18,7 @@ const EVALUATIONS: [Callback; 5] = [
     Callback::Hessian,
 ];
 
-/// How often each callback runs in an undisturbed solve, by [`Callback`]; callbacks without
+/// Number of calls of each callback in an undisturbed solve, by [`Callback`]. Callbacks without
 /// numbers to disturb count as 0.
 fn undisturbed_counts(problem: &Problem) -> [usize; 6] {
     let mut counts = [0; 6];
@@ -32,7 +32,7 @@ fn undisturbed_counts(problem: &Problem) -> [usize; 6] {
     counts
 }
 
-/// A point, where there is one, must be finite throughout.
+/// Checks that a point, if there is one, is finite.
 fn assert_finite(outcome: &SolveOutcome<'_>, what: &str) {
     let Some(point) = outcome.point else { return };
     let arrays =
@@ -41,8 +41,8 @@ fn assert_finite(outcome: &SolveOutcome<'_>, what: &str) {
     assert!(finite && point.objective.is_finite(), "{what}: {outcome:?}");
 }
 
-/// Solves with `callback` returning `value` in one entry or everywhere, in `count` calls
-/// after the first `earlier`.
+/// Solves with `callback` returning `value` in one entry or everywhere, in `count` calls after the
+/// first `earlier`.
 fn disturbed<'s>(
     solver: &'s mut RawSolver,
     problem: &Problem,
@@ -61,7 +61,7 @@ fn disturbed<'s>(
     solver.solve(&mut probe, &problem.bounds, &start).unwrap()
 }
 
-/// Every problem, callback and time of the first fault, with a description.
+/// Runs `job` for every problem, callback and time of the first fault, with a description.
 fn for_every_fault(mut job: impl FnMut(&Problem, Callback, usize, &str)) {
     for problem in [hs071(), hs035(), hs006(), rosenbrock(), linear()] {
         let counts = undisturbed_counts(&problem);
@@ -77,7 +77,7 @@ fn for_every_fault(mut job: impl FnMut(&Problem, Callback, usize, &str)) {
     }
 }
 
-/// The wrapper takes magnitudes from 1e100 on for the result of a breakdown.
+/// The wrapper treats magnitudes from 1e100 on as the result of a breakdown.
 const NO_NUMBERS: [f64; 4] = [f64::NAN, f64::NEG_INFINITY, 1e200, 1e100];
 
 #[test]
@@ -95,7 +95,7 @@ fn a_callback_that_returns_no_number_from_some_call_on_never_succeeds_and_never_
                 assert!(!outcome.status.is_success(), "{what}, {value}: {outcome:?}");
                 assert_finite(&outcome, what);
                 if earlier == 0 {
-                    // Nothing was iterated, or the first iterate is all there is.
+                    // There was no iteration, or only the first iterate exists.
                     assert_eq!(outcome.iterations, 0, "{what}: {outcome:?}");
                 }
                 assert_eq!(solve_with(&mut solver, problem).bits(), healthy, "{what}, {value}");
@@ -122,7 +122,8 @@ fn a_single_call_that_returns_no_number_is_survived_or_reported() {
     });
 }
 
-/// The undisturbed problems take at most 25 iterations; disturbed ones may wander.
+/// Solver with a limit of 30 iterations. The undisturbed problems need at most 25, and disturbed
+/// ones may need many.
 fn brief_solver(problem: &Problem) -> RawSolver {
     RawSolver::new(problem, Options { max_iterations: 30, ..Options::default() }).unwrap()
 }
@@ -170,7 +171,7 @@ fn hostile_starts_and_multipliers_crash_nothing() {
     });
 }
 
-/// A payload that nothing else panics with.
+/// Panic payload that nothing else uses.
 #[derive(Debug, PartialEq)]
 struct OnPurpose(usize);
 
@@ -200,8 +201,8 @@ fn a_panic_in_any_callback_reaches_the_caller_and_leaves_solver_and_lock_usable(
     });
 }
 
-/// Solves with one call panicking, without the message that `panic!` prints; gives the
-/// payload that arrives. No callback may run after it.
+/// Solves with one call that panics, without the message that `panic!` prints. Returns the payload
+/// that arrives. No callback may run after it.
 fn panic_in(
     solver: &mut RawSolver,
     problem: &Problem,
@@ -249,7 +250,7 @@ fn a_solve_inside_any_callback_is_refused_and_the_outer_one_ends_as_ever() {
                 assert_eq!(outcome.status, ReturnStatus::SolveSucceeded);
                 assert_eq!(outcome.point.unwrap().x, alone.arrays[0], "{callback:?}");
                 assert!(refused > 0, "{callback:?}");
-                // Afterwards the inner one may.
+                // Afterwards the inner solver works again.
                 assert!(solve_with(&mut inner_solver, &inner).status.is_success());
             }
         },

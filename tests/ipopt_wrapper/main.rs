@@ -1,6 +1,5 @@
-//! The safe wrapper of Ipopt: known optima, and every way to misuse it or to fail
-//! inside it. Whatever happens in one solve, the process lives on and the next solve
-//! gives what it gave before.
+//! Tests of the safe wrapper of Ipopt: known optima, misuse and failures. After any failure the
+//! process continues, and the next solve returns the same result as before.
 
 mod faults;
 mod probe;

@@ -1,4 +1,4 @@
-//! Solving a problem, and a probe that shows and disturbs its callbacks.
+//! Solves a problem, with a probe that can observe and change its callbacks.
 
 use super::problems::Problem;
 use tumble::ipopt::{
@@ -6,7 +6,7 @@ use tumble::ipopt::{
 };
 use tumble::sparsity::SparsityPattern;
 
-/// The end of a solve, copied out of the solver.
+/// Result of a solve, copied out of the solver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
     pub status: ReturnStatus,
@@ -34,13 +34,13 @@ impl Answer {
         }
     }
 
-    /// Everything in bits, to compare exactly.
+    /// All numbers as bits, for exact comparison.
     pub fn bits(&self) -> (i32, u32, Vec<u64>) {
         let numbers = self.arrays.iter().flatten().chain([&self.objective]);
         (self.status.code(), self.iterations, numbers.map(|number| number.to_bits()).collect())
     }
 
-    /// A warm start from here.
+    /// Warm start from this result.
     pub fn as_start(&self) -> StartPoint<'_> {
         let [x, _, constraint_multipliers, lower_multipliers, upper_multipliers] = &self.arrays;
         StartPoint::Warm { x, constraint_multipliers, lower_multipliers, upper_multipliers }
@@ -62,7 +62,7 @@ pub fn solve(problem: &Problem) -> Answer {
     solve_with(&mut solver(problem), problem)
 }
 
-/// The callbacks of a solve.
+/// Callbacks of a solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Callback {
     Objective,
@@ -82,8 +82,8 @@ pub const CALLBACKS: [Callback; 6] = [
     Callback::KeepGoing,
 ];
 
-/// What a probe is shown of a callback: which, how many of its kind came before, and
-/// the values that go to Ipopt (none for `KeepGoing`), to be changed at will.
+/// Data of a callback: its kind, the number of earlier calls of that kind, and the values for Ipopt
+/// (none for `KeepGoing`), which may be changed.
 pub struct Call<'a> {
     pub callback: Callback,
     pub earlier: usize,
@@ -91,8 +91,8 @@ pub struct Call<'a> {
     pub progress: Option<&'a IpoptProgress>,
 }
 
-/// A problem whose every callback is shown to `hook`; what the hook returns for
-/// `KeepGoing` goes to Ipopt.
+/// Problem that shows every callback to `hook`. The hook's return value for `KeepGoing` goes to
+/// Ipopt.
 pub struct Probe<'a, H> {
     problem: &'a Problem,
     counts: [usize; 6],

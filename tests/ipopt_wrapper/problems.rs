@@ -5,7 +5,7 @@ use tumble::sparsity::SparsityPattern;
 
 const FREE: f64 = f64::INFINITY;
 
-/// A problem as a table entry. Functions write into the slice given last.
+/// Problem as a table entry. Its functions write into the last slice.
 #[derive(Clone)]
 pub struct Problem {
     pub name: &'static str,
@@ -18,7 +18,7 @@ pub struct Problem {
     pub constraints: fn(&[f64], &mut [f64]),
     pub jacobian_values: fn(&[f64], &mut [f64]),
     pub hessian_values: fn(&[f64], f64, &[f64], &mut [f64]),
-    /// The known optimum.
+    /// Known optimal objective value.
     pub optimum: f64,
     pub solution: Vec<f64>,
 }
@@ -173,7 +173,7 @@ pub fn hs001() -> Problem {
     Problem { name: "HS001", bounds, ..rosenbrock() }
 }
 
-/// A linear program: the Hessian has no entry at all.
+/// Linear program: the Hessian has no entries.
 pub fn linear() -> Problem {
     Problem {
         name: "linear",

@@ -1,5 +1,5 @@
-//! What can only be seen from outside the process: its death, its output, the files it
-//! reads, its memory. Each test here starts itself again as a child.
+//! Effects that are visible only outside the process: crashes, output, files that it reads, memory.
+//! Each test starts itself again as a child.
 
 use super::probe::{Call, Callback, Probe, solve, solver};
 use super::problems::{all, hs071};
@@ -11,20 +11,19 @@ use std::thread;
 use std::time::{Duration, Instant};
 use tumble::ipopt::StartPoint;
 
-/// Set in a child; the value is for the job.
+/// Environment variable of a child. Its value is passed to the job.
 const CHILD: &str = "TUMBLE_WRAPPER_TEST_CHILD";
 
-/// No job takes longer than a few seconds; a deadlock does.
+/// Time limit. Jobs take a few seconds, unless they deadlock.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// The value handed to this process if it is a child.
+/// Value passed to this process if it is a child.
 fn child_value() -> Option<String> {
     std::env::var(CHILD).ok()
 }
 
-/// Runs the test `name` of this binary in a process of its own, in `directory`, with
-/// `value` handed over. It must end well and in time, and print nothing but the test
-/// harness's own lines.
+/// Runs the test `name` of this binary in its own process, in `directory`, with `value` passed to
+/// it. It must succeed in time and print only the lines of the test harness.
 fn run_child(name: &str, directory: Option<&Path>, value: &str) {
     let mut command = Command::new(std::env::current_exe().unwrap());
     command.args([name, "--exact", "--nocapture", "--test-threads=1", "--color=never"]);
@@ -59,7 +58,7 @@ fn run_child(name: &str, directory: Option<&Path>, value: &str) {
     assert!(stdout.contains(&ran), "{said}");
 }
 
-/// Runs `job` in a child of its own and waits for it; see [`run_child`].
+/// Runs `job` in its own child process and waits for it. See [`run_child`].
 pub fn in_child(name: &str, job: impl FnOnce()) {
     match child_value() {
         Some(_) => job(),
@@ -112,7 +111,7 @@ fn an_ipopt_opt_in_the_working_directory_is_not_read() {
         let directory = tempfile::tempdir().unwrap();
         fs::write(directory.path().join("ipopt.opt"), content).unwrap();
         run_child(name, Some(directory.path()), &answer());
-        // Nor is anything written there.
+        // Ipopt does not write a file there.
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
     }
     let directory = tempfile::tempdir().unwrap();
@@ -120,15 +119,15 @@ fn an_ipopt_opt_in_the_working_directory_is_not_read() {
     run_child(name, Some(directory.path()), &answer());
 }
 
-/// Resident memory in pages.
+/// Resident memory [pages].
 #[cfg(target_os = "linux")]
 fn resident_pages() -> i64 {
     let statm = fs::read_to_string("/proc/self/statm").unwrap();
     statm.split_whitespace().nth(1).unwrap().parse().unwrap()
 }
 
-/// 2000 cycles may add 1 MiB of fragmentation, 256 pages of 4 KiB: half a kilobyte a
-/// cycle, while one problem that is not freed is tens of kilobytes.
+/// Limit for 2000 cycles: 1 MiB of fragmentation, 256 pages of 4 KiB, half a kilobyte per cycle. A
+/// problem that is not freed takes tens of kilobytes.
 #[cfg(target_os = "linux")]
 const MOST_NEW_PAGES: i64 = 256;
 
@@ -138,7 +137,8 @@ const MOST_NEW_PAGES: i64 = 256;
 fn memory_stays_flat_over_two_thousand_create_solve_free_cycles() {
     in_child("process::memory_stays_flat_over_two_thousand_create_solve_free_cycles", || {
         let problem = hs071();
-        // In turn a success, a user's stop, a NaN and a panic: all must give all back.
+        // Alternates between success, a stop by the user, a NaN and a panic. All must free their
+        // memory.
         let cycle = |round: usize| {
             let mut solver = solver(&problem);
             let mut probe = Probe::new(&problem, |call: Call<'_>| match round % 4 {

@@ -1,4 +1,4 @@
-//! What is refused before Ipopt runs, and that the refusal names what is wrong.
+//! Input that is refused before Ipopt runs, with errors that name the fault.
 
 use super::probe::{solve, solve_with, solver};
 use super::problems::{Problem, hs006, hs035, hs071, pattern};
@@ -24,8 +24,8 @@ fn options_out_of_range_are_refused_by_ipopts_name() {
     for max_iterations in [1_000_001, u32::MAX] {
         table.push(("max_iter", Options { max_iterations, ..d() }));
     }
-    // 1 asks for an order that nobody gives, so that every solve fails; 4 is PORD, which
-    // ends the process on small problems.
+    // 1 is an order given by the user, which nobody sets, so that every solve fails. 4 is PORD,
+    // which ends the process on small problems.
     for mumps_pivot_order in [1, 4, 8, u32::MAX] {
         table.push(("mumps_pivot_order", Options { mumps_pivot_order, ..d() }));
     }

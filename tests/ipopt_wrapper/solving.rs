@@ -1,18 +1,18 @@
-//! What a solve gives: optima, statuses, warm starts, reproducibility.
+//! Results of a solve: optima, statuses, warm starts, reproducibility.
 
 use super::probe::{Answer, Call, Callback, Probe, solve, solve_with, solver};
 use super::problems::{Problem, all, hs006, hs035, hs071, linear, rosenbrock};
 use std::thread;
 use tumble::ipopt::{BarrierStrategy, Options, RawSolver, ReturnStatus, Scaling, StartPoint};
 
-/// With the tolerance 1e-8 each bound leaves about 1e-8 in the objective, and Ipopt
-/// relaxes bounds by 1e-8 of their size, which a multiplier of at most 20 turns into
-/// 2e-7.
+/// Tolerance of the objective. With Ipopt's tolerance 1e-8 each bound leaves an error of about
+/// 1e-8. Ipopt also relaxes bounds by 1e-8 of their size, which a multiplier of at most 20 turns
+/// into 2e-7.
 const OBJECTIVE_TOLERANCE: f64 = 1e-6;
 
-/// The solutions are known to at least seven digits. Near an optimum with curvature
-/// 2 or more an objective 1e-8 too large means 1e-4 in x, but Newton's last step is
-/// quadratic and leaves less than 1e-6.
+/// Tolerance of the point. The solutions are known to at least seven digits. With curvature 2 or
+/// more, an objective error of 1e-8 means 1e-4 in x. But Newton's last step is quadratic and leaves
+/// less than 1e-6.
 const POINT_TOLERANCE: f64 = 1e-6;
 
 #[test]
@@ -26,8 +26,8 @@ fn the_published_optima_are_reached_from_the_published_starts() {
         for (x, known) in x.iter().zip(&problem.solution) {
             assert!((x - known).abs() < POINT_TOLERANCE, "{name}: {x} is not {known}");
         }
-        // The variables keep their bounds exactly; f and g are reported from before the last
-        // projection onto them, and so agree as the optimum does.
+        // The variables satisfy their bounds exactly. f and g are reported from before the last
+        // projection onto the bounds, and agree to the tolerance of the optimum.
         for (k, x) in x.iter().enumerate() {
             assert!(problem.bounds.lower[k] <= *x && *x <= problem.bounds.upper[k], "{name}: {x}");
         }
@@ -56,7 +56,7 @@ fn the_multipliers_make_the_lagrangian_stationary() {
             *residual += upper[k] - lower[k];
             assert!(lower[k] >= 0.0 && upper[k] >= 0.0, "{}", problem.name);
         }
-        // The tolerance 1e-8, times the scaling Ipopt allows multipliers of this size.
+        // The tolerance 1e-8, times the scaling that Ipopt allows for multipliers of this size.
         assert!(stationarity.iter().all(|r| r.abs() < 1e-6), "{}: {stationarity:?}", problem.name);
     }
 }
@@ -65,7 +65,7 @@ fn the_multipliers_make_the_lagrangian_stationary() {
 fn a_warm_start_with_multipliers_takes_fewer_iterations_than_a_cold_one() {
     for problem in [hs071(), hs035(), hs006(), linear()] {
         let cold = solve(&problem);
-        // A neighbour of the problem: the same solver, the start moved to the solution.
+        // The same problem, with the start at the solution.
         let options = Options { initial_barrier: 1e-7, ..Options::default() };
         let mut solver = RawSolver::new(&problem, options).unwrap();
         let mut program = problem.clone();
@@ -108,7 +108,7 @@ fn four_threads_with_fifty_solves_each_get_what_one_thread_gets() {
     });
 }
 
-/// A solver owns plain data; what belongs to a thread lives only as long as a solve.
+/// A solver owns plain data. Thread-bound data lives only during a solve.
 const _: () = {
     const fn is_send<T: Send>() {}
     is_send::<RawSolver>();
@@ -178,7 +178,7 @@ fn the_iteration_limit_is_a_status_with_the_last_iterate() {
 
 #[test]
 fn hopeless_problems_end_with_a_status_and_leave_the_solver_usable() {
-    // x² = −1; x₀ x₁ x₂ x₃ ≥ 25 with every x ≤ 1; min −x without a bound.
+    // x² = −1, then x₀ x₁ x₂ x₃ ≥ 25 with every x ≤ 1, then min −x without a bound.
     let no_root = Problem {
         constraints: |x, out| out[0] = 10.0 * (x[0] * x[0] + 1.0),
         jacobian_values: |x, out| out.copy_from_slice(&[20.0 * x[0], 0.0]),
@@ -204,7 +204,7 @@ fn hopeless_problems_end_with_a_status_and_leave_the_solver_usable() {
 
 #[test]
 fn with_all_variables_fixed_a_feasible_point_succeeds_and_an_infeasible_one_fails() {
-    // HS006 and HS035 at their solutions, which are feasible to the last bit; HS006 at its
+    // HS006 and HS035 at their solutions, which are feasible to the last bit, and HS006 at its
     // start, which is not.
     for (problem, at, feasible) in [
         (hs035(), hs035().solution, true),
@@ -244,7 +244,7 @@ fn every_setting_that_is_accepted_solves_or_says_why_not() {
             assert!(answer.status.is_success() && near, "{options:?}: {answer:?}");
         }
     }
-    // Out of reach of double precision, but in range: no success is needed, no crash is.
+    // In range, but beyond double precision: success is not required, but it must not crash.
     for options in [
         Options { tolerance: 5e-324, max_iterations: 100, ..d() },
         Options { initial_barrier: 5e-324, max_iterations: 100, ..d() },

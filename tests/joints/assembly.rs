@@ -1,4 +1,4 @@
-//! Starts that do not fit their joints: the least change that makes them fit.
+//! Starts that do not fit their joints, and the least change that makes them fit.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble_core::joint::{Drive, Joint, JointFrame};
@@ -28,13 +28,14 @@ fn at(position: Vector3<f64>, velocity: Vector3<f64>) -> State {
     State { position, attitude, velocity, spin: Vector3::zeros() }
 }
 
-/// The largest joint error, m and rad.
+/// Largest joint error [m, rad].
 fn error(world: &World, states: &[State]) -> f64 {
     let errors = world.joints().iter().map(|joint| joint.error(states).unwrap());
     errors.map(|(place, turn)| place.max(turn)).fold(0.0, f64::max)
 }
 
-/// Two bodies pinned at their centres meet at the common one, and go on with its velocity.
+/// Checks two bodies pinned at their centres. They meet at the common centre of mass and take its
+/// velocity.
 #[test]
 fn two_bodies_meet_at_their_common_centre() {
     let half = Vector3::repeat(0.1);
@@ -54,8 +55,9 @@ fn two_bodies_meet_at_their_common_centre() {
     assert!(assembly.to_string().contains("bodies were moved by up to 3.437e-2 m"), "{assembly}");
 }
 
-/// The change is the least one: half of the square of it, weighted by mass, has no slope along any motion that the joints
-/// leave. A hinged rod whose anchor is off by δ: to first order it is moved by the part I/(I + m a²) of it across itself.
+/// Checks that the change is the least one: half its square, weighted by mass, is stationary along
+/// all motions that the joints allow. A hinged rod has its anchor displaced by δ. To first order it
+/// moves by the fraction I/(I + m a²) of δ across itself.
 #[test]
 fn a_rod_is_moved_and_turned_as_its_mass_asks() {
     let rod = bar(2.0, Vector3::new(0.5, 0.02, 0.02));
@@ -76,8 +78,8 @@ fn a_rod_is_moved_and_turned_as_its_mass_asks() {
     assert!((assembly.turn - (gap + expected) / 0.5).abs() < 1e-3 * gap, "{assembly:?}");
 }
 
-/// A chain whose links are somewhere near is assembled to rounding, keeps its momenta in that, and its first step is no
-/// impact.
+/// Checks a chain with roughly placed links. It is assembled to rounding, keeps its momenta, and
+/// its first step is not an impact.
 #[test]
 fn a_scattered_chain_is_assembled() {
     let ends = [-Vector3::x() * 0.15, Vector3::x() * 0.15];
@@ -116,7 +118,7 @@ fn a_scattered_chain_is_assembled() {
     assert!(moved.norm() < 1e-12, "{moved}");
     let pushed = sum(&found, &|x| x.velocity) - sum(&states, &|x| x.velocity);
     assert!(pushed.norm() < 1e-9, "{pushed}");
-    // The anchors go with one velocity, and the hinges' ends turn alike but about their axes.
+    // The anchors of a joint have equal velocities.
     for joint in world.joints() {
         let point = |body: usize, anchor: &Vector3<f64>| {
             let state = &found[body];
@@ -127,7 +129,7 @@ fn a_scattered_chain_is_assembled() {
         let apart = point(joint.body(), &a.anchor) - point(joint.other().unwrap(), &b.anchor);
         assert!(apart.norm() < 1e-8, "{apart}");
     }
-    // Again changes nothing.
+    // A second assembly changes nothing.
     let (again, unchanged) = world.assemble(&found).unwrap();
     assert!(unchanged.place < 1e-12 && unchanged.velocity < 1e-8, "{unchanged}");
     let mut simulation = Simulation::new(world.clone(), again, Motion::native(&world)).unwrap();
@@ -139,7 +141,8 @@ fn a_scattered_chain_is_assembled() {
     assert!(jumped.fold(0.0, f64::max) < 0.2);
 }
 
-/// A limit that is passed is kept after it, and a loop that cannot close is refused by its joint.
+/// Checks that a violated limit is satisfied after assembly. A loop that cannot close is refused
+/// with the name of its joint.
 #[test]
 fn what_cannot_be_assembled_is_refused() {
     let rod = bar(1.0, Vector3::new(0.5, 0.02, 0.02));

@@ -1,4 +1,5 @@
-//! Ball joints with a cone: within it they are balls, whichever way they turn and from wherever they begin.
+//! Ball joints with a cone. Within the cone they are plain ball joints, for any rotation and any
+//! start.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble_core::contact::certificate::{Certifier, Claim};
@@ -9,7 +10,7 @@ use tumble_core::world::{Parameters, World};
 
 const H: f64 = 0.002;
 
-/// Two bodies side by side, B turned by `tilt` (rad) about y, free but for the joint of these frames.
+/// Two free bodies side by side, connected by the given joint.
 fn pair(joint: Joint) -> World {
     let body = || {
         let inertia = Matrix3::from_diagonal(&Vector3::new(2e-3, 3e-3, 4e-3));
@@ -33,7 +34,7 @@ fn states() -> Vec<State> {
     vec![at(0.0), at(0.4)]
 }
 
-/// Frames between the bodies along `axis` whose z axes are at the angle `swing` (rad) from each other.
+/// Frames of the bodies along `axis`. Their z axes make the angle `swing` [rad].
 fn frames(axis: Vector3<f64>, swing: f64) -> [JointFrame; 2] {
     let a = JointFrame::along(Vector3::new(0.2, 0.0, 0.0), axis).unwrap();
     let b = JointFrame::along(Vector3::new(-0.2, 0.0, 0.0), axis).unwrap();
@@ -55,7 +56,8 @@ fn run(joint: Joint, torque: Vector3<f64>, steps: usize) -> (Vec<State>, f64) {
     (simulation.states().to_vec(), residual)
 }
 
-/// A swing is never less than none: nothing keeps axes that are in one line there, and nothing is struck where they pass.
+/// Checks that the cone has no effect within its limit, not even where the axes are aligned. A
+/// swing is never negative, so that zero must not act as a lower limit.
 #[test]
 fn within_its_cone_it_is_a_ball() {
     for axis in [Vector3::x(), Vector3::y(), Vector3::z(), Vector3::new(0.3, -0.5, 0.8)] {
@@ -76,7 +78,7 @@ fn within_its_cone_it_is_a_ball() {
     }
 }
 
-/// Nor does the certificate take a torque that keeps them there.
+/// Checks that the certificate rejects a torque that keeps the axes aligned.
 #[test]
 fn a_torque_that_keeps_axes_in_one_line_breaks_the_law() {
     let world = pair(Joint::ball(0, Some(1), frames(Vector3::y(), 0.0), 1.5, Drive::NONE));

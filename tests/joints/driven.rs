@@ -1,5 +1,5 @@
-//! What a program drives: motors and forces set from step to step or over time, and bodies whose way is
-//! given; against closed forms.
+//! Motors and forces set between steps or over time, and bodies with prescribed motion, against
+//! closed forms.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble_core::contact::Plane;
@@ -14,7 +14,7 @@ use tumble_core::world::{Fixed, Parameters, Partner, World};
 const G: f64 = 9.81;
 const H: f64 = 1e-3;
 
-/// A solid box.
+/// Solid box.
 fn solid(mass: f64, half: Vector3<f64>) -> RigidBody {
     RigidBody::solid(mass, &[Piece::cuboid(half).unwrap()]).unwrap().0
 }
@@ -39,7 +39,7 @@ fn at(position: Vector3<f64>) -> State {
     }
 }
 
-/// One step, which must be solved and certified.
+/// Takes one step, which must be solved and certified.
 fn step(simulation: &mut Simulation<'_>, record: &mut StepRecord) {
     simulation.step(record).unwrap();
     let status = record.report.status;
@@ -48,7 +48,7 @@ fn step(simulation: &mut Simulation<'_>, record: &mut StepRecord) {
     assert!(record.certificate.residual() < 1e-9, "{:?}", record.certificate);
 }
 
-/// A body that slides along x without weight under `drive`.
+/// Body that slides along x under `drive`, without gravity.
 fn slide(mass: f64, drive: Drive) -> World {
     let along = JointFrame::along(Vector3::zeros(), Vector3::x()).unwrap();
     let body = solid(mass, Vector3::repeat(0.1));
@@ -58,7 +58,7 @@ fn slide(mass: f64, drive: Drive) -> World {
 
 const ALONG: JointAxis = JointAxis::Linear(2);
 
-/// v = Σ f h/m, with a force that changes from step to step, and with the same one over time.
+/// Checks v = Σ f h/m for a force that is set in every step, and for the same force over time.
 #[test]
 fn a_force_is_set_from_step_to_step_and_over_time() {
     let force = |t: f64| 3.0 - 40.0 * t;
@@ -84,7 +84,8 @@ fn a_force_is_set_from_step_to_step_and_over_time() {
     }
 }
 
-/// A motor follows its target from step to step where it has the force, and takes what it has where not.
+/// Checks a motor with a changing target. It follows the target, and at its force limit it applies
+/// the limit.
 #[test]
 fn a_motor_follows_a_target_that_changes() {
     let world = slide(2.0, Drive { friction: 1.0, ..Drive::NONE });
@@ -98,24 +99,24 @@ fn a_motor_follows_a_target_that_changes() {
         step(&mut simulation, &mut record);
         let after = simulation.state().velocity[0];
         assert!((after - target).abs() < 1e-12, "{k}: {after} {target}");
-        // The friction of the axis stays beside the motor; the joint's force is that of both.
+        // The friction of the axis acts together with the motor. The joint's force is the sum.
         let force = record.solution.joints[0].force[2];
         assert!((force - 2.0 * (after - before) / H).abs() < 1e-9, "{force}");
     }
-    // 61 N at most against 2 kg.
+    // At most 61 N on 2 kg.
     simulation.set_motor(0, ALONG, Some(Motor::Speed { target: -9.0, most: 60.0 })).unwrap();
     let before = simulation.state().velocity[0];
     step(&mut simulation, &mut record);
     let lost = before - simulation.state().velocity[0];
     let most = if before > 0.0 { 61.0 } else { 59.0 };
     assert!((lost - most * H / 2.0).abs() < 1e-12, "{lost}");
-    // Without it the friction alone is left.
+    // Without the motor only the friction remains.
     simulation.set_motor(0, ALONG, None).unwrap();
     assert_eq!(simulation.world().joints()[0].linear()[2], world.joints()[0].linear()[2]);
 }
 
-/// a = f/(m + I): what turns with a motor counts as mass of the axis, and of it alone. As a flywheel it
-/// keeps what it has where nothing drives it.
+/// Checks a = f/(m + I): an armature adds inertia to its own axis only. It keeps its speed like a
+/// flywheel.
 #[test]
 fn an_armature_is_inertia_of_its_axis() {
     let world = slide(2.0, Drive { armature: 3.0, force: 10.0, ..Drive::NONE });
@@ -132,7 +133,7 @@ fn an_armature_is_inertia_of_its_axis() {
         step(&mut simulation, &mut record);
         assert!((simulation.state().velocity[0] - 1.0).abs() < 1e-12);
     }
-    // A hinge that turns around and around: I_y + armature.
+    // A hinge with many turns: I_y + armature.
     let body = solid(1.0, Vector3::new(0.3, 0.1, 0.1));
     let inertia = body.inertia()[(1, 1)];
     let frame = JointFrame::along(Vector3::zeros(), Vector3::y()).unwrap();
@@ -149,8 +150,8 @@ fn an_armature_is_inertia_of_its_axis() {
     assert!((turned - expected).abs() < 1e-4 * expected, "{turned} {expected}");
 }
 
-/// Limits that an axis is far from, over a short step, leave what it does between them its digits: light links with heavy
-/// rotors are solved in a few iterations, as the legs of an ant.
+/// Checks light links with heavy rotors, as in a legged robot. Their limits are far away and must
+/// not cost accuracy. The steps take few iterations.
 #[test]
 fn light_links_with_heavy_rotors_take_few_iterations() {
     let (trunk, link) = (solid(0.3, Vector3::repeat(0.15)), Vector3::new(0.2, 0.06, 0.06));
@@ -184,7 +185,7 @@ fn light_links_with_heavy_rotors_take_few_iterations() {
     }
 }
 
-/// What cannot be set is refused, and what was there stays.
+/// Checks that invalid settings are refused and change nothing.
 #[test]
 fn what_cannot_be_set_is_refused() {
     let world = slide(2.0, Drive { force: 1.0, ..Drive::NONE });
@@ -209,7 +210,7 @@ fn what_cannot_be_set_is_refused() {
     assert!(refused.contains("not fixed to the world"), "{refused}");
 }
 
-/// A tray of 2 m by 2 m whose top is at z = 0, held in the world, and a box on it.
+/// World with a fixed tray of 2 m by 2 m, whose top is at z = 0, and a box on it.
 fn tray_and_box(friction: f64) -> (World, [State; 2]) {
     let tray = solid(5.0, Vector3::new(1.0, 1.0, 0.05));
     let cube = solid(1.0, Vector3::new(0.1, 0.1, 0.02));
@@ -221,7 +222,8 @@ fn tray_and_box(friction: f64) -> (World, [State; 2]) {
     (world, [at(place), at(Vector3::new(0.0, 0.0, 0.02))])
 }
 
-/// A box on an accelerating tray stays where a < μ g, and slips by ½ (a − μ g) t² where not.
+/// Checks a box on an accelerating tray. It stays for a < μ g, and otherwise slips by ½ (a − μ g)
+/// t².
 #[test]
 fn a_box_on_an_accelerating_tray_slips_where_it_should() {
     for part in [0.999, 1.001, 2.0] {
@@ -229,7 +231,7 @@ fn a_box_on_an_accelerating_tray_slips_where_it_should() {
         let acceleration = part * 0.4 * G;
         let mut simulation =
             Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
-        // At x = ½ a h² k (k + 1) the velocities of the steps are a h k, from the first on.
+        // For x = ½ a h² k (k + 1) the velocities of the steps are a h k, from the first one on.
         let x = |k: u32| 0.5 * acceleration * H * H * f64::from(k) * (f64::from(k) + 1.0);
         let place = |k: u32| JointFrame::at(states[0].position + Vector3::x() * x(k));
         let mut record = StepRecord::new();
@@ -238,7 +240,7 @@ fn a_box_on_an_accelerating_tray_slips_where_it_should() {
             step(&mut simulation, &mut record);
             let tray = &record.solution.states[0];
             assert!((tray.position - place(k).anchor).norm() < 1e-14, "{k}");
-            // What drives it moves its mass, and the box as far as friction takes it.
+            // The driving force accelerates the tray, and the box up to its friction limit.
             let force = record.solution.joints[0].force[0];
             let expected = acceleration * 5.0 + acceleration.min(0.4 * G);
             assert!((force - expected).abs() < 1e-6 * expected, "{k}: {force} {expected}");
@@ -250,8 +252,9 @@ fn a_box_on_an_accelerating_tray_slips_where_it_should() {
     }
 }
 
-/// A course through knots is where these say at the end of every step, in place and turn; one at steady
-/// velocities goes on from where the body is. A step that is taken back is taken again to the last bit.
+/// Checks a prescribed motion. Through knots the body has the interpolated pose at the end of every
+/// step. With steady velocities it continues from its current pose. A step that is taken back is
+/// repeated to the last bit.
 #[test]
 fn a_course_is_kept_to_rounding() {
     let (world, states) = tray_and_box(0.4);
@@ -292,7 +295,7 @@ fn a_course_is_kept_to_rounding() {
     let half: f64 = 0.3 + 0.025;
     let expected = Vector4::new(half.cos(), 0.0, 0.0, half.sin());
     assert!((now.attitude - expected).norm() < 1e-13);
-    // Knots that are elsewhere now are no course of it.
+    // Knots that are elsewhere at the current time are refused.
     let far = Knots::new(vec![(0.0, JointFrame::at(Vector3::zeros()))]).unwrap();
     let refused = simulation.set_course(0, Course::Through(far)).unwrap_err().to_string();
     assert!(refused.contains("joint 0 is"), "{refused}");
@@ -301,8 +304,8 @@ fn a_course_is_kept_to_rounding() {
     assert!(Knots::new(vec![(0.0, frame), (0.0, frame)]).is_err());
 }
 
-/// After their last knot they go on: of one knot the place at t is r + v t, the turn about ω by |ω| t, whenever a
-/// simulation begins; and a world that follows them has the frame there.
+/// Checks motion after the last knot: the position is r + v t, and the rotation is |ω| t about ω.
+/// This holds for any start time. A world that follows the motion has its frame there.
 #[test]
 fn knots_go_on_after_the_last() {
     let (world, states) = tray_and_box(0.4);
@@ -331,14 +334,15 @@ fn knots_go_on_after_the_last() {
     assert!(knots().going_on(velocity, spin * f64::NAN).is_err());
 }
 
-/// A turntable carries a puck while ω² r < μ g, and no longer.
+/// Checks that a turntable carries a puck while ω² r < μ g.
 #[test]
 fn a_turntable_carries_a_puck_as_far_as_friction_reaches() {
     let radius = 0.5;
     for (part, stays) in [(0.99, true), (1.01, false)] {
         let (world, mut states) = tray_and_box(0.4);
         let rate = (part * 0.4 * G / radius).sqrt();
-        // Both turn already. The mean velocity of a step is that of its chord, and the spin its Cayley vector.
+        // Both rotate at the start. The mean velocity of a step belongs to its chord, and the spin
+        // is its Cayley vector.
         let spin = Vector3::z() * ((0.5 * rate * H).tan() * 2.0 / H);
         let half = 0.5 * rate * H;
         let chord = radius * 2.0 * half.sin() / H;
@@ -368,7 +372,7 @@ fn a_turntable_carries_a_puck_as_far_as_friction_reaches() {
     }
 }
 
-/// A pusher moves a box along the ground with μ m g, and no step of it makes energy.
+/// Checks that a pusher moves a box along the ground with μ m g and creates no energy.
 #[test]
 fn a_pusher_pushes_with_what_friction_takes() {
     let pusher = solid(3.0, Vector3::new(0.05, 0.2, 0.1));
@@ -386,7 +390,7 @@ fn a_pusher_pushes_with_what_friction_takes() {
     let mut record = StepRecord::new();
     for k in 0..500 {
         step(&mut simulation, &mut record);
-        // The gap of 5 cm is closed after 0.1 s.
+        // The gap of 5 cm closes after 0.1 s.
         if k > 101 {
             let force = record.solution.joints[0].force[0];
             assert!((force - 0.4 * 2.0 * G).abs() < 1e-6, "{k}: {force}");
@@ -397,8 +401,8 @@ fn a_pusher_pushes_with_what_friction_takes() {
     assert!((gap - 0.15).abs() < 1e-9, "{gap}");
 }
 
-/// A box on a conveyor slides with μ g until it has the speed of the belt, v/(μ g) long, and then goes along.
-/// Friction does the same whether the belt is fixed, on a body, or the box itself has tracks.
+/// Checks a box on a conveyor. It accelerates with μ g until it has the speed of the belt, after
+/// v/(μ g). The belt may be fixed, the surface of a body, or tracks of the box itself.
 #[test]
 fn a_conveyor_takes_a_box_along() {
     let (speed, friction) = (1.2, 0.4);
@@ -439,7 +443,7 @@ fn a_conveyor_takes_a_box_along() {
             assert!((found[0] - expected).abs() < 1e-9, "{number} {k}: {found} {expected}");
             assert!(found.yz().norm() < 1e-9, "{number} {k}: {found}");
         }
-        // 0.306 s: what goes along does not slip.
+        // After 0.306 s the box does not slip.
         let slip = record.solution.contacts.iter().map(|contact| contact.slip.norm());
         assert!(slip.fold(0.0, f64::max) < 1e-9);
     }
@@ -447,7 +451,7 @@ fn a_conveyor_takes_a_box_along() {
     assert!(refused.contains("owner of a surface"), "{refused}");
 }
 
-/// A ball on a belt that moves: 2/7 of the belt's speed, with the spin of what rolls on it.
+/// Checks a ball on a moving belt. It gets 2/7 of the belt's speed and rolls on it.
 #[test]
 fn a_ball_on_a_belt_rolls_at_two_sevenths_of_it() {
     let radius = 0.1;
@@ -474,14 +478,14 @@ fn a_ball_on_a_belt_rolls_at_two_sevenths_of_it() {
         }
         let state = record.next();
         assert!((state.velocity[0] - 0.2).abs() < 1e-3, "{}", state.velocity);
-        // v + ω × (−R z) = belt.
+        // v + ω × (−R z) = belt velocity.
         let touching = state.velocity[0] - state.spin[1] * radius;
         assert!((touching - 0.7).abs() < 1e-3, "{} {}", state.velocity, state.spin);
     }
 }
 
-/// A motor set on the way, a load over time, a tray on its course and a belt: what is restored into a new
-/// simulation of the world as it was made goes on with the same bits.
+/// Checks that a motor set during a run, a load over time, a tray on its motion and a belt are part
+/// of the saved state. A new simulation of the original world continues with the same bits.
 #[test]
 fn what_is_set_on_the_way_is_saved() {
     let along = JointFrame::along(Vector3::zeros(), Vector3::x()).unwrap();

@@ -1,4 +1,4 @@
-//! Gears: coordinates of two joints that follow each other to rounding, and move as closed forms say.
+//! Gears: coordinates of two joints that are coupled to rounding, with motions in closed form.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble_core::contact::certificate::{Certifier, Claim};
@@ -51,7 +51,7 @@ fn started(world: &World, states: &[State]) -> Simulation<'static> {
     Simulation::new(world.clone(), states.to_vec(), Motion::native(world)).unwrap()
 }
 
-/// Runs `steps`; every step must be solved from its first start, certified and sane.
+/// Runs `steps` steps. The first stage must solve every step, and the result must be certified.
 fn run(simulation: &mut Simulation<'_>, steps: u32) -> StepRecord {
     let mut record = StepRecord::new();
     for k in 0..steps {
@@ -70,7 +70,7 @@ fn gear_error(world: &World, record: &StepRecord) -> f64 {
     errors.map(f64::abs).fold(0.0, f64::max)
 }
 
-/// Two wheels, of which one turns r times as fast: α = τ/(I₁ + I₂/r²) of the first, over many turns.
+/// Checks two wheels with the ratio r over many turns: the first one has α = τ/(I₁ + I₂/r²).
 #[test]
 fn wheels_turn_as_their_inertias_ask() {
     for ratio in [-3.0, 0.25, 40.0] {
@@ -85,24 +85,24 @@ fn wheels_turn_as_their_inertias_ask() {
         let mut simulation = started(&world, &[at(0.0), at(1.0)]);
         let rate = 0.8 / (0.1 + 0.3 / (ratio * ratio));
         let record = run(&mut simulation, 4000);
-        // A step moves with its end's velocity.
+        // A step moves with its final velocity.
         let expected = 0.5 * rate * 4.0 * (4.0 + H);
         let found = record.solution.joints[0].angles[2];
-        // A step of the momentum p turns by p h/I less a part of (h ω)²/3.
+        // A step with momentum p turns by p h/I, less a fraction (h ω)²/3.
         let fastest = rate * 4.0 * f64::max(1.0, 1.0 / f64::abs(ratio));
         let off = (H * fastest).powi(2) / 3.0;
         assert!((found - expected).abs() < (1e-9 + off) * expected, "{ratio}: {found} {expected}");
         assert!(gear_error(&world, &record) < 1e-10 * (1.0 + ratio.abs()), "{ratio}");
-        // What turns the second comes through the gear: −r f = I₂ α/r.
+        // The gear drives the second wheel: −r f = I₂ α/r.
         let force = record.solution.gears[0];
         let asked = -0.3 * rate / (ratio * ratio);
-        // Of what is of second order in the time three times as much is of its rate.
+        // An error of second order in time is three times as large in its rate.
         let off = 1e-9 + 3.05 * off;
         assert!((force - asked).abs() < off * asked.abs(), "{ratio}: {force} {asked}");
     }
 }
 
-/// A rack that falls and turns its pinion: a = g m/(m + I/R²).
+/// Checks a rack that falls and turns its pinion: a = g m/(m + I/R²).
 #[test]
 fn a_rack_falls_as_slowly_as_its_pinion_lets_it() {
     let (mass, inertia, radius) = (2.0, 0.03, 0.1);
@@ -125,7 +125,8 @@ fn a_rack_falls_as_slowly_as_its_pinion_lets_it() {
     assert!((record.solution.joints[1].angles[2] - found / radius).abs() < 1e-11);
 }
 
-/// A nut on a screw is one joint whose slide follows its turn: a = g m/(m + I/p²).
+/// Checks a nut on a screw, a joint whose translation is geared to its rotation: a = g m/(m +
+/// I/p²).
 #[test]
 fn a_nut_falls_down_its_screw() {
     let (mass, inertia, pitch) = (1.0, 1e-3, 0.02);
@@ -142,7 +143,8 @@ fn a_nut_falls_down_its_screw() {
     assert!(gear_error(&world, &record) < 1e-14);
 }
 
-/// Four bodies in free flight, two hinges and a gear: the momenta of each pair stay, and the energy of all.
+/// Checks four free bodies with two hinges and a gear between the hinges. The momenta of each pair
+/// and the total energy are conserved.
 #[test]
 fn a_gear_of_four_bodies_keeps_momenta_and_energy() {
     let bodies: Vec<_> =
@@ -155,7 +157,7 @@ fn a_gear_of_four_bodies_keeps_momenta_and_energy() {
     };
     let gear = Gear::new(turn(0), turn(1), -1.7, 0.0);
     let world = world(bodies, vec![hinge(0, 1), hinge(2, 3)], 0.0).with_gears(vec![gear]).unwrap();
-    // B is where its anchor meets that of A.
+    // Body B is placed so that the anchors coincide.
     let mut states: Vec<_> = [0.0, 0.6, 5.0, 5.6].map(at).into();
     for (body, state) in states.iter_mut().enumerate() {
         state.position[1] = if body % 2 == 1 { 0.2 } else { 0.0 };
@@ -192,7 +194,7 @@ fn a_gear_of_four_bodies_keeps_momenta_and_energy() {
     assert!(largest < 1e-3 * start, "{largest} of {start}");
 }
 
-/// Two fingers of which one follows the other press alike: N = F/2 each by virtual work.
+/// Checks two geared fingers that press with equal forces: N = F/2 each, by virtual work.
 #[test]
 fn fingers_that_follow_each_other_share_the_force() {
     let finger = RigidBody::solid(0.2, &[Piece::cuboid(Vector3::new(0.01, 0.02, 0.05)).unwrap()]);
@@ -223,12 +225,12 @@ fn fingers_that_follow_each_other_share_the_force() {
     let pressed = |finger: usize| record.solution.total_force(finger)[0];
     assert!((pressed(0) + 20.0).abs() < 1e-6 && (pressed(1) - 20.0).abs() < 1e-6, "{}", pressed(0));
     assert!((record.solution.gears[0] - 20.0).abs() < 1e-6, "{:?}", record.solution.gears);
-    // Friction of 0.5 at two faces holds 20 N: the held body fell for a step or two before.
+    // Friction of 0.5 at two faces holds 20 N. The held body fell for a step or two before.
     assert!(record.next().velocity.norm() < 1e-9 && gear_error(&world, &record) < 1e-13);
     assert!(record.solution.states[2].position[2] > -0.2);
 }
 
-/// A motor turns two hinges that follow each other, whose turns are counted from where the gear says.
+/// Checks a motor on two geared hinges. Turns are counted from the offset of the gear.
 #[test]
 fn turns_are_counted_from_where_the_gear_says() {
     let motor = Some(Motor::Speed { target: 3.0, most: 1e4 });
@@ -248,14 +250,15 @@ fn turns_are_counted_from_where_the_gear_says() {
     let record = run(&mut simulation, 1000);
     let [one, two] = [0, 1].map(|joint| record.solution.joints[joint].angles[2]);
     assert!((two - 5.0).abs() < 1e-10 && (one - 25.5).abs() < 1e-10, "{one} {two}");
-    // Set to somewhere else, with its turns.
+    // New states with another number of turns.
     simulation.set_states(&[turned(0.0, -24.5), turned(1.0, -5.0)]).unwrap();
     assert!(simulation.set_states(&[turned(0.0, 0.0), turned(1.0, 1.0)]).is_err());
     let record = run(&mut simulation, 10);
     assert!(gear_error(&world, &record) < 1e-12);
 }
 
-/// The certificate is of states and forces alone: another force of the gear, or another turn, is told.
+/// Checks that the certificate uses states and forces only. A wrong gear force or a wrong rotation
+/// is detected.
 #[test]
 fn the_certificate_knows_gears() {
     let drive = Drive { force: 0.8, ..Drive::NONE };
@@ -318,7 +321,7 @@ fn what_is_no_gear_is_refused() {
     let two = plain.clone().with_joints(joints).unwrap();
     let nan = two.clone().with_gears(vec![Gear::new(turn(0), turn(1), f64::NAN, 0.0)]);
     assert!(nan.unwrap_err().to_string().contains("ratio of a gear"));
-    // Off at the start, and brought together.
+    // The gear does not hold at the start, and assembly repairs it.
     let geared = two.with_gears(vec![Gear::new(turn(0), turn(1), 1.0, 0.1)]).unwrap();
     let states = [at(0.0), at(1.0)];
     let error = Simulation::new(geared.clone(), states.to_vec(), Motion::native(&geared));
@@ -326,7 +329,7 @@ fn what_is_no_gear_is_refused() {
     let (found, _) = geared.assemble(&states).unwrap();
     let mut simulation = started(&geared, &found);
     run(&mut simulation, 3);
-    // The body of a gear goes with it.
+    // Removing a body of a gear removes the gear.
     simulation.remove_body_and_joints(1).unwrap();
     assert!(simulation.world().gears().is_empty());
     run(&mut simulation, 3);

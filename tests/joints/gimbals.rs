@@ -1,4 +1,4 @@
-//! Universal joints and gimbals: every angle is held, driven and stopped as that of a hinge.
+//! Universal joints and gimbals. Every angle is held, driven and limited like a hinge angle.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble_core::joint::{
@@ -36,12 +36,12 @@ fn about(axis: usize, angle: f64) -> Vector4<f64> {
     turn
 }
 
-/// q_y(β) ⊗ q_z(γ) ⊗ q_x(α) of (α, β, γ).
+/// Quaternion q_y(β) ⊗ q_z(γ) ⊗ q_x(α) for the angles (α, β, γ).
 fn turn(angles: &Vector3<f64>) -> Vector4<f64> {
     left(&(left(&about(1, angles[1])) * about(2, angles[2]))) * about(0, angles[0])
 }
 
-/// The axes that α, β and γ are about, in B's frame.
+/// Axes of rotation of α, β and γ, in B's frame.
 fn axes(angles: &Vector3<f64>) -> [Vector3<f64>; 3] {
     let carried = rotation(&about(1, angles[1]));
     [
@@ -53,7 +53,7 @@ fn axes(angles: &Vector3<f64>) -> [Vector3<f64>; 3] {
 
 const ARM: Vector3<f64> = Vector3::new(0.1, -0.2, 0.3);
 
-/// A brick that hangs from `ARM` at these angles in the world's frame, under the drives.
+/// Brick that hangs from `ARM` at these angles in the world frame, with the given drives.
 fn hung(angles: &Vector3<f64>, drives: [Drive; 3], gravity: f64, h: f64) -> (World, State) {
     let frames = [JointFrame::at(ARM), JointFrame::at(Vector3::zeros())];
     let joint = Joint::gimbal(0, None, frames, drives);
@@ -71,7 +71,7 @@ fn started(world: &World, states: &[State]) -> Simulation<'static> {
     Simulation::new(world.clone(), states.to_vec(), Motion::native(world)).unwrap()
 }
 
-/// Runs `steps`; every step must be solved, certified and sane.
+/// Runs `steps` steps. Every step must be solved, certified and physical.
 fn run(simulation: &mut Simulation<'_>, steps: u32) -> StepRecord {
     let mut record = StepRecord::new();
     for k in 0..steps {
@@ -89,7 +89,8 @@ fn joint_error(world: &World, states: &[State]) -> f64 {
     errors.map(|(place, turn)| place.max(turn)).fold(0.0, f64::max)
 }
 
-/// Virtual work: what friction holds about each axis is the moment of the weight about it, less what the others do not.
+/// Checks friction torques by virtual work. About each axis friction holds the moment of the
+/// weight.
 #[test]
 fn friction_of_the_angles_holds_the_weight() {
     for angles in [[0.3, -0.5, 0.8], [-1.1, 2.0, -1.3], [0.4, 0.2, 2.2]] {
@@ -100,10 +101,11 @@ fn friction_of_the_angles_holds_the_weight() {
         let record = run(&mut simulation, 50);
         assert!((record.next().position - state.position).amax() < 1e-13);
         let (torque, at) = (record.solution.joints[0].torque, record.solution.joints[0].angles);
-        // About each axis, with the other angles held: τ = −a · (r × m g).
+        // About each axis, with the other angles fixed: τ = −a · (r × m g).
         let weight = Vector3::new(0.0, 0.0, -2.0 * G);
         let moment = state.position.cross(&weight);
-        // What was let go at an angle of more than a quarter turn is told by the other triple.
+        // A start at a middle angle of more than a quarter turn is reported as the equivalent
+        // triple.
         let same = turn(&at);
         assert!((same - turn(&angles)).amax().min((same + turn(&angles)).amax()) < 1e-12);
         for (k, axis) in axes(&at).iter().enumerate() {
@@ -113,7 +115,7 @@ fn friction_of_the_angles_holds_the_weight() {
     }
 }
 
-/// Each angle stops where its limit is, whatever the others do.
+/// Checks that each angle stops at its limit, for any values of the others.
 #[test]
 fn limits_of_the_angles_hold() {
     let limit =
@@ -136,7 +138,7 @@ fn limits_of_the_angles_hold() {
     }
 }
 
-/// Motors turn every axis at its speed, and turns are counted; those that have no force left give what they have.
+/// Checks that motors turn every axis at its speed, with turns counted.
 #[test]
 fn motors_hold_the_speeds_of_all_angles() {
     let motor = |target| Some(Motor::Speed { target, most: 1e4 });
@@ -152,7 +154,8 @@ fn motors_hold_the_speeds_of_all_angles() {
     }
 }
 
-/// An implicit spring takes ½ k (h u)² a step: what energy is lost is of first order in h, and nothing else is.
+/// Checks the energy loss of implicit springs, ½ k (h u)² per step. The loss is of first order in
+/// h, and there is no other loss.
 #[test]
 fn springs_of_the_angles_lose_what_implicit_springs_do() {
     let stiffness = Vector3::new(3.0, 4.0, 5.0);
@@ -167,7 +170,7 @@ fn springs_of_the_angles_lose_what_implicit_springs_do() {
         let joint = &world.joints()[0];
         let at =
             |states: &[State]| joint.turns(&joint.coordinates(states).unwrap(), &Vector3::zeros());
-        // Velocities are those of half a step before, places of the end.
+        // Velocities belong to the time half a step earlier, positions to the end.
         let halfway = 0.5 * (at(&record.states) + at(&record.solution.states));
         let end = &record.solution.states[0];
         start - energy::kinetic(&world, &world.bodies()[0], end) - spring(halfway)
@@ -178,7 +181,7 @@ fn springs_of_the_angles_lose_what_implicit_springs_do() {
     assert!(left.abs() < 1e-2 * start, "{left} of {start}");
 }
 
-/// Without drives a gimbal is a ball joint: the same motion.
+/// Checks that a gimbal without drives moves like a ball joint.
 #[test]
 fn a_gimbal_without_drives_is_a_ball_joint() {
     let (world, mut state) = hung(&Vector3::new(0.4, 0.3, -0.2), [Drive::NONE; 3], G, 1e-3);
@@ -194,7 +197,7 @@ fn a_gimbal_without_drives_is_a_ball_joint() {
     }
 }
 
-/// Two bodies in free flight that drive each other's angles: momenta stay, to rounding.
+/// Checks that two free bodies that drive each other's angles conserve both momenta to rounding.
 #[test]
 fn drives_of_angles_keep_momenta() {
     let frames = [
@@ -249,7 +252,8 @@ fn drives_of_angles_keep_momenta() {
     }
 }
 
-/// A gimbal is the limit of three hinges with small bodies between them, under the same drives.
+/// Checks that a gimbal is the limit of three hinges with small bodies between them, under the same
+/// drives.
 #[test]
 fn a_gimbal_is_three_hinges_with_nothing_between() {
     let drive = |k: f64| Drive { stiffness: 3.0 * k, damping: 0.1, force: 0.4, ..Drive::NONE };
@@ -284,7 +288,8 @@ fn a_gimbal_is_three_hinges_with_nothing_between() {
     assert!(fine < 5e-3 && (coarse / fine - 2.0).abs() < 0.1, "{coarse} {fine}");
 }
 
-/// Through the position in which the first and the last axis are one, as far as nothing drives these; and no start there.
+/// Checks the pose in which the first and the last axis coincide. The joint passes through it if
+/// these axes have no drives, but no simulation may start there.
 #[test]
 fn the_middle_angle_goes_on_beyond_a_quarter_turn() {
     let motor = Some(Motor::Speed { target: 2.0, most: 1e4 });
@@ -303,7 +308,7 @@ fn the_middle_angle_goes_on_beyond_a_quarter_turn() {
     assert!(refused.err().unwrap().to_string().contains("first and its last axis in one"));
 }
 
-/// Hinges as files of robots have them, about x, z and y: each angle is the one that its motor was told.
+/// Checks hinges about x, z and y, as in robot files. Each angle reaches the target of its motor.
 #[test]
 fn hinges_about_axes_of_the_left_hand_are_driven_one_by_one() {
     let frames = [JointFrame::at(ARM), JointFrame::at(Vector3::zeros())];
@@ -327,7 +332,8 @@ fn hinges_about_axes_of_the_left_hand_are_driven_one_by_one() {
     assert!(off < 1e-5, "{off}");
 }
 
-/// Slides across the plane and a hinge, each under a drive: a planar root as robots have it.
+/// Checks a planar joint with a drive on each axis: two translations and a rotation, as for the
+/// base of a robot.
 #[test]
 fn a_planar_root_is_driven_along_all_its_axes() {
     let frame = JointFrame::along(Vector3::zeros(), Vector3::y()).unwrap();

@@ -1,4 +1,4 @@
-//! Joints: what is locked holds to rounding, and mechanisms move as closed forms say.
+//! Joints: locked axes hold to rounding, and mechanisms move as closed forms predict.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble_core::contact::Plane;
@@ -38,7 +38,7 @@ fn at(position: Vector3<f64>) -> State {
     }
 }
 
-/// Runs `steps` and returns the last record; every step must be solved and certified.
+/// Runs `steps` steps and returns the last record. Every step must be solved and certified.
 fn run(simulation: &mut Simulation<'_>, steps: u32) -> StepRecord {
     let mut record = StepRecord::new();
     for k in 0..steps {
@@ -54,23 +54,23 @@ fn run(simulation: &mut Simulation<'_>, steps: u32) -> StepRecord {
     record
 }
 
-/// The largest joint error, m and rad.
+/// Largest joint error [m, rad].
 fn error(world: &World, states: &[State]) -> f64 {
     let errors = world.joints().iter().map(|joint| joint.error(states).unwrap());
     errors.map(|(place, turn)| place.max(turn)).fold(0.0, f64::max)
 }
 
-/// Turned by `angle` about y.
+/// Rotation by `angle` about y.
 fn about_y(angle: f64) -> Vector4<f64> {
     Vector4::new((0.5 * angle).cos(), 0.0, (0.5 * angle).sin(), 0.0)
 }
 
-/// A frame at `anchor` whose z axis is the world's y.
+/// Frame at `anchor` with its z axis along the world's y axis.
 fn hinge(anchor: Vector3<f64>) -> JointFrame {
     JointFrame::along(anchor, Vector3::y()).unwrap()
 }
 
-/// A box of 2 cm by 2 cm by 1 m that hangs from its end, let go at 1 rad.
+/// Box of 2 cm by 2 cm by 1 m that hangs from its end, released at 1 rad.
 fn pendulum(time_step: f64, drive: Drive) -> (World, State) {
     let half = Vector3::new(0.01, 0.01, 0.5);
     let top = Vector3::new(0.0, 0.0, 0.5);
@@ -83,7 +83,7 @@ fn pendulum(time_step: f64, drive: Drive) -> (World, State) {
     (world, state)
 }
 
-/// The arithmetic–geometric mean.
+/// Arithmetic–geometric mean.
 fn agm(mut a: f64, mut b: f64) -> f64 {
     for _ in 0..40 {
         (a, b) = (0.5 * (a + b), (a * b).sqrt());
@@ -91,7 +91,8 @@ fn agm(mut a: f64, mut b: f64) -> f64 {
     a
 }
 
-/// T = 2π √(I/(m g l))/agm(1, cos(θ₀/2)), with the inertia about the pin. The step is of second order.
+/// Checks the period T = 2π √(I/(m g l))/agm(1, cos(θ₀/2)), with the inertia about the pin. The
+/// error must be of second order in h.
 #[test]
 fn a_pendulum_has_the_period_of_the_elliptic_integral() {
     let inertia = 2.0 / 3.0 * (0.01_f64.powi(2) + 0.5_f64.powi(2)) + 2.0 * 0.25;
@@ -102,7 +103,8 @@ fn a_pendulum_has_the_period_of_the_elliptic_integral() {
         let (world, state) = pendulum(h, Drive::NONE);
         let mut simulation =
             Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
-        // Passages through the lowest point, by the sign of the place; stored places are at the time.
+        // Passages through the lowest point are changes of the sign of x. Positions belong to the
+        // end of a step.
         let (mut passages, mut before) = (Vec::new(), state.position[0]);
         while passages.len() < 9 {
             let record = run(&mut simulation, 1);
@@ -122,7 +124,7 @@ fn a_pendulum_has_the_period_of_the_elliptic_integral() {
     assert!((order - 2.0).abs() < 0.2, "{errors:?}: order {order}");
 }
 
-/// A hinge with dry friction holds m g l sin θ to a part in 10⁹, and slips above it.
+/// Checks that a hinge with dry friction holds m g l sin θ to a part in 10⁹, and slips above.
 #[test]
 fn dry_friction_holds_to_its_last_part() {
     let moment = 2.0 * G * 0.5 * 1.0_f64.sin();
@@ -138,7 +140,7 @@ fn dry_friction_holds_to_its_last_part() {
             assert!(turned < 1e-12, "{turned}");
             assert!((torque - moment).abs() < 1e-9 * moment, "{torque} {moment}");
         } else {
-            // θ'' = (M/I) (10⁻⁶ − θ cot 1), from half a step before the start on.
+            // θ'' = (M/I) (10⁻⁶ − θ cot 1), starting half a step before the start.
             let inertia = 2.0 / 3.0 * (0.01_f64.powi(2) + 0.5_f64.powi(2)) + 2.0 * 0.25;
             let falling = 1.0 / 1.0_f64.tan();
             let rate = (moment / inertia * falling).sqrt();
@@ -148,8 +150,9 @@ fn dry_friction_holds_to_its_last_part() {
     }
 }
 
-/// A force that the friction of an axis does not have counts as the speed that it would make of the two bodies: of a slender
-/// rod by its own inertia, of a light body on a heavy one by the light one's mass.
+/// Checks the residual of a force beyond the friction limit. It is the speed that the excess
+/// causes. A slender rod counts with its own inertia, a light body on a heavy one with the light
+/// mass.
 #[test]
 fn a_force_too_much_counts_as_the_speed_that_it_makes() {
     let (h, most, excess) = (1e-3, 5.0, 1e-3);
@@ -178,7 +181,7 @@ fn a_force_too_much_counts_as_the_speed_that_it_makes() {
     assert!((found.drive - expected).abs() < 1e-6 * expected, "{found:?} {expected}");
 }
 
-/// A stop is met and held exactly, and the torque there is that of the weight.
+/// Checks that a limit is reached and held exactly, with the torque of the weight.
 #[test]
 fn a_limit_stops_a_hinge_where_it_is() {
     let drive = Drive { limits: Some([0.25, 2.0]), ..Drive::NONE };
@@ -194,7 +197,7 @@ fn a_limit_stops_a_hinge_where_it_is() {
     assert!((force.torque[2] - moment).abs() < 1e-9, "{} {moment}", force.torque[2]);
 }
 
-/// A motor that has the torque holds its speed; one that has not, gives what it has.
+/// Checks that a motor with enough torque holds its speed.
 #[test]
 fn a_motor_holds_its_speed() {
     let motor = Motor::Speed { target: 6.0, most: 30.0 };
@@ -202,11 +205,12 @@ fn a_motor_holds_its_speed() {
     let mut simulation = Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
     let before = run(&mut simulation, 500).solution.joints[0].angles[2];
     let after = run(&mut simulation, 1000).solution.joints[0].angles[2];
-    // Turns are counted: it has gone around once and more.
+    // Turns are counted: the hinge has turned more than once.
     assert!((after - before - 6.0).abs() < 1e-9, "{}", after - before);
 }
 
-/// Twenty links, let go level: no joint error grows, and energy has no trend.
+/// Checks twenty links released horizontally. Joint errors do not grow, and the energy has no
+/// trend.
 #[test]
 fn a_chain_keeps_its_joints() {
     let (links, half) = (20, 0.1);
@@ -238,7 +242,7 @@ fn a_chain_keeps_its_joints() {
     assert!((end - start).abs() < 1e-2 * start.abs(), "{start} {end}");
 }
 
-/// A chain that flies free keeps its momenta, whatever its links do to each other.
+/// Checks that a free chain conserves its momenta, for any forces between its links.
 #[test]
 fn a_free_chain_keeps_its_momenta() {
     let half = Vector3::new(0.15, 0.04, 0.02);
@@ -255,14 +259,14 @@ fn a_free_chain_keeps_its_momenta() {
     let mut parameters = world(bodies.clone(), Vec::new(), 4e-3).parameters().clone();
     parameters.gravity = Vector3::zeros();
     let world = World::new(parameters).unwrap().with_joints(joints.collect()).unwrap();
-    // All turn alike at first, about an axis of none.
+    // The chain rotates rigidly at first.
     let spin = Vector3::new(1.0, 3.0, -2.0);
     let states = (0..5).map(|k| {
         let place = Vector3::x() * (0.3 * f64::from(k));
         State { velocity: spin.cross(&place), spin, ..at(place) }
     });
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
-    // P = Σ m v, L = Σ m r × v + A P⁻(ω), places and velocities at the time of the state.
+    // P = Σ m v, L = Σ m r × v + A P⁻(ω), with positions and velocities of the same state.
     let momenta = |states: &[State]| {
         let (mut linear, mut angular) = (Vector3::zeros(), Vector3::zeros());
         for (body, state) in world.bodies().iter().zip(states) {
@@ -284,8 +288,8 @@ fn a_free_chain_keeps_its_momenta() {
     }
 }
 
-/// A door on two hinges is held five times too often. Where ℓ is small, its hinges carry forces alone:
-/// m g/2 each, and m g w/(2 d) away from and towards the post.
+/// Checks a door on two hinges, which has five redundant constraints. For small ℓ the hinges carry
+/// only forces: m g/2 each, and m g w/(2 d) away from and towards the post.
 #[test]
 fn a_door_shares_its_weight_by_the_length_of_its_hinges() {
     let (mass, width, apart) = (20.0, 0.9, 1.4);
@@ -311,11 +315,12 @@ fn a_door_shares_its_weight_by_the_length_of_its_hinges() {
         let pull = mass * G * 0.5 * width / apart;
         assert!((force[0] - side * pull).abs() < 1e-3 * pull, "{force} {pull}");
     }
-    // Wide bearings take a part of it as moments.
+    // Wide bearings carry a part of it as moments.
     assert!(force(0.67)[0][0].abs() < 0.6 * forces[0][0].abs());
 }
 
-/// A pendulum's bob that meets the ground stops there, and the contact carries what the rod does not.
+/// Checks that a pendulum's bob stops at the ground. The contact carries the load that the rod does
+/// not.
 #[test]
 fn a_mechanism_touches_the_ground() {
     let arm = bar(1.0, Vector3::new(0.5, 0.02, 0.02));
@@ -331,7 +336,7 @@ fn a_mechanism_touches_the_ground() {
     let record = run(&mut simulation, 1500);
     let low = world.lowest_height(&record.solution.states);
     assert!(low.abs() < 1e-9, "{low}");
-    // Moments about the pin: the tip's normal force at its lever holds the weight at its own.
+    // Moments about the pin: the normal force at the tip balances the weight.
     let moved: f64 = record
         .contacts
         .iter()
@@ -343,14 +348,14 @@ fn a_mechanism_touches_the_ground() {
     assert!(error(&world, &record.solution.states) < 1e-13);
 }
 
-/// A bob on a rod that swings into a wall, fast and thin enough to be through it in a step: contacts are looked for where
-/// the joint takes it, not where it would fly.
+/// Checks a pendulum that hits a wall. It is fast and thin enough to pass in one step. The search
+/// for contacts must use the path along the joint instead of free flight.
 #[test]
 fn a_pendulum_meets_a_wall_on_its_way() {
     let bob = RigidBody::solid(1.0, &[Piece::cuboid(Vector3::repeat(0.01)).unwrap()]).unwrap().0;
     let frames = [hinge(Vector3::new(0.0, 0.0, 1.0)), hinge(Vector3::new(0.0, 0.0, 1.0))];
     let free = world(vec![bob], vec![Joint::revolute(0, None, frames, Drive::NONE)], 5e-3);
-    // Beside the lowest point, thin, and where the path is curved.
+    // Close to the lowest point, thin, and where the path is curved.
     for (x, speed) in [(0.3, 4.0), (0.8, 8.0), (0.9, 8.0)] {
         let place = Vector3::new(x, 0.0, 0.0);
         let wall = Piece::cuboid(Vector3::new(0.005, 1.0, 2.0)).unwrap();
@@ -376,7 +381,7 @@ fn a_pendulum_meets_a_wall_on_its_way() {
     }
 }
 
-/// Bodies that a joint ties do not touch each other, but where it says so.
+/// Checks that bodies connected by a joint do not touch, unless the joint allows it.
 #[test]
 fn tied_bodies_do_not_touch() {
     let cube = bar(1.0, Vector3::repeat(0.1));
@@ -392,7 +397,7 @@ fn tied_bodies_do_not_touch() {
     assert!(refused.contains("overlap"), "{refused}");
 }
 
-/// What does not fit is refused by name and size.
+/// Checks that invalid joints are refused with their name and value.
 #[test]
 fn joints_that_cannot_be_are_refused() {
     let cube = bar(1.0, Vector3::repeat(0.1));
@@ -413,8 +418,8 @@ fn joints_that_cannot_be_are_refused() {
     assert!(JointFrame::along(Vector3::zeros(), Vector3::zeros()).is_err());
 }
 
-/// A cardan shaft bent by β turns its end by θ₂ with tan θ₂ = tan θ₁ cos β, around and around: θ₁ from where its x axis is in the
-/// plane of the bend.
+/// Checks a cardan shaft bent by β. Its output angle is θ₂ with tan θ₂ = tan θ₁ cos β, over many
+/// turns. θ₁ counts from the pose with the x axis in the plane of the bend.
 #[test]
 fn a_universal_joint_turns_as_a_cardan_shaft() {
     let bend = 0.6_f64;
@@ -424,15 +429,16 @@ fn a_universal_joint_turns_as_a_cardan_shaft() {
     let turned = |q: &Vector4<f64>| tumble_core::mechanics::quaternion::rotation(q);
     let tip = Vector3::new(0.0, 0.0, 0.3);
     let states = [at(-tip), State { attitude: second, ..at(along * 0.3) }];
-    // Both shafts turn in bearings of the world about their own axes; the first one is driven.
+    // Both shafts rotate in bearings of the world about their own axes. The first one is driven.
     let motor = Drive { motor: Some(Motor::Speed { target: 5.0, most: 1e3 }), ..Drive::NONE };
     let first = Joint::revolute(0, None, [JointFrame::at(-tip), JointFrame::at(-2.0 * tip)], motor);
     let end = JointFrame { anchor: along * 0.6, attitude: second };
-    // Along its axis the second shaft is free, so that nothing is held twice.
+    // The second shaft is free along its axis, so that no constraint is redundant.
     let bearing = Joint::cylindrical(1, None, [JointFrame::at(tip), end], [Drive::NONE; 2]);
-    // x of the second shaft crosses y of the first.
+    // The x axis of the second shaft is perpendicular to the y axis of the first.
     let cross = Joint::universal(1, Some(0), [JointFrame::at(-tip), JointFrame::at(tip)]);
-    // At the start x of the second is in the plane of the bend, so that it is at a right angle to y of the first.
+    // At the start the x axis of the second shaft is in the plane of the bend, perpendicular to y
+    // of the first.
     let mut parameters = world(vec![shaft(), shaft()], Vec::new(), 1e-3).parameters().clone();
     parameters.gravity = Vector3::zeros();
     let world = World::new(parameters).unwrap().with_joints(vec![first, bearing, cross]).unwrap();
@@ -450,8 +456,8 @@ fn a_universal_joint_turns_as_a_cardan_shaft() {
     }
 }
 
-/// A rod that hangs by a ball joint swings as far as its cone lets it and stays there, in any direction; its twist stops at its
-/// own limits, and a motor about it turns it as a hinge does.
+/// Checks a rod on a ball joint with a cone. It swings until the cone and stays there, in any
+/// direction. The twist stops at its own limit.
 #[test]
 fn a_ball_joint_keeps_its_cone_and_its_twist() {
     let half = Vector3::new(0.02, 0.03, 0.5);
@@ -463,7 +469,7 @@ fn a_ball_joint_keeps_its_cone_and_its_twist() {
         let world =
             world(vec![bar(2.0, half)], vec![Joint::ball(0, None, frames, cone, limits)], 1e-3);
         let mut state = at(-top);
-        // Pushed towards the direction; friction of a weak spring is all that would end it.
+        // A constant push to the side.
         let push = Vector3::new(direction.cos(), direction.sin(), 0.0);
         let mut simulation =
             Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
@@ -481,8 +487,8 @@ fn a_ball_joint_keeps_its_cone_and_its_twist() {
         let joint = record.solution.joints[0];
         let z =
             tumble_core::mechanics::quaternion::rotation(&record.next().attitude) * Vector3::z();
-        // What presses on the cone is the moment of push and weight there: the rod leans against the push's direction
-        // with its top, so that its lower end goes along.
+        // The cone carries the moment of the push and the weight. The rod's top leans against the
+        // push, so that its lower end moves with it.
         let lean = -push.dot(&z);
         assert!((lean - cone.sin()).abs() < 1e-6, "{direction}: {z}");
         let moment = 30.0 * 0.5 * cone.cos() - 2.0 * G * 0.5 * cone.sin();
@@ -497,7 +503,8 @@ fn a_ball_joint_keeps_its_cone_and_its_twist() {
     );
 }
 
-/// Light rods that a heavy bob holds taut stay together while h ω < 2 and fly apart above it; the record tells.
+/// Checks light rods kept taut by a heavy bob. They are stable for h ω < 2 and unstable above. The
+/// record reports h ω.
 #[test]
 fn a_taut_chain_is_as_stable_as_its_record_tells() {
     let (count, half) = (6, 0.05);
@@ -515,7 +522,7 @@ fn a_taut_chain_is_as_stable_as_its_record_tells() {
         let world = world(bodies, joints, h);
         let mut states: Vec<_> = (0..count).map(|k| at(-end * (2 * k + 1) as f64)).collect();
         states.push(at(-end * (2 * count) as f64));
-        // A little aside.
+        // A small sideways velocity.
         states[count].velocity = Vector3::x() * 1e-6;
         let (states, _) = world.assemble(&states).unwrap();
         let mut simulation =
@@ -534,8 +541,9 @@ fn a_taut_chain_is_as_stable_as_its_record_tells() {
         }
         (told, aside)
     };
-    // Six rods between two ends: ω² = 6 T (1 − cos κ)/(m L (2 + cos κ)) with κ = 5π/6, and 12 T/(m L) of any
-    // number of them; the tension is the weight of the bob and of the rods below.
+    // Six rods between two ends: ω² = 6 T (1 − cos κ)/(m L (2 + cos κ)) with κ = 5π/6. For any
+    // number of rods the bound is 12 T/(m L). The tension is the weight of the bob and the rods
+    // below.
     let cosine = (5.0 / 6.0 * std::f64::consts::PI).cos();
     let tension = G * 1.045;
     let fastest = (6.0 * tension * (1.0 - cosine) / (0.01 * 0.1 * (2.0 + cosine))).sqrt();
@@ -548,9 +556,9 @@ fn a_taut_chain_is_as_stable_as_its_record_tells() {
     }
 }
 
-/// A box on four corners with a pendulum hinged within it. A torque about its diagonal takes the load off one corner, and the three
-/// others share it otherwise than by a linear pressure; as soon as the torque is gone all four bear a quarter, although (0, ½, ½, 0) and
-/// whatever lies between obeys the laws as well.
+/// Checks a box on four corners with a pendulum hinged inside. A torque about its diagonal unloads
+/// one corner, and the other three deviate from a linear pressure. Without the torque all four
+/// carry a quarter again, although (0, ½, ½, 0) obeys the laws as well.
 #[test]
 fn shares_of_a_push_are_gone_with_it() {
     let bodies =
@@ -586,7 +594,7 @@ fn shares_of_a_push_are_gone_with_it() {
         let least = forces.iter().copied().fold(f64::INFINITY, f64::min);
         if torque == Vector3::zeros() {
             for force in forces {
-                // The rule is kept to the part that its compliance has.
+                // The selection rule holds to the size of its compliance.
                 assert!((force - 0.25 * weight).abs() < 1e-5 * weight, "{force}");
             }
         } else {

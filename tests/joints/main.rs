@@ -1,4 +1,4 @@
-//! Joints, their drives and limits, gears, driven bodies, whole mechanisms.
+//! Tests of joints with drives and limits, gears, driven bodies and complete mechanisms.
 
 mod assembly;
 mod balls;

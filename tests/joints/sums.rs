@@ -1,4 +1,5 @@
-//! Laws on sums of coordinates: springs, limits, friction and motors on x₁ + 2 x₂, by closed forms and virtual work.
+//! Laws on sums of coordinates: springs, limits, friction and motors on x₁ + 2 x₂, against closed
+//! forms and virtual work.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble_core::contact::certificate::{Certifier, Claim};
@@ -18,7 +19,7 @@ fn at(x: f64) -> State {
     State { position: Vector3::new(x, 0.0, 0.0), attitude, velocity, spin }
 }
 
-/// Two bodies, each on an axis along z of the world of its own, under these drives.
+/// World with two bodies, each on its own axis along z, with the given drives.
 fn pair(drives: [Drive; 2], hinges: bool, gear: impl Fn([GearAxis; 2]) -> Gear) -> World {
     let moments = Matrix3::from_diagonal_element(MOMENT);
     let body = |mass| RigidBody::new(mass, moments, &[Vector3::repeat(0.05)]).unwrap();
@@ -64,8 +65,8 @@ fn step(simulation: &mut Simulation<'_>, record: &mut StepRecord) -> [f64; 2] {
     [0, 1].map(|k| record.solution.states[k].position[2])
 }
 
-/// A spring between them: what the implicit rule makes of ṡ̇ = −κ s, κ = k (1/m₁ + 4/m₂), is
-/// s⁺ − 2 s + s⁻ = −h² κ s⁺, and no force acts along 2 m₁ x₁ − m₂ x₂.
+/// Checks a spring on the sum. With the implicit rule s̈ = −κ s, κ = k (1/m₁ + 4/m₂), becomes s⁺ −
+/// 2 s + s⁻ = −h² κ s⁺. No force acts along 2 m₁ x₁ − m₂ x₂.
 #[test]
 fn a_spring_on_a_sum_swings_as_its_masses_ask() {
     let stiffness = 300.0;
@@ -94,7 +95,8 @@ fn a_spring_on_a_sum_swings_as_its_masses_ask() {
     assert!((period / expected - 1.0).abs() < 1e-3, "{period} {expected}");
 }
 
-/// A stop of the sum: a force F on the first holds against it, and twice as much pushes the second against its spring.
+/// Checks a limit of the sum. A force F on the first slider acts against it. Twice the force pushes
+/// the second one against its spring.
 #[test]
 fn a_stop_of_a_sum_shares_its_force_by_virtual_work() {
     let pushed = Drive { force: 7.0, damping: 12.0, ..Drive::NONE };
@@ -111,11 +113,11 @@ fn a_stop_of_a_sum_shares_its_force_by_virtual_work() {
     }
     assert!(reached);
     let [x, y] = step(&mut simulation, &mut record);
-    // −7 along the sum is −14 on the second, whose spring holds it at −0.14 m.
+    // −7 N on the sum is −14 N on the second slider, whose spring holds it at −0.14 m.
     assert!((record.solution.gears[0] + 7.0).abs() < 1e-6, "{:?}", record.solution.gears);
-    // What is slower than 3e-10 m/s comes to rest.
+    // Bodies slower than 3e-10 m/s come to rest.
     assert!((y + 0.14).abs() < 1e-8 && (x - 0.53).abs() < 1e-8, "{x} {y}");
-    // A start beyond it is refused, and brought back.
+    // A start beyond the limit is refused, and assembly repairs it.
     let states = [at(0.0), State { position: Vector3::new(1.0, 0.0, 0.2), ..at(1.0) }];
     let error = Simulation::new(world.clone(), states.to_vec(), Motion::native(&world)).err();
     assert!(error.unwrap().to_string().contains("gear 0"));
@@ -123,7 +125,7 @@ fn a_stop_of_a_sum_shares_its_force_by_virtual_work() {
     assert!(found[0].position[2] + 2.0 * found[1].position[2] <= 0.25 + 1e-6);
 }
 
-/// Dry friction of a sum holds up to its force along it, and takes as much where it slips.
+/// Checks that dry friction on a sum holds up to its limit, and applies its limit while slipping.
 #[test]
 fn friction_of_a_sum_holds_up_to_its_force() {
     let friction = Drive { friction: 5.0, ..Drive::NONE };
@@ -148,7 +150,8 @@ fn friction_of_a_sum_holds_up_to_its_force() {
     }
 }
 
-/// Motors: one that holds a speed of the sum, and one that pulls it to a place, each with no more than it has.
+/// Checks a motor that holds a speed of the sum and one that moves it to a target, each with its
+/// force limit.
 #[test]
 fn motors_of_a_sum_do_what_they_can() {
     let mut record = StepRecord::new();
@@ -174,11 +177,12 @@ fn motors_of_a_sum_do_what_they_can() {
         last = step(&mut simulation, &mut record);
     }
     assert!((last[0] + 2.0 * last[1] - 0.5).abs() < 1e-9, "{last:?}");
-    // What is across slows down by e a second, and comes to rest where it is slower than 3e-10 m/s.
+    // The motion across the sum decays by a factor e per second, and stops below 3e-10 m/s.
     assert!((2.0 * last[0] - last[1]).abs() < 1e-7, "{last:?}");
 }
 
-/// Hinges: a spring on θ₁ − 3 θ₂, over many turns; torques are as 1 to −3, and energy does not grow.
+/// Checks a spring on θ₁ − 3 θ₂ between hinges over many turns. The force follows the counted
+/// angles, and the energy does not exceed the work.
 #[test]
 fn a_spring_between_hinges_counts_turns() {
     let spring = Drive { stiffness: 2.0, ..Drive::NONE };
@@ -198,13 +202,13 @@ fn a_spring_between_hinges_counts_turns() {
         let moving = energy::total(&world, &record.solution.states) + sum * sum;
         assert!(moving <= work * (1.0 + 1e-2) + 1e-9, "{k}: {moving} {work}");
     }
-    // Together they turn as I₁ + I₂/9 does: 3 θ₂ = θ₁ in the mean, and the spring carries what the second takes.
+    // Together they rotate with the inertia I₁ + I₂/9: 3 θ₂ = θ₁ on average.
     assert!(work > 0.3 * 100.0, "{work}");
     let turned = record.solution.joints[1].angles[2] / record.solution.joints[0].angles[2];
     assert!((turned - 1.0 / 3.0).abs() < 1e-3, "{turned}");
 }
 
-/// A force that the law does not give, or a sum that went elsewhere, is seen in the part of laws.
+/// Checks that the certificate reports a force that the law does not allow in its joint law part.
 #[test]
 fn the_certificate_sees_a_wrong_force() {
     let world = sliders([Drive::NONE; 2], Drive { stiffness: 300.0, ..Drive::NONE });
@@ -227,7 +231,7 @@ fn the_certificate_sees_a_wrong_force() {
     let force = record.solution.gears[0];
     assert!(judged(force).residual() < 1e-12);
     let wrong = judged(force + 1.0);
-    // 1 N makes h (1/m₁ + 4/m₂) of speed of the sum.
+    // 1 N changes the speed of the sum by h (1/m₁ + 4/m₂).
     let expected = H * (1.0 / MASSES[0] + 4.0 / MASSES[1]);
     assert!((wrong.joint_law / expected - 1.0).abs() < 1e-2, "{} {expected}", wrong.joint_law);
     assert_eq!(wrong.joint, judged(force).joint);
@@ -246,7 +250,8 @@ fn what_no_sum_can_have_is_refused() {
     refused(Drive { limits: Some([1.0, 0.0]), ..Drive::NONE }, "upper limit");
 }
 
-/// A drive of a sum that is set in mid-run acts from the next step on, and is saved; a gear that is held has none.
+/// Checks that a drive on a sum set during a run acts from the next step on and is saved. A gear
+/// without a drive refuses it.
 #[test]
 fn a_drive_of_a_sum_is_set_in_mid_run() {
     let force = |force: f64| Drive { force, ..Drive::NONE };

@@ -1,5 +1,5 @@
-//! The native solver's steps allocate nothing once as many contacts have been seen as they
-//! have.
+//! Checks that steps of the native solver allocate no memory after warm-up. A step is warm if an
+//! earlier one had at least as many contacts.
 
 use crate::toss::*;
 use allocation_counter::measure;
@@ -12,12 +12,12 @@ use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{Step, StepSolution, StepSolver, StepStatus};
 use tumble_core::world::World;
 
-/// The solutions that a simulation keeps: the one to come, the last and the two before it. A
-/// step writes where the fourth one before it did.
+/// Number of solutions that a simulation stores: the one being computed, the last one and two
+/// earlier ones. A step reuses the memory of the fourth step before it.
 const KEPT: usize = 4;
 
-/// Whole runs, detection, solves and certificates. A step is warm if a step that wrote to the
-/// same memory had as many contacts; all but the first few of a run are.
+/// Checks complete runs: detection, solves and certificates. A step is warm if a step that wrote to
+/// the same memory had at least as many contacts. Only the first few steps of a run are cold.
 #[test]
 fn a_whole_run_allocates_nothing() {
     let mut cold = 0;
@@ -43,8 +43,8 @@ fn a_whole_run_allocates_nothing() {
     assert!(cold <= 18 * 20, "{cold} steps of 18 runs were not warm");
 }
 
-/// A coin with 200 points on its rims, dropped: steps in which Newton's method does not get there
-/// from the step before.
+/// Drops a coin with 200 points on its rims. In some steps Newton's method from the last step does
+/// not converge, so that later stages run.
 #[test]
 fn a_step_that_needs_another_start_allocates_nothing() {
     let rim = |i: usize| {
@@ -76,8 +76,9 @@ fn a_step_that_needs_another_start_allocates_nothing() {
     assert!(retried >= 3, "only {retried} steps needed another start");
 }
 
-/// Rods that land on rough ground and would leave with more energy than they had: shares of the restitution are
-/// sought and islands solved again, in the memory that the first such step made.
+/// Drops rods on rough ground, where full restitution would create energy. The solver then searches
+/// for a smaller share of the restitution and solves islands again. After the first such step the
+/// search allocates nothing.
 #[test]
 fn a_step_that_seeks_a_share_allocates_nothing() {
     let rod = RigidBody::solid_box(1.0, Vector3::new(0.02, 0.02, 0.5)).unwrap();
@@ -110,8 +111,8 @@ fn a_step_that_seeks_a_share_allocates_nothing() {
     assert!(sought > 1, "{sought} steps sought a share");
 }
 
-/// A chain on a tray that is driven, with motors and forces set between the steps: neither these nor the steps
-/// allocate.
+/// Drives a chain on a moving tray, with motor targets and forces set between the steps. Neither
+/// the setters nor the steps allocate.
 #[test]
 fn driven_joints_allocate_nothing() {
     use tumble_core::joint::{Course, Drive, Joint, JointAxis, JointFrame, JointLoad, Motor};
@@ -160,7 +161,8 @@ fn driven_joints_allocate_nothing() {
             simulation.step(&mut record).unwrap();
         });
         assert!(record.certificate.residual() < 1e-9, "{k}: {:?}", record.certificate);
-        // By then it has been around: the search for contacts has seen its pairs, too.
+        // After 100 steps the broad phase has seen all pairs and its memory has reached its full
+        // size.
         let (count, most) = (record.contacts.len(), &mut most[k % KEPT]);
         if k >= 100 && Some(count) <= *most {
             warm += 1;
@@ -171,8 +173,8 @@ fn driven_joints_allocate_nothing() {
     assert!(warm > 400, "{warm}");
 }
 
-/// A step that has no solution goes through every start there is. In a step whose wrench is
-/// not a number no iteration can converge.
+/// Checks a step without a solution, which runs through all stages. No iteration can converge if
+/// the wrench is NaN.
 #[test]
 fn a_step_that_fails_allocates_nothing() {
     let world = cube_world(LIGHT);
@@ -198,9 +200,9 @@ fn a_step_that_fails_allocates_nothing() {
     assert_eq!((status, seen.count_total), (StepStatus::Failed, 0));
 }
 
-/// Cubes at rest, each an island, on two threads. The counter counts the calling thread: it does
-/// not make the islands' memory, which those do that solve them, and then allocates nothing but a
-/// block of the queue for every 63 calls of the threads.
+/// Solves resting cubes on two threads, each cube an island. The counter counts the calling thread
+/// only. The worker threads allocate the memory of their islands. After that the queue of the
+/// threads allocates one block for every 63 calls, and nothing else allocates.
 #[test]
 fn on_threads_only_their_queue_allocates() {
     let bodies: Vec<_> = cubes().into_iter().cycle().take(150).collect();
@@ -232,7 +234,7 @@ fn on_threads_only_their_queue_allocates() {
     assert!(together.0 < alone.0 / 2, "{together:?} of {alone:?}");
 }
 
-/// The counter counts: making a solver allocates.
+/// Checks the counter itself: making a solver allocates.
 #[test]
 fn making_a_solver_is_seen_to_allocate() {
     let world = cube_world(SOLID);

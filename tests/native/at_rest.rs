@@ -1,5 +1,5 @@
-//! What rests is not computed again: the steps are those that they would be, to the last bit, until something is
-//! changed from outside.
+//! Checks that bodies at rest are not solved again. Until an outside change, the steps are equal to
+//! the last bit to the steps of a full computation.
 
 use nalgebra::{Vector3, Vector4};
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{IslandSolver, Step, StepReport, StepSolution, StepSolver};
 use tumble_core::world::{Parameters, Partner, World};
 
-/// The native solver, which counts its steps, and the bodies that it left as they were in them.
+/// Native solver that counts its steps and the bodies that it skipped because they are at rest.
 struct Counting(NativeSolver, Arc<AtomicU32>, Arc<AtomicU32>);
 
 impl StepSolver for Counting {
@@ -71,7 +71,7 @@ fn at_rest(position: Vector3<f64>) -> State {
     State { position, attitude, velocity: still, spin: still }
 }
 
-/// Three rows of bricks, and a cube that falls beside them.
+/// Wall of three rows of bricks, and a cube next to it that falls from `height`.
 fn wall(height: f64) -> (World, Vec<State>) {
     let brick = RigidBody::solid_box(2.0, Vector3::new(0.5, 0.25, 0.25)).unwrap();
     let place = |k: usize| {
@@ -92,11 +92,12 @@ fn wall(height: f64) -> (World, Vec<State>) {
     (world.unwrap(), starts)
 }
 
-/// Two simulations of a wall, of which the second is restored before each step, so that it knows of no rest.
+/// Two simulations of the same scene. The second is restored before each step, which clears its
+/// knowledge of resting bodies.
 struct Both {
     resting: Simulation<'static>,
     other: Simulation<'static>,
-    /// Steps that the first solved, and bodies that it left as they were in them.
+    /// Number of steps that the first simulation solved, and number of bodies that it skipped.
     solved: Arc<AtomicU32>,
     rested: Arc<AtomicU32>,
 }
@@ -116,7 +117,8 @@ impl Both {
         Self { resting: resting.unwrap(), other: other.unwrap(), solved, rested }
     }
 
-    /// Takes so many steps, which must be the same, and returns how many of them were solved.
+    /// Steps both simulations `number` times and checks that the records are equal. Returns the
+    /// number of steps that were solved.
     fn steps(&mut self, number: u32) -> u32 {
         let (mut one, mut two) = (StepRecord::new(), StepRecord::new());
         let before = self.solved.load(Ordering::Relaxed);
@@ -131,14 +133,14 @@ impl Both {
         self.solved.load(Ordering::Relaxed) - before
     }
 
-    /// The same change to both.
+    /// Makes the same change to both simulations.
     fn change(&mut self, change: impl Fn(&mut Simulation<'static>)) {
         change(&mut self.resting);
         change(&mut self.other);
     }
 }
 
-/// Also the signs of what is zero.
+/// Numbers of a record as bits, including the signs of zeros.
 fn bits(record: &StepRecord) -> Vec<u64> {
     let states = record
         .solution
@@ -160,7 +162,8 @@ fn what_rests_is_solved_no_more() {
     assert_eq!(both.steps(50), 0);
 }
 
-/// A cube that is thrown comes to rest; a push of less than its friction changes its forces and nothing else, a longer one moves it.
+/// Checks that a thrown cube comes to rest. A push below its friction limit changes the forces and
+/// does not move it. A stronger push moves it.
 #[test]
 fn one_body_that_lies_is_solved_no_more() {
     let scene = TutorialScene::drop();
@@ -178,7 +181,7 @@ fn one_body_that_lies_is_solved_no_more() {
     }
 }
 
-/// As long as something moves beside it, a wall is solved with it; then both rest.
+/// Checks that the whole step is solved while the cube moves. When it stops, nothing is solved.
 #[test]
 fn a_wall_rests_when_the_last_body_does() {
     let mut both = Both::new(0.1);
@@ -187,8 +190,8 @@ fn a_wall_rests_when_the_last_body_does() {
     assert_eq!(both.steps(20), 0);
 }
 
-/// A cube slides by, far away and then against the wall: until it comes, the wall is left as it is, and the steps are those of the
-/// whole computation, also when it hits.
+/// Slides a cube towards the wall from far away. The wall is skipped until the cube hits it. All
+/// steps equal the steps of the full computation, the impact included.
 #[test]
 fn a_wall_rests_by_itself_until_it_is_hit() {
     let (world, mut starts) = wall(0.0);
@@ -207,7 +210,7 @@ fn a_wall_rests_by_itself_until_it_is_hit() {
     assert!(hit > 0.0 || both.resting.states()[0].position.x > 1e-6, "the wall was hit");
 }
 
-/// A brick is pushed while a cube falls far away.
+/// Pushes a brick while a cube falls far away. Only the island of the brick wakes up.
 #[test]
 fn a_wrench_wakes_the_island_that_it_is_on() {
     let (world, mut starts) = wall(0.0);
@@ -271,7 +274,7 @@ fn a_change_from_outside_ends_the_rest() {
     }
 }
 
-/// A step at rest is taken back as any other.
+/// Checks that a step at rest can be taken back like any other step.
 #[test]
 fn a_step_at_rest_is_taken_back() {
     let mut both = Both::new(0.0);

@@ -1,5 +1,5 @@
-//! Restitution by islands: what bounces in one changes nothing in another, and what cannot be solved
-//! with the whole restitution is solved with a part of it.
+//! Restitution of islands. A bounce in one island does not change another island. An island that
+//! cannot be solved with its full restitution is solved with a share of it.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use std::path::Path;
@@ -46,8 +46,8 @@ fn world(bodies: Vec<RigidBody>) -> World {
     .unwrap()
 }
 
-/// Kane's rod: it lands obliquely and spinning on rough ground, and with the whole of e = 0.9 it
-/// would leave with more energy than it had.
+/// Kane's rod: it lands obliquely and spinning on rough ground. With the full restitution it would
+/// leave with more energy than it had.
 fn rod() -> (RigidBody, State) {
     let body = RigidBody::solid_box(1.0, Vector3::new(0.02, 0.02, 0.5)).unwrap();
     let (sin, cos) = f64::sin_cos(0.5 * 0.6);
@@ -60,9 +60,15 @@ fn rod() -> (RigidBody, State) {
     (body.with_restitution(1.0).unwrap(), start)
 }
 
-/// What is in the world beside the rod: a ball that bounces for ever, a tower whose upper box lands on
-/// the lower one, a box that slides, a ball that falls onto the tower, and a brick that tumbles, whose
-/// impulses do some work by what it turns within a step. But for the first one they are plastic.
+/// Other bodies of the world, far from the rod:
+///
+/// - a ball that bounces for ever,
+/// - a tower whose upper box lands on the lower one,
+/// - a box that slides,
+/// - a ball that falls onto the tower,
+/// - a brick that tumbles, whose impulses do work because it turns within a step.
+///
+/// All but the first one are plastic.
 fn elsewhere() -> (Vec<RigidBody>, Vec<State>) {
     let plastic = |body: RigidBody| body.with_restitution(0.0).unwrap();
     let bodies = vec![
@@ -81,13 +87,13 @@ fn elsewhere() -> (Vec<RigidBody>, Vec<State>) {
     (bodies, states)
 }
 
-/// The same high above, where nothing touches anything.
+/// The same states 50 m higher, where no body touches another.
 fn far_up(states: &[State]) -> Vec<State> {
     let up = |state: &State| State { position: state.position + Vector3::z() * 50.0, ..*state };
     states.iter().map(up).collect()
 }
 
-/// A record of every step, all of them solved.
+/// Runs a world and returns the records of all steps. Every step must be solved.
 fn run_world(world: &World, states: &[State], solver: NativeSolver) -> Vec<StepRecord> {
     let motion = Motion::contact(solver);
     let mut simulation = Simulation::new(world.clone(), states.iter().copied(), motion).unwrap();
@@ -100,7 +106,7 @@ fn run_world(world: &World, states: &[State], solver: NativeSolver) -> Vec<StepR
     (0..400).map(step).collect()
 }
 
-/// All that some bodies do, and the contacts that they are A of, as bits.
+/// States of some bodies and their contacts as body A, as bits.
 fn bits(records: &[StepRecord], of: std::ops::Range<usize>) -> Vec<Vec<u64>> {
     let of_step = |record: &StepRecord| {
         let states = record.solution.states[of.clone()].iter();
@@ -116,14 +122,15 @@ fn bits(records: &[StepRecord], of: std::ops::Range<usize>) -> Vec<Vec<u64>> {
     records.iter().map(of_step).collect()
 }
 
-/// The first step in which two lists differ.
+/// Index of the first step in which two lists differ.
 fn first_difference<T: PartialEq>(a: &[T], b: &[T]) -> Option<usize> {
     assert_eq!(a.len(), b.len());
     a.iter().zip(b).position(|(a, b)| a != b)
 }
 
-/// The rod needs a share in some steps; balls and towers elsewhere move as they do while it flies far
-/// above, to the last bit, and are solved no more often; and so does the rod.
+/// Checks that islands do not influence each other. The rod needs a smaller share in some steps.
+/// The other bodies move as if the rod flew far above, to the last bit, and need as many
+/// iterations. The same holds for the rod.
 #[test]
 fn what_bounces_in_one_island_changes_nothing_in_another() {
     let (rod, start) = rod();
@@ -149,7 +156,7 @@ fn what_bounces_in_one_island_changes_nothing_in_another() {
     assert_eq!(first_difference(&found, &theirs_alone), None, "the others");
     let (rod_alone, found) = (bits(&alone, count..count + 1), bits(&together, count..count + 1));
     assert_eq!(first_difference(&found, &rod_alone), None, "the rod");
-    // Every island is solved as often as alone.
+    // Every island is solved as often as it is alone.
     let iterations = |records: &[StepRecord]| {
         records.iter().map(|record| record.report.iterations).collect::<Vec<_>>()
     };
@@ -163,22 +170,23 @@ fn what_bounces_in_one_island_changes_nothing_in_another() {
     }
 }
 
-/// The body that is the rod, behind all others.
+/// Index of the rod, the last body.
 const ROD: usize = 6;
 
-/// What one call of a solver was.
+/// Record of one call of a solver.
 #[derive(Debug, Clone, Default)]
 struct Call {
-    /// The bodies whose problems were to be solved; all in the first call of a step.
+    /// Bodies whose problems were to be solved. The first call of a step has all bodies.
     marked: Vec<usize>,
-    /// The part of the restitution that the contacts of the rod had.
+    /// Share of the restitution at the contacts of the rod.
     share: f64,
-    /// Whether another body's solution became another one.
+    /// True if the solution of another body changed.
     changed_others: bool,
 }
 
-/// The native solver, every call of it noted, which says that the problem of the rod was not solved
-/// with shares that `fails` names. Where it is not `of_bodies`, only the report says so, for all bodies.
+/// Native solver that records every call. It reports the rod's problem as not converged for the
+/// shares that `fails` selects. If `of_bodies` is false it does not report islands, only the whole
+/// step.
 struct Noted {
     solver: NativeSolver,
     fails: fn(f64) -> bool,
@@ -199,7 +207,7 @@ impl Noted {
     }
 }
 
-/// The largest rebound of a contact of the rod, m/s.
+/// Largest rebound speed at a contact of the rod [m/s].
 fn rebound(candidates: &Candidates) -> f64 {
     let of_body = candidates.contacts().iter().filter(|contact| contact.key.body == ROD);
     of_body.map(|contact| contact.rebound).fold(0.0, f64::max)
@@ -263,7 +271,7 @@ impl IslandSolver for Noted {
     }
 }
 
-/// The calls of every step in which the rod bounces, among the others.
+/// Calls of every step in which the rod bounces, with the other bodies present.
 fn calls(fails: fn(f64) -> bool, of_bodies: bool) -> Vec<Vec<Call>> {
     let (rod, start) = rod();
     let (bodies, states) = elsewhere();
@@ -289,7 +297,7 @@ fn calls(fails: fn(f64) -> bool, of_bodies: bool) -> Vec<Vec<Call>> {
     steps.into_iter().filter(|calls| calls.len() > 1).collect()
 }
 
-/// A search for the share of the rod asks for the rod alone, and the others keep their solution.
+/// Checks that the search for the rod's share solves only the rod's island.
 #[test]
 fn a_search_solves_only_the_island_that_it_is_for() {
     let steps = calls(|_| false, true);
@@ -298,13 +306,13 @@ fn a_search_solves_only_the_island_that_it_is_for() {
         assert_eq!(call.marked, [ROD], "{call:?}");
         assert!(!call.changed_others, "{call:?}");
     }
-    // Sixteen halves would find the share to 1/65536; straight lines are as fast.
+    // Bisection needs sixteen halvings to find the share to 1/65536. Secant steps are as fast.
     let most = steps.iter().map(Vec::len).max();
     assert!(most <= Some(18), "{most:?}");
 }
 
-/// What is not solved without restitution either is tried twice, and what a share does not let solve is
-/// searched for to 1/64 only: a call that fails takes the solver longest.
+/// Bounds the number of failing calls, because these take longest. A step that also fails without
+/// restitution is tried twice. Where a share makes the solver fail, the search ends at 1/64.
 #[test]
 fn a_step_that_fails_is_not_tried_over_and_over() {
     for of_bodies in [true, false] {
@@ -319,9 +327,9 @@ fn a_step_that_fails_is_not_tried_over_and_over() {
     }
 }
 
-/// A capsule that is wedged between a slope and a fixed box: the problem of its first step, four
-/// contacts, is not solved with the whole of e from 0.2 on. It takes a part, of which the same
-/// e σ is left, to what a search for it finds.
+/// Wedges a capsule between a slope and a fixed box. The first step has four contacts, and has no
+/// solution with the full e from 0.2 on. The effective restitution e σ must not decrease with e, to
+/// the accuracy 1/64 of the search.
 #[test]
 fn a_wedged_capsule_takes_the_part_that_can_be_solved() {
     let scene = |e: f64| {

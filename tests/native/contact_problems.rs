@@ -1,5 +1,5 @@
-//! Contact problems by themselves: against closed forms, against each other, against the steps that they come from,
-//! and what is refused.
+//! Contact problems given as matrices: comparison with closed forms, with each other and with the
+//! steps that they come from. Invalid problems are refused.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::sync::atomic::AtomicBool;
@@ -33,11 +33,12 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// A mass of 2 kg at one point: it leaves, sticks, or slips, in space and in the plane; to a tenth of what is asked for.
+/// Checks a mass of 2 kg with one contact that opens, sticks or slips, in three dimensions and in
+/// two. The tolerance is a tenth of the default residual.
 #[test]
 fn one_contact_has_its_closed_form() {
     let options = SolveOptions::default();
-    // q, and p and u by hand; μ is 0.5.
+    // Free velocity q, and the expected p and u for μ = 0.5.
     let cases = [
         ([1.0, 3.0, -2.0], [0.0; 3], [1.0, 3.0, -2.0]),
         ([-1.0, 0.3, -0.2], [2.0, -0.6, 0.4], [0.0; 3]),
@@ -52,7 +53,7 @@ fn one_contact_has_its_closed_form() {
             "{q:?}"
         );
         assert!(found.selected && found.parts == 1);
-        // The same as a body, whose velocity is v.
+        // The same problem in global form, with the body velocity v.
         let (mass, unit) = (DMatrix::identity(3, 3) * 2.0, DMatrix::identity(3, 3));
         let f: Vec<f64> = q.iter().map(|q| 2.0 * q).collect();
         let global =
@@ -67,7 +68,7 @@ fn one_contact_has_its_closed_form() {
     assert!(apart(&found.velocities, &[0.0, -2.5]) < 1e-10);
 }
 
-/// Rows of joints: a chain of two masses on a line, held, stopped or braked.
+/// Checks rows of joints: a free, a locked, a limited and a braked row of a mass of 4 kg.
 #[test]
 fn rows_by_themselves_have_their_closed_form() {
     let solve = |law: RowLaw, q: f64| {
@@ -89,7 +90,7 @@ fn rows_by_themselves_have_their_closed_form() {
     near(solve(brake, 0.5), (-2.0, 0.0));
     near(solve(brake, 3.0), (-4.0, 2.0));
     near(solve(brake, -3.0), (8.0, -1.0));
-    // Two rows, coupled: the second is locked, the first slides through its brake.
+    // Two coupled rows: the second is locked, and the first slides against its brake.
     let w = DMatrix::from_row_slice(2, 2, &[1.0, -0.5, -0.5, 1.0]);
     let rows = vec![RowLaw::Box { least: -1.0, most: 1.0 }, RowLaw::Locked];
     let found = local(&w, &[4.0, 0.0], vec![Law::rows_of(rows).unwrap()])
@@ -99,7 +100,7 @@ fn rows_by_themselves_have_their_closed_form() {
     assert!(apart(&found.velocities, &[3.25, 0.0]) < 1e-11);
 }
 
-/// Bodies with contacts at random points between them and to the world.
+/// Bodies with contacts at random points, with each other and with the world.
 struct Random {
     mass: DMatrix<f64>,
     directions: DMatrix<f64>,
@@ -153,8 +154,9 @@ impl Random {
         ContactProblem::global(mass, directions, f, w, contacts(&self.friction)).unwrap()
     }
 
-    /// By how much impulses miss the law, from the matrices alone: gaps that close, pulls, impulses on what opens,
-    /// friction out of its cone, and friction that is not the one of the slip.
+    /// Largest violation of the contact law, computed from the matrices alone. It covers gaps that
+    /// close, tension, impulses at opening contacts, friction outside its cone and friction not
+    /// opposed to the slip.
     fn missed(&self, impulses: &[f64]) -> f64 {
         let p = DVector::from_column_slice(impulses);
         let momentum = DVector::from_column_slice(&self.momentum) + &self.directions * &p;
@@ -166,7 +168,7 @@ impl Random {
             let (slip, along) = (u.fixed_rows::<2>(1), p.fixed_rows::<2>(1));
             missed = missed.max(-p[0]).max(-u[0]).max(p[0].min(u[0]));
             missed = missed.max(along.norm() - friction * p[0].max(0.0));
-            // Maximum dissipation: the power is that of the whole cone against the slip.
+            // Maximum dissipation: the friction force has its full size and opposes the slip.
             let power = (along.dot(&slip) + friction * p[0] * slip.norm()).abs();
             missed = missed.max(power);
         }
@@ -174,7 +176,8 @@ impl Random {
     }
 }
 
-/// Random heaps: every problem is solved in both forms, and another evaluation of the law agrees.
+/// Solves random heaps in both forms and checks the solutions with an independent evaluation of the
+/// law.
 #[test]
 fn random_problems_are_solved_in_both_forms() {
     let mut unsolved = 0;
@@ -188,11 +191,11 @@ fn random_problems_are_solved_in_both_forms() {
             let found = problem.solve(&SolveOptions::default()).unwrap();
             unsolved += usize::from(!found.is_solved());
             if found.is_solved() {
-                // Impulses are up to some 10 N s, responses of some 10/kg.
+                // Impulses reach some 10 N s, responses some 10/kg.
                 assert!(random.missed(&found.impulses) < 1e-7, "seed {seed}");
             }
         }
-        // Both forms give the same motion and the same measure to the same impulses.
+        // Both forms assign the same motion and the same residual to the same impulses.
         let impulses: Vec<f64> = (0..3 * count).map(|k| (k % 5) as f64 - 1.0).collect();
         let (a, b) = (global.evaluate(&impulses), condensed.evaluate(&impulses));
         assert!(apart(&a.velocities, &b.velocities) < 1e-10, "seed {seed}");
@@ -202,12 +205,12 @@ fn random_problems_are_solved_in_both_forms() {
     assert_eq!(unsolved, 0);
 }
 
-/// A body of many numbers, as a finite element model has, that few contacts touch, against the local form; and
-/// several at once, whose parts are found.
+/// Checks a body with many degrees of freedom and few contacts, as in a finite element model. The
+/// global form must agree with the local form.
 #[test]
 fn a_large_mass_matrix_is_condensed() {
     for size in [20, 90] {
-        // A chain of springs with mass, implicit in time: tridiagonal.
+        // A chain of springs with mass, implicit in time: the matrix is tridiagonal.
         let mass = DMatrix::from_fn(3 * size, 3 * size, |i, j| match i.abs_diff(j) {
             0 => 3.0,
             3 => -1.0,
@@ -254,20 +257,21 @@ fn plate() -> ContactProblem {
     ContactProblem::global(dense(&mass), dense(&directions), f, vec![0.0; 12], laws).unwrap()
 }
 
-/// Four corners that stick: the rule gives the impulses of the least norm, and a start is gone on from.
+/// Checks four corners that stick. The selection rule returns the impulses of least norm. A solve
+/// from a given start keeps that start.
 #[test]
 fn the_rule_gives_the_least_norm_and_a_start_is_kept() {
     let problem = plate();
     let options = SolveOptions { selection: Selection::Compliance, ..SolveOptions::default() };
     let found = problem.solve(&options).unwrap();
     assert!(found.is_solved() && found.selected);
-    // p = −W⁺ q of least norm.
+    // Least norm: p = −W⁺ q.
     let condensed = problem.to_local().unwrap();
     let Form::Local { response, free } = condensed.form() else { panic!("it is local") };
     let w = DMatrix::from_fn(12, 12, |i, j| response.at(i, j));
     let least = -w.pseudo_inverse(1e-9).unwrap() * DVector::from_column_slice(free);
     assert!(apart(&found.impulses, least.as_slice()) < 1e-6, "{:?}\n{least}", found.impulses);
-    // A solution with self-stress is a solution: from there, any will do.
+    // A solution with self-stress is also a solution, so the solver may keep it.
     let mut start = found.impulses.clone();
     for (contact, sign) in [(0, 1.0), (1, -1.0), (2, -1.0), (3, 1.0)] {
         start[3 * contact] += 0.2 * sign;
@@ -281,8 +285,9 @@ fn the_rule_gives_the_least_norm_and_a_start_is_kept() {
     assert!(apart(&again.impulses, &found.impulses) < 1e-6);
 }
 
-/// A cube that tumbles over the ground: every step's problem has the step's impulses as a solution, and gives
-/// them back where one point touches, so that they are the only ones.
+/// Checks the contact problems of a tumbling cube. The impulses of every step solve its problem.
+/// With a single contact point the solution is unique, and the solver must return the same
+/// impulses.
 #[test]
 fn the_problem_of_a_step_has_its_impulses() {
     let cube = RigidBody::solid_box(2.0, Vector3::new(0.5, 0.4, 0.3)).unwrap();
@@ -368,7 +373,8 @@ fn what_cannot_be_posed_is_refused() {
     assert_eq!(plate().solve(&options), Err(ProblemError::Interrupted));
 }
 
-/// A contact that no impulse moves and that closes: it is said, without an error.
+/// Checks a contact that closes although no impulse can move it. The result is not converged, and
+/// there is no error.
 #[test]
 fn a_problem_without_a_solution_is_unsolved() {
     let problem = local(&DMatrix::zeros(3, 3), &[-1.0, 0.0, 0.0], contacts(&[0.5]));
@@ -395,7 +401,7 @@ fn text_keeps_every_bit_of_a_problem() {
             }
             _ => panic!("another form"),
         }
-        // A text that ends early, or has a wrong word, is refused, whatever it is.
+        // A text that ends early or has a wrong word is refused.
         let words: Vec<&str> = text.split_whitespace().collect();
         for k in (0..words.len()).step_by(7) {
             assert!(dat::read(&words[..k].join(" ")).is_err(), "{k}");
@@ -415,7 +421,7 @@ fn text_keeps_every_bit_of_a_problem() {
     assert!(refused.to_string().contains("group 1"), "{refused}");
 }
 
-/// Without a contact there is nothing to solve, which is a problem as well.
+/// Checks problems without contacts. They are valid and have nothing to solve.
 #[test]
 fn the_empty_problem_is_written_and_read() {
     let none = SparseMatrix::from_triplets(0, 0, []).unwrap();
@@ -431,7 +437,7 @@ fn the_empty_problem_is_written_and_read() {
     }
 }
 
-/// The three storages of Siconos, by hand: two masses on the ground.
+/// Reads the three storages of Siconos: two masses on the ground, written by hand.
 #[test]
 fn all_storages_are_read() {
     let dense: String = (0..6)
@@ -463,7 +469,8 @@ fn all_storages_are_read() {
     assert!(refused.contains("line 3") && refused.contains("storage of M"), "{refused}");
 }
 
-/// Texts that have not what they say: entries, columns, sizes, words; and numbers that are none.
+/// Checks that inconsistent texts are refused: wrong numbers of entries or columns, wrong sizes,
+/// wrong words, and numbers that are not finite.
 #[test]
 fn texts_that_say_other_than_they_have_are_refused() {
     let head = "3\n1\n2\n3\n3\n";
@@ -478,10 +485,10 @@ fn texts_that_say_other_than_they_have_are_refused() {
     );
     for text in [&by_entries, &by_columns] {
         let found = dat::read(text).unwrap().solve(&SolveOptions::default()).unwrap();
-        // W is one: impulses are as near as the residual that is asked for.
+        // W is the identity, so the impulses are as accurate as the requested residual.
         assert!(apart(&found.impulses, &[1.0, -0.2, 0.0]) < 1e-9, "{text}");
     }
-    // As C prints a count with six digits.
+    // C prints a count with six digits like this.
     assert!(dat::read(&by_entries.replace("nzmax: 3", "nzmax: 1e+06")).is_ok());
     for (text, old, new, words) in [
         (&by_entries, "2 2 : 1\n", "", "line 8: 3 entries are announced, and 2 follow"),

@@ -1,5 +1,5 @@
-//! A crowded heap of boxes, from the fall until it lies still: every step certified, and nothing left
-//! to solve in the end.
+//! A dense heap of boxes, from the fall until it lies still. Every step is certified, and in the
+//! end nothing is left to solve.
 
 use nalgebra::Vector3;
 use tumble_core::contact::Plane;
@@ -9,7 +9,7 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Parameters, World};
 
-/// Boxes of 20 × 15 × 10 cm, four layers of 25 so near each other that they fall on one another.
+/// 100 boxes of 20 × 15 × 10 cm in four layers of 25, so close that they fall on one another.
 fn heap(seed: u32) -> (World, Vec<State>) {
     let mut draws = Draws::new(seed);
     let brick = RigidBody::solid_box(1.5, Vector3::new(0.1, 0.075, 0.05)).unwrap();
@@ -34,10 +34,9 @@ fn heap(seed: u32) -> (World, Vec<State>) {
     (world.unwrap(), starts)
 }
 
-/// The steps of such a heap are hard: some hundred contacts, many of them on the edge of their cones,
-/// forces shared in many ways. At least 999 of 1000 are solved, and a heap that lies still is found to be one:
-/// it takes the forces of the step before and creeps nowhere. (Where the solver's last digits were left
-/// in the gaps, each such step was solved anew, by some fifty iterations and from another start.)
+/// Checks a heap with some hundred contacts, many on the edge of their friction cones. At least 999
+/// of 1000 steps are solved. A heap that lies still repeats the forces of the last step and does
+/// not creep.
 #[test]
 #[ignore = "slow"]
 fn a_crowded_heap_is_certified_until_it_lies_still() {
@@ -47,7 +46,7 @@ fn a_crowded_heap_is_certified_until_it_lies_still() {
     for _ in 0..100 {
         simulation.step(&mut record).unwrap();
         assert_eq!(record.report.status, StepStatus::Converged);
-        // At most one a body: boxes that lie alone have their last digits polished.
+        // At most one iteration per body: boxes that lie alone have their last digits polished.
         assert!(record.report.iterations <= 100, "{}", record.report.iterations);
     }
     for (then, now) in there.iter().zip(simulation.states()) {
@@ -57,7 +56,8 @@ fn a_crowded_heap_is_certified_until_it_lies_still() {
     }
 }
 
-/// Two boxes of this heap are left on the edge of their cones: they rock on at less than 1e-9 m/s, which is solved but no rest.
+/// Checks a heap in which two boxes stay on the edge of their cones. They keep rocking at less than
+/// 1e-9 m/s. These steps are solved, but the heap is not at rest.
 #[test]
 #[ignore = "slow"]
 fn a_crowded_heap_that_falls_longer_is_certified() {
@@ -71,7 +71,7 @@ fn a_crowded_heap_that_falls_longer_is_certified() {
     assert!(fastest < 1e-9, "{fastest:e}");
 }
 
-/// The heap after 1900 steps, of which all but one at most are certified.
+/// Heap after 1900 steps, of which at most one is not certified.
 fn certified(seed: u32) -> Simulation<'static> {
     let (world, starts) = heap(seed);
     let motion = Motion::native(&world);

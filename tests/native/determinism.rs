@@ -1,4 +1,4 @@
-//! The native solver gives the same doubles in every run, on every thread.
+//! Checks that the native solver returns the same doubles in every run and on every thread.
 
 use crate::common::point_forces;
 use crate::toss::*;
@@ -8,7 +8,7 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::solver::native::NativeSolver;
 use tumble_core::world::World;
 
-/// FNV-1a, 64 bits, over the bytes of the numbers, lowest first.
+/// FNV-1a hash, 64 bits, of the bytes of the numbers, lowest byte first.
 fn fingerprint(numbers: impl IntoIterator<Item = f64>) -> u64 {
     let bytes = numbers.into_iter().flat_map(|number| number.to_bits().to_le_bytes());
     bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
@@ -16,8 +16,8 @@ fn fingerprint(numbers: impl IntoIterator<Item = f64>) -> u64 {
     })
 }
 
-/// States and forces of all steps of a run. They come from + − × ÷ and √ alone, which round
-/// in one way on every machine.
+/// States and forces of all steps of a run. They are computed with + − × ÷ and √ alone, which round
+/// the same on every machine.
 fn numbers(world: &World, run: &[StepRecord]) -> Vec<f64> {
     let solution = |step: &StepRecord| {
         let mut numbers = step.next().to_vector().as_slice().to_vec();
@@ -27,7 +27,7 @@ fn numbers(world: &World, run: &[StepRecord]) -> Vec<f64> {
     run.iter().flat_map(solution).collect()
 }
 
-/// The fingerprint of a thrown cube's run of 1000 rows.
+/// Fingerprint of a thrown cube's run of 1000 rows.
 fn thrown_fingerprint(inertia: f64, seed: u32) -> u64 {
     let world = cube_world(inertia);
     fingerprint(numbers(&world, &thrown_run(&world, seed)))
@@ -36,13 +36,13 @@ fn thrown_fingerprint(inertia: f64, seed: u32) -> u64 {
 const RUNS: [(f64, u32); 6] =
     [(LIGHT, 0), (LIGHT, 1), (LIGHT, 2), (LIGHT, 42), (SOLID, 0), (SOLID, 42)];
 
-/// The published fingerprints of these runs.
+/// Published fingerprints of these runs.
 ///
-/// They hold for x86_64-unknown-linux-gnu, debug and release, and for any other target whose
-/// compiler neither fuses a multiplication with an addition nor keeps extra digits. (Scattered
-/// starts also use the sine and cosine of the crate libm, made of such operations.) A change of the
-/// solver that rounds differently changes them; that such a change is meant is what this test
-/// makes its author say.
+/// They hold for x86_64-unknown-linux-gnu, debug and release. They also hold for any target whose
+/// compiler neither fuses a multiplication with an addition nor keeps extra digits. Scattered
+/// starts also use the sine and cosine of the crate libm, which consist of such operations. A
+/// change of the solver that rounds differently changes the fingerprints, and its author must
+/// confirm that here.
 #[cfg(all(target_arch = "x86_64", target_os = "linux"))]
 const PUBLISHED: [u64; 6] = [
     0x046d_2ffa_bc41_7d68,
@@ -62,8 +62,8 @@ fn the_runs_have_their_published_fingerprints() {
     }
 }
 
-/// The published test values of FNV-1a for the empty text and, here as one number, for eight
-/// bytes of which the lowest is "a".
+/// Checks the hash against published values of FNV-1a: the empty text, and eight bytes (as one
+/// number) of which the lowest is "a".
 #[test]
 fn the_fingerprint_is_fnv_1a() {
     assert_eq!(fingerprint([]), 0xcbf2_9ce4_8422_2325);
@@ -72,7 +72,7 @@ fn the_fingerprint_is_fnv_1a() {
     assert_eq!(bytes, zeros);
 }
 
-/// Bit for bit; the numbers are printed for those who compare machines.
+/// Compares two runs bit for bit. It prints the fingerprints for comparisons between machines.
 #[test]
 fn a_second_run_gives_the_same_doubles() {
     for (inertia, seed) in RUNS {
@@ -82,7 +82,7 @@ fn a_second_run_gives_the_same_doubles() {
     }
 }
 
-/// Bit for bit, each thread in its own order of the runs.
+/// Compares eight threads with one, bit for bit. Each thread has its own order of the runs.
 #[test]
 fn eight_threads_give_the_same_doubles_as_one() {
     let alone = RUNS.map(|(inertia, seed)| thrown_fingerprint(inertia, seed));
@@ -102,7 +102,7 @@ fn eight_threads_give_the_same_doubles_as_one() {
     }
 }
 
-/// A solver that has solved other steps before, of another run, leaves no trace of them.
+/// Checks that steps of another run leave no trace in a solver.
 #[test]
 fn a_solver_remembers_nothing_of_the_steps_before() {
     let world = World::new(parameters(cubes().remove(2))).unwrap();
@@ -115,8 +115,8 @@ fn a_solver_remembers_nothing_of_the_steps_before() {
     }
 }
 
-/// A solver made for a world with another time step, gravity and form of rotation solves this one's steps
-/// to the same bits: what it needs of the world it takes from the step.
+/// Checks that the solver reads the world from the step. A solver made for a world with another
+/// time step, gravity and form of rotation returns the same bits.
 #[test]
 fn a_solver_takes_the_world_from_the_step() {
     let world = World::new(parameters(cubes().remove(2))).unwrap();

@@ -1,5 +1,5 @@
-//! The nine steps of `data/exact/hard-steps.json`, each solved as one step: jams, corners
-//! that lose their grip, faces that land or come to rest.
+//! The nine steps of `data/exact/hard-steps.json`, each solved as a single step: jams, corners that
+//! start to slip, faces that land or come to rest.
 
 use crate::common::{point_forces, reference, state};
 use crate::toss::*;
@@ -13,7 +13,7 @@ struct Steps {
     steps: Vec<HardStep>,
 }
 
-/// A step and its exact solution; impulses in N s, corner by corner.
+/// Step with its exact solution. Impulses in N s, one per corner.
 #[derive(Deserialize)]
 struct HardStep {
     run: String,
@@ -34,7 +34,7 @@ impl HardStep {
         format!("{}, step {} ({})", self.run, self.step, self.why)
     }
 
-    /// The step solved by a new solver from the forces of the impulses given.
+    /// Solves the step with a new solver that starts from the given impulses.
     fn solve(&self, before: &[[f64; 3]]) -> Solved {
         let world = cube_world(if self.run.ends_with("6.666667") { SOLID } else { LIGHT });
         let state = state(&self.state);
@@ -50,12 +50,12 @@ fn hard_steps() -> Vec<HardStep> {
     steps.steps
 }
 
-/// The next state and the impulses, from the impulses of the step before and from none.
+/// Compares the next state and the impulses with the exact ones, starting from the last impulses
+/// and from none.
 ///
-/// Where the laws determine the impulses, to rounding: 1e-12 of the speeds and impulses
-/// (measured: 3e-13 m/s, 3e-12 N s). Where a face slides, to the compliance of 1e-6 from
-/// which the limit is taken, times the impulse over mass, up to 2 m/s, times the response
-/// of the corner (measured: 4.4e-8 m/s, 1.2e-6 N s, in the steps in which a face lands).
+/// Where the laws determine the impulses, the error is rounding: 1e-12 of the speeds and impulses.
+/// Where a face slides, the error comes from the compliance 1e-6 from which the limit is taken. It
+/// is 1e-6 times impulse over mass (up to 2 m/s) times the response of the corner.
 #[test]
 fn the_next_state_and_the_impulses_are_the_exact_ones() {
     for step in hard_steps() {
@@ -68,7 +68,7 @@ fn the_next_state_and_the_impulses_are_the_exact_ones() {
             let (speed, impulse) = if face { (2e-7, 5e-6) } else { (2e-12, 2e-11) };
             assert_ne!(solved.report.status, StepStatus::Failed, "{}", step.name());
             assert!(motion < speed, "{}: motion by {motion:e} m/s", step.name());
-            // A step of 2 ms makes lengths of speeds; 1e-15: rounding.
+            // A step of 2 ms turns speeds into lengths. 1e-15 is rounding.
             assert!(pose < TIME_STEP * speed + 1e-15, "{}: pose by {pose:e}", step.name());
             let ours = point_forces(&world, &solved.solution);
             for (i, (ours, &exact)) in ours.iter().zip(&step.impulses).enumerate() {
@@ -79,16 +79,16 @@ fn the_next_state_and_the_impulses_are_the_exact_ones() {
     }
 }
 
-/// Open corners carry nothing; sticking ones do not move and are inside the cone; sliding
-/// ones are on it (in the step that comes to rest they only begin to slide). Speeds to the
-/// certificate allowed to such a step, 1e-10 m/s, forces to that times m/h.
+/// Checks the state of every corner. Open corners carry nothing. Sticking corners do not move and
+/// are inside the cone. Sliding corners are on the cone. Speeds have the tolerance of the
+/// certificate, 1e-10 m/s, and forces that times m/h.
 #[test]
 fn every_corner_does_what_it_does_in_the_exact_solution() {
     for step in hard_steps() {
         let solved = step.solve(&step.impulses_before);
         assert!(solved.certificate.residual() < 1e-10, "{}: {:?}", step.name(), solved.certificate);
         for (i, mode) in step.modes.iter().enumerate() {
-            // A corner that is no candidate carries nothing either.
+            // A corner that is not a candidate also carries nothing.
             let found = solved.solution.contacts.iter().find(|contact| contact.key.point == i);
             let (force, slip) = found
                 .map_or((Vector3::zeros(), 0.0), |contact| (contact.force, contact.slip.norm()));
@@ -106,8 +106,8 @@ fn every_corner_does_what_it_does_in_the_exact_solution() {
     }
 }
 
-/// Step 524 of this throw is missed where a stalled iteration tries the natural map at fewer
-/// sharpnesses: with 1, 1e3 and 1e6 alone it ends 3e-7 m/s from a solution.
+/// Checks a throw whose step 524 needs the natural map at all its sharpnesses. With 1, 1e3 and 1e6
+/// alone the solver stalls at 3e-7 m/s.
 #[test]
 fn every_step_of_seed_715_is_solved() {
     let run = thrown_run(&cube_world(LIGHT), 715);

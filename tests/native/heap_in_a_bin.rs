@@ -1,5 +1,5 @@
-//! Boxes that fall into a bin and settle as one island: every step is certified, from other seeds and other sizes
-//! than any the solver was made with, and one that is solved to less takes fewer iterations.
+//! Boxes that fall into a bin and settle as one island. The seeds and sizes are none that the
+//! solver was tuned with. Every step is certified. A looser residual takes fewer iterations.
 
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::contact::Plane;
@@ -12,10 +12,10 @@ use tumble_core::solver::native::{ACCEPTED_RESIDUAL, NativeSolver};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Fixed, Parameters, World};
 
-/// Half the width of the bin, m.
+/// Half the width of the bin [m].
 const HALF_WIDTH: f64 = 0.72;
 
-/// Boxes of about 0.25 m in layers of four, and four walls around them.
+/// Boxes of about 0.25 m in layers of four, surrounded by four walls.
 fn bin(seed: u32, count: usize) -> (World, Vec<State>) {
     let mut draws = Draws::new(seed);
     let (mut bodies, mut starts) = (Vec::new(), Vec::new());
@@ -50,7 +50,7 @@ fn bin(seed: u32, count: usize) -> (World, Vec<State>) {
     (world.unwrap().with_fixed(walls.to_vec()).unwrap(), starts)
 }
 
-/// What a run came to.
+/// Statistics of a run.
 #[derive(Default)]
 struct Counts {
     iterations: u64,
@@ -58,7 +58,7 @@ struct Counts {
     largest: f64,
 }
 
-/// Runs it, every step solved to `residual` (m/s at the speed scale 1).
+/// Runs a scene with every step solved to `residual` [m/s at the speed scale 1].
 fn run((world, starts): (World, Vec<State>), steps: u32, residual: f64) -> Counts {
     let solver = NativeSolver::new(&world).with_residual(residual).unwrap();
     let accepted = residual * world.speed_scale();
@@ -87,7 +87,8 @@ fn every_step_of_small_heaps_in_a_bin_is_solved() {
     assert!(crowded > 50, "{crowded} steps with many contacts");
 }
 
-/// The same fall: what is asked for is what stops the iterations, not what a solved step is called.
+/// Checks that a looser residual saves iterations. The requested residual ends the iterations and
+/// does not only decide whether a step counts as solved.
 #[test]
 fn less_is_sooner_solved() {
     let residuals = [ACCEPTED_RESIDUAL, 1e-6, 1e-4];

@@ -1,4 +1,4 @@
-//! Islands solved at the same time: the same numbers, reports and errors on any number of threads.
+//! Islands solved in parallel: the same numbers, reports and errors on any number of threads.
 
 use crate::interrupt::interrupt_after;
 use nalgebra::{Matrix3, Vector3, Vector4};
@@ -40,7 +40,7 @@ fn world(bodies: Vec<RigidBody>) -> World {
     .unwrap()
 }
 
-/// `heaps` places where five boxes fall on each other, and as many single boxes that are thrown.
+/// World with `heaps` piles of five falling boxes, and as many single boxes that are thrown.
 fn heaps_and_singles(heaps: usize) -> (World, Vec<State>) {
     let mut draws = Draws::new(7);
     let (mut bodies, mut starts) = (Vec::new(), Vec::new());
@@ -73,7 +73,7 @@ fn bits(solution: &StepSolution) -> Vec<u64> {
     states.chain(forces).map(f64::to_bits).collect()
 }
 
-/// The islands of a step that have several bodies, and those of one.
+/// Number of islands with several bodies, and number of islands with one body.
 fn count_islands(record: &StepRecord) -> (usize, usize) {
     let mut first: Vec<usize> = (0..record.states.len()).collect();
     let mut touches = vec![false; first.len()];
@@ -93,8 +93,8 @@ fn count_islands(record: &StepRecord) -> (usize, usize) {
     (several, labels.len() - several)
 }
 
-/// Through impacts, heaps that grow together and fall apart, and rest: bit for bit, with contacts,
-/// status, start, iterations and certificate.
+/// Compares runs bit for bit, with contacts, status, stage, iterations and certificate. The runs
+/// have impacts, piles that merge and separate, and rest.
 #[test]
 #[ignore = "slow"]
 fn a_run_is_the_same_on_any_number_of_threads() {
@@ -118,7 +118,7 @@ fn a_run_is_the_same_on_any_number_of_threads() {
     assert!(retried > 0, "no step needed another start");
 }
 
-/// Copies of a solver share its threads, and go on by themselves, on any thread.
+/// Checks that copies of a solver share its threads and work independently, on any thread.
 #[test]
 fn copies_of_a_solver_share_its_threads() {
     let (world, starts) = heaps_and_singles(6);
@@ -138,7 +138,7 @@ fn copies_of_a_solver_share_its_threads() {
     assert!(found.iter().all(|found| *found == expected));
 }
 
-/// What the step that `record` holds comes to, where the torque on body `absurd` is not a number.
+/// Solves the step of `record` again. The torque on the body `absurd` is NaN.
 fn solve_again(
     world: &World,
     record: &StepRecord,
@@ -165,21 +165,21 @@ fn solve_again(
     Ok((report, bits(&solution)))
 }
 
-/// A record in which many islands touch.
+/// Record of a step in which many islands have contacts.
 fn busy_step(world: &World, starts: &[State]) -> StepRecord {
     let mut run = simulation(world, starts, 1);
     let mut record = StepRecord::new();
     (0..350).for_each(|_| run.step(&mut record).unwrap());
     let (several, single) = count_islands(&record);
     assert!(several >= 5 && single >= 5, "{several} {single}");
-    // Enough for threads to be asked.
+    // Enough contacts for the solver to use its threads.
     assert!(record.contacts.len() >= 64, "{}", record.contacts.len());
     record
 }
 
-/// One island of many whose torque is not a number, so that no iteration can converge, whichever
-/// body it is of: the step has failed, with the best points of that island and the solutions of all
-/// others.
+/// Checks a step in which one island has a NaN torque and cannot converge. The step has failed. It
+/// contains the best point of that island and the solutions of all others, for every choice of the
+/// island.
 #[test]
 fn an_island_that_fails_is_reported_the_same() {
     let (world, starts) = heaps_and_singles(10);
@@ -199,7 +199,8 @@ fn an_island_that_fails_is_reported_the_same() {
     }
 }
 
-/// A flag that is up ends the step; after it the same solver finds what another one finds.
+/// Checks that a raised flag ends the step with an error. The same solver then finds what a new one
+/// finds.
 #[test]
 fn an_interrupted_step_is_an_error_and_leaves_no_trace() {
     let (world, starts) = heaps_and_singles(10);
@@ -216,8 +217,8 @@ fn an_interrupted_step_is_an_error_and_leaves_no_trace() {
     }
 }
 
-/// Plates that slide on a grid of 31² points each: an interrupt ends their step after the iterations
-/// under way.
+/// Interrupts the step of sliding plates with 31² contact points each. The step ends after the
+/// current iterations.
 #[test]
 fn an_interrupt_ends_islands_in_the_middle_of_their_step() {
     let (side, plates) = (31, 4);

@@ -1,4 +1,4 @@
-//! The native solver: its answers, its choices, what it refuses, its memory.
+//! Tests of the native solver: its solutions, its selection rule, refused input and memory.
 
 mod allocations;
 mod at_rest;

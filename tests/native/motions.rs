@@ -1,4 +1,4 @@
-//! Motions with a closed form, by the native solver: rest, and a slide to a stop.
+//! Motions with a closed form, computed by the native solver: rest, and a slide to a stop.
 
 use crate::common::state;
 use crate::toss::*;
@@ -9,7 +9,7 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::world::{Parameters, World};
 
 const GRAVITY: f64 = 9.81;
-/// Speed at which the boxes start to slide, m/s.
+/// Initial speed of the sliding boxes [m/s].
 const SPEED: f64 = 2.0;
 
 /// A solid box on the ground.
@@ -26,13 +26,13 @@ impl Resting {
         Self { world: world.unwrap(), height: half_sides[2] }
     }
 
-    /// On the ground, moving along `velocity`, its sides turned by `heading` against x.
+    /// State on the ground with velocity `velocity`, the sides rotated by `heading` against x.
     fn at(&self, velocity: Vector3<f64>, heading: f64) -> State {
         let at = [0.0, 0.0, self.height, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         State { velocity, ..turned(&state(&at), heading) }
     }
 
-    /// The steps in which the box slides, and ten more.
+    /// Steps of the slide, and ten more.
     fn slide(&self, velocity: Vector3<f64>, heading: f64) -> Vec<StepRecord> {
         let loss = self.world.friction() * GRAVITY * self.world.time_step();
         let steps = (velocity.norm() / loss) as usize + 10;
@@ -40,8 +40,8 @@ impl Resting {
     }
 }
 
-/// A cube, a plate, a brick and a thin tile, at different frictions and time steps. None
-/// tips over: μ times the height is less than the half sides.
+/// A cube, a plate, a brick and a thin tile, with different frictions and time steps. None tips
+/// over: μ times the height is less than the half sides.
 fn boxes() -> [Resting; 4] {
     [
         Resting::new([1.0, 1.0, 1.0], 0.3, 2e-3),
@@ -51,8 +51,8 @@ fn boxes() -> [Resting; 4] {
     ]
 }
 
-/// Nothing moves, and nothing is lost: to rounding of the impulse of gravity of a step,
-/// 2e-16 times 0.05 m/s, over 1000 steps (measured: exactly still, or 1.5e-17 m).
+/// Checks that a resting box does not move and keeps its energy. The tolerance covers rounding of
+/// gravity's impulse in a step, 2e-16 times 0.05 m/s, over 1000 steps.
 #[test]
 fn a_box_at_rest_keeps_its_pose_and_its_energy() {
     for resting in boxes() {
@@ -70,11 +70,12 @@ fn a_box_at_rest_keeps_its_pose_and_its_energy() {
     }
 }
 
-/// Each step takes μgh from the speed, and the last one what is left. So the speeds are
-/// known exactly, and the way is h times their sum: v²/(2μg) less half of hv, for the step
-/// moves with the new velocity, up to a part μgh/v of that. Speeds and ways to rounding,
-/// 1e-12 (measured: 2.1e-14 m, 4.6e-14 m/s); at the end nothing moves, to the rounding of
-/// an impulse of gravity (measured: 1.2e-15 m/s).
+/// Checks the stopping distance of a sliding box.
+///
+/// Each step reduces the speed by μgh, and the last step by the remainder. So the speeds are known
+/// exactly, and the distance is h times their sum. That is v²/(2μg) minus half of hv, because the
+/// step moves with the new velocity, up to a fraction μgh/v of that. The tolerance 1e-12 is
+/// rounding. At the end the speed is zero, to the rounding of one impulse of gravity.
 #[test]
 fn a_sliding_box_stops_after_the_square_of_its_speed_over_twice_the_deceleration() {
     for resting in boxes() {
@@ -97,11 +98,11 @@ fn a_sliding_box_stops_after_the_square_of_its_speed_over_twice_the_deceleration
     }
 }
 
-/// Friction on a round cone knows no direction, and on a box that does not turn it acts at
-/// every corner along the same line, whose torque about the vertical is that of the normal
-/// forces' centre: none. In 36 directions, with the sides of the box at any angle to them,
-/// all ways are straight and equally long, to rounding as above (measured: 7.6e-14 m), and
-/// the box does not turn (1.9e-15 rad/s).
+/// Checks that a slide is straight and equally long in 36 directions, for any angle of the sides.
+///
+/// The friction cone is round. Friction acts at every corner of a non-rotating box along the same
+/// direction. Its torque about the vertical is zero, because the centre of the normal forces has no
+/// sideways offset. The tolerance is rounding.
 #[test]
 fn a_slide_is_straight_and_equally_long_in_every_compass_direction() {
     for resting in boxes() {

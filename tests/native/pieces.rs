@@ -1,4 +1,5 @@
-//! Where on its law each contact of a solved step is, and how far the next piece is.
+//! Piece of the contact law on which each contact of a solved step lies, and its margin to the next
+//! piece.
 
 use crate::common::{contacts, solve_after};
 use crate::toss::*;
@@ -8,7 +9,7 @@ use tumble_core::solver::native::{ContactPiece, MapPiece, NativeSolver};
 use tumble_core::step::{StepReport, StepSolution};
 use tumble_core::world::World;
 
-/// The solid cube of 2 m flat on the ground.
+/// Solid cube of 2 m flat on the ground.
 fn at_rest() -> State {
     State {
         position: Vector3::z(),
@@ -18,8 +19,8 @@ fn at_rest() -> State {
     }
 }
 
-/// A push by this part of what friction holds, along the ground and at its height, so that all corners
-/// carry the same.
+/// Push by the fraction `part` of the friction limit. It acts at the height of the ground, so that
+/// all corners carry the same force.
 fn push(world: &World, part: f64) -> Wrench {
     let weight = world.bodies()[0].mass() * -world.gravity()[2];
     let force = part * 0.3 * weight;
@@ -40,7 +41,8 @@ fn solved(
     (report, solution, solver.pieces())
 }
 
-/// The pull of a corner that sticks is w_t h F/4m of the w_t μ h g/4 that its cone allows.
+/// Checks the margins of a pushed block. The projection argument of a sticking corner is w_t h
+/// F/4m. Its cone allows w_t μ h g/4.
 #[test]
 fn a_push_brings_a_stuck_block_to_its_cone_and_over_it() {
     let world = cube_world(SOLID);
@@ -58,18 +60,19 @@ fn a_push_brings_a_stuck_block_to_its_cone_and_over_it() {
     let (alone, _) = margins(0.0);
     for part in [0.3, 0.9, 0.999] {
         let (margin, _) = margins(part);
-        // The rule's compliance of 1e-6 changes a pull by as much of itself.
+        // The compliance 1e-6 of the selection rule changes the projection argument by a relative
+        // 1e-6.
         assert!((margin / alone - (1.0 - part)).abs() < 1e-5, "{part}: {margin} of {alone}");
     }
-    // Beyond it what friction does not hold moves the block: the margin is that slip, w_t h F/4m beyond
-    // the cone and more, and grows with it.
+    // Beyond the limit the excess force moves the block. The margin is then its slip: at least w_t
+    // h F/4m beyond the cone, growing with the excess.
     let (just, _) = margins(1.001);
     let (far, solution) = margins(2.0);
     assert!(just > 0.0 && far > 100.0 * just, "{just} {far}");
     assert!(solution.contacts[0].slip[0] > 0.0);
 }
 
-/// Impulses of the last step that are accepted as they are have their pieces too.
+/// Checks that impulses accepted from the last step also have pieces.
 #[test]
 fn settled_impulses_have_their_pieces() {
     let world = cube_world(SOLID);
@@ -86,7 +89,7 @@ fn settled_impulses_have_their_pieces() {
     }
 }
 
-/// A candidate that flies is open, and by what its impulse would have to be its margin is its gap speed.
+/// Checks a candidate that stays open. Its margin is its gap speed.
 #[test]
 fn what_flies_on_is_open_by_its_gap_speed() {
     let world = cube_world(SOLID);

@@ -1,5 +1,5 @@
-//! Piles that stand in no file of the repository: other seeds and other shapes, how many of their steps
-//! are certified, and steps that are turned, mirrored and renumbered.
+//! Piles that no file of the repository contains, with other seeds and shapes. Checks the fraction
+//! of certified steps, and steps that are rotated, mirrored and renumbered.
 
 use crate::common::symmetry::{mirrored, turned};
 use nalgebra::{Vector3, Vector4};
@@ -13,16 +13,16 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::{ContactForce, StepStatus};
 use tumble_core::world::{Parameters, World};
 
-/// Bodies, and where they start.
+/// Bodies and their initial states.
 struct Pile {
     bodies: Vec<RigidBody>,
     starts: Vec<State>,
 }
 
-/// Half the size of the bodies, m.
+/// Half the size of the bodies [m].
 const SIZE: f64 = 0.1;
 
-/// Boxes, rods and balls by turns, anyhow above the ground; boxes alone where `mixed` is false.
+/// Boxes, rods and balls in random poses above the ground. If `mixed` is false all are boxes.
 fn pile(seed: u32, count: usize, mixed: bool) -> Pile {
     let mut draws = Draws::new(seed);
     let (mut bodies, mut starts) = (Vec::new(), Vec::new());
@@ -72,7 +72,7 @@ fn simulation(world: &World, starts: &[State]) -> Simulation<'static> {
     Simulation::new(world.clone(), starts.iter().copied(), motion).unwrap()
 }
 
-/// Kinetic and potential energy, J.
+/// Kinetic and potential energy [J].
 fn energy(world: &World, states: &[State]) -> f64 {
     let of = |(body, state): (&RigidBody, &State)| {
         let turning = state.spin.dot(&(body.inertia() * state.spin));
@@ -82,9 +82,11 @@ fn energy(world: &World, states: &[State]) -> f64 {
     world.bodies().iter().zip(states).map(of).sum()
 }
 
-/// The energy that a step may add, J: the laws act on the mean motion of a point over the step, its
-/// impulse does work on the motion at the end; a turn by a finite angle takes a point along a chord, and
-/// B sees it from where B has turned to (derived in `several_bodies.rs`). What lies too deep is lifted.
+/// Largest energy that a step may add [J].
+///
+/// The laws act on the mean motion of a point over the step, but its impulse does work on the
+/// motion at the end. A finite turn moves a point along a chord, and B sees it from its own new
+/// orientation (derived in `several_bodies/mod.rs`). A point that starts too deep is lifted.
 fn most_gain(world: &World, record: &StepRecord) -> f64 {
     let h = world.time_step();
     let next = &record.solution.states;
@@ -104,10 +106,9 @@ fn most_gain(world: &World, record: &StepRecord) -> f64 {
     record.contacts.iter().zip(&record.solution.contacts).map(of).sum()
 }
 
-/// At least 999 of 1000 contact steps are solved to 1e-9 m/s, the others say that they are not. No
-/// solved step makes more energy than what turns in it can, and no body is in another by more than the
-/// turn of a step explains: 1 mm (measured: 0.1 mm, no step
-/// failed, one wild).
+/// Checks that at least 999 of 1000 contact steps are solved to 1e-9 m/s, and that the others say
+/// so. A solved step creates no more energy than its turns explain. Bodies overlap by at most 1 mm,
+/// which the turn within a step explains.
 #[test]
 fn piles_of_other_seeds_are_certified() {
     let (mut contact, mut failed, mut wild) = (0_u32, 0_u32, 0_u32);
@@ -142,8 +143,8 @@ fn piles_of_other_seeds_are_certified() {
     assert!(1000 * (failed + wild) <= contact, "{failed} failed and {wild} wild of {contact}");
 }
 
-/// What one step from `starts` ends with; `None` where it is not solved, or where the step before has
-/// left an overlap that is too deep to begin with (it turns planes only after the step).
+/// Final states of one step from `starts`. `None` if the step is not solved, or if the last step
+/// left an overlap too deep to start from (planes are only rotated after the step).
 fn step(world: &World, starts: &[State]) -> Option<Vec<State>> {
     let mut record = StepRecord::new();
     let motion = Motion::native(world);
@@ -156,7 +157,7 @@ fn step(world: &World, starts: &[State]) -> Option<Vec<State>> {
     (record.report.status != StepStatus::Failed).then(|| record.solution.states.clone())
 }
 
-/// The largest difference of a velocity, m/s, spins at the size of the bodies.
+/// Largest difference of velocities [m/s], with spins times the size of the bodies.
 fn apart(expected: &[State], found: &[State]) -> f64 {
     let of = |(a, b): (&State, &State)| {
         (a.velocity - b.velocity).amax().max(SIZE * (a.spin - b.spin).amax())
@@ -164,9 +165,8 @@ fn apart(expected: &[State], found: &[State]) -> f64 {
     expected.iter().zip(found).map(of).fold(0.0, f64::max)
 }
 
-/// Steps of a pile, each from its start alone: turned, mirrored and renumbered they end turned, mirrored
-/// and renumbered. Where a step has a second exact solution, any rounding may choose it: of one step in
-/// a hundred no more is said (measured: of none).
+/// Checks that single steps of a pile commute with rotating, mirroring and renumbering. If a step
+/// has a second exact solution, rounding may select it. One step in a hundred may therefore differ.
 #[test]
 fn a_step_of_a_pile_does_not_know_its_frame_nor_its_numbers() {
     let Pile { bodies, starts } = pile(606, 12, true);
@@ -207,9 +207,9 @@ fn a_step_of_a_pile_does_not_know_its_frame_nor_its_numbers() {
     assert!(100 * different <= compared, "{different} of {compared}");
 }
 
-/// Structures of which nothing is known stand from their first step on, whatever is shared in them: a pyramid of 120 cubes, a tower
-/// of fifty rows of two bricks that touch. Nothing moves, the ground carries the weight, and of a pyramid's rows every one all
-/// that is above it.
+/// Checks that structures without history stand from the first step on: a pyramid of 120 cubes and
+/// a tower of fifty rows of two bricks. Nothing moves, and the ground carries the weight. Every row
+/// of the pyramid carries the weight above it.
 #[test]
 fn structures_stand_from_their_first_step_on() {
     let at = |position: Vector3<f64>| State {
@@ -241,12 +241,12 @@ fn structures_stand_from_their_first_step_on() {
         assert!(record.report.iterations <= 60, "{}", record.report.iterations);
         assert!(record.certificate.residual() <= 1e-9);
         for state in &record.solution.states {
-            // Ten times what is accepted.
+            // Ten times the accepted residual.
             assert!(state.velocity.norm() < 1e-8 && state.spin.norm() < 1e-8);
         }
         let weight = 9.81 * body.mass();
         for row in 0..places[places.len() - 1].0 {
-            // What goes up from this row's bodies to those above, and from the ground to the lowest.
+            // Force from this row's bodies on those above, or from the ground on the lowest row.
             let through = |contact: &ContactForce| {
                 let of = |body: usize| places[body].0 as isize;
                 let other = contact.key.partner.body().map_or(-1, of);

@@ -1,5 +1,5 @@
-//! Boxes of any shape, inertia and friction thrown at the ground: every step is solved,
-//! exact, and as dissipative as the discretisation lets it be.
+//! Random boxes thrown at the ground, with any shape, inertia and friction. Every step is solved to
+//! the accepted residual, and gains no energy beyond the bound of the discretisation.
 
 use crate::common::{body, cases, heights, point_forces, quaternion};
 use crate::toss::native;
@@ -14,7 +14,7 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Parameters, World};
 
-/// Steps of each toss.
+/// Number of steps of each toss.
 const STEPS: usize = 50;
 
 /// Runs `count` tosses, the same ones every time, and checks every step.
@@ -36,7 +36,7 @@ fn each_step(
     outcome.unwrap_or_else(|failure| panic!("{failure}"));
 }
 
-/// A number from `low` to `high`, each factor of ten as likely as any other.
+/// Number from `low` to `high` with a uniform logarithm.
 fn spread(low: f64, high: f64) -> impl Strategy<Value = f64> {
     (low.ln()..high.ln()).prop_map(f64::exp)
 }
@@ -45,20 +45,20 @@ fn direction() -> impl Strategy<Value = Vector3<f64>> {
     quaternion().prop_map(|q| rotation(&q.normalize()) * Vector3::x())
 }
 
-/// Half sides of up to 1:50, and a mass.
+/// Half sides with ratios of up to 1:50, and a mass.
 fn any_shape() -> impl Strategy<Value = (Vector3<f64>, f64)> {
     let sides = (spread(0.05, 2.0), spread(0.02, 1.0), spread(0.02, 1.0));
     (sides, spread(0.1, 100.0))
         .prop_map(|((size, y, z), mass)| (Vector3::new(size, y * size, z * size), mass))
 }
 
-/// A box filled evenly.
+/// Solid box of uniform density.
 fn solid_box() -> impl Strategy<Value = RigidBody> {
     any_shape().prop_map(|(half_sides, mass)| RigidBody::solid_box(mass, half_sides).unwrap())
 }
 
-/// A box of an inertia that has nothing to do with its sides: a largest moment of 0.3 to 1
-/// times mℓ², the others down to a hundredth of it, axes askew.
+/// Box with an inertia independent of its sides. The largest moment is 0.3 to 1 times mℓ², the
+/// others down to a hundredth of it, about rotated axes.
 fn any_box() -> impl Strategy<Value = RigidBody> {
     let moments = (spread(0.3, 1.0), spread(0.01, 1.0), spread(0.01, 1.0));
     (any_shape(), moments, quaternion()).prop_map(
@@ -73,8 +73,8 @@ fn any_box() -> impl Strategy<Value = RigidBody> {
     )
 }
 
-/// A box with friction from 0 to `friction` at any time step, on the level or on an incline
-/// of up to 41°.
+/// World with a box, friction from 0 to `friction` and any time step. The ground is level or an
+/// incline of up to 41°.
 fn scene(body: impl Strategy<Value = RigidBody>, friction: f64) -> impl Strategy<Value = World> {
     let friction = prop_oneof![1 => Just(0.0), 4 => 0.0..friction];
     let tilt = prop_oneof![1 => Just((0.0, 0.0)), 1 => (-6.0..6.0, -6.0..6.0)];
@@ -93,8 +93,8 @@ fn scene(body: impl Strategy<Value = RigidBody>, friction: f64) -> impl Strategy
     })
 }
 
-/// A scene and a start in it: tumbling or flat on a face, its lowest corner on the ground or
-/// up to a tenth of its size above, at up to 10 m/s and 100 rad/s.
+/// World and a start in it. The box tumbles or is flat on a face. Its lowest corner is on the
+/// ground or up to a tenth of its size above. Speeds reach 10 m/s and 100 rad/s.
 fn toss(scene: impl Strategy<Value = World>) -> impl Strategy<Value = (World, State)> {
     let attitude = prop_oneof![
         3 => quaternion().prop_map(|q| q.normalize()),
@@ -112,11 +112,13 @@ fn toss(scene: impl Strategy<Value = World>) -> impl Strategy<Value = (World, St
     )
 }
 
-/// What a step that counts as solved claims: the laws to 1e-9 m/s (measured in 32 million
-/// contact steps of the tosses below: 2.2e-10), no corner lower than 1e-11 m (2.5e-13), no
-/// force that pulls and no friction beyond the cone, both to 1e-9 m/s times m/h; a corner
-/// that presses touches or carries less than that, one that does not carries exactly nothing
-/// (in the 32 million, eight corners kept the last digits of an impulse, up to 2.2e-12 m/s).
+/// Checks the claims of a solved step:
+///
+/// - The residual is below 1e-9 m/s.
+/// - No corner is lower than 1e-11 m below the ground.
+/// - No force is tensile and no friction is outside its cone, both to 1e-9 m/s times m/h.
+/// - A corner that presses touches the ground or carries less than 1e-9 m/s times m/h.
+/// - A corner that does not press has exactly zero force.
 fn check_laws(world: &World, record: &StepRecord) -> Result<(), TestCaseError> {
     let (k, h, mass) = (record.index, world.time_step(), body(world).mass());
     prop_assert!(record.certificate.residual() < 1e-9, "step {k}: {:?}", record.certificate);
@@ -134,14 +136,14 @@ fn check_laws(world: &World, record: &StepRecord) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Kinetic and potential energy, J.
+/// Kinetic and potential energy [J].
 fn energy(world: &World, state: &State) -> f64 {
     let (body, v, w) = (body(world), &state.velocity, &state.spin);
     let potential = -body.mass() * world.gravity().dot(&state.position);
     0.5 * body.mass() * v.norm_squared() + 0.5 * w.dot(&(body.inertia() * w)) + potential
 }
 
-/// What a step does with the energy, J.
+/// Energy balance of a step [J].
 struct Balance {
     /// E⁺ − E.
     change: f64,
@@ -153,7 +155,7 @@ struct Balance {
     turning: f64,
     /// Σ |p||A(q)(ω⁺ × c)| θ/√(1 + θ²), θ = h|ω⁺|/2.
     turning_bound: f64,
-    /// What rounding and a certificate of 1e-9 m/s can do to any of these.
+    /// Possible error of any of these, from rounding and a residual of 1e-9 m/s.
     error: f64,
 }
 
@@ -194,9 +196,8 @@ impl Balance {
     }
 }
 
-/// In 1000 tosses with friction up to 0.6 none fails. The search for a solution is not
-/// complete, though: in a study with friction up to 1 six of 11 million contact steps of
-/// such tosses failed, one of them below 0.6; with friction up to 0.6 none of as many.
+/// Checks that no step fails in 1000 tosses with friction up to 0.6. The search for a solution is
+/// not complete: with friction up to 1 a few of 11 million steps fail.
 #[test]
 fn every_step_of_a_tossed_solid_box_is_solved_exactly() {
     each_step(1000, toss(scene(solid_box(), 0.6)), |world, record| {
@@ -205,10 +206,9 @@ fn every_step_of_a_tossed_solid_box_is_solved_exactly() {
     });
 }
 
-/// With any inertia and friction up to 2 a point can be such that pressing it makes it
-/// approach, and the search fails more often: no more than once in 10 000 contact steps
-/// (measured: 36 times in 9.9 million; besides, 101 free flights by 38 rad a step, whose
-/// gyroscopic torque rounding makes more of than it is excused for). It then says so.
+/// Checks tosses with any inertia and friction up to 2. There, pressing a point can make it
+/// approach, and the search fails more often. At most one of 10 000 contact steps may fail, and it
+/// must report the failure.
 #[test]
 fn a_step_of_any_toss_is_solved_exactly_or_reported_as_failed() {
     let (contact, failed) = (Cell::new(0), Cell::new(0));
@@ -224,26 +224,32 @@ fn a_step_of_any_toss_is_solved_exactly_or_reported_as_failed() {
     assert!(contact > 100_000 && 10_000 * failed <= contact, "{failed} of {contact}");
 }
 
-/// Multiply the equations of the step by the new velocities. With m v⁺·(v⁺ − v) =
-/// ½m(|v⁺|² − |v|² + |v⁺ − v|²), the same for the spin, r⁺ = r + h v⁺ under gravity, and
-/// ω⁺·(ω⁺ × Iω⁺) = 0, what remains is, without any approximation,
+/// Checks the energy balance of a step.
+///
+/// Multiply the equations of the step by the new velocities, and use
+///
+/// ```text
+/// m v⁺·(v⁺ − v) = ½m(|v⁺|² − |v|² + |v⁺ − v|²),   ω⁺·(ω⁺ × Iω⁺) = 0
+/// ```
+///
+/// the first also for the spin, and r⁺ = r + h v⁺ under gravity. The result is exact:
 ///
 /// ```text
 /// E⁺ − E = Σ p·V − ½m|v⁺ − v|² − ½(ω⁺ − ω)·I(ω⁺ − ω),   V = v⁺ + A(q)(ω⁺ × c)
 /// ```
 ///
-/// for impulses p = h f at corners c. Free flight only loses (of order h²). The laws act on
-/// the mean motion d = (C⁺ − C)/h of a corner: p·d = −μ p_z|d_xy| − p_z z/h, friction and
-/// the fall onto the ground, and neither is positive. But V ≠ d, because the step turns the
-/// body by a finite angle: by (N2), with θ = h|ω⁺|/2,
+/// for impulses p = h f at corners c. Free flight only loses energy (of order h²). The laws act on
+/// the mean motion d = (C⁺ − C)/h of a corner: p·d = −μ p_z|d_xy| − p_z z/h, friction and the fall
+/// onto the ground. Neither term is positive. But V ≠ d, because the step turns the body by a
+/// finite angle: by (N2), with θ = h|ω⁺|/2,
 ///
 /// ```text
 /// V − d = A(q)[θ² ω⁺ × c − (h/2) ω⁺ × (ω⁺ × c)]/(1 + θ²)
 /// ```
 ///
-/// whose two parts are at right angles: |V − d| = |ω⁺ × c| θ/√(1 + θ²). So the energy grows
-/// by at most Σ|p||ω⁺ × c|θ/√(1 + θ²), of order h in an impact and h² at rest, and not at
-/// all without spin. Steps that failed obey no laws and are left out.
+/// Its two parts are perpendicular: |V − d| = |ω⁺ × c| θ/√(1 + θ²). So the energy grows by at most
+/// Σ|p||ω⁺ × c|θ/√(1 + θ²). That is of order h in an impact, of order h² at rest, and zero without
+/// spin. Failed steps do not obey the laws and are left out.
 #[test]
 fn the_energy_grows_by_no_more_than_the_finite_turn_of_the_step() {
     each_step(4000, toss(scene(any_box(), 2.0)), |world, record| {

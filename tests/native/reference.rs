@@ -1,5 +1,5 @@
-//! Whole runs of the native solver against the exact trajectories of `data/exact`, which
-//! another program computed by another method.
+//! Complete runs of the native solver against the exact trajectories of `data/exact`. A different
+//! program computed these with a different method.
 
 use crate::common::{reference, state};
 use crate::toss::{motion_apart, native_run, pose_apart, worst_residual};
@@ -53,12 +53,12 @@ impl Run {
         .unwrap()
     }
 
-    /// The native solver's steps.
+    /// Steps of the native solver.
     fn solve(&self, world: &World) -> Vec<StepRecord> {
         native_run(world, state(&self.start), self.rows - 1)
     }
 
-    /// The exact rows that are written, each with its number.
+    /// Exact rows in the file, with their indices.
     fn exact_rows(&self) -> Vec<(usize, State)> {
         let text = reference(&format!("exact/{}", self.file));
         let mut reader = csv::Reader::from_reader(text.as_bytes());
@@ -76,13 +76,14 @@ fn row(steps: &[StepRecord], k: usize) -> State {
     *steps.get(k).map_or_else(|| steps[k - 1].next(), |step| step.state())
 }
 
-/// Both sides solve every step to rounding, 4e-12 m/s, and no run makes more than 370 times
-/// as much of a change of its start: 1e-9. What remains is the choice of the motion where a
-/// face slides, the limit of vanishing compliance: the native solver takes it from a
-/// compliance of 1e-6, and the motion of a step is off by up to that times an impulse of a
-/// few m/s (1.5e-7 m/s measured, in the run that grows 370 times). A slide lasts for tens of
-/// steps. Poses: measured to 1.9e-8, allowed 1e-7. Velocities change in a step as a pose does
-/// in a tenth of a second: measured to 1.5e-7 m/s, allowed 1e-6.
+/// Compares poses and velocities of the native runs with the exact ones.
+///
+/// Both sides solve every step to rounding, 4e-12 m/s. No run amplifies a change of its start more
+/// than 370 times: 1e-9. The remaining error is in the motion of a sliding face, which is a limit
+/// of vanishing compliance. The native solver takes it from a compliance of 1e-6. So the motion of
+/// a step has an error of up to 1e-6 times an impulse of a few m/s. A slide lasts for tens of
+/// steps. The tolerance for poses is 1e-7. Velocities change in a step as a pose does in a tenth of
+/// a second, so their tolerance is 1e-6 m/s.
 #[test]
 fn every_run_passes_through_the_exact_poses_and_ends_in_the_exact_one() {
     let runs = runs();
@@ -106,8 +107,8 @@ fn every_run_passes_through_the_exact_poses_and_ends_in_the_exact_one() {
     }
 }
 
-/// To the rounding of z⁺/h, 4 roundings of heights of 1 m in 2 ms: 4e-13 m/s, some ten
-/// times over (measured: 4.1e-12).
+/// Checks the residual of every step. The rounding of z⁺/h is 4e-13 m/s: 4 roundings of heights of
+/// 1 m in 2 ms. The tolerance leaves room for more than ten times as much.
 #[test]
 fn every_step_of_these_runs_is_exact() {
     for run in runs() {
@@ -116,10 +117,9 @@ fn every_step_of_these_runs_is_exact() {
     }
 }
 
-/// More than 99 of 100 contact steps are solved from the impulses of the step before, in less
-/// than three iterations on average; the more of a run is rest or a straight slide,
-/// whose impulses repeat, the fewer (measured: all but 0 to 3 of 690 to 800 in a run, 0.15 to
-/// 2.3 iterations).
+/// Checks that the first stage solves more than 99 of 100 contact steps, starting from the last
+/// impulses. The average is below three iterations. Rest and straight slides need fewer, because
+/// their impulses repeat.
 #[test]
 fn the_step_before_leads_to_nearly_every_solution() {
     for run in runs() {

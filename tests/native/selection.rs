@@ -1,5 +1,5 @@
-//! Which solution the native solver takes where the laws leave several: the limit of an
-//! equal, vanishing compliance at every corner, whatever the iteration started from.
+//! Selected solution where the laws allow several. It is the limit of an equal, vanishing
+//! compliance at every corner, for any initial point of the iteration.
 
 use crate::common::{points, state};
 use crate::toss::*;
@@ -11,13 +11,14 @@ use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Parameters, World};
 
-/// Starts of each step: no forces, then random ones.
+/// Number of starts of each step: one without forces, the others random.
 const STARTS: u32 = 4;
 
-/// The weight of the tutorial's cube over four, N.
+/// Quarter of the weight of the tutorial's cube [N].
 const QUARTER_WEIGHT: f64 = 10.0 * 9.81 / 4.0;
 
-/// Solves every contact step of a run again from no forces and from random ones.
+/// Solves every contact step of a run again, from no forces and from random ones, and compares the
+/// motions.
 fn check_starts(world: &World, seed: u32) {
     let mut solver = NativeSolver::new(world);
     let mut random = Uniform::new(seed);
@@ -37,11 +38,11 @@ fn check_starts(world: &World, seed: u32) {
     }
 }
 
-/// Newton's method ends at a residual of 1e-11 m/s with a compliance of 1e-6, which may
-/// leave the undetermined share of the impulses uncertain by 1e-5 m/s in the worst case, and
-/// with it the motion of a sliding face by a hundredth of that: 1e-7 m/s (measured: 1.0e-11
-/// here; 1.9e-9 in a study of the seeds 0 to 44 with all three bodies and 12 starts
-/// of each step, 1.2 million solves without an exception).
+/// Checks that all starts lead to the same motion.
+///
+/// Newton's method ends at a residual of 1e-11 m/s with a compliance of 1e-6. In the worst case the
+/// undetermined part of the impulses has an error of 1e-5 m/s. The motion of a sliding face has a
+/// hundredth of it: 1e-7 m/s.
 #[test]
 fn every_start_leads_a_light_cube_to_the_same_motion() {
     for seed in [0, 1, 2, 3, 6, 8, 42] {
@@ -49,7 +50,7 @@ fn every_start_leads_a_light_cube_to_the_same_motion() {
     }
 }
 
-/// As for the light cube (measured: 5.2e-11 m/s).
+/// Checks the same for a solid cube.
 #[test]
 fn every_start_leads_a_solid_cube_to_the_same_motion() {
     for seed in [0, 1, 2, 3, 4, 6, 42] {
@@ -57,7 +58,7 @@ fn every_start_leads_a_solid_cube_to_the_same_motion() {
     }
 }
 
-/// As for the light cube (measured: 1.4e-9 m/s).
+/// Checks the same for a cube whose principal axes are rotated against its sides.
 #[test]
 fn every_start_leads_a_cube_with_askew_axes_to_the_same_motion() {
     let world = World::new(parameters(cubes().remove(2))).unwrap();
@@ -66,7 +67,7 @@ fn every_start_leads_a_cube_with_askew_axes_to_the_same_motion() {
     }
 }
 
-/// The cube at rest on each of its faces, turned about the vertical by twelve angles.
+/// States of the cube at rest on each of its faces, at twelve angles about the vertical.
 fn cubes_at_rest() -> impl Iterator<Item = State> {
     let half = FRAC_1_SQRT_2;
     let faces = [
@@ -87,11 +88,10 @@ fn cubes_at_rest() -> impl Iterator<Item = State> {
     })
 }
 
-/// Steps whose impulses settled and obey the law as they are, are accepted without an
-/// iteration. They are the solutions that the rule selects all the same: the same step from no
-/// forces at all, by a solver that knows nothing of the past, moves the same, to the 1e-10 m/s
-/// to which a step is solved, and presses the same, to 1e-9 of a quarter of the weight as below
-/// (measured in 20 131 steps, a sixth of them slides: 3.4e-13 m/s, 4.8e-12).
+/// Checks the steps that were accepted without an iteration, because their impulses had settled and
+/// obey the law. They must be the solutions that the selection rule requires. A solver without
+/// history solves each step again, from no forces. The motion agrees to 1e-10 m/s, the residual of
+/// a solved step. The forces agree to 1e-9 of a quarter of the weight.
 #[test]
 fn a_step_accepted_as_it_is_has_the_selected_forces() {
     let mut accepted = 0;
@@ -121,16 +121,17 @@ fn a_step_accepted_as_it_is_has_the_selected_forces() {
     assert!(accepted > 10_000, "{accepted}");
 }
 
-/// How far a force is from a quarter of the weight, straight up, in parts of it.
+/// Difference of a force from an upward quarter of the weight, relative to a quarter of the weight.
 fn unequal(force: &Vector3<f64>) -> f64 {
     (force / QUARTER_WEIGHT - Vector3::z()).amax()
 }
 
-/// To 1e-9 of a quarter of the weight: a corner's height is a difference of numbers of 1 m,
-/// and what is left of it after rounding, 2e-16 m, over the step, would be 2e-12 m/s at the
-/// shortest step; on a compliance of 1e-6 that would be a hundredth of the impulse of
-/// 2.5e-4 m/s. The solver takes heights of that size for zero, and the rest is the rounding
-/// of a small linear system (measured: 6.3e-14).
+/// Checks that a cube at rest has four equal forces, to 1e-9 of a quarter of the weight.
+///
+/// A corner's height is a difference of numbers of 1 m with a rounding error of 2e-16 m. At the
+/// shortest step that is 2e-12 m/s. With a compliance of 1e-6 it would be a hundredth of the
+/// impulse of 2.5e-4 m/s. The solver treats such heights as zero, so that only the rounding of a
+/// small linear system remains.
 #[test]
 fn a_cube_at_rest_presses_with_four_equal_forces() {
     for (inertia, h) in [LIGHT, SOLID].into_iter().flat_map(|i| [1e-4, 2e-3, 1e-2].map(|h| (i, h)))
@@ -148,8 +149,8 @@ fn a_cube_at_rest_presses_with_four_equal_forces() {
     }
 }
 
-/// Friction that brought the cube to rest leaves no trace in the forces: two seconds after
-/// it came to rest they are those of a cube that was put down. As above (measured: 3.3e-15).
+/// Checks that the friction that stopped the cube leaves no trace in the forces. Two seconds after
+/// the stop they equal the forces of a cube placed at rest.
 #[test]
 fn a_thrown_cube_ends_on_four_equal_forces() {
     for (inertia, seed) in [LIGHT, SOLID].into_iter().flat_map(|i| (0..6).map(move |s| (i, s))) {

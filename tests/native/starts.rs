@@ -1,4 +1,4 @@
-//! Where a simulation may start: also where an earlier one was.
+//! Allowed starts of a simulation, including states of an earlier run.
 
 use nalgebra::{Vector3, Vector4};
 use std::path::Path;
@@ -66,7 +66,7 @@ fn a_simulation_that_starts_later_sees_the_loads_of_that_time() {
     let states = whole.states().to_vec();
     let mut later = Simulation::new(scene.world.clone(), states.clone(), motion).unwrap();
     later.set_index(300).unwrap();
-    // A load that differs from second to second tells the time.
+    // The load grows with time, so that the motion shows the time.
     let knots = [(0.0, [0.0; 3].into()), (10.0, [700.0, 0.0, 0.0].into())].to_vec();
     let load = Load::new(Polyline::new(knots).unwrap(), Polyline::default(), [0.0; 3].into());
     let load = load.unwrap();
@@ -79,7 +79,7 @@ fn a_simulation_that_starts_later_sees_the_loads_of_that_time() {
         let way = (first.next().position - then.next().position).norm();
         assert!(way <= 1e-12, "{way} at {}", first.index);
     }
-    // At time 0 the same load would not have moved it.
+    // From time 0 the same load would not have moved the cube.
     let motion = Motion::native(&scene.world);
     let mut at_zero = Simulation::new(scene.world.clone(), states, motion).unwrap();
     at_zero.set_load(0, load).unwrap();
@@ -100,7 +100,7 @@ fn a_state_that_is_set_is_where_the_body_goes_on() {
     assert_eq!(run.states()[top], away);
     assert_eq!(run.states()[..top], there[..top]);
     let record = steps(&mut run, 1).pop().unwrap();
-    // It falls freely, and what was below it stands.
+    // The body falls freely, and the ones below it stand.
     let (h, g) = (scene.world.time_step(), scene.world.gravity());
     let fallen = record.solution.states[top].velocity - away.velocity;
     assert!((fallen - g * h).norm() < 1e-12);
@@ -158,7 +158,8 @@ fn all_states_can_be_set_at_once() {
     assert_ne!(record.report.status, StepStatus::Failed);
 }
 
-/// A stop throws what starts beyond it back within one step, with as much energy as the step is short.
+/// Checks that a start beyond a joint's limits is refused. The limit would push the body back
+/// within one step, and the energy would grow as the step gets shorter.
 #[test]
 fn a_joint_beyond_its_limits_is_refused() {
     let start = |linear: bool, limits: [f64; 2], at: f64| {

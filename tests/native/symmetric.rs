@@ -1,5 +1,4 @@
-//! The native solver takes the symmetries of the scene: turned, mirrored, and without
-//! friction.
+//! Symmetries of the native solver: rotated and mirrored scenes, and scenes without friction.
 
 use crate::common::symmetry::mirrored;
 use crate::toss::*;
@@ -10,13 +9,13 @@ use tumble_core::world::{Parameters, World};
 
 const SEEDS: [u32; 7] = [0, 1, 2, 3, 6, 8, 42];
 
-/// Compares `other`, step by step, with `run` moved by `symmetry`.
+/// Compares `other`, step by step, with `run` transformed by `symmetry`.
 ///
-/// A change of the start grows up to 370 times over a run, and rounding is 1e-13 of a step:
-/// 4e-11. More comes from the choice of the motion where a face slides: Newton's method ends
-/// at a residual of 1e-11 m/s with a compliance of 1e-6, so that the share of impulses that
-/// the laws leave open is known to 1e-5 m/s and better, the motion to 1e-7. Measured: poses
-/// to 2.6e-8, motions to 4.0e-7 m/s; allowed 1e-7 and 2e-6.
+/// A change of the start grows up to 370 times over a run, and rounding is 1e-13 of a step: 4e-11.
+/// A larger error comes from the motion of a sliding face. Newton's method ends at a residual of
+/// 1e-11 m/s with a compliance of 1e-6. The impulses that the laws leave open then have an error of
+/// up to 1e-5 m/s, the motion of up to 1e-7 m/s. The tolerances are 1e-7 for poses and 2e-6 m/s for
+/// motions.
 fn check_same(
     name: &str,
     world: &World,
@@ -63,7 +62,7 @@ fn a_mirrored_scene_gives_the_mirrored_run() {
     }
 }
 
-/// Exactly: no friction is added, so nothing is rounded.
+/// Checks that momentum is conserved exactly: no friction is added, so nothing is rounded.
 #[test]
 fn without_friction_the_horizontal_momentum_does_not_change() {
     for body in cubes() {

@@ -1,5 +1,5 @@
-//! Steps taken back and repeated, by the same solver or after an interrupt: the same doubles,
-//! whoever solves them.
+//! Steps that are taken back and repeated, or repeated after an interrupt. Every solver returns the
+//! same doubles again.
 
 use crate::toss::*;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{StepSolver, StepStatus};
 use tumble_core::world::{Parameters, World};
 
-/// A solver made anew for a world, and steps of a run that it takes in a second or so.
+/// Name, constructor of a solver, and number of steps that it solves in about a second.
 type Case = (&'static str, fn(&World) -> Box<dyn StepSolver>, usize);
 
 const CASES: [Case; 2] = [("native", native_solver, 600), ("ladder", ladder, 60)];
@@ -28,7 +28,7 @@ fn ladder(world: &World) -> Box<dyn StepSolver> {
     Box::new(Ladder::new(world, ipopt, &Rung::ALL))
 }
 
-/// Level ground, and a slope.
+/// Worlds with level ground and with a slope.
 fn worlds() -> [World; 2] {
     let level = cube_world(SOLID);
     let ground = Plane::sloping(10.0).unwrap();
@@ -37,7 +37,7 @@ fn worlds() -> [World; 2] {
     [level, sloping]
 }
 
-/// The thrown cube three steps before it touches.
+/// State of the thrown cube three steps before it touches the ground.
 fn before_the_touch(world: &World) -> State {
     let run = native_run(world, thrown(42), 400);
     let contact = run.iter().position(|step| step.report.status != StepStatus::Free);
@@ -49,7 +49,7 @@ fn simulation(world: &World, solver: Box<dyn StepSolver>) -> Simulation<'static>
     Simulation::new(world.clone(), [start], Motion::contact(solver)).unwrap()
 }
 
-/// The steps of a run that nothing disturbs.
+/// Steps of an undisturbed run.
 fn undisturbed(world: &World, solver: Box<dyn StepSolver>, steps: usize) -> Vec<StepRecord> {
     let (mut simulation, mut record) = (simulation(world, solver), StepRecord::new());
     let step = |_| {
@@ -59,7 +59,7 @@ fn undisturbed(world: &World, solver: Box<dyn StepSolver>, steps: usize) -> Vec<
     (0..steps).map(step).collect()
 }
 
-/// The start of the repeated step is that of the step, too.
+/// Checks that a repeated step also starts from the same state.
 #[test]
 fn a_step_taken_back_and_repeated_is_the_same_step() {
     for (name, solver, steps) in CASES {
@@ -83,9 +83,9 @@ fn a_step_taken_back_and_repeated_is_the_same_step() {
     }
 }
 
-/// A step that was interrupted leaves the simulation where it was; the last one can be taken
-/// back, and both come out as if nothing had been. That holds in flight and for steps without
-/// an iteration, too.
+/// Checks that an interrupted step leaves the simulation unchanged, and that the last step can then
+/// be taken back. Both steps are equal to the steps of an undisturbed run. That includes free
+/// flight and steps without an iteration.
 #[test]
 fn an_interrupted_step_leaves_no_trace() {
     for (name, solver, steps) in CASES {

@@ -1,10 +1,10 @@
-//! Contact problems with coefficients of friction that make a cone all but a half-space.
+//! Contact problems with such large friction coefficients that a cone is almost a half-space.
 
 use nalgebra::{DMatrix, DVector};
 use tumble::problem::{ContactProblem, Law, Solution, SolveOptions, SparseMatrix};
 use tumble_core::simulation::random::Draws;
 
-/// W of full rank, of which every q has a solution whatever the coefficients are, and q.
+/// Random W of full rank, and a random q. Every such problem has a solution for any coefficients.
 fn drawn(seed: u32, count: usize) -> (DMatrix<f64>, DVector<f64>) {
     let mut draws = Draws::new(seed);
     let mut signed = || 2.0 * draws.unit() - 1.0;
@@ -24,7 +24,7 @@ fn solve((response, free): &(DMatrix<f64>, DVector<f64>), friction: &[f64]) -> S
     problem.solve(&SolveOptions::default()).unwrap()
 }
 
-/// By how much impulses miss the law, from the matrix alone, m/s: gaps, and what sticks or slips, in the scale of its row.
+/// Largest violation of the law [m/s], computed from the matrix alone. Each row has its own scale.
 fn missed(
     (response, free): &(DMatrix<f64>, DVector<f64>),
     friction: &[f64],
@@ -44,8 +44,9 @@ fn missed(
     friction.iter().enumerate().map(|(contact, mu)| of(contact, mu)).fold(0.0, f64::max)
 }
 
-/// Coefficients as people write them where nothing is to slip are solved, and another evaluation of
-/// the law agrees. Of problems with coefficients of 10⁴ and more, 3 of 160 are not solved.
+/// Checks friction coefficients up to 10⁵, as people write them where nothing should slip. An
+/// independent evaluation of the law must agree. With coefficients from 10⁴ on, at most 3 of 160
+/// problems are not solved.
 #[test]
 fn wide_cones_are_solved() {
     let mut unsolved = 0;
@@ -70,7 +71,8 @@ fn wide_cones_are_solved() {
     assert!(unsolved <= 3, "{unsolved}");
 }
 
-/// Of the widest, most are solved, four of five at least; where not, it is said, and what is returned is no worse than no impulses.
+/// Checks coefficients of 10⁸: at least four of five problems are solved. The others are reported
+/// as not converged, with impulses no worse than zero.
 #[test]
 fn the_widest_cones_are_solved_or_said() {
     let mut solved = 0;
@@ -88,13 +90,13 @@ fn the_widest_cones_are_solved_or_said() {
     assert!(solved >= 64, "{solved} of 80");
 }
 
-/// What has no solution is said to have none, and what is returned is no worse than no impulses.
+/// Checks problems without a solution. They are reported as such, with impulses no worse than zero.
 #[test]
 #[ignore = "slow"]
 fn the_best_point_is_no_worse_than_none() {
     for seed in 0..20 {
         let (response, free) = drawn(seed, 4);
-        // Impulses change one row alone; the other contacts approach or slide whatever they are.
+        // Impulses change only one row. The other contacts approach or slide for any impulses.
         let mut singular = response * 0.0;
         singular[(0, 0)] = 1.0;
         let friction = [1e6; 4];

@@ -1,3 +1,3 @@
-//! Plans: known solutions, refusals, and that a plan is its replay.
+//! Tests of plans: known solutions, refused problems, and plans that equal their replay.
 
 mod plans;

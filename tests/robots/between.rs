@@ -1,4 +1,4 @@
-//! Joints of one link that make none: links stand between them.
+//! Links with several joints that do not form a single joint. Intermediate links are inserted.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
-/// An ankle of two hinges whose axes pass each other 4 cm apart and are not at a right angle, with springs.
+/// Ankle with two hinges and springs. The axes pass each other at 4 cm and are not perpendicular.
 const ANKLE: &str = r#"<mujoco>
   <option timestep="0.001" gravity="0 0 -9.81"/>
   <worldbody>
@@ -22,7 +22,8 @@ const ANKLE: &str = r#"<mujoco>
   </worldbody>
 </mujoco>"#;
 
-/// Its coordinates and rates at the start, and the coordinates 0.3 s later by MuJoCo 4.0.0 in steps of 1e-5 s.
+/// Coordinates and rates at the start, and coordinates 0.3 s later by MuJoCo 4.0.0 in steps of 1e-5
+/// s.
 const START: ([f64; 3], [f64; 3]) = ([0.6, 0.2, -0.1], [0.5, -1.0, 2.0]);
 const LATER: [f64; 3] = [0.1003512191, 0.1957096473, 0.3900754363];
 
@@ -37,7 +38,8 @@ fn simulation(scene: &Scene) -> Simulation<'static> {
     scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap()
 }
 
-/// Where it is 0.3 s later goes to MuJoCo's with h, but for the part of the foot that does not turn about the second axis.
+/// Checks that the motion converges to MuJoCo's with first order in h. A small error remains from
+/// the part of the foot in the intermediate link, which does not rotate about the second axis.
 #[test]
 fn hinges_that_pass_each_other_move_as_mujocos() {
     let error = |h: f64| {
@@ -67,7 +69,8 @@ fn hinges_that_pass_each_other_move_as_mujocos() {
     assert!(errors[2] < 0.003, "{errors:?}");
 }
 
-/// The masses are those of the file: all together, and the inertia where all coordinates are zero.
+/// Checks that total mass and inertia agree with the file. The intermediate link takes its mass
+/// from the link that it carries.
 #[test]
 fn what_stands_between_is_part_of_what_it_carries() {
     let scene = scene_of(ANKLE, None).unwrap();
@@ -78,7 +81,7 @@ fn what_stands_between_is_part_of_what_it_carries() {
     assert!((masses - 2.7).abs() < 1e-14, "{masses}");
     let joints: Vec<_> = robot.joints.iter().map(|joint| (&*joint.name, joint.link)).collect();
     assert_eq!(joints, [("knee", 1), ("y", 2), ("x", 3)]);
-    // About the knee, all at zero: the shin's and the foot's as they are in the file.
+    // Inertia about the knee at zero coordinates: the shin and the foot of the file.
     let motion = robot.motion(&[0.0; 3], &[0.0; 3]).unwrap();
     let about = motion.mass_matrix(robot)[(0, 0)];
     let (tube, ball) = (0.16 * 0.04_f64.powi(2) * 0.4 * 6.25, 4.0 / 3.0 * 0.04_f64.powi(3));
@@ -90,7 +93,8 @@ fn what_stands_between_is_part_of_what_it_carries() {
     assert!((about - shin - foot).abs() < 1e-12, "{about} {}", shin + foot);
 }
 
-/// Six joints of one link; shin and foot do not touch each other, though they overlap.
+/// Checks six joints of one link, which form two joints. Shin and foot do not collide although they
+/// overlap.
 #[test]
 fn joints_in_a_row_are_as_many_as_it_takes() {
     let six = r#"<mujoco><worldbody><body name="hand" pos="0 0 1">
@@ -112,7 +116,8 @@ fn joints_in_a_row_are_as_many_as_it_takes() {
         simulation.step(&mut record).unwrap();
         assert!(record.certificate.residual() <= 1e-9);
     }
-    // Nothing holds it: its centre falls, but for what stands between, which is not in that centre.
+    // Nothing supports the hand, so its centre falls freely. A small error comes from the
+    // intermediate link, which is not in that centre.
     let h = scene.world.time_step();
     let fell = start + 100.0 * h * rising - height(simulation.states());
     assert!((fell - 9.81 * h * h * 5050.0).abs() < 1e-4, "{fell}");

@@ -1,4 +1,4 @@
-//! Robots' files, broken in a thousand ways by chance: nothing panics, and a sentence says where the file is wrong.
+//! Randomly broken robot files. Nothing panics, and the error names the place.
 
 use rand_mt::Mt64;
 use std::io;
@@ -18,7 +18,7 @@ const FILES: [&str; 6] = [
     "scenarios/robots/pusher.urdf",
 ];
 
-/// What takes the place of a value.
+/// Replacement values for an attribute.
 const VALUES: [&str; 14] = [
     "",
     "word",
@@ -44,7 +44,7 @@ fn below(random: &mut Mt64, count: usize) -> usize {
     (random.next_u64() % count.max(1) as u64) as usize
 }
 
-/// Where the attributes of a text stand: its name's beginning, its value's beginning and end.
+/// Attributes of a text: start of the name, start of the value, end of the value.
 fn attributes(text: &str) -> Vec<[usize; 3]> {
     let mut found = Vec::new();
     for (at, _) in text.match_indices("=\"") {
@@ -55,8 +55,12 @@ fn attributes(text: &str) -> Vec<[usize; 3]> {
     found
 }
 
-/// The text with one thing changed: an attribute left out, another value, another number, two values exchanged, the
-/// sign of all numbers, a line left out, twice or elsewhere, or the end cut off.
+/// Text with one random change:
+///
+/// - an attribute removed, or its value replaced,
+/// - a number replaced, two values exchanged, or all signs changed,
+/// - a line removed, duplicated or moved,
+/// - the end cut off.
 fn broken(text: &str, random: &mut Mt64) -> String {
     let all = attributes(text);
     let [name, from, to] = all[below(random, all.len())];
@@ -114,8 +118,8 @@ fn broken_files_are_refused_where_they_are_wrong() {
             Ok(scene) => scene,
             Err(failure) => {
                 let why = failure.to_string();
-                // Of what is wrong with the whole its element, of a start that cannot be the bodies, and of what is
-                // beyond all bounds its joint or body.
+                // An error of the whole file names its element. An invalid start names the bodies.
+                // A value out of bounds names its joint or body.
                 let is_named = ["line ", ">: ", "position: ", "joints[", "gears[", "bodies["];
                 assert!(is_named.iter().any(|name| why.contains(name)), "{why}\n{text}");
                 assert_eq!(why.lines().count(), 1, "{why}");
@@ -126,7 +130,8 @@ fn broken_files_are_refused_where_they_are_wrong() {
         let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
         let mut record = StepRecord::new();
         for _ in 0..3 {
-            // A joint may be torn so far that a step cannot be posed, which is an error and no panic.
+            // A joint may be so far apart that a step has no valid problem. That is an error, not a
+            // panic.
             if simulation.step(&mut record).is_err() {
                 break;
             }

@@ -1,4 +1,4 @@
-//! Single things that files of robots say, each by what it does to the motion.
+//! Single features of robot files, each checked by its effect on the motion.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -52,7 +52,7 @@ fn world(bodies: &str, rest: &str) -> String {
     )
 }
 
-/// A hinge about the vertical, so that gravity does nothing: I = 1/12 m (a² + b²) of a plate.
+/// Plate on a vertical hinge, where gravity has no effect: I = 1/12 m (a² + b²).
 const TURNTABLE: &str = "<body pos='0 0 1'><joint name='turn' axis='0 0 1' JOINT/>\
     <geom type='box' size='0.3 0.2 0.05' mass='6'/></body>";
 const INERTIA: f64 = 6.0 / 3.0 * (0.09 + 0.04);
@@ -62,12 +62,12 @@ fn turned(joint: &str, rest: &str) -> f64 {
     coordinates(&scene.robots[0], &after(&scene, 1))[0]
 }
 
-/// In one step an implicit one goes h² f/I, with f at its end.
+/// Checks the forces of actuators. An implicit step moves by h² f/I with the force at its end.
 #[test]
 fn actuators_pull_with_the_force_that_they_say() {
     let key = "<keyframe><key ctrl='0.5'/></keyframe>";
     let motor = |kind: &str| format!("<actuator>{kind}</actuator>{key}");
-    // Controls are 0 unless a pose says otherwise.
+    // Controls are 0 unless a key pose sets them.
     assert_eq!(turned("", &motor("<motor joint='turn' gear='3'/>")), 0.0);
     let with_pose = |joint: &str, kind: &str| {
         let text = world(&TURNTABLE.replace("JOINT", joint), &motor(kind));
@@ -75,7 +75,8 @@ fn actuators_pull_with_the_force_that_they_say() {
         let scene = scene_with(scenario, &text).unwrap_or_else(|why| panic!("{why}"));
         coordinates(&scene.robots[0], &after(&scene, 1))[0]
     };
-    // What a step may miss, 10⁻¹⁰ m/s, goes 2·10⁻¹³ in it, and a turn x by a spin is x + x³/12.
+    // A step with a residual of 10⁻¹⁰ m/s has a position error of 2·10⁻¹³. Turning by x with a spin
+    // has an error of x³/12.
     let alike = |a: f64, b: f64| assert!((a - b).abs() <= 1e-12 + b.abs().powi(3), "{a:e} {b:e}");
     alike(with_pose("", "<motor joint='turn' gear='3'/>"), H * H * 1.5 / INERTIA);
     alike(
@@ -106,7 +107,7 @@ fn actuators_pull_with_the_force_that_they_say() {
         with_pose("", "<general joint='turn' gainprm='7' biastype='affine' biasprm='1 -9 -3'/>"),
         H * H * 4.5 / (INERTIA + 3.0 * H + 9.0 * H * H),
     );
-    // A spring that is slack elsewhere, and a coordinate that is counted from elsewhere, in degrees.
+    // A spring with another rest position, and a coordinate with another reference, in degrees.
     let k = 5.0;
     let slack = 10.0_f64.to_radians();
     alike(turned("stiffness='5' springref='10'", ""), spring(k, 0.0, slack, INERTIA));
@@ -114,7 +115,7 @@ fn actuators_pull_with_the_force_that_they_say() {
     alike(from, spring(k, 0.0, -3.0 * slack, INERTIA));
 }
 
-/// A pose of the file in a scenario; names that are not there are refused.
+/// Checks a key pose selected in a scenario. Unknown names are refused.
 #[test]
 fn options_of_robots_are_checked() {
     let with = |fields: &str| {
@@ -126,7 +127,7 @@ fn options_of_robots_are_checked() {
         )
     };
     let scene = with("pose = \"up\"").unwrap();
-    // The pose is 1 m high in the world of the file, which is 2 m high.
+    // The pose is 1 m high in the frame of the file, which is 2 m high.
     assert!((scene.robots[0].start()[2] - 3.0).abs() < 1e-15);
     assert_eq!(scene.robots[0].controls(), [0.3, 0.0]);
     for (fields, part) in [
@@ -145,7 +146,7 @@ fn options_of_robots_are_checked() {
     assert!(scene_with(twice, "").err().unwrap_or_default().contains("prefix"));
 }
 
-/// Links that are fixed move as well with joints of their own.
+/// Checks that fixed links that are not merged move like merged ones.
 #[test]
 fn kept_links_move_as_merged_ones() {
     let with = |merge: bool| {
@@ -163,7 +164,8 @@ fn kept_links_move_as_merged_ones() {
     assert!((ends[0][2] - 0.41).abs() > 0.01, "it fell: {ends:?}");
 }
 
-/// A sled on two runners of their own friction is slowed by both, and is one body in two.
+/// Checks a sled on two runners with different friction. Both decelerate it, and it consists of two
+/// bodies.
 #[test]
 fn shapes_of_one_body_have_their_own_friction() {
     let sled = "<body name='sled' pos='0 0 0.1'><freejoint/>\
@@ -187,7 +189,7 @@ fn shapes_of_one_body_have_their_own_friction() {
     simulation.set_states(&states).unwrap();
     let mut record = StepRecord::new();
     simulation.step(&mut record).unwrap();
-    // Half of the weight on each; what their difference turns is little in a step.
+    // Each runner carries half the weight. Their difference turns the sled only little in one step.
     let slowed = (2.0 - simulation.states()[0].velocity[0]) / H;
     assert!((slowed - 9.81 * 0.3).abs() < 1e-3, "{slowed}");
     for _ in 0..100 {
@@ -197,7 +199,8 @@ fn shapes_of_one_body_have_their_own_friction() {
     assert!((a.position - b.position).norm() < 1e-12 && (a.attitude - b.attitude).norm() < 1e-12);
 }
 
-/// What touches nothing falls through the ground, and what only the ground touches through its fellow.
+/// Checks collision groups. A body without contacts falls through the ground. A body that only
+/// touches the ground falls through others.
 #[test]
 fn groups_say_what_touches() {
     let ball = |name: &str, height: f64, groups: &str| {
@@ -219,7 +222,8 @@ fn groups_say_what_touches() {
     assert!(height(3) > 0.25, "upon the others: {}", height(3));
 }
 
-/// A root can be held, a plane has three coordinates, and what floats flies by itself.
+/// Checks the joint types of URDF: a fixed root, a planar joint with three coordinates, and a
+/// floating link.
 #[test]
 fn urdf_has_all_its_joints() {
     let link = |name: &str| {
@@ -260,7 +264,7 @@ fn urdf_has_all_its_joints() {
     assert_eq!((held.bodies.len(), flying.bodies.len()), (3, 4));
     let simulation = after(&held, 100);
     let q = coordinates(&held.robots[0], &simulation);
-    // The cart keeps its height, the bird falls: h² g k (k + 1)/2.
+    // The cart keeps its height and the bird falls: h² g k (k + 1)/2.
     assert!(q[..4].iter().all(|x| x.abs() < 1e-12), "{q:?}");
     assert!((q[6] - (0.5 - 9.81 * H * H * 5050.0)).abs() < 1e-12, "{q:?}");
     assert!(
@@ -275,7 +279,8 @@ fn urdf_has_all_its_joints() {
     assert!(why.contains("<mimic>") && why.contains("bird_joint"), "{why}");
 }
 
-/// Two and three hinges that meet are one joint with their angles, whichever way they follow each other.
+/// Checks that two or three hinges with a common point become one joint with their angles, in any
+/// order.
 #[test]
 fn hinges_that_meet_are_one_joint() {
     const STEPS: usize = 120;
@@ -295,7 +300,7 @@ fn hinges_that_meet_are_one_joint() {
         let robot = &scene.robots[0];
         let simulation = after(&scene, STEPS);
         let (q, v) = robot.coordinates(simulation.states(), robot.start()).unwrap();
-        // M v̇ + bias = −damping v of the file's own coordinates says where they are after the same time.
+        // The reference integrates M v̇ + bias = −damping v in the coordinates of the file.
         let (mut x, mut rate) = (vec![0.0; axes.len()], nalgebra::DVector::zeros(axes.len()));
         let gravity = nalgebra::Vector3::new(0.0, 0.0, -9.81);
         let fine = 40;
@@ -307,7 +312,7 @@ fn hinges_that_meet_are_one_joint() {
             x.iter_mut().zip(&rate).for_each(|(x, rate)| *x += rate * step);
         }
         for (a, b) in q.iter().zip(&x) {
-            // Both are of first order in their steps.
+            // Both methods are of first order in their steps.
             assert!((a - b).abs() < 0.01, "{axes:?}: {q:?} {x:?} {v:?}");
         }
         assert!(q.iter().any(|x| x.abs() > 0.2), "{q:?}");
@@ -316,7 +321,8 @@ fn hinges_that_meet_are_one_joint() {
     assert_eq!(scene_of(&world(&apart, "")).joints.len(), 2);
 }
 
-/// A mesh is its convex hull, or the pieces that are named for it, in a package's folder or beside the file.
+/// Checks that a mesh is its convex hull, or the pieces assigned to it. The file is in a package's
+/// folder or next to the robot file.
 #[test]
 fn meshes_are_hulls_or_pieces() {
     let text = "<robot name='m'><link name='a'><inertial><mass value='1'/>\
@@ -345,7 +351,7 @@ fn meshes_are_hulls_or_pieces() {
     assert!(why.contains("no.obj"), "{why}");
 }
 
-/// What a user leaves out is not there, nor what refers to it.
+/// Checks that elements left out by the user are absent, together with their references.
 #[test]
 fn what_is_left_out_is_not_there() {
     let text = "<mujoco><worldbody><body name='a' pos='0 0 1'><joint name='swing'/><geom name='ball' size='0.1' condim='6'/></body>\

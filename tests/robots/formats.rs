@@ -1,4 +1,5 @@
-//! What stands in files of robots in other ways: copies, meshes of glTF, names that are long, joints as Bullet has them.
+//! Less common features of robot files: replicated elements, glTF meshes, long names, and joints as
+//! in Bullet.
 
 use std::io;
 use std::path::Path;
@@ -22,7 +23,7 @@ fn scene_of(text: &str) -> Result<Scene, String> {
         .map_err(|failure| failure.to_string())
 }
 
-/// Copies have numbers behind their names, with as many digits as the last one.
+/// Checks that copies have numbers after their names, all with the same number of digits.
 #[test]
 fn what_is_replicated_has_numbers_behind_its_names() {
     let text = r#"<mujoco><worldbody><replicate count="11" offset="1 0 0" sep="-">
@@ -42,8 +43,8 @@ fn what_is_replicated_has_numbers_behind_its_names() {
     assert!(robot_of(&nested, &[]).unwrap_err().contains("more than 200000 elements"));
 }
 
-/// The bytes of a file of a tetrahedron of 4 corners, within a node that moves and mirrors it, within one that turns it
-/// about z by a quarter.
+/// glTF file of a tetrahedron. Its node translates and mirrors it, and the parent node rotates it
+/// by 90° about z.
 fn tetrahedron() -> Vec<u8> {
     let corners: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0];
     let triangles: [u16; 12] = [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2];
@@ -72,7 +73,8 @@ fn tetrahedron() -> Vec<u8> {
 const WITH_MESH: &str = "<robot name='m'><link name='a'><inertial><density value='2'/></inertial>\
     <collision><geometry><mesh filename='a.glb'/></geometry></collision></link></robot>";
 
-/// The corners are where the nodes have them, and the mass is that of the volume, ⅙ · 1 · 2 · 3.
+/// Checks the positions of the corners after the node transforms. The mass follows from the volume
+/// ⅙ · 1 · 2 · 3.
 #[test]
 fn meshes_of_gltf_stand_where_their_nodes_are() {
     let bytes = tetrahedron();
@@ -89,7 +91,8 @@ fn meshes_of_gltf_stand_where_their_nodes_are() {
     assert!((robot.links[1].mass.mass - 2.0).abs() < 1e-14, "{:?}", robot.links[1].mass);
 }
 
-/// Files that are cut or of which a byte is another one come to a mesh or to a sentence that names them.
+/// Checks truncated files and files with a changed byte. They result in a mesh, or in an error that
+/// names the file.
 #[test]
 fn odd_files_of_gltf_are_refused_in_a_sentence() {
     let bytes = tetrahedron();
@@ -131,7 +134,7 @@ fn odd_files_of_gltf_are_refused_in_a_sentence() {
     }
 }
 
-/// Of links that stand between, and whose names are long, each has a name of its own.
+/// Checks that intermediate links with long names have distinct names.
 #[test]
 fn names_that_are_cut_stay_apart() {
     let joint = |name: &str, axis: &str, z: f64| {
@@ -151,8 +154,9 @@ fn names_that_are_cut_stay_apart() {
     assert!(names.iter().all(|name| name.len() <= 40), "{names:?}");
 }
 
-/// A spherical joint is a ball; limits of which the lower one is more are none, and a sentence says so; what is said to weigh nothing
-/// weighs what its shapes do.
+/// Checks joints of URDF as Bullet reads them. A spherical joint is a ball joint. Limits with the
+/// lower one above the upper are ignored, with a note. A link without mass has the mass of its
+/// shapes.
 #[test]
 fn joints_of_urdf_are_read_as_bullet_has_them() {
     let link = |name: &str, inertial: &str| {

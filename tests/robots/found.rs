@@ -1,5 +1,5 @@
-//! What files of MuJoCo that people have say besides: pairs of shapes, several planes, weights that are held up, springs by their time
-//! constants, names that no scene has, and starts that cannot be.
+//! Features of published MuJoCo files: geom pairs, several planes, gravity compensation, springs by
+//! time constants, invalid names and invalid starts.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -44,7 +44,8 @@ fn said(scene: &Scene, words: &str) -> bool {
     scene.notes().iter().any(|note| note.contains(words))
 }
 
-/// A pair touches with its own friction whatever its groups say, and what is in no pair does not.
+/// Checks that a pair has its own friction, regardless of groups. A geom without a pair has no
+/// contacts.
 #[test]
 fn a_pair_touches_with_its_own_friction() {
     let scene = scene(
@@ -66,7 +67,7 @@ fn a_pair_touches_with_its_own_friction() {
     assert!((state.position[2] - 0.1).abs() < 1e-9, "{}", state.position[2]);
 }
 
-/// Bodies that are tied by a joint, and excluded besides, touch where a pair says it.
+/// Checks that a pair overrides both the joint between the bodies and an exclusion.
 #[test]
 fn a_pair_counts_before_neighbours_and_exclusions() {
     let fallen = |pair: &str| {
@@ -84,7 +85,7 @@ fn a_pair_counts_before_neighbours_and_exclusions() {
         let high = State { position: high.position + low.position, ..high };
         let mut states = vec![low, high];
         states[1].spin[1] = 30.0;
-        // The flap turns about its hinge, and so does its middle.
+        // The flap rotates about its hinge, and its centre moves accordingly.
         let arm = states[1].position - nalgebra::Vector3::new(0.1, 0.0, 50.5);
         states[1].velocity = states[1].spin.cross(&arm);
         simulation.set_states(&states).unwrap();
@@ -120,7 +121,7 @@ fn pairs_that_cannot_be_are_refused() {
     }
 }
 
-/// Of several planes the first is the ground, and the others stop what comes.
+/// Checks that the first plane is the ground and the others are walls.
 #[test]
 fn planes_after_the_first_are_walls() {
     let scene = scene(
@@ -146,7 +147,8 @@ const ARM: &str = r#"<option gravity="0 0 -10" timestep="0.000001"/><worldbody>
      </body></body></worldbody>
     <actuator><position name="p" joint="elbow" kp="40" dampratio="0.7" gear="2"/></actuator>"#;
 
-/// Springs and dampers by time constants and damping ratios are those that MuJoCo 4.0.0 makes of the same file, to its digits.
+/// Checks springs and dampers given by time constants and damping ratios. The reference is MuJoCo
+/// 4.0.0 for the same file, to all its digits.
 #[test]
 fn springs_by_time_constants_are_those_of_mujoco() {
     let scene = scene(ARM);
@@ -158,7 +160,8 @@ fn springs_by_time_constants_are_those_of_mujoco() {
     near(robot.actuators[0].bias[2], -0.8279209654308803);
 }
 
-/// Weights that are held up: the first accelerations are those of MuJoCo 4.0.0, to the order of the step.
+/// Checks gravity compensation. The first accelerations agree with MuJoCo 4.0.0, to the order of
+/// the step.
 #[test]
 fn weights_are_held_up_as_mujoco_has_it() {
     let scene = scene(ARM);
@@ -172,7 +175,8 @@ fn weights_are_held_up_as_mujoco_has_it() {
     }
 }
 
-/// Names that a scene cannot have are others there, and two that come to one are refused.
+/// Checks that invalid names are replaced, and that two names with the same replacement are
+/// refused.
 #[test]
 fn names_of_a_scene_are_made() {
     let long = "a_body_with_a_name_that_is_longer_than_forty_letters";
@@ -196,7 +200,8 @@ fn names_of_a_scene_are_made() {
     assert!(why.contains("there is a body \"a_b\" already"), "{why}");
 }
 
-/// Three slides that cross, in either order of hands: coordinates come back, and springs hold the weight.
+/// Checks three perpendicular slides, in both orientations. Coordinates are read back, and springs
+/// hold the weight.
 #[test]
 fn three_slides_make_one_joint() {
     for axes in
@@ -223,14 +228,15 @@ fn three_slides_make_one_joint() {
         simulation.set_states(&states).unwrap();
         steps(&mut simulation, 5000);
         let state = simulation.states()[0];
-        // m g/k below where the springs are slack.
+        // The springs stretch by m g/k.
         for (found, given) in state.position.iter().zip([0.3, 0.2, 1.0 - 9.81 / 100.0]) {
             assert!((found - given).abs() < 1e-9, "{axes:?}: {found} {given}");
         }
     }
 }
 
-/// What flies and begins in the ground, or in something fixed, is lifted out of it; what hangs never touches the ground it begins in.
+/// Checks starts inside the ground or a fixed shape. A free body is lifted out. A jointed body does
+/// not collide with the ground that it starts in.
 #[test]
 fn starts_that_are_too_deep_are_lifted() {
     let made = scene(
@@ -248,7 +254,7 @@ fn starts_that_are_too_deep_are_lifted() {
     assert!(said(&made, "never touches it: bob"), "{:?}", made.notes());
     assert!((made.starts[0].position[2] - 0.1).abs() < 1e-15);
     assert!((made.starts[1].position[2] - 0.5).abs() < 1e-12);
-    // Its coordinates say it too.
+    // The coordinates are changed too.
     assert_eq!(made.robots[0].start()[2], made.starts[0].position[2]);
     let mut simulation = begun(&made);
     steps(&mut simulation, 300);
@@ -256,7 +262,8 @@ fn starts_that_are_too_deep_are_lifted() {
     assert!((simulation.states()[1].position[2] - 0.5).abs() < 1e-9);
 }
 
-/// Ties that are off at the start: of what a program would move the tie is where it fits, other bodies are brought together.
+/// Checks equality constraints that do not hold at the start. A constraint to a mocap body is moved
+/// to fit. Other bodies are assembled.
 #[test]
 fn ties_that_are_off_are_made_to_fit() {
     let arm = |tie: &str, more: &str| {
@@ -268,13 +275,14 @@ fn ties_that_are_off_are_made_to_fit() {
             <equality>{tie}</equality>"#
         )
     };
-    // The range takes the arm away from where its tie would be.
+    // The joint range moves the arm away from its constraint.
     let mocap = r#"<body name="hand" mocap="true" pos="0 0 0"/>"#;
     let made = scene(&arm(r#"<weld body1="hand" body2="b"/>"#, mocap));
     assert!(said(&made, "it holds where the start has it"), "{:?}", made.notes());
     assert!((made.robots[0].start()[0] - 20_f64.to_radians()).abs() < 1e-12);
     steps(&mut begun(&made), 10);
-    // The end of the arm, far from where its tie has it, comes there, farther than a step may turn it.
+    // The end of the arm starts far from its constraint and is assembled, by more than a step may
+    // turn it.
     let bent = arm(r#"<connect body1="b" anchor="0 0 -1"/>"#, "")
         .replace(r#"range="20 90""#, "")
         .replace(r#"pos="0 0 -1""#, r#"pos="0 0 -1" euler="0 90 0""#);
@@ -295,7 +303,7 @@ fn ties_that_are_off_are_made_to_fit() {
         }
         steps(&mut begun(&made), 10);
     }
-    // What cannot fit says which tie, and what to do.
+    // If no assembly exists, the error names the constraint and a remedy.
     let far = arm(
         r#"<connect body1="b" body2="c" anchor="0 0 -1"/>"#,
         r#"<body name="c" pos="9 0 0"><joint range="50 60"/><geom size="0.1" pos="1 0 0"/></body>"#,
@@ -304,7 +312,8 @@ fn ties_that_are_off_are_made_to_fit() {
     assert!(why.contains("tie-0 is") && why.contains("leave it out"), "{why}");
 }
 
-/// Hulls of far more corners than a piece may have are made in time, and those of many points and few corners are whole.
+/// Checks that hulls of thousands of points are computed in time and reduced to the allowed
+/// corners. Many points with few corners lose nothing.
 #[test]
 fn hulls_of_many_points_are_made() {
     let ball: String = (0..6000)
@@ -330,7 +339,7 @@ fn hulls_of_many_points_are_made() {
     assert_eq!(corners(&mesh(&cube)), 8);
 }
 
-/// A file without anything that moves says so alone, and is an arena among other things.
+/// Checks a file without moving bodies. Alone it is refused. In a scenario it is part of the scene.
 #[test]
 fn an_arena_stands_among_other_things() {
     let arena = r#"<mujoco><worldbody><body name="table" pos="0 0 0.5"><geom type="box" size="1 1 0.5"/></body></worldbody></mujoco>"#;

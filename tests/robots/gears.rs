@@ -1,4 +1,4 @@
-//! Joints of robots' files that go with others: `mimic` of URDF, `<equality><joint>` of MJCF.
+//! Coupled joints of robot files: `mimic` of URDF and `<equality><joint>` of MJCF.
 
 use nalgebra::Vector3;
 use std::path::Path;
@@ -33,7 +33,7 @@ fn simulation(scene: &Scene) -> Simulation<'static> {
     scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap()
 }
 
-/// The largest part by which a gear is off, m or rad, after a step.
+/// Largest error of a gear after a step [m or rad].
 fn off(simulation: &Simulation<'_>, record: &StepRecord) -> f64 {
     let world = simulation.world();
     let near: Vec<_> = record.solution.joints.iter().map(|joint| joint.angles).collect();
@@ -46,11 +46,12 @@ fn off(simulation: &Simulation<'_>, record: &StepRecord) -> f64 {
     missed.fold(0.0, f64::max)
 }
 
-/// Coordinates of the arm of gears.xml after 0.4 s, by MuJoCo 4.0.0 in steps of 1e-5 s, its ties made stiff
-/// (solref 0.001 1, solimp 0.9999 0.9999 0.001): they hold to 3e-8.
+/// Coordinates of the arm of gears.xml after 0.4 s, by MuJoCo 4.0.0 in steps of 1e-5 s. Its
+/// constraints are stiff (solref 0.001 1, solimp 0.9999 0.9999 0.001) and hold to 3e-8.
 const BY_MUJOCO: [f64; 3] = [1.88010388, -2.32015579, -0.11100782];
 
-/// An arm that falls with two couplings goes where MuJoCo's goes, to first order in h; the couplings are exact.
+/// Checks that an arm with two couplings falls like MuJoCo's, with first order in h. The couplings
+/// are exact.
 #[test]
 fn a_coupled_arm_falls_as_mujocos() {
     let text = text_of("tests/robots/gears.xml");
@@ -77,14 +78,14 @@ fn a_coupled_arm_falls_as_mujocos() {
     assert!(errors[2] < 0.003, "{errors:?}");
 }
 
-/// The arm of pusher.urdf shoves a box against a wall: its hand goes straight, and at rest its motor's torque and
-/// the links' weight are what the hand pushes with,
+/// Checks the arm of pusher.urdf, which pushes a box against a wall. Its hand moves on a straight
+/// line. At rest the motor's torque and the weight of the links determine the force f of the hand:
 ///
 /// ```text
 /// 2 l sin a f = (m₁ + m₂) g l/2 cos a − τ
 /// ```
 ///
-/// which wall and ground take.
+/// Wall and ground react with the same force.
 #[test]
 fn an_arm_pushes_a_box_against_a_wall() {
     let text = text_of("scenarios/pusher.toml");
@@ -99,7 +100,7 @@ fn an_arm_pushes_a_box_against_a_wall() {
         simulation.step(&mut record).unwrap();
         assert!(record.certificate.residual() <= 1e-9);
         let state = &simulation.states()[fore];
-        // The hand is 0.2 m from the middle of its link.
+        // The hand is 0.2 m from the centre of its link.
         let hand = state.position + state.pose().rotation * Vector3::new(0.2, 0.0, 0.0);
         assert!((hand[2] - 0.1).abs() <= 1e-12, "{hand:?}");
     }
@@ -130,7 +131,8 @@ fn an_arm_pushes_a_box_against_a_wall() {
     assert!(speed <= 1e-9, "{speed:e}");
 }
 
-/// Four legs among boxes: every step is certified, and in the end it stands upon what carries it.
+/// Checks a robot with four legs that lands among boxes. Every step is certified, and in the end it
+/// stands.
 #[test]
 fn a_crawler_lands_among_boxes() {
     let text = text_of("scenarios/crawler.toml");
@@ -149,11 +151,11 @@ fn a_crawler_lands_among_boxes() {
     assert!((carried - weight).abs() <= 1e-6 * weight, "{carried} {weight}");
     let torso = scene.bodies.iter().position(|body| body == "torso").unwrap();
     let height = simulation.states()[torso].position[2];
-    // Not upon its belly, whose radius is 0.16 m.
+    // Above its belly, whose radius is 0.16 m.
     assert!(height > 0.18, "{height}");
 }
 
-/// A robot with gears, and driven bodies, written down as a scenario move as before.
+/// Checks that robots with gears, and driven bodies, move the same after conversion to a scenario.
 #[test]
 fn gears_and_driven_bodies_are_converted() {
     for file in [
@@ -183,7 +185,7 @@ fn gears_and_driven_bodies_are_converted() {
     }
 }
 
-/// A way about a point is about that point again, wherever the body is.
+/// Checks that a prescribed rotation about a point is converted, for any position of the body.
 #[test]
 fn a_way_about_a_point_is_converted() {
     let text = "[ground]\nnone = true\nfriction = 0.4\n[[bodies]]\nname = \"arm\"\nbox = [1.0, 0.2, 0.1]\n\
@@ -202,7 +204,7 @@ fn a_way_about_a_point_is_converted() {
     assert!((a.position - Vector3::new(0.3, 0.2, 0.5)).norm() > 0.01, "{a:?}");
 }
 
-/// A joint may stand before the one that it goes with, and that one may go with another; all start where they belong.
+/// Checks mimic joints in any order, also mimics of mimics. All start at consistent coordinates.
 #[test]
 fn mimics_may_come_in_any_order() {
     let joint = |name: &str, parent: &str, child: &str, more: &str| {
@@ -232,7 +234,7 @@ fn mimics_may_come_in_any_order() {
     let scene = scene_of(&robot, Settings::default()).unwrap();
     assert_eq!(scene.robots[0].start(), [0.1, 0.0, 0.0]);
     let mut simulation = simulation(&scene);
-    // What is set of those that go with others does not count.
+    // Given values of mimic joints are ignored.
     let mut states = simulation.states().to_vec();
     scene.robots[0].set_states(&[9.0, 9.0, -0.4], &[9.0, 9.0, 0.8], &mut states).unwrap();
     let (q, v) = scene.robots[0].coordinates(&states, &[0.5, 0.2, -0.4]).unwrap();
@@ -270,7 +272,7 @@ fn mimics_may_come_in_any_order() {
     assert!(why.contains("<mimic>") && why.contains("outside its range"), "{why}");
 }
 
-/// What of a coupling has no meaning here is refused with its line.
+/// Checks that unsupported couplings are refused with their line.
 #[test]
 fn couplings_beyond_a_ratio_are_refused() {
     let text = text_of("tests/robots/gears.xml");
@@ -291,7 +293,7 @@ fn couplings_beyond_a_ratio_are_refused() {
                 <equality><joint joint1='a' joint2='b'/></equality></mujoco>";
     let why = scene_of(free, Settings::default()).err().unwrap_or_default();
     assert!(why.contains("line 2") && why.contains("a hinge or a slide is needed"), "{why}");
-    // A coupling that is switched off, or to nothing, is none.
+    // An inactive coupling, or one without a second joint, adds no gear.
     let off = text.replacen("<joint joint1=", "<joint active=\"false\" joint1=", 1);
     assert_eq!(scene_of(&off, Settings::default()).unwrap().world.gears().len(), 1);
     let held = text.replacen(" joint2=\"shoulder\"", "", 1);

@@ -1,4 +1,4 @@
-//! What robots look like: visual meshes, which change no motion.
+//! Visual meshes of robots, which do not change the motion.
 
 use nalgebra::Vector3;
 use std::io;
@@ -15,11 +15,11 @@ use tumble_scene::settings::Settings;
 use tumble_scene::written;
 use tumble_view::{Film, FilmMesh, FilmPiece};
 
-/// The corners of an L of three unit squares.
+/// Corners of an L made of three unit squares.
 const CORNERS: [[f64; 2]; 6] =
     [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
 
-/// A prism over the L, 1 m high, as OBJ: its volume is 3 m³, that of its hull 3.5 m³.
+/// OBJ file of a prism over the L, 1 m high. Its volume is 3 m³, and its hull has 3.5 m³.
 fn prism() -> String {
     let heights = [0.0, 1.0];
     let corners = heights.iter().flat_map(|z| CORNERS.map(|[x, y]| format!("v {x} {y} {z}\n")));
@@ -31,7 +31,7 @@ fn prism() -> String {
     corners.chain(ends).chain(sides).collect()
 }
 
-/// Triangles one over the other, `count` in all.
+/// OBJ file with `count` triangles in a fan.
 fn fan(count: usize) -> String {
     let corners = (0..count + 2).map(|k| format!("v {} {} 0.1\n", k, k * k));
     corners.chain((0..count).map(|k| format!("f 1 {} {}\n", k + 2, k + 3))).collect()
@@ -54,7 +54,7 @@ fn model_of(scene: &Scene) -> &Model {
     &scene.model
 }
 
-/// The start of a scene as a film, dressed by a model.
+/// Film of a scene's start, with the appearance of a model.
 fn film_of(scene: &Scene, model: &Model) -> Film {
     let (world, starts) = (scene.world.clone(), scene.starts.clone());
     let simulation = Simulation::new(world, starts, Motion::Floating).unwrap();
@@ -85,7 +85,8 @@ fn mesh(piece: &FilmPiece) -> &FilmMesh {
     mesh
 }
 
-/// The volume within triangles that are counter-clockwise seen from outside; less than 0 where they are turned over.
+/// Enclosed volume of triangles that are counter-clockwise seen from outside. It is negative for
+/// inverted triangles.
 fn volume(mesh: &FilmMesh) -> f64 {
     let tetrahedron = |triangle: &[usize; 3]| {
         let [a, b, c] = triangle.map(|corner| mesh.vertices[corner]);
@@ -98,12 +99,13 @@ const LINK: &str = r#"<inertial><origin xyz="0.3 0 0"/><mass value="2"/>
   <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
   <collision><geometry><box size="2 2 1"/></geometry></collision>"#;
 
-/// A URDF of one link with these visuals.
+/// URDF file with one link and these visuals.
 fn one(visuals: &str) -> String {
     format!("<robot name=\"one\"><link name=\"trunk\">{LINK}{visuals}</link></robot>")
 }
 
-/// A visual mesh is drawn where it is in its link, a mirrored one with its outside outside; what touches is the box.
+/// Checks that a visual mesh is drawn at its place, with its outside outside even when mirrored.
+/// The collision shape is the box.
 #[test]
 fn a_link_looks_like_its_visual_mesh_and_touches_as_its_shapes() {
     let visual = r#"<visual><origin xyz="0 0 0.5" rpy="0 0 1.5707963267948966"/>
@@ -114,7 +116,8 @@ fn a_link_looks_like_its_visual_mesh_and_touches_as_its_shapes() {
     let drawn = mesh(piece);
     assert_eq!((drawn.vertices.len(), drawn.triangles.len()), (12, 20));
     assert!((volume(drawn) - 6.0).abs() < 1e-12, "{}", volume(drawn));
-    // (x, y, z) becomes (−x, y, 2 z), turned by 90° (−y, −x, 2 z), and moved; the centre of mass is at x = 0.3.
+    // (x, y, z) becomes (−x, y, 2 z), is rotated by 90° to (−y, −x, 2 z), and translated. The
+    // centre of mass is at x = 0.3.
     for ([x, y], z) in CORNERS.iter().flat_map(|corner| [(corner, 0.0), (corner, 1.0)]) {
         let expected = Vector3::new(-y - 0.3, -x, 2.0 * z + 0.5);
         let apart = |vertex: &Vector3<f64>| (vertex - expected).norm();
@@ -129,7 +132,7 @@ fn a_link_looks_like_its_visual_mesh_and_touches_as_its_shapes() {
     assert!(matches!(pieces(&scene)[0], Solid { .. }));
 }
 
-/// run.json has what bodies look like, and an index that is none is named.
+/// Checks that run.json contains the appearance, and that an invalid index is named in the error.
 #[test]
 fn looks_are_read_back() {
     let visuals = r#"<visual><geometry><mesh filename="prism.obj"/></geometry></visual>
@@ -146,7 +149,7 @@ fn looks_are_read_back() {
     assert_eq!(why, "model.bodies[0].look: there is no such look");
 }
 
-/// A converted scenario has what bodies look like; a surface that has no such corner is refused by name.
+/// Checks that a converted scenario contains the appearance. Invalid surfaces are refused by name.
 #[test]
 fn looks_are_written_down() {
     let visuals = r#"<visual><origin xyz="0 0.1 0" rpy="0.3 0 1"/><geometry><mesh filename="prism.obj"/></geometry></visual>
@@ -172,7 +175,7 @@ fn looks_are_written_down() {
     }
 }
 
-/// A look has a part, and all bodies together no more triangles than can be drawn.
+/// Checks that an appearance needs a part, and that the total number of triangles is limited.
 #[test]
 fn looks_are_bounded() {
     let read = |count: usize, look: &str| {
@@ -195,7 +198,7 @@ fn looks_are_bounded() {
     assert!(why.contains("look: all bodies together have 2100000 triangles"), "{why}");
 }
 
-/// A look that cannot be read changes nothing but what is drawn, and is told of in one sentence.
+/// Checks unreadable visual meshes. The body is drawn by its collision shapes, and a note says so.
 #[test]
 fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
     let mesh =
@@ -218,7 +221,7 @@ fn what_is_not_read_is_named_and_the_shapes_are_drawn() {
     }
 }
 
-/// The triangles that a robot may have are shared among its links, which a sentence says.
+/// Checks that the limit of triangles is shared among the links of a robot, with a note.
 #[test]
 fn large_meshes_are_drawn_coarser() {
     let mesh =
@@ -238,14 +241,14 @@ fn large_meshes_are_drawn_coarser() {
     let large = read(&one(&mesh("large.obj")), &reading).unwrap();
     let count = large.looks[0].triangles();
     assert!((10_000..=20_000).contains(&count), "{count}");
-    // Meshes of few triangles are as they are.
+    // Small meshes are not reduced.
     let small = read(&one(&mesh("prism.obj")), &reading).unwrap();
     assert_eq!(small.looks[0].triangles(), 20);
     assert!(!small.notes.iter().any(|note| note.contains("coarser")), "{:?}", small.notes);
 }
 
-/// Of MJCF a mesh that touches nothing is what its link looks like, with what else touches nothing there; a link
-/// without such a mesh looks like its shapes.
+/// Checks MJCF: a mesh without contacts is the appearance of its link, with the other shapes
+/// without contacts. A link without such a mesh is drawn by its collision shapes.
 #[test]
 fn a_body_looks_like_its_mesh_that_touches_nothing() {
     let text = r#"<mujoco><asset><mesh name="prism" file="prism.obj" scale="0.1 0.1 0.1"/></asset><worldbody>

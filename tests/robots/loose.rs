@@ -1,5 +1,5 @@
-//! What files that people have leave open or do against the letter: roots and links without mass, links that overlap, limits
-//! that are none, meshes with too many corners or of Collada.
+//! Incomplete or non-conforming robot files: roots and links without mass, overlapping links,
+//! meaningless limits, meshes with too many corners, Collada meshes.
 
 use std::collections::HashMap;
 use std::io::{Error, ErrorKind};
@@ -48,7 +48,7 @@ fn after(scene: &Scene, steps: usize) -> Simulation<'static> {
     simulation
 }
 
-/// The note of a scene that has these words.
+/// True if a note of the scene contains these words.
 fn said(scene: &Scene, words: &str) -> bool {
     scene.notes().iter().any(|note| note.contains(words))
 }
@@ -74,7 +74,8 @@ fn shape(form: &str, at: &str) -> String {
     format!("<collision><origin xyz='{at}'/><geometry>{form}</geometry></collision>")
 }
 
-/// A root without mass cannot fly: it is fixed to the world, and that is said. One that something heavy is fixed to flies.
+/// Checks that a root without mass is fixed to the world, with a note. A root with a heavy link
+/// fixed to it is free.
 #[test]
 fn a_root_without_mass_is_fixed_to_the_world() {
     let cart = |kind: &str| {
@@ -93,7 +94,7 @@ fn a_root_without_mass_is_fixed_to_the_world() {
     let slides = robot(AIR, &cart("prismatic"));
     assert!(said(&slides, "rail, the root link, has no mass and is fixed"), "{:?}", slides.notes());
     assert_eq!((slides.bodies.len(), slides.fixed.len()), (1, 1));
-    // The limits of 1e16 m are none: it falls along the rail's axis as if it were free, h² g k (k + 1)/2.
+    // Limits of 1e16 m are ignored. The cart falls freely along the rail's axis: h² g k (k + 1)/2.
     let h = slides.world.time_step();
     let fell = 0.2 - after(&slides, 100).states()[0].position.z;
     assert!((fell - 9.81 * h * h * 5050.0).abs() < 1e-12, "{fell}");
@@ -103,7 +104,8 @@ fn a_root_without_mass_is_fixed_to_the_world() {
     assert!(after(&flies, 10).states()[0].position.z < 0.2);
 }
 
-/// Links without mass between joints are places alone: the joints are those of the link below, as MJCF has them.
+/// Checks that links without mass between joints are only frames. The joints belong to the link
+/// below, as in MJCF.
 #[test]
 fn links_without_mass_between_joints_are_places() {
     let axes = |axis: &str| format!("<axis xyz='{axis}'/><dynamics damping='0.2'/>");
@@ -133,7 +135,8 @@ fn links_without_mass_between_joints_are_places() {
     assert!((ours - chain.starts[0].position).amax() > 0.05);
 }
 
-/// Links that are in each other from the start never touch each other, and that is said; others do.
+/// Checks that links overlapping at the start never collide with each other, with a note. Others
+/// do.
 #[test]
 fn what_overlaps_at_the_start_never_touches() {
     let ball = |at: &str| shape("<sphere radius='0.1'/>", at);
@@ -156,7 +159,7 @@ fn what_overlaps_at_the_start_never_touches() {
     let simulation = after(&inside, 200);
     let between = simulation.states()[0].position - simulation.states()[2].position;
     assert!(between.norm() < 0.2, "{between}");
-    // At any depth: 10⁻⁴ m, and 10⁻⁹ m.
+    // At any depth: 10⁻⁴ m and 10⁻⁹ m.
     for (gap, depth) in [("0 0.1999 -0.3", "(1.0e-4 m)"), ("0 0.199999999 -0.3", "(1.0e-9 m)")] {
         let nearly = robot(AIR, &third(gap));
         assert!(said(&nearly, depth), "{:?}", nearly.notes());
@@ -164,7 +167,7 @@ fn what_overlaps_at_the_start_never_touches() {
     }
     let beside = robot(AIR, &third("0 0.3 -0.2"));
     assert!(beside.notes().iter().all(|note| !note.contains("overlap")), "{:?}", beside.notes());
-    // What is of two robots is refused as ever.
+    // Overlap of two robots is refused as usual.
     let two = format!(
         "{AIR}[[robots]]\nfile = \"robot.urdf\"\nprefix = \"other-\"\nposition = [0, 0, 0.05]\n"
     );
@@ -172,8 +175,8 @@ fn what_overlaps_at_the_start_never_touches() {
     assert!(why.contains("overlap by"), "{why}");
 }
 
-/// An ellipsoid of 12 000 triangles as a mesh: some of its corners stand for all, the least distance says how well, and what
-/// lies on the ground lies as high as the ellipsoid would to that.
+/// Checks an ellipsoid mesh with 12 000 triangles. Its hull has fewer corners, and a note states
+/// the distance. A stone on the ground has the ellipsoid's height within that distance.
 #[test]
 fn a_mesh_with_too_many_corners_is_a_hull_of_some() {
     const HALF: [f64; 3] = [0.3, 0.2, 0.1];
@@ -207,12 +210,12 @@ fn a_mesh_with_too_many_corners_is_a_hull_of_some() {
     let body = &stone.world.bodies()[0];
     let corners = body.pieces()[0].core().vertices();
     assert!((100..=200).contains(&corners.len()), "{}", corners.len());
-    // All are corners of the mesh, on the ellipsoid.
+    // All corners belong to the mesh and lie on the ellipsoid.
     for corner in corners {
         let size = (0..3).map(|k| (corner[k] / HALF[k]).powi(2)).sum::<f64>();
         assert!((size - 1.0).abs() < 1e-12, "{corner}");
     }
-    // As far in as the note says, or a little more: where it lies on an edge, that is outside of two planes.
+    // The height is smaller by about the distance in the note. On an edge, two planes contribute.
     let note = stone.notes().join(" ");
     let outside = note.split("up to ").nth(1).and_then(|rest| rest.split(' ').next());
     let outside: f64 = outside.and_then(|number| number.parse().ok()).unwrap_or(f64::NAN);
@@ -221,7 +224,7 @@ fn a_mesh_with_too_many_corners_is_a_hull_of_some() {
     assert!((0.1 - 2.0 * outside..=0.1 + 1e-9).contains(&height), "{height} {outside}");
 }
 
-/// A box of Collada in centimetres, turned and moved by its nodes, is the box.
+/// Checks a box in Collada, in centimetres, rotated and translated by its nodes.
 #[test]
 fn the_points_of_collada_are_where_its_nodes_put_them() {
     let corners: Vec<_> = (0..8)
@@ -249,7 +252,8 @@ fn the_points_of_collada_are_where_its_nodes_put_them() {
         let along = || corners.iter().map(move |corner| corner[k]);
         [along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max)]
     };
-    // x of the box, twice as long, runs along y; y along −x; z begins at 0.5 m and is stretched by 3.
+    // The box's x, twice as long, is along y, and its y along −x. Its z starts at 0.5 m and is
+    // stretched by 3.
     for (k, known) in [[-0.2, 0.0], [0.0, 0.2], [1.5, 2.4]].iter().enumerate() {
         let found = bounds(k);
         assert!((0..2).all(|end| (found[end] - known[end]).abs() < 1e-15), "{k}: {found:?}");
@@ -273,8 +277,8 @@ fn the_points_of_collada_are_where_its_nodes_put_them() {
     }
 }
 
-/// Of what a link has twice the first counts; masses that are not given, or are by a density, follow from the shapes, and so
-/// do inertias that are none. Each is said.
+/// Checks inconsistent masses. Of repeated elements the first counts. Missing masses, densities and
+/// invalid inertias follow from the shapes. Each has a note.
 #[test]
 fn masses_that_are_not_given_follow_from_the_shapes() {
     let whole = "<box size='0.2 0.3 0.4'/>";
@@ -291,7 +295,7 @@ fn masses_that_are_not_given_follow_from_the_shapes() {
     let twice = "<inertial><mass value='3'/><inertia ixx='1' iyy='1' izz='1'/></inertial><inertial><mass value='9'/></inertial>";
     let scene = of(twice, "a");
     assert_eq!(scene.world.bodies()[0].mass(), 3.0);
-    // An axis and a mass.
+    // One axis and one mass.
     assert!(said(&scene, "the first counts: 2 were"), "{:?}", scene.notes());
     for (inertial, mass, words) in [
         ("", 24.0, "1000 kg/m³: 1"),
@@ -317,7 +321,7 @@ fn masses_that_are_not_given_follow_from_the_shapes() {
     }
 }
 
-/// A declaration after blanks, as some files have it; lines are counted as they are.
+/// Checks an XML declaration after blanks, as some files have it. Line numbers stay correct.
 #[test]
 fn a_late_declaration_is_passed_over() {
     let urdf =
@@ -327,7 +331,7 @@ fn a_late_declaration_is_passed_over() {
     assert!(why.as_deref().is_some_and(|why| why.contains("line 5")), "{why:?}");
 }
 
-/// A mesh whose points lie in one plane touches as a plate of a ten-thousandth of its extent, which is said.
+/// Checks that a flat mesh becomes a plate with a thickness of 1e-4 of its extent, with a note.
 #[test]
 fn a_flat_mesh_is_a_plate() {
     let flat = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
@@ -343,13 +347,13 @@ fn a_flat_mesh_is_a_plate() {
     let heights =
         pieces.iter().flat_map(|piece| piece.core().vertices()).map(|corner| corner.z.abs());
     assert!(heights.into_iter().all(|height| (height - 5e-5).abs() < 1e-12));
-    // What is barely no plane is as it is.
+    // A mesh that is slightly thicker is not changed.
     let thin = flat.replace("f 1 2 3", "v 0.5 0.5 1.5e-5\nf 1 2 3\nf 1 5 2");
     let scene = self::scene(GROUND, &[("robot.urdf", &urdf), ("flat.obj", &thin)]).unwrap();
     assert!(!said(&scene, "it is flat"), "{:?}", scene.notes());
 }
 
-/// A shape of size 0 touches nothing: it is left out, and that is said. The robot is that without it.
+/// Checks that shapes of size 0 are left out, with a note.
 #[test]
 fn shapes_of_size_0_are_left_out() {
     let body = |shapes: &str| format!("<robot name='r'>{}</robot>", link("body", 1.0, shapes));
@@ -371,7 +375,7 @@ fn shapes_of_size_0_are_left_out() {
     assert!(why.err().unwrap_or_default().contains("radius is -1"));
 }
 
-/// An effort below 0 is what programs write where no limit is known.
+/// Checks that a negative effort means no limit.
 #[test]
 fn an_effort_below_0_is_no_limit() {
     let arm = |effort: &str| {
@@ -389,7 +393,8 @@ fn an_effort_below_0_is_no_limit() {
     assert_eq!(given.model.joints, robot(AIR, &arm("")).model.joints);
 }
 
-/// Frames of almost no mass are those of none: what moves such a frame alone is fixed, and all of it is said.
+/// Checks frames of almost no mass, which count as frames without mass. A joint that moves only
+/// such a frame is fixed. Notes say so.
 #[test]
 fn frames_of_almost_no_mass_are_frames() {
     let faint = |name: &str| {
@@ -415,11 +420,11 @@ fn frames_of_almost_no_mass_are_frames() {
     let notes = made.notes();
     assert!(said(&made, "links of less than 1e-9 kg are frames without mass: 2"), "{notes:?}");
     assert!(said(&made, "fixed where the file places them: tool_joint"), "{notes:?}");
-    // The root flies, as something heavy is fixed to it.
+    // The root is free, because something heavy is fixed to it.
     assert_eq!((made.bodies.len(), made.model.joints.len()), (2, 1));
     assert!(made.robots[0].robot().link("tool").is_some());
     after(&made, 10);
-    // A root of almost no mass by itself is fixed, and a frame between two joints is a place.
+    // A lone root of almost no mass is fixed, and a frame between two joints is only a frame.
     let parts = [
         faint("base"),
         faint("wrist"),
@@ -430,7 +435,7 @@ fn frames_of_almost_no_mass_are_frames() {
     let made = robot(AIR, &format!("<robot name='r'>{}</robot>", parts.concat()));
     assert!(said(&made, "base, the root link, has no mass and is fixed"), "{:?}", made.notes());
     assert_eq!((made.bodies.len(), made.model.joints.len()), (1, 1));
-    // What goes with a joint that is fixed has nothing to go with.
+    // A mimic of a joint that is fixed is refused.
     let leads = "<axis xyz='0 1 0'/></joint><joint name='other' type='continuous'><parent link='arm'/><child link='more'/>\
         <axis xyz='0 1 0'/><mimic joint='tool_joint'/>";
     let text = tool(&format!("{}{}", faint("tool"), link("more", 1.0, "")), leads);
@@ -438,7 +443,7 @@ fn frames_of_almost_no_mass_are_frames() {
     assert!(why.contains("\"tool_joint\" moves less than 1e-9 kg and is fixed"), "{why}");
 }
 
-/// Lines of elements are found once: a file of many links is read in time proportional to its length.
+/// Checks a file with too many links. The time to read it is proportional to its length.
 #[test]
 fn too_many_links_are_refused_at_once() {
     let links = (0..3000).map(|k| {
@@ -460,7 +465,8 @@ fn too_many_links_are_refused_at_once() {
     assert!(clock.elapsed().as_secs_f64() < 3.0, "{:?}", clock.elapsed());
 }
 
-/// Bodies that all overlap are kept apart pair by pair, in time proportional to their pairs.
+/// Checks many overlapping bodies. Each pair is excluded from contact, in time proportional to the
+/// number of pairs.
 #[test]
 fn many_bodies_in_one_place_are_kept_apart() {
     const BODIES: usize = 80;

@@ -1,4 +1,4 @@
-//! Robots from URDF and MJCF files.
+//! Tests of robots from URDF and MJCF files.
 
 mod between;
 mod broken;

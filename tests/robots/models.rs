@@ -1,6 +1,6 @@
-//! Robots from files, number by number against MuJoCo's reading of the same files
-//! (`data/generate/robots.py`): those of `data/robots`, and of any folder of which `TUMBLE_ROBOT_FIGURES` names the
-//! figures. Run with `--nocapture` to see what is refused there.
+//! Robots from files, compared with MuJoCo's reading of the same files (`data/generate/robots.py`).
+//! The files are in `data/robots`, and in any folder whose figures `TUMBLE_ROBOT_FIGURES` names.
+//! Run with `--nocapture` to see refused files.
 
 use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;
@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 use tumble_robot::model::{Moves, Robot};
 use tumble_robot::{Reading, read};
 
-/// Of numbers of size 1, and of others in parts of the largest of their kind.
+/// Tolerance for numbers of size 1, relative to the largest number of a kind if that is above 1.
 const ALIKE: f64 = 1e-12;
 
 fn data() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("data/robots")
 }
 
-/// The robot of a file; the root of a URDF is fixed, as MuJoCo has it.
+/// Robot of a file. The root of a URDF is fixed, as in MuJoCo.
 fn robot_of(path: &Path, is_fixed: bool) -> Result<Robot, String> {
     let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -27,7 +27,7 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
-/// Asks that the numbers are alike, in parts of the largest one where that is above 1.
+/// Checks that numbers agree, relative to the largest one if that is above 1.
 fn alike(what: &str, ours: &[f64], theirs: &[f64]) {
     assert_eq!(ours.len(), theirs.len(), "{what}: {ours:?} {theirs:?}");
     let scale = theirs.iter().fold(1.0_f64, |most, number| most.max(number.abs()));
@@ -42,7 +42,7 @@ fn range(value: &Value) -> Option<Vec<f64>> {
 
 fn compare(name: &str, robot: &Robot, figures: &Value) {
     let bodies = figures["bodies"].as_array().unwrap();
-    // A fixed URDF has its first link in MuJoCo's world.
+    // The first link of a fixed URDF is MuJoCo's world.
     let link = |(index, body): (usize, &Value)| match body["name"].as_str() {
         Some(called) => robot.link(called).unwrap(),
         None => index + 1,
@@ -106,7 +106,7 @@ fn compare(name: &str, robot: &Robot, figures: &Value) {
             motion.bias(robot, &gravity).as_slice(),
             &numbers(&pose["bias"]),
         );
-        // And back.
+        // Frames converted back to coordinates.
         let frames: Vec<_> = motion.links().iter().map(|link| link.frame).collect();
         let reference = robot.reference();
         let back = robot.coordinates(&frames, &reference).unwrap();
@@ -118,7 +118,8 @@ fn compare(name: &str, robot: &Robot, figures: &Value) {
     }
 }
 
-/// The models of a file of figures, and what was refused.
+/// Compares all models of a file of figures. Returns the number of equal models, and the refused
+/// files.
 fn compare_all(figures: &Path) -> (usize, Vec<String>) {
     let text = std::fs::read_to_string(figures).unwrap();
     let told: Value = serde_json::from_str(&text).unwrap();

@@ -1,4 +1,5 @@
-//! Robots in motion: where MuJoCo has them after a while (`data/generate/robots_moving.py`), and what resists free joints and balls.
+//! Robots in motion: comparison with MuJoCo (`data/generate/robots_moving.py`), and damping and
+//! friction of free joints and ball joints.
 
 use serde_json::Value;
 use std::path::Path;
@@ -43,7 +44,8 @@ fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
-/// How far the coordinates are from MuJoCo's, with steps of h; also of the scene that it is written down as.
+/// Error of the final coordinates against MuJoCo's, with steps of h. It also checks that the scene
+/// written as text has the same joints.
 fn error(text: &str, figures: &Value, h: f64) -> f64 {
     let scene = scene_of(text, Some(h)).unwrap();
     let (q, v, expected) =
@@ -67,7 +69,7 @@ fn error(text: &str, figures: &Value, h: f64) -> f64 {
     }
     step(&mut simulation, steps);
     let found = scene.robots[0].coordinates(simulation.states(), &q).unwrap().0;
-    // The attitudes q and −q are one.
+    // The attitudes q and −q are equal.
     let robot = scene.robots[0].robot();
     let attitude = robot.joints.iter().zip(robot.places()).find_map(|(joint, (place, _))| {
         let first = match joint.moves {
@@ -84,7 +86,7 @@ fn error(text: &str, figures: &Value, h: f64) -> f64 {
     off.map(|(k, (a, b))| (a - sign(k) * b).abs()).fold(0.0, f64::max)
 }
 
-/// Each of them ends where MuJoCo has it, to first order in h.
+/// Checks that each robot's motion converges to MuJoCo's with first order in h.
 #[test]
 fn robots_move_as_mujocos() {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/robots");
@@ -107,8 +109,9 @@ fn ball(joint: &str) -> String {
     )
 }
 
-/// A damped sphere: v = v₀ (1 + h d/m)⁻ⁿ, which goes to exp(−d t/m), and the same of its spin with ⅖ m r² in place of m, but for a part
-/// of (h ω)²: a row is 2/h times the sine of half of the turn.
+/// Checks a damped free sphere: v = v₀ (1 + h d/m)⁻ⁿ, which approaches exp(−d t/m). The spin
+/// behaves the same with ⅖ m r² instead of m. Its error is a fraction (h ω)², because a row is 2/h
+/// times the sine of half the rotation.
 #[test]
 fn a_free_sphere_slows_down_as_its_damper_has_it() {
     let scene = scene_of(&ball(r#"<joint type="free" damping="0.5"/>"#), None).unwrap();
@@ -131,7 +134,8 @@ fn a_free_sphere_slows_down_as_its_damper_has_it() {
     }
 }
 
-/// Dry friction of a ball holds what is below it about each axis, and takes as much where it turns.
+/// Checks dry friction of a ball joint. It holds torques below its limit about each axis. A
+/// rotating ball decelerates with the limit.
 #[test]
 fn a_ball_with_dry_friction_holds_still_or_slows_down_evenly() {
     let of = |force: f64| {
@@ -146,13 +150,13 @@ fn a_ball_with_dry_friction_holds_still_or_slows_down_evenly() {
         simulation.states()[0].spin
     };
     assert_eq!(of(0.019).norm(), 0.0);
-    // (τ − τ_f) t/I, to the square of h ω.
+    // (τ − τ_f) t/I, to second order in h ω.
     let spin = of(0.03).y;
     let expected = 0.01 * 0.1 / (0.4 * 2.0 * 0.01);
     assert!((spin - expected).abs() < 1e-6 * expected, "{spin} {expected}");
 }
 
-/// What flies touches the ground all the same.
+/// Checks that a free body with damping still touches the ground.
 #[test]
 fn a_damped_box_comes_to_rest_on_the_ground() {
     let scene = scene_of(
@@ -168,7 +172,8 @@ fn a_damped_box_comes_to_rest_on_the_ground() {
     assert!((state.position.z - 0.1).abs() < 1e-9 && state.velocity.norm() < 1e-9, "{state:?}");
 }
 
-/// Steps of 5 ms of a file of `data/robots` from where it has its robot: the largest error of a joint's place, m, and the last step.
+/// Simulates steps of 5 ms of a file of `data/robots` from its start. Returns the largest position
+/// error of a joint [m] and the last record.
 fn fall(name: &str, steps: usize) -> (f64, StepRecord) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/robots").join(name);
     let text = std::fs::read_to_string(&path).unwrap();
@@ -186,7 +191,7 @@ fn fall(name: &str, steps: usize) -> (f64, StepRecord) {
     (worst, record)
 }
 
-/// What a robot that lies still was solved to is what the next step begins with: rounding in its joints is no motion.
+/// Checks that a robot at rest is not solved again. Rounding in its joints is not a motion.
 #[test]
 fn a_robot_at_rest_is_not_solved_again() {
     let (_, record) = fall("hopper.xml", 600);
@@ -194,8 +199,8 @@ fn a_robot_at_rest_is_not_solved_again() {
     assert_eq!(record.solution.states, record.states);
 }
 
-/// Bodies come to rest together with what joints tie to them. One by one, as slow as 3e-10 m/s, they would take joints apart by
-/// 1.5e-12 m in a step.
+/// Checks that bodies come to rest together with the bodies that joints connect to them. Stopped
+/// one at a time at 3e-10 m/s, they would open joints by 1.5e-12 m per step.
 #[test]
 fn what_comes_to_rest_keeps_its_joints() {
     let (worst, record) = fall("classes.xml", 1000);
@@ -203,7 +208,7 @@ fn what_comes_to_rest_keeps_its_joints() {
     assert!(record.certificate.residual() <= 1e-9);
 }
 
-/// No gear knows such a turn.
+/// Checks that gears cannot act on a free rotation.
 #[test]
 fn gears_of_a_turn_in_any_way_are_refused() {
     let scene = scene_of(&ball(r#"<joint type="ball" damping="0.5"/>"#), None).unwrap();
@@ -212,7 +217,7 @@ fn gears_of_a_turn_in_any_way_are_refused() {
     assert!(why.to_string().contains("no coordinate of its own"), "{why}");
 }
 
-/// What has no meaning is refused in a sentence.
+/// Checks that settings without meaning for a free rotation are refused.
 #[test]
 fn what_a_turn_in_any_way_has_not_is_refused() {
     let file = ball(r#"<joint name="j" type="ball" range="0 1" limited="true"/>"#);
@@ -232,7 +237,8 @@ fn what_a_turn_in_any_way_has_not_is_refused() {
     assert!(why.contains("turn_z.start has no meaning of a free joint"), "{why}");
 }
 
-/// Coordinates and rates are those that were set: of balls, free joints, three hinges that meet, and hinges that nearly lie in a line.
+/// Checks that coordinates and rates are read back as they were set, for ball joints, free joints
+/// and three hinges with a common point.
 #[test]
 fn rates_are_read_back() {
     let hinges = |axes: [&str; 3]| {
@@ -263,7 +269,7 @@ fn rates_are_read_back() {
             }
             robot.set_states(&q, &v, &mut states).unwrap();
             let (at, fast) = robot.coordinates(&states, &q).unwrap();
-            // Of the attitudes q and −q.
+            // The attitudes q and −q are equal.
             let apart = |sign: f64| {
                 let each = at.iter().zip(&q).enumerate();
                 each.map(|(k, (a, b))| {

@@ -1,4 +1,4 @@
-//! What stands around a robot's file, and what its user says of it.
+//! The surroundings of a robot file, and settings of its user.
 
 use nalgebra::Vector3;
 use std::io;
@@ -11,7 +11,7 @@ use tumble_scene::settings::{RobotSettings, Settings};
 
 const WEDGE: &[u8] = include_bytes!("../../data/robots/parts/wedge.obj");
 
-/// The scene of the file `path` alone, where `files` are all that there are.
+/// Scene of the single file `path`. Only `files` can be read.
 fn alone(
     text: &str,
     path: &str,
@@ -30,7 +30,8 @@ const WITH_PACKAGE: &str = "<robot name='m'><link name='a'><inertial><mass value
     <inertia ixx='0.4' iyy='0.4' izz='0.4' ixy='0' ixz='0' iyz='0'/></inertial>\
     <collision><geometry><mesh filename='package://arm/parts/wedge.obj'/></geometry></collision></link></robot>";
 
-/// A package is the nearest folder of its name, from that of the file upwards, and that of the folder that is named where one is.
+/// Checks that a package is the nearest folder of its name above the file, or a folder of the given
+/// packages.
 #[test]
 fn packages_are_found_above_the_file() {
     let small: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
@@ -46,11 +47,11 @@ fn packages_are_found_above_the_file() {
     assert_eq!(corners(file, &[(far, small), (near, WEDGE)], None), Ok(6));
     assert_eq!(corners(file, &[(far, small)], None), Ok(4));
     assert_eq!(corners(file, &[(far, small), (near, WEDGE)], Some("/")), Ok(4));
-    // A relative path has folders above it that are no part of it.
+    // A relative path may have parent folders outside of it.
     assert_eq!(corners("arm.urdf", &[("../arm/parts/wedge.obj", WEDGE)], None), Ok(6));
     let (above, below) = ("../../arm/parts/wedge.obj", "arm/parts/wedge.obj");
     assert_eq!(corners("../arm.urdf", &[(above, WEDGE)], None), Ok(6));
-    // Of what stands before `..` nothing is above.
+    // Folders before `..` are not parents.
     let away = "/robots/away/arm/parts/wedge.obj";
     for (file, below) in [("../arm.urdf", below), ("/robots/away/../arm.urdf", away)] {
         let why = corners(file, &[(below, small)], None).unwrap_err();
@@ -62,7 +63,7 @@ fn packages_are_found_above_the_file() {
     assert!(why.contains("package://arm/parts/wedge.obj") && why.contains("--packages"), "{why}");
     let why = corners(file, &[(near, WEDGE)], Some("/elsewhere")).unwrap_err();
     assert!(why.contains("/elsewhere") && why.contains("line 1, <mesh>"), "{why}");
-    // What a package has is in it.
+    // Files of a package must be inside it.
     for rest in ["//arm/parts/wedge.obj", "/../arm/parts/wedge.obj", "/arm/../../wedge.obj"] {
         let text = WITH_PACKAGE.replace("/arm/parts/wedge.obj", rest);
         let files = ["/arm/parts/wedge.obj", "/wedge.obj", "/robots/arm/parts/wedge.obj"];
@@ -77,7 +78,8 @@ fn packages_are_found_above_the_file() {
     }
 }
 
-/// What resists turning and rolling is refused with the way out, by which it is said and rubs alone.
+/// Checks that torsional and rolling friction are refused with a remedy: the option that ignores
+/// them. With it, the contact has sliding friction only.
 #[test]
 fn contacts_in_points_are_asked_for() {
     let text = |condim: u32| {
@@ -104,13 +106,13 @@ fn contacts_in_points_are_asked_for() {
     let notes = said.notes();
     assert!(notes.iter().any(|note| note.contains("rub alone")), "{notes:?}");
     assert!(plain.notes().is_empty());
-    // The same world but for that; what does not rub at all still does not.
+    // The world is the same otherwise. A frictionless geom stays frictionless.
     let model = |scene: &Scene| format!("{:?}", scene.model);
     assert_eq!(model(&said), model(&plain));
     assert_ne!(model(&said), model(&read(1, true).unwrap()));
 }
 
-/// What is said of robots' files is refused of others.
+/// Checks that settings for robots are refused for other files.
 #[test]
 fn what_is_said_of_robots_is_of_no_other_file() {
     let scenario =
@@ -136,7 +138,7 @@ fn of_mesh(asset: &str, shape: &str) -> String {
     )
 }
 
-/// The vertices and faces of a U of the area 7 and the height 1.
+/// Vertices and faces of a U with area 7 and height 1.
 fn letter() -> String {
     let outline = [[0, 0], [3, 0], [3, 3], [2, 3], [2, 1], [1, 1], [1, 3], [0, 3]];
     let vertices = [0, 1].map(|z| outline.map(|[x, y]| format!("{x} {y} {z} ")).concat()).concat();
@@ -152,8 +154,9 @@ fn letter() -> String {
     format!("vertex='{vertices}' face='{faces}'")
 }
 
-/// The mass of a mesh that is not convex: its volume where it is asked for, and otherwise what MuJoCo 4.0.0 reads of the same text,
-/// which adds up what lies on either side of a face, from a place that it finds in two steps.
+/// Checks the mass of a non-convex mesh. With `exact` it is the volume. The default is MuJoCo
+/// 4.0.0's value for the same text, which adds the absolute volumes of the tetrahedra over all
+/// faces. Their common apex is found in two steps.
 #[test]
 fn masses_of_meshes_follow_from_their_triangles() {
     let read = |inertia: &str| {
@@ -169,7 +172,8 @@ fn masses_of_meshes_follow_from_their_triangles() {
         let pairs = moments.iter().zip(others);
         assert!(pairs.clone().all(|(a, b)| (a - b).abs() <= by * b), "{moments:?} {others:?}");
     };
-    // Of boxes 3 × 1 × 1 below and two of 1 × 2 × 1 above, by the theorem of parallel axes, with ρ = 1000.
+    // Boxes 3 × 1 × 1 below and two of 1 × 2 × 1 above, by the parallel axis theorem, with ρ =
+    // 1000.
     let boxes = [
         (3.0, [1.5, 0.5], [3.0, 1.0]),
         (2.0, [0.5, 2.0], [1.0, 2.0]),
@@ -195,7 +199,8 @@ fn masses_of_meshes_follow_from_their_triangles() {
     assert!(why.as_deref().unwrap_or_default().contains("shell"), "{why:?}");
 }
 
-/// A mirror turns no mesh inside out; what is inside out and counts by its volume is refused, whatever mass it is given.
+/// Checks that a mirrored mesh is not inside out. An inside-out mesh with exact inertia is refused,
+/// for any given mass.
 #[test]
 fn mirrored_meshes_weigh_the_same() {
     let mass = |text: &str| {
@@ -220,10 +225,10 @@ fn mirrored_meshes_weigh_the_same() {
         let why = mass(&of_mesh(&exact, shape)).unwrap_err();
         assert!(why.contains("inside out") && why.contains("line 1, <geom>"), "{why}");
     }
-    // On either side of a face there is as much.
+    // With absolute volumes the orientation of a face does not matter.
     near(mass(&of_mesh(&inside_out, "")).unwrap(), mass(&of_mesh(&letter, "")).unwrap());
     assert_eq!(mass(&of_mesh(&exact, "").replace("<geom", WITH_INERTIAL)), Ok(2.0));
-    // Meshes that do not say how they count do as the compiler says.
+    // The compiler sets the default for meshes without their own setting.
     let told = |inertia: &str, on: bool| {
         let text = of_mesh(&format!("{letter} {inertia}"), "");
         let compiler = format!("<compiler exactmeshinertia='{on}'/><asset>");
@@ -237,10 +242,10 @@ fn mirrored_meshes_weigh_the_same() {
     }
 }
 
-/// A mass that is given, before a geom.
+/// Given inertia, inserted before a geom.
 const WITH_INERTIAL: &str = "<inertial pos='0 0 0' mass='2' diaginertia='1 1 1'/><geom";
 
-/// MuJoCo's own files have the same triangles as any other.
+/// Checks that MuJoCo's own mesh files have the same triangles as other formats.
 #[test]
 fn meshes_of_mujoco_are_read() {
     let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]];
@@ -265,7 +270,8 @@ fn meshes_of_mujoco_are_read() {
     assert!(why.contains("vertex that is not there"), "{why}");
 }
 
-/// What is for the eye alone needs no hull; what touches is a plate, and what weighs is refused.
+/// Checks flat meshes. A visual mesh needs no hull, a colliding one becomes a plate, and one with
+/// mass is refused.
 #[test]
 fn flat_meshes_are_for_the_eye() {
     let flat: &[u8] = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
@@ -278,11 +284,11 @@ fn flat_meshes_are_for_the_eye() {
     assert!(plate.notes().iter().any(|note| note.contains("it is flat")), "{:?}", plate.notes());
     let why = read("contype='0' conaffinity='0'").err().unwrap_or_default();
     assert!(why.contains("mass of one of its meshes") && why.contains("line 1"), "{why}");
-    // Without its file it is drawn by what touches, as is said.
+    // Without its file the link is drawn by its collision shapes, with a note.
     let scene = plain(&text("contype='0' conaffinity='0' mass='0'"), &[]);
     let notes = scene.unwrap_or_else(|why| panic!("{why}")).notes();
     assert!(notes.iter().any(|note| note.contains("m.obj")), "{notes:?}");
-    // Beside <inertial>, or of a group that does not count, its density is nothing.
+    // Next to <inertial>, or in a group without mass, the density has no effect.
     let visual = text("contype='0' conaffinity='0'");
     let looks = |text: &str| {
         let scene = plain(text, &[("m.obj", flat)]);
@@ -297,7 +303,7 @@ fn flat_meshes_are_for_the_eye() {
     let grouped = visual.replace("contype", "group='2' contype");
     assert_eq!(looks(&with(&grouped, "inertiagrouprange='0 1'")), Ok(1));
     assert!(looks(&with(&grouped, "inertiagrouprange='0 2'")).is_err());
-    // The world has no mass, and vertices without a file are not seen.
+    // The world has no mass, and a mesh of degenerate vertices without a file is not drawn.
     let world = "<worldbody><geom type='mesh' mesh='m' contype='0' conaffinity='0'/>";
     assert_eq!(looks(&given.replace("<worldbody>", world)), Ok(1));
     assert_eq!(looks(&given.replace("<worldbody>", &world.replace("contype='0'", ""))), Ok(1));
@@ -309,8 +315,8 @@ fn flat_meshes_are_for_the_eye() {
     assert!(notes.iter().any(|note| note.contains("mesh without a hull")), "{notes:?}");
 }
 
-/// h_E(n) = |D n| of an ellipsoid: its hull is within it, no farther than arcs of the directions that it is made of are from their
-/// chords, and touches it at its poles.
+/// Checks the hull of an ellipsoid, whose support function is h_E(n) = |D n|. The hull is inside,
+/// touches at the poles, and it deviates at most as arcs deviate from their chords.
 #[test]
 fn ellipsoids_are_rounded_hulls_within() {
     for half in [[0.3, 0.2, 0.1], [0.1, 0.1, 0.4], [0.2, 0.2, 0.05], [0.2, 0.2, 0.2]] {
@@ -333,9 +339,9 @@ fn ellipsoids_are_rounded_hulls_within() {
             assert!(own <= whole * (1.0 + 1e-12), "{half:?}: {own} {whole}");
             worst = worst.max(1.0 - own / whole);
         }
-        // Arcs of 30° seen from their middle: 1 − cos 15° and as much again across.
+        // Arcs of 30°: 1 − cos 15° along them, and as much again across.
         assert!(worst < 0.07, "{half:?}: {worst}");
-        // It stands on its pole to rounding.
+        // It stands on its pole, to rounding.
         let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
         let mut record = StepRecord::new();
         simulation.step(&mut record).unwrap();
@@ -368,7 +374,8 @@ fn driven(rest: &str, controls: &[f64], steps: usize) -> Vec<f64> {
     robot.coordinates(simulation.states(), robot.start()).unwrap().0
 }
 
-/// A tendon's motor pulls each joint by its coefficient: in n steps a mass m goes h² f/m n (n + 1)/2.
+/// Checks that a tendon's motor pulls each joint by its coefficient. In n steps a mass m moves by
+/// h² f/m n (n + 1)/2.
 #[test]
 fn motors_pull_by_tendons() {
     let rest = "<actuator><motor tendon='both' gear='4' ctrlrange='-1 1'/></actuator>";
@@ -377,24 +384,25 @@ fn motors_pull_by_tendons() {
     let q = driven(rest, &[3.0], 10);
     assert!((q[0] - 0.3 - far(4.0 * 0.5, 2.0)).abs() < 1e-13, "{q:?}");
     assert!((q[1] - far(4.0 * -2.0, 3.0)).abs() < 1e-13, "{q:?}");
-    // Of one joint it may depend on where that is: f = −2·5·(−2 x), which is −20 x.
+    // On one joint, with a position dependence: f = −2·5·(−2 x) = −20 x.
     let rest = "<actuator><position tendon='one' kp='5'/></actuator>";
     let (q, k) = (driven(rest, &[0.0], 1), 20.0);
     assert!((q[0] - 0.3 / (1.0 + h * h * k / 2.0)).abs() < 1e-13, "{q:?}");
-    // And of two: L = L₀ + h² f (0.5²/2 + 2²/3), f = −5 L.
+    // On two joints: L = L₀ + h² f (0.5²/2 + 2²/3), f = −5 L.
     let q = driven("<actuator><position tendon='both' kp='5'/></actuator>", &[0.0], 1);
     let length = 0.5 * q[0] - 2.0 * q[1];
     let yields = h * h * (0.125 + 4.0 / 3.0);
     assert!((length - 0.15 / (1.0 + 5.0 * yields)).abs() < 1e-13, "{q:?}");
 }
 
-/// A tendon that is held ties its joints, 0.5 (x − 0.3) − 2 y = c; of one joint its range is that joint's.
+/// Checks an equality constraint on a tendon, 0.5 (x − 0.3) − 2 y = c. The range of a tendon on one
+/// joint is that joint's range.
 #[test]
 fn tendons_hold_joints() {
     let rest = "<equality><tendon tendon1='both' polycoef='0.2'/></equality><actuator><motor joint='y'/></actuator>";
     let q = driven(rest, &[5.0], 50);
     assert!((0.5 * (q[0] - 0.3) - 2.0 * q[1] - 0.2).abs() < 1e-12, "{q:?}");
-    // Both go: 5 N on y, whose mass is 3 + 16·2.
+    // Both move: 5 N on y, whose effective mass is 3 + 16·2.
     assert!(q[1] > 1e-4);
     let text = TWO_SLIDES.replace("<fixed name='one'", "<fixed name='one' range='-1 0.2'");
     let robot = plain(&text.replace("REST", ""), &[]).unwrap_or_else(|why| panic!("{why}"));
@@ -422,7 +430,8 @@ fn tendons_hold_joints() {
     }
 }
 
-/// What hangs on the world and begins within what is fixed there passes it, as is said; what flies is lifted out of it.
+/// Checks jointed links that start inside a fixed shape. They do not collide with it, with a note.
+/// A free body is lifted out.
 #[test]
 fn links_pass_what_they_begin_in() {
     let text = |joint: &str| {
@@ -440,7 +449,7 @@ fn links_pass_what_they_begin_in() {
     assert!((scene.starts[0].position[2] - 1.1).abs() < 1e-12);
 }
 
-/// A link of several meshes that have too many corners together counts by fewer of each.
+/// Checks a link with several meshes. If they have too many corners together, each is reduced.
 #[test]
 fn hulls_of_a_link_share_its_corners() {
     let ball: String = (0..500)

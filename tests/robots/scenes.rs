@@ -1,4 +1,4 @@
-//! Robots in scenes: what they weigh on, what holds them, and what wrong files come to.
+//! Robots in scenes: contact forces, fixed robots, and errors of wrong files.
 
 use nalgebra::Vector3;
 use std::path::Path;
@@ -21,7 +21,7 @@ fn bytes(path: &Path, _: u64) -> std::io::Result<Vec<u8>> {
     std::fs::read(path)
 }
 
-/// The scene of a text, which stands beside the robots of `data`.
+/// Scene of a text, as a file next to the robots of `data`.
 fn scene_of(text: &str, name: &str) -> Result<Scene, String> {
     let scene = Scene::of_text(text, &data().join(name), Settings::default(), &bytes);
     scene.map_err(|failure| failure.to_string())
@@ -35,14 +35,14 @@ fn simulation(scene: &Scene) -> Simulation<'static> {
     scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap()
 }
 
-/// What the joints are off by, m and rad.
+/// Largest joint error [m, rad].
 fn joint_error(simulation: &Simulation<'_>) -> f64 {
     let joints = simulation.world().joints().iter();
     let errors = joints.map(|joint| joint.error(simulation.states()).unwrap());
     errors.fold(0.0, |most, (place, turn)| most.max(place).max(turn))
 }
 
-/// Has the joint go to a place.
+/// Sets a position motor on a joint.
 fn hold(simulation: &mut Simulation<'_>, robot: &Assembled, joint: &str, target: f64) {
     let index = robot.robot().joint(joint).unwrap();
     let (joint, axis) = robot.axis(index).unwrap();
@@ -51,8 +51,8 @@ fn hold(simulation: &mut Simulation<'_>, robot: &Assembled, joint: &str, target:
     simulation.set_motor(joint, JointAxis::Angular(2), Some(motor)).unwrap();
 }
 
-/// A quadruped that is let fall with its legs bent lands, stands, sways where it is pushed, and stays where it stands: its feet carry its
-/// weight.
+/// Checks a quadruped that falls on bent legs, stands and is pushed. It sways, and then stands
+/// without creeping. Its feet carry its weight.
 #[test]
 fn a_quadruped_lands_and_stands() {
     let legs = ["fl", "fr", "rl", "rr"];
@@ -76,7 +76,7 @@ fn a_quadruped_lands_and_stands() {
     let mut record = StepRecord::new();
     let weight: f64 =
         simulation.world().bodies().iter().map(|body| body.mass()).sum::<f64>() * 9.81;
-    // It lands, and then it is pushed at its trunk for 0.2 s, N.
+    // It lands first. Then a force pushes its trunk for 0.2 s [N].
     for push in [0.0, 40.0] {
         let begin = simulation.states()[0].position;
         let (mut still, mut sway) = (None, 0.0_f64);
@@ -100,20 +100,20 @@ fn a_quadruped_lands_and_stands() {
         let carried: f64 =
             (0..simulation.states().len()).map(|body| record.solution.total_force(body)[2]).sum();
         assert!((carried - weight).abs() <= 1e-9 * weight, "{push}: {carried} {weight}");
-        // No creep: in the last second nothing has moved.
+        // No creep: nothing has moved in the last second.
         for (now, then) in simulation.states().iter().zip(still.unwrap()) {
             assert!((now.position - then.position).norm() <= 1e-9, "{push}: {now:?} {then:?}");
         }
     }
     assert!((0.2..0.4).contains(&simulation.states()[0].position[2]));
-    // Read as coordinates: what the motors hold them at, but for what the weight takes.
+    // The coordinates are the targets of the motors, except for the effect of the weight.
     let (q, v) = robot.coordinates(simulation.states(), robot.start()).unwrap();
     assert!(v.iter().all(|rate| rate.abs() < 1e-8), "{v:?}");
     let knee = robot.robot().places()[robot.robot().joint("fl_knee").unwrap()].0;
     assert!((q[knee] + 1.6).abs() < 0.2, "{}", q[knee]);
 }
 
-/// Coordinates become states and states coordinates, wherever the robot is put.
+/// Checks the conversion between coordinates and states, for any placement of the robot.
 #[test]
 fn coordinates_and_states_go_both_ways() {
     for (file, place) in [
@@ -149,7 +149,7 @@ fn coordinates_and_states_go_both_ways() {
         for (a, b) in back.iter().zip(&q).chain(speeds.iter().zip(&v)) {
             assert!((a - b).abs() <= 1e-12, "{file}: {back:?} {q:?} {speeds:?} {v:?}");
         }
-        // What joints hold there is where they hold it.
+        // Locked axes hold there.
         for joint in scene.world.joints() {
             let (place, turn) = joint.error(&states).unwrap();
             assert!(place.max(turn) <= 1e-12, "{file}: {place:e} {turn:e}");
@@ -157,7 +157,7 @@ fn coordinates_and_states_go_both_ways() {
     }
 }
 
-/// A scene that is written down moves as the one that it is of.
+/// Checks that a scene written as text moves like the original.
 #[test]
 fn a_converted_robot_moves_alike() {
     for file in ["quadruped.urdf", "arm.urdf", "hopper.xml", "classes.xml"] {
@@ -176,7 +176,7 @@ fn a_converted_robot_moves_alike() {
     }
 }
 
-/// Several of a file, with things around them, under names of their own.
+/// Checks two robots from the same file among other bodies, with different name prefixes.
 #[test]
 fn robots_stand_among_other_things() {
     let text = r#"
@@ -219,7 +219,7 @@ fn robots_stand_among_other_things() {
     }
 }
 
-/// What is wrong is said in one sentence, with the line and the element.
+/// Checks that errors are one sentence with the line and the element.
 #[test]
 fn wrong_files_are_refused_by_line() {
     let cases = [
@@ -257,7 +257,8 @@ fn wrong_files_are_refused_by_line() {
     }
 }
 
-/// Files with any letters changed, left out or doubled come to a robot or to a sentence.
+/// Checks files with random characters changed, removed or duplicated. They result in a robot or in
+/// an error.
 #[test]
 fn spoilt_files_never_panic() {
     let mut seed = 1_u64;
@@ -295,7 +296,7 @@ fn spoilt_files_never_panic() {
                         spoilt.splice(to..to, piece);
                     }
                     _ => {
-                        // Another number in the place of one.
+                        // Replaces a digit by another number.
                         let digits = (at..spoilt.len()).find(|k| spoilt[*k].is_ascii_digit());
                         let numbers = ["1e300", "-5", "0", "nan", "1e-300", "99999999999999999999"];
                         if let Some(digit) = digits {
@@ -318,7 +319,7 @@ fn spoilt_files_never_panic() {
     assert!(read_all > 30 && refused > 200, "{read_all} {refused}");
 }
 
-/// Nesting has a bound, and no file is included in itself.
+/// Checks that nesting has a limit and that a file cannot include itself.
 #[test]
 fn depth_and_inclusion_are_bounded() {
     let deep = format!(

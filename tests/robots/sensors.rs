@@ -1,4 +1,4 @@
-//! What sensors on links read, by closed forms.
+//! Sensors on links, compared with closed forms.
 
 use super::moving::{scene_of, simulation, step};
 use nalgebra::{Vector3, Vector4};
@@ -7,7 +7,7 @@ use tumble_core::world::Partner;
 use tumble_robot::LinkFrame;
 use tumble_robot::sensors::RobotSite;
 
-/// What an accelerometer and a gyroscope read of a step.
+/// Readings of an accelerometer and a gyroscope in a step.
 fn read(
     scene: &tumble_scene::scene::Scene,
     record: &StepRecord,
@@ -21,7 +21,8 @@ fn read(
     [read, site.gyroscope(&links[1]).unwrap()]
 }
 
-/// An arm that turns with ω about z: ω² r inwards, against gravity, and ω along z; all in the frame of the site, which is turned.
+/// Checks an arm that rotates with ω about z. The accelerometer reads ω² r inwards and the reaction
+/// to gravity, the gyroscope ω along z. Both are in the rotated frame of the site.
 #[test]
 fn an_arm_that_turns() {
     let (h, omega, r) = (1e-4, 3.0, 0.8);
@@ -35,22 +36,23 @@ fn an_arm_that_turns() {
     let record = step(&mut simulation, 5000);
     let link = scene.robots[0].robot().link("arm").unwrap();
     let half = 0.5_f64.sqrt();
-    // x stays, y is up.
+    // The x axis stays, and y points upwards.
     let attitude = Vector4::new(half, half, 0.0, 0.0);
     let site =
         RobotSite { link, frame: LinkFrame { position: Vector3::new(r, 0.0, 0.0), attitude } };
     let [pulled, spin] = read(&scene, &record, &site);
     let expected = Vector3::new(-omega * omega * r, 10.0, 0.0);
-    // The mean over a step is at its middle.
+    // The mean over a step belongs to its midpoint.
     let turned = omega * omega * r * omega * h;
     assert!((pulled - expected).amax() < turned, "{pulled}");
-    // Turns are solved but for a part of (h ω)².
+    // Rotations have a relative error of (h ω)².
     let part = omega * (h * omega).powi(2);
     assert!((spin - Vector3::new(0.0, omega, 0.0)).amax() < part, "{spin}");
     assert!(RobotSite { link: 7, ..site }.motion(&[]).is_err());
 }
 
-/// A ball of 2 kg on the ground under one of 1 kg: what touches it from below and from above, and near its lowest point.
+/// Checks touch sensors on a ball of 2 kg on the ground under one of 1 kg: forces from below and
+/// above, and near its lowest point.
 #[test]
 fn a_ball_is_touched() {
     let text = r#"<mujoco><option gravity="0 0 -10"/><worldbody><geom type="plane" size="1 1 1"/>
@@ -76,8 +78,9 @@ fn a_ball_is_touched() {
     assert!((robot.touch(&record, high, None, None).unwrap() - 10.0).abs() < 1e-8);
 }
 
-/// Sites of a file: in a frame that is turned, of a class, between two points, in the world, and of a body with a link between its joints. z of what is between
-/// two points is from the second to the first.
+/// Checks sites of a file: in a rotated frame, with a class, between two points, in the world, and
+/// on a body with an intermediate link. For a site between two points, z points from the second to
+/// the first.
 #[test]
 fn sites_of_a_file() {
     let text = r#"<mujoco><default><default class="tip"><site pos="0 0 2"/></default></default><worldbody>
@@ -91,7 +94,7 @@ fn sites_of_a_file() {
     assert!(robot.links.iter().any(|link| link.is_between));
     let names: Vec<_> = robot.sites.iter().map(|named| named.name.as_str()).collect();
     assert_eq!(names, ["home", "up", "own", "along"]);
-    // Where it is, and its axes x and z.
+    // Position, x axis and z axis.
     for (name, place, x, z) in [
         ("home", [1.0, 2.0, 3.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
         ("up", [0.0, -1.0, 1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]),

@@ -1,4 +1,4 @@
-//! Fixed tendons of MJCF that act by themselves: laws on sums of two coordinates.
+//! Fixed tendons of MJCF with springs, limits and motors: laws on sums of two coordinates.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 use tumble_scene::written;
 
-/// A slide and a hinge that a tendon pulls on; its length is 2 a − b/2.
+/// Slide and hinge with a tendon of length 2 a − b/2.
 const MODEL: &str = r#"<mujoco>
   <option timestep="0.001" gravity="0 0 0"/>
   <worldbody>
@@ -23,13 +23,14 @@ const MODEL: &str = r#"<mujoco>
   </tendon>
 </mujoco>"#;
 
-/// Where and how fast it is.
+/// Coordinates and rates.
 const AT: ([f64; 2], [f64; 2]) = ([0.13, 0.4], [0.7, -0.3]);
 
-/// `qfrc_passive` of MuJoCo 4.0.0 there, N and N m, of the tendon as it is and with springlength="0.1".
+/// `qfrc_passive` of MuJoCo 4.0.0 there [N, N m], for the tendon as given and with
+/// springlength="0.1".
 const BY_MUJOCO: [[f64; 2]; 2] = [[-13.08131701, 3.27032925], [-6.1, 1.525]];
 
-/// Its coordinates 0.4 s later by MuJoCo 4.0.0 in steps of 1e-5 s.
+/// Coordinates 0.4 s later by MuJoCo 4.0.0 in steps of 1e-5 s.
 const LATER: [f64; 2] = [0.25926599, 1.03367005];
 
 fn scene_of(text: &str, settings: Settings) -> Result<Scene, String> {
@@ -38,7 +39,7 @@ fn scene_of(text: &str, settings: Settings) -> Result<Scene, String> {
     Scene::of_text(text, Path::new(name), settings, &read).map_err(|failure| failure.to_string())
 }
 
-/// The forces on both coordinates are those of MuJoCo.
+/// Checks that the forces on both coordinates are MuJoCo's.
 #[test]
 fn springs_of_tendons_pull_as_mujocos() {
     let given = MODEL.replace("damping=\"3\"", "damping=\"3\" springlength=\"0.1\"");
@@ -47,7 +48,7 @@ fn springs_of_tendons_pull_as_mujocos() {
         let [gear] = scene.world.gears() else { panic!("{:?}", scene.world.gears()) };
         let drive = gear.drive().unwrap();
         let [q, rates] = [AT.0, AT.1];
-        // Coordinates of the scene are those of the file from the reference.
+        // Coordinates of the scene are coordinates of the file minus the reference.
         let reference = 20.0_f64.to_radians();
         let sum = q[0] - gear.ratio() * (q[1] - reference) - gear.offset();
         let rate = rates[0] - gear.ratio() * rates[1];
@@ -58,7 +59,8 @@ fn springs_of_tendons_pull_as_mujocos() {
     }
 }
 
-/// It moves as MuJoCo's, to first order in h, and as the scene that it is written down as.
+/// Checks that the motion converges to MuJoCo's with first order in h, and that the scene written
+/// as text has the same gears.
 #[test]
 fn what_a_tendon_pulls_moves_as_mujocos() {
     let error = |h: f64| {
@@ -89,7 +91,8 @@ fn what_a_tendon_pulls_moves_as_mujocos() {
     assert!(errors[2] < 0.003, "{errors:?}");
 }
 
-/// A range is one of the sum: over the first factor, whichever its sign.
+/// Checks that a tendon's range becomes limits of the sum, divided by the first coefficient of
+/// either sign.
 #[test]
 fn ranges_of_tendons_are_limits_of_sums() {
     let limited = MODEL.replace("stiffness=\"40\" damping=\"3\"", "range=\"-1 0.5\"");
@@ -103,13 +106,13 @@ fn ranges_of_tendons_are_limits_of_sums() {
     let rubs = MODEL.replace("stiffness=\"40\"", "frictionloss=\"0.7\"");
     let scene = scene_of(&rubs, Settings::default()).unwrap();
     assert_eq!(scene.world.gears()[0].drive().unwrap().friction, 1.4);
-    // A flag takes the limit away, and nothing is left.
+    // The flag removes the limit, and nothing remains.
     let off = limited
         .replace("gravity=\"0 0 0\"/>", "gravity=\"0 0 0\"><flag limit=\"disable\"/></option>");
     assert!(scene_of(&off, Settings::default()).unwrap().world.gears().is_empty());
 }
 
-/// What a sum cannot be is refused with its line.
+/// Checks that unsupported tendons are refused with their line.
 #[test]
 fn other_tendons_that_pull_are_refused() {
     let third = "<joint joint=\"a\" coef=\"2\"/>";
@@ -128,7 +131,7 @@ fn other_tendons_that_pull_are_refused() {
     }
 }
 
-/// A slide and a hinge that a position actuator closes by a tendon, as grippers have it.
+/// Slide and hinge closed by a position actuator through a tendon, as in grippers.
 const GRIPPER: &str = r#"<mujoco>
   <option timestep="0.001" gravity="0 0 -9.81"/>
   <worldbody>
@@ -141,12 +144,14 @@ const GRIPPER: &str = r#"<mujoco>
     forcerange="-2 2" ctrlrange="0 1"/></actuator>
 </mujoco>"#;
 
-/// Coordinates 0.2 s under a control of 1, and 0.2 s later under 0.2: m l̈ = f, I r̈ = f/2 − m g 0.1 cos r, f = clamp(5 u − 200 L −
-/// 20 L̇), by Runge and Kutta's rule in steps of 1e-5 s. MuJoCo 4.0.0 has them to 1.5e-5 by Euler's; by `implicitfast` it is 1e-3
-/// off, which counts the damping also where the force is at its bound.
+/// Coordinates after 0.2 s with a control of 1, and after another 0.2 s with 0.2.
+///
+/// The equations are m l̈ = f, I r̈ = f/2 − m g 0.1 cos r, f = clamp(5 u − 200 L − 20 L̇), solved
+/// by Runge–Kutta in steps of 1e-5 s. MuJoCo 4.0.0 agrees to 1.5e-5 with its Euler method. Its
+/// `implicitfast` differs by 1e-3, because it includes the damping also at the force limit.
 const GRIPPED: [[f64; 2]; 2] = [[0.07551147, -0.070776], [0.28840025, -0.55447523]];
 
-/// Such an actuator drives the sum, and its control is set while it moves.
+/// Checks that such an actuator drives the sum, with a control that changes during the motion.
 #[test]
 fn position_actuators_pull_by_tendons() {
     let error = |h: f64| {
@@ -174,7 +179,8 @@ fn position_actuators_pull_by_tendons() {
     assert!(errors[2] < 0.002, "{errors:?}");
 }
 
-/// What its actuators do is in the file that it is written down as; of more than two joints they are refused.
+/// Checks that the actuator is part of the scene written as text. Actuators on more than two joints
+/// are refused.
 #[test]
 fn position_actuators_of_tendons_are_motors_of_sums() {
     let scene = scene_of(GRIPPER, Settings::default()).unwrap();
@@ -189,7 +195,7 @@ fn position_actuators_of_tendons_are_motors_of_sums() {
         .replace("</fixed>", "<joint joint=\"t\" coef=\"1\"/></fixed>");
     let why = scene_of(&third, Settings::default()).err().unwrap_or_default();
     assert!(why.contains("more than two joints"), "{why}");
-    // What bounds the force of one joint says nothing of a pull on two.
+    // A force limit of one joint does not apply to a force on two.
     let bounded = GRIPPER.replace("name=\"r\"", "name=\"r\" actuatorfrcrange=\"-1 1\"");
     let why = scene_of(&bounded, Settings::default()).err().unwrap_or_default();
     assert!(why.contains("line 9") && why.contains("\"r\" bounds"), "{why}");

@@ -1,4 +1,4 @@
-//! The loop and what is made of it: runs, batches, gradients, saved states.
+//! Tests of the simulation loop: runs, batches, gradients, saved states.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,6 +1,5 @@
-//! Simulations that are saved and restored: they go on with the same bits as one that nothing
-//! interrupted, whoever solves the steps and whatever lies on what; and a state that is none, or one of
-//! something else, is refused.
+//! Simulations that are saved and restored continue with the same bits as an uninterrupted one, for
+//! any solver and scene. Invalid states and states of other worlds are refused.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -39,7 +38,7 @@ fn simulation(scene: &Scene) -> Simulation<'static> {
     scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap()
 }
 
-/// All that a step is, to the bit.
+/// All data of a step as bytes.
 fn bits(record: &StepRecord) -> Vec<u8> {
     let report = &record.report;
     let told = (record.index, report.status.name(), report.iterations, report.start);
@@ -56,8 +55,8 @@ fn steps(simulation: &mut Simulation<'_>, count: u64) -> Vec<Vec<u8>> {
     (0..count).map(step).collect()
 }
 
-/// Runs `scene` for `count` steps, saves at the indices `cuts`, and holds `after` steps of what goes on
-/// from there, through bytes and in a simulation of its own, against those of the whole run.
+/// Runs `scene` for `count` steps and saves at the indices `cuts`. From each, a new simulation is
+/// restored through bytes and runs `after` steps. These must equal the steps of the full run.
 fn goes_on_alike(scene: &Scene, count: u64, cuts: &[u64], after: u64) {
     let mut whole = simulation(scene);
     let (mut saved, mut known) = (Vec::new(), Vec::new());
@@ -103,7 +102,8 @@ fn a_heap_that_bounces_and_falls_goes_on_to_its_end() {
     goes_on_alike(&scene, 420, &[60, 150, 300], 420);
 }
 
-/// Where bodies have come, gone or are held and nothing was searched since, the search goes on with what it knows.
+/// Checks that the search keeps its memory after bodies were added, removed or held and no search
+/// has run since.
 #[test]
 fn what_the_search_knows_outlasts_a_change_of_bodies() {
     fn add(run: &mut Simulation<'_>) {
@@ -137,7 +137,8 @@ fn what_the_search_knows_outlasts_a_change_of_bodies() {
     }
 }
 
-/// Joints along axes whose numbers no rounding leaves alone: the same when they are restored.
+/// Checks joints along random axes, whose numbers have rounding errors. They must be the same after
+/// restoring.
 #[test]
 fn joints_along_any_axes_are_the_same_again() {
     let mut draws = rand_mt::Mt::new(4);
@@ -167,7 +168,7 @@ fn ipopt_goes_on_with_its_multipliers() {
         SolverName::Ipopt,
     )
     .unwrap();
-    // The cube touches at 193.
+    // The cube touches at step 193.
     goes_on_alike(&scene, 260, &[0, 192, 195, 201, 230], 60);
 }
 
@@ -190,7 +191,8 @@ fn a_state_goes_back_in_the_same_simulation() {
     assert!(steps(&mut simulation, 30) == first);
 }
 
-/// What is held is touched by nothing: others come to be where none may start.
+/// Checks a body inside a held one. A held body has no contacts, so that others can move into it.
+/// Such a state cannot be a new start, but it can be restored.
 #[test]
 fn what_lies_within_a_held_body_goes_on_too() {
     let scene = scenario("stack.toml", Settings::default());
@@ -205,7 +207,7 @@ fn what_lies_within_a_held_body_goes_on_too() {
     let mut again = Simulation::restored(scene.world.clone(), motion(), &saved).unwrap();
     assert_eq!(again.index(), 150);
     assert!(steps(&mut again, 30) == steps(&mut whole, 30));
-    // Nothing of another world.
+    // States of another world are refused.
     let pyramid = scenario("pyramid.toml", Settings::default());
     let other = Simulation::restored(pyramid.world.clone(), motion(), &saved);
     assert!(matches!(other, Err(Error::Saved(_))));
@@ -229,7 +231,7 @@ fn wrenches_that_were_set_and_a_step_that_was_taken_back_are_of_the_state() {
     assert!(steps(&mut again, 20) == steps(&mut whole, 20));
 }
 
-/// The native solver, which gives up one step after it has solved it.
+/// Native solver that returns an interrupt after solving a given step.
 struct GivesUp {
     native: NativeSolver,
     left: u32,
@@ -319,8 +321,8 @@ fn a_state_of_another_world_is_refused_and_nothing_changes() {
     assert!(sentence.contains("bodies, and the world has"), "{sentence}");
 }
 
-/// Bytes with a checksum of their own are still no simulation: whatever stands in them, nothing
-/// panics, neither where they are read nor in the steps after.
+/// Checks changed bytes with a valid checksum. They are refused or harmless: nothing panics,
+/// neither when they are read nor in the steps after.
 #[test]
 fn numbers_that_contradict_each_other_are_refused_or_harmless() {
     let scene = scenario("stack.toml", Settings::default());

@@ -1,5 +1,5 @@
-//! The simulation loop: what it refuses, what it makes of starts and solvers that are not quite
-//! what they should be, motions swapped in, and records of another world.
+//! The simulation loop: refused input, inexact starts and faulty solvers, exchanged motions, and
+//! records of another world.
 
 use crate::common::{body, points};
 use crate::toss::*;
@@ -11,17 +11,17 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
 use tumble_core::world::{Parameters, World};
 
-/// A run may go on on another thread.
+/// A simulation can move to another thread.
 const fn can_be_sent<T: Send>() {}
 const _: () = can_be_sent::<Simulation<'static>>();
 
-/// One line that says what is wrong.
+/// Checks that an error is one short line.
 fn assert_one_sentence(error: &Error) {
     let text = error.to_string();
     assert!(text.len() < 200 && !text.contains('\n') && !text.contains(". "), "{text}");
 }
 
-/// The cube with its lowest corner on the ground, moving down and along it.
+/// Cube with its lowest corner on the ground, moving down and along it.
 fn touching(world: &World) -> State {
     let mut start = thrown(42);
     start.velocity = Vector3::new(1.0, 0.5, -1.0);
@@ -29,9 +29,8 @@ fn touching(world: &World) -> State {
     start
 }
 
-/// A quaternion from a file or another program is of unit length to a few digits. The
-/// simulation takes it for the rotation it means: what is left of the difference is a rounding
-/// of the start, grown by an impact.
+/// Checks a quaternion of unit length to a few digits, as from a file. The simulation normalises
+/// it. The remaining difference is rounding of the start, amplified by an impact.
 #[test]
 fn a_start_of_almost_unit_length_is_solved_like_any_other() {
     let world = cube_world(SOLID);
@@ -51,7 +50,7 @@ fn a_start_of_almost_unit_length_is_solved_like_any_other() {
     }
 }
 
-/// The wrench before it stays, and so do the numbers of the run.
+/// Checks that an invalid wrench is refused. The earlier wrench stays, and the numbers stay finite.
 #[test]
 fn a_wrench_that_is_no_number_is_refused() {
     let world = cube_world(SOLID);
@@ -91,7 +90,7 @@ fn bodies_that_are_not_there_are_refused() {
     }
 }
 
-/// Two bodies in one place would fly apart in the first step.
+/// Checks that overlapping bodies are refused. They would fly apart in the first step.
 #[test]
 fn bodies_that_overlap_at_the_start_are_refused() {
     let one = cube_world(SOLID);
@@ -103,8 +102,9 @@ fn bodies_that_overlap_at_the_start_are_refused() {
     assert!(refused.to_string().contains("overlap"), "{refused}");
 }
 
-/// A step would throw such a body out of the ground, with 1500 m/s from 3 m. What lies in the
-/// contact band, as recorded states do, is taken; without contact there is no ground.
+/// Checks that starts deep below the ground are refused. A step would throw such a body out, at
+/// 1500 m/s from a depth of 3 m. Starts in the contact band are accepted, as recorded states lie
+/// there. A floating motion has no ground.
 #[test]
 fn a_start_deep_below_the_ground_is_refused_and_one_in_the_contact_band_is_not() {
     let level = cube_world(SOLID);
@@ -137,10 +137,10 @@ fn a_start_deep_below_the_ground_is_refused_and_one_in_the_contact_band_is_not()
     }
 }
 
-/// A solver that returns as many states and forces as it is told.
+/// Solver that returns a given number of states and forces.
 struct OfSize {
     states: usize,
-    /// More than there are contacts, or fewer.
+    /// Number of forces minus number of contacts.
     more: isize,
 }
 
@@ -164,7 +164,8 @@ impl StepSolver for OfSize {
     }
 }
 
-/// An error and no panic; the simulation stays where it was, and goes on by another solver.
+/// Checks that a solution of the wrong size is an error and no panic. The simulation does not
+/// change and continues with another solver.
 #[test]
 fn a_solution_of_another_size_than_the_steps_is_an_error() {
     let world = cube_world(SOLID);
@@ -196,7 +197,7 @@ fn a_motion_swapped_in_takes_the_next_steps() {
         assert_eq!(record.report.status, StepStatus::Free);
         simulation.swap_motion(&mut floating);
     }
-    // Without the ground the cube fell into it; the contact's motion pushes it out.
+    // Without the ground the cube fell below its surface. The contact motion pushes it out.
     assert!(world.lowest_height(simulation.states()) < -0.5);
     simulation.step(&mut record).unwrap();
     assert_ne!(record.report.status, StepStatus::Free);

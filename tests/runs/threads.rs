@@ -1,5 +1,5 @@
-//! Simulations on many threads at once, by Ipopt and by the native solver: the same doubles
-//! as alone.
+//! Simulations on many threads, with Ipopt and with the native solver: the same doubles as on one
+//! thread.
 
 use crate::toss::*;
 use std::thread;
@@ -12,10 +12,10 @@ use tumble_core::step::StepStatus;
 use tumble_core::world::World;
 
 const THREADS: usize = 8;
-/// Steps by Ipopt: from shortly before the first touch to well into the contact.
+/// Number of steps with Ipopt: from shortly before the first touch until well into the contact.
 const STEPS: usize = 60;
 
-/// One job: a thrown cube, from ten steps before it touches the ground.
+/// Run of a thrown cube, from ten steps before it touches the ground, with its seed.
 #[derive(Debug, Clone, Copy)]
 enum Job {
     Ladder(u32),
@@ -33,7 +33,7 @@ const JOBS: [Job; 8] = [
     Job::Native(2),
 ];
 
-/// The state ten steps before the first contact step of the native solver.
+/// State ten steps before the first contact step of the native solver.
 fn before_the_touch(world: &World, seed: u32) -> State {
     let run = native_run(world, thrown(seed), 400);
     let contact = run.iter().position(|step| step.report.status != StepStatus::Free);
@@ -55,7 +55,7 @@ fn ladder_run(world: &World, start: State) -> Vec<StepRecord> {
     run
 }
 
-/// Everything that a job computes: all numbers as bits, contacts, statuses, iterations.
+/// Results of a job: all numbers as bits, contacts, statuses, iterations.
 fn outcome(job: Job) -> Vec<(Vec<u64>, Vec<ContactKey>, String)> {
     let world = cube_world(LIGHT);
     let run = match job {
@@ -77,20 +77,20 @@ fn outcome(job: Job) -> Vec<(Vec<u64>, Vec<ContactKey>, String)> {
     run.into_iter().map(step).collect()
 }
 
-/// Ipopt and MUMPS keep global state behind the wrapper's lock; the order in which the threads
-/// get it is another on every run.
+/// Checks both solvers on eight threads. Ipopt and MUMPS keep global state behind the wrapper's
+/// lock, and the threads get it in a different order on every run.
 #[test]
 fn eight_threads_of_both_solvers_give_the_same_doubles_as_one() {
     let alone = JOBS.map(outcome);
     for (job, steps) in JOBS.iter().zip(&alone) {
         let contact = steps.iter().filter(|(_, pressed, _)| !pressed.is_empty()).count();
-        // Between impacts nothing presses.
+        // Between impacts no contact carries a force.
         assert!(contact >= 3, "{job:?}: {contact} steps in contact");
     }
     let threads: Vec<_> = (0..THREADS)
         .map(|first| {
             thread::spawn(move || {
-                // An Ipopt job and a native one, other ones on the neighbouring threads.
+                // One Ipopt job and one native job. The neighbouring threads have other jobs.
                 [first, first + 1].map(|k| (k % JOBS.len(), outcome(JOBS[k % JOBS.len()])))
             })
         })
@@ -105,7 +105,7 @@ fn eight_threads_of_both_solvers_give_the_same_doubles_as_one() {
     }
 }
 
-/// A native solver belongs to no thread: one that has solved steps here goes on there.
+/// Checks that a native solver can move to another thread between steps.
 #[test]
 fn a_native_solver_that_moves_to_another_thread_gives_the_same_doubles() {
     let world = cube_world(LIGHT);

@@ -1,4 +1,4 @@
-//! Campaigns of random pieces, and what they find.
+//! Collisions of random pieces, and statistics of their steps.
 
 use super::own::{distance, fixed, overlap_by, part_way, turn};
 use super::{V, is_solved, run, v, world};
@@ -12,7 +12,7 @@ use tumble_core::simulation::random::Draws;
 use tumble_core::step::StepStatus;
 use tumble_core::world::World;
 
-/// Balls, boxes, capsules, plates, rods, needles, hulls: what a draw brings.
+/// Random piece: a ball, box, capsule, plate, rod, needle or hull.
 pub fn piece(draws: &mut Draws) -> Piece {
     let kind = (7.0 * draws.unit()) as u32;
     let mut between = |low: f64, high: f64| low * (high / low).powf(draws.unit());
@@ -36,7 +36,7 @@ pub fn direction(draws: &mut Draws) -> V {
     rotation(&draws.attitude()) * V::z()
 }
 
-/// The radius of a ball inside a piece, m.
+/// Radius of a ball inside a piece [m].
 fn inner(piece: &Piece) -> f64 {
     let core = piece.core();
     let depths = core.faces().iter().map(|face| face.offset - face.normal.dot(core.centre()));
@@ -44,43 +44,44 @@ fn inner(piece: &Piece) -> f64 {
     piece.radius() + if depth.is_finite() { depth } else { 0.0 }
 }
 
-/// The largest distance of a body's piece from its centre of mass, m.
+/// Largest distance of a body's piece from its centre of mass [m].
 pub fn reach(piece: &Piece) -> f64 {
     piece.core().vertices().iter().map(V::norm).fold(0.0, f64::max) + piece.radius()
 }
 
-/// What a campaign found.
+/// Statistics of a series of collisions.
 #[derive(Debug, Default)]
 pub struct Found {
-    /// Pairs that met.
+    /// Number of pairs that met.
     pub met: u32,
-    /// Steps that failed or were wild.
+    /// Number of failed steps and of unphysical steps.
     pub failed: u32,
     pub wild: u32,
-    /// Ways with a deep overlap of a pair, of steps that turn nothing by more than a radian: where the
-    /// step's status is better than wild, and where it says so.
+    /// Steps in which a pair overlaps deeply although no body turns by more than a radian. `passed`
+    /// has the steps with a solved status, `marked` those reported as unphysical.
     pub passed: Vec<String>,
     pub marked: Vec<String>,
-    /// The smallest turn of those, rad.
+    /// Smallest turn in these steps [rad].
     pub least_turn: f64,
-    /// Failed steps of bodies of which none is slender: ‖I‖‖I⁻¹‖ at most 1000.
+    /// Number of failed steps of pairs without a slender body: ‖I‖‖I⁻¹‖ at most 1000.
     pub failed_compact: u32,
-    /// Failed steps of one contact without friction, and those of them that have a solution.
+    /// Number of failed steps with a single frictionless contact, and how many of them have a
+    /// solution.
     pub sought: u32,
     pub solvable: u32,
-    /// Contacts whose gap at k is below what the pieces overlap at k.
+    /// Contacts whose gap at k is below the overlap of the pieces at k.
     pub behind: Vec<String>,
 }
 
 impl Found {
-    /// Looks at a step of two pieces, `b` of the second body or fixed.
+    /// Examines a step of two pieces. `b` belongs to the second body or is fixed.
     pub fn look(&mut self, name: &str, record: &StepRecord, a: &Piece, b: &Piece) {
         self.failed += u32::from(record.report.status == StepStatus::Failed);
         self.wild += u32::from(record.report.status == StepStatus::Wild);
         let (from, to) = (&record.states, &record.solution.states);
         let size = |piece: &Piece| piece.core().reach() + piece.radius();
         if let ([x, y], [x_end, y_end]) = (&from[..], &to[..]) {
-            // Far from each other.
+            // The pieces stay far from each other.
             let apart = (x.position - y.position).norm();
             let moved = (x_end.position - x.position).norm() + (y_end.position - y.position).norm();
             if record.contacts.is_empty() && apart - moved > reach(a) + reach(b) {
@@ -93,7 +94,8 @@ impl Found {
         };
         let apart = distance((a, &place(0, 0.0)), (b, &place(1, 0.0)));
         for contact in &record.contacts {
-            // Equal faces are told apart to 1e-7 of the size, and solvers leave some 1e-9.
+            // Equal faces are distinguished to 1e-7 of the size, and solvers leave an error of some
+            // 1e-9.
             if apart > 0.0 && contact.gap < -2e-7 * size(a).min(size(b)) {
                 let (k, gap) = (record.index, contact.gap);
                 self.behind.push(format!("{name}, k = {k}: {gap:e}, {apart:e} m apart"));
@@ -103,8 +105,8 @@ impl Found {
         if record.report.status == StepStatus::Failed || turn(0).max(turn(1)) > 1.0 {
             return;
         }
-        // A part of both thicknesses; between the ends of a step whose contacts hold there, also what its
-        // turns carry points off the chord.
+        // The allowed depth is a fraction of both thicknesses. Between the ends of a step whose
+        // contacts hold there, it includes the deviation of turning points from the chord.
         let bulge = |body: usize, piece: &Piece| {
             let arm = piece.core().vertices().iter().map(V::norm).fold(0.0, f64::max);
             arm * turn(body).powi(2) / 8.0
@@ -116,7 +118,7 @@ impl Found {
             overlap_by((a, &place(0, share)), (b, &place(1, share)), depth)
         };
         if overlap_by((a, &place(0, 0.0)), (b, &place(1, 0.0)), thick) {
-            // Left by a step before.
+            // An earlier step left this overlap.
             return;
         }
         if let Some(share) = (1..=40).map(|i| f64::from(i) / 40.0).find(|share| deep(*share)) {
@@ -129,19 +131,19 @@ impl Found {
     }
 }
 
-/// Pairs that fly at each other.
+/// Random pairs that fly at each other.
 pub struct Pairs {
     pub seed: u32,
-    /// What bodies turn by in a step at most before they meet, rad.
+    /// Largest turn per step before they meet [rad].
     pub most_turn: f64,
-    /// The least and the largest, m/s.
+    /// Smallest and largest speed [m/s].
     pub speeds: [f64; 2],
-    /// The shortest and the longest time step, s.
+    /// Shortest and longest time step [s].
     pub steps: [f64; 2],
 }
 
 impl Pairs {
-    /// What a thousand of them find.
+    /// Statistics of a thousand pairs.
     pub fn run(&self) -> Found {
         let mut draws = Draws::new(self.seed);
         let mut found = Found { least_turn: f64::INFINITY, ..Found::default() };
@@ -163,7 +165,7 @@ impl Pairs {
             let most = self.most_turn * draws.unit() / h;
             (draws.attitude(), direction(draws) * most, body.pieces()[0].clone())
         });
-        // They would be in each other after three and a half steps.
+        // After three and a half steps of free flight they would overlap.
         let way = direction(draws) * speed;
         let aside = direction(draws) * 0.5 * (inner(&a.2) + inner(&b.2));
         let start = |(q, spin, _): &(Vector4<f64>, V, Piece), position: V, velocity: V| State {
@@ -197,9 +199,9 @@ impl Pairs {
 }
 
 impl Found {
-    /// Looks for a solution of a failed step of one contact without friction: an impulse, of up to ten times
-    /// what stops both bodies at `speed` (m/s), with which the gap is closed or open at the end. Free flight
-    /// under a wrench is the step.
+    /// Searches for a solution of a failed step with a single frictionless contact. The impulse is
+    /// up to ten times the one that stops both bodies at `speed` [m/s]. A solution closes or opens
+    /// the gap at the end of the step, computed as free flight under a wrench.
     fn seek(&mut self, world: &World, record: &StepRecord, speed: f64) {
         let [contact] = record.contacts[..] else { return };
         let Partner::Body(other) = contact.key.partner else { return };

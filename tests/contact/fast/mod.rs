@@ -1,4 +1,5 @@
-//! What is fast, thin or turning: nothing passes unseen, and no contact pushes what it does not touch.
+//! Fast, thin or rotating bodies. None passes through another undetected, and no contact pushes
+//! bodies that do not touch.
 
 mod campaign;
 mod own;
@@ -25,7 +26,7 @@ fn at(position: V) -> State {
     State { position, attitude, velocity: V::zeros(), spin: V::zeros() }
 }
 
-/// No ground; `fall` in m/s².
+/// World without a ground. `fall` is gravity [m/s²].
 fn world(bodies: Vec<RigidBody>, friction: f64, time_step: f64, fall: f64) -> World {
     let gravity = v(0.0, 0.0, -fall);
     World::new(Parameters {
@@ -67,8 +68,9 @@ fn is_solved(record: &StepRecord) -> bool {
     !matches!(record.report.status, StepStatus::Failed | StepStatus::Wild)
 }
 
-/// A ball of 5 mm that has fallen 2 m onto a shelf of 1 cm, wherever in its step it meets it: it lies on
-/// it. (The deepest place of free flight has the lower face next to it.)
+/// Drops a ball of 5 mm from 2 m onto a shelf of 1 cm. It comes to rest on the shelf, for every
+/// phase of the impact within the step. In free flight the ball would end nearest to the lower
+/// face.
 #[test]
 fn a_small_ball_lands_on_a_thin_shelf() {
     let ball = RigidBody::solid(0.001, &[Piece::sphere(0.005).unwrap()]).unwrap().0;
@@ -87,8 +89,8 @@ fn a_small_ball_lands_on_a_thin_shelf() {
     }
 }
 
-/// A box and a thin plate that fly at each other with 20 m/s, the way of a step twice the thickness of
-/// both: they go on together.
+/// Collides a box and a thin plate at 20 m/s. In a step they move by twice their total thickness.
+/// They move on together.
 #[test]
 fn a_box_and_a_thin_plate_meet() {
     let cube = RigidBody::solid_box(0.1, v(0.005, 0.005, 0.005)).unwrap();
@@ -104,8 +106,9 @@ fn a_box_and_a_thin_plate_meet() {
     assert!(b.position[0] - a.position[0] > 0.0);
 }
 
-/// A rod of 2 m with 100 rad/s beside a post: half a radian a step. It reaches the post after a quarter
-/// turn, in the step from k = 3, and slides along it, on the side that it came from.
+/// Checks a rod of 2 m that turns at 100 rad/s, half a radian per step, next to a post. It reaches
+/// the post after a quarter turn, in the step from k = 3. Then it slides along the post on the same
+/// side.
 #[test]
 fn a_turning_rod_meets_a_post() {
     let rod = RigidBody::solid_box(0.8, v(1.0, 0.01, 0.01)).unwrap();
@@ -117,7 +120,7 @@ fn a_turning_rod_meets_a_post() {
     let first = records.iter().position(|record| !record.contacts.is_empty());
     assert_eq!(first, Some(3));
     for record in &records[3..7] {
-        // Where its middle line is beside the post: on the side that it came from.
+        // Position of the rod's centre line next to the post: it stays on its original side.
         let state = &record.solution.states[0];
         let angle = 2.0 * state.attitude[3].atan2(state.attitude[0]);
         let beside = state.position[0] + (0.8 - state.position[1]) / angle.tan();
@@ -131,9 +134,9 @@ fn a_turning_rod_meets_a_post() {
     }
 }
 
-/// Two boxes that part, 0.75 mm from each other: no contact pushes them, and without restitution and
-/// friction none makes energy. (Where free flight would end, the deepest axis is another face's: the
-/// plane was 11 mm in front of its point.)
+/// Checks two boxes that separate at a distance of 0.75 mm. No contact pushes them, and without
+/// restitution and friction they gain no energy. At the end of free flight the deepest axis belongs
+/// to another face, whose plane would be 11 mm in front of its point.
 #[test]
 fn boxes_that_pass_closely_gain_no_energy() {
     let brick = RigidBody::solid_box(1.0, v(0.1, 0.075, 0.05)).unwrap();
@@ -169,8 +172,8 @@ fn boxes_that_pass_closely_gain_no_energy() {
     }
 }
 
-/// A capsule across two boxes, also one with a hull for a core: two points on each, and half the weight
-/// on each. (The corner in the shortest line was left out, one of four by rounding.)
+/// Checks a capsule across two boxes, and a bar with a hull as its core. Each box has two contact
+/// points (the bar four) and carries half the weight.
 #[test]
 fn a_rounded_bar_across_two_boxes_has_two_points_on_each() {
     let bar = |x: f64, y: f64, z: f64, radius: f64| {
@@ -193,15 +196,15 @@ fn a_rounded_bar_across_two_boxes_has_two_points_on_each() {
                 let on: Vec<_> = on.filter(|c| c.key.partner == Partner::Fixed(index)).collect();
                 assert_eq!(on.len(), points, "k = {}", record.index);
                 let force: f64 = on.iter().map(|contact| contact.normal_force).sum();
-                // To what the solver leaves of a velocity, 1e-11 m/s over h.
+                // The tolerance is the velocity error of the solver, 1e-11 m/s, over h.
                 assert!((force - 4.905).abs() < 1e-7, "k = {}: {force} N", record.index);
             }
         }
     }
 }
 
-/// What turns by two radians in a step has nothing to say about what is in its reach, and says so; far from
-/// everything it flies freely.
+/// Checks a rod that turns by two radians in a step. The step is unphysical if anything is within
+/// reach. Far from everything it is free flight.
 #[test]
 fn what_turns_too_far_beside_something_is_marked() {
     let rod = RigidBody::solid_box(0.8, v(1.0, 0.01, 0.01)).unwrap();
@@ -234,12 +237,13 @@ fn what_turns_too_far_beside_something_is_marked() {
     assert_eq!([ground(0.5), ground(1.5)], [StepStatus::Wild, StepStatus::Free]);
 }
 
-/// A thousand pairs that fly at each other, at any speed and with spins of up to 0.9 rad a step: none passes
-/// unseen, with or without a contact, none at all in a step that turns nothing by more than 0.14 rad, and
-/// no contact is behind its point. (Where features were taken from the ends of steps, 976 were.) The steps
-/// are far too long for much of this: a needle that is hit beside its middle turns many times within one,
-/// and of the problems that are not solved, those of one contact without friction have no solution but
-/// for one in twenty at most, whose impulse is several times what stops both bodies.
+/// Checks a thousand random pairs at any speed, with spins of up to 0.9 rad per step.
+///
+/// No pair passes undetected. A pair that passes and is marked turns by more than 0.14 rad in the
+/// step. No contact lies behind its point. Some steps are far too long for the motion: a needle
+/// that is hit off its middle turns many times within a step. At most one in twenty of the failed
+/// frictionless single contacts has a solution. Its impulse is several times the one that stops
+/// both bodies.
 #[test]
 #[ignore = "slow"]
 fn random_pairs_at_random_speeds_do_not_pass_each_other() {
@@ -247,15 +251,15 @@ fn random_pairs_at_random_speeds_do_not_pass_each_other() {
     let found = Pairs { seed: 2024, most_turn: 0.9, speeds, steps }.run();
     assert!(found.met > 900, "{}", found.met);
     assert!(found.passed.is_empty() && found.behind.is_empty(), "{found:#?}");
-    // Passed, and marked as wild.
+    // Pairs that passed and were marked as unphysical.
     assert!(found.marked.len() <= 20 && found.least_turn > 0.14, "{found:#?}");
-    // Measured: 24 failed, 7 sought, 1 solvable.
+    // Bounds on the failed steps, the examined ones and those with a solution.
     assert!(found.failed <= 30, "{found:#?}");
     assert!(found.sought >= 3 && found.solvable <= 1, "{found:#?}");
 }
 
-/// The same at up to 3 m/s and 0.1 rad in a step of a millisecond: what is not solved are some hits of
-/// needles.
+/// Checks pairs at up to 3 m/s and 0.1 rad per step of a millisecond. Only some hits of needles
+/// fail.
 #[test]
 #[ignore = "slow"]
 fn random_pairs_at_ordinary_speeds_meet() {
@@ -267,7 +271,8 @@ fn random_pairs_at_ordinary_speeds_meet() {
     assert!(found.failed <= 6 && found.failed_compact == 0, "{found:#?}");
 }
 
-/// Pieces against walls of 1 cm and 1 mm, 3 to 100 m/s, h 0.5 to 10 ms: none ends on the other side.
+/// Checks pieces against walls of 1 cm and 1 mm at 3 to 100 m/s, with h from 0.5 to 10 ms. None
+/// ends on the other side.
 #[test]
 #[ignore = "slow"]
 fn nothing_goes_through_a_wall() {
@@ -307,8 +312,9 @@ fn nothing_goes_through_a_wall() {
     assert!(found.marked.is_empty(), "{found:#?}");
 }
 
-/// Two balls that graze each other between the ends of a step, by 1 to 40 % of their diameter: they meet, or the step
-/// says that they passed, or has a contact without a force, as what goes less deep than a tenth of both may.
+/// Checks two balls that graze each other within a step, by 1 to 40 % of their diameter. They
+/// collide, or the step is marked as unphysical. If they overlap by less than a tenth, a contact
+/// without a force is also allowed.
 #[test]
 fn balls_that_graze_each_other_do_not_pass_unseen() {
     const RADIUS: f64 = 0.005;

@@ -1,5 +1,5 @@
-//! Whether pieces overlap, without the library's narrow phase: the algorithm of Gilbert, Johnson and
-//! Keerthi on support points, with the nearest point of a simplex by trying all its faces.
+//! Overlap test that does not use the library's narrow phase. It is the Gilbert–Johnson–Keerthi
+//! algorithm on support points. The nearest point of a simplex is found by trying all its faces.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use tumble_core::geometry::Piece;
@@ -7,14 +7,14 @@ use tumble_core::mechanics::State;
 
 type V = Vector3<f64>;
 
-/// Where a piece is: position and rotation of its body.
+/// Position and rotation of a piece's body.
 #[derive(Clone, Copy)]
 pub struct Place {
     pub position: V,
     pub rotation: Matrix3<f64>,
 }
 
-/// What is fixed.
+/// Pose of a fixed piece.
 pub fn fixed() -> Place {
     Place { position: V::zeros(), rotation: Matrix3::identity() }
 }
@@ -24,7 +24,7 @@ fn quaternion(state: &State) -> UnitQuaternion<f64> {
     UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(q[0], q[1], q[2], q[3]))
 }
 
-/// Between two states: straight, and by the shortest turn.
+/// Pose between two states: linear in position, shortest rotation.
 pub fn part_way(from: &State, to: &State, share: f64) -> Place {
     let between = quaternion(to) * quaternion(from).inverse();
     let turn = between.scaled_axis() * share;
@@ -36,12 +36,12 @@ pub fn part_way(from: &State, to: &State, share: f64) -> Place {
     }
 }
 
-/// How far a body turns between two states, rad.
+/// Angle by which a body turns between two states [rad].
 pub fn turn(from: &State, to: &State) -> f64 {
     (quaternion(to) * quaternion(from).inverse()).angle()
 }
 
-/// The point of a core that is farthest along `axis`, world.
+/// Support point of a core along `axis` [world frame].
 fn support(piece: &Piece, place: &Place, axis: &V) -> V {
     let seen = place.rotation.tr_mul(axis);
     let vertices = piece.core().vertices();
@@ -49,7 +49,8 @@ fn support(piece: &Piece, place: &Place, axis: &V) -> V {
     place.rotation * best + place.position
 }
 
-/// The point nearest to the origin of the hull of up to four points, and those that it is between.
+/// Point of the hull of up to four points that is nearest to the origin, and the points that span
+/// it.
 fn nearest(points: &[V]) -> (V, Vec<V>) {
     let mut best: Option<(f64, V, Vec<V>)> = None;
     for subset in 1..1_u32 << points.len() {
@@ -65,7 +66,7 @@ fn nearest(points: &[V]) -> (V, Vec<V>) {
     (point, of)
 }
 
-/// The foot of the origin on the flat through the points, if it is between them.
+/// Projection of the origin on the affine hull of the points, if it lies between them.
 fn foot(of: &[V]) -> Option<V> {
     let sides: Vec<V> = of[1..].iter().map(|x| x - of[0]).collect();
     let n = sides.len();
@@ -78,7 +79,7 @@ fn foot(of: &[V]) -> Option<V> {
     Some(sides.iter().zip(parts.iter()).fold(of[0], |point, (side, part)| point + side * *part))
 }
 
-/// The distance of two cores, m; 0 where they overlap. `shift` moves B.
+/// Distance of two cores [m], or 0 if they overlap. `shift` moves B.
 fn core_distance(a: (&Piece, &Place), b: (&Piece, &Place), shift: &V) -> f64 {
     let difference = |axis: &V| support(a.0, a.1, axis) - support(b.0, b.1, &-axis) - shift;
     let mut simplex = vec![difference(&V::x())];
@@ -97,13 +98,14 @@ fn core_distance(a: (&Piece, &Place), b: (&Piece, &Place), shift: &V) -> f64 {
     point.norm()
 }
 
-/// The distance of two pieces, m; 0 where they touch or overlap.
+/// Distance of two pieces [m], or 0 if they touch or overlap.
 pub fn distance(a: (&Piece, &Place), b: (&Piece, &Place)) -> f64 {
     let radii = a.0.radius() + b.0.radius();
     (core_distance(a, b, &V::zeros()) - radii).max(0.0)
 }
 
-/// Whether two pieces overlap, and still do when one is moved by `depth` (m) in any of 26 directions.
+/// True if two pieces overlap, and still do when one is moved by `depth` [m] in any of 26
+/// directions.
 pub fn overlap_by(a: (&Piece, &Place), b: (&Piece, &Place), depth: f64) -> bool {
     let radii = a.0.radius() + b.0.radius();
     let meets = |shift: &V| core_distance(a, b, shift) < radii.max(1e-8);

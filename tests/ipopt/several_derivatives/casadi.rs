@@ -1,4 +1,4 @@
-//! The 24 points of `data/several.jsonl.gz`: what CasADi makes of scenes of two and three bodies.
+//! The 24 points of `data/several.jsonl.gz`: CasADi's values for scenes of two and three bodies.
 
 use crate::casadi::{Asked, Meeting, Point};
 use crate::common::{reference, state};
@@ -25,7 +25,7 @@ struct Input {
 #[derive(Deserialize)]
 struct Body {
     mass: f64,
-    /// Symmetric: rows and columns are the same.
+    /// Inertia matrix. It is symmetric, so rows and columns are the same.
     inertia: [[f64; 3]; 3],
     state: Vec<f64>,
     wrench: [f64; 6],
@@ -76,8 +76,8 @@ impl Input {
     }
 }
 
-/// Numbers of one kind are sums of up to some hundred products, none much larger than the largest
-/// of the numbers, that both sides round in another order: 1e-13 of that (measured: less than 5e-15).
+/// Tolerance relative to the largest number of a kind. The numbers are sums of up to some hundred
+/// products, and the sides round in a different order.
 const ROUNDING: f64 = 1e-13;
 
 #[test]

@@ -1,5 +1,6 @@
-//! The program of several bodies: its derivatives against central differences at random points of
-//! scenes of two and three bodies, and one body on the ground against the tutorial's program.
+//! Program of several bodies. Its derivatives are compared with central differences at random
+//! points of scenes with two and three bodies. One body on the ground is compared with the
+//! tutorial's program.
 
 mod casadi;
 use crate::common;
@@ -18,7 +19,7 @@ use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble_core::world::{Parameters, World};
 
-/// A program of several bodies and a point to differentiate at.
+/// Program of several bodies, and a point to differentiate at.
 #[derive(Debug, Clone)]
 struct Anywhere {
     nlp: SeveralNlp,
@@ -26,14 +27,14 @@ struct Anywhere {
     multipliers: Vec<f64>,
 }
 
-/// A point of `body`, rounded or not, and a plane in the frame of `partner`.
+/// Point of `body`, rounded or not, and a plane in the frame of `partner`.
 #[derive(Debug, Clone)]
 struct Meeting {
     body: usize,
     partner: Option<usize>,
     features: Features,
     friction: f64,
-    /// m/s; 0 without.
+    /// Rebound speed [m/s], or 0 without restitution.
     rebound: f64,
 }
 
@@ -53,14 +54,15 @@ fn meeting(bodies: usize) -> impl Strategy<Value = Meeting> {
     )
 }
 
-/// Two or three bodies, two to six contacts of any of them with each other and with fixed planes.
+/// Random program of two or three bodies, with two to six contacts between them and with fixed
+/// planes.
 fn anywhere() -> impl Strategy<Value = Anywhere> {
     (2..=3_usize).prop_flat_map(|n| {
         let body = (0.1..100.0, inertia());
         let bodies = proptest::collection::vec((body, any_state(), any_wrench(), any_state()), n);
         let meetings = proptest::collection::vec(meeting(n), 2..=6);
         let numbers = proptest::collection::vec(-1.0..1.0, 200);
-        // A smoothing so large that differences can follow the derivatives.
+        // The smoothing is large enough for differences to follow the derivatives.
         let constants = (vector(10.0), 1e-3..0.05, any_rotation(), 0.5..1.0, 0.0..1.0);
         (bodies, meetings, numbers, constants).prop_map(
             |(bodies, meetings, numbers, (gravity, time_step, rotation, smoothing, yielding))| {
@@ -86,15 +88,15 @@ fn anywhere() -> impl Strategy<Value = Anywhere> {
     })
 }
 
-/// A point or a segment.
+/// Random point or segment.
 fn core() -> impl Strategy<Value = Core> {
     let along = prop_oneof![Just(Vector3::zeros()), vector(1.0)];
     (vector(1.0), along).prop_map(|(from, along)| Core { from, along })
 }
 
-/// Two bodies with two or three round features that meet each other or something fixed, near the
-/// start of the step: where the shortest way has turned by less than 60°, and away from the ends of
-/// the segments, where the second derivatives jump. Points alone anywhere.
+/// Random program of two bodies with two or three contacts of round features, between them or with
+/// fixed ones. States are near the start of the step, where the shortest connection has turned by
+/// less than 60°. They avoid the ends of the segments, where the second derivatives jump.
 fn anywhere_round() -> impl Strategy<Value = Anywhere> {
     let round = (core(), core(), 0.0..0.3, 0.05..0.3).prop_map(|(of_a, of_b, radius_a, radius)| {
         let curved = Curved { of_a, of_b, radius, shares: (0.0, 0.0) };
@@ -144,8 +146,8 @@ fn anywhere_round() -> impl Strategy<Value = Anywhere> {
     )
 }
 
-/// Whether the features are half a metre apart and more, the nearest points at least 0.02 of a
-/// segment from its ends or beyond them, and the segments not nearly parallel.
+/// True if the features are at least half a metre apart and the segments not nearly parallel. The
+/// nearest points must be at least 0.02 of a segment away from its ends.
 fn is_smooth(meeting: &Meeting, states: &[State]) -> bool {
     let Some(curved) = &meeting.features.curved else { return true };
     let pose = states[meeting.body].pose();
@@ -156,7 +158,7 @@ fn is_smooth(meeting: &Meeting, states: &[State]) -> bool {
     });
     let ((s, t), way) = shortest_way(&of_a, &of_b);
     let clear = |core: &Core, share: f64, to: f64| {
-        // How far the free minimum is from an end, in parts of the segment.
+        // Distance of the unconstrained minimum from an end, relative to the segment.
         let pull = core.along.dot(&way) * to / core.along.norm_squared();
         !core.is_segment() || (0.02..0.98).contains(&share) || pull.abs() > 0.02
     };
@@ -192,7 +194,7 @@ fn pose(
     nlp.anchor(yielding, 0.3, numbers.iter().map(|u| Vector3::new(*u, -*u, 2.0 * u)));
     let layout = nlp.layout().clone();
     let mut x: Vec<f64> = next.iter().flat_map(|s| s.to_vector().as_slice().to_vec()).collect();
-    // Friction ±5 N, comparable to the smoothing; the rest 0…5.
+    // Friction ±5 N, comparable to the smoothing, the rest 0…5.
     let free = layout.free().len();
     x.extend(numbers.iter().take(free - x.len()).map(|u| 5.0 * u));
     x.extend(numbers[40..].iter().take(layout.variables() - free).map(|u| 5.0 * u.abs()));
@@ -238,10 +240,10 @@ proptest! {
         prop_assert!(error < 1e-7, "{error:e}");
     }
 
-    /// One body on the ground: the rows, the Jacobian and the Hessian of the tutorial's program
-    /// without the row |q⁺|² = 1, all points flagged, number for number. The two sum in another
-    /// order: some last digits of the terms, which are up to 1e5 (velocities over a time step of
-    /// 1e-3) in the rows and some 1e3 times that with the multipliers.
+    /// Checks one body on the ground. Rows, Jacobian and Hessian equal the tutorial's program
+    /// without the unit-norm row, with all points flagged. The two programs sum in different order.
+    /// That changes the last digits of the terms, which are up to 1e5 in the rows (velocities over
+    /// a time step of 1e-3). With the multipliers they are some 1e3 times larger.
     #[test]
     fn one_body_on_the_ground_is_the_tutorials_program(
         world in any_world(), old in any_state(), wrench in any_wrench(), new in any_state(),
@@ -264,7 +266,7 @@ proptest! {
         let nlp = SeveralNlp::new(&step, 0.5).unwrap();
         let with_friction = world.friction() > 0.0;
 
-        // Where the variables and rows of this program stand in the tutorial's.
+        // Indices of this program's variables and rows in the tutorial's.
         let (n, theirs) = (contacts.len(), known.layout());
         let ours = nlp.layout();
         let (mut at, mut row_at): (Vec<_>, Vec<_>) = ((0..13).collect(), (0..13).collect());
@@ -287,7 +289,7 @@ proptest! {
                     theirs.friction_complementarity_rows().start + i;
             }
         }
-        // The order is the same as well.
+        // The order is also the same.
         prop_assert!(at.is_sorted() && row_at.is_sorted());
 
         let mut x = new.to_vector().as_slice().to_vec();

@@ -1,4 +1,5 @@
-//! Many steps of random mechanisms: nearly all are certified, and none makes energy without a mark.
+//! Many steps of random mechanisms. Almost all are certified, and none gains energy without being
+//! marked as unphysical.
 
 use super::random::{Numbers, mechanism, smooth, uneven};
 use super::made;
@@ -8,28 +9,30 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Parameters, World};
 
-/// What many steps came to.
+/// Statistics of many steps.
 #[derive(Debug, Default)]
 struct Tally {
     steps: u32,
-    /// Steps in which something presses.
+    /// Number of steps in which a contact carries a force.
     pressed: u32,
     uncertified: u32,
     wild: u32,
     retried: u32,
-    /// Steps in parts, and those among them that did not come out the same when they were taken again.
+    /// Number of substepped steps, and number of those that are not reproduced when repeated.
     substepped: u32,
     unrepeated: u32,
     /// Largest joint errors: place (m) and turn (rad).
     worst: (f64, f64),
-    /// Steps, solved or not, that made energy and are not marked as wild, by seed and step.
+    /// Steps, solved or not, that gain energy without a mark: seed, step, gain and kinetic energy
+    /// [J].
     unmarked: Vec<(u64, u64, f64, f64)>,
 }
 
-/// Energy that a step may make without a mark: a part of the kinetic energy, and J beside it.
+/// Energy that a step may gain without a mark: a fraction of the kinetic energy, and a constant
+/// [J].
 const ALLOWED: (f64, f64) = (2e-3, 1e-6);
 
-/// The same of bodies of up to 1000 kg that come to rest.
+/// The same limits for bodies of up to 1000 kg that come to rest.
 const ALLOWED_UNEVEN: (f64, f64) = (1e-2, 1e-5);
 
 fn run(seeds: std::ops::Range<u64>, steps: usize, is_uneven: bool) -> Tally {
@@ -43,7 +46,7 @@ fn run(seeds: std::ops::Range<u64>, steps: usize, is_uneven: bool) -> Tally {
         }
         let Ok(mut simulation) = Simulation::new(world.clone(), states, Motion::native(&world))
         else {
-            // Some overlap at the start.
+            // Some mechanisms overlap at the start.
             continue;
         };
         let mut record = StepRecord::new();
@@ -86,14 +89,14 @@ fn run(seeds: std::ops::Range<u64>, steps: usize, is_uneven: bool) -> Tally {
                     Some((apart, work)) if apart <= 1e-6 * kinetic.max(work.abs()) + rest => {
                         (gained, kinetic) = (after - before - work, kinetic.max(work.abs()));
                     }
-                    // Started without the memory of the run, the parts may end elsewhere.
+                    // The parts start without the memory of the run and may end elsewhere.
                     _ => {
                         tally.unrepeated += 1;
                         continue;
                     }
                 }
             }
-            // At rest the energy of half a step's fall may be less than nothing.
+            // At rest the energy can be negative by half a step's fall.
             if gained.is_nan() || gained > part * kinetic.max(0.0) + rest {
                 tally.unmarked.push((seed, record.index, gained, kinetic));
             }
@@ -103,14 +106,16 @@ fn run(seeds: std::ops::Range<u64>, steps: usize, is_uneven: bool) -> Tally {
     tally
 }
 
-/// The energy of all bodies before and after the step, J.
+/// Total energy before and after the step [J].
 fn energies(world: &World, record: &StepRecord) -> [f64; 2] {
     [&record.states, &record.solution.states].map(|states| energy::total(world, states))
 }
 
-/// The work of the drives in a step that was taken in parts, J. The record has their mean forces, which do another work
-/// in one step than the forces of the parts did one by one. So the step is taken again in 2, 4, … 64 steps; the energy at
-/// the end tells in how many it was. First how far that energy is off, J. `None` if it cannot be taken so.
+/// Work of the drives in a substepped step [J].
+///
+/// The record has the mean forces, whose work in a single step differs from the work in the parts.
+/// So the step is repeated in 2, 4, … 64 steps, and the energy at the end selects the number.
+/// Returns the difference of this energy [J] and the work. `None` if the step cannot be repeated.
 fn work_of_parts(world: &World, record: &StepRecord) -> Option<(f64, f64)> {
     let [_, after] = energies(world, record);
     let in_parts = |parts: u32| {
@@ -134,7 +139,7 @@ fn work_of_parts(world: &World, record: &StepRecord) -> Option<(f64, f64)> {
     found.min_by(|one, other| one.0.total_cmp(&other.0))
 }
 
-/// The largest turn of a body in the step, rad.
+/// Largest rotation of a body in the step [rad].
 fn turn(world: &World, record: &StepRecord) -> f64 {
     let next = record.solution.states.iter();
     next.map(|state| world.time_step() * state.spin.norm()).fold(0.0, f64::max)
@@ -148,14 +153,14 @@ fn judge(tally: &Tally) {
     assert!(worst.0 < 5e-12 && worst.1 < 1e-10, "{worst:?}");
 }
 
-/// Random mechanisms, swung, dropped on the ground and driven hard: nearly every step is certified, and none makes energy
-/// without a mark.
+/// Checks random mechanisms that swing, fall on the ground and are driven hard. Almost every step
+/// is certified, and none gains energy without a mark.
 #[test]
 fn random_mechanisms_are_certified_and_make_no_energy() {
     judge(&run(0..150, 150, false));
 }
 
-/// The same of 10⁵ steps in which something presses.
+/// Checks the same for 10⁵ steps with contact forces.
 #[test]
 #[ignore = "minutes"]
 fn a_hundred_thousand_steps_are_certified_and_make_no_energy() {
@@ -164,19 +169,20 @@ fn a_hundred_thousand_steps_are_certified_and_make_no_energy() {
     judge(&tally);
 }
 
-/// Mechanisms whose masses differ by factors of up to 10⁵ make no energy without a mark, solved or not.
+/// Checks that mechanisms with mass ratios of up to 10⁵ gain no energy without a mark, solved or
+/// not.
 #[test]
 #[ignore = "minutes"]
 fn uneven_masses_make_no_energy() {
     let Tally { steps, substepped, unrepeated, unmarked, .. } = run(2000..2300, 300, true);
-    // Of the steps in parts, those that come out the same again are judged: 3 of 30.
+    // Only substepped steps that are reproduced are checked, about a tenth of them.
     let repeated = substepped - unrepeated;
     assert!(steps > 50_000 && repeated > 2, "{steps} {substepped} {unrepeated}");
     assert!(unmarked.is_empty(), "{unmarked:?}");
 }
 
-/// A mechanism whose bodies and joints come in another order moves the same, until what touches the ground
-/// amplifies rounding.
+/// Checks that the order of bodies and joints does not matter, until contacts with the ground
+/// amplify rounding.
 #[test]
 fn the_order_of_bodies_is_no_matter() {
     let mut compared = 0;
@@ -184,7 +190,7 @@ fn the_order_of_bodies_is_no_matter() {
         let mut numbers = Numbers(seed);
         let (world, states, bars) = mechanism(&mut numbers);
         let count = world.bodies().len();
-        // Where each body is in the other order.
+        // Index of each body in the other order.
         let place = |body: usize| (body + 2) % count;
         let mut bodies = world.bodies().to_vec();
         let mut other_states = states.clone();
@@ -226,12 +232,12 @@ fn the_order_of_bodies_is_no_matter() {
     assert!(compared > 500, "{compared}");
 }
 
-/// The joint between other bodies.
+/// The same joint between renumbered bodies.
 fn renumbered(joint: &Joint, place: impl Fn(usize) -> usize) -> Joint {
     let (a, b) = (place(joint.body()), joint.other().map(&place));
     let [x, y, z] = *joint.angular();
     match (x, y, z) {
-        // Of the joints here only a gimbal has a drive about y.
+        // Among these joints only a gimbal has a drive about y.
         (Axis::Free(x), Axis::Free(y), Axis::Free(z)) if y != Drive::NONE => {
             Joint::gimbal(a, b, *joint.frames(), [x, y, z])
         }

@@ -1,4 +1,5 @@
-//! Mechanisms: random ones driven hard onto the ground, and closed loops with published or exact motions.
+//! Mechanisms: random ones driven hard onto the ground, and closed loops with published or exact
+//! motions.
 
 mod campaign;
 mod random;
@@ -20,14 +21,15 @@ fn at_rest(position: Vector3<f64>, attitude: Vector4<f64>) -> State {
     State { position, attitude, velocity: zero, spin: zero }
 }
 
-/// A frame of the world as one of a body at `state`.
+/// Frame of the world expressed in a body at `state`.
 fn seen_from(state: &State, frame: &JointFrame) -> JointFrame {
     let back = Vector4::new(1.0, -1.0, -1.0, -1.0).component_mul(&state.attitude);
     let anchor = rotation(&back) * (frame.anchor - state.position);
     JointFrame { anchor, attitude: left(&back) * frame.attitude }
 }
 
-/// The frames of a joint of A and B, or the world, whose axis z is `axis` (world) and which is at `place` now.
+/// Frames of a joint between A and B (or the world) at the point `place`, with the z axis `axis`
+/// [world frame].
 fn frames(
     states: &[State],
     a: usize,
@@ -50,13 +52,13 @@ fn parameters(bodies: Vec<RigidBody>, time_step: f64) -> Parameters {
     }
 }
 
-/// The largest joint error, m and rad.
+/// Largest joint error [m, rad].
 fn error(world: &World, states: &[State]) -> f64 {
     let errors = world.joints().iter().map(|joint| joint.error(states).unwrap());
     errors.map(|(place, turn)| place.max(turn)).fold(0.0, f64::max)
 }
 
-/// What a step made of energy beyond the work of its drives, and what it has, J.
+/// Energy gained in a step beyond the work of the drives, and the kinetic energy [J].
 fn made(world: &World, record: &StepRecord) -> (f64, f64) {
     let (states, next) = (&record.states, &record.solution.states);
     let drives = world.joints().iter().zip(&record.solution.joints);
@@ -70,19 +72,19 @@ fn made(world: &World, record: &StepRecord) -> (f64, f64) {
     (gained, kinetic(states).max(kinetic(next)))
 }
 
-/// A rod of length `length` along its x axis.
+/// Rod of length `length` along its x axis.
 fn rod(mass: f64, length: f64, width: f64) -> RigidBody {
     let half = Vector3::new(0.5 * length, 0.5 * width, 0.5 * width);
     RigidBody::solid(mass, &[Piece::cuboid(half).unwrap()]).unwrap().0
 }
 
-/// The body with points in place of its shape: it meets the ground alone.
+/// Body with contact points instead of its shape, which touches only the ground.
 fn without_shape(body: &RigidBody) -> RigidBody {
     let points: Vec<_> = body.contact_points().iter().map(|point| point.position).collect();
     RigidBody::new(body.mass(), *body.inertia(), &points).unwrap()
 }
 
-/// A rod from one place to another, the shortest turn from x.
+/// Rod from one point to another, by the shortest rotation from x.
 fn laid(from: Vector3<f64>, to: Vector3<f64>) -> State {
     let way = (to - from).normalize();
     let turn = Vector4::new(1.0 + way[0], 0.0, -way[2], way[1]);
@@ -91,8 +93,8 @@ fn laid(from: Vector3<f64>, to: Vector3<f64>) -> State {
     at_rest(0.5 * (from + to), attitude)
 }
 
-/// Rods through `points`, the ends of the first and of the last in the world; a hinge about `axes` at every
-/// point.
+/// Rods through `points`, with a hinge about `axes` at every point. The ends of the first and the
+/// last rod are fixed to the world.
 fn loop_of_rods(
     points: &[Vector3<f64>],
     axes: &[Vector3<f64>],
@@ -116,9 +118,9 @@ fn loop_of_rods(
     (World::new(parameters).unwrap().with_joints(joints).unwrap(), states)
 }
 
-/// Bricard's mechanism, five rods and six hinges with one equation too many, against the published
-/// benchmark (González, Dopico, Lugrís and Cuadrado 2006) as another program computes it. The state of step k is that of
-/// (k + ½) h of what starts from rest.
+/// Checks Bricard's mechanism: five rods and six hinges with one redundant constraint. The
+/// reference is the published benchmark (González, Dopico, Lugrís and Cuadrado 2006) as another
+/// program computes it. The state of step k belongs to the time (k + ½) h of a motion from rest.
 #[test]
 fn bricards_mechanism_moves_as_another_program_has_it() {
     let point = |x: f64, y: f64, z: f64| Vector3::new(x, y, z);
@@ -158,12 +160,12 @@ fn bricards_mechanism_moves_as_another_program_has_it() {
     assert!(errors[0] / errors[1] > 3.0, "{errors:?}");
 }
 
-/// Windows of one four-bar after another, held far too often, move as the pendulum of the same energy, through the positions
-/// in which all bars lie on one line.
+/// Checks a row of four-bar windows, which has many redundant constraints. It moves like the
+/// pendulum of the same energy, through the positions in which all bars are collinear.
 #[test]
 fn four_bar_windows_go_through_their_singular_position() {
     let (windows, h) = (2, 1e-3);
-    // Posts at x = 0, 1, 2 and bars between their tops.
+    // Posts at x = 0, 1, 2, and bars between their tops.
     let posts = windows + 1;
     let mut states = Vec::new();
     for k in 0..posts {
@@ -188,7 +190,7 @@ fn four_bar_windows_go_through_their_singular_position() {
         hinge(posts + k, Some(k), top);
         hinge(posts + k, Some(k + 1), top + Vector3::x());
     }
-    // At 1 m/s of the bars; the posts turn about their feet.
+    // The bars move at 1 m/s, and the posts rotate about their feet.
     for (k, state) in states.iter_mut().enumerate() {
         let post = k < posts;
         state.velocity = Vector3::x() * if post { 0.5 } else { 1.0 };
@@ -209,7 +211,7 @@ fn four_bar_windows_go_through_their_singular_position() {
         assert!(!matches!(status, StepStatus::Failed | StepStatus::Wild), "{k}: {status}");
         let now = &record.solution.states;
         assert!(error(&apart, now) < 1e-12, "{k}: {}", error(&apart, now));
-        // All posts stay alike, and bars level.
+        // All posts stay parallel, and the bars horizontal.
         for post in 1..posts {
             let apart = now[post].position - now[0].position - Vector3::x() * post as f64;
             assert!(apart.norm() < 1e-9, "{k}: {apart}");
@@ -223,8 +225,9 @@ fn four_bar_windows_go_through_their_singular_position() {
     assert!(passages >= 10);
 }
 
-/// A ring of four bars folds flat on the ground: in one step of it a solution turns 3 J into 168 J. It is refused
-/// as long as there are other starts, and the step reported as retried.
+/// Checks a ring of four bars that folds flat on the ground. In one step a solution exists that
+/// turns 3 J into 168 J. The solver prefers another stage's solution and reports the step as
+/// retried.
 #[test]
 fn a_ring_that_folds_is_taken_where_it_makes_no_energy() {
     let (bars, h, tilt, lean) = (4, 5e-3, 0.13_f64, 0.1_f64);

@@ -1,5 +1,5 @@
-//! Mechanisms at random: trees, trees with a loop, and closed loops that move although they are held too often, turned out of the
-//! world's axes; driven hard, swung and dropped.
+//! Random mechanisms: trees, trees with a loop, and redundantly constrained loops that can move.
+//! They are rotated against the world axes, driven hard, swung and dropped.
 
 use super::{at_rest, frames, laid, parameters, rod};
 use nalgebra::{Matrix4, Vector3, Vector4};
@@ -10,7 +10,7 @@ use tumble_core::mechanics::quaternion::{left, rotation};
 use tumble_core::mechanics::{RigidBody, State};
 use tumble_core::world::{Partner, World};
 
-/// Numbers between 0 and 1, the same in every run.
+/// Random numbers between 0 and 1, the same in every run.
 pub struct Numbers(pub u64);
 
 impl Numbers {
@@ -44,7 +44,7 @@ impl Numbers {
     }
 }
 
-/// A drive that does something hard.
+/// Random drive with large forces.
 fn drive(numbers: &mut Numbers, size: f64) -> Drive {
     let mut drive = Drive::NONE;
     if numbers.next() < 0.3 {
@@ -77,13 +77,13 @@ fn drive(numbers: &mut Numbers, size: f64) -> Drive {
     drive
 }
 
-/// A mechanism somewhere in the world.
+/// Bodies, states and joints of a mechanism at any place.
 struct Built {
     bodies: Vec<RigidBody>,
     states: Vec<State>,
     joints: Vec<Joint>,
-    /// How many bodies, from the first on, are bars of one loop. They are smooth to each other: with friction a bar may wedge between
-    /// others, and then nothing lifts it out again.
+    /// Number of bodies, from the first on, that are bars of one loop. They have no friction with
+    /// each other. With friction a bar could jam between others and stay there.
     bars: usize,
 }
 
@@ -93,7 +93,7 @@ fn cuboid(numbers: &mut Numbers) -> RigidBody {
     RigidBody::solid(mass, &[Piece::cuboid(half).unwrap()]).unwrap().0
 }
 
-/// A joint of any kind between A and B, or the world, half way between them.
+/// Random joint between A and B, or the world, halfway between them.
 fn any_joint(states: &[State], a: usize, b: Option<usize>, numbers: &mut Numbers) -> Joint {
     let middle = b.map_or(states[a].position, |b| states[b].position);
     let place = 0.5 * (states[a].position + middle);
@@ -114,7 +114,8 @@ fn any_joint(states: &[State], a: usize, b: Option<usize>, numbers: &mut Numbers
     }
 }
 
-/// Bodies here and there, each tied to one before it; in some one is tied to the world, in some the last one to the first.
+/// Tree of random bodies, each connected to an earlier one. Some trees are connected to the world,
+/// and in some the last body is connected to the first.
 fn tree(numbers: &mut Numbers) -> Built {
     let count = 2 + numbers.below(7);
     let mut places: Vec<Vector3<f64>> = vec![Vector3::zeros()];
@@ -138,7 +139,7 @@ fn tree(numbers: &mut Numbers) -> Built {
     Built { bodies, states, joints, bars: 0 }
 }
 
-/// Rods between the corners of a closed loop, with hinges about `axes` there, of which one or two are driven.
+/// Closed loop of rods between the corners, with hinges about `axes`. One or two hinges are driven.
 fn ring(corners: &[Vector3<f64>], axes: &[Vector3<f64>], numbers: &mut Numbers) -> Built {
     let count = corners.len();
     let next = |k: usize| (k + 1) % count;
@@ -160,7 +161,7 @@ fn ring(corners: &[Vector3<f64>], axes: &[Vector3<f64>], numbers: &mut Numbers) 
     Built { bodies, states, joints, bars: count }
 }
 
-/// Four to seven bars in a plane.
+/// Planar loop of four to seven bars.
 fn flat_ring(numbers: &mut Numbers) -> Built {
     let count = 4 + numbers.below(4);
     let radius = numbers.between(0.25, 0.5);
@@ -172,7 +173,7 @@ fn flat_ring(numbers: &mut Numbers) -> Built {
     ring(&corners, &vec![Vector3::z(); count], numbers)
 }
 
-/// Four bars whose hinges all point to one place.
+/// Spherical loop: four bars whose hinge axes meet in one point.
 fn round_ring(numbers: &mut Numbers) -> Built {
     let corner = |k: usize, numbers: &mut Numbers| {
         let angle = 0.25 * TAU * (k as f64 + numbers.between(-0.3, 0.3));
@@ -184,13 +185,13 @@ fn round_ring(numbers: &mut Numbers) -> Built {
     ring(&corners, &axes, numbers)
 }
 
-/// Bennett's loop: four bars, the lengths and the twists of opposite ones alike, with sin α/a = sin β/b, so that
-/// tan ½θ₁ tan ½θ₂ = sin ½(β + α)/sin ½(β − α).
+/// Bennett's loop: four bars with equal lengths and twists of opposite bars and sin α/a = sin β/b.
+/// Then tan ½θ₁ tan ½θ₂ = sin ½(β + α)/sin ½(β − α).
 fn bennetts_ring(numbers: &mut Numbers) -> Built {
     let (a, b) = (numbers.between(0.25, 0.35), numbers.between(0.4, 0.5));
     let twist: f64 = numbers.between(0.4, 1.0);
     let other = (twist.sin() * a / b).asin();
-    // Of a the smaller one is the twist.
+    // The smaller twist belongs to a.
     let (alpha, beta) = (other, twist);
     let theta: f64 = numbers.between(0.8, 2.0);
     let ratio = (0.5 * (beta + alpha)).sin() / (0.5 * (beta - alpha)).sin();
@@ -210,7 +211,7 @@ fn bennetts_ring(numbers: &mut Numbers) -> Built {
     ring(&corners, &axes, numbers)
 }
 
-/// Bricard's loop with right angles, all six bars of it.
+/// Bricard's loop with right angles and six bars.
 fn bricards_ring(numbers: &mut Numbers) -> Built {
     let size = numbers.between(0.3, 0.5);
     let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()];
@@ -218,7 +219,7 @@ fn bricards_ring(numbers: &mut Numbers) -> Built {
     ring(&corners, &[y, z, x, y, z, x], numbers)
 }
 
-/// A loop, and arms on some of its bars.
+/// Loop with arms on some of its bars.
 fn with_arms(mut built: Built, numbers: &mut Numbers) -> Built {
     let (count, centre) = (built.states.len(), middle(&built.states));
     for bar in 0..count {
@@ -239,7 +240,7 @@ fn middle(states: &[State]) -> Vector3<f64> {
     states.iter().map(|state| state.position).sum::<Vector3<f64>>() / states.len() as f64
 }
 
-/// The world in which these bodies are smooth to each other.
+/// World in which these bodies have no friction with each other.
 pub fn smooth(mut world: World, bars: &[usize]) -> World {
     for (k, bar) in bars.iter().enumerate() {
         for other in &bars[k + 1..] {
@@ -249,8 +250,8 @@ pub fn smooth(mut world: World, bars: &[usize]) -> World {
     world
 }
 
-/// A random mechanism above the ground, turned any way and swung, and which bodies are the bars of a loop; in some one body is
-/// tied to the world.
+/// Random mechanism above the ground with a random rotation and motion, and the indices of the bars
+/// of a loop. In some mechanisms a body is connected to the world.
 pub fn mechanism(numbers: &mut Numbers) -> (World, Vec<State>, Vec<usize>) {
     let Built { bodies, mut states, mut joints, bars } = match numbers.below(10) {
         0..=3 => tree(numbers),
@@ -294,7 +295,7 @@ pub fn mechanism(numbers: &mut Numbers) -> (World, Vec<State>, Vec<usize>) {
     (smooth(world, &bars), states, bars)
 }
 
-/// The same mechanism with masses that differ by factors of up to 10⁵.
+/// The same mechanism with mass ratios of up to 10⁵.
 pub fn uneven(world: &World, bars: &[usize], numbers: &mut Numbers) -> World {
     let scaled = |body: &RigidBody| {
         let factor = 10.0_f64.powf(numbers.between(-2.5, 2.5));

@@ -1,4 +1,4 @@
-//! Boxes and balls at the edges of what they lie on: tiles and tables, fixed ones and bodies.
+//! Boxes and balls at the edges of their support: tiles and tables, both fixed and movable.
 
 use super::{Scene, at, run, solid_box};
 use nalgebra::{Matrix3, Vector3};
@@ -14,23 +14,23 @@ fn fixed_box(half_sides: [f64; 3], centre: [f64; 3]) -> Fixed {
     Fixed { piece, friction: None }
 }
 
-/// A box that slides along x from 0 with 2 m/s and μ 0.3, over what `fixed` is, its lower face at
-/// `height`.
+/// Box that slides along x from 0 at 2 m/s with μ = 0.3. Its lower face is at `height` [m].
 fn slider(height: f64) -> Vec<(RigidBody, State)> {
     let mut start = at(0.0, 0.0, height + 0.1);
     start.velocity[0] = 2.0;
     vec![(solid_box(1.0, 0.2, 0.15, 0.1), start)]
 }
 
-/// The first box of each step, and the highest that it is off its height.
+/// Positions of the first body along x in each step, and its largest deviation from its height and
+/// line.
 fn ways(records: &[StepRecord], height: f64) -> (Vec<f64>, f64) {
     let places = records.iter().map(|record| record.solution.states[0].position);
     let off = places.clone().map(|r| (r[2] - height - 0.1).abs().max(r[1].abs()));
     (places.map(|r| r[0]).collect(), off.fold(0.0, f64::max))
 }
 
-/// Tiles of 0.15 m, edge to edge: the box covers three of them, and passes from one to the next
-/// some eight times. It slides as on a plane.
+/// Checks that a box slides over tiles as over a plane. The tiles are 0.15 m long and lie edge to
+/// edge. The box covers three of them and passes about eight edges.
 #[test]
 fn a_box_slides_over_a_floor_of_tiles_without_a_bump() {
     let (steps, plane) = (400, Scene::new(slider(0.0), 0.3, 0.002));
@@ -48,8 +48,8 @@ fn a_box_slides_over_a_floor_of_tiles_without_a_bump() {
     }
 }
 
-/// The same on ten tiles that are bodies of 5 kg: the ground holds each with μ 0.9, which is more
-/// than the box pulls.
+/// Checks the same on ten tiles that are bodies of 5 kg. The ground holds each tile with μ = 0.9,
+/// which is more than the friction of the box.
 #[test]
 fn a_box_slides_over_tiles_that_are_bodies() {
     let (steps, plane) = (400, Scene::new(slider(0.0), 0.3, 0.002));
@@ -75,8 +75,8 @@ fn a_box_slides_over_tiles_that_are_bodies() {
     }
 }
 
-/// A ball that flies past the edge of a table, a centimetre beside it and down below its top, flies
-/// as if there were none: the plane of a face ends where the face does.
+/// Checks that a face's plane ends at the edge of the face. A ball flies past the edge of a table,
+/// a centimetre away from it and below its top. It moves as if there were no table.
 #[test]
 fn a_ball_past_a_tables_edge_is_not_stopped_by_its_plane() {
     let (ball, _) = RigidBody::solid(0.5, &[Piece::sphere(0.05).unwrap()]).unwrap();
@@ -92,8 +92,8 @@ fn a_ball_past_a_tables_edge_is_not_stopped_by_its_plane() {
     }
 }
 
-/// A box with its centre a little before the edge of a table stays; a little beyond, it tips over.
-/// In 1 s a tilt from a lever of 1e-4 m grows to some hundredths.
+/// Checks that a box stays if its centre is slightly inside the table's edge, and tips if it is
+/// outside. With a lever of 1e-4 m the tilt grows to some hundredths in 1 s.
 #[test]
 fn a_box_over_a_tables_edge_tips_where_statics_says() {
     for (beyond, tips) in [(-1e-4, false), (-1e-6, false), (1e-4, true), (1e-3, true)] {
@@ -109,9 +109,9 @@ fn a_box_over_a_tables_edge_tips_where_statics_says() {
     }
 }
 
-/// A box that slides off a table: friction μ m g at its lower face, c below the centre, shifts the
-/// force that carries it by μ c forwards, so that it tips from μ c before the edge on, and not
-/// earlier.
+/// Checks where a box that slides off a table begins to tip. The friction μ m g acts at its lower
+/// face, c below the centre. It moves the supporting force forward by μ c. So the box tips from μ c
+/// before the edge on, and not earlier.
 #[test]
 fn a_box_slides_off_a_table_and_tips() {
     let mut start = at(0.7, 0.0, 1.1);

@@ -1,5 +1,5 @@
-//! Several bodies, by the native solver: what must hold whatever the numbers are, and the scenes
-//! in which contact between bodies goes wrong elsewhere.
+//! Several bodies with the native solver: invariants that hold for all numbers, and scenes that are
+//! known to break contact solvers.
 
 mod edges;
 
@@ -15,10 +15,10 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Fixed, Parameters, World};
 
-/// g, m/s².
+/// Gravity [m/s²].
 const GRAVITY: f64 = 9.81;
 
-/// A world and where its bodies start.
+/// World with the initial states of its bodies.
 #[derive(Debug, Clone)]
 struct Scene {
     parameters: Parameters,
@@ -45,7 +45,7 @@ impl Scene {
         World::new(self.parameters.clone()).unwrap().with_fixed(self.fixed.clone()).unwrap()
     }
 
-    /// Every step, each one solved.
+    /// Runs the scene and returns the records of all steps. Every step must be solved.
     fn run(&self, steps: usize) -> Vec<StepRecord> {
         run(&self.world(), &self.states, steps)
     }
@@ -77,8 +77,8 @@ fn solid_box(mass: f64, a: f64, b: f64, c: f64) -> RigidBody {
     RigidBody::solid_box(mass, Vector3::new(a, b, c)).unwrap()
 }
 
-/// Three boxes that land on each other out of the middle, turned and turning: corners on faces,
-/// edges across edges, flush faces at the end. In the form of rotation with which no contact of its
+/// Three boxes that land on each other off centre, rotated and rotating. There are corners on
+/// faces, crossing edges and, in the end, flush faces. With this form of rotation no contact of the
 /// landing is a tie that rounding decides.
 fn heap() -> Scene {
     let place = |[x, y, z]: [f64; 3], angle: f64, velocity: [f64; 3]| State {
@@ -96,13 +96,14 @@ fn heap() -> Scene {
     scene
 }
 
-/// Steps of the heap: until it has landed.
+/// Number of steps until the heap has landed.
 const LANDING: usize = 120;
 
-/// ℓ of the heap's world, m: what turns its spins into speeds.
+/// Reach ℓ of the heap's world [m], which converts spins to speeds.
 const REACH: f64 = 0.3;
 
-/// How far two lists of states are apart: places and attitudes, m, and velocities and spins, m/s.
+/// Largest differences of two lists of states: positions [m] and attitudes, and velocities and
+/// spins [m/s].
 fn apart(expected: &[State], found: &[State]) -> (f64, f64) {
     let (mut pose, mut motion) = (0.0_f64, 0.0_f64);
     for (a, b) in expected.iter().zip(found) {
@@ -115,8 +116,8 @@ fn apart(expected: &[State], found: &[State]) -> (f64, f64) {
     (pose, motion)
 }
 
-/// Rounding differs, and every impact multiplies a difference: poses by up to 4e-9 here, motions by
-/// up to 7e-7 m/s. Allowed as for one body (`native_symmetry.rs`).
+/// Checks that two lists of states agree. Rounding differs, and every impact amplifies differences.
+/// The tolerances are those for one body (`native/symmetric.rs`).
 fn check_same(name: &str, expected: &[State], found: &[State], step: u64) {
     let (pose, motion) = apart(expected, found);
     assert!(pose < 1e-7 && motion < 2e-6, "{name}, step {step}: {pose:e}, {motion:e} m/s");
@@ -166,7 +167,7 @@ fn renumbering_the_bodies_permutes_the_answer() {
     }
 }
 
-/// Two bodies that fly at each other in empty space, spinning: boxes or cubes.
+/// Two bodies, boxes or cubes, that collide in empty space while spinning.
 fn meeting(cubes: bool) -> impl Strategy<Value = Scene> {
     let body = move || {
         (0.2..5.0, proptest::array::uniform3(0.1..0.3)).prop_map(move |(mass, [a, b, c])| {
@@ -183,7 +184,7 @@ fn meeting(cubes: bool) -> impl Strategy<Value = Scene> {
                 velocity: Vector3::zeros(),
                 spin,
             };
-            // Above the ground, which nothing reaches; farther apart than both reach.
+            // High above the ground, and farther apart than the reach of both bodies.
             let height = Vector3::new(0.0, 0.0, 20.0);
             let mut a = place(height - 1.1 * Vector3::x() + aside, q, spin);
             a.velocity[0] = speed;
@@ -204,7 +205,7 @@ fn each(count: u32, scenes: impl Strategy<Value = Scene>, check: impl Fn(&Scene)
     outcome.unwrap_or_else(|failure| panic!("{failure}"));
 }
 
-/// Linear momentum, and angular momentum about the second body's start.
+/// Linear momentum, and angular momentum about the initial position of the second body.
 fn momentum(scene: &Scene, states: &[State]) -> [Vector3<f64>; 2] {
     let centre = scene.states[1].position;
     let mut sum = [Vector3::zeros(); 2];
@@ -218,8 +219,8 @@ fn momentum(scene: &Scene, states: &[State]) -> [Vector3<f64>; 2] {
     sum
 }
 
-/// Both momenta of two cubes and of any boxes, through a meeting with friction: to what their
-/// velocities lack in some hundred steps of 1e-12 m/s and less.
+/// Checks that a collision with friction conserves both momenta, for two cubes and for two boxes.
+/// The tolerance covers some hundred steps with velocity errors of 1e-12 m/s.
 #[test]
 fn contacts_of_a_pair_keep_its_momentum() {
     for cubes in [true, false] {
@@ -246,18 +247,18 @@ fn energy(scene: &Scene, states: &[State]) -> f64 {
     bodies.iter().zip(states).map(of_one).sum()
 }
 
-/// The energy that a step may add.
+/// Largest energy that a step may add [J].
 ///
-/// The step's equations times the new velocities give E⁺ − E = Σ p·V − (what impulses cost), with
-/// V = V_A − V_B at the touching point, in the configuration at the start. The laws act on the mean
-/// motion d of the point as it is seen from B, p·d ≤ −p_n φ/h with the gap φ at the start, and
+/// The step's equations times the new velocities are E⁺ − E = Σ p·V − (losses of the impulses).
+/// Here V = V_A − V_B at the touching point, in the initial configuration. The laws act on the mean
+/// motion d of the point seen from B: p·d ≤ −p_n φ/h, with the initial gap φ. Furthermore
 ///
 /// ```text
 /// |V − d| ≤ |ω_A × y| θ_A + |ω_B × a| θ_B + |ω_B| |δ|,   θ = ½ h |ω⁺|
 /// ```
 ///
-/// with the arms y and a of the point from A and B and its way δ beside B's centre: a turn by a
-/// finite angle takes a point along a chord, and B sees it from where B has turned to.
+/// with the arms y and a of the point from A and B, and its displacement δ relative to B's centre.
+/// A finite turn moves a point along a chord, and B sees it from its own new orientation.
 fn most_gain(scene: &Scene, record: &StepRecord) -> f64 {
     let h = scene.parameters.time_step;
     let mut most = 0.0;
@@ -281,8 +282,9 @@ fn most_gain(scene: &Scene, record: &StepRecord) -> f64 {
     most
 }
 
-/// No step of a meeting or a landing in the tutorial's form of rotation, whose gyroscopic term does
-/// no work at the end of the step, adds more than that: to the residual times the momentum.
+/// Checks the energy of every step of collisions and a landing, in the tutorial's form of rotation.
+/// Its gyroscopic term does no work at the end of the step. The tolerance is the residual times the
+/// momentum.
 #[test]
 fn no_step_adds_more_energy_than_its_turn_can() {
     let check = |scene: &Scene, steps: usize| {
@@ -299,8 +301,8 @@ fn no_step_adds_more_energy_than_its_turn_can() {
     check(&heap(), 300);
 }
 
-/// Two equal cubes, one exactly on the other, and turned together by any angle: four contacts, in
-/// the corners, each with a quarter of the weight.
+/// Checks two equal cubes exactly on top of each other, rotated together by any angle. They have
+/// four contacts, at the corners, each with a quarter of the weight.
 #[test]
 fn exactly_aligned_corners_make_four_contacts() {
     for angle in [0.0, 0.3, std::f64::consts::FRAC_PI_4, 1.0] {
@@ -322,14 +324,14 @@ fn exactly_aligned_corners_make_four_contacts() {
     }
 }
 
-/// A stack of five whose boxes are out of place by drifts of 1e-9 m and rad, any of them: four
-/// contacts or more below each box, forces that are the weights, and it stays.
+/// Checks a stack of five boxes with offsets of 1e-9 m and rad. Each box has at least four contacts
+/// below it, their forces carry the weight, and the stack stays.
 #[test]
 fn a_stack_stands_under_drifts_of_a_nanometre() {
     let drifts = proptest::collection::vec((vector(1e-9), vector(5e-10)), 5).prop_map(|drifts| {
         let bodies = drifts.into_iter().enumerate().map(|(i, (shift, turn))| {
             let mut state = at(0.0, 0.0, 0.1 + 0.2 * i as f64);
-            // Apart by more than tilts reach down.
+            // Gaps larger than the tilts can close.
             state.position += shift + Vector3::new(0.0, 0.0, 4e-9 * (i + 1) as f64);
             state.attitude = Vector4::new(1.0, turn[0], turn[1], turn[2]).normalize();
             (solid_box(1.0, 0.15, 0.15, 0.1), state)
@@ -361,7 +363,7 @@ fn a_stack_stands_under_drifts_of_a_nanometre() {
     });
 }
 
-/// What touches is found whatever was asked of the same memory before.
+/// Checks that a search does not depend on earlier queries of the same memory.
 #[test]
 fn a_search_does_not_depend_on_what_was_asked_before() {
     let cube = || solid_box(1.0, 0.5, 0.5, 0.5);
@@ -378,8 +380,8 @@ fn a_search_does_not_depend_on_what_was_asked_before() {
     assert_eq!(fresh.contacts().len(), 8);
 }
 
-/// A step that is looked at again from its start: what joined in it the first time is there at once,
-/// and once, however often it is asked for, and it is gone as soon as a body has moved.
+/// Checks a repeated search of the same step. Contacts that were added by the first search are
+/// found at once, and only once. They disappear as soon as a body has moved.
 #[test]
 fn a_search_that_is_repeated_finds_every_contact_once() {
     let (cube, apart) =

@@ -1,6 +1,6 @@
-//! Lists of the wrong length, indices of nothing and numbers that are none, handed to every public
-//! function of the library that takes lists over bodies: each answers, with an error or with what
-//! its documentation says. None panics.
+//! Invalid input for every public function that takes lists over bodies: lists of the wrong length,
+//! indices out of range, and NaN. Each function returns an error or its documented result. None
+//! panics.
 
 mod solvers;
 
@@ -23,7 +23,7 @@ use tumble_core::simulation::wild::EnergyJudge;
 use tumble_core::step::StepSolution;
 use tumble_core::world::{Parameters, World};
 
-/// `bodies` cubes of 1 m with restitution.
+/// World with `bodies` cubes of 1 m with restitution.
 fn world_of(bodies: usize) -> World {
     let parameters = Parameters {
         bodies: vec![RigidBody::solid_box(1.0, Vector3::repeat(0.5)).unwrap(); bodies],
@@ -36,7 +36,7 @@ fn world_of(bodies: usize) -> World {
     World::new(parameters).unwrap().with_restitution(0.5).unwrap()
 }
 
-/// Cubes one on the other that fall.
+/// Stacked cubes that fall.
 fn tower(bodies: usize) -> Vec<State> {
     let state = |index: usize| State {
         position: Vector3::new(0.0, 0.0, 0.5 + index as f64),
@@ -47,7 +47,7 @@ fn tower(bodies: usize) -> Vec<State> {
     (0..bodies).map(state).collect()
 }
 
-/// No state, too few, as many as `bodies`, too many, and as many that are no numbers.
+/// Lists of states: empty, too short, of length `bodies`, too long, and with NaN.
 fn lists(bodies: usize) -> Vec<Vec<State>> {
     let mut none = tower(bodies);
     none[0].position.z = f64::NAN;
@@ -61,7 +61,7 @@ fn contacts_of(world: &World, states: &[State]) -> Vec<Contact> {
     candidates.contacts().to_vec()
 }
 
-/// The contacts of a step, and the same with bodies and points that are not there.
+/// Contacts of a step, and variants with bodies and points that do not exist.
 fn contact_lists(world: &World, bodies: usize) -> Vec<Vec<Contact>> {
     let found = contacts_of(world, &tower(bodies));
     assert!(!found.is_empty());
@@ -80,7 +80,7 @@ fn contact_lists(world: &World, bodies: usize) -> Vec<Vec<Contact>> {
     ]
 }
 
-/// What panics of what is called.
+/// Names of the functions that panicked.
 #[derive(Default)]
 struct Panics(Vec<String>);
 
@@ -154,7 +154,7 @@ fn lists_of_any_length_make_no_search_panic() {
     }
 }
 
-/// What is not known is nothing good: a residual that no tolerance accepts, a step that is wild.
+/// Checks that incomplete input counts as bad: the residual is NaN and the step unphysical.
 #[test]
 fn a_step_without_a_state_of_every_body_is_not_taken_for_one() {
     let world = world_of(2);
@@ -238,7 +238,7 @@ fn shares_of_any_length_make_no_restitution_panic() {
     }
 }
 
-/// A contact takes the smaller share of its bodies; one that is missing is the whole.
+/// Checks that a contact has the smaller share of its two bodies. A missing share counts as 1.
 #[test]
 fn a_missing_share_is_the_whole_restitution() {
     let world = world_of(2);
@@ -259,7 +259,8 @@ fn a_missing_share_is_the_whole_restitution() {
     assert_eq!(rebounds(&[0.5, 1.0, 0.1]), rebounds(&[0.5, 1.0]));
 }
 
-/// Tables of one body, read as those of more than memory holds.
+/// Checks that tables of one body, read with a wrong number of bodies, return an error. The number
+/// may be larger than memory.
 #[test]
 fn a_count_of_bodies_of_any_size_is_no_more_than_wrong() {
     use tumble_core::simulation::{Motion, Simulation, StepRecord};
@@ -310,7 +311,7 @@ fn a_record_of_another_world_makes_no_writer_panic() {
                 let forces = contacts.iter().map(|contact| ContactForce::none(contact.key));
                 record.solution.contacts = forces.collect();
                 record.contacts = contacts;
-                // Of several bodies there is no such table.
+                // This table exists for one body only.
                 let writer = TrajectoryWriter::new(Vec::new(), &world);
                 assert_eq!(writer.is_ok(), bodies == 1, "{bodies} bodies");
                 if let Ok(mut writer) = writer {
@@ -333,7 +334,7 @@ fn a_record_of_another_world_makes_no_writer_panic() {
     }
 }
 
-/// Poses that are none, and hints of other pairs.
+/// Checks invalid poses, and hints of other pairs.
 #[test]
 fn hints_and_poses_of_anything_make_no_geometry_panic() {
     let mut panics = Panics::default();
@@ -361,7 +362,7 @@ fn hints_and_poses_of_anything_make_no_geometry_panic() {
     for of in &pieces {
         for other in &pieces {
             for at in &poses {
-                // What was learnt of one pair is handed to another.
+                // Hands the hint of one pair to another pair.
                 for (a, b) in pieces.iter().flat_map(|a| pieces.iter().map(move |b| (a, b))) {
                     let mut hint = Hint::default();
                     manifold(
@@ -389,7 +390,7 @@ fn hints_and_poses_of_anything_make_no_geometry_panic() {
     panics.look("Sweep::pairs", || Sweep::new().pairs(&boxes, |_, _| ()));
 }
 
-/// A memory that was used for one world, and then for another.
+/// Checks memory that was used for one world and then for another.
 #[test]
 fn a_search_in_another_world_does_not_panic() {
     let body = |pieces: usize| {
@@ -417,7 +418,7 @@ fn a_search_in_another_world_does_not_panic() {
     }
 }
 
-/// Nothing, where something is needed, and what is not there: an error, or what is documented.
+/// Checks that empty lists and missing parts are refused, or have their documented result.
 #[test]
 fn empty_lists_and_missing_parts_are_refused() {
     let unit = Matrix3::identity();

@@ -1,4 +1,4 @@
-//! Steps that are none, handed to the solvers.
+//! Invalid steps for the solvers.
 
 use super::{Panics, contact_lists, contacts_of, lists, tower, world_of};
 use tumble_core::contact::{Candidates, Contact};
@@ -25,8 +25,8 @@ fn a_step_of_any_lists_makes_no_solver_of_ipopt_panic() {
     look_at_solvers(&solvers, true);
 }
 
-/// Hands odd steps to solvers for a world, which solve steps of this world only if
-/// `of_one_world` is true.
+/// Passes invalid steps to solvers. If `of_one_world` is true, a solver accepts steps of its own
+/// world only.
 fn look_at_solvers(solvers_for: &dyn Fn(&World) -> Vec<Box<dyn StepSolver>>, of_one_world: bool) {
     let mut panics = Panics::default();
     for bodies in [1, 2] {

@@ -16,8 +16,9 @@ fn by_ddp(problem: &PlanProblem) -> Plan {
     plan(problem, &problem.zero(), &[Box::new(ddp())])
 }
 
-/// A body in free flight is moved by h²/m (N − k) by the force of step k, and a force of a piece by the sum over it. With one target of
-/// weight w and e an effort a step, what is least is
+/// Checks a flight with minimal effort. In free flight the force of step k moves a body by h²/m (N
+/// − k), and the force of a control piece by the sum over its steps. With one target of weight w
+/// and an effort e per step, the minimum is
 ///
 /// ```text
 /// u = μ Σ a / count  within its bounds,   μ = w (d − Σ a u)/e
@@ -61,7 +62,7 @@ fn a_flight_has_the_least_effort_within_bounds() {
             let moved: f64 = piece.map(|k| h * h / mass * (steps - k) as f64).sum();
             let wanted = (share * moved / count).clamp(-1.0, most);
             at_bounds += usize::from(wanted == most);
-            // What the last iterations leave undone: the cost is less by no more than 1e-10 of it.
+            // The last iterations reduce the cost by less than 1e-10 of it.
             assert!(
                 (u - wanted).abs() < 1e-4 * most,
                 "{steps} {knots} {most} {knot}: {u} {wanted}"
@@ -72,7 +73,7 @@ fn a_flight_has_the_least_effort_within_bounds() {
     }
 }
 
-/// A start at rest, where exact derivatives are zero.
+/// Checks starts at rest, where exact derivatives are zero.
 #[test]
 #[ignore = "slow"]
 fn what_sticks_is_moved() {
@@ -88,7 +89,7 @@ fn what_sticks_is_moved() {
     }
 }
 
-/// A target on a body that no control can reach.
+/// Checks a target on a body that no control can move.
 #[test]
 fn what_nothing_moves_is_said() {
     let scene = "
@@ -121,21 +122,22 @@ fn what_nothing_moves_is_said() {
     assert!(found.reason.contains("all derivatives are zero"), "{}", found.reason);
 }
 
-/// Pushes at random, from no force at all.
+/// Plans random pushes from zero forces.
 #[test]
 #[ignore = "slow"]
 fn random_pushes_are_planned() {
     campaign(5, 5, &[StageName::Ddp]);
 }
 
-/// Fifty of them.
+/// Plans fifty random pushes.
 #[test]
 #[ignore = "minutes"]
 fn fifty_random_pushes_are_planned() {
     campaign(11, 50, &[StageName::Ddp]);
 }
 
-/// It ends where it is told to, with what it has; an interrupt ends it within an iteration.
+/// Checks that the stage stops on request and returns its best result. An interrupt ends it within
+/// an iteration.
 #[test]
 fn it_ends_where_it_is_told_to() {
     let file = shipped("push.toml");

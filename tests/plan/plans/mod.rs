@@ -1,4 +1,4 @@
-//! Plans: closed forms, shipped and drawn problems, problems without a solution, and refusals.
+//! Plans: closed forms, shipped and random problems, problems without a solution, and refusals.
 
 mod ddp;
 mod motors;
@@ -19,14 +19,14 @@ fn read(path: &Path, _: u64) -> std::io::Result<Vec<u8>> {
     std::fs::read(path)
 }
 
-/// A problem of `scenarios/plans`.
+/// Reads a problem of `scenarios/plans`.
 fn shipped(name: &str) -> ProblemFile {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/plans").join(name);
     let text = std::fs::read_to_string(&path).unwrap();
     ProblemFile::of_text(&text, &path, &read).unwrap()
 }
 
-/// A problem of a scene, both as texts.
+/// Problem of a scene, both given as texts.
 fn told(scene: &str, problem: &str) -> ProblemFile {
     let scene = Scene::of_text(scene, Path::new("scene.toml"), Settings::default(), &read).unwrap();
     ProblemFile::of_scene_text(scene, &format!("scene = \"-\"\n{problem}")).unwrap()
@@ -43,7 +43,7 @@ fn planned(file: &ProblemFile) -> Plan {
     plan(&file.problem, &file.problem.zero(), &file.built_stages())
 }
 
-/// A box on level ground.
+/// Scene with a box on level ground.
 const BOX: &str = "
     time_step = 0.02
     [ground]
@@ -55,7 +55,8 @@ const BOX: &str = "
     position = [0, 0, 0.1]
     ";
 
-/// A sliding box loses hμg of its speed in every step: with m steps at a speed above 0 it comes to
+/// Checks a sliding box, which loses hμg of its speed in every step. With m steps at a speed above
+/// 0 it moves by
 ///
 /// ```text
 /// d = h Σ_{i=1}^{m} (v₀ − i h μ g) = h (m v₀ − h μ g m (m + 1)/2)
@@ -73,7 +74,7 @@ fn the_start_that_stops_at_a_place_is_that_of_the_sum() {
     assert!(found.replay.residual < 1e-11);
 }
 
-/// Both the coefficient of friction and the speed follow from where the box is at two times.
+/// Checks that the coefficient of friction and the speed follow from the positions at two times.
 #[test]
 fn friction_and_start_follow_from_two_places() {
     let problem = "
@@ -101,7 +102,7 @@ fn friction_and_start_follow_from_two_places() {
     assert!((v - 3.0).abs() < 1e-6 && (mu - 0.35).abs() < 1e-6, "{v} {mu}");
 }
 
-/// With nothing to choose there is one run, whatever is asked of it: no plan moves it.
+/// Checks a problem without free controls. There is one run, and no plan changes it.
 #[test]
 fn what_cannot_be_chosen_does_not_move() {
     let scene = BOX.replace("position =", "velocity = [1.2, 0.2, 0]\nspin = [0, 0, 3]\nposition =");
@@ -124,7 +125,7 @@ fn what_cannot_be_chosen_does_not_move() {
     }
 }
 
-/// A force below the limit of friction moves nothing, and every stage ends at once.
+/// Checks a force below the friction limit. Nothing moves, and every stage ends at once.
 #[test]
 fn what_cannot_be_is_missed_with_a_reason() {
     let problem = "
@@ -147,7 +148,8 @@ fn what_cannot_be_is_missed_with_a_reason() {
     assert!(found.stages.iter().all(|stage| !stage.kept));
 }
 
-/// A plan is a scene: a simulation of it is the replay to the last bit, as is one with the plan's wrenches.
+/// Checks that a plan is a scene. Its simulation equals the replay to the last bit, and so does one
+/// with the plan's wrenches.
 fn assert_replays(file: &ProblemFile, found: &Plan) {
     let interrupt = Arc::new(AtomicBool::new(false));
     let scene = file.problem.scene_of(&found.replay).unwrap();
@@ -181,7 +183,7 @@ fn plans_replay_as_scenes() {
     }
 }
 
-/// Plans do not depend on the number of threads.
+/// Checks that plans do not depend on the number of threads.
 #[test]
 #[ignore = "slow"]
 fn plans_are_the_same_on_any_number_of_threads() {
@@ -200,7 +202,7 @@ fn plans_are_the_same_on_any_number_of_threads() {
     }
 }
 
-/// Shipped problems, from forces of zero by the default stages.
+/// Solves shipped problems from zero forces with the default stages.
 #[test]
 #[ignore = "slow"]
 fn shipped_problems_are_solved() {
@@ -222,7 +224,8 @@ fn shipped_problems_are_solved() {
     }
 }
 
-/// The optimum of `slide` is J = 0.13696, by a program of all steps in CasADi and Ipopt. `ddp` finds it from rest.
+/// Checks the optimum of `slide`, J = 0.13696, computed with CasADi and Ipopt as a program of all
+/// steps. `ddp` finds it from rest.
 #[test]
 fn a_slide_is_optimal_by_the_default_stages() {
     let found = planned(&shipped("slide.toml"));
@@ -235,7 +238,8 @@ fn a_slide_is_optimal_by_the_default_stages() {
     assert_eq!((skipped.runs, skipped.kept), (0, false), "{}", skipped.message);
 }
 
-/// `ddp` ends at a local optimum of `hop` that misses. The sampling starts again from the start of the search.
+/// Checks a case in which `ddp` ends at a local optimum of `hop` that misses the target. The
+/// sampling starts again from the start of the search.
 #[test]
 #[ignore = "slow"]
 fn a_fallback_starts_a_new_attempt() {
@@ -248,7 +252,7 @@ fn a_fallback_starts_a_new_attempt() {
     assert_eq!(found.replay.controls, alone.replay.controls);
 }
 
-/// A sampling as the first stage runs from a start that meets its targets.
+/// Checks that sampling as the first stage runs from a start that meets its targets.
 #[test]
 fn a_first_stage_is_not_skipped() {
     let mut file = shipped("stop.toml");
@@ -259,7 +263,7 @@ fn a_first_stage_is_not_skipped() {
     assert!(found.stages[0].runs >= 20, "{}", found.stages[0].runs);
 }
 
-/// The ball comes to its place by both cushions, and by no other.
+/// Checks that the ball reaches its target over both cushions and no other.
 #[test]
 #[ignore = "slow"]
 fn a_ball_is_shot_off_two_cushions() {
@@ -280,7 +284,8 @@ fn a_ball_is_shot_off_two_cushions() {
     assert_replays(&file, &found);
 }
 
-/// A box is thrown onto each of its four sides at five places; 19 of the 20 at least are reached to a millimetre and half a degree.
+/// Throws a box onto each of its four sides at five places. At least 19 of 20 plans reach a
+/// millimetre and half a degree.
 #[test]
 #[ignore = "slow"]
 fn a_box_is_thrown_onto_any_side_at_any_place() {
@@ -301,21 +306,23 @@ fn a_box_is_thrown_onto_any_side_at_any_place() {
     assert!(reached >= 19, "{reached} of 20");
 }
 
-/// Pushes to a pose and throws onto a side at random: nine of ten have a plan that replays, from no force at all.
+/// Plans random pushes to a pose and throws onto a side, from zero forces. Nine of ten must have a
+/// plan that replays.
 #[test]
 #[ignore = "slow"]
 fn random_pushes_and_throws_are_planned() {
     campaign(5, 5, &[StageName::Sample, StageName::Shoot]);
 }
 
-/// A hundred of them.
+/// Plans a hundred random pushes and throws.
 #[test]
 #[ignore = "minutes"]
 fn a_hundred_random_pushes_and_throws_are_planned() {
     campaign(11, 50, &[StageName::Sample, StageName::Shoot]);
 }
 
-/// So many pushes, and as many throws where the stages draw: a throw from no throw at all falls where it is, and no derivative turns it over.
+/// Plans `pairs` random pushes, and as many throws if the stages include sampling. A zero throw
+/// falls in place, and no derivative turns the box over.
 fn campaign(mut state: u64, pairs: usize, stages: &[StageName]) {
     let throws = stages.contains(&StageName::Sample);
     let clock = std::time::Instant::now();
@@ -372,7 +379,7 @@ fn campaign(mut state: u64, pairs: usize, stages: &[StageName]) {
             let mut file = told(scene, &problem);
             file.stages = stages.to_vec();
             let plan = planned(&file);
-            // What is said of a plan is what another run of its controls comes to.
+            // The reported results of a plan are reproduced by another run of its controls.
             let again = file.problem.replay(&plan.replay.controls).unwrap();
             assert_eq!(again.cost.to_bits(), plan.replay.cost.to_bits());
             assert_eq!(plan.status == PlanStatus::Replayed, again.meets());
@@ -387,7 +394,7 @@ fn campaign(mut state: u64, pairs: usize, stages: &[StageName]) {
     assert!(10 * found >= 9 * all, "{found} of {all}");
 }
 
-/// An interrupt ends a search with what it has.
+/// Checks that an interrupted search returns its best result so far.
 #[test]
 fn an_interrupted_search_has_the_best_so_far() {
     let file = shipped("push.toml");
@@ -517,7 +524,8 @@ fn problems_that_are_none_are_refused() {
     }
 }
 
-/// Ends of ranges may be open, the ground's height has a name of its own, and forces of two controls add up.
+/// Checks valid problems: open ends of ranges, the name of the ground's height, and forces of two
+/// controls that add up.
 #[test]
 fn what_can_be_is_taken() {
     let force =
@@ -531,7 +539,7 @@ fn what_can_be_is_taken() {
     assert_eq!(problem.controls()[2].name, "ground.height");
 }
 
-/// The pieces of a control are what its steps say, each of the length that its effort counts.
+/// Checks that the pieces of a control match its steps. Each has the length that its effort counts.
 #[test]
 fn pieces_are_those_of_their_steps() {
     for (steps, knots) in [(1, 1), (7, 3), (30, 29), (30, 7), (64, 64), (100, 1)] {
@@ -551,7 +559,7 @@ fn pieces_are_those_of_their_steps() {
     }
 }
 
-/// An interrupt before the start's own run is at its end leaves nothing to tell.
+/// Checks that an interrupt during the first run is an error.
 #[test]
 fn a_start_that_is_interrupted_is_no_plan() {
     let file = shipped("stop.toml");

@@ -1,4 +1,4 @@
-//! Motors as controls: against a weight in closed form, and against the library's own forces of joints.
+//! Motors as controls: a weight in closed form, and the library's own joint forces.
 
 use super::{assert_replays, plan, planned, shipped, told};
 use tumble_core::joint::JointLoad;
@@ -7,7 +7,7 @@ use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_plan::file::ProblemFile;
 use tumble_plan::{ContactMode, ControlKind, Mode, Plan, PlanStatus, Shoot};
 
-/// A rod of 1 kg and 1 m hangs from a hinge.
+/// A rod of 1 kg and 1 m that hangs from a hinge.
 const ROD: &str = "
     time_step = 0.004
     gravity = [0, 0, -9.81]
@@ -27,7 +27,7 @@ const ROD: &str = "
     axis = [0, 1, 0]
     ";
 
-/// Held at an angle by a steady torque the rod is at rest where τ = m g l sin θ.
+/// Checks that the steady torque that holds the rod at an angle is τ = m g l sin θ.
 #[test]
 fn the_torque_that_holds_a_rod_is_that_of_its_weight() {
     let scene = ROD.replace("axis =", "damping = 2\n    axis =");
@@ -46,13 +46,14 @@ fn the_torque_that_holds_a_rod_is_that_of_its_weight() {
     let file = told(&scene, problem);
     let found = plan(&file.problem, &[0.5], &[Box::new(Shoot::default())]);
     assert_eq!(found.status, PlanStatus::Replayed, "{}", found.reason);
-    // After so many steps it has come to rest but for its last creep.
+    // The rod has come to rest, except for a slow creep.
     let (torque, wanted) = (found.replay.controls[0], 9.81 * 0.5 * 0.5);
     assert!((torque - wanted).abs() < 2e-2 * wanted, "{torque} {wanted}");
     assert_replays(&file, &found);
 }
 
-/// The same numbers as forces of the library's joints: the motion is one, though there they are among the joint's own impulses.
+/// Compares motor controls with forces of the library's joints. The motion is the same, although
+/// the library includes them in the joint impulses.
 #[test]
 fn motors_are_forces_of_their_joints() {
     let file = shipped("swing-up.toml");
@@ -84,7 +85,8 @@ fn motors_are_forces_of_their_joints() {
     }
 }
 
-/// A slide that leans on a cart that falls, and an arm on a universal joint, whose second axis the first carries.
+/// A slide tilted on a falling cart, and an arm on a universal joint, whose first axis carries the
+/// second.
 const TIED: &str = "
     time_step = 0.01
     [ground]
@@ -146,7 +148,8 @@ const DRIVEN: &str = "
     x = [0, 2]
     ";
 
-/// Forces follow from where the bodies come to: with exact derivatives to rounding, in a few iterations and without differences of runs.
+/// Checks that forces are recovered from the motion that they cause. Exact derivatives find them to
+/// rounding, in a few iterations and without differences of runs.
 #[test]
 fn forces_follow_from_the_motion_that_they_make() {
     let some = told(TIED, &format!("{DRIVEN}\n[target]\nbody = \"arm\"\nx = 1\n")).problem;
@@ -172,7 +175,8 @@ fn forces_follow_from_the_motion_that_they_make() {
     assert!(found.stages[0].runs < 100, "{}", found.stages[0].runs);
 }
 
-/// A double pendulum comes to rest against its stops, from hanging, by torques that could not hold it out straight.
+/// Checks a double pendulum that swings up against its limits. Its torques are too small to hold it
+/// out horizontally.
 #[test]
 #[ignore = "minutes"]
 fn a_double_pendulum_is_swung_up_against_its_stops() {
@@ -184,13 +188,13 @@ fn a_double_pendulum_is_swung_up_against_its_stops() {
     is_found(&file);
 }
 
-/// A quadruped seen from the side hops over a bar to a place, and stands there.
+/// Checks a planar quadruped that hops over a bar to a place and stands there.
 #[test]
 #[ignore = "minutes"]
 fn a_quadruped_hops_to_a_place() {
     let file = shipped("leap.toml");
     let found = is_found(&file);
-    // There are steps in which nothing of it touches the ground.
+    // In some steps it does not touch the ground.
     let flies = |modes: &&Vec<ContactMode>| modes.iter().all(|of| of.mode == Mode::Open);
     assert!(found.replay.modes.iter().filter(flies).count() > 5);
 }
@@ -203,7 +207,7 @@ fn is_found(file: &ProblemFile) -> Plan {
     found
 }
 
-/// Problems of motors that are none, each in one sentence.
+/// Checks that invalid motor problems are refused, each with one sentence.
 #[test]
 fn motors_that_are_none_are_refused() {
     let scene = shipped("swing-up.toml").problem.scene().clone();

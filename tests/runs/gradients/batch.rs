@@ -1,4 +1,4 @@
-//! Derivatives of batches against differences of the same batches, and what is refused.
+//! Derivatives of batches against differences of the same batches, and refused input.
 
 use super::*;
 use std::num::NonZeroUsize;
@@ -12,7 +12,7 @@ use tumble_core::step::Step;
 const STEPS: usize = 25;
 const ROLLOUTS: usize = 3;
 
-/// A box that slides and is pushed, and twice the same with other constants.
+/// Batch of a box that slides and is pushed: three rollouts with different constants.
 struct Slides {
     world: World,
     starts: Vec<f64>,
@@ -60,8 +60,8 @@ impl Slides {
         })
     }
 
-    /// Of each rollout the sum over its steps and the twelve numbers of the changes, weighed by `cotangents` where they are
-    /// coordinates of position and velocity, m and m/s.
+    /// Weighted sum of each rollout's states over its steps. The weights are the position and
+    /// velocity components of `cotangents` [m, m/s].
     fn sums(&self, cotangents: &[f64]) -> Vec<f64> {
         let mut states = vec![0.0; ROLLOUTS * STEPS * 13];
         let outputs = RolloutOutputs { states: &mut states, ..RolloutOutputs::default() };
@@ -86,7 +86,7 @@ impl Slides {
     }
 }
 
-/// Weights of positions and velocities, none of turns and spins, whose chart bends.
+/// Weights for positions and velocities only. Rotations and spins have a curved chart.
 fn weights() -> Vec<f64> {
     let of = |k: usize| if k % 6 < 3 { (k as f64).cos() } else { 0.0 };
     (0..ROLLOUTS * STEPS * 12).map(of).collect()
@@ -111,7 +111,7 @@ fn a_batch_is_differentiated_by_all_that_it_varies() {
         let (above, below) = (at(by), at(-by));
         for (rollout, slope) in slopes.into_iter().enumerate() {
             let difference = (above[rollout] - below[rollout]) / (2.0 * by);
-            // Differences are rounded to some 1e-9.
+            // Rounding error of the differences: about 1e-9.
             assert!(
                 (difference - slope).abs() <= 1e-6 * slope.abs() + 1e-8,
                 "{difference} {slope}"
@@ -123,7 +123,7 @@ fn a_batch_is_differentiated_by_all_that_it_varies() {
         std::array::from_fn(|rollout| numbers[rollout * width + place])
     };
     check(&|s, by| s.friction.iter_mut().for_each(|x| *x += by), three(&found.constants[0], 0));
-    // Inertias are given: they do not go with the masses.
+    // The inertias are given, so they do not change with the masses.
     check(&|s, by| s.masses.iter_mut().for_each(|x| *x += by), three(&found.constants[1], 0));
     let turned = |s: &mut Slides, by: f64| s.inertias.iter_mut().step_by(9).for_each(|x| *x += by);
     check(&turned, three(&found.constants[2], 0));

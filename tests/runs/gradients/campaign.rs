@@ -1,5 +1,5 @@
-//! Derivatives of drawn scenes: boxes that lie on slopes with more corners than they need, stacks on them, mechanisms with motors
-//! that stand on something, and bodies of hardly any inertia.
+//! Derivatives of random scenes: boxes on slopes with redundant corners, stacks, mechanisms with
+//! motors on a support, and bodies with tiny inertia.
 
 use super::draw::Draw;
 use super::{Tally, compare, step};
@@ -26,7 +26,7 @@ impl Draw {
         .unwrap()
     }
 
-    /// Boxes that lie on each other on a slope, each narrower than the one below, which slide or stick.
+    /// Stack of boxes on a slope, each narrower than the one below, which slides or sticks.
     fn stack(&mut self, count: usize, size: f64) -> (World, Vec<State>) {
         let normal = (Vector3::z() + self.vector(0.4)).normalize();
         let lean = Rotation3::rotation_between(&Vector3::z(), &normal).unwrap();
@@ -55,7 +55,7 @@ impl Draw {
         (self.world(bodies, normal, 0.002), states)
     }
 
-    /// A box on a slope that holds another one by a hinge or a slide with a motor.
+    /// Box on a slope that carries another box by a hinge or a slide with a motor.
     fn driven(&mut self) -> (World, Vec<State>) {
         let (below_world, mut states) = self.stack(1, 0.4);
         let normal = *below_world.ground().unwrap().normal();
@@ -83,7 +83,8 @@ impl Draw {
         (self.world(bodies, normal, 0.002).with_joints(vec![joint]).unwrap(), states)
     }
 
-    /// A box that falls on its way, of which one, two or all three moments of inertia are a ten-thousandth of a solid one's.
+    /// Falling box in which one, two or three moments of inertia are a ten-thousandth of a solid
+    /// box's.
     fn needle(&mut self) -> (World, Vec<State>) {
         let half = Vector3::from_fn(|_, _| self.within(0.02, 0.2));
         let body = RigidBody::solid_box(self.within(0.2, 2.0), half).unwrap();
@@ -102,7 +103,7 @@ impl Draw {
     }
 }
 
-/// Scenes of each kind.
+/// Number of scenes of each kind.
 const SCENES: usize = 12;
 
 #[test]

@@ -1,5 +1,5 @@
-//! Derivatives on the central path: a heavy-turning ball on the ground, whose products are solved by hand, and the exact step's as its
-//! limit.
+//! Derivatives on the central path. A ball with large inertia on the ground has products that are
+//! solved by hand. The limit is the derivative of the exact step.
 
 use super::{on_a_slope, scenario, step, transposes};
 use nalgebra::{Matrix3, Vector3, Vector4};
@@ -15,10 +15,10 @@ use tumble_core::world::{Constant, Parameters, World};
 const MASS: f64 = 2.0;
 const H: f64 = 0.002;
 const G: f64 = 9.81;
-/// That of the native solver's rule, which stays in the rows.
+/// Compliance of the native solver's selection rule, which remains in the rows.
 const COMPLIANCE: f64 = 1e-6;
 
-/// A ball that next to nothing turns, `gap` above the ground.
+/// Ball with a huge inertia, `gap` [m] above the ground.
 fn ball(gap: f64, velocity: Vector3<f64>, friction: f64) -> (World, Vec<State>) {
     let moment = Matrix3::from_diagonal_element(5e4);
     let body = RigidBody::of_pieces(MASS, moment, vec![Piece::sphere(0.1).unwrap()]).unwrap();
@@ -39,13 +39,15 @@ fn ball(gap: f64, velocity: Vector3<f64>, friction: f64) -> (World, Vec<State>) 
     (World::new(parameters).unwrap(), vec![state])
 }
 
-/// γ and β of (N7) where the ball would without them move by c off the ground and by w along it:
+/// Solution γ and β of (N7), if without them the ball would move with c off the ground and with w
+/// along it:
 ///
 /// ```text
 /// γ (c + (1 + ε) γ) = κ,   (w + (1 + ε) β) (β² − (μγ)²) = κ β
 /// ```
 ///
-/// as ψ = −μγη/β, put into μγψ + βη = κ. Between −μγ and 0 the left less the right of the second goes from one sign to the other.
+/// The second equation is ψ = −μγη/β, inserted into μγψ + βη = κ. Its left side minus the right
+/// changes sign between −μγ and 0.
 fn impulse(c: f64, w: f64, friction: f64, kappa: f64) -> (f64, f64) {
     let give = 1.0 + COMPLIANCE;
     let root = (c * c + 4.0 * give * kappa).sqrt();
@@ -60,7 +62,7 @@ fn impulse(c: f64, w: f64, friction: f64, kappa: f64) -> (f64, f64) {
     (normal, 0.5 * (low + high) * w.signum())
 }
 
-/// v⁺ of the ball along x and z, from its velocities, its gap and μ.
+/// Velocity v⁺ of the ball along x and z, from its velocities, its gap and μ.
 fn end([x, z, gap, friction]: [f64; 4], kappa: f64) -> [f64; 2] {
     let (c, w) = (gap / H + z - H * G, x);
     let (normal, along) = impulse(c, w, friction, kappa);
@@ -77,7 +79,8 @@ fn centred(
     (derivative, simulation, record)
 }
 
-/// Pressing, sliding, sticking and still in the air; by velocities, the height and μ.
+/// Checks the derivatives of a ball that presses, slides, sticks or is in the air, by velocities,
+/// height and μ.
 #[test]
 fn a_ball_on_the_central_path_has_its_derivatives() {
     for (gap, x, z, friction) in [
@@ -117,21 +120,22 @@ fn a_ball_on_the_central_path_has_its_derivatives() {
                 let change = StepChange { states: &states, constants: &constants, wrenches: &[] };
                 derivative.push(&change, &mut found).unwrap();
                 let found = [found[0].velocity[0], found[0].velocity[2]];
-                // By the height in 1/s; differences are good to nine digits, and the ball's rim turns by m r²/I = 4e-7 of what
-                // friction does.
+                // The derivative by height has the unit 1/s. Differences have nine correct digits.
+                // The rim of the ball turns by m r²/I = 4e-7 of the friction's effect.
                 let scale = expected.iter().fold(1.0_f64, |most, k| most.max(k.abs()));
                 for (found, expected) in found.iter().zip(expected) {
                     let off = (found - expected).abs();
                     assert!(off <= 1e-6 * scale, "{at:?} {speed} {part}: {found} {expected}");
                 }
             }
-            // Neither the next piece of the law nor what is not yet a contact is near.
+            // Neither the next piece of the law nor a new contact is near.
             assert!(derivative.margin() > 1.0, "{}", derivative.margin());
         }
     }
 }
 
-/// Where it bounces, (29) has e times the speed before in the gap's place: δv⁺ = δv + δγ with γ (c + (1 + ε) γ) = κ and c = (1 + e) v − h g.
+/// Checks the derivatives of a bouncing ball. In (29) e times the speed before the impact replaces
+/// the gap: δv⁺ = δv + δγ with γ (c + (1 + ε) γ) = κ and c = (1 + e) v − h g.
 #[test]
 fn a_ball_that_bounces_has_its_derivatives() {
     let (restitution, z) = (0.5, -1.0);
@@ -160,8 +164,9 @@ fn a_ball_that_bounces_has_its_derivatives() {
     }
 }
 
-/// Two balls of which one is up to ten thousand times as heavy, in either order, without gravity: impulses are over M, the geometric mean of
-/// both masses, so that γ (c + (w + ε) γ) = κ with c the speed at which they part and w = M/m₁ + M/m₂.
+/// Checks two balls with mass ratios of up to ten thousand, in either order, without gravity.
+/// Impulses are divided by M, the geometric mean of both masses. So γ (c + (w + ε) γ) = κ, with the
+/// separation speed c and w = M/m₁ + M/m₂.
 #[test]
 fn two_balls_push_each_other_by_their_mean_mass() {
     for masses in [[2.0, 2.0], [0.01, 100.0], [100.0, 0.01]] {
@@ -194,7 +199,7 @@ fn two_balls_push_each_other_by_their_mean_mass() {
         derivative
             .push(&StepChange { states: &states, ..StepChange::default() }, &mut found)
             .unwrap();
-        // The first goes on, they part slower, and are pushed apart by more.
+        // The first ball gets faster, so the balls separate more slowly and the impulse is larger.
         let pushed = -by_parting * mean;
         let expected = [1.0 - pushed / masses[0], pushed / masses[1]];
         for (found, expected) in found.iter().zip(expected) {
@@ -204,7 +209,8 @@ fn two_balls_push_each_other_by_their_mean_mass() {
     }
 }
 
-/// Before it touches it is pushed already, and more the nearer it is: what the exact step does not know.
+/// Checks that the smoothed derivative has a force before the ball touches, larger at smaller
+/// heights. The exact derivative has none.
 #[test]
 fn the_ground_is_felt_from_above() {
     let scene = ball(4e-4, Vector3::zeros(), 0.3);
@@ -222,7 +228,7 @@ fn the_ground_is_felt_from_above() {
     assert!(by_height(&mut central) < -1e-3, "{}", by_height(&mut central));
 }
 
-/// As σ goes to 0 it is the exact derivative, where that has no kink near, and joins it as σ² does.
+/// Checks that for σ → 0 the derivative approaches the exact one like σ², far from kinks.
 #[test]
 fn its_limit_is_the_exact_derivative() {
     let scene = on_a_slope(0.5, 0.3, 1.0);
@@ -248,7 +254,8 @@ fn transposed_it_is_the_same_matrix() {
     transposes(&StepDerivative::smoothed(Smoothing::CentralPath(1e-3)).unwrap());
 }
 
-/// Whatever touches, rests, rolls or is held, there is a point of the path in every step, between masses that differ by much too.
+/// Checks that a point of the path exists for steps of all shipped scenes: contact, rest, rolling
+/// and joints, also with large mass ratios.
 #[test]
 fn every_shipped_scene_has_points_of_the_path() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");

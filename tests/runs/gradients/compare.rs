@@ -1,4 +1,4 @@
-//! What a step's derivative is compared with: central differences of steps solved anew, by every argument.
+//! Comparison of a step's derivative with central differences of steps, by every argument.
 
 use super::step;
 use nalgebra::Vector3;
@@ -8,7 +8,7 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
 use tumble_core::world::{Constant, World};
 
-/// An argument of a step, and a direction in it.
+/// Direction in the space of a step's arguments.
 pub struct Direction {
     pub name: String,
     pub states: Vec<StateChange>,
@@ -46,7 +46,7 @@ pub fn directions(world: &World, draw: &mut impl FnMut() -> f64) -> Vec<Directio
                 let spread = |k: usize| if k.is_multiple_of(4) { 0.1 } else { 0.0 };
                 own.iter().enumerate().map(|(k, i)| i * spread(k % 9)).collect()
             }
-            // Times their own, so that what is nothing stays nothing.
+            // Proportional to the constant's own values, so that zeros stay zero.
             Constant::MotorTarget | Constant::JointForce => own.iter().map(|_| 1.0).collect(),
             of if of.is_of_joints() => own.clone(),
             of if of.is_of_laws() => own.clone(),
@@ -71,7 +71,7 @@ fn moved(own: &[f64], by: f64, numbers: &[f64]) -> Vec<f64> {
     own.iter().zip(numbers).map(|(own, number)| own + by * number).collect()
 }
 
-/// The step `by` along a direction.
+/// Step with the arguments moved by `by` along a direction.
 fn beside(world: &World, states: &[State], along: &Direction, by: f64) -> Option<StepRecord> {
     let given: Vec<(Constant, Vec<f64>)> = along
         .constants
@@ -93,7 +93,8 @@ fn beside(world: &World, states: &[State], along: &Direction, by: f64) -> Option
     Some(step(&world, &states, &wrenches)?.1)
 }
 
-/// How far the impulses of contacts are apart in two steps, over the mean mass, m/s: what is in one alone by all that it has.
+/// Largest difference of two steps' contact impulses over the mean mass [m/s]. A contact in only
+/// one of the steps counts with its full impulse.
 fn impulses_apart(world: &World, a: &StepRecord, b: &StepRecord) -> f64 {
     let mass = world.bodies().iter().map(RigidBody::mass).sum::<f64>() / a.states.len() as f64;
     let beyond = |a: &StepRecord, b: &StepRecord| {
@@ -106,8 +107,8 @@ fn impulses_apart(world: &World, a: &StepRecord, b: &StepRecord) -> f64 {
     beyond(a, b).max(beyond(b, a)) * world.time_step() / mass
 }
 
-/// Central differences of fifth order of X⁺ of all bodies along a direction, and how far those of both sides are apart;
-/// `None` where a step fails. `base` is X⁺ itself.
+/// Central differences of X⁺ of all bodies along a direction, and the difference of the two
+/// one-sided ones. `None` if a step fails. `base` is X⁺ itself.
 pub fn difference(
     world: &World,
     (states, base): (&[State], &[State]),
@@ -115,7 +116,7 @@ pub fn difference(
     by: f64,
 ) -> Option<(Vec<StateChange>, f64)> {
     let end = |by: f64| Some(beside(world, states, along, by)?.solution.states);
-    // (8 (f(δ) − f(−δ)) − (f(2δ) − f(−2δ)))/12δ, of fifth order.
+    // (8 (f(δ) − f(−δ)) − (f(2δ) − f(−2δ)))/12δ, with an error of order δ⁴.
     let apart = |by: f64| {
         let (plus, minus) = (end(by)?, end(-by)?);
         let each = minus.iter().zip(&plus).map(|(a, b)| StateChange::between(a, b));
@@ -137,8 +138,9 @@ pub fn difference(
     Some((central.collect(), size(&sides)))
 }
 
-/// How far X⁺ is from where the derivative `found` has it, of steps that are hardly moved: gaps are rounded to 1e-16 m, which the
-/// compliance of the selection rule makes shares of a face of, so that where these matter solutions scatter.
+/// Largest deviation of X⁺ from the prediction of the derivative `found`, for tiny changes. Gaps
+/// have rounding errors of 1e-16 m. The selection rule's compliance turns these into changes of the
+/// force distribution under a face, so that the solutions scatter.
 fn scatter(
     world: &World,
     (states, base): (&[State], &[State]),
@@ -164,7 +166,7 @@ pub fn apart(a: &[StateChange], b: &[StateChange]) -> f64 {
     size(&difference)
 }
 
-/// ⟨w, J v⟩ = ⟨Jᵀ w, v⟩ along all of these, to the part `exact` of sums of numbers up to the size of the products.
+/// Checks ⟨w, J v⟩ = ⟨Jᵀ w, v⟩ along all directions, to `exact` times the size of the products.
 pub fn transposed(
     derivative: &mut StepDerivative,
     all: &[Direction],
@@ -195,22 +197,24 @@ pub fn transposed(
     }
 }
 
-/// What a step's derivative is compared by.
+/// Results of comparisons of step derivatives.
 #[derive(Default)]
 pub struct Tally {
     pub compared: usize,
-    /// Too near to a kink.
+    /// Directions left out because a kink is too near.
     pub left_out: usize,
-    /// Where the differences of both sides are not the same although the margins allow it.
+    /// Directions in which the one-sided differences disagree although the margins are large
+    /// enough.
     pub kinks: usize,
-    /// Where the solutions of steps that are nearly the same scatter by more than what is missed.
+    /// Directions in which solutions of nearly equal steps scatter by more than the error.
     pub scattered: usize,
     pub worst: f64,
     pub missed: Vec<String>,
 }
 
-/// Compares the derivative of one step by every argument with central differences of three sizes, of which the best
-/// one counts: a larger one bends, a smaller one has the last digits of the solutions.
+/// Compares the derivative of one step with central differences, by every argument. The best of
+/// four step sizes counts. Large sizes have truncation errors, small ones show the last digits of
+/// the solutions.
 pub fn compare(
     world: &World,
     states: &[State],
@@ -218,7 +222,7 @@ pub fn compare(
     at: &str,
     tally: &mut Tally,
 ) {
-    // Solutions are exact to this part of the scale of speeds.
+    // Accuracy of the solutions relative to the speed scale.
     let count = world.bodies().len() as f64;
     let exact = if count > 1.0 { 3e-10 * count.sqrt() } else { 3e-11 };
     let Some((simulation, base)) = step(world, states, &[]) else { return };
@@ -238,7 +242,7 @@ pub fn compare(
         for by in [1e-4, 1e-5, 1e-6, 1e-7] {
             let ends = (states, &base.solution.states[..]);
             let Some((expected, sides)) = difference(world, ends, &along, by) else { continue };
-            // What a motion of the bodies at the start opens, it opens within one step.
+            // A change of the start that opens a gap opens it within one step.
             let moves = matches!(
                 &along.name[..],
                 "position"
@@ -259,8 +263,8 @@ pub fn compare(
                 continue;
             }
             let scale = size(&expected).max(given).max(1e-9);
-            // Gaps are rounded to 2e-16 of the reach, which moves the shares of a face by that over h and the
-            // compliance of the selection rule.
+            // Gaps have a rounding error of 2e-16 of the reach. It changes the force distribution
+            // under a face by that over h and the compliance of the selection rule.
             let shares = f64::EPSILON * world.reach() / (h * 1e-6);
             let exact = if moves { exact.max(shares) } else { exact };
             let rounding = exact * world.speed_scale() / (by * world.reach().min(1.0)) / scale;
@@ -280,7 +284,8 @@ pub fn compare(
         }
         if best > 1e-6 {
             let scatter = scatter(world, (states, &base.solution.states), &along, &found);
-            // Of solutions that are off by so much the difference is off by (8 + 8 + 1 + 1)/12 of it, over its size.
+            // With such errors of the solutions the difference has an error of (8 + 8 + 1 + 1)/12
+            // of it, over the step size.
             if best * scale_of_best < 1.5 * scatter {
                 println!(
                     "scatter: {at}, {}: {best:.1e} of {:.1e}",
@@ -292,8 +297,9 @@ pub fn compare(
             }
         }
         if best > 1e-6 {
-            // Impulses may change by more than velocities do, as all links of a chain pull at one: a margin of the smallest
-            // difference's size tells the kink, also one that both sides are beyond.
+            // Impulses may change more than velocities, for example if all links of a chain pull at
+            // one. A margin below the change of the smallest difference indicates the kink. Both
+            // sides may be beyond it.
             let pushed = [2.0 * last, -2.0 * last].into_iter().filter_map(|by| {
                 let there = beside(world, states, &along, by)?;
                 Some(2.0 * impulses_apart(world, &base, &there))
@@ -303,7 +309,7 @@ pub fn compare(
                 continue;
             }
         }
-        // Where the sides have different slopes there is none: a kink that no margin tells.
+        // If the sides have different slopes there is no derivative: a kink that no margin shows.
         if kinked && best > 1e-6 {
             tally.kinks += 1;
             let margins = [derivative.margin(), derivative.feature_margin()];

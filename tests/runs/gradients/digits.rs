@@ -1,5 +1,6 @@
-//! Digits where the time step is small: what a step makes of a place is of the size 1/h and taken back in the next one, so that
-//! rounding against the stiffness of the contacts shows.
+//! Accuracy of derivatives for small time steps. The derivative of a step by a position has size
+//! 1/h and is cancelled in the next step. Rounding against the stiffness of the contacts would show
+//! here.
 
 use super::on_a_slope;
 use nalgebra::Vector3;
@@ -11,29 +12,30 @@ use tumble_core::world::{Constant, World};
 
 const ANGLE: f64 = 0.5;
 const FRICTION: f64 = 0.3;
-/// Half a side, m.
+/// Half a side [m].
 const HALF: f64 = 0.1;
 const STEPS: u64 = 20_000;
 
-/// The cube that slides down a slope, in steps of `h` (s).
+/// Cube that slides down a slope, in steps of `h` [s].
 fn sliding(h: f64) -> (World, Vec<State>) {
     let (world, states) = on_a_slope(ANGLE, FRICTION, 1.0);
     (world.with_constants(&[(Constant::TimeStep, &[h])]).unwrap(), states)
 }
 
-/// Down the slope, and off it.
+/// Unit vectors down the slope and out of it.
 fn axes() -> (Vector3<f64>, Vector3<f64>) {
     let (sin, cos) = ANGLE.sin_cos();
     (Vector3::new(cos, 0.0, -sin), Vector3::new(sin, 0.0, cos))
 }
 
-/// What the place down the slope after all steps changes by, of a cube that starts farther along the slope, farther off it,
-/// and larger, each by 1 and in closed form: it is pressed to the slope by δv_n = −δz/h in the first step and no longer in
-/// the second, so that friction slows it by μ δz/h less for one step.
+/// Derivatives of the final position down the slope, in closed form. The arguments are the initial
+/// position along the slope, out of it, and the size. A start out of the slope changes the first
+/// step by δv_n = −δz/h. So friction decelerates less by μ δz/h in one step.
 const EXPECTED: [f64; 3] = [1.0, FRICTION, -FRICTION * HALF];
 
-/// What a speed is rounded by in a step is 1e-16/h, and of it no more than a step's stays, because a gap that is off is
-/// taken back: the sum over steps is one of places of 1e-16 m. A hundred times that for twenty thousand steps.
+/// Tolerance. A speed has a rounding error of 1e-16/h in a step. The next step corrects the gap, so
+/// that the errors sum up like positions of 1e-16 m. A hundred times that for twenty thousand
+/// steps.
 const CLOSE: f64 = 1e-10;
 
 #[test]

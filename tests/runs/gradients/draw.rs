@@ -1,9 +1,9 @@
-//! What drawn scenes are drawn by.
+//! Random numbers for random scenes.
 
 use nalgebra::{Vector3, Vector4};
 use rand_mt::Mt;
 
-/// Numbers of a fixed sequence.
+/// Generator of a fixed sequence of numbers.
 pub struct Draw(pub Mt);
 
 impl Draw {
@@ -15,7 +15,7 @@ impl Draw {
         Vector3::from_fn(|_, _| self.within(-size, size))
     }
 
-    /// Between −1 and 1.
+    /// Random number between −1 and 1.
     pub fn unit(&mut self) -> f64 {
         self.within(-1.0, 1.0)
     }

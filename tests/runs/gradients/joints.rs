@@ -1,4 +1,5 @@
-//! Derivatives by the constants of drives, against closed forms; and by the state of one body, against products.
+//! Derivatives by the constants of drives, against closed forms, and by the state of one body,
+//! against products.
 
 use super::{scenario, size, step};
 use nalgebra::{SMatrix, Vector3, Vector4};
@@ -12,7 +13,7 @@ use tumble_core::world::{Constant, Parameters, World};
 const H: f64 = 0.01;
 const MASS: f64 = 2.0;
 
-/// A body on a slide under `drive`, at 0.3 m with 0.7 m/s.
+/// Body on a slide with the given drive, at 0.3 m with 0.7 m/s.
 fn on_a_slide(drive: Drive) -> (World, Vec<State>) {
     let parameters = Parameters {
         bodies: vec![RigidBody::solid_box(MASS, Vector3::repeat(0.1)).unwrap()],
@@ -34,7 +35,7 @@ fn on_a_slide(drive: Drive) -> (World, Vec<State>) {
     (world, vec![state])
 }
 
-/// One of nothing so far adds to the mass what it comes with, too: of v⁺ = (m + I) v/(m + I + h d) by I.
+/// Checks the derivative by an armature that is zero: of v⁺ = (m + I) v/(m + I + h d) by I.
 #[test]
 fn a_slide_by_an_armature_that_it_does_not_have() {
     let damping = 3.0;
@@ -53,7 +54,7 @@ fn a_slide_by_an_armature_that_it_does_not_have() {
     assert!((found - expected).abs() < 1e-9 * expected, "{found} {expected}");
 }
 
-/// v⁺ and its derivatives by the constants, of v⁺ = N/D with
+/// Checks v⁺ = N/D and its derivatives by the constants, with
 ///
 /// ```text
 /// N = (m + I) v + h (k (x* − x) + k_m (y* − x) − f),   D = m + I + h (d + d_m) + h² (k + k_m)
@@ -88,7 +89,7 @@ fn a_slide_by_the_constants_of_its_drive() {
             let constants = [(*constant, &[1.0][..])];
             let change = StepChange { constants: &constants, ..StepChange::default() };
             derivative.push(&change, &mut end).unwrap();
-            // Of the systems' condition, 1/ε.
+            // The condition of the systems is 1/ε.
             for found in [along(&end), pulled[0]] {
                 let off = (found - expected).abs();
                 assert!(off < 1e-9 * (1.0 + expected.abs()), "{constant:?} {found} {expected}");
@@ -96,7 +97,7 @@ fn a_slide_by_the_constants_of_its_drive() {
         }
         record.solution.states[0].velocity[2]
     };
-    // The motor pulls with less than all it has.
+    // The motor is below its force limit.
     let below = MASS + inertia + H * (d + dm) + H * H * (k + km);
     let above = (MASS + inertia) * v + H * (k * (rest - x) + pulled - friction);
     let by = |n: f64, d: f64| n / below - above / below * d / below;
@@ -118,7 +119,7 @@ fn a_slide_by_the_constants_of_its_drive() {
         ],
     );
     assert!((end - above / below).abs() < 1e-12);
-    // With all it has.
+    // The motor is at its force limit.
     let most = 5.0;
     let below = MASS + inertia + H * d + H * H * k;
     let above = (MASS + inertia) * v + H * (k * (rest - x) + most - friction);
@@ -130,7 +131,7 @@ fn a_slide_by_the_constants_of_its_drive() {
         (Constant::JointStiffness, by(H * (rest - x), H * H)),
     ];
     check(drive(most), &held);
-    // A motor that pulls to a speed w, N = m v + h d_m (w − v⁺), and the same with all it has.
+    // A motor with damping only, N = m v + h d_m (w − v⁺), below and at its force limit.
     let damper = |most| {
         let motor = Motor::Damper { target, damping: dm, most };
         Drive { motor: Some(motor), ..Drive::NONE }
@@ -150,7 +151,7 @@ fn a_slide_by_the_constants_of_its_drive() {
     let held = [(Constant::MotorMost, H / MASS), (Constant::MotorDamping, 0.0)];
     let end = check(damper(0.01), &held);
     assert!((end - v - H * 0.01 / MASS).abs() < 1e-12);
-    // At the speed that a motor holds, and at a stop, nothing counts but these.
+    // For a motor that holds a speed, and at a limit, only their targets count.
     let speed = Motor::Speed { target: 0.2, most: 1e3 };
     let held = Drive { motor: Some(speed), stiffness: k, ..Drive::NONE };
     check(held, &[(Constant::MotorTarget, 1.0), (Constant::JointStiffness, 0.0)]);
@@ -159,7 +160,7 @@ fn a_slide_by_the_constants_of_its_drive() {
     check(stopped, &[(Constant::JointDamping, 0.0), (Constant::TimeStep, by_time_step)]);
 }
 
-/// The twelve columns of a body are the products with twelve changes.
+/// Checks that the twelve columns of a body are the products with twelve unit changes.
 #[test]
 fn the_columns_of_a_body_are_its_products() {
     for name in [

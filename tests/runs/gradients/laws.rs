@@ -1,5 +1,5 @@
-//! Derivatives by ratios and offsets of gears, and by rests, forces and limits of axes: against closed forms, and against
-//! central differences of drawn mechanisms.
+//! Derivatives by ratios and offsets of gears, and by rest positions, forces and limits of axes.
+//! They are compared with closed forms, and with central differences of random mechanisms.
 
 use super::draw::Draw;
 use super::own::seen_from;
@@ -26,9 +26,10 @@ pub fn world(bodies: Vec<RigidBody>, gravity: Vector3<f64>) -> World {
     World::new(parameters).unwrap()
 }
 
-/// Two carriages on slides along z, x₁⁺ = r x₂⁺ + q₀ at the end of the step: of v₁⁺ = r v₂⁺ + c with c = (r x₂ + q₀ − x₁)/h
+/// Checks two carriages on slides along z with x₁⁺ = r x₂⁺ + q₀ at the end of the step:
 ///
 /// ```text
+/// v₁⁺ = r v₂⁺ + c,   c = (r x₂ + q₀ − x₁)/h
 /// v₂⁺ = N/D,   N = m₂ v₂ + m₁ r (v₁ − c),   D = m₂ + m₁ r²
 /// ```
 #[test]
@@ -75,7 +76,7 @@ fn two_carriages_by_their_gear() {
     }
 }
 
-/// At a stop v⁺ = (x* − x)/h; short of one, its place counts for nothing.
+/// Checks the derivative by a limit: v⁺ = (x* − x)/h at the limit, and no influence before it.
 #[test]
 fn a_stop_by_where_it_is() {
     let frame = JointFrame::at(Vector3::zeros());
@@ -104,7 +105,7 @@ fn a_stop_by_where_it_is() {
     }
 }
 
-/// `at`, moved along its own z and turned by a quaternion of its own.
+/// Frame `at`, moved along its own z and rotated by a quaternion in its own axes.
 fn shifted(at: &JointFrame, along: f64, turn: Vector4<f64>) -> JointFrame {
     JointFrame {
         anchor: at.anchor + at.rotation() * Vector3::z() * along,
@@ -112,7 +113,7 @@ fn shifted(at: &JointFrame, along: f64, turn: Vector4<f64>) -> JointFrame {
     }
 }
 
-/// Two bodies on joints with the world, one of six pairs of them, and the gears between these.
+/// Two bodies on joints with the world: one of six pairs of joints, and the gears between them.
 pub fn mechanism(kind: usize, draw: &mut Draw) -> (World, Vec<State>) {
     let mut state = || State {
         position: draw.vector(0.5),
@@ -133,7 +134,7 @@ pub fn mechanism(kind: usize, draw: &mut Draw) -> (World, Vec<State>) {
         [seen_from(&states[body], &shifted(&at[body], along, turn)), at[body]]
     };
     let spring = Drive { stiffness: 20.0, rest: 0.7, damping: 0.5, force: 0.3, ..Drive::NONE };
-    // Of speeds of up to 3 rad/s and 1 m/s one step goes 15 mrad and 5 mm.
+    // At speeds of up to 3 rad/s and 1 m/s a step moves 15 mrad and 5 mm.
     let around = |at: f64| Drive { limits: Some([at - 1e-3, at + 1e-3]), ..spring };
     let axis = |joint, axis| GearAxis { joint, axis };
     let hinge = |body, drive| Joint::revolute(body, None, frames(body, 0.0, hinged), drive);
@@ -153,7 +154,7 @@ pub fn mechanism(kind: usize, draw: &mut Draw) -> (World, Vec<State>) {
             (vec![Joint::prismatic(0, None, frames, around(along)), hinge(1, around(turned))], None)
         }
         _ => {
-            // Swung by 0.5 rad within a cone of hardly more, and turned about z.
+            // Swung by 0.5 rad in a cone slightly larger than that, and turned about z.
             let swung = Vector4::new(0.25_f64.cos(), 0.25_f64.sin(), 0.0, 0.0);
             let twist = Drive { limits: Some([-1e-3, 1e-3]), ..spring };
             let ball = Joint::ball(0, None, frames(0, 0.0, swung), 0.5005, twist);
@@ -167,12 +168,13 @@ pub fn mechanism(kind: usize, draw: &mut Draw) -> (World, Vec<State>) {
     let gear = Gear::new(axis(0, first), axis(1, second), ratio, 0.0);
     let offset = gear.coordinate(world.joints(), &states, &[]);
     let gear = Gear::new(axis(0, first), axis(1, second), ratio, offset);
-    // Twice the same: shares of its force are the selection rule's.
+    // Two equal gears: the selection rule determines the distribution of their force.
     let gears = vec![gear; if kind == 3 { 2 } else { 1 }];
     (world.with_gears(gears).unwrap(), states)
 }
 
-/// By all of these of drawn mechanisms; by the ratio with an offset that goes with it, as a run starts where its gears hold.
+/// Checks random mechanisms by all these constants. The ratio changes together with the offset, so
+/// that the gears hold at the start of the step.
 #[test]
 fn drawn_mechanisms_by_gears_rests_and_limits() {
     let mut draw = Draw(Mt::new(11));
@@ -192,7 +194,7 @@ fn drawn_mechanisms_by_gears_rests_and_limits() {
         };
         for constant in [Constant::JointRest, Constant::JointForce, Constant::JointLimits] {
             let own = constant.of(&world);
-            // The lower end of a cone stays.
+            // The lower limit of a cone stays fixed.
             let draw = |own: &f64| if *own == 0.0 { 0.0 } else { 1.0 + 0.5 * draw.unit() };
             add(still(), vec![(constant, own.iter().map(draw).collect())]);
         }
@@ -203,7 +205,7 @@ fn drawn_mechanisms_by_gears_rests_and_limits() {
             let offset = (Constant::GearOffset, vec![-at; count]);
             add(still(), vec![(Constant::GearRatio, vec![1.0; count]), offset]);
             if let Axis::Free(_) = world.joints()[0].linear()[2] {
-                // The carriage moves along with the offset.
+                // The carriage moves with the offset.
                 let mut states = still();
                 states[0].position = world.joints()[0].frames()[1].rotation() * Vector3::z();
                 add(states, vec![(Constant::GearOffset, vec![1.0])]);
@@ -219,7 +221,7 @@ fn drawn_mechanisms_by_gears_rests_and_limits() {
             };
             derivative.push(&change, &mut found).unwrap();
             for by in [1e-5, 1e-6, 1e-7] {
-                // What moves a stop or a gear moves it within one step.
+                // A change of a limit or a gear acts within one step.
                 if derivative.margin() < 10.0 * by * (1.0 / H + size(&found)) {
                     left_out += 1;
                     continue;
@@ -227,7 +229,7 @@ fn drawn_mechanisms_by_gears_rests_and_limits() {
                 let ends = (&states[..], &base.solution.states[..]);
                 let (expected, _) = difference(&world, ends, &along, by).unwrap();
                 let (scale, off) = (size(&expected), apart(&found, &expected));
-                // Solutions are exact to 1e-13 m/s here.
+                // Solutions have an error of at most 1e-13 m/s here.
                 let rounding = 2e-13 / by;
                 assert!(
                     off < 1e-6 * scale + rounding,

@@ -1,5 +1,5 @@
-//! Bodies that stick in a loop of contacts, that nearly jam, and that are about to bounce: what a derivative says there, and how far it says that it
-//! holds.
+//! Derivatives of bodies that stick in a loop of contacts, that nearly jam, and that are about to
+//! bounce, and their margins of validity.
 
 use super::compare::{Direction, apart, difference, directions, size, transposed};
 use super::step;
@@ -28,10 +28,11 @@ fn linearised(world: &World, states: &[State]) -> (StepDerivative, Vec<State>) {
     (derivative, base.solution.states)
 }
 
-/// Solutions of one body are exact to this, m/s.
+/// Accuracy of solutions for one body [m/s].
 const EXACT: f64 = 3e-11;
 
-/// Off what differences say, but for what solutions scatter by: the least of some sizes; and how large it is.
+/// Error of the derivative against differences, beyond the scatter of the solutions, and the size
+/// of the derivative. The best of some step sizes counts.
 fn off(world: &World, states: &[State], along: &Direction) -> (f64, f64) {
     let (mut derivative, base) = linearised(world, states);
     let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
@@ -57,7 +58,7 @@ fn by_constant(constant: Constant, numbers: &[f64]) -> Direction {
     Direction { name: constant.name().into(), states, wrenches: vec![], constants }
 }
 
-/// A ball at rest between two planes, on which it sticks.
+/// Ball at rest between two planes, sticking to both.
 const GROOVE: &str = r#"
 steps = 2
 time_step = 0.002
@@ -79,8 +80,9 @@ position = [-0.318198051533946, 0.0, 0.247487373415292]
 attitude = { axis = [0.0, 1.0, 0.0], degrees = 45.0 }
 "#;
 
-/// Where it is raised, both points have to slip so that both gaps close, however little it is: contacts that stick on their pieces cannot follow.
-/// By what moves no gap the derivative is what it is.
+/// Checks that the derivative by the ball's height has no margin. If the ball is raised, both
+/// points have to slip to close their gaps. Contacts that stick cannot follow. Derivatives by
+/// arguments that move no gap are valid.
 #[test]
 fn a_ball_in_a_groove_cannot_follow_its_place() {
     let (world, states) = scene(GROOVE);
@@ -104,7 +106,8 @@ fn a_ball_in_a_groove_cannot_follow_its_place() {
     }
 }
 
-/// One plane is followed, whatever rests on it by however many points.
+/// Checks that the derivative by position is valid on a single plane, for any number of contact
+/// points.
 #[test]
 fn a_box_on_the_ground_follows_its_place() {
     let (world, states) = scene(
@@ -127,8 +130,8 @@ position = [0.0, 0.0, 0.2]
     assert!(off <= 1e-6 * size, "{off} of {size}");
 }
 
-/// A ball that flies into the corner of two walls: the nearer μ is to 1, the less do the rows of its two points decide, and the derivative by μ is
-/// what it is all the same.
+/// Checks a ball that flies into the corner of two walls. As μ approaches 1, the rows of its two
+/// points become dependent. The derivative by μ stays correct.
 #[test]
 fn a_wedge_that_nearly_jams() {
     for restitution in [0.5, 0.0] {
@@ -161,7 +164,7 @@ position = [0.0, -0.05, 0.5]
             let mut draw = || f64::from(draws.next_u32()) / f64::from(u32::MAX) - 0.5;
             let all = directions(&world, &mut draw);
             let at = format!("{restitution}, {friction}");
-            // What is multiplied by 1/(1 − μ) twice is rounded that much more.
+            // Factors of 1/(1 − μ) appear twice and amplify the rounding.
             transposed(&mut derivative, &all, &mut draw, &at, 1e-7);
             let along = by_constant(Constant::Friction, &[1.0]);
             let (off, size) = off(&world, &states, &along);
@@ -172,8 +175,8 @@ position = [0.0, -0.05, 0.5]
     }
 }
 
-/// Where free flight ends just within the ground a ball bounces, and just above it does not: a jump, as far away on either side. So is the speed
-/// from which on it bounces.
+/// Checks the margins at a jump. A ball bounces if its free flight ends slightly inside the ground,
+/// and does not if it ends above. The speed threshold of the bounce is a jump too.
 #[test]
 fn a_bounce_that_is_about_to_be_none() {
     let (h, g) = (0.002, 9.81);
@@ -210,7 +213,8 @@ velocity = [0.0, 0.0, -{speed}]
     }
 }
 
-/// A box on four hinged legs, two of which strike the ground in one step, 0.26 mm apart in height: their rows across are nearly dependent.
+/// Box on four hinged legs. Two of them strike the ground in one step, 0.26 mm apart in height.
+/// Their tangential rows are nearly dependent.
 const WALKER: &str = r#"
 steps = 2
 time_step = 0.001
@@ -237,7 +241,7 @@ motors = [
 ]
 "#;
 
-/// r, q, v, ω of its bodies.
+/// States r, q, v, ω of its bodies.
 const STRIKING: [[f64; 13]; 5] = [
     [
         -0.0029853151653302,
@@ -336,7 +340,8 @@ fn two_feet_that_strike_at_nearly_one_height() {
     }
 }
 
-/// Two boxes on a hinge land flat and bounce: where one of them comes faster, eight rebounds and the hinge cannot all be kept.
+/// Checks two boxes on a hinge that land flat and bounce. If one of them is faster, the eight
+/// rebounds and the hinge cannot all be satisfied. So the margin is zero.
 #[test]
 fn rebounds_that_bind_each_other() {
     let (world, states) = scene(

@@ -1,4 +1,4 @@
-//! The derivative of a step against central differences of steps solved anew, in every regime and by every
+//! Derivative of a step against central differences of steps, in every regime and by every
 //! argument.
 
 mod batch;
@@ -38,7 +38,7 @@ fn scenario(name: &str) -> Scene {
     Scene::of_text(&text, &path, Settings::default(), &read).unwrap()
 }
 
-/// One step from anywhere.
+/// One step from the given states, or `None` if it fails.
 fn step<'a>(
     world: &World,
     states: &[State],
@@ -54,7 +54,8 @@ fn step<'a>(
     (record.report.status != StepStatus::Failed).then_some((simulation, record))
 }
 
-/// A cube of mass 2 kg and half a side of 0.1 m on a slope of `angle` (rad), sliding with `velocity` down it.
+/// Cube of mass 2 kg and half side 0.1 m on a slope of `angle` [rad], sliding down at `velocity`
+/// [m/s].
 fn on_a_slope(angle: f64, friction: f64, velocity: f64) -> (World, Vec<State>) {
     let body = RigidBody::solid_box(2.0, Vector3::repeat(0.1)).unwrap();
     let (sin, cos) = angle.sin_cos();
@@ -76,7 +77,7 @@ fn on_a_slope(angle: f64, friction: f64, velocity: f64) -> (World, Vec<State>) {
     (World::new(parameters).unwrap(), vec![state])
 }
 
-/// δv along the slope for changes of the constants of the world.
+/// Component of δv along the slope for changes of the constants of the world.
 fn along_the_slope(
     scene: &(World, Vec<State>),
     angle: f64,
@@ -90,13 +91,13 @@ fn along_the_slope(
     Vector3::new(angle.cos(), 0.0, -angle.sin()).dot(&end[0].velocity)
 }
 
-/// v⁺ = v + h g (sin α − μ cos α) of four corners that slide, of which two carry what they like.
+/// Checks v⁺ = v + h g (sin α − μ cos α) for four sliding corners, two of which are redundant.
 #[test]
 fn a_slide_by_friction_gravity_mass_and_inertia() {
     let (angle, friction, h, g) = (0.5, 0.3, 0.002, 9.81);
     let scene = on_a_slope(angle, friction, 1.0);
     let by = |constants: &[(Constant, &[f64])]| along_the_slope(&scene, angle, constants);
-    // Of the velocity 1 m/s, and of some 1e-16/1e-6 where what is undetermined enters.
+    // Rounding of the velocity 1 m/s, and 1e-16/1e-6 for the undetermined part.
     let close =
         |found: f64, expected: f64| assert!((found - expected).abs() < 1e-11, "{found} {expected}");
     close(by(&[(Constant::Friction, &[1.0])]), -h * g * angle.cos());
@@ -109,7 +110,7 @@ fn a_slide_by_friction_gravity_mass_and_inertia() {
     close(by(&[(Constant::TimeStep, &[1.0])]), g * (angle.sin() - friction * angle.cos()));
 }
 
-/// Sticking it does not move at all, whatever pushes it: a plateau.
+/// Checks that a sticking block has zero derivatives for any push: a plateau.
 #[test]
 fn what_sticks_has_no_derivative_by_a_push() {
     let angle = 0.2;
@@ -119,8 +120,9 @@ fn what_sticks_has_no_derivative_by_a_push() {
     assert!(along_the_slope(&scene, angle, &[(Constant::Friction, &[1.0])]).abs() < 1e-11);
 }
 
-/// Pushed along the ground, what sticks with a compliance creeps: of four corners u = −ε p̂ each, m v = h F + Σ m p̂, so that
-/// v = h F/m ε/(4 + ε). Pressed down, it gives way in the same way.
+/// Checks that with compliance a sticking block creeps under a push along the ground. Four corners
+/// with u = −ε p̂ each and m v = h F + Σ m p̂ lead to v = h F/m ε/(4 + ε). The same holds for a
+/// push downwards.
 #[test]
 fn with_compliance_what_sticks_creeps() {
     let (world, states) = on_a_slope(0.0, 0.5, 0.0);
@@ -136,7 +138,7 @@ fn with_compliance_what_sticks_creeps() {
             end[0]
         };
         let expected = 0.002 / 2.0 * compliance / (4.0 + compliance);
-        // With the torque that friction has about the centre.
+        // With the torque of the friction about the centre.
         let torque = -0.1 * 4.0 / (4.0 + compliance);
         let along = pushed(Vector3::x(), Vector3::new(0.0, torque, 0.0));
         assert!((along.velocity[0] - expected).abs() <= 1e-9 * expected, "{along:?}");
@@ -155,7 +157,7 @@ fn the_transposed_product_is_that_of_the_same_matrix() {
     transposes(&StepDerivative::new());
 }
 
-/// ⟨w, J v⟩ = ⟨Jᵀ w, v⟩ in every scene, by every argument at once.
+/// Checks ⟨w, J v⟩ = ⟨Jᵀ w, v⟩ in every scene, by every argument.
 fn transposes(derivative: &StepDerivative) {
     let mut twister = Mt::new(3);
     let mut draw = || f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
@@ -189,7 +191,7 @@ fn transposes(derivative: &StepDerivative) {
 #[test]
 #[ignore = "slow"]
 fn every_argument_in_every_regime() {
-    // And how many steps of each.
+    // Scenes, and the number of steps compared in each.
     let names = [
         ("drop", 3),
         ("slope", 3),
@@ -242,7 +244,7 @@ fn every_argument_in_every_regime() {
         all.compared += tally.compared;
         all.left_out += tally.left_out;
         all.kinks += tally.kinks;
-        // A wall at rest lies on more corners than it needs, and in one of its steps that matters.
+        // A wall at rest lies on redundant corners, and in one of its steps that matters.
         assert!(tally.scattered <= if name == "bricks" { 3 } else { 0 }, "{name}");
         all.missed.extend(tally.missed);
     }
@@ -251,8 +253,9 @@ fn every_argument_in_every_regime() {
     assert!(all.compared > 200 && 20 * all.kinks < all.compared);
 }
 
-/// The derivative of where the tutorial's cube ends, backwards over a run that slides, tips and lands, against forward
-/// products and central differences; the same with little memory, and the run the same without.
+/// Checks the derivative of the final position of the tutorial's cube over a run that slides, tips
+/// and lands. The backward derivative agrees with forward products. It does not depend on the
+/// memory for checkpoints, and the run itself does not change.
 #[test]
 fn a_run_backwards() {
     let scene = scenario("real-cube.toml");
@@ -282,7 +285,7 @@ fn a_run_backwards() {
     assert_eq!(gradient(Checkpoints { steps: 7, saved: 3 }), (found.clone(), end.clone()));
     assert_eq!(found.unsolved + found.unknown + found.kept, 0);
     assert_eq!(found.wrenches.len() as u64, steps);
-    // Forwards, from a change of the state at the start and of friction.
+    // Forward product, with a change of the initial state and of friction.
     let change = StateChange::from_array(&std::array::from_fn(|k| (k as f64 + 1.0).sin()));
     let (mut simulation, mut record) = (running(), StepRecord::new());
     let (mut derivative, mut moving, mut next) = (StepDerivative::new(), vec![change], Vec::new());
@@ -297,12 +300,13 @@ fn a_run_backwards() {
     assert_eq!(simulation.states(), end);
     let forwards = along.dot(&moving[0].position);
     let backwards = found.states[0].dot(&change) + 0.3 * found.constants[0][0];
-    // Rounding, of 420 systems whose condition is 1/ε = 1e6.
+    // Rounding of 420 systems with a condition of 1/ε = 1e6.
     assert!((forwards - backwards).abs() <= 1e-6 * forwards.abs(), "{forwards} {backwards}");
 }
 
-/// A tall box that a load at its top tips over: the torque of the load turns with the box. By the wrenches of all
-/// steps, mass and gravity, against central differences of the run.
+/// Checks a tall box that is tipped over by a load at its top. The torque of the load turns with
+/// the box. The derivatives by the wrenches of all steps, by mass and by gravity agree with central
+/// differences of the run.
 #[test]
 fn a_run_under_a_load_that_acts_at_a_point() {
     let scene = scenario("pushed-tower.toml");
@@ -330,7 +334,7 @@ fn a_run_under_a_load_that_acts_at_a_point() {
     });
     let found = found.unwrap();
     let close = |found: f64, difference: f64| {
-        // The third order of 1e-4, in derivatives of up to 0.1.
+        // Truncation error of a difference with step 1e-4, for derivatives of up to 0.1.
         assert!((found - difference).abs() < 1e-6, "{found} {difference}");
     };
     const BY: f64 = 1e-4;
@@ -352,8 +356,9 @@ fn a_run_under_a_load_that_acts_at_a_point() {
     }
 }
 
-/// A derivative that was made of step after step, of which those at rest are the same, is that which was made of each
-/// alone; and a change of the world at rest is not missed.
+/// Checks that an object reused for step after step returns the derivative that a new one returns
+/// for each step. Steps at rest reuse the last derivative. A change of the world at rest is
+/// noticed.
 #[test]
 fn what_rests_has_the_derivative_of_the_step_before() {
     let scene = scenario("stack.toml");

@@ -1,5 +1,5 @@
-//! Derivatives by what bodies, pairs and joints have of their own: coefficients, against closed forms; anchors of every
-//! joint, against central differences.
+//! Derivatives by constants of single bodies, pairs and joints. Coefficients are compared with
+//! closed forms, anchors of every joint with central differences.
 
 use super::draw::Draw;
 use super::{Tally, compare, on_a_slope, step};
@@ -12,7 +12,8 @@ use tumble_core::mechanics::{RigidBody, Rotation, State, quaternion};
 use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
 use tumble_core::world::{Constant, Parameters, World};
 
-/// δv of the first body along `way` by one number of a constant, forwards and backwards.
+/// Component of the first body's δv along `way`, by one number of a constant, forwards and
+/// backwards.
 fn by_one(
     (world, states): &(World, Vec<State>),
     way: Vector3<f64>,
@@ -37,7 +38,8 @@ fn by_one(
     found
 }
 
-/// v⁺ = v + h g (sin α − μ cos α): by μ of the pair, or by that of the body, of which it is μ = √(μ_a μ_b) with the ground's.
+/// Checks v⁺ = v + h g (sin α − μ cos α) by μ of the pair and by μ of the body. With the ground's
+/// coefficient the latter enters as √(μ_a μ_b).
 #[test]
 fn a_slide_by_friction_of_its_own() {
     let (angle, h, g): (f64, f64, f64) = (0.5, 0.002, 9.81);
@@ -61,7 +63,7 @@ fn a_slide_by_friction_of_its_own() {
     close(by_one(&scene, way, (Constant::Friction, 0)), by_friction * 0.5 * (own / other).sqrt());
 }
 
-/// A ball that arrives with v leaves with e v: by e of the pair or of the body.
+/// Checks a ball that arrives with v and leaves with e v: by e of the pair and of the body.
 #[test]
 fn a_bounce_by_restitution_of_its_own() {
     let ball = Piece::sphere(0.1).unwrap();
@@ -102,7 +104,8 @@ fn a_bounce_by_restitution_of_its_own() {
     );
 }
 
-/// Numbers are set where they are read, and a coefficient that is out of its range is refused.
+/// Checks that each constant is written where it is read, and that a coefficient out of range is
+/// refused.
 #[test]
 fn coefficients_are_set_where_they_are_read() {
     let (world, _) = on_a_slope(0.0, 0.3, 0.0);
@@ -141,7 +144,7 @@ fn coefficients_are_set_where_they_are_read() {
     assert!(world.with_constants(&both[1..]).is_err());
 }
 
-/// Every kind of joint between two bodies, or of one and the world.
+/// Every kind of joint, between two bodies or between a body and the world.
 fn kinds(
     body: usize,
     other: Option<usize>,
@@ -172,15 +175,15 @@ fn kinds(
     ]
 }
 
-/// A frame of a body at `state` that is where `frame` of the world is.
+/// Frame of a body at `state` that coincides with `frame` of the world.
 pub(super) fn seen_from(state: &State, frame: &JointFrame) -> JointFrame {
     let anchor = state.pose().rotation.tr_mul(&(frame.anchor - state.position));
     let back = Vector4::new(1.0, -1.0, -1.0, -1.0).component_mul(&state.attitude);
     JointFrame { anchor, attitude: quaternion::left(&back) * frame.attitude }
 }
 
-/// Two bodies, the first of them tied to the world and the second to the first by one kind of joint each, where both
-/// begin moving; and two carriages on slides that a gear ties.
+/// Checks the derivatives by anchors for two moving bodies. Any kind of joint ties the first to the
+/// world and the second to the first. Another case is two carriages on slides with a gear.
 #[test]
 fn every_joint_by_its_anchors() {
     let mut draw = Draw(Mt::new(5));
@@ -231,7 +234,7 @@ fn every_joint_by_its_anchors() {
     assert!(tally.compared > 8 * 24 && tally.kinks == 0 && tally.scattered == 0);
 }
 
-/// A body that is fixed to the world goes where the anchor is moved to: δv = −A δa_A/h, and δv = δa_B/h.
+/// Checks a body fixed to the world, which follows its anchors: δv = −A δa_A/h and δv = δa_B/h.
 #[test]
 fn what_is_fixed_follows_its_anchors() {
     let (world, _) = on_a_slope(0.0, 0.3, 0.0);
@@ -262,8 +265,8 @@ fn what_is_fixed_follows_its_anchors() {
     }
 }
 
-/// A ball falls on a box that rests: which of two rows counts at the box's corners, as they arrive or part, is undecided where they do
-/// neither, and the margin says so.
+/// Checks the margin of a ball that hits a resting box. The corners of the box neither arrive nor
+/// separate. So it is undecided which of two rows counts, and with restitution the margin is zero.
 #[test]
 fn what_is_struck_at_rest_is_at_a_kink() {
     let boxed = RigidBody::solid_box(2.0, Vector3::new(0.15, 0.1, 0.05)).unwrap();

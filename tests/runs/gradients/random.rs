@@ -1,5 +1,6 @@
-//! Derivatives at the edge of what they claim: random shapes that meet each other or what is fixed, thin, small, heavy,
-//! light and spinning, with rebounds and on belts; and the same bodies in another order.
+//! Derivatives in extreme cases: random shapes that meet each other or fixed pieces. They are thin,
+//! small, heavy, light and spinning, with rebounds and on belts. Also the same bodies in another
+//! order.
 
 use super::draw::Draw;
 use super::{Tally, apart, compare, directions, size, step};
@@ -13,7 +14,8 @@ use tumble_core::solver::native::{StepChange, StepDerivative};
 use tumble_core::world::{Fixed, Parameters, World};
 
 impl Draw {
-    /// A box, a rounded box, a capsule or a ball of about `size` (m), as thin as a thirtieth of it.
+    /// Box, rounded box, capsule or ball of about `size` [m]. It may be as thin as a thirtieth of
+    /// it.
     fn piece(&mut self, size: f64) -> Piece {
         let half = Vector3::from_fn(|_, _| size * self.within(0.03, 0.6));
         let corner =
@@ -28,14 +30,14 @@ impl Draw {
         shape.unwrap()
     }
 
-    /// A body of 0.2 to 5 kg.
+    /// Random body of 0.2 to 5 kg.
     fn body(&mut self, size: f64) -> RigidBody {
         let mass = 5.0_f64.powf(self.within(-1.0, 1.0));
         RigidBody::solid(mass, &[self.piece(size)]).unwrap().0
     }
 }
 
-/// Two shapes that fly at each other, the second of them fixed or not, and where they start.
+/// Two shapes that fly at each other, with their starts. The second one may be fixed.
 struct Pair {
     world: World,
     states: Vec<State>,
@@ -81,7 +83,7 @@ impl Pair {
         Self { world: world.with_restitution(restitution).unwrap(), states }
     }
 
-    /// The same with a coefficient of its own of the first, of the second or of both together.
+    /// The same pair with its own coefficients, either of the pair or of one body.
     fn with_coefficients(self, number: usize) -> Self {
         let other = if self.states.len() == 1 { Partner::Fixed(0) } else { Partner::Body(1) };
         if number.is_multiple_of(2) {
@@ -99,14 +101,14 @@ impl Pair {
         Self { world, ..self }
     }
 
-    /// The same with the surface of the second moving.
+    /// The same pair with a moving surface of the second shape.
     fn on_a_belt(self, velocity: Vector3<f64>) -> Self {
         let of = if self.states.len() == 1 { Partner::Fixed(0) } else { Partner::Body(1) };
         Self { world: self.world.with_surface(of, velocity).unwrap(), ..self }
     }
 }
 
-/// The first steps of a pair in which something presses.
+/// States before the first three steps in which a contact carries a force.
 fn touching(Pair { world, states }: &Pair) -> Vec<Vec<State>> {
     let (mut now, mut found) = (states.clone(), Vec::new());
     for _ in 0..400 {
@@ -122,7 +124,7 @@ fn touching(Pair { world, states }: &Pair) -> Vec<Vec<State>> {
     found
 }
 
-/// How many pairs.
+/// Number of pairs.
 const PAIRS: usize = 60;
 
 #[test]
@@ -151,7 +153,7 @@ fn shapes_that_meet_in_every_way() {
     assert_eq!(tally.scattered, 0);
 }
 
-/// δX⁺, where no kink is near and every feature is known.
+/// Derivative δX⁺ of a step, or `None` near a kink or with unknown features.
 fn pushed(world: &World, states: &[State], change: &[StateChange]) -> Option<Vec<StateChange>> {
     let (simulation, record) = step(world, states, &[])?;
     let mut derivative = StepDerivative::new();
@@ -162,8 +164,8 @@ fn pushed(world: &World, states: &[State], change: &[StateChange]) -> Option<Vec
     (derivative.margin() > 1e-6 && derivative.unknown() == 0).then_some(end)
 }
 
-/// Of two free bodies: the derivative in an image of the world is the image of the derivative. Solutions of the two agree
-/// to 1e-9, and so do the points that derivatives are taken at.
+/// Checks two free bodies: the derivative in an image of the world is the image of the derivative.
+/// The solutions agree to 1e-9, and so do the points of the derivatives.
 fn agrees_with_its_image(
     seed: u32,
     world_of: impl Fn(&World) -> World,

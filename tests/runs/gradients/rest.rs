@@ -1,4 +1,4 @@
-//! The derivative of a run in which things come to rest, against products step by step.
+//! Derivative of a run that comes to rest, against products step by step.
 
 use super::{scenario, size};
 use nalgebra::Vector3;
@@ -11,15 +11,16 @@ use tumble_core::world::Constant;
 
 const STEPS: u64 = 400;
 
-/// Pushes the box on top in steps 170 to 172, if it is pushed at all.
+/// Pushes the top box in steps 170 to 172 if `is_pushed` is true.
 fn push(simulation: &mut Simulation<'_>, is_pushed: bool) -> Result<(), Error> {
     let force = if is_pushed && (170..173).contains(&simulation.index()) { 2.0 } else { 0.0 };
     let top = simulation.states().len() - 1;
     simulation.set_wrench(top, Wrench { force: Vector3::new(force, 0.0, 0.0), ..Wrench::zero() })
 }
 
-/// A run goes back through its steps at rest with one matrix, without them being run again, and sums up for the constants; each step alone
-/// is solved anew. What is pushed wakes, and comes to rest again.
+/// Checks a backward pass that uses one matrix for all steps at rest and sums up the constants
+/// without running these steps again. The reference linearises each step separately. A pushed box
+/// wakes up and comes to rest again.
 #[test]
 fn runs_that_come_to_rest() {
     let few = [(7, 3), (40, 5)].map(|(steps, saved)| Checkpoints { steps, saved });
@@ -39,7 +40,7 @@ fn a_run_that_comes_to_rest(checkpoints: Checkpoints, is_pushed: bool) {
         let number = |n: usize| (n as f64 + 0.1 * k as f64).sin();
         vec![StateChange::from_array(&std::array::from_fn(number)); bodies]
     };
-    // Numbers that every hundredth state decides, too.
+    // The objective also depends on every hundredth state.
     let by_states = |k: u64| (k == STEPS || k.is_multiple_of(100)).then(|| along(k));
     let found = run
         .gradient(&mut Run {

@@ -1,5 +1,6 @@
-//! Derivatives of drives of sums of coordinates: springs, dry friction, motors and stops on q₁ − r q₂ − q₀ of drawn mechanisms,
-//! against central differences, and transposed against forward; and a spring between two slides by its closed form.
+//! Derivatives of drives that act on sums of coordinates: springs, dry friction, motors and limits
+//! on q₁ − r q₂ − q₀ of random mechanisms. They are compared with central differences, and
+//! transposed products with forward ones. A spring between two slides has a closed form.
 
 use super::draw::Draw;
 use super::laws::{self, mechanism};
@@ -12,7 +13,7 @@ use tumble_core::mechanics::{RigidBody, State, Wrench};
 use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
 use tumble_core::world::{Constant, World};
 
-/// What a drive does where the sum is `s`.
+/// Drives in different regimes, for the value `s` of the sum.
 fn drives(s: f64) -> [(&'static str, Drive); 9] {
     let none = Drive::NONE;
     let motor = |motor| Drive { motor: Some(motor), ..none };
@@ -31,7 +32,8 @@ fn drives(s: f64) -> [(&'static str, Drive); 9] {
     ]
 }
 
-/// What moves each body along its joint with the world: of a slide along its axis, of the rest about it and its anchor.
+/// Change that moves each body along its joint with the world: a translation along a slide's axis,
+/// or a rotation about a hinge's axis.
 fn along_joints(world: &World, states: &[State], draw: &mut Draw) -> Vec<StateChange> {
     let each = world.joints().iter().zip(states).map(|(joint, state)| {
         let frame = &joint.frames()[1];
@@ -77,7 +79,7 @@ fn directions(world: &World, states: &[State], draw: &mut Draw) -> Vec<Direction
     all
 }
 
-/// By everything that such a drive answers to.
+/// Checks the derivatives by all arguments that influence such a drive.
 #[test]
 fn drawn_mechanisms_under_drives_of_sums() {
     let mut draw = Draw(Mt::new(23));
@@ -130,8 +132,8 @@ fn drawn_mechanisms_under_drives_of_sums() {
     assert!(compared.iter().all(|count| *count > 30), "{compared:?}");
 }
 
-/// A spring of k on s = x₁ − r x₂ − q₀ between two slides: of F = k (x* − s⁺) on x₁ and −r F on x₂, with
-/// σ = s + h (v₁ − r v₂) the sum without it,
+/// Checks a spring of stiffness k on s = x₁ − r x₂ − q₀ between two slides. The force F = k (x* −
+/// s⁺) acts on x₁, and −r F on x₂. With the sum σ = s + h (v₁ − r v₂) without the spring
 ///
 /// ```text
 /// F = k (x* − σ)/(1 + h² k w),   w = 1/m₁ + r²/m₂,   v₁⁺ = v₁ + h F/m₁
@@ -143,7 +145,7 @@ fn a_spring_between_two_slides() {
     let (x, v, k, rest) = ([0.3, 0.4], [0.3, 0.7], 200.0, 0.6);
     let bodies = masses.map(|mass| RigidBody::solid_box(mass, Vector3::repeat(0.1)).unwrap());
     let frame = JointFrame::at(Vector3::zeros());
-    // One metre beside each other.
+    // The slides are one metre apart.
     let place = |body: usize| JointFrame::at(Vector3::x() * body as f64);
     let slides = [0, 1].map(|body| Joint::prismatic(body, None, [frame, place(body)], Drive::NONE));
     let axis = |joint| GearAxis { joint, axis: JointAxis::Linear(2) };

@@ -1,5 +1,6 @@
-//! Derivatives of what turns in any way under drives: free joints and balls with springs, dampers, dry friction, motors and armatures
-//! about the axes of A, with the world and between two bodies, against central differences by every argument.
+//! Derivatives of free rotation under drives. Free joints and ball joints have springs, dampers,
+//! dry friction, motors and armatures about the axes of A, with the world and between two bodies.
+//! They are compared with central differences by every argument.
 
 use super::draw::Draw;
 use super::laws;
@@ -55,7 +56,7 @@ fn bodies(count: usize, draw: &mut Draw) -> Vec<RigidBody> {
     (0..count).map(one).collect()
 }
 
-/// Nothing is locked: a body, or two, under drives of all six axes.
+/// Joint without locked axes, for one body or two, with drives on all six axes.
 fn free(which: usize, count: usize, draw: &mut Draw) -> (World, Vec<State>) {
     let mut states: Vec<State> = (0..count).map(|_| state(draw)).collect();
     if let Some(second) = states.get_mut(1) {
@@ -70,7 +71,8 @@ fn free(which: usize, count: usize, draw: &mut Draw) -> (World, Vec<State>) {
     (world.with_joints(vec![joint]).unwrap(), states)
 }
 
-/// By every argument; what is free of all holds may be moved anywhere.
+/// Checks the derivatives by every argument. A joint without locked axes allows any change of
+/// position.
 #[test]
 fn free_joints_under_drives() {
     let mut draw = Draw(Mt::new(5));
@@ -95,7 +97,7 @@ fn free_joints_under_drives() {
     assert!(tally.compared > 250 && tally.left_out < 60 && tally.kinks + tally.scattered < 10);
 }
 
-/// A ball between two bodies, which turn about it, and the same with the world.
+/// Checks a ball joint between two bodies that rotate about it, and one with the world.
 #[test]
 fn balls_under_drives() {
     let mut draw = Draw(Mt::new(8));
@@ -119,7 +121,7 @@ fn balls_under_drives() {
         let (simulation, base) = step(&world, &states, &[]).unwrap();
         let mut derivative = StepDerivative::new();
         simulation.linearise(&base, &mut derivative).unwrap();
-        // About the anchor, in any way.
+        // Random rotation about the anchor.
         let turn = |state: &State, draw: &mut Draw| {
             let axis = draw.vector(1.0);
             StateChange {

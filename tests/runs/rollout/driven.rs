@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// A pendulum with a motor, and a slide with a spring beside it.
+/// World with a pendulum with a motor, and a slide with a spring.
 fn driven_world() -> World {
     use tumble_core::joint::{Drive, Joint, JointFrame, Motor};
     let bodies = [1.0, 2.0].map(|mass| {
@@ -38,7 +38,8 @@ fn driven_starts() -> Vec<f64> {
     [0.0, 1.0].iter().flat_map(|x| state(*x).to_vector().as_slice().to_vec()).collect()
 }
 
-/// Constants of joints are read as they are set, in their shapes, and are those of the drives.
+/// Checks that constants of joints are read as they are set, in their shapes, and equal the
+/// constants of the drives.
 #[test]
 fn constants_of_joints_are_those_of_their_drives() {
     use tumble_core::joint::{Axis, Drive, Gear, GearAxis, JointAxis, Motor};
@@ -80,7 +81,7 @@ fn constants_of_joints_are_those_of_their_drives() {
         let twice = constant.from_one_number(&world, 2.0);
         let set = world.with_constants(&[(constant, &twice)]).unwrap();
         assert_eq!(constant.of(&set), twice, "{constant:?}");
-        // And nothing else.
+        // No other constant changes.
         for other in Constant::ALL.into_iter().filter(|other| *other != constant) {
             assert_eq!(other.of(&set), other.of(&world), "{constant:?} {other:?}");
         }
@@ -89,7 +90,7 @@ fn constants_of_joints_are_those_of_their_drives() {
             Constant::MotorTarget,
             Constant::JointRest,
             Constant::JointForce,
-            // Both ends in one place.
+            // Both limits are at the same place.
             Constant::JointLimits,
             Constant::GearRatio,
             Constant::GearOffset,
@@ -121,7 +122,8 @@ fn constants_of_joints_are_those_of_their_drives() {
     assert!(error.to_string().contains("holds a speed"), "{error}");
 }
 
-/// Targets of motors, forces of joints and constants of both, from rollout to rollout and step to step: as a loop.
+/// Checks rollouts with varying motor targets, joint forces and constants of both, per rollout and
+/// per step. The reference is a loop over simulations.
 #[test]
 fn motors_are_driven_in_rollouts() {
     use tumble_core::joint::Drive;
@@ -167,7 +169,7 @@ fn motors_are_driven_in_rollouts() {
     assert!(run(&Batch { joint_forces: &forces[1..], ..batch }, 1).is_err());
 }
 
-/// Those of motors of sums stand behind those of axes.
+/// Checks that targets of motors on sums come after the targets of motors on axes.
 #[test]
 fn motors_of_sums_are_driven_in_rollouts() {
     use tumble_core::joint::{Drive, Gear, GearAxis, JointAxis, Motor};

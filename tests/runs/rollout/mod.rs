@@ -1,4 +1,4 @@
-//! Batches of rollouts: the numbers of a loop over simulations, on any number of threads.
+//! Batches of rollouts: equal to a loop over simulations, on any number of threads.
 
 mod driven;
 
@@ -46,7 +46,7 @@ fn numbers<'a>(states: impl IntoIterator<Item = &'a State>) -> Vec<f64> {
     states.into_iter().flat_map(|state| state.to_vector().as_slice().to_vec()).collect()
 }
 
-/// What comes out of a batch.
+/// Outputs of a batch.
 #[derive(Debug, Clone, PartialEq)]
 struct Out {
     states: Vec<f64>,
@@ -75,7 +75,7 @@ fn run(batch: &Batch<'_>, threads: usize) -> Result<Out, RolloutError> {
     Ok(Out { states, forces, residuals, statuses, report })
 }
 
-/// The same by hand: a simulation after the other.
+/// Outputs of a loop over the simulations.
 fn looped(simulations: Vec<Simulation<'static>>, push: impl Fn(usize, usize) -> Wrench) -> Out {
     let mut out = Out {
         states: Vec::new(),
@@ -110,8 +110,8 @@ fn looped(simulations: Vec<Simulation<'static>>, push: impl Fn(usize, usize) -> 
     out
 }
 
-/// Thrown cubes near the ground, each with friction, mass, gravity and time step of its own and
-/// pushed around.
+/// Checks thrown and pushed cubes near the ground, each with its own friction, restitution, mass,
+/// gravity and time step.
 #[test]
 fn a_batch_has_the_numbers_of_a_loop_on_any_number_of_threads() {
     const B: usize = 9;
@@ -164,7 +164,7 @@ fn a_batch_has_the_numbers_of_a_loop_on_any_number_of_threads() {
     }
 }
 
-/// Two boxes, one on the other, with one start and one push for all.
+/// Checks two stacked boxes with a common start and common controls.
 #[test]
 fn several_bodies_share_starts_and_controls() {
     let body = |half: f64| RigidBody::solid_box(1.0, Vector3::repeat(half)).unwrap();
@@ -186,12 +186,12 @@ fn several_bodies_share_starts_and_controls() {
     let simulation = || Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap();
     let expected = looped((0..3).map(|_| simulation()).collect(), |_, _| push);
     assert_eq!(run(&batch, 2).unwrap(), expected);
-    // The lower one is pulled away under the upper one, which friction takes along.
+    // The lower box is pulled away, and friction moves the upper one.
     let last = &expected.states[(T - 1) * 26..][..26];
     assert!(last[0] > last[13] && last[13] > 0.01, "{last:?}");
 }
 
-/// A solver that leaves free flight as it is, also into the ground.
+/// Solver that returns free flight, even into the ground.
 struct Lazy;
 
 impl StepSolver for Lazy {
@@ -231,7 +231,8 @@ fn steps_that_fail_are_listed_by_rollout_and_step() {
         let found: Vec<_> = report.unsolved.iter().map(|u| (u.rollout, u.step, u.status)).collect();
         let failed = StepStatus::Failed;
         assert_eq!(found, [(1, 0, failed), (1, 1, failed), (3, 0, failed), (3, 1, failed)]);
-        // g h in the first step; in the second 2 g h, and the depth g h² of the first over h.
+        // Residual g h in the first step. In the second it is 2 g h plus the first depth g h² over
+        // h.
         let residual = |index: usize| report.unsolved[index].residual / (9.81 * 0.002);
         assert!((residual(0) - 1.0).abs() < 1e-9 && (residual(1) - 3.0).abs() < 1e-9, "{report:?}");
         assert_eq!((report.steps(), report.all.largest_residual), (8, report.unsolved[1].residual));
@@ -254,7 +255,7 @@ fn arrays_of_other_lengths_and_odd_rollouts_are_refused_by_name() {
     let with = |values| [Varied { constant: Constant::Friction, values }];
     let parameters = with(&values[..4]);
     assert!(refused(&Batch { parameters: &parameters, ..good }).starts_with("friction: 4 given"));
-    // The first of two, on any number of threads.
+    // The first of two wrong rollouts is reported, on any number of threads.
     let parameters = with(&values);
     let odd = Batch { parameters: &parameters, ..good };
     for threads in [1, 2, 5] {
@@ -269,7 +270,7 @@ fn arrays_of_other_lengths_and_odd_rollouts_are_refused_by_name() {
     assert!(error.to_string().starts_with("numbers for states: 12 given"), "{error}");
 }
 
-/// What changes shapes and the ground: each rollout is the simulation of a world that has them.
+/// Checks rollouts with varying shapes and ground. Each equals the simulation of its own world.
 #[test]
 fn size_radius_and_ground_are_those_of_worlds_of_their_own() {
     let world = cube_world(SOLID);
@@ -302,13 +303,14 @@ fn size_radius_and_ground_are_those_of_worlds_of_their_own() {
     let expected = looped(simulations.collect(), |_, _| Wrench::zero());
     let found = run(&batch, 2).unwrap();
     assert_eq!(found.statuses, expected.statuses);
-    // Corners come by another order of factors.
+    // Corners are computed with another order of factors.
     for (found, expected) in found.states.iter().zip(&expected.states) {
         assert!((found - expected).abs() < 1e-9, "{found}, {expected}");
     }
 }
 
-/// A constant with the numbers that it has changes nothing; one that would say nothing is refused.
+/// Checks that setting a constant to its current value changes nothing. A constant without effect
+/// is refused.
 #[test]
 fn constants_are_read_as_they_are_set() {
     let world = cube_world(SOLID);
@@ -363,7 +365,7 @@ fn a_batch_ends_when_its_flag_is_raised_and_counts_its_steps() {
     assert_eq!(error, RolloutError { rollout: None, error: Error::Interrupted });
 }
 
-/// Steps allocate nothing: ten times as many take as much memory but for contacts that are new.
+/// Checks that steps do not allocate: ten times as many steps make as many allocations.
 #[test]
 fn steps_of_a_rollout_allocate_nothing() {
     let world = cube_world(SOLID);
