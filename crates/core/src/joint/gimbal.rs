@@ -222,7 +222,7 @@ mod tests {
         turn
     }
 
-    /// (J13).
+    /// Rotation (J13) of given angles.
     fn turn(angles: &Vector3<f64>, middle: &Middle) -> Vector4<f64> {
         let first = left(&about(1, angles[1])) * about(2, middle.raw(angles[2]));
         left(&first) * about(0, angles[0])
