@@ -1,5 +1,5 @@
-//! Derivatives of a contact's motion over a step, and of the point where its impulse acts, with
-//! respect to both bodies at the start of the step, at fixed final velocities V⁺.
+//! Derivatives of a contact's motion over a step, and of the point where its impulse acts. They are
+//! taken with respect to both bodies at the start of the step, at fixed final velocities V⁺.
 //!
 //! All derivatives are of world-frame vectors. The contact law rotates with its normal, and it is
 //! evaluated in the frame that rotates with it: δn = φ × n.

@@ -78,8 +78,8 @@ impl Knots {
     /// Creates a trajectory from times (s) and frames (world frame).
     ///
     /// # Errors
-    /// If there are no knots or more than a million, if the times do not increase or are beyond
-    /// ±1e6 s, or if a frame is out of range.
+    /// If the number of knots is not 1 to 1 000 000, if times do not increase or are beyond ±1e6 s,
+    /// or if a frame is out of range.
     pub fn new(knots: Vec<(f64, JointFrame)>) -> Result<Self, Error> {
         if knots.is_empty() || knots.len() > MOST_KNOTS {
             let field = "knots of a course";

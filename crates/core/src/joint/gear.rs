@@ -203,8 +203,8 @@ impl Gear {
         self.missed(self.axes.map(at))
     }
 
-    /// Error at `states`, with the joint angles nearest to `angles`, in units of the first
-    /// coordinate (m or rad): s, or the excess of s over the limits of its drive.
+    /// Error at `states`, with the joint angles nearest to `angles`: s, or the excess of s over the
+    /// limits of its drive. The unit is that of the first coordinate (m or rad).
     #[must_use]
     pub fn error(&self, joints: &[Joint], states: &[State], angles: &[Vector3<f64>]) -> f64 {
         let sum = self.coordinate(joints, states, angles);

@@ -56,17 +56,21 @@ const LEAST_MOMENT: f64 = 1e-6;
 const LARGEST_MOMENT: f64 = 1e6;
 
 impl RigidBody {
-    /// Creates a body with `mass` (kg), `inertia` (kg m², body frame, about the centre of mass) and
-    /// contact points (m, body frame, relative to the centre of mass). The points touch planes
-    /// only. A single point at the centre of mass is a point mass, whose inertia has no effect.
+    /// Creates a body from its mass properties and contact points. `mass` is in kg. `inertia` is in
+    /// kg m², body frame, about the centre of mass. `contact_points` are in m, body frame, relative
+    /// to the centre of mass.
+    ///
+    /// The points touch planes only. A single point at the centre of mass is a point mass, whose
+    /// inertia has no effect.
     ///
     /// # Errors
     /// - If the mass is outside 1e-9…1e9 kg.
-    /// - If the inertia matrix is not symmetric positive definite, has principal moments that
-    ///   differ by more than a factor of 1e6, or is inconsistent with mass and contact points (see
-    ///   below).
-    /// - If there is no contact point or more than 1000, if one is farther than 1e4 m from the
-    ///   centre of mass, or if several are all at the centre of mass.
+    /// - If the inertia matrix is not symmetric positive definite, or its principal moments differ
+    ///   by more than a factor of 1e6.
+    /// - If a principal moment is inconsistent with mass and contact points (see below).
+    /// - If the number of contact points is not 1 to 1000, or one is farther than 1e4 m from the
+    ///   centre of mass.
+    /// - If there are several points and all are at the centre of mass.
     ///
     /// A force F at the distance a from an axis accelerates the point by (1/m + a²/I) F. If the
     /// first term is 10⁻⁶ of the second or less, doubles keep too few of its digits to solve a

@@ -41,8 +41,8 @@ impl Polyline {
     /// Creates a function from `knots` of time t (s) and value (N or N m).
     ///
     /// # Errors
-    /// If there are more than a million knots, if times decrease or are beyond ±1e6 s, if more than
-    /// two knots are at the same time, or if a component is beyond ±1e9.
+    /// If there are more than a million knots or more than two at the same time, if times decrease
+    /// or are beyond ±1e6 s, or if a component is beyond ±1e9.
     pub fn new(knots: Vec<(f64, Vector3<f64>)>) -> Result<Self, Error> {
         if knots.len() > MOST_KNOTS {
             return Err(Error::Count {
@@ -149,7 +149,7 @@ impl Load {
     }
 
     /// Derivative of the torque of the force with respect to a rotation of the body, δτ = p × (Aᵀ F
-    /// × δθ) (N m/rad); `None` if the force acts at the centre of mass.
+    /// × δθ) (N m/rad). `None` if the force acts at the centre of mass.
     #[cfg(feature = "save")]
     pub(crate) fn torque_by_turn(
         &self,

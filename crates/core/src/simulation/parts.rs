@@ -2,15 +2,15 @@
 //! no energy.
 //!
 //! The world takes 2, 4, … 64 steps of h/n until each of them is solved. Bodies of unsolved islands
-//! take the end state of these steps; others keep their solution. Two velocities depend on the time
-//! step and are converted before and after: the spin, at equal momentum P⁻ (eq. 34), and the
-//! velocity of flying bodies, by ½ (h − h/n) g. Contacts and joints get the mean force of the
-//! shorter steps. The residual is the one of these forces in a single step, and is not small.
+//! take the end state of these steps; others keep their solution. Velocities that depend on the
+//! time step are converted before and after. The spin keeps its momentum P⁻ (eq. 34), and the
+//! velocity of flying bodies changes by ½ (h − h/n) g. Contacts and joints get the mean force of
+//! the shorter steps. The residual is the one of these forces in a single step, and is not small.
 //!
 //! A point near the solution that adds no energy is kept, and the step is failed. If the shorter
 //! steps are not solved either, islands that add no energy keep the best point of the solver. Other
-//! islands move on as one rigid body with their momentum P and angular momentum L, or stand still
-//! if they touch the ground or a fixed piece:
+//! islands that touch the ground or a fixed piece stand still. The rest move on as one rigid body
+//! with their momentum P and angular momentum L:
 //!
 //! ```text
 //! v = P/m + h g,   ω = I⁻¹ L

@@ -1,10 +1,10 @@
 //! Resting bodies: a step with exactly the input of the previous step has the same result.
 //!
-//! A step is a deterministic function of the states, the two previous solutions, the loads, the
-//! world and the memory of the contact search, if the solver is an
-//! [`IslandSolver`](crate::step::IslandSolver). If a step leaves all of them unchanged to the last
-//! bit, so does every later one until an input changes. Such a step is copied: free flight,
-//! detection, solve and certificate are skipped.
+//! The input of a step is the states, the two previous solutions, the loads, the world and the
+//! memory of the contact search. With an [`IslandSolver`](crate::step::IslandSolver), a step is a
+//! deterministic function of them. If a step leaves all of them unchanged to the last bit, so does
+//! every later one until an input changes. Such a step is copied: free flight, detection, solve and
+//! certificate are skipped.
 //!
 //! If other bodies move, the same holds for single islands. An island rests if its bodies have not
 //! moved and its contact forces were the same in the last two steps. Contacts are still detected,

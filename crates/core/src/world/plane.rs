@@ -176,7 +176,7 @@ impl Plane {
 /// ```
 ///
 /// The smaller of the two loses digits in its square root. It is computed from the horizontal part
-/// |n_xy| = 2 sin φ/2 cos φ/2 instead. For n = −e_z any horizontal axis is valid, and x is used.
+/// instead, |n_xy| = 2 sin φ/2 cos φ/2. For n = −e_z any horizontal axis is valid, and x is used.
 fn smallest_turn_to_z(normal: &Vector3<f64>) -> Vector4<f64> {
     let horizontal = normal.xy().norm();
     let (cos, sin) = if normal[2] >= 0.0 {

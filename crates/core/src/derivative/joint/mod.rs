@@ -1,8 +1,8 @@
-//! Derivatives of the rows of a joint, and of the loads of an impulse along them, with respect to
-//! its bodies at the start of a step, at fixed final velocities V⁺.
+//! Derivatives of the rows of a joint, and of the loads of an impulse along them. They are taken
+//! with respect to the bodies at the start of a step, at fixed final velocities V⁺.
 //!
-//! Columns are the position (m, world frame) and the rotation (rad, body frame) of A, then those of
-//! B. Equation numbers are those of `docs/gradients.md`.
+//! Columns are the position (m, world frame) and the rotation (rad, body frame) of A, then the same
+//! of B. Equation numbers are those of `docs/gradients.md`.
 
 #[cfg(test)]
 mod tests;

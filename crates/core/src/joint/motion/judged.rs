@@ -45,10 +45,10 @@ impl Joint {
         Some(JointMotion { frames, at, after, before, torque_map })
     }
 
-    /// Adds the loads of the joint's `force` in a step from `states` to `loads`, which has a wrench
-    /// per body (force in N, world frame; torque in N m, body frame). The force acts on A at its
-    /// anchor. The opposite force acts on B at the same point. Bodies without a load or a state are
-    /// skipped.
+    /// Adds the loads of the joint's `force` in a step from `states` to `loads`. `loads` has a
+    /// wrench per body: force in N, world frame, and torque in N m, body frame. The force acts on A
+    /// at its anchor, and the opposite force on B at the same point. Bodies without a load or a
+    /// state are skipped.
     pub(crate) fn add_loads(&self, states: &[State], force: &JointForce, loads: &mut [Wrench]) {
         if let Some(frames) = self.placed(states) {
             let at = between(&frames[0], &frames[1]);

@@ -11,8 +11,8 @@ use nalgebra::{Matrix3, Matrix4, Matrix4x3, RowVector3, Vector3, Vector4};
 /// Lower bound of the norm of a pair, so that derivatives stay finite.
 const LEAST: f64 = 1e-12;
 
-/// Derivatives of the angular rows with respect to rotations of A and of B at the start of the step
-/// (rad, in each body's frame), at fixed ω⁺.
+/// Derivatives of the angular rows at fixed ω⁺, with respect to rotations of A and of B at the
+/// start of the step. Rotations are in rad, in each body's frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TurnTangent {
     /// Derivative of u (J4) (m/s).
@@ -155,8 +155,8 @@ impl Turn {
         [attitude_map(&self.start) * self.frames.0.transpose() * 0.5, by_b]
     }
 
-    /// Rotation of a driven free joint since `before`, w = 2 Im(P* ⊗ Q) (J18) (rad), and its
-    /// derivatives with respect to rotations of A and of B, at present and at `before`:
+    /// Rotation of a driven free joint since `before`, w = 2 Im(P* ⊗ Q) (J18) (rad). Also returns
+    /// its derivatives with respect to rotations of A and of B, at present and at `before`:
     ///
     /// ```text
     /// δw = 2 Im(P* ⊗ δQ + δP* ⊗ Q)
