@@ -1,191 +1,191 @@
-//! Errors of the model: input out of range, with the field and the range in them.
+//! Errors of the model: rejected input, with the field and its allowed range.
 
 use crate::world::partner::Partner;
 
-/// Why a model, state or step was refused. Each message names the field, what was
-/// given and what is allowed.
+/// Reason for rejecting a model, state or step. Each message names the field, the input and the
+/// allowed range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A number outside its range, NaN included.
+    /// A number outside its range, including NaN.
     #[error("{field} is {value:?}; allowed is {allowed}")]
     OutOfRange {
-        /// The field, with its unit.
+        /// Name of the field, with its unit.
         field: &'static str,
-        /// The number given.
+        /// Rejected number.
         value: f64,
-        /// The range.
+        /// Allowed range.
         allowed: &'static str,
     },
     /// A count outside its range.
     #[error("{field}: {count} given; allowed is {allowed}")]
     Count {
-        /// What is counted.
+        /// Name of the counted items.
         field: &'static str,
-        /// The count given.
+        /// Rejected count.
         count: usize,
-        /// The range.
+        /// Allowed range.
         allowed: &'static str,
     },
-    /// Three knots of a load, or more, at one time.
+    /// Three or more knots of a load at the same time.
     #[error("the load has more than two knots at {time:?} s; allowed is one, or two for a jump")]
     KnotsAtOneTime {
-        /// s.
+        /// Time of the knots (s).
         time: f64,
     },
     /// A matrix that cannot be an inertia matrix.
     #[error("the inertia matrix (kg m²) {0}")]
     Inertia(&'static str),
-    /// A shape that cannot be used.
+    /// An unusable shape.
     #[error("{shape} {why}")]
     Shape {
-        /// What kind of shape: "the hull", "the mesh".
+        /// Kind of shape: "the hull", "the mesh".
         shape: &'static str,
-        /// What is wrong with it, and what would be right.
+        /// Defect of the shape, and the remedy.
         why: String,
     },
-    /// Bodies that overlap deep at the start.
+    /// Bodies that overlap too deeply at the start.
     #[error(
         "{} and {} overlap by {depth:.3e} m at the start; allowed is to touch, and {allowed:.1e} m",
         between.0,
         between.1
     )]
     Overlap {
-        /// Whose they are.
+        /// The two overlapping bodies or fixed pieces.
         between: (Partner, Partner),
-        /// m.
+        /// Overlap depth (m).
         depth: f64,
-        /// m.
+        /// Largest allowed depth (m).
         allowed: f64,
     },
-    /// A joint whose bodies are not where it holds them at the start.
+    /// A joint whose constraints are violated at the start.
     #[error(
         "joint {joint} is {place:.3e} m and {turn:.3e} rad off at the start; allowed is {allowed:.0e} of each"
     )]
     JointApart {
-        /// Its index.
+        /// Index of the joint.
         joint: usize,
-        /// m.
+        /// Position error (m).
         place: f64,
-        /// rad.
+        /// Rotation error (rad).
         turn: f64,
-        /// m and rad.
+        /// Largest allowed error (m and rad).
         allowed: f64,
     },
-    /// A joint that starts beyond its limits: one step would throw it back.
+    /// A joint that starts beyond its limits. The first step would throw it back.
     #[error(
         "joint {joint} is {place:.3e} m and {turn:.3e} rad beyond its limits at the start; allowed is {allowed:.0e} of \
          each"
     )]
     JointBeyond {
-        /// Its index.
+        /// Index of the joint.
         joint: usize,
-        /// m.
+        /// Distance beyond the limits (m).
         place: f64,
-        /// rad.
+        /// Angle beyond the limits (rad).
         turn: f64,
-        /// m and rad.
+        /// Largest allowed excess (m and rad).
         allowed: f64,
     },
-    /// A gear whose coordinates are not where it holds them at the start.
+    /// A gear whose constraint is violated at the start.
     #[error("gear {gear} is {off:.3e} m or rad off at the start; allowed is {allowed:.0e}")]
     GearApart {
-        /// The index of the gear.
+        /// Index of the gear.
         gear: usize,
-        /// How far its first coordinate is off, m or rad.
+        /// Error of its first coordinate (m or rad).
         off: f64,
-        /// What is allowed.
+        /// Largest allowed error (m or rad).
         allowed: f64,
     },
-    /// A body that cannot be taken out of the world, or held, because a joint ties it.
+    /// A body that cannot be removed or held because a joint connects it.
     #[error(
         "body {body} is tied by joint {joint}; only a body without joints can be held, or taken out \
          without them"
     )]
     Tied {
-        /// Its index.
+        /// Index of the body.
         body: usize,
-        /// The index of the first joint that does.
+        /// Index of its first joint.
         joint: usize,
     },
-    /// Joints that no small change of places brings together.
+    /// Joints that could not be assembled by a small change of the poses.
     #[error(
         "joint {joint} stays {place:.3e} m and {turn:.3e} rad apart; give states nearer to where it \
          holds its bodies"
     )]
     NotAssembled {
-        /// The index of the worst one.
+        /// Index of the joint with the largest error.
         joint: usize,
-        /// m.
+        /// Position error (m).
         place: f64,
-        /// rad.
+        /// Rotation error (rad).
         turn: f64,
     },
-    /// Principal moments of inertia that are too far from each other.
+    /// Principal moments of inertia with too large a ratio.
     #[error(
         "the least and the largest principal moment of inertia are {least:?} and {largest:?} kg m²; \
          allowed is a ratio of at most 1e6"
     )]
     MomentsApart {
-        /// kg m².
+        /// Smallest principal moment (kg m²).
         least: f64,
-        /// kg m².
+        /// Largest principal moment (kg m²).
         largest: f64,
     },
-    /// A principal moment of inertia that does not fit the mass and the contact points: see
+    /// A principal moment of inertia that is inconsistent with the mass and the contact points; see
     /// [`RigidBody::new`](crate::mechanics::RigidBody::new).
     #[error(
         "a principal moment of inertia is {moment:?} kg m²; allowed with this mass and these \
          contact points is {least:.1e} to {most:.1e}"
     )]
     Moment {
-        /// kg m².
+        /// Rejected moment (kg m²).
         moment: f64,
-        /// kg m².
+        /// Smallest allowed moment (kg m²).
         least: f64,
-        /// kg m².
+        /// Largest allowed moment (kg m²).
         most: f64,
     },
-    /// A start deeper below the ground than the contact band.
+    /// An initial state deeper below the ground than the contact band.
     #[error(
         "the lowest contact point would start {depth:?} m below the ground; allowed is the contact \
          band, {allowed:?} m"
     )]
     StartBelowGround {
-        /// m.
+        /// Depth of the lowest contact point (m).
         depth: f64,
-        /// m.
+        /// Width of the contact band (m).
         allowed: f64,
     },
-    /// The step was given up because its interrupt flag was raised.
+    /// The step was interrupted because its flag was raised.
     #[error("the step was interrupted")]
     Interrupted,
-    /// A saved state that a simulation cannot go on from.
+    /// A saved state from which a simulation cannot continue.
     #[error("the saved state {0}")]
     Saved(String),
-    /// A feature that a part of the library does not have.
+    /// A feature that a part of the library does not support.
     #[error("{what}: {why}")]
     Unsupported {
-        /// What was asked for.
+        /// Requested feature.
         what: &'static str,
-        /// Why it is not to be had.
+        /// Reason, and the remedy if there is one.
         why: &'static str,
     },
-    /// A solver refused the step before it ran, or broke the rules of
+    /// A solver rejected the step before it ran, or violated the contract of
     /// [`StepSolver`](crate::step::StepSolver).
     #[error("{solver}: {why}")]
     Solver {
-        /// Which solver.
+        /// Name of the solver.
         solver: &'static str,
-        /// Its reason.
+        /// Reason of the solver.
         why: String,
     },
 }
 
-/// `Ok(value)` where `low ≤ value ≤ high`.
+/// Returns `value` if `low ≤ value ≤ high`.
 ///
 /// # Errors
-/// [`Error::OutOfRange`] of the `field`, which says what is `allowed`; also of a NaN.
+/// [`Error::OutOfRange`] with `field` and `allowed` otherwise, also for NaN.
 pub fn in_range(
     field: &'static str,
     value: f64,
@@ -200,7 +200,7 @@ pub fn in_range(
     }
 }
 
-/// Refuses the first of `values` that is not `low` to `high`.
+/// Rejects the first of `values` outside `low..=high`.
 pub(crate) fn all_in_range<'a>(
     field: &'static str,
     values: impl IntoIterator<Item = &'a f64>,

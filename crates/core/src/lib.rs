@@ -1,9 +1,8 @@
-//! What a step of tumble is made of: bodies and what they
-//! touch, the contact step as a problem, the native solver of it, the certificate that judges its
-//! answer, and the loop of one step after another.
+//! Core of tumble: bodies and collision geometry, the contact step as an optimisation problem, the
+//! native solver, the certificate that checks its solution, and the time-stepping loop.
 //!
-//! It is a crate of its own so that it is optimised as a whole and compiled apart from all that is
-//! around it. Programs depend on `tumble`, which has all of this under the same paths, and a guide.
+//! This is a separate crate so that it compiles independently of the rest. Programs depend on the
+//! crate `tumble`. It re-exports these modules under the same paths and adds a guide.
 
 #![deny(unsafe_code)]
 

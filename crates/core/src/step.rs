@@ -1,9 +1,9 @@
-//! One step as a problem and its solution, and what a solver of it is.
+//! Input and output of one time step, and the trait of its solvers.
 //!
-//! A [`Step`] says what is given: the world, the states at k, the free flight, the previous
-//! solution. A [`StepSolver`] finds the new states and a force for every contact, a
-//! [`StepSolution`]. Which solvers there are is the business of [`crate::solver`]; model,
-//! certificate, loop and writers know this trait alone.
+//! A [`Step`] holds the input: the world, the states at k, the free flight and the previous
+//! solution. A [`StepSolver`] computes a [`StepSolution`]: the states at k+1 and one force per
+//! contact. The solvers are in [`crate::solver`]. Model, certificate, loop and writers depend on
+//! this trait only.
 
 use crate::contact::{Candidates, Contact, ContactKey, Partner};
 use crate::error::Error;
@@ -14,31 +14,31 @@ use nalgebra::Vector3;
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// One contact step to be solved; lists go over the bodies of the world.
+/// Input of one contact step. Every list has one entry per body of the world.
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'a> {
-    /// The constants.
+    /// Constants of the world.
     pub world: &'a World,
-    /// X at step k.
+    /// States X at step k.
     pub states: &'a [State],
     /// External wrenches during the step, without gravity.
     pub wrenches: &'a [Wrench],
-    /// X at step k+1 if nothing touched anything.
+    /// States X at step k+1 if no contact or joint acted.
     pub free: &'a [State],
-    /// The solution of the previous step, where solvers start.
+    /// Solution of the previous step, the initial point of solvers.
     pub previous: &'a StepSolution,
-    /// The solution of the step before that, where it is known: what it shares with the
-    /// previous one has settled.
+    /// Solution of the step before the previous one, if known. Parts that are equal in both have
+    /// settled.
     pub earlier: Option<&'a StepSolution>,
-    /// Ends the step with [`Error::Interrupted`] when it is raised.
+    /// Flag that ends the step with [`Error::Interrupted`] when raised.
     pub interrupt: Option<&'a AtomicBool>,
 }
 
 impl Step<'_> {
-    /// Whether the step is to be given up; solvers ask between iterations.
+    /// Checks the interrupt flag. Solvers call it between iterations.
     ///
     /// # Errors
-    /// [`Error::Interrupted`] if it is.
+    /// [`Error::Interrupted`] if the flag is raised.
     pub fn check_interrupt(&self) -> Result<(), Error> {
         match self.interrupt {
             Some(flag) if flag.load(Ordering::Relaxed) => Err(Error::Interrupted),
@@ -46,12 +46,12 @@ impl Step<'_> {
         }
     }
 
-    /// Whether the step is one of its world, with the candidates `contacts`: solvers ask before
-    /// they look anything up.
+    /// Checks the step and its candidates `contacts` against the world, so that solvers can index
+    /// without further checks.
     ///
     /// # Errors
-    /// Lists that do not go over the bodies of the world; a contact of a body, a contact point or a fixed piece
-    /// that is not there. The previous solutions may be of anything.
+    /// [`Error::Count`] if a list does not have one entry per body, or if a contact names a body, a
+    /// contact point or a fixed piece that does not exist. The previous solutions are not checked.
     pub fn check(&self, contacts: &[Contact]) -> Result<(), Error> {
         let bodies = self.world.bodies();
         let each = [
@@ -79,7 +79,7 @@ impl Step<'_> {
         }
     }
 
-    /// What is wrong with a contact that is not one of the world.
+    /// Error for a contact that is not part of the world.
     #[cold]
     fn unknown(&self, key: &ContactKey) -> Error {
         let bodies = self.world.bodies().len();
@@ -101,28 +101,29 @@ impl Step<'_> {
     }
 }
 
-/// The force of one contact over a step.
+/// Force of one contact over a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactForce {
-    /// Which features touch.
+    /// Features in contact.
     pub key: ContactKey,
-    /// f, N, world, on body A; the opposite one acts on B.
+    /// Force f on body A (N), world frame. Body B receives the opposite force.
     pub force: Vector3<f64>,
-    /// The part of the force along the contact's normal, N.
+    /// Component of the force along the contact normal (N).
     pub normal_force: f64,
-    /// The mean slip of the touching point over the step, m/s, world, across the normal.
+    /// Mean slip velocity of the contact point over the step (m/s), world frame, orthogonal to the
+    /// normal.
     pub slip: Vector3<f64>,
 }
 
 impl ContactForce {
-    /// No force at the contact `key`.
+    /// Zero force at the contact `key`.
     #[must_use]
     pub fn none(key: ContactKey) -> Self {
         Self { key, force: Vector3::zeros(), normal_force: 0.0, slip: Vector3::zeros() }
     }
 
-    /// Whether the contact presses: a candidate that touches without a force does not.
+    /// True if the normal force is positive.
     #[must_use]
     pub fn carries_force(&self) -> bool {
         self.normal_force > 0.0
@@ -135,29 +136,29 @@ impl AsRef<ContactKey> for ContactForce {
     }
 }
 
-/// What a step came to.
+/// Result of a step.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct StepSolution {
-    /// X at step k+1, one a body.
+    /// States X at step k+1, one per body.
     pub states: Vec<State>,
-    /// One a candidate contact, in the candidates' order; a [`KeyIndex`](crate::contact::KeyIndex) finds one
-    /// by its key.
+    /// Contact forces, one per candidate in the candidates' order. A
+    /// [`KeyIndex`](crate::contact::KeyIndex) finds a force by its key.
     pub contacts: Vec<ContactForce>,
-    /// One a joint of the world, in their order.
+    /// Joint forces, one per joint of the world.
     pub joints: Vec<JointForce>,
-    /// The force of each gear along the first of its coordinates, N or N m.
+    /// Force of each gear along its first coordinate (N or N m).
     pub gears: Vec<f64>,
 }
 
 impl StepSolution {
-    /// Free flight to `states`, no contact.
+    /// Solution without contacts and joints that ends at `states`.
     #[must_use]
     pub fn free(states: &[State]) -> Self {
         Self { states: states.to_vec(), ..Self::default() }
     }
 
-    /// Makes this free flight to `states`: no contact.
+    /// Turns this solution into free flight that ends at `states`.
     pub fn set_free(&mut self, states: &[State]) {
         self.states.clear();
         self.states.extend_from_slice(states);
@@ -166,7 +167,7 @@ impl StepSolution {
         self.gears.clear();
     }
 
-    /// Makes this the same as `other`, in the memory that it has.
+    /// Copies `other` and reuses the allocated memory.
     pub fn copy_from(&mut self, other: &Self) {
         self.states.clear();
         self.states.extend_from_slice(&other.states);
@@ -177,13 +178,13 @@ impl StepSolution {
         self.gears.extend_from_slice(&other.gears);
     }
 
-    /// The forces of all candidates, N, world.
+    /// Forces of all candidates (N), world frame.
     pub fn forces(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
         self.contacts.iter().map(|contact| contact.force)
     }
 
-    /// Takes out the body `index` with the forces of its contacts, and the joints and gears that do not stay; bodies
-    /// after it move up by one.
+    /// Removes the body `index` and the forces of its contacts. Bodies after it move up by one.
+    /// Joints and gears stay where their flag in `joints` and `gears` is true.
     pub(crate) fn leave_out(&mut self, index: usize, joints: &[bool], gears: &[bool]) {
         if index < self.states.len() {
             self.states.remove(index);
@@ -199,7 +200,7 @@ impl StepSolution {
         self.gears.retain(|_| stay.next().copied().unwrap_or(true));
     }
 
-    /// The sum of all contact forces on body `index`, N, world.
+    /// Sum of all contact forces on body `index` (N), world frame.
     #[must_use]
     pub fn total_force(&self, index: usize) -> Vector3<f64> {
         use crate::contact::Partner;
@@ -212,31 +213,33 @@ impl StepSolution {
     }
 }
 
-/// How a step ended.
+/// Status of a finished step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum StepStatus {
-    /// Nothing can touch: the answer is free flight, no problem was solved.
+    /// Nothing can touch: the result is free flight and no problem was solved.
     Free,
-    /// The solver met its tolerance from its first start.
+    /// The solver met its tolerance from its first initial point.
     Converged,
-    /// The solver met its tolerance from a later start.
+    /// The solver met its tolerance from a later initial point.
     Retried,
-    /// Another solver's answer stands in.
+    /// The result comes from another solver.
     Fallback,
-    /// The step as one was not solved; shorter steps in its place were. Its forces are their mean, and its residual
-    /// is that of one step.
+    /// The full step did not converge, and a sequence of shorter steps replaced it. The forces are
+    /// the means over these steps. The residual is the one of the full step.
     Substepped,
-    /// Solved, but no physics: it turns a body by more than a radian, makes energy or lets something
-    /// pass, because the time step is too long for the motion ([`wild`](crate::simulation::wild)).
+    /// Converged but unphysical: a body turns by more than a radian, energy grows or a body passes
+    /// through another. The time step is too long for the motion
+    /// ([`wild`](crate::simulation::wild)).
     Wild,
-    /// No solver met its tolerance, nor in shorter steps; the best point found is reported, or a motion that makes no energy.
+    /// Not converged, neither in one step nor in shorter ones. The result is the best point found,
+    /// or a motion that does not add energy.
     Failed,
-    /// The last row of a trajectory: a state without a step.
+    /// Last row of a trajectory: a state without a step.
     End,
 }
 
 impl StepStatus {
-    /// All of them.
+    /// All statuses.
     pub const ALL: [Self; 8] = [
         Self::Free,
         Self::Converged,
@@ -248,7 +251,7 @@ impl StepStatus {
         Self::End,
     ];
 
-    /// The word of the CSV column.
+    /// Name of the status in the CSV column.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -263,7 +266,7 @@ impl StepStatus {
         }
     }
 
-    /// The status of a CSV word.
+    /// Status with the CSV name `name`.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|status| status.name() == name)
@@ -276,45 +279,43 @@ impl fmt::Display for StepStatus {
     }
 }
 
-/// What a solver reports of a step, beside the solution.
+/// Diagnostics of a solver for one step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StepReport {
-    /// How it ended.
+    /// Status of the step.
     pub status: StepStatus,
-    /// Iterations of the solver.
+    /// Number of solver iterations.
     pub iterations: u32,
-    /// The start that the solution came from, in the solver's words; `None` where no problem
-    /// was solved.
+    /// Name of the initial point that led to the solution; `None` if no problem was solved.
     pub start: Option<&'static str>,
-    /// What a solver behind the interface said of its last try: Ipopt's return status.
+    /// Return status of an external solver at its last attempt, such as Ipopt's.
     pub message: Option<&'static str>,
 }
 
 impl StepReport {
-    /// The report of a step or row for which no problem was solved.
+    /// Report of a step or row without a problem to solve.
     #[must_use]
     pub fn without_problem(status: StepStatus) -> Self {
         Self { status, iterations: 0, start: None, message: None }
     }
 }
 
-/// A solver of the contact step. It owns its scratch memory and is made for one world. Two methods are needed; the others
-/// have defaults.
+/// Solver of the contact step. It owns its scratch memory and is made for one world. Two methods
+/// are required; the others have defaults.
 pub trait StepSolver: Send {
-    /// A step counts as solved only with a residual of at most this, m/s, whatever the solver
-    /// itself says; the simulation checks it with its
-    /// [certificate](crate::contact::certificate).
+    /// Largest residual of a converged step (m/s). The simulation checks it with its
+    /// [certificate](crate::contact::certificate), whatever the solver reports.
     fn accepted_residual(&self) -> f64;
 
-    /// Solves `step` and writes the point found to `solution`, also where the report says that
-    /// it failed: one state a body, one force a contact. Every number in it is finite.
+    /// Solves `step` and writes the point found to `solution`: one state per body and one force per
+    /// contact. A step that did not converge writes a point too. All numbers written are finite.
     ///
-    /// `candidates` comes in with the contacts to consider. A solver may have
-    /// [more of them found](Candidates::admit_missed); none is ever taken away.
+    /// On input, `candidates` holds the contacts to consider. A solver may [add missed
+    /// ones](Candidates::admit_missed) but never removes any.
     ///
     /// # Errors
-    /// Only where the step could not be posed at all ([`Step::check`]), or was interrupted; what
-    /// `solution` then holds means nothing. Non-convergence is a status.
+    /// If the step cannot be posed ([`Step::check`]) or was interrupted; the content of `solution`
+    /// is then unspecified. A step that does not converge is a status, not an error.
     fn solve(
         &mut self,
         step: &Step<'_>,
@@ -322,17 +323,17 @@ pub trait StepSolver: Send {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error>;
 
-    /// The same solver as one of islands, if it is one.
+    /// This solver as an [`IslandSolver`], if it is one.
     fn islands(&mut self) -> Option<&mut dyn IslandSolver> {
         None
     }
 
-    /// Goes on with the steps of `world`, in which bodies were added or taken out. What it
-    /// knows of solutions with other bodies is forgotten.
+    /// Continues with the steps of `world`, to which bodies were added or from which they were
+    /// removed. Stored solutions with other bodies are dropped.
     ///
     /// # Errors
-    /// A world that the solver is not for; a solver without a method of its own is for one world.
-    /// It then stays what it was.
+    /// If the solver does not support `world`; it is then unchanged. The default supports no other
+    /// world.
     fn change_world(&mut self, world: &World) -> Result<(), Error> {
         let _ = world;
         Err(Error::Unsupported {
@@ -341,35 +342,37 @@ pub trait StepSolver: Send {
         })
     }
 
-    /// What its next answers depend on besides the step itself, in a form of its own, for a
-    /// simulation that is saved: nothing, unless the solver has a method of its own.
+    /// Serialised state that influences the next solutions, in the solver's own format, for a saved
+    /// simulation. Empty by default.
     fn memory(&self) -> Vec<u8> {
         Vec::new()
     }
 
-    /// Goes on in `world` from what a solver of its kind [remembered](StepSolver::memory); forgets
-    /// everything where that is nothing. A solver without a method of its own remembers nothing.
+    /// Continues in `world` from the [memory](StepSolver::memory) of a solver of the same kind.
+    /// Empty bytes clear the memory. The default does nothing.
     ///
     /// # Errors
-    /// Bytes of another form. The memory is then as before.
+    /// If the bytes have another format; the memory is then unchanged.
     fn recall(&mut self, world: &World, memory: &[u8]) -> Result<(), Error> {
         let _ = (world, memory);
         Ok(())
     }
 }
 
-/// A solver that solves each island of a step by itself: bodies that touch or are joined, directly or through others.
+/// Solver that solves each island of a step separately. An island is a set of bodies connected by
+/// contacts and joints, directly or through other bodies.
 ///
-/// It takes the selection rule, the limit of equal vanishing compliances, where the laws leave forces or motion open. Its
-/// answers depend on the step and its candidates alone, to the last bit.
+/// If the contact laws leave forces or motion undetermined, it applies the selection rule: the
+/// limit of equal vanishing compliances. Its solutions depend bit for bit on the step and its
+/// candidates only.
 pub trait IslandSolver {
-    /// Solves the same step again, of which `solution` is what this solver found last, where contacts
-    /// of the bodies that are `marked` have another [rebound](Contact::rebound) since. What is not joined
-    /// to a marked body keeps its solution, bit for bit. The report speaks for the whole step, but its iterations are
-    /// those of this call. A body without a mark counts as marked.
+    /// Solves the same step again after contacts of the `marked` bodies got another
+    /// [rebound](Contact::rebound). On input, `solution` is the last solution of this solver.
+    /// Islands without a marked body keep their solution bit for bit. The report covers the whole
+    /// step, but counts only the iterations of this call. A body without a flag counts as marked.
     ///
     /// # Errors
-    /// As [`StepSolver::solve`].
+    /// Same as [`StepSolver::solve`].
     fn solve_again(
         &mut self,
         step: &Step<'_>,
@@ -378,15 +381,17 @@ pub trait IslandSolver {
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error>;
 
-    /// Whether the island of `body` was solved in the last step.
+    /// True if the island of `body` was solved in the last step.
     fn is_solved(&self, body: usize) -> bool;
 
-    /// Tells which bodies the next step is the last one again for: states, loads, contacts at its start and the solutions before it are
-    /// those of the last step for all that hangs together with them, to the last bit. They may be left as they are, as long
-    /// as nothing else comes to them.
+    /// Announces the bodies whose next step repeats the last one. For their whole islands, the
+    /// states, the loads, the initial contacts and the preceding solutions are bitwise equal to the
+    /// last step's. The solver may leave these bodies unchanged as long as nothing else touches
+    /// them.
     fn expect_rest(&mut self, bodies: &[bool]);
 
-    /// Whether the last step left `body` as it was without solving anything, because it was [told](Self::expect_rest) to rest.
+    /// True if the last step left `body` unchanged without a solve, after
+    /// [`expect_rest`](Self::expect_rest).
     fn rested(&self, body: usize) -> bool;
 }
 

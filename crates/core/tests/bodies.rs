@@ -1,5 +1,5 @@
-//! Bodies that are added, taken out and held while a simulation runs: what remains goes on as the
-//! physics says, and where nothing touched them, as if they had never been.
+//! Adding, removing and holding bodies during a simulation. The remaining bodies follow the
+//! physics, and bodies without contact to the changed one are unaffected to the last bit.
 
 use nalgebra::{Vector3, Vector4};
 use tumble_core::contact::{Partner, Plane};
@@ -61,7 +61,7 @@ fn steps(simulation: &mut Simulation<'_>, count: usize) -> Vec<StepRecord> {
     (0..count).map(step).collect()
 }
 
-/// Cubes on each other, a little beside each other.
+/// Stack of cubes with small lateral offsets.
 fn stack(height: usize) -> Vec<State> {
     let cube = |level: usize| {
         let aside = 0.01 * (level % 2) as f64;
@@ -70,7 +70,7 @@ fn stack(height: usize) -> Vec<State> {
     (0..height).map(cube).collect()
 }
 
-/// The bits of all bodies but `skipped`.
+/// Bits of all body states except those of `skipped`.
 fn motion(record: &StepRecord, skipped: Option<usize>) -> Vec<u64> {
     let states = record.solution.states.iter().enumerate();
     let states = states.filter(|(body, _)| Some(*body) != skipped);
@@ -113,7 +113,7 @@ fn a_body_far_away_comes_and_the_others_do_not_notice() {
     for (with, without) in steps(&mut with, 60).iter().zip(&steps(&mut without, 60)) {
         assert_eq!(motion(with, Some(5)), motion(without, None), "{}", with.index);
     }
-    // h g Σ k of the scheme, from rest.
+    // Fall h g Σ k of the scheme from rest.
     let fallen = 9.81 * 0.002 * 0.002 * (60.0 * 61.0 / 2.0);
     assert!((with.states()[5].position[2] - (1.0 - fallen)).abs() < 1e-12);
 }
@@ -143,7 +143,7 @@ fn what_a_body_carried_falls_when_it_goes() {
         let expected = if falls { -9.81 * 0.002 } else { 0.0 };
         assert!((speed - expected).abs() < 1e-9, "{body}: {speed}");
     }
-    // They come to rest one lower.
+    // The stack comes to rest one level lower.
     let last = steps(&mut run, 400).pop().unwrap();
     for (body, level) in [0.5, 1.5, 2.5].into_iter().enumerate() {
         assert!((last.solution.states[body].position[2] - SIDE * level).abs() < 1e-3, "{body}");
@@ -159,7 +159,7 @@ fn loads_go_with_their_bodies() {
     steps(&mut run, 3);
     run.remove_body(0).unwrap();
     let last = steps(&mut run, 10).pop().unwrap();
-    // (F/m − μ g) h of the 13 steps.
+    // Speed (F/m − μ g) h after 13 steps.
     let speed = (15.0 - 0.5 * 9.81) * 0.002 * 13.0;
     assert!((last.solution.states[1].velocity[0] - speed).abs() < 1e-9);
     assert!(last.solution.states[2].velocity.norm() < 1e-12);
@@ -179,7 +179,7 @@ fn a_body_that_is_held_stays_and_touches_nothing_until_it_is_let_go() {
         assert_eq!(record.certificate.residual().max(1e-9), 1e-9);
         last = record;
     }
-    // What stood on it has begun to fall through it.
+    // The bodies above have begun to fall through it.
     assert!(last.solution.states[3].position[2] < top - 0.01);
     let Error::Overlap { .. } = run.hold_body(1, false).unwrap_err() else {
         panic!("it would be let go inside another one");
@@ -223,7 +223,8 @@ fn what_a_joint_ties_stays_until_the_joint_goes() {
     for refused in [run.remove_body(2).err(), run.hold_body(1, true).err()] {
         assert!(matches!(refused, Some(Error::Tied { joint: 0, .. })), "{refused:?}");
     }
-    // One before it goes, and the joint ties the same bodies under their new numbers.
+    // A body before the joint's bodies is removed, and the joint connects the same bodies under
+    // their new indices.
     run.remove_body(0).unwrap();
     assert_eq!((run.world().joints()[0].body(), run.world().joints()[0].other()), (0, Some(1)));
     steps(&mut run, 5);

@@ -1,4 +1,5 @@
-//! Contact problems by themselves at the ends of what numbers can be: sizes, sums, small and large units, wide bounds.
+//! Stand-alone contact problems with extreme numbers: sizes, sums, small and large units, wide
+//! bounds.
 
 use tumble_core::problem::{
     ContactProblem, Law, ProblemError, RowLaw, Solution, SolveOptions, SparseMatrix,
@@ -12,7 +13,7 @@ fn solved(problem: &ContactProblem) -> Solution {
     problem.solve(&SolveOptions::default()).unwrap()
 }
 
-/// Rows, columns, entries, and words of the refusal.
+/// Rows, columns, entries, and words of the error message.
 type Refused<'a> = (usize, usize, &'a [(usize, usize, f64)], &'a str);
 
 #[test]
@@ -31,12 +32,13 @@ fn matrices_that_cannot_be_held_are_refused() {
         let refused = refused.unwrap_err().to_string();
         assert!(refused.contains(words), "{rows} {columns} {entries:?}: {refused}");
     }
-    // What is added up may be larger than the sum, and small numbers beside others are let pass.
+    // Summands may be larger than the sum, and small entries besides others are accepted.
     let sum = [(0, 0, 1.0), (0, 0, 2e99), (0, 0, -2e99), (1, 1, 1e-170)];
     assert!(SparseMatrix::from_triplets(2, 2, sum).is_ok());
 }
 
-/// A mass in other units: W = w E, q = s (−1, 0.3, 0) with μ = 0.5 has p = −q/w; beyond that it is refused.
+/// A mass in other units: W = w E, q = s (−1, 0.3, 0) with μ = 0.5 has p = −q/w. Units beyond the
+/// range are rejected.
 #[test]
 fn small_and_large_units_are_solved_or_refused() {
     let posed = |w: f64, s: f64| {
@@ -61,12 +63,12 @@ fn small_and_large_units_are_solved_or_refused() {
     let global = |m, h| ContactProblem::global(m, h, vec![-1.0, 0.0, 0.0], vec![0.0; 3], law());
     let refused = global(tiny, times_unit(3, 1.0)).unwrap_err();
     assert!(matches!(refused, ProblemError::OutOfRange { .. }), "{refused}");
-    // Zero is no unit: nothing moves these rows.
+    // Zero is valid: these rows do not respond to impulses.
     assert!(ContactProblem::local(times_unit(3, 0.0), vec![1.0, 0.0, 0.0], law()).is_ok());
 }
 
-/// A row that an impulse between bounds holds is held alike whatever the bounds that it is far from: W = E and
-/// q = (−1, 2, 3) have p = (1, 0, −3), and the work is that of narrow bounds.
+/// A row held by an impulse between bounds is solved equally well for any distant bounds. W = E and
+/// q = (−1, 2, 3) have p = (1, 0, −3), and the number of iterations is that of narrow bounds.
 #[test]
 fn wide_bounds_hold_as_narrow_ones_do() {
     let bounded = |least: f64, most: f64| {
@@ -87,13 +89,14 @@ fn wide_bounds_hold_as_narrow_ones_do() {
             assert!((p - expected).abs() < 1e-9, "{least} {most}: {found:?}");
         }
     }
-    // A bound that is far above the other one is still met where it holds.
+    // An active bound far from the other one is met exactly.
     let brake = bounded(-1e12, 0.5);
     assert!((brake.impulses[0] - 0.5).abs() < 1e-12 && (brake.velocities[0] + 0.5).abs() < 1e-12);
     assert!(Law::rows_of(vec![RowLaw::Box { least: -1e101, most: 0.0 }]).is_err());
 }
 
-/// What is not solved is no solution of the rule: masses on each other, far apart, on a slope.
+/// A problem that did not converge is not marked as selected: two masses on each other with large
+/// ratios.
 #[test]
 fn what_is_unsolved_is_not_selected() {
     let mut unsolved = 0;

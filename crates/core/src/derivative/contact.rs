@@ -1,8 +1,8 @@
-//! How a contact's motion over a step, and where its impulse acts, change with both bodies at the step's
-//! start, at fixed velocities V⁺ at its end.
+//! Derivatives of a contact's motion over a step, and of the point where its impulse acts. They are
+//! taken with respect to both bodies at the start of the step, at fixed final velocities V⁺.
 //!
-//! All changes are those of vectors of the world. The law of a contact turns with its normal, so that
-//! it is asked in a frame that does, too: δn = φ × n.
+//! All derivatives are of world-frame vectors. The contact law rotates with its normal, and it is
+//! evaluated in the frame that rotates with it: δn = φ × n.
 
 use super::placement::{FeatureChange, Placement, across};
 use super::side::{SideChangeInput, StepSide};
@@ -12,18 +12,19 @@ use crate::mechanics::State;
 use crate::world::World;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
-/// How the rows of a contact change at fixed V⁺.
+/// Differentials of the rows of a contact at fixed V⁺.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RowChange {
-    /// δu, m/s, world.
+    /// Differential δu (m/s), world frame.
     pub(crate) motion: Vector3<f64>,
-    /// φ, rad, world: δn = φ × n.
+    /// Rotation φ of the normal (rad), world frame: δn = φ × n.
     pub(crate) turn: Vector3<f64>,
-    /// Of the arms from the centres of A and B to where the impulse acts, m, world.
+    /// Differentials of the lever arms from the centres of A and B to the impulse (m), world frame.
     pub(crate) arms: [Vector3<f64>; 2],
 }
 
-/// How the rows of a contact change with a place (m) or a turn (rad) of one side, world.
+/// Derivatives of the rows of a contact with respect to a position (m) or a rotation (rad) of one
+/// side, world frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RowSlopes {
     pub(crate) motion: Matrix3<f64>,
@@ -31,16 +32,16 @@ pub(crate) struct RowSlopes {
     pub(crate) arms: [Matrix3<f64>; 2],
 }
 
-/// How the features of a contact follow the bodies, whatever these do in the step.
+/// Placement of a contact's features as functions of the body poses, independent of the step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PlacedFeatures {
     placement: Placement,
-    /// How far it is from the end of its features, m.
+    /// Distance of the contact from the end of its features (m).
     room: f64,
 }
 
 impl PlacedFeatures {
-    /// That of `contact` where the bodies are at `states`.
+    /// Features of `contact` for bodies at `states`.
     pub(crate) fn of(world: &World, contact: &Contact, states: &[State]) -> Self {
         let (placement, room) = match &contact.features.curved {
             Some(curved) => (Placement::Fixed, round_room(curved)),
@@ -55,7 +56,7 @@ impl PlacedFeatures {
     }
 }
 
-/// A contact over a step, ready to be differentiated.
+/// Contact over a step, prepared for differentiation.
 #[derive(Debug, Clone)]
 pub(crate) struct ContactTangent {
     contact: Contact,
@@ -63,31 +64,32 @@ pub(crate) struct ContactTangent {
     placed: PlacedFeatures,
     a: StepSide,
     b: StepSide,
-    /// Of a point against a plane, what no change has a part in.
+    /// Precomputed terms of the motion of a point against a plane.
     way: PointTravel,
-    /// u, m/s, world, with all that the law speaks of.
+    /// Motion u of the contact law (m/s), world frame.
     motion: Vector3<f64>,
-    /// Where it bounces and the rebound is what counts.
+    /// Rebound row, if the contact bounces and this row is active.
     rebound: Option<ReboundRow>,
-    /// How far the rows of its gap and of its rebound are from each other, m/s, where it has both: the nearer to zero counts. Of one that
-    /// is struck the rebound may be that of a speed of nothing.
+    /// Difference between the gap row and the rebound row (m/s), if the contact has both; the
+    /// smaller row is active. A struck contact may have a rebound speed of zero.
     between: f64,
 }
 
-/// The way of a contact's point over a step: m, world.
+/// Motion of a contact point over a step (m), world frame.
 #[derive(Debug, Clone, Copy)]
 struct PointTravel {
-    /// A_A a at k and at k+1.
+    /// Lever arm A_A a at k; `arm_end` is the one at k+1.
     arm: Vector3<f64>,
     arm_end: Vector3<f64>,
-    /// s, and A_B A_B⁺ᵀ.
+    /// Position s relative to B at k; `back` is A_B A_B⁺ᵀ.
     seen: Vector3<f64>,
     back: Matrix3<f64>,
-    /// s⁺, its way as B sees it, and that with the gap.
+    /// Position s⁺ relative to B at k+1; `travelled` is the displacement seen from B, and `length`
+    /// the same plus the gap.
     end: Vector3<f64>,
     travelled: Vector3<f64>,
     length: Vector3<f64>,
-    /// A_A ω_A − A_B ω_B, rad/s.
+    /// Relative angular velocity A_A ω_A − A_B ω_B (rad/s).
     spin: Vector3<f64>,
 }
 
@@ -105,21 +107,22 @@ impl PointTravel {
     }
 }
 
-/// The row of a rebound.
+/// Row of a rebound.
 #[derive(Debug, Clone, Copy)]
 struct ReboundRow {
-    /// u without it, m/s, world.
+    /// Motion u without the rebound (m/s), world frame.
     plain: Vector3<f64>,
-    /// The part of c_n⁻ that it asks for.
+    /// Share of c_n⁻ that the rebound requires.
     share: f64,
-    /// c_n⁻, m/s.
+    /// Approach speed c_n⁻ (m/s).
     coming: f64,
-    /// n·ċ⁺ − e c_n⁻, m/s.
+    /// Residual rebound n·ċ⁺ − e c_n⁻ (m/s).
     left: f64,
 }
 
 impl ContactTangent {
-    /// That of `contact`, which is `placed` so, over a step from `states` that ends with the velocities of `next`.
+    /// Prepares `contact`, with the features `placed`, for a step from `states` that ends with the
+    /// velocities of `next`.
     pub(crate) fn new(
         world: &World,
         contact: &Contact,
@@ -179,45 +182,46 @@ impl ContactTangent {
         }
     }
 
-    /// How far it is from where the other one of its two rows counts, m/s; ∞ where it has one.
+    /// Distance to a switch between its two rows (m/s); ∞ if it has only one.
     pub(crate) fn between_rows(&self) -> f64 {
         self.between
     }
 
-    /// u, m/s, world.
+    /// Motion u of the contact law (m/s), world frame.
     pub(crate) fn motion(&self) -> &Vector3<f64> {
         &self.motion
     }
 
-    /// How far it is from the end of its features, m: there another contact takes its place.
+    /// Distance from the end of its features (m), where another contact replaces it.
     pub(crate) fn room(&self) -> f64 {
         self.placed.room
     }
 
-    /// n, world.
+    /// Unit normal n, world frame.
     pub(crate) fn normal(&self) -> Vector3<f64> {
         self.contact.normal()
     }
 
-    /// Whether it bounces, and the rebound is what counts.
+    /// True if the rebound row is active.
     pub(crate) fn bounces(&self) -> bool {
         self.rebound.is_some()
     }
 
-    /// From the centres of A and of B to where the impulse acts, m, world.
+    /// Lever arms from the centres of A and of B to the impulse (m), world frame.
     pub(crate) fn arms(&self) -> [Vector3<f64>; 2] {
         let arm = self.contact.arm;
         [arm, self.a.origin + arm - self.b.origin]
     }
 
-    /// Whether it is known how its features change with the bodies.
+    /// True if the derivatives of its features with respect to the poses are known.
     pub(crate) fn is_known(&self) -> bool {
         let exact =
             || self.contact.features.curved.is_none_or(|curved| self.end(&curved).1.is_exact);
         self.placed.placement != Placement::Unknown && exact()
     }
 
-    /// What the changes `given` of A and of B, of h (s) and of e make of its rows.
+    /// Differentials of the rows for the differentials `of_a` and `of_b` of both sides, of h (s)
+    /// and of e.
     pub(crate) fn change(
         &self,
         of_a: &SideChangeInput,
@@ -243,9 +247,12 @@ impl ContactTangent {
         change
     }
 
-    /// What [`change`](Self::change) makes of the place of A, of its turn, and of the turn of B, where the features stay in
-    /// their bodies and nothing bounces or is carried; of the place of B it is that of A with the other sign. (G4) by
-    /// columns: with K = A_B A_B⁺ᵀ/h and N = (n nᵀ − E)/h
+    /// Derivatives of the rows with respect to the position of A, the rotation of A and the
+    /// rotation of B. The derivative with respect to the position of B is minus the first.
+    ///
+    /// They exist for features fixed in their bodies, without rebound and surface velocities, and
+    /// agree with [`change`](Self::change). (G4) by columns, with K = A_B A_B⁺ᵀ/h and N = (n nᵀ −
+    /// E)/h:
     ///
     /// ```text
     /// ∂u/∂r_A = K + N,   ∂u/∂θ_A = −K [A_A⁺ a]× − N [A_A a]× − ρ [n]× [A_A ω_A]×
@@ -283,8 +290,8 @@ impl ContactTangent {
         Some([place, turn, of_b])
     }
 
-    /// Puts what is left of the rebound, n·ċ⁺ − e c_n⁻, in the place of the gap speed (eq. 29): of
-    /// u' = u + n (left − n·u),
+    /// Replaces the gap speed by the residual rebound `left` = n·ċ⁺ − e c_n⁻ (eq. 29). For u' = u +
+    /// n (left − n·u),
     ///
     /// ```text
     /// δu' = δu + δn (left − n·u) + n (δleft − δn·u − n·δu)
@@ -309,7 +316,7 @@ impl ContactTangent {
         change.motion += turned * (left - n.dot(&plain)) + n * (left_change - along);
     }
 
-    /// ċ after the impulses, or before them (eq. 29), m/s, world, and what it changes by.
+    /// Velocity ċ after or before the impulses (eq. 29) (m/s), world frame, and its differential.
     fn parting(
         &self,
         arms: &[Vector3<f64>; 2],
@@ -337,7 +344,7 @@ impl ContactTangent {
         (a - b, of_a - of_b)
     }
 
-    /// Of a point against a plane: with s = r_A + A_A a − r_B at k and s⁺ at k+1,
+    /// Differentials of a point against a plane. With s = r_A + A_A a − r_B at k and s⁺ at k+1,
     ///
     /// ```text
     /// u = (A_B (A_B⁺ᵀ s⁺ − A_Bᵀ s) + n φ)/h − ρ (A_A ω_A − A_B ω_B) × n            (G4)
@@ -363,7 +370,7 @@ impl ContactTangent {
         let (turn_a, turn_b) = (of_a.turn + a.rate * time_step, of_b.turn + b.rate * time_step);
         let s_end_change =
             apart + (a.linear - b.linear) * time_step + turn_a.cross(arm_end) + a.turned * moved;
-        // Seen from B: A_B w, and A_B w⁺.
+        // Seen from B: A_B w and A_B w⁺.
         let seen_change = s_change - of_b.turn.cross(seen);
         let seen_end_change = back * (s_end_change - turn_b.cross(end));
         let gap_change = normal.dot(seen) + n.dot(&seen_change) - offset - wider;
@@ -378,8 +385,8 @@ impl ContactTangent {
         RowChange { motion, turn: n.cross(&turned), arms: [beyond, apart + beyond] }
     }
 
-    /// Of two round features: of (10b), with the middles a and b that are nearest at k, D the way between those
-    /// that are at k+1, and m its direction,
+    /// Differentials of two round features (10b). a and b are the nearest core points at k, D is
+    /// the vector between those at k+1, and m is its direction:
     ///
     /// ```text
     /// u_t = (E − n nᵀ) (s⁺ − s)/h − (ρ_A A_A ω_A + ρ_B A_B ω_B) × n
@@ -400,7 +407,7 @@ impl ContactTangent {
         let (u, v) = (a.rotation * curved.of_a.along, b.rotation * curved.of_b.along);
         let way = x - y;
         let moved = sides.0.carried(&x) - sides.1.carried(&y);
-        // The shares that are not at an end stay those of the nearest points.
+        // Parameters inside their segments follow the nearest points.
         let is_free = |core: &Core, share: f64| core.is_segment() && share > 0.0 && share < 1.0;
         let free = (is_free(&curved.of_a, curved.shares.0), is_free(&curved.of_b, curved.shares.1));
         let (rhs_a, rhs_b) =
@@ -418,14 +425,14 @@ impl ContactTangent {
         let way_change = moved + u * slid_a - v * slid_b;
         let distance = way.norm();
         let turned = across(&n, &way_change) / distance;
-        // Where the impulse acts: half of the gap beyond the radius.
+        // The impulse acts in the middle of the gap.
         let radius = self.contact.features.radius;
         let opened = distance - radius - curved.radius;
         let wider = n.dot(&way_change) - of_a.radius - of_b.radius;
         let arm_change = by_a * (x - a.origin) + u * slid_a
             - n * (of_a.radius + 0.5 * wider)
             - turned * (radius + 0.5 * opened);
-        // The middles at k, moved on.
+        // Core points of step k, moved to k+1.
         let (turn_a, turn_b) = (of_a.turn + a.rate * time_step, of_b.turn + b.rate * time_step);
         let end_change = |side: &StepSide,
                           given: &SideChangeInput,
@@ -471,8 +478,8 @@ impl ContactTangent {
         RowChange { motion, turn: n.cross(&turned), arms: [arm_change, apart + arm_change] }
     }
 
-    /// The nearest points of two round features at k+1: their shares, and how the length of the
-    /// way between them counts.
+    /// Parameters of the nearest points of two round features at k+1, and the length and direction
+    /// of the vector between them.
     fn end(&self, curved: &Curved) -> ((f64, f64), Reach) {
         let h = self.time_step;
         let of = |side: &StepSide, core: &Core| {
@@ -483,8 +490,8 @@ impl ContactTangent {
     }
 }
 
-/// How far the nearest points of two cores are from the ends of those that are segments, or beyond them, m;
-/// infinite of points.
+/// Distance of the nearest points of two cores from the ends of their segments (m); infinite for
+/// points and for ends.
 fn round_room(curved: &Curved) -> f64 {
     let of = |core: &Core, share: f64| {
         let is_inside = core.is_segment() && share > 0.0 && share < 1.0;
@@ -493,7 +500,7 @@ fn round_room(curved: &Curved) -> f64 {
     of(&curved.of_a, curved.shares.0).min(of(&curved.of_b, curved.shares.1))
 }
 
-/// ρ of A's piece: also where the contact's point has none, because the plane is A's.
+/// Radius ρ of A's piece, also if the contact point has none because the plane is A's.
 fn radius_a(world: &World, contact: &Contact) -> f64 {
     let own = contact.features.radius;
     let piece = contact

@@ -1,9 +1,10 @@
-//! Small changes of a step's data: what a derivative of a step maps from, and to.
+//! Differentials of a step's data: arguments and results of its derivatives.
 //!
-//! A change of a state is a [`StateChange`]: twelve numbers, because an attitude changes by a turn and
-//! not by four. How a contact's motion, and the place where its impulse acts, change with the bodies at the
-//! start of the step, is a `ContactTangent`; of a joint, `JointTangent`. The step itself is differentiated by
-//! [`StepDerivative`](crate::solver::native::StepDerivative), which solves for what follows.
+//! A [`StateChange`] has twelve numbers, because an attitude changes by a rotation vector.
+//! Derivatives with respect to the bodies at the start of the step are in `ContactTangent`, for a
+//! contact's motion and lever arms, and in `JointTangent`, for the rows of a joint.
+//! [`StepDerivative`](crate::solver::native::StepDerivative) differentiates the step itself and
+//! solves for the final velocities.
 //!
 //! Equation numbers G1, G2, … are those of `docs/gradients.md`.
 
@@ -22,31 +23,32 @@ use crate::mechanics::quaternion::attitude_map;
 use crate::mechanics::{State, quaternion};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector4};
 
-/// A small change of the state of a body, or, of a function of states, its derivative by them.
+/// Differential of a body's state, or gradient with respect to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StateChange {
-    /// δr, m, world.
+    /// Position δr (m), world frame.
     pub position: Vector3<f64>,
-    /// δθ, rad, **body**: A(q) becomes `A(q) (E + [δθ]×)`, q becomes q + ½ L(q) H δθ.
+    /// Rotation δθ (rad), **body** frame: A(q) becomes `A(q) (E + [δθ]×)`, and q becomes q + ½ L(q)
+    /// H δθ.
     pub turn: Vector3<f64>,
-    /// δv, m/s, world.
+    /// Velocity δv (m/s), world frame.
     pub velocity: Vector3<f64>,
-    /// δω, rad/s, **body**.
+    /// Spin δω (rad/s), **body** frame.
     pub spin: Vector3<f64>,
 }
 
 impl StateChange {
-    /// How many numbers it has.
+    /// Number of components.
     pub const LEN: usize = 12;
 
-    /// None.
+    /// Zero change.
     #[must_use]
     pub fn zero() -> Self {
         let zero = Vector3::zeros();
         Self { position: zero, turn: zero, velocity: zero, spin: zero }
     }
 
-    /// Its numbers, in the order of the fields.
+    /// Components in the order of the fields.
     #[must_use]
     pub fn to_array(&self) -> [f64; Self::LEN] {
         let mut numbers = [0.0; Self::LEN];
@@ -57,14 +59,14 @@ impl StateChange {
         numbers
     }
 
-    /// Of such numbers.
+    /// Creates a change from its components.
     #[must_use]
     pub fn from_array(numbers: &[f64; Self::LEN]) -> Self {
         let part = |k: usize| Vector3::from_column_slice(&numbers[3 * k..3 * k + 3]);
         Self { position: part(0), turn: part(1), velocity: part(2), spin: part(3) }
     }
 
-    /// The sum of the products of all numbers.
+    /// Scalar product of all components.
     #[must_use]
     pub fn dot(&self, other: &Self) -> f64 {
         self.position.dot(&other.position)
@@ -73,7 +75,7 @@ impl StateChange {
             + self.spin.dot(&other.spin)
     }
 
-    /// This and `factor` times `other`.
+    /// Sum of this change and `factor` times `other`.
     #[must_use]
     pub fn plus(&self, factor: f64, other: &Self) -> Self {
         Self {
@@ -84,8 +86,8 @@ impl StateChange {
         }
     }
 
-    /// The state that `state` becomes by this change, of any size: turned by the rotation vector δθ. Without a turn its attitude
-    /// stays as it is, to the last bit.
+    /// Applies this change, of any size, to `state`. δθ is a rotation vector. A zero rotation keeps
+    /// the attitude to the last bit.
     #[must_use]
     pub fn applied(&self, state: &State) -> State {
         let angle = self.turn.norm();
@@ -104,8 +106,8 @@ impl StateChange {
         }
     }
 
-    /// The change that makes `from` of `to`: the inverse of [`StateChange::applied`], turns of up to half a
-    /// turn.
+    /// Change that turns `from` into `to`, with a rotation of at most half a turn; the inverse of
+    /// [`StateChange::applied`].
     #[must_use]
     pub fn between(from: &State, to: &State) -> Self {
         let conjugated = |q: &Vector4<f64>| Vector4::new(q[0], -q[1], -q[2], -q[3]);
@@ -124,7 +126,7 @@ impl StateChange {
         }
     }
 
-    /// As a change of the thirteen numbers of `state`: δq = ½ L(q) H δθ.
+    /// Converts to a change of the thirteen numbers of `state`: δq = ½ L(q) H δθ.
     #[must_use]
     pub fn to_coordinates(&self, state: &State) -> State {
         State {
@@ -136,7 +138,7 @@ impl StateChange {
     }
 }
 
-/// How a state at the end of a step follows those at its start: with a = ½ h ω⁺ and C the Cayley map of a,
+/// Linear map from the start of a step to its end. With a = ½ h ω⁺ and the Cayley map C of a,
 ///
 /// ```text
 /// δr⁺ = δr + h δv⁺,   δθ⁺ = Cᵀ δθ + h T δω⁺,   T = (E − [a]×)/(1 + a·a)                  (G1)
@@ -144,28 +146,28 @@ impl StateChange {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct EndMap {
     time_step: f64,
-    /// Cᵀ.
+    /// Rotation Cᵀ.
     back: Matrix3<f64>,
-    /// h T.
+    /// Matrix h T.
     turning: Matrix3<f64>,
     velocity: Vector3<f64>,
-    /// ω⁺/(1 + a·a): how it turns for a longer step.
+    /// Derivative of the rotation with respect to h, ω⁺/(1 + a·a) (rad/s).
     rate: Vector3<f64>,
 }
 
 impl EndMap {
-    /// That of a step of `time_step` (s) that ends with these velocities.
+    /// Map of a step of `time_step` (s) with these final velocities.
     pub(crate) fn new(velocity: &Vector3<f64>, spin: &Vector3<f64>, time_step: f64) -> Self {
         let a = spin * (0.5 * time_step);
         let shrink = 1.0 / (1.0 + a.norm_squared());
         let cross = a.cross_matrix();
-        // C = E + 2 ([a]× + [a]×[a]×)/(1 + a·a), of which the transpose has −a.
+        // C = E + 2 ([a]× + [a]×[a]×)/(1 + a·a); its transpose has −a.
         let back = Matrix3::identity() + (cross * cross - cross) * (2.0 * shrink);
         let turning = (Matrix3::identity() - cross) * (shrink * time_step);
         Self { time_step, back, turning, velocity: *velocity, rate: spin * shrink }
     }
 
-    /// Of the changes of the state at the start, of V⁺ and of h.
+    /// Applies the map to differentials of the initial state, of V⁺ and of h.
     pub(crate) fn push(
         &self,
         start: &StateChange,
@@ -181,7 +183,8 @@ impl EndMap {
         }
     }
 
-    /// Adds to six columns of δX⁺, from `first` on, what columns of δV⁺ make of them.
+    /// Adds the contribution of the six columns `solved` of δV⁺ to six columns of δX⁺, from `first`
+    /// on.
     pub(crate) fn add_velocities(
         &self,
         solved: &Matrix6<f64>,
@@ -199,7 +202,7 @@ impl EndMap {
         add(9, spin.into_owned());
     }
 
-    /// ∂X⁺/∂X at fixed V⁺.
+    /// Jacobian ∂X⁺/∂X at fixed V⁺.
     pub(crate) fn by_state(&self) -> SMatrix<f64, 12, 12> {
         let mut columns = SMatrix::<f64, 12, 12>::zeros();
         columns.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
@@ -207,7 +210,8 @@ impl EndMap {
         columns
     }
 
-    /// The transpose: what derivatives by the end make of those by the state at the start, by V⁺ and by h.
+    /// Transposed map: converts gradients with respect to the final state to those with respect to
+    /// the initial state, V⁺ and h.
     pub(crate) fn pull(
         &self,
         end: &StateChange,
@@ -250,7 +254,7 @@ mod tests {
         assert_eq!(StateChange::from_array(&change.to_array()), change);
     }
 
-    /// Central differences of 1e-6: of third order 1e-12, of rounding 1e-10.
+    /// Central differences of 1e-6: third-order error 1e-12, rounding error 1e-10.
     #[test]
     fn the_end_of_a_step_follows_its_start() {
         let (start, h) = (state(), 0.03);
@@ -271,7 +275,7 @@ mod tests {
             for (found, expected) in pushed.iter().zip(difference) {
                 assert!((found - expected / 2e-6).abs() < 1e-8, "{k}: {found} {expected}");
             }
-            // ⟨w, J v⟩ is ⟨Jᵀ w, v⟩.
+            // Checks ⟨w, J v⟩ = ⟨Jᵀ w, v⟩.
             let w = StateChange::from_array(&std::array::from_fn(|k| (k as f64).sin() + 0.3));
             let (back, (linear, spin), by_step) = map.pull(&w);
             let there = w.dot(&StateChange::from_array(&pushed));

@@ -1,8 +1,9 @@
-//! How the features of a contact follow the bodies: the point in its body's frame, the plane in its owner's.
+//! Derivatives of contact features with respect to the body poses: the point in its body's frame,
+//! and the plane in its owner's.
 //!
-//! A vertex against a face stays what it is. Where a point slides along an edge as the bodies turn, or a
-//! plane is spanned by two edges, point and plane are functions of both poses, differentiated here
-//! by hand; which function it is, the features say, and the numbers are held against it.
+//! A vertex against a face is fixed. A point that slides along an edge and a plane spanned by two
+//! edges are functions of both poses, differentiated analytically here. The feature identifiers
+//! select the function, and the result is compared with the numbers of the contact.
 
 use super::side::SideChange;
 use crate::contact::{Contact, Features, PairFeatures, Partner};
@@ -11,54 +12,56 @@ use crate::mechanics::Pose;
 use crate::world::World;
 use nalgebra::{Matrix2, Vector2, Vector3};
 
-/// Numbers that agree to this part of the size are those of the features.
+/// Relative tolerance of the comparison with the features.
 const SAME: f64 = 1e-7;
 
-/// A small change of [`Features`].
+/// Differentials of [`Features`].
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct FeatureChange {
-    /// δa, m, frame of A.
+    /// Point δa (m), frame of A.
     pub(super) point: Vector3<f64>,
-    /// δρ, m.
+    /// Radius δρ (m).
     pub(super) radius: f64,
-    /// δn, frame of B.
+    /// Normal δn, frame of B.
     pub(super) normal: Vector3<f64>,
-    /// δd, m.
+    /// Offset δd (m).
     pub(super) offset: f64,
 }
 
-/// An edge in the world: a point of it, and its direction (m).
+/// Edge in the world frame: a point on it, and its vector (m).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Line {
     from: Vector3<f64>,
     along: Vector3<f64>,
-    /// Its first end.
+    /// First end of the edge.
     start: Vector3<f64>,
 }
 
-/// Which functions of the poses the point and the plane of a contact are.
+/// Dependence of the point and the plane of a contact on the poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Placement {
-    /// A vertex of A and a face of B, or the ground.
+    /// Vertex of A against a face of B or the ground.
     Fixed,
-    /// The point at which an edge of A, seen along the normal of a face of B, crosses one of B, against that face.
-    /// Where it is not the normal, what it is seen along is spanned by two edges.
+    /// Crossing point of an edge of A and an edge of B, projected along the normal of a face of B,
+    /// against that face. If the projection is not along the normal, its axis is spanned by two
+    /// edges.
     Crossing { of_a: Line, of_b: Line, axis: Option<(Line, Line)> },
-    /// The nearest points of two edges, and the plane that they span.
+    /// Nearest points of two edges, and the plane spanned by them.
     Edges { of_a: Line, of_b: Line },
-    /// A vertex of the fixed B against a face of A, as the foot of that vertex against a plane about the other way; with
-    /// the edges of B and A where it slides along the former.
+    /// Vertex of the fixed B against a face of A, described by the foot of the vertex on a plane in
+    /// the opposite orientation. If the vertex slides along an edge of B, the edges of B and A are
+    /// given.
     Turned { slides: Option<(Line, Line)> },
-    /// None that is known: taken for fixed.
+    /// Unknown; treated as fixed.
     Unknown,
 }
 
-/// The part of `v` across the unit `n`.
+/// Component of `v` orthogonal to the unit vector `n`.
 pub(super) fn across(n: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
     v - n * n.dot(v)
 }
 
-/// What of a plane n·x = d becomes where its body is stretched: x_k → (1 + σ_k) x_k.
+/// Differentials of a plane n·x = d when its body is stretched, x_k → (1 + σ_k) x_k:
 ///
 /// ```text
 /// δn = −(E − n nᵀ) σ∘n,   δd = d n·(σ∘n)
@@ -69,9 +72,9 @@ fn stretched(normal: &Vector3<f64>, offset: f64, stretch: &Vector3<f64>) -> (Vec
 }
 
 impl Placement {
-    /// That of `contact`, no round one, whose bodies are at these poses; and how far it is from the end of its
-    /// features, m: of a face from its sides, of an edge from its ends. There another contact takes its
-    /// place.
+    /// Placement of the polyhedral `contact` at these poses. Also returns its distance from the end
+    /// of its features (m): from the sides of a face, or from the ends of an edge. There another
+    /// contact replaces it.
     pub(super) fn of(world: &World, contact: &Contact, a: &Pose, b: Option<&Pose>) -> (Self, f64) {
         const ENDLESS: f64 = f64::INFINITY;
         let Some(pair) = contact.key.pair else { return (Self::Fixed, ENDLESS) };
@@ -89,7 +92,7 @@ impl Placement {
         (placement, seen.room(&placement))
     }
 
-    /// How the features change with both sides.
+    /// Differentials of the features for the differentials of both sides.
     pub(super) fn change(
         &self,
         contact: &Contact,
@@ -99,7 +102,7 @@ impl Placement {
         let Features { point, frame, offset, .. } = &contact.features;
         let normal = frame.column(2).into_owned();
         let (n, x) = (contact.normal(), a.place(point));
-        // That of B's face, the radius of B in its offset.
+        // Face of B, with the radius of B in its offset.
         let face = || {
             let (normal, height) = stretched(&normal, offset - b.own_radius, &b.stretch);
             (normal, height + b.radius)
@@ -124,7 +127,7 @@ impl Placement {
                 let (u, v, y) = (of_a.along, of_b.along, of_b.from);
                 let (by_a, by_b) = (a.linear(), b.linear());
                 let turned = spanned(of_a, a, of_b, b, &n).1;
-                // The nearest points stay across both edges.
+                // The connecting vector stays orthogonal to both edges.
                 let (apart, moved) = (x - y, a.carried(&x) - b.carried(&y));
                 let matrix = Matrix2::new(u.dot(&u), -u.dot(&v), u.dot(&v), -v.dot(&v));
                 let rhs = Vector2::new(
@@ -143,7 +146,7 @@ impl Placement {
                 }
             }
             Self::Turned { slides } => {
-                // A's face, whose outward normal is −n, and the surface of B in the plane.
+                // Face of A, whose outward normal is −n, and the point of B's surface in the plane.
                 let own = -a.rotation.tr_mul(&n);
                 let (tilted, height) = stretched(&own, own.dot(point) - a.own_radius, &a.stretch);
                 let turned = a.turn.cross(&n) - a.rotation * tilted;
@@ -152,7 +155,7 @@ impl Placement {
                 if let Some((of_b, of_a)) = slides {
                     moved += slide(of_b, b, of_a, a, &n, &turned);
                 }
-                // The point is the foot of the surface on the face.
+                // The contact point is the foot of the surface point on the face.
                 let above = n.dot(&(surface - x));
                 let rigid = a.turn.cross(&(x - a.origin)) + a.position;
                 let slip = across(&n, &(moved - turned * above - rigid));
@@ -167,7 +170,7 @@ impl Placement {
     }
 }
 
-/// The unit vector across a line of A and one of B, on the side of `n`, and what it changes by.
+/// Unit vector orthogonal to a line of A and a line of B, on the side of `n`, and its differential.
 fn spanned(
     of_a: &Line,
     a: &SideChange,
@@ -183,8 +186,8 @@ fn spanned(
     (along, across(&along, &turned) / size)
 }
 
-/// How the point where a line of P, seen along `normal`, crosses one of Q slides along the former, m, world:
-/// with m = n × v, (x − y)·m stays 0.
+/// Displacement along line P of its crossing with line Q, projected along `normal` (m), world
+/// frame. With m = n × v, (x − y)·m stays 0.
 fn slide(
     of_p: &Line,
     p: &SideChange,
@@ -201,7 +204,7 @@ fn slide(
     if by.is_finite() { of_p.along * by } else { Vector3::zeros() }
 }
 
-/// A contact of two pieces, where they are.
+/// Contact of two pieces at given poses.
 struct PlacedPair<'a> {
     pair: PairFeatures,
     pieces: (&'a Piece, &'a Piece),
@@ -226,13 +229,13 @@ impl PlacedPair<'_> {
         self.edges()
     }
 
-    /// The size of the larger piece, m.
+    /// Size of the larger piece (m).
     fn size(&self) -> f64 {
         let size = |piece: &Piece| piece.core().reach() + piece.radius();
         size(self.pieces.0).max(size(self.pieces.1))
     }
 
-    /// How far the contact is from the end of its features, m.
+    /// Distance of the contact from the end of its features (m).
     fn room(&self, placement: &Placement) -> f64 {
         let (a, b) = self.poses;
         let x = a.position + a.rotation * self.contact.features.point;
@@ -259,20 +262,20 @@ impl PlacedPair<'_> {
         }
     }
 
-    /// How far a point of an edge's line is from the edge's ends, m.
+    /// Distance of a point on an edge's line from the ends of the edge (m).
     fn left_of(&self, line: &Line, point: &Vector3<f64>) -> f64 {
         let along = line.along.normalize();
         let from = (point - line.start).dot(&along);
         from.abs().min((line.along.norm() - from).abs())
     }
 
-    /// Whether `point` is a vertex of the piece.
+    /// True if `point` is a vertex of `piece`.
     fn is_vertex(&self, piece: &Piece, point: &Vector3<f64>) -> bool {
         piece.core().vertices().iter().any(|vertex| (vertex - point).norm() <= SAME * self.size())
     }
 
-    /// The edges of A and of B that the features name, in the world: in either order, because the pair may
-    /// have been seen from either side.
+    /// Edges of A and B named by the feature identifiers, in the world frame. Both orders are
+    /// returned, because either piece may come first in the pair.
     fn lines(&self) -> impl Iterator<Item = (Line, Line)> {
         let numbers = match self.pair.feature {
             Feature::Edges(first, second) => Some((first, second)),
@@ -297,7 +300,7 @@ impl PlacedPair<'_> {
         Some((line(self.pieces.0, i, Some(a))?, line(self.pieces.1, j, b)?))
     }
 
-    /// The edges that span what two faces were seen along, if it is edges that do.
+    /// Edges that span the projection axis of two faces, if the axis is spanned by edges.
     fn axis(&self) -> Option<(Line, Line)> {
         let still = Pose { position: Vector3::zeros(), rotation: nalgebra::Matrix3::identity() };
         let (a, b) = (self.poses.0, self.poses.1.unwrap_or(&still));
@@ -320,7 +323,7 @@ impl PlacedPair<'_> {
         })
     }
 
-    /// The lines that x is the crossing of, seen along n: x on that of A.
+    /// Edges whose crossing is x, projected along n; x is on the edge of A.
     fn crossing(&self, x: &Vector3<f64>, n: &Vector3<f64>) -> Option<(Line, Line)> {
         let near = SAME * self.size();
         self.lines().find_map(|(of_a, of_b)| {
@@ -361,7 +364,7 @@ impl PlacedPair<'_> {
         let found = self.lines().find_map(|(of_a, of_b)| {
             let cross = of_a.along.cross(&of_b.along).normalize();
             let spanned = cross.cross(&n).norm() <= SAME && distance(&of_a, &x) <= near;
-            // The point of B's edge that is in the plane, nearest to x.
+            // Nearest point to x on B's edge.
             let (u, v) = (of_a.along, of_b.along);
             let w = x - of_b.from;
             let share = (w - u * (u.dot(&w) / u.dot(&u))).dot(&v)
@@ -376,7 +379,7 @@ impl PlacedPair<'_> {
     }
 }
 
-/// Whether a piece has a face in this plane, its radius in it.
+/// True if a piece has a face in this plane, including its radius.
 fn has_face(piece: &Piece, normal: &Vector3<f64>, offset: f64) -> bool {
     let near = SAME * (piece.core().reach() + piece.radius());
     piece.core().faces().iter().any(|face| {
@@ -385,13 +388,14 @@ fn has_face(piece: &Piece, normal: &Vector3<f64>, offset: f64) -> bool {
     })
 }
 
-/// How far a point is from a line, m.
+/// Distance of a point from a line (m).
 fn distance(line: &Line, point: &Vector3<f64>) -> f64 {
     let along = line.along.normalize();
     across(&along, &(point - line.from)).norm()
 }
 
-/// How far a point is inside the face of `piece` with this normal, seen along it, m: from its nearest side.
+/// Distance of `point` from the nearest side of the face of `piece` with this normal (m), projected
+/// along the normal.
 fn inside(piece: &Piece, normal: &Vector3<f64>, point: &Vector3<f64>) -> f64 {
     let core = piece.core();
     let mut faces = core.faces().iter();

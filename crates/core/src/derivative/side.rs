@@ -1,27 +1,27 @@
-//! A side of a contact over a step: a body, or what is fixed, and what may change of it.
+//! One side of a contact over a step: a body or a fixed piece, and its differentials.
 
 use crate::mechanics::{Pose, RigidBody, Rotation, State};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
-/// A body at both ends of a step, or what is fixed.
+/// A body at both ends of a step, or a fixed piece.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StepSide {
-    /// r and A(q) at k; zero and E of what is fixed.
+    /// Position r at k; `rotation` is A(q) at k. Zero and E for fixed pieces.
     pub(super) origin: Vector3<f64>,
     pub(super) rotation: Matrix3<f64>,
-    /// A(q) at k+1.
+    /// Rotation A(q) at k+1.
     pub(super) turned: Matrix3<f64>,
-    /// v⁺ and A ω⁺.
+    /// Velocity v⁺; `spin_world` is A ω⁺.
     pub(super) linear: Vector3<f64>,
     pub(super) spin_world: Vector3<f64>,
-    /// A ω⁺/(1 + h²ω²/4): how it turns for a longer step, rad/s, world.
+    /// Derivative of the rotation with respect to h, A ω⁺/(1 + h²ω²/4) (rad/s), world frame.
     pub(super) rate: Vector3<f64>,
-    /// ρ of its feature, m.
+    /// Radius ρ of its feature (m).
     pub(super) radius: f64,
-    /// What carries things along, m/s, world.
+    /// Surface velocity (m/s), world frame.
     pub(super) surface: Vector3<f64>,
-    /// How it turns before and after an impact.
+    /// Angular motion before and after an impact.
     pub(super) impact: Option<ImpactMotion>,
 }
 
@@ -87,7 +87,7 @@ impl StepSide {
     }
 }
 
-/// A ω̃ of both sides of an impact (eq. 29), and what changes it.
+/// Angular velocities A ω̃ before and after an impact (eq. 29), with the quantities they depend on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ImpactMotion {
     pub(super) form: Rotation,
@@ -95,14 +95,15 @@ pub(super) struct ImpactMotion {
     pub(super) inertia: Matrix3<f64>,
     pub(super) inverse: Matrix3<f64>,
     pub(super) rotation: Matrix3<f64>,
-    /// v and ω at k, ω⁺.
+    /// Velocity v at k; `old` is ω at k, and `new` is ω⁺.
     pub(super) arriving: Vector3<f64>,
     pub(super) old: Vector3<f64>,
     pub(super) new: Vector3<f64>,
 }
 
 impl ImpactMotion {
-    /// A ω̃ after the impulses, or before them, rad/s, world, and what it changes by: with I ω̃ = P,
+    /// Angular velocity A ω̃ after or before the impulses (rad/s), world frame, and its
+    /// differential. With I ω̃ = P,
     ///
     /// ```text
     /// δω̃ = I⁻¹ (δP − δI ω̃)
@@ -136,25 +137,25 @@ impl ImpactMotion {
     }
 }
 
-/// What changes of one side of a contact.
+/// Differentials of one side of a contact.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SideChangeInput {
-    /// δr, m, and δθ, rad, both world.
+    /// Position δr (m) and `turn` δθ (rad), both world frame.
     pub(crate) position: Vector3<f64>,
     pub(crate) turn: Vector3<f64>,
-    /// δv, m/s, world, and δω, rad/s, body, at k.
+    /// Velocity δv (m/s), world frame, and spin δω (rad/s), body frame, at k.
     pub(crate) velocity: Vector3<f64>,
     pub(crate) spin: Vector3<f64>,
-    /// σ: a coordinate x_k of its shape becomes (1 + σ_k) x_k, body frame.
+    /// Stretch σ: a coordinate x_k of the shape becomes (1 + σ_k) x_k, body frame.
     pub(crate) stretch: Vector3<f64>,
-    /// δρ, m.
+    /// Radius δρ (m).
     pub(crate) radius: f64,
-    /// δI, kg m², body.
+    /// Inertia δI (kg m²), body frame.
     pub(crate) inertia: Matrix3<f64>,
 }
 
 impl SideChangeInput {
-    /// Nothing.
+    /// Zero differentials.
     pub(crate) fn nothing() -> Self {
         let zero = Vector3::zeros();
         Self {
@@ -169,7 +170,7 @@ impl SideChangeInput {
     }
 }
 
-/// What of that the features of a contact depend on, and where the side is.
+/// Position of a side, and the differentials on which the features depend.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SideChange {
     pub(super) origin: Vector3<f64>,
@@ -182,18 +183,18 @@ pub(crate) struct SideChange {
 }
 
 impl SideChange {
-    /// Where a point of its frame is, m, world.
+    /// World position of a point in the side's frame (m).
     pub(super) fn place(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.origin + self.rotation * point
     }
 
-    /// What a vector of its shape changes by: turned and stretched.
+    /// Linear map of a vector of the shape to its differential: rotation and stretch.
     pub(super) fn linear(&self) -> Matrix3<f64> {
         let stretch = Matrix3::from_diagonal(&self.stretch);
         self.turn.cross_matrix() + self.rotation * stretch * self.rotation.transpose()
     }
 
-    /// How the point of its shape that is at `x` (m, world) moves.
+    /// Displacement of the point of the shape at `x` (m), world frame.
     pub(super) fn carried(&self, x: &Vector3<f64>) -> Vector3<f64> {
         self.position + self.linear() * (x - self.origin)
     }

@@ -1,4 +1,4 @@
-//! What a step passed by: the nearest things that were no contacts.
+//! Distance of a step to new contacts: the nearest pairs that are not contacts.
 
 use crate::contact::{Contact, ContactKey, Partner};
 use crate::geometry::{Hint, PairScratch, Piece, separation};
@@ -6,8 +6,8 @@ use crate::mechanics::{Pose, State};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
-/// How far the nearest points and pieces that may touch and are no `contacts` are apart where the bodies are at
-/// `states`, m; at most `beyond`.
+/// Distance of the nearest points and pieces that may touch but are not in `contacts`, at `states`
+/// (m); at most `beyond`.
 pub(crate) fn nearest_unseen(
     world: &World,
     states: &[State],
@@ -32,7 +32,7 @@ pub(crate) fn nearest_unseen(
     let poses: Vec<Pose> = states.iter().map(State::pose).collect();
     let still = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
     let at = |of: &Partner| of.body().map_or(&still, |body| &poses[body]);
-    // Whose it is, its number there, the piece, and a ball around it.
+    // Owner, index, centre and radius of the bounding sphere of a piece.
     let placed = |of: Partner, number: usize, piece: &Piece| {
         let pose = at(&of);
         let middle = pose.position + pose.rotation * piece.core().centre();
@@ -52,7 +52,7 @@ pub(crate) fn nearest_unseen(
     for (place, (a, of_a)) in all.iter().enumerate() {
         let Some(body) = a.0.body() else { break };
         for (b, of_b) in &all[place + 1..] {
-            // By their balls first: most pairs are far apart.
+            // Bounding spheres first: most pairs are far apart.
             let reach = a.3 + b.3 + nearest;
             let is_far = (a.2 - b.2).norm_squared() >= reach * reach;
             if is_far || b.0 == Partner::Body(body) || !world.may_touch(body, b.0) {

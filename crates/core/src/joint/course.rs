@@ -1,35 +1,36 @@
-//! What drives joints over time: forces along their axes, and the way of what a body is held by.
+//! Time-dependent joint inputs: forces along joint axes, and prescribed motions of world frames.
 
 use super::JointFrame;
 use crate::error::{Error, all_in_range, in_range};
 use crate::mechanics::{Polyline, State, way::Way};
 use nalgebra::{Vector3, Vector4};
 
-/// Forces along the axes of a joint's place and torques about those of its turn over time, besides those of its
-/// drives, for [`Simulation::set_joint_load`](crate::simulation::Simulation::set_joint_load).
+/// Forces along the linear axes and torques about the angular axes of a joint over time, in
+/// addition to its drives, for
+/// [`Simulation::set_joint_load`](crate::simulation::Simulation::set_joint_load).
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointLoad {
-    /// N, along x, y and z of B's frame, on A.
+    /// Force on A along x, y and z of B's frame (N).
     pub force: Polyline,
-    /// N m, about the axes of the turn, on A.
+    /// Torque on A about the angular axes (N m).
     pub torque: Polyline,
 }
 
 impl JointLoad {
-    /// The means over `from`…`to` (s).
+    /// Means over the times `from`…`to` (s).
     pub(crate) fn mean(&self, from: f64, to: f64) -> [Vector3<f64>; 2] {
         [self.force.mean(from, to), self.torque.mean(from, to)]
     }
 
-    /// Whether it is one that [`Polyline::new`] makes.
+    /// True if both polylines are valid for [`Polyline::new`].
     #[cfg(feature = "save")]
     pub(crate) fn is_possible(&self) -> bool {
         let line = |line: &Polyline| Polyline::new(line.knots().to_vec()).is_ok();
         line(&self.force) && line(&self.torque)
     }
 
-    /// Which of the axes it acts on at some time: those of the place, and those of the turn.
+    /// Flags of the linear and the angular axes on which it acts at any time.
     pub(crate) fn acts(&self) -> [[bool; 3]; 2] {
         [&self.force, &self.torque].map(|line| {
             let acts = |k: usize| line.knots().iter().any(|(_, value)| value[k] != 0.0);
@@ -38,44 +39,47 @@ impl JointLoad {
     }
 }
 
-/// How the frame in the world moves that holds a body in all its axes, for
+/// Prescribed motion of the world frame of a joint that locks a body in all axes, for
 /// [`Simulation::set_course`](crate::simulation::Simulation::set_course).
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum Course {
-    /// It is there at the end of the next step, and stays.
+    /// Pose at the end of the next step, kept afterwards.
     To(JointFrame),
-    /// It moves on from where it is.
+    /// Motion at constant velocity from the present pose.
     Steady {
-        /// Of its anchor, m/s, world.
+        /// Velocity of the anchor (m/s), world frame.
         velocity: Vector3<f64>,
-        /// rad/s, world.
+        /// Angular velocity (rad/s), world frame.
         spin: Vector3<f64>,
     },
-    /// It is where these say at the end of every step.
+    /// Trajectory evaluated at the end of every step.
     Through(Knots),
 }
 
-/// A frame over time: between two knots its anchor goes straight and it turns evenly about one axis, the shorter
-/// way; before the first it stays, and after the last, too, unless it [goes on](Knots::going_on) from there.
+/// Trajectory of a frame. Between two knots, the anchor moves on a straight line, and the frame
+/// rotates at a constant rate about one axis, by the smaller angle. The frame rests before the
+/// first knot. After the last one it rests too, or [continues](Knots::going_on) at constant
+/// velocity.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Knots {
     knots: Vec<(f64, JointFrame)>,
-    /// After the last knot: of the anchor, m/s, world.
+    /// Velocity of the anchor after the last knot (m/s), world frame.
     velocity: Vector3<f64>,
-    /// rad/s, world.
+    /// Angular velocity after the last knot (rad/s), world frame.
     spin: Vector3<f64>,
 }
 
-/// More knots than this are taken for a mistake.
+/// Largest number of knots.
 const MOST_KNOTS: usize = 1_000_000;
 
 impl Knots {
-    /// Those of the times t (s) and the frames there (world).
+    /// Creates a trajectory from times (s) and frames (world frame).
     ///
     /// # Errors
-    /// None, or more than a million; times that do not rise or are beyond ±1e6 s; a frame out of range.
+    /// If the number of knots is not 1 to 1 000 000, if times do not increase or are beyond ±1e6 s,
+    /// or if a frame is out of range.
     pub fn new(knots: Vec<(f64, JointFrame)>) -> Result<Self, Error> {
         if knots.is_empty() || knots.len() > MOST_KNOTS {
             let field = "knots of a course";
@@ -92,17 +96,18 @@ impl Knots {
         Ok(Self { knots, velocity: Vector3::zeros(), spin: Vector3::zeros() })
     }
 
-    /// The same, which go on after the last knot at a steady `velocity` of the anchor (m/s, world) and `spin`
-    /// (rad/s, world): with one knot, a turntable.
+    /// Returns this trajectory with a constant `velocity` of the anchor (m/s, world frame) and
+    /// `spin` (rad/s, world frame) after the last knot. With a single knot it describes a
+    /// turntable.
     ///
     /// # Errors
-    /// A component beyond ±1e5.
+    /// [`Error::OutOfRange`] if a component is beyond ±1e5.
     pub fn going_on(self, velocity: Vector3<f64>, spin: Vector3<f64>) -> Result<Self, Error> {
         check_velocities(&velocity, &spin)?;
         Ok(Self { velocity, spin, ..self })
     }
 
-    /// The frame at `time` (s).
+    /// Frame at `time` (s).
     #[must_use]
     pub fn at(&self, time: f64) -> JointFrame {
         let next = self.knots.partition_point(|(knot, _)| *knot <= time);
@@ -117,7 +122,7 @@ impl Knots {
 }
 
 impl JointFrame {
-    /// The frame at the part `share` of the way to `other`.
+    /// Interpolates between this frame and `other` at the fraction `share`.
     fn towards(&self, other: &Self, share: f64) -> Self {
         let state = |frame: &Self| State {
             position: frame.anchor,
@@ -129,7 +134,7 @@ impl JointFrame {
         Self { anchor, attitude: attitude.normalize() }
     }
 
-    /// The frame after `time` (s) at these velocities (m/s, rad/s; world).
+    /// Frame after `time` (s) at constant velocities (m/s and rad/s, world frame).
     fn after(&self, velocity: &Vector3<f64>, spin: &Vector3<f64>, time: f64) -> Self {
         let anchor = self.anchor + velocity * time;
         let (angle, rate) = (spin.norm() * time, spin.norm());
@@ -150,7 +155,7 @@ fn check_velocities(velocity: &Vector3<f64>, spin: &Vector3<f64>) -> Result<(), 
 }
 
 impl Course {
-    /// The course, checked.
+    /// Checks the ranges of all numbers.
     pub(crate) fn checked(self) -> Result<Self, Error> {
         match &self {
             Self::To(frame) => return Ok(Self::To(frame.checked()?)),
@@ -160,8 +165,8 @@ impl Course {
         Ok(self)
     }
 
-    /// Where the frame is at the end of a step of `time_step` (s) that ends at `end` (s) and begins with
-    /// the frame at `now`.
+    /// Frame at the end of a step of `time_step` (s) that starts with the frame `now` and ends at
+    /// the time `end` (s).
     pub(crate) fn end(&self, now: &JointFrame, end: f64, time_step: f64) -> JointFrame {
         match self {
             Self::To(frame) => *frame,

@@ -1,4 +1,4 @@
-//! What acts on an axis of a joint that is not locked.
+//! Drives: the forces along a free axis of a joint.
 
 use super::graph::{ForceSum, Graph};
 use crate::error::{Error, in_range};
@@ -7,73 +7,74 @@ use crate::error::{Error, in_range};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum Axis {
-    /// Its coordinate is zero.
+    /// Locked axis: its coordinate is zero.
     Locked,
-    /// It moves, under a drive.
+    /// Free axis with a drive.
     Free(Drive),
 }
 
-/// What acts along a free axis, at any rate: the sum of all of these. Lengths in m and forces in N along
-/// an axis, rad and N m about one.
+/// Drive of a free axis: the sum of the forces below. Units are m and N for linear axes, rad and N
+/// m for angular ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(any(feature = "save", feature = "serde"), derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(any(feature = "save", feature = "serde"), serde(default))]
 pub struct Drive {
-    /// The range of the coordinate. Its ends are hard stops without a bounce.
+    /// Range of the coordinate (m or rad). Its ends are hard inelastic stops.
     pub limits: Option<[f64; 2]>,
-    /// Dry friction: it holds up to this force, and takes as much where the axis moves.
+    /// Dry friction (N or N m): the largest holding force, and the constant resistance of a moving
+    /// axis.
     pub friction: f64,
-    /// k of a spring towards `rest`, N/m or N m/rad.
+    /// Stiffness k of a spring (N/m or N m/rad).
     pub stiffness: f64,
-    /// The coordinate at which the spring is slack.
+    /// Rest position of the spring (m or rad).
     pub rest: f64,
-    /// Viscous damping, N s/m or N m s/rad.
+    /// Viscous damping (N s/m or N m s/rad).
     pub damping: f64,
-    /// A force in the direction of the axis, on A.
+    /// Constant force on A along the axis (N or N m).
     pub force: f64,
-    /// The inertia of what turns with a motor, at the axis, kg or kg m²: it resists changes of the
-    /// axis' speed alone.
+    /// Armature: inertia of the rotor, reflected to the axis (kg or kg m²). It resists changes of
+    /// the axis speed only.
     pub armature: f64,
-    /// A motor.
+    /// Motor, if any.
     pub motor: Option<Motor>,
 }
 
-/// A motor on an axis, with all the force that it has.
+/// Motor on an axis, with a force limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(any(feature = "save", feature = "serde"), derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(any(feature = "save", feature = "serde"), serde(rename_all = "lowercase"))]
 pub enum Motor {
-    /// It holds a speed, m/s or rad/s, with up to this force.
+    /// Velocity motor: holds a speed.
     Speed {
-        /// The speed that it holds.
+        /// Target speed (m/s or rad/s).
         target: f64,
-        /// N or N m.
+        /// Force limit (N or N m).
         most: f64,
     },
-    /// It pulls to a coordinate with a stiffness and a damping, with up to this force.
+    /// PD motor: drives the coordinate to a target with a stiffness and a damping.
     Position {
-        /// The coordinate that it pulls to.
+        /// Target coordinate (m or rad).
         target: f64,
-        /// N/m or N m/rad.
+        /// Stiffness (N/m or N m/rad).
         stiffness: f64,
-        /// N s/m or N m s/rad.
+        /// Damping (N s/m or N m s/rad).
         damping: f64,
-        /// N or N m.
+        /// Force limit (N or N m).
         most: f64,
     },
-    /// It pulls to a speed with a damping, with up to this force.
+    /// Damping motor: drives the speed to a target with a damping.
     Damper {
-        /// The speed that it pulls to, m/s or rad/s.
+        /// Target speed (m/s or rad/s).
         target: f64,
-        /// N s/m or N m s/rad.
+        /// Damping (N s/m or N m s/rad).
         damping: f64,
-        /// N or N m.
+        /// Force limit (N or N m).
         most: f64,
     },
 }
 
 impl Motor {
-    /// The same with another target, m/s and rad/s, or m and rad.
+    /// Copy of this motor with another target (m/s or rad/s, m or rad).
     #[must_use]
     pub fn to(self, target: f64) -> Self {
         match self {
@@ -93,7 +94,7 @@ impl Default for Drive {
 }
 
 impl Drive {
-    /// Nothing.
+    /// Drive without forces and limits.
     pub const NONE: Self = Self {
         limits: None,
         friction: 0.0,
@@ -144,29 +145,29 @@ impl Drive {
     }
 }
 
-/// One axis of a joint at the start of a step.
+/// State of a joint axis at the start of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct AxisStart {
-    /// x_k, m or rad.
+    /// Coordinate x_k (m or rad).
     pub(crate) coordinate: f64,
-    /// (x_k − x_{k−1})/h, m/s or rad/s, where an armature asks for it.
+    /// Rate (x_k − x_{k−1})/h (m/s or rad/s), set for axes with an armature.
     pub(crate) rate: f64,
-    /// The mean of what pushes over time, N or N m.
+    /// Mean of the time-dependent load over the step (N or N m).
     pub(crate) push: f64,
 }
 
 impl Axis {
-    /// That of the swing of a ball joint which stays within `most` (rad).
+    /// Swing axis of a ball joint with the cone angle `most` (rad).
     pub(super) fn cone(most: f64) -> Self {
         Self::Free(Drive { limits: Some([0.0, most]), ..Drive::NONE })
     }
 
-    /// Whether it has an armature.
+    /// True if the axis has an armature.
     pub(crate) fn has_armature(&self) -> bool {
         matches!(self, Self::Free(drive) if drive.armature > 0.0)
     }
 
-    /// The range of its coordinate, if it has one.
+    /// Range of the coordinate, if limited.
     pub(super) fn limits(&self) -> Option<[f64; 2]> {
         match self {
             Self::Locked => None,
@@ -174,7 +175,7 @@ impl Axis {
         }
     }
 
-    /// Whether nothing is said of it.
+    /// True if the axis is free without any drive.
     pub(crate) fn is_idle(&self) -> bool {
         *self == Self::Free(Drive::NONE)
     }
@@ -186,16 +187,18 @@ impl Axis {
         }
     }
 
-    /// The law of the axis in a step of `time_step` (s) that begins at `start`, in the
-    /// scaled row u = `length` × (change of the coordinate)/h and the impulse p = h f/(`unit` `length`):
-    /// what is locked is to make its coordinate zero, which [`Axis::offset`] is for.
+    /// Force law of the axis in a step of `time_step` (s) that starts at `start`.
+    ///
+    /// The law relates the scaled speed u = `length` × (change of the coordinate)/h to the impulse
+    /// p = h f/(`unit` `length`). For a locked axis it is u = 0; [`Axis::offset`] adds its position
+    /// error.
     pub(crate) fn graph(&self, start: &AxisStart, time_step: f64, length: f64, unit: f64) -> Graph {
         let Self::Free(drive) = self else { return Graph::locked() };
         if self.is_idle() && start.push == 0.0 {
             return Graph::free();
         }
         let coordinate = start.coordinate;
-        // Of a torque, over the length.
+        // For an angular axis, the torque is divided by the length.
         let to_impulse = time_step / (unit * length);
         let speed_at = |target: f64| length * (target - coordinate) / time_step;
         let mut sum = ForceSum::constant((drive.force + start.push) * to_impulse);
@@ -234,7 +237,7 @@ impl Axis {
         sum.graph()
     }
 
-    /// The same of an axis that is free; `None` of one that is locked.
+    /// Force law of a free axis as in [`Axis::graph`]; `None` if the axis is locked.
     pub(crate) fn free_graph(
         &self,
         start: &AxisStart,
@@ -245,7 +248,7 @@ impl Axis {
         matches!(self, Self::Free(_)).then(|| self.graph(start, time_step, length, unit))
     }
 
-    /// What the row of a locked axis is off by at the step's start, over h.
+    /// Position error of a locked axis at the start of the step, divided by h.
     pub(crate) fn offset(&self, coordinate: f64, time_step: f64) -> f64 {
         match self {
             Self::Locked => coordinate / time_step,

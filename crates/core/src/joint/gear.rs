@@ -1,4 +1,4 @@
-//! Gears: a coordinate of one joint that follows one of another, or a law on how far it is from that.
+//! Gears: linear constraints between coordinates of two joints, or drives on their deviation.
 
 use super::{Axis, AxisStart, Drive, Joint, JointAxis, JointForce, TurnKind};
 use crate::error::{Error, in_range};
@@ -6,21 +6,21 @@ use crate::mechanics::{RigidBody, State, Wrench};
 use crate::world::{Constant, World};
 use nalgebra::Vector3;
 
-/// An axis of a joint of the world.
+/// Axis of a joint of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct GearAxis {
-    /// The index of the joint.
+    /// Index of the joint.
     pub joint: usize,
-    /// Which of its axes, one that is free and whose turns are counted.
+    /// Axis of the joint; it must be free and have a counted coordinate.
     pub axis: JointAxis,
 }
 
 impl GearAxis {
-    /// q where the bodies are at `states`, that nearest to the turns `near` of the joint, m or rad.
+    /// Coordinate q at `states` (m or rad). Angles are the nearest to the joint angles `near`.
     ///
     /// # Panics
-    /// If there is no such joint or axis.
+    /// If the joint or axis does not exist.
     #[must_use]
     pub fn coordinate(&self, joints: &[Joint], states: &[State], near: &Vector3<f64>) -> f64 {
         let of = &joints[self.joint];
@@ -31,21 +31,22 @@ impl GearAxis {
     }
 }
 
-/// A gear, a rack, a screw or a mimic joint: two coordinates (m, or rad with all turns) of which, at the
-/// end of every step,
+/// Gear, rack and pinion, screw or mimic joint: a constraint between two coordinates (m, or rad
+/// with full turns counted). At the end of every step,
 ///
 /// ```text
 /// q₁ = r q₂ + q₀                                                           (J15)
 /// ```
 ///
-/// by a force on the first and −r times that on the second. What drives either acts besides. With a
-/// [drive](Gear::with_drive) nothing is locked: that acts on the sum
+/// enforced by a force on the first coordinate and −r times that force on the second. Drives of the
+/// joints act in addition. With a [drive](Gear::with_drive), there is no constraint. The drive then
+/// acts on the sum
 ///
 /// ```text
 /// s = q₁ − r q₂ − q₀                                                        (J17)
 /// ```
 ///
-/// as it would on the coordinate of one joint.
+/// like a drive on the coordinate of one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Gear {
@@ -55,24 +56,27 @@ pub struct Gear {
     pub(super) law: Axis,
 }
 
-/// How far a gear may be off at the start, or beyond the limits of its drive, m or rad of the first coordinate.
+/// Largest initial gear error, or excess over the limits of its drive, in units of the first
+/// coordinate (m or rad).
 pub const GEAR_AT_THE_START: f64 = 1e-6;
 
 impl Gear {
-    /// The coordinate `first` is `ratio` times `second` and `offset`, in the unit of the first one.
+    /// Creates the constraint `first` = `ratio` · `second` + `offset`, in units of the first
+    /// coordinate.
     #[must_use]
     pub fn new(first: GearAxis, second: GearAxis, ratio: f64, offset: f64) -> Self {
         Self { axes: [first, second], ratio, offset, law: Axis::Locked }
     }
 
-    /// The same with `drive` on s (J17), in the units of the first coordinate, in place of what holds s at zero: limits,
-    /// dry friction, a spring, a damper, a force, a motor. An armature of a sum is refused.
+    /// Returns this gear with `drive` acting on s (J17) instead of the constraint s = 0, in units
+    /// of the first coordinate. Limits, dry friction, spring, damper, force and motor are allowed;
+    /// an armature is not.
     #[must_use]
     pub fn with_drive(self, drive: Drive) -> Self {
         Self { law: Axis::Free(drive), ..self }
     }
 
-    /// What acts on s, where that is not held at zero.
+    /// Drive on s; `None` if s is constrained to zero.
     #[must_use]
     pub fn drive(&self) -> Option<&Drive> {
         match &self.law {
@@ -81,30 +85,30 @@ impl Gear {
         }
     }
 
-    /// Locked, or free under a drive.
+    /// Law of s: locked, or free under a drive.
     pub(crate) fn law(&self) -> &Axis {
         &self.law
     }
 
-    /// The axes of the first and the second coordinate.
+    /// Axes of the first and the second coordinate.
     #[must_use]
     pub fn axes(&self) -> &[GearAxis; 2] {
         &self.axes
     }
 
-    /// r.
+    /// Ratio r.
     #[must_use]
     pub fn ratio(&self) -> f64 {
         self.ratio
     }
 
-    /// q₀, m or rad.
+    /// Offset q₀ (m or rad).
     #[must_use]
     pub fn offset(&self) -> f64 {
         self.offset
     }
 
-    /// The gear, checked against the joints of its world.
+    /// Checks the gear against the joints of its world.
     pub(crate) fn checked(self, joints: &[Joint]) -> Result<Self, Error> {
         let unsupported = |what| {
             let why = "it ties two free axes of joints whose coordinates are counted: slides, and turns of hinges, \
@@ -144,7 +148,7 @@ impl Gear {
         Ok(())
     }
 
-    /// Sets the drive of one that has a drive; what is refused leaves the one before.
+    /// Replaces the drive of a gear that has one. A rejected drive leaves the present one.
     pub(crate) fn set_drive(&mut self, drive: Drive) -> Result<(), Error> {
         if self.law == Axis::Locked {
             let why = "a drive acts on a sum in place of what holds it";
@@ -156,7 +160,7 @@ impl Gear {
         Ok(())
     }
 
-    /// Sets r or q₀, for constants of the world to set.
+    /// Sets r or q₀ from a constant of the world.
     pub(crate) fn set(&mut self, constant: Constant, number: f64) {
         match constant {
             Constant::GearRatio => self.ratio = number,
@@ -165,7 +169,7 @@ impl Gear {
         }
     }
 
-    /// What of it no simulation changes: without its drive.
+    /// Copy without the part that a simulation can change: the drive.
     #[cfg(feature = "save")]
     pub(crate) fn lasting(&self) -> Self {
         match self.law {
@@ -174,7 +178,8 @@ impl Gear {
         }
     }
 
-    /// The same where of the joints those stay that are marked; `None` where one of its own does not.
+    /// Copy with renumbered joints after the removal of joints, where `stays` has a flag per joint;
+    /// `None` if a joint of the gear is removed.
     pub(crate) fn keeping(&self, stays: &[bool]) -> Option<Self> {
         let kept = |at: GearAxis| {
             let number = stays[..at.joint].iter().filter(|stays| **stays).count();
@@ -183,12 +188,12 @@ impl Gear {
         Some(Self { axes: [kept(self.axes[0])?, kept(self.axes[1])?], ..*self })
     }
 
-    /// q₁ − r q₂ − q₀, m or rad.
+    /// Deviation q₁ − r q₂ − q₀ (m or rad).
     pub(crate) fn missed(&self, coordinates: [f64; 2]) -> f64 {
         coordinates[0] - self.ratio * coordinates[1] - self.offset
     }
 
-    /// s (J17) where the bodies are at `states` and the joints near the `angles`, m or rad.
+    /// Sum s (J17) at `states`, with the joint angles nearest to `angles` (m or rad).
     #[must_use]
     pub fn coordinate(&self, joints: &[Joint], states: &[State], angles: &[Vector3<f64>]) -> f64 {
         let at = |of: GearAxis| {
@@ -198,8 +203,8 @@ impl Gear {
         self.missed(self.axes.map(at))
     }
 
-    /// How far it is off where the bodies are at `states` and the joints near the `angles`, m or rad of the first
-    /// coordinate: s, or what s is beyond the limits of its drive.
+    /// Error at `states`, with the joint angles nearest to `angles`: s, or the excess of s over the
+    /// limits of its drive. The unit is that of the first coordinate (m or rad).
     #[must_use]
     pub fn error(&self, joints: &[Joint], states: &[State], angles: &[Vector3<f64>]) -> f64 {
         let sum = self.coordinate(joints, states, angles);
@@ -211,9 +216,9 @@ impl Gear {
         }
     }
 
-    /// How far a step of `world` between these states, in which its joints have the forces and angles `of_joints` and this the
-    /// `force` (N or N m), is from (J15) or from the law of its drive, m/s, as a [joint's](Joint::residual); NaN where a
-    /// joint has no force.
+    /// Residual of (J15), or of the law of the drive, in a step of `world` from `states` to `next`
+    /// (m/s); compare [`Joint::residual`]. `of_joints` holds the forces and angles of the joints,
+    /// and `force` is the gear's (N or N m). NaN if a joint has no force.
     #[must_use]
     pub fn residual(
         &self,
@@ -232,7 +237,7 @@ impl Gear {
         }
         let start = self.between(joints, states, &angles);
         let Some(response) = self.response(world, states) else { return f64::NAN };
-        // Impulses over the mass of the first body.
+        // Impulses are scaled by the mass of the first body.
         let unit = bodies[joints[self.axes[0].joint].body()].mass();
         let graph = self.law.graph(&at_rest(start), h, length, unit);
         let rho = 1.0 / (length * length * unit * response);
@@ -241,7 +246,8 @@ impl Gear {
         if u.is_finite() && p.is_finite() { missed } else { f64::NAN }
     }
 
-    /// The work of its drive in a step of `world` between these states, J, as a [joint's](Joint::work); 0 of what is held.
+    /// Work of the drive in a step of `world` from `states` to `next` (J); compare [`Joint::work`].
+    /// It is 0 for a constraint.
     pub(crate) fn work(
         &self,
         world: &World,
@@ -267,7 +273,7 @@ impl Gear {
         0.5 * force * (self.between(world.joints(), next, &angles) - came)
     }
 
-    /// s where the bodies are at `states`, and its joints near these angles.
+    /// Sum s at `states`, with the joint angles nearest to `angles`.
     fn between(&self, joints: &[Joint], states: &[State], angles: &[Vector3<f64>; 2]) -> f64 {
         let [first, second] = self.axes;
         self.missed([
@@ -276,14 +282,14 @@ impl Gear {
         ])
     }
 
-    /// The angles of its joints at the end of a step.
+    /// Angles of both joints at the end of a step.
     fn angles(&self, of_joints: &[JointForce]) -> Option<[Vector3<f64>; 2]> {
         let [first, second] = self.axes.map(|at| of_joints.get(at.joint).map(|of| of.angles));
         Some([first?, second?])
     }
 
-    /// How fast s becomes by an impulse of 1 along it, with nothing but its bodies to move: Σ F²/m + τ·I⁻¹ τ, over 1 kg or
-    /// 1 kg m². `None` where a body has no state.
+    /// Change of ṡ due to a unit impulse on s with free bodies, Σ F²/m + τ·I⁻¹ τ (1/kg or 1/(kg
+    /// m²)). `None` if a body has no state.
     fn response(&self, world: &World, states: &[State]) -> Option<f64> {
         let mut sides: [Option<(usize, Wrench)>; 4] = [None; 4];
         for (at, size) in self.axes.iter().zip([1.0, -self.ratio]) {
@@ -307,8 +313,8 @@ impl Gear {
         Some(sides.into_iter().flatten().map(moved).sum())
     }
 
-    /// What makes a speed of its first coordinate's: the [length](Joint::length) of the first joint for a turn, 1 for a
-    /// slide.
+    /// Length that scales rates of the first coordinate to speeds: the [length](Joint::length) of
+    /// the first joint for an angle, 1 for a slide.
     #[must_use]
     pub fn length(&self, joints: &[Joint], bodies: &[RigidBody]) -> f64 {
         let GearAxis { joint, axis } = self.axes[0];
@@ -318,8 +324,8 @@ impl Gear {
         }
     }
 
-    /// What a `force` of it (N or N m, along the first coordinate) is of each of its joints, which have the
-    /// forces `of_joints`: the joint's index and the force on it.
+    /// Joint forces of the gear `force` (N or N m, along the first coordinate): index of the joint
+    /// and force on it. Angles are taken from `of_joints`.
     pub(crate) fn loads(&self, force: f64, of_joints: &[JointForce]) -> [(usize, JointForce); 2] {
         let load = |GearAxis { joint, axis }: GearAxis, size: f64| {
             let mut load = JointForce::none(of_joints[joint].angles);
@@ -333,7 +339,7 @@ impl Gear {
     }
 }
 
-/// The start of a step from s, of which no armature asks how fast it comes.
+/// Axis state at s. Its rate is zero because gears have no armature.
 pub(crate) fn at_rest(coordinate: f64) -> AxisStart {
     AxisStart { coordinate, ..AxisStart::default() }
 }

@@ -1,18 +1,20 @@
-//! The angles of two or three hinges in one place, one after the other: Euler's, of the turn
+//! Euler angles of two or three intersecting hinges in series. The rotation of A's frame relative
+//! to B's is
 //!
 //! ```text
 //! Q = q_y(β) ⊗ q_z(γ) ⊗ q_x(α)                                             (J13)
 //! ```
 //!
-//! of A's frame against B's. The first axis, y, is fixed in B, the last, x, in A, and the middle one, z, is carried by
-//! the first. With the half angles written out, the sum and the difference of the outer ones are angles in two planes,
+//! The first axis, y, is fixed in B. The last, x, is fixed in A. The middle one, z, rotates with
+//! the first. Sum and difference of the outer angles are angles in two planes:
 //!
 //! ```text
 //! ½ (β + α) = arg (w + z, x + y),   ½ (β − α) = arg (w − z, y − x),
 //! ½ (γ + π/2) = arg (|(w − z, y − x)|, |(w + z, x + y)|),                      (J14)
 //! ```
 //!
-//! and so are (α + π, β + π, π − γ). Where γ is a quarter turn one of the pairs is nothing, and so is what it tells.
+//! The angles (α + π, β + π, π − γ) describe the same rotation. At γ = ±π/2 one of the pairs
+//! vanishes and its angle is undefined (gimbal lock).
 
 use super::{Joint, JointAxis, JointFrame, TurnKind};
 use crate::error::{Error, in_range};
@@ -20,26 +22,26 @@ use crate::mechanics::State;
 use nalgebra::{Matrix3, Matrix4x3, Rotation3, RowVector3, UnitQuaternion, Vector3, Vector4};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// What the angle of a gimbal's middle axis is counted from and which way: it is `sign` (γ − `zero`) of (J13).
+/// Zero and sense of a gimbal's middle angle: `sign` (γ − `zero`) of (J13).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(any(feature = "save", feature = "serde"), derive(serde::Serialize, serde::Deserialize))]
 pub struct Middle {
-    /// Whether it is −γ that is counted.
+    /// True if the middle angle counts −γ.
     pub backwards: bool,
-    /// γ at its zero, rad, −π to π.
+    /// Value of γ at the zero of the middle angle (rad), −π to π.
     pub zero: f64,
 }
 
 impl Middle {
-    /// That of hinges about y, z and x: γ itself.
+    /// Middle axis of hinges about y, z and x: the middle angle is γ.
     pub const STRAIGHT: Self = Self { backwards: false, zero: 0.0 };
 
-    /// γ of its angle, rad.
+    /// Converts the middle angle to γ (rad).
     fn raw(&self, angle: f64) -> f64 {
         self.sign() * angle + self.zero
     }
 
-    /// Its angle of γ, rad.
+    /// Converts γ to the middle angle (rad).
     fn angle(&self, raw: f64) -> f64 {
         self.sign() * (raw - self.zero)
     }
@@ -53,33 +55,35 @@ impl Middle {
     }
 }
 
-/// How far from square two axes of hinges that follow each other may be, and within what of a parallel position
-/// of the first and the last a gimbal cannot start, rad.
+/// Largest deviation of consecutive hinge axes from a right angle, and smallest initial angle
+/// between the first and the last axis of a gimbal (rad).
 const SQUARE: f64 = 1e-6;
 
-/// What a pair of (J14) counts at least, so that derivatives stay finite.
+/// Lower bound of the norm of a pair of (J14), so that derivatives stay finite.
 const LEAST: f64 = 1e-12;
 
-/// Of hinges one after the other in one place, as files of robots have them on one body, the axes of the joint.
+/// Joint axes for two or three intersecting hinges in series, as robot files define them on one
+/// body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hinges {
-    /// The frames of A and B, at `place` in each.
+    /// Frames of the joint in A and B.
     pub frames: [JointFrame; 2],
-    /// The middle axis.
+    /// Middle axis.
     pub middle: Middle,
 }
 
 impl Hinges {
-    /// The axis of the joint that the first hinge, which is in B, turns about, of the second and of the third; of two hinges the
+    /// Joint axes of the first hinge, in B, of the second and of the third. Two hinges use the
     /// first and the last of these.
     pub const AXES: [JointAxis; 3] =
         [JointAxis::Angular(1), JointAxis::Angular(2), JointAxis::Angular(0)];
 
-    /// Those about the `axes`, as they are in both of the `frames` while all angles are zero: the first one carries the
-    /// second, this one the third, and the third A. `frames` are in A and in B.
+    /// Converts hinges about `axes` to joint frames. The axes are given in both `frames` (in A and
+    /// in B) at zero angles. The first hinge carries the second, which carries the third, which
+    /// carries A.
     ///
     /// # Errors
-    /// Axes of no length; axes that follow each other and are not at a right angle.
+    /// [`Error::OutOfRange`] if an axis has no length, or if consecutive axes are not orthogonal.
     pub fn new(frames: [JointFrame; 2], axes: [Vector3<f64>; 3]) -> Result<Self, Error> {
         let mut unit = axes;
         for axis in &mut unit {
@@ -89,7 +93,7 @@ impl Hinges {
         let [first, middle, last] = unit;
         let skew = first.dot(&middle).abs().max(middle.dot(&last).abs());
         in_range("cosine between axes of hinges that follow each other", skew, 0.0, SQUARE, "0")?;
-        // z = ±middle, so that x = y × z leans by at most a quarter turn to the last.
+        // With z = ±middle, x = y × z is at most a quarter turn from the last axis.
         let backwards = first.cross(&middle).dot(&last) < 0.0;
         let z = if backwards { -middle } else { middle };
         let z = (z - first * first.dot(&z)).normalize();
@@ -111,20 +115,20 @@ fn turned(by: &Vector4<f64>, first: &Vector4<f64>) -> Vector4<f64> {
     (crate::mechanics::quaternion::left(by) * first).normalize()
 }
 
-/// The quaternion of a rotation.
+/// Quaternion of a rotation matrix.
 fn quaternion(matrix: &Matrix3<f64>) -> Vector4<f64> {
     let of = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*matrix));
     Vector4::new(of.w, of.i, of.j, of.k)
 }
 
-/// A pair of (J14), and the derivatives of its two numbers by (w, x, y, z).
+/// Pair of numbers of (J14), with derivatives with respect to (w, x, y, z).
 struct AxisPair {
     at: [f64; 2],
     by: [Vector4<f64>; 2],
 }
 
 impl AxisPair {
-    /// That of the sum, and that of the difference.
+    /// The pairs of the sum and of the difference.
     fn both(q: &Vector4<f64>) -> [Self; 2] {
         let pair = |by: [Vector4<f64>; 2]| Self { at: [by[0].dot(q), by[1].dot(q)], by };
         [
@@ -137,29 +141,30 @@ impl AxisPair {
         self.at[0].hypot(self.at[1])
     }
 
-    /// Twice its argument.
+    /// Twice the argument of the pair.
     fn angle(&self) -> f64 {
         2.0 * libm::atan2(self.at[1], self.at[0])
     }
 
-    /// ∂ of its argument.
+    /// Gradient of the argument.
     fn turning(&self) -> Vector4<f64> {
         let size = self.size().max(LEAST);
         (self.by[1] * self.at[0] - self.by[0] * self.at[1]) / (size * size)
     }
 
-    /// ∂ of its size.
+    /// Gradient of the norm.
     fn growing(&self) -> Vector4<f64> {
         (self.by[0] * self.at[0] + self.by[1] * self.at[1]) / self.size().max(LEAST)
     }
 }
 
-/// The angle that is `angle` but for whole turns and nearest to `near`.
+/// Angle equal to `angle` modulo full turns and nearest to `near`.
 pub(super) fn nearest(angle: f64, near: f64) -> f64 {
     angle + TAU * libm::round((near - angle) / TAU)
 }
 
-/// (α, β, γ) of (J14): of both triples, and with as many turns, those that are nearest to `near`.
+/// Angles (α, β, γ) of (J14): the one of both solutions, including full turns, that is nearest to
+/// `near`.
 pub(super) fn angles(q: &Vector4<f64>, near: &Vector3<f64>, middle: &Middle) -> Vector3<f64> {
     let [sum, difference] = AxisPair::both(q);
     let (outer, inner) = (sum.angle(), difference.angle());
@@ -174,7 +179,8 @@ pub(super) fn angles(q: &Vector4<f64>, near: &Vector3<f64>, middle: &Middle) -> 
     Vector3::new(found[0], found[1], middle.angle(found[2]))
 }
 
-/// ½ ∂(α, β, γ) by what (w, x, y, z) are by, of a turn at which the middle angle is `at`.
+/// Half the derivatives of (α, β, γ), for the middle angle `at`; `by` holds the derivatives of (w,
+/// x, y, z).
 pub(super) fn slopes(
     q: &Vector4<f64>,
     at: f64,
@@ -189,13 +195,14 @@ pub(super) fn slopes(
     [outer - inner, outer + inner, along].map(|slope| by.tr_mul(&slope).transpose())
 }
 
-/// Which way the middle angle goes with the pairs of (J14), 1 or −1, where it is `at`: on the side of π − γ the other one.
+/// Sign of the derivative of the middle angle with respect to the angle of (J14), at the middle
+/// angle `at`. It flips for the second solution π − γ.
 pub(super) fn side(at: f64, middle: &Middle) -> f64 {
     if libm::cos(middle.raw(at)) < 0.0 { -middle.sign() } else { middle.sign() }
 }
 
 impl Joint {
-    /// Whether the first and the last axis of a gimbal are one at `states`, so that its angles are not told apart.
+    /// True for a gimbal in gimbal lock: its first and last axis coincide at `states`.
     pub(crate) fn is_folded(&self, states: &[State]) -> bool {
         let Some(at) = self.coordinates(states) else { return false };
         let pairs = AxisPair::both(&at.turn);
@@ -215,7 +222,7 @@ mod tests {
         turn
     }
 
-    /// (J13).
+    /// Rotation (J13) of given angles.
     fn turn(angles: &Vector3<f64>, middle: &Middle) -> Vector4<f64> {
         let first = left(&about(1, angles[1])) * about(2, middle.raw(angles[2]));
         left(&first) * about(0, angles[0])
@@ -227,7 +234,7 @@ mod tests {
         Middle { backwards: true, zero: 0.4 },
     ];
 
-    /// Angles beyond a quarter turn of the middle one, and with turns: found again from near.
+    /// Middle angles beyond a quarter turn and full turns are recovered from nearby angles.
     #[test]
     fn the_angles_are_those_that_the_turn_was_made_of() {
         for middle in &MIDDLES {
@@ -272,7 +279,7 @@ mod tests {
         }
     }
 
-    /// Hinges about any axes, one square to the next, turn as their product does.
+    /// Hinges about any orthogonal axes rotate like the product of their rotations.
     #[test]
     fn hinges_turn_one_after_the_other() {
         let y = Vector3::new(0.3, -0.5, 0.8).normalize();
@@ -280,7 +287,7 @@ mod tests {
         let frame = JointFrame { anchor: Vector3::zeros(), attitude: about(0, 0.7) };
         for lean in [0.0, 0.5, -1.2, 2.0, 3.0, -2.5] {
             let last = y.cross(&z) * f64::cos(lean) + y * f64::sin(lean);
-            // Any length and not quite square.
+            // Axes of any length and slightly off a right angle.
             let axes = [y * 2.0, z + y * 1e-9, last * 0.1];
             let of = Hinges::new([frame, frame], axes).unwrap();
             let angles = [0.4, -0.3, 0.9];
@@ -291,7 +298,8 @@ mod tests {
             let [a, b, c] = [0, 1, 2].map(|k| unit(&[y, z, last][k], angles[k]));
             let turned = left(&(left(&a) * b)) * c;
             let conjugated = |q: Vector4<f64>| Vector4::new(q[0], -q[1], -q[2], -q[3]);
-            // As (J1) has it: A's frame against B's, both given in the one at angles of zero.
+            // Rotation (J1) of A's frame relative to B's, both expressed in the frame at zero
+            // angles.
             let [in_a, in_b] = of.frames.map(|of| left(&conjugated(frame.attitude)) * of.attitude);
             let q = left(&(left(&conjugated(in_b)) * turned)) * in_a;
             let found = angles_of(&q, &Vector3::zeros(), &of.middle);

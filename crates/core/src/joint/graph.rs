@@ -1,26 +1,26 @@
-//! The law of one row: a maximal monotone graph of straight pieces, impulse against speed.
+//! Force law of one row: a maximal monotone, piecewise linear graph of impulse against speed.
 //!
-//! Everything that acts along an axis falls, or stays, as the axis goes faster: a stop is a vertical
-//! line, dry friction a jump, a spring a slope, a motor a slope between two bounds. Their sum is one
-//! graph, and the row has one impulse, however many of them there are.
+//! Every force along an axis is a non-increasing function of the speed. A stop is a vertical line,
+//! dry friction a jump, a spring a slope, and a motor a slope between two bounds. Their sum is
+//! again such a graph, so that each row has a single impulse.
 //!
 //! ```text
 //! (u, p) on the graph   ⟺   p = P(p − ρ u)                                 (J3)
 //! ```
 //!
-//! for any ρ > 0, P(y) being the impulse of the graph's point with p − ρ u = y.
+//! for any ρ > 0, where P(y) is the impulse of the graph's point with p − ρ u = y.
 
-/// What acts along an axis, added up: each falls, or stays, with the speed u.
+/// Sum of the forces along an axis. Each is a non-increasing function of the speed u.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ForceSum {
-    /// p = value − slope u.
+    /// Linear part, p = value − slope u.
     value: f64,
     slope: f64,
-    /// (u, p): p to the left of u, −p to the right.
+    /// Jumps as (u, p): the impulse is p below u and −p above.
     jumps: [Option<(f64, f64)>; 2],
-    /// (value, slope, most): value − slope u between −most and most.
+    /// Saturated line as (value, slope, most): value − slope u, clamped to ±most.
     ramp: Option<(f64, f64, f64)>,
-    /// Where it ends.
+    /// Speeds of the two stops.
     stops: (f64, f64),
 }
 
@@ -36,14 +36,14 @@ impl ForceSum {
         self.slope += slope;
     }
 
-    /// Adds `most` to the left of `at` and −`most` to the right of it. There may be two.
+    /// Adds `most` below the speed `at` and −`most` above. Two jumps fit.
     pub(super) fn add_jump(&mut self, at: f64, most: f64) {
         if let Some(free) = self.jumps.iter_mut().find(|jump| jump.is_none()) {
             *free = Some((at, most));
         }
     }
 
-    /// Adds p = `at_zero` − `slope` u, between −`most` and `most`. There may be one.
+    /// Adds p = `at_zero` − `slope` u, clamped to ±`most`. One ramp fits.
     pub(super) fn add_ramp(&mut self, at_zero: f64, slope: f64, most: f64) {
         if slope > 0.0 {
             self.ramp = Some((at_zero, slope, most));
@@ -52,12 +52,12 @@ impl ForceSum {
         }
     }
 
-    /// Ends it at two stops.
+    /// Sets the stops.
     pub(super) fn add_stops(&mut self, low: f64, high: f64) {
         self.stops = (low, high.max(low));
     }
 
-    /// p just to the left or to the right of u.
+    /// Limit of p at u from the right or from the left.
     fn beside(&self, u: f64, right: bool) -> f64 {
         let mut p = self.value - self.slope * u;
         for (at, most) in self.jumps.into_iter().flatten() {
@@ -70,7 +70,7 @@ impl ForceSum {
         p
     }
 
-    /// The graph.
+    /// Builds the graph.
     pub(super) fn graph(&self) -> Graph {
         let (low, high) = self.stops;
         let outer = (1.0, -self.slope);
@@ -108,7 +108,7 @@ impl ForceSum {
         Graph { has_lines: true, ..graph }
     }
 
-    /// (value, slope) of the line p = value − slope u that it follows around u, where it does not jump.
+    /// Linear function p = value − slope u around u, outside of jumps, as (value, slope).
     fn line(&self, u: f64) -> (f64, f64) {
         let (mut value, mut slope) = (self.value, self.slope);
         for (at, most) in self.jumps.into_iter().flatten() {
@@ -127,30 +127,30 @@ impl ForceSum {
     }
 }
 
-/// Two stops, two jumps, and two ends of a ramp.
+/// Largest number of corners: two stops, two jumps of two corners each, and two ends of a ramp.
 const MOST: usize = 8;
-/// Along a stop.
+/// Direction along a stop.
 const DOWN: (f64, f64) = (0.0, -1.0);
 
-/// A falling graph of straight pieces.
+/// Non-increasing piecewise linear graph.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Graph {
-    /// The corners (u, p), u rising and p falling.
+    /// Corners (u, p) with increasing u and decreasing p.
     corners: [(f64, f64); MOST],
     count: usize,
-    /// The directions of what comes before the first corner and after the last one.
+    /// Directions before the first corner and after the last one.
     first: (f64, f64),
     last: (f64, f64),
-    /// Whether the impulse of a vertical piece, whose speed is known, is taken from the pull itself: along the piece it would
-    /// be lost in the rounding of bounds that are far away, as those may be that a caller gives.
+    /// True if the impulse on a vertical piece is computed from the projection argument.
+    /// Interpolation between distant bounds given by a caller would lose it to rounding.
     by_pull: bool,
-    /// (value, slope) of every piece p = value − slope u of a sum that is not vertical, if it has them: between corners that
-    /// are far away, as stops are that the axis is not near, a point of it would be lost in their rounding.
+    /// Linear function p = value − slope u of every piece that is not vertical, as (value, slope).
+    /// Interpolation between distant corners, such as stops, would lose digits.
     lines: [(f64, f64); MOST + 1],
     has_lines: bool,
 }
 
-/// A piece of a graph: a point of it, and the direction in which u rises or p falls.
+/// Piece of a graph: a point, and the direction of increasing u or decreasing p.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Segment {
     pub(crate) u: f64,
@@ -160,15 +160,15 @@ pub(crate) struct Segment {
 }
 
 impl Segment {
-    /// No impulse, whatever the speed.
+    /// Zero impulse at any speed.
     pub(crate) const NONE: Self = Self { u: 0.0, p: 0.0, du: 1.0, dp: 0.0 };
 
-    /// Whether no other speed is on it than its own.
+    /// True if the speed is fixed.
     pub(crate) fn is_vertical(&self) -> bool {
         self.du == 0.0
     }
 
-    /// The impulse where p − ρ u = `pull`.
+    /// Impulse with p − ρ u = `pull`.
     fn impulse(&self, pull: f64, rho: f64) -> f64 {
         if self.dp == 0.0 {
             return self.p;
@@ -179,7 +179,7 @@ impl Segment {
 }
 
 impl Graph {
-    /// Without a corner, which no graph is.
+    /// Graph without corners, an invalid placeholder.
     const EMPTY: Self = Self {
         corners: [(0.0, 0.0); MOST],
         count: 0,
@@ -190,30 +190,30 @@ impl Graph {
         has_lines: false,
     };
 
-    /// u = 0, whatever the impulse.
+    /// Locked row: u = 0 at any impulse.
     #[must_use]
     pub const fn locked() -> Self {
         Self::of_one_corner(0.0, 0.0, -1.0)
     }
 
-    /// Whether it is that.
+    /// True if this is the graph of a locked row.
     pub(crate) fn is_locked(&self) -> bool {
         let [first, ..] = self.corners;
         self.count == 1 && first == (0.0, 0.0) && self.first == DOWN && self.last == DOWN
     }
 
-    /// Whether it is one straight line.
+    /// True if the graph is one straight line.
     pub(crate) fn is_straight(&self) -> bool {
         self.count == 1 && self.first == self.last
     }
 
-    /// p = 0, whatever the speed.
+    /// Free row: p = 0 at any speed.
     #[must_use]
     pub const fn free() -> Self {
         Self::of_one_corner(0.0, 1.0, 0.0)
     }
 
-    /// A straight line through (0, `value`) along (`du`, `dp`).
+    /// Straight line through (0, `value`) along (`du`, `dp`).
     const fn of_one_corner(value: f64, du: f64, dp: f64) -> Self {
         let direction = (du, dp);
         let mut line = Self { count: 1, first: direction, last: direction, ..Self::EMPTY };
@@ -221,7 +221,7 @@ impl Graph {
         line
     }
 
-    /// 0 ≤ u ⊥ p ≥ 0: a stop at the left end.
+    /// Unilateral stop at the left end: 0 ≤ u ⊥ p ≥ 0.
     #[must_use]
     pub fn limit() -> Self {
         let mut sum = ForceSum::constant(0.0);
@@ -229,12 +229,13 @@ impl Graph {
         sum.graph()
     }
 
-    /// u = 0 under impulses from `least` to `most`, which are those of u > 0 and of u < 0.
+    /// Dry friction: u = 0 for impulses from `least` to `most`, `least` for u > 0 and `most` for u
+    /// < 0.
     #[must_use]
     pub fn between(least: f64, most: f64) -> Self {
         let level = (1.0, 0.0);
         let mut graph = Self { first: level, last: level, by_pull: true, ..Self::EMPTY };
-        // From the bounds themselves: of a narrow one beside a wide one their middle keeps little.
+        // Stores the bounds themselves; a midpoint would lose digits of a narrow range.
         graph.add(0.0, most);
         graph.add(0.0, least);
         graph
@@ -248,19 +249,19 @@ impl Graph {
         }
     }
 
-    /// Which piece has the point with p − ρ u = `pull`: the number of corners before it.
+    /// Index of the piece with p − ρ u = `pull`: the number of corners before it.
     pub(crate) fn piece(&self, pull: f64, rho: f64) -> usize {
         let corners = &self.corners[..self.count];
         corners.iter().take_while(|(u, p)| p - rho * u > pull).count()
     }
 
-    /// How far `pull` is from the next piece, over ρ.
+    /// Distance of `pull` from the nearest corner, divided by ρ.
     pub(crate) fn margin(&self, pull: f64, rho: f64) -> f64 {
         let corners = self.corners[..self.count].iter();
         corners.map(|(u, p)| (p - rho * u - pull).abs() / rho).fold(f64::INFINITY, f64::min)
     }
 
-    /// A speed on a piece, or that of one that is vertical.
+    /// A speed inside a piece; for a vertical piece, its speed.
     fn inside(&self, piece: usize) -> f64 {
         let beyond = |u: f64, sign: f64| u + sign * (1.0 + u.abs());
         match piece {
@@ -270,7 +271,7 @@ impl Graph {
         }
     }
 
-    /// A piece.
+    /// Geometry of a piece.
     pub(crate) fn segment(&self, piece: usize) -> Segment {
         let by_corners = self.by_corners(piece);
         if !self.has_lines || by_corners.is_vertical() {
@@ -293,7 +294,7 @@ impl Graph {
         of(from, (to.0 - from.0, to.1 - from.1))
     }
 
-    /// P(y) (J3) of the pull y.
+    /// Projection P(y) (J3) of the argument y = `pull`.
     #[must_use]
     pub fn projected(&self, pull: f64, rho: f64) -> f64 {
         let segment = self.segment(self.piece(pull, rho));
@@ -303,7 +304,7 @@ impl Graph {
         segment.impulse(pull, rho)
     }
 
-    /// |p − P(p − ρ u)|/ρ: how far (u, p) is from the graph, in the unit of u.
+    /// Natural residual |p − P(p − ρ u)|/ρ of (u, p), in units of u.
     #[must_use]
     pub fn residual(&self, u: f64, p: f64, rho: f64) -> f64 {
         (p - self.projected(p - rho * u, rho)).abs() / rho
@@ -314,7 +315,7 @@ impl Graph {
 mod tests {
     use super::*;
 
-    /// A stop at ±2, friction of 1 and a motor of ±3 with a slope of 2 towards u = 1.
+    /// Stops at ±2, friction of 1, and a motor of ±3 with slope 2 towards u = 1.
     fn crowded() -> Graph {
         let mut sum = ForceSum::constant(0.0);
         sum.add_jump(0.0, 1.0);
@@ -325,12 +326,13 @@ mod tests {
 
     #[test]
     fn the_projection_is_a_point_of_the_graph() {
-        // (u, p) by hand: on the left stop, free of the ramp's bound, in the jump, between, on the right stop.
+        // Points (u, p): on the left stop, saturated ramp, in the jump, on the ramp, on the right
+        // stop.
         for (u, p) in [(-2.0, 9.0), (-1.0, 4.0), (0.0, 1.5), (0.5, 0.0), (1.0, -1.0), (2.0, -50.0)]
         {
             for rho in [0.1, 1.0, 30.0] {
                 assert!(crowded().residual(u, p, rho) < 1e-12, "{u} {p} {rho}");
-                // What is above and to the right of it is not on a falling graph.
+                // A point above and to the right is not on a non-increasing graph.
                 assert!(crowded().residual(u + 0.3, p + 0.3, rho) > 1e-3, "{u} {p} {rho}");
             }
         }
@@ -360,7 +362,7 @@ mod tests {
         assert_eq!(Graph::limit().residual(1.0, -2.0, 1.0), 2.0);
     }
 
-    /// A point near the middle of a stiff line between far stops keeps its digits.
+    /// A point near the middle of a stiff line between distant stops keeps its digits.
     #[test]
     fn far_stops_take_no_digits() {
         let mut sum = ForceSum::constant(0.25);

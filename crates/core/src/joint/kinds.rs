@@ -1,10 +1,10 @@
-//! The joints that there are by name.
+//! Named joint types.
 
 use super::{Axis, Drive, Joint, JointFrame, Middle};
 use nalgebra::Vector3;
 
 impl Joint {
-    /// A joint of body `body` with `other`, `None` for the world, with all axes free: a start for
+    /// Joint between `body` and `other` (`None` for the world) with six free axes; a basis for
     /// [`Joint::with_axes`].
     #[must_use]
     pub fn between(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
@@ -15,17 +15,17 @@ impl Joint {
         Self { body, other, frames, linear, angular, middle, length, collides, push, moves }
     }
 
-    /// Both anchors in one place; the bodies turn freely about it, or under drives of all three axes
-    /// ([`Turning::Driven`](super::TurnKind::Driven)).
+    /// Ball joint without limits: the anchors coincide and the rotation is free, or under drives
+    /// about all three axes ([`TurnKind::Driven`](super::TurnKind::Driven)).
     #[must_use]
     pub fn spherical(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let linear = [Axis::Locked; 3];
         Self { linear, ..Self::between(body, other, frames) }
     }
 
-    /// A ball joint whose z axes stay within the angle `cone` (rad, 0.01 to 3.1) of each other, and which turns about
-    /// them under `twist` (rad, N m). The twist is the turn about z that is left when A's z axis is swung back to
-    /// B's the shortest way.
+    /// Ball joint with limits. The angle between the z axes is at most `cone` (rad, 0.01 to 3.1).
+    /// The twist has the drive `twist` (rad, N m). It is the rotation about z that remains after
+    /// swinging A's z axis back to B's by the smallest rotation.
     #[must_use]
     pub fn ball(
         body: usize,
@@ -38,19 +38,21 @@ impl Joint {
         Self { angular, ..Self::spherical(body, other, frames) }
     }
 
-    /// A universal joint, as of a cardan shaft: A turns about the x axis of its frame and the y axis of B's, which cross
-    /// at a right angle. [`Joint::with_drive`] drives its angles, [`JointAxis::Angular`](super::JointAxis::Angular) 0 and 1.
+    /// Universal (Cardan) joint: A rotates about the x axis of its frame and the y axis of B's,
+    /// which stay orthogonal. [`Joint::with_drive`] drives its angles
+    /// [`JointAxis::Angular`](super::JointAxis::Angular) 0 and 1.
     #[must_use]
     pub fn universal(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let free = Axis::Free(Drive::NONE);
         Self { angular: [free, free, Axis::Locked], ..Self::spherical(body, other, frames) }
     }
 
-    /// A gimbal: three hinges in one place, of which the first is about y of B's frame, the last about x of A's, and
-    /// the middle one about an axis z that the first carries and that is square to both. Of the angles α, β, γ about x, y
-    /// and z, under the `drives` in this order (rad, N m), A's frame is turned by
-    /// `q_y(β) ⊗ q_z(γ) ⊗ q_x(α)` against B's. Where γ is a quarter turn the first and the last axis
-    /// are one, and α and β are not told apart: a simulation cannot start there, and drives should keep it away.
+    /// Gimbal: three intersecting hinges in series. The first is about y of B's frame and the last
+    /// about x of A's. The middle one is about an axis z orthogonal to both.
+    ///
+    /// The angles α, β, γ about x, y, z have the `drives` in this order (rad, N m). The rotation of
+    /// A's frame relative to B's is `q_y(β) ⊗ q_z(γ) ⊗ q_x(α)`. At γ = ±π/2 the first and the last
+    /// axis coincide (gimbal lock). A simulation cannot start there, and drives should avoid it.
     #[must_use]
     pub fn gimbal(
         body: usize,
@@ -62,13 +64,14 @@ impl Joint {
         Self { angular, middle: Some(Middle::STRAIGHT), ..Self::spherical(body, other, frames) }
     }
 
-    /// This joint, whose turn is free about all three axes, as a [gimbal](Joint::gimbal) with this middle axis.
+    /// Returns this joint, which must be free about all three axes, as a [gimbal](Joint::gimbal)
+    /// with this middle axis.
     #[must_use]
     pub fn with_middle(self, middle: Middle) -> Self {
         Self { middle: Some(middle), ..self }
     }
 
-    /// A hinge: they turn about the common z axis alone, under `drive` (rad, N m).
+    /// Hinge: rotation about the common z axis only, with `drive` (rad, N m).
     #[must_use]
     pub fn revolute(
         body: usize,
@@ -80,7 +83,7 @@ impl Joint {
         Self { angular, ..Self::spherical(body, other, frames) }
     }
 
-    /// A slide: A's anchor moves along the common z axis alone, under `drive` (m, N).
+    /// Slide: A's anchor moves along the common z axis only, with `drive` (m, N).
     #[must_use]
     pub fn prismatic(
         body: usize,
@@ -92,8 +95,8 @@ impl Joint {
         Self { linear, ..Self::fixed(body, other, frames) }
     }
 
-    /// Slides along the common z axis under the first drive (m, N) and turns about it under the second
-    /// (rad, N m).
+    /// Cylindrical joint: translation along the common z axis with the first drive (m, N), and
+    /// rotation about it with the second (rad, N m).
     #[must_use]
     pub fn cylindrical(
         body: usize,
@@ -105,7 +108,7 @@ impl Joint {
         Self { linear, ..Self::revolute(body, other, frames, drives[1]) }
     }
 
-    /// A's anchor stays in the plane of B's x and y axes, and A turns about the common z axis alone.
+    /// Planar joint: A's anchor stays in B's x-y plane, and A rotates about the common z axis only.
     #[must_use]
     pub fn planar(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let free = Axis::Free(Drive::NONE);
@@ -113,7 +116,7 @@ impl Joint {
         Self { linear, ..Self::revolute(body, other, frames, Drive::NONE) }
     }
 
-    /// Both frames in one: the bodies move as one.
+    /// Fixed joint: both frames coincide.
     #[must_use]
     pub fn fixed(body: usize, other: Option<usize>, frames: [JointFrame; 2]) -> Self {
         let locked = [Axis::Locked; 3];

@@ -1,18 +1,21 @@
-//! Joints: rows between two bodies, or a body and the world, that hold at the end of every step.
+//! Joints: constraints between two bodies, or a body and the world, satisfied at the end of every
+//! step.
 //!
-//! A joint has an anchor and a frame in each of its bodies. With the frame of B seen from the world as
-//! C = A_B F_B, its coordinates are the place of A's anchor in B's frame and the turn of A's frame
-//! against B's,
+//! A joint has an anchor and a frame in each of its bodies. Its coordinates are the position of A's
+//! anchor in B's frame and the rotation of A's frame relative to B's,
 //!
 //! ```text
 //! l(X) = F_Bᵀ (A_Bᵀ (r_A + A_A a − r_B) − b),   Q(X) = (q_B ⊗ j_B)* ⊗ q_A ⊗ j_A      (J1)
 //! ```
 //!
-//! Each of the six axes, three of l and three of the turn, is [locked](Axis::Locked), or free under a
-//! [drive](Drive): limits, dry friction, a motor, a spring, damping, a constant force. Bodies keep their
-//! 13 numbers; nothing is reduced, nothing is stabilised, and nothing drifts: what is locked holds at the
-//! end of every step to rounding, by impulses that act as at its start (SHAKE; Ryckaert, Ciccotti
-//! and Berendsen, J. Comput. Phys. 23, 1977).
+//! where F_B is the rotation of B's joint frame in B, and A_B the rotation of B in the world.
+//!
+//! Each of the six axes, three of l and three of the rotation, is [locked](Axis::Locked), or free
+//! under a [drive](Drive): limits, dry friction, a motor, a spring, damping, a constant force.
+//! Bodies keep all 13 state variables. Coordinates are not reduced, constraints are not stabilised,
+//! and there is no drift. Locked axes hold at the end of every step to rounding, by impulses along
+//! the directions at its start (SHAKE; Ryckaert, Ciccotti and Berendsen, J. Comput. Phys. 23,
+//! 1977).
 //!
 //! Equation numbers J1, J2, … are those of `docs/joints.md`.
 
@@ -47,17 +50,17 @@ use crate::mechanics::quaternion::product;
 use crate::mechanics::{Pose, RigidBody, State};
 use nalgebra::{Vector3, Vector4};
 
-/// One of the axes of a joint, x, y or z by 0, 1 or 2.
+/// One axis of a joint; 0, 1 or 2 for x, y or z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum JointAxis {
-    /// Of the anchor's place.
+    /// Axis of the anchor's position.
     Linear(usize),
-    /// Of the turn.
+    /// Axis of the rotation.
     Angular(usize),
 }
 
-/// A joint between body A and body B, or A and the world.
+/// Joint between body A and body B, or between A and the world.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Joint {
@@ -66,62 +69,65 @@ pub struct Joint {
     frames: [JointFrame; 2],
     linear: [Axis; 3],
     angular: [Axis; 3],
-    /// The middle axis of a gimbal; none of others.
+    /// Middle axis of a gimbal; `None` for other joints.
     middle: Option<Middle>,
     length: Option<f64>,
     collides: bool,
-    /// What pushes along the axes of the place and of the turn in a step, N and N m.
+    /// Loads along the linear and the angular axes in a step (N and N m).
     push: [Vector3<f64>; 2],
-    /// Whether its frame in the world moves.
+    /// True if the world frame moves.
     moves: bool,
 }
 
-/// How the frames of a joint can turn against each other.
+/// Type of the relative rotation of a joint's frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TurnKind {
-    /// Any way: no angular rows.
+    /// Free rotation without angular rows.
     Free,
-    /// Any way, under drives along the parts of its turn (J18) about the axes of A's frame.
+    /// Free rotation with drives on the components of its rotation vector (J18), in A's frame.
     Driven,
-    /// About z alone.
+    /// Rotation about z only.
     Hinge,
-    /// About x of A's frame and y of B's.
+    /// Rotation about x of A's frame and y of B's.
     Universal,
-    /// About these and a third axis that is square to both.
+    /// Rotation about x of A's frame, y of B's and a third axis orthogonal to both.
     Gimbal,
-    /// Any way, within a cone of the z axes and under a drive of the twist about z.
+    /// Free rotation within a cone of the z axes, with a drive of the twist about z.
     Ball,
-    /// Not at all.
+    /// No rotation.
     Locked,
 }
 
 impl Joint {
-    /// This joint with other axes: x, y, z of the anchor's place, and of the turn. Of the turn either all
-    /// are locked, or x and y are, as of a [hinge](Joint::revolute), or z is, as of a
-    /// [universal joint](Joint::universal), or all are free, as of a [ball](Joint::ball) or a
-    /// [gimbal](Joint::gimbal); drives of one that is neither, without limits, act along the parts of its turn
+    /// Returns this joint with other axes: x, y, z of the anchor's position, and of the rotation.
+    ///
+    /// These rotations are supported: all axes locked; x and y locked, for a
+    /// [hinge](Joint::revolute); z locked, for a [universal joint](Joint::universal); all free, for
+    /// a [ball joint](Joint::ball) or a [gimbal](Joint::gimbal). Other drives on three free axes
+    /// must have no limits. They act on the components of the rotation vector
     /// ([`TurnKind::Driven`]).
     #[must_use]
     pub fn with_axes(self, linear: [Axis; 3], angular: [Axis; 3]) -> Self {
         Self { linear, angular, ..self }
     }
 
-    /// This joint with `length` (m) in place of the usual [length](Joint::length).
+    /// Returns this joint with `length` (m) instead of the default [length](Joint::length).
     #[must_use]
     pub fn with_length(self, length: f64) -> Self {
         Self { length: Some(length), ..self }
     }
 
-    /// This joint with `drive` on the free axis `axis`.
+    /// Returns this joint with `drive` on the free axis `axis`.
     ///
     /// # Errors
-    /// An axis that is locked, or not 0, 1 or 2.
+    /// If the axis is locked, or its index is above 2.
     pub fn with_drive(mut self, axis: JointAxis, drive: Drive) -> Result<Self, Error> {
         *self.drive_mut(axis)? = drive;
         Ok(self)
     }
 
-    /// Sets the drive of a free axis of a joint that was checked; what is refused leaves the one before.
+    /// Replaces the drive of a free axis of a checked joint. A rejected drive leaves the present
+    /// one.
     pub(crate) fn set_drive(&mut self, axis: JointAxis, drive: Drive) -> Result<(), Error> {
         let before = std::mem::replace(self.drive_mut(axis)?, drive);
         let checked = Axis::Free(drive).check().and_then(|()| self.check_turn());
@@ -131,7 +137,7 @@ impl Joint {
         checked
     }
 
-    /// The drive of a free axis.
+    /// Mutable drive of a free axis.
     pub(crate) fn drive_mut(&mut self, axis: JointAxis) -> Result<&mut Drive, Error> {
         let (axes, k) = match axis {
             JointAxis::Linear(k) => (&mut self.linear, k),
@@ -147,44 +153,44 @@ impl Joint {
         }
     }
 
-    /// This joint with bodies that touch each other all the same.
+    /// Returns this joint with contacts between its bodies enabled.
     #[must_use]
     pub fn colliding(self) -> Self {
         Self { collides: true, ..self }
     }
 
-    /// A, an index of [`World::bodies`](crate::world::World::bodies).
+    /// Body A, an index of [`World::bodies`](crate::world::World::bodies).
     #[must_use]
     pub fn body(&self) -> usize {
         self.body
     }
 
-    /// B; `None` for the world.
+    /// Body B; `None` for the world.
     #[must_use]
     pub fn other(&self) -> Option<usize> {
         self.other
     }
 
-    /// The frames in A and in B, or in the world.
+    /// Frames in A, and in B or the world.
     #[must_use]
     pub fn frames(&self) -> &[JointFrame; 2] {
         &self.frames
     }
 
-    /// The axes of the anchor's place: x, y, z of B's frame.
+    /// Linear axes: x, y, z of B's frame.
     #[must_use]
     pub fn linear(&self) -> &[Axis; 3] {
         &self.linear
     }
 
-    /// The axes of the turn.
+    /// Angular axes.
     #[must_use]
     pub fn angular(&self) -> &[Axis; 3] {
         &self.angular
     }
 
-    /// The axes of its turn as they act: a swing is never below zero, which is no stop but what an angle is, so that of a cone
-    /// the upper limit alone acts. A stop there would hold axes that are in one line.
+    /// Angular axes with active limits only. The swing of a cone is never negative, so its lower
+    /// limit is removed. An active stop there would lock aligned axes.
     #[must_use]
     pub(crate) fn acting_axes(&self) -> [Axis; 3] {
         let mut axes = self.angular;
@@ -196,21 +202,21 @@ impl Joint {
         axes
     }
 
-    /// Whether its bodies touch each other.
+    /// True if contacts between its bodies are enabled.
     #[must_use]
     pub fn collides(&self) -> bool {
         self.collides
     }
 
-    /// ℓ, m: what makes speeds of the angular rows and impulses of their torques. What was given, or that of the
-    /// joint's own bodies,
+    /// Length scale ℓ (m) that converts angular rates to speeds and torques to forces. The default
+    /// follows from the bodies of the joint:
     ///
     /// ```text
     /// ℓ² = Σ (1/m + ⅓ tr Gᵀ I⁻¹ G) / Σ ⅓ tr I⁻¹,                               (J2)
     /// ```
     ///
-    /// `G = [a]×` of the anchor: the square of a radius of gyration and of the lever. In a mechanism that is
-    /// held more often than it needs, it decides how forces and moments share the load.
+    /// with `G = [a]×` of the anchor. It combines the radius of gyration and the lever arm. In an
+    /// overconstrained mechanism it determines how forces and moments share the load.
     #[must_use]
     pub fn length(&self, bodies: &[RigidBody]) -> f64 {
         if let Some(length) = self.length {
@@ -228,14 +234,14 @@ impl Joint {
         if angular > 0.0 { (linear / angular).sqrt() } else { 1.0 }
     }
 
-    /// Whether every axis that `load` acts on is free.
+    /// True if `load` acts on free axes only.
     pub(crate) fn takes(&self, load: &JointLoad) -> bool {
         let (bears, acts) = (self.bears(), load.acts());
         acts.iter().flatten().zip(bears.iter().flatten()).all(|(acts, bears)| !acts || *bears)
     }
 
-    /// What of it no simulation changes: without its drives, and without its frame in the world where a
-    /// course may move that.
+    /// Copy without the parts that a simulation can change: drives, and a world frame with a
+    /// prescribed motion.
     #[cfg(feature = "save")]
     pub(crate) fn lasting(&self) -> Self {
         let bare = |axis: &Axis| match axis {
@@ -252,19 +258,20 @@ impl Joint {
         Self { frames, linear, angular, push, moves: false, ..self.clone() }
     }
 
-    /// Whether it ties the body `body`.
+    /// True if the joint connects `body`.
     #[must_use]
     pub fn ties(&self, body: usize) -> bool {
         self.body == body || self.other == Some(body)
     }
 
-    /// The same where the body `removed`, which it does not tie, is taken out of the world.
+    /// Copy with renumbered bodies after the removal of `removed`, which the joint does not
+    /// connect.
     pub(crate) fn without(&self, removed: usize) -> Self {
         let number = |body: usize| if body > removed { body - 1 } else { body };
         Self { body: number(self.body), other: self.other.map(number), ..self.clone() }
     }
 
-    /// How its frames can turn.
+    /// Type of the relative rotation.
     #[must_use]
     pub fn turning(&self) -> TurnKind {
         match self.angular {
@@ -286,18 +293,18 @@ impl Joint {
         }
     }
 
-    /// The middle axis of a gimbal or a universal joint.
+    /// Middle axis of a gimbal or a universal joint.
     #[must_use]
     pub fn middle(&self) -> Middle {
         self.middle.unwrap_or(Middle::STRAIGHT)
     }
 
-    /// Whether it says anything of the place of its anchor.
+    /// True if any linear axis is locked or driven.
     pub(crate) fn holds_place(&self) -> bool {
         self.linear.iter().any(|axis| !axis.is_idle())
     }
 
-    /// Along and about which of its axes a drive acts.
+    /// Flags of the linear and the angular axes that accept a drive.
     pub(crate) fn bears(&self) -> [[bool; 3]; 2] {
         let is_free = |axis: &Axis| *axis != Axis::Locked;
         let about = match self.turning() {
@@ -308,31 +315,33 @@ impl Joint {
         [self.linear.each_ref().map(is_free), about]
     }
 
-    /// Whether it holds a body in the world in all its axes, so that its frame there can drive it.
+    /// True if it locks a body to the world in all six axes, so that the motion of its world frame
+    /// can be prescribed.
     #[must_use]
     pub fn holds_in_world(&self) -> bool {
         let locked = |axes: &[Axis; 3]| axes.iter().all(|axis| *axis == Axis::Locked);
         self.other.is_none() && locked(&self.linear) && locked(&self.angular)
     }
 
-    /// The frames, for constants of the world to set.
+    /// Mutable frames, for constants of the world.
     pub(crate) fn frames_mut(&mut self) -> &mut [JointFrame; 2] {
         &mut self.frames
     }
 
-    /// Has its frame in the world, which may move, at `frame` from here on.
+    /// Moves the world frame to `frame`.
     pub(crate) fn move_to(&mut self, frame: JointFrame) {
         self.frames[1] = frame;
         self.moves = true;
     }
 
-    /// The same with another frame in B, or in the world.
+    /// Copy with another frame in B or in the world.
     pub(crate) fn with_other_frame(self, frame: JointFrame) -> Self {
         Self { frames: [self.frames[0], frame], ..self }
     }
 
-    /// That frame, this `part` of the way to where A's is at `states`, if everything of the place is locked and of the turn
-    /// everything or nothing is.
+    /// Interpolated frame in B or in the world: `part` of the motion from its target to the present
+    /// frame of A at `states`. `None` unless all linear axes are locked, and all or none of the
+    /// angular ones.
     pub(crate) fn nearer_frame(&self, states: &[State], part: f64) -> Option<JointFrame> {
         let is_held = self.linear == [Axis::Locked; 3]
             && matches!(self.turning(), TurnKind::Locked | TurnKind::Free | TurnKind::Driven);
@@ -358,28 +367,29 @@ impl Joint {
         Some(JointFrame { anchor, attitude: attitude.normalize() })
     }
 
-    /// The same without them.
+    /// Copy without loads.
     pub(crate) fn without_push(self) -> Self {
         Self { push: [Vector3::zeros(); 2], ..self }
     }
 
-    /// Whether its frame in the world moves.
+    /// True if the world frame moves.
     pub(crate) fn moves(&self) -> bool {
         self.moves
     }
 
-    /// What pushes along the axes of its place (N) and of its turn (N m) in a step, besides their drives.
+    /// Loads along the linear axes (N) and about the angular axes (N m) in a step, besides the
+    /// drives.
     #[must_use]
     pub fn push(&self) -> &[Vector3<f64>; 2] {
         &self.push
     }
 
-    /// Has `push` along its axes in the steps to come, N and N m.
+    /// Sets the loads for the next steps (N and N m).
     pub(crate) fn set_push(&mut self, push: [Vector3<f64>; 2]) {
         self.push = push;
     }
 
-    /// Whether its turn is one of those that there are.
+    /// Checks that the angular axes form a supported rotation.
     fn check_turn(&self) -> Result<(), Error> {
         let [x, y, _] = &self.angular;
         match self.turning() {
@@ -415,7 +425,7 @@ impl Joint {
         }
     }
 
-    /// The joint, checked against the bodies of its world.
+    /// Checks the joint against the number of bodies of its world.
     pub(crate) fn checked(self, bodies: usize) -> Result<Self, Error> {
         let known = |body: usize| body < bodies;
         if !known(self.body) || self.other.is_some_and(|other| !known(other) || other == self.body)

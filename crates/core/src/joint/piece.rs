@@ -1,18 +1,18 @@
-//! How the straight piece of an axis' graph that a step is on changes with what the graph is made of.
+//! Sensitivity of the active linear piece of an axis' force law.
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
 use super::{Axis, AxisStart, Drive, Motor};
 
-/// What may change of an axis in a step.
+/// Differentials of the quantities that determine the force law of an axis in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct AxisChange {
-    /// Of x_k, m or rad, and of (x_k − x_{k−1})/h.
+    /// Differential of x_k (m or rad); `rate` is the one of (x_k − x_{k−1})/h (m/s or rad/s).
     pub(crate) coordinate: f64,
     pub(crate) rate: f64,
-    /// δh, s.
+    /// Differential δh (s).
     pub(crate) time_step: f64,
-    /// Of constants of its [`Drive`].
+    /// Differentials of the fields of [`Drive`].
     pub(crate) friction: f64,
     pub(crate) stiffness: f64,
     pub(crate) rest: f64,
@@ -20,38 +20,38 @@ pub(crate) struct AxisChange {
     pub(crate) force: f64,
     pub(crate) armature: f64,
     pub(crate) limits: [f64; 2],
-    /// Of constants of its [`Motor`].
+    /// Differentials of the fields of [`Motor`].
     pub(crate) target: f64,
     pub(crate) motor_stiffness: f64,
     pub(crate) motor_damping: f64,
     pub(crate) most: f64,
 }
 
-/// A point on an axis' graph: u, and whether the piece that it is on is vertical.
+/// Point on the graph of an axis: the speed u, and a flag of vertical pieces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct GraphPlace {
     pub(crate) u: f64,
     pub(crate) is_vertical: bool,
 }
 
-/// A piece and what it changes by, in the scaled row u and impulse p of [`Axis::graph`].
+/// Differential of a piece, in the scaled speed u and impulse p of [`Axis::graph`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum PieceChange {
-    /// Of u = u₀: δu₀.
+    /// Vertical piece u = u₀: δu₀.
     Speed(f64),
-    /// Of p = v − s u: δv and δs.
+    /// Line p = v − s u: δv and δs.
     Line(f64, f64),
 }
 
 impl Axis {
-    /// That of the piece that has the point `at`, in a step of `time_step` (s) that begins at `start`,
-    /// with `length` and `unit` as in [`Axis::graph`]: the differentials of what is added up there,
+    /// Differential of the piece with the point `at`, in a step of `time_step` (s) from `start`.
+    /// `length` and `unit` are those of [`Axis::graph`]. The terms of the sum are
     ///
     /// ```text
     /// stop          u₀ = ℓ (x* − x)/h
     /// spring        s = (k h + d) c/ℓ,   v = k (x* − x) c,   c = h/(M ℓ)
     /// armature      s = I/(M ℓ²),   v = I ẋ_k/(M ℓ)
-    /// friction, motor that holds a speed   u₀ = 0 or ℓ times its target,   v = ± f c               (G10)
+    /// friction, velocity motor   u₀ = 0 or ℓ times its target,   v = ± f c               (G10)
     /// ```
     pub(crate) fn piece_change(
         &self,
@@ -71,7 +71,7 @@ impl Axis {
         }
         let to_impulse = h / (unit * length);
         let (mut value, mut slope) = (change.force + (drive.force + start.push) * longer, 0.0);
-        // δ of k (x* − x) c and of (k h + d) c/ℓ, over c.
+        // Differentials of k (x* − x) c and of (k h + d) c/ℓ, divided by c.
         let mut pull = |(k, d, target): (f64, f64, f64), (dk, dd, dtarget): (f64, f64, f64)| {
             value += dk * (target - x) + k * (dtarget - change.coordinate + (target - x) * longer);
             slope += (dk * h + dd + (2.0 * k * h + d) * longer) / length;
@@ -102,7 +102,7 @@ impl Axis {
                 if pulls.abs() > most {
                     held += pulls.signum() * (change.most + most * longer);
                 } else {
-                    // Beside a damper at rest the constant force of its speed.
+                    // A damping motor is a damper plus the constant force of its target speed.
                     held +=
                         change.motor_damping * target + damping * (change.target + target * longer);
                     pull((0.0, damping, 0.0), (0.0, change.motor_damping, 0.0));
@@ -118,9 +118,9 @@ impl Axis {
 }
 
 impl Drive {
-    /// δu₀ of its stop, friction or motor at the speed u.
+    /// Differential δu₀ of the stop, friction or motor at the speed u.
     fn corner_change(&self, u: f64, x: f64, length: f64, h: f64, change: &AxisChange) -> f64 {
-        // Which of them it is: the nearest.
+        // Selects the one with the nearest speed.
         let stops = self.limits.into_iter().flatten().zip(change.limits);
         let stop = stops.map(|(limit, moved)| {
             let at = length * (limit - x) / h;

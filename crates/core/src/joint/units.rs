@@ -1,8 +1,8 @@
-//! Joints and gears in other units of mass, length and time.
+//! Unit conversion of joints and gears.
 
 use super::{Axis, Drive, Gear, Joint, JointAxis, JointFrame, Motor};
 
-/// The units of an axis: of its coordinate (m, or 1 for rad), of its force (N or N m), and of time.
+/// Units of an axis: of its coordinate (m, or 1 for rad), of its force (N or N m) and of time (s).
 #[derive(Clone, Copy)]
 struct AxisUnits {
     coordinate: f64,
@@ -51,7 +51,7 @@ impl AxisUnits {
     }
 }
 
-/// The units of the axes of places and of turns.
+/// Units of linear and of angular axes.
 fn units(mass: f64, length: f64, time: f64) -> (AxisUnits, AxisUnits) {
     let force = mass * length / (time * time);
     let place = AxisUnits { coordinate: length, force, time };
@@ -59,7 +59,7 @@ fn units(mass: f64, length: f64, time: f64) -> (AxisUnits, AxisUnits) {
 }
 
 impl Gear {
-    /// The same in units of `mass` (kg), `length` (m) and `time` (s).
+    /// Copy in units of `mass` (kg), `length` (m) and `time` (s).
     pub(crate) fn in_units(&self, mass: f64, length: f64, time: f64) -> Self {
         let (place, turn) = units(mass, length, time);
         let [first, second] = self.axes.map(|at| match at.axis {
@@ -76,7 +76,7 @@ impl Gear {
 }
 
 impl Joint {
-    /// The same in units of `mass` (kg), `length` (m) and `time` (s).
+    /// Copy in units of `mass` (kg), `length` (m) and `time` (s).
     pub(crate) fn in_units(&self, mass: f64, length: f64, time: f64) -> Self {
         let (place, turn) = units(mass, length, time);
         let frame = |frame: JointFrame| JointFrame { anchor: frame.anchor / length, ..frame };

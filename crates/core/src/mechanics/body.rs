@@ -1,29 +1,28 @@
-//! The rigid body: mass, inertia and the shape that can touch something. How it moves is
-//! its [`State`](super::State); with a ground to fall on it is a part of a
-//! [`World`](crate::world::World).
+//! Rigid body: mass, inertia and collision geometry. Its motion is its [`State`](super::State), and
+//! its surroundings are the [`World`](crate::world::World).
 //!
-//! The shape is a list of [pieces](Piece), rounded convex hulls in the body's frame. Against a
-//! plane their corners are all there is to know, and these are the body's contact points; a body
-//! may also be given by points alone, which then touch planes and nothing else.
+//! The geometry is a list of [pieces](Piece): rounded convex hulls in the body frame. Contacts with
+//! a plane depend on their corners only, which are the contact points of the body. A body can also
+//! consist of points alone, which touch planes only.
 
 use crate::error::{Error, all_in_range, in_range};
 use crate::geometry::{MassProperties, Piece};
 use nalgebra::{Matrix3, Vector3};
 
-/// A rigid body with its shape. Immutable once checked.
+/// Rigid body with its collision geometry. Immutable after its checks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidBody {
     matter: Matter,
     contact_points: Vec<ContactPoint>,
     pieces: Vec<Piece>,
-    /// For each piece, the contact point that is its first vertex.
+    /// Index of the contact point of each piece's first vertex.
     first_points: Vec<usize>,
     friction: Option<f64>,
     restitution: Option<f64>,
     reach: f64,
 }
 
-/// What of a body resists a change of its motion.
+/// Mass properties of a body.
 #[derive(Debug, Clone, PartialEq)]
 struct Matter {
     mass: f64,
@@ -34,52 +33,57 @@ struct Matter {
     isotropic: bool,
 }
 
-/// One point of a body that can touch something.
+/// Point of a body that can touch something.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactPoint {
-    /// c, m, body frame.
+    /// Position c (m), body frame.
     pub position: Vector3<f64>,
-    /// ρ, m: the radius by which the body is rounded there.
+    /// Rounding radius ρ of the body at this point (m).
     pub radius: f64,
 }
 
-/// A point mass has no length of its own; m.
+/// Reach of a point mass (m), which has no size of its own.
 const REACH_OF_A_POINT: f64 = 1.0;
 
-/// More contact points than this are taken for a mistake.
+/// Largest number of contact points.
 const MOST_CONTACT_POINTS: usize = 1000;
 
-/// The largest ratio of two principal moments.
+/// Largest ratio of two principal moments.
 const MOST_APART: f64 = 1e6;
-/// Principal moments in units of mass times length². With cubes of 2 m and 1 kg no step of 6000 of
-/// the native solver failed at 10⁻⁶, at 10⁻⁷ five did, at 10⁻¹⁰ most; up to 10¹⁰ none did, but a
-/// thin needle's steps fail at 10⁸.
+/// Smallest and largest principal moment, in units of mass times length². Beyond them, steps lose
+/// too many digits to be solved.
 const LEAST_MOMENT: f64 = 1e-6;
 const LARGEST_MOMENT: f64 = 1e6;
 
 impl RigidBody {
-    /// A body of `mass` (kg), `inertia` (kg m², body frame, about the centre of mass)
-    /// and contact points (m, body frame, from the centre of mass), which touch planes and nothing
-    /// else. One point in the centre of mass is a point mass; its inertia has no effect.
+    /// Creates a body from its mass properties and contact points. `mass` is in kg. `inertia` is in
+    /// kg m², body frame, about the centre of mass. `contact_points` are in m, body frame, relative
+    /// to the centre of mass.
+    ///
+    /// The points touch planes only. A single point at the centre of mass is a point mass, whose
+    /// inertia has no effect.
     ///
     /// # Errors
-    /// A mass outside 1e-9…1e9 kg; an inertia matrix that is not symmetric and positive
-    /// definite, or whose principal moments differ by more than a factor of 1e6, or do not fit
-    /// mass and contact points (below); no contact point or more than 1000, or one farther than
-    /// 1e4 m from the centre of mass, or several all in the centre of mass.
+    /// - If the mass is outside 1e-9…1e9 kg.
+    /// - If the inertia matrix is not symmetric positive definite, or its principal moments differ
+    ///   by more than a factor of 1e6.
+    /// - If a principal moment is inconsistent with mass and contact points (see below).
+    /// - If the number of contact points is not 1 to 1000, or one is farther than 1e4 m from the
+    ///   centre of mass.
+    /// - If there are several points and all are at the centre of mass.
     ///
-    /// A force F at the distance a from an axis makes the point faster by (1/m + a²/I) F a second.
-    /// Where the first term is 10⁻⁶ of the second or less, doubles keep too few of its digits for
-    /// a step to be solved; the other way round points that are close to each other become one to
-    /// the solver. So each principal moment I_k must obey
+    /// A force F at the distance a from an axis accelerates the point by (1/m + a²/I) F. If the
+    /// first term is 10⁻⁶ of the second or less, doubles keep too few of its digits to solve a
+    /// step. In the opposite case, points that are close to each other become indistinguishable to
+    /// the solver. Each principal moment I_k must therefore satisfy
     ///
     /// ```text
     /// 10⁻⁶ m a_k² ≤ I_k ≤ 10⁶ m (a₁² + a₂² + a₃²)
     /// ```
     ///
-    /// with a_k the largest distance of a contact point from the k-th principal axis, its radius
-    /// included. Solid boxes
-    /// of every size are far inside; the tutorial's cube has I = 5·10⁻⁴ m a².
+    /// where a_k is the largest distance of a contact point from the k-th principal axis, including
+    /// its radius. Solid boxes of every size are far inside this range; the tutorial's cube has I =
+    /// 5·10⁻⁴ m a².
     pub fn new(
         mass: f64,
         inertia: Matrix3<f64>,
@@ -89,7 +93,7 @@ impl RigidBody {
         Self::with_points(mass, inertia, &points)
     }
 
-    /// The body without pieces, of contact points with radii.
+    /// Creates a body without pieces from contact points with radii.
     fn with_points(
         mass: f64,
         inertia: Matrix3<f64>,
@@ -143,12 +147,12 @@ impl RigidBody {
         })
     }
 
-    /// A body of `mass` (kg), `inertia` (kg m², body frame, about the centre of mass) and `pieces`
-    /// (body frame, from the centre of mass). Its contact points are the corners of the pieces, in
-    /// their order.
+    /// Creates a body with `mass` (kg), `inertia` (kg m², body frame, about the centre of mass) and
+    /// `pieces` (body frame, relative to the centre of mass). Its contact points are the corners of
+    /// the pieces, in their order.
     ///
     /// # Errors
-    /// As [`RigidBody::new`].
+    /// Same as [`RigidBody::new`].
     pub fn of_pieces(mass: f64, inertia: Matrix3<f64>, pieces: Vec<Piece>) -> Result<Self, Error> {
         let (mut points, mut first_points) = (Vec::new(), Vec::new());
         for piece in &pieces {
@@ -159,26 +163,26 @@ impl RigidBody {
         Ok(Self { pieces, first_points, ..Self::with_points(mass, inertia, &points)? })
     }
 
-    /// A body of uniform density whose `pieces`, which must not overlap, are given in any frame; with
-    /// its centre of mass in that frame (m), which is the origin of the body's own.
+    /// Creates a body of uniform density from `pieces` in any frame, which must not overlap. Also
+    /// returns the centre of mass in that frame (m), which becomes the origin of the body frame.
     ///
     /// # Errors
-    /// No piece; as [`RigidBody::new`].
+    /// If there is no piece; otherwise same as [`RigidBody::new`].
     pub fn solid(mass: f64, pieces: &[Piece]) -> Result<(Self, Vector3<f64>), Error> {
         let properties = MassProperties::of_all(pieces)?;
         let moved = pieces.iter().map(|p| p.moved_by(&Matrix3::identity(), &-properties.centre));
         let inertia = properties.inertia * (mass / properties.volume);
-        // The two halves of a sum may differ in their last bits.
+        // Symmetrises rounding errors.
         let inertia = 0.5 * (inertia + inertia.transpose());
         let body = Self::of_pieces(mass, inertia, moved.collect::<Result<_, _>>()?)?;
         Ok((body, properties.centre))
     }
 
-    /// This shape with another `mass` (kg) and `inertia` (kg m², body frame, about the centre of
-    /// mass).
+    /// Returns this body with another `mass` (kg) and `inertia` (kg m², body frame, about the
+    /// centre of mass).
     ///
     /// # Errors
-    /// As [`RigidBody::new`].
+    /// Same as [`RigidBody::new`].
     pub fn with_mass(&self, mass: f64, inertia: Matrix3<f64>) -> Result<Self, Error> {
         let points = self.contact_points.iter().map(|point| (point.position, point.radius));
         let points: Vec<_> = points.collect();
@@ -186,31 +190,32 @@ impl RigidBody {
         Ok(Self { matter, ..self.clone() })
     }
 
-    /// This body with a coefficient of friction of its own in place of the
+    /// Returns this body with its own coefficient of friction, instead of the
     /// [world's](crate::world::World::friction).
     ///
     /// # Errors
-    /// A coefficient outside 0…10.
+    /// [`Error::OutOfRange`] if the coefficient is outside 0…10.
     pub fn with_friction(self, friction: f64) -> Result<Self, Error> {
         in_range("coefficient of friction", friction, 0.0, 10.0, "0 to 10")?;
         Ok(Self { friction: Some(friction), ..self })
     }
 
-    /// This body with a coefficient of restitution of its own in place of the
+    /// Returns this body with its own coefficient of restitution, instead of the
     /// [world's](crate::world::World::restitution).
     ///
     /// # Errors
-    /// A coefficient outside 0…1.
+    /// [`Error::OutOfRange`] if the coefficient is outside 0…1.
     pub fn with_restitution(self, restitution: f64) -> Result<Self, Error> {
         in_range("coefficient of restitution", restitution, 0.0, 1.0, "0 to 1")?;
         Ok(Self { restitution: Some(restitution), ..self })
     }
 
-    /// A box with a contact point in every corner. `half_sides` in m; corners in the
-    /// order (−,−,−), (+,−,−), (−,+,−), (+,+,−), (−,−,+), …: x changes fastest.
+    /// Creates a box with a contact point at every corner and with the half sides `half_sides` (m).
+    /// The order of the corners is (−,−,−), (+,−,−), (−,+,−), (+,+,−), (−,−,+), …; x changes
+    /// fastest.
     ///
     /// # Errors
-    /// As [`RigidBody::new`], and a half side outside 1e-6…1e4 m.
+    /// If a half side is outside 1e-6…1e4 m; otherwise same as [`RigidBody::new`].
     pub fn with_box_corners(
         mass: f64,
         inertia: Matrix3<f64>,
@@ -219,103 +224,103 @@ impl RigidBody {
         all_in_range("half side of the box (m)", &half_sides, 1e-6, 1e4, "1e-6 to 1e4")?;
         match Piece::cuboid(half_sides) {
             Ok(piece) => Self::of_pieces(mass, inertia, vec![piece]),
-            // Thinner than a piece may be: its corners can touch planes all the same.
+            // The box is too thin for a piece; its corners can still touch planes.
             Err(_) => Self::new(mass, inertia, &box_corners(&half_sides)),
         }
     }
 
-    /// A solid box of equal density with a contact point in every corner, in the order of
-    /// [`RigidBody::with_box_corners`]. `half_sides` in m.
+    /// Creates a solid box of uniform density with the half sides `half_sides` (m). Its contact
+    /// points are ordered as in [`RigidBody::with_box_corners`].
     ///
     /// # Errors
-    /// As [`RigidBody::with_box_corners`].
+    /// Same as [`RigidBody::with_box_corners`].
     pub fn solid_box(mass: f64, half_sides: Vector3<f64>) -> Result<Self, Error> {
         Self::with_box_corners(mass, solid_box_inertia(mass, &half_sides), half_sides)
     }
 
-    /// The body without pieces, which meets no other.
+    /// Copy without pieces, which does not touch other bodies.
     pub(crate) fn without_shape(&self) -> Self {
         Self { pieces: Vec::new(), ..self.clone() }
     }
 
-    /// m, kg.
+    /// Mass m (kg).
     #[must_use]
     pub fn mass(&self) -> f64 {
         self.matter.mass
     }
 
-    /// I, kg m², body frame.
+    /// Inertia I (kg m²), body frame.
     #[must_use]
     pub fn inertia(&self) -> &Matrix3<f64> {
         &self.matter.inertia
     }
 
-    /// I⁻¹, 1/(kg m²), body frame.
+    /// Inverse inertia I⁻¹ (1/(kg m²)), body frame.
     #[must_use]
     pub fn inertia_inverse(&self) -> &Matrix3<f64> {
         &self.matter.inertia_inverse
     }
 
-    /// Î = I/m, m²: the inertia of a unit of mass.
+    /// Inertia per mass Î = I/m (m²), body frame.
     #[must_use]
     pub fn specific_inertia(&self) -> &Matrix3<f64> {
         &self.matter.specific_inertia
     }
 
-    /// Î⁻¹ = m I⁻¹, 1/m².
+    /// Inverse inertia per mass Î⁻¹ = m I⁻¹ (1/m²), body frame.
     #[must_use]
     pub fn specific_inertia_inverse(&self) -> &Matrix3<f64> {
         &self.matter.specific_inertia_inverse
     }
 
-    /// Whether all principal moments are equal, so that no spin changes by itself.
+    /// True if all principal moments are equal, so that the spin is constant in free motion.
     #[must_use]
     pub fn is_isotropic(&self) -> bool {
         self.matter.isotropic
     }
 
-    /// The contact points, in the order of all per-contact arrays.
+    /// Contact points, in the order of all per-contact arrays.
     #[must_use]
     pub fn contact_points(&self) -> &[ContactPoint] {
         &self.contact_points
     }
 
-    /// The pieces of the body's shape, body frame; none where it was made of points.
+    /// Pieces of the collision geometry, body frame; empty for bodies made of points.
     #[must_use]
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces
     }
 
-    /// The index of the contact point that is vertex `vertex` of piece `piece`.
+    /// Index of the contact point at vertex `vertex` of piece `piece`.
     ///
     /// # Panics
-    /// If there is no such piece.
+    /// If the piece does not exist.
     #[must_use]
     pub fn point_of(&self, piece: usize, vertex: usize) -> usize {
         self.first_points[piece] + vertex
     }
 
-    /// The body's own coefficient of friction, if it has one.
+    /// Own coefficient of friction, if any.
     #[must_use]
     pub fn friction(&self) -> Option<f64> {
         self.friction
     }
 
-    /// The body's own coefficient of restitution, if it has one.
+    /// Own coefficient of restitution, if any.
     #[must_use]
     pub fn restitution(&self) -> Option<f64> {
         self.restitution
     }
 
-    /// ℓ, m: the largest |coordinate| of a contact point and its radius, the length by which the
-    /// certificate turns angles into distances; 1 m for a point mass, which has none.
+    /// Reach ℓ (m): the largest |coordinate| of a contact point plus its radius. The certificate
+    /// converts angles to distances with it. It is 1 m for a point mass.
     #[must_use]
     pub fn reach(&self) -> f64 {
         self.reach
     }
 }
 
-/// The corners of a box with these half sides, m, about its middle, x changing fastest.
+/// Corners of a box with these half sides (m), relative to its centre; x changes fastest.
 #[must_use]
 pub fn box_corners(half_sides: &Vector3<f64>) -> [Vector3<f64>; 8] {
     let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
@@ -323,8 +328,7 @@ pub fn box_corners(half_sides: &Vector3<f64>) -> [Vector3<f64>; 8] {
 }
 
 impl RigidBody {
-    /// The same body in other units of `mass` (kg) and `length` (m), without its pieces: what
-    /// touches planes.
+    /// Copy in units of `mass` (kg) and `length` (m), without pieces; it touches planes only.
     pub(crate) fn in_units(&self, mass: f64, length: f64) -> Self {
         let area = length * length;
         let moment = mass * area;
@@ -353,15 +357,15 @@ impl RigidBody {
     }
 }
 
-/// The inertia of a solid box of equal density with `half_sides` (a, b, c) in m:
-/// I = m/3 diag(b² + c², a² + c², a² + b²), kg m².
+/// Inertia of a solid box of uniform density with the half sides (a, b, c) (m): I = m/3 diag(b² +
+/// c², a² + c², a² + b²) (kg m²).
 #[must_use]
 pub fn solid_box_inertia(mass: f64, half_sides: &Vector3<f64>) -> Matrix3<f64> {
     let squares = half_sides.component_mul(half_sides);
     Matrix3::from_diagonal(&(mass / 3.0 * (Vector3::repeat(squares.sum()) - squares)))
 }
 
-/// I⁻¹ of a symmetric positive definite matrix.
+/// Inverse of a symmetric positive definite inertia matrix, after checks.
 fn checked_inverse(inertia: &Matrix3<f64>) -> Result<Matrix3<f64>, Error> {
     if !inertia.iter().all(|entry| entry.is_finite()) {
         return Err(Error::Inertia("has an entry that is not a finite number"));
@@ -380,7 +384,7 @@ fn checked_inverse(inertia: &Matrix3<f64>) -> Result<Matrix3<f64>, Error> {
     inertia.try_inverse().ok_or(Error::Inertia("cannot be inverted"))
 }
 
-/// Principal moments of inertia within the range that [`RigidBody::new`] describes.
+/// Checks that the principal moments of inertia are in the range of [`RigidBody::new`].
 fn check_moments(
     mass: f64,
     inertia: &Matrix3<f64>,
@@ -393,7 +397,7 @@ fn check_moments(
         points.iter().map(arm).fold(0.0, f64::max).powi(2)
     });
     let sum = squares.iter().sum::<f64>();
-    // Nothing turns a point mass.
+    // A point mass has no rotation.
     if sum == 0.0 {
         return Ok(());
     }
@@ -423,8 +427,8 @@ mod tests {
         assert_eq!(body.reach(), 3.0);
     }
 
-    /// Whatever the size, only what mass, inertia and points are to each other counts: the same
-    /// body in other units is taken or refused as well.
+    /// The range depends on the ratios of mass, inertia and points only: a body in other units is
+    /// accepted or rejected alike.
     #[test]
     fn the_range_of_the_inertia_scales_with_the_body() {
         for (mass, length) in [(1e-6, 5e-4), (1.0, 1.0), (1e9, 50.0), (1e-9, 1e4), (1e9, 1e-5)] {
@@ -436,7 +440,7 @@ mod tests {
                 assert_eq!(body.is_ok(), fits, "{mass} {length} {part}: {body:?}");
             }
         }
-        // A rod's own inertia about its length is small, and so are the arms of its corners.
+        // A rod has a small inertia about its axis, and its corners have small lever arms.
         let rod = Vector3::new(0.5, 0.5e-3, 0.5e-3);
         assert!(RigidBody::solid_box(1.0, rod).is_ok());
     }

@@ -1,6 +1,5 @@
-//! Rigid-body dynamics without contact: the continuous equations, the Runge–Kutta
-//! integrator of the floating scene ([`Motion::Floating`](crate::simulation::Motion)) and the
-//! semi-implicit step.
+//! Rigid-body dynamics without contact: the continuous equations, the Runge–Kutta integrator of the
+//! floating scene ([`Motion::Floating`](crate::simulation::Motion)) and the semi-implicit step.
 //!
 //! Equation numbers are those of `docs/formulation.md`.
 
@@ -10,7 +9,8 @@ use super::rotation::Rotation;
 use super::state::{State, Wrench};
 use nalgebra::{Matrix3, SVector, Vector3};
 
-/// Ẋ = (ṙ, q̇, v̇, ω̇) of the Newton–Euler equations (eq. 5) under a wrench, gravity included:
+/// Time derivative Ẋ = (ṙ, q̇, v̇, ω̇) of the Newton–Euler equations (eq. 5) under a wrench that
+/// includes gravity:
 ///
 /// ```text
 /// ṙ = v,  q̇ = ½ L(q) H ω,  v̇ = f/m,  ω̇ = I⁻¹ (τ − ω × I ω)
@@ -27,9 +27,9 @@ pub fn derivative(body: &RigidBody, state: &State, wrench: &Wrench) -> SVector<f
     rate.to_vector()
 }
 
-/// One step of the classical fourth-order Runge–Kutta method (eq. 6), the quaternion
-/// normalised afterwards; the wrench, gravity included, is constant over the step.
-/// `time_step` in s.
+/// State after one step of the classical fourth-order Runge–Kutta method (eq. 6) of `time_step`
+/// (s). The wrench includes gravity and is constant over the step. The quaternion is normalised at
+/// the end.
 #[must_use]
 pub fn rk4_step(body: &RigidBody, state: &State, wrench: &Wrench, time_step: f64) -> State {
     let x = state.to_vector();
@@ -43,16 +43,16 @@ pub fn rk4_step(body: &RigidBody, state: &State, wrench: &Wrench, time_step: f64
     next
 }
 
-/// The semi-implicit step without contact forces (eq. 8 with F = 0): velocities
-/// first, then positions with the new velocities. The gyroscopic term, that of the `rotation`, is
-/// implicit:
+/// State after a semi-implicit step of `time_step` (s) without contact forces (eq. 8 with F = 0).
+/// Velocities are computed first, then positions from the new velocities. The gyroscopic term of
+/// `rotation` is implicit:
 ///
 /// ```text
 /// v⁺ = v + h (f/m + g),   I (ω⁺ − ω) + h (G(ω, ω⁺) − τ) = 0,
 /// r⁺ = r + h v⁺,          q⁺ = normalise(q + ½ h L(q) H ω⁺)
 /// ```
 ///
-/// `gravity` in m/s², world; `time_step` in s.
+/// `gravity` is in m/s², world frame.
 #[must_use]
 pub fn free_flight(
     body: &RigidBody,
@@ -73,18 +73,17 @@ pub fn free_flight(
     }
 }
 
-/// Enough for quadratic convergence from any start that halving lets through.
+/// Largest number of Newton iterations, enough for quadratic convergence after damping.
 const MOST_SPIN_ITERATIONS: usize = 50;
-/// A residual of this part of the spin is near the solution.
+/// Relative residual below which the iteration is near the solution.
 const NEAR_SPIN: f64 = 1e-6;
-/// Numbers of equal parts in which the time step is approached when Newton stalls.
+/// Numbers of continuation steps in h, tried in turn if Newton's method stalls.
 const SPIN_CONTINUATIONS: [u32; 4] = [1, 4, 16, 64];
 
-/// ω⁺ of I (ω⁺ − ω) + h (G(ω, ω⁺) − τ) = 0: Newton's method from ω and, should it stall
-/// (h|ω| near 1 with a very slender body), along growing time steps up to h.
+/// Solves I (ω⁺ − ω) + h (G(ω, ω⁺) − τ) = 0 for ω⁺ by Newton's method from ω. If it stalls (h|ω|
+/// near 1 with a very slender body), the time step is increased gradually up to h.
 ///
-/// Where even that fails the best ω⁺ is returned, and the certificate of the step shows
-/// the residual that is left.
+/// If this fails too, the best ω⁺ is returned, and the certificate of the step shows the residual.
 fn free_spin(equation: &SpinEquation<'_>, time_step: f64) -> Vector3<f64> {
     let spin = equation.spin;
     if equation.holds_at_start(time_step) {
@@ -108,7 +107,7 @@ fn free_spin(equation: &SpinEquation<'_>, time_step: f64) -> Vector3<f64> {
     best.0
 }
 
-/// The implicit gyroscopic equation, multiplied by I⁻¹, in rad/s.
+/// Implicit gyroscopic equation, multiplied by I⁻¹ (rad/s).
 struct SpinEquation<'a> {
     body: &'a RigidBody,
     spin: &'a Vector3<f64>,
@@ -117,8 +116,8 @@ struct SpinEquation<'a> {
 }
 
 impl SpinEquation<'_> {
-    /// Whether ω⁺ = ω to rounding, because nothing turns the body: Newton's method would stay there. Of an
-    /// isotropic body ω × I ω is what rounding leaves of it, 2ε |I| |ω|².
+    /// True if ω⁺ = ω to rounding for a torque-free isotropic body. ω × I ω is then a rounding
+    /// error of size 2ε |I| |ω|².
     fn holds_at_start(&self, h: f64) -> bool {
         const SLOW: f64 = 0.5;
         self.rotation == Rotation::Tutorial
@@ -132,9 +131,10 @@ impl SpinEquation<'_> {
         u - self.spin + h * (self.body.inertia_inverse() * (gyroscopic - self.torque))
     }
 
-    /// Newton's method with step halving, until the residual no longer falls; with what is left of it. Of a
-    /// slender body that is far from the solution, what falls is the step that the residual asks for
-    /// by the same slope: the residual itself is mostly that of its thinnest axis.
+    /// Damped Newton's method with step halving, until the merit no longer decreases. Returns the
+    /// solution and its residual. Near the solution the merit is the residual. Far from it, the
+    /// merit is the next Newton step with the same Jacobian, because the thinnest axis dominates
+    /// the residual of a slender body.
     fn solve(&self, h: f64, start: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let (inertia, inverse) = (self.body.inertia(), self.body.inertia_inverse());
         let mut u = start;
@@ -182,8 +182,8 @@ mod tests {
         }
     }
 
-    /// Angular momentum in the world is constant without torque; RK4 keeps it to
-    /// fourth order: halving h divides the error by 16, less a margin for rounding.
+    /// Angular momentum in the world is constant without torque. RK4 conserves it to fourth order:
+    /// halving h divides the error by 16, minus a margin for rounding.
     #[test]
     fn rk4_keeps_angular_momentum_to_fourth_order() {
         let body = brick();

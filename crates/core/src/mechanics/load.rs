@@ -1,4 +1,4 @@
-//! A load: an external force and torque on the body over time, for
+//! External force and torque on a body as functions of time, for
 //! [`Simulation::set_load`](crate::simulation::Simulation::set_load).
 
 use super::quaternion::rotation;
@@ -6,44 +6,43 @@ use super::state::Wrench;
 use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Vector3, Vector4};
 
-/// A vector over time that changes linearly between knots, and keeps the first knot's value
-/// before it and the last one's after it. Two knots at one time, and no more, are a jump.
-/// Without knots it is zero.
+/// Piecewise linear vector function of time. It is constant before the first and after the last
+/// knot. Two knots at the same time form a jump. Without knots it is zero.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Polyline {
-    /// t (s) and the value there, in order of time.
+    /// Knots (t, value), ordered by time t (s).
     knots: Vec<(f64, Vector3<f64>)>,
 }
 
-/// A force and a torque over time.
+/// Force and torque as functions of time.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Load {
-    /// N, world.
+    /// Force (N), world frame.
     pub force: Polyline,
-    /// N m, **body**, besides what the force makes.
+    /// Torque (N m), **body** frame, in addition to the torque of the force.
     pub torque: Polyline,
     point: Vector3<f64>,
 }
 
-/// More knots than this are taken for a mistake.
+/// Largest number of knots.
 const MOST_KNOTS: usize = 1_000_000;
 
 impl Polyline {
-    /// The vector `value` at all times.
+    /// Creates a constant function.
     ///
     /// # Errors
-    /// As [`Polyline::new`].
+    /// Same as [`Polyline::new`].
     pub fn constant(value: Vector3<f64>) -> Result<Self, Error> {
         Self::new(vec![(0.0, value)])
     }
 
-    /// A polyline through `knots`, t (s) and value (N or N m).
+    /// Creates a function from `knots` of time t (s) and value (N or N m).
     ///
     /// # Errors
-    /// More than a million knots; times that decrease or are beyond ±1e6 s; more than two
-    /// knots at one time; a component beyond ±1e9.
+    /// If there are more than a million knots or more than two at the same time, if times decrease
+    /// or are beyond ±1e6 s, or if a component is beyond ±1e9.
     pub fn new(knots: Vec<(f64, Vector3<f64>)>) -> Result<Self, Error> {
         if knots.len() > MOST_KNOTS {
             return Err(Error::Count {
@@ -58,20 +57,21 @@ impl Polyline {
             earliest = in_range("time of the load (s)", *time, earliest, 1e6, allowed)?;
             all_in_range("load (N, N m)", value, -1e9, 1e9, "-1e9 to 1e9")?;
         }
-        // In order of time, so that the outer two of three are at one time if all are.
+        // Knots are ordered by time, so three are at the same time if the outer two are.
         if let Some(jump) = knots.windows(3).find(|three| three[0].0 == three[2].0) {
             return Err(Error::KnotsAtOneTime { time: jump[0].0 });
         }
         Ok(Self { knots })
     }
 
-    /// t (s) and the value there, in order of time.
+    /// Knots (t, value), ordered by time t (s).
     #[must_use]
     pub fn knots(&self) -> &[(f64, Vector3<f64>)] {
         &self.knots
     }
 
-    /// The mean over `from`…`to` (s): trapezia between the knots inside. So late that doubles do not tell them apart, the value there.
+    /// Mean over `from`…`to` (s), exact by the trapezoidal rule between knots. At times so late
+    /// that `from` and `to` are the same double, the value there.
     #[must_use]
     pub fn mean(&self, from: f64, to: f64) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
@@ -89,7 +89,7 @@ impl Polyline {
         sum / (to - from)
     }
 
-    /// The value at `time`, which lies between the knots `next` − 1 and `next`.
+    /// Value at `time`, which lies between the knots `next` − 1 and `next`.
     fn between(&self, next: usize, time: f64) -> Vector3<f64> {
         let before = next.checked_sub(1).and_then(|last| self.knots.get(last));
         match (before, self.knots.get(next)) {
@@ -101,42 +101,42 @@ impl Polyline {
 }
 
 impl Load {
-    /// No load.
+    /// Zero load.
     #[must_use]
     pub fn none() -> Self {
         Self::default()
     }
 
-    /// A load whose force acts at `point` (m, body frame, from the centre of mass).
+    /// Creates a load whose force acts at `point` (m, body frame, relative to the centre of mass).
     ///
     /// # Errors
-    /// A point beyond ±1e4 m.
+    /// [`Error::OutOfRange`] if the point is beyond ±1e4 m.
     pub fn new(force: Polyline, torque: Polyline, point: Vector3<f64>) -> Result<Self, Error> {
         all_in_range("point of the load (m)", &point, -1e4, 1e4, "-1e4 to 1e4")?;
         Ok(Self { force, torque, point })
     }
 
-    /// Whether there is no load at all.
+    /// True if there is no load.
     #[must_use]
     pub fn is_none(&self) -> bool {
         self.force.knots.is_empty() && self.torque.knots.is_empty()
     }
 
-    /// Where the force acts, m, body frame.
+    /// Point of action of the force (m), body frame.
     #[must_use]
     pub fn point(&self) -> &Vector3<f64> {
         &self.point
     }
 
-    /// The wrench of the step `index` → `index` + 1 of `time_step` h (s): the load's mean
-    /// over the step, so that impulses are exact whatever h, with the force's torque taken
-    /// at the `attitude` (body → world) at the step's start, as that of contact forces:
+    /// Wrench of the step `index` → `index` + 1 of `time_step` h (s). It is the mean of the load
+    /// over the step, so that impulses are exact for any h. The torque of the force is taken at the
+    /// `attitude` (body → world) at the start of the step, like torques of contact forces:
     ///
     /// ```text
     /// F = 1/h ∫ f dt,   τ = 1/h ∫ τ_0 dt + p × Aᵀ F                       (eq. 20)
     /// ```
     ///
-    /// The force is in the world's frame, the torque in the body's.
+    /// The force is in the world frame, the torque in the body frame.
     #[must_use]
     pub fn wrench(&self, index: u64, time_step: f64, attitude: &Vector4<f64>) -> Wrench {
         let (from, to) = (index as f64 * time_step, (index + 1) as f64 * time_step);
@@ -148,8 +148,8 @@ impl Load {
         Wrench { force, torque }
     }
 
-    /// The derivative of that torque by a turn of the body, δτ = p × (Aᵀ F × δθ), N m/rad; nothing where the force acts at
-    /// the centre.
+    /// Derivative of the torque of the force with respect to a rotation of the body, δτ = p × (Aᵀ F
+    /// × δθ) (N m/rad). `None` if the force acts at the centre of mass.
     #[cfg(feature = "save")]
     pub(crate) fn torque_by_turn(
         &self,
@@ -189,8 +189,8 @@ mod tests {
         }
     }
 
-    /// The impulse of a polygon is its area, whatever the step: also where knots and jumps
-    /// fall inside steps.
+    /// The impulse of a polyline is its integral for any step, even if knots and jumps fall inside
+    /// steps.
     #[test]
     fn impulses_do_not_depend_on_the_step() {
         let load = push(&[(0.1, 0.0), (0.35, 5.0), (0.35, -2.0), (0.6, -2.0), (0.6, 0.0)]);
@@ -211,8 +211,8 @@ mod tests {
         assert_eq!(Load::none().wrench(5, 0.1, &upright()), Wrench::zero());
     }
 
-    /// A force off the centre makes a torque: a quarter turn about z takes the body's x to
-    /// the world's y, so that a push along y is one along the body's x.
+    /// A force off the centre has a torque. A quarter turn about z maps the body's x to the world's
+    /// y, so that a force along y is along the body's x.
     #[test]
     fn a_force_off_the_centre_turns_the_body() {
         let half = 0.5_f64.sqrt();
@@ -220,12 +220,12 @@ mod tests {
         let torque = Polyline::constant(Vector3::new(0.5, 0.0, 0.0)).unwrap();
         let load = Load::new(force, torque, Vector3::new(0.0, 0.0, 3.0)).unwrap();
         let wrench = load.wrench(0, 0.1, &Vector4::new(half, 0.0, 0.0, half));
-        // p × (2, 0, 0) = (0, 6, 0) in the body's frame.
+        // p × (2, 0, 0) = (0, 6, 0) in the body frame.
         assert!((wrench.torque - Vector3::new(0.5, 6.0, 0.0)).norm() < 1e-14);
         assert!((wrench.force - Vector3::new(0.0, 2.0, 0.0)).norm() < 1e-15);
     }
 
-    /// Two knots at one time are a jump; of three the middle one would mean nothing.
+    /// Two knots at the same time form a jump; a third one would be ambiguous.
     #[test]
     fn a_third_knot_at_one_time_is_refused() {
         let line = |knots: &[(f64, f64)]| {

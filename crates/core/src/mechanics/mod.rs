@@ -1,5 +1,4 @@
-//! Rigid bodies in free motion: what a body is, how it moves while nothing touches it, and
-//! what pushes it from outside.
+//! Rigid bodies in free motion: mass properties, states, integrators and external loads.
 
 pub mod body;
 pub mod dynamics;
@@ -15,9 +14,9 @@ pub use rotation::Rotation;
 pub use state::{Pose, State, Wrench};
 pub use way::Way;
 
-/// The larger of two numbers, NaN if either is: a NaN must not pass for a small residual.
+/// Maximum of two numbers; NaN if either is NaN, so that a NaN cannot pass as a small residual.
 #[inline]
 pub(crate) fn largest(a: f64, b: f64) -> f64 {
-    // Beside a NaN no comparison holds.
+    // A comparison with NaN is false.
     if a >= b || a.is_nan() { a } else { b }
 }

@@ -1,15 +1,15 @@
-//! Quaternion maps as matrices, after Jackson, Tracy and Manchester, "Planning with
-//! attitude", IEEE RA-L 6(3), 2021.
+//! Quaternion maps as matrices, after Jackson, Tracy and Manchester, "Planning with attitude", IEEE
+//! RA-L 6(3), 2021.
 //!
-//! A quaternion is q = (w, x, y, z), scalar first, Hamilton's product; it turns body
-//! coordinates into world coordinates. It is a plain [`Vector4`] because the step
-//! problem treats its four numbers as variables that need not have unit length.
+//! A quaternion is q = (w, x, y, z), scalar first, with Hamilton's product. It rotates body
+//! coordinates to world coordinates. It is a plain [`Vector4`] because the step problem treats its
+//! four numbers as variables of any norm.
 //!
 //! Equation numbers are those of `docs/formulation.md`.
 
 use nalgebra::{Matrix3, Matrix4, Matrix4x3, Vector3, Vector4};
 
-/// L(q) with q ⊗ p = L(q) p (eq. 1).
+/// Matrix L(q) with q ⊗ p = L(q) p (eq. 1).
 #[must_use]
 pub fn left(q: &Vector4<f64>) -> Matrix4<f64> {
     let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
@@ -21,7 +21,7 @@ pub fn left(q: &Vector4<f64>) -> Matrix4<f64> {
     )
 }
 
-/// p ⊗ q.
+/// Product p ⊗ q.
 #[must_use]
 #[inline]
 pub fn product(p: &Vector4<f64>, q: &Vector4<f64>) -> Vector4<f64> {
@@ -34,7 +34,7 @@ pub fn product(p: &Vector4<f64>, q: &Vector4<f64>) -> Vector4<f64> {
     )
 }
 
-/// R(q) with p ⊗ q = R(q) p (eq. 1).
+/// Matrix R(q) with p ⊗ q = R(q) p (eq. 1).
 #[must_use]
 pub fn right(q: &Vector4<f64>) -> Matrix4<f64> {
     let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
@@ -46,7 +46,7 @@ pub fn right(q: &Vector4<f64>) -> Matrix4<f64> {
     )
 }
 
-/// H = [0; E₃], which makes a pure quaternion of a vector (eq. 1).
+/// Matrix H = [0; E₃] that maps a vector to a pure quaternion (eq. 1).
 #[must_use]
 pub fn pure() -> Matrix4x3<f64> {
     Matrix4x3::new(
@@ -57,7 +57,7 @@ pub fn pure() -> Matrix4x3<f64> {
     )
 }
 
-/// L(q) H, the 4 × 3 matrix of the attitude kinematics q̇ = ½ L(q) H ω (eq. 5).
+/// Matrix L(q) H (4 × 3) of the attitude kinematics q̇ = ½ L(q) H ω (eq. 5).
 #[must_use]
 pub fn attitude_map(q: &Vector4<f64>) -> Matrix4x3<f64> {
     let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
@@ -69,7 +69,8 @@ pub fn attitude_map(q: &Vector4<f64>) -> Matrix4x3<f64> {
     )
 }
 
-/// What a turn φ = log(q), its axis times its angle of up to π (rad), changes by where q is turned further by δθ (rad, body):
+/// Derivative of the rotation vector φ = log(q), |φ| ≤ π (rad), with respect to a further rotation
+/// δθ of q (rad, body frame):
 ///
 /// ```text
 /// δφ = (E + ½ [φ]× + (1/φ² − (1 + cos φ)/(2 φ sin φ)) [φ]×²) δθ
@@ -77,7 +78,7 @@ pub fn attitude_map(q: &Vector4<f64>) -> Matrix4x3<f64> {
 #[must_use]
 pub fn turn_slope(turn: &Vector3<f64>) -> Matrix3<f64> {
     let (angle, cross) = (turn.norm(), turn.cross_matrix());
-    // Of small angles the first terms of its series; at half a turn the second term is 0.
+    // Series for small angles. At half a turn the second term is 0.
     let share = if angle < 1e-3 {
         1.0 / 12.0 + angle * angle / 720.0
     } else {
@@ -86,8 +87,8 @@ pub fn turn_slope(turn: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::identity() + cross * 0.5 + cross * cross * share
 }
 
-/// A(q) = Hᵀ L(q) R(q)ᵀ H (eq. 2): the rotation matrix body → world for a unit
-/// quaternion, |q|² times it in general.
+/// Rotation matrix A(q) = Hᵀ L(q) R(q)ᵀ H (eq. 2), body → world, of a unit quaternion; multiplied
+/// by |q|² in general.
 #[must_use]
 pub fn rotation(q: &Vector4<f64>) -> Matrix3<f64> {
     let (w, x, y, z) = (q[0], q[1], q[2], q[3]);
@@ -105,11 +106,10 @@ pub fn rotation(q: &Vector4<f64>) -> Matrix3<f64> {
     )
 }
 
-/// The three constant symmetric matrices Q_k(c) with (A(q) c)_k = ½ qᵀ Q_k q (eq. 3).
+/// Constant symmetric matrices Q_k(c) with (A(q) c)_k = ½ qᵀ Q_k q (eq. 3).
 ///
-/// A(q) c is a quadratic form in q, so Q_k q is the gradient of component k and Q_k
-/// its Hessian: one table for the values and both derivatives of a contact point's
-/// position.
+/// A(q) c is a quadratic form in q, so Q_k q is the gradient of component k, and Q_k is its
+/// Hessian. The same matrices give the values and both derivatives of a contact point's position.
 #[must_use]
 pub fn rotated_point_forms(c: &Vector3<f64>) -> [Matrix4<f64>; 3] {
     let (x, y, z) = (c[0], c[1], c[2]);
@@ -135,25 +135,24 @@ pub fn rotated_point_forms(c: &Vector3<f64>) -> [Matrix4<f64>; 3] {
     ]
 }
 
-/// The unit quaternion along `q`, not zero: q/|q|, or `q` itself where it is one to rounding, so that what was written and is read
-/// again has the same bits.
+/// Unit quaternion q/|q| of a nonzero `q`. A unit quaternion to rounding is returned unchanged, so
+/// that writing and reading reproduces its bits.
 #[must_use]
 pub fn unit(q: Vector4<f64>) -> Vector4<f64> {
-    /// Of a quotient the norm's square is off by this at most.
+    /// Largest rounding error of the squared norm of q/|q|.
     const ROUNDING: f64 = 1e-15;
     if (q.norm_squared() - 1.0).abs() <= ROUNDING { q } else { q.normalize() }
 }
 
-/// The attitude after the rotation h ω of the semi-implicit step (eq. 8b):
-/// normalise(q + ½ h L(q) H ω).
+/// Attitude after the rotation h ω of the semi-implicit step (eq. 8b): normalise(q + ½ h L(q) H ω).
 #[must_use]
 pub fn advance(q: &Vector4<f64>, spin: &Vector3<f64>, time_step: f64) -> Vector4<f64> {
     (q + attitude_map(q) * (spin * (0.5 * time_step))).normalize()
 }
 
-/// Ω, rad/s, world: the spin with which [`advance`] turns a body from the attitude `from` to `to`
-/// (rotation matrices, body → world) in `time_step` (s). With S = A⁺ Aᵀ the Cayley map of
-/// a = ½ h Ω,
+/// Angular velocity Ω (rad/s), world frame, with which [`advance`] rotates a body from the attitude
+/// `from` to `to` (rotation matrices, body → world) in `time_step` (s). S = A⁺ Aᵀ is the Cayley map
+/// of a = ½ h Ω:
 ///
 /// ```text
 /// S = (E − [a]×)⁻¹ (E + [a]×),   S − Sᵀ = 4 [a]×/(1 + |a|²),   1 + tr S = 4/(1 + |a|²).
@@ -231,7 +230,7 @@ mod tests {
             }
         }
 
-        /// Up to a turn of 2 atan(½ · 0.5 · √12) ≈ 82°: rounding is 1e-15/h.
+        /// Rotations up to 2 atan(½ · 0.5 · √12) ≈ 82°; rounding errors are 1e-15/h.
         #[test]
         fn the_turning_rate_is_the_spin_of_the_step(q in quaternion(), spin in vector()) {
             let (q, h) = (q.normalize(), 0.5);
@@ -243,7 +242,7 @@ mod tests {
         fn advance_agrees_with_the_exponential_to_third_order(
             q in quaternion(), spin in vector()
         ) {
-            // tan(θ/2) ≈ θ/2 + θ³/24 with θ = h|ω|: the scheme's error of one step.
+            // Error of one step of the scheme: tan(θ/2) ≈ θ/2 + θ³/24 with θ = h|ω|.
             let (q, h) = (q.normalize(), 1e-3);
             let half = 0.5 * h * spin.norm();
             let axis = spin / spin.norm().max(1e-300);

@@ -1,57 +1,57 @@
-//! The equation by which a step turns a body freely: which of two forms of it, and what both are
-//! made of.
+//! Integrators of free rotation.
 //!
-//! A step turns its body with one spin ω⁺ by the Cayley map, and the two forms differ in the
-//! momentum that goes with it. Both are (eq. 8d of `docs/formulation.md`)
+//! A step rotates its body with one spin ω⁺ by the Cayley map. The two integrators differ in the
+//! corresponding momentum. Both have the form (eq. 8d of `docs/formulation.md`)
 //!
 //! ```text
 //! I (ω⁺ − ω) + h G(ω, ω⁺) = h τ
 //! ```
 //!
-//! [`Tutorial`](Rotation::Tutorial) has Euler's equation with its gyroscopic term at the end of the
+//! [`Tutorial`](Rotation::Tutorial) is Euler's equation with the gyroscopic term at the end of the
 //! step,
 //!
 //! ```text
 //! G = ω⁺ × I ω⁺                                                          (eq. 33a)
 //! ```
 //!
-//! which keeps neither angular momentum nor energy, both to first order in h.
-//! [`Momentum`](Rotation::Momentum) balances angular momentum. With
+//! It conserves angular momentum and energy to first order in h. [`Momentum`](Rotation::Momentum)
+//! balances angular momentum. With
 //!
 //! ```text
 //! P^±(ω) = I ω ± ½ h ω × I ω + ¼ h² (ω·I ω) ω                             (eq. 34)
 //! ```
 //!
-//! P⁻(ω) is the momentum in the body's axes at the end of a step that turned with ω, P⁺(ω) that at
-//! its start: A⁺ P⁻(ω) = A P⁺(ω) for A⁺ = A cay(hω), exactly. P⁺(ω⁺) = P⁻(ω) + h τ then says that
-//! the torque's impulse alone changes A P⁻(ω). It is the discrete Euler–Poincaré equation of the
-//! Cayley map, a variational integrator: of second order, and its energy has no trend. As G,
+//! P⁻(ω) is the momentum in body axes at the end of a step with the spin ω, and P⁺(ω) is the one at
+//! its start: A⁺ P⁻(ω) = A P⁺(ω) holds exactly for A⁺ = A cay(hω). P⁺(ω⁺) = P⁻(ω) + h τ then states
+//! that only the impulse of the torque changes A P⁻(ω). This is the discrete Euler–Poincaré
+//! equation of the Cayley map, a variational integrator. It is of second order, and its energy has
+//! no drift. As G,
 //!
 //! ```text
 //! G = ½ (ω⁺ × I ω⁺ + ω × I ω) + ¼ h ((ω⁺·I ω⁺) ω⁺ − (ω·I ω) ω)            (eq. 33b)
 //! ```
 //!
-//! Without torque a body of equal principal moments keeps ω in both. All functions are linear in
-//! the inertia, so that I/m in the place of I makes momenta of a unit of mass.
+//! Without torque, a body with equal principal moments keeps ω in both. All functions are linear in
+//! the inertia; with I/m they compute momenta per mass.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Which equation turns a body in a step.
+/// Integrator of free rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Rotation {
-    /// P⁺(ω⁺) = P⁻(ω) + h τ: keeps angular momentum to rounding and energy without a trend.
+    /// P⁺(ω⁺) = P⁻(ω) + h τ: conserves angular momentum to rounding, and energy without drift.
     Momentum,
-    /// I (ω⁺ − ω) + h ω⁺ × I ω⁺ = h τ, the tutorial's: keeps both to first order in h.
+    /// I (ω⁺ − ω) + h ω⁺ × I ω⁺ = h τ of the tutorial: conserves both to first order in h.
     Tutorial,
 }
 
 impl Rotation {
-    /// Both.
+    /// All integrators.
     pub const ALL: [Self; 2] = [Self::Momentum, Self::Tutorial];
 
-    /// The word for it in files and flags.
+    /// Name in files and flags.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -60,8 +60,9 @@ impl Rotation {
         }
     }
 
-    /// G(ω, ω⁺) (eqs. 33a and 33b), N m, body: what stands beside I (ω⁺ − ω)/h. `inertia` in kg m², body; spins
-    /// in rad/s, body: `old` of the step before, `new` of the step; `time_step` in s.
+    /// Gyroscopic term G(ω, ω⁺) (eqs. 33a and 33b) (N m), body frame. `inertia` is in kg m², body
+    /// frame. `old` and `new` are the spins of the previous and of the present step (rad/s), body
+    /// frame; `time_step` is in s.
     #[must_use]
     #[inline(always)]
     pub fn gyroscopic(
@@ -83,7 +84,7 @@ impl Rotation {
         }
     }
 
-    /// ∂G/∂ω⁺ at ω⁺ = `spin`, N m s, body: with K = \[ω\]× I − \[I ω\]×
+    /// Derivative ∂G/∂ω⁺ at ω⁺ = `spin` (N m s), body frame. With K = \[ω\]× I − \[I ω\]×,
     ///
     /// ```text
     /// tutorial: K,   momentum: ½ K + ¼ h ((ω·I ω) E + 2 ω (I ω)ᵀ)
@@ -104,9 +105,8 @@ impl Rotation {
         }
     }
 
-    /// The angular momentum that goes with a state, N m s, body: of the momentum form P⁻(ω) (eq. 34),
-    /// which is that at the state's time, before the impulses of the next step; of the tutorial's
-    /// I ω.
+    /// Angular momentum of a state (N m s), body frame. For `Momentum` it is P⁻(ω) (eq. 34), the
+    /// momentum at the state's time before the impulses of the next step. For `Tutorial` it is I ω.
     #[must_use]
     pub fn momentum(
         self,
@@ -125,7 +125,7 @@ impl Rotation {
         }
     }
 
-    /// ∂/∂ω of that: of the momentum form
+    /// Derivative of [`Rotation::momentum`] with respect to ω. For `Momentum` it is
     ///
     /// ```text
     /// I − ½ h ([ω]× I − [I ω]×) + ¼ h² ((ω·I ω) E + 2 ω (I ω)ᵀ)
@@ -147,8 +147,8 @@ impl Rotation {
         }
     }
 
-    /// ∂/∂h of P^±(ω) (eq. 34), N m, body, `sign` being 1 of P⁺ and −1 of P⁻; of the tutorial's form that of
-    /// I ω + h ω × I ω and of I ω.
+    /// Derivative of P^±(ω) (eq. 34) with respect to h (N m), body frame; `sign` is 1 for P⁺ and −1
+    /// for P⁻. For `Tutorial`, P⁺ is I ω + h ω × I ω, and P⁻ is I ω.
     #[must_use]
     pub fn momentum_rate(
         self,
@@ -167,8 +167,8 @@ impl Rotation {
         }
     }
 
-    /// The spin at the time of a state, rad/s, body: I⁻¹ P⁻(ω), with which what touches arrives; ω of
-    /// the tutorial's form. `inertia` and its inverse of one scale.
+    /// Spin at the time of a state (rad/s), body frame, with which contacts approach: I⁻¹ P⁻(ω), or
+    /// ω for `Tutorial`. `inertia` and `inverse` must have the same scale.
     #[must_use]
     pub fn arriving_spin(
         self,
@@ -183,8 +183,8 @@ impl Rotation {
         }
     }
 
-    /// The spin at the same time after the impulses of the step that turns with ω⁺ = `spin`, rad/s,
-    /// body: I⁻¹ P⁺(ω⁺); ω⁺ of the tutorial's form.
+    /// Spin at the time of a state after the impulses of the step with ω⁺ = `spin` (rad/s), body
+    /// frame: I⁻¹ P⁺(ω⁺), or ω⁺ for `Tutorial`.
     #[must_use]
     #[inline]
     pub fn departing_spin(
@@ -204,7 +204,7 @@ impl Rotation {
         }
     }
 
-    /// Its derivative by ω⁺.
+    /// Derivative of [`Rotation::departing_spin`] with respect to ω⁺.
     #[must_use]
     pub fn departing_slope(
         self,
@@ -223,7 +223,7 @@ impl Rotation {
     }
 }
 
-/// ∂/∂ω ((ω·I ω) ω) = (ω·I ω) E + 2 ω (I ω)ᵀ, with the `momentum` I ω.
+/// Derivative ∂/∂ω ((ω·I ω) ω) = (ω·I ω) E + 2 ω (I ω)ᵀ, with the `momentum` I ω.
 fn quadratic_slope(momentum: &Vector3<f64>, spin: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::from_diagonal_element(spin.dot(momentum)) + 2.0 * spin * momentum.transpose()
 }

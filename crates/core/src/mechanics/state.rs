@@ -1,49 +1,48 @@
-//! The state of a rigid body and the wrench on it: what a
-//! [`Simulation`](crate::simulation::Simulation) starts from, and what is set on it.
+//! State of a rigid body, and external wrench on it.
 
 use super::quaternion::{advance, rotation};
 use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, SVector, Vector3, Vector4};
 
-/// X = (r, q, v, ω): thirteen numbers in this order.
+/// State X = (r, q, v, ω) of a body: thirteen numbers in this order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
-    /// r, m, world: the centre of mass.
+    /// Position r of the centre of mass (m), world frame.
     pub position: Vector3<f64>,
-    /// q = (w, x, y, z), unit quaternion, body → world.
+    /// Attitude q = (w, x, y, z), unit quaternion, body → world.
     pub attitude: Vector4<f64>,
-    /// v, m/s, world.
+    /// Velocity v (m/s), world frame.
     pub velocity: Vector3<f64>,
-    /// ω, rad/s, **body**.
+    /// Spin ω (rad/s), **body** frame.
     pub spin: Vector3<f64>,
 }
 
-/// Where a body is: position and rotation of a [`State`], ready to place points.
+/// Pose of a body: position and rotation matrix of a [`State`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pose {
-    /// r, m, world.
+    /// Position r (m), world frame.
     pub position: Vector3<f64>,
-    /// A(q), body → world.
+    /// Rotation matrix A(q), body → world.
     pub rotation: Matrix3<f64>,
 }
 
-/// A force and a torque on a body.
+/// Force and torque on a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Wrench {
-    /// N, world, at the centre of mass.
+    /// Force at the centre of mass (N), world frame.
     pub force: Vector3<f64>,
-    /// N m, **body**.
+    /// Torque (N m), **body** frame.
     pub torque: Vector3<f64>,
 }
 
 impl State {
-    /// The number of coordinates.
+    /// Number of coordinates.
     pub const LEN: usize = 13;
 
-    /// X as one vector.
+    /// State as one vector (r, q, v, ω).
     #[must_use]
     pub fn to_vector(&self) -> SVector<f64, 13> {
         let mut x = SVector::<f64, 13>::zeros();
@@ -54,7 +53,7 @@ impl State {
         x
     }
 
-    /// The state of a vector (r, q, v, ω).
+    /// Creates a state from a vector (r, q, v, ω).
     #[must_use]
     pub fn from_vector(x: &SVector<f64, 13>) -> Self {
         Self {
@@ -65,7 +64,7 @@ impl State {
         }
     }
 
-    /// The state after `time_step` (s) if the velocities stay what they are.
+    /// State after `time_step` (s) at constant velocities.
     #[must_use]
     pub fn coasted(&self, time_step: f64) -> Self {
         Self {
@@ -75,18 +74,18 @@ impl State {
         }
     }
 
-    /// Where the body is.
+    /// Pose of the body.
     #[must_use]
     pub fn pose(&self) -> Pose {
         Pose { position: self.position, rotation: rotation(&self.attitude) }
     }
 
-    /// The state from which a simulation can start: this one, its attitude made a unit
-    /// quaternion where it is not one to rounding.
+    /// Checks this state as an initial state and normalises its attitude, unless that is a unit
+    /// quaternion to rounding.
     ///
     /// # Errors
-    /// A coordinate that is not finite or beyond 1e6 m, 1e5 m/s, 1e5 rad/s; a
-    /// quaternion whose norm differs from 1 by more than 1e-5.
+    /// If a coordinate is not finite or beyond 1e6 m, 1e5 m/s or 1e5 rad/s, or if the norm of the
+    /// quaternion differs from 1 by more than 1e-5.
     pub fn checked(&self) -> Result<Self, Error> {
         all_in_range("position (m)", &self.position, -1e6, 1e6, "-1e6 to 1e6")?;
         all_in_range("velocity (m/s)", &self.velocity, -1e5, 1e5, "-1e5 to 1e5")?;
@@ -94,15 +93,16 @@ impl State {
         self.with_unit_attitude()
     }
 
-    /// This state, its attitude made a unit quaternion where it is not one to rounding, however far and fast it is.
+    /// Normalises the attitude, unless it is a unit quaternion to rounding. Positions and
+    /// velocities are not checked.
     ///
     /// # Errors
-    /// A quaternion whose norm differs from 1 by more than 1e-5.
+    /// If the norm of the quaternion differs from 1 by more than 1e-5.
     pub fn with_unit_attitude(&self) -> Result<Self, Error> {
         let norm = self.attitude.norm();
         let allowed = "1 to within 1e-5";
         in_range("norm of the attitude quaternion", norm, 1.0 - 1e-5, 1.0 + 1e-5, allowed)?;
-        // A unit quaternion to rounding keeps its bits: a norm of four squares is known to 4ε.
+        // A unit quaternion to rounding keeps its bits: the norm of four squares is accurate to 4ε.
         let is_unit = (norm - 1.0).abs() <= 4.0 * f64::EPSILON;
         let attitude = if is_unit { self.attitude } else { self.attitude / norm };
         Ok(Self { attitude, ..*self })
@@ -110,23 +110,23 @@ impl State {
 }
 
 impl Wrench {
-    /// No force, no torque.
+    /// Zero wrench.
     #[must_use]
     pub fn zero() -> Self {
         Self { force: Vector3::zeros(), torque: Vector3::zeros() }
     }
 
-    /// Checks that a simulation can bear this.
+    /// Checks the range of the wrench.
     ///
     /// # Errors
-    /// A component that is not finite or beyond 1e9 N, 1e9 N m.
+    /// If a component is not finite or beyond 1e9 N or 1e9 N m.
     pub fn validate(&self) -> Result<(), Error> {
         all_in_range("force (N)", &self.force, -1e9, 1e9, "-1e9 to 1e9")?;
         all_in_range("torque (N m)", &self.torque, -1e9, 1e9, "-1e9 to 1e9")?;
         Ok(())
     }
 
-    /// Both wrenches together.
+    /// Sum of both wrenches.
     #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
         Self { force: self.force + other.force, torque: self.torque + other.torque }

@@ -1,15 +1,15 @@
-//! The way of a body within a step.
+//! Path of a body within a step.
 
 use super::quaternion::{left, rotation};
 use super::state::{Pose, State};
 use nalgebra::{Vector3, Vector4};
 
-/// A step that turns a body by more than this does not tell which way it went, rad.
+/// Largest rotation in a step with a known direction (rad).
 pub const LARGEST_TURN: f64 = 1.0;
 
-/// The way of a body from one end of a step to the other: the centre of mass goes straight, and
-/// the body turns evenly about one axis, which is how a step's mean velocities move it. With
-/// s from 0 to 1,
+/// Path of a body from one end of a step to the other. The centre of mass moves on a straight line,
+/// and the body rotates at a constant rate about one axis, as with the mean velocities of the step.
+/// With s from 0 to 1,
 ///
 /// ```text
 /// r(s) = r + s Δr,   A(s) = exp(s [θ]×) A
@@ -24,7 +24,7 @@ pub struct Way {
 }
 
 impl Way {
-    /// The way of what does not move: it stays at the origin.
+    /// Path of a fixed object at the origin.
     pub const STILL: Self = Self {
         position: Vector3::new(0.0, 0.0, 0.0),
         attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
@@ -33,7 +33,7 @@ impl Way {
         angle: 0.0,
     };
 
-    /// The shortest way between two states of a body; their velocities play no part.
+    /// Shortest path between two states of a body, independent of their velocities.
     #[must_use]
     pub fn between(from: &State, to: &State) -> Self {
         let (position, attitude) = (from.position, from.attitude);
@@ -54,32 +54,32 @@ impl Way {
         way
     }
 
-    /// Δr, m, world.
+    /// Displacement Δr (m), world frame.
     #[must_use]
     pub fn shift(&self) -> Vector3<f64> {
         self.shift
     }
 
-    /// θ, rad, world: the axis times the angle.
+    /// Rotation vector θ (rad), world frame.
     #[must_use]
     pub fn turn(&self) -> Vector3<f64> {
         self.turn
     }
 
-    /// |θ|, rad, at most π.
+    /// Angle |θ| of at most π (rad).
     #[must_use]
     pub fn angle(&self) -> f64 {
         self.angle
     }
 
-    /// Where the body is at the part `share` of the way, 0 to 1.
+    /// Pose at the fraction `share` of the path, 0 to 1.
     #[must_use]
     pub fn at(&self, share: f64) -> Pose {
         let (position, attitude) = self.placed(share);
         Pose { position, rotation: rotation(&attitude) }
     }
 
-    /// The same with the attitude as a quaternion.
+    /// Position and attitude quaternion at the fraction `share` of the path, 0 to 1.
     #[must_use]
     #[inline]
     pub fn placed(&self, share: f64) -> (Vector3<f64>, Vector4<f64>) {
@@ -108,8 +108,8 @@ mod tests {
         State { position: Vector3::from(position), attitude, velocity: zero, spin: zero }
     }
 
-    /// Both ends are those that were given, whichever sign a quaternion has, and half of the way
-    /// is half of the turn: to rounding.
+    /// Both ends are reproduced for either sign of a quaternion, and half of the path is half of
+    /// the rotation, to rounding.
     #[test]
     fn a_way_goes_evenly_from_end_to_end() {
         let from = state([1.0, 2.0, 3.0], [0.3, -0.5, 0.7, 0.2]);

@@ -1,52 +1,52 @@
-//! Why a contact problem was refused.
+//! Errors of contact problems.
 
 use super::matrix::LARGEST;
 
-/// Why a contact problem cannot be posed, or was not solved to an end. Each message says what was given
-/// and what would be right.
+/// Reason for rejecting a contact problem or stopping its solve. Each message names the input and
+/// the allowed range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ProblemError {
     /// A list of the wrong length.
     #[error("{what}: {given} given, {wanted} wanted")]
     Length {
-        /// Of what.
+        /// Name of the list.
         what: &'static str,
-        /// How many there are.
+        /// Actual length.
         given: usize,
-        /// How many there should be.
+        /// Required length.
         wanted: usize,
     },
     /// A matrix of the wrong shape.
     #[error("{what} is {rows} x {columns}; {wanted} x {wanted} is wanted")]
     Shape {
-        /// Which.
+        /// Name of the matrix.
         what: &'static str,
-        /// Its rows.
+        /// Number of rows.
         rows: usize,
-        /// Its columns.
+        /// Number of columns.
         columns: usize,
-        /// How many there should be of both.
+        /// Required number of rows and columns.
         wanted: usize,
     },
-    /// An entry that is outside of its matrix.
+    /// An entry outside its matrix.
     #[error("an entry is at ({row}, {column}), outside of its matrix of {rows} x {columns}")]
     Entry {
-        /// Its row, from 0.
+        /// Row of the entry, from 0.
         row: usize,
-        /// Its column, from 0.
+        /// Column of the entry, from 0.
         column: usize,
-        /// Those of the matrix.
+        /// Number of rows of the matrix.
         rows: usize,
-        /// Those of the matrix.
+        /// Number of columns of the matrix.
         columns: usize,
     },
     /// A number that is not finite.
     #[error("{what} is {value:?}; a finite number is wanted")]
     NotFinite {
-        /// Which.
+        /// Name of the number.
         what: &'static str,
-        /// The number.
+        /// Rejected number.
         value: f64,
     },
     /// A matrix that is not symmetric.
@@ -55,11 +55,11 @@ pub enum ProblemError {
          symmetric matrix is wanted"
     )]
     Asymmetric {
-        /// Which.
+        /// Name of the matrix.
         what: &'static str,
-        /// Where it is worst, from 0.
+        /// Row of the largest error, from 0.
         row: usize,
-        /// Where it is worst, from 0.
+        /// Column of the largest error, from 0.
         column: usize,
     },
     /// A matrix that is not positive semidefinite.
@@ -67,55 +67,55 @@ pub enum ProblemError {
         "{what} is not positive semidefinite in its rows {row} and {column}, so that no bodies have it"
     )]
     Indefinite {
-        /// Which.
+        /// Name of the matrix.
         what: &'static str,
-        /// One row that shows it, from 0.
+        /// Index of a row that shows it, from 0.
         row: usize,
-        /// The other one.
+        /// Index of the other row, from 0.
         column: usize,
     },
     /// A mass matrix that is singular or not positive definite.
     #[error("M is singular or not positive definite in the part of its row {row}")]
     Mass {
-        /// A row of that part, from 0.
+        /// Row of the offending block, from 0.
         row: usize,
     },
-    /// A law that cannot be.
+    /// A number of a law outside its range.
     #[error("{what} is {value:?}; allowed is {allowed}")]
     OutOfRange {
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
-        /// The number.
+        /// Rejected number.
         value: f64,
-        /// The range.
+        /// Allowed range.
         allowed: &'static str,
     },
-    /// A problem with groups for which a file of others has no words.
+    /// A problem whose groups the file format cannot represent.
     #[error(
         "such a file has contacts of one dimension alone; group {group} is no contact, or one of another \
          dimension"
     )]
     NoWords {
-        /// The first such group, from 0.
+        /// Index of the first such group, from 0.
         group: usize,
     },
-    /// A step whose problem is no problem of contacts.
+    /// A step without an equivalent contact problem.
     #[error("the contact problem of the step cannot be posed: {why}")]
     Step {
-        /// Why.
+        /// Reason.
         why: &'static str,
     },
-    /// It was given up because its interrupt flag was raised.
+    /// The solve was interrupted because its flag was raised.
     #[error("the solve was interrupted")]
     Interrupted,
 }
 
-/// Refuses a list of another length.
+/// Rejects a list of another length.
 pub(super) fn length(what: &'static str, given: usize, wanted: usize) -> Result<(), ProblemError> {
     if given == wanted { Ok(()) } else { Err(ProblemError::Length { what, given, wanted }) }
 }
 
-/// Refuses the first number that is not finite, or larger than an entry of a matrix may be.
+/// Rejects the first number that is not finite, or is larger than an entry of a matrix may be.
 pub(super) fn all_in_range(what: &'static str, numbers: &[f64]) -> Result<(), ProblemError> {
     match numbers.iter().find(|number| number.is_nan() || number.abs() > LARGEST) {
         Some(&value) if value.is_finite() => {

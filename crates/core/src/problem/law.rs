@@ -1,48 +1,48 @@
-//! The laws of groups of rows.
+//! Laws of groups of rows.
 
 use super::ProblemError;
 use super::error::all_in_range;
 use crate::joint::Graph;
 
-/// The law of a group of rows.
+/// Law of a group of rows.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Law {
-    /// Hard contact and Coulomb's cone with maximum dissipation: the first row is the normal, the others
-    /// are tangents.
+    /// Hard contact with Coulomb's cone and maximum dissipation. The first row is the normal, the
+    /// others are tangents.
     Contact {
-        /// μ.
+        /// Coefficient of friction μ.
         friction: f64,
-        /// One or two.
+        /// Number of tangents, one or two.
         tangents: usize,
     },
-    /// Up to three rows, each by itself.
+    /// Up to three independent rows.
     Rows(Vec<RowLaw>),
 }
 
-/// The law of a row by itself, as joints have them.
+/// Law of an independent row, as in joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RowLaw {
     /// No impulse.
     Free,
-    /// No velocity, by any impulse.
+    /// Zero velocity, with any impulse.
     Locked,
-    /// 0 ≤ u ⊥ p ≥ 0: a stop.
+    /// Unilateral stop: 0 ≤ u ⊥ p ≥ 0.
     Limit,
-    /// No velocity, as far as an impulse between two bounds holds it: dry friction, or a motor that
-    /// holds. Where the row moves, the impulse is `most` against u < 0 and `least` against u > 0.
+    /// Zero velocity, with an impulse between two bounds: dry friction or a velocity motor. A
+    /// moving row has the impulse `most` for u < 0 and `least` for u > 0.
     Box {
-        /// N s.
+        /// Lower bound (N s).
         least: f64,
-        /// N s.
+        /// Upper bound (N s).
         most: f64,
     },
 }
 
 impl Law {
-    /// A contact with `dimension` rows, the normal first, and the coefficient `friction`.
+    /// Contact with `dimension` rows, normal first, and the coefficient of friction `friction`.
     ///
     /// # Errors
-    /// A dimension that is not 2 or 3; a coefficient that is negative or not finite.
+    /// If the dimension is not 2 or 3, or if the coefficient is negative or not finite.
     pub fn contact(dimension: usize, friction: f64) -> Result<Self, ProblemError> {
         if !(2..=3).contains(&dimension) {
             let (what, value) = ("the dimension of a contact", dimension as f64);
@@ -55,18 +55,19 @@ impl Law {
         Ok(Self::Contact { friction, tangents: dimension - 1 })
     }
 
-    /// Contacts with `dimension` rows each, one for every coefficient.
+    /// Contacts with `dimension` rows each, one per coefficient of friction.
     ///
     /// # Errors
-    /// Those of [`contact`](Self::contact).
+    /// Same as [`contact`](Self::contact).
     pub fn contacts(dimension: usize, friction: &[f64]) -> Result<Vec<Self>, ProblemError> {
         friction.iter().map(|friction| Self::contact(dimension, *friction)).collect()
     }
 
-    /// One to three rows, each by itself.
+    /// One to three independent rows.
     ///
     /// # Errors
-    /// None, or more than three; bounds that are no numbers, in the wrong order, or larger than 1e100.
+    /// If there are no rows or more than three, or if bounds are NaN, in the wrong order or larger
+    /// than 1e100.
     pub fn rows_of(rows: Vec<RowLaw>) -> Result<Self, ProblemError> {
         if !(1..=3).contains(&rows.len()) {
             let (what, value) = ("the number of rows of a group", rows.len() as f64);
@@ -83,7 +84,7 @@ impl Law {
         Ok(Self::Rows(rows))
     }
 
-    /// How many rows it has.
+    /// Number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         match self {
@@ -94,7 +95,7 @@ impl Law {
 }
 
 impl RowLaw {
-    /// Its graph, impulse against speed, the impulse in parts of `unit`.
+    /// Force law of the row: impulse, in units of `unit`, against speed.
     pub(crate) fn graph(&self, unit: f64) -> Graph {
         match *self {
             Self::Free => Graph::free(),

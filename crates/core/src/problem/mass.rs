@@ -1,25 +1,25 @@
-//! A mass matrix taken apart into what is coupled, each part factorised.
+//! Block-diagonal mass matrix with factorised blocks.
 
 use super::{ProblemError, SparseMatrix};
 use crate::solver::native::fronts::Fronts;
 use crate::solver::native::plan::FrontPlan;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
-/// Parts of up to so many numbers are factorised as dense matrices.
+/// Largest block that is factorised as a dense matrix.
 const DENSE: usize = 48;
 
-/// M: its parts, which are coupled to nothing else.
+/// Mass matrix M as independent blocks.
 #[derive(Debug, Clone)]
 pub(crate) struct MassMatrix {
     components: Vec<MassComponent>,
-    /// The part of each number, and its place in it.
+    /// Block of each row, and index in that block.
     places: Vec<(usize, usize)>,
 }
 
-/// A part of M.
+/// Block of M.
 #[derive(Debug, Clone)]
 pub(crate) struct MassComponent {
-    /// Its numbers, rising.
+    /// Rows of the block, ascending.
     pub(crate) numbers: Vec<usize>,
     factors: MassFactors,
 }
@@ -31,7 +31,7 @@ enum MassFactors {
 }
 
 impl MassComponent {
-    /// M⁻¹ of the part, in the memory of a vector over its numbers.
+    /// Multiplies a vector over the rows of this block by M⁻¹, in place.
     pub(crate) fn solve(&self, values: &mut [f64]) {
         match &self.factors {
             MassFactors::Dense(factors) => {
@@ -56,7 +56,7 @@ impl MassComponent {
 
 impl MassMatrix {
     /// # Errors
-    /// A part that is singular, or shows that it is not positive definite.
+    /// [`ProblemError::Mass`] if a block is singular or not positive definite.
     pub(super) fn new(matrix: &SparseMatrix) -> Result<Self, ProblemError> {
         let parts = components(matrix);
         let mut places = vec![(0, 0); matrix.rows()];
@@ -109,12 +109,12 @@ impl MassMatrix {
         &self.components
     }
 
-    /// The part of a number, and its place in it.
+    /// Block of a row, and index in that block.
     pub(crate) fn place(&self, number: usize) -> (usize, usize) {
         self.places[number]
     }
 
-    /// M⁻¹ of a vector, in its memory.
+    /// Multiplies a vector by M⁻¹, in place.
     pub(crate) fn solve(&self, values: &mut [f64]) {
         for component in &self.components {
             let mut own: Vec<f64> = component.numbers.iter().map(|&k| values[k]).collect();
@@ -123,8 +123,8 @@ impl MassMatrix {
         }
     }
 
-    /// Sets `moved`, which is zero, to M⁻¹ of a vector of few entries, and tells where it may not be zero
-    /// then.
+    /// Multiplies a sparse vector by M⁻¹ and writes the result to `moved`, which must be zero.
+    /// Returns the indices of possible nonzeros.
     pub(crate) fn solve_sparse(
         &self,
         entries: impl Iterator<Item = (usize, f64)>,
@@ -149,7 +149,7 @@ impl MassMatrix {
     }
 }
 
-/// The parts of a matrix that no entry couples, each with its numbers rising, by their first.
+/// Connected components of a matrix, each with ascending rows, ordered by their first row.
 fn components(matrix: &SparseMatrix) -> Vec<Vec<usize>> {
     let mut sets = Sets::new(matrix.rows());
     for (row, column, _) in matrix.triplets() {
@@ -158,16 +158,16 @@ fn components(matrix: &SparseMatrix) -> Vec<Vec<usize>> {
     sets.lists()
 }
 
-/// Sets of numbers that are joined one after another.
+/// Disjoint sets of numbers (union-find).
 pub(crate) struct Sets(Vec<usize>);
 
 impl Sets {
-    /// Each by itself.
+    /// Creates singletons.
     pub(crate) fn new(count: usize) -> Self {
         Self((0..count).collect())
     }
 
-    /// The first of the set of a number.
+    /// Smallest element of the set of a number.
     pub(crate) fn first(&mut self, number: usize) -> usize {
         let mut first = number;
         while self.0[first] != first {
@@ -182,7 +182,7 @@ impl Sets {
         self.0[a.max(b)] = a.min(b);
     }
 
-    /// All sets, by their firsts, numbers rising.
+    /// All sets, ordered by their smallest elements, each ascending.
     pub(crate) fn lists(&mut self) -> Vec<Vec<usize>> {
         let count = self.0.len();
         let (mut lists, mut place) = (Vec::new(), vec![usize::MAX; count]);

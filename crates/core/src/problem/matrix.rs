@@ -1,28 +1,29 @@
-//! Sparse matrices as a problem gives them: columns of entries.
+//! Sparse matrices of a problem, in compressed column form.
 
 use super::ProblemError;
 
-/// The most rows, and the most columns: what a column takes is there before its first entry.
+/// Largest number of rows or columns. The memory of a column is allocated before its first entry.
 const MOST: usize = 1 << 27;
-/// The largest entry: three of them in a row, as in Hᵀ M⁻¹ H, are still numbers.
+/// Largest entry. Products of three entries, as in Hᵀ M⁻¹ H, stay finite.
 pub(super) const LARGEST: f64 = 1e100;
 
-/// A matrix by its entries, column after column, rows rising within a column. No entry comes twice and
-/// none is zero.
+/// Compressed sparse column matrix with ascending rows per column. Entries are unique and nonzero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SparseMatrix {
     rows: usize,
-    /// Where each column begins; one more at the end.
+    /// Start index of each column, and the total number of entries at the end.
     starts: Vec<usize>,
     indices: Vec<usize>,
     values: Vec<f64>,
 }
 
 impl SparseMatrix {
-    /// From entries (row, column, value) in any order; of entries at one place the sum counts.
+    /// Creates a matrix from entries (row, column, value) in any order. Duplicate entries are
+    /// added.
     ///
     /// # Errors
-    /// More than 2²⁷ rows or columns; an entry outside of the matrix; one that is not finite, or, added up, larger than 1e100.
+    /// If there are more than 2²⁷ rows or columns, or if an entry is outside the matrix, is not
+    /// finite, or exceeds 1e100 after the additions.
     pub fn from_triplets(
         rows: usize,
         columns: usize,
@@ -46,7 +47,7 @@ impl SparseMatrix {
                 return Err(ProblemError::NotFinite { what: "an entry of a matrix", value });
             }
         }
-        // Stable: a sum is taken in the order in which its parts were given.
+        // A stable sort, so that sums are taken in the order of the input.
         entries.sort_by_key(|&(row, column, _)| (column, row));
         let mut merged: Vec<(usize, usize, f64)> = Vec::with_capacity(entries.len());
         for entry in entries {
@@ -77,10 +78,10 @@ impl SparseMatrix {
         })
     }
 
-    /// From all entries of a dense matrix, row after row.
+    /// Creates a matrix from all entries of a dense matrix in row-major order.
     ///
     /// # Errors
-    /// Not `rows` × `columns` of them, or one that is not finite.
+    /// If the number of entries is not `rows` × `columns`, or if an entry is not finite.
     pub fn from_rows(rows: usize, columns: usize, entries: &[f64]) -> Result<Self, ProblemError> {
         if rows.checked_mul(columns) != Some(entries.len()) {
             let what = "entries of a dense matrix";
@@ -94,25 +95,26 @@ impl SparseMatrix {
         Self::from_triplets(rows, columns, (0..entries.len()).map(of))
     }
 
-    /// How many rows it has.
+    /// Number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// How many columns it has.
+    /// Number of columns.
     #[must_use]
     pub fn columns(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// How many entries are not zero.
+    /// Number of nonzero entries.
     #[must_use]
     pub fn entries(&self) -> usize {
         self.values.len()
     }
 
-    /// The entries (row, value) of a column, rows rising; none of a column that is not there.
+    /// Entries (row, value) of a column with ascending rows; empty for a column that does not
+    /// exist.
     pub fn column(&self, column: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = match self.starts.get(column..column + 2) {
             Some(ends) => ends[0]..ends[1],
@@ -121,13 +123,13 @@ impl SparseMatrix {
         range.map(|at| (self.indices[at], self.values[at]))
     }
 
-    /// All entries (row, column, value), column after column.
+    /// All entries (row, column, value), column by column.
     pub fn triplets(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         (0..self.columns())
             .flat_map(|column| self.column(column).map(move |(row, value)| (row, column, value)))
     }
 
-    /// The entry at a place.
+    /// Entry at (`row`, `column`).
     #[must_use]
     pub fn at(&self, row: usize, column: usize) -> f64 {
         let Some(ends) = self.starts.get(column..column + 2) else { return 0.0 };
@@ -135,7 +137,7 @@ impl SparseMatrix {
         rows.binary_search(&row).map_or(0.0, |at| self.values[ends[0] + at])
     }
 
-    /// Adds the matrix times `x` to `to`.
+    /// Adds the product of the matrix and `x` to `to`.
     pub(crate) fn add_product(&self, x: &[f64], to: &mut [f64]) {
         for (column, factor) in x.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
             for (row, value) in self.column(column) {
@@ -144,19 +146,19 @@ impl SparseMatrix {
         }
     }
 
-    /// Adds the transposed matrix times `x` to `to`.
+    /// Adds the product of the transposed matrix and `x` to `to`.
     pub(crate) fn add_transposed_product(&self, x: &[f64], to: &mut [f64]) {
         for (column, sum) in to.iter_mut().enumerate() {
             *sum += self.column(column).map(|(row, value)| value * x[row]).sum::<f64>();
         }
     }
 
-    /// The largest |A_ij|; 0 of none.
+    /// Largest |A_ij|; 0 for an empty matrix.
     pub(super) fn largest(&self) -> f64 {
         self.values.iter().fold(0.0, |most, value| most.max(value.abs()))
     }
 
-    /// The largest |A_ij − A_ji| over the largest |A_ij|, and where it is.
+    /// Largest |A_ij − A_ji| divided by the largest |A_ij|, and its row and column.
     pub(crate) fn asymmetry(&self) -> (f64, usize, usize) {
         let largest = self.largest();
         let mut worst = (0.0, 0, 0);

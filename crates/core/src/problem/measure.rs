@@ -1,4 +1,4 @@
-//! How far impulses are from a solution, found from the problem and the impulses alone.
+//! Residuals of impulses, computed from the problem and the impulses only.
 
 use super::{ContactProblem, Form, Law};
 use crate::contact::Response;
@@ -6,36 +6,36 @@ use crate::mechanics::largest;
 use crate::world::ContactLaw;
 use nalgebra::Vector3;
 
-/// What impulses come to.
+/// Velocities and residuals for given impulses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluation {
-    /// u of every row, m/s.
+    /// Velocity u of every row (m/s).
     pub velocities: Vec<f64>,
-    /// v of the global form, M v = H p + f solved for it; empty of the local one.
+    /// Velocity v of the global form, the solution of M v = H p + f; empty for the local form.
     pub body_velocities: Vec<f64>,
-    /// The largest miss of a law, m/s, each group in its own scale (C3).
+    /// Largest residual of a law (m/s), each group in its own scale (C3).
     pub residual: f64,
-    /// The error that Siconos and FCLIB measure, without a unit (C4).
+    /// Relative error as defined by Siconos and FCLIB, dimensionless (C4).
     pub relative_error: f64,
 }
 
 impl ContactProblem {
-    /// u, v and how far the impulses are from a solution.
+    /// Computes u, v and the residuals for given impulses. Missing impulses count as zero.
     ///
-    /// With W_ii the response of a group to itself, w_n = W_nn, and w_t the mean over its tangents, the
-    /// residual is the certificate's of a contact, in m/s,
+    /// W_ii is the diagonal block of a group, w_n = W_nn, and w_t is the mean over its tangents.
+    /// The residual of a contact is the certificate's (m/s),
     ///
     /// ```text
     /// |min(w_n p_n, u_n)|,  ‖w_t p_t − Π(w_t p_t − u_t)‖,  max(0, w_t (‖p_t‖ − μ p_n))      (C3)
     /// ```
     ///
-    /// of another row |p − P(p − u/w)| w. The relative error is
+    /// and the one of another row is |p − P(p − u/w)| w. The relative error is
     ///
     /// ```text
     /// √(Σ |p − Π_K(p − u − μ‖u_t‖ n)|²) / ‖q‖                                              (C4)
     /// ```
     ///
-    /// Π_K being on the cone, and q of the local form. Numbers that are missing count as zero.
+    /// with the projection Π_K onto the cone, and q of the local form.
     #[must_use]
     pub fn evaluate(&self, impulses: &[f64]) -> Evaluation {
         let rows = self.row_count();
@@ -74,8 +74,7 @@ impl ContactProblem {
         Evaluation { velocities, body_velocities, residual, relative_error: squared.sqrt() / scale }
     }
 
-    /// What every row answers to an impulse along itself, 1/kg: the diagonal of W. Where it is nothing,
-    /// 1 in its place.
+    /// Diagonal of W (1/kg), with 1 instead of entries that are not positive.
     pub(crate) fn responses(&self) -> Vec<f64> {
         let mut responses: Vec<f64> = match &self.form {
             Form::Local { response, .. } => {
@@ -109,20 +108,20 @@ fn norm(numbers: &[f64]) -> f64 {
     numbers.iter().map(|number| number * number).sum::<f64>().sqrt()
 }
 
-/// Up to three numbers, zeros behind them.
+/// Vector of up to three numbers, padded with zeros.
 pub(crate) fn three(numbers: &[f64]) -> Vector3<f64> {
     Vector3::from_fn(|k, _| numbers.get(k).copied().unwrap_or(0.0))
 }
 
 impl Law {
-    /// w_n and w_t of a contact whose rows answer so.
+    /// Responses w_n and w_t of a contact from the diagonal of W.
     pub(crate) fn response(responses: &[f64]) -> Response {
         let tangents = &responses[1..];
         let tangential = tangents.iter().sum::<f64>() / tangents.len() as f64;
         Response { normal: responses[0], tangential }
     }
 
-    /// The largest part of (C3), m/s.
+    /// Largest part of (C3) (m/s).
     fn residual(&self, responses: &[f64], p: &[f64], u: &[f64]) -> f64 {
         match self {
             Self::Contact { friction, .. } => {
@@ -138,7 +137,7 @@ impl Law {
         }
     }
 
-    /// The square of a group's part in (C4).
+    /// Squared contribution of a group to (C4).
     fn squared_error(&self, p: &[f64], u: &[f64]) -> f64 {
         match self {
             Self::Contact { friction, .. } => {
@@ -154,7 +153,7 @@ impl Law {
     }
 }
 
-/// The nearest point of ‖x_t‖ ≤ μ x_n, the first component being the normal one.
+/// Projection onto the cone ‖x_t‖ ≤ μ x_n; the first component is normal.
 fn project_on_cone(x: Vector3<f64>, friction: f64) -> Vector3<f64> {
     let (normal, tangential) = (x[0], x.yz().norm());
     if tangential <= friction * normal {

@@ -1,15 +1,15 @@
-//! The contact problem by itself: given by matrices, whoever made them, and solved by what solves the
-//! contacts of a step.
+//! Stand-alone contact problems, given by matrices and solved by the contact solver of a step.
 //!
-//! Two forms are known, those of the FCLIB collection. With impulses p and velocities u along the rows,
+//! Two forms are supported, those of the FCLIB collection. With impulses p and velocities u along
+//! the rows,
 //!
 //! ```text
 //! u = W p + q                                   local                      (C1)
 //! M v = H p + f,   u = Hᵀ v + w                 global                     (C2)
 //! ```
 //!
-//! and the rows, group by group, under a [`Law`]: a contact with its normal row first and one or two
-//! tangents behind it, or rows of joints. What is solved is Coulomb's exact law, not its convex relaxation.
+//! Each group of rows has a [`Law`]: a contact, with its normal row followed by one or two
+//! tangents, or rows of joints. The solver handles Coulomb's exact law, not its convex relaxation.
 //!
 //! ```
 //! use tumble_core::problem::{ContactProblem, Law, SolveOptions, SparseMatrix};
@@ -49,65 +49,66 @@ pub(crate) use measure::three;
 
 use error::{all_in_range, length};
 
-/// A matrix counts as symmetric up to this part of its largest entry: published problems are rounded, or
-/// of a scheme that is not quite symmetric. It is solved as it is given.
+/// Largest relative asymmetry of a matrix. Published problems are rounded, or come from slightly
+/// asymmetric schemes. They are solved as given.
 const SYMMETRIC: f64 = 1e-2;
-/// The largest entry of W or M is no less, but for a W that is zero.
+/// Smallest value of the largest entry of W or M. W may also be zero.
 const LEAST: f64 = 1e-100;
-/// Two rows of a matrix count as semidefinite up to this part of their diagonals.
+/// Relative tolerance of the semidefiniteness test for two rows.
 const SEMIDEFINITE: f64 = 1e-3;
 
-/// A contact problem: matrices, vectors, and the law of every group of rows.
+/// Contact problem: matrices, vectors, and the law of every group of rows.
 #[derive(Debug, Clone)]
 pub struct ContactProblem {
     form: Form,
     laws: Vec<Law>,
-    /// Where the rows of each group begin; one more at the end.
+    /// First row of each group, and the number of rows at the end.
     starts: Vec<usize>,
 }
 
-/// How a problem is given.
+/// Form of a problem.
 #[derive(Debug, Clone)]
 pub enum Form {
-    /// u = W p + q (C1).
+    /// Local form u = W p + q (C1).
     Local {
-        /// W: what an impulse does to the velocities, in 1/kg.
+        /// Delassus matrix W (1/kg): velocities per impulse.
         response: SparseMatrix,
-        /// q: the velocities without impulses, m/s.
+        /// Velocities q without impulses (m/s).
         free: Vec<f64>,
     },
-    /// M v = H p + f, u = Hᵀ v + w (C2).
+    /// Global form M v = H p + f, u = Hᵀ v + w (C2).
     Global(Box<Global>),
 }
 
-/// The global form.
+/// Matrices of the global form.
 #[derive(Debug, Clone)]
 pub struct Global {
-    /// M, kg for what moves along a line.
+    /// Mass matrix M (kg for translations).
     pub mass: SparseMatrix,
-    /// H: a row for each number of the velocities, a column for each row of the laws.
+    /// Directions H: one row per velocity component, one column per row of the laws.
     pub directions: SparseMatrix,
-    /// f: the momentum without impulses, kg m/s.
+    /// Momentum f without impulses (kg m/s).
     pub momentum: Vec<f64>,
-    /// w, m/s.
+    /// Velocity offset w (m/s).
     pub offset: Vec<f64>,
     factors: MassMatrix,
 }
 
 impl Global {
-    /// M, taken apart and factorised.
+    /// Factorised blocks of M.
     pub(crate) fn factors(&self) -> &MassMatrix {
         &self.factors
     }
 }
 
 impl ContactProblem {
-    /// The local form (C1): W in 1/kg, q in m/s, and the laws of the rows in their order.
+    /// Creates a problem in local form (C1) from W (1/kg), q (m/s) and the laws of the rows in
+    /// their order.
     ///
     /// # Errors
-    /// Sizes that do not fit together; a number that is not finite, or larger than 1e100; a W whose largest entry is less
-    /// than 1e-100 and not zero, that is not symmetric (to 1 % of its largest entry), or that two of its rows show not to
-    /// be positive semidefinite.
+    /// If sizes do not match, or if a number is not finite or larger than 1e100. W must have a
+    /// largest entry of at least 1e-100 or be zero, and be symmetric to 1 % of its largest entry.
+    /// It must be positive semidefinite in every pair of rows.
     pub fn local(
         response: SparseMatrix,
         free: Vec<f64>,
@@ -122,12 +123,13 @@ impl ContactProblem {
         Ok(Self { form: Form::Local { response, free }, laws, starts })
     }
 
-    /// The global form (C2): M in kg, H, f in kg m/s, w in m/s, and the laws of the columns of H in
-    /// their order.
+    /// Creates a problem in global form (C2) from M (kg), H, f (kg m/s), w (m/s) and the laws of
+    /// the columns of H in their order.
     ///
     /// # Errors
-    /// Sizes that do not fit together; a number that is not finite, or larger than 1e100; an M whose largest entry is less
-    /// than 1e-100, that is not symmetric (to 1 % of its largest entry), or not positive definite.
+    /// If sizes do not match, or if a number is not finite or larger than 1e100. M must have a
+    /// largest entry of at least 1e-100, be symmetric to 1 % of its largest entry, and be positive
+    /// definite.
     pub fn global(
         mass: SparseMatrix,
         directions: SparseMatrix,
@@ -149,19 +151,19 @@ impl ContactProblem {
         Ok(Self { form: Form::Global(Box::new(global)), laws, starts })
     }
 
-    /// How it is given.
+    /// Form of the problem.
     #[must_use]
     pub fn form(&self) -> &Form {
         &self.form
     }
 
-    /// The law of every group of rows.
+    /// Law of every group of rows.
     #[must_use]
     pub fn laws(&self) -> &[Law] {
         &self.laws
     }
 
-    /// The rows of a group; none of a group that is not there.
+    /// Rows of a group; empty for a group that does not exist.
     #[must_use]
     pub fn rows(&self, group: usize) -> std::ops::Range<usize> {
         match self.starts.get(group..group + 2) {
@@ -170,18 +172,18 @@ impl ContactProblem {
         }
     }
 
-    /// The group that a row is of.
+    /// Group of a row.
     pub(crate) fn group_of(&self, row: usize) -> usize {
         self.starts.partition_point(|start| *start <= row) - 1
     }
 
-    /// How many rows there are: numbers in p and u.
+    /// Number of rows, the length of p and u.
     #[must_use]
     pub fn row_count(&self) -> usize {
         self.starts[self.laws.len()]
     }
 
-    /// How many numbers the velocities v of the global form have; 0 of the local one.
+    /// Length of the velocities v of the global form; 0 for the local form.
     #[must_use]
     pub fn velocity_count(&self) -> usize {
         match &self.form {
@@ -190,7 +192,7 @@ impl ContactProblem {
         }
     }
 
-    /// 2 or 3 where all groups are contacts with so many rows, as the files of others have it.
+    /// Dimension 2 or 3 if all groups are contacts with that many rows, as FCLIB files require.
     #[must_use]
     pub fn dimension(&self) -> Option<usize> {
         let first = self.laws.first()?.rows();
@@ -198,23 +200,25 @@ impl ContactProblem {
         self.laws.iter().all(alike).then_some(first)
     }
 
-    /// The same motion in the local form: W = Hᵀ M⁻¹ H, q = Hᵀ M⁻¹ f + w. The local form is itself.
+    /// Converts to the local form: W = Hᵀ M⁻¹ H, q = Hᵀ M⁻¹ f + w. A local problem is copied.
     ///
     /// # Errors
-    /// None that the checks of the global form leave; those of [`local`](Self::local).
+    /// Those of [`local`](Self::local), which do not occur for a checked global form.
     pub fn to_local(&self) -> Result<Self, ProblemError> {
         let Form::Global(global) = &self.form else { return Ok(self.clone()) };
         let (response, free) = global.condensed()?;
         Self::local(response, free, self.laws.clone())
     }
 
-    /// Solves it.
+    /// Solves the problem.
     ///
-    /// Where nothing solves it, the [solution](Solution) says so, and has the best point that was found, no impulses among them. Coefficients of
-    /// friction beyond 1000 are lowered first. Not all problems with coefficients beyond 10⁵ are solved.
+    /// If it does not converge, the [solution](Solution) reports it and holds the best point found,
+    /// which may be zero impulses. Coefficients of friction beyond 1000 are reduced first. Some
+    /// problems with coefficients beyond 10⁵ do not converge.
     ///
     /// # Errors
-    /// Options that cannot be; a start that has not as many numbers as there are rows; an interrupt.
+    /// If an option is out of range, if the initial impulses do not have one number per row, or on
+    /// an interrupt.
     pub fn solve(&self, options: &SolveOptions<'_>) -> Result<Solution, ProblemError> {
         options.check(self)?;
         self.solve_in_turn(options)
@@ -222,7 +226,7 @@ impl ContactProblem {
 }
 
 impl Global {
-    /// W and q of the local form.
+    /// Matrices W and q of the local form.
     fn condensed(&self) -> Result<(SparseMatrix, Vec<f64>), ProblemError> {
         let (count, size) = (self.directions.columns(), self.mass.rows());
         let by_row = {
@@ -259,7 +263,7 @@ impl Global {
     }
 }
 
-/// Where the rows of each group begin; one more at the end.
+/// First row of each group, and the number of rows at the end.
 fn starts_of(laws: &[Law]) -> Vec<usize> {
     let mut starts = Vec::with_capacity(laws.len() + 1);
     starts.push(0);
@@ -269,7 +273,7 @@ fn starts_of(laws: &[Law]) -> Vec<usize> {
     starts
 }
 
-/// Refuses a matrix that is not `wanted` × `wanted`, too small to be divided by, or not symmetric.
+/// Rejects a matrix that is not `wanted` × `wanted`, has too small entries, or is not symmetric.
 fn square(what: &'static str, matrix: &SparseMatrix, wanted: usize) -> Result<(), ProblemError> {
     if (matrix.rows(), matrix.columns()) != (wanted, wanted) {
         let (rows, columns) = (matrix.rows(), matrix.columns());
@@ -290,15 +294,15 @@ fn square(what: &'static str, matrix: &SparseMatrix, wanted: usize) -> Result<()
     Ok(())
 }
 
-/// Refuses a matrix that is not positive semidefinite as far as two rows show it: A_ii ≥ 0 and
-/// A_ij² ≤ A_ii A_jj.
+/// Rejects a matrix that is not positive semidefinite in a pair of rows: A_ii ≥ 0 and A_ij² ≤ A_ii
+/// A_jj.
 fn is_semidefinite(what: &'static str, matrix: &SparseMatrix) -> Result<(), ProblemError> {
     let diagonal: Vec<f64> = (0..matrix.rows()).map(|k| matrix.at(k, k)).collect();
     let largest = diagonal.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
     for (row, column, value) in matrix.triplets() {
         let mean = 0.5 * (value + matrix.at(column, row));
         let (i, j) = (diagonal[row], diagonal[column]);
-        // What is negative by rounding counts as zero.
+        // A value that is negative by rounding counts as zero.
         let bound = i.max(0.0).sqrt() * j.max(0.0).sqrt() * (1.0 + SEMIDEFINITE) + 1e-9 * largest;
         let is_negative = row == column && value < -1e-9 * largest;
         if is_negative || mean.abs() > bound {

@@ -1,4 +1,4 @@
-//! The contact problem of a step that was taken.
+//! Contact problem of a recorded step.
 
 use super::{ContactProblem, Law, ProblemError, SparseMatrix};
 use crate::contact::{Contact, Partner};
@@ -8,21 +8,24 @@ use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
 impl ContactProblem {
-    /// The contact problem of a step of `world`, in the global form: of every body the velocity (m/s, world)
-    /// and the spin (rad/s, body), of every contact of the record its normal and its tangents. With the impulses
-    /// p⁺, the velocities v⁺ and the motion u⁺ of the contacts that the step came to,
+    /// Returns the contact problem of a step of `world` in global form, and the impulses p⁺ of the
+    /// step (N s).
+    ///
+    /// Velocities are those of every body: linear (m/s, world frame) and spin (rad/s, body frame).
+    /// Rows are the normal and the tangents of every contact in the record. With the impulses p⁺,
+    /// the velocities v⁺ and the contact motion u⁺ of the step,
     ///
     /// ```text
     /// M = diag(m E, I),   H = (E; G) F,   f = M v⁺ − H p⁺,   w = u⁺ − Hᵀ v⁺               (C6)
     /// ```
     ///
-    /// M and H are those of the step's start; what the turn of the step adds to the motion is in f and w, as it is
-    /// at the step's end. So the step's own solution is one of the problem, to the step's residual. The second list
-    /// are its impulses, p⁺ (N s).
+    /// M and H are those at the start of the step. The effect of the rotation during the step is
+    /// included in f and w with its final value. The solution of the step therefore solves the
+    /// problem, up to the residual of the step.
     ///
     /// # Errors
-    /// A step with joints or gears, whose rows are no contacts; a record that is not of a step of `world`;
-    /// numbers that are not finite.
+    /// If the step has joints or gears, if the record is not from `world`, or if a number is not
+    /// finite.
     pub fn of_step(world: &World, record: &StepRecord) -> Result<(Self, Vec<f64>), ProblemError> {
         if !world.joints().is_empty() {
             let why = "its joints hold it too, and a contact problem has no words for them";
@@ -85,7 +88,8 @@ fn numbers(vector: Vector3<f64>) -> [f64; 3] {
     [vector[0], vector[1], vector[2]]
 }
 
-/// What an impulse along the axes of a contact does to its bodies: force on each (world) and torque (body).
+/// Wrenches of unit impulses along the contact axes on both bodies: body, force (world frame) and
+/// torque (body frame).
 fn sides(
     contact: &Contact,
     states: &[State],
@@ -104,7 +108,7 @@ fn sides(
     std::iter::once((body, *frame, contact.torque_map * frame)).chain(other)
 }
 
-/// F = (n, t₁, t₂).
+/// Contact frame F = (n, t₁, t₂), normal first.
 fn normal_first(contact: &Contact) -> Matrix3<f64> {
     let axis = |k: usize| contact.frame.column(k).into_owned();
     Matrix3::from_columns(&[axis(2), axis(0), axis(1)])

@@ -1,34 +1,35 @@
-//! What is asked of a solver of contact problems, and what it answers.
+//! Options and results of solvers of contact problems.
 
 use super::error::{all_in_range, length};
 use super::{ContactProblem, Evaluation, ProblemError};
 use std::sync::atomic::AtomicBool;
 
-/// The residual to which a problem is solved where nothing else is asked for, m/s.
+/// Default residual of a converged problem (m/s).
 pub const DEFAULT_RESIDUAL: f64 = 1e-9;
 
-/// What is asked of a solve.
+/// Options of a solve.
 #[derive(Debug, Clone, Copy)]
 pub struct SolveOptions<'a> {
-    /// The largest [residual](Evaluation::residual) of what counts as solved, m/s.
+    /// Largest [residual](Evaluation::residual) of a converged problem (m/s).
     pub residual: f64,
-    /// Impulses to start from; none of all where there are none.
+    /// Initial impulses (N s); zero if `None`.
     pub start: Option<&'a [f64]>,
-    /// Which solution, where there are several.
+    /// Selection among several solutions.
     pub selection: Selection,
-    /// Ends the solve with [`ProblemError::Interrupted`] when it is raised.
+    /// Flag that ends the solve with [`ProblemError::Interrupted`] when raised.
     pub interrupt: Option<&'a AtomicBool>,
 }
 
-/// Which solution, where there are several.
+/// Selection among several solutions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Selection {
-    /// The first that is found.
+    /// First solution found.
     #[default]
     Any,
-    /// The limit of an equal, vanishing compliance at all groups (N6), the rule of `docs/native-solver.md`:
-    /// of what sticks the impulses of the least norm. Another one is taken only where no start leads to
-    /// that, and the solution [says so](Solution::selected).
+    /// Limit of equal, vanishing compliances at all groups (N6), the selection rule of
+    /// `docs/native-solver.md`. For sticking contacts these are the impulses of least norm. If no
+    /// initial point leads to this limit, another solution is returned and
+    /// [marked](Solution::selected).
     Compliance,
 }
 
@@ -52,39 +53,40 @@ impl SolveOptions<'_> {
     }
 }
 
-/// A solution, or the best point that was found.
+/// Solution, or the best point found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
-    /// p of every row, N s.
+    /// Impulse p of every row (N s).
     pub impulses: Vec<f64>,
-    /// u of every row, m/s.
+    /// Velocity u of every row (m/s).
     pub velocities: Vec<f64>,
-    /// v of the global form; empty of the local one.
+    /// Velocity v of the global form; empty for the local form.
     pub body_velocities: Vec<f64>,
-    /// The residual that was asked for, m/s.
+    /// Requested residual (m/s).
     pub asked: f64,
-    /// The largest miss of a law, m/s, found from the impulses alone ([`Evaluation::residual`]).
+    /// Largest residual of a law (m/s), computed from the impulses only ([`Evaluation::residual`]).
     pub residual: f64,
-    /// The error that Siconos and FCLIB measure ([`Evaluation::relative_error`]).
+    /// Relative error as defined by Siconos and FCLIB ([`Evaluation::relative_error`]).
     pub relative_error: f64,
-    /// Iterations of all starts of all parts.
+    /// Iterations over all initial points and all parts.
     pub iterations: u64,
-    /// How many parts there are that have nothing to do with each other.
+    /// Number of independent parts.
     pub parts: usize,
-    /// The start that led to it, of the first part that needed another than the first start.
+    /// Name of the initial point that led to the solution; the one of the first part that needed
+    /// more than the first point.
     pub start: &'static str,
-    /// Whether it is solved, and every part is at the solution of the selection rule.
+    /// True if it converged and every part is at the solution of the selection rule.
     pub selected: bool,
 }
 
 impl Solution {
-    /// Whether the residual is what was asked for.
+    /// True if the residual is at most the requested one.
     #[must_use]
     pub fn is_solved(&self) -> bool {
         self.residual <= self.asked
     }
 
-    /// The same impulses as a solution of another problem with as many rows.
+    /// Evaluates the same impulses in another problem with as many rows.
     pub(super) fn of_problem(self, problem: &ContactProblem) -> Self {
         let Self { impulses, asked, iterations, parts, start, selected, .. } = self;
         let evaluation = problem.evaluate(&impulses);
@@ -93,7 +95,7 @@ impl Solution {
         Self { iterations, parts, start, selected, ..found }
     }
 
-    /// That of impulses, with nothing said of how they were found.
+    /// Creates a solution from impulses, without solver diagnostics.
     pub(crate) fn of(impulses: Vec<f64>, evaluation: Evaluation, asked: f64) -> Self {
         let Evaluation { velocities, body_velocities, residual, relative_error } = evaluation;
         Self {

@@ -1,17 +1,20 @@
-//! Coefficients of friction beyond which a cone is a half-space but for digits.
+//! Problems with large coefficients of friction, whose cones are nearly half-spaces.
 
 use super::{ContactProblem, Law, ProblemError, Solution, SolveOptions};
 
-/// Coefficients up to this are solved as they are.
+/// Largest coefficient that is solved directly.
 const WIDE: f64 = 1e3;
 
-/// What wider ones are lowered to first, one after the other, each from the solution of the one before.
+/// Reduced coefficients that are solved first, in this order, each from the solution of the
+/// previous one.
 const LOWERED: [f64; 3] = [10.0, 1e3, 1e5];
 
 impl ContactProblem {
-    /// The best point of the problem with its coefficients lowered and as they are, or none at all.
+    /// Solves the problem with reduced coefficients and with its own. Returns the best point, or
+    /// zero impulses.
     ///
-    /// Impulses that keep within a cone keep within every wider one, too, so that a lowered problem in which all sticks or opens has a solution of the wider one.
+    /// Impulses in a cone are also in every wider one. A reduced problem in which all contacts
+    /// stick or open therefore has a solution of the original one.
     pub(super) fn solve_in_turn(
         &self,
         options: &SolveOptions<'_>,
@@ -44,7 +47,7 @@ impl ContactProblem {
         Ok(Solution { iterations, ..self.or_none(best.unwrap_or_else(none)) })
     }
 
-    /// What was found, or no impulses where they miss the laws by less.
+    /// Returns `found`, or zero impulses if their residual is smaller.
     fn or_none(&self, found: Solution) -> Solution {
         if found.is_solved() {
             return found;
@@ -57,7 +60,7 @@ impl ContactProblem {
         Solution { iterations, parts, start, selected: false, ..none }
     }
 
-    /// No impulses.
+    /// Zero impulses.
     fn none(&self, residual: f64) -> Solution {
         let impulses = vec![0.0; self.row_count()];
         let evaluation = self.evaluate(&impulses);
@@ -66,7 +69,7 @@ impl ContactProblem {
 }
 
 impl Law {
-    /// The coefficient of a contact; 0 of other rows.
+    /// Coefficient of friction of a contact; 0 for other rows.
     fn friction(&self) -> f64 {
         match self {
             Self::Contact { friction, .. } => *friction,
@@ -74,7 +77,7 @@ impl Law {
         }
     }
 
-    /// The same with a coefficient of at most `most`.
+    /// Copy with a coefficient of friction of at most `most`.
     fn with_friction_up_to(&self, most: f64) -> Self {
         match self {
             Self::Contact { friction, tangents } => {

@@ -1,17 +1,18 @@
-//! Starts that do not fit their joints: the least change of places and velocities that makes them fit.
+//! Assembly of joints: the smallest change of poses and velocities that satisfies all joints.
 //!
-//! What brings bodies together is a step itself, without weight, forces and contacts. From rest at X it ends in
+//! Bodies are brought together by a time step without gravity, loads and contacts. From rest at X
+//! it ends in
 //!
 //! ```text
-//! M (X⁺ − X)/h = Jᵀ p,   what is locked at X⁺ is where it is to be              (J9)
+//! M (X⁺ − X)/h = Jᵀ p,   locked axes satisfied at X⁺              (J9)
 //! ```
 //!
-//! which moves bodies by impulses of the joints alone: to first order in the gaps the change that is least,
-//! weighted by masses and moments of inertia. Velocities are projected by two steps of a very small h, with V
-//! and with −V, whose mean change has no part of first order in h,
+//! Only joint impulses move the bodies. To first order in the joint errors this is the smallest
+//! change in the mass metric. Velocities are projected by two steps with a very small h, from V and
+//! from −V. Terms of first order in h cancel in their mean change:
 //!
 //! ```text
-//! V⁺ = ½ (S(X, V) − S(X, −V)),   S: the velocities after the step               (J10)
+//! V⁺ = ½ (S(X, V) − S(X, −V)),   S: velocities after the step     (J10)
 //! ```
 
 use crate::contact::Candidates;
@@ -25,16 +26,16 @@ use crate::world::{Parameters, World};
 use nalgebra::Vector3;
 use std::fmt;
 
-/// What [`World::assemble`] changed: the largest of each over the bodies.
+/// Changes made by [`World::assemble`]: the largest of each kind over all bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Assembly {
-    /// How far a centre of mass was moved, m.
+    /// Displacement of a centre of mass (m).
     pub place: f64,
-    /// How far a body was turned, rad.
+    /// Rotation of a body (rad).
     pub turn: f64,
-    /// The change of a velocity, m/s.
+    /// Change of a velocity (m/s).
     pub velocity: f64,
-    /// The change of a spin, rad/s.
+    /// Change of a spin (rad/s).
     pub spin: f64,
 }
 
@@ -49,29 +50,32 @@ impl fmt::Display for Assembly {
     }
 }
 
-/// h of the step that moves, and of those that project velocities, s.
+/// Time step of the steps (J9); `PROJECTING` is the time step of (J10) (s).
 const MOVING: f64 = 1e-3;
 const PROJECTING: f64 = 1e-6;
 
-/// Steps from rest until all joints fit: the first one brings them together.
+/// Largest number of steps (J9).
 const MOST_STEPS: u32 = 8;
 
-/// Parts of the way of a frame: the first one that is tried, and the least.
+/// First fraction of the motion of a joint frame; `LEAST_PART` is the smallest one.
 const FIRST_PART: f64 = 0.125;
 const LEAST_PART: f64 = 1e-3;
 
-/// What joints may be left apart, m and rad, besides rounding of places.
+/// Tolerance of the joints besides rounding of positions (m and rad).
 const APART: f64 = 1e-12;
 
 impl World {
-    /// The states nearest to `states`, one a body, that fit all joints: places and turns in which what is locked is
-    /// where it is to be and limits are kept, changed by impulses of the joints alone, which is the least change weighted by
-    /// masses to first order in the gaps; and velocities that leave it so, changed the least. What was changed is told
-    /// beside. Contacts have no part in it.
+    /// Returns the states nearest to `states` that satisfy all joints, and the changes made.
+    /// `states` has one entry per body.
+    ///
+    /// Poses satisfy locked axes and limits. They change by joint impulses only, which to first
+    /// order in the joint errors is the smallest change in the mass metric. Velocities are then
+    /// projected to satisfy the joints with the smallest change. Contacts are ignored.
     ///
     /// # Errors
-    /// Another number of states than bodies, a state that [`State::checked`] refuses, and joints that do not come
-    /// together from there, as those of a loop whose bodies are too short.
+    /// If the number of states is not the number of bodies, or if [`State::checked`] rejects a
+    /// state. [`Error::NotAssembled`] if the joints cannot be closed from `states`, such as a loop
+    /// of bodies that are too short.
     pub fn assemble(&self, states: &[State]) -> Result<(Vec<State>, Assembly), Error> {
         let start = states.iter().map(State::checked).collect::<Result<Vec<_>, _>>()?;
         if start.len() != self.bodies().len() {
@@ -91,8 +95,8 @@ impl World {
         Ok((found, assembly))
     }
 
-    /// (J9): states at rest. Where that is too far for one step, frames of joints that hold a place go on from where they fit to
-    /// where they are to be, as far at once as it can be.
+    /// Solves (J9); the result is at rest. If one step is too far, the frames of closing joints
+    /// move from the present poses to their targets in fractions as large as possible.
     fn brought_together(&self, start: &[State]) -> Result<Vec<State>, Error> {
         let bare = self.bare(MOVING, |drive| Drive { limits: drive.limits, ..Drive::NONE })?;
         let at_once = bare.joined(start);
@@ -115,7 +119,7 @@ impl World {
         Ok(now)
     }
 
-    /// The same by steps of this world of joints alone.
+    /// Solves (J9) by steps of this world, which has joints only.
     fn joined(&self, start: &[State]) -> Result<Vec<State>, Error> {
         let bare = self;
         let mut solver = NativeSolver::new(bare);
@@ -137,7 +141,7 @@ impl World {
         Err(Error::NotAssembled { joint, place, turn })
     }
 
-    /// (J10): gives `found` the velocities of `start`, changed as far as its joints ask.
+    /// Solves (J10): sets the velocities of `found` to the projected velocities of `start`.
     fn project(&self, start: &[State], found: &mut [State]) -> Result<(), Error> {
         let moves = |state: &State| state.velocity.amax().max(state.spin.amax()) > 0.0;
         if !start.iter().any(moves) {
@@ -165,13 +169,14 @@ impl World {
         Ok(())
     }
 
-    /// The joint that is farthest off at `states`, by how much, m and rad; `None` without joints.
+    /// Index and error (m and rad) of the joint with the largest error at `states`; `None` without
+    /// joints.
     fn worst_joint(&self, states: &[State]) -> Option<(usize, f64, f64)> {
         let errors = self.joints().iter().enumerate().map(|(joint, of)| {
             let (place, turn) = of.misfit(states).unwrap_or((f64::NAN, f64::NAN));
             (joint, place, turn)
         });
-        // Of a gear, as its first joint's.
+        // The error of a gear counts for its first joint.
         let angles = self.angles_near(states, &[]);
         let of_gears = self.gears().iter().map(|gear| {
             let (of, off) = (gear.axes()[0], gear.error(self.joints(), states, &angles).abs());
@@ -183,7 +188,8 @@ impl World {
         errors.chain(of_gears).max_by(|a, b| a.1.max(a.2).total_cmp(&b.1.max(b.2)))
     }
 
-    /// The bodies and joints of this world alone, with steps of `time_step` (s) and what `kept` leaves of the drives.
+    /// Copy of this world with only bodies and joints, with `time_step` (s) and with each drive
+    /// replaced by `kept`.
     fn bare(&self, time_step: f64, kept: impl Fn(&Drive) -> Drive) -> Result<Self, Error> {
         let parameters = Parameters {
             bodies: self.bodies().iter().map(RigidBody::without_shape).collect(),
@@ -213,12 +219,12 @@ impl World {
     }
 }
 
-/// The state without velocities.
+/// Copy of `state` with zero velocities.
 fn at_rest(state: &State) -> State {
     State { velocity: Vector3::zeros(), spin: Vector3::zeros(), ..*state }
 }
 
-/// The states after a step of `world`, in which nothing touches; none where it was not solved.
+/// States after a step of `world` without contacts; empty if the step did not converge.
 fn taken(world: &World, solver: &mut NativeSolver, states: &[State]) -> Result<Vec<State>, Error> {
     let wrenches = vec![Wrench::zero(); states.len()];
     let flights = states.iter().enumerate();

@@ -1,21 +1,21 @@
-//! Where the energy of a step goes.
+//! Energy balance of a step.
 //!
-//! A step changes the energy E = T + V (eq. 35) by the work of all that acts on the bodies, on the means of their velocities
-//! before and after its impulses, and by what the scheme adds:
+//! A step changes the energy E = T + V (eq. 35) by the work of all forces and by a discretisation
+//! term. Work is computed with the means of the velocities before and after the impulses:
 //!
 //! ```text
 //! E⁺ − E = Σ h (f·v̄ + τ·ω̄) + D,   v̄ = ½ (v + v⁺),   ω̄ = ½ I⁻¹ (P⁻(ω) + P⁺(ω⁺))          (eq. 36)
 //! ```
 //!
-//! The sum goes over loads, drives, reactions of joints, and contacts along and across their normals; gravity has its part in E.
-//! D is what turning the momentum changes of the energy in it,
+//! The sum runs over loads, drives, joint reactions, and normal and tangential contact forces.
+//! Gravity is part of E. D is the change of the rotational energy when the momentum is rotated,
 //!
 //! ```text
 //! D = ½ P⁻(ω⁺)·I⁻¹ P⁻(ω⁺) − ½ P⁺(ω⁺)·I⁻¹ P⁺(ω⁺),
 //! ```
 //!
-//! and of the tutorial's form −½ h m g·(v⁺ − v) − ½ h ω·(ω⁺ × I ω⁺). Every term is computed by itself. With a residual of
-//! rounding the balance closes to rounding.
+//! and for the tutorial's integrator −½ h m g·(v⁺ − v) − ½ h ω·(ω⁺ × I ω⁺). Every term is computed
+//! independently. The balance closes to rounding if the residual is at rounding level.
 
 use crate::contact::certificate::Claim;
 use crate::contact::{Contact, Partner};
@@ -24,26 +24,27 @@ use crate::mechanics::{RigidBody, Rotation, State, Wrench};
 use crate::world::World;
 use nalgebra::Vector3;
 
-/// The terms of (36), J.
+/// Terms of the energy balance (eq. 36) (J).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct EnergyBalance {
-    /// The work of forces and torques from outside, without gravity.
+    /// Work of external forces and torques, without gravity.
     pub loads: f64,
-    /// Of motors, springs, dampers, friction and limits of joints, of drives of gears, and of frames in the world that move.
+    /// Work of joint motors, springs, dampers, friction and limits, of gear drives, and of moving
+    /// world frames.
     pub drives: f64,
-    /// Of what joints and gears hold.
+    /// Work of joint and gear constraint forces.
     pub reactions: f64,
-    /// Of contacts along their normals: below zero in an inelastic impact.
+    /// Work of normal contact forces; negative in an inelastic impact.
     pub impacts: f64,
-    /// Of contacts across their normals: below zero where nothing carries.
+    /// Work of tangential contact forces; negative unless a moving surface drives a body.
     pub friction: f64,
-    /// D.
+    /// Discretisation term D.
     pub discretisation: f64,
 }
 
 impl EnergyBalance {
-    /// Terms that cannot be known.
+    /// Balance of an invalid step.
     const UNKNOWN: Self = Self {
         loads: f64::NAN,
         drives: f64::NAN,
@@ -53,8 +54,8 @@ impl EnergyBalance {
         discretisation: f64::NAN,
     };
 
-    /// The balance of the step of `world` that `claim` tells, with these contact forces (N, world), one a contact. Every
-    /// term is NaN if the claim is none of the world.
+    /// Energy balance of the step of `world` described by `claim`. `forces` holds one contact force
+    /// per contact (N), world frame. Every term is NaN if `claim` does not fit `world`.
     #[must_use]
     pub fn of(
         world: &World,
@@ -116,7 +117,7 @@ impl EnergyBalance {
         balance
     }
 
-    /// The terms, in the order of the columns of steps.csv.
+    /// The terms in the order of the columns of steps.csv.
     #[must_use]
     pub fn terms(&self) -> [f64; 6] {
         let Self { loads, drives, reactions, impacts, friction, discretisation } = *self;
@@ -124,11 +125,11 @@ impl EnergyBalance {
     }
 }
 
-/// The mean velocities of a step.
+/// Mean velocities of a step.
 struct Means<'a> {
     claim: &'a Claim<'a>,
     h: f64,
-    /// v̄ (world) and ω̄ (body); zero of what is held.
+    /// Means v̄ (world frame) and ω̄ (body frame); zero for held bodies.
     velocities: Vec<(Vector3<f64>, Vector3<f64>)>,
 }
 
@@ -154,7 +155,7 @@ impl<'a> Means<'a> {
         self.h * (wrench.force.dot(velocity) + wrench.torque.dot(spin))
     }
 
-    /// The work of a force on A at a contact, and of the opposite one on B.
+    /// Work of a contact force on A and of its reaction on B.
     fn work_of_contact(&self, contact: &Contact, force: &Vector3<f64>) -> f64 {
         let a = contact.key.body;
         let on_a = self.work(a, &Wrench { force: *force, torque: contact.torque_map * force });
@@ -165,7 +166,7 @@ impl<'a> Means<'a> {
         on_a - self.work(b, &Wrench { force: *force, torque })
     }
 
-    /// The work of what `add` puts on all bodies.
+    /// Work of the wrenches that `add` adds to the bodies.
     fn work_of_all(&self, add: impl FnOnce(&mut [Wrench])) -> f64 {
         let mut loads = vec![Wrench::zero(); self.velocities.len()];
         add(&mut loads);
@@ -173,7 +174,7 @@ impl<'a> Means<'a> {
     }
 }
 
-/// D of a body.
+/// Discretisation term D of a body.
 fn discretisation(world: &World, body: &RigidBody, state: &State, next: &State) -> f64 {
     let (h, inertia) = (world.time_step(), body.inertia());
     let form = world.rotation();
@@ -187,7 +188,7 @@ fn discretisation(world: &World, body: &RigidBody, state: &State, next: &State) 
             let inverse = body.inertia_inverse();
             let arriving = form.arriving_spin(inertia, inverse, &next.spin, h);
             let departing = form.departing_spin(inertia, inverse, &next.spin, h);
-            // A difference of two near numbers, of which the sum and the difference are known.
+            // Difference of squares as a product, which avoids cancellation.
             0.5 * (arriving - departing).dot(&(inertia * (arriving + departing)))
         }
     }

@@ -1,7 +1,7 @@
-//! Bodies that come, go and are held between steps.
+//! Addition, removal and holding of bodies between steps.
 //!
-//! What a simulation remembers follows them: forces and loads find their bodies under other numbers, and
-//! what did not touch a body that went goes on as if it had never been there.
+//! Stored solutions and loads are renumbered. Bodies that did not touch a removed body continue
+//! exactly as if it had never existed.
 
 use super::{Outside, Simulation, start};
 use crate::error::Error;
@@ -12,12 +12,12 @@ use crate::world::World;
 use nalgebra::Vector3;
 
 impl Simulation<'_> {
-    /// Adds a `body` in this `state`, without load, as the last one; returns its index. The last step cannot be
-    /// taken back any more.
+    /// Adds `body` at the end, with the initial `state` and without load, and returns its index.
+    /// The last step cannot be taken back afterwards.
     ///
     /// # Errors
-    /// A state that [`Simulation::new`] refuses; a solver that is made for one world. Nothing has changed
-    /// then.
+    /// If [`Simulation::new`] would reject the state, or if the solver supports one world only. The
+    /// simulation is then unchanged.
     pub fn add_body(&mut self, body: RigidBody, state: State) -> Result<usize, Error> {
         let state = state.checked()?;
         let (index, world) = (self.world.bodies().len(), self.world.with_body(body)?);
@@ -39,27 +39,28 @@ impl Simulation<'_> {
         Ok(index)
     }
 
-    /// Takes the body `index` out, with its load and all forces on it; bodies after it move up by one. Returns
-    /// it. The last step cannot be taken back any more.
+    /// Removes and returns the body `index` with its load and all forces on it. Bodies after it
+    /// move up by one. The last step cannot be taken back afterwards.
     ///
     /// # Errors
-    /// A body that is not there, the only one, or one that a joint ties; a solver that is made for one
-    /// world. Nothing has changed then.
+    /// If the body does not exist, is the only one or has a joint, or if the solver supports one
+    /// world only. The simulation is then unchanged.
     pub fn remove_body(&mut self, index: usize) -> Result<(RigidBody, State), Error> {
         let world = self.world.without_body(index)?;
         self.leave(world, index)
     }
 
-    /// The same, with all joints that tie it; those after them move up.
+    /// Removes and returns the body `index` and all its joints. Bodies and joints after them move
+    /// up. The last step cannot be taken back afterwards.
     ///
     /// # Errors
-    /// As [`Simulation::remove_body`], but for the joints.
+    /// Same as [`Simulation::remove_body`], except for joints.
     pub fn remove_body_and_joints(&mut self, index: usize) -> Result<(RigidBody, State), Error> {
         let world = self.world.untied(index).without_body(index)?;
         self.leave(world, index)
     }
 
-    /// Goes on in `world`, in which the body `index` is no more, nor are joints that tie it.
+    /// Continues in `world`, which lacks the body `index` and its joints.
     fn leave(&mut self, world: World, index: usize) -> Result<(RigidBody, State), Error> {
         self.change_solver(&world)?;
         let before = self.world.clone();
@@ -78,12 +79,13 @@ impl Simulation<'_> {
         Ok((body, state))
     }
 
-    /// Holds the body `index`, at rest where it is: it touches nothing and costs nothing, until it is
-    /// let go (`held` = false), from rest. The last step cannot be taken back any more.
+    /// Holds the body `index` at rest at its present pose, or releases it from rest (`held` =
+    /// false). A held body has no contacts and no cost. The last step cannot be taken back
+    /// afterwards.
     ///
     /// # Errors
-    /// A body that is not there, or that a joint ties; a body that would be let go deeper in another
-    /// one, or in the ground, than a start may be. Nothing has changed then.
+    /// If the body does not exist or has a joint, or if a released body overlaps another one or the
+    /// ground by more than an initial state may. The simulation is then unchanged.
     pub fn hold_body(&mut self, index: usize, held: bool) -> Result<(), Error> {
         let world = self.world.clone().with_held(index, held)?;
         if self.world.is_held(index) == held {
@@ -105,7 +107,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// The solutions that the next steps see.
+    /// All stored solutions that the next steps use.
     fn solutions(&mut self) -> impl Iterator<Item = &mut StepSolution> {
         let before = self.before.iter_mut().chain(&mut self.long_before);
         std::iter::once(&mut self.now).chain(before)
@@ -126,7 +128,7 @@ impl Simulation<'_> {
         self.digest.take();
     }
 
-    /// The angles of every joint now, rad, with the turns that were made since the start
+    /// Present angles of every joint (rad), including full turns since the start
     /// ([`Joint::counted`](crate::joint::Joint::counted)).
     pub fn joint_angles(&self) -> impl Iterator<Item = &Vector3<f64>> {
         self.now.joints.iter().map(|joint| &joint.angles)

@@ -1,21 +1,24 @@
-//! A step in which contacts bounce: how much of their restitution each island can take.
+//! Steps with bouncing contacts: selection of the restitution that each island can apply.
 //!
-//! With friction, Newton's law can make energy ([`restitution`](crate::contact::restitution),
-//! eq. 31), and it can ask of a body that is wedged in what no forces do. Where the impacts of an
-//! island of bodies that touch would make energy, or its problem was not solved, the island takes a
-//! part σ of its coefficients e instead, the largest that is solved and makes none,
+//! Newton's law with friction can create energy ([`restitution`](crate::contact::restitution), eq.
+//! 31). For a wedged body it can also be infeasible. If the impacts of an island create energy or
+//! its problem is not solved, the island scales its coefficients e by a share σ. The share is the
+//! largest one that is solved and creates no energy,
 //!
 //! ```text
 //! σ = sup { σ ∈ [0, 1] : W(σ e) ≤ 0 },
 //! ```
 //!
-//! found to [`SHARE_FOUND_TO`] from below, by straight lines through W and by halves. What is not solved at σ = 0 either, stays
-//! failed. Islands in which nothing bounces have no
-//! share. Where an impulse closes another contact, that one bounces too, by the speed that it had
-//! ([`Contact::struck`]), and the island is solved again: without this a brick that lands on two corners within a
-//! step would leave its energy in the second. For every trial the islands that it is of are solved again, the others keep their solution; the
-//! smallest σ taken stands in the record. At σ = 0 the law is the plastic one, whose impacts
-//! make no energy but for the turn within a step ([`wild`](super::wild)).
+//! W being the work of the impacts. The search approaches σ from below to within
+//! [`SHARE_FOUND_TO`], by regula falsi on W and by bisection. An island that is not solved at σ = 0
+//! either stays failed. Islands without bouncing contacts have no share.
+//!
+//! If an impulse closes another contact, that contact bounces too, with its own approach speed
+//! ([`Contact::struck`]), and the island is solved again. Without this, a brick that lands on two
+//! corners within a step would lose its energy at the second one. Each trial solves only the
+//! affected islands; others keep their solution. The record holds the smallest σ. At σ = 0 the
+//! impact is plastic and creates no energy, except for the rotation within a step
+//! ([`wild`](super::wild)).
 
 use super::islands::Islands;
 use super::one_step::check_sizes;
@@ -23,42 +26,43 @@ use crate::contact::{Candidates, Contact};
 use crate::error::Error;
 use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 
-/// How near to the largest share the one taken is.
+/// Accuracy of the share.
 pub const SHARE_FOUND_TO: f64 = 1.0 / 65536.0;
 
-/// The same where larger ones are not solved, which takes the solver long to find out.
+/// Accuracy of the share if larger ones are not solved. It is coarser because failed solves are
+/// slow.
 pub const SHARE_SOLVED_TO: f64 = 1.0 / 64.0;
 
-/// What rounding leaves of a work that is zero, in parts of the work of all impulses one by one.
+/// Rounding of a zero work, relative to the sum of the work of all impulses.
 const ROUNDING: f64 = 1e-12;
 
-/// Memory that steps use again. Lists go over the bodies.
+/// Scratch memory of the search. Lists have one entry per body.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Bounce {
     islands: Islands,
-    /// Of the island that begins with the body.
+    /// Impact of the island whose first body is this one.
     impacts: Vec<IslandImpact>,
-    /// Of the island of the body; `None` where nothing bounces.
+    /// Search of the island of this body; `None` without bouncing contacts.
     searches: Vec<Option<ShareSearch>>,
     shares: Vec<f64>,
-    /// Whether the island of the body is to be solved again.
+    /// True if the island of this body is solved again.
     marked: Vec<bool>,
-    /// Places of contacts that the impulses of others close.
+    /// Indices of contacts that were closed by impulses of other contacts.
     struck: Vec<usize>,
 }
 
-/// What the contacts of an island did in a step, and its search.
+/// Impacts of an island in a step, and the search for its share.
 #[derive(Debug, Clone, Copy, Default)]
 struct IslandImpact {
     bounces: bool,
-    /// W, J.
+    /// Work W of the impulses (J).
     work: f64,
-    /// Σ |p·u|, J.
+    /// Sum of their absolute works, Σ |p·u| (J).
     size: f64,
     search: Option<ShareSearch>,
-    /// Whether islands with searches of their own have met in it.
+    /// True if islands with different searches have merged.
     met: bool,
-    /// Whether it is to be solved again.
+    /// True if the island is solved again.
     again: bool,
 }
 
@@ -71,10 +75,10 @@ impl IslandImpact {
         }
     }
 
-    /// Takes the search one trial further, after one that was `solved` or not.
+    /// Advances the search after a solve; `solved` is true if it converged.
     fn go_on(&mut self, solved: bool) {
         if self.met {
-            // Shares that were found for each alone say nothing of both.
+            // Shares found for separate islands are not valid for the merged one.
             (self.search, self.again) = (Some(ShareSearch::WHOLE), true);
         } else if self.bounces || self.search.is_some() {
             let last = self.search.unwrap_or(ShareSearch::WHOLE);
@@ -84,34 +88,34 @@ impl IslandImpact {
     }
 }
 
-/// What a solve says of the share that it was made with.
+/// Result of a solve with a share.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Verdict {
-    /// It makes no energy; W, J.
+    /// No energy is created; holds the work W (J).
     Good(f64),
     MakesEnergy(f64),
     Unsolved,
 }
 
-/// The search for the share of an island.
+/// Search for the share of an island.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ShareSearch {
-    /// The share of the last solve.
+    /// Share of the last solve.
     share: f64,
-    /// The largest share known to be good, or 0; the smallest one known to be bad.
+    /// Largest share known to be valid, or 0; `high` is the smallest one known to be invalid.
     low: f64,
     high: f64,
-    /// How near they shall come; both are multiples of it.
+    /// Accuracy of the search; both bounds are multiples of it.
     to: f64,
-    /// W there, J, if it is known.
+    /// Work W at `low` and at `high` (J), if known.
     work_low: Option<f64>,
     work_high: Option<f64>,
-    /// Whether the next share is the middle of the range, because the last one left most of it.
+    /// True if the next share bisects the range because the last one reduced it too little.
     halve: bool,
 }
 
 impl ShareSearch {
-    /// Before the first verdict: all of the restitution.
+    /// Initial search with the full restitution.
     const WHOLE: Self = Self {
         share: 1.0,
         low: 0.0,
@@ -122,8 +126,8 @@ impl ShareSearch {
         halve: true,
     };
 
-    /// The search after the verdict on its share, with the share to solve with next; the same one
-    /// where it is what was sought.
+    /// Returns the search after `verdict`, with the next share to solve. The share is unchanged if
+    /// the search is finished.
     fn after(self, verdict: Verdict) -> Self {
         let Self { share, high, .. } = self;
         let known = |work: f64| Some(work).filter(|work| work.is_finite());
@@ -133,7 +137,8 @@ impl ShareSearch {
                 let high = share.min(high);
                 Self { high, work_high: known(work), to: SHARE_FOUND_TO, ..self }
             }
-            // What is not solved without restitution either is not for the want of a share.
+            // Tries σ = 0 first: an island that fails without restitution does not fail because of
+            // its share.
             Verdict::Unsolved if share == 1.0 => {
                 return Self { share: 0.0, high: 1.0, to: SHARE_SOLVED_TO, ..self };
             }
@@ -143,13 +148,13 @@ impl ShareSearch {
             }
         };
         let (before, width) = (self.high - self.low, next.high - next.low);
-        // Between the ends a straight line, and the middle after it has left more than half.
+        // Interpolates linearly, and bisects after a step that left more than half of the range.
         let halve = !self.halve && width > 0.5 * before;
         Self { share: next.next_share(halve), halve, ..next }
     }
 
-    /// The largest good share where that is known, otherwise one in the range: where W is
-    /// nothing on the line through its ends, or the middle.
+    /// Final share if the search is finished. Otherwise the next trial in the range: the root of
+    /// the linear interpolation of W, or the middle.
     fn next_share(&self, halve: bool) -> f64 {
         let Self { share, low, high, to, .. } = *self;
         if high == f64::INFINITY {
@@ -162,15 +167,14 @@ impl ShareSearch {
             (Some(at_low), Some(at_high)) if !halve => at_low / (at_low - at_high),
             _ => 0.5,
         };
-        // In the range, and a multiple; W ≤ 0 < W at the ends, but for rounding.
+        // Rounds to a multiple inside the range. W ≤ 0 < W holds at the ends up to rounding.
         let guess = ((low + part * (high - low)) / to).floor() * to;
         guess.max(low + to).min(high - to)
     }
 }
 
 impl Bounce {
-    /// Solves `step`; returns the report and the smallest share of restitution that an island
-    /// took.
+    /// Solves `step` and returns the report and the smallest share of restitution of all islands.
     pub(super) fn solve(
         &mut self,
         step: &Step<'_>,
@@ -210,7 +214,7 @@ impl Bounce {
         Ok((report, self.shares.iter().copied().fold(1.0, f64::min)))
     }
 
-    /// Finds the islands, what their impacts did, and how far their searches are.
+    /// Computes the islands and their impacts, and assigns the searches to them.
     fn judge(&mut self, step: &Step<'_>, contacts: &[Contact], solution: &StepSolution) {
         let bodies = step.states.len();
         let keys = contacts.iter().map(|contact| &contact.key);
@@ -234,8 +238,8 @@ impl Bounce {
         }
     }
 
-    /// Finds the contacts that the impulses of others close, in islands whose problem was solved, and
-    /// marks them. Returns whether there are any.
+    /// Finds and stores the contacts that impulses of other contacts close, in solved islands only.
+    /// Returns true if there are any.
     fn find_struck(
         &mut self,
         step: &Step<'_>,
@@ -260,11 +264,11 @@ impl Bounce {
         !self.struck.is_empty()
     }
 
-    /// Takes every search one trial further; `is_solved` tells whether the problem that a body is
-    /// part of was solved. Returns whether an island is to be solved again.
+    /// Advances every search by one trial. `is_solved` is true for bodies whose island converged.
+    /// Returns true if an island must be solved again.
     fn go_on(&mut self, is_solved: impl Fn(usize) -> bool) -> bool {
         for (body, impact) in self.impacts.iter_mut().enumerate() {
-            // Only that of an island's first body has anything to go on with.
+            // Only entries of the first body of an island have a search.
             impact.go_on(is_solved(body));
         }
         self.shares.clear();
@@ -279,7 +283,7 @@ impl Bounce {
     }
 }
 
-/// Whether a step has contacts that bounce.
+/// True if any contact bounces.
 fn bounces(contacts: &[Contact]) -> bool {
     contacts.iter().any(|contact| contact.bounces())
 }

@@ -1,4 +1,4 @@
-//! What a program sets from step to step, or over time, at the joints of a simulation.
+//! Inputs at the joints of a simulation that a program sets per step or over time.
 
 use super::Simulation;
 use super::start::JOINT_AT_THE_START;
@@ -8,7 +8,7 @@ use crate::mechanics::State;
 use crate::world::{Partner, World};
 use nalgebra::Vector3;
 
-/// What drives joints over time, by their indices.
+/// Time-dependent inputs of joints, with the joint indices.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Driving {
@@ -17,7 +17,7 @@ pub(super) struct Driving {
 }
 
 impl Driving {
-    /// Sets the joints of `world` for the step `index` from `states`.
+    /// Sets the inputs of the joints of `world` for step `index` from `states`.
     #[inline]
     pub(super) fn set(&self, world: &mut World, states: &[State], index: u64) {
         if !self.is_idle() {
@@ -25,7 +25,7 @@ impl Driving {
         }
     }
 
-    /// Whether it drives nothing.
+    /// True if there are no inputs.
     pub(super) fn is_idle(&self) -> bool {
         self.loads.is_empty() && self.courses.is_empty()
     }
@@ -46,7 +46,7 @@ impl Driving {
 }
 
 impl Driving {
-    /// Makes this that of the joints that stay, where some are taken out.
+    /// Drops the inputs of removed joints and renumbers the others. `stays` has a flag per joint.
     pub(super) fn keep(&mut self, stays: &[bool]) {
         let number = |joint: usize| stays[..joint].iter().filter(|stays| **stays).count();
         self.loads.retain(|(joint, _)| stays[*joint]);
@@ -57,7 +57,7 @@ impl Driving {
         }
     }
 
-    /// Whether it can drive these joints.
+    /// True if the inputs are valid for `joints`.
     #[cfg(feature = "save")]
     pub(super) fn fits(&self, joints: &[Joint]) -> bool {
         let loads = self.loads.iter().all(|(joint, load)| {
@@ -71,7 +71,7 @@ impl Driving {
     }
 }
 
-/// Puts `value` in place of that of `joint`.
+/// Sets the entry of `joint` to `value`.
 fn put<T>(list: &mut Vec<(usize, T)>, joint: usize, value: T) {
     match list.iter_mut().find(|(known, _)| *known == joint) {
         Some((_, known)) => *known = value,
@@ -85,13 +85,13 @@ impl Simulation<'_> {
         self.world.joints().get(joint).ok_or(Error::Count { field: "joint", count: joint, allowed })
     }
 
-    /// Sets the drive of a free axis of joint `joint` in the steps to come, in place of the one before: for a
-    /// program that decides it from step to step. [`Simulation::world`] has the joint as it is set, and a step is
-    /// certified by the drives that it was taken with.
+    /// Replaces the drive of a free axis of joint `joint` for the next steps. Controllers call it
+    /// every step. [`Simulation::world`] shows the present drive, and each step is certified with
+    /// the drives it was taken with.
     ///
     /// # Errors
-    /// A joint that is not there; an axis that is locked, or of a ball joint's turn; a drive out of
-    /// range. The drive before it stays.
+    /// If the joint does not exist, if the axis is locked or a rotation axis of a ball joint, or if
+    /// the drive is out of range. The present drive then stays.
     pub fn set_drive(&mut self, joint: usize, axis: JointAxis, drive: Drive) -> Result<(), Error> {
         self.joint(joint)?;
         self.world.joints_mut()[joint].set_drive(axis, drive)?;
@@ -99,11 +99,11 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Sets the motor of a free axis of joint `joint` in the steps to come, or takes it away; what else
-    /// drives the axis stays.
+    /// Replaces or removes the motor of a free axis of joint `joint` for the next steps. The other
+    /// parts of the drive stay.
     ///
     /// # Errors
-    /// As [`Simulation::set_drive`].
+    /// Same as [`Simulation::set_drive`].
     pub fn set_motor(
         &mut self,
         joint: usize,
@@ -122,11 +122,12 @@ impl Simulation<'_> {
         self.set_drive(joint, axis, drive)
     }
 
-    /// Sets what acts on the sum of a gear with a [drive](crate::joint::Gear::with_drive) in the steps to come, in place of the
-    /// drive before, as [`Simulation::set_drive`] does of an axis.
+    /// Replaces the drive of a gear with a [drive](crate::joint::Gear::with_drive) for the next
+    /// steps; compare [`Simulation::set_drive`].
     ///
     /// # Errors
-    /// A gear that is not there, or whose sum is held; a drive out of range, or with an armature. The drive before it stays.
+    /// If the gear does not exist or is a constraint without a drive, or if the drive is out of
+    /// range or has an armature. The present drive then stays.
     pub fn set_gear_drive(&mut self, gear: usize, drive: Drive) -> Result<(), Error> {
         let allowed = "an index of a gear";
         let count = Error::Count { field: "gear", count: gear, allowed };
@@ -135,12 +136,12 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Sets forces along the axes of joint `joint` over time, counted from step 0, besides those of its
-    /// drives. A step has their mean, as of a [load](Simulation::set_load).
+    /// Sets forces along the axes of joint `joint` as functions of the time since step 0. They add
+    /// to the drives. A step uses their mean, as for a [load](Simulation::set_load).
     ///
     /// # Errors
-    /// A joint that is not there; a force along an axis that is locked, or a torque about one of a ball
-    /// joint.
+    /// If the joint does not exist, for a force along a locked axis, or for a torque about an axis
+    /// of a ball joint.
     pub fn set_joint_load(&mut self, joint: usize, load: JointLoad) -> Result<(), Error> {
         if !self.joint(joint)?.takes(&load) {
             return Err(Error::Unsupported {
@@ -153,24 +154,25 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Sets the velocity of a surface in the steps to come, as
-    /// [`World::with_surface`](crate::world::World::with_surface) does.
+    /// Sets a surface velocity for the next steps; see
+    /// [`World::with_surface`](crate::world::World::with_surface).
     ///
     /// # Errors
-    /// As there. The velocity before it stays.
+    /// Same as there. The present velocity then stays.
     pub fn set_surface(&mut self, of: Partner, velocity: Vector3<f64>) -> Result<(), Error> {
         self.scratch.rest.end();
         self.world.set_surface(of, velocity)
     }
 
-    /// Has the frame in the world of joint `joint` move, and with it the body that the joint holds there in all its axes:
-    /// a tray, a pusher, a turntable. At the end of every step the body is where the course has it, to
-    /// rounding, whatever is in its way, and [`StepSolution::joints`](crate::step::StepSolution::joints) has the force
-    /// that this took. Its velocities are those of the step, as those of any body.
+    /// Prescribes the motion of the world frame of joint `joint`, and of the body that it fixes in
+    /// all axes: a tray, a pusher, a turntable. The body ends every step at the prescribed pose to
+    /// rounding, whatever is in its path.
+    /// [`StepSolution::joints`](crate::step::StepSolution::joints) holds the required force. The
+    /// body's velocities are those of the step.
     ///
     /// # Errors
-    /// A joint that is not there, or that leaves an axis free or ties two bodies; a course out of range, or
-    /// through knots that are not where the frame is at the present step.
+    /// If the joint does not exist, has a free axis or connects two bodies; if the motion is out of
+    /// range, or if its knots do not match the frame at the present step.
     pub fn set_course(&mut self, joint: usize, course: Course) -> Result<(), Error> {
         let of = self.joint(joint)?;
         if !of.holds_in_world() {

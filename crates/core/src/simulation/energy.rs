@@ -1,26 +1,25 @@
-//! The energy of a state: that which the steps of its world keep.
+//! Energy of a state: the quantity that steps conserve.
 //!
-//! A step moves its body with the velocities of its end, so that stored velocities are those of the
-//! step before and half a step behind. What free motion keeps is the energy at the state's time,
-//! between the impulses of two steps: with v + ½ h g of the motion along, and with the momentum
-//! P⁻(ω) ([`Rotation::momentum`]) of the turning. But for ⅛ m h² |g|², which is constant and left out,
-//! so that rest has no kinetic energy, it is
+//! A step moves its body with the velocities at its end. Stored velocities therefore lag half a
+//! step behind. Free motion conserves the energy at the state's time, between the impulses of two
+//! steps. That energy has v + ½ h g for translation and the momentum P⁻(ω) ([`Rotation::momentum`])
+//! for rotation. The constant ⅛ m h² |g|² is dropped, so that a body at rest has no kinetic energy:
 //!
 //! ```text
 //! T = ½ m (v·v + h g·v) + ½ P⁻·I⁻¹ P⁻,   V = −m g·r                       (eq. 35)
 //! ```
 //!
-//! with T + V of a flight constant to rounding along (eq. 30) and without a trend in turning. A body
-//! that only begins to fall may have a T below zero, by up to the constant.
+//! In free flight, T + V is constant to rounding for translation (eq. 30) and free of drift for
+//! rotation. T of a body that starts to fall can be negative, by up to the dropped constant.
 //!
-//! In worlds of [`Rotation::Tutorial`] it is the energy of the numbers as they stand,
-//! T = ½ m v·v + ½ ω·I ω, which falls to first order in h.
+//! With [`Rotation::Tutorial`], T = ½ m v·v + ½ ω·I ω in the stored velocities. It decreases at
+//! first order in h.
 
 use crate::mechanics::{RigidBody, Rotation, State};
 use crate::world::World;
 use nalgebra::Vector3;
 
-/// The kinetic energy T of a body of `world`, J (eq. 35).
+/// Kinetic energy T of a body of `world` (J) (eq. 35).
 #[must_use]
 pub fn kinetic(world: &World, body: &RigidBody, state: &State) -> f64 {
     let velocity = &state.velocity;
@@ -31,7 +30,7 @@ pub fn kinetic(world: &World, body: &RigidBody, state: &State) -> f64 {
     0.5 * body.mass() * along + turning(world, body, &state.spin)
 }
 
-/// The part of the kinetic energy that is in turning with the spin ω (rad/s, body), J.
+/// Rotational kinetic energy at the spin ω (rad/s, body frame) (J).
 #[must_use]
 #[inline]
 pub fn turning(world: &World, body: &RigidBody, spin: &Vector3<f64>) -> f64 {
@@ -44,13 +43,13 @@ pub fn turning(world: &World, body: &RigidBody, spin: &Vector3<f64>) -> f64 {
     }
 }
 
-/// The energy V of a body in gravity, counted from the world's origin, J (eq. 35).
+/// Potential energy V of a body, zero at the world origin (J) (eq. 35).
 #[must_use]
 pub fn potential(world: &World, body: &RigidBody, state: &State) -> f64 {
     -body.mass() * world.gravity().dot(&state.position)
 }
 
-/// T + V of all bodies that have a state, J.
+/// Total energy T + V of all bodies in `states` (J).
 #[must_use]
 pub fn total(world: &World, states: &[State]) -> f64 {
     let bodies = world.bodies().iter().zip(states);

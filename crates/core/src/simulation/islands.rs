@@ -1,16 +1,17 @@
-//! Which bodies of a step are joined: the islands by which it is judged.
+//! Islands of a step: connected components of its bodies.
 
 use crate::contact::{ContactKey, Partner};
 use crate::world::World;
 
-/// Of each body, the label of its island: the smallest index in it. Memory that steps use again.
+/// Label of each body's island, the smallest body index in it. The memory is reused between steps.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Islands {
     labels: Vec<usize>,
 }
 
 impl Islands {
-    /// Joins `bodies` bodies by the contacts `keys` and by the joints and gears of `world`. What is fixed joins nothing.
+    /// Connects `bodies` bodies by the contacts `keys` and by the joints and gears of `world`. The
+    /// ground, fixed pieces and the world frame do not connect bodies.
     pub(super) fn find<'a>(
         &mut self,
         bodies: usize,
@@ -34,7 +35,7 @@ impl Islands {
             let [a, b] = gear.axes().map(|axis| joints[axis.joint].body());
             self.join(a, b);
         }
-        // A label is not above its body's index, so that the labels of smaller ones are final.
+        // Labels are at most the body index, so the labels of smaller bodies are final.
         for body in 0..bodies {
             self.labels[body] = self.labels[self.labels[body]];
         }
@@ -54,7 +55,7 @@ impl Islands {
         body
     }
 
-    /// The label of the island of `body`.
+    /// Label of the island of `body`.
     pub(super) fn of(&self, body: usize) -> usize {
         self.labels[body]
     }

@@ -1,4 +1,4 @@
-//! The derivative of the last step.
+//! Derivative of the last step.
 
 use super::{Motion, Simulation, StepRecord};
 use crate::error::Error;
@@ -7,12 +7,13 @@ use crate::solver::native::StepDerivative;
 use crate::step::Step;
 
 impl Simulation<'_> {
-    /// Makes `derivative` that of the last step, which `record` describes: by its states, its wrenches, and the
-    /// constants of the world. The simulation goes on as without it.
+    /// Computes the derivative of the last step, described by `record`, into `derivative`. Its
+    /// arguments are the states, the wrenches and the constants of the world. The simulation is
+    /// unchanged.
     ///
     /// # Errors
-    /// A record of another step than the last one; [`StepDerivative::linearise`]; a body that floats, whose
-    /// Runge–Kutta step has no derivative here.
+    /// If `record` is not the last step, if [`StepDerivative::linearise`] fails, or for
+    /// [`Motion::Floating`], which has no derivative.
     pub fn linearise(
         &self,
         record: &StepRecord,
@@ -26,7 +27,7 @@ impl Simulation<'_> {
         found?
     }
 
-    /// What `then` makes of the last step, which `record` describes; `free` is memory.
+    /// Calls `then` with the last step, described by `record`; `free` is scratch memory.
     pub(super) fn with_step<T>(
         &self,
         record: &StepRecord,

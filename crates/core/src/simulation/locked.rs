@@ -1,14 +1,16 @@
-//! What joints and gears lock together: more than once, against each other, or in axes that were to be free.
+//! Redundancy analysis of joints and gears: redundant and contradictory constraints, and free axes
+//! that cannot move.
 //!
-//! At the states X every locked axis of a joint and every gear is a row of
+//! At the states X, every locked joint axis and every gear is a row of
 //!
 //! ```text
 //! G v = b                                                                   (J20)
 //! ```
 //!
-//! where v has the velocities and spins of the bodies and b what frames in the world that move ask for. Rows are taken one
-//! after another against an orthonormal basis of those before: a row that this leaves nothing of is redundant if b agrees,
-//! and contradicts them if not. An axis whose own row the basis spans is locked.
+//! with the velocities and spins v of the bodies. b holds the velocities of moving world frames.
+//! The rows are orthonormalised one after another (Gram–Schmidt). A row with no remainder is
+//! redundant if b agrees, and contradictory otherwise. A free axis is locked if its own row is in
+//! the span.
 
 use crate::joint::{Axis, GearAxis, Joint, JointAxis, JointFrame, Knots};
 use crate::mechanics::way::Way;
@@ -17,57 +19,58 @@ use crate::world::World;
 use nalgebra::{DVector, Vector3};
 use std::collections::BTreeMap;
 
-/// A part of a row of length 1 that is less than this is rounding: starts fit their joints to 1e-6.
+/// Smallest independent remainder of a row of length 1. Initial states satisfy joints to 1e-6.
 const DEPENDENT: f64 = 1e-5;
-/// A difference of velocities, m/s, that is less than this is rounding.
+/// Smallest significant difference of velocities (m/s).
 const SAME_VELOCITY: f64 = 1e-4;
-/// More rows in one mechanism than this are not looked at: their cost grows with the third power.
+/// Largest number of rows in an analysed mechanism. The cost grows with the third power.
 const MOST_ROWS: usize = 600;
 
-/// What has a row of (J20).
+/// Constraint with rows in (J20).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Lock {
-    /// The joint of this index.
+    /// Joint with this index.
     Joint(usize),
-    /// The gear of this index.
+    /// Gear with this index.
     Gear(usize),
 }
 
-/// What is odd about the rows of one mechanism.
+/// Problem with the constraints of one mechanism.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Finding {
-    /// No velocities obey all of these.
+    /// Constraints that no velocities satisfy.
     Contradiction {
-        /// Whose rows they are.
+        /// Constraints involved.
         locks: Vec<Lock>,
-        /// By how much, m/s at the reach of the world's bodies.
+        /// Size of the contradiction (m/s), with rotations scaled by the reach of the world's
+        /// bodies.
         off: f64,
     },
-    /// An axis that has a drive or is free cannot move.
+    /// A free or driven axis that cannot move.
     LockedAxis {
-        /// Whose axis.
+        /// The axis.
         axis: GearAxis,
-        /// What locks it.
+        /// Constraints that lock it.
         locks: Vec<Lock>,
     },
-    /// Some rows follow from the others: the reactions are not known one by one.
+    /// Linearly dependent constraints. Their individual reactions are not unique.
     Redundant {
-        /// Whose rows they are.
+        /// Constraints involved.
         locks: Vec<Lock>,
-        /// How many there are too many.
+        /// Number of redundant rows.
         rows: usize,
     },
 }
 
-/// A row of (J20), or what is left of it.
+/// A row of (J20), or its remainder.
 #[derive(Clone)]
 struct LockedRow {
-    /// G.
+    /// Row of G.
     along: DVector<f64>,
-    /// b.
+    /// Entry of b.
     velocity: f64,
-    /// By how much each row that was given is in it.
+    /// Coefficients of the original rows in this one.
     of: Vec<f64>,
 }
 
@@ -88,8 +91,9 @@ impl LockedRow {
 }
 
 impl World {
-    /// What is odd about the locks of this world at `states`, one a body, where the frames in the world of some joints move on
-    /// `courses` from `time` (s) on. Of a mechanism of more than 600 locked rows nothing is said.
+    /// Finds problems with the constraints of this world at `states`, one per body. `courses` are
+    /// the prescribed motions of world frames of joints from `time` (s) on. Mechanisms with more
+    /// than 600 locked rows are skipped.
     #[must_use]
     pub fn locked(&self, states: &[State], courses: &[(usize, Knots)], time: f64) -> Vec<Finding> {
         let rows = LockedRows { world: self, states, courses, time };
@@ -97,7 +101,7 @@ impl World {
     }
 }
 
-/// Makes the rows of a world.
+/// Input of the analysis, which builds the rows.
 struct LockedRows<'a> {
     world: &'a World,
     states: &'a [State],
@@ -105,17 +109,17 @@ struct LockedRows<'a> {
     time: f64,
 }
 
-/// Joints and gears that may act on each other.
+/// Connected joints and gears that can interact.
 #[derive(Default)]
 struct Mechanism {
     joints: Vec<usize>,
     gears: Vec<usize>,
-    /// The bodies of both, in their order.
+    /// Their bodies, sorted.
     bodies: Vec<usize>,
 }
 
 impl LockedRows<'_> {
-    /// The mechanisms, without what hangs on one joint alone: it obeys its rows whatever the rest does.
+    /// Mechanisms without open branches. A body on a single joint can always satisfy it.
     fn mechanisms(&self) -> Vec<Mechanism> {
         let (joints, gears) = (self.world.joints(), self.world.gears());
         let bodies = self.states.len();
@@ -134,7 +138,7 @@ impl LockedRows<'_> {
         while let Some(body) = leaves.pop() {
             let last = by_body[body].iter().find(|joint| stays[**joint]);
             let Some(&joint) = last.filter(|_| !is_geared[body]) else { continue };
-            // A joint whose own limits lock it is of interest by itself.
+            // Keeps a joint that is locked by its own limits.
             if locks_itself(&joints[joint]) {
                 continue;
             }
@@ -149,7 +153,7 @@ impl LockedRows<'_> {
         self.joined(&stays)
     }
 
-    /// The joints that stay, those of each connected mechanism together.
+    /// Groups the joints flagged in `stays` into connected mechanisms.
     fn joined(&self, stays: &[bool]) -> Vec<Mechanism> {
         let (joints, gears) = (self.world.joints(), self.world.gears());
         let mut root: Vec<usize> = (0..self.states.len()).collect();
@@ -182,7 +186,7 @@ impl LockedRows<'_> {
         mechanisms.into_values().collect()
     }
 
-    /// What is odd about one mechanism.
+    /// Problems of one mechanism.
     fn of(&self, mechanism: &Mechanism) -> Vec<Finding> {
         let Some((locks, rows)) = self.rows(mechanism) else { return Vec::new() };
         let mut basis: Vec<LockedRow> = Vec::new();
@@ -230,7 +234,8 @@ impl LockedRows<'_> {
         findings
     }
 
-    /// The rows of (J20), each of length 1, and whose they are; `None` where there are too many, or a body has no state.
+    /// Rows of (J20), scaled to length 1, and their constraints. `None` if there are too many or a
+    /// body has no state.
     fn rows(&self, mechanism: &Mechanism) -> Option<(Vec<Lock>, Vec<LockedRow>)> {
         let (mut locks, mut found) = (Vec::new(), Vec::new());
         for &index in &mechanism.joints {
@@ -269,7 +274,8 @@ impl LockedRows<'_> {
         Some((locks, rows))
     }
 
-    /// How the coordinate of an axis changes with the velocities of these bodies, turns at the reach of the world's bodies.
+    /// Gradient of an axis coordinate with respect to the velocities of `bodies`. Rotations are
+    /// scaled by the reach of the world's bodies.
     fn along(&self, of: GearAxis, bodies: &[usize]) -> Option<DVector<f64>> {
         let joint = &self.world.joints()[of.joint];
         let wrenches = joint.wrenches(self.states, of.axis, 1.0)?;
@@ -286,7 +292,7 @@ impl LockedRows<'_> {
         Some(row)
     }
 
-    /// The velocity along a locked axis that a frame in the world asks of a body, because it moves.
+    /// Velocity along a locked axis that a moving world frame prescribes to a body (m/s or rad/s).
     fn asked(&self, index: usize, axis: JointAxis) -> Option<f64> {
         let joint = &self.world.joints()[index];
         let Some((_, knots)) = self.courses.iter().find(|(of, _)| *of == index) else {
@@ -304,7 +310,8 @@ impl LockedRows<'_> {
     }
 }
 
-/// What `basis` leaves of a row, and how long it is. Twice, so that rounding of the first time is gone.
+/// Subtracts the projection of a row onto `basis` and returns the length of the remainder. It runs
+/// twice to remove rounding errors.
 fn rest_of(row: &mut LockedRow, basis: &[LockedRow]) -> f64 {
     for _ in 0..2 {
         for other in basis {
@@ -315,7 +322,7 @@ fn rest_of(row: &mut LockedRow, basis: &[LockedRow]) -> f64 {
     row.along.norm()
 }
 
-/// Whose rows a combination has.
+/// Constraints with significant coefficients.
 fn involved(of: &[f64], locks: &[Lock]) -> Vec<Lock> {
     let parts = of.iter().zip(locks).filter(|(part, _)| part.abs() > DEPENDENT);
     let mut found: Vec<_> = parts.map(|(_, lock)| *lock).collect();
@@ -343,7 +350,7 @@ fn is_locked(joint: &Joint, axis: JointAxis) -> bool {
     matches!(axis_of(joint, axis), Axis::Locked)
 }
 
-/// Whether the two limits of a free axis are one.
+/// True if both limits of a free axis are equal.
 fn limits_lock(joint: &Joint, axis: JointAxis) -> bool {
     match axis_of(joint, axis) {
         Axis::Free(drive) => drive.limits.is_some_and(|[least, most]| least == most),

@@ -1,24 +1,24 @@
-//! The median of numbers that come one by one, in bounded memory.
+//! Streaming median in bounded memory.
 //!
-//! The exact median of a stream needs all its numbers. Here equal ones are counted together, and the median is
-//! exact while no more than [`MOST_CLASSES`] are different. Where there are more, all lose as many binary digits as brings
-//! them down to that, and stand for the middles of their classes: within a thousandth of what they were,
-//! if they span no more than eighteen decades.
+//! The exact median of a stream needs all its numbers. Equal numbers are counted together here, and
+//! the median is exact up to [`MOST_CLASSES`] different numbers. Beyond that, all numbers drop as
+//! many binary digits as necessary and are represented by the middle of their class. They are then
+//! accurate to a thousandth if they span at most eighteen decades.
 
 use std::num::FpCategory;
 
-/// How many different numbers are kept, and how many that have not been counted yet.
+/// Largest number of different numbers stored, and size of the buffer of uncounted ones.
 const MOST_CLASSES: usize = 1 << 16;
 
-/// Numbers, counted.
+/// Counted numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Median {
-    /// Each number and how often it came, ascending.
+    /// Distinct numbers with their counts, ascending.
     classes: Vec<(f64, u64)>,
-    /// Those that came since.
+    /// Numbers not counted yet.
     recent: Vec<f64>,
-    /// How many binary digits they have lost.
+    /// Number of dropped binary digits.
     dropped: u32,
 }
 
@@ -30,7 +30,7 @@ impl Median {
         }
     }
 
-    /// The median, of an even number the mean of the two in the middle; `None` without numbers.
+    /// Median of all numbers; the mean of the middle two if their count is even. `None` if empty.
     pub(super) fn get(&self) -> Option<f64> {
         let mut all = self.clone();
         all.count();
@@ -42,7 +42,7 @@ impl Median {
         })
     }
 
-    /// The number at a place in the order of all of them.
+    /// Number at the index `place` of the sorted sequence.
     fn at(&self, place: u64) -> f64 {
         let mut before = 0;
         let mut ends = self.classes.iter().map(|(number, count)| {
@@ -52,7 +52,7 @@ impl Median {
         ends.find(|(_, end)| *end > place).map_or(f64::NAN, |(number, _)| *number)
     }
 
-    /// Counts what came since the last call.
+    /// Counts the numbers in the buffer.
     fn count(&mut self) {
         let dropped = self.dropped;
         let recent = self.recent.drain(..).map(|number| (rounded(number, dropped), 1));
@@ -67,7 +67,7 @@ impl Median {
         }
     }
 
-    /// Puts equal numbers together.
+    /// Merges equal numbers.
     fn merge(&mut self) {
         self.classes.sort_unstable_by(|(x, _), (y, _)| x.total_cmp(y));
         self.classes.dedup_by(|(next, more), (number, count)| {
@@ -78,7 +78,8 @@ impl Median {
     }
 }
 
-/// The middle of all numbers that are equal to this one but for their last so many binary digits.
+/// Middle of the class of numbers that agree with this one except for the last `dropped` binary
+/// digits.
 fn rounded(number: f64, dropped: u32) -> f64 {
     match number.classify() {
         _ if dropped == 0 => number,
@@ -110,7 +111,7 @@ mod tests {
         if even { 0.5 * (sorted[middle - 1] + sorted[middle]) } else { sorted[middle] }
     }
 
-    /// Numbers from 10⁻¹⁸ to 1, `different` of them different.
+    /// `count` numbers from 10⁻¹⁸ to 1, with `different` distinct values.
     fn spread(count: u64, different: u64) -> Vec<f64> {
         let number = |i: u64| {
             let part = (i % different).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 11;
@@ -137,7 +138,7 @@ mod tests {
         let mut numbers = spread(1_000_000, u64::MAX);
         let (found, wanted) = (of(&numbers).unwrap(), exact(&numbers));
         assert!((found / wanted - 1.0).abs() <= 1e-3, "{found} {wanted}");
-        // Most are nothing, and some are no numbers.
+        // Most are zero, and some are not numbers.
         numbers.extend(std::iter::repeat_n(0.0, 1_500_000));
         numbers.extend([f64::NAN, f64::INFINITY]);
         assert_eq!(of(&numbers), Some(0.0));

@@ -1,9 +1,9 @@
-//! The simulation loop: one step after another, each with its report and certificate.
+//! Simulation loop: a sequence of steps, each with its report and certificate.
 //!
-//! A step is free flight, [detection](crate::contact::detection) of the contacts, a
-//! solver for their forces, and the
-//! [certificate](crate::contact::certificate) that judges the answer. Around it: starts
-//! ([`scene`], [`random`]), what is kept of a step ([`record`]) and of a run ([`summary`]).
+//! A step consists of free flight, contact [detection](crate::contact::detection), the solve for
+//! the forces, and the [certificate](crate::contact::certificate) that checks the solution. Related
+//! modules are initial states ([`scene`], [`random`]), step records ([`record`]) and run summaries
+//! ([`summary`]).
 
 mod assembly;
 mod balance;
@@ -60,37 +60,37 @@ use std::mem::{swap, take};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// More steps than this are not counted: a time k h is one double.
+/// Largest number of steps. Times k h are computed in one double.
 const MOST_STEPS: u64 = 1 << 53;
 
 /// A running simulation.
 pub struct Simulation<'a> {
     world: World,
     motion: Motion<'a>,
-    /// What acts on each body from outside.
+    /// External wrench and load of each body.
     outside: Vec<Outside>,
-    /// What drives the joints over time.
+    /// Time-dependent inputs of the joints.
     driving: driving::Driving,
     interrupt: Option<Arc<AtomicBool>>,
     index: u64,
-    /// The solution that led to step k: X at k and the forces of the step before, the start
-    /// of the next.
+    /// Solution of the last step: X at step k and the forces of that step. The next step starts
+    /// from it.
     now: StepSolution,
-    /// The same for k − 1, where the last step can be taken back, and for k − 2, which that step
-    /// has seen.
+    /// Solution at k − 1 if the last step can be taken back; `long_before` is the one at k − 2,
+    /// which that step used.
     before: Option<StepSolution>,
     long_before: Option<StepSolution>,
-    /// Whether the last step was taken back already.
+    /// True if the last step cannot be taken back.
     taken_back: bool,
-    /// Whether its steps are parts of one, which are not taken in parts again.
+    /// True for the substeps of a failed step, which are not divided again.
     is_part: bool,
     scratch: StepScratch,
-    /// That of the world, once it was asked for.
+    /// Digest of the world, computed on first use.
     #[cfg(feature = "save")]
     digest: OnceCell<u64>,
 }
 
-/// The external wrench on a body, gravity apart.
+/// External wrench on a body, without gravity.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 struct Outside {
@@ -104,41 +104,44 @@ impl Outside {
     }
 }
 
-/// The solutions that a step can see.
+/// Earlier solutions used by a step.
 #[derive(Clone, Copy)]
 struct Past<'a> {
     now: &'a StepSolution,
     before: Option<&'a StepSolution>,
 }
 
-/// Memory that steps use again.
+/// Scratch memory of steps.
 #[derive(Default)]
 struct StepScratch {
     wrenches: Vec<Wrench>,
     free: Vec<State>,
     candidates: Candidates,
-    /// What the search knew before the step, where that may be interrupted.
+    /// Memory of the contact search before a step that can be interrupted.
     rewind: Memory,
     bounce: Bounce,
     solution: StepSolution,
     certifier: Certifier,
     judge: wild::EnergyJudge,
     stiffness: Stiffness,
-    /// What squeezed in a step that failed.
+    /// Squeeze found in a failed step.
     squeeze: Option<Squeeze>,
     rest: rest::RestingBodies,
 }
 
 impl<'a> Simulation<'a> {
-    /// A simulation of `world` from `states`, one a body.
+    /// Creates a simulation of `world` from `states`, one per body.
     ///
     /// # Errors
-    /// Another number of states than bodies; a state that [`State::checked`] refuses; pieces that
-    /// overlap by more than [a start may](Candidates::overlap_at_start); with [`Motion::Contact`], a
-    /// contact point deeper below the ground than the [contact band](crate::contact::detection::CONTACT_BAND). Both is 5 mm for a
-    /// reach of 1 m: a step takes every point out of what it is in, with the speed that this needs, a
-    /// thousand metres a second for three metres. Within the band lie the states of recorded runs,
-    /// which a run may start from again.
+    /// - If the number of states is not the number of bodies, or [`State::checked`] rejects a
+    ///   state.
+    /// - If pieces overlap by more than [allowed initially](Candidates::overlap_at_start).
+    /// - With [`Motion::Contact`], if a contact point is deeper below the ground than the [contact
+    ///   band](crate::contact::detection::CONTACT_BAND), or if joints or gears are violated.
+    ///
+    /// Both depths are 5 mm for a reach of 1 m. A step lifts every point out of a penetration
+    /// within one step, at a speed of 1000 m/s for three metres of depth. States of recorded runs
+    /// lie within the band, so that a run can start from them.
     pub fn new(
         world: World,
         states: impl IntoIterator<Item = State>,
@@ -160,7 +163,7 @@ impl<'a> Simulation<'a> {
         Self::at(world, &states, motion, candidates)
     }
 
-    /// At rest from all that was before, in `states`, one a body, wherever they are.
+    /// Creates a simulation at `states`, one per body, without checks of the initial state.
     fn at(
         world: World,
         states: &[State],
@@ -201,29 +204,29 @@ impl<'a> Simulation<'a> {
         &self.world
     }
 
-    /// X at the current step, one a body.
+    /// States X at the current step, one per body.
     #[must_use]
     pub fn states(&self) -> &[State] {
         &self.now.states
     }
 
-    /// X at the current step of the first body.
+    /// State X of the first body at the current step.
     #[must_use]
     pub fn state(&self) -> &State {
         &self.now.states[0]
     }
 
-    /// k.
+    /// Index k of the current step.
     #[must_use]
     pub fn index(&self) -> u64 {
         self.index
     }
 
-    /// Calls the state now that of step `index`, at the time index h: loads are those of the times from there
-    /// on. The last step cannot be taken back any more.
+    /// Sets the index of the current step, and with it the time index · h. Loads follow this time.
+    /// The last step cannot be taken back afterwards.
     ///
     /// # Errors
-    /// More steps than a time of k h can tell apart, 2⁵³.
+    /// [`Error::Count`] from 2⁵³ on, where times k h are not distinct.
     pub fn set_index(&mut self, index: u64) -> Result<(), Error> {
         if index >= MOST_STEPS {
             let count = usize::try_from(index).unwrap_or(usize::MAX);
@@ -234,24 +237,24 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Sets the state of body `index` now, as if it had come to be there: with other velocities, or
-    /// somewhere else. The forces of the last step stay what the next one starts from, as far as their
-    /// contacts are still there; the last step cannot be taken back any more.
+    /// Sets the current state of body `index`. The forces of the last step remain the initial point
+    /// of the next one where their contacts persist. The last step cannot be taken back afterwards.
     ///
     /// # Errors
-    /// What [`Simulation::new`] refuses of a start, of this body alone; a body that is not there. The
-    /// state then stays what it was.
+    /// If the body does not exist, or if [`Simulation::new`] would reject its state. The present
+    /// state then stays.
     pub fn set_state(&mut self, index: usize, state: State) -> Result<(), Error> {
         self.outside_mut(index)?;
         let state = state.checked()?;
         self.exchange_states(&[(index, state)])
     }
 
-    /// Sets the states of all bodies now, as [`Simulation::set_state`]: those that a joint ties
-    /// can only be moved together.
+    /// Sets the current states of all bodies; see [`Simulation::set_state`]. Bodies connected by a
+    /// joint can only be moved together.
     ///
     /// # Errors
-    /// Another number of states than bodies; as [`Simulation::set_state`].
+    /// If the number of states is not the number of bodies; otherwise same as
+    /// [`Simulation::set_state`].
     pub fn set_states(&mut self, states: &[State]) -> Result<(), Error> {
         let count = states.len();
         if count != self.now.states.len() {
@@ -262,7 +265,7 @@ impl<'a> Simulation<'a> {
         self.exchange_states(&checked)
     }
 
-    /// Sets these states, if the bodies that they move elsewhere may start there.
+    /// Sets these states if all moved bodies pass the checks of an initial state.
     fn exchange_states(&mut self, states: &[(usize, State)]) -> Result<(), Error> {
         let Self { world, motion, now, scratch, .. } = self;
         let before = now.states.clone();
@@ -286,31 +289,29 @@ impl<'a> Simulation<'a> {
         Ok(())
     }
 
-    /// Exchanges what moves the bodies from here on with `motion`, which must be made for this
-    /// simulation's world: to repeat a step with another solver, after
-    /// [`Simulation::take_back`].
+    /// Exchanges the stepping method with `motion`, which must be made for this simulation's world.
+    /// It allows repeating a step with another solver after [`Simulation::take_back`].
     pub fn swap_motion(&mut self, motion: &mut Motion<'a>) {
         self.scratch.rest.end();
         swap(&mut self.motion, motion);
     }
 
-    /// Sets the external wrench on body `index` in the steps to come (force in N, world; torque
-    /// in N m, body), gravity and the load apart: for a program that decides it from step to
-    /// step.
+    /// Sets the external wrench on body `index` for the next steps: force (N, world frame) and
+    /// torque (N m, body frame). It adds to gravity and the load. Controllers call it every step.
     ///
     /// # Errors
-    /// A body that is not there; a wrench that [`Wrench::validate`] refuses. The wrench before
-    /// it stays.
+    /// If the body does not exist or [`Wrench::validate`] rejects the wrench. The present wrench
+    /// then stays.
     pub fn set_wrench(&mut self, index: usize, wrench: Wrench) -> Result<(), Error> {
         wrench.validate()?;
         self.outside_mut(index)?.wrench = wrench;
         Ok(())
     }
 
-    /// Sets the external load on body `index` over time, counted from step 0.
+    /// Sets the external load on body `index` as a function of the time since step 0.
     ///
     /// # Errors
-    /// A body that is not there.
+    /// [`Error::Count`] if the body does not exist.
     pub fn set_load(&mut self, index: usize, load: Load) -> Result<(), Error> {
         self.outside_mut(index)?.load = load;
         Ok(())
@@ -321,18 +322,17 @@ impl<'a> Simulation<'a> {
         self.outside.get_mut(index).ok_or(missing)
     }
 
-    /// Gives up a step with [`Error::Interrupted`] soon after `flag` is raised, whoever solves
-    /// it, and takes no other while it is.
+    /// Sets the flag that interrupts the simulation. Once it is raised, the current step ends soon
+    /// with [`Error::Interrupted`], and no further step is taken.
     pub fn interrupt_by(&mut self, flag: Arc<AtomicBool>) {
         self.interrupt = Some(flag);
     }
 
     /// Advances by one step and describes it in `record`. A step that did not converge is taken
-    /// all the same, with its status in the report.
+    /// too, with its status in the report.
     ///
     /// # Errors
-    /// Only where a step could not be posed or was interrupted; the simulation stays where it
-    /// was.
+    /// If a step cannot be posed or was interrupted; the simulation is then unchanged.
     pub fn step(&mut self, record: &mut StepRecord) -> Result<(), Error> {
         if self.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
             return Err(Error::Interrupted);
@@ -356,7 +356,7 @@ impl<'a> Simulation<'a> {
                 let (interrupt, solver) = (interrupt.as_deref(), solver.as_mut());
                 let StepScratch { rest, candidates, wrenches, .. } = &mut *scratch;
                 rest.begin(now, before.as_ref(), candidates.memory(), solver, wrenches);
-                // Where no pieces can meet there is nothing to go back to.
+                // Without pairs of pieces there is nothing to restore.
                 let rewinds = interrupt.is_some() && !candidates.memory().is_empty();
                 if rewinds {
                     scratch.rewind.copy_from(scratch.candidates.memory());
@@ -366,7 +366,7 @@ impl<'a> Simulation<'a> {
                     scratch.rest.end();
                 }
                 if taken.is_err() && rewinds {
-                    // What the search found in a part of a step is not to be found again.
+                    // Restores the search memory of the incomplete step.
                     scratch.candidates.recall(world, &scratch.rewind);
                 }
                 taken?
@@ -395,7 +395,7 @@ impl<'a> Simulation<'a> {
         record.solution.copy_from(&self.scratch.solution);
         self.scratch.candidates.hand_over(&mut record.contacts);
 
-        // solution → now → before → long before; the oldest one's memory is used again.
+        // Rotates solution → now → before → long before, and reuses the memory of the oldest.
         let last = &mut self.scratch.solution;
         swap(&mut self.now, last);
         for past in [&mut self.before, &mut self.long_before] {
@@ -408,21 +408,21 @@ impl<'a> Simulation<'a> {
         self.taken_back = false;
         self.index += 1;
         self.note_rest(record);
-        // One body by itself is all that can rest.
+        // A single body is covered by `note_rest`.
         if self.now.states.len() > 1 {
             self.note_islands(record);
         }
         Ok(())
     }
 
-    /// Whether the last step left all as it was, to the last bit, so that the one to come ends as that one did, as long as nothing is
-    /// changed from outside.
+    /// True if the last step left everything unchanged to the last bit. The next step then ends the
+    /// same, unless an input changes.
     #[must_use]
     pub fn rests(&self) -> bool {
         self.scratch.rest.is_known()
     }
 
-    /// The wrenches of the step to come.
+    /// Sets the wrenches of the next step.
     fn set_wrenches(&mut self) {
         let (index, h) = (self.index, self.world.time_step());
         let now = self.outside.iter().zip(&self.now.states).map(|(outside, state)| {
@@ -435,9 +435,9 @@ impl<'a> Simulation<'a> {
         self.scratch.wrenches.extend(now);
     }
 
-    /// Goes back to before the step that `record` describes, which must be the last one
-    /// taken: for a run that ends there, or to repeat the step, in the same way or another. Any
-    /// other record changes nothing, nor does a second call.
+    /// Returns to the state before the step described by `record`, which must be the last one
+    /// taken. It allows ending a run there, or repeating the step. Other records and a second call
+    /// have no effect.
     pub fn take_back(&mut self, record: &StepRecord) {
         if self.taken_back || record.index + 1 != self.index {
             return;
@@ -451,8 +451,8 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Describes the current state as the last row of a trajectory: no step follows. Joints have the angles
-    /// to which they have turned, and no forces.
+    /// Describes the current state as the last row of a trajectory, without a following step.
+    /// Joints have their counted angles and no forces.
     pub fn end(&self, record: &mut StepRecord) {
         let joints = self.now.joints.iter().map(|joint| JointForce::none(joint.angles));
         let gears = vec![0.0; self.world.gears().len()];

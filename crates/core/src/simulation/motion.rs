@@ -1,4 +1,4 @@
-//! What takes the steps of a simulation.
+//! Methods that advance a simulation.
 
 use crate::contact::Detection;
 #[cfg(feature = "save")]
@@ -7,34 +7,33 @@ use crate::solver::native::NativeSolver;
 use crate::step::StepSolver;
 use crate::world::World;
 
-/// What moves the bodies from one step to the next. Its solver must be made for the world of
-/// the simulation.
+/// Method that advances the bodies by a step. Its solver must be made for the simulation's world.
 pub enum Motion<'a> {
-    /// The contact step, with a rule for the candidates and a solver.
+    /// Contact step with a detection rule and a solver.
     Contact {
-        /// Which points may touch.
+        /// Rule for candidate contacts.
         detection: Detection,
-        /// Who solves the step.
+        /// Solver of the step.
         solver: Box<dyn StepSolver + 'a>,
     },
-    /// Fourth-order Runge–Kutta, no ground.
+    /// Fourth-order Runge–Kutta, without contacts.
     Floating,
 }
 
 impl<'a> Motion<'a> {
-    /// Contact by `solver`, with the usual rule for the candidates.
+    /// Contact step with `solver` and the default detection rule.
     #[must_use]
     pub fn contact(solver: impl StepSolver + 'a) -> Self {
         Self::Contact { detection: Detection::default(), solver: Box::new(solver) }
     }
 
-    /// Contact by tumble's own solver, with the usual rule for the candidates.
+    /// Contact step with the native solver and the default detection rule.
     #[must_use]
     pub fn native(world: &World) -> Self {
         Self::contact(NativeSolver::new(world))
     }
 
-    /// What its solver remembers.
+    /// Serialised memory of the solver.
     #[cfg(feature = "save")]
     pub(super) fn memory(&self) -> Vec<u8> {
         match self {
@@ -43,7 +42,7 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// Has its solver go on from what it remembered in `world`.
+    /// Restores the solver in `world` from its serialised memory.
     #[cfg(feature = "save")]
     pub(super) fn recall(&mut self, world: &World, memory: &[u8]) -> Result<(), Error> {
         match self {

@@ -1,4 +1,4 @@
-//! One step: free flight, or candidates, solver and certificate.
+//! A single step: free flight, or contact detection, solver and certificate.
 
 use super::{Past, StepScratch, squeeze, wild};
 use crate::contact::certificate::{Claim, certify_rk4_step};
@@ -10,7 +10,7 @@ use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::world::World;
 use std::sync::atomic::AtomicBool;
 
-/// Each body by itself, by the Runge–Kutta method.
+/// Advances each body separately by the Runge–Kutta method.
 pub(super) fn floating_step(
     world: &World,
     states: &[State],
@@ -34,8 +34,8 @@ pub(super) fn floating_step(
     (StepReport::without_problem(StepStatus::Free), certify_rk4_step(world, &claim))
 }
 
-/// Free flight, detection, solver, certificate; and the share of restitution taken. The solution
-/// is left in the scratch memory.
+/// Advances by free flight, detection, solver and certificate, and returns the report, the
+/// certificate and the share of restitution. The solution is left in the scratch memory.
 pub(super) fn contact_step(
     world: &World,
     past: Past<'_>,
@@ -74,7 +74,7 @@ pub(super) fn contact_step(
     } else {
         rest.keep(|_| false);
         solution.set_free(free);
-        // Exact but for an implicit gyroscopic equation without a solution in reach.
+        // Exact, unless an implicit gyroscopic equation has no solution in reach.
         (StepReport::without_problem(StepStatus::Free), 1.0, 0.0)
     };
     let passes = candidates.passes(world, states, &solution.states);
@@ -82,7 +82,7 @@ pub(super) fn contact_step(
     let (joints, gears) = (&solution.joints, &solution.gears);
     let claim = Claim { states, next: &solution.states, wrenches, contacts, joints, gears };
     let certificate = certifier.step_beside(world, &claim, solution.forces(), rest.bodies());
-    // A solver may think better of a point than it is. A NaN is within nothing.
+    // Overrides the solver's status if the residual is too large. A NaN fails every comparison.
     let residual = certificate.residual();
     let rounding = || rounding::residual(world, states, &solution.states);
     let within = residual <= accepted || residual <= rounding();
@@ -98,7 +98,7 @@ pub(super) fn contact_step(
         let least = world.time_step() * accepted.max(rounding());
         *squeeze = squeeze::find(world, states, contacts, least);
     }
-    // What met something unseen went another way.
+    // A step that skipped a contact has an invalid trajectory.
     let unseen = passes || wild::is_lost(world, states, &solution.states);
     if unseen && report.status != StepStatus::Failed {
         report.status = StepStatus::Wild;
@@ -106,7 +106,7 @@ pub(super) fn contact_step(
     Ok((report, certificate, share))
 }
 
-/// A solution of another size than the step's would be read out of place.
+/// Checks the sizes of a solution before it is indexed.
 #[inline]
 pub(super) fn check_sizes(
     solution: &StepSolution,

@@ -1,20 +1,22 @@
-//! A step that the native solver does not solve: shorter steps in its place, or a motion that makes no energy.
+//! Fallbacks for a step that the native solver did not solve: shorter steps, or a motion that adds
+//! no energy.
 //!
-//! The world is taken through 2, 4, … 64 steps of h/n until each of them is solved. The bodies of the islands without a solution
-//! end where that ends; all others keep the solution that they have. Two numbers of a state depend on the time step and are
-//! exchanged before and after: a spin for that of the same momentum P⁻ (eq. 34), and the velocity of what flies for
-//! v + ½ (h − h/n) g. Contacts and joints have the mean force of the shorter steps. The residual is that of these forces in one
-//! step, and not small.
+//! The world takes 2, 4, … 64 steps of h/n until each of them is solved. Bodies of unsolved islands
+//! take the end state of these steps; others keep their solution. Velocities that depend on the
+//! time step are converted before and after. The spin keeps its momentum P⁻ (eq. 34), and the
+//! velocity of flying bodies changes by ½ (h − h/n) g. Contacts and joints get the mean force of
+//! the shorter steps. The residual is the one of these forces in a single step, and is not small.
 //!
-//! A point near the solution that makes no energy stays, and the step is failed. If the shorter steps are not solved either, an
-//! island that makes no energy keeps the best point of the solver. Any other moves on as one rigid body with its momentum P and
-//! angular momentum L, or stands still if it touches what is fixed:
+//! A point near the solution that adds no energy is kept, and the step is failed. If the shorter
+//! steps are not solved either, islands that add no energy keep the best point of the solver. Other
+//! islands that touch the ground or a fixed piece stand still. The rest move on as one rigid body
+//! with their momentum P and angular momentum L:
 //!
 //! ```text
 //! v = P/m + h g,   ω = I⁻¹ L
 //! ```
 //!
-//! Of all motions with this P and L, a rigid one has the least kinetic energy.
+//! A rigid motion has the least kinetic energy for given P and L.
 
 use super::islands::Islands;
 use super::{Motion, Simulation, StepRecord, StepScratch};
@@ -27,24 +29,24 @@ use crate::step::{ContactForce, StepReport, StepSolution, StepStatus};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3, Vector4};
 
-/// A point that misses the law by less than this many times what counts as solved is nearer to the solution than shorter
-/// steps, which fall by another half of h² g.
+/// Residual, as a multiple of the accepted one, below which the best point is kept. Shorter steps
+/// are less accurate, because they fall by a further ½ h² g.
 const NEAR: f64 = 1e3;
 
-/// The most parts that a step is taken in.
+/// Largest number of shorter steps.
 const MOST_PARTS: u64 = 64;
 
-/// Newton steps to the spin of a momentum, at most: the map is near linear.
+/// Largest number of Newton steps for the spin. The map is nearly linear.
 const MOST_NEWTON: u32 = 20;
 
-/// Report and certificate of a step that its solver had not solved.
+/// Report and certificate of a step that did not converge.
 type Rescued = (StepReport, Certificate);
 
 impl Simulation<'_> {
-    /// Takes the step that failed so in shorter ones, or has it make no energy. `unsolved_bodies` gets the
-    /// bodies of the islands without a solution. `None` where the step stays as it is: of another solver, and near the
-    /// solution.
-    /// An interrupt waits for it: what another solver has begun could not be begun again with the same bits.
+    /// Replaces a failed step by shorter ones or by a motion without added energy. The bodies of
+    /// unsolved islands are appended to `unsolved_bodies`. Returns `None` if the step is kept: for
+    /// other solvers, and near the solution. The interrupt flag is not checked here, because an
+    /// external solver could not repeat its part with the same bits.
     pub(super) fn rescued(
         &mut self,
         (report, certificate): Rescued,
@@ -53,10 +55,10 @@ impl Simulation<'_> {
         let bodies = self.now.states.len();
         let Motion::Contact { solver, .. } = &mut self.motion else { return None };
         let is_near = certificate.residual() <= NEAR * solver.accepted_residual();
-        // The steps of other solvers stay what they made of them.
+        // Steps of other solvers are kept.
         let solver = solver.islands()?;
         let is_solved = |body: usize| solver.is_solved(body);
-        // A certificate may find fault with what the solver took for solved.
+        // The certificate can reject a step that the solver considers solved.
         let all_are = (0..bodies).all(is_solved);
         let unsolved: Vec<bool> = (0..bodies).map(|body| all_are || !is_solved(body)).collect();
         unsolved_bodies.extend((0..bodies).filter(|body| unsolved[*body]));
@@ -81,8 +83,8 @@ impl Simulation<'_> {
         Some((report, self.certify()))
     }
 
-    /// Takes the step in so many parts. The states and forces of the `unsolved` bodies are then in the scratch memory's
-    /// solution. `None` if one of the parts is not solved.
+    /// Takes the step in `parts` shorter ones. The states and forces of the `unsolved` bodies are
+    /// left in the solution of the scratch memory. Returns `None` if a shorter step is not solved.
     fn in_parts(&mut self, parts: u64, unsolved: &[bool]) -> Option<()> {
         let mut parameters = self.world.parameters().clone();
         parameters.time_step /= parts as f64;
@@ -134,7 +136,7 @@ impl Simulation<'_> {
         Some(())
     }
 
-    /// Of each body, whether its island touches what is fixed.
+    /// True per body if its island touches the ground or a fixed piece, or has a held body.
     fn standing(&self) -> Vec<bool> {
         let Self { world, now, scratch, .. } = self;
         let (contacts, bodies) = (scratch.candidates.contacts(), now.states.len());
@@ -159,7 +161,7 @@ impl Simulation<'_> {
         islands
     }
 
-    /// Whether the island of each body makes energy in the scratch memory's solution.
+    /// True per body if its island adds energy in the solution of the scratch memory.
     fn makers(&mut self) -> Vec<bool> {
         let Self { world, now, scratch, .. } = self;
         let StepScratch { candidates, solution, wrenches, judge, certifier, .. } = scratch;
@@ -175,7 +177,7 @@ impl Simulation<'_> {
         judge.makers(world, &claim, certifier.seen(), solution.forces())
     }
 
-    /// Gives islands that make energy a motion that does not.
+    /// Replaces the motion of islands that add energy by one that does not.
     fn hold_energy(&mut self) {
         let (islands, standing, made) = (self.islands(), self.standing(), self.makers());
         let Self { world, now, scratch, .. } = self;
@@ -212,7 +214,7 @@ impl Simulation<'_> {
         }
     }
 
-    /// The certificate of the scratch memory's solution, and its slips.
+    /// Computes the slips and the certificate of the solution in the scratch memory.
     fn certify(&mut self) -> Certificate {
         let Self { world, now, scratch, .. } = self;
         let StepScratch { candidates, solution, wrenches, certifier, .. } = scratch;
@@ -228,7 +230,7 @@ impl Simulation<'_> {
     }
 }
 
-/// The mean forces of parts.
+/// Mean forces of the shorter steps.
 struct MeanForces {
     contacts: Vec<ContactForce>,
     joints: Vec<JointForce>,
@@ -261,9 +263,9 @@ impl MeanForces {
     }
 }
 
-/// `state` in the world `to` as it is in the world `from`: with a spin of the same momentum and, where the body `flies`, with
-/// the velocity that falls as far in a step, since a velocity is that of half a step before (eq. 35). `None` where no spin of that
-/// momentum is found, as of many radians a step.
+/// Converts `state` from the time step of `from` to the one of `to`. The spin keeps its momentum. A
+/// body that `flies` gets the velocity of the same fall per step, since velocities lag half a step
+/// (eq. 35). Returns `None` if no spin has this momentum, as for many radians per step.
 fn same_momentum(
     body: &RigidBody,
     state: &State,
@@ -288,16 +290,16 @@ fn same_momentum(
     None
 }
 
-/// How a group of bodies moves as one.
+/// Rigid motion of a group of bodies.
 struct RigidMotion {
     centre: Vector3<f64>,
     velocity: Vector3<f64>,
-    /// World.
+    /// Angular velocity, world frame.
     spin: Vector3<f64>,
 }
 
 impl RigidMotion {
-    /// That of the same momentum and angular momentum.
+    /// Rigid motion with the linear and angular momentum of the group.
     fn of(world: &World, states: &[State], members: &[usize]) -> Self {
         let of = |body: usize| (&world.bodies()[body], &states[body]);
         let mass: f64 = members.iter().map(|body| of(*body).0.mass()).sum();
@@ -320,7 +322,7 @@ impl RigidMotion {
         Self { centre, velocity: velocity + world.gravity() * world.time_step(), spin }
     }
 
-    /// The state after the step of a body of the group.
+    /// State of a body of the group after the step.
     fn moved(&self, world: &World, state: &State) -> State {
         let h = world.time_step();
         let (angle, arm) = (h * self.spin.norm(), state.position - self.centre);

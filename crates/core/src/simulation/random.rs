@@ -1,25 +1,25 @@
-//! Random numbers as numpy draws them: the start of the drop [scene](crate::simulation::scene),
-//! and of the bodies of a pile.
+//! Random numbers identical to numpy's, for the initial states of the drop
+//! [scene](crate::simulation::scene) and of piles.
 
 use nalgebra::Vector4;
 use rand_mt::Mt;
 use std::f64::consts::TAU;
 
-/// The doubles of `numpy.random.RandomState(seed)`, one after the other, bit for bit: Mersenne
-/// twister MT19937, 53 bits a number.
+/// Sequence of doubles of `numpy.random.RandomState(seed)`, bit for bit: Mersenne twister MT19937,
+/// 53 bits per number.
 #[derive(Debug, Clone)]
 pub struct Draws {
     twister: Mt,
 }
 
 impl Draws {
-    /// The draws of `seed`, from the first on.
+    /// Creates the sequence of `seed`.
     #[must_use]
     pub fn new(seed: u32) -> Self {
         Self { twister: Mt::new(seed) }
     }
 
-    /// The next number, 0 ≤ u < 1.
+    /// Next number u, 0 ≤ u < 1.
     pub fn unit(&mut self) -> f64 {
         // genrand_res53 of Matsumoto and Nishimura: 27 high bits, then 26 low bits.
         let high = f64::from(self.twister.next_u32() >> 5);
@@ -27,7 +27,7 @@ impl Draws {
         (high * 67_108_864.0 + low) / 9_007_199_254_740_992.0
     }
 
-    /// An attitude (w, x, y, z), all equally likely, of three draws u₁, u₂, u₃:
+    /// Uniformly distributed attitude (w, x, y, z) from three draws u₁, u₂, u₃:
     ///
     /// ```text
     /// q = (√(1 − u₁) sin 2πu₂, √(1 − u₁) cos 2πu₂, √u₁ sin 2πu₃, √u₁ cos 2πu₃)
@@ -40,8 +40,8 @@ impl Draws {
         Vector4::new(large * one.0, large * one.1, small * two.0, small * two.1).normalize()
     }
 
-    /// The tutorial's attitude (w, x, y, z): four draws divided by their norm, the squares added from left to
-    /// right as numpy does, so that the doubles are the same. No seed draws four zeros.
+    /// The tutorial's attitude (w, x, y, z): four draws divided by their norm. Squares are added
+    /// from left to right as in numpy, for identical doubles. No seed draws four zeros.
     pub fn tutorial_attitude(&mut self) -> Vector4<f64> {
         let draws = self.four();
         let norm = draws.iter().map(|draw| draw * draw).sum::<f64>().sqrt();
@@ -53,13 +53,13 @@ impl Draws {
     }
 }
 
-/// The first four doubles of `numpy.random.RandomState(seed).rand(4)`.
+/// First four doubles of `numpy.random.RandomState(seed).rand(4)`.
 #[must_use]
 pub fn numpy_rand4(seed: u32) -> [f64; 4] {
     Draws::new(seed).four()
 }
 
-/// The attitude of the drop scene: [`Draws::tutorial_attitude`] as the first of `seed`.
+/// Attitude of the drop scene: the first [`Draws::tutorial_attitude`] of `seed`.
 #[must_use]
 pub fn random_attitude(seed: u32) -> Vector4<f64> {
     Draws::new(seed).tutorial_attitude()

@@ -1,4 +1,4 @@
-//! What a step leaves behind: all that is written to a file or shown.
+//! Record of a step: everything that is written to a file or displayed.
 
 use super::Squeeze;
 use crate::contact::{Certificate, Contact};
@@ -6,36 +6,36 @@ use crate::mechanics::{State, Wrench};
 use crate::step::{StepReport, StepSolution, StepStatus};
 use crate::world::without;
 
-/// One step k → k+1 of a simulation. Lists go over the bodies of the world.
+/// Record of one step k → k+1. Lists have one entry per body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepRecord {
-    /// k.
+    /// Index k.
     pub index: u64,
-    /// X at step k.
+    /// States X at step k.
     pub states: Vec<State>,
-    /// What acted on the bodies from outside, without gravity.
+    /// External wrenches on the bodies, without gravity.
     pub wrenches: Vec<Wrench>,
-    /// The contacts that were considered: the candidates.
+    /// Candidate contacts.
     pub contacts: Vec<Contact>,
-    /// The states at k+1, and the force of every contact.
+    /// States at k+1 and all forces.
     pub solution: StepSolution,
-    /// How the step ended.
+    /// Report of the solver.
     pub report: StepReport,
-    /// How exact the step is.
+    /// Certificate of accuracy.
     pub certificate: Certificate,
-    /// How deep pieces overlap at k+1, m: the deepest of all pairs, from the shapes alone. Planes
-    /// are kept for a step, so that it is of second order in the turn of a step.
+    /// Deepest overlap of two pieces at k+1 (m), from their geometry. Contact planes are fixed
+    /// during a step, so it is of second order in the rotation per step.
     pub overlap: f64,
-    /// The smallest part of the coefficients of restitution that an island took: 1, but where the
-    /// whole would make energy ([`bounce`](super::bounce)).
+    /// Smallest share of the coefficients of restitution that an island applied. It is 1 unless the
+    /// full restitution would add energy ([`bounce`](super::bounce)).
     pub restitution_share: f64,
-    /// h ω, ω (rad/s) being at least the fastest vibration across what joints hold taut: with more than 2 in one step
-    /// after another a taut chain shakes itself to pieces, which no certificate shows; an impact may have more
-    /// for a step. 0 without joints.
+    /// Stability number h ω; 0 without joints. ω (rad/s) bounds the fastest transverse vibration of
+    /// taut joints from below. A taut chain becomes unstable if it stays above 2 for several steps,
+    /// which no certificate shows. An impact can exceed 2 for a single step.
     pub stiffness: f64,
-    /// Of a failed step, what leaves too little room for what, if that is why.
+    /// Cause of a failed step, if two bodies leave too little room for a third one.
     pub squeeze: Option<Squeeze>,
-    /// Of a step that the native solver did not solve as one, the bodies of the islands without a solution.
+    /// Bodies of unsolved islands, if the native solver did not solve the step as a whole.
     pub unsolved: Vec<usize>,
 }
 
@@ -46,7 +46,7 @@ impl Default for StepRecord {
 }
 
 impl StepRecord {
-    /// An empty record, to be filled by [`Simulation::step`](super::Simulation::step).
+    /// Creates an empty record for [`Simulation::step`](super::Simulation::step).
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -65,8 +65,9 @@ impl StepRecord {
         }
     }
 
-    /// Makes this what it is without the body `index`, which was taken out after the step, and without its contacts:
-    /// bodies after it move up by one. Of the joints of the step and of its gears those stay that `joints` and `gears` say true of.
+    /// Removes the body `index` and its contacts, after its removal from the simulation. Bodies
+    /// after it move up by one. Joints and gears stay where their flag in `joints` and `gears` is
+    /// true.
     pub fn leave_out(&mut self, index: usize, joints: &[bool], gears: &[bool]) {
         if index < self.states.len() {
             self.states.remove(index);
@@ -80,7 +81,7 @@ impl StepRecord {
         self.solution.leave_out(index, joints, gears);
     }
 
-    /// X at step k of the first body.
+    /// State X of the first body at step k.
     ///
     /// # Panics
     /// If the record is empty.
@@ -89,7 +90,7 @@ impl StepRecord {
         &self.states[0]
     }
 
-    /// X at step k+1 of the first body.
+    /// State X of the first body at step k+1.
     ///
     /// # Panics
     /// If the record is empty.

@@ -1,14 +1,15 @@
-//! What rests: a step whose givens are all those of the step before ends as that one did.
+//! Resting bodies: a step with exactly the input of the previous step has the same result.
 //!
-//! A step depends on the states, the two solutions before it, what acts from outside, the world, and what the search for
-//! contacts remembers, and on nothing else where its solver [repeats](StepSolver::repeats) itself. Where it leaves
-//! all of them as they were, to the last bit, so does the next one, and every one after it until something is changed from outside.
-//! Such a step is known before free flight: no contact is found again, nothing solved, certified or held against other
-//! pieces, because all of it would come out as it did.
+//! The input of a step is the states, the two previous solutions, the loads, the world and the
+//! memory of the contact search. With an [`IslandSolver`](crate::step::IslandSolver), a step is a
+//! deterministic function of them. If a step leaves all of them unchanged to the last bit, so does
+//! every later one until an input changes. Such a step is copied: free flight, detection, solve and
+//! certificate are skipped.
 //!
-//! Where something moves elsewhere, the same is said of islands: of bodies that have not moved, whose contacts are those of the
-//! last step with the forces that they had in the two before. Contacts are found as ever, from what is known of pieces that
-//! have not moved; if no other joins, the island is not solved, and not certified again.
+//! If other bodies move, the same holds for single islands. An island rests if its bodies have not
+//! moved and its contact forces were the same in the last two steps. Contacts are still detected,
+//! with cached data of pieces that have not moved. If no new contact appears, the island is neither
+//! solved nor certified again.
 
 use super::islands::Islands;
 use super::{Simulation, StepRecord, StepScratch};
@@ -18,38 +19,38 @@ use crate::mechanics::{State, Wrench};
 use crate::step::{ContactForce, StepReport, StepSolution, StepSolver, StepStatus};
 use nalgebra::Vector3;
 
-/// The last step, where it left all as it was.
+/// Detection of steps and islands at rest.
 #[derive(Debug, Clone, Default)]
 pub(super) struct RestingBodies {
-    /// Whether the step at hand begins with the states and forces of the step before.
+    /// True if the current step starts with the states and forces of the previous one.
     begins: bool,
-    /// What the search remembered at its start.
+    /// Memory of the contact search at its start.
     memory: Memory,
-    /// What acted on the bodies in it, and what else it came to.
+    /// Wrenches and contacts of the resting step; `last` holds its other results.
     wrenches: Vec<Wrench>,
     contacts: Vec<Contact>,
     last: Option<Came>,
-    /// Whether the last step was the one before it again.
+    /// True if the last step repeated the previous one.
     stays: bool,
-    /// Whether the solver repeats itself.
+    /// True if the solver is deterministic.
     repeats: bool,
-    /// The bodies for whose islands the step at hand is the last one again, and after it those that were left so.
+    /// Resting bodies of the current step; after the step, those that the solver left unchanged.
     bodies: Vec<bool>,
-    /// Whether the solver knows that none rests.
+    /// True if the solver was informed that no body rests.
     none_told: bool,
-    /// What acted on the bodies in the last step.
+    /// Wrenches of the last step.
     loads: Vec<Wrench>,
-    /// How many contacts the step at hand began with.
+    /// Number of contacts at the start of the current step.
     found: usize,
-    /// The bodies that were to rest and did, and those that have not moved.
+    /// Bodies that were expected to rest and did, or that have not moved.
     still: Vec<bool>,
-    /// Of the first body of an island whether it touches something or is tied.
+    /// True for the first body of an island with a contact or joint.
     ties: Vec<bool>,
     islands: Islands,
     indices: [KeyIndex; 2],
 }
 
-/// What a step came to beside its solution.
+/// Results of a step besides its solution.
 #[derive(Debug, Clone, Copy)]
 struct Came {
     report: StepReport,
@@ -60,31 +61,31 @@ struct Came {
 }
 
 impl RestingBodies {
-    /// Something is changed from outside: the next step is another one.
+    /// Clears all flags after a change of an input.
     pub(super) fn end(&mut self) {
         (self.last, self.begins, self.none_told, self.stays) = (None, false, false, false);
         self.bodies.clear();
         self.loads.clear();
     }
 
-    /// Whether the last step was the one before it again, to the last bit.
+    /// True if the last step repeated the previous one to the last bit.
     #[cfg(feature = "save")]
     pub(super) fn stays(&self) -> bool {
         self.stays
     }
 
-    /// Whether the step to come may be the last one again.
+    /// True if the next step may repeat the last one.
     #[inline]
     pub(super) fn is_known(&self) -> bool {
         self.last.is_some()
     }
 
-    /// The bodies of islands that rest; none at all where none does.
+    /// Flags of bodies in resting islands; empty if none rests.
     pub(super) fn bodies(&self) -> &[bool] {
         &self.bodies
     }
 
-    /// Tells a solver which bodies rest, if some do or did.
+    /// Informs the solver of the resting bodies, if there are or were any.
     #[inline]
     pub(super) fn tell(&mut self, solver: &mut dyn StepSolver) {
         let none = self.bodies.is_empty();
@@ -96,7 +97,7 @@ impl RestingBodies {
         }
     }
 
-    /// Makes room for what a step at rest comes to, so that none is to be made when it comes.
+    /// Reserves memory for the results of a resting step in advance.
     #[inline]
     fn make_room(&mut self, contacts: usize, bodies: usize) {
         if self.contacts.capacity() < contacts || self.wrenches.capacity() < bodies {
@@ -107,12 +108,12 @@ impl RestingBodies {
         }
     }
 
-    /// Notes how many contacts a step begins with.
+    /// Stores the number of contacts at the start of a step.
     pub(super) fn found(&mut self, contacts: usize) {
         self.found = contacts;
     }
 
-    /// Leaves those out that the solver did not leave as they were.
+    /// Clears the flags of bodies that the solver did not leave unchanged.
     #[inline]
     pub(super) fn keep(&mut self, rested: impl Fn(usize) -> bool) {
         if self.bodies.is_empty() {
@@ -124,7 +125,7 @@ impl RestingBodies {
         }
     }
 
-    /// Wakes the islands of bodies on which something else acts than in the last step.
+    /// Wakes islands with a wrench that differs from the last step's.
     fn wake(&mut self, wrenches: &[Wrench]) {
         let Self { bodies, loads, islands, still, .. } = self;
         if bodies.is_empty() {
@@ -144,7 +145,7 @@ impl RestingBodies {
         }
     }
 
-    /// Notes what a step begins with, where its solution may be that of the step before.
+    /// Stores the start of a step whose solution may equal the previous one.
     pub(super) fn begin(
         &mut self,
         now: &StepSolution,
@@ -155,7 +156,7 @@ impl RestingBodies {
     ) {
         (self.last, self.stays) = (None, false);
         let repeats = before.is_some_and(|before| !moves(now, before) && is_same(now, before));
-        // One body by itself is all that can rest.
+        // Islands can rest only if there is more than one body.
         self.repeats = (repeats || wrenches.len() > 1) && solver.islands().is_some();
         self.begins = repeats && self.repeats;
         self.wake(wrenches);
@@ -166,7 +167,8 @@ impl RestingBodies {
 }
 
 impl Simulation<'_> {
-    /// Takes the step to come where it is the last one again; its wrenches are set. Returns whether it did.
+    /// Takes the next step as a copy of the last one if its wrenches are the same. Returns true if
+    /// it did.
     #[inline(never)]
     pub(super) fn rest(&mut self, record: &mut StepRecord) -> bool {
         let StepScratch { rest, wrenches, .. } = &self.scratch;
@@ -187,14 +189,14 @@ impl Simulation<'_> {
         record.solution.copy_from(&self.now);
         record.contacts.clear();
         record.contacts.extend_from_slice(&rest.contacts);
-        // This solution and those before are one.
+        // The stored solutions are all equal.
         self.scratch.rest.stays = true;
         self.taken_back = false;
         self.index += 1;
         true
     }
 
-    /// Notes whether the step that was taken last, which `record` describes, left all as it was.
+    /// Checks whether the last step, described by `record`, left everything unchanged.
     pub(super) fn note_rest(&mut self, record: &StepRecord) {
         let Self { now, before, driving, scratch, .. } = self;
         let StepScratch { rest, wrenches, candidates, .. } = scratch;
@@ -218,7 +220,7 @@ impl Simulation<'_> {
 }
 
 impl Simulation<'_> {
-    /// Notes for which islands the step that was taken last, which `record` describes, left all as it was.
+    /// Checks which islands the last step, described by `record`, left unchanged.
     pub(super) fn note_islands(&mut self, record: &StepRecord) {
         let Self { now, before, long_before, driving, scratch, world, .. } = self;
         let StepScratch { rest, wrenches, .. } = scratch;
@@ -244,7 +246,8 @@ impl Simulation<'_> {
             && (0..count).any(|body| still[body] && !rested(body));
         if falls_asleep {
             islands.find(count, now.contacts.iter().map(|contact| &contact.key), world);
-            // By islands from here on: whether all of one is as it was, and whether it has a contact or a joint.
+            // From here on `still` and `ties` are per island: all its bodies are unchanged, and it
+            // has a contact or joint.
             ties.clear();
             ties.resize(count, false);
             for body in 0..count {
@@ -307,14 +310,15 @@ fn bits_of_wrench(wrench: &Wrench) -> [Bits; 2] {
     [wrench.force, wrench.torque].map(bits_of)
 }
 
-/// Whether the first body has other velocities in two solutions, which says at once that they are not the same.
+/// True if the velocity of the first body differs between two solutions. This is a quick test
+/// before [`is_same`].
 #[inline]
 fn moves(one: &StepSolution, other: &StepSolution) -> bool {
     let of_first = |solution: &StepSolution| solution.states.first().map(|s| bits_of(s.velocity));
     of_first(one) != of_first(other)
 }
 
-/// Whether two solutions are the same to the last bit, also in the sign of what is zero.
+/// True if two solutions are equal to the last bit, including signs of zeros.
 #[inline(never)]
 fn is_same(one: &StepSolution, other: &StepSolution) -> bool {
     one.states.iter().map(of_state).eq(other.states.iter().map(of_state))

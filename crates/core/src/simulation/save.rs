@@ -1,13 +1,12 @@
-//! Where a simulation is, as a value and as bytes: all that its next steps depend on.
+//! Saved simulations, as values and as bytes.
 //!
-//! A step sees the solutions before it, the loads, and what the search for contacts and the solver
-//! remember of earlier steps. All of that is in a [`Saved`], so that a simulation which is
-//! [restored](super::Simulation::restore) goes on with the same bits as one that was never
-//! interrupted. The world is not in it: it is made anew, and has to be the same to the last bit,
-//! which a digest of it tells.
+//! A step depends on the previous solutions, the loads, and the memory of the contact search and of
+//! the solver. [`Saved`] holds all of them, so that a [restored](super::Simulation::restore)
+//! simulation continues with the same bits. The world is not included. It is rebuilt and must be
+//! identical to the last bit, which a digest checks.
 //!
-//! The bytes are a magic word, the number of the format, the length, the numbers themselves, and a
-//! checksum of all of it. Numbers keep their bits.
+//! The bytes are a magic word, the format number, the length, the content and a checksum. Floating
+//! point numbers keep their bits.
 
 use super::driving::Driving;
 use super::{MOST_STEPS, Motion, Outside, Simulation};
@@ -22,11 +21,11 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::fmt::{self, Write as _};
 
-/// Where a simulation is: its index, states, forces and loads, and what it remembers.
+/// State of a simulation: index, states, forces, loads and solver memory.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Saved {
-    /// The digest of what of the world no simulation changes, and what this one did: which bodies are held, how
-    /// the joints and gears are set, which surfaces move.
+    /// Digest of the parts of the world that a simulation does not change. The next fields are the
+    /// changeable parts: held bodies, joints, gears and surface velocities.
     world: u64,
     held: Vec<bool>,
     joints: Vec<Joint>,
@@ -40,51 +39,50 @@ pub struct Saved {
     before: Option<StepSolution>,
     long_before: Option<StepSolution>,
     search: Memory,
-    /// In the solver's own form.
+    /// Serialised memory of the solver, in its own format.
     solver: Vec<u8>,
-    /// Of the program that saves.
+    /// Notes of the calling program.
     notes: Vec<u8>,
 }
 
-/// What the bytes begin with.
+/// Magic word at the start of the bytes.
 const MAGIC: [u8; 8] = *b"tumble-l";
-/// The number of the format: another one where the same numbers stand for something else.
+/// Format number. It changes with the meaning of the content.
 const FORMAT: u32 = 4;
-/// Magic word, format and length.
+/// Length of magic word, format number and length field (bytes).
 const HEADER: usize = 8 + 4 + 8;
-/// The checksum.
+/// Length of the checksum (bytes).
 const TRAILER: usize = 8;
 
 impl Saved {
-    /// k.
+    /// Index k of the current step.
     #[must_use]
     pub fn index(&self) -> u64 {
         self.index
     }
 
-    /// X at the current step, one a body.
+    /// States X at the current step, one per body.
     #[must_use]
     pub fn states(&self) -> &[State] {
         &self.now.states
     }
 
-    /// This state with `notes`: what the program that saves wants to find again beside the simulation, in a
-    /// form of its own.
+    /// Returns this state with `notes`: additional data of the calling program, in its own format.
     #[must_use]
     pub fn with_notes(self, notes: Vec<u8>) -> Self {
         Self { notes, ..self }
     }
 
-    /// The [notes](Saved::with_notes); empty where there are none.
+    /// The [notes](Saved::with_notes); empty by default.
     #[must_use]
     pub fn notes(&self) -> &[u8] {
         &self.notes
     }
 
-    /// As bytes, which [`Saved::from_bytes`] reads again.
+    /// Serialises to bytes for [`Saved::from_bytes`].
     ///
     /// # Errors
-    /// None for what a simulation saved.
+    /// If serialisation fails; states saved by a simulation always succeed.
     pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
         let numbers = to_bytes(self)?;
         let mut bytes = Vec::with_capacity(HEADER + numbers.len() + TRAILER);
@@ -96,10 +94,11 @@ impl Saved {
         Ok(bytes)
     }
 
-    /// Reads what [`Saved::to_bytes`] wrote.
+    /// Reads the bytes of [`Saved::to_bytes`].
     ///
     /// # Errors
-    /// Bytes that are no saved state, of another format, cut off or changed.
+    /// [`Error::Saved`] if the bytes are not a saved state, have another format, or are truncated
+    /// or corrupted.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
         let Some((magic, rest)) = bytes.split_first_chunk() else { return Err(cut(bytes.len())) };
         if *magic != MAGIC {
@@ -130,8 +129,8 @@ impl Saved {
         from_bytes(content)
     }
 
-    /// Whether it can be one of a simulation of `world`, whose digest is `digest`: a number that worlds share
-    /// that are the same to the last bit.
+    /// Checks that this state fits `world`, whose digest is `digest`. Worlds that are equal to the
+    /// last bit share a digest.
     fn check(&self, world: &World, digest: u64) -> Result<(), Error> {
         let bodies = world.bodies().len();
         if self.now.states.len() != bodies {
@@ -177,12 +176,12 @@ impl Outside {
 }
 
 impl<'a> Simulation<'a> {
-    /// A simulation of `world`, moved by `motion`, that goes on from where `saved` was saved
-    /// ([`Simulation::restore`]). No start is asked for: with bodies held a run may have come to where none may
-    /// begin.
+    /// Creates a simulation of `world` with `motion` that continues from `saved`
+    /// ([`Simulation::restore`]). The states are not checked as initial states, because a run with
+    /// held bodies may reach states where none may start.
     ///
     /// # Errors
-    /// As [`Simulation::restore`]; joints without the contact step.
+    /// Same as [`Simulation::restore`]; also joints with [`Motion::Floating`].
     pub fn restored(world: World, motion: Motion<'a>, saved: &Saved) -> Result<Self, Error> {
         saved.check(&world, digest(&world))?;
         let mut simulation = Self::at(world, saved.states(), motion, Candidates::new())?;
@@ -190,8 +189,7 @@ impl<'a> Simulation<'a> {
         Ok(simulation)
     }
 
-    /// Where the simulation is, to go on from there later: in this simulation, or in another one of the
-    /// same world.
+    /// Saves the simulation, to continue later in this or another simulation of the same world.
     #[must_use]
     pub fn save(&self) -> Saved {
         Saved {
@@ -213,14 +211,13 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    /// Goes on from where `saved` was saved: with the same motion and the same steps to the last bit, if
-    /// it is moved by the same solver with the same settings. A solver that remembers nothing goes on
-    /// from what another one saved, and one that remembers from what such a one saved. What interrupts
-    /// the simulation stays.
+    /// Continues from `saved`. With the same solver and settings, all further steps are equal to
+    /// the last bit. Solvers with and without memory can continue from each other's saved states.
+    /// The interrupt flag stays.
     ///
     /// # Errors
-    /// A state of another world; one that no simulation saved; a solver's memory that the solver
-    /// does not know. The simulation then stays where it was.
+    /// If `saved` has another world, inconsistent content, or solver memory of an unknown format.
+    /// The simulation is then unchanged.
     pub fn restore(&mut self, saved: &Saved) -> Result<(), Error> {
         saved.check(&self.world, self.digest())?;
         let ties = (&*saved.joints, &*saved.gears);
@@ -246,16 +243,16 @@ impl<'a> Simulation<'a> {
 
 fn digest(world: &World) -> u64 {
     let mut hash = Fnv::NONE;
-    // What is written to takes everything.
+    // Writing to the hash cannot fail.
     let _ = write!(hash, "{:?}", world.lasting());
     hash.0
 }
 
-/// The hash of Fowler, Noll and Vo, FNV-1a, of 64 bits.
+/// 64-bit FNV-1a hash of Fowler, Noll and Vo.
 struct Fnv(u64);
 
 impl Fnv {
-    /// That of nothing.
+    /// Hash of empty input.
     const NONE: Self = Self(0xCBF2_9CE4_8422_2325);
 
     fn of(bytes: &[u8]) -> u64 {
@@ -279,18 +276,18 @@ impl fmt::Write for Fnv {
     }
 }
 
-/// A value as bytes of its own form.
+/// Serialises a value to bytes.
 ///
 /// # Errors
-/// A value that has none.
+/// [`Error::Saved`] if the value cannot be serialised.
 pub fn to_bytes(value: &impl Serialize) -> Result<Vec<u8>, Error> {
     postcard::to_allocvec(value).map_err(|error| odd(format!("cannot be made: {error}")))
 }
 
-/// The value whose bytes these are, and no others.
+/// Deserialises a value from exactly these bytes.
 ///
 /// # Errors
-/// Bytes of something else.
+/// [`Error::Saved`] if the bytes are not a value of this type.
 pub fn from_bytes<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<T, Error> {
     match postcard::take_from_bytes(bytes) {
         Ok((value, [])) => Ok(value),

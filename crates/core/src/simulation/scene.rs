@@ -1,5 +1,4 @@
-//! The two scenes of the tutorial: constants for a [world](crate::world) and starts for a
-//! simulation.
+//! The two scenes of the tutorial: constants of a [world](crate::world) and initial states.
 
 use super::random::random_attitude;
 use crate::contact::Plane;
@@ -8,32 +7,32 @@ use crate::mechanics::{RigidBody, Rotation, State};
 use crate::world::Parameters;
 use nalgebra::{Matrix3, Vector3, Vector4};
 
-/// Defaults of a scene; every one can be changed on the command line.
+/// Defaults of a scene. All can be changed on the command line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TutorialScene {
-    /// The word of the command line.
+    /// Name on the command line.
     pub name: &'static str,
-    /// Rows of the trajectory.
+    /// Number of rows of the trajectory.
     pub rows: u64,
-    /// h, s.
+    /// Time step h (s).
     pub time_step: f64,
-    /// g, m/s².
+    /// Gravity g (m/s²).
     pub gravity: Vector3<f64>,
-    /// r_z at the start, m.
+    /// Initial height r_z (m).
     pub height: f64,
-    /// v at the start, m/s.
+    /// Initial velocity v (m/s).
     pub velocity: Vector3<f64>,
-    /// ω at the start, rad/s, body.
+    /// Initial spin ω (rad/s), body frame.
     pub spin: Vector3<f64>,
 }
 
-/// m of the tutorial's cube, kg.
+/// Mass m of the tutorial's cube (kg).
 pub const CUBE_MASS: f64 = 10.0;
-/// The tutorial's cube has the inertia of this times E₃, kg m².
+/// Inertia of the tutorial's cube as a multiple of E₃ (kg m²).
 pub const CUBE_INERTIA: f64 = 0.01;
-/// Half the side of the tutorial's cube, m.
+/// Half the side of the tutorial's cube (m).
 pub const CUBE_HALF_SIDE: f64 = 1.0;
-/// μ of the tutorial.
+/// Coefficient of friction μ of the tutorial.
 pub const FRICTION: f64 = 0.3;
 
 impl TutorialScene {
@@ -65,7 +64,7 @@ impl TutorialScene {
         }
     }
 
-    /// The state at step 0 with the attitude given.
+    /// State at step 0 with the given attitude.
     #[must_use]
     pub fn start(&self, attitude: Vector4<f64>) -> State {
         State {
@@ -76,8 +75,7 @@ impl TutorialScene {
         }
     }
 
-    /// The attitude at step 0: drawn from `seed` for the drop, upright for the floating
-    /// cube.
+    /// Attitude at step 0: drawn from `seed` for the drop, upright for the floating cube.
     #[must_use]
     pub fn attitude(&self, seed: u32) -> Vector4<f64> {
         if self.name == "floating" {
@@ -88,10 +86,10 @@ impl TutorialScene {
     }
 }
 
-/// The constants of the drop scene.
+/// Constants of the drop scene.
 ///
 /// # Errors
-/// None for these numbers; the type is [`RigidBody::new`]'s.
+/// Those of [`RigidBody::new`], which do not occur for these numbers.
 pub fn tutorial_parameters() -> Result<Parameters, Error> {
     let scene = TutorialScene::drop();
     Ok(Parameters {
@@ -104,10 +102,10 @@ pub fn tutorial_parameters() -> Result<Parameters, Error> {
     })
 }
 
-/// The tutorial's cube: 2 m, 10 kg, inertia 0.01·E₃ kg m².
+/// The tutorial's cube: side 2 m, mass 10 kg, inertia 0.01·E₃ kg m².
 ///
 /// # Errors
-/// None for these numbers; the type is [`RigidBody::new`]'s.
+/// Those of [`RigidBody::new`], which do not occur for these numbers.
 pub fn tutorial_cube() -> Result<RigidBody, Error> {
     let inertia = Matrix3::from_diagonal_element(CUBE_INERTIA);
     RigidBody::with_box_corners(CUBE_MASS, inertia, Vector3::repeat(CUBE_HALF_SIDE))

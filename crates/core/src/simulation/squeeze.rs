@@ -1,14 +1,16 @@
-//! Why a step has no solution: something is squeezed between two things that go where they are told.
+//! Diagnosis of infeasible steps: a body squeezed between two others with prescribed motion.
 //!
-//! A body that is driven, or held, is where it is to be at the end of the step, whatever is in its way. What lies between two
-//! of those, or between one and what is fixed, has the room that they leave. With the gaps g at the step's start along a way
-//! from one to the other that goes through contacts in about one direction d, and the motions s of both ends, what lacks is
+//! A driven or held body reaches its prescribed pose at the end of the step, whatever is in its
+//! path. A body between two such bodies, or between one and a fixed piece, has only the room that
+//! they leave. The search follows chains of contacts in about one direction d from one end to the
+//! other. With the gaps g at the start of the step and the motions s of both ends, the missing room
+//! is
 //!
 //! ```text
 //! d·s₁ − d·s₂ − Σ g,
 //! ```
 //!
-//! wherever what is between them goes.
+//! independent of the motion of the bodies in between.
 
 use crate::contact::{Contact, Partner};
 use crate::joint::Joint;
@@ -17,45 +19,45 @@ use crate::mechanics::quaternion::{product, rotation};
 use crate::world::World;
 use nalgebra::{Vector3, Vector4};
 
-/// Two things that leave too little room for what is between them.
+/// Two objects that leave too little room for a body between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct Squeeze {
-    /// What squeezes: a body that is driven or held, and another one, or what is fixed.
+    /// The two objects: a driven or held body, and another one, a fixed piece or the ground.
     pub by: [Partner; 2],
-    /// The body that is squeezed; of several between them the one at the first.
+    /// The squeezed body. If there are several, the one next to the first object.
     pub body: usize,
-    /// The room that lacks at the end of the step, m.
+    /// Missing room at the end of the step (m).
     pub lacking: f64,
 }
 
-/// As many bodies are looked at between two that squeeze.
+/// Largest number of bodies between the two objects.
 const MOST_BETWEEN: usize = 3;
-/// Directions of contacts one after another on a way are one to this cosine.
+/// Smallest cosine between the normals of consecutive contacts.
 const ALIKE: f64 = 0.9;
 
-/// A search along contacts from one end.
+/// Search along contacts from one end.
 struct SqueezeSearch<'a> {
     world: &'a World,
     states: &'a [State],
     contacts: &'a [Contact],
-    /// The one that lacks most.
+    /// Result with the largest missing room.
     found: Option<Squeeze>,
 }
 
-/// Where a search is.
+/// Node of the search.
 #[derive(Clone, Copy)]
 struct SearchPlace {
     from: Partner,
     between: [usize; MOST_BETWEEN],
     count: usize,
     direction: Vector3<f64>,
-    /// d·s₁ − Σ g so far, m.
+    /// Room closed so far, d·s₁ − Σ g (m).
     closed: f64,
 }
 
-/// What squeezes most in a step of `world` from `states` with these `contacts`, if more than `least` (m) of room lacks. The frames of
-/// joints that move are where the step ends.
+/// Worst squeeze in a step of `world` from `states` with `contacts`, if more than `least` (m) of
+/// room is missing. Moving joint frames are at the end of the step.
 pub(super) fn find(
     world: &World,
     states: &[State],
@@ -67,7 +69,8 @@ pub(super) fn find(
         let body = Partner::Body(contact.key.body);
         for (from, to) in [(body, contact.key.partner), (contact.key.partner, body)] {
             let Some(first) = to.body() else { continue };
-            // What is fixed squeezes nothing by itself: a way begins at what a joint holds.
+            // Chains start at a body with prescribed motion; fixed pieces do not squeeze by
+            // themselves.
             let (Some(_), Some(moved)) = (from.body(), search.told(from, &place(contact, states)))
             else {
                 continue;
@@ -81,18 +84,19 @@ pub(super) fn find(
     search.found.filter(|squeeze| squeeze.lacking > least)
 }
 
-/// The contact's point at the step's start, m.
+/// Contact point at the start of the step (m), world frame.
 fn place(contact: &Contact, states: &[State]) -> Vector3<f64> {
     states[contact.key.body].position + contact.arm
 }
 
-/// The direction across a contact into `body`.
+/// Contact normal that points into `body`.
 fn towards(contact: &Contact, body: usize) -> Vector3<f64> {
     if contact.key.body == body { contact.normal() } else { -contact.normal() }
 }
 
 impl SqueezeSearch<'_> {
-    /// How far the step takes a point of `of` that does as it is told, m; `None` of a body that moves as it is pushed.
+    /// Displacement in the step of a point on `of` if its motion is prescribed (m); `None` for
+    /// other bodies.
     fn told(&self, of: Partner, point: &Vector3<f64>) -> Option<Vector3<f64>> {
         let Some(body) = of.body() else { return Some(Vector3::zeros()) };
         if self.world.is_held(body) {
@@ -108,11 +112,11 @@ impl SqueezeSearch<'_> {
         Some(there.anchor + end * (lever - own.anchor) - point)
     }
 
-    /// Looks on from the last body of the way.
+    /// Continues the search from the last body of the chain.
     fn go_on(&mut self, way: &SearchPlace) {
         let contacts = self.contacts;
         let last = way.between[way.count - 1];
-        // It does as it is told itself: the way ends before it.
+        // A chain ends at a body with prescribed motion.
         if self.told(Partner::Body(last), &Vector3::zeros()).is_some() {
             return;
         }

@@ -1,4 +1,4 @@
-//! Where bodies may start: not deep in each other or in the ground, and where their joints hold them.
+//! Checks of initial states: overlaps, depth below the ground, and joint errors.
 
 use crate::contact::detection::CONTACT_BAND;
 use crate::contact::{Candidates, Overlap};
@@ -8,9 +8,9 @@ use crate::mechanics::State;
 use crate::world::World;
 use nalgebra::Vector3;
 
-/// Refuses `states` at which one of the bodies `asked` about is too deep in another one or, where it
-/// `touches` anything at all, in the ground, or away from its joints, whose angles were last the `near` ones (rad;
-/// none for the first).
+/// Rejects `states` if a body selected by `asked` overlaps another one too deeply. If `touches` is
+/// true, depths below the ground, joints and gears are checked too. `near` holds the last known
+/// joint angles (rad), or is empty at first.
 pub(super) fn check(
     world: &World,
     states: &[State],
@@ -29,7 +29,7 @@ pub(super) fn check(
     Ok(())
 }
 
-/// Pieces that overlap deep would fly apart in the first step.
+/// Rejects deep overlaps, which would separate at high speed in the first step.
 fn check_overlap(
     world: &World,
     states: &[State],
@@ -44,8 +44,8 @@ fn check_overlap(
     }
 }
 
-/// How far a joint may be off or beyond its limits at the start, m and rad: one step brings it back, at the speed of that
-/// over h.
+/// Largest joint error, and largest excess over a joint limit, of an initial state (m and rad). The
+/// first step corrects it, at the speed error/h.
 pub const JOINT_AT_THE_START: f64 = 1e-6;
 
 fn check_joints(
@@ -59,7 +59,7 @@ fn check_joints(
             continue;
         }
         let (place, turn) = of.error(states).unwrap_or((f64::NAN, f64::NAN));
-        // A NaN fits nowhere.
+        // A NaN is an error too.
         let fits = place.max(turn) <= JOINT_AT_THE_START;
         if !fits {
             return Err(Error::JointApart { joint, place, turn, allowed: JOINT_AT_THE_START });

@@ -1,15 +1,15 @@
-//! How fast what joints hold taut can vibrate, against the time step.
+//! Stability of taut joints: their vibration frequency in relation to the time step.
 //!
-//! A step pulls along the directions at its start, so that the restoring moment of what is under tension is that of an
-//! explicit method: it is stable for h ω < 2, and no residual shows it. The force f (N) of a joint at
-//! the lever a (m) of a body resists its turning by
+//! A step applies forces along the directions at its start. The restoring moment of joints under
+//! tension is therefore explicit, stable for h ω < 2, and no residual shows an instability. A joint
+//! force f (N) at the lever arm a (m) of a body resists rotation by
 //!
 //! ```text
 //! K = Σ (f·a) E − ½ (f aᵀ + a fᵀ),   ω² ≤ the largest eigenvalue of I⁻¹ K over all bodies,     (J12)
 //! ```
 //!
-//! I being the inertia about the centre of mass, or about an anchor that a joint holds in the world. A rod of mass m and length L under
-//! a tension T has ω² = 12 T/(m L).
+//! with the inertia I about the centre of mass, or about an anchor fixed in the world. A rod of
+//! mass m and length L under a tension T has ω² = 12 T/(m L).
 
 use crate::joint::{Axis, Joint, JointForce};
 use crate::mechanics::quaternion::rotation;
@@ -17,26 +17,26 @@ use crate::mechanics::{RigidBody, State};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
-/// Finds it; owns its scratch memory, so that a step allocates nothing for it.
+/// Computes h ω; owns scratch memory, so that a step does not allocate.
 #[derive(Debug, Clone, Default)]
 pub struct Stiffness {
-    /// K of each body, N m, its frame.
+    /// K of each body (N m), body frame.
     of: Vec<Matrix3<f64>>,
-    /// Where a joint holds it in the world, m, its frame.
+    /// Anchor of a joint that fixes the body in the world (m), body frame.
     held: Vec<Option<Vector3<f64>>>,
-    /// The most that an eigenvalue of each body can be, 1/s².
+    /// Upper bound of the eigenvalues of each body (1/s²).
     most: Vec<f64>,
 }
 
-/// I of a body about its centre of mass, or about the anchor that is held.
+/// Inertia of a body about its centre of mass, or about the point `lever`.
 fn inertia(body: &RigidBody, lever: &Vector3<f64>) -> Matrix3<f64> {
     let about = Matrix3::identity() * lever.norm_squared() - lever * lever.transpose();
     body.inertia() + about * body.mass()
 }
 
 impl Stiffness {
-    /// h ω (J12) of a step from `states` in which the `joints` and the `gears` of `world` have these forces; 0 without joints.
-    /// A frame in the world that moves is where the step ends.
+    /// Returns h ω (J12) of a step of `world` from `states` with the forces of `joints` and
+    /// `gears`; 0 without joints. Moving world frames are at the end of the step.
     #[inline]
     pub fn of_step(
         &mut self,
@@ -52,7 +52,7 @@ impl Stiffness {
         self.of_joints(world, states, joints, gears)
     }
 
-    /// The same for each joint: that of the stiffer one of its bodies.
+    /// Returns h ω for each joint: the larger value of its two bodies.
     pub fn of_each_joint(
         &mut self,
         world: &World,
@@ -87,7 +87,8 @@ impl Stiffness {
     ) -> f64 {
         self.collect(world, states, joints, gears);
         let bodies = world.bodies();
-        // No eigenvalue is larger than the norm, ‖L⁻¹ K L⁻ᵀ‖² = tr (I⁻¹ K)²; a number without an order has none.
+        // Skips bodies whose bound ‖L⁻¹ K L⁻ᵀ‖² = tr (I⁻¹ K)² is below the present maximum, or is
+        // NaN.
         self.most.clear();
         self.most.extend(bodies.iter().zip(&self.of).zip(&self.held).map(|((body, k), held)| {
             let inverse = held
@@ -109,7 +110,7 @@ impl Stiffness {
         world.time_step() * largest.sqrt()
     }
 
-    /// K of every body, and where joints hold it in the world.
+    /// Computes K of every body, and the anchors fixed in the world.
     fn collect(&mut self, world: &World, states: &[State], joints: &[JointForce], gears: &[f64]) {
         let bodies = world.bodies();
         self.of.clear();
@@ -126,7 +127,8 @@ impl Stiffness {
         }
     }
 
-    /// The largest eigenvalue of I⁻¹ K of a body, 1/s²: of L⁻¹ K L⁻ᵀ with I = L Lᵀ. 0 of what is not finite.
+    /// Largest eigenvalue of I⁻¹ K of a body (1/s²), computed from L⁻¹ K L⁻ᵀ with I = L Lᵀ. 0 if it
+    /// is not finite.
     fn fastest(&self, index: usize, inertia: &Matrix3<f64>) -> f64 {
         let root = inertia.cholesky().and_then(|of| of.l().try_inverse());
         let scaled = root.map(|root| root * self.of[index] * root.transpose());
@@ -134,7 +136,7 @@ impl Stiffness {
         scaled.map_or(0.0, |scaled| scaled.symmetric_eigenvalues().max())
     }
 
-    /// Adds what the `force` of a joint does to its bodies.
+    /// Adds the contribution of a joint `force` to its bodies.
     fn add(&mut self, joint: &Joint, force: &JointForce, states: &[State]) {
         let [of_a, of_b] = joint.frames();
         let turned = |body: usize| rotation(&states[body].attitude);
@@ -143,7 +145,7 @@ impl Stiffness {
             self.of[body] +=
                 Matrix3::identity() * force.dot(lever) - 0.5 * (across + across.transpose());
         };
-        // In the frame of B, in the world's, in that of A.
+        // Converts the force from the frame of B to the world frame and to the frame of A.
         let of_other = of_b.rotation() * force.force;
         let along = joint.other().map_or(of_other, |other| turned(other) * of_other);
         add(joint.body(), turned(joint.body()).tr_mul(&along), &of_a.anchor);

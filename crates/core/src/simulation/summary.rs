@@ -1,4 +1,4 @@
-//! What a run amounts to: counts, residuals, the first failures, from the
+//! Summary of a run: counts, residuals and first failures, from the
 //! [records](crate::simulation::StepRecord) of its steps.
 
 use super::median::Median;
@@ -7,85 +7,85 @@ use crate::step::StepStatus;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// How many failed steps are kept for the report.
+/// Largest number of failed steps in the summary.
 const MOST_FAILURES_KEPT: usize = 5;
 
-/// A word of the library, or one that was read.
+/// A static or parsed string.
 pub type Word = Cow<'static, str>;
 
 /// A step that did not converge.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct FailedStep {
-    /// k.
+    /// Index k.
     pub index: u64,
-    /// What the solver's last try came to in its own words, where it has any.
+    /// Message of the solver's last attempt, if any.
     pub message: Option<Word>,
-    /// The residual, m/s.
+    /// Residual (m/s).
     pub residual: f64,
-    /// Which law is violated most.
+    /// Law with the largest violation.
     pub part: Word,
     /// See [`StepRecord::squeeze`].
     pub squeeze: Option<Squeeze>,
-    /// The first of [`StepRecord::unsolved`].
+    /// First entries of [`StepRecord::unsolved`].
     pub unsolved: Vec<usize>,
 }
 
-/// More bodies of a failed step than this are not kept.
+/// Largest number of bodies stored per failed step.
 const MOST_BODIES_KEPT: usize = 4;
 
-/// The running summary of a simulation.
+/// Running summary of a simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct RunSummary {
-    /// Steps taken without a problem.
+    /// Number of steps without a problem to solve.
     pub free: u64,
-    /// Steps with each status.
+    /// Number of steps with [`StepStatus::Converged`].
     pub converged: u64,
-    /// See [`StepStatus::Retried`].
+    /// Number of steps with [`StepStatus::Retried`].
     pub retried: u64,
-    /// See [`StepStatus::Fallback`].
+    /// Number of steps with [`StepStatus::Fallback`].
     pub fallback: u64,
-    /// See [`StepStatus::Substepped`].
+    /// Number of steps with [`StepStatus::Substepped`].
     pub substepped: u64,
-    /// See [`StepStatus::Wild`].
+    /// Number of steps with [`StepStatus::Wild`].
     pub wild: u64,
-    /// See [`StepStatus::Failed`].
+    /// Number of steps with [`StepStatus::Failed`].
     pub failed: u64,
-    /// Steps that took a part of their [restitution](StepRecord::restitution_share).
+    /// Number of steps with a reduced [restitution](StepRecord::restitution_share).
     pub tempered: u64,
-    /// Iterations of the solver over all steps.
+    /// Solver iterations over all steps.
     pub iterations: u64,
-    /// How many contact steps each start of the solver ended.
+    /// Number of contact steps solved from each initial point.
     pub starts: BTreeMap<Word, u64>,
-    /// The first few failures.
+    /// The first failures.
     pub first_failures: Vec<FailedStep>,
-    /// The step with the largest residual: k, m/s, the law.
+    /// Step with the largest residual: index, residual (m/s) and violated law.
     pub worst: Option<(u64, f64, Word)>,
-    /// Of the residuals of the contact steps, m/s.
+    /// Median of the residuals of the contact steps (m/s).
     contact_residuals: Median,
 }
 
-/// What the summary counts of a step that any file of a run has.
+/// Part of a step record that every file of a run contains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StatusCount {
-    /// k.
+    /// Index k.
     pub index: u64,
-    /// How it ended.
+    /// Status.
     pub status: StepStatus,
-    /// Iterations of the solver.
+    /// Solver iterations.
     pub iterations: u32,
-    /// The residual, m/s.
+    /// Residual (m/s).
     pub residual: f64,
-    /// Which law is violated most.
+    /// Law with the largest violation.
     pub part: &'static str,
     /// See [`StepRecord::restitution_share`].
     pub restitution_share: f64,
 }
 
 impl RunSummary {
-    /// Counts one step.
+    /// Adds one step.
     pub fn add(&mut self, record: &StepRecord) {
         let (report, certificate) = (&record.report, &record.certificate);
         let (index, residual) = (record.index, certificate.residual());
@@ -105,8 +105,7 @@ impl RunSummary {
         }
     }
 
-    /// Counts one step of which no more is known than its row says: neither its start nor why it
-    /// failed.
+    /// Adds one step from a row of a file, which has neither its initial point nor its failure.
     pub fn count(&mut self, step: &StatusCount) {
         match step.status {
             StepStatus::End => return,
@@ -129,26 +128,26 @@ impl RunSummary {
         }
     }
 
-    /// Steps for which a problem was solved.
+    /// Number of steps with a problem to solve.
     #[must_use]
     pub fn contact_steps(&self) -> u64 {
         self.converged + self.retried + self.fallback + self.substepped + self.wild + self.failed
     }
 
-    /// All steps.
+    /// Number of steps.
     #[must_use]
     pub fn steps(&self) -> u64 {
         self.free + self.contact_steps()
     }
 
-    /// The median residual of the contact steps, m/s; `None` without contact. It is exact up to 65 536
-    /// different residuals; a longer run has it within a thousandth, so that memory does not grow with it.
+    /// Median residual of the contact steps (m/s); `None` without contact. It is exact up to 65 536
+    /// different residuals. Beyond that it is accurate to a thousandth, in bounded memory.
     #[must_use]
     pub fn median_residual(&self) -> Option<f64> {
         self.contact_residuals.get()
     }
 
-    /// The largest residual of all steps, m/s; `None` without steps.
+    /// Largest residual of all steps (m/s); `None` without steps.
     #[must_use]
     pub fn largest_residual(&self) -> Option<f64> {
         self.worst.as_ref().map(|(_, residual, _)| *residual)

@@ -1,39 +1,41 @@
-//! Steps that obey every law and are no physics all the same: the time step is too long for them.
+//! Unphysical steps: they satisfy every law, but the time step is too long for the motion.
 //!
-//! A step turns a body about one axis by 2 atan(½ h|ω⁺|). The laws of contact speak of the mean
-//! motion of a point over the step, its impulse does work on the motion at the end; the two differ
-//! with the turn, and the energy of a solved step may grow by up to
+//! A step rotates a body about one axis by 2 atan(½ h|ω⁺|). The contact laws use the mean motion of
+//! a point over the step, and the impulse does work on the motion at its end. The two differ with
+//! the rotation, and the energy of a solved step can grow by up to
 //!
 //! ```text
 //! Σ |p| |ω⁺ × c| θ/√(1 + θ²),   θ = ½ h|ω⁺|                               (eq. 28)
 //! ```
 //!
-//! over all contacts. That vanishes with h, but at turns of a radian it is what the body has, and no
-//! residual can see it. So such steps are marked
-//! ([`StepStatus::Wild`](crate::step::StepStatus::Wild)).
+//! over all contacts. This vanishes with h. At rotations of a radian per step it is as large as the
+//! energy of the body, and no residual shows it. Such steps get the status
+//! [`StepStatus::Wild`](crate::step::StepStatus::Wild).
 //!
-//! Energy is counted by islands, the bodies that press on each other, directly or through others:
-//! what flies by elsewhere excuses nothing. With the kinetic energy T, the forces f (with gravity)
-//! and torques τ from outside, what an island makes is
+//! Energy is counted per island of bodies with contact forces, so that unrelated bodies do not mask
+//! a gain. With the kinetic energy T, and the external forces f (with gravity) and torques τ, an
+//! island gains
 //!
 //! ```text
 //! Σ T⁺ − T − f·(r⁺ − r) − h τ·ω⁺            without a contact that bounces,
 //! Σ T⁺ − T − h f·(v + v⁺)/2 − h τ·(ω + ω⁺)/2     with one                (eq. 32)
 //! ```
 //!
-//! The scheme moves with the new velocities. On what rests or slides their work is that of the
-//! first line, of which (28) speaks. What bounces moves with two velocities in a step; the second line is the
-//! change of the energy with the velocities of the middle, ½m|v + ½h f/m|² (eq. 30), less the
-//! work on the way, and its part of the motion along is the work of the impulses (eq. 31), to rounding. An elastic
-//! bounce makes none of it; of the first line it would make 2 g h/|v| of what it has. What joints tie is
-//! counted so too: their reactions do no work on the mean of both velocities but of higher order, and what
-//! their drives do on it is allowed, as is the work −h f·s of surfaces that carry with s
-//! ([`Contact::carried`](crate::contact::Contact::carried)).
+//! The scheme moves bodies with the new velocities. The first line is the work on resting and
+//! sliding bodies, for which (28) holds. A bouncing body moves with two velocities in a step. The
+//! second line is the change of the energy at mid-step velocities, ½m|v + ½h f/m|² (eq. 30), minus
+//! the work along the path. Its translational part is the work of the impulses (eq. 31), to
+//! rounding. An elastic bounce gains nothing by the second line, and the fraction 2 g h/|v| of its
+//! energy by the first.
 //!
-//! Marked are also steps in which something was passed or left out: where pieces go through each other
-//! all the same, overlap deep with no feature left to meet with, or turn by more than a radian in reach of
-//! each other ([`Candidates::passes`](crate::contact::Candidates::passes)) or of the ground
-//! ([`is_lost`]); of most of a turn there is no telling which way it went.
+//! Islands with joints use the second line too. Joint reactions do no work on the mean of both
+//! velocities, except at higher order. Work of drives is allowed, and so is the work −h f·s of
+//! surfaces that move by s ([`Contact::carried`](crate::contact::Contact::carried)).
+//!
+//! Steps that missed a contact get the status too. Pieces passed through each other, or overlap
+//! deeply without a contact feature, or rotate by more than a radian near each other
+//! ([`Candidates::passes`](crate::contact::Candidates::passes)) or near the ground ([`is_lost`]).
+//! The direction of a nearly full turn is unknown.
 
 use super::energy;
 use super::islands::Islands;
@@ -43,58 +45,57 @@ use crate::mechanics::{RigidBody, State, Wrench};
 use crate::world::World;
 use nalgebra::Vector3;
 
-/// A step that turns a body by more than this is wild, rad.
+/// Largest rotation of a body in a valid step (rad).
 pub use crate::mechanics::way::LARGEST_TURN;
 
-/// An island that makes more energy than this part of its kinetic energy and the work on it is wild.
+/// Largest energy gain of an island in a valid step, relative to its kinetic energy and work.
 pub const LARGEST_GAIN: f64 = 1e-3;
 
-/// A part of the same that rounding may make.
+/// Energy gain due to rounding, relative to the same energy.
 const ROUNDING: f64 = 1e-9;
 
-/// A motion slower than this, m/s in the world's [scale](World::speed_scale), has no energy to speak
-/// of.
+/// Speed of negligible kinetic energy (m/s), in the world's [scale](World::speed_scale).
 const REST: f64 = 1e-4;
 
-/// Tells whether steps are wild. Owns memory that steps use again.
+/// Detects unphysical steps. Owns reusable memory.
 #[derive(Debug, Clone, Default)]
 pub struct EnergyJudge {
     islands: Islands,
-    /// Of the island that begins with the body.
+    /// Budget of the island whose first body is this one.
     budgets: Vec<Budget>,
 }
 
-/// What an island made of energy in a step, and of what; J.
+/// Energy budget of an island in a step (J).
 #[derive(Debug, Clone, Copy, Default)]
 struct Budget {
-    /// Whether a contact presses in it. What nothing presses is in free flight.
+    /// True if the island has a contact force or joint; otherwise it is in free flight.
     touches: bool,
-    /// Whether one of those bounces, or joints tie it.
+    /// True if a contact bounces, or if the island has a joint.
     bounces: bool,
     gained: f64,
-    /// The work of the surfaces of contacts whose A is the body, until the islands are known.
+    /// Work of moving surfaces at contacts whose A is this body, before the sum over the island.
     carried: f64,
-    /// How deep contacts were at the step's start, m: the largest whose A is the body, until the islands are known;
-    /// their sum.
+    /// Largest initial depth of contacts whose A is this body (m); then the sum over the island.
     under: f64,
-    /// Its kinetic energy and the work of all that acts on it from outside or drives its joints.
+    /// Kinetic energy plus the work of external forces and drives.
     size: f64,
-    /// What the smallest motion that counts has.
+    /// Energy of the smallest significant motion.
     rest: f64,
 }
 
 impl EnergyJudge {
-    /// A judge without memory yet.
+    /// Creates an empty judge.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Whether the step of `world` that `claim` tells, with the contact forces `forces` (N, world, one
-    /// a contact), turns a body too far or makes energy in an island. Its solver may
-    /// leave a residual of `accepted` (m/s): a point that an earlier step has left h times that deep,
-    /// or that a start has deeper, may be lifted out again, against the weight, and that is no energy made. What is no step of
-    /// the world, with a state of every body at both ends and contacts of those alone, is wild.
+    /// True if the step of `world` described by `claim` rotates a body too far, or if an island
+    /// gains energy. `forces` holds the contact forces (N), world frame, one per contact.
+    ///
+    /// The solver may leave a residual of `accepted` (m/s). A point that an earlier step left at
+    /// the corresponding depth, or that starts deeper, may be lifted against gravity; this is not
+    /// counted as a gain. Claims that do not fit `world` are unphysical.
     #[must_use]
     pub fn is_wild(
         &mut self,
@@ -114,7 +115,7 @@ impl EnergyJudge {
         self.is_wild_step(world, claim, &seen, forces, accepted)
     }
 
-    /// Whether the island of each body makes energy, however little beside its own.
+    /// True per body if its island gains energy beyond rounding.
     pub(super) fn makers(
         &mut self,
         world: &World,
@@ -125,14 +126,15 @@ impl EnergyJudge {
         self.count(world, claim, seen, forces, 0.0);
         let makes = |body: usize| {
             let of = &self.budgets[self.islands.of(body)];
-            // A NaN is no small gain.
+            // A NaN is not small.
             let is_small = of.gained <= ROUNDING * of.size;
             !is_small
         };
         (0..claim.states.len()).map(makes).collect()
     }
 
-    /// The same of a claim that is known to be of a step of the world, in which its joints are `seen`.
+    /// Same as [`EnergyJudge::is_wild`] for a claim that fits the world and has the joint motions
+    /// `seen`.
     pub(super) fn is_wild_step(
         &mut self,
         world: &World,
@@ -150,7 +152,7 @@ impl EnergyJudge {
         self.budgets.iter().any(makes_energy)
     }
 
-    /// Counts what each island makes.
+    /// Computes the budgets of all islands.
     fn count(
         &mut self,
         world: &World,
@@ -161,7 +163,7 @@ impl EnergyJudge {
     ) {
         let h = world.time_step();
         self.join(world, claim, forces);
-        // What joins islands is known from here on; what surfaces did in them was counted by bodies.
+        // Adds the surface work of each body to its island.
         if world.has_surfaces() {
             for index in 0..self.budgets.len() {
                 let carried = std::mem::take(&mut self.budgets[index].carried);
@@ -195,7 +197,7 @@ impl EnergyJudge {
         }
     }
 
-    /// Finds the islands, and whether they bounce.
+    /// Computes the islands and their contact flags.
     fn join(
         &mut self,
         world: &World,
@@ -206,7 +208,7 @@ impl EnergyJudge {
         let bodies = claim.states.len();
         self.budgets.clear();
         self.budgets.resize(bodies, Budget::default());
-        // Marks the contacts' bodies, until the islands are known.
+        // Marks the bodies of the contacts first, and combines the marks per island below.
         let h = world.time_step();
         let contacts = claim.contacts.iter().zip(forces).filter(|(_, force)| pressing(force));
         let budgets = &mut self.budgets;
@@ -236,9 +238,9 @@ impl EnergyJudge {
     }
 }
 
-/// Whether a body of `world` turns by more than [`LARGEST_TURN`] so near the ground that a point of it may have
-/// been in it on the way: the lowest that a turning point can come is the reach of the body below the lower
-/// end of its way.
+/// True if a body of `world` rotates by more than [`LARGEST_TURN`] near the ground, so that one of
+/// its points may have passed through it. The lowest possible point is one reach below the lower
+/// end of the path.
 #[must_use]
 #[inline]
 pub fn is_lost(world: &World, states: &[State], next: &[State]) -> bool {
@@ -256,14 +258,14 @@ pub fn is_lost(world: &World, states: &[State], next: &[State]) -> bool {
     })
 }
 
-/// The work of gravity and `wrench` on a body in a step that does not bounce (eq. 32), J.
+/// Work of gravity and `wrench` on a body in a step without bounces (eq. 32) (J).
 fn work(world: &World, body: &RigidBody, state: &State, next: &State, wrench: &Wrench) -> f64 {
     let force = wrench.force + world.gravity() * body.mass();
     let moved = next.position - state.position;
     force.dot(&moved) + world.time_step() * wrench.torque.dot(&next.spin)
 }
 
-/// The same in a step that bounces.
+/// Work of gravity and `wrench` on a body in a step with bounces (eq. 32) (J).
 fn work_of_bounce(
     world: &World,
     body: &RigidBody,
@@ -277,7 +279,7 @@ fn work_of_bounce(
     0.5 * world.time_step() * power
 }
 
-/// ½ m v² and the energy of the [turning](energy::turning), J.
+/// Translational energy ½ m v² plus the rotational [energy](energy::turning) (J).
 fn kinetic_energy(world: &World, body: &RigidBody, state: &State) -> f64 {
     let along = 0.5 * body.mass() * state.velocity.norm_squared();
     along + energy::turning(world, body, &state.spin)

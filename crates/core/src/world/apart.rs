@@ -1,4 +1,4 @@
-//! Who touches whom.
+//! Exclusion of contacts between pairs of bodies.
 
 use super::World;
 use super::laws::ordered;
@@ -6,10 +6,12 @@ use super::partner::Partner;
 use crate::error::Error;
 
 impl World {
-    /// This world, in which the body `body` and `partner` do not touch each other. What was said of pairs stays.
+    /// Returns this world with contacts between `body` and `partner` excluded. Coefficients of the
+    /// pair stay.
     ///
     /// # Errors
-    /// A body or fixed piece that is not there, a ground where there is none, a body with itself.
+    /// [`Error::Count`] if the body, the fixed piece or the ground does not exist, or if both are
+    /// the same body.
     pub fn with_apart(mut self, body: usize, partner: Partner) -> Result<Self, Error> {
         self.check_pair("pair that does not touch", body, partner)?;
         for pairs in [&mut self.kept_apart, &mut self.apart] {
@@ -18,10 +20,10 @@ impl World {
         Ok(self)
     }
 
-    /// This world, in which the body `body` touches nothing.
+    /// Returns this world with all contacts of `body` excluded.
     ///
     /// # Errors
-    /// A body that is not there.
+    /// [`Error::Count`] if the body does not exist.
     pub fn with_untouched(mut self, body: usize) -> Result<Self, Error> {
         if body >= self.bodies().len() {
             let allowed = "an index of a body";
@@ -33,14 +35,14 @@ impl World {
         Ok(self)
     }
 
-    /// The pairs of which [`World::with_apart`] says that they do not touch.
+    /// Pairs excluded with [`World::with_apart`].
     #[must_use]
     pub fn kept_apart(&self) -> &[(usize, Partner)] {
         &self.kept_apart
     }
 
-    /// Whether the body `body` and `partner` may touch each other: whether both touch anything, no body of them is
-    /// held, and neither a joint nor [`World::with_apart`] keeps them from it.
+    /// True if contacts between `body` and `partner` are considered. Contacts are excluded for held
+    /// bodies, by joints, by [`World::with_untouched`] and by [`World::with_apart`].
     #[must_use]
     #[inline]
     pub fn may_touch(&self, body: usize, partner: Partner) -> bool {
@@ -48,25 +50,25 @@ impl World {
         all_do || self.is_open(body, partner)
     }
 
-    /// The same where some do not touch.
+    /// Slow path of [`World::may_touch`] for a world with exclusions.
     #[inline(never)]
     fn is_open(&self, body: usize, partner: Partner) -> bool {
         let is_apart = || self.apart.binary_search(&ordered(body, partner)).is_ok();
         self.touches(body) && partner.body().is_none_or(|body| self.touches(body)) && !is_apart()
     }
 
-    /// What keeps pairs from touching each other: pairs, bodies that touch nothing, and whether each body is held.
+    /// All exclusions: pairs, bodies without any contact, and a held flag per body.
     pub(crate) fn separations(&self) -> (&[(usize, Partner)], &[usize], &[bool]) {
         (&self.apart, &self.untouched, &self.held)
     }
 
-    /// Whether the body `body` may touch anything.
+    /// True if contacts of `body` are considered at all.
     pub(crate) fn touches(&self, body: usize) -> bool {
         !self.is_held(body) && self.untouched.binary_search(&body).is_err()
     }
 }
 
-/// Inserts the pair of a body and a partner into pairs in order, unless it is there.
+/// Inserts a pair into the sorted list `pairs` unless it is already there.
 fn insert(pairs: &mut Vec<(usize, Partner)>, body: usize, partner: Partner) {
     let pair = ordered(body, partner);
     if let Err(place) = pairs.binary_search(&pair) {

@@ -1,4 +1,4 @@
-//! What changes of a world while it is simulated: bodies that come, go or are held, and surfaces that move.
+//! Changes of a world during a simulation: added, removed and held bodies, and moving surfaces.
 
 use super::laws::PairLaws;
 use super::{Partner, World};
@@ -8,11 +8,11 @@ use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
 
 impl World {
-    /// This world, in which the body `body` is held or moves: a body that is held stays where it is, whatever
-    /// pushes it, touches nothing, and is touched by nothing.
+    /// Returns this world with `body` held or released. A held body stays at rest under any load
+    /// and has no contacts.
     ///
     /// # Errors
-    /// A body that is not there; one that a joint ties.
+    /// [`Error::Count`] if the body does not exist; [`Error::Tied`] if a joint connects it.
     pub fn with_held(mut self, body: usize, held: bool) -> Result<Self, Error> {
         let bodies = self.bodies().len();
         if body >= bodies {
@@ -28,7 +28,7 @@ impl World {
         Ok(self)
     }
 
-    /// This world, in which these bodies are held and no others; none where the list is empty.
+    /// Returns this world with exactly the flagged bodies held. An empty list holds none.
     #[cfg(feature = "save")]
     pub(crate) fn holding(self, held: &[bool]) -> Result<Self, Error> {
         let held = held.iter().enumerate().filter(|(_, held)| **held);
@@ -36,13 +36,14 @@ impl World {
             .try_fold(self.released(), |world, body| world.with_held(body, true))
     }
 
-    /// The same without a body that is held.
+    /// Copy of this world without held bodies.
     #[cfg(feature = "save")]
     pub(crate) fn released(&self) -> Self {
         Self { held: Vec::new(), ..self.clone() }
     }
 
-    /// What of it no simulation changes: without bodies that are held, surfaces that move, and drives.
+    /// Copy of this world without the parts that a simulation can change: held bodies, surface
+    /// velocities and drives.
     #[cfg(feature = "save")]
     pub(crate) fn lasting(&self) -> Self {
         let joints = self.joints.iter().map(Joint::lasting).collect();
@@ -50,8 +51,8 @@ impl World {
         Self { held: Vec::new(), surfaces: Vec::new(), joints, gears, ..self.clone() }
     }
 
-    /// This world with what a simulation had changed of it: which bodies are held, the joints and gears as they
-    /// were set, and the surfaces that moved.
+    /// Returns this world with the changes of a simulation applied: held bodies, joints and gears
+    /// with their current drives, and surface velocities.
     #[cfg(feature = "save")]
     pub(crate) fn with_changes(
         &self,
@@ -71,29 +72,30 @@ impl World {
         world.with_gears(gears.to_vec())
     }
 
-    /// The velocities of surfaces, each of an owner.
+    /// Surface velocities (m/s), each with its collider.
     #[cfg(feature = "save")]
     pub(crate) fn surfaces(&self) -> &[(Partner, Vector3<f64>)] {
         &self.surfaces
     }
 
-    /// Whether each body is held; empty where none is.
+    /// Held flag of each body; empty if no body is held.
     #[cfg(feature = "save")]
     pub(crate) fn held(&self) -> &[bool] {
         &self.held
     }
 
-    /// Whether the body `body` is [held](World::with_held).
+    /// True if `body` is [held](World::with_held).
     #[must_use]
     #[inline]
     pub fn is_held(&self, body: usize) -> bool {
         self.held.get(body).copied().unwrap_or(false)
     }
 
-    /// This world without the body `body`: those after it move up by one.
+    /// Returns this world without `body`. Bodies after it move up by one.
     ///
     /// # Errors
-    /// A body that is not there, or is the last; one that a joint ties.
+    /// [`Error::Count`] if the body does not exist or is the only one; [`Error::Tied`] if a joint
+    /// connects it.
     pub fn without_body(&self, body: usize) -> Result<Self, Error> {
         let count = self.bodies().len();
         if body >= count || count == 1 {
@@ -147,10 +149,10 @@ impl World {
         Ok(world.tied_by(joints))
     }
 
-    /// This world with one body more, the last.
+    /// Returns this world with one more body at the end.
     ///
     /// # Errors
-    /// None for a body; the type is [`World::new`]'s.
+    /// Those of [`World::new`]. A checked body causes none.
     pub fn with_body(&self, body: RigidBody) -> Result<Self, Error> {
         let mut parameters = self.parameters.clone();
         parameters.bodies.push(body);
@@ -162,7 +164,7 @@ impl World {
         Ok(Self { parameters, reach, speed_scale, held, ..self.clone() })
     }
 
-    /// This world without the joints that tie the body `body`.
+    /// Returns this world without the joints of `body` and without the gears of these joints.
     pub(crate) fn untied(&self, body: usize) -> Self {
         let stays: Vec<_> = self.joints.iter().map(|joint| !joint.ties(body)).collect();
         let gears = self.gears.iter().filter_map(|gear| gear.keeping(&stays)).collect();
@@ -177,19 +179,21 @@ impl World {
         }
     }
 
-    /// The joints, for a simulation to set what drives them.
+    /// Mutable joints, for changes of their drives during a simulation.
     pub(crate) fn joints_mut(&mut self) -> &mut [Joint] {
         &mut self.joints
     }
 
-    /// The gears, for a simulation to set what drives them.
+    /// Mutable gears, for changes of their drives during a simulation.
     pub(crate) fn gears_mut(&mut self) -> &mut [Gear] {
         &mut self.gears
     }
 
-    /// Has the frames in the world of these joints, which hold a body there in all their axes, be where their
-    /// courses are at `time` (s): what a [course through knots](crate::simulation::Simulation::set_course) does to the
-    /// world of a step that ends then, for what reads recorded steps. Others are passed over.
+    /// Moves the world frames of the joints in `courses` along their prescribed motions to `time`
+    /// (s). It reproduces the world of a step that ends at `time` under
+    /// [`Simulation::set_course`](crate::simulation::Simulation::set_course), for readers of
+    /// recorded steps. Only joints that fix all axes of a body in the world move; others are
+    /// skipped.
     pub fn follow(&mut self, courses: &[(usize, Knots)], time: f64) {
         for (joint, knots) in courses {
             if let Some(joint) = self.joints.get_mut(*joint).filter(|joint| joint.holds_in_world())
@@ -199,19 +203,20 @@ impl World {
         }
     }
 
-    /// This world with a surface that moves over what it is of, as the belt of a conveyor does: what
-    /// lies on it is carried along with `velocity` (m/s; frame of the body, the world's for what is fixed), as
-    /// far as friction reaches. The part along the normal of a contact does nothing. The last word on an
-    /// owner counts.
+    /// Returns this world with a surface velocity, as on a conveyor belt. The surface of `of` moves
+    /// with `velocity` (m/s) relative to its collider and drags touching bodies by friction. The
+    /// velocity is in the body frame, or in the world frame for the ground and fixed pieces. Its
+    /// component along a contact normal is ignored. The last call for a collider counts.
     ///
     /// # Errors
-    /// A body or fixed piece that is not there, a ground where there is none; a component beyond ±1e5 m/s.
+    /// [`Error::Count`] if the body, the fixed piece or the ground does not exist;
+    /// [`Error::OutOfRange`] if a component is beyond ±1e5 m/s.
     pub fn with_surface(mut self, of: Partner, velocity: Vector3<f64>) -> Result<Self, Error> {
         self.set_surface(of, velocity)?;
         Ok(self)
     }
 
-    /// The same of this world.
+    /// Sets the surface velocity of `of` in place; see [`World::with_surface`].
     pub(crate) fn set_surface(&mut self, of: Partner, velocity: Vector3<f64>) -> Result<(), Error> {
         all_in_range("velocity of a surface (m/s)", &velocity, -1e5, 1e5, "-1e5 to 1e5")?;
         let (known, count) = match of {
@@ -230,21 +235,22 @@ impl World {
         Ok(())
     }
 
-    /// The velocity of the surface of a body (its frame) or of what is fixed (world), m/s.
+    /// Surface velocity of a body (body frame), of a fixed piece or of the ground (world frame)
+    /// (m/s).
     #[must_use]
     pub fn surface_of(&self, owner: Partner) -> Vector3<f64> {
         let known = self.surfaces.iter().find(|(of, _)| *of == owner);
         known.map_or(Vector3::zeros(), |(_, velocity)| *velocity)
     }
 
-    /// Whether any surface moves over what it is of.
+    /// True if any surface has a velocity.
     #[must_use]
     pub fn has_surfaces(&self) -> bool {
         !self.surfaces.is_empty()
     }
 }
 
-/// The number of body `index` when `removed` is taken out.
+/// Index of the body `index` after the removal of `removed`; `None` for the removed body.
 pub(crate) fn without(index: usize, removed: usize) -> Option<usize> {
     match index.cmp(&removed) {
         std::cmp::Ordering::Less => Some(index),

@@ -1,4 +1,4 @@
-//! The constants of a world that may vary: from rollout to rollout, in a fit, in a derivative.
+//! Constants of a world that can vary between rollouts, in a fit or in a derivative.
 
 use super::{Parameters, Plane, World};
 use crate::error::{Error, in_range};
@@ -6,90 +6,92 @@ use crate::geometry::Piece;
 use crate::mechanics::RigidBody;
 use nalgebra::{Matrix3, Vector3};
 
-/// A constant of a world: its name, what its numbers are, how they are read and set.
+/// A constant of a world, with its name, its numbers, and how to read and set them.
 ///
 /// | constant | numbers | as [one number](Constant::one_number) |
 /// |---|---|---|
 /// | `Friction` | μ of the world | μ |
 /// | `Restitution` | e of the world | e |
-/// | `BodyFriction`, `BodyRestitution` | μ and e of each body that has its own | times the world's own |
-/// | `FixedFriction` | μ of each fixed piece that has its own | times the world's own |
-/// | `PairFriction`, `PairRestitution` | of each pair that was [given](World::pair_frictions) its own | times the world's own |
-/// | `Mass` | m of every body, kg | times the world's own |
-/// | `Inertia` | I of every body, kg m², body frame, matrices of 9 | times the world's own |
-/// | `Size` | all lengths of every body, times its own; mass and inertia stay | the same of all |
-/// | `Radius` | of every body's edges and corners, m; extents stay | the same of all |
-/// | `Gravity` | g, m/s², world, three | \|g\| |
-/// | `Ground` | how far the ground is moved along its normal, m | the same |
-/// | `TimeStep` | h, s | h |
-/// | `JointFriction`, `JointStiffness`, `JointRest`, `JointDamping`, `JointForce`, `Armature` | of each [axis](World::driven_axes) that a drive can act on | times the world's own |
-/// | `JointLimits` | both of each axis that is [limited](World::limited_axes), (L, 2) | times the world's own |
-/// | `MotorTarget`, `MotorStiffness`, `MotorDamping`, `MotorMost` | of each [motor](World::motors) | times the world's own |
-/// | `Anchor` | of each joint in A and in B, m, (J, 2, 3) | times the world's own |
-/// | `GearRatio`, `GearOffset` | of each [gear](World::gears) | times the world's own |
+/// | `BodyFriction`, `BodyRestitution` | μ and e of each body with its own coefficient | factor on the world's |
+/// | `FixedFriction` | μ of each fixed piece with its own coefficient | factor on the world's |
+/// | `PairFriction`, `PairRestitution` | μ and e of each pair with [its own coefficient](World::pair_frictions) | factor on the world's |
+/// | `Mass` | mass of every body (kg) | factor on the world's |
+/// | `Inertia` | inertia of every body (kg m²), body frame, 3 × 3 matrices | factor on the world's |
+/// | `Size` | scale factor of all lengths of every body; mass and inertia stay | the same factor for all |
+/// | `Radius` | radius of every body's edges and corners (m); extents stay | the same radius for all |
+/// | `Gravity` | g (m/s²), world frame, three components | \|g\| |
+/// | `Ground` | displacement of the ground along its normal (m) | the same |
+/// | `TimeStep` | h (s) | h |
+/// | `JointFriction`, `JointStiffness`, `JointRest`, `JointDamping`, `JointForce`, `Armature` | one per [driven axis](World::driven_axes) | factor on the world's |
+/// | `JointLimits` | lower and upper limit of each [limited axis](World::limited_axes), (L, 2) | factor on the world's |
+/// | `MotorTarget`, `MotorStiffness`, `MotorDamping`, `MotorMost` | one per [motor](World::motors) | factor on the world's |
+/// | `Anchor` | anchors of each joint in A and in B (m), (J, 2, 3) | factor on the world's |
+/// | `GearRatio`, `GearOffset` | one per [gear](World::gears) | factor on the world's |
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Constant {
-    /// μ of the world. A body or piece that has a coefficient of its own keeps it.
+    /// μ of the world. Bodies and pieces with their own coefficient keep it.
     Friction,
-    /// e of the world. A body that has a coefficient of its own keeps it.
+    /// e of the world. Bodies with their own coefficient keep it.
     Restitution,
-    /// μ of each body that has one of its own, in their order.
+    /// μ of each body with its own coefficient, in order of the bodies.
     BodyFriction,
-    /// e of each body that has one of its own, in their order.
+    /// e of each body with its own coefficient, in order of the bodies.
     BodyRestitution,
-    /// μ of each fixed piece that has one of its own, in their order.
+    /// μ of each fixed piece with its own coefficient, in order of the pieces.
     FixedFriction,
-    /// μ of each pair that was given one, in the order of [`World::pair_frictions`].
+    /// μ of each pair in [`World::pair_frictions`], in that order.
     PairFriction,
-    /// e of each pair that was given one, in the order of [`World::pair_restitutions`].
+    /// e of each pair in [`World::pair_restitutions`], in that order.
     PairRestitution,
-    /// m of every body, kg. Inertia goes with it, as that of another density.
+    /// Mass of every body (kg). The inertia scales with it, as with a change of density.
     Mass,
-    /// I of every body, kg m², body frame. With [`Constant::Mass`] it counts as given.
+    /// Inertia of every body (kg m²), body frame. It is not scaled if [`Constant::Mass`] is also
+    /// set.
     Inertia,
-    /// All lengths of every body, as a multiple of its own; mass, inertia and radius stay.
+    /// Scale factor of all lengths of every body. Mass, inertia and radius stay.
     Size,
-    /// The radius of every body's edges and corners, m; its extents along its axes stay.
+    /// Radius of every body's edges and corners (m). The extents along the body axes stay.
     Radius,
-    /// g, m/s², world.
+    /// Gravity g (m/s²), world frame.
     Gravity,
-    /// How far the ground is moved along its normal, m.
+    /// Displacement of the ground along its normal (m).
     Ground,
-    /// h, s.
+    /// Time step h (s).
     TimeStep,
-    /// Dry friction of each [axis](World::driven_axes) that a drive can act on, N or N m.
+    /// Dry friction of each [driven axis](World::driven_axes) (N or N m).
     JointFriction,
-    /// The stiffness of the spring of each of these, N/m or N m/rad.
+    /// Spring stiffness of each driven axis (N/m or N m/rad).
     JointStiffness,
-    /// Where that spring is slack, m or rad.
+    /// Rest position of the spring of each driven axis (m or rad).
     JointRest,
-    /// The damping of each, N s/m or N m s/rad.
+    /// Damping of each driven axis (N s/m or N m s/rad).
     JointDamping,
-    /// The constant force of each, N or N m.
+    /// Constant force of each driven axis (N or N m).
     JointForce,
-    /// The armature of each, kg or kg m².
+    /// Armature of each driven axis (kg or kg m²).
     Armature,
-    /// The lower and the upper limit of each axis that is [limited](World::limited_axes), m or rad. The lower one of a cone
-    /// stays 0.
+    /// Lower and upper limit of each [limited axis](World::limited_axes) (m or rad). The lower
+    /// limit of a cone stays 0.
     JointLimits,
-    /// What each [motor](World::motors) holds or pulls to: m/s, rad/s, m or rad.
+    /// Target of each [motor](World::motors) (m/s, rad/s, m or rad).
     MotorTarget,
-    /// The stiffness of each, 0 of one that holds a speed.
+    /// Stiffness of each motor; 0 for a speed motor.
     MotorStiffness,
-    /// The damping of each, 0 of one that holds a speed.
+    /// Damping of each motor; 0 for a speed motor.
     MotorDamping,
-    /// The most force of each, N or N m.
+    /// Force limit of each motor (N or N m).
     MotorMost,
-    /// The anchors of each joint in the frames of A and of B, or of the world, m.
+    /// Anchors of each joint in the frames of A and B, or in the world frame (m).
     Anchor,
-    /// r of each [gear](crate::joint::Gear), in the units of its first coordinate over those of its second.
+    /// Ratio r of each [gear](crate::joint::Gear), in units of its first coordinate over its
+    /// second.
     GearRatio,
-    /// q₀ of each, m or rad.
+    /// Offset q₀ of each gear (m or rad).
     GearOffset,
 }
 
 impl Constant {
-    /// All of them.
+    /// All constants.
     pub const ALL: [Self; 28] = [
         Self::Friction,
         Self::Restitution,
@@ -121,7 +123,7 @@ impl Constant {
         Self::GearOffset,
     ];
 
-    /// The word of the command line, of files and of arrays.
+    /// Name on the command line, in files and in arrays.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -156,19 +158,19 @@ impl Constant {
         }
     }
 
-    /// The constant of a name.
+    /// Constant with the name `name`.
     #[must_use]
     pub fn of_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|constant| constant.name() == name)
     }
 
-    /// Whether it is of the shapes of bodies, which not all can vary.
+    /// True for constants of body shapes, which only some bodies support.
     #[cfg(feature = "save")]
     pub(crate) fn is_of_shapes(self) -> bool {
         matches!(self, Self::Size | Self::Radius)
     }
 
-    /// What its one number is in: empty for a pure number.
+    /// Unit of the constant's one number; empty for a pure number.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {
@@ -180,7 +182,7 @@ impl Constant {
         }
     }
 
-    /// The shape of its numbers in `world`; empty of a single number.
+    /// Shape of the constant's array in `world`; empty for a single number.
     #[must_use]
     pub fn shape(self, world: &World) -> Vec<usize> {
         let bodies = world.bodies().len();
@@ -194,7 +196,7 @@ impl Constant {
         }
     }
 
-    /// How many numbers it has in `world`.
+    /// Number of values of the constant in `world`.
     #[must_use]
     pub fn width(self, world: &World) -> usize {
         let bodies = world.bodies().len();
@@ -208,8 +210,8 @@ impl Constant {
         }
     }
 
-    /// Its numbers in `world`: those with which [`World::with_constants`] changes nothing. Of points
-    /// with several radii the largest counts.
+    /// Values of the constant in `world`. [`World::with_constants`] with these values changes
+    /// nothing. `Radius` is the largest radius of a body's points.
     #[must_use]
     pub fn of(self, world: &World) -> Vec<f64> {
         let each = |of: &dyn Fn(&RigidBody) -> f64| world.bodies().iter().map(of).collect();
@@ -231,7 +233,7 @@ impl Constant {
         }
     }
 
-    /// The one number by which it may be varied as a whole, in `world`.
+    /// Single number that varies the constant as a whole, at its value in `world`.
     #[must_use]
     pub fn one_number(self, world: &World) -> f64 {
         match self {
@@ -242,7 +244,8 @@ impl Constant {
         }
     }
 
-    /// Its numbers where that one is `number`. Gravity keeps its direction, and without one stays zero.
+    /// Values of the constant for the single number `number`. Gravity keeps its direction; zero
+    /// gravity stays zero.
     #[must_use]
     pub fn from_one_number(self, world: &World, number: f64) -> Vec<f64> {
         let own = self.of(world);
@@ -261,18 +264,20 @@ impl Constant {
     }
 }
 
-/// Numbers of a constant.
+/// A constant with its values.
 pub type ConstantValue<'a> = (Constant, &'a [f64]);
 
 impl World {
-    /// This world with the constants that are `given`, of which the last word counts.
+    /// Returns this world with the constants in `given`. The last entry for a constant counts.
     ///
     /// # Errors
-    /// Another count of numbers than the constant's; a number out of its range, as [`World::new`] and
-    /// [`RigidBody::new`] have them, a size outside 0.01…100; a coefficient of the world where pairs have
-    /// their own, which would not vary; a size or radius of a body that is not of one convex piece, or of
-    /// points, with one radius and an extent between its corners along each of its axes; a ground that
-    /// is not there.
+    /// - A wrong number of values, or a value outside the range of [`World::new`] or
+    ///   [`RigidBody::new`].
+    /// - A size outside 0.01…100.
+    /// - A world coefficient if pairs have their own, because those would not vary.
+    /// - A size or radius of a body without a uniform rounded convex shape. The body must be one
+    ///   convex piece or a set of points, with one radius and with corners apart along each axis.
+    /// - A ground displacement in a world without a ground.
     pub fn with_constants(&self, given: &[ConstantValue<'_>]) -> Result<Self, Error> {
         for (constant, numbers) in given {
             if numbers.len() != constant.width(self) {
@@ -321,7 +326,7 @@ impl World {
         }
     }
 
-    /// Shapes, masses and inertias.
+    /// Sets shapes, masses and inertias.
     fn set_bodies<'a>(
         &self,
         of: impl Fn(Constant) -> Option<&'a [f64]>,
@@ -354,12 +359,12 @@ fn refuse_pairs(what: &'static str, are_none: bool) -> Result<(), Error> {
     if are_none { Ok(()) } else { Err(Error::Unsupported { what, why }) }
 }
 
-/// The largest radius of a body's points, m.
+/// Largest radius of a body's points (m).
 fn radius(body: &RigidBody) -> f64 {
     body.contact_points().iter().map(|point| point.radius).fold(0.0, f64::max)
 }
 
-/// Half the extents of a body along its axes, m: half the sides of a box.
+/// Half extents of a body along its axes (m); for a box, half its sides.
 #[must_use]
 pub fn extents(body: &RigidBody) -> Vector3<f64> {
     let points = body.contact_points().iter();
@@ -369,14 +374,14 @@ pub fn extents(body: &RigidBody) -> Vector3<f64> {
     points.fold(Vector3::zeros(), |most, point| most.sup(&reach(point)))
 }
 
-/// The corners of a `body` of other size and radius, m, body frame. With its half extents a and its
-/// radius ρ₀, a coordinate c becomes
+/// Corners of `body` after a change of size and radius (m), body frame. A coordinate c becomes
 ///
 /// ```text
 /// s c (s a − ρ) / (s a − s ρ₀)
 /// ```
 ///
-/// with the size s and the radius ρ, so that the outermost stay outermost and the extents are s a.
+/// with the half extent a, the present radius ρ₀, the scale factor s and the new radius ρ.
+/// Outermost corners stay outermost, and the half extents become s a.
 #[must_use]
 pub fn corners(body: &RigidBody, size: f64, new_radius: f64) -> Vec<Vector3<f64>> {
     let outer = size * extents(body);
@@ -385,7 +390,7 @@ pub fn corners(body: &RigidBody, size: f64, new_radius: f64) -> Vec<Vector3<f64>
     body.contact_points().iter().map(|point| point.position.component_mul(&factor)).collect()
 }
 
-/// `body` of another size and radius (m), with its mass, inertia and coefficients.
+/// Copy of `body` with another size and radius (m), and with its mass, inertia and coefficients.
 fn reshaped(body: &RigidBody, size: f64, new_radius: Option<f64>) -> Result<RigidBody, Error> {
     let (own, least) = (radius(body), extents(body).min());
     let is_one = body.pieces().len() < 2

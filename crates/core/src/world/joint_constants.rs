@@ -1,4 +1,4 @@
-//! The constants of joints: numbers of what drives them, and where they are.
+//! Constants of joints: drive parameters and anchors.
 
 use super::{Constant, World};
 use crate::error::Error;
@@ -6,23 +6,24 @@ use crate::joint::{Axis, Drive, Gear, Joint, JointAxis, Motor};
 use nalgebra::Vector3;
 
 impl World {
-    /// The D axes of joints that drives can act on, each with the index of its joint: by joints, those of the place before those of
-    /// the turn.
+    /// The D joint axes that accept a drive, each with the index of its joint. They are ordered by
+    /// joint, linear axes first.
     #[must_use]
     pub fn driven_axes(&self) -> Vec<(usize, JointAxis)> {
         let joints = self.joints().iter().enumerate();
         joints.flat_map(|(joint, of)| of.driven_axes().map(move |axis| (joint, axis))).collect()
     }
 
-    /// The L axes of joints that have limits, each with the index of its joint, in the same order; of a ball joint with a cone that is
-    /// its x axis, from 0 to the cone.
+    /// The L joint axes with limits, each with the index of its joint, in the order of
+    /// [`World::driven_axes`]. The cone of a ball joint is the limit of its x axis, from 0 to the
+    /// cone angle.
     #[must_use]
     pub fn limited_axes(&self) -> Vec<(usize, JointAxis)> {
         let joints = self.joints().iter().enumerate();
         joints.flat_map(|(joint, of)| of.limited_axes().map(move |axis| (joint, axis))).collect()
     }
 
-    /// Those M of the [driven axes](World::driven_axes) that have a motor.
+    /// The M [driven axes](World::driven_axes) with a motor.
     #[must_use]
     pub fn motors(&self) -> Vec<(usize, JointAxis)> {
         let has_motor = |(joint, axis): &(usize, JointAxis)| {
@@ -31,7 +32,7 @@ impl World {
         self.driven_axes().into_iter().filter(has_motor).collect()
     }
 
-    /// The gears whose sums have a motor, by their indices.
+    /// Indices of the gears with a motor.
     #[must_use]
     pub fn gear_motors(&self) -> Vec<usize> {
         let has_motor = |gear: &Gear| gear.drive().is_some_and(|drive| drive.motor.is_some());
@@ -39,7 +40,7 @@ impl World {
         gears.filter(|(_, gear)| has_motor(gear)).map(|(gear, _)| gear).collect()
     }
 
-    /// This world with what is `given` of its joints.
+    /// Returns this world with the joint constants in `given`.
     pub(super) fn with_joint_constants<'a>(
         mut self,
         given: impl Fn(Constant) -> Option<&'a [f64]>,
@@ -82,18 +83,18 @@ impl World {
 }
 
 impl Constant {
-    /// Whether it is one of joints or of gears.
+    /// True for constants of joints and gears.
     #[must_use]
     pub fn is_of_joints(self) -> bool {
         self == Self::Anchor || self.is_of_gears() || self.is_of_drives()
     }
 
-    /// Whether it is one of gears.
+    /// True for constants of gears.
     pub(crate) fn is_of_gears(self) -> bool {
         matches!(self, Self::GearRatio | Self::GearOffset)
     }
 
-    /// Whether it is one of what drives them, a number of each axis or motor, or two of each range.
+    /// True for constants of drives: one value per axis or motor, or two per range.
     pub(crate) fn is_of_drives(self) -> bool {
         self.is_of_motors()
             || matches!(
@@ -115,7 +116,7 @@ impl Constant {
         )
     }
 
-    /// The shape of the numbers of a constant of joints.
+    /// Array shape of a joint constant.
     pub(super) fn joint_shape(self, world: &World) -> Vec<usize> {
         match self {
             Self::Anchor => vec![world.joints().len(), 2, 3],
@@ -126,7 +127,7 @@ impl Constant {
         }
     }
 
-    /// The numbers of a constant of joints.
+    /// Values of a joint constant.
     pub(super) fn of_joints(self, world: &World) -> Vec<f64> {
         if self == Self::Anchor {
             let frames = world.joints().iter().flat_map(Joint::frames);
@@ -230,20 +231,20 @@ impl Gear {
 }
 
 impl Joint {
-    /// Its axes that drives can act on.
+    /// Axes that accept a drive.
     pub(crate) fn driven_axes(&self) -> impl Iterator<Item = JointAxis> {
         let [along, about] = self.bears();
         let along = (0..3).filter(move |k| along[*k]).map(JointAxis::Linear);
         along.chain((0..3).filter(move |k| about[*k]).map(JointAxis::Angular))
     }
 
-    /// Its axes that have limits.
+    /// Axes with limits.
     pub(crate) fn limited_axes(&self) -> impl Iterator<Item = JointAxis> {
         let all = (0..3).map(JointAxis::Linear).chain((0..3).map(JointAxis::Angular));
         all.filter(|axis| self.drive(*axis).is_some_and(|drive| drive.limits.is_some()))
     }
 
-    /// The drive of a free axis.
+    /// Drive of `axis`, if the axis is free.
     #[must_use]
     pub fn drive(&self, axis: JointAxis) -> Option<&Drive> {
         let of = match axis {

@@ -1,21 +1,22 @@
-//! The constants of contact laws: coefficients of bodies, of fixed pieces and of pairs.
+//! Constants of contact laws: coefficients of bodies, fixed pieces and pairs.
 
 use super::laws::find_place;
 use super::{Constant, Partner, World};
 use crate::error::{Error, in_range};
 use crate::mechanics::RigidBody;
 
-/// What a coefficient of a contact follows: a number of a constant, by its place, and the derivative by it.
+/// Gradient of a contact coefficient: two entries of constant, index and derivative.
 pub(crate) type LawSlopes = [(Constant, usize, f64); 2];
 
 impl World {
-    /// ∂μ and ∂e of the contacts between body `body` and `partner` by the numbers that they are means of: of √(a b)
+    /// Gradients ∂μ and ∂e of the contacts between `body` and `partner` with respect to their
+    /// constants. The gradient of the geometric mean √(a b) is
     ///
     /// ```text
-    /// ½ √(b/a) by a,   ½ √(a/b) by b,
+    /// ½ √(b/a) by a,   ½ √(a/b) by b.
     /// ```
     ///
-    /// 1 where both are one number, 0 by a number that is 0.
+    /// It is 1 if both are the same number, and 0 with respect to a number that is 0.
     pub(crate) fn law_slopes(&self, body: usize, partner: Partner) -> [LawSlopes; 2] {
         let frictions = match find_place(&self.pair_frictions, body, partner) {
             Some(pair) => [(Constant::PairFriction, pair, 1.0); 2],
@@ -49,7 +50,7 @@ impl World {
         [mean_slopes(frictions), mean_slopes(restitutions)]
     }
 
-    /// Sets the coefficients that are `given`.
+    /// Sets the coefficients in `given`.
     pub(super) fn set_laws<'a>(
         &mut self,
         given: impl Fn(Constant) -> Option<&'a [f64]>,
@@ -80,7 +81,7 @@ impl World {
     }
 }
 
-/// The coefficient that one of `all` has of its own: its place among those of a constant, and its value.
+/// Own coefficient of `all[index]`: its constant, its index in the constant, and its value.
 fn own<T>(
     all: &[T],
     index: usize,
@@ -92,7 +93,7 @@ fn own<T>(
     Some((constant, place, value))
 }
 
-/// The derivatives of the geometric mean of two numbers.
+/// Derivatives of the geometric mean of two numbers.
 fn mean_slopes([a, b]: [(Constant, usize, f64); 2]) -> LawSlopes {
     let slope = |own: f64, other: f64| if own > 0.0 { 0.5 * (other / own).sqrt() } else { 0.0 };
     let (by_a, by_b) = match (a.0, a.1) == (b.0, b.1) {
@@ -103,7 +104,7 @@ fn mean_slopes([a, b]: [(Constant, usize, f64); 2]) -> LawSlopes {
 }
 
 impl Constant {
-    /// Whether it is of the coefficients that bodies, fixed pieces or pairs have of their own.
+    /// True for constants of bodies', fixed pieces' and pairs' own coefficients.
     #[must_use]
     pub fn is_of_laws(self) -> bool {
         matches!(
@@ -116,7 +117,7 @@ impl Constant {
         )
     }
 
-    /// The numbers of such a constant.
+    /// Values of a contact-law constant.
     pub(super) fn of_laws(self, world: &World) -> Vec<f64> {
         let bodies = world.bodies().iter();
         let of_pairs =
@@ -131,7 +132,7 @@ impl Constant {
         }
     }
 
-    /// How many they are.
+    /// Number of values of a contact-law constant.
     pub(super) fn law_width(self, world: &World) -> usize {
         let bodies = world.bodies().iter();
         match self {

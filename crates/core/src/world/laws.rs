@@ -1,4 +1,4 @@
-//! The laws of contact between the bodies and what they touch: those of the world, of bodies, and of pairs.
+//! Contact laws: coefficients of the world, of bodies and of pairs.
 
 use super::World;
 use super::partner::{ContactLaw, Partner};
@@ -6,11 +6,12 @@ use crate::error::{Error, in_range};
 use crate::mechanics::RigidBody;
 
 impl World {
-    /// This world with a coefficient of `friction` between body `body` and `partner`, whatever
-    /// their own are. The last word on a pair counts.
+    /// Returns this world with the coefficient `friction` for the pair of `body` and `partner`. It
+    /// overrides their own coefficients. The last call for a pair counts.
     ///
     /// # Errors
-    /// A body or fixed piece that is not there, a body with itself, a coefficient outside 0…10.
+    /// If the body or partner does not exist, if both are the same body, or if the coefficient is
+    /// outside 0…10.
     pub fn with_friction_between(
         mut self,
         body: usize,
@@ -23,20 +24,22 @@ impl World {
         Ok(self)
     }
 
-    /// This world with a coefficient of `restitution`, of everything that has none of its own.
+    /// Returns this world with the default coefficient `restitution`. Bodies and pairs with their
+    /// own coefficient keep it.
     ///
     /// # Errors
-    /// A coefficient outside 0…1.
+    /// [`Error::OutOfRange`] if the coefficient is outside 0…1.
     pub fn with_restitution(self, restitution: f64) -> Result<Self, Error> {
         in_range("coefficient of restitution", restitution, 0.0, 1.0, "0 to 1")?;
         Ok(Self { restitution, ..self })
     }
 
-    /// This world with a coefficient of `restitution` between body `body` and `partner`, as
-    /// [`World::with_friction_between`].
+    /// Returns this world with the coefficient `restitution` for the pair of `body` and `partner`.
+    /// It overrides their own coefficients. The last call for a pair counts.
     ///
     /// # Errors
-    /// A body or fixed piece that is not there, a body with itself, a coefficient outside 0…1.
+    /// If the body or partner does not exist, if both are the same body, or if the coefficient is
+    /// outside 0…1.
     pub fn with_restitution_between(
         mut self,
         body: usize,
@@ -49,10 +52,11 @@ impl World {
         Ok(self)
     }
 
-    /// This world with `speed` (m/s) in place of the usual [rebound speed](World::rebound_speed).
+    /// Returns this world with `speed` (m/s) instead of the default [rebound
+    /// speed](World::rebound_speed).
     ///
     /// # Errors
-    /// A speed outside 0…1000 m/s.
+    /// [`Error::OutOfRange`] if the speed is outside 0…1000 m/s.
     pub fn with_rebound_speed(self, speed: f64) -> Result<Self, Error> {
         in_range("rebound speed (m/s)", speed, 0.0, 1000.0, "0 to 1000")?;
         Ok(Self { rebound_speed: Some(speed), ..self })
@@ -77,23 +81,23 @@ impl World {
         Err(Error::Count { field, count: body, allowed })
     }
 
-    /// The coefficients of friction that were given for pairs.
+    /// Friction coefficients of pairs.
     #[must_use]
     pub fn pair_frictions(&self) -> &[((usize, Partner), f64)] {
         &self.pair_frictions
     }
 
-    /// μ between body `body` and `partner`: what was given for the pair, or the geometric mean
+    /// Friction coefficient μ between `body` and `partner`: the pair's own, or the geometric mean
     ///
     /// ```text
     /// μ = √(μ_a μ_b)
     /// ```
     ///
-    /// of the coefficients of both, the world's where a body or piece has none of its own. The
-    /// ground has the world's.
+    /// of both coefficients. The default of the world applies to the ground, and to bodies and
+    /// pieces without their own coefficient.
     ///
     /// # Panics
-    /// If there is no such body or partner.
+    /// If the body or partner does not exist.
     #[must_use]
     pub fn friction_between(&self, body: usize, partner: Partner) -> f64 {
         if let Some(friction) = find_pair(&self.pair_frictions, body, partner) {
@@ -109,12 +113,12 @@ impl World {
         if a == b { a } else { (a * b).sqrt() }
     }
 
-    /// e between body `body` and `partner`: what was given for the pair, or the geometric mean of
-    /// the coefficients of both, as [`World::friction_between`]. Ground and fixed pieces have the
-    /// world's.
+    /// Restitution coefficient e between `body` and `partner`: the pair's own, or the geometric
+    /// mean of both coefficients. The default of the world applies to the ground, to fixed pieces,
+    /// and to bodies without their own coefficient.
     ///
     /// # Panics
-    /// If there is no such body or partner.
+    /// If the body or partner does not exist.
     #[must_use]
     pub fn restitution_between(&self, body: usize, partner: Partner) -> f64 {
         if let Some(restitution) = find_pair(&self.pair_restitutions, body, partner) {
@@ -126,10 +130,10 @@ impl World {
         if a == b { a } else { (a * b).sqrt() }
     }
 
-    /// The law of contact between body `body` and `partner`.
+    /// Contact law between `body` and `partner`.
     ///
     /// # Panics
-    /// If there is no such body or partner.
+    /// If the body or partner does not exist.
     #[must_use]
     pub fn law_between(&self, body: usize, partner: Partner) -> ContactLaw {
         ContactLaw {
@@ -138,19 +142,19 @@ impl World {
         }
     }
 
-    /// e of everything that has none of its own; 0 unless it was given.
+    /// Default coefficient of restitution e; 0 unless set.
     #[must_use]
     pub fn restitution(&self) -> f64 {
         self.restitution
     }
 
-    /// The coefficients of restitution that were given for pairs.
+    /// Restitution coefficients of pairs.
     #[must_use]
     pub fn pair_restitutions(&self) -> &[((usize, Partner), f64)] {
         &self.pair_restitutions
     }
 
-    /// Whether anything bounces.
+    /// True if any coefficient of restitution is positive.
     #[must_use]
     pub fn has_restitution(&self) -> bool {
         let pairs = self.pair_restitutions.iter().map(|(_, restitution)| *restitution);
@@ -158,26 +162,26 @@ impl World {
         self.restitution > 0.0 || pairs.chain(bodies).any(|restitution| restitution > 0.0)
     }
 
-    /// The speed, m/s, below which a contact that arrives does not bounce: what was given, or
+    /// Approach speed below which a contact does not bounce (m/s). The default is
     ///
     /// ```text
     /// 2 |g| h,
     /// ```
     ///
-    /// below which a bounce would be over within four steps. It vanishes with h.
+    /// the speed of a bounce that lasts less than four steps. It vanishes with h.
     #[must_use]
     pub fn rebound_speed(&self) -> f64 {
         self.rebound_speed.unwrap_or_else(|| 2.0 * self.gravity().norm() * self.time_step())
     }
 
-    /// The rebound speed that was given, m/s, if one was.
+    /// Rebound speed set by the user (m/s), if any.
     #[must_use]
     pub fn given_rebound_speed(&self) -> Option<f64> {
         self.rebound_speed
     }
 }
 
-/// Coefficients that were given for pairs, in ascending order of the pairs.
+/// Coefficients of pairs, sorted by pair.
 pub(super) type PairLaws = Vec<((usize, Partner), f64)>;
 
 pub(super) fn set_pair(pairs: &mut PairLaws, body: usize, partner: Partner, value: f64) {
@@ -192,7 +196,7 @@ pub(super) fn find_pair(pairs: &PairLaws, body: usize, partner: Partner) -> Opti
     find_place(pairs, body, partner).map(|place| pairs[place].1)
 }
 
-/// Where a pair stands among those that were given a coefficient.
+/// Index of a pair in `pairs`, if it has a coefficient.
 #[inline]
 pub(super) fn find_place(pairs: &PairLaws, body: usize, partner: Partner) -> Option<usize> {
     if pairs.is_empty() {
@@ -202,7 +206,7 @@ pub(super) fn find_place(pairs: &PairLaws, body: usize, partner: Partner) -> Opt
     pairs.binary_search_by(|(known, _)| known.cmp(&pair)).ok()
 }
 
-/// The same for both orders of a pair.
+/// Canonical order of a pair: the body with the smaller index comes first.
 pub(super) fn ordered(body: usize, partner: Partner) -> (usize, Partner) {
     match partner {
         Partner::Body(other) if other < body => (other, Partner::Body(body)),

@@ -1,5 +1,5 @@
-//! The world of a run: the bodies, what they can touch, and the constants that every step
-//! shares. States, forces and certificates are lists over its bodies throughout.
+//! The world: bodies, collision geometry, joints, and the constants shared by all steps. Lists of
+//! states, forces and certificates have one entry per body.
 
 mod apart;
 mod changes;
@@ -24,65 +24,66 @@ use crate::mechanics::dynamics;
 use crate::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
 use nalgebra::Vector3;
 
-/// The constants of a [`World`], before they are checked.
+/// Constants of a [`World`], unchecked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
-    /// The bodies; states and wrenches come in this order.
+    /// Bodies; they set the order of states and wrenches.
     pub bodies: Vec<RigidBody>,
-    /// The ground, if there is one. Without it no point has a height, it has no part in any certificate, and
-    /// coefficients for pairs with it are refused.
+    /// Ground, if any. Without a ground, contact points have no height, certificates have no ground
+    /// part, and coefficients for pairs with the ground are rejected.
     pub ground: Option<Plane>,
-    /// g, m/s², world.
+    /// Gravity g (m/s²), world frame.
     pub gravity: Vector3<f64>,
-    /// μ, coefficient of friction.
+    /// Coefficient of friction μ.
     pub friction: f64,
-    /// h, s.
+    /// Time step h (s).
     pub time_step: f64,
-    /// By which equation bodies turn.
+    /// Integrator of the rotations.
     pub rotation: Rotation,
 }
 
-/// A piece that never moves: a step, a ramp, a wall, a part of a bowl.
+/// A static piece of the world: a step, a ramp, a wall, a part of a bowl.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fixed {
-    /// The piece, in the world's frame.
+    /// Geometry in the world frame.
     pub piece: Piece,
-    /// A coefficient of friction of its own, in place of the world's.
+    /// Own coefficient of friction, instead of the world's.
     pub friction: Option<f64>,
 }
 
-/// Rigid bodies and what they can touch, with friction: the constants of every step.
+/// Rigid bodies with their collision geometry, joints and contact laws: the constants of every
+/// step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct World {
     parameters: Parameters,
     fixed: Vec<Fixed>,
     joints: Vec<Joint>,
     gears: Vec<Gear>,
-    /// Pairs that do not touch because a joint ties them or it was said, in ascending order.
+    /// Pairs without contacts, excluded by a joint or by the user, sorted.
     apart: Vec<(usize, Partner)>,
-    /// Those of which it was said.
+    /// Pairs excluded by the user.
     kept_apart: Vec<(usize, Partner)>,
-    /// Bodies that touch nothing, in ascending order.
+    /// Bodies without contacts, sorted.
     untouched: Vec<usize>,
-    /// Whether each body is held; empty where none is.
+    /// Held flag of each body; empty if no body is held.
     held: Vec<bool>,
-    /// Velocities of surfaces, each of an owner.
+    /// Surface velocities, each with its collider.
     surfaces: Vec<(Partner, Vector3<f64>)>,
     pair_frictions: PairLaws,
     restitution: f64,
     pair_restitutions: PairLaws,
-    /// What was given for it.
+    /// Rebound speed set by the user.
     rebound_speed: Option<f64>,
     reach: f64,
     speed_scale: f64,
 }
 
 impl World {
-    /// Checks the constants.
+    /// Checks the constants and creates a world.
     ///
     /// # Errors
-    /// No body; a time step outside 1e-6…0.1 s, a coefficient of friction outside 0…10, a
-    /// component of gravity beyond ±1000 m/s².
+    /// If there is no body, the time step is outside 1e-6…0.1 s, the coefficient of friction is
+    /// outside 0…10, or a component of gravity is beyond ±1000 m/s².
     pub fn new(parameters: Parameters) -> Result<Self, Error> {
         if parameters.bodies.is_empty() {
             return Err(Error::Count { field: "bodies", count: 0, allowed: "1 or more" });
@@ -111,10 +112,10 @@ impl World {
         })
     }
 
-    /// This world with pieces that never move.
+    /// Returns this world with the static pieces `fixed`.
     ///
     /// # Errors
-    /// A coefficient of friction outside 0…10.
+    /// [`Error::OutOfRange`] if a coefficient of friction is outside 0…10.
     pub fn with_fixed(self, fixed: Vec<Fixed>) -> Result<Self, Error> {
         for friction in fixed.iter().filter_map(|fixed| fixed.friction) {
             in_range("coefficient of friction", friction, 0.0, 10.0, "0 to 10")?;
@@ -122,12 +123,13 @@ impl World {
         Ok(Self { fixed, ..self })
     }
 
-    /// This world with `joints`, and without gears. Bodies that a joint ties do not touch each other, unless it
-    /// [collides](Joint::colliding).
+    /// Returns this world with `joints` and without gears. Bodies connected by a joint do not touch
+    /// each other, unless the joint is [colliding](Joint::colliding).
     ///
     /// # Errors
-    /// A joint of a body that is not there, or of a body with itself; frames, lengths and drives out of
-    /// range; a turn that is neither locked, about z alone, nor free without a drive.
+    /// If a joint names a body that does not exist or the same body twice; if frames, lengths or
+    /// drives are out of range. The rotation of a joint must be locked, about z only, or free
+    /// without a drive.
     pub fn with_joints(self, joints: Vec<Joint>) -> Result<Self, Error> {
         let bodies = self.bodies().len();
         let checked = joints.into_iter().map(|joint| joint.checked(bodies));
@@ -135,17 +137,18 @@ impl World {
         Ok(Self { gears: Vec::new(), ..self }.tied_by(joints))
     }
 
-    /// This world, whose joints follow each other by these `gears`.
+    /// Returns this world with `gears` between its joints.
     ///
     /// # Errors
-    /// A joint that is not there; an axis that is locked, or whose turns are not counted; numbers out of range.
+    /// If a joint does not exist, if an axis is locked or has no counted angle, or if a number is
+    /// out of range.
     pub fn with_gears(self, gears: Vec<Gear>) -> Result<Self, Error> {
         let checked = gears.into_iter().map(|gear| gear.checked(&self.joints));
         let gears = checked.collect::<Result<Vec<_>, _>>()?;
         Ok(Self { gears, ..self })
     }
 
-    /// This world with `joints` that were checked.
+    /// Replaces the joints by checked ones and updates the contact exclusions.
     fn tied_by(mut self, joints: Vec<Joint>) -> Self {
         let tied = joints.iter().filter(|joint| !joint.collides());
         let tied = tied.filter_map(|joint| Some((joint.body(), joint.other()?)));
@@ -158,30 +161,30 @@ impl World {
         Self { joints, ..self }
     }
 
-    /// The joints.
+    /// Joints.
     #[must_use]
     pub fn joints(&self) -> &[Joint] {
         &self.joints
     }
 
-    /// The gears between joints.
+    /// Gears between joints.
     #[must_use]
     pub fn gears(&self) -> &[Gear] {
         &self.gears
     }
 
-    /// The angles of the joints where the bodies are put to `states`, from which turns are counted: those that are
-    /// nearest to `near`, or to zero, but where a gear says how often one has turned, as often as that.
+    /// Joint angles at `states`, which start the counting of turns. Angles are the nearest to
+    /// `near`, or to zero. A gear that determines the number of turns of a joint takes precedence.
     #[must_use]
     pub fn angles_near(&self, states: &[State], near: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         angles_near(&self.joints, &self.gears, states, near)
     }
 
-    /// This world, its fixed pieces, its restitution and what was said of pairs, with other
-    /// constants and as many bodies.
+    /// Returns this world with other `parameters`. Fixed pieces, joints, restitution and pair
+    /// settings stay.
     ///
     /// # Errors
-    /// As [`World::new`]; another number of bodies.
+    /// Those of [`World::new`]; [`Error::Count`] if the number of bodies differs.
     pub fn with_parameters(&self, parameters: Parameters) -> Result<Self, Error> {
         let count = parameters.bodies.len();
         if count != self.bodies().len() {
@@ -191,63 +194,63 @@ impl World {
         Ok(Self { parameters, reach, speed_scale, ..self.clone() })
     }
 
-    /// The pieces that never move.
+    /// Static pieces.
     #[must_use]
     pub fn fixed(&self) -> &[Fixed] {
         &self.fixed
     }
 
-    /// The constants.
+    /// Constants of the world.
     #[must_use]
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
     }
 
-    /// The bodies.
+    /// Bodies.
     #[must_use]
     pub fn bodies(&self) -> &[RigidBody] {
         &self.parameters.bodies
     }
 
-    /// The ground, if there is one.
+    /// Ground, if any.
     #[must_use]
     pub fn ground(&self) -> Option<&Plane> {
         self.parameters.ground.as_ref()
     }
 
-    /// g, m/s², world.
+    /// Gravity g (m/s²), world frame.
     #[must_use]
     pub fn gravity(&self) -> &Vector3<f64> {
         &self.parameters.gravity
     }
 
-    /// μ.
+    /// Default coefficient of friction μ.
     #[must_use]
     pub fn friction(&self) -> f64 {
         self.parameters.friction
     }
 
-    /// h, s.
+    /// Time step h (s).
     #[must_use]
     pub fn time_step(&self) -> f64 {
         self.parameters.time_step
     }
 
-    /// By which equation bodies turn.
+    /// Integrator of the rotations.
     #[must_use]
     pub fn rotation(&self) -> Rotation {
         self.parameters.rotation
     }
 
-    /// ℓ, m: the largest [reach](RigidBody::reach) of a body, the world's scale of lengths.
+    /// Length scale ℓ of the world (m): the largest [reach](RigidBody::reach) of a body.
     #[must_use]
     pub fn reach(&self) -> f64 {
         self.reach
     }
 
-    /// The world's scale of speeds, as a multiple of that of the tutorial's cube (1 m, 9.81
-    /// m/s²): tolerances in m/s are multiplied with it. Speeds of motions under gravity go
-    /// like √(g ℓ); without gravity there is no such speed, and 9.81 m/s² stands in.
+    /// Speed scale of the world, relative to the tutorial's cube (1 m, 9.81 m/s²). Tolerances in
+    /// m/s are multiplied by it. Speeds under gravity scale with √(g ℓ). Without gravity, 9.81 m/s²
+    /// is used.
     ///
     /// ```text
     /// √(|g| ℓ / (9.81 m/s² · 1 m))
@@ -257,11 +260,11 @@ impl World {
         self.speed_scale
     }
 
-    /// The next state of body `index` if nothing touched it (eq. 8 with F = 0); the same one of a body that
-    /// is held.
+    /// Next state of body `index` without contacts and joints (eq. 8 with F = 0). A held body keeps
+    /// its state.
     ///
     /// # Panics
-    /// If there is no such body.
+    /// If the body does not exist.
     #[must_use]
     pub fn free_flight(&self, index: usize, state: &State, wrench: &Wrench) -> State {
         if self.is_held(index) {
@@ -272,16 +275,16 @@ impl World {
         dynamics::free_flight(body, state, wrench, self.gravity(), h, rotation)
     }
 
-    /// The heights above the ground of body `index`'s contact points, m, where it is at `pose`:
+    /// Heights of the contact points of body `index` above the ground at `pose` (m):
     ///
     /// ```text
     /// φ_i = n·r − d + (Aᵀ n)·c_i − ρ_i
     /// ```
     ///
-    /// Without a ground there are none, nor of a body that does not touch it.
+    /// Empty without a ground, or if contacts between body and ground are excluded.
     ///
     /// # Panics
-    /// If there is no such body.
+    /// If the body does not exist.
     #[inline]
     pub fn heights<'a>(
         &'a self,
@@ -299,8 +302,7 @@ impl World {
         points.iter().map(move |point| centre + normal.dot(&point.position) - point.radius)
     }
 
-    /// The height of the lowest contact point of any body that has a state, m; infinite without a
-    /// ground.
+    /// Height of the lowest contact point of all bodies in `states` (m); infinite without a ground.
     #[must_use]
     pub fn lowest_height(&self, states: &[State]) -> f64 {
         let states = states.iter().take(self.bodies().len()).enumerate();
@@ -310,9 +312,9 @@ impl World {
 }
 
 impl World {
-    /// The same world in other units of `mass` (kg), `length` (m) and `time` (s). Without
-    /// pieces: bodies of points on a ground, with joints and gears. The ranges of [`World::new`] are those of SI units and
-    /// are not asked again.
+    /// Copy of this world in units of `mass` (kg), `length` (m) and `time` (s). Only ground, point
+    /// bodies, joints and gears are converted; pieces are dropped. The ranges of [`World::new`] are
+    /// in SI units and are not checked.
     #[must_use]
     pub fn in_units(&self, mass: f64, length: f64, time: f64) -> Self {
         let Parameters { bodies, ground, gravity, friction, time_step, rotation } =

@@ -1,8 +1,8 @@
-//! What bodies touch, and by which constants.
+//! Contact partners and contact laws.
 
 use std::fmt::{self, Display, Formatter};
 
-/// What a body touches.
+/// Object that a body touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum Partner {
@@ -15,7 +15,7 @@ pub enum Partner {
 }
 
 impl Partner {
-    /// The index of a body; none of what is fixed.
+    /// Index of the body; `None` for the ground and for fixed pieces.
     #[must_use]
     #[inline]
     pub fn body(self) -> Option<usize> {
@@ -33,12 +33,12 @@ impl Display for Partner {
     }
 }
 
-/// The constants of the law at one contact.
+/// Coefficients of one contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactLaw {
-    /// μ, coefficient of friction.
+    /// Coefficient of friction μ.
     pub friction: f64,
-    /// e, coefficient of [restitution](crate::contact::restitution).
+    /// Coefficient of [restitution](crate::contact::restitution) e.
     pub restitution: f64,
 }

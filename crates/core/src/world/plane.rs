@@ -1,38 +1,38 @@
-//! The surface that bodies touch: a plane of any slope.
+//! Ground plane of any slope.
 //!
-//! The plane is n·x = d in the world, the free side where n·x > d. Two unit tangents make its
-//! normal a right-handed frame F = (t₁, t₂, n), in which friction, slip and the tutorial's
-//! program have their components:
+//! The plane is n·x = d in the world frame, and n·x > d is the free side. Two unit tangents
+//! complete the normal to a right-handed frame F = (t₁, t₂, n). Friction, slip and the tutorial's
+//! program have their components in this frame:
 //!
 //! ```text
 //! Fᵀ = R,   R n = e_z                                                     (eq. 19)
 //! ```
 //!
-//! R is the smallest rotation that does it. A plane that falls towards +x by the angle θ,
-//! n = (sin θ, 0, cos θ), has t₁ pointing downhill and t₂ along y. Coulomb's cone is round, so
-//! that motions and forces do not depend on the choice of the tangents.
+//! R is the smallest such rotation. A plane that falls towards +x by the angle θ has n = (sin θ, 0,
+//! cos θ), t₁ pointing downhill and t₂ along y. Coulomb's cone is round, so motions and forces do
+//! not depend on the choice of the tangents.
 //!
-//! Nothing in a step is turned. For starts and results that are told relative to a slope,
-//! [`Plane::state_to_world`] and [`Plane::state_to_ground`] go between the world and the
-//! **ground's frame**: origin d n, axes t₁, t₂, n.
+//! Steps are computed in the world frame. [`Plane::state_to_world`] and [`Plane::state_to_ground`]
+//! convert states for input and output relative to a slope. The **ground frame** has the origin d n
+//! and the axes t₁, t₂, n.
 
 use crate::error::{Error, all_in_range, in_range};
 use crate::mechanics::State;
 use crate::mechanics::quaternion::{left, rotation};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
-/// A plane with its frame.
+/// Plane with its frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plane {
     normal: Vector3<f64>,
     offset: f64,
     /// R as a unit quaternion, world → ground.
     turn: Vector4<f64>,
-    /// R.
+    /// R, world → ground.
     to_ground: Matrix3<f64>,
     /// F = Rᵀ.
     frame: Matrix3<f64>,
-    /// Whether world and ground are the same frame.
+    /// True if the ground frame equals the world frame.
     level: bool,
 }
 
@@ -43,7 +43,7 @@ impl Default for Plane {
 }
 
 impl Plane {
-    /// The plane z = 0: world and ground are the same frame, to the last bit.
+    /// The plane z = 0. Its ground frame equals the world frame to the last bit.
     #[must_use]
     pub fn level() -> Self {
         Self {
@@ -56,18 +56,17 @@ impl Plane {
         }
     }
 
-    /// The plane with `normal` (of any length, pointing to the free side) at `offset`, the
-    /// distance d of the plane from the world's origin along the unit normal, m. A normal that is of
-    /// length 1 to rounding keeps its bits, so that a plane is the same again when it is read from a
-    /// file.
+    /// Plane with `normal` of any length, pointing to the free side, and the distance `offset` d of
+    /// the plane from the origin along the unit normal (m). A normal of length 1 to rounding keeps
+    /// its bits, so that writing and reading a plane reproduces it.
     ///
     /// # Errors
-    /// A normal that is not finite or shorter than 1e-6, an offset beyond ±1e6 m.
+    /// If the normal is not finite or shorter than 1e-6, or if the offset is beyond ±1e6 m.
     pub fn new(normal: Vector3<f64>, offset: f64) -> Result<Self, Error> {
         all_in_range("normal of the plane", &normal, -1e6, 1e6, "-1e6 to 1e6")?;
         in_range("length of the plane's normal", normal.norm(), 1e-6, 2e6, "1e-6 to 2e6")?;
         in_range("offset of the plane (m)", offset, -1e6, 1e6, "-1e6 to 1e6")?;
-        // A norm of three squares is known to 4ε.
+        // The norm of three squares is accurate to 4ε.
         let is_unit = (normal.norm() - 1.0).abs() <= 4.0 * f64::EPSILON;
         let normal = if is_unit { normal } else { normal.normalize() };
         if normal == Vector3::z() && offset == 0.0 {
@@ -76,70 +75,70 @@ impl Plane {
         let turn = smallest_turn_to_z(&normal);
         let to_ground = rotation(&turn);
         let mut frame = to_ground.transpose();
-        // The normal itself, not what the rotation makes of it.
+        // Uses the normal itself, free of the rounding of the rotation.
         frame.set_column(2, &normal);
         Ok(Self { normal, offset, turn, to_ground, frame, level: false })
     }
 
-    /// The plane through the origin that falls towards +x by `slope`, degrees.
+    /// Plane through the origin that falls towards +x by `slope` (°).
     ///
     /// # Errors
-    /// A slope beyond ±180°.
+    /// [`Error::OutOfRange`] if the slope is beyond ±180°.
     pub fn sloping(slope: f64) -> Result<Self, Error> {
         let (sin, cos) =
             in_range("slope (°)", slope, -180.0, 180.0, "-180 to 180")?.to_radians().sin_cos();
         Self::new(Vector3::new(sin, 0.0, cos).normalize(), 0.0)
     }
 
-    /// The same plane in another unit of `length` (m).
+    /// Copy of this plane in the unit `length` (m).
     pub(crate) fn in_units(&self, length: f64) -> Self {
         Self { offset: self.offset / length, ..self.clone() }
     }
 
-    /// n, unit, world.
+    /// Unit normal n, world frame.
     #[must_use]
     pub fn normal(&self) -> &Vector3<f64> {
         &self.normal
     }
 
-    /// d, m.
+    /// Distance d from the origin (m).
     #[must_use]
     pub fn offset(&self) -> f64 {
         self.offset
     }
 
-    /// Whether the plane is z = 0, and the ground's frame the world's.
+    /// True if the plane is z = 0 and the ground frame equals the world frame.
     #[must_use]
     pub fn is_level(&self) -> bool {
         self.level
     }
 
-    /// F: t₁, t₂ and n as columns, unit, world.
+    /// Frame F with the unit columns t₁, t₂ and n, world frame.
     #[must_use]
     pub fn frame(&self) -> &Matrix3<f64> {
         &self.frame
     }
 
-    /// R, world → ground.
+    /// Rotation R, world → ground.
     #[must_use]
     pub fn rotation(&self) -> &Matrix3<f64> {
         &self.to_ground
     }
 
-    /// A vector of the world in the ground's frame.
+    /// Converts a vector from the world frame to the ground frame.
     #[must_use]
     pub fn vector_to_ground(&self, vector: &Vector3<f64>) -> Vector3<f64> {
         if self.level { *vector } else { self.to_ground * vector }
     }
 
-    /// A vector of the ground's frame in the world.
+    /// Converts a vector from the ground frame to the world frame.
     #[must_use]
     pub fn vector_to_world(&self, vector: &Vector3<f64>) -> Vector3<f64> {
         if self.level { *vector } else { self.to_ground.tr_mul(vector) }
     }
 
-    /// A state of the world in the ground's frame; the spin is the body's in both, and the
-    /// quaternion keeps its length.
+    /// Converts a state from the world frame to the ground frame. The spin is in the body frame in
+    /// both, and the quaternion keeps its length.
     #[must_use]
     pub fn state_to_ground(&self, state: &State) -> State {
         if self.level {
@@ -153,7 +152,7 @@ impl Plane {
         }
     }
 
-    /// A state of the ground's frame in the world.
+    /// Converts a state from the ground frame to the world frame.
     #[must_use]
     pub fn state_to_world(&self, state: &State) -> State {
         if self.level {
@@ -169,15 +168,15 @@ impl Plane {
     }
 }
 
-/// The quaternion of the smallest rotation with R n = e_z. Its axis is n × e_z, and with
-/// the angle φ between n and e_z
+/// Quaternion of the smallest rotation with R n = e_z. Its axis is n × e_z. With the angle φ
+/// between n and e_z,
 ///
 /// ```text
 /// cos φ/2 = √((1 + n_z)/2),   sin φ/2 = √((1 − n_z)/2)
 /// ```
 ///
-/// of which the smaller one is taken from the horizontal part, |n_xy| = 2 sin φ/2 cos φ/2,
-/// where the square root has lost its digits. For n = −e_z any horizontal axis serves: x.
+/// The smaller of the two loses digits in its square root. It is computed from the horizontal part
+/// instead, |n_xy| = 2 sin φ/2 cos φ/2. For n = −e_z any horizontal axis is valid, and x is used.
 fn smallest_turn_to_z(normal: &Vector3<f64>) -> Vector4<f64> {
     let horizontal = normal.xy().norm();
     let (cos, sin) = if normal[2] >= 0.0 {

@@ -1,8 +1,8 @@
-//! How the rows of a joint, and what an impulse along them does, change with its bodies at the start of a step, at
-//! fixed velocities V⁺ at its end.
+//! Derivatives of the rows of a joint, and of the loads of an impulse along them. They are taken
+//! with respect to the bodies at the start of a step, at fixed final velocities V⁺.
 //!
-//! Columns are the places (m, world) and the turns (rad, body) of A, then those of B. Equation numbers are those of
-//! `docs/gradients.md`.
+//! Columns are the position (m, world frame) and the rotation (rad, body frame) of A, then the same
+//! of B. Equation numbers are those of `docs/gradients.md`.
 
 #[cfg(test)]
 mod tests;
@@ -12,78 +12,79 @@ use crate::joint::{Axis, Joint, Turn, TurnKind};
 use crate::mechanics::{Pose, State};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-/// By the poses of A and of B.
+/// Derivatives with respect to the poses of A and B.
 pub(crate) type ByPoses<const ROWS: usize> = SMatrix<f64, ROWS, 12>;
 
-/// By the anchors in A and in B, m, in their frames.
+/// Derivatives with respect to the anchors in A and B (m), in their frames.
 pub(crate) type ByAnchors<const ROWS: usize> = SMatrix<f64, ROWS, 6>;
 
-/// Three rows of a joint over a step.
+/// Derivatives of three rows of a joint over a step.
 #[derive(Debug, Clone)]
 pub(crate) struct RowsTangent {
-    /// ∂u, m/s, in the rows' axes.
+    /// Derivatives of u (m/s), in the axes of the rows.
     pub(crate) motion: ByPoses<3>,
-    /// ∂u/∂h, m/s².
+    /// Derivative ∂u/∂h (m/s²).
     pub(crate) by_time_step: Vector3<f64>,
-    /// Of the coordinates at the step's start, m or rad.
+    /// Derivatives of the coordinates at the start of the step (m or rad).
     pub(crate) coordinates: ByPoses<3>,
-    /// Of their rates before, m/s or rad/s, where an armature asks for them.
+    /// Derivatives of the preceding rates (m/s or rad/s), for axes with an armature.
     pub(crate) rates: Option<Box<Rates>>,
-    /// At a fixed impulse along the rows: of the impulse (world, where it pushes), and of the torques of what it is on A and on B,
-    /// each in its body's frame.
+    /// Derivatives of the load of a fixed impulse: the impulse (world frame), and its torques on A
+    /// and on B, each in its body's frame.
     pub(crate) load: ByPoses<9>,
-    /// By the anchors, of the rows of a place.
+    /// Derivatives of linear rows with respect to the anchors.
     pub(crate) anchors: Option<Box<Anchors>>,
 }
 
-/// What the anchors of a joint have a part in, at fixed poses.
+/// Derivatives with respect to the anchors of a joint, at fixed poses.
 #[derive(Debug, Clone)]
 pub(crate) struct Anchors {
-    /// ∂u, m/s, in the rows' axes.
+    /// Derivatives of u (m/s), in the axes of the rows.
     pub(crate) motion: ByAnchors<3>,
-    /// Of the coordinates at the step's start, m, and of their rates before, m/s.
+    /// Derivatives of the coordinates at the start of the step (m), and of the preceding rates
+    /// (m/s).
     pub(crate) coordinates: ByAnchors<3>,
     pub(crate) rates: ByAnchors<3>,
-    /// Of the torques on A and on B of a fixed impulse, each in its body's frame.
+    /// Derivatives of the torques of a fixed impulse on A and on B, each in its body's frame.
     pub(crate) torques: ByAnchors<6>,
 }
 
-/// Changes of the mean rates before a step, m/s or rad/s.
+/// Derivatives of the mean rates before a step (m/s or rad/s).
 #[derive(Debug, Clone)]
 pub(crate) struct Rates {
     pub(crate) by_poses: ByPoses<3>,
-    /// By v (world) and ω (body) of A and of B at k.
+    /// Derivatives with respect to v (world frame) and ω (body frame) of A and B at k.
     pub(crate) by_velocities: ByPoses<3>,
     pub(crate) by_time_step: Vector3<f64>,
 }
 
-/// A joint over a step, ready to be differentiated.
+/// Joint over a step, prepared for differentiation.
 pub(crate) struct JointTangent<'a> {
     joint: &'a Joint,
     states: &'a [State],
     time_step: f64,
-    /// A and B: the ends of the step, and where they came from; `None` for the world.
+    /// Data of A and B; `None` for the world.
     sides: [Option<Side>; 2],
 }
 
-/// A body of the joint.
+/// Body of the joint.
 #[derive(Clone, Copy)]
 struct Side {
-    /// Its poses before, at the start and at the end of the step.
+    /// Poses one step before, at the start and at the end of the step.
     poses: [Pose; 3],
-    /// ω⁺.
+    /// Spin ω⁺.
     spin: Vector3<f64>,
-    /// From the start on, and back.
+    /// Map from the start to the end of the step; `back` is the map to one step before.
     on: EndMap,
     back: EndMap,
 }
 
-/// Where a body of a joint is, before a step, at its start, at its end.
+/// Index of the pose one step before; `START` and `END` are those at the ends of the step.
 const BEFORE: usize = 0;
 const START: usize = 1;
 const END: usize = 2;
 
-/// The pose of the world.
+/// Pose of the world.
 fn still() -> Pose {
     Pose { position: Vector3::zeros(), rotation: Matrix3::identity() }
 }
@@ -93,14 +94,14 @@ fn set<const R: usize>(to: &mut ByPoses<R>, column: usize, part: &SMatrix<f64, R
     to.fixed_columns_mut::<3>(column).copy_from(part);
 }
 
-/// The part of the places or turns of a side.
+/// Three columns: positions or rotations of a side.
 fn part<const R: usize>(of: &ByPoses<R>, column: usize) -> SMatrix<f64, R, 3> {
     of.fixed_columns::<3>(column).into_owned()
 }
 
 impl<'a> JointTangent<'a> {
-    /// That of `joint` over a step of `time_step` (s) from `states`, in which its bodies end with these velocities:
-    /// v⁺ and ω⁺ of A and of B.
+    /// Prepares `joint` for a step of `time_step` (s) from `states`, with the final `velocities` v⁺
+    /// and ω⁺ of A and B.
     pub(crate) fn new(
         joint: &'a Joint,
         states: &'a [State],
@@ -121,12 +122,13 @@ impl<'a> JointTangent<'a> {
         Self { joint, states, time_step, sides: [side(0), side(1)] }
     }
 
-    /// Those of a side at one of the times.
+    /// Pose of a side at one of the times.
     fn pose(&self, side: usize, time: usize) -> Pose {
         self.sides[side].as_ref().map_or_else(still, |side| side.poses[time])
     }
 
-    /// l (J1) at one of the times, and w = A_Bᵀ s, by the poses then: with C = A_B F_B
+    /// Position l (J1) and w = A_Bᵀ s at one of the times, and the derivatives of l with respect to
+    /// the poses at that time. With C = A_B F_B,
     ///
     /// ```text
     /// δl = Cᵀ (δr_A − δr_B − A_A [a]× δθ_A) + F_Bᵀ [w]× δθ_B
@@ -147,7 +149,8 @@ impl<'a> JointTangent<'a> {
         (frame.tr_mul(&(seen - of_b.anchor)), seen, slopes)
     }
 
-    /// ∂l by the anchors at one of the times: δl = F_Bᵀ (A_Bᵀ A_A δa_A − δa_B) (G12).
+    /// Derivative of l with respect to the anchors at one of the times: δl = F_Bᵀ (A_Bᵀ A_A δa_A −
+    /// δa_B) (G12).
     fn place_by_anchors(&self, time: usize) -> ByAnchors<3> {
         let to_rows = self.joint.frames()[1].rotation().transpose();
         let seen = self.pose(1, time).rotation.tr_mul(&self.pose(0, time).rotation);
@@ -157,7 +160,8 @@ impl<'a> JointTangent<'a> {
         slopes
     }
 
-    /// What the anchors make of the rows of its place, where `impulse` acts along them: with P = C p, p_B = F_B p
+    /// Derivatives of the linear rows with respect to the anchors, with `impulse` along the rows.
+    /// With P = C p and p_B = F_B p,
     ///
     /// ```text
     /// δτ_A = δa_A × A_Aᵀ P,   δτ_B = A_Bᵀ A_A δa_A × p_B                               (G12)
@@ -184,8 +188,9 @@ impl<'a> JointTangent<'a> {
         Box::new(Anchors { motion: motion / h, coordinates, rates, torques })
     }
 
-    /// What slopes by poses that `maps` lead to make of those by the states at k: by poses, by velocities, and by h where
-    /// that is how far they lead and `forward` which way.
+    /// Applies the chain rule with `map` to derivatives with respect to other poses. Returns
+    /// derivatives with respect to the poses and the velocities at k, and to h; `forward` is the
+    /// sign of time in the map.
     fn led(
         &self,
         slopes: &ByPoses<3>,
@@ -207,7 +212,8 @@ impl<'a> JointTangent<'a> {
         (poses, velocities, by_time_step)
     }
 
-    /// The rates before the step of coordinates that have these slopes at its start and before it, and were `x` and `was`.
+    /// Derivatives of the preceding rates of coordinates. `now` and `before` are the derivatives of
+    /// the coordinates at the start and one step before, with the values `x` and `was`.
     fn rates(
         &self,
         now: &ByPoses<3>,
@@ -224,10 +230,11 @@ impl<'a> JointTangent<'a> {
         })
     }
 
-    /// The rows of its place, where `impulse` acts along them: with P = C p, w of the step's start and p_B = F_B p
+    /// Derivatives of the linear rows, with `impulse` along the rows. With P = C p, w at the start
+    /// of the step and p_B = F_B p,
     ///
     /// ```text
-    /// u = (l⁺ − l)/h, of what is locked l⁺/h
+    /// u = (l⁺ − l)/h,   locked axes: l⁺/h
     /// δP = A_B δθ_B × P,   δτ_A = a × (A_Aᵀ P × δθ_A),   δτ_B = δw × p_B + w × (p_B × δθ_B)      (G9)
     /// ```
     pub(crate) fn of_place(&self, impulse: &Vector3<f64>) -> RowsTangent {
@@ -266,8 +273,8 @@ impl<'a> JointTangent<'a> {
         RowsTangent { motion, by_time_step, coordinates, rates, load, anchors }
     }
 
-    /// The rows of its turn, scaled by `length` (m) and counted from the `angles` (rad), where `impulse` acts along them: with
-    /// t = G p
+    /// Derivatives of the angular rows, with `impulse` along the rows, scaled by `length` (m) and
+    /// relative to the `angles` (rad). With t = G p,
     ///
     /// ```text
     /// δτ_B = A_Bᵀ (A_A δt + (A_A δθ_A − A_B δθ_B) × A_A t)                             (G9)

@@ -1,4 +1,4 @@
-//! The rows of joints of every kind against central differences.
+//! Derivatives of the rows of all joint types, compared with central differences.
 
 use super::*;
 use crate::derivative::StateChange;
@@ -8,7 +8,7 @@ use nalgebra::Vector4;
 const STEP: f64 = 0.01;
 const LENGTH: f64 = 0.3;
 
-/// A number between −1 and 1 from a sequence.
+/// Pseudo-random number between −1 and 1.
 fn draw(twister: &mut rand_mt::Mt) -> f64 {
     f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
 }
@@ -22,7 +22,7 @@ fn attitude(near: f64, twister: &mut rand_mt::Mt) -> Vector4<f64> {
     Vector4::new(1.0, v[0], v[1], v[2]).normalize()
 }
 
-/// One of each way to turn and to slide, of two bodies and of one with the world, all of them with an armature.
+/// Joints of every type, between two bodies and between a body and the world, all with an armature.
 fn joints(twister: &mut rand_mt::Mt) -> Vec<Joint> {
     let drive = Drive { armature: 0.2, ..Drive::NONE };
     let free = Axis::Free(drive);
@@ -46,8 +46,8 @@ fn joints(twister: &mut rand_mt::Mt) -> Vec<Joint> {
     all
 }
 
-/// What [`RowsTangent`] has the changes of, as closed forms of the states and of h: u, the coordinates, their rates, the impulse
-/// and its torques.
+/// Closed forms of the differentiated quantities as functions of the states and h: u, the
+/// coordinates, their rates, the impulse and its torques.
 fn rows(
     joint: &Joint,
     states: &[State],
@@ -89,7 +89,7 @@ fn rows(
     [u, at.place, rates(&starts[0]), along, torque(&of_a), torque(&of_b) * has_other]
 }
 
-/// Against central differences of fourth order, in every way to turn and to slide: some 1e-10 of themselves.
+/// Fourth-order central differences for all joint types; they agree to about 1e-10.
 #[test]
 fn the_rows_of_every_joint_change_as_their_closed_forms() {
     const BY: f64 = 2e-4;
@@ -139,11 +139,11 @@ fn the_rows_of_every_joint_change_as_their_closed_forms() {
                 for k in (0..both).chain([24]) {
                     let all = [BY, -BY, 2.0 * BY, -2.0 * BY].map(|by| here(by, k));
                     let scale = if k == 24 { STEP } else { 1.0 };
-                    // Rates are those of rows with an armature.
+                    // Only rows with an armature have rates.
                     for of in (0..6).filter(|of| *of != 2 || found.rates.is_some()) {
                         let [a, b, c, d] = all.each_ref().map(|rows| rows[of]);
                         let expected = ((a - b) * 8.0 - (c - d)) / (12.0 * BY * scale);
-                        // Of poses the columns of both sides follow each other.
+                        // Columns of poses hold both sides one after another.
                         let (side, number) = (k / 12, k % 12);
                         let column = 6 * side + number % 6;
                         let is_pose = number < 6;
@@ -160,7 +160,7 @@ fn the_rows_of_every_joint_change_as_their_closed_forms() {
                             }
                             _ => Vector3::zeros(),
                         };
-                        // The torques of a changed impulse are not in it.
+                        // Torques do not include the change of the impulse.
                         let turned = match of {
                             4.. if is_pose && k < 24 && !about => {
                                 let of = of - 4;
@@ -176,7 +176,7 @@ fn the_rows_of_every_joint_change_as_their_closed_forms() {
                         };
                         let mut slope = slope + turned;
                         let mut expected: Vector3<f64> = expected;
-                        // What is locked has no law that counts its coordinate.
+                        // Coordinates of locked axes have no law.
                         let axes = if about { joint.angular() } else { joint.linear() };
                         let locked = |k: &usize| axes[*k] == Axis::Locked;
                         for k in (0..3).filter(locked).filter(|_| of == 1 || of == 2) {
@@ -184,7 +184,8 @@ fn the_rows_of_every_joint_change_as_their_closed_forms() {
                         }
                         let size = 1.0 + expected.amax();
                         let off = (slope - expected).amax() / size;
-                        // By h the step is BY h, and rates are rounded to 1e-16/h.
+                        // Differences with respect to h use a step of BY h, and rates have rounding
+                        // errors of 1e-16/h.
                         let exact = if k == 24 { 1e-6 } else { 1e-8 };
                         assert!(off < exact, "{joint:?} {about} {of} {k}: {slope} {expected}");
                     }

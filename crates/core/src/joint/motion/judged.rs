@@ -1,5 +1,5 @@
-//! How the forces of a joint and its motion in a step miss its laws, what they put on its bodies, and their work: from
-//! the states alone.
+//! Residuals of a joint's laws in a step, its loads on bodies and its work, computed from the
+//! states independently of the solver.
 //!
 //! Equation numbers are those of `docs/joints.md`.
 
@@ -10,22 +10,23 @@ use super::{
 use crate::mechanics::{RigidBody, State, Wrench};
 use nalgebra::{Matrix3, Vector3};
 
-/// Where a joint is in a step, found once for all that judges it.
+/// Motion of a joint in a step, shared by all checks.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct JointMotion {
-    /// Its frames in the world at the start.
+    /// Both frames in the world at the start.
     frames: [JointFrame; 2],
-    /// Its coordinates at the start, at the end, and where it came from with the velocities of the start; with the angles, rad.
+    /// Coordinates and angles (rad) at the start. `after` holds those at the end. `before` holds
+    /// those one step earlier, extrapolated with the velocities of the start.
     at: (Coordinates, Vector3<f64>),
     after: (Coordinates, Vector3<f64>),
     before: (Coordinates, Vector3<f64>),
-    /// G of the turn where it is scaled by 1 m; nothing of what turns freely.
+    /// Torque map G with a length scale of 1 m; zero for free rotation.
     torque_map: Matrix3<f64>,
 }
 
 impl Joint {
-    /// Where it is in the step `states` → `next` of `time_step` (s) in which it has `force`. `None` where a body has no
-    /// state.
+    /// Motion of the joint in the step `states` → `next` of `time_step` (s) with `force`. `None` if
+    /// a body has no state.
     pub(crate) fn seen(
         &self,
         states: &[State],
@@ -44,9 +45,10 @@ impl Joint {
         Some(JointMotion { frames, at, after, before, torque_map })
     }
 
-    /// Adds to the `loads` on all bodies (force in N, world; torque in N m, body) those of the joint's
-    /// `force` in a step from `states`: on A at its anchor and, opposite, on B at the same point of the
-    /// world. Bodies without a load or a state get none.
+    /// Adds the loads of the joint's `force` in a step from `states` to `loads`. `loads` has a
+    /// wrench per body: force in N, world frame, and torque in N m, body frame. The force acts on A
+    /// at its anchor, and the opposite force on B at the same point. Bodies without a load or a
+    /// state are skipped.
     pub(crate) fn add_loads(&self, states: &[State], force: &JointForce, loads: &mut [Wrench]) {
         if let Some(frames) = self.placed(states) {
             let at = between(&frames[0], &frames[1]);
@@ -77,17 +79,17 @@ impl Joint {
         }
     }
 
-    /// The work of the drives of the joint under `force` in the step `states` → `next` of `time_step` (s), J:
-    /// on the mean of the ways on which it came and on which it goes,
+    /// Work of the joint's drives under `force` in the step `states` → `next` of `time_step` (s)
+    /// (J). It uses the mean of the displacements before and after the impulses:
     ///
     /// ```text
     /// W = ½ Σ f ((x⁺ − x_k) + (x_k − x̃)),                                     (J6)
     /// ```
     ///
-    /// x̃ being where it came from with the velocities of step k; of a gimbal, whose angles are no linear ways, the larger
-    /// one of this and of the work along the directions at the step's start; of a frame in the world that moves, that of the
-    /// force and the torque that it drives A with, on the mean velocities. `None` where a body has no
-    /// state.
+    /// with x̃ extrapolated back by a step with the velocities of step k. The angles of a gimbal
+    /// are nonlinear, and the larger of this work and of the work along the initial directions
+    /// counts. For a moving world frame it is the work of its force and torque on A at the mean
+    /// velocities. `None` if a body has no state.
     #[must_use]
     pub fn work(
         &self,
@@ -99,9 +101,9 @@ impl Joint {
         self.seen(states, next, force, time_step)?.work(self, states, next, force, time_step)
     }
 
-    /// How far the step `states` → `next` of `time_step` (s) with the force `force` is from the laws of the
-    /// joint, a force that is missed counting as the speed that it would make of its bodies alone; from the states alone.
-    /// Everything is NaN where a body has no state.
+    /// Residual of the joint's laws in the step `states` → `next` of `time_step` (s) with `force`,
+    /// computed from the states only. A force error counts as the speed that it would give the
+    /// joint's bodies alone. NaN if a body has no state.
     #[must_use]
     pub fn residual(
         &self,
@@ -118,7 +120,8 @@ impl Joint {
 }
 
 impl JointMotion {
-    /// Adds what the `force` of `joint` puts on its bodies, which are at `states` at the step's start, to the `loads` on all.
+    /// Adds the loads of the joint's `force` on its bodies, at `states` at the start of the step,
+    /// to `loads`.
     pub(crate) fn add_loads(
         &self,
         joint: &Joint,
@@ -129,7 +132,7 @@ impl JointMotion {
         joint.add_loads_at(&self.frames, &self.torque_map, states, force, loads);
     }
 
-    /// [`Joint::work`].
+    /// See [`Joint::work`].
     pub(crate) fn work(
         &self,
         joint: &Joint,
@@ -174,8 +177,9 @@ impl JointMotion {
         Some(0.5 * (work + about))
     }
 
-    /// w: how much faster a row becomes by an impulse along it of 1 over the mass of A, with nothing but its bodies to
-    /// move: of the place, or of the turn scaled by `length` (m). 1 of what no drive asks for.
+    /// Response w of a row to an impulse: speed change per impulse over the mass of A, with all
+    /// other bodies and contacts ignored. Angular rows are scaled by `length` (m). 1 for rows
+    /// without a drive.
     fn response(
         &self,
         joint: &Joint,
@@ -195,7 +199,7 @@ impl JointMotion {
             let (Some(of), Some(state)) = (bodies.get(body), states.get(body)) else { return 1.0 };
             let seen = |torque: &Vector3<f64>| rotation(&state.attitude).tr_mul(torque);
             let torque = match about {
-                // In the frame of A.
+                // The torque map is in the frame of A.
                 Some(torque) if body == joint.body => torque,
                 Some(torque) => seen(&(rotation(&states[joint.body].attitude) * torque)),
                 None => seen(&(a.anchor - state.position).cross(&along)),
@@ -203,11 +207,11 @@ impl JointMotion {
             let turns = torque.dot(&(of.inertia_inverse() * torque));
             response += unit * (along.norm_squared() / of.mass() + turns);
         }
-        // A direction in which nothing can turn has no scale.
+        // A direction without response has no scale.
         if response > 0.0 && response.is_finite() { response } else { 1.0 }
     }
 
-    /// [`Joint::residual`]; `None` where `joint` is of a body that is not there.
+    /// See [`Joint::residual`]; `None` if the body of `joint` does not exist.
     pub(crate) fn residual(
         &self,
         joint: &Joint,
@@ -217,7 +221,7 @@ impl JointMotion {
         time_step: f64,
     ) -> Option<JointResidual> {
         let Self { at: (at, angles), after: (after, end), before: (before, came), .. } = self;
-        // Impulses over the mass of A.
+        // Impulses are scaled by the mass of A.
         let (h, unit) = (time_step, bodies.get(joint.body)?.mass());
         let mut residual = JointResidual::default();
         let mut add = |axis: &Axis, start: &AxisStart, (u, f): (f64, f64), length, which| {

@@ -1,4 +1,4 @@
-//! Where a joint is, and how it moves in a step.
+//! Coordinates of a joint, and their change in a step.
 
 mod judged;
 
@@ -10,52 +10,55 @@ use crate::mechanics::quaternion::{product, rotation};
 use crate::mechanics::{State, Wrench, largest};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
-/// The force of a joint over a step, and how often it has turned around.
+/// Force of a joint over a step, and its counted angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointForce {
-    /// Along the axes of B's frame at the step's start, N, on A at its anchor; the opposite one acts on B.
+    /// Force on A at its anchor (N), along the axes of B's frame at the start of the step. B
+    /// receives the opposite force.
     pub force: Vector3<f64>,
-    /// About the axes of A's frame turned back by half of the joint's turn, N m, on A; the opposite one acts on B.
+    /// Torque on A about the joint's angular axes at the start of the step (N m). For locked, hinge
+    /// and driven rotations these are the axes of A's frame, turned back by half of the error of
+    /// the locked axes. B receives the opposite torque.
     pub torque: Vector3<f64>,
-    /// The [turns](Joint::turns) at k+1, rad, of a hinge, a gimbal, a universal joint and a twist with all the times that
-    /// they went around; 0 of what turns freely.
+    /// The [angles](Joint::turns) at k+1 (rad). Hinge, gimbal, universal and twist angles include
+    /// full turns. 0 for free rotation.
     pub angles: Vector3<f64>,
 }
 
 impl JointForce {
-    /// None, at `angles` (rad).
+    /// Zero force at `angles` (rad).
     #[must_use]
     pub fn none(angles: Vector3<f64>) -> Self {
         Self { force: Vector3::zeros(), torque: Vector3::zeros(), angles }
     }
 }
 
-/// Where a joint is: (J1).
+/// Coordinates (J1) of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coordinates {
-    /// l, m.
+    /// Position l (m).
     pub place: Vector3<f64>,
-    /// Q, (w, x, y, z).
+    /// Rotation Q (w, x, y, z).
     pub turn: Vector4<f64>,
 }
 
-/// How far a joint's impulse and motion are from its laws, m/s.
+/// Residual of a joint's laws (m/s).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointResidual {
-    /// What is locked and has moved: |l⁺|/h, and ℓ times the angle over h.
+    /// Error of locked axes: |l⁺|/h, and ℓ times the angle over h.
     pub locked: f64,
-    /// What is free and does not obey its drive.
+    /// Error of the force laws of free axes.
     pub drive: f64,
 }
 
-/// q*.
+/// Conjugate q*.
 pub(super) fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
     Vector4::new(q[0], -q[1], -q[2], -q[3])
 }
 
 impl Joint {
-    /// The frames of both sides in the world, where the bodies are at `states`.
+    /// Frames of both sides in the world at `states`.
     fn placed(&self, states: &[State]) -> Option<[JointFrame; 2]> {
         let [a, b] = &self.frames;
         let b = match self.other {
@@ -65,17 +68,22 @@ impl Joint {
         Some([a.placed(states.get(self.body)?), b])
     }
 
-    /// Where it is (J1). `None` where a body has no state.
+    /// Coordinates (J1) at `states`. `None` if a body has no state.
     #[must_use]
     pub fn coordinates(&self, states: &[State]) -> Option<Coordinates> {
         let [a, b] = self.placed(states)?;
         Some(between(&a, &b))
     }
 
-    /// The turns about the axes, rad: of what is locked, what it is off by; of a hinge its angle about z; of a
-    /// gimbal and a universal joint the angles (J13); of a ball joint with a cone its swing, 0, and its twist; of what
-    /// turns in any way, the turn as a vector, of up to half a turn. Angles are those nearest to `near`: of a hinge
-    /// θ = 2 atan2(Q_z, Q_w) + 2πn.
+    /// Angles about the angular axes (rad), nearest to `near`:
+    ///
+    /// | rotation | angles |
+    /// |---|---|
+    /// | locked axes | error |
+    /// | hinge | θ = 2 atan2(Q_z, Q_w) + 2πn about z |
+    /// | gimbal, universal | angles of (J13) |
+    /// | ball with cone | swing, 0, twist |
+    /// | free or driven | rotation vector of at most half a turn |
     #[must_use]
     pub fn turns(&self, at: &Coordinates, near: &Vector3<f64>) -> Vector3<f64> {
         let turning = self.turning();
@@ -98,7 +106,7 @@ impl Joint {
         }
     }
 
-    /// The same to count on from: 0 of what turns freely, which counts nothing.
+    /// Angles to count turns from: [`Joint::turns`], or 0 for free rotation.
     #[must_use]
     pub fn counted(&self, at: &Coordinates, near: &Vector3<f64>) -> Vector3<f64> {
         match self.turning() {
@@ -107,8 +115,8 @@ impl Joint {
         }
     }
 
-    /// The mean rates of all axes from `at` to `after` in `time_step` (s): of the place, m/s, and of the
-    /// [turns](Joint::turns), rad/s, where `near` is near those at `at`.
+    /// Mean rates of all axes from `at` to `after` in `time_step` (s): of the position (m/s), and
+    /// of the [angles](Joint::turns) (rad/s). `near` is near the angles at `at`.
     #[must_use]
     pub fn rates(
         &self,
@@ -129,8 +137,8 @@ impl Joint {
         ((after.place - at.place) / time_step, turned / time_step)
     }
 
-    /// How far it is from where its locked axes want it, m and rad: the largest of l, and of the
-    /// angles about what is locked. `None` where a body has no state.
+    /// Largest errors of the locked axes at `states`: of l (m) and of the angles (rad). `None` if a
+    /// body has no state.
     #[must_use]
     pub fn error(&self, states: &[State]) -> Option<(f64, f64)> {
         let at = self.coordinates(states)?;
@@ -148,8 +156,8 @@ impl Joint {
         Some((place, turn))
     }
 
-    /// How far it is from where its locked axes want it and beyond its limits, m and rad. `None` where a body has no
-    /// state.
+    /// Largest errors of the locked axes and largest excesses over limits (m and rad). `None` if a
+    /// body has no state.
     pub(crate) fn misfit(&self, states: &[State]) -> Option<(f64, f64)> {
         let (place, turn) = self.error(states)?;
         let at = self.coordinates(states)?;
@@ -157,7 +165,8 @@ impl Joint {
         Some((place.max(beyond.0), turn.max(beyond.1)))
     }
 
-    /// How far it is beyond its limits where its angles are `angles` (rad), m and rad. `None` where a body has no state.
+    /// Largest excesses over the limits at the joint angles `angles` (rad): position (m) and angle
+    /// (rad). `None` if a body has no state.
     #[must_use]
     pub fn beyond_limits(&self, states: &[State], angles: &Vector3<f64>) -> Option<(f64, f64)> {
         let at = self.coordinates(states)?;
@@ -175,8 +184,9 @@ impl Joint {
         Some((place, turn))
     }
 
-    /// Its axes at the start of a step of `time_step` (s) from `states`, where it is at `at` and at the `angles`
-    /// (rad): those of the place and those of the turn.
+    /// States of the linear and the angular axes at the start of a step of `time_step` (s) from
+    /// `states`, with the coordinates `at` and the `angles` (rad). Rates are computed only if an
+    /// axis has an armature.
     pub(crate) fn starts(
         &self,
         states: &[State],
@@ -190,7 +200,8 @@ impl Joint {
         }
     }
 
-    /// The same with the rates at which they come also where no armature asks for them: a change of one does.
+    /// Same as [`Joint::starts`], with rates for all axes. Derivatives with respect to an armature
+    /// need them.
     pub(crate) fn starts_with_rates(
         &self,
         states: &[State],
@@ -206,8 +217,8 @@ impl Joint {
         self.starts_at(at, angles, &rates, &turning)
     }
 
-    /// How far each axis of its turn goes from where it is at `at` to `end`, both with their [angles](Joint::counted), rad:
-    /// of what turns in any way under drives 2 (Q* ⊗ Q⁺)'s imaginary part (J18).
+    /// Change of each angular axis from `at` to `end` (rad), given their [angles](Joint::counted).
+    /// For driven free rotation it is twice the imaginary part of Q* ⊗ Q⁺ (J18).
     fn turned(
         &self,
         at: &Coordinates,
@@ -222,7 +233,7 @@ impl Joint {
         turn.fixed_rows::<3>(1) * (2.0_f64).copysign(turn[0])
     }
 
-    /// The same where the rates at which it comes are known, of the place (m/s) and of the turn (rad/s).
+    /// Axis states at known rates of the position (m/s) and of the rotation (rad/s).
     fn starts_at(
         &self,
         at: &Coordinates,
@@ -237,7 +248,7 @@ impl Joint {
         [std::array::from_fn(along), std::array::from_fn(about)]
     }
 
-    /// Where it is when both bodies have moved on with their velocities for `time` (s).
+    /// Coordinates after both bodies coasted with their velocities for `time` (s).
     pub(crate) fn coasted(&self, states: &[State], time: f64) -> Option<Coordinates> {
         let placed = |body: usize, frame: &JointFrame| {
             states.get(body).map(|state| frame.placed(&state.coasted(time)))
@@ -249,9 +260,9 @@ impl Joint {
         Some(between(&placed(self.body, &self.frames[0])?, &b))
     }
 
-    /// What a force along a free axis of its place (N), or a torque about one of its turn (N m), of `size` puts on A and on B in
-    /// a step from `states`: what a drive puts there besides what the axis does by itself. Nothing on the world. `None`
-    /// where a body has no state.
+    /// Wrenches on A and on B of a force (N) or torque (N m) of `size` along a free axis, in a step
+    /// from `states`: the effect of a drive. The wrench on the world is zero. `None` if a body has
+    /// no state.
     #[must_use]
     pub fn wrenches(&self, states: &[State], axis: JointAxis, size: f64) -> Option<[Wrench; 2]> {
         let at = self.coordinates(states)?;
@@ -269,7 +280,7 @@ impl Joint {
         Some([acting.on(states.get(self.body)?, 1.0), other])
     }
 
-    /// What `force` puts on A at its anchor.
+    /// Load of `force` on A at its anchor.
     fn acting(&self, states: &[State], force: &JointForce) -> Option<AnchorLoad> {
         let frames = self.placed(states)?;
         let at = between(&frames[0], &frames[1]);
@@ -277,7 +288,8 @@ impl Joint {
         Some(self.acting_at(&frames, &torque_map, states.get(self.body)?, force))
     }
 
-    /// The same where its frames in the world are known, the [map](Joint::turning_map) of its torques, and the state of A.
+    /// Load of `force` on A, given both world frames, the [torque map](Joint::turning_map) and the
+    /// state of A.
     fn acting_at(
         &self,
         frames: &[JointFrame; 2],
@@ -285,7 +297,7 @@ impl Joint {
         state: &State,
         force: &JointForce,
     ) -> AnchorLoad {
-        // About the axes of A, and in the world's.
+        // In the frame of A, then in the world frame.
         let about = torque_map * force.torque;
         AnchorLoad {
             anchor: frames[0].anchor,
@@ -294,7 +306,8 @@ impl Joint {
         }
     }
 
-    /// The torque on A, in its frame, of torques about the axes of its turn where it is at `at` and at the `angles` (rad).
+    /// Map from torques about the angular axes to the torque on A (frame of A), at the coordinates
+    /// `at` and the `angles` (rad).
     fn turning_map(&self, at: &Coordinates, angles: &Vector3<f64>) -> Matrix3<f64> {
         match self.turning() {
             TurnKind::Free => Matrix3::zeros(),
@@ -303,7 +316,7 @@ impl Joint {
     }
 }
 
-/// A force (N) and a torque (N m) at an anchor (m), all in the world's frame.
+/// Force (N) and torque (N m) at an anchor (m), world frame.
 struct AnchorLoad {
     anchor: Vector3<f64>,
     force: Vector3<f64>,
@@ -311,20 +324,20 @@ struct AnchorLoad {
 }
 
 impl AnchorLoad {
-    /// Its wrench, times `sign`, on a body at `state`.
+    /// Wrench on a body at `state`, times `sign`.
     fn on(&self, state: &State, sign: f64) -> Wrench {
         let torque = ((self.anchor - state.position).cross(&self.force) + self.torque) * sign;
         Wrench { force: self.force * sign, torque: rotation(&state.attitude).tr_mul(&torque) }
     }
 }
 
-/// (J1) of the frames of A and B in the world.
+/// Coordinates (J1) of the world frames of A and B.
 fn between(a: &JointFrame, b: &JointFrame) -> Coordinates {
     let place = rotation(&b.attitude).tr_mul(&(a.anchor - b.anchor));
     Coordinates { place, turn: product(&conjugated(&b.attitude), &a.attitude) }
 }
 
-/// The axis of a turn (w, x, y, z), times its angle of up to π, rad.
+/// Rotation vector of a quaternion (w, x, y, z), with an angle of at most π (rad).
 pub(super) fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
     let along = turn.fixed_rows::<3>(1).into_owned();
     let (sine, sign) = (along.norm(), if turn[0] < 0.0 { -1.0 } else { 1.0 });
@@ -334,7 +347,8 @@ pub(super) fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
     along * (sign * 2.0 * libm::atan2(sine, turn[0].abs()) / sine)
 }
 
-/// R: of a hinge the part of the turn Q about z, of what turns in any way under drives Q, of what cannot turn ±1.
+/// Reference rotation R: the rotation about z for a hinge, Q for driven free rotation, ±1
+/// otherwise.
 pub(super) fn twist(turning: TurnKind, turn: &Vector4<f64>) -> Vector4<f64> {
     let about = Vector4::new(turn[0], 0.0, 0.0, turn[3]);
     match turning {
@@ -344,12 +358,12 @@ pub(super) fn twist(turning: TurnKind, turn: &Vector4<f64>) -> Vector4<f64> {
     }
 }
 
-/// σ = 2 atan2(√(x² + y²), √(w² + z²)): the angle between the z axes.
+/// Angle between the z axes, σ = 2 atan2(√(x² + y²), √(w² + z²)).
 pub(super) fn swing(turn: &Vector4<f64>) -> f64 {
     2.0 * libm::atan2(turn[1].hypot(turn[2]), turn[0].hypot(turn[3]))
 }
 
-/// ½ ∂σ/∂(w, x, y, z); where the z axes are one, that in the direction of x.
+/// Half the gradient of σ with respect to (w, x, y, z). At σ = 0 the direction of x is used.
 pub(super) fn swinging(turn: &Vector4<f64>) -> Vector4<f64> {
     let (aside, along) = (turn[1].hypot(turn[2]), turn[0].hypot(turn[3]));
     let (x, y) = if aside > 0.0 { (turn[1] / aside, turn[2] / aside) } else { (1.0, 0.0) };
@@ -358,12 +372,12 @@ pub(super) fn swinging(turn: &Vector4<f64>) -> Vector4<f64> {
     Vector4::new(turn[0] * back, x * along / size, y * along / size, turn[3] * back)
 }
 
-/// xy + wz: half of the cosine of the angle between x of A's frame and y of B's.
+/// Product xy + wz: half the cosine of the angle between x of A's frame and y of B's.
 pub(super) fn crossing(turn: &Vector4<f64>) -> f64 {
     turn[1] * turn[2] + turn[0] * turn[3]
 }
 
-/// The imaginary part of R* ⊗ Q: what is turned about what is locked, half of the angle.
+/// Imaginary part of R* ⊗ Q: half the angles about locked axes.
 fn aside(turning: TurnKind, turn: &Vector4<f64>) -> Vector3<f64> {
     let [w, x, y, z] = turn.data.0[0];
     let size = (w * w + z * z).sqrt();

@@ -1,4 +1,5 @@
-//! The turn of a joint in a step: its rows, and how they follow the spins of its bodies.
+//! Angular rows of a joint in a step, and their derivatives with respect to the spins of its
+//! bodies.
 //!
 //! Equation numbers are those of `docs/joints.md`.
 
@@ -10,37 +11,39 @@ use super::{Coordinates, Joint, Middle, TurnKind};
 use crate::mechanics::quaternion::{attitude_map, left, product, right};
 use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
 
-/// The angular rows of a joint in a step, as functions of the spins ω⁺ of both bodies. With a = ½ h Fᵀ ω⁺ of
-/// each and R as at the step's start,
+/// Angular rows of a joint in a step, as functions of the spins ω⁺ of both bodies. With a = ½ h Fᵀ
+/// ω⁺ of each body and R at the start of the step,
 ///
 /// ```text
 /// E = R* ⊗ (1, −a_B) ⊗ Q_k ⊗ (1, a_A) / √((1 + a_A²)(1 + a_B²))
-/// u = ℓ 2 (E_x, E_y, E_z)/h;   of a hinge u_z = ℓ 2 atan2(E_z, E_w)/h             (J4)
+/// u = ℓ 2 (E_x, E_y, E_z)/h;   hinge: u_z = ℓ 2 atan2(E_z, E_w)/h             (J4)
 /// ```
 ///
-/// With R = Q_k what turns in any way has u = ℓ 2 (E_x, E_y, E_z)/h too (J18). With R = ±1 a gimbal has u = ℓ (α⁺ − α_k, β⁺ − β_k, γ⁺ − γ_k)/h of the angles (J13) of E, a universal joint the same of
-/// α and β, and u_z = ℓ 2 (E_x E_y + E_w E_z)/h, the cosine of the angle between its axes, and
-/// with R as of a hinge a ball joint u_x = ℓ (σ⁺ − σ_k)/h (J11), of the angle
-/// σ = 2 atan2(√(E_x² + E_y²), √(E_w² + E_z²)) between its z axes.
+/// | rotation | R | rows |
+/// |---|---|---|
+/// | driven | Q_k | u = ℓ 2 (E_x, E_y, E_z)/h (J18) |
+/// | gimbal | ±1 | u = ℓ (α⁺ − α_k, β⁺ − β_k, γ⁺ − γ_k)/h with the angles (J13) of E |
+/// | universal | ±1 | the same for α and β; u_z = ℓ 2 (E_x E_y + E_w E_z)/h, the cosine of the angle between its axes |
+/// | ball | as for a hinge | u_x = ℓ (σ⁺ − σ_k)/h (J11), σ = 2 atan2(√(E_x² + E_y²), √(E_w² + E_z²)) between its z axes |
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Turn {
     turning: TurnKind,
     time_step: f64,
     length: f64,
-    /// Q_k, R*, and R* ⊗ Q_k.
+    /// Rotation Q_k; `back` is R*, and `rest` is R* ⊗ Q_k.
     start: Vector4<f64>,
     back: Vector4<f64>,
     rest: Vector4<f64>,
-    /// σ_k of a ball joint.
+    /// Swing σ_k of a ball joint (rad).
     swing: f64,
-    /// The angles of a gimbal at k, but for whole turns, and its middle axis.
+    /// Angles of a gimbal at k without full turns (rad); `middle` is its middle axis.
     angles: Vector3<f64>,
     middle: Middle,
-    /// F of A and of B; `None` for the world.
+    /// Rotations F of the joint frames of A and B; `None` for the world.
     frames: (Matrix3<f64>, Option<Matrix3<f64>>),
 }
 
-/// q ⊗ (0, v).
+/// Product q ⊗ (0, v).
 fn by_pure(q: &Vector4<f64>, v: &Vector3<f64>) -> Vector4<f64> {
     let ([a, b, c, d], [x, y, z]) = (q.data.0[0], v.data.0[0]);
     Vector4::new(
@@ -51,7 +54,7 @@ fn by_pure(q: &Vector4<f64>, v: &Vector3<f64>) -> Vector4<f64> {
     )
 }
 
-/// (0, v) ⊗ q.
+/// Product (0, v) ⊗ q.
 fn pure_by(v: &Vector3<f64>, q: &Vector4<f64>) -> Vector4<f64> {
     let ([b, c, d], [w, x, y, z]) = (v.data.0[0], q.data.0[0]);
     Vector4::new(
@@ -62,7 +65,7 @@ fn pure_by(v: &Vector3<f64>, q: &Vector4<f64>) -> Vector4<f64> {
     )
 }
 
-/// E, n, a_A and a_B of a step.
+/// Intermediate values E, n, a_A and a_B of a step.
 struct TurnPoint {
     e: Vector4<f64>,
     n: f64,
@@ -71,8 +74,8 @@ struct TurnPoint {
 }
 
 impl Turn {
-    /// Those of a joint that is at `at` and the `angles` (rad) in a step of `time_step` (s), with rows scaled by
-    /// `length` (m).
+    /// Rows of `joint` at the coordinates `at` and the `angles` (rad), in a step of `time_step`
+    /// (s), scaled by `length` (m).
     pub(crate) fn new(
         joint: &Joint,
         at: &Coordinates,
@@ -102,7 +105,7 @@ impl Turn {
         }
     }
 
-    /// E by what is small alone:
+    /// Evaluates E as a sum with small terms, which avoids cancellation:
     ///
     /// ```text
     /// E = (R* ⊗ Q_k + R* ⊗ (Q_k ⊗ (0, a_A) − (0, a_B) ⊗ Q_k − (0, a_B) ⊗ Q_k ⊗ (0, a_A)))/n
@@ -120,7 +123,7 @@ impl Turn {
         TurnPoint { e: (self.rest + product(&self.back, &(by_a - by_b))) / n, n, a, b }
     }
 
-    /// u (J4), m/s.
+    /// Rows u (J4) (m/s).
     pub(crate) fn u(&self, spin: &Vector3<f64>, other: Option<&Vector3<f64>>) -> Vector3<f64> {
         let e = self.at(spin, other).e;
         let turned = || libm::atan2(e[3], e[0]);
@@ -137,12 +140,12 @@ impl Turn {
         half * (2.0 * self.length / self.time_step)
     }
 
-    /// The angles of a gimbal at E.
+    /// Angles of a gimbal at E.
     fn angles_at(&self, e: &Vector4<f64>) -> Vector3<f64> {
         gimbal::angles(e, &self.angles, &self.middle)
     }
 
-    /// ∂u/∂ω_A and ∂u/∂ω_B:
+    /// Derivatives ∂u/∂ω_A and ∂u/∂ω_B:
     ///
     /// ```text
     /// ∂E/∂a_A = L(R* ⊗ (1, −a_B) ⊗ Q_k) H/n − E a_Aᵀ/(1 + a_A²)
@@ -166,7 +169,7 @@ impl Turn {
         (self.rows(&e, &by_a) * self.frames.0.transpose(), of_b)
     }
 
-    /// The rows of u from those of E by a.
+    /// Derivatives of the rows u from those of E with respect to a.
     fn rows(&self, e: &Vector4<f64>, by: &Matrix4x3<f64>) -> Matrix3<f64> {
         let row = |k: usize| by.row(k).into_owned();
         let turned = || {
@@ -184,23 +187,24 @@ impl Turn {
                 [alpha, beta, row(1) * e[2] + row(2) * e[1] + row(3) * e[0] + row(0) * e[3]]
             }
         };
-        // 2/h of E, ½ h of the spins.
+        // The factors 2/h of u and ½ h of a cancel.
         Matrix3::from_rows(&rows) * self.length
     }
 
-    /// Whether an axis of it is carried by another one, so that its angles turn what they act along.
+    /// True if one axis carries another, so that the directions of the rows depend on the angles.
     pub(crate) fn is_curved(&self) -> bool {
         matches!(self.turning, TurnKind::Gimbal | TurnKind::Universal)
     }
 
-    /// u as the spins make it along the directions at the step's start.
+    /// Rates of the rows due to the spins, along the directions at the start of the step.
     pub(crate) fn rates(&self, spin: &Vector3<f64>, other: Option<&Vector3<f64>>) -> Vector3<f64> {
         let still = Vector3::zeros();
         let (by_a, by_b) = self.slopes(&still, Some(&still));
         by_a * spin + other.map_or(still, |spin| by_b * spin)
     }
 
-    /// G: the torque on A (frame of A) of an impulse along the rows, ∂u/∂ω_A transposed where nothing turns.
+    /// Torque map G: torque on A (frame of A) of a unit impulse along the rows; the transpose of
+    /// ∂u/∂ω_A at zero spins.
     pub(crate) fn torque_map(&self) -> Matrix3<f64> {
         self.frames.0 * self.rows(&self.rest, &attitude_map(&self.rest)).transpose()
     }

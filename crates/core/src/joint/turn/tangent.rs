@@ -1,5 +1,5 @@
-//! How the angular rows of a joint change with the attitudes of its bodies at the start of a step, at fixed spins at
-//! its end.
+//! Derivatives of the angular rows of a joint with respect to its bodies' attitudes at the start of
+//! a step, at fixed spins at its end.
 //!
 //! Equation numbers are those of `docs/gradients.md`.
 
@@ -8,28 +8,29 @@ use crate::joint::motion::vector_of;
 use crate::mechanics::quaternion::{attitude_map, left, product, turn_slope};
 use nalgebra::{Matrix3, Matrix4, Matrix4x3, RowVector3, Vector3, Vector4};
 
-/// What a pair of numbers counts at least, so that derivatives stay finite.
+/// Lower bound of the norm of a pair, so that derivatives stay finite.
 const LEAST: f64 = 1e-12;
 
-/// The changes of a turn's rows by turns of A and of B at the step's start (rad, each in its body's frame), at fixed ω⁺.
+/// Derivatives of the angular rows at fixed ω⁺, with respect to rotations of A and of B at the
+/// start of the step. Rotations are in rad, in each body's frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TurnTangent {
-    /// ∂u (J4), m/s.
+    /// Derivative of u (J4) (m/s).
     pub(crate) motion: [Matrix3<f64>; 2],
-    /// Of the angles that the rows count, rad.
+    /// Derivative of the counted angles (rad).
     pub(crate) angles: [Matrix3<f64>; 2],
-    /// Of the torque G p on A (frame of A) at a fixed impulse along the rows.
+    /// Derivative of the torque G p on A (frame of A) at a fixed impulse along the rows.
     pub(crate) torque: [Matrix3<f64>; 2],
-    /// ∂u/∂h, m/s².
+    /// Derivative ∂u/∂h (m/s²).
     pub(crate) by_time_step: Vector3<f64>,
 }
 
-/// q to q*.
+/// Matrix of the conjugation q → q*.
 fn conjugation() -> Matrix4<f64> {
     Matrix4::from_diagonal(&Vector4::new(1.0, -1.0, -1.0, -1.0))
 }
 
-/// A function of (w, x, y, z) at a point, with its first and second derivatives.
+/// Function of (w, x, y, z) at a point, with its first and second derivatives.
 #[derive(Clone, Copy)]
 struct Jet {
     value: f64,
@@ -43,7 +44,7 @@ impl Jet {
         Self { value: form.dot(at), slope: form, bend: Matrix4::zeros() }
     }
 
-    /// One of the four numbers.
+    /// One of the four components.
     fn number(k: usize, at: &Vector4<f64>) -> Self {
         Self::linear(Vector4::ith(k, 1.0), at)
     }
@@ -60,7 +61,7 @@ impl Jet {
         }
     }
 
-    /// √(x² + y²); where both are nothing, that in the direction of x.
+    /// Norm √(x² + y²). If both vanish, the gradient in the direction of x is used.
     fn size(x: &Self, y: &Self) -> Self {
         let value = x.value.hypot(y.value);
         if value < LEAST {
@@ -74,7 +75,7 @@ impl Jet {
         Self { value, slope, bend: bend / value }
     }
 
-    /// arg (x, y) = atan2 (y, x):
+    /// Argument arg (x, y) = atan2 (y, x):
     ///
     /// ```text
     /// g = (x ∇y − y ∇x)/r²,   H = (∇y ∇xᵀ − ∇x ∇yᵀ − 2 g (x ∇x + y ∇y)ᵀ + x H_y − y H_x)/r²
@@ -93,7 +94,7 @@ impl Jet {
 }
 
 impl Turn {
-    /// What the rows are halves of (J4), as functions of E.
+    /// Half angles of the rows (J4) as functions of E.
     fn halves(&self, e: &Vector4<f64>) -> [Jet; 3] {
         let number = |k: usize| Jet::number(k, e);
         let turned = || Jet::argument(&number(0), &number(3));
@@ -121,7 +122,7 @@ impl Turn {
         }
     }
 
-    /// ½ (α, β, γ) of (J14), but for what they are counted from.
+    /// Half angles ½ (α, β, γ) of (J14), up to a constant.
     fn half_angles(&self, e: &Vector4<f64>) -> [Jet; 3] {
         let pair = |x: [f64; 4], y: [f64; 4]| {
             (Jet::linear(Vector4::from(x), e), Jet::linear(Vector4::from(y), e))
@@ -136,7 +137,7 @@ impl Turn {
         [outer.plus(inner.times(-1.0)), outer.plus(inner), along]
     }
 
-    /// Whether row k is counted from where it is at the step's start.
+    /// True if row k is relative to its value at the start of the step.
     fn counts(&self, k: usize) -> bool {
         match self.turning {
             TurnKind::Ball => k == 0,
@@ -146,7 +147,7 @@ impl Turn {
         }
     }
 
-    /// δQ by turns of A and of B, rad, each in its body's frame.
+    /// Derivatives of Q with respect to rotations of A and of B (rad, in each body's frame).
     fn attitudes(&self) -> [Matrix4x3<f64>; 2] {
         let by_b = self.frames.1.map_or_else(Matrix4x3::zeros, |frame| {
             right(&self.start).fixed_columns::<3>(1) * frame.transpose() * -0.5
@@ -154,11 +155,11 @@ impl Turn {
         [attitude_map(&self.start) * self.frames.0.transpose() * 0.5, by_b]
     }
 
-    /// What turns in any way under drives has turned since `before`, w = 2 (P* ⊗ Q)'s imaginary part (J18), rad; and what it changes by
-    /// with turns of A and of B now, and before:
+    /// Rotation of a driven free joint since `before`, w = 2 Im(P* ⊗ Q) (J18) (rad). Also returns
+    /// its derivatives with respect to rotations of A and of B, at present and at `before`:
     ///
     /// ```text
-    /// δw = 2 (P* ⊗ δQ + δP* ⊗ Q)'s imaginary part
+    /// δw = 2 Im(P* ⊗ δQ + δP* ⊗ Q)
     /// ```
     pub(crate) fn turned_since(&self, before: &Self) -> (Vector3<f64>, [[Matrix3<f64>; 2]; 2]) {
         let from = conjugation() * before.start;
@@ -171,18 +172,20 @@ impl Turn {
         (way.fixed_rows::<3>(1) * sign, [now, then])
     }
 
-    /// The rows' changes where the bodies turn at the step's start and end it with these spins (rad/s), and with an impulse
-    /// `along` the rows. With the turns α of A and β of B as vectors of their joint's frames, φ the halves of (J4), and of what has a
-    /// twist ψ = ½ θ,
+    /// Derivatives of the rows with respect to rotations of the bodies at the start of the step, at
+    /// these final spins (rad/s) and with an impulse `along` the rows.
+    ///
+    /// Let α and β be the rotation vectors of A and B in their joint frames, and φ the half angles
+    /// of (J4). Joints with a twist have ψ = ½ θ. Then
     ///
     /// ```text
     /// δQ = ½ (Q ⊗ (0, α) − (0, β) ⊗ Q),   δψ = (w δz − z δw)/(w² + z²)
     /// δE = R* ⊗ (1, −a_B) ⊗ δQ ⊗ (1, a_A)/n − δψ (0, 0, 0, 1) ⊗ E
-    /// δu = ℓ 2/h (∇φ(E) δE − ∇φ(E₀) δE₀ of what is counted from E₀ = R* ⊗ Q)
+    /// δu = ℓ 2/h (∇φ(E) δE − ∇φ(E₀) δE₀ for rows relative to E₀ = R* ⊗ Q)
     /// δ(G p) = ℓ F_A ((L(δE₀) H)ᵀ g + (L(E₀) H)ᵀ ∇g δE₀),   g = Σ p_k ∇φ_k(E₀)             (G9)
     /// ```
     ///
-    /// What turns in any way under drives is counted from Q, and along A's axes whatever Q is:
+    /// A driven free rotation is relative to Q, along A's axes for any Q:
     ///
     /// ```text
     /// δE = Q* ⊗ (1, −a_B) ⊗ δQ ⊗ (1, a_A)/n + δQ* ⊗ Q ⊗ E,   δE₀ = 0                     (G18)
@@ -204,7 +207,8 @@ impl Turn {
         let pushed = pushed.fold(nothing, Jet::plus);
         let rolled = |of: &Vector4<f64>| Vector4::new(-of[3], -of[2], of[1], of[0]);
         let twists = matches!(self.turning, TurnKind::Hinge | TurnKind::Ball);
-        // Of δQ its conjugate times Q ⊗ E; and twice its part along A's axes, of Q* ⊗ δQ, as a change of φ.
+        // Term of the conjugate of δQ with Q ⊗ E, and the derivative of the rotation vector φ from
+        // twice the component of Q* ⊗ δQ along A's axes.
         let driven = (self.turning == TurnKind::Driven).then(|| {
             let counted_from = right(&product(q, &e)) * conjugation();
             (counted_from, turn_slope(&vector_of(q)) * back.fixed_rows::<3>(1) * 2.0)

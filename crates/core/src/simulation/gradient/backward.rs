@@ -1,7 +1,8 @@
-//! The backward pass through a run.
+//! Backward pass through a run.
 //!
-//! The run is cut into stretches. A first pass forwards saves where each begins; then they are run again from the last to the first, each
-//! forwards with its derivatives and then backwards. A stretch in which nothing moves is not run again: all its steps are one.
+//! The run is divided into segments. A forward pass saves the start of each segment. Segments are
+//! then processed from the last to the first: forward with the derivatives of their steps, then
+//! backward. Segments at rest are not run again, because all their steps are equal.
 
 use super::{Run, RunGradient};
 use crate::derivative::StateChange;
@@ -13,27 +14,28 @@ use crate::step::StepStatus;
 use crate::world::World;
 use nalgebra::Matrix3;
 
-/// Derivatives of so few steps at a time are as fast as any number, and their memory stays near.
+/// Smallest number of derivatives in a segment. Larger numbers are not faster and use more memory.
 const FEW: u64 = 16;
 
-/// What the way back needs of a step beside its derivative.
+/// Data of a step for the backward pass, besides its derivative.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Taken {
     pub(super) index: u64,
-    /// Whether it neither failed nor is wild.
+    /// True unless the step failed or is unphysical.
     pub(super) is_solved: bool,
-    /// Whether it took a part of its restitution.
+    /// True if the restitution was reduced.
     pub(super) is_limited: bool,
-    /// At its end.
+    /// States at the end of the step.
     states: Vec<State>,
-    /// Of the bodies with loads that act beside their centres, how the torques follow their turns, N m/rad, body.
+    /// Derivatives of load torques with respect to body rotations (N m/rad), body frame, for loads
+    /// that act off the centre.
     turned: Vec<(usize, Matrix3<f64>)>,
-    /// Which of the stretch's derivatives is its own; none of a step that is the one at rest.
+    /// Index of the step's derivative in the segment; `None` for the resting step.
     derivative: Option<usize>,
 }
 
 impl Taken {
-    /// Notes the last step of the simulation, which `record` describes.
+    /// Stores the last step of the simulation, described by `record`.
     fn note(&mut self, simulation: &Simulation<'_>, record: &StepRecord) {
         let Self { index, is_solved, is_limited, states, turned, derivative } = self;
         *index = record.index;
@@ -47,48 +49,49 @@ impl Taken {
     }
 }
 
-/// Where a stretch begins, and whether each of its steps is the one before it again.
+/// Start of a segment; `rests` is true if every step in it repeats the previous one.
 struct Stretch {
     from: u64,
     start: Saved,
     rests: bool,
 }
 
-/// What a step that was linearised is.
+/// Kind of a linearised step.
 #[derive(Clone, Copy, PartialEq)]
 enum BackwardResult {
     Motion,
-    /// The one at rest that was known.
+    /// The known resting step.
     Rest,
-    /// Another one.
+    /// Another resting step.
     NewRest,
 }
 
-/// The backward pass.
+/// State of the backward pass.
 pub(super) struct Backward {
     first: u64,
-    /// How many steps are linearised at a time, and how many simulations may be saved.
+    /// Number of steps linearised at a time, and number of simulations that may be saved.
     stretch: u64,
     saved: u64,
-    /// The derivatives by the states that the pass is at.
+    /// Derivatives with respect to the states at the present step of the pass.
     dual: Vec<StateChange>,
     found: RunGradient,
     step: StepGradient,
-    /// The steps of a stretch, what the last of them came to, and derivatives of those that move: all to be used again.
+    /// Reusable memory: the steps of a segment, the record of its last one, and the derivatives of
+    /// its moving steps.
     taken: Vec<Taken>,
     record: StepRecord,
     derivatives: Vec<StepDerivative>,
-    /// The derivative of the step at rest that was met last, and the sum of all that went back through it and is still to be
-    /// multiplied for the constants.
+    /// Derivative of the last resting step. `owed` is the sum of the dual states that passed
+    /// through it and are not yet multiplied for the constants.
     resting: StepDerivative,
     owed: Vec<StateChange>,
-    /// Whether the pass is at a stretch that rests, through whose steps it went by `resting`.
+    /// True if the pass is in a resting segment that uses `resting`.
     is_resting: bool,
     end: Option<Saved>,
 }
 
 impl Backward {
-    /// At the end of a run from step `first` on, of which nothing is known yet.
+    /// Creates the pass at the end of a run from step `first` on.
     pub(super) fn begin(run: &Run<'_>, first: u64, world: &World) -> Result<Self, Error> {
         let bodies = world.bodies().len();
         let infinite = (f64::INFINITY, first);
@@ -115,7 +118,8 @@ impl Backward {
         })
     }
 
-    /// What was found, the pass being at `start`; the simulation is left at the end of the run.
+    /// Finishes the pass at `start` and returns the gradient. The simulation is left at the end of
+    /// the run.
     pub(super) fn end(
         mut self,
         simulation: &mut Simulation<'_>,
@@ -133,7 +137,7 @@ impl Backward {
         Ok(found)
     }
 
-    /// Adds the derivatives by the `states` after so many steps.
+    /// Adds the derivatives with respect to the `states` after `steps` steps.
     fn add(&mut self, run: &mut Run<'_>, steps: u64, states: &[State]) -> Result<(), Error> {
         let Some(by_states) = (run.by_states)(steps, states) else { return Ok(()) };
         let (field, count) = ("derivatives by states", by_states.len());
@@ -146,7 +150,7 @@ impl Backward {
         Ok(())
     }
 
-    /// Goes through the steps `from`…`to` backwards; `start` is where the first of them begins.
+    /// Processes the steps `from`…`to` backward; `start` is the state before the first of them.
     pub(super) fn go(
         &mut self,
         simulation: &mut Simulation<'_>,
@@ -159,7 +163,7 @@ impl Backward {
         if count <= self.stretch {
             return self.leaf(simulation, run, from, to, start);
         }
-        // As few stretches as fill the memory, or all that there are.
+        // As few segments as fill the memory, or all.
         let parts = count.div_ceil(self.stretch).min(self.saved);
         let length = count.div_ceil(parts);
         let mut stretches = vec![Stretch { from, start: start.clone(), rests: true }];
@@ -169,7 +173,7 @@ impl Backward {
                 stretches.push(Stretch { from: k, start: simulation.save(), rests: true });
             }
             let Some(stretch) = stretches.last_mut() else { break };
-            // The last part runs when it is differentiated.
+            // The last segment runs when it is differentiated.
             if k >= from + (parts - 1) * length {
                 stretch.rests = false;
                 break;
@@ -191,7 +195,8 @@ impl Backward {
         Ok(())
     }
 
-    /// The steps of a stretch of which each is the one before it again, if that is so of the first; whether it is.
+    /// Processes a segment in which every step repeats the previous one, if the first step is at
+    /// rest. Returns true if it is.
     fn rest(
         &mut self,
         simulation: &mut Simulation<'_>,
@@ -202,7 +207,7 @@ impl Backward {
     ) -> Result<bool, Error> {
         let mut taken = std::mem::take(&mut self.taken);
         taken.resize_with(taken.len().max(1), Taken::default);
-        // A stretch that is followed by one of the same steps has them, too.
+        // A segment after one with the same steps shares their derivative.
         let mut is_at_rest = self.is_resting;
         if !is_at_rest {
             simulation.restore(start)?;
@@ -224,7 +229,7 @@ impl Backward {
         Ok(is_at_rest)
     }
 
-    /// The steps of one stretch: forwards with their derivatives, then backwards.
+    /// Processes one segment: forward with derivatives, then backward.
     fn leaf(
         &mut self,
         simulation: &mut Simulation<'_>,
@@ -258,7 +263,7 @@ impl Backward {
                 BackwardResult::NewRest => {
                     self.settle(run)?;
                     std::mem::swap(&mut self.derivatives[used], &mut self.resting);
-                    // Those before that are without one are of the step at rest that was known.
+                    // Earlier steps without a derivative used the previous resting step.
                     let earlier = taken[..k].iter_mut().map(|taken| &mut taken.derivative);
                     earlier.filter(|of| of.is_none()).for_each(|of| *of = Some(used));
                     used += 1;
@@ -276,7 +281,8 @@ impl Backward {
         Ok(())
     }
 
-    /// Linearises the last step, which `record` describes, with the derivative that has this place, unless it is the one at rest.
+    /// Linearises the last step, described by `record`, into the derivative at index `place`,
+    /// unless it is the known resting step.
     fn linearise(
         &mut self,
         simulation: &Simulation<'_>,
@@ -305,7 +311,7 @@ impl Backward {
         found?
     }
 
-    /// Goes back through a step, of which the derivative is among these or that of the step at rest.
+    /// Processes one step backward with its derivative, from `derivatives` or of the resting step.
     fn back(
         &mut self,
         run: &mut Run<'_>,
@@ -325,7 +331,7 @@ impl Backward {
             derivative.pull(&self.dual, run.constants, &mut self.step)?;
         }
         self.dual.clone_from(&self.step.states);
-        // Loads that act at a point of a body turn it otherwise where it is turned.
+        // Adds the rotation of loads that act at a point of a body.
         for (body, by) in &step.turned {
             self.dual[*body].turn += by.tr_mul(&self.step.wrenches[*body].torque);
         }
@@ -334,7 +340,8 @@ impl Backward {
         Ok(())
     }
 
-    /// Adds the derivatives by the constants of what went back through the step at rest: a product with the sum.
+    /// Multiplies the sum of all passes through the resting step for the constants, and adds the
+    /// result.
     fn settle(&mut self, run: &Run<'_>) -> Result<(), Error> {
         if self.owed.iter().all(|owed| *owed == StateChange::zero()) {
             return Ok(());
@@ -347,7 +354,7 @@ impl Backward {
         Ok(())
     }
 
-    /// Adds the derivatives by the constants of the last product.
+    /// Adds the derivatives with respect to the constants of the last product.
     fn add_constants(&mut self) {
         let sums = self.found.constants.iter_mut().zip(&self.step.constants);
         for (sum, more) in sums.flat_map(|(sums, more)| sums.iter_mut().zip(more)) {
@@ -356,13 +363,14 @@ impl Backward {
     }
 }
 
-/// Of no step yet, smoothed as the run asks for.
+/// Empty derivative with the smoothing of the run.
 fn derivative_of(run: &Run<'_>) -> Result<StepDerivative, Error> {
     run.smoothing.map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)
 }
 
 impl Simulation<'_> {
-    /// Of the bodies with loads that act beside their centres in a step, how the torques follow their turns, N m/rad, body.
+    /// Derivatives of load torques with respect to body rotations (N m/rad), body frame, for loads
+    /// that act off the centre.
     fn loads_by_turns(&self, record: &StepRecord) -> impl Iterator<Item = (usize, Matrix3<f64>)> {
         let h = self.world().time_step();
         let each = self.outside.iter().zip(&record.states).enumerate();
@@ -371,7 +379,7 @@ impl Simulation<'_> {
         })
     }
 
-    /// One step of `run`.
+    /// Takes one step of `run`.
     fn advance(&mut self, run: &mut Run<'_>, record: &mut StepRecord) -> Result<(), Error> {
         (run.before)(self)?;
         self.step(record)

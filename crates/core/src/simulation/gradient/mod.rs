@@ -1,11 +1,11 @@
-//! The derivative of a whole run: of a number that its states decide, by the state that it started from, by
-//! what acted on it in every step, and by the constants of the world.
+//! Gradient of a scalar function of a whole run with respect to its initial state, the wrenches of
+//! every step, and the constants of the world.
 //!
-//! The run goes forward once and is then gone through backwards, with products of the transposed
-//! derivative of each step ([`StepDerivative::pull`]): one pass, however many arguments there are.
-//! What the backward pass needs of a step is made again from states that were saved on the way, as many
-//! as a [budget](Checkpoints) of memory allows; where it does not hold a stretch of steps at a time, stretches are
-//! divided again. What was run is the same to the last bit with derivatives and without.
+//! The run goes forward once and is then traversed backward with transposed products of the step
+//! derivatives ([`StepDerivative::pull`]). One pass suffices for any number of arguments. Data for
+//! the backward pass is recomputed from saved states, as many as the memory [budget](Checkpoints)
+//! allows. Segments that exceed the budget are divided recursively. The run is equal to the last
+//! bit with and without derivatives.
 
 mod backward;
 
@@ -17,70 +17,74 @@ use crate::solver::native::{Smoothing, StepDerivative};
 use crate::world::Constant;
 use backward::{Backward, Taken};
 
-/// How much the backward pass may keep at a time.
+/// Memory budget of the backward pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Checkpoints {
-    /// Derivatives of steps, at least one.
+    /// Number of step derivatives, at least one.
     pub steps: usize,
-    /// Saved simulations, at least two.
+    /// Number of saved simulations, at least two.
     pub saved: usize,
 }
 
 impl Default for Checkpoints {
-    /// 300 of each: with one body some megabytes, and one more run for up to 90 000 steps.
+    /// 300 of each: a few megabytes for one body, and one additional run for up to 90 000 steps.
     fn default() -> Self {
         Self { steps: 300, saved: 300 }
     }
 }
 
-/// Derivatives of a number by the states after so many steps.
+/// Returns the derivatives of the scalar with respect to the states after a number of steps.
 pub type ByStates<'f> = dyn FnMut(u64, &[State]) -> Option<Vec<StateChange>> + 'f;
 
-/// A run to be differentiated.
+/// A run to differentiate.
 pub struct Run<'f> {
-    /// How many steps.
+    /// Number of steps.
     pub steps: u64,
-    /// Before each step: sets what acts in it, as a program does from step to step. It is called again for the same
-    /// step, with the simulation in the same state, and must do the same.
+    /// Callback before each step that sets its inputs. It is called again for the same step with
+    /// the simulation in the same state, and must do the same.
     pub before: &'f mut dyn FnMut(&mut Simulation<'_>) -> Result<(), Error>,
-    /// Of the states after so many steps (0 are those at the start), the derivatives of the number by them;
-    /// nothing where it does not depend on them.
+    /// Derivatives of the scalar with respect to the states after a number of steps (0 is the
+    /// start); `None` if it does not depend on them.
     pub by_states: &'f mut ByStates<'f>,
-    /// The constants to differentiate by.
+    /// Constants to differentiate with respect to.
     pub constants: &'f [Constant],
-    /// What may be kept.
+    /// Memory budget.
     pub checkpoints: Checkpoints,
-    /// With it the derivatives of the steps are [smoothed](StepDerivative::smoothed): the run is the exact one,
-    /// and what is found no derivative of it but a direction where the exact one has none.
+    /// Optional [smoothing](StepDerivative::smoothed) of the step derivatives. The run stays exact.
+    /// The result is then a search direction and not a derivative, where the exact one does not
+    /// exist.
     pub smoothing: Option<Smoothing>,
 }
 
-/// The derivatives of a number by what a run started from.
+/// Gradient of a scalar function of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RunGradient {
-    /// By the states at the start.
+    /// Derivatives with respect to the initial states.
     pub states: Vec<StateChange>,
-    /// By the wrenches of every step, one list a step.
+    /// Derivatives with respect to the wrenches, one list per step.
     pub wrenches: Vec<Vec<Wrench>>,
-    /// By the constants that were asked for, in their order.
+    /// Derivatives with respect to the requested constants, in their order.
     pub constants: Vec<Vec<f64>>,
-    /// The smallest [margin](StepDerivative::margin) of a step, m/s, and its index.
+    /// Smallest [margin](StepDerivative::margin) of a step (m/s), and the index of that step.
     pub margin: (f64, u64),
-    /// The same of [features](StepDerivative::feature_margin).
+    /// Smallest [feature margin](StepDerivative::feature_margin) of a step (m), and the index of
+    /// that step.
     pub feature_margin: (f64, u64),
-    /// Steps that failed or are wild: nothing that follows is a derivative of the equations.
+    /// Number of failed or unphysical steps. Results across them are not derivatives of the
+    /// equations.
     pub unsolved: u64,
-    /// Steps in which contacts pressed whose features are [not known](StepDerivative::unknown) as functions of the
-    /// poses.
+    /// Number of steps with pressing contacts whose features are [unknown](StepDerivative::unknown)
+    /// functions of the poses.
     pub unknown: u64,
-    /// Steps in which shares of forces were [kept](StepDerivative::keeps_shares).
+    /// Number of steps in which shares of forces were [kept](StepDerivative::keeps_shares).
     pub kept: u64,
-    /// Steps that took a [part](super::StepRecord::restitution_share) of their restitution, which is taken for a constant.
+    /// Number of steps with a [reduced](super::StepRecord::restitution_share) restitution, which is
+    /// treated as a constant.
     pub limited: u64,
 }
 
 impl RunGradient {
-    /// Notes what is to be said of a step.
+    /// Adds the diagnostics of a step.
     fn note(&mut self, step: &Taken, derivative: &StepDerivative) {
         let smaller = |most: &mut (f64, u64), margin: f64| {
             if margin < most.0 {
@@ -97,12 +101,12 @@ impl RunGradient {
 }
 
 impl Simulation<'_> {
-    /// Runs `run` from where the simulation is and finds the derivatives of the number that it decides. The simulation
-    /// is left at the end of the run; after an error where it was.
+    /// Runs `run` from the current state and returns the gradient of its scalar. The simulation is
+    /// left at the end of the run, or unchanged after an error.
     ///
     /// # Errors
-    /// A step that cannot be posed, is interrupted, or [has no derivative](Simulation::linearise); what `run` itself
-    /// refuses; derivatives by other states than one a body.
+    /// If a step cannot be posed, is interrupted or [has no derivative](Simulation::linearise); if
+    /// a callback of `run` fails; if it returns derivatives for another number of bodies.
     pub fn gradient(&mut self, run: &mut Run<'_>) -> Result<RunGradient, Error> {
         let start = self.save();
         let found = self.differentiated(run, &start);
@@ -112,10 +116,10 @@ impl Simulation<'_> {
         found
     }
 
-    /// The derivatives of a run from `start`, where the simulation is.
+    /// Gradient of a run from `start`, the current state of the simulation.
     fn differentiated(&mut self, run: &mut Run<'_>, start: &Saved) -> Result<RunGradient, Error> {
         for constant in run.constants.iter().filter(|c| c.is_of_shapes()) {
-            // What cannot vary has no derivative.
+            // Rejects constants that cannot vary.
             self.world().with_constants(&[(*constant, &constant.of(self.world()))])?;
         }
         let mut backward = Backward::begin(run, self.index(), self.world())?;
