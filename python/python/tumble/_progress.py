@@ -1,4 +1,4 @@
-"""Progress of long work."""
+"""Progress reports of long work."""
 
 from __future__ import annotations
 
