@@ -1,4 +1,4 @@
-"""A block slides over the ground and stops: how far does it come, for many frictions?
+"""Sliding distances of a block for many friction coefficients.
 
 python python/examples/slide.py
 """
