@@ -44,9 +44,7 @@ def off(simulation: tumble.Simulation) -> float:
 
 
 def drive(robot: tumble.Robot, rng: np.random.Generator) -> None:
-    """Sets new controls of the actuators, or new targets of the joints for a robot without
-    actuators.
-    """
+    """Sets new controls of the actuators, or new joint targets if there are none."""
     if robot.actuators:
         ranges = [bounds or (-1.0, 1.0) for bounds in robot.control_ranges]
         robot.controls = [rng.uniform(low, high) for low, high in ranges]

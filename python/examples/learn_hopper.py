@@ -96,8 +96,9 @@ class Search:
         return np.array(totals)
 
     def move(self, pool: ProcessPoolExecutor) -> None:
-        """One step of the search. Healthy steps have no value, so that standing still is not an
-        optimum.
+        """One step of the search.
+
+        Healthy steps have no value in it, so that standing still is not an optimum.
         """
         directions = self.rng.standard_normal((DIRECTIONS, *self.shape))
         policies = [self.policy + sign * NOISE * one for one in directions for sign in (1, -1)]
