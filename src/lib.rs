@@ -14,7 +14,9 @@
 //!
 //! ```
 //! use tumble::nalgebra::Vector3;
-//! use tumble::{Motion, Parameters, Plane, RigidBody, Rotation, Simulation, State, StepRecord, World};
+//! use tumble::{
+//!     Motion, Parameters, Plane, RigidBody, Rotation, Simulation, State, StepRecord, World,
+//! };
 //!
 //! let world = World::new(Parameters {
 //!     bodies: vec![RigidBody::solid_box(1.0, Vector3::repeat(0.1))?], // kg, half sides in m

@@ -102,7 +102,7 @@ impl<'a> Continued<'a> {
             odd_state(&file, &format!("it is at k = {k}, and its run begins at {start}"))
         })?;
         if let Some(rows) = args.steps {
-            // With substeps, every whole step has one row.
+            // Every whole step has one row, also with substeps.
             scene.rows = (rows - 1).saturating_mul(run.substeps).saturating_add(1);
         }
         if scene.rows < steps + 1 {

@@ -156,7 +156,7 @@ impl PyRecording {
             if let Some(row) = &row {
                 let (k, time) = (row.index, row.index as f64 * h);
                 let norm = row.state.attitude.norm();
-                // With the tutorial's settings, Ipopt satisfies the norm only to its tolerance in
+                // Ipopt with the tutorial's settings satisfies the norm only to its tolerance in
                 // each step.
                 if (norm - 1.0).abs() > NORM || norm.is_nan() {
                     let allowed = format!("allowed is 1 to within {NORM}");

@@ -64,7 +64,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         recording.follow(&step);
         counts.add(&recording.world, &step);
         if let Some(previous) = previous {
-            // With omitted rows, the next stored step is not the next step.
+            // The next stored step is not the next step if rows are omitted.
             let ends = if kept.every > 1 { previous.ends() } else { step.states() };
             let mut verified = judge.step(&previous, ends);
             let is_next = step.index() == previous.index() + 1;

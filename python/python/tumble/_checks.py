@@ -25,7 +25,7 @@ def shown(value: Any) -> str:
 
 
 def whole(name: str, value: Any, least: int, most: int = LARGEST_WHOLE) -> int:
-    """``value`` as an integer from ``least`` to ``most``. Accepts numpy's integers, refuses True."""
+    """``value`` as an integer from ``least`` to ``most``. Accepts numpy's integers, not bool."""
     try:
         number = least - 1 if isinstance(value, bool) else index(value)
     except TypeError:
@@ -68,8 +68,9 @@ def tables(name: str, value: Any, instead: str = "") -> List[Mapping[str, Any]]:
 
 
 def room(what: str, size: int) -> None:
-    """Raises MemoryError if ``what`` needs more bytes than the machine or the process limit
-    allows.
+    """Raises MemoryError if ``what`` needs more bytes than the process can have.
+
+    The limit is the smaller of the machine's memory and the process limit.
     """
     try:
         most = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")

@@ -12,8 +12,10 @@ _NAMES = ("body", "partner", "point", "normal", "force", "slip", "normal_force",
 class Contacts(Dict[str, Any]):
     """Contacts of a step, C in all, as a read-only mapping of columns.
 
-    Columns are ``body`` (C,), ``partner`` (tuple of C names), ``point``, ``normal``, ``force``
-    and ``slip`` (C, 3), ``normal_force`` and ``gap`` (C,)."""
+    - ``body`` (C,), ``partner`` (tuple of C names);
+    - ``point``, ``normal``, ``force``, ``slip`` (C, 3);
+    - ``normal_force``, ``gap`` (C,).
+    """
 
     # A dict subclass is the fastest mapping. It holds the columns that have been read.
     __slots__ = ("_columns",)

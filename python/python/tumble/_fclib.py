@@ -28,7 +28,8 @@ def _h5py(path: Path_) -> Any:
 def read(path: Path_) -> Tuple[Dict[str, Any], List[Any], int]:
     """Matrices and vectors, the laws, and the dimension.
 
-    Equality constraints (G and b; V, R and s) become locked rows after the contacts."""
+    Equality constraints (G and b; V, R and s) become locked rows after the contacts.
+    """
     import numpy as np
 
     h5py = _h5py(path)

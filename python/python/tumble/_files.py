@@ -39,7 +39,8 @@ def folder_of_a_run(folder: Path, names: Sequence[str], overwrite: bool) -> Iter
     """Creates and locks the folder for the files ``names`` of a run.
 
     Files listed in the folder's run.json belong to the previous run and are removed at the end.
-    Any other file with one of the names is refused, unless ``overwrite`` is true."""
+    Any other file with one of the names is refused, unless ``overwrite`` is true.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     with _claimed(folder):
         try:

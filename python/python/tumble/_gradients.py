@@ -54,7 +54,8 @@ class Derivatives:
 class RolloutDerivatives:
     """Derivatives of the losses of B rollouts, with diagnostics of each.
 
-    The fields are those of Derivatives with one more leading dimension."""
+    The fields are those of Derivatives with one more leading dimension.
+    """
 
     by: Dict[str, "Floats"]
     """By name: ``states`` (B, N, 12), ``controls`` (B, T, N, 6), and the constants, (B, ...)."""
@@ -85,13 +86,15 @@ def jacobian(
 ) -> Derivatives:
     """Derivative of one step of ``scene`` from ``states`` (N, 13).
 
-    It has the parts by ``states`` (N, 12, N, 12), by ``wrenches`` (N, 12, N, 6), and by the
-    constants named in ``by``, (N, 12) and the constant's own shape.
+    It has parts with respect to ``states`` (N, 12, N, 12) and ``wrenches`` (N, 12, N, 6). The
+    part of a constant named in ``by`` has the shape (N, 12) followed by the constant's own
+    shape.
 
-    Smoothing yields a search direction where the exact derivative is zero. ``compliance`` (1e-9
-    to 1) differentiates a step with compliant contacts. ``central_path`` (1e-6 to 10 m/s)
-    differentiates a step on the central path of an interior-point method, whose complementarity
-    products equal its square."""
+    Smoothing yields a search direction where the exact derivative is zero. ``compliance``
+    (1e-9 to 1) differentiates a step with compliant contacts. ``central_path`` (1e-6 to 10
+    m/s) differentiates a step on the central path of an interior-point method. The
+    complementarity products there equal its square.
+    """
     names = constant_names(by)
     count = len(scene.bodies)
     pushes = None if wrenches is None else _of_bodies("wrenches", wrenches, (count, 6))
@@ -117,7 +120,8 @@ def vjp(
     has the derivatives with respect to ``states`` (N, 12), ``controls`` (T, N, 6) and the
     constants named in ``by``. ``steps`` defaults to the number of controls, or 1.
     ``compliance`` and ``central_path`` smooth the derivatives of the steps as in ``jacobian``;
-    the run itself stays exact."""
+    the run itself stays exact.
+    """
     names = constant_names(by)
     count = len(scene.bodies)
     pushes = None

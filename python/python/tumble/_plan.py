@@ -121,14 +121,14 @@ def plan(
             target={"position": [0.5, 0.3], "turn": 90, "speed": 0},
         )
 
-    ``start`` has the ``controls`` of another plan of the same problem. None starts from zero forces.
-    ``states`` (N, 13) replaces the scene's start, for example to plan again during a run.
+    ``start`` has the ``controls`` of another plan of the same problem. None starts from zero
+    forces. ``states`` (N, 13) replaces the scene's start, for example to plan again during a run.
 
     ``stages`` has names of ``"ddp"``, ``"sample"`` and ``"shoot"`` in their order. None is the
     default of a problem file: ``["ddp", "sample", "shoot"]``, where ``"sample"`` is skipped if
-    ``"ddp"`` meets the targets. ``runs`` limits a sampling, and ``iterations`` limits ``"ddp"`` and
-    ``"shoot"``. ``time`` (s) ends the search with the best plan so far. ``threads`` is one for each
-    core by default; the plan does not depend on it.
+    ``"ddp"`` meets the targets. ``runs`` limits a sampling. ``iterations`` limits ``"ddp"`` and
+    ``"shoot"``. ``time`` (s) ends the search with the best plan so far. ``threads`` is one per core
+    by default; the plan does not depend on it.
 
     Raises TumbleError for an invalid problem.
     """

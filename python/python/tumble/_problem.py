@@ -51,12 +51,13 @@ class ContactSolution:
 
 
 class ContactProblem:
-    """Coulomb's exact law on coupled rows, ``u = W p + q``, or ``M v = H p + f`` and ``u = H^T v +
-    w``.
+    """Contact problem with Coulomb's exact law on coupled rows.
 
-    Matrices are dense numpy arrays or scipy's sparse matrices; vectors are numpy arrays. ``mu``
-    has one coefficient per contact. A contact has ``dimension`` rows: its normal, then its
-    tangents. Instead of ``mu``, ``laws`` has one entry per group of rows. An entry is a
+    The local form is ``u = W p + q``. The global form is ``M v = H p + f`` and ``u = H^T v +
+    w``. Matrices are dense numpy arrays or scipy's sparse matrices; vectors are numpy arrays.
+
+    ``mu`` has one coefficient per contact. A contact has ``dimension`` rows: its normal, then
+    its tangents. Instead of ``mu``, ``laws`` has one entry per group of rows. An entry is a
     coefficient, or a list of one to three row laws:
 
     - ``"free"``;
@@ -124,10 +125,11 @@ class ContactProblem:
             raise TumbleError(f"{os.fspath(path)}: cannot be read as a contact problem: {error}") from None
 
     def write(self, path: Path_, solution: Optional[ContactSolution] = None) -> None:
-        """Writes a file in FCLIB's HDF5 if its name ends in .hdf5 or .h5, otherwise in Siconos'
-        text format.
+        """Writes a file in FCLIB's HDF5 or in Siconos' text format.
 
-        An HDF5 file can include a ``solution`` of this problem."""
+        HDF5 is used if the name ends in .hdf5 or .h5. It can include a ``solution`` of this
+        problem.
+        """
         if solution is not None and not self._is_own(solution):
             raise TumbleError("the solution is of another problem; one of this problem is needed")
         if Path(path).suffix in (".hdf5", ".h5"):
@@ -184,7 +186,7 @@ class ContactProblem:
         )
 
     def evaluate(self, impulses: Any) -> Tuple["Floats", "Floats", float, float]:
-        """u, v, the residual (m/s) and the relative error of impulses, computed as for a solution."""
+        """u, v, the residual (m/s) and the relative error of impulses, as for a solution."""
         arrays, errors = self._core.evaluate(numbers("impulses", impulses, (sum(self.sizes),)))
         return arrays[0], arrays[1], errors[0], errors[1]
 
@@ -210,7 +212,7 @@ class ContactProblem:
         return np.array([np.nan if mu is None else mu for mu in self._core.friction])
 
     def entries(self, name: str) -> Tuple[int, int, List[int], List[int], "Floats"]:
-        """Numbers of rows and columns of W, M or H, then rows, columns and values of its entries."""
+        """Numbers of rows and columns of W, M or H, then row, column and value of each entry."""
         return self._core.entries(name)
 
     def matrix(self, name: str) -> "Floats":

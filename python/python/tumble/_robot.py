@@ -92,7 +92,7 @@ class RobotJoint:
 
     @property
     def coordinate(self) -> float:
-        """Current coordinate in the convention of the file, including full turns since the start."""
+        """Current coordinate in the convention of the file, including full turns."""
         return float(self._robot.q[self._at])
 
     @property
@@ -208,18 +208,20 @@ class Robot(CoreRobot):
     def set_gains(
         self, *, stiffness: float, damping: float = 0.0, most: Optional[float] = None
     ) -> None:
-        """Sets stiffness, damping and, if not None, the force limit of the motors of all slides
-        and hinges.
+        """Sets stiffness, damping and force limit of all slides and hinges.
 
-        The gains apply from the next targets on."""
+        The gains apply from the next targets on. ``most`` None keeps the force limits.
+        """
         for joint in self.slides_and_hinges:
             joint.stiffness, joint.damping = stiffness, damping
             joint.most = joint.most if most is None else most
 
     @property
     def _kept(self) -> Dict[str, Any]:
-        """Data beyond the simulation's own, for JSON: last joint coordinates, controls and motors
-        by joint."""
+        """Data beyond the simulation's own, for JSON.
+
+        It has the last joint coordinates, the controls, and the motors by joint.
+        """
         motors = {name: joint._motor for name, joint in self._handles.items()}
         return {"near": self._near.tolist(), "controls": self._controls.tolist(), "motors": motors}
 
@@ -243,8 +245,9 @@ class Robot(CoreRobot):
 
     @property
     def q(self) -> "Floats":
-        """Current coordinates, (Q,). Hinge angles include full turns, as in the simulation and its
-        motors.
+        """Current coordinates, (Q,).
+
+        Hinge angles include full turns, as in the simulation and its motors.
         """
         return self._now()[0]
 
@@ -265,7 +268,8 @@ class Robot(CoreRobot):
         """Sets coordinates and rates. Without ``v`` the robot is at rest.
 
         The simulation then counts the turns of hinges from the angles nearest to the previous
-        ones."""
+        ones.
+        """
         positions, rates = self.counts
         q = numbers("q", q, (positions,))
         v = numbers("v", [0.0] * rates if v is None else v, (rates,))
@@ -286,8 +290,9 @@ class Robot(CoreRobot):
         return self.masses(self._given(q, None)[0])
 
     def bias_forces(self, q: Any = None, v: Any = None) -> "Floats":
-        """Bias forces (V,): M dv/dt equals the applied generalised forces minus these. They
-        include gravity.
+        """Bias forces (V,) of the equation of motion, including gravity.
+
+        M dv/dt equals the applied generalised forces minus these.
         """
         if q is None and v is None:
             return self.biases(*self._now())
@@ -296,7 +301,10 @@ class Robot(CoreRobot):
     def jacobian(
         self, link: Union[int, str], point: Any = (0.0, 0.0, 0.0), q: Any = None
     ) -> Tuple["Floats", "Floats"]:
-        """Jacobians (3, V) of the position of a point (m, link frame) and of its link's rotation."""
+        """Jacobians (3, V) of a point's position and of its link's rotation.
+
+        ``point`` is in the link frame, m.
+        """
         x, y, z = (float(x) for x in numbers("point", point, (3,)))
         return self.jacobians(self.link(link), [x, y, z], self._given(q, None)[0])
 
@@ -318,7 +326,8 @@ class Robot(CoreRobot):
     def controls(self) -> "Floats":
         """Controls of its actuators, (A,), in the order of the file.
 
-        Setting them replaces all other motors of the actuated joints by the file's actuators."""
+        Setting them replaces all other motors of the actuated joints by the file's actuators.
+        """
         return self._controls
 
     @controls.setter
@@ -331,7 +340,8 @@ class Robot(CoreRobot):
     def sites(self) -> Dict[str, Tuple[str, List[float], List[float]]]:
         """Sites of an MJCF file by name: link, point (m) and attitude (w, x, y, z).
 
-        ``robot.imu(*robot.sites["imu"])`` reads the sensors at a site."""
+        ``robot.imu(*robot.sites["imu"])`` reads the sensors at a site.
+        """
         links = self.links
         return {name: (links[link], point, attitude) for name, (link, point, attitude) in self.site_list}
 
@@ -345,7 +355,8 @@ class Robot(CoreRobot):
     ) -> Site:
         """Motion of a site: a frame at a point of a link (m) with an attitude (w, x, y, z).
 
-        It is the current motion, or the motion for the scene's body states ``states`` (N, 13)."""
+        It is the current motion, or the motion for the scene's body states ``states`` (N, 13).
+        """
         states = self.simulation.states if states is None else self._states("states", states)
         return Site(*self.site_motion(self._site(link, point, attitude), states))
 
@@ -364,7 +375,8 @@ class Robot(CoreRobot):
         each, such as ``run.states[k]`` and ``run.states[k + 1]``. Contacts act as impulses
         within a step. The acceleration is therefore the change of the site's velocity over the
         step, divided by h. In the first step after velocities were set, half of the rotational
-        part is missing."""
+        part is missing.
+        """
         if (before is None) != (after is None):
             raise TumbleError("before and after: the states of both are needed, or none")
         if before is None:
@@ -386,7 +398,8 @@ class Robot(CoreRobot):
         """Sum of the normal forces of the last step on a link and on links fixed to it, N.
 
         ``partner`` selects contacts with one partner: a body of the scene, "ground", or a fixed
-        piece. ``radius`` selects contacts within this distance of ``point`` (m, link frame)."""
+        piece. ``radius`` selects contacts within this distance of ``point`` (m, link frame).
+        """
         if (point is None) != (radius is None):
             raise TumbleError("point and radius: both are needed, or none")
         within = None
@@ -403,7 +416,8 @@ class Robot(CoreRobot):
 
         Columns are k, time_s, and for every slide and hinge NAME (m or rad, including full
         turns of the run) and ``NAME.rate``. Free joints and balls have ``NAME.x`` to
-        ``NAME.qz``, and the rates ``NAME.vx`` to ``NAME.wz``."""
+        ``NAME.qz``, and the rates ``NAME.vx`` to ``NAME.wz``.
+        """
         import numpy as np
         import pandas as pd
 
@@ -437,7 +451,8 @@ class Robot(CoreRobot):
         """Contact forces of the last step, (3,), N, world, by pairs of names.
 
         The force acts on the first body of the pair, which belongs to this robot. The second
-        name is a body of the scene, "ground" or a fixed piece."""
+        name is a body of the scene, "ground" or a fixed piece.
+        """
         import numpy as np
 
         scene, contacts = self.simulation.scene, self.simulation.contacts

@@ -55,7 +55,8 @@ class Rollouts(_Outputs):
     """Results of B rollouts of T steps of N bodies.
 
     Arrays are numpy's in C order. torch and jax take them without a copy
-    (``torch.from_dlpack``, ``jax.dlpack.from_dlpack``)."""
+    (``torch.from_dlpack``, ``jax.dlpack.from_dlpack``).
+    """
 
     gradients: Optional[RolloutDerivatives] = None
     """The derivatives that were asked for."""
@@ -64,8 +65,9 @@ class Rollouts(_Outputs):
     def trajectory(self, index: int) -> "Trajectory":
         """One rollout as a trajectory with its contacts. It is simulated again, to the same bits.
 
-        :raises TumbleError: for an invalid index, and if the rollouts differ in mass, inertia, gravity
-            or another constant that no keyword of a scene sets.
+        :raises TumbleError: for an invalid index, for rollouts with motors or joint_forces, and if
+            the rollouts differ in mass, inertia, gravity or another constant that no keyword of a
+            scene sets
         """
         rollouts, steps = self.status.shape
         index = whole("index", index, 0, rollouts - 1)

@@ -39,8 +39,8 @@ class Scene(CoreScene):
             ground={"friction": 0.3},
         )
 
-    Lengths are in m, masses in kg, times in s. Gravity is in m/s²: a number downwards, or a vector in
-    the world frame. ``start_index`` is the step k of the start, at time k times the time step.
+    Lengths are in m, masses in kg, times in s. Gravity is in m/s²: a number downwards, or a vector
+    in the world frame. ``start_index`` is the step k of the start, at time k times the time step.
 
     Positions and velocities are in the world frame. Spins (rad/s) and inertias (kg m², about the
     centre of mass) are in the body frame. Attitudes are unit quaternions w, x, y, z from body to
@@ -128,7 +128,8 @@ class Scene(CoreScene):
     ) -> "Scene":
         """Parses a scenario's text. ``path`` is its name, and meshes are relative to it.
 
-        ``model`` is used by a simulation whose bodies have changed: see Simulation.scene."""
+        ``model`` is used by a simulation whose bodies have changed: see Simulation.scene.
+        """
         first = None if start_index is None else whole("start_index", start_index, 0, _LARGEST_START)
         settings: Dict[str, Any] = {
             "seed": None if seed is None else whole("seed", seed, 0, _LARGEST_SEED),
@@ -191,7 +192,8 @@ class Scene(CoreScene):
         """Creates a simulation from the scene's start, or from ``states`` (N, 13).
 
         It begins at step ``index``, by default ``start_index``, and uses at most ``threads``
-        threads: see Simulation."""
+        threads: see Simulation.
+        """
         from ._simulation import Simulation
 
         return Simulation(self, states, threads=threads, index=index)
@@ -221,7 +223,8 @@ class Scene(CoreScene):
         Smoothing yields a search direction where the exact derivative is zero. ``compliance``
         (1e-9 to 1) differentiates a step with compliant contacts. ``central_path`` (1e-6 to 10
         m/s) differentiates a step on the central path of an interior-point method, whose
-        complementarity products equal its square. See Derivatives."""
+        complementarity products equal its square. See Derivatives.
+        """
         from ._gradients import jacobian
 
         return jacobian(self, states, wrenches, by=by, compliance=compliance, central_path=central_path)
@@ -242,7 +245,8 @@ class Scene(CoreScene):
         ``cotangents`` (N, 12) are the loss derivatives with respect to the end states. The
         result has ``["states"]`` (N, 12), ``["controls"]`` (T, N, 6), and the derivatives by
         the constants named in ``by``. ``compliance`` or ``central_path`` smooth the derivatives
-        of the steps; the run stays exact. See Derivatives."""
+        of the steps; the run stays exact. See Derivatives.
+        """
         from ._gradients import vjp
 
         smoothing = {"compliance": compliance, "central_path": central_path}
@@ -270,11 +274,10 @@ def load(
     leave_out: Optional[Iterable[str]] = None,
     point_contacts: Optional[bool] = None,
 ) -> Scene:
-    """Reads a scenario file (TOML; scenarios/README.md has every field), or a robot's URDF or
-    MJCF.
+    """Reads a scenario file (TOML), or a robot's URDF or MJCF file.
 
-    A robot becomes a scene on level ground, unless its file has a ground. Keywords override the
-    file:
+    scenarios/README.md describes every field. A robot becomes a scene on level ground, unless
+    its file has a ground. Keywords override the file:
 
     - ``seed``, ``steps``, ``friction``, ``restitution``;
     - ``start_index``: step k of the start;
@@ -288,8 +291,8 @@ def load(
     - ``packages``: folder of the files ``package://name/rest``, as ``name/rest``. The default
       is the first folder that has the file, from the robot's folder upwards;
     - ``leave_out``: elements and attributes to ignore (["tendon", "body:goal", "@condim"]);
-    - ``point_contacts``: True replaces the torsional and rolling friction of condim 4 and 6 by
-      sliding friction.
+    - ``point_contacts``: True replaces the torsional and rolling friction of condim 4 and 6
+      by sliding friction.
 
     Raises OSError for an unreadable file, and TumbleError for an invalid scene.
     """
@@ -358,7 +361,7 @@ spin = [2.0, 4.0, 6.0]
 
 
 def drop(seed: int = 42, *, solver: Optional[str] = None) -> Scene:
-    """The tutorial's scene: a thrown cube of 2 m and 10 kg, with a random attitude from ``seed``."""
+    """The tutorial's scene: a thrown cube of 2 m and 10 kg, its attitude random from ``seed``."""
     return Scene.from_text(_DROP, "drop", seed=seed, solver=solver)
 
 

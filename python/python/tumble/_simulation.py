@@ -106,11 +106,10 @@ class Simulation(CoreSimulation):
     def restore(
         cls, scene: Scene, path: Union[str, "os.PathLike[str]"], *, threads: int = 1
     ) -> "Simulation":
-        """Restores a simulation of ``scene`` from the file ``path`` of save, or the command line's
-        state.bin.
+        """Restores a simulation of ``scene`` from a file of save or a state.bin.
 
-        Raises OSError for an unreadable file. Raises TumbleError for a file that is not a
-        state, is damaged or belongs to another scene.
+        The command line writes state.bin. Raises OSError for an unreadable file. Raises
+        TumbleError for a file that is not a state, is damaged or belongs to another scene.
         """
         with open(path, "rb") as stream:
             content = stream.read()
@@ -120,11 +119,12 @@ class Simulation(CoreSimulation):
             raise TumbleError(f"{os.fspath(path)}: {error}") from None
 
     def save(self, path: Union[str, "os.PathLike[str]"]) -> Path:
-        """Writes the simulation's state: index, body states, forces, wrenches, and the memory of
-        detection and solver.
+        """Writes the simulation's state to a file.
 
+        It has index, body states, forces, wrenches, and the memory of detection and solver.
         It includes turns of joints, targets and gains of robots, but not the scene: see
-        restore."""
+        restore.
+        """
         return written(Path(path), self.saved())
 
     def saved(self) -> bytes:
@@ -151,12 +151,12 @@ class Simulation(CoreSimulation):
         self.exchange(self._index(body), numbers("state", state, (13,)))
 
     def add_body(self, body: Mapping[str, Any]) -> str:
-        """Adds a body with the fields of a ``[[bodies]]`` table as the last one, and returns its
-        name.
+        """Adds a body as the last one, and returns its name.
 
-        The name is the field ``name``, or the first free ``body-…``. The body starts where its
-        fields say, and must fit there as at a start. Joints, loads and forces of other bodies
-        stay unchanged. Coefficients between pairs are the world's and its own.
+        ``body`` has the fields of a ``[[bodies]]`` table. The name is the field ``name``, or
+        the first free ``body-…``. The body starts where its fields say, and must fit there as
+        at a start. Joints, loads and forces of other bodies stay unchanged. Coefficients
+        between pairs are the world's and its own.
         """
         if not isinstance(body, Mapping):
             raise TumbleError(f"body is {body!r}; a dictionary is needed")
@@ -165,23 +165,26 @@ class Simulation(CoreSimulation):
         return name
 
     def remove_body(self, body: Union[int, str], *, joints: bool = False) -> None:
-        """Removes a body, by its index or its name, with all forces on it. Later bodies move up by
-        one index.
+        """Removes a body, by its index or its name, with all forces on it.
 
-        A body with joints is refused unless ``joints`` is True, which also removes these
-        joints."""
+        Later bodies move up by one index. A body with joints is refused unless ``joints`` is
+        True, which also removes these joints.
+        """
         self.leave(self._index(body), joints)
         self._changed = True
 
     def hold(self, body: Union[int, str]) -> None:
         """Fixes a body, by its index or its name, at its pose until it is released.
 
-        A fixed body has no loads, no contacts and no computational cost."""
+        A fixed body has no loads, no contacts and no computational cost.
+        """
         self.keep(self._index(body), True)
 
     def release(self, body: Union[int, str]) -> None:
-        """Releases a fixed body from rest. Raises TumbleError if it penetrates another body too
-        deeply."""
+        """Releases a fixed body from rest.
+
+        Raises TumbleError if it penetrates another body too deeply.
+        """
         self.keep(self._index(body), False)
 
     def _index(self, body: Union[int, str]) -> int:
@@ -207,7 +210,8 @@ class Simulation(CoreSimulation):
         """Scene of the simulation.
 
         After a body was added or removed, this is a new scene of the current bodies. It starts
-        from their states at the first access after the change."""
+        from their states at the first access after the change.
+        """
         if self._changed:
             self._scene = self._scene._with_model(self.told(), self.index)
             self._changed = False
@@ -216,9 +220,9 @@ class Simulation(CoreSimulation):
     def step(self, wrenches: Any = None) -> Step:
         """Takes one step.
 
-        ``wrenches`` (N, 6), for one body also (6,), are added to gravity and the scene's loads:
-        force in N, world frame, at the centre of mass; torque in N m, body frame. They stay in
-        effect until new ones are set.
+        ``wrenches`` (N, 6), for one body also (6,), are added to gravity and the scene's
+        loads. A wrench is a force (N, world frame) at the centre of mass and a torque (N m,
+        body frame). It stays in effect until a new one is set.
         """
         if wrenches is not None:
             bodies = len(self.bodies)
@@ -277,7 +281,8 @@ class Simulation(CoreSimulation):
         ``speed`` (m/s or rad/s) is held, or approached with ``damping``. ``position`` (m or
         rad) is approached with ``stiffness`` and ``damping``. ``most`` limits force or torque.
         Without speed and position the motor is removed. ``axis`` is needed for a joint with
-        several axes: "slide", "turn", "x", "y", "turn_x", "turn_y" or "turn_z"."""
+        several axes: "slide", "turn", "x", "y", "turn_x", "turn_y" or "turn_z".
+        """
         number, place = self._axis(joint, axis)
         most = _most(speed, position, most)
         self.put_motor(number, place, speed, position, stiffness, damping, most)
@@ -292,10 +297,11 @@ class Simulation(CoreSimulation):
         damping: float = 0.0,
         most: Optional[float] = None,
     ) -> None:
-        """Sets the motor of the sum of coordinates of a gear with a drive, by its index in
-        ``scene.gears``.
+        """Sets the motor of the coordinate sum of a gear with a drive.
 
-        Arguments are those of ``set_motor``, in the units of the gear's first coordinate."""
+        ``gear`` is an index in ``scene.gears``. Other arguments are those of ``set_motor``,
+        in the units of the gear's first coordinate.
+        """
         gear = whole("gear", gear, 0)
         most = _most(speed, position, most)
         self.put_gear_motor(gear, speed, position, stiffness, damping, most)
@@ -337,7 +343,8 @@ class Simulation(CoreSimulation):
         """Joints by name, in the form of Trajectory.joints.
 
         Coordinates are current; rates, force and torque belong to the last step, 0 before the
-        first."""
+        first.
+        """
         return by_name(self.scene, self.joint_columns, ...)
 
     def contacts_to_pandas(self) -> "pd.DataFrame":

@@ -110,9 +110,11 @@ class Trajectory:
     def contacts(self) -> Dict[str, Any]:
         """Candidate contacts of all steps, C in all, as columns.
 
-        Columns are ``k`` (C,), ``body`` (C,), ``partner`` (C names), ``normal_force`` (N) and
-        ``gap`` (m), (C,), and with shape (C, 3): ``point`` (m, world), ``normal`` (world,
-        away from the partner), ``force`` (N, world, on the body) and ``slip`` (m/s, world).
+        - ``k``, ``body`` (C,), ``partner`` (C names);
+        - ``point`` (m, world), ``normal`` (world, away from the partner), (C, 3);
+        - ``force`` (N, world, on the body), ``slip`` (m/s, world), (C, 3);
+        - ``normal_force`` (N), ``gap`` (m), (C,).
+
         Raises TumbleError for a run recorded without contacts.
         """
         self._need_contacts("contacts")
@@ -238,9 +240,9 @@ class Trajectory:
         return self.__copy__()
 
     def to_pandas(self) -> "pd.DataFrame":
-        """One row per state and body: k, time_s, body (its name), and the 13 numbers of the
-        state.
+        """One row per state and body.
 
+        Columns are k, time_s, body (its name), and the 13 numbers of the state.
         ``frame[tumble.STATE_COLUMNS]`` of such rows are states for simulate and rollout.
         """
         import numpy as np

@@ -1,4 +1,4 @@
-"""Rollouts as a differentiable function for jax: ``tumble.jax.rollout``. Needs the package jax.
+"""Rollouts as a differentiable function for jax: ``tumble.jax.rollout``. Needs jax.
 
     >>> import jax, tumble.jax
     >>> jax.config.update("jax_enable_x64", True)

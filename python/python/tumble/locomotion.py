@@ -90,8 +90,9 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         return q + rng.uniform(-self.noise, self.noise, len(q)), v
 
     def judge(self, before: Floats, action: Floats) -> Tuple[float, bool, Info]:
-        """Reward of a step from the coordinates ``before``, True at the end of the episode, and
-        the info.
+        """Reward of a step, True at the end of the episode, and info.
+
+        ``before`` are the coordinates at the start of the step.
         """
         return 0.0, False, {}
 
@@ -129,8 +130,9 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
 
 
 class Runner(RobotEnv):
-    """Environment with a reward for speed along x, a control cost, and an optional health
-    condition.
+    """Environment with a reward for speed along x and a control cost.
+
+    Subclasses can require a healthy state.
     """
 
     forward = 0

@@ -1,4 +1,4 @@
-"""Rollouts as a differentiable function for torch: ``tumble.torch.rollout``. Needs the package torch.
+"""Rollouts as a differentiable function for torch: ``tumble.torch.rollout``. Needs torch.
 
     >>> import torch, tumble.torch
     >>> friction = torch.tensor([0.3], dtype=torch.float64, requires_grad=True)
@@ -60,9 +60,9 @@ def rollout(
 ) -> Any:
     """States after each step, (B, T, N, 13), as a differentiable function of tensors.
 
-    The result is a float64 tensor on the CPU. Arguments are those of ``tumble.rollout``. Derivatives
-    with respect to attitudes are tangent to the unit quaternions. ``compliance`` and ``central_path``
-    smooth the derivatives as in ``Scene.jacobian``; the states are exact.
+    The result is a float64 tensor on the CPU. Arguments are those of ``tumble.rollout``.
+    Derivatives with respect to attitudes are tangent to the unit quaternions. ``compliance`` and
+    ``central_path`` smooth the derivatives as in ``Scene.jacobian``; the states are exact.
 
     :raises TumbleError: see ``tumble.rollout``.
     """

@@ -66,8 +66,9 @@ class Fit:
         return "\n".join(lines)
 
     def plot(self, path: Union[str, "os.PathLike[str]"]) -> None:
-        """Writes a figure: errors, search progress, and heights in six recordings from best to
-        worst.
+        """Writes a figure of the errors and the search progress.
+
+        It also has the heights in six recordings from best to worst.
         """
         from matplotlib.figure import Figure
 

@@ -193,9 +193,7 @@ class Simulations:
         return [Errors._make(of) for of in zip(*table, failed.astype(int).tolist(), residual.tolist())]
 
     def losses_or_worst(self, values: Floats, chosen: Sequence[int]) -> Floats:
-        """Losses (V, R) with each of V sets of ``values``; large ones for values that are
-        refused.
-        """
+        """Losses (V, R) with each of V sets of ``values``; large ones for refused values."""
         try:
             return np.array([errors.loss for errors in self.errors(values, chosen)])
         except TumbleError:
