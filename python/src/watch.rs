@@ -26,7 +26,7 @@ pub struct Watched<'a, 'py> {
 
 impl Watched<'_, '_> {
     /// Runs `work` on its own thread without the interpreter's lock. A signal or an exception in
-    /// the progress callback sets the flag. It is returned after the work has ended.
+    /// the progress callback sets the flag. Its exception is raised after the work has ended.
     pub fn run<T: Send>(self, py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
         let result = thread::scope(|scope| {
             let (sender, mut receiver) = sync_channel(1);

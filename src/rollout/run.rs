@@ -38,7 +38,7 @@ pub struct RolloutTally {
     pub largest_residual: f64,
 }
 
-/// Report of a batch: 72 bytes per rollout and 32 per step that failed or is wild.
+/// Report of a batch: 80 bytes per rollout and 32 per step that failed or is wild.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RolloutReport {
     /// Tally of all steps.

@@ -66,7 +66,7 @@ pub struct Task<'a> {
 pub type GradientResult = (f64, RunGradient, Vec<GradientRow>);
 
 impl Task<'_> {
-    /// Derivatives with respect to `arguments`, with central differences of size `by` if not None.
+    /// Derivatives with respect to `arguments`, with central differences of size `by` if it is set.
     pub fn derivatives(
         &self,
         arguments: &[Argument],
