@@ -67,7 +67,7 @@ class Rollouts(_Outputs):
 
         :raises TumbleError: for an invalid index, for rollouts with motors or joint_forces, and if
             the rollouts differ in mass, inertia, gravity or another constant that no keyword of a
-            scene sets
+            scene sets.
         """
         rollouts, steps = self.status.shape
         index = whole("index", index, 0, rollouts - 1)

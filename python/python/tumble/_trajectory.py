@@ -125,8 +125,8 @@ class Trajectory:
         """Joints by name, as columns.
 
         - ``coordinate`` (K,) is the angle of a hinge including full turns, rad, or the
-          position along a slide, m. It is (K, D) for a joint with several such axes, and (K,
-          0) for a ball or fixed joint.
+          position along a slide, m. It is (K, D) for a joint with several such axes, and
+          (K, 0) for a ball or fixed joint.
         - ``speed`` (T,) is the mean rate of ``coordinate`` over each step.
         - ``place`` (m) and ``angles`` (rad), (K, 3) each, are all six coordinates. Those of
           locked axes are the joint's error.

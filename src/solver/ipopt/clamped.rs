@@ -12,9 +12,9 @@ pub(super) fn place(layout: Layout, contact: &Contact) -> ContactVariables {
     ContactVariables { normal: Normal { first: fz, second: s1 }, friction: Some(friction) }
 }
 
-/// Bounds of the tutorial (eq. 17) for the `active` points: X⁺, f_x and f_y free, other variables ≥
-/// 0, equations = 0, inequalities ≥ 0. Variables of inactive points are clamped to zero. Otherwise
-/// an interior-point method would keep their forces away from the zero bound.
+/// Bounds of the tutorial (eq. 17) for the `active` points. X⁺, f_x and f_y are free, the other
+/// variables ≥ 0, equations = 0, inequalities ≥ 0. Variables of inactive points are clamped to
+/// zero. Otherwise an interior-point method would keep their forces away from the zero bound.
 pub(super) fn bounds(layout: Layout, active: &[f64]) -> Bounds {
     let (n, m) = (layout.variables(), layout.constraints());
     let mut bounds = Bounds {
