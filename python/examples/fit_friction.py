@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 
 TRUE_FRICTION = 0.37
 NOISE = 1e-3
-"""Of a measured place, m."""
+"""Standard deviation of a measured position, m."""
 STEPS = 400
 
 Floats = npt.NDArray[np.float64]

@@ -27,7 +27,7 @@ NOISE = 0.05
 STEP = 0.03
 TESTS = 6
 TESTED = 3
-"""Episodes of the policy itself after each third move, whose mean is on the curve."""
+"""Number of moves between tests of the policy. The mean reward of the tests is on the curve."""
 
 _env: Optional[Hopper] = None
 

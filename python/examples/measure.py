@@ -21,7 +21,7 @@ SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
 ROUNDS = 7
 ROLLOUTS, STEPS = 400, 500
 READ = 200
-"""Steps with their contacts read."""
+"""Number of steps whose contacts are read."""
 READ_ALL = itemgetter("body", "partner", "point", "normal", "force", "slip")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import tumble
 
 SPEED = 2.0
-"""m/s."""
+"""Initial speed, m/s."""
 GRAVITY = 9.81
 
 

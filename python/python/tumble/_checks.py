@@ -12,9 +12,9 @@ from ._tumble import TumbleError
 Kind = TypeVar("Kind")
 
 LARGEST_WHOLE = 2**63 - 1
-"""More than this no table of a scene and no count can have."""
+"""Largest integer in a scene and largest count."""
 _USUAL_MEMORY = 1 << 40
-"""Bytes, where the system does not say how much it has."""
+"""Assumed memory, bytes, if the system does not report its size."""
 
 
 def shown(value: Any) -> str:

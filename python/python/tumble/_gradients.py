@@ -27,24 +27,26 @@ class Derivatives:
     """
 
     ends: "Floats"
-    """The states at the end, (N, 13)."""
+    """States at the end, (N, 13)."""
     by: Dict[str, "Floats"]
-    """By name: ``states``, ``wrenches`` (of a run ``controls``), and the constants asked for."""
+    """Derivatives by name: ``states``, ``wrenches`` (``controls`` of a run), and the requested constants."""
     margin: float
-    """How far the nearest kink is, m/s: the next piece of a contact's law, or a touch."""
+    """Distance to the nearest kink, m/s: a change of a contact's mode, or a new contact."""
     feature_margin: float
-    """The same of the faces and edges that touch, which matters for what moves the bodies at the start."""
+    """Distance to the nearest change of contact features, m/s. It matters for changes of poses and sizes."""
     at: Tuple[int, int]
-    """The steps of a run that these margins are of."""
+    """Steps of these margins in a run."""
     unsolved: int
-    """Steps that failed or are wild: what follows them is no derivative of the equations."""
+    """Number of steps that failed or are wild. Derivatives through them are not meaningful."""
     unknown: int
-    """Contacts of a step, or steps of a run, that press although their features are not known as functions of the
-    poses: they are taken for fixed in their bodies."""
+    """Contacts of a step, or steps of a run, with unknown contact features under load.
+
+    Such features do not follow known functions of the poses. They are treated as fixed in their bodies.
+    """
     kept: int
-    """Steps in which shares of forces follow the history."""
+    """Number of steps in which the distribution of hyperstatic forces follows the history."""
     limited: int
-    """Steps that took a part of their restitution, which is taken for a constant."""
+    """Number of steps that applied only part of their restitution, which is treated as constant."""
 
     def __getitem__(self, name: str) -> "Floats":
         return self.by[name]
@@ -58,15 +60,15 @@ class RolloutDerivatives:
     """
 
     by: Dict[str, "Floats"]
-    """By name: ``states`` (B, N, 12), ``controls`` (B, T, N, 6), and the constants, (B, ...)."""
+    """Derivatives by name: ``states`` (B, N, 12), ``controls`` (B, T, N, 6), and the constants, (B, ...)."""
     margin: "Floats"
-    """(B,), m/s."""
+    """Distance to the nearest kink, m/s: (B,)."""
     feature_margin: "Floats"
-    """(B,), m/s."""
+    """Distance to the nearest change of contact features, m/s: (B,)."""
     at: "npt.NDArray[np.int64]"
-    """(B, 2)."""
+    """Steps of both margins: (B, 2)."""
     unsolved: "npt.NDArray[np.int64]"
-    """(B,), as what follows."""
+    """Numbers of steps, (B,), like the following fields."""
     unknown: "npt.NDArray[np.int64]"
     kept: "npt.NDArray[np.int64]"
     limited: "npt.NDArray[np.int64]"

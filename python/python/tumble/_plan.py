@@ -34,7 +34,7 @@ class Miss(NamedTuple):
     """Distance, in ``unit``."""
     tolerance: float
     unit: str
-    """m, m/s, rad or rad/s."""
+    """Unit: m, m/s, rad or rad/s."""
     after: int
     """Number of steps after which it is measured."""
 
@@ -56,12 +56,12 @@ class Plan:
     reason: str
     """Missed targets and reasons; empty if all targets are met."""
     controls: "Floats"
-    """Variables of the search, as ``start`` takes them; ``names`` has their names."""
+    """Variables of the search, in the form of ``start``; ``names`` has their names."""
     names: List[str]
     columns: Dict[str, "Floats"]
     """Components of the controls by name, (T,)."""
     wrenches: "Floats"
-    """Wrenches of the controls on each body in each step, (T, N, 6), as Simulation.step takes them."""
+    """Wrenches of the controls on each body in each step, (T, N, 6), in the form of Simulation.step."""
     starts: "Floats"
     """States at the start, (N, 13)."""
     cost: float
@@ -74,7 +74,7 @@ class Plan:
     modes: List[List[Tuple[str, str, int, str]]]
     """Contacts of each step: body, partner, the body's point, and "open", "stick" or "slip"."""
     stages: List[Dict[str, Any]]
-    """Outcome of each stage: name, iterations, runs, message, cost, kept."""
+    """Result of each stage: name, iterations, runs, message, cost, kept."""
     scene: Scene
     """Scene of the replay, with the plan's starts, constants and loads."""
     steps: int

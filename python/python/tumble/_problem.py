@@ -29,25 +29,25 @@ class ContactSolution:
     """Solution of a ``ContactProblem``, or the best point found."""
 
     impulses: "Floats"
-    """p of every row, N s; of contacts the first of each is the normal one."""
+    """Impulse p of every row, N s. The first row of a contact is the normal one."""
     velocities: "Floats"
-    """u of every row, m/s."""
+    """Velocity u of every row, m/s."""
     body_velocities: "Floats"
-    """v of the global form; empty of the local one."""
+    """Velocities v of the global form; empty for the local form."""
     solved: bool
-    """Whether the residual is what was asked for."""
+    """True if the residual is at most the requested one."""
     residual: float
-    """The largest miss of a law, m/s, each contact in its own scale, found from the impulses alone."""
+    """Largest violation of a law, m/s, each contact in its own scale, computed from the impulses alone."""
     relative_error: float
-    """The error that Siconos and FCLIB measure, without a unit."""
+    """Error in the definition of Siconos and FCLIB, dimensionless."""
     iterations: int
-    """Of all starts of all parts."""
+    """Iterations of all starts in all parts."""
     parts: int
-    """How many parts of the problem have nothing to do with each other."""
+    """Number of independent parts of the problem."""
     start: str
-    """The start that led to it."""
+    """Name of the start that led to the solution."""
     selected: bool
-    """Whether it is the solution of the selection rule."""
+    """True if the selection rule determined the solution."""
 
 
 class ContactProblem:

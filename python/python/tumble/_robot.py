@@ -20,35 +20,35 @@ class Links(NamedTuple):
     """Motion of the L links of a robot, the world first."""
 
     positions: "Floats"
-    """(L, 3), of the links' origins, m, world."""
+    """Positions of the links' origins, m, world: (L, 3)."""
     attitudes: "Floats"
-    """(L, 4), w, x, y, z, link to world."""
+    """Attitudes w, x, y, z, link to world: (L, 4)."""
     velocities: "Floats"
-    """(L, 3), of the same, m/s, world."""
+    """Velocities of the links' origins, m/s, world: (L, 3)."""
     spins: "Floats"
-    """(L, 3), rad/s, world."""
+    """Spins, rad/s, world: (L, 3)."""
 
 
 class Site(NamedTuple):
     """Motion of a frame on a link."""
 
     position: "Floats"
-    """(3,), m, world."""
+    """Position, m, world: (3,)."""
     attitude: "Floats"
-    """(4,), w, x, y, z, site to world."""
+    """Attitude w, x, y, z, site to world: (4,)."""
     velocity: "Floats"
-    """(3,), of its origin, m/s, world."""
+    """Velocity of the origin, m/s, world: (3,)."""
     spin: "Floats"
-    """(3,), rad/s, world."""
+    """Spin, rad/s, world: (3,)."""
 
 
 class Inertial(NamedTuple):
     """Readings of an inertial measurement unit."""
 
     gyroscope: "Floats"
-    """(3,), the spin, rad/s, in its frame."""
+    """Spin, rad/s, site frame: (3,)."""
     accelerometer: "Floats"
-    """(3,), the acceleration over a step without gravity, m/s², in its frame: g upwards at rest."""
+    """Mean acceleration over a step minus gravity, m/s², site frame: (3,). It is g upwards at rest."""
 
 
 class RobotJoint:
@@ -66,15 +66,15 @@ class RobotJoint:
     )
 
     name: str
-    """What the file calls it."""
+    """Name in the file."""
     range: Optional[Tuple[float, float]]
-    """Its stops, if it has any."""
+    """Limits of the coordinate, or None."""
     stiffness: float
-    """With which its motor pulls to ``target``, from the next target on."""
+    """Stiffness of its position motor, used from the next target on."""
     damping: float
-    """Of that motor."""
+    """Damping of that motor."""
     most: Optional[float]
-    """The force of its motors: what the file says, or None where it says nothing."""
+    """Force limit of its motors, from the file, or None."""
 
     def __init__(self, robot: "Robot", index: int) -> None:
         name, _, at, rate, reference = robot.joint_list[index]
@@ -167,7 +167,7 @@ class Robot(CoreRobot):
     __slots__ = ("simulation", "_near", "_hinges", "_controls", "_handles", "__weakref__")
 
     simulation: "Simulation"
-    """What it is in."""
+    """Simulation of the robot."""
     _near: "Floats"
     _hinges: Tuple[List[Any], ...]
     _controls: "Floats"

@@ -35,20 +35,22 @@ class Unsolved(NamedTuple):
 
 class _Outputs(NamedTuple):
     states: "Floats"
-    """The states after each step: (B, T, N, 13), each as in Trajectory.states."""
+    """States after each step: (B, T, N, 13), in the form of Trajectory.states."""
     forces: "Floats"
-    """The sum of the contact forces on each body over each step, N, world: (B, T, N, 3)."""
+    """Sum of the contact forces on each body over each step, N, world: (B, T, N, 3)."""
     residuals: "Floats"
-    """The certificate of each step, m/s: (B, T)."""
+    """Certified residual of each step, m/s: (B, T)."""
     status: "npt.NDArray[np.uint8]"
-    """How each step ended, an index of tumble.STATUSES: (B, T)."""
+    """Status of each step as an index into tumble.STATUSES: (B, T)."""
     unsolved: List[Unsolved]
-    """The steps that failed or were wild, in the order of rollouts and steps."""
+    """Steps that failed or are wild, sorted by rollout and step."""
     tempered: List[int]
-    """Of each rollout, the steps that took a part of their restitution alone, because the whole
-    would have made energy."""
+    """Number of steps of each rollout that applied only part of their restitution.
+
+    Full restitution would have created energy in these steps.
+    """
     counts: Dict[str, int]
-    """How many steps ended in each way."""
+    """Number of steps with each status."""
 
 
 class Rollouts(_Outputs):
@@ -59,7 +61,7 @@ class Rollouts(_Outputs):
     """
 
     gradients: Optional[RolloutDerivatives] = None
-    """The derivatives that were asked for."""
+    """Requested derivatives."""
     _batch: "Batch"
 
     def trajectory(self, index: int) -> "Trajectory":

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ._trajectory import Trajectory
 
 Fields = Mapping[str, Any]
-"""A table of a scenario file: its fields are those of scenarios/README.md."""
+"""Table of a scenario file; scenarios/README.md has its fields."""
 
 _LARGEST_FILE = 4 << 20
 _LARGEST_ROBOT = 16 << 20
@@ -51,7 +51,7 @@ class Scene(CoreScene):
     """
 
     _source: Tuple[str, str, Dict[str, Any]]
-    """Text, path and settings that it was made of."""
+    """Text, path and settings of the scene."""
 
     def __new__(
         cls,

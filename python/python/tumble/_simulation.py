@@ -25,16 +25,16 @@ _MOST_STEPS = 2**53 - 1
 
 
 _AXES = {0: "x", 1: "y", 2: "slide", 3: "turn_x", 4: "turn_y", 5: "turn"}
-"""What the axes of joints are called that drives act on."""
+"""Names of the joint axes with drives."""
 
 
 class Step(NamedTuple):
     """Result of a step."""
 
     status: str
-    """One of tumble.STATUSES; a step of status "failed" has no answer that counts."""
+    """Status from tumble.STATUSES. A step with the status "failed" did not converge."""
     residual: float
-    """By how much it misses the exact laws, m/s: its certificate."""
+    """Certified residual of the step in the exact laws, m/s."""
     iterations: int
     """Iterations of the solver."""
 
@@ -69,7 +69,7 @@ class Simulation(CoreSimulation):
     _scene: Scene
     _threads: int
     _changed: bool
-    """Whether bodies came or went since the scene was told."""
+    """True if bodies were added or removed since the scene was created."""
     _robots: Dict[str, Robot]
 
     def __new__(

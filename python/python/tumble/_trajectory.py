@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Location = Union[str, "os.PathLike[str]"]
 
 STATE_COLUMNS = "x_m y_m z_m qw qx qy qz vx_m_s vy_m_s vz_m_s wx_rad_s wy_rad_s wz_rad_s".split()
-"""The 13 numbers of a state as columns of a table, in their order."""
+"""Table columns of the 13 numbers of a state, in their order."""
 
 _TABLES = ("states", "contacts", "steps", "joints", "gears")
 
@@ -40,7 +40,7 @@ _JOINT_COLUMNS = {
     "force": ("f", "_N"),
     "torque": ("t", "_N_m"),
 }
-"""The columns of joints, and how their components are called in joints.csv."""
+"""Columns of joints, with prefix and suffix of their components in joints.csv."""
 
 
 class Trajectory:

@@ -29,21 +29,21 @@ Flags = npt.NDArray[np.bool_]
 Info = Dict[str, Any]
 
 SIDE = 0.1
-"""Of the cube, m; it weighs 1 kg."""
+"""Side of the cube, m. Its mass is 1 kg."""
 LARGEST_FORCE = 20.0
-"""Of a push along x or y, N: twice the weight, five times the friction."""
+"""Largest push along x or y, N: twice the weight, five times the friction."""
 SUBSTEPS = 10
-"""Steps of the simulation, of 5 ms, in one of the environment."""
+"""Simulation steps of 5 ms per step of the environment."""
 EPISODE = 200
-"""Steps of the environment until an episode is cut off: 10 s."""
+"""Steps of the environment until an episode is truncated: 10 s."""
 NEAR = 0.02
-"""At the target is what is nearer than this, m, and slower than SLOW."""
+"""Largest distance from the target, m, for a cube at the target. It is also slower than SLOW."""
 SLOW = 0.05
-"""m/s."""
+"""Largest speed of a cube at the target, m/s."""
 FARTHEST = 2.0
-"""A cube that is farther than this from the origin, m, has left the table."""
+"""Distance from the origin, m, beyond which the cube is lost."""
 RANGE = 0.5
-"""Starts and targets are drawn from -RANGE to RANGE along x and y, m."""
+"""Half the range of starts and targets along x and y, m."""
 
 
 def scene(friction: float = 0.4) -> Scene:

@@ -30,7 +30,7 @@ Floats = npt.NDArray[np.float64]
 Info = Dict[str, Any]
 
 EPISODE = 1000
-"""Steps of an environment until an episode is cut off."""
+"""Steps of an environment until an episode is truncated."""
 
 
 def model(name: str) -> Path:
@@ -48,7 +48,7 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
 
     metadata: Dict[str, Any] = {"render_modes": []}
     up: Optional[int] = None
-    """Which coordinate lifts the robot: what would start below the ground is put upon it."""
+    """Index of the coordinate that lifts the robot. A start below the ground is lifted to it."""
 
     def __init__(
         self,
@@ -136,15 +136,15 @@ class Runner(RobotEnv):
     """
 
     forward = 0
-    """Which coordinate goes along x."""
+    """Index of the coordinate along x."""
     hidden = 1
-    """How many coordinates are not observed: those along the ground."""
+    """Number of coordinates along the ground, which are not observed."""
     up = 1
     control_cost = 1e-3
     healthy_reward = 0.0
     ends_unwell = True
     fastest = np.inf
-    """What rates are observed up to."""
+    """Largest observed rate."""
 
     def observe(self) -> Floats:
         """Coordinates except those along the ground, and rates."""
