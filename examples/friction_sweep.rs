@@ -1,9 +1,9 @@
-//! A solid cube is tossed with the same start for many coefficients of friction, on all
-//! cores: where does it come to rest, when, and how far did it slide? The table is the same
-//! whatever the number of threads.
+//! Tosses of a solid cube with the same start and many coefficients of friction, on all cores. The
+//! table shows the rest position, the time until rest and the sliding distance. It does not depend
+//! on the number of threads.
 //!
-//! `cargo run --release --example friction_sweep` or, for 3 threads,
-//! `cargo run --release --example friction_sweep -- 3`
+//! `cargo run --release --example friction_sweep` or, for 3 threads, `cargo run --release --example
+//! friction_sweep -- 3`
 //!
 //! Exit code 3 if a step did not converge, 2 for a bad number.
 
@@ -17,32 +17,31 @@ use tumble::{
     random_attitude, tutorial_parameters,
 };
 
-/// A half side of the cube, m.
+/// Half side of the cube, m.
 const HALF_SIDE: f64 = 0.1;
-/// How fast the cube is thrown along x, m/s.
+/// Initial speed along x, m/s.
 const SPEED: f64 = 3.0;
-/// At rest is what moves more slowly than this, m/s, for a tenth of a second.
+/// Speed limit of rest, m/s. A cube slower than this for a tenth of a second is at rest.
 const REST: f64 = 1e-6;
-/// No toss is followed longer, s.
+/// Longest simulated time of a toss, s.
 const LONGEST: f64 = 10.0;
 
-/// What became of one toss.
+/// Result of one toss.
 #[derive(Debug, Clone, Default)]
 struct Outcome {
     friction: f64,
-    /// m.
+    /// Rest position, m.
     rest: Vector3<f64>,
-    /// When it came to rest, s; `None` if it did not.
+    /// Time at which it came to rest, s; `None` if it did not.
     time: Option<f64>,
-    /// m.
+    /// Sliding distance, m.
     slid: f64,
-    /// m/s.
+    /// Largest residual of a step, m/s.
     largest_residual: f64,
     failed: u32,
 }
 
-/// How far the contact slid in a step, m: the slips of the points, weighted by their normal
-/// forces.
+/// Sliding distance of the contact in a step, m: slips of the points weighted by normal forces.
 fn slip(record: &StepRecord, time_step: f64) -> f64 {
     let contacts = &record.solution.contacts;
     let load: f64 = contacts.iter().map(|contact| contact.normal_force).sum();
@@ -81,7 +80,7 @@ fn toss(friction: f64) -> Result<Outcome, tumble_core::error::Error> {
     Ok(outcome)
 }
 
-/// The outcome of every toss, in the order of `frictions`.
+/// Simulates every toss and returns the results in the order of `frictions`.
 fn sweep(
     frictions: &[f64],
     threads: NonZeroUsize,

@@ -1,6 +1,8 @@
-//! A hopper tuned by gradient: the torque of its knee in twelve windows of 10 ms, so that its torso rises to a given height, and
-//! then with the least effort of all torques that do. One pass backwards through the run, in which the foot sticks, leaves
-//! the ground and the knee runs into its stop, has the derivatives by all windows.
+//! Gradient-based control of a hopper: the knee torque in twelve windows of 10 ms.
+//!
+//! The torso rises to a target height, first by any torques, then with the least effort. During the
+//! run the foot sticks and lifts off, and the knee reaches its stop. One reverse pass computes the
+//! derivatives with respect to all windows.
 //!
 //! ```text
 //! cargo run --release --example hopper
@@ -12,26 +14,27 @@ use tumble::{
     Run, Simulation, State, StateChange, World, Wrench,
 };
 
-/// The bodies.
+/// Indices of the bodies.
 const TORSO: usize = 0;
 const THIGH: usize = 1;
 const SHANK: usize = 2;
-/// Half the length of thigh and shank, and half their width, m.
+/// Half length and half width of thigh and shank, m.
 const HALF: f64 = 0.2;
 const WIDTH: f64 = 0.02;
-/// How far each leans at the start, rad.
+/// Initial tilt of thigh and shank, rad.
 const LEAN: f64 = 0.7;
-/// Steps of 1 ms: of a window, and until it has surely been at the top.
+/// Number of steps of 1 ms in a window, and in a run that surely includes the highest point.
 const WINDOW: u64 = 10;
 const STEPS: u64 = 600;
-/// Windows.
+/// Number of windows.
 const COUNT: usize = 12;
-/// How high the torso is to rise, m.
+/// Target height of the torso, m.
 const HEIGHT: f64 = 1.2;
 
 type Torques = SVector<f64, COUNT>;
 
-/// At rest on its foot, the knee bent: the torso on an upright rail, hinges at hip and knee.
+/// Creates the hopper at rest on its foot with a bent knee. The torso is on a vertical slide, and
+/// hip and knee are hinges.
 fn hopper() -> Result<Simulation<'static>, Error> {
     let half = Vector3::new(WIDTH, WIDTH, HALF);
     let leg = RigidBody::solid_box(0.5, half)?;
@@ -54,7 +57,7 @@ fn hopper() -> Result<Simulation<'static>, Error> {
     let at = |z: f64, axis: Vector3<f64>| JointFrame::along(Vector3::new(0.0, 0.0, z), axis);
     let (up, across) = (Vector3::z(), Vector3::y());
     let hip = Drive { damping: 0.05, ..Drive::NONE };
-    // It bends by −2.6 rad at most, and is never straight.
+    // The knee bends by −2.6 rad at most, and is never straight.
     let knee = Drive { damping: 0.05, limits: Some([-2.6, -0.1]), ..Drive::NONE };
     let joints = vec![
         Joint::prismatic(TORSO, None, [at(0.0, up)?, at(0.0, up)?], Drive::NONE),
@@ -74,7 +77,7 @@ fn hopper() -> Result<Simulation<'static>, Error> {
     Simulation::new(world, states, motion)
 }
 
-/// Has the knee push for the next step.
+/// Sets the knee torque for the next step.
 fn push(simulation: &mut Simulation<'_>, torques: &Torques) -> Result<(), Error> {
     let torque = torques.get((simulation.index() / WINDOW) as usize).copied().unwrap_or(0.0);
     let about = |torque: f64| Wrench { torque: Vector3::y() * torque, ..Wrench::zero() };
@@ -82,7 +85,7 @@ fn push(simulation: &mut Simulation<'_>, torques: &Torques) -> Result<(), Error>
     simulation.set_wrench(SHANK, about(-torque))
 }
 
-/// The highest place of the torso, m, and after how many steps.
+/// Largest height of the torso, m, and its step.
 fn highest(torques: &Torques) -> Result<(f64, u64), Error> {
     let (mut simulation, mut record) = (hopper()?, Default::default());
     let mut top = (0.0, 0);
@@ -97,7 +100,8 @@ fn highest(torques: &Torques) -> Result<(f64, u64), Error> {
     Ok(top)
 }
 
-/// The place after so many steps by the torques, 1/N, and how near to a kink the run came, m/s.
+/// Derivatives of the height after `steps` steps with respect to the torques, 1/N, and the run's
+/// margin to a kink, m/s.
 fn slopes(torques: &Torques, steps: u64) -> Result<(Torques, f64), Error> {
     let found = hopper()?.gradient(&mut Run {
         steps,
@@ -120,7 +124,7 @@ fn slopes(torques: &Torques, steps: u64) -> Result<(Torques, f64), Error> {
     Ok((slopes, found.margin.0))
 }
 
-/// The torques with the least change of `torques` that reach the height: Gauss–Newton, half of a step where it leads to worse.
+/// Finds the torques nearest to `torques` that reach the height: Gauss–Newton with step halving.
 fn reached(mut torques: Torques) -> Result<(Torques, f64, u32), Error> {
     let (mut height, mut steps) = highest(&torques)?;
     let mut corrections = 0;
@@ -174,7 +178,8 @@ fn main() -> Result<(), Error> {
             effort(&torques),
             listed.join(" ")
         );
-        // Downhill in effort along what does not change the height, and back to the height.
+        // A step reduces the effort within the tangent space of constant height, then restores the
+        // height.
         let (_, steps) = highest(&torques)?;
         let (slopes, _) = slopes(&torques, steps)?;
         let along = slopes * (slopes.dot(&torques) / slopes.norm_squared());

@@ -1,9 +1,9 @@
-//! What a program does with the certificate: the drop scene by Ipopt alone, with a limit of
-//! iterations so tight that steps fail. A step that failed is taken back and repeated with
-//! the native solver; which law it had violated most is counted.
+//! Reaction of a program to failed steps. The drop scene is solved by Ipopt alone, with an
+//! iteration limit so low that steps fail. The program takes failed steps back and repeats them
+//! with the native solver. It counts the most violated law of each failure.
 //!
-//! `cargo run --release --example react_to_failure` or, with another limit,
-//! `cargo run --release --example react_to_failure -- 300`
+//! `cargo run --release --example react_to_failure` or, with another limit, `cargo run --release
+//! --example react_to_failure -- 300`
 //!
 //! Exit code 3 if a step stays unsolved, 2 for a bad number.
 
@@ -14,7 +14,7 @@ use tumble::{
     Error, Motion, Simulation, StepRecord, StepStatus, TutorialScene, World, tutorial_parameters,
 };
 
-/// Steps: the fall and the first impacts.
+/// Number of steps: the fall and the first impacts.
 const STEPS: u64 = 400;
 
 fn main() -> Result<ExitCode, Error> {

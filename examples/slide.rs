@@ -1,5 +1,5 @@
-//! What slid, and how: the friction and the first speed of a block, from where it was at two times, by Gauss–Newton
-//! with exact derivatives of the run; and what a derivative of a step costs.
+//! Identification of friction and initial speed of a sliding block from two measured positions, by
+//! Gauss–Newton with exact derivatives of the run. Also measures the cost of a step's derivative.
 //!
 //! ```text
 //! cargo run --release --example slide
@@ -12,10 +12,10 @@ use tumble::{
     StateChange, StepChange, StepDerivative, StepRecord, World,
 };
 
-/// When it is looked at, in steps of 2 ms.
+/// Times of the measurements, in steps of 2 ms.
 const TIMES: [u64; 2] = [100, 200];
 
-/// A block with this friction and first speed, m/s.
+/// Creates a block with this friction and initial speed, m/s.
 fn simulation([friction, speed]: [f64; 2]) -> Result<Simulation<'static>, Error> {
     let world = World::new(Parameters {
         bodies: vec![RigidBody::solid_box(2.0, Vector3::new(0.2, 0.1, 0.05))?],
@@ -35,12 +35,12 @@ fn simulation([friction, speed]: [f64; 2]) -> Result<Simulation<'static>, Error>
     Simulation::new(world, [start], motion)
 }
 
-/// Where it is at both times, m, and that by friction and first speed.
+/// Positions at both times, m, and their derivatives with respect to friction and initial speed.
 fn places(guess: [f64; 2]) -> Result<(Vector2<f64>, Matrix2<f64>), Error> {
     let mut simulation = simulation(guess)?;
     let (mut record, mut derivative) = (StepRecord::new(), StepDerivative::new());
     let faster = StateChange { velocity: Vector3::x(), ..StateChange::zero() };
-    // What changes with each of the two.
+    // State changes for each of the two parameters.
     let mut moving = [vec![StateChange::zero()], vec![faster]];
     let (mut found, mut slopes) = (Vector2::zeros(), Matrix2::zeros());
     for k in 1..=TIMES[1] {
@@ -77,7 +77,8 @@ fn main() -> Result<(), Error> {
         }
     }
 
-    // What it costs: steps alone, and steps with their derivatives by states, wrenches and constants.
+    // Cost of steps alone, and of steps with derivatives with respect to states, wrenches and
+    // constants.
     let (mut record, mut derivative) = (StepRecord::new(), StepDerivative::new());
     let mut best = [f64::INFINITY; 2];
     for round in 0..20 {

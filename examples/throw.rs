@@ -1,6 +1,8 @@
-//! A cube thrown so that it comes to rest on a mark: the velocity of the throw by Gauss–Newton, with the exact derivatives of a
-//! run in which it lands, tumbles and slides. Where a step would lead to worse, because the cube falls on another
-//! face there, half of it is tried; where even a small part does, the cube is thrown in another way to begin with.
+//! Throw of a cube to a target, by Gauss–Newton on the initial velocity.
+//!
+//! The exact derivatives belong to a run in which the cube lands, tumbles and slides. A step can
+//! lead to a larger miss, because the cube falls on another face. Then half of it is tried. If even
+//! a small part fails, the search continues from another initial velocity.
 //!
 //! ```text
 //! cargo run --release --example throw
@@ -12,19 +14,19 @@ use tumble::{
     StateChange, World,
 };
 
-/// Steps of 2 ms, after which it lies.
+/// Number of steps of 2 ms, after which the cube lies still.
 const STEPS: u64 = 900;
-/// Where it is to lie, m.
+/// Target position, m.
 const MARK: Vector2<f64> = Vector2::new(1.5, 0.4);
 
-/// As near it lies on it, m.
+/// Tolerance of the position, m.
 const NEAR: f64 = 1e-9;
-/// A smaller part of a step is none.
+/// Smallest fraction of a step that is tried.
 const SHORTEST: f64 = 0.01;
-/// Throws to begin with, m/s.
+/// Initial velocities of the search, m/s.
 const STARTS: [[f64; 3]; 4] = [[1.5, 0.0, 1.0], [1.5, 0.5, 1.0], [2.0, 0.5, 1.5], [1.0, 0.5, 0.5]];
 
-/// A cube thrown with this velocity, m/s.
+/// Creates a cube with this initial velocity, m/s.
 fn simulation(velocity: &Vector3<f64>) -> Result<Simulation<'static>, Error> {
     let world = World::new(Parameters {
         bodies: vec![RigidBody::solid_box(1.0, Vector3::repeat(0.1))?],
@@ -44,7 +46,7 @@ fn simulation(velocity: &Vector3<f64>) -> Result<Simulation<'static>, Error> {
     Simulation::new(world, [start], motion)
 }
 
-/// How far from the mark it lies, m.
+/// Vector from the target to the rest position, m.
 fn miss(velocity: &Vector3<f64>) -> Result<Vector2<f64>, Error> {
     let mut simulation = simulation(velocity)?;
     let mut record = Default::default();
@@ -54,7 +56,7 @@ fn miss(velocity: &Vector3<f64>) -> Result<Vector2<f64>, Error> {
     Ok(simulation.state().position.xy() - MARK)
 }
 
-/// That by the velocity, s, and how near to a kink the run came, m/s.
+/// Derivative of the miss with respect to the velocity, s, and the run's margin to a kink, m/s.
 fn slopes(velocity: &Vector3<f64>) -> Result<(Matrix2x3<f64>, f64), Error> {
     let (mut slopes, mut margin) = (Matrix2x3::zeros(), 0.0);
     for (row, along) in [Vector3::x(), Vector3::y()].into_iter().enumerate() {
@@ -73,7 +75,7 @@ fn slopes(velocity: &Vector3<f64>) -> Result<(Matrix2x3<f64>, f64), Error> {
     Ok((slopes, margin))
 }
 
-/// From a throw to better ones, until it lies on the mark or none is near. How far it lies from it then, m.
+/// Improves a throw until it hits the target or no better one is found. Returns the distance, m.
 fn search(mut velocity: Vector3<f64>) -> Result<f64, Error> {
     let mut missed = miss(&velocity)?;
     println!("throw  velocity, m/s             miss, m  margin, m/s");
@@ -84,7 +86,7 @@ fn search(mut velocity: Vector3<f64>) -> Result<f64, Error> {
         if missed.norm() < NEAR {
             break;
         }
-        // The shortest change that would do if all were straight.
+        // Shortest change that solves the linearised problem.
         let Some(inverse) = (slopes * slopes.transpose()).try_inverse() else { break };
         let step = -slopes.transpose() * (inverse * missed);
         let mut length = 1.0;

@@ -1,5 +1,5 @@
-//! The tutorial's cube, tossed on the ground and simulated by the native solver. Every step
-//! comes with a certificate, whose residual (m/s) is zero for an exact step.
+//! The tutorial's cube, tossed on the ground and simulated by the native solver. Every step has a
+//! certificate, whose residual (m/s) is zero for an exact step.
 //!
 //! `cargo run --release --example toss`
 

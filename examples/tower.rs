@@ -1,9 +1,12 @@
-//! What the fall of a tower depends on: a box of 0.2 × 0.2 × 0.8 m that is pushed at its middle for 0.3 s. Of its tilt after 0.8 s the
-//! derivatives by the push, its mass, friction, gravity and size, backwards through the run, each as rad for the whole of these, beside
-//! differences by the push. A push counts as much as the mass counts against it, and friction, as long as it holds, for nothing.
+//! Sensitivity of a falling tower: a box of 0.2 × 0.2 × 0.8 m, pushed at its centre for 0.3 s.
 //!
-//! Between the pushes after which it falls back and those after which it falls there is one that leaves it on its edge. There what
-//! one knows of it is lost at the rate of a pendulum upside down, with R from the edge to the middle,
+//! The table shows derivatives of the tilt after 0.8 s with respect to push, mass, friction,
+//! gravity and size, by a reverse pass through the run. Each is in rad per relative change of the
+//! parameter. Differences in the push check them. Push and mass have opposite effects. Friction has
+//! none while the tower sticks.
+//!
+//! One critical push leaves the tower balanced on its edge. There the sensitivity grows at the rate
+//! of an inverted pendulum, with R from the edge to the centre:
 //!
 //! ```text
 //! ∂tilt/∂F ~ e^{pt},   p² = m g R/I_edge = 3 g/(4 R)
@@ -19,10 +22,10 @@ use tumble::{
     State, StateChange, StepRecord, World, Wrench,
 };
 
-/// Steps of 1 ms: those in which it is pushed, and those of the table.
+/// Number of steps of 1 ms with the push, and in the table.
 const PUSHED: u64 = 300;
 const STEPS: u64 = 800;
-/// Half its sides, m.
+/// Half sides of the box, m.
 const HALF: Vector3<f64> = Vector3::new(0.1, 0.1, 0.4);
 const GRAVITY: f64 = 9.81;
 const CONSTANTS: [Constant; 4] =
@@ -47,13 +50,13 @@ fn simulation() -> Result<Simulation<'static>, Error> {
     Simulation::new(world, [start], motion)
 }
 
-/// The push (N) in the next step.
+/// Sets the push (N) of the next step.
 fn push(simulation: &mut Simulation<'_>, force: f64) -> Result<(), Error> {
     let force = if simulation.index() < PUSHED { force } else { 0.0 };
     simulation.set_wrench(0, Wrench { force: Vector3::x() * force, torque: Vector3::zeros() })
 }
 
-/// The tilt about y after so many steps, rad.
+/// Tilt about y after `steps` steps, rad.
 fn tilt(force: f64, steps: u64) -> Result<f64, Error> {
     let (mut simulation, mut record) = (simulation()?, StepRecord::new());
     for _ in 0..steps {
@@ -64,7 +67,7 @@ fn tilt(force: f64, steps: u64) -> Result<f64, Error> {
     Ok(2.0 * attitude[2].atan2(attitude[0]))
 }
 
-/// ∂tilt/∂ln of the push, of mass, friction, gravity and size, and the smallest margin on the way, m/s.
+/// ∂tilt/∂ln of push, mass, friction, gravity and size, and the smallest margin of the run, m/s.
 fn parts(force: f64, steps: u64) -> Result<([f64; 5], f64), Error> {
     let mut simulation = simulation()?;
     let along = StateChange { turn: Vector3::y(), ..StateChange::zero() };
@@ -100,7 +103,7 @@ fn main() -> Result<(), Error> {
              {gravity:7.3}  {size:6.3}  {margin:11.0e}"
         );
     }
-    // The push that leaves it on its edge.
+    // Bisection for the critical push, which leaves the tower on its edge.
     let (mut falls_back, mut falls): (f64, f64) = (9.0, 10.5);
     let over = HALF[0].atan2(HALF[2]);
     while falls - falls_back > 1e-12 {

@@ -1,6 +1,7 @@
-//! Rigid bodies in hard frictional contact: every time step one optimisation problem, solved and certified.
+//! Rigid bodies in hard frictional contact: every time step is one optimisation problem, solved
+//! and certified.
 //!
-//! A step of length h finds the states X⁺ and the contact forces f of
+//! A step of length h finds the states X⁺ and the contact forces f of all bodies at once:
 //!
 //! ```text
 //! M (v⁺ − v) = h (f_ext + Jᵀ f)        dynamics
@@ -8,12 +9,14 @@
 //! ‖f_t‖ ≤ μ f_n,  f_t · u_t minimal    Coulomb's cone, maximum dissipation
 //! ```
 //!
-//! for all bodies at once. Every step has a [`Certificate`]: its residual in these equations, in m/s, whoever solved it. A
-//! step that was not solved says so ([`StepStatus`]).
+//! Every step has a [`Certificate`]. It holds the residual of the step in these equations, in m/s,
+//! and is independent of the solver. [`StepStatus`] marks steps that did not converge.
 //!
 //! ```
 //! use tumble::nalgebra::Vector3;
-//! use tumble::{Motion, Parameters, Plane, RigidBody, Rotation, Simulation, State, StepRecord, World};
+//! use tumble::{
+//!     Motion, Parameters, Plane, RigidBody, Rotation, Simulation, State, StepRecord, World,
+//! };
 //!
 //! let world = World::new(Parameters {
 //!     bodies: vec![RigidBody::solid_box(1.0, Vector3::repeat(0.1))?], // kg, half sides in m
@@ -40,12 +43,13 @@
 //! # Ok::<(), tumble::Error>(())
 //! ```
 //!
-//! The guide shows more: joints, several bodies, derivatives, solvers of one's own
-//! ([`docs/guide.md`](https://docs.rs/crate/tumble/latest/source/docs/guide.md)). Scenario files, robots, plans and pictures
-//! are crates of their own: `tumble-scene`, `tumble-robot`, `tumble-plan`, `tumble-view`.
+//! The guide shows more: joints, several bodies, derivatives and custom solvers
+//! ([`docs/guide.md`](https://docs.rs/crate/tumble/latest/source/docs/guide.md)). Scenario files,
+//! robots, plans and pictures are separate crates: `tumble-scene`, `tumble-robot`, `tumble-plan`,
+//! `tumble-view`.
 //!
-//! The library prints nothing, opens no file, reads no environment and looks at no clock. The same input gives the same
-//! doubles, on one thread or on many.
+//! The library prints nothing, opens no file, and reads neither the environment nor a clock. The
+//! same input produces the same bits on any number of threads.
 
 #![deny(unsafe_code)]
 
@@ -81,12 +85,12 @@ pub mod sparsity;
 #[cfg(feature = "program")]
 pub mod step_nlp;
 
-/// The programs of the guide, compiled and run.
+/// Programs of the guide, compiled and run as doctests.
 #[cfg(all(doctest, feature = "ipopt", feature = "rollout", feature = "save"))]
 #[doc = include_str!("../docs/guide.md")]
 struct Guide;
 
-/// The README's programs, compiled and run.
+/// Programs of the README, compiled and run as doctests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,9 +1,8 @@
-//! Coordinate patterns of sparse matrices: where the entries stand, apart from
-//! their values. The [step's program](crate::step_nlp) makes them, [Ipopt](crate::ipopt)
-//! takes them.
+//! Coordinate patterns of sparse matrices: the positions of the entries without their values. The
+//! [step's program](crate::step_nlp) creates them, and [Ipopt](crate::ipopt) uses them.
 
-/// The positions of a sparse matrix's structural non-zeros, 0-based, in the order
-/// in which their values are stored.
+/// Positions of a sparse matrix's structural non-zeros, 0-based, in the storage order of the
+/// values.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct SparsityPattern {
     rows: Vec<usize>,
@@ -11,7 +10,7 @@ pub struct SparsityPattern {
 }
 
 impl SparsityPattern {
-    /// An empty pattern.
+    /// Returns an empty pattern.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
@@ -23,31 +22,31 @@ impl SparsityPattern {
         self.cols.push(col);
     }
 
-    /// The number of entries.
+    /// Number of entries.
     #[must_use]
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 
-    /// Whether there is no entry.
+    /// True if the pattern has no entry.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// The row of every entry.
+    /// Row of every entry.
     #[must_use]
     pub fn rows(&self) -> &[usize] {
         &self.rows
     }
 
-    /// The column of every entry.
+    /// Column of every entry.
     #[must_use]
     pub fn cols(&self) -> &[usize] {
         &self.cols
     }
 
-    /// The positions in storage order.
+    /// Positions in storage order.
     pub fn positions(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.rows.iter().copied().zip(self.cols.iter().copied())
     }

@@ -1,5 +1,5 @@
-//! What a run that is killed leaves to be continued from: its state now and then, beside the temporary files of its
-//! rows.
+//! Checkpoints: periodic states of a run, next to its temporary files of rows, from which a killed
+//! run continues.
 
 use super::continued::{ContinuedNotes, state_bytes};
 use super::directory::OutputDirectory;
@@ -11,37 +11,38 @@ use std::time::Duration;
 use tumble_core::simulation::Saved;
 use tumble_core::simulation::save::{from_bytes, to_bytes};
 
-/// The name of the file.
+/// Name of the checkpoint file.
 pub const FILE: &str = "checkpoint.bin";
 
 /// A run at some step.
 #[derive(Serialize, Deserialize)]
 pub struct Checkpoint {
-    /// The text of a run.json with the scene.
+    /// Text of a run.json with the scene.
     pub run_json: String,
-    /// What a state.bin has.
+    /// Content of a state.bin.
     pub state: Vec<u8>,
 }
 
 impl Checkpoint {
-    /// What the bytes of a checkpoint say.
+    /// Parses the bytes of a checkpoint.
     pub fn of_bytes(bytes: &[u8]) -> Result<Self, Failure> {
         Ok(from_bytes(bytes)?)
     }
 }
 
-/// Writes the checkpoints of a run to one file, each in place of the one before.
+/// Writes the checkpoints of a run to one file, each replacing the previous one.
 pub struct CheckpointWriter<'a> {
-    /// Where the run writes.
+    /// Output directory of the run.
     pub directory: &'a OutputDirectory,
-    /// The text of a run.json with the scene.
+    /// Text of a run.json with the scene.
     pub run_json: String,
-    /// The time between two of them.
+    /// Time between two checkpoints.
     pub every: Duration,
 }
 
 impl CheckpointWriter<'_> {
-    /// Writes the checkpoint of a run in the state `saved`, which came to `notes` and whose tables have these `rows`.
+    /// Writes the checkpoint of a run in the state `saved`, with its results `notes` and the table
+    /// sizes `rows`.
     pub fn write(
         &self,
         saved: Saved,

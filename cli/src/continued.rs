@@ -1,5 +1,5 @@
-//! A run that goes on from where an earlier one ended, by its `state.bin`, under its run.json, after its rows; or where it
-//! was killed, by its checkpoint.
+//! Continuation of an earlier run. The new rows are appended to its rows, with the scene of its
+//! run.json. A finished run continues from its `state.bin`, a killed run from its checkpoint.
 
 use super::args::SimulateArgs;
 use super::checkpoint::{self, Checkpoint};
@@ -28,19 +28,19 @@ use tumble_scene::run_file::{self, RunFile, SolverSettings};
 use tumble_scene::settings::Settings;
 use tumble_scene::solver_choice::SolverChoice;
 
-/// The name of the file that a run leaves to be continued from.
+/// Name of the state file of a run.
 pub const FILE: &str = "state.bin";
 
-/// The outcome that a checkpoint's run.json has.
+/// Outcome in a checkpoint's run.json.
 pub const UNFINISHED: &str = "unfinished";
 
-/// More bytes than this are no state: a thousand times those of the largest scenes.
+/// Largest accepted state, bytes: a thousand times the state of the largest scenes.
 const LARGEST_STATE: u64 = 1 << 32;
 
-/// What the state of a run has besides that of its simulation: what the run came to.
+/// Results of the run stored together with the simulation's state.
 #[derive(Serialize, Deserialize)]
 pub struct ContinuedNotes {
-    /// What the tables had, without a last row of the state alone.
+    /// Sizes of the tables, without a final row that only has the state.
     rows: Vec<WrittenRows>,
     summary: RunSummary,
     elapsed: Duration,
@@ -49,10 +49,10 @@ pub struct ContinuedNotes {
     taut: Taut,
 }
 
-/// A run that goes on.
+/// A run to be continued.
 pub struct Continued<'a> {
     directory: &'a Path,
-    /// The file that has the state.
+    /// File with the state.
     file: PathBuf,
     saved: Saved,
     notes: ContinuedNotes,
@@ -60,26 +60,26 @@ pub struct Continued<'a> {
 }
 
 impl ContinuedNotes {
-    /// What `run` came to, whose tables have these rows.
+    /// Results of `run` with tables of these sizes.
     pub fn of(run: &RunPlan, rows: Vec<WrittenRows>) -> Self {
         let RunPlan { elapsed, overlap, joints, .. } = *run;
         let (summary, taut) = (run.summary.clone(), run.taut.clone());
         Self { rows, summary, elapsed, overlap, joints, taut }
     }
 
-    /// The same with these rows.
+    /// Replaces the table sizes.
     pub fn with_rows(self, rows: Vec<WrittenRows>) -> Self {
         Self { rows, ..self }
     }
 }
 
-/// The state of a run, as bytes.
+/// Serialises the state of a run.
 pub fn state_bytes(saved: Saved, notes: &ContinuedNotes) -> Result<Vec<u8>, Failure> {
     Ok(saved.with_notes(to_bytes(notes)?).to_bytes()?)
 }
 
 impl<'a> Continued<'a> {
-    /// The scene of the run in `directory`, and where it is.
+    /// Reads the scene and the state of the run in `directory`.
     pub fn read(args: &SimulateArgs, directory: &'a Path) -> Result<(Scene, Self), Failure> {
         let given = args.given();
         let flags: Vec<_> = given.iter().map(|flag| (*flag, *flag != "steps")).collect();
@@ -102,7 +102,7 @@ impl<'a> Continued<'a> {
             odd_state(&file, &format!("it is at k = {k}, and its run begins at {start}"))
         })?;
         if let Some(rows) = args.steps {
-            // Of steps in parts, each whole one has a row.
+            // Every whole step has one row, also with substeps.
             scene.rows = (rows - 1).saturating_mul(run.substeps).saturating_add(1);
         }
         if scene.rows < steps + 1 {
@@ -120,22 +120,22 @@ impl<'a> Continued<'a> {
         Ok((on_threads(args, scene)?, Self { directory, file, saved, notes, kept }))
     }
 
-    /// Brings the simulation of the `scene` to where the run ended.
+    /// Restores the end of the run in the simulation of `scene`.
     pub fn restore(&self, simulation: &mut Simulation<'_>) -> Result<(), Failure> {
         simulation.restore(&self.saved).map_err(|error| odd_state(&self.file, &error))
     }
 
-    /// The rows that the run has left.
+    /// Rows written by the run so far.
     pub fn written(&self) -> Written<'_> {
         Written { directory: self.directory, rows: &self.notes.rows }
     }
 
-    /// Which of its rows are kept.
+    /// Selection of rows that the run writes.
     pub fn kept(&self) -> &KeptSteps {
         &self.kept
     }
 
-    /// What the run came to so far.
+    /// Results of the run so far.
     pub fn into_run(self) -> RunPlan {
         let ContinuedNotes { rows: _, summary, elapsed, overlap, joints, taut } = self.notes;
         RunPlan { end: RunOutcome::Complete, summary, elapsed, overlap, joints, taut }
@@ -146,14 +146,14 @@ fn odd_state(path: &Path, why: &dyn std::fmt::Display) -> Failure {
     Failure::Input(format!("{} cannot be continued from: {why}", shown::path(path)))
 }
 
-/// Where a run is, read from a file.
+/// State of a run, read from a file.
 struct SavedState {
     file: PathBuf,
     saved: Saved,
     notes: ContinuedNotes,
 }
 
-/// The run that was killed in `directory`, where a checkpoint of it is there, and the file that says of it.
+/// Reads the checkpoint of a run killed in `directory`, if there is one, and names its file.
 fn checkpoint_in(directory: &Path) -> Result<Option<(RunFile, PathBuf, SavedState)>, Failure> {
     let file = directory.join(checkpoint::FILE);
     let bytes = match input::bytes(&file, LARGEST_STATE) {
@@ -168,7 +168,7 @@ fn checkpoint_in(directory: &Path) -> Result<Option<(RunFile, PathBuf, SavedStat
     Ok(Some((run, file, state)))
 }
 
-/// The run that has ended in `directory`, and the file that says of it.
+/// Reads the finished run in `directory`, and names its run.json.
 fn ended_in(directory: &Path) -> Result<(RunFile, PathBuf, SavedState), Failure> {
     let path = directory.join("run.json");
     let run = RunFile::read(input::text(&path, run_file::LARGEST_FILE), &path, || Ok(()))?;
@@ -184,7 +184,7 @@ fn ended_in(directory: &Path) -> Result<(RunFile, PathBuf, SavedState), Failure>
     Ok((run, path, state))
 }
 
-/// The state that the `bytes` of a file are, and what its run came to.
+/// Parses the state and the results in the `bytes` of a file.
 fn state_in(file: PathBuf, bytes: &[u8]) -> Result<SavedState, Failure> {
     let saved = Saved::from_bytes(bytes).map_err(|error| odd_state(&file, &error))?;
     let notes = from_bytes(saved.notes())
@@ -192,7 +192,7 @@ fn state_in(file: PathBuf, bytes: &[u8]) -> Result<SavedState, Failure> {
     Ok(SavedState { file, saved, notes })
 }
 
-/// Refuses rows that do not end where the state is: those of another run, or tampered with.
+/// Refuses rows that do not end at the state: those of another run, or modified ones.
 fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
     let mut rows = Recording::of_run(path, run)?;
     if let Some(changed) = rows.changed_files()?.first() {
@@ -221,7 +221,7 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The scene of a run, as far as it is to be continued.
+/// Scene of a run, as far as a continuation needs it.
 fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
     let model = run.model.clone();
     Ok(Scene {
@@ -247,7 +247,7 @@ fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
     })
 }
 
-/// How the contact steps of a run are posed and solved; `None` without a ground.
+/// Solver settings of a run; `None` without a ground.
 pub fn contact_of(solver: &SolverSettings) -> Result<Option<SolverChoice>, Failure> {
     if solver.name == "rk4" {
         return Ok(None);
@@ -269,7 +269,7 @@ pub fn contact_of(solver: &SolverSettings) -> Result<Option<SolverChoice>, Failu
     SolverChoice::new(&settings, SolverName::Native).map(Some)
 }
 
-/// The choice that a field of the solver's settings names.
+/// Parses a choice in a field of the solver's settings.
 fn word<T: ValueEnum>(field: &str, word: Option<&String>) -> Result<Option<T>, Failure> {
     let choice = |word: &String| {
         T::from_str(word, false).map_err(|_| {

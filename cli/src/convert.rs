@@ -1,4 +1,4 @@
-//! `tumble convert`: a robot, or a scenario with robots, as one scenario file.
+//! `tumble convert`: writes a robot, or a scenario with robots, as one scenario file.
 
 use super::args::ConvertArgs;
 use super::directory::OutputDirectory;

@@ -1,4 +1,4 @@
-//! The summary of a run, for people.
+//! Text summary of a run.
 
 use super::run::{RunOutcome, RunPlan};
 use super::scene::Scene;
@@ -12,7 +12,7 @@ use tumble_scene::joints_summary::TautJoint;
 use tumble_scene::run_file::heading;
 use tumble_scene::solver_choice::SolverChoice;
 
-/// The summary for people.
+/// Text summary of a run.
 pub fn describe(scene: &Scene, run: &RunPlan) -> String {
     let summary = &run.summary;
     let h = scene.world.time_step();
@@ -59,7 +59,7 @@ pub fn describe(scene: &Scene, run: &RunPlan) -> String {
     text + "\n"
 }
 
-/// Which bodies there are, and who solves their contacts.
+/// Number of bodies and the solver.
 fn cast(scene: &Scene) -> String {
     format!(
         "  bodies       {}, and {} fixed pieces\n  solver       {}{}\n",
@@ -70,7 +70,7 @@ fn cast(scene: &Scene) -> String {
     )
 }
 
-/// Why a run is shorter than it was to be.
+/// Reason why a run ended early.
 fn ending(scene: &Scene, run: &RunPlan) -> String {
     let rows = scene.rows;
     match run.end {
@@ -83,7 +83,7 @@ fn ending(scene: &Scene, run: &RunPlan) -> String {
     }
 }
 
-/// What the solver made of the contact steps.
+/// Solver statistics of the contact steps.
 fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
     let mut text = format!(
         "  {:<12} {} iterations, {:.1} a contact step\n  converged    {}",
@@ -132,15 +132,15 @@ fn contact_steps(scene: &Scene, summary: &RunSummary) -> String {
     text
 }
 
-/// Which joints the time step is too long for, and which would do.
+/// Joints that are too stiff for the time step, with a sufficient step.
 fn too_stiff(scene: &Scene, run: &RunPlan) -> String {
-    /// More joints than this are only counted.
+    /// Number of joints listed by name; more are only counted.
     const MOST_NAMED: usize = 4;
-    /// What the flag takes, and the shortest step of a world, s.
+    /// Largest value of the flag, and shortest time step of a world, s.
     const MOST_SUBSTEPS: f64 = 1000.0;
     const LEAST_TIME_STEP: f64 = 1e-6;
     let h = scene.world.time_step();
-    // Of a step that is one of many already, the flag would count from another one.
+    // If the step is already divided, the flag would refer to another step.
     let is_divided = scene.changed.iter().any(|name| name == "substeps");
     let mut joints = run.taut.joints(h);
     joints.sort_by(|a, b| b.stiffness.total_cmp(&a.stiffness));
@@ -170,7 +170,7 @@ fn too_stiff(scene: &Scene, run: &RunPlan) -> String {
     text
 }
 
-/// Why a step has no solution, as far as that is known, and whose.
+/// Reason why a step has no solution, with the bodies, as far as known.
 fn reason(scene: &Scene, failure: &FailedStep) -> String {
     if let Some(squeeze) = &failure.squeeze {
         return format!("no solution exists{}", squeezed(scene, squeeze));
@@ -186,7 +186,7 @@ fn reason(scene: &Scene, failure: &FailedStep) -> String {
     }
 }
 
-/// What leaves too little room for what.
+/// Bodies or pieces that leave too little space for a body.
 fn squeezed(scene: &Scene, squeeze: &Squeeze) -> String {
     let name = |of: Partner| match of {
         Partner::Ground => "the ground".to_owned(),
@@ -202,7 +202,7 @@ fn squeezed(scene: &Scene, squeeze: &Squeeze) -> String {
     format!(": {one} and {other} leave {body} {:.1e} m too little room", squeeze.lacking)
 }
 
-/// The residuals reached, and the one `asked` for.
+/// Largest and median residual, and the requested one.
 fn certificates(summary: &RunSummary, asked: Option<f64>) -> String {
     let Some((index, residual, part)) = &summary.worst else {
         return String::new();

@@ -1,4 +1,4 @@
-//! The directory that files are written to: made, claimed, and cleared of what is no longer true.
+//! The output directory: created, locked, and cleared of outdated files.
 
 use super::file_names::{self, RUN_JSON};
 use super::outcome::Failure;
@@ -10,35 +10,35 @@ use std::path::{Path, PathBuf};
 use tumble_model::shown;
 use tumble_scene::run_file::{self, RunFile};
 
-/// What files of pictures, pages and tables end in: a folder that is so called is a mistake, unless it is there.
+/// Extensions of files. A new directory with one of them is refused as a mistake.
 const FILES: [&str; 9] = ["png", "svg", "pdf", "gif", "mp4", "html", "csv", "json", "zst"];
 
-/// A directory that is written to. As long as this lives, no run of another process writes there;
-/// the system itself ends the claim with the process, and no file stands for it.
+/// A locked output directory. While it exists, no run of another process writes there. The
+/// operating system releases the lock at the end of the process; there is no lock file.
 pub struct OutputDirectory {
     path: PathBuf,
     claim: Option<File>,
-    /// Files of the run before, and those that may be taken for such.
+    /// Files of the previous run, and files that could be mistaken for them.
     former: Vec<String>,
-    /// What runs that were killed left.
+    /// Temporary files of killed runs.
     leftovers: Vec<PathBuf>,
 }
 
-/// What a run does in its directory.
+/// Files of a run in its directory.
 pub struct Claims {
-    /// The names of the files that it writes.
+    /// Names of the files that it writes.
     pub files: Vec<String>,
-    /// The names of files that would be taken for its own.
+    /// Names of files that could be mistaken for its own.
     pub alike: Vec<String>,
-    /// Whether it may replace and remove files of both that are not those of a run before.
+    /// True if it may replace and remove such files even if they are not from an earlier run.
     pub overwrite: bool,
-    /// Whether it goes on with the run that was killed there.
+    /// True if it continues the run that was killed there.
     pub continues: bool,
 }
 
 impl OutputDirectory {
-    /// For a run, whose files belong together: nobody else may write here. Of the files that are there, the run may
-    /// replace and remove those that a run.json there lists, and others only with `overwrite`.
+    /// Locks the directory for a run, exclusively. The run may replace and remove files in the
+    /// directory's run.json, and other files only with `overwrite`.
     pub fn for_run(path: &Path, claims: Claims) -> Result<Self, Failure> {
         let mut directory = Self::claim(path, File::try_lock)?;
         let Claims { files, alike, overwrite, continues } = claims;
@@ -47,7 +47,7 @@ impl OutputDirectory {
         }
         let run_json = input::text(&path.join(RUN_JSON), run_file::LARGEST_FILE);
         let mut listed = run_json.map_or_else(|_| Vec::new(), |text| RunFile::listed_files(&text));
-        // A link or a folder in the place of a file is not of the run.
+        // A link or a directory with a file's name does not belong to the run.
         let kind = |name: &String| fs::symlink_metadata(path.join(name));
         listed.retain(|name| kind(name).is_ok_and(|metadata| metadata.is_file()));
         for name in files.iter().chain(&alike) {
@@ -67,12 +67,13 @@ impl OutputDirectory {
         Ok(directory)
     }
 
-    /// For pictures, each a file by itself: others may make theirs, but no run.
+    /// Locks the directory for single files such as pictures. Others can write such files too, but
+    /// a run cannot.
     pub fn for_pictures(path: &Path) -> Result<Self, Failure> {
         Self::claim(path, File::try_lock_shared)
     }
 
-    /// Makes and claims the directory.
+    /// Creates and locks the directory.
     fn claim(
         path: &Path,
         lock: impl Fn(&File) -> Result<(), TryLockError>,
@@ -82,8 +83,8 @@ impl OutputDirectory {
             return Err(names_a_file(path));
         }
         fs::create_dir_all(path).map_err(|error| cannot_be_made(path, &error))?;
-        // A directory that cannot be opened to be read can still be written to; and there are
-        // file systems without locks. Each file is whole all the same.
+        // The lock is optional: some file systems have none, and a directory can be writable but
+        // not readable. Files are complete in any case.
         let claim = match File::open(path).map(|directory| (lock(&directory), directory)) {
             Ok((Err(TryLockError::WouldBlock), _)) => return Err(in_use(path)),
             Ok((Ok(()), directory)) => Some(directory),
@@ -96,7 +97,7 @@ impl OutputDirectory {
         &self.path
     }
 
-    /// The temporary files that are there. Nobody else writes here, where there is a claim.
+    /// Temporary files in the directory. With the lock, no other process is writing them.
     fn temporary_files(&self) -> Vec<PathBuf> {
         if self.claim.is_none() {
             return Vec::new();
@@ -106,7 +107,7 @@ impl OutputDirectory {
         names.map(|name| self.path.join(name)).filter(is_file).collect()
     }
 
-    /// Removes what runs that were killed left, their checkpoint too. What cannot be removed is in nobody's way.
+    /// Removes temporary files and the checkpoint of killed runs. Failures are harmless.
     fn remove_leftovers(&self) {
         let checkpoint = self.path.join(checkpoint::FILE);
         for file in [&checkpoint].into_iter().chain(&self.leftovers) {
@@ -114,8 +115,8 @@ impl OutputDirectory {
         }
     }
 
-    /// Removes what is no longer true once this run has its files: those of the run before that are not
-    /// `written` anew, and its own checkpoint. Returns the names of the former.
+    /// Removes outdated files after this run has written its own: its checkpoint, and files of the
+    /// previous run that are not in `written`. Returns the names of the latter.
     pub fn remove_former(&self, written: &[PathBuf]) -> Result<Vec<String>, Failure> {
         self.remove_leftovers();
         let mut removed = Vec::new();
@@ -150,7 +151,7 @@ fn is_unfinished(path: &Path) -> Failure {
     ))
 }
 
-/// The names of what is in a folder, in their order; none where it is not there.
+/// Sorted names of the entries of a directory; empty if it does not exist.
 pub fn names_in(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut names: Vec<_> =

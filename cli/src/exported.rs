@@ -1,4 +1,4 @@
-//! `--export-problems`: the contact problem of every step of a run, a file each.
+//! `--export-problems`: writes the contact problem of every step of a run to a file.
 
 use super::directory::{Claims, OutputDirectory, names_in};
 use super::outcome::Failure;
@@ -10,19 +10,20 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::world::World;
 use tumble_model::shown;
 
-/// The folder that problems go to, asked for and possible.
+/// A checked folder for contact problems.
 pub struct Wanted<'a>(&'a Path);
 
 /// A folder with the problems written so far.
 pub struct Exported {
     directory: OutputDirectory,
     count: u64,
-    /// How many problems of an earlier run were removed.
+    /// Number of removed problems of an earlier run.
     removed: usize,
 }
 
 impl Exported {
-    /// Whether the steps of `scene`, whose run's own files go to `out`, have contact problems.
+    /// Checks that the steps of `scene` have contact problems. `out` is the folder of the run's own
+    /// files.
     pub fn check<'a>(path: &'a Path, scene: &Scene, out: &Path) -> Result<Wanted<'a>, Failure> {
         let refused = |why: &str| {
             Err(Failure::Input(format!("--export-problems {}: {why}", shown::path(path))))
@@ -42,8 +43,8 @@ impl Exported {
         }
     }
 
-    /// Makes the folder. Problems of the steps `from` there on are in the way, because all in it are solved as one run's;
-    /// only with `overwrite` they are removed.
+    /// Creates the folder. Problems from step `from` on are refused, or removed with `overwrite`.
+    /// All problems in the folder must belong to one run.
     pub fn begin(wanted: Wanted<'_>, from: u64, overwrite: bool) -> Result<Self, Failure> {
         let is_former = |name: &String| index_of(name).is_some_and(|index| index >= from);
         let alike = names_in(wanted.0).into_iter().filter(is_former).collect();
@@ -53,7 +54,7 @@ impl Exported {
         Ok(Self { directory, count: 0, removed })
     }
 
-    /// Writes the problem of a step, where it has contacts.
+    /// Writes the problem of a step with contacts.
     pub fn write(&mut self, world: &World, record: &StepRecord) -> Result<(), Failure> {
         if record.contacts.is_empty() {
             return Ok(());
@@ -68,7 +69,7 @@ impl Exported {
         Ok(())
     }
 
-    /// What is said of them.
+    /// Summary of the written files.
     pub fn described(&self) -> String {
         let folder = shown::path(self.directory.path());
         let mut text = format!("wrote {} contact problems to {folder}\n", self.count);
@@ -79,7 +80,7 @@ impl Exported {
     }
 }
 
-/// Whether two paths are one place, of which the last parts need not be there.
+/// True if two paths are the same place. Their last parts need not exist.
 fn is_same(a: &Path, b: &Path) -> bool {
     let [a, b] = [a, b].map(|path| {
         let is_there = |path: &&Path| path.exists();
@@ -91,12 +92,12 @@ fn is_same(a: &Path, b: &Path) -> bool {
     a.components().eq(b.components())
 }
 
-/// Names that sort as the steps do.
+/// File name that sorts by step.
 fn name_of(index: u64) -> String {
     format!("step-{index:08}.dat")
 }
 
-/// The step of a file with such a name.
+/// Step index of a file with such a name.
 fn index_of(name: &str) -> Option<u64> {
     let index = name.strip_prefix("step-")?.strip_suffix(".dat")?.parse().ok()?;
     (name_of(index) == name).then_some(index)

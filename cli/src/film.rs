@@ -1,4 +1,4 @@
-//! A recording as a film: what the library calls things, in the words of the pictures.
+//! Conversion of a recording to a film with the names of the scene.
 
 use super::outcome::Failure;
 use super::recording::{RecordedStep, Recording};
@@ -12,12 +12,12 @@ use tumble_scene::output::tables::TableStep;
 use tumble_scene::run_file::{RunFile, heading};
 use tumble_view::{Fact, Film, FilmFrame, FilmGround};
 
-/// Memory that the rows of a picture may take: a million rows of a box that lies on all its
-/// corners.
+/// Largest memory for the rows of a picture, bytes: a million rows of a box with contacts at all
+/// its corners.
 const MOST_BYTES: usize = 1_200_000_000;
 
-/// All rows in memory, to be drawn; more than `most` of them, or more than memory should hold, are
-/// refused. `None` if `interrupt` is raised.
+/// Reads all rows for drawing. More than `most` rows, or too much memory, are refused. Returns
+/// `None` if `interrupt` is raised.
 pub fn film(
     mut recording: Recording<'_>,
     most: usize,
@@ -30,7 +30,7 @@ pub fn film(
         if interrupt.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        // Frames are equally far from each other; the last state may be nearer to the one before.
+        // Frames have equal intervals, but the last state can be closer to the previous one.
         let from_first = step.index() - *first.get_or_insert(step.index());
         if !from_first.is_multiple_of(every) {
             continue;
@@ -58,10 +58,10 @@ pub fn film(
     if let Some(model) = model {
         tumble_film::dress(model, &mut film)?;
     } else {
-        // The rows are about points, whatever they are corners of.
+        // A trajectory only has contact points, whose shape is unknown.
         let points = world.bodies()[0].contact_points().iter().map(|point| point.position);
         (film.bodies[0].points, film.bodies[0].pieces) = (points.collect(), Vec::new());
-        // And their ground is there, however far.
+        // A trajectory's ground is drawn at any distance.
         let ground = world.ground().filter(|_| !floating);
         film.ground = ground.map(|at| FilmGround { normal: *at.normal(), offset: at.offset() });
     }
@@ -71,7 +71,7 @@ pub fn film(
     Ok(Some(film))
 }
 
-/// Contacts must be of what there is.
+/// Checks that contacts refer to existing bodies and pieces.
 fn check_contacts(world: &World, step: &TableStep) -> Result<(), String> {
     let (bodies, fixed) = (world.bodies().len(), world.fixed().len());
     for (number, row) in step.contacts.iter().enumerate() {
@@ -90,7 +90,7 @@ fn check_contacts(world: &World, step: &TableStep) -> Result<(), String> {
     Ok(())
 }
 
-/// The frames of a film, as many as are allowed.
+/// Frames of a film, limited in number and memory.
 pub struct Frames<'a> {
     path: &'a Path,
     most: usize,
@@ -99,12 +99,12 @@ pub struct Frames<'a> {
 }
 
 impl<'a> Frames<'a> {
-    /// None yet, of the rows of `path`, and never more than `most`.
+    /// Creates an empty list for the rows of `path`, limited to `most`.
     pub fn new(path: &'a Path, most: usize) -> Self {
         Self { path, most, frames: Vec::new(), bytes: 0 }
     }
 
-    /// Adds a frame, unless there are too many or memory should not hold it.
+    /// Adds a frame, within the limits of number and memory.
     pub fn push(&mut self, frame: FilmFrame) -> Result<(), Failure> {
         let (path, rows, most) = (shown::path(self.path), self.frames.len(), self.most);
         if rows == most {
@@ -124,13 +124,13 @@ impl<'a> Frames<'a> {
         Ok(())
     }
 
-    /// All that were added.
+    /// Returns all frames.
     pub fn all(self) -> Vec<FilmFrame> {
         self.frames
     }
 }
 
-/// Bytes that a row takes: most of them are its contacts, of which there may be a thousand.
+/// Memory of a row, bytes. Most of it are its contacts, which can be a thousand.
 fn memory(frame: &FilmFrame) -> usize {
     size_of::<FilmFrame>()
         + size_of_val(frame.poses.as_slice())
@@ -138,13 +138,13 @@ fn memory(frame: &FilmFrame) -> usize {
         + size_of_val(frame.ties.as_slice())
 }
 
-/// Scene, seed and solver.
+/// Title with scene, seed and solver.
 fn title(run: &RunFile) -> String {
     let seed = run.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
     format!("{}, {seed}{}", heading(&run.scene, &run.changed), run.solver.name)
 }
 
-/// What run.json says besides the model's constants.
+/// Facts of run.json, without the model's constants.
 fn facts(run: RunFile) -> Vec<Fact> {
     let seed = run.drawn_seed();
     let mut facts = vec![Fact::new("scene", run.scene)];
@@ -175,7 +175,7 @@ mod tests {
     use tumble_core::step::StepStatus;
     use tumble_scene::output::trajectory::TrajectoryRow;
 
-    /// A row of a body whose `count` points all touch.
+    /// A row of a body with `count` touching points.
     fn row(count: usize) -> TrajectoryRow {
         TrajectoryRow {
             index: 0,
@@ -190,7 +190,7 @@ mod tests {
         }
     }
 
-    /// A million rows of a box fit; of a body of a thousand points, only some thousand do.
+    /// A million rows of a box fit; of a body with a thousand points, only some thousand rows do.
     #[test]
     fn memory_counts_the_points_that_touch() {
         let cube = World::new(scene::tutorial_parameters().unwrap()).unwrap();
@@ -198,7 +198,7 @@ mod tests {
         assert!(of(8) * 1_000_000 <= MOST_BYTES, "{}", of(8));
         let rows = MOST_BYTES / of(1000);
         assert!((5_000..20_000).contains(&rows), "{rows}");
-        // A point without a number is not kept.
+        // A point without a force is not stored.
         let still =
             TrajectoryRow { step: vec![0.0; 6000], carrying: vec![false; 1000], ..row(1000) };
         assert!(memory(&tumble_film::frame_of_row(&cube, &still)) < of(8));

@@ -17,10 +17,10 @@ use tumble_model::shown;
 use tumble_view::Film;
 use tumble_view::animation::{AnimationError, AnimationSettings, animate, frame_count};
 
-/// Rows that an animation may be made of: they are all in memory, 0.6 kB each.
+/// Largest number of rows of an animation. They are all in memory, 0.6 kB each.
 pub const MOST_ROWS: usize = 500_000;
 
-/// `tumble gif`.
+/// Runs `tumble gif`.
 pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
@@ -40,7 +40,7 @@ pub fn run(args: &GifArgs) -> Result<Outcome, Failure> {
     voice.end(outcome)
 }
 
-/// The directory and the file name of the animation.
+/// Directory and file name of the animation.
 fn target(args: &GifArgs) -> Result<(&Path, &str), Failure> {
     let named = args.out.as_deref().filter(|out| {
         let bytes = out.as_os_str().as_encoded_bytes();
@@ -59,7 +59,7 @@ fn target(args: &GifArgs) -> Result<(&Path, &str), Failure> {
     Ok((directory_of(None, out), name))
 }
 
-/// Refuses, before a simulation of so many `rows`, what would be refused after it.
+/// Refuses options and sizes before a simulation of `rows` rows, instead of after it.
 pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failure> {
     let animation = &args.animation;
     if !args.gif {
@@ -84,7 +84,8 @@ fn settings(args: &AnimationArgs) -> AnimationSettings {
     }
 }
 
-/// Writes the animation of `film` under a name in a directory; no file if `interrupt` is raised.
+/// Writes the animation of `film` to a file in a directory. Writes no file if `interrupt` is
+/// raised.
 pub fn write(
     film: &Film,
     out: &OutputDirectory,

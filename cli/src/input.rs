@@ -1,11 +1,11 @@
-//! Files that are read: regular ones, and no more of them than is expected.
+//! Bounded reading of regular files.
 
 use std::fs::{File, Metadata};
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Opens a file to read it to its end. A pipe would be waited for and a device may have no end:
-/// both are refused.
+/// Opens a file for complete reading. Pipes and devices are refused, because they can block or be
+/// endless.
 pub fn open(path: &Path) -> io::Result<File> {
     let regular = |metadata: Metadata| {
         if metadata.is_file() {
@@ -14,19 +14,19 @@ pub fn open(path: &Path) -> io::Result<File> {
         let found = if metadata.is_dir() { "a directory" } else { "a pipe or a device" };
         Err(io::Error::new(io::ErrorKind::InvalidInput, format!("it is {found}, not a file")))
     };
-    // Before it is opened: to open a pipe is to wait for its writer.
+    // Checked before opening, because opening a pipe waits for its writer.
     regular(std::fs::metadata(path)?)?;
     let file = File::open(path)?;
     regular(file.metadata()?)?;
     Ok(file)
 }
 
-/// The text of a file of at most `most` bytes.
+/// Text of a file of at most `most` bytes.
 pub fn text(path: &Path, most: u64) -> io::Result<String> {
     bounded(open(path)?, most)
 }
 
-/// The bytes of a file of at most `most`.
+/// Content of a file of at most `most` bytes.
 pub fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?.take(most + 1).read_to_end(&mut bytes)?;
@@ -36,7 +36,7 @@ pub fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The text of a stream of at most `most` bytes.
+/// Text of a stream of at most `most` bytes.
 pub fn bounded(stream: impl Read, most: u64) -> io::Result<String> {
     let mut text = String::new();
     stream.take(most + 1).read_to_string(&mut text)?;

@@ -1,7 +1,7 @@
 //! The command line of tumble. See `tumble --help`.
 //!
-//! Exit codes: 0 done; 2 bad input; 3 finished, but some step did not converge;
-//! 130 interrupted; 1 anything else.
+//! Exit codes: 0 done; 2 bad input; 3 finished, but some step did not converge; 130 interrupted; 1
+//! anything else.
 
 #![forbid(unsafe_code)]
 
@@ -50,14 +50,14 @@ fn main() -> ExitCode {
     match run() {
         Ok(outcome) => outcome.exit_code(),
         Err(failure) => {
-            // Standard error may be closed; the exit code says it all the same.
+            // Standard error may be closed; the exit code remains correct.
             let _ = writeln!(std::io::stderr(), "tumble: {failure}");
             outcome::exit_code(&failure)
         }
     }
 }
 
-/// Parses the arguments and runs the command they name.
+/// Parses the arguments and runs their command.
 fn run() -> Result<Outcome, Failure> {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
@@ -78,7 +78,7 @@ fn run() -> Result<Outcome, Failure> {
     }
 }
 
-/// Help and version go to standard output; a usage error becomes one sentence.
+/// Prints help and version to standard output, and turns a usage error into one sentence.
 fn usage_error(error: &clap::Error) -> Result<Outcome, Failure> {
     if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
         output::say(&error.render().to_string())?;
@@ -94,8 +94,8 @@ fn usage_error(error: &clap::Error) -> Result<Outcome, Failure> {
     Err(Failure::Input(format!("{sentence} (see tumble --help)")))
 }
 
-/// Values may begin with a minus, so that a flag which lacks its value takes the next flag for it;
-/// what is wrong then shows farther on, and is another thing.
+/// Finds a flag without its value. Values may begin with a minus, so such a flag takes the next
+/// flag as its value, and the later error would be misleading.
 fn flag_without_value() -> Option<String> {
     let command = Cli::command();
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();

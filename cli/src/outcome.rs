@@ -1,18 +1,18 @@
-//! How a command ends.
+//! Results of a command.
 
 use std::process::ExitCode;
 pub use tumble_model::failure::{Failure, refuse_flags};
 
-/// How a command ended well.
+/// Result of a command that ran.
 pub enum Outcome {
-    /// All is as it should be.
+    /// Success.
     Done,
     /// Finished, but some step did not converge.
     Unconverged,
-    /// Ctrl-C: what was computed is written.
+    /// Ctrl-C: the results so far are written.
     Interrupted,
-    /// `verify` found that the file's certificates are not those of its steps, or `validate`
-    /// that a quantity is off.
+    /// `verify` found certificates that differ from its steps, or `validate` an inaccurate
+    /// quantity.
     Mismatch,
 }
 
@@ -27,7 +27,7 @@ impl Outcome {
     }
 }
 
-/// The exit code of a command that ended early.
+/// Exit code of a command that ended early.
 pub fn exit_code(failure: &Failure) -> ExitCode {
     match failure {
         Failure::Input(_) | Failure::Setting { .. } => ExitCode::from(2),

@@ -1,4 +1,4 @@
-//! Files that are either whole or not there, and standard output that may be closed.
+//! Atomic writes of files, and output to a possibly closed standard output.
 
 use super::directory::OutputDirectory;
 use super::file_names::{RANDOM, TEMPORARY};
@@ -10,8 +10,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 use tumble_model::shown;
 
-/// A file under a temporary name, renamed to its own when it is complete; removed if it
-/// never is.
+/// A file under a temporary name. It is renamed when complete, and removed otherwise.
 pub struct PendingFile {
     path: PathBuf,
     temporary: NamedTempFile,
@@ -33,7 +32,7 @@ impl PendingFile {
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
-            // Readable as the umask allows, like any file a program writes.
+            // Permissions follow the umask, as for other files.
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
         let temporary =
@@ -41,34 +40,33 @@ impl PendingFile {
         Ok(Self { path, temporary })
     }
 
-    /// The name that it will have in its directory.
+    /// Final name in its directory.
     pub fn name(&self) -> String {
         self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
-    /// The name that it has until then.
+    /// Temporary name in its directory.
     pub fn temporary_name(&self) -> String {
         self.temporary.path().file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
-    /// Leaves the file under its temporary name.
+    /// Keeps the file under its temporary name.
     pub fn leave(self) {
-        // What cannot be left is removed.
+        // A file that cannot be kept is removed.
         let _ = self.temporary.keep();
     }
 
-    /// The file, to write to.
+    /// Opens the file for writing.
     pub fn open(&self) -> Result<File, Failure> {
         self.temporary.reopen().map_err(|error| self.failed(&error))
     }
 
-    /// A buffered stream into the file.
+    /// Opens a buffered stream into the file.
     pub fn stream(&self) -> Result<BufWriter<File>, Failure> {
         self.open().map(BufWriter::new)
     }
 
-    /// Writes all of the file, down to the disk: a full one must be noticed before the file
-    /// gets its name.
+    /// Writes the whole file and syncs it, so that a full disk is noticed before the rename.
     pub fn write(&self, bytes: &[u8]) -> Result<(), Failure> {
         let mut stream = self.stream()?;
         stream
@@ -78,12 +76,12 @@ impl PendingFile {
             .map_err(|error| self.failed(&error))
     }
 
-    /// Turns an error of the stream into a sentence.
+    /// Converts an error of the stream to a failure.
     pub fn failed(&self, error: &io::Error) -> Failure {
         cannot_write(&self.path, error)
     }
 
-    /// Gives the complete file its name.
+    /// Renames the complete file to its final name.
     pub fn publish(self) -> Result<PathBuf, Failure> {
         match self.temporary.persist(&self.path) {
             Ok(_) => Ok(self.path),
@@ -92,9 +90,9 @@ impl PendingFile {
     }
 }
 
-/// Where pictures of the trajectory `file` go: to `out`, or beside it.
+/// Directory for pictures of the trajectory `file`: `out`, or the file's own directory.
 pub fn directory_of<'a>(out: Option<&'a Path>, file: &'a Path) -> &'a Path {
-    // `x.csv` has the parent "", which is no name of a directory.
+    // `x.csv` has the parent "", which is not the name of a directory.
     let beside = file.parent().filter(|parent| !parent.as_os_str().is_empty());
     out.or(beside).unwrap_or(Path::new("."))
 }
@@ -103,9 +101,9 @@ fn cannot_write(path: &Path, error: &io::Error) -> Failure {
     Failure::Other(format!("{} cannot be written: {error}", shown::path(path)))
 }
 
-/// Says on standard error what is wrong, where the command goes on.
+/// Reports a failure on standard error when the command continues.
 pub fn complain(failure: &Failure) {
-    // Nobody may listen.
+    // Standard error may be closed.
     let _ = writeln!(io::stderr(), "tumble: {failure}");
 }
 
@@ -118,8 +116,8 @@ pub fn say(text: &str) -> Result<(), Failure> {
         .map_err(|error| Failure::Other(format!("standard output cannot be written: {error}")))
 }
 
-/// What a command says while it still has files to write: nobody may listen, and they are written
-/// all the same.
+/// Output of a command that still has files to write. A closed standard output does not prevent
+/// this.
 pub struct Voice {
     quiet: bool,
     failure: Option<Failure>,
@@ -134,20 +132,20 @@ impl Voice {
         self.quiet
     }
 
-    /// Prints `text`, unless it is to be quiet or could not be heard before.
+    /// Prints `text`, unless it is quiet or an earlier print failed.
     pub fn say(&mut self, text: &str) {
         if !self.quiet && self.failure.is_none() {
             self.failure = say(text).err();
         }
     }
 
-    /// How a command ends that came to `outcome`.
+    /// Result of a command that reached `outcome`.
     pub fn end(self, outcome: Outcome) -> Result<Outcome, Failure> {
         self.failure.map_or(Ok(outcome), Err)
     }
 }
 
-/// A line on standard error that says how far something is; hidden where nobody looks.
+/// Progress line on standard error; hidden if that is not a terminal.
 pub fn spinner(quiet: bool) -> ProgressBar {
     if quiet || !io::stderr().is_terminal() {
         return ProgressBar::hidden();
@@ -155,7 +153,7 @@ pub fn spinner(quiet: bool) -> ProgressBar {
     ProgressBar::new_spinner()
 }
 
-/// A bar on standard error for `length` of what `unit` names; hidden where nobody looks.
+/// Progress bar on standard error for `length` items of `unit`; hidden if that is not a terminal.
 pub fn progress_bar(length: u64, unit: &str, quiet: bool) -> ProgressBar {
     if quiet || !io::stderr().is_terminal() {
         return ProgressBar::hidden();

@@ -1,4 +1,4 @@
-//! Records on their way from the stepping to the writing, which goes on at the same time.
+//! Buffers of records between the stepping thread and the writing thread.
 
 use super::checkpoint::CheckpointWriter;
 use super::continued::ContinuedNotes;
@@ -8,34 +8,35 @@ use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread::{Scope, ScopedJoinHandle};
 use tumble_core::simulation::{Saved, StepRecord};
 
-/// Pages there are: one that is filled, one that is written, and one between, so that neither waits for a slow
-/// step or a slow disk at once.
+/// Number of buffers: one being filled, one being written, and one between. Slow steps and a slow
+/// disk then do not wait for each other.
 const PAGES: usize = 3;
 
-/// Records of some steps, one after another.
+/// Buffer for the records of some steps.
 pub struct RowPage {
     pub records: Vec<StepRecord>,
-    /// How many of them are filled.
+    /// Number of filled records.
     pub count: usize,
-    /// The run after them, where a checkpoint is due.
+    /// State of the run after them, if a checkpoint is due.
     pub checkpoint: Option<(Saved, ContinuedNotes)>,
 }
 
 impl RowPage {
-    /// The records that are filled.
+    /// Filled records.
     pub fn filled(&self) -> &[StepRecord] {
         &self.records[..self.count]
     }
 }
 
-/// A few pages, which go round between the steps and their writing: memory does not grow with a run.
+/// Buffers that circulate between stepping and writing, so that memory does not grow with a run.
 pub struct Pages {
     full: SyncSender<RowPage>,
     empty: Receiver<RowPage>,
 }
 
 impl Pages {
-    /// Pages of so many `records`, and the thread that writes them in the order in which they come, and the checkpoints.
+    /// Creates buffers of `records` records, and the thread that writes them and the checkpoints in
+    /// order.
     pub fn new<'scope, 'env>(
         scope: &'scope Scope<'scope, 'env>,
         writer: &'env mut RunWriter,
@@ -45,7 +46,7 @@ impl Pages {
         let (full, to_write) = sync_channel(PAGES);
         let (written, empty) = channel();
         for _ in 0..PAGES {
-            // The receiver is here.
+            // The receiver exists in this function.
             let records = vec![StepRecord::new(); records];
             let _ = written.send(RowPage { records, count: 0, checkpoint: None });
         }
@@ -53,13 +54,14 @@ impl Pages {
         (Self { full, empty }, writing)
     }
 
-    /// A page to fill, once there is one; `None` if the writing has ended, which it does by an error alone.
+    /// Returns an empty buffer, waiting if necessary. `None` if the writing thread ended with an
+    /// error.
     pub fn empty(&mut self) -> Option<RowPage> {
         let page = self.empty.recv().ok()?;
         Some(RowPage { count: 0, ..page })
     }
 
-    /// Has a page written. Of writing that has ended, its error is what is said.
+    /// Sends a buffer to the writing thread. Its error is reported when the thread is joined.
     pub fn write(&mut self, page: RowPage) {
         let _ = self.full.send(page);
     }
@@ -77,7 +79,7 @@ fn write_all(
             checkpoints.write(saved, notes, writer.synced_rows()?)?;
             writer.has_checkpoint = true;
         }
-        // Nobody wants it back after the last.
+        // After the last buffer the receiver is gone.
         let _ = written.send(page);
     }
     Ok(())

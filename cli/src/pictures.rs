@@ -1,4 +1,4 @@
-//! The pictures that a simulation makes besides its tables.
+//! Pictures of a simulation in addition to its tables.
 
 use super::args::SimulateArgs;
 use super::directory::OutputDirectory;
@@ -11,7 +11,7 @@ use super::recording::Recording;
 use super::{gif, view};
 use std::sync::atomic::AtomicBool;
 
-/// Refuses, before a simulation of so many `rows`, what would be refused after it.
+/// Refuses options and sizes before a simulation of `rows` rows, instead of after it.
 pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failure> {
     for (flag, asked, picture, most) in [
         ("--gif", args.gif, "an animation", gif::MOST_ROWS),
@@ -26,21 +26,21 @@ pub fn check(args: &SimulateArgs, rows: u64, time_step: f64) -> Result<(), Failu
     gif::check(args, rows, time_step)
 }
 
-/// The names of the pictures that a simulation makes.
+/// Names of the pictures of a simulation.
 pub fn names(args: &SimulateArgs) -> impl Iterator<Item = String> {
     let plots = PLOTS.into_iter().filter(|_| args.plot);
     let page = args.html.then_some(VIEW);
     plots.chain(page).chain(args.gif.then_some(ANIMATION)).map(str::to_owned)
 }
 
-/// The pictures of a run that are still to be drawn.
+/// Pictures of a run that are still to be drawn.
 pub struct Pictures {
     plots: Option<PendingPlots>,
     page: Option<PendingFile>,
 }
 
 impl Pictures {
-    /// Opens the files: what stands in the way shows before the work.
+    /// Opens the files, so that obstacles are found before the work.
     pub fn create(args: &SimulateArgs, out: &OutputDirectory) -> Result<Self, Failure> {
         Ok(Self {
             plots: args.plot.then(|| PendingPlots::create(out)).transpose()?,
@@ -48,8 +48,8 @@ impl Pictures {
         })
     }
 
-    /// Draws them from the run's files, which `open` opens, and the animations too if `animated` says
-    /// so; `false` where `interrupt` was raised before the last.
+    /// Draws the pictures from the run's files, opened by `open`, and the animation if `animated`
+    /// is not `None`. Returns `false` if `interrupt` was raised before the last picture.
     pub fn draw<'a>(
         self,
         open: impl FnOnce() -> Result<Recording<'a>, Failure>,
@@ -61,7 +61,7 @@ impl Pictures {
         if plots.is_none() && page.is_none() && animated.is_none() {
             return Ok(true);
         }
-        // Each kind of picture has checked its own number of rows before the run.
+        // The number of rows was checked for each kind of picture before the run.
         let Some(film) = film(open()?, usize::MAX, interrupt)? else { return Ok(false) };
         if let Some(plots) = plots {
             let Some(written) = plots.write(&film, 0, interrupt)? else { return Ok(false) };

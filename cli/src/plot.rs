@@ -1,4 +1,4 @@
-//! `tumble plot`: draw a trajectory over time.
+//! `tumble plot`: draws a trajectory over time.
 
 use super::args::PlotArgs;
 use super::directory::OutputDirectory;
@@ -14,21 +14,21 @@ use tumble_model::shown;
 use tumble_view::Film;
 use tumble_view::plot::{self, PlotSheet};
 
-/// Rows that a plot may be made of: they are all in memory, 0.8 kB each.
+/// Largest number of rows of a plot. They are all in memory, 0.8 kB each.
 pub const MOST_ROWS: usize = 1_000_000;
 
-/// The sheets and their names.
+/// Plot sheets and their names.
 const SHEETS: [(PlotSheet, &str); 2] =
     [(PlotSheet::Motion, "plot"), (PlotSheet::Energy, "plot-energy")];
 
-/// The files of all sheets, not yet written.
+/// Files of all plot sheets, not yet written.
 pub struct PendingPlots {
-    /// Of each sheet the PNG and the SVG.
+    /// PNG and SVG file of each sheet.
     files: Vec<(PlotSheet, PendingFile, PendingFile)>,
 }
 
 impl PendingPlots {
-    /// Opens temporary files in `directory`: what stands in the way shows before the work.
+    /// Opens temporary files in `directory`, so that obstacles are found before the work.
     pub fn create(directory: &OutputDirectory) -> Result<Self, Failure> {
         let pending = |(sheet, name): (PlotSheet, &str)| {
             let png = PendingFile::create(directory, &format!("{name}.png"))?;
@@ -38,7 +38,8 @@ impl PendingPlots {
         Ok(Self { files })
     }
 
-    /// Draws `film`, of its motion that of body `body`, and gives the files their names; no file if `interrupt` is raised.
+    /// Draws `film`, with the motion of body `body`, and renames the files. Writes no file if
+    /// `interrupt` is raised.
     pub fn write(
         self,
         film: &Film,
@@ -60,7 +61,7 @@ impl PendingPlots {
     }
 }
 
-/// `tumble plot`.
+/// Runs `tumble plot`.
 pub fn run(args: &PlotArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
@@ -79,7 +80,7 @@ pub fn run(args: &PlotArgs) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// The sentence on the files written.
+/// Sentence about the written files.
 pub fn describe(written: &[PathBuf]) -> String {
     let names: Vec<_> = written.iter().map(|path| shown::path(path)).collect();
     format!("wrote {}\n", names.join(", "))

@@ -1,4 +1,4 @@
-//! The files of a run, in either format: its rows, and what they are rows of.
+//! Reader for the files of a run in either format: rows and model.
 
 use super::args::PhysicsArgs;
 use super::file_names::{TRAJECTORY, file_of};
@@ -27,36 +27,36 @@ use tumble_scene::physics;
 use tumble_scene::run_file::{self, RunFile, Seal, SolverSettings, checksum_of};
 use tumble_scene::settings::Settings;
 
-/// More bytes than the header of a table has.
+/// Upper bound for the length of a table's header, bytes.
 const LONGEST_HEADER: u64 = 1 << 12;
 
-/// The files of a run that are being read.
+/// Files of a run being read.
 pub struct Recording<'a> {
     path: &'a Path,
     rows: RecordingRows,
-    /// run.json, where there is one: tables always have it.
+    /// run.json, which always exists for tables of several bodies.
     pub run: Option<RunFile>,
     pub world: World,
-    /// One a body.
+    /// One load per body.
     pub loads: Vec<Load>,
-    /// How joints' frames in the world move.
+    /// Prescribed motions of joint frames fixed in the world, by joint index.
     pub courses: Vec<(usize, Knots)>,
 }
 
-/// What reads the rows of one format.
+/// Reader of the rows in one format.
 enum RecordingRows {
     Trajectory(Box<TrajectoryReader<TableSource>>),
     Tables(Box<TablesReader<TableSource>>),
 }
 
-/// A step as the files of one format have it.
+/// A step in one format.
 pub enum RecordedStep {
     Trajectory(TrajectoryRow),
     Tables(TableStep),
 }
 
 impl RecordedStep {
-    /// k.
+    /// Step index k.
     pub fn index(&self) -> u64 {
         match self {
             Self::Trajectory(row) => row.index,
@@ -78,7 +78,7 @@ impl RecordedStep {
         }
     }
 
-    /// As the file has it, m/s.
+    /// Residual in the file, m/s.
     pub fn residual(&self) -> f64 {
         match self {
             Self::Trajectory(row) => row.residual,
@@ -86,7 +86,7 @@ impl RecordedStep {
         }
     }
 
-    /// X at step k+1, where the files have it beside the step; empty where the next one has it.
+    /// States X at step k+1, if the files store them with the step; otherwise empty.
     pub fn ends(&self) -> &[State] {
         match self {
             Self::Trajectory(_) => &[],
@@ -94,7 +94,7 @@ impl RecordedStep {
         }
     }
 
-    /// X at step k, one a body.
+    /// States X at step k, one per body.
     pub fn states(&self) -> &[State] {
         match self {
             Self::Trajectory(row) => std::slice::from_ref(&row.state),
@@ -104,8 +104,9 @@ impl RecordedStep {
 }
 
 impl<'a> Recording<'a> {
-    /// Opens the files of which `path` is one. Their run.json stands beside them; only a trajectory may lack it, and
-    /// `flags` then change the drop scene's parameters.
+    /// Opens the files of a run through one of them, `path`, with the run.json in its directory.
+    /// Only a trajectory can lack run.json. It then has the drop scene's parameters, changed by
+    /// `flags`.
     pub fn open(path: &'a Path, flags: &PhysicsArgs) -> Result<Self, Failure> {
         let run_path = path.with_file_name("run.json");
         let run = RunFile::read(input::text(&run_path, run_file::LARGEST_FILE), &run_path, || {
@@ -120,7 +121,7 @@ impl<'a> Recording<'a> {
         Self::of_run(path, run)
     }
 
-    /// Opens the files of `run`, of which `path` is one.
+    /// Opens the files of `run` through one of them, `path`.
     pub fn of_run(path: &'a Path, run: RunFile) -> Result<Self, Failure> {
         let run_path = path.with_file_name("run.json");
         let wrong = |failure: Failure| match failure {
@@ -158,7 +159,7 @@ impl<'a> Recording<'a> {
         Ok(Self { path, rows, run: Some(run), world, loads, courses })
     }
 
-    /// Opens a trajectory without a run.json: of the drop scene, changed by `flags`.
+    /// Opens a trajectory without run.json. It has the drop scene's parameters, changed by `flags`.
     fn without_run(path: &'a Path, flags: Settings) -> Result<Self, Failure> {
         let settings = flags.over(Settings::of_scene(SceneName::Drop));
         let (world, load) = physics::of_settings(&settings)?;
@@ -167,7 +168,7 @@ impl<'a> Recording<'a> {
         Ok(Self { path, rows, run: None, world, loads: vec![load], courses: Vec::new() })
     }
 
-    /// The next step, its time checked, and of tables its states; `None` after the last.
+    /// Reads the next step and checks its time and states; `None` after the last.
     pub fn next_step(&mut self) -> Result<Option<RecordedStep>, Failure> {
         let step = match &mut self.rows {
             RecordingRows::Trajectory(reader) => reader
@@ -186,12 +187,12 @@ impl<'a> Recording<'a> {
         Ok(step)
     }
 
-    /// Has what moves in the world be where it is at the step.
+    /// Sets the prescribed motions of the world to the time of the step.
     pub fn follow(&mut self, step: &RecordedStep) {
         self.world.follow(&self.courses, step.index() as f64 * self.world.time_step());
     }
 
-    /// Times that do not fit the time step show that the parameters are another run's.
+    /// Checks the time. A mismatch with the time step shows that the parameters are another run's.
     fn check_time(&self, step: &RecordedStep) -> Result<(), Failure> {
         let (index, time, h) = (step.index(), step.time(), self.world.time_step());
         let expected = index as f64 * h;
@@ -209,8 +210,7 @@ impl<'a> Recording<'a> {
         })
     }
 
-    /// A state of tables that is none: no step can be judged or drawn with it. A run may come to one that it could not
-    /// start from.
+    /// Checks the states of tables. Invalid states cannot be judged or drawn.
     fn check_states(&self, step: &RecordedStep) -> Result<(), Failure> {
         let RecordedStep::Tables(step) = step else { return Ok(()) };
         let names = self.run.iter().flat_map(RunFile::bodies);
@@ -223,8 +223,7 @@ impl<'a> Recording<'a> {
         Ok(())
     }
 
-    /// The index of the body that is `wanted` by its name, or else by its number; the first where
-    /// none is.
+    /// Index of the body with the name `wanted`, or else with this number. Default is the first.
     pub fn body(&self, wanted: Option<&str>) -> Result<usize, Failure> {
         if matches!(self.rows, RecordingRows::Trajectory(_)) {
             refuse_flags("a trajectory of one body", &[("--body", wanted.is_some())])?;
@@ -243,23 +242,23 @@ impl<'a> Recording<'a> {
         })
     }
 
-    /// Whether its rows are those of the tutorial's table.
+    /// True for the tutorial's single table.
     pub fn is_one_table(&self) -> bool {
         matches!(self.rows, RecordingRows::Trajectory(_))
     }
 
-    /// Which of the run's rows there are.
+    /// Selection of rows in the files.
     pub fn kept(&self) -> KeptSteps {
         self.run.as_ref().map(|run| run.kept.clone()).unwrap_or_default()
     }
 
-    /// Whether there is no ground: without one there is but one way to move.
+    /// True without a ground, so that the body floats.
     pub fn floating(&self) -> bool {
         self.run.as_ref().is_some_and(|run| run.solver.name == "rk4")
     }
 
-    /// The residual that a solved contact step may have, m/s: what its solver holds its steps to,
-    /// or the laxest of them where there is no run.json.
+    /// Largest residual of a solved contact step, m/s: the limit of its solver. Without run.json it
+    /// is the largest limit of all solvers.
     pub fn accepted(&self) -> Result<f64, Failure> {
         let Some(run) = &self.run else {
             return Ok(ipopt::ACCEPTED_RESIDUAL * self.world.speed_scale());
@@ -270,13 +269,13 @@ impl<'a> Recording<'a> {
         })
     }
 
-    /// By which points become candidates; `None` where run.json does not say it.
+    /// Detection rule of the contact candidates; `None` if run.json does not have it.
     pub fn detection(&self) -> Option<Detection> {
         let name = self.run.as_ref()?.solver.detection.as_deref()?;
         [Detection::Height, Detection::Predictive].into_iter().find(|rule| rule.name() == name)
     }
 
-    /// What must be said of parameters that no run.json has; empty where one has them.
+    /// Note about parameters that come from no run.json; otherwise empty.
     pub fn note(&self) -> &'static str {
         match self.run {
             Some(_) => "",
@@ -284,18 +283,18 @@ impl<'a> Recording<'a> {
         }
     }
 
-    /// The note as a line to print; empty where there is nothing to say.
+    /// Note as a line to print; empty without a note.
     pub fn note_line(&self) -> String {
         let note = self.note();
         if note.is_empty() { String::new() } else { format!("note: {note}\n") }
     }
 
-    /// What is wrong with the tables, in a sentence.
+    /// Failure to read the tables.
     pub fn odd(&self, why: &dyn std::fmt::Display) -> Failure {
         odd_tables(self.path, why)
     }
 
-    /// What the rows are in, as it can be shown: a file, or the folder of the tables.
+    /// File or directory of the rows, for messages.
     pub fn place(&self) -> String {
         match self.rows {
             RecordingRows::Trajectory(_) => shown::path(self.path),
@@ -303,7 +302,8 @@ impl<'a> Recording<'a> {
         }
     }
 
-    /// What was changed in the files after the run wrote them, by their checksums in run.json; nothing where that has none.
+    /// Messages about files changed since the run, by their checksums in run.json. Empty without
+    /// checksums.
     pub fn changed_files(&self) -> Result<Vec<String>, Failure> {
         let Some(run) = &self.run else { return Ok(Vec::new()) };
         let mut found = Vec::new();
@@ -319,7 +319,7 @@ impl<'a> Recording<'a> {
         let of_one = file_of(TRAJECTORY, run.kept.form);
         for (name, expected) in &run.checksums {
             let path = match self.rows {
-                // It may have been given another name.
+                // The trajectory may have been renamed.
                 RecordingRows::Trajectory(_) if *name == of_one => self.path.to_owned(),
                 RecordingRows::Tables(_) if *name != of_one => self.path.with_file_name(name),
                 _ => continue,
@@ -338,7 +338,7 @@ impl<'a> Recording<'a> {
         Ok(found)
     }
 
-    /// The file that has a row for each step.
+    /// File with a row for each step.
     pub fn steps_file(&self) -> PathBuf {
         match self.rows {
             RecordingRows::Trajectory(_) => self.path.to_owned(),
@@ -349,7 +349,7 @@ impl<'a> Recording<'a> {
     }
 }
 
-/// Opens a trajectory of the body of `world`, whose contact points `source` has.
+/// Opens a trajectory of the body of `world`. `source` describes the origin of its contact points.
 fn trajectory(
     path: &Path,
     world: &World,
@@ -383,12 +383,12 @@ fn table(beside: &Path, table: Table, form: TableForm) -> Result<TableSource, Fa
         .map_err(|error| Failure::Input(format!("{} cannot be read: {error}", shown::path(&path))))
 }
 
-/// A table of several bodies says nothing without the model in its run.json.
+/// Refuses a table of several bodies without run.json, which has the model.
 fn refuse_lonely_table(file: &Path, run_path: &Path) -> Result<(), Failure> {
     let headers =
         [false, true].map(|joints| Table::ALL.map(|table| table.columns(joints).join(",")));
     let mut first = String::new();
-    // What cannot be read is no table, and is refused where it is read.
+    // An unreadable file is refused later.
     let start = TableSource::open(file).map(|file| file.take(LONGEST_HEADER));
     let _ = start.and_then(|start| BufReader::new(start).read_line(&mut first));
     if !headers.iter().flatten().any(|header| header == first.trim_end()) {
@@ -402,7 +402,7 @@ fn refuse_lonely_table(file: &Path, run_path: &Path) -> Result<(), Failure> {
     )))
 }
 
-/// The run.json beside a file says nothing of one that is no table of its run.
+/// Refuses a file that is not a table of the run in the same directory.
 fn refuse_another_file(file: &Path, form: TableForm) -> Result<(), Failure> {
     let names = Table::ALL.map(|table| file_of(table.name(), form));
     let name = file.file_name().unwrap_or_default();
@@ -416,8 +416,8 @@ fn refuse_another_file(file: &Path, form: TableForm) -> Result<(), Failure> {
     )))
 }
 
-/// The residual that a contact step of `world` may have that counts as solved, m/s: what its
-/// solver holds its steps to. Where the file does not say it, the name must be known.
+/// Largest residual of a solved contact step of `world`, m/s: the limit of its solver. If the file
+/// does not have it, the solver's name must be known.
 fn promised(settings: &SolverSettings, world: &World) -> Result<f64, String> {
     if let Some(accepted) = settings.accepted_residual_m_s {
         return match accepted >= 0.0 {
@@ -428,7 +428,7 @@ fn promised(settings: &SolverSettings, world: &World) -> Result<f64, String> {
             )),
         };
     }
-    // The program of several bodies has the ladder's, with and without its other rungs.
+    // The program of several bodies always has the ladder's limit, even without retries.
     let ladder = || settings.on_failure.as_deref() == Some("ladder");
     let accepted = match settings.name.as_str() {
         "native" => native::ACCEPTED_RESIDUAL,

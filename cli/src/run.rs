@@ -1,4 +1,4 @@
-//! A run: its steps one after another, and what they came to.
+//! A run: its steps and results.
 
 use super::checkpoint::CheckpointWriter;
 use super::continued::ContinuedNotes;
@@ -20,22 +20,22 @@ use tumble_scene::choices::OnFailure;
 use tumble_scene::joints_summary::{JointsSummary, Taut};
 use tumble_scene::run_file::RunEnd;
 
-/// Steps of one body between two looks at the clock, so that looking costs nothing; of more bodies
-/// there are fewer, whose records take no more memory.
+/// Number of steps of one body between checks of the clock. More bodies have fewer steps, so that
+/// the records have a constant size.
 const CHUNK: usize = 64;
 
-/// How far a run came.
+/// End of a run.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum RunOutcome {
     Complete,
-    /// Ctrl-C.
+    /// Interrupted by Ctrl-C.
     Interrupted,
-    /// A failed step under `--on-failure stop`.
+    /// Stopped by a failed step under `--on-failure stop`.
     Stopped,
 }
 
 impl RunOutcome {
-    /// The word of run.json.
+    /// Name in run.json.
     pub fn name(self) -> &'static str {
         match self {
             Self::Complete => "complete",
@@ -45,22 +45,22 @@ impl RunOutcome {
     }
 }
 
-/// What a run came to.
+/// Results of a run.
 pub struct RunPlan {
     pub end: RunOutcome,
     pub summary: RunSummary,
-    /// Of the stepping alone.
+    /// Time of the stepping alone.
     pub elapsed: Duration,
-    /// The largest overlap, m, and after which step it was; `None` without steps.
+    /// Step and size (m) of the largest overlap; `None` without steps.
     pub overlap: Option<(u64, f64)>,
-    /// What joints came to; `None` without them.
+    /// Largest errors of joints; `None` without joints.
     pub joints: Option<JointsSummary>,
-    /// The joints that were too stiff for the time step.
+    /// Joints that are too stiff for the time step.
     pub taut: Taut,
 }
 
 impl RunPlan {
-    /// One of `scene` that has not begun.
+    /// Creates the results of a run of `scene` before its first step.
     pub fn new(scene: &Scene) -> Self {
         let (summary, elapsed) = (RunSummary::default(), Duration::ZERO);
         let taut = Taut::default();
@@ -68,7 +68,7 @@ impl RunPlan {
         Self { end: RunOutcome::Complete, summary, elapsed, overlap: None, joints, taut }
     }
 
-    /// What run.json says of it.
+    /// Results for run.json.
     pub fn ended(&self) -> RunEnd<'_> {
         RunEnd {
             outcome: self.end.name(),
@@ -81,19 +81,18 @@ impl RunPlan {
     }
 }
 
-/// Where the steps of a run go.
+/// Outputs of a run.
 pub struct RunOutputs<'a> {
-    /// To the tables,
+    /// Tables.
     pub writer: &'a mut RunWriter,
-    /// as contact problems to files of their own,
+    /// Contact problems, each in its own file.
     pub exported: Option<&'a mut Exported>,
-    /// and now and then as what the run can be continued from.
+    /// Periodic checkpoints, from which the run can continue.
     pub checkpoints: Option<&'a CheckpointWriter<'a>>,
 }
 
-/// Runs the simulation of `scene` on to its last row and writes every row from where it is, on a thread of its own
-/// while the next steps are taken, and what else the `outputs` are. What `run` came to before is
-/// in what it returns.
+/// Runs the simulation of `scene` from its current step to its last row, and writes the `outputs`.
+/// Another thread writes while the next steps are computed. The results extend those in `run`.
 pub fn run(
     scene: &Scene,
     simulation: &mut Simulation<'_>,
@@ -102,7 +101,7 @@ pub fn run(
     outputs: RunOutputs<'_>,
     quiet: bool,
 ) -> Result<RunPlan, Failure> {
-    // As it is where a step ends.
+    // World with its prescribed motions at the end of a step.
     let mut world = scene.world.clone();
     let RunOutputs { writer, mut exported, checkpoints } = outputs;
     let mut last_checkpoint = Instant::now();
@@ -159,7 +158,7 @@ pub fn run(
     Ok(run)
 }
 
-/// One step, unless the run ends before it.
+/// Takes one step, unless the run ends before it.
 fn advance(
     scene: &Scene,
     simulation: &mut Simulation<'_>,

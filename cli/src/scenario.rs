@@ -1,4 +1,4 @@
-//! Scenario files, read.
+//! Reading of scenario files.
 
 use super::input;
 use super::outcome::Failure;
@@ -6,7 +6,7 @@ use std::path::Path;
 use tumble_model::shown;
 use tumble_scene::LARGEST_FILE;
 
-/// The text of a file that may be a scenario, or a robot.
+/// Text of a scenario file or a robot's file.
 pub fn read_text(path: &Path) -> Result<String, Failure> {
     let is_robot = path.extension().is_some_and(|end| end == "urdf" || end == "xml");
     let most = if is_robot { tumble_robot::LARGEST_FILE } else { LARGEST_FILE };

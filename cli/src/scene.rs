@@ -1,4 +1,4 @@
-//! The scene that the arguments of a simulation amount to.
+//! Scene from the arguments of a simulation.
 
 use super::args::{PhysicsArgs, SimulateArgs};
 use super::outcome::{Failure, refuse_flags};
@@ -10,11 +10,11 @@ pub use tumble_scene::scene::Scene;
 use tumble_scene::settings::{Settings, polyline};
 use tumble_scene::solver_choice::SolverChoice;
 
-/// With more contact points than this Ipopt takes more than 10 ms an iteration
+/// Number of contact points above which Ipopt needs more than 10 ms per iteration
 /// (docs/ipopt-path.md).
 const MANY_POINTS: usize = 100;
 
-/// The scene, checked.
+/// Creates and checks the scene.
 pub fn of_args(args: &SimulateArgs) -> Result<Scene, Failure> {
     let flags = of_flags(args)?;
     let scene = match &args.scenario {
@@ -37,7 +37,7 @@ pub fn of_args(args: &SimulateArgs) -> Result<Scene, Failure> {
     on_threads(args, scene)
 }
 
-/// The scene, to be solved on the threads that are asked for.
+/// Sets the number of threads from the arguments.
 pub fn on_threads(args: &SimulateArgs, mut scene: Scene) -> Result<Scene, Failure> {
     if let Some(threads) = args.threads {
         let place = "one body, whose steps are one problem each";
@@ -49,7 +49,7 @@ pub fn on_threads(args: &SimulateArgs, mut scene: Scene) -> Result<Scene, Failur
     Ok(scene)
 }
 
-/// What must be said before a run that takes long.
+/// Note about a slow run, printed before it.
 pub fn note(scene: &Scene) -> Option<String> {
     let ipopt = scene.contact.as_ref().is_some_and(SolverChoice::is_ipopt);
     let points = scene.world.bodies().iter().map(|body| body.contact_points().len());
@@ -62,7 +62,7 @@ pub fn note(scene: &Scene) -> Option<String> {
     })
 }
 
-/// What the flags of a simulation say.
+/// Settings from the flags of a simulation.
 fn of_flags(args: &SimulateArgs) -> Result<Settings, Failure> {
     Ok(Settings {
         steps: args.steps,
@@ -87,7 +87,7 @@ fn of_flags(args: &SimulateArgs) -> Result<Settings, Failure> {
     })
 }
 
-/// What the flags that residuals depend on say.
+/// Settings from the flags of the model.
 pub fn of_physics(physics: &PhysicsArgs) -> Result<Settings, Failure> {
     Ok(Settings {
         dt: physics.dt,

@@ -1,4 +1,4 @@
-//! Ctrl-C, a polite kill and a terminal that is closed, as a flag.
+//! Ctrl-C, SIGTERM and a closed terminal as a flag.
 
 use super::outcome::Failure;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -6,8 +6,8 @@ use std::fs;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Ctrl-C, a polite kill and a terminal that is closed raise `flag`; a run then ends within a
-/// solver iteration. Under `nohup` a closed terminal changes nothing.
+/// Raises `flag` on Ctrl-C, SIGTERM and a closed terminal. A run then ends within a solver
+/// iteration. Under `nohup` a closed terminal has no effect.
 pub fn raise_on_signals(flag: &Arc<AtomicBool>) -> Result<(), Failure> {
     let hangup = if is_ignored(SIGHUP) { None } else { Some(SIGHUP) };
     for signal in [SIGINT, SIGTERM].into_iter().chain(hangup) {
@@ -17,8 +17,7 @@ pub fn raise_on_signals(flag: &Arc<AtomicBool>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether the program was started to ignore `signal`, or may have been: where the system does
-/// not tell, the signal is left alone.
+/// True if the program was started with `signal` ignored, or if the system does not say so.
 fn is_ignored(signal: i32) -> bool {
     let mask = fs::read_to_string("/proc/self/status").ok().and_then(|status| {
         let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"))?;

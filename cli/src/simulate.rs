@@ -1,4 +1,4 @@
-//! The main job: simulate a scene, write its rows and the run file, say how it went.
+//! Default command: simulates a scene, writes its rows and run.json, and prints a summary.
 
 use super::args::SimulateArgs;
 use super::checkpoint::CheckpointWriter;
@@ -45,7 +45,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         before.restore(&mut simulation)?;
     }
 
-    // Before the first file: a signal that comes earlier would leave it behind.
+    // Signals are handled before the first file is created, so that an early signal leaves no file.
     raise_on_signals(&interrupt)?;
     let mut files = RunWriter::names(&scene, &kept);
     files.extend([RUN_JSON, continued::FILE].map(str::to_owned));
@@ -110,7 +110,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         let _ = writeln!(text, "removed {} of an earlier run", removed.join(", "));
     }
     voice.say(&text);
-    // What ended the run does not end the pictures of it, but what comes after does.
+    // An interrupt of the run does not affect its pictures, but a later one does.
     interrupt.store(false, Ordering::Relaxed);
     let animated = args.gif && run.end != RunOutcome::Interrupted;
     let animated = animated.then_some((args, &out));
@@ -125,7 +125,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     })
 }
 
-/// The failure of a run that had begun, whose rows stay if it has a checkpoint.
+/// Failure of a started run. Its rows are kept if it has a checkpoint.
 fn left_to_continue(failure: Failure, writer: RunWriter, out: &Path) -> Failure {
     match failure {
         Failure::Other(why) if writer.leave() => {
@@ -136,7 +136,7 @@ fn left_to_continue(failure: Failure, writer: RunWriter, out: &Path) -> Failure 
     }
 }
 
-/// Refuses tables of a scene that has but one, and pictures of files that tumble does not read.
+/// Refuses --tables for a scene with only one table, and the table ends for a run with all rows.
 fn check_kept(args: &SimulateArgs, scene: &Scene, kept: &KeptSteps) -> Result<(), Failure> {
     if scene.trajectory {
         let place = "a scene of one body, whose rows are one table";

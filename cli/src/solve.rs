@@ -1,4 +1,4 @@
-//! `tumble solve`: contact problems by themselves.
+//! `tumble solve`: standalone contact problems.
 
 use super::args::{Rule, SolveArgs};
 use super::directory::OutputDirectory;
@@ -16,35 +16,35 @@ use std::time::Instant;
 use tumble::problem::{ContactProblem, ProblemError, Selection, Solution, SolveOptions, dat};
 use tumble_model::shown;
 
-/// The most bytes of a problem's file: some 100 000 contacts.
+/// Largest size of a problem's file, bytes: about 100 000 contacts.
 const LARGEST_FILE: u64 = 1 << 30;
-/// How an HDF5 file begins.
+/// First bytes of an HDF5 file.
 const HDF5: &[u8] = b"\x89HDF";
 
-/// A problem that was solved, or not.
+/// Result of a problem, converged or not.
 struct SolvedProblem {
     name: String,
     groups: usize,
     rows: usize,
-    /// The solution's table.
+    /// Table of the solution.
     csv: String,
     solution: Solution,
     seconds: f64,
 }
 
-/// One of several files that is no problem.
+/// A file that cannot be read as a problem.
 struct Unread {
     name: String,
     failure: Failure,
 }
 
-/// Where the files go: a directory, or a directory and a name in it.
+/// Target of the files: a directory, or a directory and a file name.
 enum SolutionFile<'a> {
     Directory(&'a Path),
     File(&'a Path, &'a OsStr),
 }
 
-/// `tumble solve`.
+/// Runs `tumble solve`.
 pub fn run(args: &SolveArgs) -> Result<Outcome, Failure> {
     if args.residual.is_nan() || args.residual <= 0.0 {
         return Err(Failure::Input(format!(
@@ -102,7 +102,7 @@ pub fn run(args: &SolveArgs) -> Result<Outcome, Failure> {
     voice.end(if is_solved { Outcome::Done } else { Outcome::Unconverged })
 }
 
-/// The files that are named, and those of folders by their names.
+/// Files named on the command line, and sorted files of directories.
 fn files_of(named: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     let mut files = Vec::new();
     for path in named {
@@ -130,12 +130,12 @@ fn files_of(named: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     Ok(files)
 }
 
-/// A file's name without its folder and its end.
+/// File name without directory and extension.
 fn name_of(file: &Path) -> String {
     file.file_stem().unwrap_or(OsStr::new("problem")).to_string_lossy().into_owned()
 }
 
-/// What `--out` names.
+/// Target of `--out`.
 fn target<'a>(out: &'a Path, files: &[PathBuf]) -> Result<SolutionFile<'a>, Failure> {
     let refused = |why: &str| Err(Failure::Input(format!("--out {}: {why}", shown::path(out))));
     let is_file = out.extension().is_some_and(|end| end == "csv") && !out.is_dir();
@@ -171,7 +171,7 @@ fn refused(file: &Path, why: &dyn std::fmt::Display) -> Failure {
     Failure::Input(format!("{}: cannot be read as a contact problem: {why}", shown::path(file)))
 }
 
-/// A row for each row of the problem.
+/// Table with a row for each row of the problem.
 fn table_of(problem: &ContactProblem, solution: &Solution) -> String {
     let mut text = String::from("group,row,impulse,velocity\n");
     for group in 0..problem.laws().len() {
@@ -183,7 +183,7 @@ fn table_of(problem: &ContactProblem, solution: &Solution) -> String {
     text
 }
 
-/// The table of all problems.
+/// Table of all problems.
 fn summary_of(all: &[SolvedProblem], unread: &[Unread]) -> String {
     let mut text = String::from(
         "problem,groups,rows,parts,status,residual,relative_error,iterations,start,selected,seconds\n",
@@ -204,7 +204,7 @@ fn summary_of(all: &[SolvedProblem], unread: &[Unread]) -> String {
     text
 }
 
-/// A name as a field of CSV that needs no quotes.
+/// A name as a field of CSV without quotes.
 fn plain(name: &str) -> String {
     name.replace(['"', ',', '\n', '\r'], "_")
 }
@@ -213,7 +213,7 @@ fn status_of(solution: &Solution) -> &'static str {
     if solution.is_solved() { "solved" } else { "unsolved" }
 }
 
-/// Writes all files; what they are called.
+/// Writes all files and describes them.
 fn write(
     target: &SolutionFile<'_>,
     all: &[SolvedProblem],
@@ -245,7 +245,7 @@ fn write(
     })
 }
 
-/// What is printed.
+/// Summary on the terminal.
 fn described(all: &[SolvedProblem], unread: &[Unread]) -> String {
     let widest =
         all.iter().map(|solved| solved.name.chars().count()).max().unwrap_or(0).clamp(7, 60);

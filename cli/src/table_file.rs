@@ -11,24 +11,24 @@ use tumble_scene::run_file::Summed;
 use zstd::Decoder;
 use zstd::bulk::compress;
 
-/// Compression level. A heap of 100 boxes (2000 steps, 204 MB of CSV) takes 20.3 MB at level 3 and 18.7 MB at 9.
+/// Compression level, a compromise of size and time.
 const LEVEL: i32 = 9;
 
-/// Bytes of CSV in a frame of a compressed file. A frame is compressed as a whole, so that the file is the same whenever
-/// its rows were brought to the disk; with frames much smaller than this it would be larger.
+/// Bytes of CSV per frame of a compressed file. Frames are compressed as a whole, so that the file
+/// does not depend on the times of its flushes. Much smaller frames compress less.
 const FRAME: usize = 1 << 24;
 
-/// A table that is being written.
+/// A table being written.
 pub struct TableSink {
-    /// The file, through which compressed frames or plain rows go.
+    /// File for compressed frames or plain rows.
     disk: BufWriter<Summed<File>>,
-    /// The rows that fill no frame yet; none of a file that is not compressed.
+    /// Rows of the current incomplete frame; `None` for an uncompressed file.
     frame: Option<Vec<u8>>,
-    /// The rows, counted and summed.
+    /// Counter and checksum of the rows.
     rows: Summed<CountedWriter>,
 }
 
-/// Counts the bytes that go into it.
+/// Counter of written bytes.
 #[derive(Debug, Default)]
 struct CountedWriter(u64);
 
@@ -43,20 +43,20 @@ impl Write for CountedWriter {
     }
 }
 
-/// The rows that a table had at some step, and where they are.
+/// Rows of a table at some step, and their location.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WrittenRows {
-    /// The name of the file, once it is complete.
+    /// Final name of the file.
     pub name: String,
-    /// Its name before, in the same directory.
+    /// Temporary name in the same directory.
     pub temporary: String,
     /// Bytes of the rows as CSV.
     pub bytes: u64,
-    /// Their CRC-32.
+    /// CRC-32 of the rows.
     pub checksum: String,
-    /// Bytes of the temporary file that have rows.
+    /// Bytes of the temporary file with rows.
     on_disk: u64,
-    /// The rows after those of the temporary file.
+    /// Rows after those of the temporary file.
     frame: Vec<u8>,
 }
 
@@ -70,7 +70,7 @@ impl TableSink {
         Self { disk, frame, rows: Summed::new(CountedWriter::default()) }
     }
 
-    /// The rows so far of the table `name`, which is written as `temporary`.
+    /// Rows so far of the table `name`, which is being written as `temporary`.
     pub fn rows(&self, name: String, temporary: String) -> io::Result<WrittenRows> {
         let on_disk = self.disk.get_ref().get_ref().metadata()?.len();
         let (bytes, checksum) = (self.rows.get_ref().0, self.rows.checksum());
@@ -78,14 +78,14 @@ impl TableSink {
         Ok(WrittenRows { name, temporary, bytes, checksum, on_disk, frame })
     }
 
-    /// Brings the rows so far to the disk, but for those of the frame.
+    /// Syncs the rows so far to the disk, except for those of the current frame.
     pub fn sync(&mut self) -> io::Result<()> {
         self.disk.flush()?;
         self.disk.get_ref().get_ref().sync_data()
     }
 
-    /// Brings everything to the disk and returns the checksum of the file: a full disk must be noticed before the file
-    /// gets its name.
+    /// Syncs everything to the disk and returns the checksum of the file, so that a full disk is
+    /// noticed before the rename.
     pub fn finish(mut self) -> io::Result<String> {
         if let Some(frame) = self.frame.take()
             && !frame.is_empty()
@@ -104,7 +104,7 @@ impl Write for TableSink {
             self.disk.write_all(bytes)?;
             return self.rows.write(bytes);
         };
-        // A frame ends after its bytes, wherever a row does.
+        // A frame has a fixed size and can end within a row.
         let bytes = &bytes[..bytes.len().min(FRAME - frame.len())];
         frame.extend_from_slice(bytes);
         if frame.len() == FRAME {
@@ -120,13 +120,13 @@ impl Write for TableSink {
 }
 
 impl WrittenRows {
-    /// The same of a file that is complete.
+    /// Converts to the rows of a complete file.
     pub fn in_place(self) -> Self {
         Self { temporary: String::new(), on_disk: 0, frame: Vec::new(), ..self }
     }
 
-    /// Copies the rows, which are in `directory`, to a new file. A run that was killed while its files got their names has
-    /// some under them.
+    /// Copies the rows in `directory` to a new file. If a run was killed while it renamed its
+    /// files, some have their final names.
     pub fn copy(&self, directory: &Path, to: &mut TableSink) -> io::Result<()> {
         let is_compressed = file_names::is_compressed(&self.name);
         let temporary = Some(&self.temporary).filter(|name| file_names::is_temporary(name));
@@ -149,7 +149,7 @@ impl WrittenRows {
     }
 }
 
-/// A table that is being read.
+/// A table being read.
 pub enum TableSource {
     Csv(File),
     Zstd(Decoder<'static, BufReader<File>>),

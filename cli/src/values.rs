@@ -1,4 +1,4 @@
-//! What the text of a flag's value means, and what may stand there.
+//! Parsers of flag values.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
 use std::num::NonZeroUsize;
@@ -14,7 +14,7 @@ pub fn number(text: &str) -> Result<f64, String> {
     }
 }
 
-/// How long something may take.
+/// Positive time limit, s.
 pub fn seconds(text: &str) -> Result<f64, String> {
     match number(text) {
         Ok(value) if value > 0.0 => Ok(value),
@@ -22,7 +22,7 @@ pub fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// The time between two checkpoints.
+/// Time between two checkpoints, s.
 pub fn checkpoint(text: &str) -> Result<f64, String> {
     match number(text) {
         Ok(value) if (0.0..=1e6).contains(&value) => Ok(value),
@@ -30,7 +30,7 @@ pub fn checkpoint(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A time step that is also halved, twice at most.
+/// Time step that is also halved up to twice, s.
 pub fn halved_step(text: &str) -> Result<f64, String> {
     match number(text) {
         Ok(value) if (4e-6..=0.1).contains(&value) => Ok(value),
@@ -78,7 +78,7 @@ pub fn iterations(text: &str) -> Result<u32, String> {
     integer(text, 1, 1_000_000, "1 to 1000000")
 }
 
-/// As many as the native solver takes.
+/// Number of threads within the native solver's limit.
 pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
     let count = integer(text, 1, 1024, "1 to 1024")?;
     Ok(NonZeroUsize::new(count).unwrap_or(NonZeroUsize::MIN))
@@ -127,7 +127,7 @@ pub fn sides(text: &str) -> Result<Vector3<f64>, String> {
 
 pub fn gravity(text: &str) -> Result<Vector3<f64>, String> {
     match numbers(text).as_deref() {
-        // Without any, 0 and not -0.
+        // Zero gravity becomes 0, not -0.
         Some(&[g]) => Ok(Vector3::new(0.0, 0.0, 0.0 - g)),
         Some(&[x, y, z]) => Ok(Vector3::new(x, y, z)),
         _ => Err("one finite number (downwards) or three X,Y,Z are needed".to_owned()),

@@ -1,4 +1,4 @@
-//! `tumble view`, and `--html` of a simulation: trajectories as a page for the browser.
+//! `tumble view`, and `--html` of a simulation: trajectories as a web page.
 
 use super::args::ViewArgs;
 use super::directory::OutputDirectory;
@@ -14,10 +14,10 @@ use tumble_model::shown;
 use tumble_view::view::page;
 use tumble_view::{Fact, Film};
 
-/// Rows that a run of the page may have: they are all in memory, 0.8 kB each.
+/// Largest number of rows of a run on the page. They are all in memory, 0.8 kB each.
 pub const MOST_ROWS: usize = 1_000_000;
 
-/// `tumble view`.
+/// Runs `tumble view`.
 pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
@@ -49,13 +49,13 @@ pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
     Ok(if unconverged { Outcome::Unconverged } else { Outcome::Done })
 }
 
-/// Opens a temporary file for the page: what stands in the way shows before the work.
+/// Opens a temporary file for the page, so that obstacles are found before the work.
 pub fn pending(directory: &OutputDirectory) -> Result<PendingFile, Failure> {
     PendingFile::create(directory, VIEW)
 }
 
-/// Writes the page of one or two films, and has the sentence on it; no file if `interrupt` is
-/// raised.
+/// Writes the page of one or two films, and returns a sentence about it. Writes no file if
+/// `interrupt` is raised.
 pub fn write(
     pending: PendingFile,
     films: &[&Film],

@@ -1,4 +1,4 @@
-//! The files of a run, in either format.
+//! Writer for the files of a run in either format.
 
 use super::directory::OutputDirectory;
 use super::file_names::{TRAJECTORY, file_of};
@@ -16,42 +16,42 @@ use tumble_scene::output::tables::{Streams, Table, TablesWriter};
 use tumble_scene::output::trajectory::TrajectoryWriter;
 use tumble_scene::run_file::Checksums;
 
-/// What writes the rows of one format.
+/// Writer of the rows in one format.
 enum TableWriters {
     Trajectory(Box<TrajectoryWriter<TableSink>>),
     Tables(Box<TablesWriter<TableSink>>),
 }
 
-/// Writes the rows of a run, and gives the files their names when all are written.
+/// Writes the rows of a run to temporary files, which are renamed at the end.
 pub struct RunWriter {
     files: Vec<PendingFile>,
     rows: TableWriters,
-    /// The rows without the last, of the state alone.
+    /// Row sizes of the tables before the final row, which only has the state.
     before_end: Vec<WrittenRows>,
-    /// Whether the run can be continued from a checkpoint.
+    /// True if the run can be continued from a checkpoint.
     pub has_checkpoint: bool,
 }
 
-/// The files of all rows of a run.
+/// Files with all rows of a run.
 pub struct WrittenFiles {
     pub files: Vec<PendingFile>,
     pub checksums: Checksums,
-    /// The rows without the last, of the state alone.
+    /// Row sizes of the tables before the final row, which only has the state.
     pub before_end: Vec<WrittenRows>,
 }
 
-/// Rows that are there already.
+/// Rows written by an earlier run.
 #[derive(Clone, Copy)]
 pub struct Written<'a> {
-    /// The directory of their files.
+    /// Directory of their files.
     pub directory: &'a Path,
-    /// The rows of each table.
+    /// Rows of each table.
     pub rows: &'a [WrittenRows],
 }
 
 impl RunWriter {
-    /// Opens the files of a run of `scene` of which these rows are kept, and writes their headers or what of the
-    /// run is `written`.
+    /// Opens the files of a run of `scene` with the selection `kept`. Writes their headers, or
+    /// copies the rows of an earlier run, `written`.
     pub fn create(
         scene: &Scene,
         kept: &KeptSteps,
@@ -103,7 +103,7 @@ impl RunWriter {
         Ok(Self { files, rows, before_end: Vec::new(), has_checkpoint: false })
     }
 
-    /// The names of the files that [`RunWriter::create`] opens.
+    /// Names of the files that [`RunWriter::create`] opens.
     pub fn names(scene: &Scene, kept: &KeptSteps) -> Vec<String> {
         if scene.trajectory {
             return vec![file_of(TRAJECTORY, kept.form)];
@@ -112,13 +112,13 @@ impl RunWriter {
         tables.map(|table| file_of(table.name(), kept.form)).collect()
     }
 
-    /// The file of rows in `directory` by which a run of `scene` is opened.
+    /// File in `directory` through which a run of `scene` is opened.
     pub fn first_file(scene: &Scene, kept: &KeptSteps, directory: &Path) -> PathBuf {
         let name = if scene.trajectory { TRAJECTORY } else { Table::States.name() };
         directory.join(file_of(name, kept.form))
     }
 
-    /// Writes the rows of one step, if it is one that is kept.
+    /// Writes the rows of one step, if it is selected.
     pub fn write(&mut self, record: &StepRecord) -> Result<(), Failure> {
         if record.report.status == StepStatus::End {
             let rows = self.rows_so_far(|_| Ok(()))?.into_iter();
@@ -131,12 +131,12 @@ impl RunWriter {
         written.map_err(|error| self.files[0].failed(&error))
     }
 
-    /// The rows so far, brought to the disk.
+    /// Syncs the rows so far to the disk and returns them.
     pub fn synced_rows(&mut self) -> Result<Vec<WrittenRows>, Failure> {
         self.rows_so_far(TableSink::sync)
     }
 
-    /// The rows so far, each table `flushed` before it is looked at.
+    /// Rows so far, after `flushed` is applied to each table.
     fn rows_so_far(
         &mut self,
         flushed: impl Fn(&mut TableSink) -> io::Result<()>,
@@ -155,7 +155,8 @@ impl RunWriter {
         rows.map_err(|error| self.files[0].failed(&error))
     }
 
-    /// Leaves the files as they are, to be continued from by their checkpoint, if there is one.
+    /// Keeps the temporary files if there is a checkpoint to continue from. Returns whether there
+    /// is one.
     pub fn leave(self) -> bool {
         if self.has_checkpoint {
             self.files.into_iter().for_each(PendingFile::leave);
@@ -163,14 +164,14 @@ impl RunWriter {
         self.has_checkpoint
     }
 
-    /// The files and their checksums, everything down to the disk: a full one must be noticed before the files
-    /// get their names.
+    /// Syncs the files to the disk and returns their checksums, so that a full disk is noticed
+    /// before the rename.
     pub fn finish(self) -> Result<WrittenFiles, Failure> {
         let streams = match self.rows {
             TableWriters::Trajectory(rows) => rows.finish().map(|stream| vec![stream]),
             TableWriters::Tables(rows) => {
                 rows.finish().map(|Streams { states, contacts, steps, joints, gears, ends }| {
-                    // As they were opened.
+                    // Same order as in `create`.
                     let all = [Some(states), contacts, Some(steps), joints, gears, ends];
                     all.into_iter().flatten().collect()
                 })
@@ -185,7 +186,7 @@ impl RunWriter {
     }
 }
 
-/// Whether a run of `scene`, of which these rows are kept, has the table.
+/// True if a run of `scene` with the selection `kept` has the table.
 fn has(scene: &Scene, kept: &KeptSteps, table: Table) -> bool {
     kept.has(table)
         && match table {
@@ -195,7 +196,7 @@ fn has(scene: &Scene, kept: &KeptSteps, table: Table) -> bool {
         }
 }
 
-/// Copies the rows that are written of the table `name`.
+/// Copies the existing rows of the table `name`.
 fn copy_rows(written: &Written<'_>, name: &str, to: &mut TableSink) -> Result<(), Failure> {
     let rows = written.rows.iter().find(|rows| rows.name == name);
     let copied = rows.map_or_else(

@@ -1,7 +1,7 @@
-"""Many tosses on the workers of Dask: here of this machine, elsewhere of a cluster.
+"""Many tosses on the workers of a Dask cluster, here on this machine.
 
-Every part is a function of its seeds alone, so that a part whose worker is lost is computed again
-by another, to the same bytes.
+Every part is a function of its seeds alone. If a worker is lost, another one computes its part
+again, with the same bytes.
 
 python python/examples/dask_sweep.py
 """
@@ -23,7 +23,7 @@ Floats = npt.NDArray[np.float64]
 
 
 def part(seeds: range) -> Floats:
-    """The states at the end of the tosses with these seeds: (B, 13)."""
+    """End states of the tosses with these seeds: (B, 13)."""
     starts = np.concatenate([tumble.drop(seed).states for seed in seeds])
     runs = tumble.rollout(tumble.drop(), starts, steps=STEPS, threads=1)
     if runs.unsolved:
@@ -36,7 +36,7 @@ def parts(tosses: int = TOSSES) -> List[range]:
 
 
 def sweep(client: Client, tosses: int = TOSSES) -> Floats:
-    """The ends of all tosses, in the order of their seeds: (tosses, 13)."""
+    """End states of all tosses, in the order of their seeds: (tosses, 13)."""
     futures = client.map(part, parts(tosses), pure=True)
     ends: Floats = np.concatenate(client.gather(futures))
     return ends

@@ -1,8 +1,9 @@
 """Every robot of a folder falls for 10 s: python fall.py FOLDER [--motors] [--leave-out NAME …].
 
-From coordinates drawn within the limits, 0.3 to 0.4 m higher than its file has it, without controls or with motors that get
-other targets every 0.1 s: how many steps are certified at 1e-9 m/s, how many are wild, and how far joints are off. Contacts of
-condim 4 and 6 rub alone.
+The start has random coordinates within the limits, 0.3 to 0.4 m higher than in the file. The
+robot has no controls, or motors with new targets every 0.1 s. The output has the number of steps
+certified at 1e-9 m/s, the number of wild steps, and the largest joint error. Contacts of condim 4
+and 6 have sliding friction only.
 """
 
 import argparse
@@ -14,7 +15,7 @@ import tumble
 
 
 def start(robot: tumble.Robot, rng: np.random.Generator) -> Any:
-    """Coordinates near those of the file."""
+    """Random coordinates near those of the file."""
     q = np.array(robot.start)
     for index, (name, kind, at, _, _) in enumerate(robot.joint_list):
         if kind == "free":
@@ -33,7 +34,7 @@ def start(robot: tumble.Robot, rng: np.random.Generator) -> Any:
 
 
 def off(simulation: tumble.Simulation) -> float:
-    """What the places of joints, and the axes of hinges, are off by, m and rad."""
+    """Largest error of joint positions and hinge axes, m and rad."""
     worst = 0.0
     for joint, axes in zip(simulation.joints.values(), simulation.scene.joint_axes):
         worst = max([worst] + [abs(joint["place"][k]) for k in range(3) if k not in axes])
@@ -43,7 +44,7 @@ def off(simulation: tumble.Simulation) -> float:
 
 
 def drive(robot: tumble.Robot, rng: np.random.Generator) -> None:
-    """Other controls for its actuators; other targets for its slides and hinges where it has none."""
+    """Sets new controls of the actuators, or new joint targets if there are none."""
     if robot.actuators:
         ranges = [bounds or (-1.0, 1.0) for bounds in robot.control_ranges]
         robot.controls = [rng.uniform(low, high) for low, high in ranges]
@@ -58,7 +59,7 @@ def drive(robot: tumble.Robot, rng: np.random.Generator) -> None:
 
 
 def fall(path: Path, rng: np.random.Generator, motors: bool, leave_out: List[str]) -> str:
-    """A line about the robot of a file."""
+    """Report line about the robot of a file."""
     mujoco = path.suffix == ".xml"
     scene = tumble.load(path, leave_out=leave_out, point_contacts=True if mujoco else None)
     simulation = scene.simulate()

@@ -1,4 +1,4 @@
-"""The coefficient of friction of a slide that was measured, by least squares over rollouts.
+"""Friction coefficient of a measured slide, by least squares over rollouts.
 
 python python/examples/fit_friction.py
 """
@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 
 TRUE_FRICTION = 0.37
 NOISE = 1e-3
-"""Of a measured place, m."""
+"""Standard deviation of a measured position, m."""
 STEPS = 400
 
 Floats = npt.NDArray[np.float64]
@@ -24,21 +24,21 @@ def scene() -> tumble.Scene:
 
 
 def slides(frictions: Floats) -> Floats:
-    """Where the block is after each step, m: (B, T, 3)."""
+    """Position of the block after each step, m: (B, T, 3)."""
     runs = tumble.rollout(scene(), steps=STEPS, parameters={"friction": frictions})
     assert not runs.unsolved
     return runs.states[:, :, 0, 0:3]
 
 
 def measured() -> Floats:
-    """A slide as a camera would see it: (T, 3)."""
+    """Slide with simulated measurement noise: (T, 3)."""
     noise = np.random.default_rng(0).normal(scale=NOISE, size=(STEPS, 3))
     places: Floats = slides(np.array([TRUE_FRICTION]))[0] + noise
     return places
 
 
 def fit(places: Floats) -> float:
-    """The friction whose slide is nearest to ``places``: the best of 64, then to the end."""
+    """Friction of the slide nearest to ``places``: a grid of 64, then a local search."""
 
     def errors(frictions: Floats) -> Floats:
         squares: Floats = np.mean((slides(frictions) - places) ** 2, axis=(1, 2))

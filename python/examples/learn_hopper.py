@@ -1,11 +1,11 @@
-"""A hopper learns to hop, by random search for a linear policy, and its curve is drawn.
+"""A hopper learns to hop by random search for a linear policy; its learning curve is drawn.
 
 python python/examples/learn_hopper.py [--moves 30] [--workers 2] [--seed 0] [--out learning.svg]
 
-Augmented random search (Mania, Guy and Recht, 2018): a policy a = M (o - mean)/deviation is moved along random
-directions by how much better an episode went along them than against them. It needs numpy alone, and its policy is 33
-numbers; a library of neural networks would take longer to install than this to learn. Needs gymnasium, for its
-file of the hopper.
+Augmented random search (Mania, Guy and Recht, 2018) moves a policy a = M (o - mean)/deviation
+along random directions. The weight of a direction is the difference of the rewards along it and
+against it. The policy has 33 numbers and needs only numpy. The model file of the hopper comes
+from gymnasium.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ NOISE = 0.05
 STEP = 0.03
 TESTS = 6
 TESTED = 3
-"""Episodes of the policy itself after each third move, whose mean is on the curve."""
+"""Number of moves between tests of the policy. The mean reward of the tests is on the curve."""
 
 _env: Optional[Hopper] = None
 
@@ -35,8 +35,11 @@ _env: Optional[Hopper] = None
 def episode(
     task: Tuple[Floats, Floats, Floats, int, float],
 ) -> Tuple[float, int, int, Floats, Floats]:
-    """The sum of rewards of an episode, its length, its steps without an answer, and the sums of what was observed and of
-    its squares. ``bonus`` is what each step of being well counts for the search."""
+    """Sum of rewards of an episode, its length, its steps that did not converge, and two sums.
+
+    The sums are those of the observations and of their squares. ``bonus`` is the value of a healthy
+    step in the search.
+    """
     global _env
     if _env is None:
         _env = Hopper()
@@ -58,7 +61,7 @@ def episode(
 
 
 class Search:
-    """The policy, and what was observed so far."""
+    """Policy and statistics of the observations."""
 
     def __init__(self, seed: int) -> None:
         self.rng = np.random.default_rng(seed)
@@ -71,14 +74,14 @@ class Search:
         self.steps = self.unsolved = 0
 
     def scaling(self) -> Tuple[Floats, Floats]:
-        """Mean and deviation of what was observed."""
+        """Mean and deviation of the observations."""
         if self.count == 0:
             return np.zeros(self.shape[1]), np.ones(self.shape[1])
         mean = self.sums / self.count
         return mean, np.sqrt(np.maximum(self.squares / self.count - mean**2, 1e-6))
 
     def run(self, pool: ProcessPoolExecutor, policies: List[Floats], bonus: float) -> Floats:
-        """The sums of rewards of an episode with each policy."""
+        """Sum of rewards of an episode with each policy."""
         mean, deviation = self.scaling()
         seeds = self.rng.integers(2**31, size=len(policies))
         tasks = [(policy, mean, deviation, int(seed), bonus) for policy, seed in zip(policies, seeds)]
@@ -93,7 +96,10 @@ class Search:
         return np.array(totals)
 
     def move(self, pool: ProcessPoolExecutor) -> None:
-        """One step of the search. Being well is worth nothing to it, so that standing still is no way out."""
+        """One step of the search.
+
+        Healthy steps have no value in it, so that standing still is not an optimum.
+        """
         directions = self.rng.standard_normal((DIRECTIONS, *self.shape))
         policies = [self.policy + sign * NOISE * one for one in directions for sign in (1, -1)]
         totals = self.run(pool, policies, 0.0).reshape(DIRECTIONS, 2)
@@ -104,7 +110,7 @@ class Search:
 
 
 def svg(curve: List[Tuple[int, float, float, float]]) -> str:
-    """The curve over steps: mean, least and most of the tests."""
+    """Learning curve over steps: mean, minimum and maximum of the tests."""
     width, height, left, bottom = 640, 320, 60, 40
     steps = max(point[0] for point in curve)
     most = max(500.0, 500.0 * np.ceil(max(point[3] for point in curve) / 500.0))

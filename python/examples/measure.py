@@ -1,4 +1,4 @@
-"""What the figures of docs/python.md are measured with: interleaved, the fastest of some rounds.
+"""Benchmark for the numbers of docs/python.md: interleaved runs, the fastest of some rounds.
 
 python python/examples/measure.py
 """
@@ -21,7 +21,7 @@ SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
 ROUNDS = 7
 ROLLOUTS, STEPS = 400, 500
 READ = 200
-"""Steps with their contacts read."""
+"""Number of steps whose contacts are read."""
 READ_ALL = itemgetter("body", "partner", "point", "normal", "force", "slip")
 
 
@@ -38,7 +38,7 @@ def stepped(simulation: tumble.Simulation, read: Callable[[], object]) -> None:
 
 
 def memory() -> int:
-    """The largest so far, KiB."""
+    """Peak memory so far, KiB."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
@@ -73,7 +73,7 @@ def main() -> None:
     for name, _, number in cases:
         print(f"{name:<18}{fastest[name] / number * 1e6:7.3f} µs a step")
 
-    # Contacts read in the loop, as a part of the step that they are of.
+    # Time to read contacts in the loop, relative to the step itself.
     sliding = {"box": [0.3, 0.3, 0.2], "mass": 1.0, "position": [0, 0, 0.1], "velocity": [900, 0, 0]}
     scenes = {"sliding box": tumble.Scene([sliding], {"friction": 0.05})}
     scenes.update((name, tumble.load(SCENARIOS / f"{name}.toml")) for name in ("stack", "pile"))

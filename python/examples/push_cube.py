@@ -1,4 +1,4 @@
-"""The environment under a simple rule, 64 cubes at once.
+"""The environment PushCube under a simple rule, 64 cubes in parallel.
 
 python python/examples/push_cube.py
 """
@@ -10,7 +10,7 @@ import tumble.gym
 
 
 def rule(observations: np.ndarray) -> np.ndarray:
-    """Pushes towards the target, faster where it is far, with the friction on top."""
+    """Force towards the target: speed control with friction compensation."""
     way, velocity = observations[:, 13:15], observations[:, 7:9]
     distance = np.linalg.norm(way, axis=1, keepdims=True)
     speed = np.minimum(0.5, 2.0 * distance)

@@ -1,5 +1,6 @@
-"""A box is pushed to a pose by a planner that believes in another friction: it plans again from where the box is, five steps
-at a time.
+"""Model predictive control of a pushed box, with a wrong friction coefficient in the model.
+
+The controller plans again from the current pose after every five steps.
 
 python python/examples/push_mpc.py
 """
@@ -40,7 +41,7 @@ def scene(friction: float) -> tumble.Scene:
 
 
 def rotation(q: np.ndarray) -> np.ndarray:
-    """Body to world."""
+    """Rotation matrix from body to world."""
     w, v = q[0], q[1:]
     cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
     matrix: np.ndarray = np.eye(3) + 2 * w * cross + 2 * cross @ cross
@@ -48,7 +49,7 @@ def rotation(q: np.ndarray) -> np.ndarray:
 
 
 def wrench(plan: tumble.Plan, step: int, state: np.ndarray) -> np.ndarray:
-    """The planned push where the box is now: force in the world's axes, torque in the body's."""
+    """Planned push at the current pose: force in world axes, torque in body axes."""
     normal, tangential, _, offset, _ = (column[step] for column in plan.columns.values())
     force = np.array([normal, tangential, 0.0])
     torque = np.cross(AT + [0, offset, 0], force)
@@ -56,20 +57,20 @@ def wrench(plan: tumble.Plan, step: int, state: np.ndarray) -> np.ndarray:
 
 
 def miss(state: np.ndarray) -> Tuple[float, float, float]:
-    """m, degrees, m/s."""
+    """Distance (m), angle (degrees) and speed (m/s) to the target."""
     away = float(np.linalg.norm(state[:2] - TARGET["position"]))
     turn = 2 * np.arccos(min(1.0, abs(float(state[3:7] @ TARGET["attitude"]))))
     return away, float(np.degrees(turn)), float(np.linalg.norm(state[7:10]))
 
 
 def is_there(state: np.ndarray) -> bool:
-    """Within twice what the planner asks for."""
+    """True within twice the tolerances of the planner."""
     away, turn, speed = miss(state)
     return away < 0.02 and turn < 4 and speed < 0.04
 
 
 def pushed(friction: float) -> Tuple[bool, int, float, Tuple[float, float, float]]:
-    """Whether it arrives, after how many plans, how many of them a second after the first one, and the last miss."""
+    """Runs the controller. Returns success, number of plans, plans per second and the last miss."""
     planner, truth = scene(BELIEVED), scene(friction).simulate()
     plan = tumble.plan(planner, STEPS, CONTROLS, TARGET, runs=4000)
     taken, plans, seconds = 0, 0, 0.0
@@ -80,7 +81,7 @@ def pushed(friction: float) -> Tuple[bool, int, float, Tuple[float, float, float
         state = truth.states[0]
         if is_there(state) or taken >= LONGEST:
             break
-        # What is left of the plan, from where the box is; at last with a little time to mend.
+        # Warm start: the rest of the plan from the current pose, near the end with some extra time.
         left = plan.controls.reshape(-1, 3)[PERIOD:]
         more = max(0, SHORTEST - len(left))
         left = np.vstack([left, np.tile([1.0, 0.0, 0.0], (more, 1))])

@@ -1,4 +1,4 @@
-"""A block slides over the ground and stops: how far does it come, for many frictions?
+"""Sliding distances of a block for many friction coefficients.
 
 python python/examples/slide.py
 """
@@ -9,7 +9,7 @@ import numpy as np
 import tumble
 
 SPEED = 2.0
-"""m/s."""
+"""Initial speed, m/s."""
 GRAVITY = 9.81
 
 

@@ -1,4 +1,4 @@
-//! Numbers of the library as numpy arrays, and back.
+//! Conversion between numbers of the library and numpy arrays.
 
 use crate::errors::refused;
 use nalgebra::SVector;
@@ -7,11 +7,11 @@ use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use tumble_core::mechanics::State;
 
-/// An array that Python gets.
+/// Array returned to Python.
 pub type Array<'py, T = f64> = Bound<'py, PyArrayDyn<T>>;
 
-/// The numbers as an array of this shape: the memory becomes the array's. It is a copy that nobody
-/// follows, and can therefore not be written to.
+/// Creates a read-only array of this shape. The array takes over the memory of `numbers`. Later
+/// changes of the source do not show in it, so writing is disabled.
 pub fn shaped<'py, T: Element>(
     py: Python<'py>,
     numbers: Vec<T>,
@@ -25,12 +25,12 @@ pub fn shaped<'py, T: Element>(
     Ok(array)
 }
 
-/// The numbers of an array in C order.
+/// Numbers of an array in C order.
 pub fn numbers<'a>(name: &str, array: &'a PyReadonlyArrayDyn<'_, f64>) -> PyResult<&'a [f64]> {
     array.as_slice().map_err(|_| refused(format!("{name}: an array in C order is needed")))
 }
 
-/// The same of an array that must have `count` numbers.
+/// Numbers of an array in C order that must have `count` of them.
 pub fn as_many<'a>(
     name: &str,
     array: &'a PyReadonlyArrayDyn<'_, f64>,
@@ -43,7 +43,7 @@ pub fn as_many<'a>(
     }
 }
 
-/// States as (N, 13).
+/// Converts states to an array (N, 13).
 pub fn of_states<'py>(py: Python<'py>, states: &[State]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     let mut numbers = Vec::with_capacity(13 * states.len());
     for state in states {
@@ -52,7 +52,7 @@ pub fn of_states<'py>(py: Python<'py>, states: &[State]) -> PyResult<Bound<'py, 
     shaped(py, numbers, &[states.len(), 13])
 }
 
-/// States from (N, 13).
+/// Converts an array (N, 13) to states.
 pub fn to_states(name: &str, array: &PyReadonlyArrayDyn<'_, f64>) -> PyResult<Vec<State>> {
     let rows = numbers(name, array)?.chunks_exact(13);
     Ok(rows.map(|row| State::from_vector(&SVector::<f64, 13>::from_column_slice(row))).collect())

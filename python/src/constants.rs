@@ -1,4 +1,4 @@
-//! The constants of a scene as numbers with names.
+//! World constants of a scene as named numbers.
 
 use crate::rollout::parameter;
 use crate::scene::PyScene;
@@ -6,22 +6,23 @@ use pyo3::prelude::*;
 use tumble_core::world::Constant;
 use tumble_scene::label::label;
 
-/// The numbers of one constant.
+/// Values of one constant.
 #[derive(IntoPyObject)]
 pub struct ConstantNumbers {
-    /// The scene's own numbers.
+    /// Values of the scene.
     own: Vec<f64>,
-    /// The name of each number: its body, piece, pair or axis. A number that its owner has alone has the owner's name.
+    /// Name of each number: its body, piece, pair or axis. A single number has the name of its
+    /// owner.
     names: Vec<String>,
-    /// The one number by which the constant varies as a whole.
+    /// Scalar that varies the constant as a whole.
     whole: f64,
-    /// The numbers where the one number is 0.
+    /// Values at the scalar 0.
     at_zero: Vec<f64>,
-    /// The numbers where the one number is 1.
+    /// Values at the scalar 1.
     at_one: Vec<f64>,
 }
 
-/// The numbers of the constant `name` of a scene.
+/// Values of the constant `name` of a scene.
 #[pyfunction]
 #[pyo3(signature = (name, scene))]
 pub fn constant_numbers(name: &str, scene: PyRef<'_, PyScene>) -> PyResult<ConstantNumbers> {

@@ -1,4 +1,4 @@
-//! The contacts of a step, or of many, by column.
+//! Contacts of one or many steps as columns.
 
 use crate::arrays::shaped;
 use numpy::{PyArray1, PyArrayMethods};
@@ -14,25 +14,25 @@ use tumble_core::simulation::StepRecord;
 use tumble_scene::output::tables::ContactRow;
 use tumble_scene::scene::Scene as Content;
 
-/// What contacts have as columns.
+/// Names of the columns.
 pub const COLUMNS: [&str; 8] =
     ["body", "partner", "point", "normal", "force", "slip", "normal_force", "gap"];
 
-/// Those of them that are numbers, the last ones, and how many of each a contact has.
+/// Numeric columns, which come last, and their numbers per contact.
 const NUMBERS: [(&str, usize); 6] =
     [("point", 3), ("normal", 3), ("force", 3), ("slip", 3), ("normal_force", 1), ("gap", 1)];
 
-/// The names of whom contacts are with, as texts of Python, which a column refers to.
+/// Partner names as shared Python strings, to which a column refers.
 pub struct PartnerNames {
     ground: Py<PyString>,
     fixed: Vec<Py<PyString>>,
     bodies: Vec<Py<PyString>>,
-    /// Of what is not there.
+    /// Empty name of an unknown partner.
     none: Py<PyString>,
 }
 
 impl PartnerNames {
-    /// Those of a scene.
+    /// Creates the names of a scene.
     pub fn of(py: Python<'_>, content: &Content) -> Self {
         let text = |name: &str| PyString::new(py, name).unbind();
         let texts = |names: &[String]| names.iter().map(|name| text(name)).collect();
@@ -50,23 +50,23 @@ impl PartnerNames {
     }
 }
 
-/// Whom contacts are between.
+/// Pairs of bodies and partners.
 struct PairColumns {
     all: Vec<(usize, Partner)>,
-    /// The columns of both, once they were read.
+    /// Columns `body` and `partner`, created when first read.
     made: [PyOnceLock<Py<PyAny>>; 2],
 }
 
-/// The numbers of contacts in one array, a column after the other.
+/// Numbers of contacts in one array, column by column.
 struct ColumnNumbers {
     all: Py<PyArray1<f64>>,
-    /// Its memory, once it was written to again.
+    /// Buffer of the array, created when first overwritten.
     memory: PyOnceLock<PyBuffer<f64>>,
-    /// Views of it, the columns that were read, which cannot be written to.
+    /// Read-only views of the columns that have been read.
     made: [PyOnceLock<Py<PyAny>>; NUMBERS.len()],
 }
 
-/// Contacts, C in all, by column, each made when it is first read.
+/// Contacts as columns, C in all. Each column is created when it is first read.
 #[pyclass(frozen, name = "Columns", module = "tumble._tumble")]
 pub struct ContactColumns {
     names: Arc<PartnerNames>,
@@ -75,7 +75,7 @@ pub struct ContactColumns {
 }
 
 impl ContactColumns {
-    /// Those of contacts between these, a row each.
+    /// Creates the columns of contacts between the pairs `all`, one row each.
     pub fn of<R: Borrow<ContactRow>>(
         py: Python<'_>,
         all: Vec<(usize, Partner)>,
@@ -93,7 +93,7 @@ impl ContactColumns {
         Self { names, pairs, numbers }
     }
 
-    /// Those of a step. Where they are between the same as others, these columns are theirs.
+    /// Creates the columns of a step. If `others` has the same pairs, their columns are shared.
     pub fn of_step(
         py: Python<'_>,
         record: &StepRecord,
@@ -108,8 +108,9 @@ impl ContactColumns {
         columns
     }
 
-    /// Becomes those of another step, if they are between the same and nobody but one has the array of these or a view of
-    /// it: whether they did. That one has each column once. `numbers` is room for what is written.
+    /// Overwrites the columns with those of another step and returns true. This requires equal
+    /// pairs and at most one other holder of each view. Otherwise nothing changes, and the result
+    /// is false. `numbers` is scratch memory.
     pub fn become_those_of(
         &self,
         py: Python<'_>,
@@ -121,7 +122,7 @@ impl ContactColumns {
         let is_free = are_same && self.numbers.is_free(py);
         if is_free && count > 0 {
             let memory = || PyBuffer::get(self.numbers.all.bind(py).as_any());
-            // numpy's own loans take longer than what is written.
+            // The borrow checks of numpy take longer than the copy.
             let memory = self.numbers.memory.get_or_try_init(py, memory)?;
             fill(numbers, count, ContactRow::of(record));
             memory.copy_from_slice(py, numbers)?;
@@ -129,7 +130,7 @@ impl ContactColumns {
         Ok(is_free)
     }
 
-    /// The names of those between whom the contacts are.
+    /// Partner name of each contact.
     fn partners<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let partners = self.pairs.all.iter().map(|(_, with)| self.names.partner(*with));
         Ok(PyTuple::new(py, partners)?.into_any())
@@ -140,7 +141,7 @@ impl ContactColumns {
         Ok(shaped(py, bodies, &[self.pairs.all.len()])?.into_any())
     }
 
-    /// The column at this place among the numbers.
+    /// View of the numeric column with this index.
     fn view<'py>(&self, py: Python<'py>, place: usize) -> PyResult<Bound<'py, PyAny>> {
         let count = self.pairs.all.len();
         let before: usize = NUMBERS[..place].iter().map(|(_, width)| width * count).sum();
@@ -159,7 +160,7 @@ impl ContactColumns {
 
 #[pymethods]
 impl ContactColumns {
-    /// The column of this name, (C,) or (C, 3).
+    /// Column of this name, shape (C,) or (C, 3).
     pub fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let Some(place) = COLUMNS.iter().position(|of| *of == name) else {
             return Err(PyKeyError::new_err(name.to_owned()));
@@ -175,24 +176,25 @@ impl ContactColumns {
         Ok(column?.bind(py).clone())
     }
 
-    /// C.
+    /// Number of contacts C.
     fn __len__(&self) -> usize {
         self.pairs.all.len()
     }
 }
 
 impl ColumnNumbers {
-    /// Whether nobody else has the array or a view of it. Every view, one of a view too, has the array itself.
+    /// True if nothing else holds the array or a view of it. Every view, also of a view, holds the
+    /// array.
     fn is_free(&self, py: Python<'_>) -> bool {
         let mut made = self.made.iter().filter_map(|made| made.get(py));
         let count = made.clone().count() as isize;
         let memory = isize::from(self.memory.get(py).is_some());
-        // Of a view, this one and that of whom they are for.
+        // A view has two holders: this object and its reader.
         holders(&self.all, py) == 1 + memory + count && made.all(|view| holders(view, py) <= 2)
     }
 }
 
-/// The numbers of `count` contacts, a column after the other.
+/// Fills the numbers of `count` contacts, column by column.
 fn fill<R: Borrow<ContactRow>>(
     numbers: &mut Vec<f64>,
     count: usize,
@@ -217,13 +219,13 @@ fn fill<R: Borrow<ContactRow>>(
     }
 }
 
-/// Whom the contacts of a step are between.
+/// Pairs of a step's contacts.
 fn pairs(record: &StepRecord) -> impl Iterator<Item = (usize, Partner)> + '_ {
     let pair = |contact: &Contact| (contact.key.body, contact.key.partner);
     record.contacts.iter().map(pair).take(record.solution.contacts.len())
 }
 
-/// How many references there are to an object.
+/// Reference count of an object.
 #[expect(deprecated, reason = "what takes its place is unsafe")]
 pub fn holders<T>(object: &Py<T>, py: Python<'_>) -> isize {
     object.get_refcnt(py)

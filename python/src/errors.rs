@@ -1,4 +1,4 @@
-//! The library's refusals as exceptions, with its sentences.
+//! Errors of the library as Python exceptions.
 
 use pyo3::PyErr;
 use pyo3::create_exception;
@@ -13,12 +13,12 @@ create_exception!(
     "Input that cannot be simulated, in one sentence: what is wrong, and what would be right."
 );
 
-/// A sentence as an exception.
+/// Creates an exception with this message.
 pub fn refused(why: impl Display) -> PyErr {
     TumbleError::new_err(why.to_string())
 }
 
-/// An error of a step or a batch. What ends one early is Ctrl-C.
+/// Converts an error of a step or a batch. An interruption becomes KeyboardInterrupt.
 pub fn of_step(error: &Error) -> PyErr {
     match error {
         Error::Interrupted => PyKeyboardInterrupt::new_err(()),

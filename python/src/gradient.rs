@@ -13,11 +13,17 @@ use tumble_core::solver::native::{Smoothing, StepChange, StepDerivative};
 use tumble_core::world::Constant;
 use tumble_scene::scene::Scene as Content;
 
-/// The ends (N, 13); derivatives by states, by wrenches and by each constant; both margins, m/s; steps that were not
-/// solved, whose features are not known, whose shares were kept, of which restitution was taken in part; of a run the steps of both margins.
+/// Results of a derivative call:
+///
+/// - end states (N, 13);
+/// - derivatives with respect to states, wrenches and each constant;
+/// - margin and feature margin, m/s;
+/// - numbers of steps: not converged, with unknown features, with kept force distributions, with
+///   partial restitution;
+/// - steps of both margins, for a run.
 type GradientArrays<'py> = (Array<'py>, Vec<Array<'py>>, [f64; 2], [u64; 4], [u64; 2]);
 
-/// A simulation of the scene from `states`.
+/// Creates a simulation of the scene from `states`.
 fn begin(content: &Content, states: Vec<State>) -> Result<Simulation<'static>, Error> {
     let motion = content.motion(&content.world)?;
     let mut simulation = Simulation::new(content.world.clone(), states, motion)?;
@@ -25,14 +31,14 @@ fn begin(content: &Content, states: Vec<State>) -> Result<Simulation<'static>, E
     Ok(simulation)
 }
 
-/// The wrenches of numbers, six a body.
+/// Wrenches from an array with six numbers per body.
 fn wrenches(numbers: &[f64]) -> impl Iterator<Item = Wrench> + '_ {
     let part = |numbers: &[f64]| nalgebra::Vector3::from_column_slice(numbers);
     let each = numbers.chunks_exact(6);
     each.map(move |six| Wrench { force: part(&six[..3]), torque: part(&six[3..]) })
 }
 
-/// The constants of these names.
+/// World constants with these names.
 pub fn constants_of(names: &[String]) -> PyResult<Vec<Constant>> {
     let of_name = |name: &String| {
         Constant::of_name(name).ok_or_else(|| {
@@ -43,7 +49,7 @@ pub fn constants_of(names: &[String]) -> PyResult<Vec<Constant>> {
     names.iter().map(of_name).collect()
 }
 
-/// What derivatives are smoothed by, from its name and its size.
+/// Smoothing with this name and size.
 pub fn smoothing_of(given: Option<(String, f64)>) -> PyResult<Option<Smoothing>> {
     match given {
         None => Ok(None),
@@ -53,7 +59,7 @@ pub fn smoothing_of(given: Option<(String, f64)>) -> PyResult<Option<Smoothing>>
     }
 }
 
-/// The Jacobian of one step.
+/// Jacobian of one step.
 #[pyfunction]
 #[pyo3(signature = (scene, states, pushes, by, smoothing))]
 pub fn jacobian<'py>(
@@ -66,7 +72,7 @@ pub fn jacobian<'py>(
 ) -> PyResult<GradientArrays<'py>> {
     let (content, constants) = (&scene.content, constants_of(&by)?);
     let (world, bodies) = (&content.world, content.world.bodies().len());
-    // What cannot be set cannot vary.
+    // Refuses constants that cannot be set.
     let values: Vec<_> = constants.iter().map(|constant| (*constant, constant.of(world))).collect();
     let values: Vec<_> = values.iter().map(|(constant, value)| (*constant, &value[..])).collect();
     world.with_constants(&values).map_err(|error| of_step(&error))?;
@@ -97,7 +103,7 @@ pub fn jacobian<'py>(
             }
         }
     }
-    // Column by column, as rows of the array.
+    // Writes one column of the array per unit change.
     let mut columns = |count: usize, change: &dyn Fn(usize) -> Change| -> PyResult<Vec<f64>> {
         let rows = StateChange::LEN * bodies;
         let mut all = vec![0.0; rows * count];
@@ -147,14 +153,14 @@ pub fn jacobian<'py>(
     Ok((of_states(py, &record.solution.states)?, arrays, margins, counts, [0, 0]))
 }
 
-/// A change of a step's data.
+/// A change of a step's wrenches and constants.
 #[derive(Default)]
 struct Change {
     wrenches: Vec<Wrench>,
     numbers: Vec<(Constant, Vec<f64>)>,
 }
 
-/// The product of the transposed derivative of a run with derivatives by its end.
+/// Product of the transposed derivative of a run with derivatives with respect to its end.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 #[pyo3(signature = (scene, states, controls, steps, by_end, by, smoothing))]

@@ -8,24 +8,24 @@ use std::sync::Arc;
 use tumble_core::simulation::StepRecord;
 use tumble_scene::scene::Scene as Content;
 
-/// The last step, and its contacts as Python has them.
+/// The last step and its contacts as Python objects.
 pub struct LastStep {
     record: StepRecord,
-    /// The names of whom contacts are with, once they were asked for.
+    /// Partner names, created when first needed.
     names: Option<Arc<PartnerNames>>,
-    /// Contacts that were asked for, the last ones first, to be written anew when nobody has them.
+    /// Contacts objects returned to Python, latest first. Objects without other holders are reused.
     told: Vec<LastStepParts>,
-    /// Whether the first of these are those of the record.
+    /// True if the first of these objects belongs to the record.
     is_told: bool,
-    /// Room for the numbers of contacts.
+    /// Scratch memory for the numbers of contacts.
     numbers: Vec<f64>,
 }
 
-/// So many contacts that were asked for are kept: those between the same as these need not be made. A body that is
-/// thrown comes back to few: on so many corners, or on none.
+/// Number of contacts objects to keep for reuse with the same pairs. A thrown body returns to few
+/// sets of pairs: contacts at some corners, or none.
 const KEPT: usize = 8;
 
-/// Contacts that were asked for.
+/// A contacts object with its columns.
 struct LastStepParts {
     /// A `tumble.Contacts` of the columns.
     contacts: Py<PyAny>,
@@ -40,21 +40,21 @@ impl LastStepParts {
         Ok(Self { contacts: contacts.unbind(), columns })
     }
 
-    /// Becomes those of another step, if nobody has them: whether they did.
+    /// Overwrites the object with another step if it has no other holder. Returns true if it did.
     fn become_those_of(
         &self,
         py: Python<'_>,
         record: &StepRecord,
         numbers: &mut Vec<f64>,
     ) -> PyResult<bool> {
-        // The columns are the contacts' too.
+        // The contacts object also holds the columns.
         let is_free = holders(&self.contacts, py) == 1 && holders(&self.columns, py) == 2;
         Ok(is_free && self.columns.get().become_those_of(py, record, numbers)?)
     }
 }
 
 impl LastStep {
-    /// Before the first one.
+    /// State before the first step.
     pub fn none() -> Self {
         let record = StepRecord::new();
         Self { record, names: None, told: Vec::new(), is_told: false, numbers: Vec::new() }
@@ -64,25 +64,26 @@ impl LastStep {
         &self.record
     }
 
-    /// The record to be written to.
+    /// Record to be overwritten by a new step.
     pub fn change(&mut self) -> &mut StepRecord {
         self.is_told = false;
         &mut self.record
     }
 
-    /// The same, to be written to by a step that is the last one again: its contacts are told.
+    /// Record to be overwritten by a step at rest that repeats the last one, so its contacts stay
+    /// valid.
     pub fn repeat(&mut self) -> &mut StepRecord {
         &mut self.record
     }
 
-    /// The same, of other bodies.
+    /// Record to be overwritten for another set of bodies.
     pub fn change_bodies(&mut self) -> &mut StepRecord {
         self.names = None;
         self.told.clear();
         self.change()
     }
 
-    /// The contacts by column.
+    /// Contacts as columns.
     pub fn contacts(&mut self, py: Python<'_>, content: &Content) -> PyResult<Py<PyAny>> {
         let Self { record, told, names, is_told, numbers } = self;
         if !*is_told {
@@ -105,7 +106,7 @@ impl LastStep {
             }
             *is_told = true;
         }
-        // What is told has been put first.
+        // The current object is first.
         Ok(told.first().map_or_else(|| py.None(), |told| told.contacts.clone_ref(py)))
     }
 }

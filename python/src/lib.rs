@@ -1,5 +1,5 @@
 //! The compiled part of the Python package `tumble`: scenes, simulations, recordings and rollouts,
-//! with numpy arrays in and out. What is only sugar stands in Python, in `python/python/tumble`.
+//! with numpy arrays as input and output. Convenience functions are in `python/python/tumble`.
 
 mod arrays;
 mod constants;

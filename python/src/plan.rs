@@ -1,4 +1,4 @@
-//! Plans: controls with which a scene meets its targets.
+//! Trajectory optimisation: controls with which a scene meets its targets.
 
 use crate::arrays::{numbers, of_states, shaped, to_states};
 use crate::errors::{of_step, refused};
@@ -16,7 +16,8 @@ use tumble_plan::file::ProblemFile;
 use tumble_plan::{Plan, PlanError, PlanProblem, SearchProgress, SearchWatch};
 use tumble_scene::written;
 
-/// Searches controls of the problem in `text` from `start`, for at most `time` (s), and returns the plan as a dictionary.
+/// Searches controls of the problem in `text` from `start`, for at most `time` (s), and returns the
+/// plan as a dictionary.
 #[pyfunction]
 #[pyo3(signature = (scene, text, start, states, time, threads))]
 pub fn plan<'py>(
@@ -66,7 +67,7 @@ pub fn plan<'py>(
     told(py, problem, &found)
 }
 
-/// Plan as a dictionary.
+/// Converts a plan to a dictionary.
 fn told<'py>(py: Python<'py>, problem: &PlanProblem, plan: &Plan) -> PyResult<Bound<'py, PyDict>> {
     let replay = &plan.replay;
     let all = PyDict::new(py);
@@ -132,7 +133,7 @@ fn told<'py>(py: Python<'py>, problem: &PlanProblem, plan: &Plan) -> PyResult<Bo
     });
     all.set_item("modes", modes.collect::<Vec<_>>())?;
     let found = problem.scene_of(replay).map_err(in_python)?;
-    // A scene of [body] is a text, so that it leaves a trajectory again.
+    // A scene of `[body]` is returned as text, so that it writes trajectory.csv again.
     let (model, text) = if found.trajectory {
         (None, Some(written::text(&found).map_err(in_python)?))
     } else {

@@ -1,4 +1,4 @@
-//! Contact problems by themselves.
+//! Standalone contact problems.
 
 use crate::arrays::{Array, numbers, shaped};
 use crate::errors::refused;
@@ -14,12 +14,12 @@ use tumble::problem::{
 };
 
 type ArrayNumbers<'py> = PyReadonlyArrayDyn<'py, f64>;
-/// Rows and columns, and the entries: their rows, their columns, their values.
+/// Sparse matrix: numbers of rows and columns, then row, column and value of its entries.
 type ProblemEntries<'py> = (usize, usize, Vec<usize>, Vec<usize>, ArrayNumbers<'py>);
-/// μ, or rows by name with two bounds.
+/// Law of a group: μ, or names of row laws with two bounds each.
 type GivenLaw = (Option<f64>, Vec<(String, f64, f64)>);
 
-/// A problem with at least so many rows is solved on a thread of its own, so that Ctrl-C ends it.
+/// Number of rows from which a problem is solved on its own thread, so that Ctrl-C can end it.
 const LONG: usize = 300;
 
 /// A contact problem in the library's memory.
@@ -70,7 +70,7 @@ fn laws(dimension: usize, given: Vec<GivenLaw>) -> PyResult<Vec<Law>> {
 
 #[pymethods]
 impl CoreProblem {
-    /// That of W, q and the laws.
+    /// Creates a local problem of W, q and the laws.
     #[staticmethod]
     #[pyo3(signature = (w, q, dimension, groups))]
     fn local(
@@ -84,7 +84,7 @@ impl CoreProblem {
         content.map(|content| Self { content }).map_err(|error| of_problem(&error))
     }
 
-    /// That of M, H, f, w and the laws.
+    /// Creates a global problem of M, H, f, w and the laws.
     #[staticmethod]
     #[pyo3(signature = (m, h, f, w, dimension, groups))]
     fn of_bodies(
@@ -102,37 +102,37 @@ impl CoreProblem {
         content.map(|content| Self { content }).map_err(|error| of_problem(&error))
     }
 
-    /// That of Siconos' text.
+    /// Parses the text format of Siconos.
     #[staticmethod]
     #[pyo3(signature = (text))]
     fn from_dat(text: &str) -> PyResult<Self> {
         dat::read(text).map(|content| Self { content }).map_err(refused)
     }
 
-    /// As Siconos' text.
+    /// Formats the problem in the text format of Siconos.
     fn to_dat(&self) -> PyResult<String> {
         dat::write(&self.content).map_err(|error| of_problem(&error))
     }
 
-    /// The same in the local form.
+    /// Converts the problem to the local form.
     fn to_local(&self) -> PyResult<Self> {
         let local = self.content.to_local().map_err(|error| of_problem(&error))?;
         Ok(Self { content: local })
     }
 
-    /// Whether it is in the local form.
+    /// True if the problem has the local form.
     #[getter]
     fn is_local(&self) -> bool {
         matches!(self.content.form(), Form::Local { .. })
     }
 
-    /// The rows of every group.
+    /// Number of rows of every group.
     #[getter]
     fn sizes(&self) -> Vec<usize> {
         self.content.laws().iter().map(Law::rows).collect()
     }
 
-    /// μ of every group; none of one that is no contact.
+    /// Friction coefficient μ of every group, None for groups that are not contacts.
     #[getter]
     fn friction(&self) -> Vec<Option<f64>> {
         let of = |law: &Law| match law {
@@ -142,7 +142,8 @@ impl CoreProblem {
         self.content.laws().iter().map(of).collect()
     }
 
-    /// The entries of W, M or H: rows, columns, and the rows, columns and values of what is not zero.
+    /// Entries of W, M or H: numbers of rows and columns, then rows, columns and values of the
+    /// non-zeros.
     #[pyo3(signature = (name))]
     #[allow(clippy::type_complexity)]
     fn entries<'py>(
@@ -170,7 +171,7 @@ impl CoreProblem {
         ))
     }
 
-    /// q, f or w.
+    /// Vector q, f or w.
     #[pyo3(signature = (name))]
     fn vector<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Array<'py>> {
         let vector = match (self.content.form(), name) {
@@ -185,8 +186,9 @@ impl CoreProblem {
         shaped(py, vector.clone(), &[vector.len()])
     }
 
-    /// Impulses, u, v; the residual and the relative error; iterations and parts; the start; whether the rule
-    /// selected it.
+    /// Solves the problem. Returns the arrays (impulses, u, v), the errors (residual, relative
+    /// error), the counts (iterations, parts), the name of the start, and True if the selection
+    /// rule determined the solution.
     #[pyo3(signature = (residual, start, rule))]
     #[allow(clippy::type_complexity)]
     fn solve<'py>(
@@ -228,7 +230,7 @@ impl CoreProblem {
         Ok((arrays, errors, counts, solution.start, solution.selected))
     }
 
-    /// u, v, the residual and the relative error of impulses.
+    /// Evaluates impulses. Returns the arrays (u, v) and the errors (residual, relative error).
     #[pyo3(signature = (impulses))]
     #[allow(clippy::type_complexity)]
     fn evaluate<'py>(

@@ -1,4 +1,4 @@
-//! A run that was recorded: as arrays, as tables, as pictures.
+//! A recorded run as arrays, tables and pictures.
 
 use crate::arrays::{Array, numbers, shaped};
 use crate::contacts::{COLUMNS, ContactColumns, PartnerNames};
@@ -31,23 +31,23 @@ use tumble_view::plot::{self, PlotSheet};
 use tumble_view::view::page;
 use tumble_view::{Fact, Film};
 
-/// Rows that a picture may be made of: they are all in memory once more.
+/// Largest number of rows for pictures, which need all rows in memory again.
 const MOST_ROWS: usize = 1_000_000;
 
-/// A recorded run: K rows, the last one a state without a step.
+/// A recorded run with K rows. The last row is a state without a step.
 #[pyclass(frozen, name = "Recording", module = "tumble._tumble")]
 pub struct PyRecording {
     pub content: Arc<Content>,
     pub rows: Vec<TableStep>,
-    /// The sum of the contact forces on each body over each step, N: K - 1 times N.
+    /// Sum of the contact forces on each body over each step, N: K - 1 times N vectors.
     pub forces: Vec<Vector3<f64>>,
-    /// Whether the rows have their contacts.
+    /// True if the rows contain their contacts.
     pub has_contacts: bool,
-    /// Whether nothing moved it but what the scene says; `None` where nobody knows.
+    /// True if only inputs of the scene moved the run; `None` if unknown.
     pub is_of_scene: Option<bool>,
 }
 
-/// Adds to `sums` those of the forces on each body in a step.
+/// Appends the sum of the contact forces on each body in a step to `sums`.
 pub fn add_forces(step: &TableStep, sums: &mut Vec<Vector3<f64>>) {
     let first = sums.len();
     sums.resize(first + step.states.len(), Vector3::zeros());
@@ -59,13 +59,13 @@ pub fn add_forces(step: &TableStep, sums: &mut Vec<Vector3<f64>>) {
     }
 }
 
-/// How far the norm of an attitude that is read from trajectory.csv may be from 1.
+/// Largest deviation of an attitude's norm from 1 in trajectory.csv.
 const NORM: f64 = 1e-2;
 
 #[pymethods]
 impl PyRecording {
-    /// The run, or a part of one, whose tables (bytes of states, contacts, steps, of scenes with joints
-    /// joints, and of scenes with gears gears) these are. The forces (K - 1, N, 3) are those of a run without recorded contacts.
+    /// Reads a run or a part of one from its tables as bytes. Scenes with joints or gears need
+    /// their tables too. A run without recorded contacts needs the forces (K - 1, N, 3).
     #[staticmethod]
     #[pyo3(signature = (scene, states, contacts, steps, joints=None, gears=None, forces=None))]
     fn of_tables(
@@ -123,11 +123,11 @@ impl PyRecording {
             }
             sums = given;
         }
-        // What moved it is not in the tables.
+        // The tables do not say which inputs moved the run.
         Ok(Self { content, rows, forces: sums, has_contacts, is_of_scene: None })
     }
 
-    /// The run whose table trajectory.csv (bytes) this is, of a scene of one body and the ground.
+    /// Reads a run of one body and the ground from its table trajectory.csv as bytes.
     #[staticmethod]
     fn of_trajectory(scene: PyRef<'_, PyScene>, table: &[u8]) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
@@ -156,7 +156,8 @@ impl PyRecording {
             if let Some(row) = &row {
                 let (k, time) = (row.index, row.index as f64 * h);
                 let norm = row.state.attitude.norm();
-                // Ipopt's answers under the tutorial's settings hold it to its tolerance, step by step.
+                // Ipopt with the tutorial's settings satisfies the norm only to its tolerance in
+                // each step.
                 if (norm - 1.0).abs() > NORM || norm.is_nan() {
                     let allowed = format!("allowed is 1 to within {NORM}");
                     let why =
@@ -188,7 +189,7 @@ impl PyRecording {
         Ok(Self { content, rows, forces, has_contacts: true, is_of_scene: None })
     }
 
-    /// The bytes that a step of so many bodies and joints takes at least.
+    /// Least memory of a step with this many bodies and joints, bytes.
     #[staticmethod]
     fn step_bytes(bodies: usize, joints: usize) -> usize {
         let of_body = size_of::<State>() + size_of::<Vector3<f64>>();
@@ -196,7 +197,7 @@ impl PyRecording {
         bodies.saturating_mul(of_body).saturating_add(of_all).saturating_add(size_of::<TableStep>())
     }
 
-    /// The rows from one to before another, the last of them as a state without a step.
+    /// Rows `first` to `end` - 1 as a recording. Its last row becomes a state without a step.
     fn part(&self, first: usize, end: usize) -> PyResult<Self> {
         let Some(rows) = self.rows.get(first..end).filter(|rows| !rows.is_empty()) else {
             return Err(refused("a part of a run has one state or more"));
@@ -223,9 +224,9 @@ impl PyRecording {
         Ok(Self { content, rows, forces, has_contacts, is_of_scene })
     }
 
-    /// The run.json beside the tables, which says whether something moved the run that the scene does not know; None
-    /// where nobody knows, and of a run without contacts.
-    /// `tables` are those beside it, by their files' names.
+    /// Content of run.json for the tables, including whether inputs outside the scene moved the
+    /// run. None if this is unknown, or for a run without contacts. `tables` holds the other files
+    /// by name.
     fn run_json<'py>(
         &self,
         py: Python<'py>,
@@ -245,7 +246,7 @@ impl PyRecording {
         Ok(Some(PyBytes::new(py, file.text().map_err(in_python)?.as_bytes())))
     }
 
-    /// The table trajectory.csv of a scene of `[body]`; None of any other.
+    /// Content of trajectory.csv for a scene of `[body]`, else None.
     fn trajectory<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyBytes>>> {
         if !self.content.trajectory {
             return Ok(None);
@@ -262,14 +263,13 @@ impl PyRecording {
         Ok(Some(PyBytes::new(py, &table.map_err(refused)?)))
     }
 
-    /// Whether the contacts were recorded.
+    /// True if the contacts were recorded.
     #[getter]
     fn has_contacts(&self) -> bool {
         self.has_contacts
     }
 
-    /// The tables states, contacts and steps as CSV, of a scene with joints joints, and of one
-    /// with gears gears.
+    /// Tables states, contacts and steps as CSV, plus joints and gears for scenes that have them.
     fn tables<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyBytes>>> {
         let has_joints = !self.content.joints.is_empty();
         let (states, contacts, steps) = (Vec::new(), Vec::new(), Vec::new());
@@ -289,7 +289,7 @@ impl PyRecording {
         Ok(tables.map(|bytes| PyBytes::new(py, &bytes)).collect())
     }
 
-    /// The states: (K, N, 13).
+    /// States: (K, N, 13).
     fn states<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         let bodies = self.content.world.bodies().len();
         let mut numbers = Vec::with_capacity(self.rows.len() * bodies * 13);
@@ -299,14 +299,14 @@ impl PyRecording {
         shaped(py, numbers, &[self.rows.len(), bodies, 13])
     }
 
-    /// The sum of the contact forces on each body over each step: (K - 1, N, 3).
+    /// Sum of the contact forces on each body over each step: (K - 1, N, 3).
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         let bodies = self.content.world.bodies().len();
         let steps = self.rows.len().saturating_sub(1);
         shaped(py, vectors(self.forces.iter().copied()), &[steps, bodies, 3])
     }
 
-    /// The columns of the rows, each (K,).
+    /// Columns of the rows, each (K,).
     fn steps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);
         let rows = || self.rows.iter().map(|step| &step.row);
@@ -332,7 +332,7 @@ impl PyRecording {
         Ok(columns)
     }
 
-    /// The columns of the contacts, each (C,) or (C, 3).
+    /// Columns of the contacts, each (C,) or (C, 3).
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);
         let of = |step: &TableStep| std::iter::repeat_n(step.row.index, step.contacts.len());
@@ -349,7 +349,7 @@ impl PyRecording {
         Ok(columns)
     }
 
-    /// The coordinates (K, G, 2) of the gears, and their forces (K, G).
+    /// Coordinates (K, G, 2) of the gears, and their forces (K, G).
     fn gears<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);
         let [rows, gears] = [self.rows.len(), self.content.world.gears().len()];
@@ -361,7 +361,7 @@ impl PyRecording {
         Ok(columns)
     }
 
-    /// What the joints are and carry, by column: (K, J, 3) each.
+    /// Coordinates, rates and forces of the joints as columns, (K, J, 3) each.
     fn joints<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);
         let shape = [self.rows.len(), self.content.joints.len(), 3];
@@ -373,7 +373,7 @@ impl PyRecording {
         Ok(columns)
     }
 
-    /// The plot of a body, "motion" or "energy", as SVG.
+    /// Plot of a body, "motion" or "energy", as SVG.
     fn svg(&self, py: Python<'_>, sheet: &str, body: usize) -> PyResult<String> {
         let sheet = match sheet {
             "motion" => PlotSheet::Motion,
@@ -388,14 +388,14 @@ impl PyRecording {
         Ok(py.detach(|| plot::svg(&film, sheet, body)))
     }
 
-    /// An SVG of `svg` as PNG.
+    /// Converts an SVG to PNG.
     #[staticmethod]
     fn png<'py>(py: Python<'py>, svg: &str) -> PyResult<Bound<'py, PyBytes>> {
         let png = py.detach(|| plot::png(svg)).map_err(refused)?;
         Ok(PyBytes::new(py, &png))
     }
 
-    /// The motion as a GIF.
+    /// Motion as a GIF.
     fn gif<'py>(
         &self,
         py: Python<'py>,
@@ -421,7 +421,7 @@ impl PyRecording {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// The motion as a page for the browser, beside that of `other` where it is given.
+    /// Motion as a web page, side by side with `other` if it is not None.
     #[pyo3(signature = (other=None))]
     fn page(&self, py: Python<'_>, other: Option<PyRef<'_, Self>>) -> PyResult<String> {
         let mut films = vec![self.film()?];
@@ -467,10 +467,10 @@ impl PyRecording {
     }
 }
 
-/// The vectors of [`JointRow::vectors`], in their order.
+/// Names of the vectors of [`JointRow::vectors`], in their order.
 pub const JOINT_COLUMNS: [&str; 6] = ["place", "angles", "velocity", "spin", "force", "torque"];
 
-/// A joint of a row without a step.
+/// Joint row without a step.
 pub const NO_STEP: JointRow = {
     const ZERO: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0);
     let residual = JointResidual { locked: 0.0, drive: 0.0 };
@@ -485,7 +485,7 @@ pub const NO_STEP: JointRow = {
     }
 };
 
-/// Rows of the first step in a table of bodies, joints or gears.
+/// Number of rows of the first step in a table of bodies, joints or gears.
 fn rows_of_a_step(table: &[u8]) -> usize {
     let mut steps = table
         .split(|byte| *byte == b'\n')
@@ -495,7 +495,7 @@ fn rows_of_a_step(table: &[u8]) -> usize {
     first.map_or(0, |first| 1 + steps.take_while(|step| *step == first).count())
 }
 
-/// Whether a contact is between things of the scene.
+/// True if a contact is between bodies and pieces of the scene.
 fn is_of(content: &Content, contact: &ContactRow) -> bool {
     let bodies = content.bodies.len();
     let known = match contact.partner {
@@ -510,7 +510,7 @@ fn words(names: &[String]) -> Vec<&str> {
     names.iter().map(String::as_str).collect()
 }
 
-/// The components of vectors, one after the other.
+/// Components of vectors, concatenated.
 pub fn vectors(vectors: impl Iterator<Item = Vector3<f64>>) -> Vec<f64> {
     vectors.flat_map(<[f64; 3]>::from).collect()
 }

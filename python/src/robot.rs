@@ -1,4 +1,4 @@
-//! A robot of a scene: its coordinates, and what its file says.
+//! A robot of a scene: coordinates and contents of its file.
 
 use crate::arrays::{Array, numbers, of_states, shaped, to_states};
 use crate::errors::refused;
@@ -13,7 +13,7 @@ use tumble_robot::sensors::RobotSite;
 use tumble_robot::{Assembled, LinkFrame};
 use tumble_scene::scene::Scene as Content;
 
-/// One robot of a scene. Nothing of it changes; a simulation's states are given to it.
+/// One robot of a scene. It is immutable; methods take the states of a simulation.
 #[pyclass(frozen, subclass, name = "CoreRobot", module = "tumble._tumble")]
 pub struct PyRobot {
     content: Arc<Content>,
@@ -21,7 +21,7 @@ pub struct PyRobot {
 }
 
 impl PyRobot {
-    /// What it is in the scene.
+    /// The robot in its scene.
     pub fn own(&self) -> &Assembled {
         &self.content.robots[self.index]
     }
@@ -33,12 +33,12 @@ impl PyRobot {
     }
 }
 
-/// Rows of a matrix as (rows, columns).
+/// Converts a matrix to an array (rows, columns).
 fn by_rows<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Array<'py>> {
     shaped(py, matrix.transpose().as_slice().to_vec(), &[matrix.nrows(), matrix.ncols()])
 }
 
-/// Places (L, 3), attitudes (L, 4), velocities (L, 3) and spins (L, 3).
+/// Positions (L, 3), attitudes (L, 4), velocities (L, 3) and spins (L, 3).
 fn of_links<'py>(py: Python<'py>, links: &[LinkMotion]) -> PyResult<Vec<Array<'py>>> {
     let column = |of: &dyn Fn(&LinkMotion) -> Vec<f64>, width: usize| {
         shaped(py, links.iter().flat_map(of).collect(), &[links.len(), width])
@@ -53,7 +53,7 @@ fn of_links<'py>(py: Python<'py>, links: &[LinkMotion]) -> PyResult<Vec<Array<'p
 
 #[pymethods]
 impl PyRobot {
-    /// The robot of this number in a scene.
+    /// Creates the robot with this index in a scene.
     #[new]
     fn new(scene: PyRef<'_, PyScene>, index: usize) -> PyResult<Self> {
         let content = Arc::clone(&scene.content);
@@ -63,25 +63,25 @@ impl PyRobot {
         }
     }
 
-    /// What its file calls it.
+    /// Name in its file.
     #[getter]
     fn name(&self) -> &str {
         &self.own().robot().name
     }
 
-    /// What stands before its names in the scene.
+    /// Prefix of its names in the scene.
     #[getter]
     fn prefix(&self) -> &str {
         self.own().prefix()
     }
 
-    /// What stands in its file and has no meaning here.
+    /// Contents of its file that are ignored.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.own().robot().notes.clone()
     }
 
-    /// Of its file's sites the names, links and frames there.
+    /// Sites of its file: name, and link with position and attitude.
     #[getter]
     fn site_list(&self) -> Vec<(String, LinkPlace)> {
         let place = |RobotSite { link, frame }: &RobotSite| -> LinkPlace {
@@ -91,20 +91,20 @@ impl PyRobot {
         sites.iter().map(|named| (named.name.clone(), place(&named.site))).collect()
     }
 
-    /// The names of its links, the world first.
+    /// Names of its links, the world first.
     #[getter]
     fn links(&self) -> Vec<String> {
         self.own().robot().links.iter().map(|link| link.name.clone()).collect()
     }
 
-    /// The body of the scene that each link moves with; None of what is fixed.
+    /// Scene body of each link; None for fixed links.
     #[getter]
     fn bodies(&self) -> Vec<Option<usize>> {
         let own = self.own();
         (0..own.robot().links.len()).map(|link| own.body(link)).collect()
     }
 
-    /// Of each joint its name, how it moves, where its coordinates and its rates begin, and its reference.
+    /// Joints: name, type, first coordinate, first rate and reference coordinate.
     #[getter]
     fn joint_list(&self) -> Vec<(String, &'static str, usize, usize, f64)> {
         let robot = self.own().robot();
@@ -120,42 +120,42 @@ impl PyRobot {
         told.collect()
     }
 
-    /// The range of a joint, and the forces that its motors have together.
+    /// Range of a joint, and the range of the total force of its motors.
     fn bounds(&self, joint: usize) -> (Option<[f64; 2]>, Option<[f64; 2]>) {
         let of = self.own().robot().joints.get(joint);
         of.map_or((None, None), |joint| (joint.range, joint.effort))
     }
 
-    /// The joint of the scene that a slide or a hinge is, and which of its axes.
+    /// Scene joint and axis of a slide or a hinge.
     fn axis(&self, joint: usize) -> Option<(usize, usize)> {
         self.own().axis(joint)
     }
 
-    /// The names of its actuators.
+    /// Names of its actuators.
     #[getter]
     fn actuators(&self) -> Vec<String> {
         self.own().robot().actuators.iter().map(|actuator| actuator.name.clone()).collect()
     }
 
-    /// The ranges of the controls of its actuators; None of what has none.
+    /// Control ranges of its actuators; None for unlimited ones.
     #[getter]
     fn control_ranges(&self) -> Vec<Option<[f64; 2]>> {
         self.own().robot().actuators.iter().map(|actuator| actuator.control_range).collect()
     }
 
-    /// How many coordinates and rates it has.
+    /// Numbers of coordinates and rates.
     #[getter]
     fn counts(&self) -> (usize, usize) {
         self.own().robot().counts()
     }
 
-    /// The names of its poses.
+    /// Names of its keyframe poses.
     #[getter]
     fn poses(&self) -> Vec<String> {
         self.own().robot().keys.iter().map(|key| key.name.clone()).collect()
     }
 
-    /// The coordinates at the start.
+    /// Initial coordinates.
     #[getter]
     fn start<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let start = self.own().start().to_vec();
@@ -163,7 +163,7 @@ impl PyRobot {
         shaped(py, start, &[count])
     }
 
-    /// The controls at the start.
+    /// Initial controls.
     #[getter]
     fn first_controls<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let controls = self.own().controls().to_vec();
@@ -171,7 +171,7 @@ impl PyRobot {
         shaped(py, controls, &[count])
     }
 
-    /// Coordinates and rates where the bodies are at states (N, 13), angles nearest to those of `near`.
+    /// Coordinates and rates for the states (N, 13). Angles are the ones nearest to `near`.
     fn coordinates<'py>(
         &self,
         py: Python<'py>,
@@ -185,7 +185,7 @@ impl PyRobot {
         Ok((shaped(py, q, &[positions])?, shaped(py, v, &[rates])?))
     }
 
-    /// The states (N, 13) with those of its bodies at these coordinates and rates.
+    /// States (N, 13) with the robot's bodies at these coordinates and rates.
     fn placed<'py>(
         &self,
         py: Python<'py>,
@@ -199,12 +199,12 @@ impl PyRobot {
         of_states(py, &states)
     }
 
-    /// The least height of any body above the ground where the bodies are at states (N, 13), m; infinite without one.
+    /// Least height of any body above the ground at states (N, 13), m. Infinite without a ground.
     fn lowest(&self, states: PyReadonlyArrayDyn<'_, f64>) -> PyResult<f64> {
         Ok(self.content.world.lowest_height(&to_states("states", &states)?))
     }
 
-    /// How its links move where the bodies are at states (N, 13).
+    /// Motion of its links at states (N, 13).
     fn moving<'py>(
         &self,
         py: Python<'py>,
@@ -214,7 +214,7 @@ impl PyRobot {
         of_links(py, &links.map_err(refused)?)
     }
 
-    /// How its links move at these coordinates and rates.
+    /// Motion of its links at these coordinates and rates (forward kinematics).
     fn forward<'py>(
         &self,
         py: Python<'py>,
@@ -224,7 +224,7 @@ impl PyRobot {
         of_links(py, self.at(&q, Some(numbers("v", &v)?))?.links())
     }
 
-    /// The mass matrix (V, V) at coordinates.
+    /// Mass matrix (V, V) at coordinates.
     fn masses<'py>(
         &self,
         py: Python<'py>,
@@ -233,7 +233,7 @@ impl PyRobot {
         by_rows(py, &self.at(&q, None)?.mass_matrix(self.own().robot()))
     }
 
-    /// The bias forces (V,) at coordinates and rates, under the gravity of the scene.
+    /// Bias forces (V,) at coordinates and rates, under the gravity of the scene.
     fn biases<'py>(
         &self,
         py: Python<'py>,
@@ -247,7 +247,7 @@ impl PyRobot {
         shaped(py, bias, &[count])
     }
 
-    /// The Jacobians (3, V) of a point's place and of the turn of its link.
+    /// Jacobians (3, V) of a point's position and of its link's rotation.
     fn jacobians<'py>(
         &self,
         py: Python<'py>,
@@ -262,7 +262,7 @@ impl PyRobot {
         Ok((by_rows(py, &place)?, by_rows(py, &turn)?))
     }
 
-    /// How a site moves, a frame at a point of a link with an attitude there, where the bodies are at states (N, 13).
+    /// Motion of a site at states (N, 13). A site is a frame at a point of a link.
     fn site_motion<'py>(
         &self,
         py: Python<'py>,
@@ -282,7 +282,8 @@ impl PyRobot {
         .collect()
     }
 
-    /// What a gyroscope and an accelerometer there read of a step from states (N, 13) to others.
+    /// Readings of a gyroscope and an accelerometer at a site over a step between two states (N,
+    /// 13).
     fn site_inertial<'py>(
         &self,
         py: Python<'py>,
@@ -303,10 +304,10 @@ impl PyRobot {
     }
 }
 
-/// A link, a point of it (m), and an attitude there.
+/// Frame on a link: link, point (m) and attitude.
 pub type LinkPlace = (usize, [f64; 3], [f64; 4]);
 
-/// The frame at a place.
+/// Converts a frame on a link to a site.
 pub fn at_place((link, point, attitude): LinkPlace) -> PyResult<RobotSite> {
     let attitude = Vector4::from(attitude);
     if attitude.norm().is_nan() || attitude.norm() < 1e-12 {

@@ -18,14 +18,18 @@ use tumble::rollout::{
 use tumble_core::error::Error;
 use tumble_core::world::World;
 
-/// Fewer steps than this, times bodies, are done by the calling thread, which is faster.
+/// Number of steps times bodies up to which the calling thread does the work, which is faster.
 const FEW_STEPS: usize = 2000;
 
-/// How many steps ended in each way; of each rollout, how many took a part of their restitution; of
-/// every step that failed or was wild: rollout, step, status, residual (m/s).
+/// Report of a batch:
+///
+/// - number of steps with each status;
+/// - number of steps with partial restitution of each rollout;
+/// - rollout, step, status and residual (m/s) of every failed or wild step.
 type PyReport = (Vec<u64>, Vec<u64>, Vec<(usize, usize, &'static str, f64)>);
 
-/// What a batch is made of: scene, rollouts, steps, starts, controls, motors, forces of joints, and constants by name.
+/// Input of a batch: scene, rollouts, steps, starts, controls, motors, joint forces, and constants
+/// by name.
 #[derive(FromPyObject)]
 pub struct RolloutInputs<'py>(
     PyRef<'py, PyScene>,
@@ -38,7 +42,7 @@ pub struct RolloutInputs<'py>(
     Vec<(String, PyReadonlyArrayDyn<'py, f64>)>,
 );
 
-/// Does `work` on the batch of `inputs`, followed by `progress`.
+/// Runs `work` on the batch of `inputs` and reports to `progress`.
 fn on_batch<T: Send>(
     py: Python<'_>,
     inputs: &RolloutInputs<'_>,
@@ -97,7 +101,7 @@ fn of_threads(threads: usize) -> PyResult<NonZeroUsize> {
     NonZeroUsize::new(threads).ok_or_else(|| refused("threads: 1 or more"))
 }
 
-/// Simulates the batch of `inputs` and fills the arrays that are given.
+/// Simulates the batch of `inputs` and fills the output arrays.
 #[pyfunction]
 #[pyo3(signature = (inputs, threads, states, ends, forces, residuals, statuses, progress))]
 #[allow(clippy::too_many_arguments)]
@@ -129,13 +133,14 @@ pub fn rollout(
     Ok((report.all.statuses.to_vec(), tempered, unsolved))
 }
 
-/// By the starts (B, N, 12), by wrenches (B, T, N, 6) and by constants; of each rollout both margins (m/s), the
-/// steps of both, and how many steps are not solved, of unknown features, with shares kept, with a part of
-/// their restitution.
+/// Derivatives with respect to starts (B, N, 12), wrenches (B, T, N, 6) and constants. Then for
+/// each rollout: both margins (m/s), the steps of both, and four numbers of steps. These count
+/// steps that did not converge, have unknown features, kept force distributions, or partial
+/// restitution.
 type Derivatives<'py> = (Vec<Bound<'py, PyArrayDyn<f64>>>, Vec<([f64; 2], [u64; 2], [u64; 4])>);
 
-/// The derivatives of the numbers that the rollouts of a batch decide, where `cotangents` are their derivatives by the states
-/// after each step, (B or 1, T, N, 12), or by the ends.
+/// Derivatives of the losses of a batch's rollouts. `cotangents` are the derivatives of the losses
+/// with respect to the states after each step, (B or 1, T, N, 12), or to the end states.
 #[pyfunction]
 #[pyo3(signature = (inputs, threads, cotangents, of_ends, by, smoothing))]
 pub fn rollout_gradients<'py>(
@@ -171,7 +176,7 @@ pub fn rollout_gradients<'py>(
     Ok((arrays, noted.collect()))
 }
 
-/// The shape of a parameter's values for one rollout of a scene.
+/// Shape of a parameter's values for one rollout of a scene.
 #[pyfunction]
 #[pyo3(signature = (name, scene))]
 pub fn parameter_shape(name: &str, scene: PyRef<'_, PyScene>) -> PyResult<Vec<usize>> {
@@ -186,7 +191,7 @@ pub fn parameter(name: &str) -> PyResult<Constant> {
     })
 }
 
-/// The memory of an output array; none of one that is not wanted.
+/// Memory of an output array; empty for None.
 fn memory<'a, T: Element>(
     array: &'a mut Option<PyReadwriteArrayDyn<'_, T>>,
 ) -> PyResult<&'a mut [T]> {

@@ -1,4 +1,4 @@
-//! A simulation with its last step, as one thread has it.
+//! A simulation with its last step, owned by one thread.
 
 use crate::last_step::LastStep;
 use crate::recording::{PyRecording, add_forces};
@@ -13,26 +13,29 @@ use tumble_core::step::StepSolution;
 use tumble_scene::output::tables::TableStep;
 use tumble_scene::scene::Scene;
 
-/// What a saved state has besides: of the last step its start, its contacts and its solution; whether nothing moved it but
-/// what the scene says; and what Python's side of it keeps, in words of its own.
+/// Notes in a saved state:
+///
+/// - start states, contacts and solution of the last step;
+/// - true if only inputs of the scene moved the run;
+/// - text stored by the Python side.
 type StepNotes<'a> = (&'a str, Vec<State>, Vec<Contact>, StepSolution, Option<bool>, &'a str);
 
-/// What these begin with.
+/// Tag of these notes.
 const NOTES: &str = "python";
 
 /// A simulation and its last step.
 pub struct Running {
     pub simulation: simulation::Simulation<'static>,
     pub last: LastStep,
-    /// How long the last single step took.
+    /// Duration of the last single step.
     pub took: Option<Duration>,
-    /// Whether nothing moved it so far but what the scene says; `None` where nobody knows.
+    /// True if only inputs of the scene moved it so far; `None` if unknown.
     pub is_of_scene: Option<bool>,
 }
 
 impl Running {
-    /// One of `scene`, moved by `motion`, that goes on from where `saved` is, of [`Running::saved_with`] or of the
-    /// command line; and what was kept besides, or nothing.
+    /// Restores a simulation of `scene` with `motion` from a state saved by [`Running::saved_with`]
+    /// or the command line. Also returns the stored text, or an empty one.
     pub fn restored(
         scene: &Scene,
         motion: Motion<'static>,
@@ -41,7 +44,7 @@ impl Running {
         let simulation = simulation::Simulation::restored(scene.world.clone(), motion, saved)?;
         let mut running =
             Self { simulation, last: LastStep::none(), took: None, is_of_scene: None };
-        // What the command line saves tells nothing of the last step.
+        // A state saved by the command line has no last step.
         let Ok((NOTES, states, contacts, solution, is_of_scene, kept)) =
             from_bytes::<StepNotes<'_>>(saved.notes())
         else {
@@ -57,7 +60,7 @@ impl Running {
         Ok((running, kept.to_owned()))
     }
 
-    /// Where it is, and `kept` besides, as bytes.
+    /// Serialises the simulation and the text `kept`.
     pub fn saved_with(&mut self, kept: &str) -> Result<Vec<u8>, Error> {
         let record = self.last.record();
         let (states, contacts, solution) = (&record.states, &record.contacts, &record.solution);
@@ -65,7 +68,7 @@ impl Running {
         self.simulation.save().with_notes(notes).to_bytes()
     }
 
-    /// Pushes all bodies from now on by these wrenches, six numbers of each.
+    /// Sets the wrenches on all bodies for the following steps, six numbers per body.
     pub fn set_wrenches(&mut self, numbers: &[f64]) -> Result<(), Error> {
         if numbers.iter().any(|number| *number != 0.0) {
             self.is_of_scene = Some(false);
@@ -80,10 +83,10 @@ impl Running {
         })
     }
 
-    /// A step; `rests` is whether it begins at rest.
+    /// Takes a step. `rests` is true if it begins at rest.
     pub fn step(&mut self, rests: bool) -> Result<(), Error> {
         let Self { simulation, last, .. } = self;
-        // One that rests on has the contacts of the one before, to the last bit.
+        // A step that stays at rest has exactly the contacts of the previous one.
         let taken = simulation.step(last.repeat());
         if !(taken.is_ok() && rests && simulation.rests()) {
             last.change();
@@ -91,7 +94,7 @@ impl Running {
         taken
     }
 
-    /// `steps` steps into `recording`, with the wrenches of each where some are given.
+    /// Takes `steps` steps and records them, with their `wrenches` if there are any.
     pub fn run(
         &mut self,
         steps: usize,
@@ -118,7 +121,7 @@ impl Running {
         Ok(())
     }
 
-    /// The state now, as the last row of a recording.
+    /// Current state as the last row of a recording.
     pub fn end(&self) -> TableStep {
         let mut end = StepRecord::new();
         self.simulation.end(&mut end);

@@ -1,4 +1,4 @@
-//! Scenes: what a scenario file amounts to, ready to be simulated.
+//! Scenes: parsed scenario files, ready for simulation.
 
 use crate::arrays::{of_states, shaped, to_states};
 use crate::errors::refused;
@@ -19,7 +19,7 @@ use tumble_scene::choices::SolverName;
 use tumble_scene::scene::Scene as Content;
 use tumble_scene::settings::{RobotSettings, Settings};
 
-/// The bytes of a regular file of at most `most`.
+/// Reads a regular file of at most `most` bytes.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let odd = |why: String| io::Error::new(io::ErrorKind::InvalidData, why);
     if !fs::metadata(path)?.is_file() {
@@ -33,7 +33,7 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// A refusal in Python's words: settings are keywords here, not flags.
+/// Converts a failure to an exception. Names of flags become Python keywords.
 pub fn in_python(failure: Failure) -> PyErr {
     match failure {
         Failure::Setting { name, why } => {
@@ -48,7 +48,7 @@ pub fn in_python(failure: Failure) -> PyErr {
     }
 }
 
-/// What can be simulated. Made by its subclass in Python.
+/// A scene. Created through its subclass in Python.
 #[pyclass(frozen, subclass, name = "CoreScene", module = "tumble._tumble")]
 pub struct PyScene {
     pub content: Arc<Content>,
@@ -56,8 +56,8 @@ pub struct PyScene {
 
 #[pymethods]
 impl PyScene {
-    /// The scene of a scenario's text. `path` names it in errors, and meshes are beside it. A `model` that a
-    /// simulation tells has other bodies in place of those of the text.
+    /// Parses the scenario `text`. `path` is its name in errors, and the folder of its meshes. The
+    /// bodies of `model`, which a simulation writes, replace those of the text.
     #[new]
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (
@@ -85,7 +85,7 @@ impl PyScene {
         let flags = Settings {
             seed,
             steps: steps.map(rows).transpose()?,
-            // Bodies of a model are where they are then, and not those of the text.
+            // A model has its own body positions, unlike the text.
             start_index: start_index.filter(|_| model.is_none()),
             dt: time_step,
             rotation: rotation.map(rotation_of).transpose()?,
@@ -109,56 +109,56 @@ impl PyScene {
         Ok(Self { content: Arc::new(content) })
     }
 
-    /// What it is called.
+    /// Name of the scene.
     #[getter]
     fn name(&self) -> &str {
         &self.content.name
     }
 
-    /// The seed that its start was drawn from; None where nothing was drawn.
+    /// Random seed of its start; None if nothing was random.
     #[getter]
     fn seed(&self) -> Option<u32> {
         self.content.drawn_seed()
     }
 
-    /// The names of its N bodies.
+    /// Names of its N bodies.
     #[getter]
     fn bodies(&self) -> Vec<String> {
         self.content.bodies.clone()
     }
 
-    /// The names of its fixed pieces.
+    /// Names of its fixed pieces.
     #[getter]
     fn fixed(&self) -> Vec<String> {
         self.content.fixed.clone()
     }
 
-    /// The names of its J joints.
+    /// Names of its J joints.
     #[getter]
     fn joints(&self) -> Vec<String> {
         self.content.joints.clone()
     }
 
-    /// The axes that `joint_forces` and the constants of joints are of, each with the name of its joint: 0, 1, 2 along x, y, z and 3, 4,
-    /// 5 about them.
+    /// Axes of `joint_forces` and of the constants of joints, as pairs of joint name and number: 0,
+    /// 1, 2 along x, y, z and 3, 4, 5 about them.
     #[getter]
     fn driven_axes(&self) -> Vec<(String, usize)> {
         self.axes(self.content.world.driven_axes())
     }
 
-    /// Those of them that have motors, which `motors` and the constants of motors are of.
+    /// Driven axes with motors, used by `motors` and the constants of motors.
     #[getter]
     fn motor_axes(&self) -> Vec<(String, usize)> {
         self.axes(self.content.world.motors())
     }
 
-    /// The gears whose sums have a motor, by their places in `gears`.
+    /// Indices in `gears` of the gears whose sum has a motor.
     #[getter]
     fn motor_gears(&self) -> Vec<usize> {
         self.content.world.gear_motors()
     }
 
-    /// Of each gear the joint that follows and the one that it follows, by their names.
+    /// Names of the following and the leading joint of each gear.
     #[getter]
     fn gears(&self) -> Vec<(String, String)> {
         let name = |axis: &GearAxis| self.content.joints[axis.joint].clone();
@@ -166,50 +166,50 @@ impl PyScene {
         gears.map(|gear| (name(&gear.axes()[0]), name(&gear.axes()[1]))).collect()
     }
 
-    /// Of each joint the axes that it leaves to drives: 0, 1, 2 along x, y, z and 3, 4, 5 about them.
+    /// Axes of each joint that can have drives: 0, 1, 2 along x, y, z and 3, 4, 5 about them.
     #[getter]
     fn joint_axes(&self) -> Vec<Vec<usize>> {
         let axes = |joint: &JointModel| joint.kind.driven().iter().map(|(_, axis)| *axis).collect();
         self.content.model.joints.iter().map(axes).collect()
     }
 
-    /// k of its start.
+    /// Step index k of its start.
     #[getter]
     fn start_index(&self) -> u64 {
         self.content.start_index
     }
 
-    /// The prefixes of its robots.
+    /// Prefixes of its robots.
     #[getter]
     fn robots(&self) -> Vec<String> {
         self.content.robots.iter().map(|robot| robot.prefix().to_owned()).collect()
     }
 
-    /// The steps of a whole run.
+    /// Number of steps of a whole run.
     #[getter]
     fn steps(&self) -> u64 {
         self.content.rows - 1
     }
 
-    /// h, s.
+    /// Time step h, s.
     #[getter]
     fn time_step(&self) -> f64 {
         self.content.world.time_step()
     }
 
-    /// By which equation a step turns its bodies: "momentum" or "tutorial".
+    /// Discretisation of the rotation: "momentum" or "tutorial".
     #[getter]
     fn rotation(&self) -> &'static str {
         self.content.world.rotation().name()
     }
 
-    /// The coefficient of friction of the world.
+    /// Coefficient of friction of the world.
     #[getter]
     fn friction(&self) -> f64 {
         self.content.world.friction()
     }
 
-    /// The coefficient of restitution of the world.
+    /// Coefficient of restitution of the world.
     #[getter]
     fn restitution(&self) -> f64 {
         self.content.world.restitution()
@@ -221,18 +221,18 @@ impl PyScene {
         shaped(py, self.content.world.gravity().as_slice().to_vec(), &[3])
     }
 
-    /// The mass of each body, kg: (N,).
+    /// Mass of each body, kg: (N,).
     #[getter]
     fn masses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let bodies = self.content.world.bodies();
         shaped(py, bodies.iter().map(|body| body.mass()).collect(), &[bodies.len()])
     }
 
-    /// The inertia of each body, kg m², body frame: (N, 3, 3).
+    /// Inertia of each body, kg m², body frame: (N, 3, 3).
     #[getter]
     fn inertias<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let bodies = self.content.world.bodies();
-        // Symmetric, so that the order of rows and columns does not matter.
+        // The matrix is symmetric, so row and column order agree.
         let numbers = bodies.iter().flat_map(|body| body.inertia().as_slice().to_vec());
         shaped(py, numbers.collect(), &[bodies.len(), 3, 3])
     }
@@ -245,7 +245,8 @@ impl PyScene {
         shaped(py, numbers.collect(), &[bodies.len(), 3])
     }
 
-    /// The states nearest to `states` (N, 13) at which all joints fit, at the scene's first step.
+    /// States nearest to `states` (N, 13) at which all joints are closed, at the scene's first
+    /// step.
     fn assembled<'py>(
         &self,
         py: Python<'py>,
@@ -258,20 +259,20 @@ impl PyScene {
         of_states(py, &found)
     }
 
-    /// Where the bodies start: (N, 13).
+    /// Initial states of the bodies: (N, 13).
     #[getter]
     fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         of_states(py, &self.content.starts)
     }
 
-    /// Who solves contact steps: native, ipopt, or rk4 without a ground.
+    /// Solver of contact steps: native, ipopt, or rk4 without a ground.
     #[getter]
     fn solver(&self) -> &'static str {
         self.content.solver()
     }
 }
 
-/// Rows of so many steps.
+/// Number of rows for this many steps.
 fn rows(steps: u64) -> PyResult<u64> {
     if (1..10_000_000).contains(&steps) {
         Ok(steps + 1)
@@ -307,7 +308,7 @@ fn solver_name(name: &str) -> PyResult<SolverName> {
 }
 
 impl PyScene {
-    /// Axes of joints by the names of these and their numbers.
+    /// Names and numbers of joint axes.
     fn axes(&self, axes: Vec<(usize, JointAxis)>) -> Vec<(String, usize)> {
         let number = |axis| match axis {
             JointAxis::Linear(k) => k,

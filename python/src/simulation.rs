@@ -26,37 +26,38 @@ use tumble_model::joint::JointModel;
 use tumble_scene::output::tables::JointRow;
 use tumble_scene::scene::Scene as Content;
 
-/// More bodies than this may take long for a first step, so that it must be possible to end it.
+/// Number of bodies above which the first step may be slow and must be interruptible.
 const MANY_BODIES: usize = 4;
 
-/// After a step that took no longer the next one is taken on the caller's own thread: another one costs more than
-/// a small step, and nobody waits to end it.
+/// Duration of a step up to which the next one runs on the caller's thread. A short step needs no
+/// interruption, and a thread costs more than the step.
 const SHORT: Duration = Duration::from_millis(1);
 
 /// A running simulation of a scene.
 ///
-/// One call at a time has what is in it: another thread, or a callback of a run, is refused while it lasts.
+/// One call at a time can use it. Calls from another thread or from a callback of a run are refused
+/// meanwhile.
 #[pyclass(frozen, subclass, name = "CoreSimulation", module = "tumble._tumble")]
 pub struct PySimulation(Mutex<Owned>);
 
-/// What one call at a time has.
+/// Data used by one call at a time.
 struct Owned {
     content: Arc<Content>,
     running: Running,
     interrupt: Arc<AtomicBool>,
-    /// Whether there are more threads than the caller's.
+    /// True if the solver has threads of its own.
     threads: bool,
-    /// The process whose they are: a fork has none of them.
+    /// Process of the threads. A forked process does not have them.
     process: u32,
-    /// What was kept besides in what it was restored from, until it is asked for.
+    /// Text stored in the restored state, until it is read.
     kept: String,
 }
 
 #[pymethods]
 impl PySimulation {
-    /// A simulation from the scene's start, or from states (N, 13), at step `index` or the
-    /// scene's, or from where the bytes `saved` of `saved_with`, or of the command line's state.bin, are; on up to
-    /// `threads` threads.
+    /// Creates a simulation with up to `threads` threads. It starts from the scene's start, or from
+    /// states (N, 13), at step `index` or the scene's. Or it continues from the bytes `saved` of
+    /// `saved_with` or of the command line's state.bin.
     #[new]
     #[pyo3(signature = (scene, states=None, threads=1, index=None, saved=None))]
     fn new(
@@ -83,7 +84,7 @@ impl PySimulation {
                     Some(states) => to_states("states", states)?,
                 };
                 let start_index = index.unwrap_or(content.start_index);
-                // What is driven is where it is then.
+                // Prescribed motions depend on the start index.
                 let begun = Content { start_index, ..(*content).clone() };
                 let world = begun.world_at(start_index);
                 let named = |error: Error| refused(content.naming(&error));
@@ -101,18 +102,18 @@ impl PySimulation {
         Ok(Self(Mutex::new(Owned { content, running, interrupt, threads, process, kept })))
     }
 
-    /// Where it is, as bytes, and `kept` besides.
+    /// Serialises the simulation and the text `kept`.
     fn saved_with<'py>(&self, py: Python<'py>, kept: &str) -> PyResult<Bound<'py, PyBytes>> {
         let saved = self.owned()?.running.saved_with(kept).map_err(refused)?;
         Ok(PyBytes::new(py, &saved))
     }
 
-    /// What was kept besides in what it was restored from.
+    /// Text stored in the restored state. It is returned once.
     fn kept_besides(&self) -> PyResult<String> {
         Ok(std::mem::take(&mut self.owned()?.kept))
     }
 
-    /// Sets the states (N, 13) now.
+    /// Sets the current states (N, 13).
     fn exchange_all(&self, states: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
         let states = to_states("states", &states)?;
         let mut own = self.owned()?;
@@ -120,7 +121,7 @@ impl PySimulation {
         set.map_err(|error| own.named(&error))
     }
 
-    /// Sets the state (13,) of a body now.
+    /// Sets the current state (13,) of a body.
     fn exchange(&self, body: usize, state: PyReadonlyArrayDyn<'_, f64>) -> PyResult<()> {
         let states = to_states("state", &state)?;
         let [state] = states[..] else { return Err(refused("state: 13 numbers are needed")) };
@@ -129,13 +130,14 @@ impl PySimulation {
         set.map_err(|error| own.named(&error))
     }
 
-    /// The names of its bodies.
+    /// Names of its bodies.
     #[getter]
     fn bodies(&self) -> PyResult<Vec<String>> {
         Ok(self.owned()?.content.bodies.clone())
     }
 
-    /// Adds a body, which the text of a table [[bodies]] describes, whose meshes are beside `path`: its name.
+    /// Adds the body of a `[[bodies]]` table in `text`, with meshes relative to `path`. Returns its
+    /// name.
     fn join(&self, text: &str, path: PathBuf) -> PyResult<String> {
         let mut own = self.owned()?;
         let content = own.content.with_body(text, &path, &read).map_err(in_python)?;
@@ -154,7 +156,7 @@ impl PySimulation {
         Ok(name)
     }
 
-    /// Takes a body out; and where `joints` says so, the joints that tie it.
+    /// Removes a body, and the joints attached to it if `joints` is true.
     fn leave(&self, body: usize, joints: bool) -> PyResult<()> {
         let tying = |joint: &JointModel| joint.body == body || joint.other == Some(body);
         let mut own = self.owned()?;
@@ -176,7 +178,7 @@ impl PySimulation {
         Ok(())
     }
 
-    /// The model of its bodies as they are now, where one may have come or gone, as text.
+    /// Model with the current bodies and states, as text. Bodies may have been added or removed.
     fn told(&self) -> PyResult<String> {
         let own = self.owned()?;
         let mut model = own.content.model.clone();
@@ -184,39 +186,39 @@ impl PySimulation {
         model.text().map_err(in_python)
     }
 
-    /// Holds a body where it is, or lets it go.
+    /// Fixes a body at its pose, or releases it.
     fn keep(&self, body: usize, held: bool) -> PyResult<()> {
         let mut own = self.owned()?;
         let done = own.moved().simulation.hold_body(body, held);
         done.map_err(|error| own.named(&error))
     }
 
-    /// The indices of the bodies that are held.
+    /// Indices of the fixed bodies.
     fn kept(&self) -> PyResult<Vec<usize>> {
         let own = self.owned()?;
         let world = own.running.simulation.world();
         Ok((0..world.bodies().len()).filter(|body| world.is_held(*body)).collect())
     }
 
-    /// k: steps taken.
+    /// Step index k.
     #[getter]
     fn index(&self) -> PyResult<u64> {
         Ok(self.owned()?.running.simulation.index())
     }
 
-    /// t = k h, s.
+    /// Time t = k h, s.
     #[getter]
     fn time(&self) -> PyResult<f64> {
         Ok(self.owned()?.time())
     }
 
-    /// The states now: (N, 13).
+    /// Current states: (N, 13).
     #[getter]
     fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         of_states(py, self.owned()?.running.simulation.states())
     }
 
-    /// Takes one step, pushed by wrenches (N, 6) where they are given: status, residual in m/s and
+    /// Takes one step, with wrenches (N, 6) if not None. Returns status, residual in m/s and
     /// iterations.
     #[pyo3(signature = (wrenches=None))]
     fn advance(
@@ -250,8 +252,8 @@ impl PySimulation {
         Ok((record.report.status.name(), record.certificate.residual(), record.report.iterations))
     }
 
-    /// Sets the motor of an axis of a joint, 0, 1, 2 along x, y, z and 3, 4, 5 about them: one that holds a
-    /// speed or pulls to a position, or none.
+    /// Sets the motor of a joint axis, 0, 1, 2 along x, y, z and 3, 4, 5 about them. The motor
+    /// controls speed or position. Without both targets, the motor is removed.
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (joint, axis, speed, position, stiffness, damping, most))]
     fn put_motor(
@@ -270,7 +272,7 @@ impl PySimulation {
         simulation.set_motor(joint, joint_axis(axis), motor).map_err(refused)
     }
 
-    /// The same of the sum of a gear with a drive.
+    /// Sets the motor of the sum of a gear with a drive.
     #[pyo3(signature = (gear, speed, position, stiffness, damping, most))]
     fn put_gear_motor(
         &self,
@@ -289,7 +291,7 @@ impl PySimulation {
         simulation.set_gear_drive(gear, drive).map_err(refused)
     }
 
-    /// Has a robot's actuators drive its joints under these controls (A,), as its file says.
+    /// Applies the controls (A,) of a robot's actuators to its joints.
     fn put_controls(
         &self,
         robot: PyRef<'_, PyRobot>,
@@ -310,7 +312,7 @@ impl PySimulation {
         Ok(())
     }
 
-    /// Sets the constant force along an axis of a joint, N or N m.
+    /// Sets the constant force along a joint axis, N or N m.
     fn put_force(&self, joint: usize, axis: usize, force: f64) -> PyResult<()> {
         let mut own = self.owned()?;
         let simulation = &mut own.moved().simulation;
@@ -323,7 +325,7 @@ impl PySimulation {
         simulation.set_drive(joint, joint_axis(axis), drive).map_err(refused)
     }
 
-    /// The sum of the contact forces on each body over the last step, N, world: (N, 3).
+    /// Sum of the contact forces on each body over the last step, N, world: (N, 3).
     #[getter]
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let own = self.owned()?;
@@ -333,7 +335,7 @@ impl PySimulation {
         crate::arrays::shaped(py, (0..bodies).flat_map(force).collect(), &[bodies, 3])
     }
 
-    /// The angles of the joints now, rad, with all their turns: (J, 3).
+    /// Current joint angles, rad, including full turns: (J, 3).
     #[getter]
     fn joint_angles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let own = self.owned()?;
@@ -343,8 +345,8 @@ impl PySimulation {
         crate::arrays::shaped(py, angles, &[joints, 3])
     }
 
-    /// Where the joints are now, and how they moved and what they carried over the last step, by column: (J, 3)
-    /// each.
+    /// Current coordinates of the joints, and their rates and forces over the last step, as columns
+    /// (J, 3).
     #[getter]
     fn joint_columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let own = self.owned()?;
@@ -353,7 +355,7 @@ impl PySimulation {
         simulation.end(&mut end);
         let world = simulation.world();
         let now = JointRow::of(world, &end);
-        // Before the first step there is none to tell of.
+        // Before the first step there are no rates and forces.
         let mut before = JointRow::of(world, last.record()).filter(|_| simulation.index() > 0);
         let rows = now.map(|JointRow { place, turns, .. }| {
             let before = before.next().unwrap_or(NO_STEP);
@@ -368,7 +370,7 @@ impl PySimulation {
         Ok(columns)
     }
 
-    /// The states at the start and the end of the last step, (N, 13) each; nothing before the first one.
+    /// States at the start and the end of the last step, (N, 13) each; None before the first step.
     #[getter]
     fn last_states<'py>(&self, py: Python<'py>) -> PyResult<Option<(Array<'py>, Array<'py>)>> {
         let own = self.owned()?;
@@ -379,8 +381,8 @@ impl PySimulation {
         Ok(Some((of_states(py, &record.states)?, of_states(py, &record.solution.states)?)))
     }
 
-    /// The normal forces of the last step's contacts on the bodies that a link of a robot moves with, N: with one partner alone, and so
-    /// many metres about a point of the link, if these are given.
+    /// Sum of the normal forces of the last step's contacts on a robot's link, N. Optionally only
+    /// those with one partner, or within a radius (m) of a point of the link.
     fn touched(
         &self,
         robot: PyRef<'_, PyRobot>,
@@ -418,8 +420,8 @@ impl PySimulation {
         robot.own().touch(record, link, partner, within).map_err(refused)
     }
 
-    /// The contacts of the last step by column, as Trajectory.contacts has them, without k. They stay those of
-    /// that step.
+    /// Contacts of the last step as columns, as in Trajectory.contacts without k. The object keeps
+    /// the contacts of that step.
     #[getter]
     fn contacts(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let mut own = self.owned()?;
@@ -427,8 +429,8 @@ impl PySimulation {
         running.last.contacts(py, content)
     }
 
-    /// Takes `steps` steps, pushed by wrenches (T, N, 6) where they are given, and records them: up
-    /// to what ended them early, where something did.
+    /// Takes `steps` steps, with wrenches (T, N, 6) if not None, and records them. Also returns the
+    /// exception that ended them early, if any.
     #[pyo3(signature = (steps, wrenches=None, *, contacts=true, progress=None))]
     fn record(
         &self,
@@ -462,12 +464,12 @@ impl PySimulation {
     }
 }
 
-/// Why a call is refused while another one lasts.
+/// Message for a call during another call.
 const BUSY: &str = "this simulation is running in another thread or in a callback of its own; wait for its end, or copy \
                     it first (copy.copy) for each thread";
 
 impl PySimulation {
-    /// What one call at a time has; refused while another call has it.
+    /// Data of this call; an error during another call.
     fn owned(&self) -> PyResult<MutexGuard<'_, Owned>> {
         match self.0.try_lock() {
             Ok(owned) => Ok(owned),
@@ -478,29 +480,29 @@ impl PySimulation {
 }
 
 impl Owned {
-    /// t = k h, s.
+    /// Time t = k h, s.
     fn time(&self) -> f64 {
         let simulation = &self.running.simulation;
         simulation.index() as f64 * simulation.world().time_step()
     }
 
-    /// A refusal with the names of the scene.
+    /// Converts an error with the names of the scene.
     fn named(&self, error: &Error) -> PyErr {
         refused(self.content.naming(error))
     }
 
-    /// What runs, moved by more than the scene says.
+    /// Marks the run as moved by inputs outside the scene.
     fn moved(&mut self) -> &mut Running {
         self.running.is_of_scene = Some(false);
         &mut self.running
     }
 
-    /// Whether the threads are those of the process that this one was forked from.
+    /// True in a process forked after the threads were created.
     fn has_lost_threads(&self) -> bool {
         self.threads && self.process != std::process::id()
     }
 
-    /// Goes on on the caller's thread alone where the others are lost: with the same numbers.
+    /// Switches to the caller's thread alone if the threads are lost, with the same results.
     fn leave_lost_threads(&mut self) -> PyResult<()> {
         if self.has_lost_threads() {
             let motion = self.content.motion(&self.content.world).map_err(refused)?;
@@ -510,7 +512,7 @@ impl Owned {
         Ok(())
     }
 
-    /// Takes another motion. The one before is not dropped: what is not there cannot be waited for.
+    /// Replaces the motion. The old one is not dropped, because its lost threads cannot be joined.
     fn move_by(&mut self, mut motion: Motion<'static>) {
         self.running.simulation.swap_motion(&mut motion);
         std::mem::forget(motion);
@@ -529,7 +531,7 @@ impl Drop for Owned {
     }
 }
 
-/// The motor that holds a speed, or pulls to it with a damping, or to a position; none where neither is given.
+/// Motor that controls speed, with damping if that is positive, or position. None without both.
 fn motor(
     speed: Option<f64>,
     position: Option<f64>,

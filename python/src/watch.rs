@@ -1,4 +1,4 @@
-//! Long work without the interpreter's lock, which Ctrl-C ends and others can follow.
+//! Long work without the interpreter's lock, with interruption by Ctrl-C and progress reports.
 
 use pyo3::prelude::*;
 use std::panic::resume_unwind;
@@ -8,30 +8,30 @@ use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread;
 use std::time::Duration;
 
-/// How often signals are looked at.
+/// Interval between checks for signals.
 const PERIOD: Duration = Duration::from_millis(20);
-/// Looks at signals between two reports of progress.
+/// Number of checks between two progress reports.
 const LOOKS: u32 = 5;
 
-/// Work that can be followed and ended.
+/// Work with progress reports and interruption.
 pub struct Watched<'a, 'py> {
-    /// Ends the work.
+    /// Flag that ends the work.
     pub interrupt: &'a Arc<AtomicBool>,
-    /// How much is done, of `total`.
+    /// Amount of work done, of `total`.
     pub done: &'a AtomicU64,
     pub total: u64,
-    /// Called with both numbers, by the thread that called.
+    /// Callback for both numbers, on the calling thread.
     pub progress: Option<&'a Bound<'py, PyAny>>,
 }
 
 impl Watched<'_, '_> {
-    /// Does `work` on a thread of its own, without the interpreter's lock. A signal, or an
-    /// exception of the progress, raises the flag and comes out when the work has ended.
+    /// Runs `work` on its own thread without the interpreter's lock. A signal or an exception in
+    /// the progress callback sets the flag. Its exception is raised after the work has ended.
     pub fn run<T: Send>(self, py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
         let result = thread::scope(|scope| {
             let (sender, mut receiver) = sync_channel(1);
             let worker = scope.spawn(move || {
-                // The receiver is there until something came.
+                // The receiver exists until it has received a value.
                 let _ = sender.send(work());
             });
             let (mut raised, mut looks) = (None, 0);
@@ -59,7 +59,7 @@ impl Watched<'_, '_> {
                 }
             }
         });
-        // The flag is for this work alone.
+        // The flag applies to this work alone.
         self.interrupt.store(false, Ordering::Relaxed);
         let value = result?;
         self.report(true)?;

@@ -1,20 +1,18 @@
-//! A safe wrapper around the C interface of [Ipopt], the interior-point optimiser
-//! of Wächter and Biegler (*Math. Program.* 106, 2006).
+//! A safe wrapper around the C interface of [Ipopt], the interior-point optimiser of Wächter and
+//! Biegler (*Math. Program.* 106, 2006).
 //!
-//! The wrapper knows nothing of contact. It adds to the C interface what its users
-//! would otherwise find out one crash at a time:
+//! The wrapper is independent of contact problems. It adds these checks to the C interface:
 //!
-//! - the sparsity structure is checked once, bounds and starts before every solve;
-//! - the lock of `ipopt-sys` is held from create to free, because Ipopt 3.11 and MUMPS
-//!   keep global state; a solve started inside a callback is an error;
-//! - a solve that a callback starts on another thread and waits for would wait for ever:
-//!   the lock cannot see that;
-//! - a panic in a callback is caught, the solve ended, and the panic resumed;
-//! - numbers that are not finite never reach Ipopt's matrices, where they corrupt
-//!   memory;
-//! - nothing is printed, and no `ipopt.opt` in the working directory is read.
+//! - The sparsity structure is checked once, bounds and start points before every solve.
+//! - The lock of `ipopt-sys` is held from create to free, because Ipopt 3.11 and MUMPS keep global
+//!   state. A solve started inside a callback is an error.
+//! - The lock cannot detect a callback that starts a solve on another thread and waits for it. Such
+//!   a callback blocks forever.
+//! - A panic in a callback is caught, the solve is ended, and the panic is resumed.
+//! - Numbers that are not finite never reach Ipopt's matrices, where they corrupt memory.
+//! - Nothing is printed, and `ipopt.opt` in the working directory is not read.
 //!
-//! `unsafe` stands in `raw/` and nowhere else in this package.
+//! Inside this package, only `raw/` contains `unsafe` code.
 //!
 //! [Ipopt]: https://coin-or.github.io/Ipopt/
 
@@ -29,77 +27,77 @@ pub use problem::{Bounds, IpoptProgress, NonlinearProgram, StartPoint};
 pub use raw::{IteratePoint, RawSolver, SolveOutcome};
 pub use status::ReturnStatus;
 
-/// The version of the Ipopt this build is linked with, "3.11.9" for example.
+/// Version of the linked Ipopt, "3.11.9" for example.
 pub const VERSION: &str = env!("TUMBLE_IPOPT_VERSION");
 
-/// Why a solve was refused before Ipopt ran.
+/// Reason why the wrapper refused a solve before Ipopt ran.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IpoptError {
-    /// An array of the wrong length.
+    /// An array has the wrong length.
     #[error("{what}: {found} numbers given where the problem has {expected}")]
     Length {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
-        /// The length the problem asks for.
+        /// Length that the problem requires.
         expected: usize,
-        /// The length given.
+        /// Length of the array.
         found: usize,
     },
-    /// A number that is NaN or infinite.
+    /// A number is NaN or infinite.
     #[error("{what}: entry {index} is {value}, a finite number is needed")]
     NotFinite {
-        /// Which array.
-        what: &'static str,
-        /// Where.
-        index: usize,
-        /// What stands there.
-        value: f64,
-    },
-    /// Bounds that are NaN, crossed, or infinite on the wrong side.
-    #[error("{what}: entry {index} is the empty interval [{lower}, {upper}]")]
-    Bounds {
-        /// Which pair of arrays.
-        what: &'static str,
-        /// Where.
-        index: usize,
-        /// The lower bound.
-        lower: f64,
-        /// The upper bound.
-        upper: f64,
-    },
-    /// A structural entry out of range, above the diagonal, or listed twice.
-    #[error("{what} pattern: entry {index} at ({row}, {col}) {why}")]
-    Structure {
-        /// Jacobian or Hessian.
+        /// Name of the array.
         what: &'static str,
         /// Index of the entry.
         index: usize,
-        /// Its row.
+        /// Value of the entry.
+        value: f64,
+    },
+    /// Bounds are NaN, crossed, or infinite on the wrong side.
+    #[error("{what}: entry {index} is the empty interval [{lower}, {upper}]")]
+    Bounds {
+        /// Name of the pair of arrays.
+        what: &'static str,
+        /// Index of the entry.
+        index: usize,
+        /// Lower bound.
+        lower: f64,
+        /// Upper bound.
+        upper: f64,
+    },
+    /// A structural entry is out of range, above the diagonal, or listed twice.
+    #[error("{what} pattern: entry {index} at ({row}, {col}) {why}")]
+    Structure {
+        /// Name of the matrix: Jacobian or Hessian.
+        what: &'static str,
+        /// Index of the entry.
+        index: usize,
+        /// Row of the entry.
         row: usize,
-        /// Its column.
+        /// Column of the entry.
         col: usize,
-        /// What is wrong with it.
+        /// Fault of the entry.
         why: &'static str,
     },
-    /// A problem without variables, or larger than C's int.
+    /// The problem has no variables or is larger than C's int.
     #[error(
         "a problem of {variables} variables and {constraints} constraints cannot be given to Ipopt"
     )]
     Size {
-        /// n.
+        /// Number of variables n.
         variables: usize,
-        /// m.
+        /// Number of constraints m.
         constraints: usize,
     },
-    /// An option out of its range.
+    /// An option is out of its range.
     #[error("Ipopt option {name} is {value:?}; allowed is {allowed}")]
     Option {
         /// Ipopt's name of the option.
         name: &'static str,
-        /// The value given.
+        /// Value of the option.
         value: f64,
-        /// The range.
+        /// Allowed range.
         allowed: &'static str,
     },
     /// This build of Ipopt refused an option that the wrapper sets.
@@ -108,7 +106,7 @@ pub enum IpoptError {
         /// Ipopt's name of the option.
         name: &'static str,
     },
-    /// A solve was started from inside a callback of another one.
+    /// A solve was started inside a callback of another solve.
     #[error("a solve was started from inside a callback of another solve on the same thread")]
     Reentrant,
     /// Ipopt could not create the problem.

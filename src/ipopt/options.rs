@@ -1,48 +1,45 @@
-//! Ipopt's options, typed.
+//! Ipopt's options as typed fields.
 //!
-//! Only options with a use in this project exist here, so that a misspelt name
-//! or a value of the wrong type cannot be written. Ipopt prints a message when it
-//! refuses an option whatever the print level, and it accepts NaN; both are ruled
-//! out by [`Options::validate`] before Ipopt sees a value.
+//! Only options that this project uses exist here. Misspelt names and values of the wrong type are
+//! therefore compile errors. Ipopt accepts NaN, and prints a message about a refused option at any
+//! print level. [`Options::validate`] prevents both.
 
 use super::IpoptError;
 
-/// How the barrier parameter is reduced (`mu_strategy`).
+/// Update strategy of the barrier parameter (`mu_strategy`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BarrierStrategy {
     /// Fiacco–McCormick: reduce once a barrier problem is solved. Ipopt's default.
     #[default]
     Monotone,
-    /// Choose anew in every iteration.
+    /// Choose a new value in every iteration.
     Adaptive,
 }
 
-/// How far the multipliers of the constraints follow a step (`alpha_for_y`).
+/// Step length of the constraint multipliers (`alpha_for_y`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum MultiplierStep {
-    /// As far as the variables. Ipopt's default.
+    /// Same step length as the variables. Ipopt's default.
     #[default]
     Primal,
-    /// To the least dual infeasibility.
+    /// Step length that minimises the dual infeasibility.
     MinDualInfeasibility,
 }
 
-/// Whether Ipopt rescales the problem from its gradients at the start
-/// (`nlp_scaling_method`).
+/// Scaling of the problem by its gradients at the start point (`nlp_scaling_method`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scaling {
     /// Scale so that gradients at the start are at most 100. Ipopt's default.
     #[default]
     GradientBased,
-    /// Leave the problem as it is.
+    /// No scaling.
     None,
 }
 
-/// The settings of one solve.
+/// Settings of one solve.
 ///
-/// [`Default`] is the recommended set: Ipopt's own defaults except for three
-/// settings of the linear solver MUMPS that change no result and take a third off
-/// the time of small problems.
+/// [`Default`] is the recommended set. It has Ipopt's own defaults except for three settings of the
+/// linear solver MUMPS, which save time on small problems and change no result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// Convergence tolerance (`tol`), in (0, 1).
@@ -51,28 +48,27 @@ pub struct Options {
     pub max_iterations: u32,
     /// Barrier strategy (`mu_strategy`).
     pub barrier: BarrierStrategy,
-    /// Multipliers' step (`alpha_for_y`).
+    /// Step length of the constraint multipliers (`alpha_for_y`).
     pub multiplier_step: MultiplierStep,
     /// Initial barrier parameter (`mu_init`), in (0, 1e6]; Ipopt's default is 0.1.
     pub initial_barrier: f64,
     /// Problem scaling (`nlp_scaling_method`).
     pub scaling: Scaling,
-    /// What the objective is multiplied with inside Ipopt (`obj_scaling_factor`), and so how
-    /// much of it `tolerance` stands for. In (0, 1e12]; Ipopt's default is 1.
+    /// Factor of the objective inside Ipopt (`obj_scaling_factor`), in (0, 1e12]. It also scales
+    /// the objective against `tolerance`. Ipopt's default is 1.
     pub objective_scaling: f64,
-    /// How far the start is pushed away from a bound, absolutely (`bound_push`) and as
-    /// a fraction of the distance between two bounds (`bound_frac`); Ipopt's default
-    /// is 0.01. In (0, 0.5].
+    /// Distance by which the start is pushed away from a bound, in (0, 0.5]. It is absolute
+    /// (`bound_push`) and a fraction of the distance between two bounds (`bound_frac`). Ipopt's
+    /// default is 0.01.
     pub bound_push: f64,
-    /// MUMPS column ordering (`mumps_pivot_order`): 0 is approximate minimum degree,
-    /// the cheapest for a problem this small; Ipopt's default is 7, automatic. 0, 2, 3, 5, 6
-    /// or 7.
+    /// MUMPS column ordering (`mumps_pivot_order`): 0, 2, 3, 5, 6 or 7. The value 0 is approximate
+    /// minimum degree, the cheapest for small problems. Ipopt's default is 7, automatic.
     pub mumps_pivot_order: u32,
-    /// MUMPS working-memory reserve in per cent (`mumps_mem_percent`); Ipopt's
-    /// default is 1000. In 0…10 000.
+    /// MUMPS working-memory reserve in per cent (`mumps_mem_percent`), in 0…10 000. Ipopt's default
+    /// is 1000.
     pub mumps_memory_percent: u32,
-    /// Least number of iterative refinements of a linear solve
-    /// (`min_refinement_steps`); Ipopt's default is 1. In 0…10.
+    /// Least number of iterative refinements of a linear solve (`min_refinement_steps`), in 0…10.
+    /// Ipopt's default is 1.
     pub min_refinement_steps: u32,
 }
 
@@ -94,10 +90,10 @@ impl Default for Options {
     }
 }
 
-/// How far a warm start is kept from the bounds; see `warm_start_bound_push`.
+/// Distance of a warm start from the bounds; see `warm_start_bound_push`.
 const WARM_START_PUSH: f64 = 1e-8;
 
-/// One option as Ipopt's C interface takes it.
+/// Option in the form of Ipopt's C interface: name and value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum OptionValue {
     Text(&'static str, &'static str),
@@ -131,7 +127,7 @@ impl Options {
         let allowed = "above 0 and up to 1e12";
         number("obj_scaling_factor", self.objective_scaling, 0.0, 1e12, allowed)?;
         number("bound_push", self.bound_push, 0.0, 0.5, "above 0 and up to 0.5")?;
-        // 1 needs an order to be given; 4 (PORD) can end the process.
+        // 1 needs a user-defined order; 4 (PORD) can end the process.
         if !matches!(self.mumps_pivot_order, 0 | 2 | 3 | 5..=7) {
             return Err(IpoptError::Option {
                 name: "mumps_pivot_order",
@@ -143,20 +139,20 @@ impl Options {
         integer("min_refinement_steps", self.min_refinement_steps, 10, "0 to 10")
     }
 
-    /// The settings to hand to Ipopt, `warm` for a start with multipliers.
+    /// Settings for Ipopt. `warm` is true for a start with multipliers.
     pub(super) fn settings(&self, warm: bool) -> Vec<OptionValue> {
         use OptionValue::{Integer, Number, Text};
         let int = |value: u32| i32::try_from(value).unwrap_or(i32::MAX);
         let mut settings = vec![
-            // Silence: the level alone leaves the banner.
+            // The print level alone leaves the banner.
             Integer("print_level", 0),
             Text("sb", "yes"),
             // An ipopt.opt in the working directory must not override these settings.
             Text("option_file_name", ""),
-            // The other solvers that Debian's build lists end the process or fail.
+            // Other solvers that Debian's build lists end the process or fail.
             Text("linear_solver", "mumps"),
-            // The callbacks check every number themselves. With "yes", 3.11 reads a vector
-            // that was never filled, and crashes, once `constraints` has refused.
+            // The callbacks check every number. With "yes", 3.11 reads an uninitialised vector and
+            // crashes after `constraints` has refused.
             Text("check_derivatives_for_naninf", "no"),
             Number("tol", self.tolerance),
             Integer("max_iter", int(self.max_iterations)),

@@ -1,38 +1,37 @@
-//! What a caller gives to Ipopt: the functions, the bounds, the start.
+//! Input of a solve: functions, bounds and start point.
 
 use super::IpoptError;
 use crate::sparsity::SparsityPattern;
 
-/// A nonlinear program
+/// Nonlinear program
 ///
 /// ```text
 /// min f(x)   subject to   g_L ≤ g(x) ≤ g_U,   x_L ≤ x ≤ x_U
 /// ```
 ///
-/// with n variables and m constraints, its first derivatives and the Hessian of
-/// the Lagrangian. Values that are not finite are refused by the wrapper; the
-/// solve then ends with
-/// [`InvalidNumberDetected`](super::ReturnStatus::InvalidNumberDetected). A panic in
-/// any method is carried to the caller of the solve.
+/// with n variables, m constraints, first derivatives and the Hessian of the Lagrangian. The
+/// wrapper refuses values that are not finite. The solve then ends with
+/// [`InvalidNumberDetected`](super::ReturnStatus::InvalidNumberDetected). A panic in any method
+/// propagates to the caller of the solve.
 pub trait NonlinearProgram {
-    /// n, at least 1.
+    /// Number of variables n, at least 1.
     fn variable_count(&self) -> usize;
-    /// m.
+    /// Number of constraints m.
     fn constraint_count(&self) -> usize;
-    /// Where ∂g/∂x (m × n) may be non-zero.
+    /// Structural non-zeros of ∂g/∂x (m × n).
     fn jacobian_pattern(&self) -> &SparsityPattern;
-    /// Where the Hessian of the Lagrangian (n × n) may be non-zero, lower triangle.
+    /// Structural non-zeros of the Hessian of the Lagrangian (n × n), lower triangle.
     fn hessian_pattern(&self) -> &SparsityPattern;
 
-    /// f(x).
+    /// Objective f(x).
     fn objective(&mut self, x: &[f64]) -> f64;
-    /// ∇f(x), n numbers.
+    /// Writes ∇f(x), n numbers.
     fn gradient(&mut self, x: &[f64], gradient: &mut [f64]);
-    /// g(x), m numbers.
+    /// Writes g(x), m numbers.
     fn constraints(&mut self, x: &[f64], constraints: &mut [f64]);
-    /// ∂g/∂x in the order of the pattern.
+    /// Writes ∂g/∂x in the order of the pattern.
     fn jacobian(&mut self, x: &[f64], values: &mut [f64]);
-    /// σ∇²f + Σ yⱼ∇²gⱼ in the order of the pattern.
+    /// Writes σ∇²f + Σ yⱼ∇²gⱼ in the order of the pattern.
     fn hessian(
         &mut self,
         x: &[f64],
@@ -48,12 +47,12 @@ pub trait NonlinearProgram {
     }
 }
 
-/// What Ipopt reports of an iteration.
+/// Progress of one iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IpoptProgress {
-    /// Number of the iteration, from 0.
+    /// Iteration number, from 0.
     pub iteration: u32,
-    /// Whether the restoration phase is running.
+    /// True while the restoration phase runs.
     pub in_restoration: bool,
     /// Objective value (unscaled).
     pub objective: f64,
@@ -65,23 +64,22 @@ pub struct IpoptProgress {
     pub barrier: f64,
 }
 
-/// Bounds on variables (n) and constraints (m). ±∞, and to Ipopt any magnitude of 1e19 or
-/// more, means none; equal bounds fix a
-/// variable or make a constraint an equation.
+/// Bounds on variables (n) and constraints (m). ±∞ or a magnitude of at least 1e19 means unbounded.
+/// Equal bounds fix a variable or make a constraint an equation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bounds {
-    /// x_L.
+    /// Lower bounds x_L.
     pub lower: Vec<f64>,
-    /// x_U.
+    /// Upper bounds x_U.
     pub upper: Vec<f64>,
-    /// g_L.
+    /// Lower bounds g_L.
     pub constraint_lower: Vec<f64>,
-    /// g_U.
+    /// Upper bounds g_U.
     pub constraint_upper: Vec<f64>,
 }
 
 impl Bounds {
-    /// Checks lengths, order and NaN (which Ipopt would ignore without a word).
+    /// Checks lengths, order and NaN, which Ipopt ignores silently.
     pub(super) fn validate(&self, n: usize, m: usize) -> Result<(), IpoptError> {
         let pairs = [
             ("variable bounds", &self.lower, &self.upper, n),
@@ -104,17 +102,17 @@ impl Bounds {
     }
 }
 
-/// Where a solve starts.
+/// Start point of a solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StartPoint<'a> {
-    /// A point alone; Ipopt finds multipliers itself.
+    /// A point alone; Ipopt estimates the multipliers.
     Cold {
-        /// n numbers.
+        /// Variables, n numbers.
         x: &'a [f64],
     },
-    /// A point with the multipliers of a solved neighbour.
+    /// A point with the multipliers of a similar, solved problem.
     Warm {
-        /// n numbers.
+        /// Variables, n numbers.
         x: &'a [f64],
         /// Constraint multipliers, m numbers.
         constraint_multipliers: &'a [f64],

@@ -1,9 +1,9 @@
-//! What Ipopt says at the end of a solve.
+//! Return status of a solve.
 
 use std::fmt;
 
-/// Ipopt's `ApplicationReturnStatus`: every value that its documentation lists,
-/// and [`Unknown`](Self::Unknown) with the number for any other.
+/// Ipopt's `ApplicationReturnStatus` with every documented value. [`Unknown`](Self::Unknown) holds
+/// any other number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ReturnStatus {
@@ -17,29 +17,29 @@ pub enum ReturnStatus {
     SearchDirectionBecomesTooSmall,
     /// 4: the iterates diverge.
     DivergingIterates,
-    /// 5: the intermediate callback asked for the end.
+    /// 5: the intermediate callback requested the end.
     UserRequestedStop,
     /// 6: a feasible point of a square problem.
     FeasiblePointFound,
-    /// −1: the iteration limit.
+    /// −1: the iteration limit was reached.
     MaximumIterationsExceeded,
     /// −2: the restoration phase failed.
     RestorationFailed,
-    /// −3: an unrecoverable error in a step's computation.
+    /// −3: an unrecoverable error in the computation of a step.
     ErrorInStepComputation,
-    /// −4: the limit on processor time.
+    /// −4: the limit on processor time was reached.
     MaximumCpuTimeExceeded,
-    /// −5: the limit on wall time (3.14).
+    /// −5: the limit on wall time was reached (3.14).
     MaximumWallTimeExceeded,
     /// −10: fewer free variables than equality constraints.
     NotEnoughDegreesOfFreedom,
     /// −11: the problem definition is inconsistent.
     InvalidProblemDefinition,
-    /// −12: an option's value or a solver it names is not available.
+    /// −12: an option's value or a solver that it names is not available.
     InvalidOption,
-    /// −13: a callback refused, or returned a number that is not finite.
+    /// −13: a callback refused or returned a number that is not finite.
     InvalidNumberDetected,
-    /// −100: an exception without a more exact status.
+    /// −100: an exception without a more specific status.
     UnrecoverableException,
     /// −101: an exception that is not Ipopt's.
     NonIpoptExceptionThrown,
@@ -51,7 +51,7 @@ pub enum ReturnStatus {
     Unknown(i32),
 }
 
-/// The table of numbers and Ipopt's own names.
+/// Table of numbers, variants and Ipopt's names.
 const KNOWN: [(i32, ReturnStatus, &str); 20] = {
     use ReturnStatus as S;
     [
@@ -79,7 +79,7 @@ const KNOWN: [(i32, ReturnStatus, &str); 20] = {
 };
 
 impl ReturnStatus {
-    /// The variant of Ipopt's number.
+    /// Variant of Ipopt's number.
     #[must_use]
     pub fn from_code(code: i32) -> Self {
         let known = KNOWN.iter().find(|(known, ..)| *known == code);
@@ -99,19 +99,19 @@ impl ReturnStatus {
         }
     }
 
-    /// Ipopt's own name of the status, `Solve_Succeeded` for example.
+    /// Ipopt's name of the status, `Solve_Succeeded` for example.
     #[must_use]
     pub fn name(self) -> &'static str {
         self.row().map_or("Unknown_Status", |(.., name)| name)
     }
 
-    /// Whether the solve met the requested tolerance. The acceptable level does not count.
+    /// True if the solve met the requested tolerance. The acceptable level does not count.
     #[must_use]
     pub fn is_success(self) -> bool {
         self == Self::SolveSucceeded
     }
 
-    /// Whether Ipopt got as far as iterating, so that its point means something.
+    /// True if Ipopt started iterating, so that its point is meaningful.
     #[must_use]
     pub fn has_point(self) -> bool {
         matches!(self.code(), -4..=6) || self == Self::MaximumWallTimeExceeded

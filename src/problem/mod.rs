@@ -1,6 +1,6 @@
-//! Contact problems by themselves, and the text in which Siconos keeps them.
+//! Standalone contact problems, and their text format in Siconos.
 //!
-//! What is said of [`ContactProblem`] holds here; [`dat`] reads and writes text, and opens no file.
+//! See [`ContactProblem`]. [`dat`] parses and formats text; it does not open files.
 
 pub mod dat;
 

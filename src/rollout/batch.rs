@@ -1,4 +1,4 @@
-//! What goes into a batch of rollouts and what comes out, and whether it fits.
+//! Input and output arrays of a batch of rollouts, and their checks.
 
 use super::varied::{Varied, varied};
 use super::watch::RolloutWatch;
@@ -10,75 +10,76 @@ use tumble_core::mechanics::{Load, State, Wrench};
 use tumble_core::simulation::{Motion, Simulation};
 use tumble_core::world::World;
 
-/// What makes the motion of one rollout's world.
+/// Function that creates the motion (integrator and step solver) of one rollout's world.
 pub type MotionOf<'a> = &'a (dyn Fn(&World) -> Result<Motion<'static>, Error> + Sync);
 
 /// B rollouts of T steps of a world of N bodies.
 #[derive(Clone, Copy)]
 pub struct Batch<'a> {
-    /// The world of all rollouts, but for what `parameters` say.
+    /// World of all rollouts, except for `parameters`.
     pub world: &'a World,
-    /// Who solves the steps of a rollout's world.
+    /// Creates the step solver of a rollout's world.
     pub motion: MotionOf<'a>,
-    /// What pushes each body in all rollouts, besides the controls: one a body, or none at all.
+    /// External load of each body in all rollouts, added to the controls: N loads, or empty.
     pub loads: &'a [Load],
-    /// How joints' frames in the world move in all rollouts, by the joints' indices.
+    /// Prescribed motions of joint frames fixed in the world, by joint index, in all rollouts.
     pub courses: &'a [(usize, Knots)],
-    /// k of the starts: loads are those of the times from there on.
+    /// Step index k of the starts. Loads are evaluated at the times from this step on.
     pub index: u64,
-    /// B.
+    /// Number of rollouts B.
     pub rollouts: usize,
-    /// T.
+    /// Number of steps T.
     pub steps: usize,
-    /// Where the bodies start: (B or 1, N, 13), see [`State`].
+    /// Initial states of the bodies: (B or 1, N, 13), see [`State`].
     pub starts: &'a [f64],
-    /// What pushes each body in every step, (B or 1, T, N, 6): a force (N, world) and a torque
-    /// (N m, body); empty for none.
+    /// Wrench on each body in every step, (B or 1, T, N, 6): a force (N, world) and a torque (N m,
+    /// body). Empty for no wrenches.
     pub controls: &'a [f64],
-    /// What each [motor](World::motors), and after these each of a [sum](World::gear_motors), holds or pulls to in every step, in
-    /// place of its target: (B or 1, T, M), m/s, rad/s, m or rad; empty for the world's own.
+    /// Target of every motor in every step: (B or 1, T, M), m/s, rad/s, m or rad. The
+    /// [motors](World::motors) of joints come first, then the [motors of
+    /// gears](World::gear_motors). Empty for the targets of the world.
     pub motors: &'a [f64],
-    /// Forces along each [axis](World::driven_axes) that a drive can act on in every step, besides its drive: (B or 1, T, D), N
-    /// or N m; empty for none.
+    /// Force along each [axis](World::driven_axes) with a drive in every step, added to the drive:
+    /// (B or 1, T, D), N or N m. Empty for no forces.
     pub joint_forces: &'a [f64],
-    /// What differs between the rollouts' worlds.
+    /// Constants that differ between the rollouts' worlds.
     pub parameters: &'a [Varied<'a>],
 }
 
-/// Memory for what comes out, the caller's. What is empty is not wanted.
+/// Output buffers, owned by the caller. An empty buffer is not written.
 #[derive(Debug, Default)]
 pub struct RolloutOutputs<'a> {
-    /// The states after each step: (B, T, N, 13).
+    /// States after each step: (B, T, N, 13).
     pub states: &'a mut [f64],
-    /// The states after the last step alone: (B, N, 13).
+    /// States after the last step: (B, N, 13).
     pub ends: &'a mut [f64],
-    /// The sum of the contact forces on each body over each step, N, world: (B, T, N, 3).
+    /// Sum of the contact forces on each body over each step, N, world: (B, T, N, 3).
     pub forces: &'a mut [f64],
-    /// The residual of each step, m/s: (B, T).
+    /// Residual of each step, m/s: (B, T).
     pub residuals: &'a mut [f64],
-    /// How each step ended, the place in [`StepStatus::ALL`](tumble_core::step::StepStatus::ALL):
-    /// (B, T).
+    /// Status of each step as an index into
+    /// [`StepStatus::ALL`](tumble_core::step::StepStatus::ALL): (B, T).
     pub statuses: &'a mut [u8],
 }
 
 impl Batch<'_> {
-    /// N.
+    /// Number of bodies N.
     fn bodies(&self) -> usize {
         self.world.bodies().len()
     }
 
-    /// How many numbers the changes of a rollout's states have.
+    /// Length of a tangent vector of a rollout's states, 12 N.
     #[cfg(feature = "save")]
     pub(super) fn change_width(&self) -> usize {
         tumble_core::derivative::StateChange::LEN * self.bodies()
     }
 
-    /// Refuses arrays of other lengths than their shapes say.
+    /// Checks the lengths of all arrays against their shapes.
     pub(super) fn check(&self, outputs: &RolloutOutputs<'_>) -> Result<(), Error> {
         let (b, t, n) = (self.rollouts, self.steps, self.bodies());
         count("rollouts", b, "1 or more", b > 0)?;
         count("steps of a rollout", t, "1 or more", t > 0)?;
-        // What does not fit into memory has no length.
+        // A size that overflows cannot match any length.
         let size = |factors: &[usize]| {
             factors.iter().try_fold(1_usize, |product, factor| product.checked_mul(*factor))
         };
@@ -116,7 +117,7 @@ impl Batch<'_> {
         Ok(())
     }
 
-    /// The simulation of `rollout`, and what drives it.
+    /// Simulation of `rollout` and its actuation.
     pub(super) fn simulation(
         &self,
         rollout: usize,
@@ -143,13 +144,13 @@ impl Batch<'_> {
         Ok((simulation, driven))
     }
 
-    /// The states at step 0 of `rollout`.
+    /// Initial states of `rollout`.
     fn start(&self, rollout: usize) -> impl Iterator<Item = State> + '_ {
         let states = of(self.starts, 13 * self.bodies(), rollout).chunks_exact(13);
         states.map(|numbers| State::from_vector(&SVector::<f64, 13>::from_column_slice(numbers)))
     }
 
-    /// What the controls of `rollout` put on each body in `step`; nothing without controls.
+    /// Wrenches of the controls on each body in `step` of `rollout`; empty without controls.
     fn wrenches(&self, rollout: usize, step: usize) -> impl Iterator<Item = Wrench> + '_ {
         let width = 6 * self.bodies();
         let all = of(self.controls, self.steps * width, rollout);
@@ -161,10 +162,9 @@ impl Batch<'_> {
     }
 }
 
-/// What drives a rollout in every step: the axes of its joints, which of them have motors, and which gears have one of their
-/// sum.
+/// Actuated axes and motors of a rollout: those of joints and of gears.
 pub(super) struct Driven {
-    /// The rollout's world, with the drives that it began with.
+    /// World of the rollout with its initial drives.
     own: World,
     axes: Vec<(usize, JointAxis)>,
     motors: Vec<(usize, JointAxis)>,
@@ -172,7 +172,7 @@ pub(super) struct Driven {
 }
 
 impl Driven {
-    /// What differs from step to step in `batch`.
+    /// Selects the axes and motors that have arrays in `batch`.
     fn of(batch: &Batch<'_>, own: World) -> Self {
         fn or_none<T>(of: &[f64], axes: Vec<T>) -> Vec<T> {
             if of.is_empty() { Vec::new() } else { axes }
@@ -185,7 +185,7 @@ impl Driven {
         }
     }
 
-    /// Sets it for `step` of `rollout`, and the wrenches of its controls.
+    /// Sets wrenches, joint forces and motor targets for `step` of `rollout`.
     pub(super) fn set(
         &self,
         batch: &Batch<'_>,
@@ -225,7 +225,7 @@ impl Driven {
     }
 }
 
-/// The `width` numbers of `rollout`, or those of all; none of an empty array.
+/// Slice of `width` numbers of `rollout`, or the shared slice. An empty array stays empty.
 pub(super) fn of(numbers: &[f64], width: usize, rollout: usize) -> &[f64] {
     match numbers.len() {
         0 => numbers,
@@ -244,7 +244,7 @@ fn count(
 }
 
 impl<'a> RolloutOutputs<'a> {
-    /// The parts that belong to one rollout each, one after the other.
+    /// Slices of the buffers, one item per rollout.
     pub(super) fn shares(self, rollouts: usize) -> impl Iterator<Item = Self> {
         let mut states = parts(self.states, rollouts);
         let mut ends = parts(self.ends, rollouts);
@@ -261,7 +261,7 @@ impl<'a> RolloutOutputs<'a> {
     }
 }
 
-/// `count` equal parts; none of an empty slice.
+/// Splits a slice into `count` equal parts. An empty slice has none.
 fn parts<T>(slice: &mut [T], count: usize) -> std::slice::ChunksExactMut<'_, T> {
     let part = (slice.len() / count).max(1);
     slice.chunks_exact_mut(part)

@@ -1,6 +1,8 @@
-//! Derivatives of what a batch of rollouts decides: one pass backwards through each, on all threads.
+//! Derivatives of a scalar loss of each rollout in a batch: one reverse pass per rollout, on all
+//! threads.
 //!
-//! Each is [`Simulation::gradient`](tumble_core::simulation::Simulation::gradient) of its rollout; what is said there holds here.
+//! Each is the [`Simulation::gradient`](tumble_core::simulation::Simulation::gradient) of its
+//! rollout. Its definitions and limits hold here too.
 
 use super::batch::{Batch, of};
 use super::run::{RolloutError, hand_out};
@@ -13,61 +15,63 @@ use tumble_core::simulation::{Checkpoints, Run, RunGradient, Simulation};
 use tumble_core::solver::native::Smoothing;
 use tumble_core::world::Constant;
 
-/// Derivatives of a number that each rollout decides, by its states: twelve a body, see [`StateChange`].
+/// Derivatives of each rollout's loss with respect to states: twelve per body, see [`StateChange`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Cotangents<'a> {
-    /// By the states after the last step: (B or 1, N, 12).
+    /// Derivatives with respect to the states after the last step: (B or 1, N, 12).
     Ends(&'a [f64]),
-    /// By the states after each step: (B or 1, T, N, 12).
+    /// Derivatives with respect to the states after each step: (B or 1, T, N, 12).
     States(&'a [f64]),
 }
 
-/// What a batch is differentiated by, besides starts and controls.
+/// Arguments of the derivatives besides starts and controls.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct By<'a> {
-    /// The constants.
+    /// World constants.
     pub constants: &'a [Constant],
-    /// That of the steps whose derivatives are taken: see [`Run::smoothing`].
+    /// Smoothing of the differentiated steps: see [`Run::smoothing`].
     pub smoothing: Option<Smoothing>,
 }
 
-/// Derivatives of the number of each rollout.
+/// Derivatives of each rollout's loss.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Gradients {
-    /// By the starts: (B, N, 12).
+    /// Derivatives with respect to the initial states: (B, N, 12).
     pub starts: Vec<f64>,
-    /// By the wrenches of every step, whether there were controls or not: (B, T, N, 6).
+    /// Derivatives with respect to the wrenches of every step, even without controls: (B, T, N, 6).
     pub controls: Vec<f64>,
-    /// By the constants that were asked for, in their order: B times the numbers of one world. By a mass where
-    /// inertias are [varied](Batch::parameters) too: with these held.
+    /// Derivatives with respect to the requested constants, in their order: B times the numbers of
+    /// one world. If inertias are [varied](Batch::parameters) too, they are held fixed for
+    /// derivatives with respect to masses.
     pub constants: Vec<Vec<f64>>,
-    /// What is to be known of each rollout.
+    /// Diagnostics of each rollout.
     pub noted: Vec<Noted>,
 }
 
-/// What is to be known of the derivatives of a rollout: see [`RunGradient`].
+/// Diagnostics of the derivatives of a rollout: see [`RunGradient`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noted {
-    /// The smallest margin, m/s, and its step.
+    /// Smallest margin, m/s, and its step.
     pub margin: (f64, u64),
-    /// The same of features.
+    /// Smallest feature margin, m/s, and its step.
     pub feature_margin: (f64, u64),
-    /// Steps that failed or are wild.
+    /// Number of steps that failed or are wild.
     pub unsolved: u64,
-    /// Steps with features that are not known as functions of the poses.
+    /// Number of steps with contact features that are not known functions of the poses.
     pub unknown: u64,
-    /// Steps that kept shares of forces.
+    /// Number of steps that kept the distribution of hyperstatic forces.
     pub kept: u64,
-    /// Steps that took a part of their restitution.
+    /// Number of steps that applied only part of their restitution.
     pub limited: u64,
 }
 
-/// The derivatives of the numbers that the rollouts of `batch` decide, by what they start from, by wrenches in every step,
-/// and by what `by` says, on at most `threads` threads; the same numbers on any. Each thread holds
-/// the derivatives of up to 300 steps at a time, and up to 300 saved simulations.
+/// Derivatives of the losses of the rollouts of `batch`: with respect to initial states, wrenches
+/// in every step, and the constants of `by`. Uses at most `threads` threads; the number of threads
+/// does not change the results. Each thread stores the derivatives of up to 300 steps and up to 300
+/// saved simulations.
 ///
 /// # Errors
-/// Arrays that do not have the lengths that [`Batch`] and [`Cotangents`] name; the first rollout, by its index,
+/// Arrays with other lengths than [`Batch`] and [`Cotangents`] define; the first rollout by index
 /// that is refused or has no derivative; [`Error::Interrupted`].
 pub fn gradients(
     batch: &Batch<'_>,
@@ -114,7 +118,7 @@ fn check(batch: &Batch<'_>, cotangents: Cotangents<'_>) -> Result<(), Error> {
     if fits { Ok(()) } else { Err(Error::Count { field, count, allowed }) }
 }
 
-/// The derivatives of one rollout.
+/// Derivatives of one rollout.
 fn one(
     batch: &Batch<'_>,
     cotangents: Cotangents<'_>,
@@ -139,7 +143,8 @@ fn one(
         let step = (simulation.index() - batch.index) as usize;
         driven.set(batch, rollout, step, simulation)
     };
-    // By a mass with its inertia, where both are varied, goes the part by the inertia too.
+    // A mass changes its inertia in proportion. Where both vary, subtract the part through the
+    // inertia.
     let is_varied = |constant| batch.parameters.iter().any(|given| given.constant == constant);
     let held = is_varied(Constant::Inertia) && by.contains(&Constant::Mass);
     let asked: Vec<Constant> =
@@ -158,7 +163,7 @@ fn one(
         let masses = by.iter().zip(&mut found.constants).filter(|(by, _)| **by == Constant::Mass);
         for (_, by_mass) in masses {
             for (body, by_mass) in by_mass.iter_mut().enumerate() {
-                // Symmetric: its columns are its rows.
+                // The matrix is symmetric, so row and column order agree.
                 let own = bodies[body].inertia() / bodies[body].mass();
                 let carried = own.iter().zip(&by_inertia[9 * body..]);
                 *by_mass -= carried.map(|(own, by)| own * by).sum::<f64>();

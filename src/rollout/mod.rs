@@ -1,10 +1,9 @@
-//! Many runs of one world at once: other starts, other pushes, other constants, on all cores.
+//! Parallel simulation of many runs of one world with different starts, wrenches or constants.
 //!
-//! A [`Batch`] says what is to be simulated, as plain numbers in the order of numpy's arrays; the
-//! caller gives the [memory](RolloutOutputs) for what comes out. Every rollout is a
-//! [`Simulation`](tumble_core::simulation::Simulation) of its own, so that its numbers are those of a
-//! loop over simulations, to the last bit, whatever the number of threads. The
-//! threads are those of one call, and end with it.
+//! A [`Batch`] is the input, as plain numbers in the memory order of numpy's arrays. The caller
+//! provides the [output buffers](RolloutOutputs). Every rollout is its own
+//! [`Simulation`](tumble_core::simulation::Simulation). Its numbers equal those of a loop over
+//! simulations to the last bit, on any number of threads. The threads live for one call.
 //!
 //! ```
 //! use std::num::NonZeroUsize;
@@ -44,14 +43,16 @@
 //! | controls | (B or 1, T, N, 6) | force, N, world; torque, N m, body |
 //! | motors | (B or 1, T, M) | targets: m/s, rad/s, m or rad |
 //! | joint_forces | (B or 1, T, D) | N or N m, along the axes |
-//! | states | (B, T, N, 13) | as the starts: after each step |
-//! | ends | (B, N, 13) | as the starts: after the last step |
+//! | states | (B, T, N, 13) | same columns as starts: after each step |
+//! | ends | (B, N, 13) | same columns as starts: after the last step |
 //!
-//! Beside these arrays, the caller's, a call takes the memory of one simulation a thread, and of its
-//! [`RolloutReport`]: thousands of rollouts of small worlds take no more than some.
+//! The last index varies fastest. B is the number of rollouts, T of steps and N of bodies. D is the
+//! number of [driven axes](tumble_core::world::World::driven_axes). M is the number of motors: the
+//! [motors](tumble_core::world::World::motors) of joints first, then the
+//! [motors of gears](tumble_core::world::World::gear_motors).
 //!
-//! B rollouts of T steps of N bodies, of which D axes of joints can be [driven](tumble_core::world::World::driven_axes) and M have
-//! [motors](tumble_core::world::World::motors), those of [sums](tumble_core::world::World::gear_motors) behind them; the last index fastest.
+//! Besides these arrays of the caller, a call allocates one simulation per thread and its
+//! [`RolloutReport`].
 
 mod batch;
 #[cfg(feature = "save")]

@@ -1,4 +1,4 @@
-//! The rollouts themselves, on as many threads as are given.
+//! Execution of rollouts on several threads.
 
 use super::batch::{Batch, RolloutOutputs};
 use super::watch::RolloutWatch;
@@ -10,63 +10,63 @@ use tumble_core::error::Error;
 use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_core::step::StepStatus;
 
-/// Steps between two reports of progress.
+/// Number of steps between two progress reports.
 const CHUNK: usize = 64;
 
-/// A step without an answer that counts.
+/// A step that failed or is wild.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unsolved {
-    /// Which rollout.
+    /// Index of the rollout.
     pub rollout: usize,
-    /// k, from 0.
+    /// Step index k, from 0.
     pub step: usize,
-    /// [`StepStatus::Failed`] or [`StepStatus::Wild`].
+    /// Status: [`StepStatus::Failed`] or [`StepStatus::Wild`].
     pub status: StepStatus,
-    /// m/s.
+    /// Residual of the step, m/s.
     pub residual: f64,
 }
 
-/// How steps went.
+/// Counts of step results.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RolloutTally {
-    /// How many ended in each way, in the order of [`StepStatus::ALL`].
+    /// Number of steps with each status, in the order of [`StepStatus::ALL`].
     pub statuses: [u64; StepStatus::ALL.len()],
-    /// How many took a [part](StepRecord::restitution_share) of their restitution alone, because the whole
-    /// would have made energy.
+    /// Number of steps that applied only a [part](StepRecord::restitution_share) of their
+    /// restitution, because full restitution would have created energy.
     pub tempered: u64,
-    /// The largest residual, m/s.
+    /// Largest residual, m/s.
     pub largest_residual: f64,
 }
 
-/// How a batch went. It takes 72 bytes a rollout, and 32 a step without an answer.
+/// Report of a batch: 80 bytes per rollout and 32 per step that failed or is wild.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RolloutReport {
-    /// All steps.
+    /// Tally of all steps.
     pub all: RolloutTally,
-    /// Those of each rollout.
+    /// Tally of each rollout.
     pub each: Vec<RolloutTally>,
-    /// Every step that failed or was wild, in the order of rollouts and steps.
+    /// Every step that failed or is wild, sorted by rollout and step.
     pub unsolved: Vec<Unsolved>,
 }
 
-/// Why a batch ended early.
+/// Error that ended a batch early.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{}{error}", rollout.map_or(String::new(), |index| format!("rollout {index}: ")))]
 pub struct RolloutError {
-    /// The first rollout whose input was refused; `None` where it is all of them.
+    /// First rollout with refused input; `None` if the error concerns all rollouts.
     pub rollout: Option<usize>,
-    /// What was wrong.
+    /// Cause.
     pub error: Error,
 }
 
-/// Simulates all rollouts of `batch` on at most `threads` threads and fills `outputs`. Numbers and
-/// report are the same whatever the number of threads. A step that did not converge is taken all
-/// the same, and stands in the report.
+/// Simulates all rollouts of `batch` on at most `threads` threads and fills `outputs`. The number
+/// of threads changes neither numbers nor report. The simulation continues after a step that did
+/// not converge; the report lists it.
 ///
 /// # Errors
-/// Arrays that do not have the lengths that [`Batch`] and [`RolloutOutputs`] name; the first rollout, by
-/// its index, whose world, start or control is refused; [`Error::Interrupted`]. Outputs may be
-/// filled in part then.
+/// Arrays with other lengths than [`Batch`] and [`RolloutOutputs`] define; the first rollout by
+/// index whose world, start or control is refused; [`Error::Interrupted`]. The outputs may then be
+/// partly filled.
 pub fn roll_out(
     batch: &Batch<'_>,
     outputs: RolloutOutputs<'_>,
@@ -83,8 +83,8 @@ pub fn roll_out(
     Ok(report)
 }
 
-/// What `work` makes of each of `count` items, on at most so many threads, in their order. Each thread has a record
-/// of its own.
+/// Applies `work` to each of `count` items on at most `threads` threads and returns the results in
+/// order. Each thread has its own record.
 pub(super) fn hand_out<S: Send, T: Send>(
     items: impl Iterator<Item = S> + Send,
     count: usize,
@@ -93,8 +93,8 @@ pub(super) fn hand_out<S: Send, T: Send>(
     work: impl Fn(usize, S, &mut StepRecord) -> Result<T, Error> + Sync,
 ) -> Result<Vec<T>, RolloutError> {
     let interrupted = || watch.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed));
-    // They are handed out in order. One that is refused ends the handing out, so that those before
-    // it have all been begun: the first refusal is the same on any number of threads.
+    // Items are handed out in order, and a refusal ends this. All earlier items have then been
+    // started, so the first refusal is the same on any number of threads.
     let queue = Mutex::new(items.enumerate());
     let refused = AtomicBool::new(false);
     let work = || {
@@ -114,7 +114,7 @@ pub(super) fn hand_out<S: Send, T: Send>(
     let helpers = threads.get().min(count) - 1;
     let mut results = thread::scope(|scope| {
         let helpers: Vec<_> = (0..helpers)
-            // Where no more threads are to be had, those that run do all the work.
+            // If no more threads can be spawned, the running ones do all the work.
             .map_while(|_| thread::Builder::new().spawn_scoped(scope, work).ok())
             .collect();
         let mut results = work();
@@ -141,7 +141,7 @@ pub(super) fn hand_out<S: Send, T: Send>(
     Ok(all)
 }
 
-/// One rollout.
+/// Simulates one rollout.
 fn one(
     batch: &Batch<'_>,
     rollout: usize,
@@ -185,26 +185,26 @@ fn one(
     Ok(report)
 }
 
-/// The states of all bodies, as many as there is room for.
+/// Copies the states of all bodies, as far as the buffer has space.
 fn copy_states(simulation: &Simulation<'_>, numbers: &mut [f64]) {
     for (numbers, state) in numbers.chunks_exact_mut(13).zip(simulation.states()) {
         numbers.copy_from_slice(state.to_vector().as_slice());
     }
 }
 
-/// The place of a status in [`StepStatus::ALL`].
+/// Index of a status in [`StepStatus::ALL`].
 fn place(status: StepStatus) -> u8 {
     StepStatus::ALL.iter().position(|known| *known == status).unwrap_or(0) as u8
 }
 
 impl RolloutTally {
-    /// How many steps there are.
+    /// Number of steps.
     #[must_use]
     pub fn steps(&self) -> u64 {
         self.statuses.iter().sum()
     }
 
-    /// How many steps ended so.
+    /// Number of steps with this status.
     #[must_use]
     pub fn count(&self, status: StepStatus) -> u64 {
         self.statuses[usize::from(place(status))]
@@ -223,7 +223,7 @@ impl RolloutTally {
 }
 
 impl RolloutReport {
-    /// All steps.
+    /// Number of all steps.
     #[must_use]
     pub fn steps(&self) -> u64 {
         self.all.steps()

@@ -1,20 +1,20 @@
-//! The constants that differ from rollout to rollout.
+//! World constants that differ between rollouts.
 
 use tumble_core::error::Error;
 pub use tumble_core::world::Constant;
 use tumble_core::world::World;
 use tumble_core::world::constants::ConstantValue;
 
-/// A constant and its numbers, for B rollouts.
+/// A constant and its values for B rollouts.
 #[derive(Debug, Clone, Copy)]
 pub struct Varied<'a> {
-    /// Which constant.
+    /// Constant that varies.
     pub constant: Constant,
-    /// B times as many numbers as [`Constant::width`] says.
+    /// B times [`Constant::width`] values.
     pub values: &'a [f64],
 }
 
-/// `world` with the constants that `values` has for `rollout`.
+/// Returns `world` with the constants of `rollout` from `values`.
 pub(super) fn varied(world: &World, values: &[Varied<'_>], rollout: usize) -> Result<World, Error> {
     let of_rollout = |values: &Varied<'_>| {
         let width = values.constant.width(world);

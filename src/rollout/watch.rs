@@ -1,13 +1,13 @@
-//! A batch as it runs, seen from outside.
+//! Observation and interruption of a running batch.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 
-/// How others follow a batch and end it.
+/// Flags through which other threads observe and end a batch.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct RolloutWatch<'a> {
-    /// Ends the batch soon after it is raised, within a step of each rollout.
+    /// Ends the batch within one step of each rollout after it is set.
     pub interrupt: Option<&'a Arc<AtomicBool>>,
-    /// Steps done so far, of all rollouts; it grows in chunks.
+    /// Number of completed steps of all rollouts, updated in chunks.
     pub done: Option<&'a AtomicU64>,
 }

@@ -1,3 +1,3 @@
-//! Other solvers of the contact step than [`NativeSolver`](crate::NativeSolver): the tutorial's program by Ipopt.
+//! Alternatives to [`NativeSolver`](crate::NativeSolver): the contact step solved by Ipopt.
 
 pub mod ipopt;

@@ -3,19 +3,19 @@
 use crate::sparsity::SparsityPattern;
 use nalgebra::SMatrix;
 
-/// Takes a matrix entry by entry, always in the same order.
+/// Receives a matrix entry by entry, always in the same order.
 pub(crate) trait EntrySink {
-    /// One structural non-zero.
+    /// Adds one structural non-zero.
     fn put(&mut self, row: usize, col: usize, value: f64);
 
-    /// `values` in one row, from the column `col` on.
+    /// Adds `values` in one row, starting at column `col`.
     fn put_row(&mut self, row: usize, col: usize, values: impl IntoIterator<Item = f64>) {
         for (k, value) in values.into_iter().enumerate() {
             self.put(row, col + k, value);
         }
     }
 
-    /// A block, row by row, whose first entry is that of `row` and `col`.
+    /// Adds a block row by row. Its first entry is at (`row`, `col`).
     fn put_block<const N: usize, const M: usize>(
         &mut self,
         row: usize,
@@ -27,7 +27,7 @@ pub(crate) trait EntrySink {
         }
     }
 
-    /// The lower triangle of a block on the diagonal, row by row, from `first` on.
+    /// Adds the lower triangle of a diagonal block row by row, starting at (`first`, `first`).
     fn put_lower<const N: usize>(&mut self, first: usize, block: &SMatrix<f64, N, N>) {
         for k in 0..N {
             self.put_row(first + k, first, block.row(k).iter().take(k + 1).copied());
@@ -35,12 +35,12 @@ pub(crate) trait EntrySink {
     }
 }
 
-/// Keeps the positions.
+/// Sink that stores the positions.
 #[derive(Default)]
 pub(crate) struct PatternSink(SparsityPattern);
 
 impl PatternSink {
-    /// The pattern of what `emit` puts into a sink.
+    /// Sparsity pattern of the entries that `emit` adds.
     pub(crate) fn of(emit: impl FnOnce(&mut Self)) -> SparsityPattern {
         let mut sink = Self::default();
         emit(&mut sink);
@@ -54,7 +54,7 @@ impl EntrySink for PatternSink {
     }
 }
 
-/// Keeps the values.
+/// Sink that stores the values.
 pub(crate) struct ValueSink<'a> {
     slots: std::slice::IterMut<'a, f64>,
 }

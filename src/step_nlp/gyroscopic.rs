@@ -1,10 +1,10 @@
-//! The gyroscopic term of the rows (8d), I⁻¹ G(ω, ω⁺), with its derivatives by ω⁺: both programs
-//! have it.
+//! The gyroscopic term I⁻¹ G(ω, ω⁺) of the rows (8d) and its derivatives with respect to ω⁺, shared
+//! by both programs.
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use tumble_core::mechanics::{RigidBody, Rotation};
 
-/// The term of one body.
+/// Gyroscopic term of one body.
 #[derive(Debug, Clone)]
 pub(crate) struct Gyroscopic {
     rotation: Rotation,
@@ -16,7 +16,7 @@ pub(crate) struct Gyroscopic {
 }
 
 impl Gyroscopic {
-    /// That of `body` in steps of `time_step` (s).
+    /// Creates the term of `body` for steps of `time_step` (s).
     pub(crate) fn new(body: &RigidBody, rotation: Rotation, time_step: f64) -> Self {
         Self {
             rotation,
@@ -32,12 +32,12 @@ impl Gyroscopic {
         self.rotation.gyroscopic(&self.inertia, old, new, self.time_step)
     }
 
-    /// Whether ∂(I⁻¹ G)_k/∂ω⁺_j can be other than zero.
+    /// True if ∂(I⁻¹ G)_k/∂ω⁺_j can be non-zero.
     pub(crate) fn depends(&self, k: usize, j: usize) -> bool {
         self.rotation == Rotation::Momentum || self.forms[k].row(j).amax() > 0.0
     }
 
-    /// ∂(I⁻¹ G)/∂ω⁺ at ω⁺ = `spin`: for the tutorial's form T(ω) with the rows ωᵀ T_k.
+    /// ∂(I⁻¹ G)/∂ω⁺ at ω⁺ = `spin`. In the tutorial's form it is T(ω) with the rows ωᵀ T_k.
     pub(crate) fn slope(&self, spin: &Vector3<f64>) -> Matrix3<f64> {
         match self.rotation {
             Rotation::Tutorial => {
@@ -51,7 +51,7 @@ impl Gyroscopic {
         }
     }
 
-    /// ∇²(y·I⁻¹ G) by ω⁺ at ω⁺ = `spin`, with z = I⁻¹ y
+    /// ∇²(y·I⁻¹ G) with respect to ω⁺ at ω⁺ = `spin`, with z = I⁻¹ y
     ///
     /// ```text
     /// tutorial: Σ y_k T_k,   momentum: ½ Σ y_k T_k + ½ h ((z·ω) I + z (I ω)ᵀ + (I ω) zᵀ)
@@ -69,7 +69,7 @@ impl Gyroscopic {
         }
     }
 
-    /// ω̃⁺ of ω⁺ = `spin`, rad/s: the spin after the impulses of the step
+    /// ω̃⁺ for ω⁺ = `spin`, rad/s: the spin after the impulses of the step
     /// ([`Rotation::departing_spin`]).
     pub(crate) fn departing(&self, spin: &Vector3<f64>) -> Vector3<f64> {
         self.rotation.departing_spin(&self.inertia, &self.inertia_inverse, spin, self.time_step)
@@ -80,7 +80,7 @@ impl Gyroscopic {
         self.rotation.departing_slope(&self.inertia, &self.inertia_inverse, spin, self.time_step)
     }
 
-    /// ∇²(y·ω̃⁺) by ω⁺: h ∇²(y·I⁻¹ G), zero in the tutorial's form.
+    /// ∇²(y·ω̃⁺) with respect to ω⁺: h ∇²(y·I⁻¹ G), zero in the tutorial's form.
     pub(crate) fn departing_curvature(
         &self,
         y: &Vector3<f64>,
@@ -100,7 +100,7 @@ impl Gyroscopic {
 /// S_i = e_j I_k· + I_·k e_jᵀ − e_k I_j· − I_·j e_kᵀ,
 /// ```
 ///
-/// T_k = Σ_i (I⁻¹)_ki S_i. Zero, exactly, for an isotropic inertia.
+/// T_k = Σ_i (I⁻¹)_ki S_i. It is exactly zero for an isotropic inertia.
 fn forms(body: &RigidBody) -> [Matrix3<f64>; 3] {
     let inertia = body.inertia();
     let component = |i: usize| {

@@ -1,8 +1,7 @@
 //! The Hessian of the Lagrangian, σ∇²f + Σ yⱼ∇²gⱼ, lower triangle.
 //!
-//! Three groups of variables meet in it: q⁺ with itself, ω⁺ with itself, and the six
-//! variables of each contact with themselves, r⁺_z and q⁺. Position and velocity rows
-//! are linear.
+//! It couples three groups of variables: q⁺ with itself, ω⁺ with itself, and the six variables of
+//! each contact with themselves, r⁺_z and q⁺. Position and velocity rows are linear.
 
 use super::StepNlp;
 use super::entries::EntrySink;
@@ -10,7 +9,7 @@ use super::layout::{ATTITUDE, ATTITUDE_ROWS, SPIN, SPIN_ROWS, UNIT_NORM_ROW};
 use nalgebra::{Matrix3, Matrix4, Vector2, Vector3, Vector4};
 use tumble_core::mechanics::State;
 
-/// The multipliers of one contact's rows.
+/// Multipliers of one contact's rows.
 struct ContactMultipliers {
     dissipation: Vector2<f64>,
     height: f64,
@@ -20,7 +19,7 @@ struct ContactMultipliers {
 }
 
 impl StepNlp {
-    /// All entries; the pattern depends on the model alone.
+    /// Emits all entries. The pattern depends on the model alone.
     pub(super) fn emit_hessian(
         &self,
         x: &[f64],
@@ -43,8 +42,8 @@ impl StepNlp {
         }
     }
 
-    /// q⁺ × q⁺: 2 y E of eq. 9, and the constant forms Q_k of eq. 3 with the multipliers
-    /// of eqs. 10 (times α/h), 12 and 14 (times −f_z).
+    /// Emits q⁺ × q⁺: 2 y E of eq. 9, and the constant forms Q_k of eq. 3 weighted with the
+    /// multipliers of eqs. 10 (times α/h), 12 and 14 (times −f_z).
     fn emit_attitude_block(&self, x: &[f64], multipliers: &[f64], sink: &mut impl EntrySink) {
         let h = self.world.time_step();
         let mut block = Matrix4::identity() * (2.0 * multipliers[UNIT_NORM_ROW]);
@@ -69,7 +68,7 @@ impl StepNlp {
         }
     }
 
-    /// ω⁺ × ω⁺: Bᵀ ∇²(y·u) B of eq. 8b (eq. D2) and −h ∇²(y·I⁻¹ G) of eq. 8d (eq. D6).
+    /// Emits ω⁺ × ω⁺: Bᵀ ∇²(y·u) B of eq. 8b (eq. D2) and −h ∇²(y·I⁻¹ G) of eq. 8d (eq. D6).
     fn emit_spin_block(&self, next: &State, multipliers: &[f64], sink: &mut impl EntrySink) {
         let y = Vector4::from_column_slice(&multipliers[ATTITUDE_ROWS]);
         let b = &self.step.attitude_rate;
@@ -80,8 +79,8 @@ impl StepNlp {
         sink.put_lower(SPIN.start, &block);
     }
 
-    /// f_xy × f_xy: α λ ∇²(y·d) of eq. 10 (eq. D4), −y D of eq. 13 and y λ D of eq. 15
-    /// (eq. D3).
+    /// Emits f_xy × f_xy: α λ ∇²(y·d) of eq. 10 (eq. D4), −y D of eq. 13 and y λ D of eq. 15 (eq.
+    /// D3).
     fn emit_force_block(
         &self,
         x: &[f64],
@@ -98,7 +97,7 @@ impl StepNlp {
         sink.put(fy, fy, block[(1, 1)]);
     }
 
-    /// f_z × (r⁺_z, q⁺): −y ∂z⁺ of eq. 14.
+    /// Emits f_z × (r⁺_z, q⁺): −y ∂z⁺ of eq. 14.
     fn emit_normal_block(
         &self,
         next: &State,
@@ -111,7 +110,7 @@ impl StepNlp {
         self.emit_attitude_gradient(next, i, 2, fz, -y.normal, sink);
     }
 
-    /// λ × (f_x, f_y, f_z): α D y of eq. 10, y d and −y μ of eq. 15.
+    /// Emits λ × (f_x, f_y, f_z): α D y of eq. 10, y d and −y μ of eq. 15.
     fn emit_slip_row(
         &self,
         x: &[f64],

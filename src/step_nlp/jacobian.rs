@@ -11,8 +11,8 @@ use nalgebra::{Matrix3, Vector4};
 use tumble_core::mechanics::State;
 
 impl StepNlp {
-    /// All entries, row block by row block. Which entries exist depends on the model
-    /// alone, never on x or the step.
+    /// Emits all entries by row blocks. The pattern depends on the model alone, never on x or the
+    /// step.
     pub(super) fn emit_jacobian(&self, x: &[f64], sink: &mut impl EntrySink) {
         let next = self.next_state(x);
         self.emit_position_rows(sink);
@@ -30,7 +30,7 @@ impl StepNlp {
         }
     }
 
-    /// Eq. 8a: r + h v⁺ − r⁺.
+    /// Emits eq. 8a: r + h v⁺ − r⁺.
     fn emit_position_rows(&self, sink: &mut impl EntrySink) {
         for k in 0..3 {
             let row = POSITION_ROWS.start + k;
@@ -39,7 +39,7 @@ impl StepNlp {
         }
     }
 
-    /// Eq. 8b: u(p) − q⁺ with p = q + B ω⁺, B = ½ h L(q) H: ∂/∂ω⁺ = ∂u/∂p B (eq. D1).
+    /// Emits eq. 8b: u(p) − q⁺ with p = q + B ω⁺, B = ½ h L(q) H: ∂/∂ω⁺ = ∂u/∂p B (eq. D1).
     fn emit_attitude_rows(&self, next: &State, sink: &mut impl EntrySink) {
         let by_spin = self.advanced_attitude(&next.spin).jacobian() * self.step.attitude_rate;
         for k in 0..4 {
@@ -49,7 +49,7 @@ impl StepNlp {
         }
     }
 
-    /// Eq. 8c: v + h (Σ F f/m + g) − v⁺.
+    /// Emits eq. 8c: v + h (Σ F f/m + g) − v⁺.
     fn emit_velocity_rows(&self, sink: &mut impl EntrySink) {
         let per_force = self.world.time_step() / self.body().mass();
         for k in 0..3 {
@@ -66,8 +66,8 @@ impl StepNlp {
         }
     }
 
-    /// Eq. 8d: ω + h I⁻¹ (τ − G(ω, ω⁺)) − ω⁺. By ω⁺: −E − h I⁻¹ ∂G/∂ω⁺ (eq. D6); by f_i:
-    /// h I⁻¹ [c_i]× Aᵀ F (eq. D5).
+    /// Emits eq. 8d: ω + h I⁻¹ (τ − G(ω, ω⁺)) − ω⁺. ∂/∂ω⁺ = −E − h I⁻¹ ∂G/∂ω⁺ (eq. D6); ∂/∂f_i = h
+    /// I⁻¹ [c_i]× Aᵀ F (eq. D5).
     fn emit_spin_rows(&self, next: &State, sink: &mut impl EntrySink) {
         let by_spin = -self.world.time_step() * self.gyroscopic.slope(&next.spin);
         for k in 0..3 {
@@ -91,8 +91,8 @@ impl StepNlp {
         }
     }
 
-    /// Eq. 10: α (c_xy + λ d(f_xy)), with c_xy = (r⁺ + A(q⁺) c − C)_xy/h. By r⁺: α/h; by
-    /// q⁺: α (Q_k q⁺)ᵀ/h (eq. 3); by f_xy: α λ D (eq. D3); by λ: α d.
+    /// Emits eq. 10: α (c_xy + λ d(f_xy)), with c_xy = (r⁺ + A(q⁺) c − C)_xy/h. ∂/∂r⁺ = α/h; ∂/∂q⁺
+    /// = α (Q_k q⁺)ᵀ/h (eq. 3); ∂/∂f_xy = α λ D (eq. D3); ∂/∂λ = α d.
     fn emit_dissipation_rows(&self, x: &[f64], next: &State, i: usize, sink: &mut impl EntrySink) {
         let [fx, fy, _, _, _, slip] = self.layout.contact_variables(i);
         let force = self.smooth_force(x, i);
@@ -109,14 +109,14 @@ impl StepNlp {
         }
     }
 
-    /// Eq. 12: z⁺ = (r⁺ + A(q⁺) c)_z.
+    /// Emits eq. 12: z⁺ = (r⁺ + A(q⁺) c)_z.
     fn emit_height_row(&self, next: &State, i: usize, sink: &mut impl EntrySink) {
         let row = self.layout.height_rows().start + i;
         self.emit_position_gradient(2, row, 1.0, sink);
         self.emit_attitude_gradient(next, i, 2, row, 1.0, sink);
     }
 
-    /// Eq. 13: μ f_z − ‖f_xy‖_ε.
+    /// Emits eq. 13: μ f_z − ‖f_xy‖_ε.
     fn emit_cone_row(&self, x: &[f64], i: usize, sink: &mut impl EntrySink) {
         let row = self.layout.cone_rows().start + i;
         let [fx, fy, fz, ..] = self.layout.contact_variables(i);
@@ -128,7 +128,7 @@ impl StepNlp {
         }
     }
 
-    /// Eq. 14: s1 − f_z z⁺.
+    /// Emits eq. 14: s1 − f_z z⁺.
     fn emit_normal_complementarity_row(
         &self,
         x: &[f64],
@@ -147,7 +147,7 @@ impl StepNlp {
         sink.put(row, s1, 1.0);
     }
 
-    /// Eq. 15: s2 − λ (μ f_z − ‖f_xy‖_ε).
+    /// Emits eq. 15: s2 − λ (μ f_z − ‖f_xy‖_ε).
     fn emit_friction_complementarity_row(&self, x: &[f64], i: usize, sink: &mut impl EntrySink) {
         let row = self.layout.friction_complementarity_rows().start + i;
         let [fx, fy, fz, _, s2, slip] = self.layout.contact_variables(i);
@@ -162,7 +162,7 @@ impl StepNlp {
         sink.put(row, slip, force.norm - friction * x[fz]);
     }
 
-    /// `factor` times ∂(Fᵀ r⁺)_axis/∂r⁺ in `row`: column `axis` of F.
+    /// Emits `factor` times ∂(Fᵀ r⁺)_axis/∂r⁺ in `row`: column `axis` of F.
     pub(super) fn emit_position_gradient(
         &self,
         axis: usize,
@@ -177,8 +177,8 @@ impl StepNlp {
         }
     }
 
-    /// `factor` times ∂(Fᵀ A(q⁺) c_i)_axis/∂q⁺ = (Q_axis q⁺)ᵀ (eq. 3) in `row`. A contact
-    /// point in the centre of mass has no such entries.
+    /// Emits `factor` times ∂(Fᵀ A(q⁺) c_i)_axis/∂q⁺ = (Q_axis q⁺)ᵀ (eq. 3) in `row`. A contact
+    /// point at the centre of mass has no such entries.
     pub(super) fn emit_attitude_gradient(
         &self,
         next: &State,

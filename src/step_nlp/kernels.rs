@@ -1,22 +1,22 @@
-//! The two small nonlinear functions of the step problem and their derivatives.
+//! Two small nonlinear functions of the step problem and their derivatives.
 
 use nalgebra::{Matrix2, Matrix4, Vector2, Vector4};
 
-/// The smoothed friction force f_xy of one contact (eq. 11):
+/// Smoothed friction force f_xy of one contact (eq. 11):
 ///
 /// ```text
 /// ρ = √(f·f + ε²),   ‖f‖_ε = ρ − ε,   d = f / (‖f‖_ε + ε) = f / ρ
 /// ```
 ///
-/// The same d is the gradient of ‖f‖_ε and the direction in the dissipation rows, so
-/// its Jacobian D is also the Hessian of ‖f‖_ε.
+/// d is both the gradient of ‖f‖_ε and the direction in the dissipation rows. Its Jacobian D is
+/// therefore also the Hessian of ‖f‖_ε.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SmoothForce {
     f: Vector2<f64>,
     rho: f64,
-    /// ‖f‖_ε, N.
+    /// Smoothed norm ‖f‖_ε, N.
     pub(crate) norm: f64,
-    /// d, without unit.
+    /// Direction d, dimensionless.
     pub(crate) direction: Vector2<f64>,
 }
 
@@ -46,10 +46,10 @@ impl SmoothForce {
     }
 }
 
-/// u = p/|p| of the attitude row: value and derivatives at p.
+/// Normalised attitude u = p/|p| of the attitude row: value and derivatives at p.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Normalised {
-    /// u.
+    /// Unit vector u.
     pub(crate) unit: Vector4<f64>,
     norm: f64,
 }

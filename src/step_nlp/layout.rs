@@ -1,45 +1,45 @@
-//! The order of the decision vector and of the constraint rows: the one place where
-//! offsets exist (eqs. 7 and 17 of `docs/formulation.md`).
+//! Order of the decision vector and of the constraint rows (eqs. 7 and 17 of
+//! `docs/formulation.md`). All offsets are defined here.
 
 use std::ops::Range;
 
-/// r⁺ in the decision vector.
+/// Position r⁺ in the decision vector.
 pub const POSITION: Range<usize> = 0..3;
-/// q⁺ in the decision vector.
+/// Attitude q⁺ in the decision vector.
 pub const ATTITUDE: Range<usize> = 3..7;
-/// v⁺ in the decision vector.
+/// Velocity v⁺ in the decision vector.
 pub const VELOCITY: Range<usize> = 7..10;
-/// ω⁺ in the decision vector.
+/// Spin ω⁺ in the decision vector.
 pub const SPIN: Range<usize> = 10..13;
-/// X⁺ in the decision vector.
+/// State X⁺ in the decision vector.
 pub const STATE: Range<usize> = 0..13;
 
-/// The rows of r + h v⁺ − r⁺ = 0.
+/// Rows of r + h v⁺ − r⁺ = 0.
 pub const POSITION_ROWS: Range<usize> = 0..3;
-/// The rows of normalise(q + ½ h L(q) H ω⁺) − q⁺ = 0.
+/// Rows of normalise(q + ½ h L(q) H ω⁺) − q⁺ = 0.
 pub const ATTITUDE_ROWS: Range<usize> = 3..7;
-/// The rows of v + h (Σf/m + g) − v⁺ = 0.
+/// Rows of v + h (Σf/m + g) − v⁺ = 0.
 pub const VELOCITY_ROWS: Range<usize> = 7..10;
-/// The rows of ω + h I⁻¹ (τ − ω⁺ × I ω⁺) − ω⁺ = 0.
+/// Rows of ω + h I⁻¹ (τ − ω⁺ × I ω⁺) − ω⁺ = 0.
 pub const SPIN_ROWS: Range<usize> = 10..13;
-/// The row of ‖q⁺‖² − 1 = 0.
+/// Row of ‖q⁺‖² − 1 = 0.
 pub const UNIT_NORM_ROW: usize = 13;
 
-/// Ranges that follow from the number n of contact points: 13 + 6n variables and
-/// 14 + 6n constraints (61 and 62 for the cube).
+/// Index ranges for n contact points: 13 + 6n variables and 14 + 6n constraints (61 and 62 for the
+/// cube).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
     contacts: usize,
 }
 
 impl Layout {
-    /// The layout for `contacts` contact points.
+    /// Creates the layout for `contacts` contact points.
     #[must_use]
     pub const fn new(contacts: usize) -> Self {
         Self { contacts }
     }
 
-    /// n.
+    /// Number of contact points n.
     #[must_use]
     pub const fn contacts(&self) -> usize {
         self.contacts
@@ -62,43 +62,43 @@ impl Layout {
         start..start + self.contacts
     }
 
-    /// f_x, N.
+    /// Indices of f_x, N.
     #[must_use]
     pub const fn force_x(&self) -> Range<usize> {
         self.per_contact_variable(0)
     }
 
-    /// f_y, N.
+    /// Indices of f_y, N.
     #[must_use]
     pub const fn force_y(&self) -> Range<usize> {
         self.per_contact_variable(1)
     }
 
-    /// f_z, N.
+    /// Indices of f_z, N.
     #[must_use]
     pub const fn force_z(&self) -> Range<usize> {
         self.per_contact_variable(2)
     }
 
-    /// s1, N m.
+    /// Indices of the slacks s1, N m.
     #[must_use]
     pub const fn slack_1(&self) -> Range<usize> {
         self.per_contact_variable(3)
     }
 
-    /// s2, W.
+    /// Indices of the slacks s2, W.
     #[must_use]
     pub const fn slack_2(&self) -> Range<usize> {
         self.per_contact_variable(4)
     }
 
-    /// λ, m/s.
+    /// Indices of the slip speeds λ, m/s.
     #[must_use]
     pub const fn slip_speed(&self) -> Range<usize> {
         self.per_contact_variable(5)
     }
 
-    /// The variables of contact `i`: f_x, f_y, f_z, s1, s2, λ.
+    /// Indices of the variables of contact `i`: f_x, f_y, f_z, s1, s2, λ.
     #[must_use]
     pub const fn contact_variables(&self, i: usize) -> [usize; 6] {
         let (first, n) = (STATE.end + i, self.contacts);
@@ -110,37 +110,37 @@ impl Layout {
         start..start + count * self.contacts
     }
 
-    /// Maximum dissipation, 2n rows (= 0), x and y of a contact next to each other.
+    /// Rows of maximum dissipation, 2n (= 0). x and y of a contact are adjacent.
     #[must_use]
     pub const fn dissipation_rows(&self) -> Range<usize> {
         self.per_contact_row(0, 2)
     }
 
-    /// Heights, n rows (≥ 0).
+    /// Rows of the heights, n (≥ 0).
     #[must_use]
     pub const fn height_rows(&self) -> Range<usize> {
         self.per_contact_row(2, 1)
     }
 
-    /// Friction cone, n rows (≥ 0).
+    /// Rows of the friction cone, n (≥ 0).
     #[must_use]
     pub const fn cone_rows(&self) -> Range<usize> {
         self.per_contact_row(3, 1)
     }
 
-    /// s1 − f_z z⁺, n rows (≥ 0).
+    /// Rows of s1 − f_z z⁺, n (≥ 0).
     #[must_use]
     pub const fn normal_complementarity_rows(&self) -> Range<usize> {
         self.per_contact_row(4, 1)
     }
 
-    /// s2 − λ (μ f_z − ‖f_xy‖_ε), n rows (≥ 0).
+    /// Rows of s2 − λ (μ f_z − ‖f_xy‖_ε), n (≥ 0).
     #[must_use]
     pub const fn friction_complementarity_rows(&self) -> Range<usize> {
         self.per_contact_row(5, 1)
     }
 
-    /// The number of equations: the rows before the first inequality.
+    /// Number of equations: the rows before the first inequality.
     #[must_use]
     pub const fn equalities(&self) -> usize {
         self.height_rows().start

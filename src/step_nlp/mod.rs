@@ -1,4 +1,4 @@
-//! The nonlinear program of one contact step, with hand-derived derivatives.
+//! The nonlinear program of one contact step, with analytic derivatives.
 //!
 //! ```text
 //! min  s1ᵀs1 + s2ᵀs2
@@ -11,17 +11,15 @@
 //!      s2_i − λ_i (μ f_z,i − ‖f_xy,i‖_ε)                       n rows  (eq. 15)  ≥ 0
 //! ```
 //!
-//! The formulae of the Jacobian and of the Hessian of the Lagrangian are derived in
-//! `docs/formulation.md`. Each is written once, as a sequence of entries
-//! (`entries.rs`): run with a pattern as sink it gives the structure, run with an array
-//! as sink the values, so that the two cannot disagree.
+//! `docs/formulation.md` derives the Jacobian and the Hessian of the Lagrangian. Each is
+//! implemented once as a sequence of entries (`entries.rs`). A pattern as the sink yields the
+//! structure, an array as the sink the values. The two therefore always agree.
 //!
-//! This is the tutorial's program and knows one body and the ground. A contact is the point of
-//! its index; its force and slip have the components (x, y, z) along the tangents and the
-//! normal of the ground's [frame](tumble_core::contact::Plane::frame), z_i is its height above the
-//! plane. On level ground these are the world's axes. Points x have [`Layout::variables`]
-//! numbers, rows and multipliers [`Layout::constraints`]; the methods of [`StepNlp`] panic on
-//! shorter slices.
+//! This is the tutorial's program of one body and the ground. A contact is the point with its
+//! index. Its force and slip have the components (x, y, z) along the tangents and the normal of the
+//! ground's [frame](tumble_core::contact::Plane::frame). z_i is its height above the plane. On
+//! level ground these are the world's axes. Points x have [`Layout::variables`] numbers, rows and
+//! multipliers [`Layout::constraints`]. The methods of [`StepNlp`] panic on shorter slices.
 
 pub(crate) mod entries;
 pub(crate) mod gyroscopic;
@@ -47,25 +45,25 @@ use tumble_core::mechanics::quaternion::{attitude_map, rotated_point_forms, rota
 use tumble_core::mechanics::{RigidBody, State, Wrench};
 use tumble_core::world::World;
 
-/// ε of the tutorial, N: the smoothing of the friction force's norm (eq. 11), and the small
-/// force added in its denominator.
+/// Smoothing ε of the tutorial, N. It smooths the norm of the friction force (eq. 11) and is added
+/// to its denominator.
 pub const SMOOTHING: f64 = 1e-6;
 
-/// The body that the program is of.
+/// Index of the body in the program.
 const BODY: usize = 0;
 
-/// Why worlds without a ground have no such program.
+/// Reason for refusing worlds without a ground.
 const NO_GROUND: &str = "it is of a body above a ground; give a world with one";
 
-/// The step problem of one world: structure and constants fixed, the parameters
-/// (X, external wrench, α) set anew for each step. Points x have [`Layout::variables`] numbers, rows
-/// and multipliers [`Layout::constraints`]; methods panic on shorter slices.
+/// Step problem of one world. Structure and constants are fixed. The parameters (X, external
+/// wrench, α) are set for each step. Points x have [`Layout::variables`] numbers, rows and
+/// multipliers [`Layout::constraints`]. Methods panic on shorter slices.
 #[derive(Debug, Clone)]
 pub struct StepNlp {
     world: World,
-    /// That of the world.
+    /// Ground plane of the world.
     ground: Plane,
-    /// ε, N.
+    /// Smoothing ε, N.
     smoothing: f64,
     layout: Layout,
     /// Q_1, Q_2, Q_n of every contact point: the forms of eq. 3 along the ground's frame.
@@ -73,30 +71,30 @@ pub struct StepNlp {
     gyroscopic: Gyroscopic,
     jacobian_pattern: SparsityPattern,
     hessian_pattern: SparsityPattern,
-    /// The current step's parameters and what follows from them.
+    /// Parameters of the current step and derived quantities.
     step: StepData,
 }
 
-/// What is constant during one step.
+/// Constants of one step.
 #[derive(Debug, Clone)]
 struct StepData {
     state: State,
     wrench: Wrench,
     alpha: Vec<f64>,
-    /// ½ h L(q) H, the derivative of the unnormalised attitude by ω⁺.
+    /// ½ h L(q) H, the derivative of the unnormalised attitude with respect to ω⁺.
     attitude_rate: Matrix4x3<f64>,
     /// C_xy of every contact point at step k, m, along the ground's tangents.
     old_positions: Vec<Vector2<f64>>,
-    /// h I⁻¹ [c_i]× Aᵀ F, the derivative of ω⁺ by f_i.
+    /// h I⁻¹ [c_i]× Aᵀ F, the derivative of ω⁺ with respect to f_i.
     spin_per_force: Vec<Matrix3<f64>>,
 }
 
 impl StepNlp {
-    /// The step problem of `world` with the smoothing ε (N), its structure built once. The
+    /// Creates the step problem of `world` with the smoothing ε (N) and builds its structure. The
     /// parameters are a body at rest at the origin until [`StepNlp::set_step`] is called.
     ///
     /// # Errors
-    /// A world that [`StepNlp::unsuitable`] names, a smoothing outside 1e-12…1 N.
+    /// A world refused by [`StepNlp::unsuitable`]; a smoothing outside 1e-12…1 N.
     pub fn new(world: World, smoothing: f64) -> Result<Self, Error> {
         in_range("smoothing epsilon (N)", smoothing, 1e-12, 1.0, "1e-12 to 1")?;
         let ground = match (Self::unsuitable(&world), world.ground()) {
@@ -141,9 +139,9 @@ impl StepNlp {
         Ok(nlp)
     }
 
-    /// Why the tutorial's program is not of `world`, if it is not: it knows one body of points
-    /// without a radius, the ground, and one coefficient of friction. The
-    /// [program of several bodies](several) knows all that there is.
+    /// Reason why the tutorial's program does not support `world`, or `None`. The program supports
+    /// one body of points without radius, the ground, and one coefficient of friction. The [program
+    /// of several bodies](several) supports more.
     #[must_use]
     pub fn unsuitable(world: &World) -> Option<&'static str> {
         let body = &world.bodies()[BODY];
@@ -168,8 +166,8 @@ impl StepNlp {
         }
     }
 
-    /// Sets the step's parameters: the state X at step k, the external wrench, and the
-    /// contact flags α (one per contact point; missing ones are left as they were).
+    /// Sets the step's parameters: the state X at step k, the external wrench, and one contact flag
+    /// α per contact point. Missing flags keep their values.
     pub fn set_step(
         &mut self,
         state: &State,
@@ -196,60 +194,60 @@ impl StepNlp {
         }
     }
 
-    /// The world.
+    /// World of the program.
     #[must_use]
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// ε, N.
+    /// Smoothing ε, N.
     #[must_use]
     pub fn smoothing(&self) -> f64 {
         self.smoothing
     }
 
-    /// The body.
+    /// Body of the program.
     fn body(&self) -> &RigidBody {
         &self.world.bodies()[BODY]
     }
 
-    /// F: the ground's tangents and normal as columns.
+    /// Ground frame F: tangents and normal as columns.
     fn frame(&self) -> &Matrix3<f64> {
         self.ground.frame()
     }
 
-    /// The order of variables and rows.
+    /// Order of variables and rows.
     #[must_use]
     pub fn layout(&self) -> Layout {
         self.layout
     }
 
-    /// α of the current step.
+    /// Contact flags α of the current step.
     #[must_use]
     pub fn alpha(&self) -> &[f64] {
         &self.step.alpha
     }
 
-    /// Where the Jacobian (62 × 61 for the cube) can be non-zero.
+    /// Structural non-zeros of the Jacobian (62 × 61 for the cube).
     #[must_use]
     pub fn jacobian_pattern(&self) -> &SparsityPattern {
         &self.jacobian_pattern
     }
 
-    /// Where the Hessian of the Lagrangian can be non-zero, lower triangle.
+    /// Structural non-zeros of the Hessian of the Lagrangian, lower triangle.
     #[must_use]
     pub fn hessian_pattern(&self) -> &SparsityPattern {
         &self.hessian_pattern
     }
 
-    /// s1ᵀs1 + s2ᵀs2 at the point `x` (eq. 16), N²m² + W².
+    /// Objective s1ᵀs1 + s2ᵀs2 at the point `x` (eq. 16), N²m² + W².
     #[must_use]
     pub fn objective(&self, x: &[f64]) -> f64 {
         let (s1, s2) = (self.layout.slack_1(), self.layout.slack_2());
         x[s1].iter().chain(&x[s2]).map(|s| s * s).sum()
     }
 
-    /// The gradient of the objective at the point `x`, one number per variable.
+    /// Gradient of the objective at the point `x`, one number per variable.
     pub fn gradient(&self, x: &[f64], gradient: &mut [f64]) {
         gradient.fill(0.0);
         for k in self.layout.slack_1().chain(self.layout.slack_2()) {
@@ -257,7 +255,7 @@ impl StepNlp {
         }
     }
 
-    /// All constraint rows at the point `x`, in the layout's order.
+    /// Writes all constraint rows at the point `x` in the layout's order.
     pub fn constraints(&self, x: &[f64], rows: &mut [f64]) {
         self.dynamics_rows(x, rows);
         let next = self.next_state(x);
@@ -266,14 +264,13 @@ impl StepNlp {
         self.contact_rows(x, &next, rows);
     }
 
-    /// The Jacobian's values at the point `x` in the order of its pattern, as many as it has
-    /// entries.
+    /// Writes the Jacobian's values at the point `x` in the order of its pattern.
     pub fn jacobian(&self, x: &[f64], values: &mut [f64]) {
         self.emit_jacobian(x, &mut ValueSink::new(values));
     }
 
-    /// The values of σ∇²f + Σ yⱼ∇²gⱼ at the point `x` in the order of its pattern, with σ the
-    /// `objective_factor` and y the `multipliers`, one a row.
+    /// Writes the values of σ∇²f + Σ yⱼ∇²gⱼ at the point `x` in the order of its pattern. σ is the
+    /// `objective_factor` and y the `multipliers`, one per row.
     pub fn hessian(
         &self,
         x: &[f64],
@@ -308,7 +305,7 @@ impl StepNlp {
         rows[layout::SPIN_ROWS].copy_from_slice((-spin).as_slice());
     }
 
-    /// Eqs. 10 and 12–15, contact by contact.
+    /// Eqs. 10 and 12–15 of every contact.
     fn contact_rows(&self, x: &[f64], next: &State, rows: &mut [f64]) {
         let (h, friction) = (self.world.time_step(), self.world.friction());
         let (layout, rotation) = (self.layout, rotation(&next.attitude));
@@ -332,18 +329,18 @@ impl StepNlp {
         }
     }
 
-    /// X⁺.
+    /// State X⁺ at the end of the step.
     fn next_state(&self, x: &[f64]) -> State {
         State::from_vector(&SVector::from_column_slice(&x[layout::STATE]))
     }
 
-    /// f_i, along the ground's frame.
+    /// Force f_i in the ground's frame.
     fn force(&self, x: &[f64], i: usize) -> Vector3<f64> {
         let [fx, fy, fz, ..] = self.layout.contact_variables(i);
         Vector3::new(x[fx], x[fy], x[fz])
     }
 
-    /// f_xy,i with the smoothed norm.
+    /// Tangential force f_xy,i with the smoothed norm.
     fn smooth_force(&self, x: &[f64], i: usize) -> SmoothForce {
         SmoothForce::new(self.force(x, i).xy(), self.smoothing)
     }

@@ -1,7 +1,7 @@
-//! Points of the step's program, and how they go together with a solution of the step.
+//! Points of the step's program and their conversion from solutions of the step.
 //!
-//! The program's variables (X⁺, f_x, f_y, f_z, s1, s2, λ) hold more than a step's solution: the
-//! slacks and the multiplier λ. [`products`] gives those that belong to a solution.
+//! The program's variables (X⁺, f_x, f_y, f_z, s1, s2, λ) contain slacks and the multiplier λ in
+//! addition to a step's solution. [`products`] computes them.
 
 use super::layout::{self, Layout};
 use nalgebra::{SVector, Vector3};
@@ -9,8 +9,8 @@ use tumble_core::contact::Plane;
 use tumble_core::mechanics::State;
 use tumble_core::step::StepSolution;
 
-/// A point of the step problem: (X⁺, f_x, f_y, f_z, s1, s2, λ), 13 + 6n numbers in the order
-/// of [`Layout`]; forces along the ground's frame.
+/// Point of the step problem: (X⁺, f_x, f_y, f_z, s1, s2, λ), 13 + 6n numbers in the order of
+/// [`Layout`]. Forces are in the ground's frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProgramPoint {
     layout: Layout,
@@ -18,14 +18,14 @@ pub struct ProgramPoint {
 }
 
 impl ProgramPoint {
-    /// The zero vector.
+    /// Creates the zero vector.
     #[must_use]
     pub fn zeros(contacts: usize) -> Self {
         let layout = Layout::new(contacts);
         Self { layout, values: vec![0.0; layout.variables()] }
     }
 
-    /// The point `state` with all forces, slacks and multipliers zero.
+    /// Creates the point `state` with all forces, slacks and multipliers zero.
     #[must_use]
     pub fn free(state: &State, contacts: usize) -> Self {
         let mut point = Self::zeros(contacts);
@@ -33,24 +33,24 @@ impl ProgramPoint {
         point
     }
 
-    /// Makes this the point `state` with all forces, slacks and multipliers zero.
+    /// Sets the point to `state` with all forces, slacks and multipliers zero.
     pub fn set_free(&mut self, state: &State) {
         self.values.fill(0.0);
         self.values[layout::STATE].copy_from_slice(state.to_vector().as_slice());
     }
 
-    /// Makes this the same point as `other`.
+    /// Copies the point `other`.
     ///
     /// # Panics
-    /// If `other` is of another number of contacts.
+    /// If `other` has another number of contacts.
     pub fn copy_from(&mut self, other: &Self) {
         self.values.copy_from_slice(&other.values);
     }
 
-    /// Makes this the point of a solution of a step whose ground is `ground`: slacks as small
-    /// as the rows (14) and (15) let them be, λ as (10) has it with the smoothing ε (N).
-    /// `heights` are those of the points at the end of the step, m. Contacts of points that
-    /// the program does not have are left out; a solution without a state changes nothing.
+    /// Sets the point to a solution of a step on `ground`. The slacks are the smallest that satisfy
+    /// the rows (14) and (15). λ satisfies (10) with the smoothing ε (N). `heights` are the end
+    /// heights of the points, m. Contacts at points outside the program are skipped. A solution
+    /// without a state changes nothing.
     pub fn set_solution(
         &mut self,
         solution: &StepSolution,
@@ -86,18 +86,18 @@ impl ProgramPoint {
         &self.values
     }
 
-    /// All numbers, to be overwritten.
+    /// All numbers, mutable.
     pub fn as_mut_slice(&mut self) -> &mut [f64] {
         &mut self.values
     }
 
-    /// X⁺.
+    /// State X⁺.
     #[must_use]
     pub fn state(&self) -> State {
         State::from_vector(&SVector::from_column_slice(&self.values[layout::STATE]))
     }
 
-    /// f_i, N, ground on body, along the ground's frame.
+    /// Force f_i of the ground on the body, N, in the ground's frame.
     ///
     /// # Panics
     /// If there is no contact `i`.
@@ -108,7 +108,7 @@ impl ProgramPoint {
     }
 }
 
-/// What the program has of a contact besides its force: the least slacks and λ.
+/// Least slacks and λ of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Products {
     /// s1 = max(0, f_z z⁺), N m: the least slack of row (14).
@@ -119,12 +119,11 @@ pub struct Products {
     pub slip_speed: f64,
 }
 
-/// Products of fewer than this many last digits of their factors are zero.
+/// Relative size of a difference below which it counts as zero, in units of rounding.
 const ROUNDINGS: f64 = 16.0;
 
-/// The slacks and λ of a contact with the `force` (N, along its frame) that slips at
-/// `slip_speed` (m/s) and ends at `height` (m, zero below rounding). With ρ = √(f·f + ε²), ε
-/// being the `smoothing` (N),
+/// Slacks and λ of a contact with `force` (N, in its frame), `slip_speed` (m/s) and end `height`
+/// (m). The height is zero below rounding. With ρ = √(f·f + ε²), ε being the `smoothing` (N),
 ///
 /// ```text
 /// c_xy + λ f_xy/ρ = 0  ⇒  λ = |c_xy| ρ/|f_xy|                              (eq. 10)

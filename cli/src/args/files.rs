@@ -1,4 +1,4 @@
-//! The arguments of the commands that read a file.
+//! Arguments of the commands that read a file.
 
 use super::shared::{AnimationArgs, PhysicsArgs, RobotArgs};
 use crate::values;

@@ -1,4 +1,4 @@
-//! The arguments of `tumble gradient`.
+//! Arguments of `tumble gradient`.
 
 use crate::values;
 use clap::{Args, ValueEnum};

@@ -1,4 +1,4 @@
-//! The arguments, and what each value may be.
+//! Command-line arguments and their allowed values.
 
 mod files;
 mod gradient;
@@ -20,7 +20,7 @@ use clap::{Parser, Subcommand};
 use std::sync::LazyLock;
 use tumble::ipopt::VERSION as IPOPT_VERSION;
 
-/// The versions of tumble and of the Ipopt that it was built with.
+/// Versions of tumble and of the linked Ipopt.
 fn version() -> &'static str {
     static VERSION: LazyLock<String> =
         LazyLock::new(|| format!("{} (Ipopt {IPOPT_VERSION})", env!("CARGO_PKG_VERSION")));

@@ -1,4 +1,4 @@
-//! The arguments of `tumble plan`.
+//! Arguments of `tumble plan`.
 
 use crate::values;
 use clap::Args;

@@ -1,4 +1,4 @@
-//! Arguments that several commands have.
+//! Arguments shared by several commands.
 
 use crate::values::{self, LoadKnot};
 use clap::{Args, ValueEnum};
@@ -45,7 +45,7 @@ pub struct RobotArgs {
 }
 
 impl RobotArgs {
-    /// What they say.
+    /// Settings of the flags.
     pub fn settings(&self) -> RobotSettings {
         RobotSettings {
             packages: self.packages.clone(),
@@ -108,7 +108,7 @@ pub struct PhysicsArgs {
 }
 
 impl PhysicsArgs {
-    /// The names of the flags that are given.
+    /// Names of the flags that are set.
     pub fn given(&self) -> Vec<&'static str> {
         let flags = [
             ("dt", self.dt.is_some()),

@@ -1,4 +1,4 @@
-//! The arguments of a simulation.
+//! Arguments of a simulation.
 
 use super::shared::{AnimationArgs, PhysicsArgs, RobotArgs};
 use crate::values;
@@ -153,24 +153,24 @@ pub struct SimulateArgs {
 }
 
 impl SimulateArgs {
-    /// The directory for the files.
+    /// Directory for the files.
     pub fn out(&self) -> &Path {
         self.out.as_deref().or(self.continued.as_deref()).unwrap_or(Path::new("out"))
     }
 
-    /// The time between checkpoints; `None` for none.
+    /// Time between checkpoints; `None` for no checkpoints.
     pub fn checkpoint(&self) -> Option<Duration> {
         let every = self.checkpoint.unwrap_or(10.0);
         (every > 0.0).then(|| Duration::from_secs_f64(every))
     }
 
-    /// Which rows are to stand in the files.
+    /// Selection of rows to write.
     pub fn kept(&self) -> KeptSteps {
         let every = self.every.unwrap_or(1).saturating_mul(self.substeps.unwrap_or(1));
         KeptSteps::new(every, self.tables.as_deref(), self.format.unwrap_or_default())
     }
 
-    /// The names of the flags for settings that are given.
+    /// Names of the settings flags that are set.
     pub fn given(&self) -> Vec<&'static str> {
         let flags = [
             ("steps", self.steps.is_some()),

@@ -1,4 +1,4 @@
-//! The arguments of `tumble solve`.
+//! Arguments of `tumble solve`.
 
 use crate::values;
 use clap::{Args, ValueEnum};

@@ -1,4 +1,4 @@
-//! The arguments of `tumble validate`.
+//! Arguments of `tumble validate`.
 
 use crate::values;
 use clap::{Args, ValueEnum};

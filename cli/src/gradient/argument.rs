@@ -1,15 +1,16 @@
-//! What a number is differentiated by.
+//! Arguments of a derivative.
 
 use crate::outcome::Failure;
 use tumble_core::world::Constant;
 use tumble_scene::label::unit;
 
-/// What a number is differentiated by.
+/// Argument of a derivative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Argument {
-    /// Three numbers of the start, from this place among the twelve of a state's change.
+    /// Three numbers of the start: name, unit, and first index in the twelve numbers of a state
+    /// change.
     Start(&'static str, &'static str, usize),
-    /// Three numbers of a wrench that acts through all steps, from this place.
+    /// Three numbers of a wrench during all steps: name, unit, and first index.
     Push(&'static str, &'static str, usize),
     Constant(Constant),
 }
@@ -24,7 +25,7 @@ const ARGUMENTS: [Argument; 6] = [
 ];
 
 impl Argument {
-    /// Its word.
+    /// Name on the command line.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Start(name, ..) | Self::Push(name, ..) => name,
@@ -32,7 +33,7 @@ impl Argument {
         }
     }
 
-    /// Its unit; none of a factor.
+    /// Unit; empty for a dimensionless number.
     pub fn unit(&self) -> &'static str {
         match self {
             Self::Start(_, unit, _) | Self::Push(_, unit, _) => unit,
@@ -40,7 +41,7 @@ impl Argument {
         }
     }
 
-    /// The constant that it is.
+    /// World constant of the argument, if it is one.
     pub fn constant(&self) -> Option<Constant> {
         match self {
             Self::Constant(constant) => Some(*constant),
@@ -49,7 +50,7 @@ impl Argument {
     }
 }
 
-/// The arguments of `flag` by these words.
+/// Parses the arguments of `flag`.
 pub fn arguments(flag: &str, words: &[String]) -> Result<Vec<Argument>, Failure> {
     let of_word = |word: &String| {
         let own = ARGUMENTS.into_iter().find(|argument| argument.name() == word);

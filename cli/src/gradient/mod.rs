@@ -1,4 +1,4 @@
-//! `tumble gradient`: derivatives of a number that a run decides.
+//! `tumble gradient`: derivatives of a scalar result of a run.
 
 mod argument;
 mod task;
@@ -21,7 +21,7 @@ use tumble_model::shown;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
-/// What gradient.json says.
+/// Content of gradient.json.
 #[derive(Debug, Serialize)]
 struct GradientReport<'a> {
     scene: &'a str,
@@ -29,27 +29,26 @@ struct GradientReport<'a> {
     body: &'a str,
     steps: u64,
     value: f64,
-    /// Of smoothed derivatives, which are those of other steps.
+    /// Size of the smoothing, which changes the differentiated steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     compliance: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     central_path_m_s: Option<f64>,
     #[serde(skip)]
     smoothing: Option<Smoothing>,
-    /// m/s, and the step that it is of; null where nothing is near.
+    /// Margin, m/s, and its step; null if no kink is near.
     margin: Option<(f64, u64)>,
     feature_margin: Option<(f64, u64)>,
-    /// Steps that failed or are wild, in which features are not known as functions of the poses, and in which shares
-    /// of forces follow the history.
+    /// Numbers of steps: failed or wild, with unknown features, and with kept force distributions.
     unsolved: u64,
     unknown: u64,
     kept: u64,
-    /// Steps that took a part of their restitution.
+    /// Number of steps with partial restitution.
     limited: u64,
     derivatives: &'a [GradientRow],
 }
 
-/// What the derivatives are smoothed by.
+/// Smoothing of the derivatives.
 fn smoothing(args: &GradientArgs) -> Result<Option<Smoothing>, Failure> {
     let compliance = args.compliance.map(|by| ("--compliance", Smoothing::Compliance(by)));
     let central = args.central_path.map(|by| ("--central-path", Smoothing::CentralPath(by)));
@@ -60,7 +59,7 @@ fn smoothing(args: &GradientArgs) -> Result<Option<Smoothing>, Failure> {
     }
 }
 
-/// `tumble gradient`.
+/// Runs `tumble gradient`.
 pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
     let arguments = arguments("--by", &args.by)?;
     if args.differences.is_some_and(|by| !(by > 0.0 && by < 1.0)) {
@@ -125,7 +124,7 @@ pub fn run(args: &GradientArgs) -> Result<Outcome, Failure> {
     Ok(if found.unsolved > 0 { Outcome::Unconverged } else { Outcome::Done })
 }
 
-/// The word for a quantity.
+/// Name of a quantity.
 pub fn name_of(quantity: GradientQuantity) -> String {
     use clap::ValueEnum;
     quantity.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
@@ -142,7 +141,7 @@ fn body_of(scene: &Scene, wanted: Option<&str>) -> Result<usize, Failure> {
     })
 }
 
-/// gradient.csv.
+/// Text of gradient.csv.
 fn table(rows: &[GradientRow]) -> String {
     let mut text = "argument,component,part,unit,derivative,difference\n".to_owned();
     for GradientRow { argument, component, part, unit, derivative, difference } in rows {
@@ -153,7 +152,7 @@ fn table(rows: &[GradientRow]) -> String {
     text
 }
 
-/// What stands on the terminal.
+/// Summary on the terminal.
 fn described(report: &GradientReport<'_>) -> String {
     let GradientReport { of, body, steps, value, .. } = report;
     let mut text = format!("{of} of {body} after {steps} steps: {value}\n");

@@ -1,4 +1,4 @@
-//! A number that a run decides, and its derivatives.
+//! Scalar result of a run and its derivatives.
 
 use super::argument::Argument;
 use crate::args::GradientQuantity;
@@ -21,9 +21,9 @@ use tumble_scene::scene::Scene;
 #[derive(Debug, Serialize)]
 pub struct GradientRow {
     pub argument: &'static str,
-    /// Which of its numbers.
+    /// Index of the argument's number.
     pub component: usize,
-    /// Whose it is, or along which axis.
+    /// Owner or axis of the number.
     pub part: String,
     pub unit: &'static str,
     pub derivative: f64,
@@ -31,7 +31,7 @@ pub struct GradientRow {
     pub difference: Option<f64>,
 }
 
-/// Why it ended early.
+/// Reason for an early end.
 pub enum GradientStop {
     Interrupted,
     Failed(Failure),
@@ -52,7 +52,7 @@ impl From<Failure> for GradientStop {
     }
 }
 
-/// A number of a scene's run.
+/// Scalar result of a scene's run.
 #[derive(Clone, Copy)]
 pub struct Task<'a> {
     pub scene: &'a Scene,
@@ -62,11 +62,11 @@ pub struct Task<'a> {
     pub interrupt: &'a Arc<AtomicBool>,
 }
 
-/// The number, what is to be known of the run, and the derivatives.
+/// Value, diagnostics of the run, and derivatives.
 pub type GradientResult = (f64, RunGradient, Vec<GradientRow>);
 
 impl Task<'_> {
-    /// Them by the `arguments`, with central differences of size `by`.
+    /// Derivatives with respect to `arguments`, with central differences of size `by` if it is set.
     pub fn derivatives(
         &self,
         arguments: &[Argument],
@@ -97,7 +97,7 @@ impl Task<'_> {
             smoothing: self.smoothing,
         };
         let mut found = simulation.gradient(&mut run)?;
-        // The distance is from where it started.
+        // The distance also depends directly on the start.
         let back = self.slope_by_start(&start[self.body], &simulation.states()[self.body]);
         found.states[self.body] = found.states[self.body].plus(1.0, &back);
         let value = self.value(&start[self.body], &simulation.states()[self.body]);
@@ -125,7 +125,7 @@ impl Task<'_> {
         Ok((value, found, rows))
     }
 
-    /// The derivatives by an argument.
+    /// Derivatives with respect to an argument.
     fn numbers(
         &self,
         argument: &Argument,
@@ -156,8 +156,8 @@ impl Task<'_> {
         }
     }
 
-    /// The central difference by one number of an argument; where its range ends, the one to the other side of the
-    /// same order, (4 f(x + d) − f(x + 2d) − 3 f(x)) / 2d.
+    /// Central difference for one number of an argument. At the end of its range, the one-sided
+    /// difference of the same order: (4 f(x + d) − f(x + 2d) − 3 f(x)) / 2d.
     fn difference(
         &self,
         argument: &Argument,
@@ -173,7 +173,7 @@ impl Task<'_> {
         Ok(apart / (2.0 * by))
     }
 
-    /// The number where one of an argument is `by` more.
+    /// Value of the result with one number of an argument increased by `by`.
     fn moved(&self, argument: &Argument, component: usize, by: f64) -> Result<f64, GradientStop> {
         let (scene, push) = self.shifted(argument, component, by)?;
         let mut simulation = scene.simulation(self.interrupt)?;
@@ -189,7 +189,7 @@ impl Task<'_> {
         Ok(self.value(&start, &simulation.states()[self.body]))
     }
 
-    /// The scene and the push where one number of an argument is `by` more.
+    /// Scene and wrench with one number of an argument increased by `by`.
     fn shifted(
         &self,
         argument: &Argument,
@@ -243,7 +243,7 @@ impl Task<'_> {
         }
     }
 
-    /// Its derivatives by the body's state at the end.
+    /// Derivatives with respect to the body's end state.
     fn slope(&self, start: &State, end: &State) -> StateChange {
         let zero = StateChange::zero();
         let (position, velocity) = (end.position - start.position, end.velocity);
@@ -265,7 +265,7 @@ impl Task<'_> {
         }
     }
 
-    /// Its derivatives by the start beyond those through the end.
+    /// Direct derivatives with respect to the start, without those through the end state.
     fn slope_by_start(&self, start: &State, end: &State) -> StateChange {
         match self.of {
             GradientQuantity::Distance => StateChange::zero().plus(-1.0, &self.slope(start, end)),
@@ -274,13 +274,13 @@ impl Task<'_> {
     }
 }
 
-/// Where the entry of a 3 × 3 matrix in a list of such stands that is its transposed one.
+/// Index of the transposed entry in a list of 3 × 3 matrices.
 fn transposed(entry: usize) -> usize {
     let (matrix, row, column) = (entry / 9, entry % 9 / 3, entry % 3);
     9 * matrix + 3 * column + row
 }
 
-/// Derivatives by the entries of symmetric matrices, which change together: half of the sum of both.
+/// Derivatives with respect to symmetric matrices: the mean of both entries, which change together.
 fn symmetric(numbers: &[f64]) -> Vec<f64> {
     (0..numbers.len()).map(|entry| 0.5 * (numbers[entry] + numbers[transposed(entry)])).collect()
 }

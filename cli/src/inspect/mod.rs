@@ -1,7 +1,7 @@
-//! `tumble inspect`: the step's nonlinear program at a point, as JSON; of one body the tutorial's, of
-//! several theirs.
+//! `tumble inspect`: evaluates the step's nonlinear program at a point, as JSON. One body uses the
+//! tutorial's program, several bodies their own.
 
-/// What a program has at the x, σ and multipliers of a point file: both programs name it alike.
+/// Evaluates either program at the x, σ and multipliers of a point file.
 macro_rules! evaluation {
     ($nlp:expr, $point:expr) => {{
         let (nlp, point) = (&$nlp, $point);
@@ -41,7 +41,7 @@ use tumble_model::fields::{Gravity, matrix};
 use tumble_model::names::FileKind;
 use tumble_model::shown;
 
-/// A point has some hundred numbers; more bytes than this are something else.
+/// Largest size of a point file, bytes. A point has some hundred numbers.
 const LARGEST_POINT: u64 = 1 << 20;
 
 #[derive(Deserialize)]
@@ -61,7 +61,7 @@ struct PointHeader {
     epsilon: Option<f64>,
 }
 
-/// The part of a point that says of how many bodies it is.
+/// Part of a point file that decides between the programs.
 #[derive(Deserialize)]
 struct PointKind {
     bodies: Option<serde::de::IgnoredAny>,
@@ -115,7 +115,7 @@ fn read(args: &InspectArgs) -> std::io::Result<String> {
 }
 
 impl PointHeader {
-    /// What the program has at the point; a sentence where it is none.
+    /// Values of the program at the point.
     fn evaluation(&self) -> Result<PointEvaluation, Failure> {
         let mut nlp = StepNlp::new(self.world()?, self.epsilon.unwrap_or(SMOOTHING))?;
         self.check(&nlp).map_err(Failure::Input)?;
@@ -124,7 +124,7 @@ impl PointHeader {
         Ok(evaluation!(nlp, self))
     }
 
-    /// The tutorial's cube with the constants given.
+    /// The tutorial's cube with the constants of the file.
     fn world(&self) -> Result<World, Failure> {
         let usual = scene::tutorial_parameters()?;
         let cube = &usual.bodies[0];
@@ -169,7 +169,7 @@ impl PointEvaluation {
     }
 }
 
-/// Names of arrays, how many numbers they have, and how many are needed.
+/// Checks the lengths of arrays: name, actual length, required length.
 fn check_lengths(arrays: &[(&str, usize, usize)]) -> Result<(), String> {
     match arrays.iter().find(|(_, found, needed)| found != needed) {
         Some((name, found, needed)) => {

@@ -28,7 +28,7 @@ pub struct SeveralPointFile {
     rotation: Option<Rotation>,
     gravity: Option<Gravity>,
     epsilon: Option<f64>,
-    /// κ of eq. 25a in parts of h (1/m_A + 1/m_B), and σ of eq. 27, m².
+    /// κ of eq. 25a in units of h (1/m_A + 1/m_B), and σ of eq. 27, m².
     #[serde(default)]
     share: f64,
     #[serde(default)]
@@ -39,9 +39,9 @@ pub struct SeveralPointFile {
 #[serde(deny_unknown_fields, expecting = "an object with mass, inertia and state")]
 struct BodyEntry {
     mass: f64,
-    /// By rows.
+    /// Inertia by rows.
     inertia: Exactly<Numbers<3>, 3>,
-    /// X at step k.
+    /// State X at step k.
     state: Numbers<13>,
     /// Force, N, world, and torque, N m, body, without gravity.
     wrench: Option<Numbers<6>>,
@@ -51,26 +51,26 @@ struct BodyEntry {
 #[serde(deny_unknown_fields, expecting = "an object with a, b, point, frame, offset and friction")]
 struct ContactEntry {
     a: usize,
-    /// Null for what is fixed.
+    /// Null for a fixed partner.
     b: Option<usize>,
-    /// m, frame of A, and the radius about it.
+    /// Point, m, frame of A, and the radius about it.
     point: Numbers<3>,
     #[serde(default)]
     radius: f64,
-    /// t₁, t₂, n as columns, given by rows; frame of B.
+    /// t₁, t₂, n as columns, stored by rows; frame of B.
     frame: Exactly<Numbers<3>, 3>,
-    /// d, m.
+    /// Offset d, m.
     offset: f64,
     friction: f64,
-    /// f_0 of eqs. 25a and 27, N, along the frame.
+    /// Anchor force f_0 of eqs. 25a and 27, N, along the frame.
     anchor: Option<Numbers<3>>,
 }
 
-/// The columns of a frame are right-handed unit vectors to this.
+/// Tolerance for right-handed unit vectors in a frame.
 const UNIT: f64 = 1e-9;
 
 impl SeveralPointFile {
-    /// What the program has at the point; a sentence where it is none.
+    /// Values of the program at the point.
     pub fn evaluation(&self) -> Result<PointEvaluation, Failure> {
         let nlp = self.program()?;
         let layout = nlp.layout();
@@ -131,7 +131,8 @@ impl SeveralPointFile {
         })?)
     }
 
-    /// A point as far from the centre of mass of body `index` as its contacts' are: the body's size.
+    /// A point as far from the centre of mass of body `index` as its farthest contact: the body's
+    /// size.
     fn farthest(&self, index: usize) -> Vector3<f64> {
         let own = self.contacts.iter().filter(|contact| contact.a == index);
         let reach = |contact: &ContactEntry| Vector3::from(contact.point.0).norm() + contact.radius;

@@ -119,7 +119,8 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     })
 }
 
-/// Searches the plan on the requested threads within the time limit. Also returns the cost of every iteration.
+/// Searches the plan on the requested threads within the time limit. Also returns the cost of
+/// every iteration.
 ///
 /// `None` after an interrupt before the first run was complete.
 fn search(

@@ -1,4 +1,4 @@
-//! The plan of the runs, its checks before the first run, and the runs.
+//! Plan of the validation runs, checks before the first run, and the runs.
 
 use crate::args::{Solvers, ValidateArgs};
 use crate::outcome::{Failure, refuse_flags};
@@ -18,26 +18,26 @@ use tumble_validation::{
     find,
 };
 
-/// Ipopt's usual step in steps of the problem: it is some thousand times slower.
+/// Ipopt's default time step in default steps of the problem. Ipopt is some thousand times slower.
 const IPOPT_STEP: f64 = 5.0;
 
-/// A problem with the inputs it is to be run with.
+/// A problem with the inputs of its runs.
 pub struct ExperimentPlan {
     pub problem: &'static TestProblem,
     pub inputs: TestInputs,
-    /// The time step of `--dt`, s.
+    /// Time step of `--dt`, s.
     step: Option<f64>,
-    /// The flags that change something for this problem.
+    /// Flags with an effect on this problem.
     flags: String,
 }
 
-/// Why a run has no findings.
+/// Reason why a run has no result.
 pub enum ExperimentStop {
     Interrupted,
     Failed(Failure),
 }
 
-/// The problems that `args` name, or all.
+/// Problems named in `args`, or all.
 pub fn chosen(args: &ValidateArgs) -> Result<Vec<&'static TestProblem>, Failure> {
     if args.problems.is_empty() {
         return Ok(PROBLEMS.iter().collect());
@@ -55,8 +55,8 @@ pub fn chosen(args: &ValidateArgs) -> Result<Vec<&'static TestProblem>, Failure>
     Ok(chosen)
 }
 
-/// The plan of `args`: every input is one that its problem can be posed with. Problems that no
-/// solver of theirs takes are left out.
+/// Plans the runs and checks that every problem accepts its inputs. Problems without a suitable
+/// solver are left out.
 pub fn plan(args: &ValidateArgs) -> Result<Vec<ExperimentPlan>, Failure> {
     let mut problems = chosen(args)?;
     problems.retain(|problem| each(args.solver).iter().any(|solver| takes(*solver, problem)));
@@ -86,7 +86,7 @@ pub fn plan(args: &ValidateArgs) -> Result<Vec<ExperimentPlan>, Failure> {
     Ok(plans)
 }
 
-/// The inputs that were given.
+/// Inputs set by flags.
 pub fn given(args: &ValidateArgs) -> Vec<(Input, f64)> {
     let value = |input| match input {
         Input::Mass => args.mass,
@@ -99,7 +99,7 @@ pub fn given(args: &ValidateArgs) -> Vec<(Input, f64)> {
     Input::ALL.iter().filter_map(|&input| Some((input, value(input)?))).collect()
 }
 
-/// The solvers that `solvers` names, in the order of their runs.
+/// Solvers selected by `solvers`, in the order of their runs.
 pub fn each(solvers: Solvers) -> &'static [ReportedSolver] {
     match solvers {
         Solvers::Native => &[ReportedSolver::Native],
@@ -108,7 +108,7 @@ pub fn each(solvers: Solvers) -> &'static [ReportedSolver] {
     }
 }
 
-/// Why Ipopt does not take the problem; `None` where it does.
+/// Reason why Ipopt cannot solve the problem, or `None`.
 fn beyond_ipopt(problem: &TestProblem) -> Option<String> {
     let bodies = problem.bodies;
     let many = || format!("it has {bodies} bodies, and Ipopt's path takes up to {MOST_BODIES}");
@@ -116,12 +116,12 @@ fn beyond_ipopt(problem: &TestProblem) -> Option<String> {
     why.or_else(|| (bodies > MOST_BODIES).then(many))
 }
 
-/// Whether `solver` takes the problem.
+/// True if `solver` can solve the problem.
 pub fn takes(solver: ReportedSolver, problem: &TestProblem) -> bool {
     solver == ReportedSolver::Native || beyond_ipopt(problem).is_none()
 }
 
-/// The problems of `args` that are not run with Ipopt where it is asked for, each with the reason.
+/// Problems that Ipopt cannot solve, with reasons. Empty if Ipopt is not selected.
 pub fn left_out(args: &ValidateArgs) -> Result<Vec<(&'static str, String)>, Failure> {
     if !each(args.solver).contains(&ReportedSolver::Ipopt) {
         return Ok(Vec::new());
@@ -130,7 +130,7 @@ pub fn left_out(args: &ValidateArgs) -> Result<Vec<(&'static str, String)>, Fail
     Ok(problems.filter_map(|problem| Some((problem.name, beyond_ipopt(problem)?))).collect())
 }
 
-/// The flags that set `values` and the step.
+/// Flags for `values` and the time step.
 pub fn flags(values: &[(Input, f64)], step: Option<f64>) -> String {
     let given = values.iter().map(|&(input, value)| (input.name(), value));
     let flag = |(name, value)| format!("--{name} {}", shown::number(value));
@@ -148,7 +148,7 @@ impl ExperimentPlan {
         Self { problem, inputs, step, flags: flags(&used, step) }
     }
 
-    /// The steps with which `solver` runs it, each half of the one before.
+    /// Time steps of the runs with `solver`, s. Each is half of the previous one.
     pub fn time_steps(&self, solver: ReportedSolver) -> Vec<f64> {
         let usual = self.inputs.time_step;
         match solver {
@@ -163,8 +163,8 @@ impl ExperimentPlan {
         }
     }
 
-    /// Whether the problem can be posed. Inputs are checked before the first solver is made; this one
-    /// gives up there.
+    /// Checks the inputs of the problem. They are checked before the first solver is created, where
+    /// this check aborts.
     fn check(&self, step: f64) -> Result<(), Failure> {
         let give_up = |_: &World| Err(Error::Interrupted);
         match self.problem.solve(&self.inputs, &mut Runner::new(&give_up, step)) {
@@ -173,7 +173,7 @@ impl ExperimentPlan {
         }
     }
 
-    /// One sentence with the problem, the flags and the reason.
+    /// Error message with the problem, the flags and the reason.
     fn refusal(&self, why: &Refusal) -> Failure {
         let flags = &self.flags;
         let with = if flags.is_empty() { String::new() } else { format!(" with {flags}") };
@@ -181,7 +181,7 @@ impl ExperimentPlan {
         Failure::Input(format!("{name}{with}: {why} (or leave this problem out)"))
     }
 
-    /// All runs by `solver`; `done` is called after each.
+    /// Runs the problem with `solver` at all time steps, and calls `done` after each.
     pub fn run(
         &self,
         solver: ReportedSolver,
@@ -206,7 +206,7 @@ impl ExperimentPlan {
     }
 }
 
-/// The inputs of a problem in words: `mass 2 kg, mu 0.3`.
+/// Text of a problem's inputs: `mass 2 kg, mu 0.3`.
 pub fn inputs_in_words(problem: &TestProblem, inputs: &TestInputs) -> String {
     let word = |&(input, value): &(Input, f64)| {
         let value = shown::number(value);
@@ -217,7 +217,7 @@ pub fn inputs_in_words(problem: &TestProblem, inputs: &TestInputs) -> String {
     inputs.values().iter().map(word).chain(several).collect::<Vec<_>>().join(", ")
 }
 
-/// A solver, unless Ctrl-C came before it.
+/// Creates a solver, unless the run was interrupted.
 fn make_solver(
     solver: ReportedSolver,
     world: &World,

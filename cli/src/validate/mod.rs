@@ -1,4 +1,4 @@
-//! `tumble validate`: simulations against closed-form answers.
+//! `tumble validate`: compares simulations with closed-form solutions.
 
 mod experiment;
 mod table;
@@ -14,7 +14,7 @@ use std::sync::atomic::AtomicBool;
 use tumble_model::shown;
 use tumble_validation::{Experiment, ReportedSolver, ValidationReport, page};
 
-/// `tumble validate`.
+/// Runs `tumble validate`.
 pub fn run(args: &ValidateArgs) -> Result<Outcome, Failure> {
     if args.list {
         say(&table::list(&experiment::chosen(args)?))?;
@@ -40,7 +40,7 @@ pub fn run(args: &ValidateArgs) -> Result<Outcome, Failure> {
     Ok(outcome(&report))
 }
 
-/// All runs, those of the fast solver first: they show at once what is wrong.
+/// Runs all problems, first with the faster solver.
 fn examine(
     args: &ValidateArgs,
     plans: Vec<ExperimentPlan>,
@@ -94,8 +94,8 @@ mod tests {
         TestQuantity, Trial, find,
     };
 
-    /// A report of one quantity of first order at two time steps, `error` m off the discrete
-    /// answer at the second of them.
+    /// Report with one quantity of first order at two time steps. At the second one it differs from
+    /// the discrete solution by `error` m.
     fn report(error: f64, failed: u64) -> ValidationReport {
         let trial = |error: f64, time_step: f64| Trial {
             time_step,
@@ -135,7 +135,7 @@ mod tests {
              0 of 1 quantities hold\n"
         );
         assert!(table::describe(&off).contains("OFF"));
-        // No number at all is no answer.
+        // NaN is an inaccurate result.
         assert!(matches!(outcome(&report(f64::NAN, 0)), Outcome::Mismatch));
     }
 

@@ -1,4 +1,4 @@
-//! The tables of a validation in the terminal.
+//! Tables of a validation on the terminal.
 
 use super::experiment::inputs_in_words;
 use std::fmt::Write as _;
@@ -9,10 +9,10 @@ const HEADS: [&str; 11] = [
     "quantity", "unit", "solver", "h, s", "exact", "discrete", "measured", "error", "allowed",
     "order", "verdict",
 ];
-/// Columns of words, which stand at the left; numbers stand at the right.
+/// Left-aligned columns of words; numbers are right-aligned.
 const WORDS: [usize; 4] = [0, 1, 2, 10];
 
-/// Name, description, inputs and usual time step of each problem.
+/// Name, description, inputs and default time step of each problem.
 pub fn list(problems: &[&TestProblem]) -> String {
     let mut text = String::new();
     for problem in problems {
@@ -23,7 +23,7 @@ pub fn list(problems: &[&TestProblem]) -> String {
     text
 }
 
-/// The tables of all problems.
+/// Tables of all problems.
 pub fn describe(report: &ValidationReport) -> String {
     let mut text = String::new();
     for experiment in &report.experiments {
@@ -37,7 +37,7 @@ pub fn describe(report: &ValidationReport) -> String {
     text
 }
 
-/// One row a quantity and solver, at the solver's largest step.
+/// One row per quantity and solver, at the solver's largest time step.
 fn rows(experiment: &Experiment) -> Vec<[String; 11]> {
     let mut rows = vec![HEADS.map(str::to_owned)];
     for i in 0..experiment.series[0].count() {
@@ -82,7 +82,7 @@ fn align(text: &mut String, rows: &[[String; 11]]) {
     }
 }
 
-/// The statistics of the steps of a solver.
+/// Step statistics of a solver.
 fn counts(text: &mut String, series: &ErrorSeries) {
     let steps: Vec<_> = series.trials.iter().map(|trial| trial.time_step.to_string()).collect();
     let _ = writeln!(
@@ -97,13 +97,13 @@ fn counts(text: &mut String, series: &ErrorSeries) {
     );
 }
 
-/// The problems without Ipopt, a line each with the reason.
+/// Problems left out with Ipopt, one line each with the reason.
 pub fn left_out(problems: &[(&str, String)]) -> String {
     let line = |(name, why): &(&str, String)| format!("left out with Ipopt: {name}: {why}\n");
     problems.iter().map(line).collect()
 }
 
-/// The quantities that are off, a line each, and how many hold.
+/// Inaccurate quantities, one line each, and the number of accurate ones.
 pub fn verdict(report: &ValidationReport) -> String {
     let mut text = String::new();
     for experiment in &report.experiments {

@@ -1,4 +1,4 @@
-//! What run.json says of a run, held against the run's rows.
+//! Comparison of run.json with the run's rows.
 
 use crate::continued::contact_of;
 use crate::outcome::Failure;
@@ -14,32 +14,32 @@ use tumble_scene::joints_summary::{JointsSummary, Taut, TautJoint};
 use tumble_scene::run_file::{RunFile, SolverSettings, SummaryFile};
 use tumble_scene::solver_choice::IPOPT_VERSION;
 
-/// Numbers of run.json and of rows are the same doubles, but for their norms.
+/// Relative tolerance for numbers that are equal doubles except for norms.
 const SAME: f64 = 1e-12;
 
-/// A stiffness is the root of an eigenvalue.
+/// Relative tolerance of a stiffness, which is the root of an eigenvalue.
 const STIFFNESS_FOUND_TO: f64 = 1e-6;
 
-/// More names of starts than any ladder has.
+/// Largest number of distinct start names.
 const MOST_STARTS: usize = 100;
 
-/// The rows of a run, counted as the run counted its steps.
+/// Statistics of the rows, computed as in the run.
 #[derive(Default)]
 pub struct StatusCounts {
     rows: u64,
-    /// The indices of the first and of the last row.
+    /// Indices of the first and the last row.
     indices: Option<(u64, u64)>,
     summary: RunSummary,
-    /// X of the first row.
+    /// States X of the first row.
     starts: Vec<State>,
-    /// Steps by the start that their solution came from; tables alone have it.
+    /// Number of steps by the start point of their solution, known only from tables.
     rungs: BTreeMap<String, u64>,
     overlap: f64,
     joints: JointsSummary,
 }
 
 impl StatusCounts {
-    /// Counts a row of a run in `world`, the last one too.
+    /// Adds a row of a run in `world`, including the last one.
     pub fn add(&mut self, world: &World, step: &RecordedStep) {
         if self.rows == 0 {
             self.starts = step.states().to_vec();
@@ -77,12 +77,12 @@ impl StatusCounts {
         }
     }
 
-    /// What the joints came to.
+    /// Largest errors of the joints.
     pub fn joints(&self) -> &JointsSummary {
         &self.joints
     }
 
-    /// What the run.json of the recording says otherwise than the rows; nothing without one.
+    /// Differences between the recording's run.json and its rows; empty without run.json.
     pub fn differences(&self, recording: &Recording<'_>, taut: &Taut) -> Vec<String> {
         let Some(run) = &recording.run else { return Vec::new() };
         let mut found = self.of_start(run);
@@ -112,12 +112,12 @@ impl StatusCounts {
         found
     }
 
-    /// How many rows a run has that keeps all, from the first row to the last.
+    /// Number of rows from the first to the last index, as in a run that keeps all rows.
     fn span(&self) -> u64 {
         self.indices.map_or(0, |(first, last)| last.saturating_sub(first).saturating_add(1))
     }
 
-    /// What run.json counts, and the rows.
+    /// Counts of steps: name, value in run.json, value from the rows.
     fn of_steps(&self, run: &RunFile) -> [(&'static str, u64, u64); 10] {
         let (said, counted) = (&run.summary, &self.summary);
         [
@@ -134,7 +134,7 @@ impl StatusCounts {
         ]
     }
 
-    /// The largest of what steps come to: what run.json has, and the rows.
+    /// Largest values over the steps: name, value in run.json, value from the rows.
     fn of_largest(&self, run: &RunFile) -> Vec<(&'static str, Option<f64>, Option<f64>)> {
         let (said, overlap) = (&run.summary, run.largest_overlap_m);
         let residual = (said.certificate_max_m_s, self.summary.largest_residual());
@@ -149,7 +149,8 @@ impl StatusCounts {
         all
     }
 
-    /// Of the steps between kept ones there are no rows, and all are counted in run.json: it has no less of anything than the rows.
+    /// Checks for a run with omitted rows. run.json counts all steps, so its values must be at
+    /// least those of the rows.
     fn beyond_counts(&self, run: &RunFile) -> Vec<String> {
         let mut found = Vec::new();
         let (rows, span) = (run.summary.rows, self.span());
@@ -191,7 +192,7 @@ impl StatusCounts {
         }));
         let steps = said.rungs.values().fold(0_u64, |sum, count| sum.saturating_add(*count));
         let are_same = if run.trajectory {
-            // A trajectory has no column of starts. A wild step may have met nothing.
+            // A trajectory has no start column. A wild step can be without contact.
             let contact_steps = counted.contact_steps();
             (contact_steps.saturating_sub(counted.wild)..=contact_steps).contains(&steps)
         } else {
@@ -203,7 +204,7 @@ impl StatusCounts {
         found
     }
 
-    /// A complete run has the rows that were asked for, any other has fewer.
+    /// Checks the number of rows. A complete run has the requested number, any other has fewer.
     fn of_length(&self, run: &RunFile, rows: u64) -> Option<String> {
         let asked = run.steps;
         let is_complete = run.outcome == RunOutcome::Complete.name();
@@ -218,10 +219,10 @@ impl StatusCounts {
     }
 }
 
-/// What a file says of a solver of tumble that this solver is not: settings that it does not have, and steps that
-/// count as solved with more of a residual than it leaves.
+/// Inconsistencies in the solver settings of a file: settings of another solver, or a larger
+/// accepted residual than the solver's own.
 fn of_solver(said: &SolverSettings, world: &World) -> Option<String> {
-    // Of a build without Ipopt there is nothing to hold its settings against.
+    // Without Ipopt in this build, its settings cannot be checked.
     let is_known = ["native", "rk4"].contains(&&*said.name);
     if !is_known && (said.name != "ipopt" || IPOPT_VERSION.is_empty()) {
         return None;
@@ -256,7 +257,7 @@ fn shown_number(number: Option<f64>) -> String {
     number.map_or("null".to_owned(), shown::number)
 }
 
-/// Where the counts of a run.json do not add up to its steps.
+/// Checks that the counts of a run.json add up to its steps.
 fn of_sums(run: &RunFile) -> Option<String> {
     let said = &run.summary;
     let SummaryFile { converged, retried, fallback, substepped, wild, failed, .. } = *said;
@@ -273,7 +274,7 @@ fn of_sums(run: &RunFile) -> Option<String> {
     })
 }
 
-/// A residual that no solved step has, where every step is said to be solved.
+/// Checks that the largest residual is within the limit if all steps are counted as solved.
 fn of_promise(run: &RunFile, accepted: f64) -> Option<String> {
     let said = &run.summary;
     let largest = said.certificate_max_m_s.filter(|largest| *largest > accepted)?;
@@ -286,8 +287,8 @@ fn of_promise(run: &RunFile, accepted: f64) -> Option<String> {
     })
 }
 
-/// Whether the joints that are said to have been too stiff are others than those of the rows, `taut`. What is computed again has
-/// another rounding.
+/// Checks the joints reported as too stiff against those from the rows, `taut`. Recomputed values
+/// have other rounding errors.
 fn other_taut(run: &RunFile, taut: &[TautJoint]) -> Option<String> {
     let near = |a: f64, b: f64| (a - b).abs() <= STIFFNESS_FOUND_TO * b;
     let is_same = |(a, b): (&TautJoint, &TautJoint)| {
@@ -303,7 +304,7 @@ fn is_same_state(a: &State, b: &State) -> bool {
     a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= SAME * b.abs())
 }
 
-/// Both none, or the same but for rounding.
+/// True if both are `None`, or equal up to rounding.
 fn is_same_number(a: Option<f64>, b: Option<f64>) -> bool {
     match (a, b) {
         (Some(a), Some(b)) => (a - b).abs() <= SAME * b.abs(),

@@ -1,5 +1,5 @@
-//! `tumble verify`: recompute the residual of every step from the files of a run, and judge every
-//! step by it.
+//! `tumble verify`: recomputes the residual of every step from the files of a run, and verifies
+//! every step.
 
 mod held;
 mod judge;
@@ -15,7 +15,7 @@ use tumble_core::step::StepStatus;
 use tumble_scene::output::tables::Table;
 use tumble_scene::run_file::Seal;
 
-/// What the steps amount to, in memory that does not grow with the files.
+/// Statistics of the steps, in memory that does not grow with the files.
 #[derive(Default)]
 struct VerifyFindings {
     steps: u64,
@@ -24,12 +24,12 @@ struct VerifyFindings {
     inexact: u64,
     differing: u64,
     largest_overlap: f64,
-    /// Disagreeing steps first, then the largest residuals.
+    /// Worst steps: first those that differ from the files, then by residual.
     worst: Vec<Verified>,
 }
 
 impl VerifyFindings {
-    /// Counts `step`, and keeps it if it is among the `most` worst.
+    /// Adds `step` to the statistics, and stores it if it is among the `most` worst.
     fn add(&mut self, step: Verified, most: usize) {
         self.steps += 1;
         self.failed += u64::from(step.status == StepStatus::Failed);
@@ -64,7 +64,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
         recording.follow(&step);
         counts.add(&recording.world, &step);
         if let Some(previous) = previous {
-            // The next step that is kept may be some later.
+            // The next stored step is not the next step if rows are omitted.
             let ends = if kept.every > 1 { previous.ends() } else { step.states() };
             let mut verified = judge.step(&previous, ends);
             let is_next = step.index() == previous.index() + 1;
@@ -83,8 +83,9 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     report(&recording, &judge, &findings, &counts)
 }
 
-/// A step is judged by what moved it, by the state before and after it and by all its forces: a run of which tables were left out cannot
-/// be. Of one that does not keep every step those that it keeps are, by the states after them in the table of these.
+/// Refuses runs that lack data for the verification. A step needs its inputs, the states before and
+/// after it, and all its forces. Runs with omitted tables are refused. With omitted rows, the table
+/// `ends` has the states after each stored step.
 fn refuse_partial(recording: &Recording<'_>) -> Result<(), Failure> {
     let (kept, place) = (recording.kept(), recording.place());
     if recording.run.as_ref().is_some_and(|run| run.pushed) {

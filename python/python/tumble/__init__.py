@@ -1,14 +1,14 @@
-"""Rigid bodies in hard frictional contact, exactly: numpy in, numpy out.
+"""Rigid bodies in hard frictional contact, solved exactly, with numpy arrays.
 
     >>> import tumble
     >>> run = tumble.drop(seed=42).run(200)
     >>> run.positions.shape
     (201, 1, 3)
 
-A scene comes from a file (``load``), from code (``Scene``) or from the tutorial (``drop``); a
-``Simulation`` steps it; ``rollout`` runs it many times at once. SI units throughout. What cannot be
-simulated raises ``TumbleError``, a ValueError; a step that was not solved is taken all the same and
-is named in ``unsolved``.
+A scene comes from a file (``load``), from code (``Scene``) or from the tutorial (``drop``). A
+``Simulation`` steps it, and ``rollout`` simulates it many times in parallel. All units are SI.
+Invalid input raises ``TumbleError``, a ValueError. A step that did not converge is still taken,
+and ``unsolved`` lists it.
 """
 
 from ._contacts import Contacts

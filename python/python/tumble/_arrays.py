@@ -1,4 +1,4 @@
-"""Numbers that come in: what is wrong with them is named."""
+"""Checks of input arrays, with errors that name the argument."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ Dimension = Union[int, str]
 def numbers(name: str, value: Any, *shapes: Sequence[Dimension]) -> "Floats":
     """``value`` as an array of finite float64 in C order, of one of ``shapes``.
 
-    A dimension is a number, or a letter for any. What is an aligned array of that kind already is
-    not copied. Raises TumbleError with ``name`` in it otherwise.
+    A dimension is a number, or a letter for any length. An aligned array of this type is not
+    copied. Raises TumbleError with ``name`` for any other input.
     """
     import numpy as np
 
@@ -45,7 +45,7 @@ def numbers(name: str, value: Any, *shapes: Sequence[Dimension]) -> "Floats":
 
 
 def output(name: str, array: Any, shape: Tuple[int, ...], dtype: str) -> Any:
-    """The caller's array for a result, if it is one that can be written to."""
+    """Checks that the caller's array for a result has the right type and is writable."""
     import numpy as np
 
     if not isinstance(array, np.ndarray):

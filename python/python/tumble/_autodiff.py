@@ -1,4 +1,4 @@
-"""What the wrappers for torch and jax share: rollouts as a function of arrays, and its product with cotangents."""
+"""Rollouts as a differentiable function of arrays, shared by the wrappers for torch and jax."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def names_of(initial_states: Any, controls: Any, parameters: Optional[Mapping[str, Any]]) -> List[str]:
-    """The names of the arrays that are given, in the order in which the wrappers pass them on."""
+    """Names of the arrays that are not None, in the order of the wrappers' arguments."""
     for name in parameters or {}:
         if name not in PARAMETERS:
             raise TumbleError(f"parameters: {name!r} is none; there are {', '.join(PARAMETERS)}")
@@ -26,7 +26,7 @@ def names_of(initial_states: Any, controls: Any, parameters: Optional[Mapping[st
 
 
 class Differentiable:
-    """Rollouts of a scene as a function of arrays, by name."""
+    """Rollouts of a scene as a function of named arrays."""
 
     def __init__(
         self,
@@ -47,16 +47,19 @@ class Differentiable:
         }
 
     def shape(self, arrays: Mapping[str, Any]) -> Any:
-        """That of the states, (B, T, N, 13)."""
+        """Shape of the states, (B, T, N, 13)."""
         batch = batch_of(self.scene, motors=None, joint_forces=None, **self._arguments(arrays))
         return batch.rollouts, batch.steps, len(self.scene.bodies), 13
 
     def states(self, arrays: Mapping[str, Any]) -> "Floats":
-        """The states after each step."""
+        """States after each step."""
         return rollout(self.scene, **self._arguments(arrays), threads=self.threads).states
 
     def pull(self, arrays: Mapping[str, Any], states: "Floats", by_states: "Floats") -> Dict[str, "Floats"]:
-        """The derivatives by each of the arrays, in its shape, where those by ``states`` are ``by_states``."""
+        """Vector-Jacobian product: derivatives with respect to each array, in its shape.
+
+        ``by_states`` are the derivatives with respect to ``states``.
+        """
         import numpy as np
 
         batch = batch_of(self.scene, motors=None, joint_forces=None, **self._arguments(arrays))
@@ -76,14 +79,14 @@ class Differentiable:
         of_array = {}
         for name, array in arrays.items():
             by, shape = found[name], np.shape(array)
-            # One start or one list of controls for all rollouts moves all of them.
+            # A start or control shared by all rollouts sums their derivatives.
             by = by.sum(axis=0, keepdims=True) if shape[0] == 1 and len(by) > 1 else by
             of_array[name] = by.reshape(shape)
         return of_array
 
 
 def _turning(attitudes: "Floats") -> "Floats":
-    """L(q) H, (..., 4, 3): an attitude changes by half of it times a turn in the body's axes."""
+    """L(q) H, (..., 4, 3). Half of it maps a rotation in body axes to a change of attitude."""
     import numpy as np
 
     w, x, y, z = np.moveaxis(attitudes, -1, 0)

@@ -1,4 +1,4 @@
-"""What goes in besides arrays: what is wrong with it is named."""
+"""Checks of arguments other than arrays, with errors that name the argument."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from ._tumble import TumbleError
 Kind = TypeVar("Kind")
 
 LARGEST_WHOLE = 2**63 - 1
-"""More than this no table of a scene and no count can have."""
+"""Largest integer in a scene and largest count."""
 _USUAL_MEMORY = 1 << 40
-"""Bytes, where the system does not say how much it has."""
+"""Assumed memory, bytes, if the system does not report its size."""
 
 
 def shown(value: Any) -> str:
-    """``value`` in a sentence, however large it is."""
+    """Text of ``value`` for an error message, shortened for large integers."""
     if isinstance(value, int) and value.bit_length() > 200:
         return f"a whole number of {value.bit_length()} bits"
     return repr(value)
 
 
 def whole(name: str, value: Any, least: int, most: int = LARGEST_WHOLE) -> int:
-    """``value`` as a whole number from ``least`` to ``most``, numpy's too; True is none."""
+    """``value`` as an integer from ``least`` to ``most``. Accepts numpy's integers, not bool."""
     try:
         number = least - 1 if isinstance(value, bool) else index(value)
     except TypeError:
@@ -37,14 +37,14 @@ def whole(name: str, value: Any, least: int, most: int = LARGEST_WHOLE) -> int:
 
 
 def made(name: str, value: Any, kind: Type[Kind]) -> Kind:
-    """``value``, if it is one of tumble's."""
+    """``value``, if it is an instance of tumble's class ``kind``."""
     if not isinstance(value, kind):
         raise TypeError(f"{name} is {type(value).__name__}; tumble.{kind.__name__} is needed")
     return value
 
 
 def real(name: str, value: Any) -> float:
-    """``value`` as a number, numpy's too."""
+    """``value`` as a float. Accepts numpy's numbers."""
     try:
         number = float(value) if isinstance(value, Real) else None
     except OverflowError:
@@ -55,7 +55,7 @@ def real(name: str, value: Any) -> float:
 
 
 def tables(name: str, value: Any, instead: str = "") -> List[Mapping[str, Any]]:
-    """``value`` as a list of dictionaries; ``instead`` says what else may have been meant."""
+    """``value`` as a list of dictionaries. ``instead`` is a hint for the error message."""
     listed = None if isinstance(value, (Mapping, str)) else value
     try:
         items = list(listed)  # type: ignore[arg-type]
@@ -68,7 +68,10 @@ def tables(name: str, value: Any, instead: str = "") -> List[Mapping[str, Any]]:
 
 
 def room(what: str, size: int) -> None:
-    """Raises MemoryError where ``what`` takes more bytes than the machine has, or than its limits leave the process."""
+    """Raises MemoryError if ``what`` needs more bytes than the process can have.
+
+    The limit is the smaller of the machine's memory and the process limit.
+    """
     try:
         most = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):
@@ -81,7 +84,7 @@ def room(what: str, size: int) -> None:
             used = int(statm.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
         most = min(most, limit - used) if limit >= 0 else most
     except (ImportError, OSError, ValueError):
-        # A system that has no such limits, or does not say what is used of them.
+        # The system has no such limits, or does not report the memory in use.
         pass
     if size > most:
         raise MemoryError(

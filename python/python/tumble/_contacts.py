@@ -1,4 +1,4 @@
-"""The contacts of a step by column."""
+"""Contacts of a step as columns."""
 
 from __future__ import annotations
 
@@ -10,10 +10,14 @@ _NAMES = ("body", "partner", "point", "normal", "force", "slip", "normal_force",
 
 
 class Contacts(Dict[str, Any]):
-    """The contacts of a step, C in all, as a mapping of columns, which cannot be changed: ``body`` (C,), ``partner``
-    (their names), ``point``, ``normal``, ``force``, ``slip`` (C, 3), ``normal_force`` and ``gap`` (C,)."""
+    """Contacts of a step, C in all, as a read-only mapping of columns.
 
-    # A dictionary, because nothing is read faster in Python; it has the columns that were read.
+    - ``body`` (C,), ``partner`` (tuple of C names);
+    - ``point``, ``normal``, ``force``, ``slip`` (C, 3);
+    - ``normal_force``, ``gap`` (C,).
+    """
+
+    # A dict subclass is the fastest mapping. It holds the columns that have been read.
     __slots__ = ("_columns",)
 
     def __init__(self, columns: Columns) -> None:
@@ -39,23 +43,23 @@ class Contacts(Dict[str, Any]):
         return name in _NAMES
 
     def get(self, name: Any, default: Any = None) -> Any:
-        """The column of this name, or else the default."""
+        """Column of this name, or the default."""
         return self[name] if name in self else default
 
     def keys(self) -> Any:
-        """The names of the columns."""
+        """Names of the columns."""
         return list(_NAMES)
 
     def values(self) -> Any:
-        """The columns."""
+        """Columns in the order of their names."""
         return [self[name] for name in _NAMES]
 
     def items(self) -> Any:
-        """The columns and their names."""
+        """Pairs of name and column."""
         return [(name, self[name]) for name in _NAMES]
 
     def copy(self) -> Dict[str, Any]:
-        """A dictionary of the columns."""
+        """Copies the columns to a dictionary."""
         return {name: self[name] for name in _NAMES}
 
     def __or__(self, other: Any) -> Any:
@@ -71,11 +75,11 @@ class Contacts(Dict[str, Any]):
         return self is not other
 
     def __reduce__(self) -> Any:
-        """Elsewhere it is a dictionary."""
+        """Pickles the contacts as a plain dictionary."""
         return dict, (self.copy(),)
 
     def _fixed(self, *_: Any, **__: Any) -> NoReturn:
-        """Refused: contacts cannot be changed."""
+        """Refuses changes."""
         raise TypeError("contacts cannot be changed; contacts.copy() is a dictionary that can")
 
     __setitem__ = __delitem__ = __ior__ = _fixed

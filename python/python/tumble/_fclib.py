@@ -1,4 +1,4 @@
-"""FCLIB's HDF5 form of contact problems, through h5py."""
+"""FCLIB's HDF5 format of contact problems, through h5py."""
 
 from __future__ import annotations
 
@@ -26,8 +26,10 @@ def _h5py(path: Path_) -> Any:
 
 
 def read(path: Path_) -> Tuple[Dict[str, Any], List[Any], int]:
-    """The matrices and vectors, the laws, and the dimension. Equations that hold without a law (G and b; V, R and s) are
-    locked rows behind the contacts."""
+    """Matrices and vectors, the laws, and the dimension.
+
+    Equality constraints (G and b; V, R and s) become locked rows after the contacts.
+    """
     import numpy as np
 
     h5py = _h5py(path)
@@ -74,7 +76,7 @@ def _locked(count: int) -> List[List[str]]:
 
 
 class _Sparse:
-    """Entries, as scipy's matrices give them."""
+    """Sparse matrix with the interface of scipy's COO matrices."""
 
     def __init__(self, shape: Tuple[int, int], row: Any, col: Any, data: Any) -> None:
         self.shape, self.row, self.col, self.data = shape, row, col, data
@@ -83,11 +85,11 @@ class _Sparse:
         return self
 
     def turned(self) -> "_Sparse":
-        """The transposed matrix."""
+        """Transposed matrix."""
         return _Sparse((self.shape[1], self.shape[0]), self.col, self.row, self.data)
 
     def with_block(self, block: "_Sparse", at: Tuple[int, int]) -> "_Sparse":
-        """This with a block more, which may be beside it or below it."""
+        """Adds a block at the row and column ``at``, and extends the shape if necessary."""
         import numpy as np
 
         rows, columns = (max(own, place + more) for own, place, more in zip(self.shape, at, block.shape))
@@ -97,7 +99,7 @@ class _Sparse:
 
 
 def _sparse(group: Any) -> _Sparse:
-    """A matrix: nz is the number of triplets, -1 for columns (CSC), -2 for rows (CSR)."""
+    """Reads a matrix. nz is the number of triplets, -1 for columns (CSC), -2 for rows (CSR)."""
     import numpy as np
 
     rows, columns, kind = (int(np.ravel(group[name][()])[0]) for name in ("m", "n", "nz"))
@@ -123,11 +125,11 @@ def _sparse(group: Any) -> _Sparse:
 
 
 def write(path: Path_, problem: "ContactProblem", solution: Optional["ContactSolution"]) -> None:
-    """A problem of contacts, with triplets; a solution beside it as FCLIB has it."""
+    """Writes a problem of contacts as triplets, and a solution in FCLIB's form."""
     import numpy as np
 
     h5py = _h5py(path)
-    # Without a contact any dimension is as good.
+    # Without contacts any dimension is valid.
     sizes = set(problem.sizes) or {3}
     if len(sizes) != 1 or np.isnan(problem.mu).any():
         raise TumbleError(
@@ -162,7 +164,7 @@ def write(path: Path_, problem: "ContactProblem", solution: Optional["ContactSol
 
 
 def replaced(path: Path_, write: Callable[[str], object]) -> None:
-    """Has ``write`` make a file under another name, which takes its own when it is whole."""
+    """Has ``write`` create a temporary file and renames it to ``path``."""
     folder = Path(path).parent
     try:
         handle, temporary = tempfile.mkstemp(prefix=".tumble-", suffix=".tmp", dir=folder)

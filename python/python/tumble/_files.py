@@ -1,4 +1,4 @@
-"""Files that are whole or not there."""
+"""Atomic writes of files."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ._tumble import TumbleError, listed_files
 
 
 def written(path: Path, content: bytes) -> Path:
-    """Writes a file under a temporary name and renames it. What fails has the file's name."""
+    """Writes a file under a temporary name and renames it. Errors name the final file."""
     handle = None
     while handle is None:
         temporary = path.parent / f".tumble-{os.urandom(3).hex()}.tmp"
@@ -36,8 +36,11 @@ def written(path: Path, content: bytes) -> Path:
 
 @contextlib.contextmanager
 def folder_of_a_run(folder: Path, names: Sequence[str], overwrite: bool) -> Iterator[None]:
-    """Makes the folder for the files ``names`` of a run, which nobody else writes to meanwhile. Files of the run before, which its
-    run.json lists, go once the new ones are there; any other file in the way is refused unless it may be overwritten."""
+    """Creates and locks the folder for the files ``names`` of a run.
+
+    Files listed in the folder's run.json belong to the previous run and are removed at the end.
+    Any other file with one of the names is refused, unless ``overwrite`` is true.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     with _claimed(folder):
         try:
@@ -59,7 +62,7 @@ def folder_of_a_run(folder: Path, names: Sequence[str], overwrite: bool) -> Iter
 
 @contextlib.contextmanager
 def _claimed(folder: Path) -> Iterator[None]:
-    """The lock that the command line has on a folder; none where the system has none."""
+    """Locks a folder as the command line does, if the system has locks."""
     try:
         import fcntl
 
@@ -75,7 +78,7 @@ def _claimed(folder: Path) -> Iterator[None]:
                 f"{folder}: another run is writing there; wait for it, or name another folder"
             ) from None
         except OSError:
-            # A file system without locks.
+            # The file system has no locks.
             pass
         yield
     finally:

@@ -20,31 +20,33 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Derivatives:
-    """Derivatives, where they are taken, and what is to be known of them.
+    """Derivatives with their point of evaluation and diagnostics.
 
-    A state changes by twelve numbers: position (m, world), a turn as a rotation vector (rad, body),
+    A change of a state has twelve numbers: position (m, world), rotation vector (rad, body),
     velocity (m/s, world), spin (rad/s, body).
     """
 
     ends: "Floats"
-    """The states at the end, (N, 13)."""
+    """States at the end, (N, 13)."""
     by: Dict[str, "Floats"]
-    """By name: ``states``, ``wrenches`` (of a run ``controls``), and the constants asked for."""
+    """Derivatives by name: ``states``, ``wrenches`` (``controls`` of a run), and the requested constants."""
     margin: float
-    """How far the nearest kink is, m/s: the next piece of a contact's law, or a touch."""
+    """Distance to the nearest kink, m/s: a change of a contact's mode, or a new contact."""
     feature_margin: float
-    """The same of the faces and edges that touch, which matters for what moves the bodies at the start."""
+    """Distance to the nearest change of contact features, m/s. It matters for changes of poses and sizes."""
     at: Tuple[int, int]
-    """The steps of a run that these margins are of."""
+    """Steps of these margins in a run."""
     unsolved: int
-    """Steps that failed or are wild: what follows them is no derivative of the equations."""
+    """Number of steps that failed or are wild. Derivatives through them are not meaningful."""
     unknown: int
-    """Contacts of a step, or steps of a run, that press although their features are not known as functions of the
-    poses: they are taken for fixed in their bodies."""
+    """Contacts of a step, or steps of a run, with unknown contact features under load.
+
+    Such features do not follow known functions of the poses. They are treated as fixed in their bodies.
+    """
     kept: int
-    """Steps in which shares of forces follow the history."""
+    """Number of steps in which the distribution of hyperstatic forces follows the history."""
     limited: int
-    """Steps that took a part of their restitution, which is taken for a constant."""
+    """Number of steps that applied only part of their restitution, which is treated as constant."""
 
     def __getitem__(self, name: str) -> "Floats":
         return self.by[name]
@@ -52,19 +54,21 @@ class Derivatives:
 
 @dataclass(frozen=True)
 class RolloutDerivatives:
-    """Derivatives of the numbers that B rollouts decide, and what is to be known of each: as in
-    Derivatives, with one more dimension in front."""
+    """Derivatives of the losses of B rollouts, with diagnostics of each.
+
+    The fields are those of Derivatives with one more leading dimension.
+    """
 
     by: Dict[str, "Floats"]
-    """By name: ``states`` (B, N, 12), ``controls`` (B, T, N, 6), and the constants, (B, ...)."""
+    """Derivatives by name: ``states`` (B, N, 12), ``controls`` (B, T, N, 6), and the constants, (B, ...)."""
     margin: "Floats"
-    """(B,), m/s."""
+    """Distance to the nearest kink, m/s: (B,)."""
     feature_margin: "Floats"
-    """(B,), m/s."""
+    """Distance to the nearest change of contact features, m/s: (B,)."""
     at: "npt.NDArray[np.int64]"
-    """(B, 2)."""
+    """Steps of both margins: (B, 2)."""
     unsolved: "npt.NDArray[np.int64]"
-    """(B,), as what follows."""
+    """Numbers of steps, (B,), like the following fields."""
     unknown: "npt.NDArray[np.int64]"
     kept: "npt.NDArray[np.int64]"
     limited: "npt.NDArray[np.int64]"
@@ -82,10 +86,17 @@ def jacobian(
     compliance: Optional[float] = None,
     central_path: Optional[float] = None,
 ) -> Derivatives:
-    """The derivative of one step of ``scene`` from ``states`` (N, 13), by them (N, 12, N, 12), by wrenches
-    (N, 12, N, 6) and by the constants named in ``by``, (N, 12) and the constant's own shape. With a ``compliance`` (1e-9 to 1) it is that of a
-    step in which contacts give way, with a ``central_path`` (1e-6 to 10 m/s) of one on the central path of an interior point, whose products of
-    force and gap are its square: a direction for a search where the exact derivative is zero."""
+    """Derivative of one step of ``scene`` from ``states`` (N, 13).
+
+    It has parts with respect to ``states`` (N, 12, N, 12) and ``wrenches`` (N, 12, N, 6). The
+    part of a constant named in ``by`` has the shape (N, 12) followed by the constant's own
+    shape.
+
+    Smoothing yields a search direction where the exact derivative is zero. ``compliance``
+    (1e-9 to 1) differentiates a step with compliant contacts. ``central_path`` (1e-6 to 10
+    m/s) differentiates a step on the central path of an interior-point method. The
+    complementarity products there equal its square.
+    """
     names = constant_names(by)
     count = len(scene.bodies)
     pushes = None if wrenches is None else _of_bodies("wrenches", wrenches, (count, 6))
@@ -105,10 +116,14 @@ def vjp(
     compliance: Optional[float] = None,
     central_path: Optional[float] = None,
 ) -> Derivatives:
-    """The derivatives of one number by what a run of ``steps`` began with, where ``cotangents`` (N, 12) are
-    its derivatives by the states at the end: by ``states`` (N, 12), by ``controls`` (T, N, 6) and by the constants
-    named in ``by``. One pass backwards, however many there are. Without ``steps`` those of the controls, or one. With a
-    ``compliance`` or a ``central_path`` the derivatives of the exact run's steps are those of ``jacobian``."""
+    """Derivatives of a scalar loss of a run with ``steps`` steps, in one reverse pass.
+
+    ``cotangents`` (N, 12) are the loss derivatives with respect to the end states. The result
+    has the derivatives with respect to ``states`` (N, 12), ``controls`` (T, N, 6) and the
+    constants named in ``by``. ``steps`` defaults to the number of controls, or 1.
+    ``compliance`` and ``central_path`` smooth the derivatives of the steps as in ``jacobian``;
+    the run itself stays exact.
+    """
     names = constant_names(by)
     count = len(scene.bodies)
     pushes = None
@@ -127,7 +142,7 @@ def vjp(
 
 
 def _shapes(shape: Any) -> Any:
-    """``shape``, and of one body also the one without it."""
+    """``shape``, and for one body also the shape without the body axis."""
     return (shape, (*shape[:-2], shape[-1])) if shape[-2] == 1 else (shape,)
 
 
@@ -141,7 +156,7 @@ def _states(scene: "Scene", states: Any) -> "Floats":
 
 
 def smoothing_of(compliance: Optional[float], central_path: Optional[float]) -> Optional[Tuple[str, float]]:
-    """What derivatives are smoothed by: its name and its size."""
+    """Name and size of the smoothing."""
     given = [(name, by) for name, by in (("compliance", compliance), ("central_path", central_path)) if by is not None]
     if len(given) > 1:
         raise _tumble.TumbleError("compliance and central_path are given; one of both smooths derivatives")
@@ -151,7 +166,7 @@ def smoothing_of(compliance: Optional[float], central_path: Optional[float]) -> 
 
 
 def constant_names(by: Iterable[str]) -> List[str]:
-    """The names of constants as a list."""
+    """Names of constants as a list."""
     if isinstance(by, str):
         raise TypeError(f"by is a word, {by!r}; a list of words is needed")
     return [str(name) for name in by]

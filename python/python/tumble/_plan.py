@@ -1,4 +1,4 @@
-"""Plans through contact; docs/planning.md describes them."""
+"""Trajectory optimisation through contact: docs/planning.md."""
 
 from __future__ import annotations
 
@@ -34,21 +34,21 @@ class Miss(NamedTuple):
     """Distance, in ``unit``."""
     tolerance: float
     unit: str
-    """m, m/s, rad or rad/s."""
+    """Unit: m, m/s, rad or rad/s."""
     after: int
     """Number of steps after which it is measured."""
 
     @property
     def ok(self) -> bool:
-        """Whether the distance is within the tolerance."""
+        """True if the distance is within the tolerance."""
         return self.by <= self.tolerance
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Controls and their replay, the simulator's run of them.
+    """Controls and their replay, the simulation with them.
 
-    All attributes except the controls are those of the replay.
+    All attributes except the controls belong to the replay.
     """
 
     status: str
@@ -56,12 +56,12 @@ class Plan:
     reason: str
     """Missed targets and reasons; empty if all targets are met."""
     controls: "Floats"
-    """Variables of the search, as ``start`` takes them; ``names`` has their names."""
+    """Variables of the search, in the form of ``start``; ``names`` has their names."""
     names: List[str]
     columns: Dict[str, "Floats"]
     """Components of the controls by name, (T,)."""
     wrenches: "Floats"
-    """Wrenches of the controls on each body in each step, (T, N, 6), as Simulation.step takes them."""
+    """Wrenches of the controls on each body in each step, (T, N, 6), in the form of Simulation.step."""
     starts: "Floats"
     """States at the start, (N, 13)."""
     cost: float
@@ -74,19 +74,19 @@ class Plan:
     modes: List[List[Tuple[str, str, int, str]]]
     """Contacts of each step: body, partner, the body's point, and "open", "stick" or "slip"."""
     stages: List[Dict[str, Any]]
-    """Outcome of each stage: name, iterations, runs, message, cost, kept."""
+    """Result of each stage: name, iterations, runs, message, cost, kept."""
     scene: Scene
     """Scene of the replay, with the plan's starts, constants and loads."""
     steps: int
 
     @property
     def ok(self) -> bool:
-        """Whether the replay meets all targets."""
+        """True if the replay meets all targets."""
         return self.status == "replayed"
 
     @cached_property
     def run(self) -> "Trajectory":
-        """The replay."""
+        """Trajectory of the replay."""
         return self.scene.run(self.steps)
 
     def __repr__(self) -> str:
@@ -112,8 +112,8 @@ def plan(
 ) -> Plan:
     """Searches controls with which ``scene`` meets ``target`` after ``steps`` steps.
 
-    ``controls``, ``target``, ``path_constraints`` and ``cost`` have the fields of a problem file (docs/planning.md), as
-    dictionaries::
+    ``controls``, ``target``, ``path_constraints`` and ``cost`` have the fields of a problem file
+    (docs/planning.md), as dictionaries::
 
         tumble.plan(
             scene, 60,
@@ -121,15 +121,16 @@ def plan(
             target={"position": [0.5, 0.3], "turn": 90, "speed": 0},
         )
 
-    ``start`` has the ``controls`` of another plan of the same problem; None starts from forces of zero. ``states`` (N, 13)
-    replaces the scene's start, for example to plan again during a run.
+    ``start`` has the ``controls`` of another plan of the same problem. None starts from zero
+    forces. ``states`` (N, 13) replaces the scene's start, for example to plan again during a run.
 
-    ``stages`` has names of ``"ddp"``, ``"sample"`` and ``"shoot"`` in their order. None is the default of a problem
-    file: ``["ddp", "sample", "shoot"]``, where ``"sample"`` is skipped if ``"ddp"`` meets the targets. ``runs`` limits a sampling, and
-    ``iterations`` limits ``"ddp"`` and ``"shoot"``. ``time`` (s) ends the search with the best plan so far. ``threads`` is
-    one for each core by default; the plan does not depend on it.
+    ``stages`` has names of ``"ddp"``, ``"sample"`` and ``"shoot"`` in their order. None is the
+    default of a problem file: ``["ddp", "sample", "shoot"]``, where ``"sample"`` is skipped if
+    ``"ddp"`` meets the targets. ``runs`` limits a sampling. ``iterations`` limits ``"ddp"`` and
+    ``"shoot"``. ``time`` (s) ends the search with the best plan so far. ``threads`` is one per core
+    by default; the plan does not depend on it.
 
-    Raises TumbleError for a problem that cannot be posed.
+    Raises TumbleError for an invalid problem.
     """
     if not isinstance(scene, Scene):
         raise TumbleError(f"scene is {scene!r}; a tumble.Scene is needed")

@@ -1,4 +1,4 @@
-"""Contact problems by themselves, whoever made them: docs/contact-problem.md."""
+"""Standalone contact problems from any source: docs/contact-problem.md."""
 
 from __future__ import annotations
 
@@ -26,37 +26,44 @@ Path_ = Union[str, "os.PathLike[str]"]
 
 @dataclass(frozen=True)
 class ContactSolution:
-    """A solution of a ``ContactProblem``, or the best point that was found."""
+    """Solution of a ``ContactProblem``, or the best point found."""
 
     impulses: "Floats"
-    """p of every row, N s; of contacts the first of each is the normal one."""
+    """Impulse p of every row, N s. The first row of a contact is the normal one."""
     velocities: "Floats"
-    """u of every row, m/s."""
+    """Velocity u of every row, m/s."""
     body_velocities: "Floats"
-    """v of the global form; empty of the local one."""
+    """Velocities v of the global form; empty for the local form."""
     solved: bool
-    """Whether the residual is what was asked for."""
+    """True if the residual is at most the requested one."""
     residual: float
-    """The largest miss of a law, m/s, each contact in its own scale, found from the impulses alone."""
+    """Largest violation of a law, m/s, each contact in its own scale, computed from the impulses alone."""
     relative_error: float
-    """The error that Siconos and FCLIB measure, without a unit."""
+    """Error in the definition of Siconos and FCLIB, dimensionless."""
     iterations: int
-    """Of all starts of all parts."""
+    """Iterations of all starts in all parts."""
     parts: int
-    """How many parts of the problem have nothing to do with each other."""
+    """Number of independent parts of the problem."""
     start: str
-    """The start that led to it."""
+    """Name of the start that led to the solution."""
     selected: bool
-    """Whether it is the solution of the selection rule."""
+    """True if the selection rule determined the solution."""
 
 
 class ContactProblem:
-    """Coulomb's exact law on rows that matrices couple, ``u = W p + q``, or ``M v = H p + f`` and ``u = H^T v + w``.
+    """Contact problem with Coulomb's exact law on coupled rows.
 
-    Matrices are numpy arrays or sparse ones of scipy; vectors are numpy arrays. ``mu`` has a coefficient for each contact, whose
-    rows are its normal and then its tangents, ``dimension`` of them. In place of ``mu``, ``laws`` has an entry for
-    each group of rows: a coefficient, or a list of one to three of ``"free"``, ``"locked"``, ``"limit"``
-    (0 <= u, p >= 0, one of them zero) and ``("box", least, most)`` (u = 0 by an impulse between these).
+    The local form is ``u = W p + q``. The global form is ``M v = H p + f`` and ``u = H^T v +
+    w``. Matrices are dense numpy arrays or scipy's sparse matrices; vectors are numpy arrays.
+
+    ``mu`` has one coefficient per contact. A contact has ``dimension`` rows: its normal, then
+    its tangents. Instead of ``mu``, ``laws`` has one entry per group of rows. An entry is a
+    coefficient, or a list of one to three row laws:
+
+    - ``"free"``;
+    - ``"locked"``;
+    - ``"limit"`` (0 <= u, p >= 0, one of them zero);
+    - ``("box", least, most)`` (u = 0 by an impulse between these bounds).
     """
 
     _core: CoreProblem
@@ -103,7 +110,7 @@ class ContactProblem:
 
     @classmethod
     def read(cls, path: Path_) -> "ContactProblem":
-        """From a file: FCLIB's HDF5 (with h5py), or Siconos' text."""
+        """Reads a file in FCLIB's HDF5 (with h5py) or in Siconos' text format."""
         try:
             content = Path(path).read_bytes()
         except OSError as error:
@@ -118,8 +125,11 @@ class ContactProblem:
             raise TumbleError(f"{os.fspath(path)}: cannot be read as a contact problem: {error}") from None
 
     def write(self, path: Path_, solution: Optional[ContactSolution] = None) -> None:
-        """To a file: FCLIB's HDF5 where its name ends in .hdf5 or .h5, with a solution of this problem if there is one, and
-        else Siconos' text."""
+        """Writes a file in FCLIB's HDF5 or in Siconos' text format.
+
+        HDF5 is used if the name ends in .hdf5 or .h5. It can include a ``solution`` of this
+        problem.
+        """
         if solution is not None and not self._is_own(solution):
             raise TumbleError("the solution is of another problem; one of this problem is needed")
         if Path(path).suffix in (".hdf5", ".h5"):
@@ -134,7 +144,7 @@ class ContactProblem:
         _fclib.replaced(path, lambda temporary: Path(temporary).write_text(text))
 
     def _is_own(self, solution: ContactSolution) -> bool:
-        """Whether u and v of a solution are what its impulses come to here."""
+        """True if u and v of a solution result from its impulses in this problem."""
         import numpy as np
 
         rows = (sum(self.sizes),)
@@ -150,10 +160,11 @@ class ContactProblem:
     def solve(
         self, *, residual: float = 1e-9, start: Any = None, rule: str = "any"
     ) -> ContactSolution:
-        """Solves it to ``residual`` (m/s), from the impulses ``start`` if there are any.
+        """Solves the problem to ``residual`` (m/s), from the impulses ``start`` if not None.
 
-        Where there are several solutions, ``rule`` "any" takes the first that is found; "compliance" the limit of an equal,
-        vanishing compliance, of what sticks the one of the least norm.
+        ``rule`` selects among several solutions. "any" takes the first one found. "compliance"
+        takes the limit of an equal, vanishing compliance, which has the least norm for sticking
+        contacts.
         """
         first = None if start is None else numbers("start", start, (sum(self.sizes),))
         residual = real("residual", residual)
@@ -175,33 +186,33 @@ class ContactProblem:
         )
 
     def evaluate(self, impulses: Any) -> Tuple["Floats", "Floats", float, float]:
-        """u, v, the residual (m/s) and the relative error of impulses, as those of a solution are found."""
+        """u, v, the residual (m/s) and the relative error of impulses, as for a solution."""
         arrays, errors = self._core.evaluate(numbers("impulses", impulses, (sum(self.sizes),)))
         return arrays[0], arrays[1], errors[0], errors[1]
 
     def to_local(self) -> "ContactProblem":
-        """The same in the local form: W = H^T M^-1 H, q = H^T M^-1 f + w."""
+        """Equivalent problem in the local form: W = H^T M^-1 H, q = H^T M^-1 f + w."""
         return self._of(self._core.to_local())
 
     @property
     def is_local(self) -> bool:
-        """Whether it is W and q, or M, H, f and w."""
+        """True for the form W, q; False for M, H, f, w."""
         return self._core.is_local
 
     @property
     def sizes(self) -> List[int]:
-        """The rows of every group."""
+        """Number of rows of every group."""
         return self._core.sizes
 
     @property
     def mu(self) -> "Floats":
-        """The coefficient of every contact; NaN of a group that is none."""
+        """Coefficient of every contact; NaN for groups that are not contacts."""
         import numpy as np
 
         return np.array([np.nan if mu is None else mu for mu in self._core.friction])
 
     def entries(self, name: str) -> Tuple[int, int, List[int], List[int], "Floats"]:
-        """Of W, M or H rows and columns, and the rows, columns and values of its entries."""
+        """Numbers of rows and columns of W, M or H, then row, column and value of each entry."""
         return self._core.entries(name)
 
     def matrix(self, name: str) -> "Floats":
@@ -214,7 +225,7 @@ class ContactProblem:
         return dense
 
     def vector(self, name: str) -> "Floats":
-        """q, f or w."""
+        """Vector q, f or w."""
         return self._core.vector(name)
 
     def __repr__(self) -> str:
@@ -256,7 +267,7 @@ def _group(law: Any) -> Tuple[Optional[float], List[Tuple[str, float, float]]]:
 def _entries(
     name: str, value: Any, wanted: Tuple[int, int]
 ) -> Tuple[int, int, List[int], List[int], "Floats"]:
-    """Rows, columns and entries of a dense or a sparse matrix, whose shape is to be ``wanted``."""
+    """Rows, columns and entries of a dense or sparse matrix of the shape ``wanted``."""
     import numpy as np
 
     if hasattr(value, "tocoo"):

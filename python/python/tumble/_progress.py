@@ -1,4 +1,4 @@
-"""Progress of long work."""
+"""Progress reports of long work."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import sys
 from typing import Callable, Optional, Union
 
 Progress = Union[bool, Callable[[int, int], object]]
-"""Called with what is done and the whole, about ten times a second; True writes it to stderr."""
+"""Callback for the steps done and all steps, about ten times per second. True writes them to stderr."""
 
 
 def callback(progress: Progress) -> Optional[Callable[[int, int], object]]:

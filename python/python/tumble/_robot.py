@@ -17,63 +17,64 @@ if TYPE_CHECKING:
 
 
 class Links(NamedTuple):
-    """How the L links of a robot move, the world first."""
+    """Motion of the L links of a robot, the world first."""
 
     positions: "Floats"
-    """(L, 3), of the links' origins, m, world."""
+    """Positions of the links' origins, m, world: (L, 3)."""
     attitudes: "Floats"
-    """(L, 4), w, x, y, z, link to world."""
+    """Attitudes w, x, y, z, link to world: (L, 4)."""
     velocities: "Floats"
-    """(L, 3), of the same, m/s, world."""
+    """Velocities of the links' origins, m/s, world: (L, 3)."""
     spins: "Floats"
-    """(L, 3), rad/s, world."""
+    """Spins, rad/s, world: (L, 3)."""
 
 
 class Site(NamedTuple):
-    """How a frame on a link moves."""
+    """Motion of a frame on a link."""
 
     position: "Floats"
-    """(3,), m, world."""
+    """Position, m, world: (3,)."""
     attitude: "Floats"
-    """(4,), w, x, y, z, site to world."""
+    """Attitude w, x, y, z, site to world: (4,)."""
     velocity: "Floats"
-    """(3,), of its origin, m/s, world."""
+    """Velocity of the origin, m/s, world: (3,)."""
     spin: "Floats"
-    """(3,), rad/s, world."""
+    """Spin, rad/s, world: (3,)."""
 
 
 class Inertial(NamedTuple):
-    """What an inertial measurement unit reads."""
+    """Readings of an inertial measurement unit."""
 
     gyroscope: "Floats"
-    """(3,), the spin, rad/s, in its frame."""
+    """Spin, rad/s, site frame: (3,)."""
     accelerometer: "Floats"
-    """(3,), the acceleration over a step without gravity, m/s², in its frame: g upwards at rest."""
+    """Mean acceleration over a step minus gravity, m/s², site frame: (3,). It is g upwards at rest."""
 
 
 class RobotJoint:
-    """A slide or a hinge of a robot in a simulation: ``robot["knee"]``.
+    """Slide or hinge of a robot in a simulation: ``robot["knee"]``.
 
-    Its motor is one at a time: what pulls to ``target`` with ``stiffness`` and ``damping``, or what
-    holds a speed (``hold_speed``); ``force`` acts besides. In m and N of a slide, rad and N m of a hinge.
+    It has one motor at a time: a position motor to ``target`` with ``stiffness`` and
+    ``damping``, or a speed motor (``hold_speed``). The force of ``set_force`` is added. Units
+    are m and N for a slide, rad and N m for a hinge.
     """
 
-    # A name that is mistyped is refused.
+    # Slots refuse mistyped names.
     __slots__ = (
         *("name", "range", "stiffness", "damping", "most"),
         *("_robot", "_axis", "_at", "_rate", "_reference", "_target"),
     )
 
     name: str
-    """What the file calls it."""
+    """Name in the file."""
     range: Optional[Tuple[float, float]]
-    """Its stops, if it has any."""
+    """Limits of the coordinate, or None."""
     stiffness: float
-    """With which its motor pulls to ``target``, from the next target on."""
+    """Stiffness of its position motor, used from the next target on."""
     damping: float
-    """Of that motor."""
+    """Damping of that motor."""
     most: Optional[float]
-    """The force of its motors: what the file says, or None where it says nothing."""
+    """Force limit of its motors, from the file, or None."""
 
     def __init__(self, robot: "Robot", index: int) -> None:
         name, _, at, rate, reference = robot.joint_list[index]
@@ -91,17 +92,17 @@ class RobotJoint:
 
     @property
     def coordinate(self) -> float:
-        """Where it is now, as the file counts it: with all its turns since the start."""
+        """Current coordinate in the convention of the file, including full turns."""
         return float(self._robot.q[self._at])
 
     @property
     def speed(self) -> float:
-        """Its rate now."""
+        """Current rate."""
         return float(self._robot.v[self._rate])
 
     @property
     def target(self) -> Optional[float]:
-        """The coordinate that its motor pulls to; None where none does."""
+        """Target coordinate of its motor; None without one."""
         return self._target
 
     @target.setter
@@ -118,7 +119,7 @@ class RobotJoint:
 
     @property
     def _motor(self) -> List[Optional[float]]:
-        """Stiffness, damping and force of its motor, and its target, as they are said here."""
+        """Stiffness, damping, force limit and target of its motor."""
         return [self.stiffness, self.damping, self.most, self._target]
 
     @_motor.setter
@@ -126,7 +127,7 @@ class RobotJoint:
         self.stiffness, self.damping, self.most, self._target = motor
 
     def hold_speed(self, speed: float, most: Optional[float] = None) -> None:
-        """Has its motor hold a speed with up to the force ``most``, that of the file if none is given."""
+        """Sets a speed motor with the force limit ``most``, by default the one of the file."""
         most = self._most(self.most if most is None else most)
         self._robot.simulation.put_motor(*self._axis, speed, None, 0.0, 0.0, most)
         self._target = None
@@ -137,7 +138,7 @@ class RobotJoint:
         return most
 
     def set_force(self, force: float) -> None:
-        """Sets the constant force (N) or torque (N m) along it in the steps to come."""
+        """Sets the constant force (N) or torque (N m) along the joint for the following steps."""
         self._robot.simulation.put_force(*self._axis, force)
 
     def __repr__(self) -> str:
@@ -145,14 +146,17 @@ class RobotJoint:
 
 
 class Robot(CoreRobot):
-    """A robot of a simulation: ``simulation.robot``, or ``simulation.robots["prefix"]``.
+    """Robot of a simulation: ``simulation.robot``, or ``simulation.robots["prefix"]``.
 
-    Coordinates q and rates v come joint by joint as MuJoCo has them: of a free joint the place (m) and
-    the attitude (w, x, y, z) of its link, and of the rates the velocity of the link's origin (m/s,
-    world) and the spin (rad/s, link); of a ball the attitude and the spin; of a slide m and m/s; of a
-    hinge rad and rad/s.
+    Coordinates q and rates v are ordered by joint as in MuJoCo:
 
-    ``robot["knee"]`` is a joint, by the name that the file has::
+    - free joint: position (m) and attitude (w, x, y, z) of its link; rates are the velocity of the
+      link's origin (m/s, world) and the spin (rad/s, link);
+    - ball: attitude and spin;
+    - slide: m and m/s;
+    - hinge: rad and rad/s.
+
+    ``robot["knee"]`` is the joint with this name in the file::
 
         robot = simulation.robot
         robot.set_gains(stiffness=80.0, damping=2.0)
@@ -163,7 +167,7 @@ class Robot(CoreRobot):
     __slots__ = ("simulation", "_near", "_hinges", "_controls", "_handles", "__weakref__")
 
     simulation: "Simulation"
-    """What it is in."""
+    """Simulation of the robot."""
     _near: "Floats"
     _hinges: Tuple[List[Any], ...]
     _controls: "Floats"
@@ -173,7 +177,7 @@ class Robot(CoreRobot):
         self = super().__new__(cls, simulation.scene, index)
         self.simulation = simulation
         self._near = self.start
-        # Where the angles of hinges are in q, which of the simulation's they are, and what that counts from.
+        # Hinges: index in q, joint and axis in the simulation, and reference coordinate.
         found = [(joint, self.axis(k)) for k, joint in enumerate(self.joint_list) if joint[1] == "hinge"]
         hinges = [(joint[2], *axis, joint[4]) for joint, axis in found if axis is not None]
         self._hinges = tuple(list(column) for column in zip(*hinges)) if hinges else ([], [], [], [])
@@ -183,12 +187,12 @@ class Robot(CoreRobot):
 
     @property
     def joints(self) -> List[str]:
-        """The names of its joints, in the order of its coordinates."""
+        """Names of its joints, in the order of its coordinates."""
         return [joint[0] for joint in self.joint_list]
 
     @property
     def slides_and_hinges(self) -> List[RobotJoint]:
-        """Its joints of one coordinate."""
+        """Joints with one coordinate."""
         one = [joint[0] for joint in self.joint_list if joint[1] in ("slide", "hinge")]
         return [self[name] for name in one]
 
@@ -204,21 +208,25 @@ class Robot(CoreRobot):
     def set_gains(
         self, *, stiffness: float, damping: float = 0.0, most: Optional[float] = None
     ) -> None:
-        """Sets stiffness, damping and, if it is given, the force of the motors of all slides and hinges,
-        from their next targets on."""
+        """Sets stiffness, damping and force limit of all slides and hinges.
+
+        The gains apply from the next targets on. ``most`` None keeps the force limits.
+        """
         for joint in self.slides_and_hinges:
             joint.stiffness, joint.damping = stiffness, damping
             joint.most = joint.most if most is None else most
 
     @property
     def _kept(self) -> Dict[str, Any]:
-        """What it knows that the simulation does not, as JSON has it: where its joints were seen last, with their
-        turns, its controls, and by joint what its motor has and pulls to."""
+        """Data beyond the simulation's own, for JSON.
+
+        It has the last joint coordinates, the controls, and the motors by joint.
+        """
         motors = {name: joint._motor for name, joint in self._handles.items()}
         return {"near": self._near.tolist(), "controls": self._controls.tolist(), "motors": motors}
 
     def _keep(self, kept: Dict[str, Any]) -> None:
-        """Has what another one had ``kept``, whose motors the simulation has already."""
+        """Restores the data ``kept`` of another robot. The simulation already has the motors."""
         self._near = numbers("near", kept["near"], self._near.shape)
         self._controls = numbers("controls", kept["controls"], self._controls.shape)
         for name, motor in kept["motors"].items():
@@ -228,7 +236,7 @@ class Robot(CoreRobot):
         places, joints, axes, references = self._hinges
         near = self._near.copy()
         if places:
-            # Behind the three of its place.
+            # Angular axes follow the three linear ones.
             angles = self.simulation.joint_angles[joints, [axis - 3 for axis in axes]]
             near[places] = angles + references
         q, v = self.coordinates(self.simulation.states, near)
@@ -237,7 +245,10 @@ class Robot(CoreRobot):
 
     @property
     def q(self) -> "Floats":
-        """The coordinates now, (Q,): angles of hinges with all their turns, as the simulation and motors count them."""
+        """Current coordinates, (Q,).
+
+        Hinge angles include full turns, as in the simulation and its motors.
+        """
         return self._now()[0]
 
     @q.setter
@@ -246,7 +257,7 @@ class Robot(CoreRobot):
 
     @property
     def v(self) -> "Floats":
-        """The rates now, (V,)."""
+        """Current rates, (V,)."""
         return self._now()[1]
 
     @v.setter
@@ -254,10 +265,11 @@ class Robot(CoreRobot):
         self.set(self.q, v)
 
     def set(self, q: Any, v: Any = None) -> None:
-        """Puts the robot at coordinates and rates, at rest without these.
+        """Sets coordinates and rates. Without ``v`` the robot is at rest.
 
-        Of angles the turns that the simulation has counted are those nearest to where it was: a hinge that is put elsewhere goes
-        no whole turn there."""
+        The simulation then counts the turns of hinges from the angles nearest to the previous
+        ones.
+        """
         positions, rates = self.counts
         q = numbers("q", q, (positions,))
         v = numbers("v", [0.0] * rates if v is None else v, (rates,))
@@ -266,19 +278,22 @@ class Robot(CoreRobot):
 
     @property
     def links_now(self) -> Links:
-        """How its links move now."""
+        """Current motion of its links."""
         return Links(*self.moving(self.simulation.states))
 
     def kinematics(self, q: Any, v: Any = None) -> Links:
-        """How its links move at other coordinates and rates."""
+        """Motion of its links at other coordinates and rates."""
         return Links(*self.forward(*self._given(q, v)))
 
     def mass_matrix(self, q: Any = None) -> "Floats":
-        """The mass matrix (V, V) at coordinates, or now, with what armatures add."""
+        """Mass matrix (V, V) including armatures, at coordinates ``q`` or the current ones."""
         return self.masses(self._given(q, None)[0])
 
     def bias_forces(self, q: Any = None, v: Any = None) -> "Floats":
-        """What M dv/dt lacks of the forces along the rates, (V,): gravity, and what the rates alone take."""
+        """Bias forces (V,) of the equation of motion, including gravity.
+
+        M dv/dt equals the applied generalised forces minus these.
+        """
         if q is None and v is None:
             return self.biases(*self._now())
         return self.biases(*self._given(q, v))
@@ -286,13 +301,15 @@ class Robot(CoreRobot):
     def jacobian(
         self, link: Union[int, str], point: Any = (0.0, 0.0, 0.0), q: Any = None
     ) -> Tuple["Floats", "Floats"]:
-        """The Jacobians (3, V) of the place of a point of a link (m, frame of the link), and of the link's
-        turn."""
+        """Jacobians (3, V) of a point's position and of its link's rotation.
+
+        ``point`` is in the link frame, m.
+        """
         x, y, z = (float(x) for x in numbers("point", point, (3,)))
         return self.jacobians(self.link(link), [x, y, z], self._given(q, None)[0])
 
     def link(self, name: Union[int, str]) -> int:
-        """The number of a link."""
+        """Index of a link."""
         links = self.links
         if isinstance(name, str):
             if name not in links:
@@ -307,8 +324,10 @@ class Robot(CoreRobot):
 
     @property
     def controls(self) -> "Floats":
-        """The controls of its actuators, (A,), in the order of the file. Set, they drive their joints as the
-        file says, and as nothing that was set before."""
+        """Controls of its actuators, (A,), in the order of the file.
+
+        Setting them replaces all other motors of the actuated joints by the file's actuators.
+        """
         return self._controls
 
     @controls.setter
@@ -319,8 +338,10 @@ class Robot(CoreRobot):
 
     @property
     def sites(self) -> Dict[str, Tuple[str, List[float], List[float]]]:
-        """The sites of an MJCF file by their names: the link, the point there (m), and the attitude (w, x, y, z), so that
-        ``robot.imu(*robot.sites["imu"])`` reads what is there."""
+        """Sites of an MJCF file by name: link, point (m) and attitude (w, x, y, z).
+
+        ``robot.imu(*robot.sites["imu"])`` reads the sensors at a site.
+        """
         links = self.links
         return {name: (links[link], point, attitude) for name, (link, point, attitude) in self.site_list}
 
@@ -332,8 +353,10 @@ class Robot(CoreRobot):
         *,
         states: Any = None,
     ) -> Site:
-        """How a site moves: a frame at a point of a link (m) with an attitude there (w, x, y, z), now, or where the
-        bodies of the scene are at ``states`` (N, 13)."""
+        """Motion of a site: a frame at a point of a link (m) with an attitude (w, x, y, z).
+
+        It is the current motion, or the motion for the scene's body states ``states`` (N, 13).
+        """
         states = self.simulation.states if states is None else self._states("states", states)
         return Site(*self.site_motion(self._site(link, point, attitude), states))
 
@@ -346,9 +369,14 @@ class Robot(CoreRobot):
         before: Any = None,
         after: Any = None,
     ) -> Inertial:
-        """What gyroscope and accelerometer of a site read of the last step, or of one from the states ``before`` to those ``after``,
-        (N, 13) each, as ``run.states[k]`` and ``run.states[k + 1]``: in a step contacts act as impulses, so that the acceleration is what it did to
-        the velocity of the site, over h. Of the first step after velocities were set it lacks half of what turning makes."""
+        """Readings of a gyroscope and an accelerometer at a site over a step.
+
+        The step is the last one, or the one from the states ``before`` to ``after``, (N, 13)
+        each, such as ``run.states[k]`` and ``run.states[k + 1]``. Contacts act as impulses
+        within a step. The acceleration is therefore the change of the site's velocity over the
+        step, divided by h. In the first step after velocities were set, half of the rotational
+        part is missing.
+        """
         if (before is None) != (after is None):
             raise TumbleError("before and after: the states of both are needed, or none")
         if before is None:
@@ -367,8 +395,11 @@ class Robot(CoreRobot):
         point: Any = None,
         radius: Optional[float] = None,
     ) -> float:
-        """The sum of the normal forces of the last step on a link, N, and on what is fixed to it: of contacts with ``partner`` alone (a body of the
-        scene, "ground", or what is fixed), and no farther than ``radius`` from ``point`` (m, frame of the link), where these are given."""
+        """Sum of the normal forces of the last step on a link and on links fixed to it, N.
+
+        ``partner`` selects contacts with one partner: a body of the scene, "ground", or a fixed
+        piece. ``radius`` selects contacts within this distance of ``point`` (m, link frame).
+        """
         if (point is None) != (radius is None):
             raise TumbleError("point and radius: both are needed, or none")
         within = None
@@ -381,9 +412,12 @@ class Robot(CoreRobot):
         return self.simulation.touched(self, self.link(link), partner, within)
 
     def to_pandas(self, run: "Trajectory") -> "pd.DataFrame":
-        """The coordinates and rates of a run of its scene, a row a state: k, time_s, of each slide and hinge its name
-        (m or rad, with all turns of the run) and ``NAME.rate``, of free joints and balls ``NAME.x`` to ``NAME.qz`` and the rates
-        ``NAME.vx`` to ``NAME.wz``."""
+        """Coordinates and rates of a run of its scene, one row per state.
+
+        Columns are k, time_s, and for every slide and hinge NAME (m or rad, including full
+        turns of the run) and ``NAME.rate``. Free joints and balls have ``NAME.x`` to
+        ``NAME.qz``, and the rates ``NAME.vx`` to ``NAME.wz``.
+        """
         import numpy as np
         import pandas as pd
 
@@ -414,8 +448,11 @@ class Robot(CoreRobot):
 
     @property
     def contact_forces(self) -> Dict[Tuple[str, str], "Floats"]:
-        """The forces of the last step's contacts, (3,), N, world, by pairs of bodies of the scene: on the
-        first, that of this robot, from the second, or "ground" or what is fixed."""
+        """Contact forces of the last step, (3,), N, world, by pairs of names.
+
+        The force acts on the first body of the pair, which belongs to this robot. The second
+        name is a body of the scene, "ground" or a fixed piece.
+        """
         import numpy as np
 
         scene, contacts = self.simulation.scene, self.simulation.contacts

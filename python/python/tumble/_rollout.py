@@ -1,4 +1,4 @@
-"""Many runs at once."""
+"""Parallel rollouts."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Unsolved(NamedTuple):
-    """A step without an answer that counts."""
+    """A step that failed or is wild."""
 
     rollout: int
     step: int
@@ -35,35 +35,41 @@ class Unsolved(NamedTuple):
 
 class _Outputs(NamedTuple):
     states: "Floats"
-    """The states after each step: (B, T, N, 13), each as in Trajectory.states."""
+    """States after each step: (B, T, N, 13), in the form of Trajectory.states."""
     forces: "Floats"
-    """The sum of the contact forces on each body over each step, N, world: (B, T, N, 3)."""
+    """Sum of the contact forces on each body over each step, N, world: (B, T, N, 3)."""
     residuals: "Floats"
-    """The certificate of each step, m/s: (B, T)."""
+    """Certified residual of each step, m/s: (B, T)."""
     status: "npt.NDArray[np.uint8]"
-    """How each step ended, an index of tumble.STATUSES: (B, T)."""
+    """Status of each step as an index into tumble.STATUSES: (B, T)."""
     unsolved: List[Unsolved]
-    """The steps that failed or were wild, in the order of rollouts and steps."""
+    """Steps that failed or are wild, sorted by rollout and step."""
     tempered: List[int]
-    """Of each rollout, the steps that took a part of their restitution alone, because the whole
-    would have made energy."""
+    """Number of steps of each rollout that applied only part of their restitution.
+
+    Full restitution would have created energy in these steps.
+    """
     counts: Dict[str, int]
-    """How many steps ended in each way."""
+    """Number of steps with each status."""
 
 
 class Rollouts(_Outputs):
-    """What came of B rollouts of T steps of N bodies. Arrays are numpy's, in C order: torch and jax
-    take them without a copy (``torch.from_dlpack``, ``jax.dlpack.from_dlpack``)."""
+    """Results of B rollouts of T steps of N bodies.
+
+    Arrays are numpy's in C order. torch and jax take them without a copy
+    (``torch.from_dlpack``, ``jax.dlpack.from_dlpack``).
+    """
 
     gradients: Optional[RolloutDerivatives] = None
-    """The derivatives that were asked for."""
+    """Requested derivatives."""
     _batch: "Batch"
 
     def trajectory(self, index: int) -> "Trajectory":
-        """One rollout as a trajectory, with its contacts: it is simulated again, to the same bits.
+        """One rollout as a trajectory with its contacts. It is simulated again, to the same bits.
 
-        :raises TumbleError: for a rollout that is not there, and where the rollouts had each its own
-            mass, inertia, gravity or another constant that no keyword of a scene sets.
+        :raises TumbleError: for an invalid index, for rollouts with motors or joint_forces, and if
+            the rollouts differ in mass, inertia, gravity or another constant that no keyword of a
+            scene sets.
         """
         rollouts, steps = self.status.shape
         index = whole("index", index, 0, rollouts - 1)
@@ -107,37 +113,42 @@ def rollout(
 ) -> Rollouts:
     """Simulates a scene of N bodies B times over T steps, on all cores.
 
-    The numbers are those of a loop over simulations, to the last bit, on any number of threads.
+    The numbers equal those of a loop over simulations to the last bit, on any number of threads.
 
-    :param initial_states: (B, N, 13), (1, N, 13) for the same start, or None for the scene's; of
+    :param initial_states: (B, N, 13), (1, N, 13) for a shared start, or None for the scene's; for
         one body also (B, 13). Position m, quaternion w x y z, velocity m/s (world), spin rad/s
         (body).
-    :param controls: (B, T, N, 6) or (1, T, N, 6); of one body also (B, T, 6) or (1, T, 6): force
-        (N, world) and torque (N m, body) in each step, besides gravity and the scene's loads.
-    :param motors: (B, T, M) or (1, T, M): what each motor of ``scene.motor_axes``, and after these each of
-        ``scene.motor_gears``, holds or pulls to in each step, in place of its target.
-    :param joint_forces: (B, T, D) or (1, T, D): a force (N or N m) along each axis of
-        ``scene.driven_axes`` in each step, besides its drive.
-    :param steps: T, where nothing of each step says it.
-    :param parameters: constants that the rollouts have each its own of: ``friction`` (B,),
-        ``restitution`` (B,), ``mass`` (B, N) in kg (the inertia goes with it unless it is given), ``inertia``
-        (B, N, 3, 3) in kg m², ``gravity`` (B, 3) in m/s², ``time_step`` (B,) in s; of coefficients that bodies, fixed
-        pieces and pairs have of their own ``body_friction``, ``body_restitution``, ``fixed_friction``,
-        ``pair_friction`` and ``pair_restitution`` (B, as many as the scene gives), in the scene's order, pairs by
-        their bodies; of joints ``joint_friction``,
-        ``joint_stiffness``, ``joint_rest``, ``joint_damping``, ``joint_force`` and ``armature`` (B, D),
-        ``joint_limits`` (B, L, 2) of the axes that have limits, ``motor_target``, ``motor_stiffness``,
-        ``motor_damping`` and ``motor_most`` (B, M), ``anchor`` (B, J, 2, 3), ``gear_ratio`` and ``gear_offset`` (B, G).
-    :param threads: at most so many; all cores without.
-    :param out: arrays to write to, by name: ``states``, ``forces``, ``residuals``, ``status``.
-    :param gradients: the derivatives of a number that each rollout decides by its states after each step,
-        (B, T, N, 12) or (1, T, N, 12), or by those at its end, (B, N, 12) or (1, N, 12); or a function that makes them of
-        ``states``, (B, T, N, 13). What comes of it is ``Rollouts.gradients``: the derivatives by the initial states, by
-        controls and by constants, one pass backwards through each rollout.
-    :param by: the constants to differentiate by; without, those of ``parameters`` that have derivatives.
-    :param compliance: smoothed derivatives of the exact rollouts' steps, as of ``Scene.jacobian``.
-    :param central_path: the same, smoothed by the central path.
-    :param progress: called with steps done and all steps; True writes them to stderr.
+    :param controls: (B, T, N, 6) or (1, T, N, 6); for one body also (B, T, 6) or (1, T, 6): force
+        (N, world) and torque (N m, body) in each step, added to gravity and the scene's loads.
+    :param motors: (B, T, M) or (1, T, M): target of each motor in each step, first those of
+        ``scene.motor_axes``, then those of ``scene.motor_gears``.
+    :param joint_forces: (B, T, D) or (1, T, D): force (N or N m) along each axis of
+        ``scene.driven_axes`` in each step, added to its drive.
+    :param steps: T, required if no array has a step axis.
+    :param parameters: constants that differ between the rollouts, as arrays by name. Coefficients
+        of bodies, fixed pieces and pairs have the scene's order; pairs are sorted by their bodies.
+
+        - ``friction`` (B,), ``restitution`` (B,);
+        - ``mass`` (B, N) in kg, which scales the inertia unless that is also set;
+        - ``inertia`` (B, N, 3, 3) in kg m², ``gravity`` (B, 3) in m/s², ``time_step`` (B,) in s;
+        - ``body_friction``, ``body_restitution``, ``fixed_friction``, ``pair_friction``,
+          ``pair_restitution``: (B, number of coefficients in the scene);
+        - ``joint_friction``, ``joint_stiffness``, ``joint_rest``, ``joint_damping``,
+          ``joint_force`` and ``armature`` (B, D);
+        - ``joint_limits`` (B, L, 2) of the axes that have limits;
+        - ``motor_target``, ``motor_stiffness``, ``motor_damping``, ``motor_most`` (B, M);
+        - ``anchor`` (B, J, 2, 3), ``gear_ratio`` and ``gear_offset`` (B, G).
+    :param threads: largest number of threads; None uses all cores.
+    :param out: output arrays by name: ``states``, ``forces``, ``residuals``, ``status``.
+    :param gradients: derivatives of a scalar loss of each rollout with respect to its states after
+        each step, (B, T, N, 12) or (1, T, N, 12), or to its end states, (B, N, 12) or (1, N, 12).
+        A function computes them from ``states``, (B, T, N, 13). ``Rollouts.gradients`` then holds
+        the derivatives with respect to initial states, controls and constants. One reverse pass
+        per rollout computes them.
+    :param by: constants to differentiate; default are the differentiable ones of ``parameters``.
+    :param compliance: smooths the derivatives of the exact rollouts' steps, see ``Scene.jacobian``.
+    :param central_path: smooths them by the central path.
+    :param progress: callback for steps done and all steps; True writes them to stderr.
     :raises MemoryError: for arrays of more bytes than the machine has.
     :raises TumbleError: for arrays of a wrong shape or dtype or with NaN, by name, and for the
         first rollout that cannot be simulated, by its index.
@@ -199,7 +210,7 @@ def rollout(
 
 
 class Batch(NamedTuple):
-    """What B rollouts are made of: arrays of as many rollouts as there are, or of one."""
+    """Input of B rollouts: arrays for B rollouts, or for one shared by all."""
 
     scene: Scene
     rollouts: int
@@ -211,12 +222,12 @@ class Batch(NamedTuple):
     values: List[Tuple[str, "Floats"]]
 
     def inputs(self) -> Any:
-        """In the order of the compiled module."""
+        """Input in the order of the compiled module."""
         scene, rollouts, length, *arrays = self
         return (scene, rollouts, length, *arrays)
 
     def arrays(self) -> Dict[str, "Floats"]:
-        """All of them by name."""
+        """Arrays by name."""
         given = {"controls": self.controls, "motors": self.motors, "joint_forces": self.joint_forces}
         return {
             **{f"parameters[{name!r}]": value for name, value in self.values},
@@ -231,7 +242,7 @@ class Batch(NamedTuple):
         threads: Optional[int],
         smoothing: Optional[Tuple[str, float]] = None,
     ) -> RolloutDerivatives:
-        """The derivatives where those by the states are ``duals``."""
+        """Derivatives for the derivatives ``duals`` with respect to states."""
         import numpy as np
 
         bodies = len(self.scene.bodies)
@@ -267,7 +278,7 @@ def batch_of(
     steps: Optional[int],
     parameters: Optional[Mapping[str, Any]],
 ) -> Batch:
-    """A batch of what a caller gave, if it is one."""
+    """Checks the arguments of a rollout and creates its batch."""
     scene = made("scene", scene, Scene)
     if parameters is not None and not isinstance(parameters, Mapping):
         raise TypeError(

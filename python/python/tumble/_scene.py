@@ -1,4 +1,4 @@
-"""Scenes: from files, or built in code."""
+"""Scenes from files or built in code."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ._trajectory import Trajectory
 
 Fields = Mapping[str, Any]
-"""A table of a scenario file: its fields are those of scenarios/README.md."""
+"""Table of a scenario file; scenarios/README.md has its fields."""
 
 _LARGEST_FILE = 4 << 20
 _LARGEST_ROBOT = 16 << 20
@@ -30,26 +30,28 @@ _SEED = re.compile(r"^\s*\"?seed\"?\s*=", re.MULTILINE)
 
 
 class Scene(CoreScene):
-    """What is simulated: N bodies, what they can touch, where they start, who solves the steps.
+    """Bodies, their surroundings, their start and the solver.
 
-    Built in code of the tables that a scenario file has, as dictionaries::
+    A scene is built from the tables of a scenario file, as dictionaries::
 
         Scene(
             bodies=[{"box": 0.2, "mass": 1.0, "position": [0, 0, 0.1], "velocity": [1, 0, 0]}],
             ground={"friction": 0.3},
         )
 
-    Lengths in m, masses in kg, times in s, gravity in m/s² (a number downwards, or three in the
-    world's frame). ``start_index`` is k of the start, whose time is k time steps. Positions and velocities are in the world's frame, spins (rad/s) and inertias
-    (kg m², about the centre of mass) in the body's; attitudes are unit quaternions w, x, y, z, from
-    body to world. ``rotation`` is the equation by which a step turns its bodies, "momentum" or
-    "tutorial" (scenarios/README.md). Raises TumbleError for what cannot be simulated.
+    Lengths are in m, masses in kg, times in s. Gravity is in m/s²: a number downwards, or a vector
+    in the world frame. ``start_index`` is the step k of the start, at time k times the time step.
 
-    ``jacobian`` and ``vjp`` are its derivatives.
+    Positions and velocities are in the world frame. Spins (rad/s) and inertias (kg m², about the
+    centre of mass) are in the body frame. Attitudes are unit quaternions w, x, y, z from body to
+    world. ``rotation`` selects the discretisation of the rotation, "momentum" or "tutorial"
+    (scenarios/README.md). Raises TumbleError for an invalid scene.
+
+    ``jacobian`` and ``vjp`` compute derivatives.
     """
 
     _source: Tuple[str, str, Dict[str, Any]]
-    """Text, path and settings that it was made of."""
+    """Text, path and settings of the scene."""
 
     def __new__(
         cls,
@@ -124,10 +126,10 @@ class Scene(CoreScene):
         point_contacts: Optional[bool] = None,
         model: Optional[str] = None,
     ) -> "Scene":
-        """The scene of a scenario's text; ``path`` names it, and its meshes are beside it.
+        """Parses a scenario's text. ``path`` is its name, and meshes are relative to it.
 
-        ``model`` is of scenes that are told by a simulation whose bodies have changed: see
-        Simulation.scene."""
+        ``model`` is used by a simulation whose bodies have changed: see Simulation.scene.
+        """
         first = None if start_index is None else whole("start_index", start_index, 0, _LARGEST_START)
         settings: Dict[str, Any] = {
             "seed": None if seed is None else whole("seed", seed, 0, _LARGEST_SEED),
@@ -149,15 +151,15 @@ class Scene(CoreScene):
         return scene
 
     def __reduce__(self) -> Any:
-        """A scene goes to another process as its text."""
+        """Pickles a scene as its text."""
         return _made, self._source
 
     def save(self, path: Union[str, "os.PathLike[str]"]) -> Path:
-        """Writes the scene as a scenario file, which load and the command line read.
+        """Writes the scene as a scenario file for load and the command line.
 
-        What keywords have changed in a file is in no text: such a scene is refused, but for the
-        seed of one that names none. Files of meshes and robots are looked for beside ``path``: a
-        scene whose files are not there is refused.
+        Keywords that override a file are not part of its text. A scene with them is refused,
+        except for a seed that the text does not have. Files of meshes and robots must exist
+        relative to ``path``.
         """
         text, _, settings = self._source
         given = {name: value for name, value in settings.items() if value is not None}
@@ -168,7 +170,7 @@ class Scene(CoreScene):
             )
         seed = given.pop("seed", None)
         if seed is not None:
-            # A text that has a seed already would have two.
+            # A second seed would make the text invalid.
             given = {"seed": seed, **given} if _SEED.search(text) else given
             text = f"seed = {seed}\n{text}"
         if given:
@@ -180,15 +182,18 @@ class Scene(CoreScene):
         return written(Path(path), text.encode())
 
     def _with_model(self, model: str, index: int) -> "Scene":
-        """The scene with the bodies of the model of a simulation at step ``index``."""
+        """Scene with the bodies of a simulation's model at step ``index``."""
         text, path, settings = self._source
         return Scene.from_text(text, path, **{**settings, "start_index": index, "model": model})
 
     def simulate(
         self, states: Any = None, *, threads: int = 1, index: Optional[int] = None
     ) -> "Simulation":
-        """A simulation from the scene's start, or from ``states`` (N, 13), at step ``index`` or else the
-        scene's ``start_index``, on at most ``threads`` threads: see Simulation."""
+        """Creates a simulation from the scene's start, or from ``states`` (N, 13).
+
+        It begins at step ``index``, by default ``start_index``, and uses at most ``threads``
+        threads: see Simulation.
+        """
         from ._simulation import Simulation
 
         return Simulation(self, states, threads=threads, index=index)
@@ -196,7 +201,7 @@ class Scene(CoreScene):
     def run(
         self, steps: Optional[int] = None, *, threads: int = 1, **keywords: Any
     ) -> "Trajectory":
-        """A whole run of the scene, or its first ``steps``: see Simulation and Simulation.run."""
+        """Runs the whole scene, or its first ``steps`` steps: see Simulation and Simulation.run."""
         simulation = self.simulate(threads=threads)
         return simulation.run(self.steps if steps is None else steps, **keywords)
 
@@ -209,11 +214,17 @@ class Scene(CoreScene):
         compliance: Optional[float] = None,
         central_path: Optional[float] = None,
     ) -> "Derivatives":
-        """The derivative of one step from ``states`` (N, 13; the scene's start without) under ``wrenches`` (N, 6):
-        ``["states"]`` (N, 12, N, 12), ``["wrenches"]`` (N, 12, N, 6), and those by the constants named in
-        ``by``, such as "friction" or "mass". With a ``compliance`` (1e-9 to 1) it is that of a step in which contacts give way,
-        with a ``central_path`` (1e-6 to 10 m/s) of one on the central path of an interior point, whose products of force and gap are its
-        square: a direction for a search where the exact derivative is zero. See Derivatives."""
+        """Derivative of one step from ``states`` (N, 13), by default the scene's start.
+
+        ``wrenches`` (N, 6) act in the step. The result has ``["states"]`` (N, 12, N, 12),
+        ``["wrenches"]`` (N, 12, N, 6), and the derivatives by the constants named in ``by``,
+        such as "friction" or "mass".
+
+        Smoothing yields a search direction where the exact derivative is zero. ``compliance``
+        (1e-9 to 1) differentiates a step with compliant contacts. ``central_path`` (1e-6 to 10
+        m/s) differentiates a step on the central path of an interior-point method, whose
+        complementarity products equal its square. See Derivatives.
+        """
         from ._gradients import jacobian
 
         return jacobian(self, states, wrenches, by=by, compliance=compliance, central_path=central_path)
@@ -229,10 +240,13 @@ class Scene(CoreScene):
         compliance: Optional[float] = None,
         central_path: Optional[float] = None,
     ) -> "Derivatives":
-        """The derivatives of one number by what a run of ``steps`` began with, where ``cotangents`` (N, 12) are its
-        derivatives by the states at the end: ``["states"]`` (N, 12), ``["controls"]`` (T, N, 6), and those by
-        the constants named in ``by``. With a ``compliance`` or a ``central_path`` the derivatives of the steps are smoothed, the run is the exact
-        one. See Derivatives."""
+        """Derivatives of a scalar loss of a run with ``steps`` steps.
+
+        ``cotangents`` (N, 12) are the loss derivatives with respect to the end states. The
+        result has ``["states"]`` (N, 12), ``["controls"]`` (T, N, 6), and the derivatives by
+        the constants named in ``by``. ``compliance`` or ``central_path`` smooth the derivatives
+        of the steps; the run stays exact. See Derivatives.
+        """
         from ._gradients import vjp
 
         smoothing = {"compliance": compliance, "central_path": central_path}
@@ -260,16 +274,27 @@ def load(
     leave_out: Optional[Iterable[str]] = None,
     point_contacts: Optional[bool] = None,
 ) -> Scene:
-    """Reads a scenario file (TOML; scenarios/README.md has every field), or a robot's, URDF or MJCF: a
-    scene of its own, upon level ground where the file has none.
+    """Reads a scenario file (TOML), or a robot's URDF or MJCF file.
 
-    ``seed``, ``steps``, ``start_index`` (k of the start), ``time_step`` (s), ``rotation`` ("momentum" or "tutorial", by which equation
-    bodies turn), ``friction``, ``restitution``, ``solver`` ("native", or "ipopt" where
-    tumble.has_ipopt) and ``residual`` (to which the native solver solves a step, m/s, 1e-9 to 1e-2) go before
-    what the file says. Of the two solvers, "native" is taken
-    where nothing is said, and 1e-9 as residual. Of a robot's file: ``packages`` is the folder in which ``package://name/rest`` is
-    ``name/rest`` (without it, the first folder that has it, from that of the file upwards), ``leave_out`` names what of it is as if it were
-    not there (["tendon", "body:goal", "@condim"]), and ``point_contacts`` has contacts of condim 4 and 6 rub alone. Raises OSError where the file cannot be read, TumbleError where it is no scene.
+    scenarios/README.md describes every field. A robot becomes a scene on level ground, unless
+    its file has a ground. Keywords override the file:
+
+    - ``seed``, ``steps``, ``friction``, ``restitution``;
+    - ``start_index``: step k of the start;
+    - ``time_step`` (s);
+    - ``rotation``: discretisation of the rotation, "momentum" or "tutorial";
+    - ``solver``: "native" (default), or "ipopt" if tumble.has_ipopt;
+    - ``residual``: tolerance of the native solver, m/s, 1e-9 (default) to 1e-2.
+
+    For a robot's file:
+
+    - ``packages``: folder of the files ``package://name/rest``, as ``name/rest``. The default
+      is the first folder that has the file, from the robot's folder upwards;
+    - ``leave_out``: elements and attributes to ignore (["tendon", "body:goal", "@condim"]);
+    - ``point_contacts``: True replaces the torsional and rolling friction of condim 4 and 6
+      by sliding friction.
+
+    Raises OSError for an unreadable file, and TumbleError for an invalid scene.
     """
     path = os.fsdecode(path)
     most = _LARGEST_ROBOT if path.endswith((".urdf", ".xml")) else _LARGEST_FILE
@@ -336,10 +361,10 @@ spin = [2.0, 4.0, 6.0]
 
 
 def drop(seed: int = 42, *, solver: Optional[str] = None) -> Scene:
-    """The tutorial's scene: a cube of 2 m and 10 kg, its attitude drawn from ``seed``, thrown."""
+    """The tutorial's scene: a thrown cube of 2 m and 10 kg, its attitude random from ``seed``."""
     return Scene.from_text(_DROP, "drop", seed=seed, solver=solver)
 
 
 def floating() -> Scene:
-    """The tutorial's other scene: the cube floats, without gravity or ground."""
+    """The tutorial's second scene: the cube floats, without gravity or ground."""
     return Scene.from_text(_FLOATING, "floating")

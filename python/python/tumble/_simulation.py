@@ -25,50 +25,51 @@ _MOST_STEPS = 2**53 - 1
 
 
 _AXES = {0: "x", 1: "y", 2: "slide", 3: "turn_x", 4: "turn_y", 5: "turn"}
-"""What the axes of joints are called that drives act on."""
+"""Names of the joint axes with drives."""
 
 
 class Step(NamedTuple):
-    """How a step ended."""
+    """Result of a step."""
 
     status: str
-    """One of tumble.STATUSES; a step of status "failed" has no answer that counts."""
+    """Status from tumble.STATUSES. A step with the status "failed" did not converge."""
     residual: float
-    """By how much it misses the exact laws, m/s: its certificate."""
+    """Certified residual of the step in the exact laws, m/s."""
     iterations: int
     """Iterations of the solver."""
 
     @property
     def ok(self) -> bool:
-        """Whether the step was solved."""
+        """True if the step converged to a physical solution."""
         return self.status not in ("failed", "wild")
 
 
 class Simulation(CoreSimulation):
-    """A running simulation of a scene of N bodies, from its start or from ``states`` (N, 13).
+    """Running simulation of a scene of N bodies, from its start or from ``states`` (N, 13).
 
-    It starts at step ``index``, without one at the scene's ``start_index``: its time is that many time steps, and
-    loads are those of the times from there on.
+    It starts at step ``index``, by default the scene's ``start_index``. Its time is ``index``
+    time steps, and loads depend on this time.
 
     A state is x, y, z (m, world), the quaternion w, x, y, z (body to world), the velocity (m/s,
-    world) and the spin (rad/s, body). Of a single body (13,) will do.
+    world) and the spin (rad/s, body). A single body also accepts the shape (13,).
 
-    The native solver solves islands, bodies that touch each other, on at most ``threads`` threads at
-    the same time; the numbers are the same on any number. Ipopt has one. A process that was forked
-    has none of them, and goes on on one.
+    The native solver solves islands, groups of touching bodies, in parallel on at most
+    ``threads`` threads. The results do not depend on their number. Ipopt uses one thread. A
+    forked process continues on one thread.
 
-    One thread at a time may use it: while it runs, another one raises TumbleError. Each thread needs a copy of its own.
+    One thread at a time may use a simulation; other threads raise TumbleError meanwhile. Copy
+    it for each thread.
 
-    It can be pickled and copied: what comes of it goes on with the same numbers, to the last bit.
+    Pickles and copies continue with the same results, to the last bit.
     """
 
-    # A name that is mistyped is refused.
+    # Slots refuse mistyped names.
     __slots__ = ("_scene", "_threads", "_changed", "_robots", "__weakref__")
 
     _scene: Scene
     _threads: int
     _changed: bool
-    """Whether bodies came or went since the scene was told."""
+    """True if bodies were added or removed since the scene was created."""
     _robots: Dict[str, Robot]
 
     def __new__(
@@ -96,7 +97,7 @@ class Simulation(CoreSimulation):
         self = super().__new__(cls, scene, None, threads, None, saved)
         self._begin(scene, threads)
         kept = json.loads(self.kept_besides() or "{}")
-        # What a robot of another name kept is of nobody here.
+        # Data of a robot with another name is ignored.
         for name in kept.keys() & self.robots.keys():
             self.robots[name]._keep(kept[name])
         return self
@@ -105,11 +106,10 @@ class Simulation(CoreSimulation):
     def restore(
         cls, scene: Scene, path: Union[str, "os.PathLike[str]"], *, threads: int = 1
     ) -> "Simulation":
-        """The simulation of ``scene`` that goes on from the file ``path``, which save wrote, or the
-        command line as state.bin.
+        """Restores a simulation of ``scene`` from a file of save or a state.bin.
 
-        Raises OSError where the file cannot be read, TumbleError where it is no state, is damaged, or
-        is one of another scene.
+        The command line writes state.bin. Raises OSError for an unreadable file. Raises
+        TumbleError for a file that is not a state, is damaged or belongs to another scene.
         """
         with open(path, "rb") as stream:
             content = stream.read()
@@ -119,40 +119,44 @@ class Simulation(CoreSimulation):
             raise TumbleError(f"{os.fspath(path)}: {error}") from None
 
     def save(self, path: Union[str, "os.PathLike[str]"]) -> Path:
-        """Writes where the simulation is: index, states, forces, wrenches, and what detection and
-        solver remember; of robots the turns of their joints, their targets and gains. The scene is not in it: see
-        restore."""
+        """Writes the simulation's state to a file.
+
+        It has index, body states, forces, wrenches, and the memory of detection and solver.
+        It includes turns of joints, targets and gains of robots, but not the scene: see
+        restore.
+        """
         return written(Path(path), self.saved())
 
     def saved(self) -> bytes:
-        """What save writes."""
+        """Content of the file of save."""
         return self.saved_with(json.dumps({name: robot._kept for name, robot in self._robots.items()}))
 
     def __reduce__(self) -> Any:
-        """A simulation goes to another process as its scene and its state."""
+        """Pickles a simulation as its scene and its state."""
         return type(self)._restored, (self.scene, self._threads, self.saved())
 
     def __copy__(self) -> "Simulation":
         return type(self)._restored(self.scene, self._threads, self.saved())
 
     def __deepcopy__(self, memo: Any) -> "Simulation":
-        # A scene never changes.
+        # Scenes are immutable.
         return self.__copy__()
 
     def set_state(self, body: Union[int, str], state: Any) -> None:
-        """Sets the state (13,) of a body, by its index or its name, as if it had come to be there.
+        """Sets the state (13,) of a body, by its index or its name.
 
-        Checked as a start is; the last step's forces stay what the next one starts from. Assign to
-        ``states`` to set those of all bodies at once.
+        The state is checked like a start. The next step still warm-starts from the last forces.
+        Assign to ``states`` to set all bodies at once.
         """
         self.exchange(self._index(body), numbers("state", state, (13,)))
 
     def add_body(self, body: Mapping[str, Any]) -> str:
-        """Adds a body, which has the fields of a table ``[[bodies]]``, as the last one, and returns its name: the
-        one that is given, or the first free ``body-…``.
+        """Adds a body as the last one, and returns its name.
 
-        It starts where its fields say, now, and must fit there as at a start. All that ties or pushes the
-        others stays as it was, as do their forces; coefficients between pairs are the world's and its own.
+        ``body`` has the fields of a ``[[bodies]]`` table. The name is the field ``name``, or
+        the first free ``body-…``. The body starts where its fields say, and must fit there as
+        at a start. Joints, loads and forces of other bodies stay unchanged. Coefficients
+        between pairs are the world's and its own.
         """
         if not isinstance(body, Mapping):
             raise TumbleError(f"body is {body!r}; a dictionary is needed")
@@ -161,20 +165,26 @@ class Simulation(CoreSimulation):
         return name
 
     def remove_body(self, body: Union[int, str], *, joints: bool = False) -> None:
-        """Takes a body out, by its index or its name, with all forces on it; bodies after it move up by one.
+        """Removes a body, by its index or its name, with all forces on it.
 
-        One that joints tie is refused, unless ``joints`` says that they go too."""
+        Later bodies move up by one index. A body with joints is refused unless ``joints`` is
+        True, which also removes these joints.
+        """
         self.leave(self._index(body), joints)
         self._changed = True
 
     def hold(self, body: Union[int, str]) -> None:
-        """Holds a body, by its index or its name, at rest where it is: nothing pushes it, it touches
-        nothing and costs nothing, until it is released."""
+        """Fixes a body, by its index or its name, at its pose until it is released.
+
+        A fixed body has no loads, no contacts and no computational cost.
+        """
         self.keep(self._index(body), True)
 
     def release(self, body: Union[int, str]) -> None:
-        """Lets a body go that is held, from rest. Raises TumbleError where it is too deep in another one
-        by now."""
+        """Releases a fixed body from rest.
+
+        Raises TumbleError if it penetrates another body too deeply.
+        """
         self.keep(self._index(body), False)
 
     def _index(self, body: Union[int, str]) -> int:
@@ -188,7 +198,7 @@ class Simulation(CoreSimulation):
 
     @property
     def states(self) -> Any:
-        """The states now: (N, 13)."""
+        """Current states: (N, 13)."""
         return super().states
 
     @states.setter
@@ -197,10 +207,11 @@ class Simulation(CoreSimulation):
 
     @property
     def scene(self) -> Scene:
-        """What is simulated.
+        """Scene of the simulation.
 
-        After bodies came or went it is a scene of those that there are, which start where they were when it
-        was first asked for."""
+        After a body was added or removed, this is a new scene of the current bodies. It starts
+        from their states at the first access after the change.
+        """
         if self._changed:
             self._scene = self._scene._with_model(self.told(), self.index)
             self._changed = False
@@ -209,9 +220,9 @@ class Simulation(CoreSimulation):
     def step(self, wrenches: Any = None) -> Step:
         """Takes one step.
 
-        ``wrenches`` (N, 6), of one body also (6,), push the bodies in it besides gravity and the
-        scene's loads: force in N, world frame, at the centre of mass; torque in N m, body frame.
-        Given once they stay until others are.
+        ``wrenches`` (N, 6), for one body also (6,), are added to gravity and the scene's
+        loads. A wrench is a force (N, world frame) at the centre of mass and a torque (N m,
+        body frame). It stays in effect until a new one is set.
         """
         if wrenches is not None:
             bodies = len(self.bodies)
@@ -229,12 +240,12 @@ class Simulation(CoreSimulation):
     ) -> Trajectory:
         """Takes ``steps`` steps and records them.
 
-        ``wrenches`` (T, N, 6), of one body also (T, 6), push the bodies in each of the T steps, as
-        in step. Without ``contacts`` only the states and the sum of forces on each body are kept, a
-        tenth of the memory. More than the machine's memory raises MemoryError.
+        ``wrenches`` (T, N, 6), for one body also (T, 6), act on the bodies in each of the T
+        steps, see step. Without ``contacts`` only states and total forces on each body are
+        recorded, which needs a tenth of the memory. Too large a recording raises MemoryError.
 
-        Ctrl-C raises KeyboardInterrupt; the simulation is then where it had come to. That exception,
-        or any other that ends the run early, has what was recorded in its attribute ``trajectory``.
+        Ctrl-C raises KeyboardInterrupt, and the simulation stays at its last step. Any
+        exception that ends the run early has the recorded part as its attribute ``trajectory``.
         """
         steps = whole("steps", steps, 0)
         bodies = len(self.bodies)
@@ -265,10 +276,13 @@ class Simulation(CoreSimulation):
         most: Optional[float] = None,
         axis: Optional[str] = None,
     ) -> None:
-        """Gives a joint another motor in the steps to come: one that holds ``speed`` (m/s or rad/s), or with a
-        ``damping`` pulls to it, or pulls to ``position`` (m or rad) with ``stiffness`` and ``damping``, with up to the force or torque
-        ``most``; without either, none. ``axis`` is "slide", "turn", "x", "y", "turn_x", "turn_y" or "turn_z", of a
-        joint that has several."""
+        """Sets the motor of a joint for the following steps.
+
+        ``speed`` (m/s or rad/s) is held, or approached with ``damping``. ``position`` (m or
+        rad) is approached with ``stiffness`` and ``damping``. ``most`` limits force or torque.
+        Without speed and position the motor is removed. ``axis`` is needed for a joint with
+        several axes: "slide", "turn", "x", "y", "turn_x", "turn_y" or "turn_z".
+        """
         number, place = self._axis(joint, axis)
         most = _most(speed, position, most)
         self.put_motor(number, place, speed, position, stiffness, damping, most)
@@ -283,15 +297,17 @@ class Simulation(CoreSimulation):
         damping: float = 0.0,
         most: Optional[float] = None,
     ) -> None:
-        """Gives the sum of coordinates of a gear that has a drive, by its place in ``scene.gears``, another motor in the
-        steps to come, as ``set_motor`` does of a joint, in the units of the gear's first coordinate."""
+        """Sets the motor of the coordinate sum of a gear with a drive.
+
+        ``gear`` is an index in ``scene.gears``. Other arguments are those of ``set_motor``,
+        in the units of the gear's first coordinate.
+        """
         gear = whole("gear", gear, 0)
         most = _most(speed, position, most)
         self.put_gear_motor(gear, speed, position, stiffness, damping, most)
 
     def set_force(self, joint: str, force: float, *, axis: Optional[str] = None) -> None:
-        """Sets the constant force (N) or torque (N m) of a joint along or about its axis in the steps to
-        come."""
+        """Sets the constant force (N) or torque (N m) of a joint axis for the following steps."""
         self.put_force(*self._axis(joint, axis), force)
 
     def _axis(self, joint: str, axis: Optional[str]) -> Tuple[int, int]:
@@ -299,7 +315,7 @@ class Simulation(CoreSimulation):
         if joint not in names:
             raise TumbleError(f"joint is {joint!r}; one of {', '.join(names) or 'none'} is needed")
         number = names.index(joint)
-        # The third axis of three is called as the other two.
+        # The third of three angular axes is named like the other two.
         third = "turn_z" if 3 in axes[number] else "turn"
         driven = {third if place == 5 else _AXES[place]: place for place in axes[number]}
         if axis is None and len(driven) == 1:
@@ -312,24 +328,27 @@ class Simulation(CoreSimulation):
 
     @property
     def robots(self) -> Dict[str, Robot]:
-        """The robots from files, by what stands before their names in the scene."""
+        """Robots from files, by the prefix of their names in the scene."""
         return self._robots
 
     @property
     def robot(self) -> Robot:
-        """The one robot of the scene."""
+        """The only robot of the scene."""
         if len(self._robots) != 1:
             raise TumbleError(f"robot: the scene has {len(self._robots)}; see robots")
         return next(iter(self._robots.values()))
 
     @property
     def joints(self) -> Dict[str, Dict[str, Any]]:
-        """Each joint by its name, as Trajectory.joints has it: where it is now, and the rates, force and
-        torque of the last step, 0 before the first."""
+        """Joints by name, in the form of Trajectory.joints.
+
+        Coordinates are current; rates, force and torque belong to the last step, 0 before the
+        first.
+        """
         return by_name(self.scene, self.joint_columns, ...)
 
     def contacts_to_pandas(self) -> "pd.DataFrame":
-        """The contacts of the last step, a row each: as Trajectory.contacts_to_pandas, without k."""
+        """Contacts of the last step, one row each: see Trajectory.contacts_to_pandas, without k."""
         return contacts_frame(self.scene, self.contacts)
 
     def __repr__(self) -> str:
@@ -342,12 +361,12 @@ def _states(scene: Scene, states: Any) -> Any:
 
 
 def _shapes(shape: Any, bodies: int) -> Any:
-    """The shape, and the same without the axis of the bodies where there is one body."""
+    """The shape, and for one body also the shape without the body axis."""
     return [shape, shape[:-2] + shape[-1:]] if bodies == 1 else [shape]
 
 
 def _most(speed: Optional[float], position: Optional[float], most: Optional[float]) -> float:
-    """What a motor has, of one that is given whole."""
+    """Checks the arguments of a motor and returns its force limit."""
     if speed is not None and position is not None:
         raise TumbleError("speed: either speed or position can be given")
     if (speed is not None or position is not None) and most is None:

@@ -1,4 +1,4 @@
-"""Values of Python as a TOML document, for the reader of scenario files."""
+"""Python values as a TOML document, for the parser of scenario files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ._tumble import TumbleError
 
 
 def document(fields: Mapping[str, Any]) -> str:
-    """A TOML document of ``fields``; what is None is left out."""
+    """TOML document of ``fields``, without those that are None."""
     given = {key: value for key, value in fields.items() if value is not None}
     return "".join(f"{_key(key)} = {_value(key, value)}\n" for key, value in given.items())
 
@@ -31,7 +31,7 @@ def _string(text: str) -> str:
 
 def _value(name: str, value: Any) -> str:
     if hasattr(value, "tolist"):
-        # Of numpy: arrays and their scalars.
+        # numpy arrays and scalars.
         value = value.tolist()
     if isinstance(value, bool):
         return "true" if value else "false"

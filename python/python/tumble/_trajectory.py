@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Location = Union[str, "os.PathLike[str]"]
 
 STATE_COLUMNS = "x_m y_m z_m qw qx qy qz vx_m_s vy_m_s vz_m_s wx_rad_s wy_rad_s wz_rad_s".split()
-"""The 13 numbers of a state as columns of a table, in their order."""
+"""Table columns of the 13 numbers of a state, in their order."""
 
 _TABLES = ("states", "contacts", "steps", "joints", "gears")
 
@@ -40,16 +40,16 @@ _JOINT_COLUMNS = {
     "force": ("f", "_N"),
     "torque": ("t", "_N_m"),
 }
-"""The columns of joints, and how their components are called in joints.csv."""
+"""Columns of joints, with prefix and suffix of their components in joints.csv."""
 
 
 class Trajectory:
     """A recorded run of N bodies: T steps, and K = T + 1 states.
 
-    Arrays are made once and then kept, and cannot be written to; positions, attitudes, velocities
-    and spins are views of ``states``. ``run[k]`` is the states (N, 13) at row k, ``run[100:200]`` a
-    part of the run as a trajectory; copies share what they are of. In a notebook it shows itself
-    as a page that can be played.
+    Arrays are created once, cached and read-only. Positions, attitudes, velocities and spins
+    are views of ``states``. ``run[k]`` is the states (N, 13) at row k, and ``run[100:200]`` a
+    part of the run as a trajectory. Copies share the data. A notebook shows a trajectory as a
+    playable page.
     """
 
     _scene: Scene
@@ -59,23 +59,26 @@ class Trajectory:
         self.__dict__.update(_scene=scene, _recording=recording)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Refused: what was recorded does not change."""
+        """Refuses changes."""
         raise AttributeError(f"{name}: a trajectory cannot be changed")
 
     @property
     def scene(self) -> Scene:
-        """What was simulated."""
+        """Scene of the run."""
         return self._scene
 
     @property
     def recording(self) -> Recording:
-        """The run as the compiled part keeps it."""
+        """The run in the compiled module."""
         return self._recording
 
     @cached_property
     def states(self) -> "Floats":
-        """(K, N, 13): position (m, world), quaternion w, x, y, z (body to world), velocity (m/s,
-        world), spin (rad/s, body)."""
+        """States (K, N, 13).
+
+        Columns are position (m, world), quaternion w, x, y, z (body to world), velocity (m/s,
+        world) and spin (rad/s, body).
+        """
         return self.recording.states()
 
     @property
@@ -90,45 +93,57 @@ class Trajectory:
 
     @property
     def velocities(self) -> "Floats":
-        """m/s, world: (K, N, 3), a view."""
+        """Velocities of the centres of mass, m/s, world: (K, N, 3), a view."""
         return self.states[..., 7:10]
 
     @property
     def spins(self) -> "Floats":
-        """rad/s, body: (K, N, 3), a view."""
+        """Angular velocities, rad/s, body: (K, N, 3), a view."""
         return self.states[..., 10:13]
 
     @cached_property
     def forces(self) -> "Floats":
-        """The sum of the contact forces on each body over each step, N, world: (T, N, 3)."""
+        """Sum of the contact forces on each body over each step, N, world: (T, N, 3)."""
         return self.recording.forces()
 
     @cached_property
     def contacts(self) -> Dict[str, Any]:
-        """Every candidate contact of every step, C in all, as columns: ``k`` (C,), ``body`` (C,),
-        ``partner`` (names, C), ``point`` (m, world), ``normal`` (world, away from the partner),
-        ``force`` (N, world, on the body) and ``slip`` (m/s, world), each (C, 3), ``normal_force``
-        (N) and ``gap`` (m), each (C,). A run that was recorded without contacts raises TumbleError.
+        """Candidate contacts of all steps, C in all, as columns.
+
+        - ``k``, ``body`` (C,), ``partner`` (C names);
+        - ``point`` (m, world), ``normal`` (world, away from the partner), (C, 3);
+        - ``force`` (N, world, on the body), ``slip`` (m/s, world), (C, 3);
+        - ``normal_force`` (N), ``gap`` (m), (C,).
+
+        Raises TumbleError for a run recorded without contacts.
         """
         self._need_contacts("contacts")
         return self.recording.contacts()
 
     @cached_property
     def joints(self) -> Dict[str, Dict[str, Any]]:
-        """Each joint by its name, as columns.
+        """Joints by name, as columns.
 
-        ``coordinate`` (K,) is the angle of a hinge with all its turns, rad, or the place along a slide,
-        m; of a joint with several such axes (K, D), of a ball joint or a fixed one (K, 0). ``speed`` is
-        its mean rate over each step: (T,). ``place`` (m) and ``angles`` (rad), (K, 3) each, are all six
-        coordinates, those of what is locked how far it is off; ``velocity`` and ``spin``, (T, 3), their
-        rates. ``force`` (N, along the axes of the second body's frame of the joint) and ``torque`` (N m)
-        act on the first body over each step, their opposites on the second: (T, 3) each."""
+        - ``coordinate`` (K,) is the angle of a hinge including full turns, rad, or the
+          position along a slide, m. It is (K, D) for a joint with several such axes, and
+          (K, 0) for a ball or fixed joint.
+        - ``speed`` (T,) is the mean rate of ``coordinate`` over each step.
+        - ``place`` (m) and ``angles`` (rad), (K, 3) each, are all six coordinates. Those of
+          locked axes are the joint's error.
+        - ``velocity`` and ``spin``, (T, 3), are their rates.
+        - ``force`` (N) and ``torque`` (N m), (T, 3) each, act on the first body over each
+          step, and their opposites on the second. They are in the second body's joint frame.
+        """
         return by_name(self.scene, self.recording.joints(), slice(None, -1))
 
     @cached_property
     def gears(self) -> Dict[str, "Floats"]:
-        """The gears of the scene: ``coordinates`` (K, G, 2), of the joint that follows and of the one that it
-        follows, m or rad with all turns, and ``force`` (T, G) along the first over each step, N or N m."""
+        """Gears of the scene.
+
+        ``coordinates`` (K, G, 2) are those of the following and the leading joint, m or rad
+        including full turns. ``force`` (T, G) acts along the first coordinate over each step,
+        N or N m.
+        """
         columns = self.recording.gears()
         return {"coordinates": columns["coordinates"], "force": columns["force"][:-1]}
 
@@ -138,19 +153,22 @@ class Trajectory:
 
     @property
     def time(self) -> "Floats":
-        """t of each state, s: (K,)."""
+        """Time t of each state, s: (K,)."""
         return self._steps["time"]  # type: ignore[no-any-return]
 
     @property
     def energy(self) -> "Floats":
-        """Kinetic and in gravity, from the world's origin, J: (K,). With the rotation "momentum" it
-        is that at the states' times, which free motion keeps; with "tutorial" that of the stored
-        velocities, which are half a step behind (docs/formulation.md, section 14)."""
+        """Kinetic and potential energy relative to the world's origin, J: (K,).
+
+        With the rotation "momentum" it is the energy at the states' times, which free motion
+        conserves. With "tutorial" it uses the stored velocities, which are half a step behind
+        (docs/formulation.md, section 14).
+        """
         return self._steps["energy"]  # type: ignore[no-any-return]
 
     @property
     def residuals(self) -> "Floats":
-        """The certificate of each step, m/s: (T,)."""
+        """Certified residual of each step, m/s: (T,)."""
         return self._steps["residual"][:-1]  # type: ignore[no-any-return]
 
     @property
@@ -160,34 +178,38 @@ class Trajectory:
 
     @property
     def overlaps(self) -> "Floats":
-        """How deep pieces overlap after each step, m: (T,)."""
+        """Largest overlap of pieces after each step, m: (T,)."""
         return self._steps["overlap"][:-1]  # type: ignore[no-any-return]
 
     @property
     def restitution_shares(self) -> "Floats":
-        """The part of its restitution that each step took: below 1 where the whole would have made
-        energy: (T,)."""
+        """Applied fraction of the restitution in each step: (T,).
+
+        It is below 1 in steps where full restitution would have created energy.
+        """
         return self._steps["restitution_share"][:-1]  # type: ignore[no-any-return]
 
     @property
     def stiffness(self) -> "Floats":
-        """h ω of each step, (T,): how fast what joints hold taut can vibrate, against the time step. With more than 2
-        in one step after another a taut chain shakes itself to pieces. 0 without joints."""
+        """Product h ω of each step, (T,), with ω the highest frequency of taut joints.
+
+        More than 2 in consecutive steps makes a taut chain unstable. It is 0 without joints.
+        """
         return self._steps["stiffness"][:-1]  # type: ignore[no-any-return]
 
     @property
     def status(self) -> "npt.NDArray[np.uint8]":
-        """How each step ended, an index of tumble.STATUSES: (T,)."""
+        """Status of each step as an index into tumble.STATUSES: (T,)."""
         return self._steps["status"][:-1]  # type: ignore[no-any-return]
 
     @property
     def unsolved(self) -> List[Tuple[int, str]]:
-        """The steps that failed or were wild: the place in the T steps, and the status."""
+        """Steps that failed or are wild: index in the T steps, and status."""
         words = (STATUSES[place] for place in self.status)
         return [(k, word) for k, word in enumerate(words) if word in ("failed", "wild")]
 
     def __len__(self) -> int:
-        """K."""
+        """Number of states K."""
         return len(self.recording)
 
     def __getitem__(self, key: Any) -> Any:
@@ -202,11 +224,11 @@ class Trajectory:
         return self.states[key]
 
     def __iter__(self) -> "Iterator[Floats]":
-        """The states (N, 13) of each row."""
+        """Iterates over the states (N, 13) of each row."""
         return iter(self.states)
 
     def __reduce__(self) -> Any:
-        """A trajectory goes to another process as its tables."""
+        """Pickles a trajectory as its tables."""
         recording = self.recording
         forces = None if recording.has_contacts else recording.forces()
         return _restored, (self.scene, recording.tables(), forces)
@@ -218,9 +240,11 @@ class Trajectory:
         return self.__copy__()
 
     def to_pandas(self) -> "pd.DataFrame":
-        """One row a state and body: k, time_s, body (its name), and the 13 numbers of the state.
+        """One row per state and body.
 
-        ``frame[tumble.STATE_COLUMNS]`` of such rows are states again, for simulate and rollout."""
+        Columns are k, time_s, body (its name), and the 13 numbers of the state.
+        ``frame[tumble.STATE_COLUMNS]`` of such rows are states for simulate and rollout.
+        """
         import numpy as np
         import pandas as pd
 
@@ -233,8 +257,11 @@ class Trajectory:
         return frame
 
     def steps_to_pandas(self) -> "pd.DataFrame":
-        """One row a step: k, time_s, status, iterations, residual_m_s, overlap_m, energy_J, and of a scene with
-        joints stiffness."""
+        """One row per step.
+
+        Columns are k, time_s, status, iterations, residual_m_s, overlap_m and energy_J.
+        Scenes with joints also have stiffness.
+        """
         import pandas as pd
 
         steps = {name: column[:-1] for name, column in self._steps.items()}
@@ -253,16 +280,22 @@ class Trajectory:
         )
 
     def contacts_to_pandas(self) -> "pd.DataFrame":
-        """One row a candidate contact: k, body and partner (names), the components of point_m,
-        normal, force_N and slip_m_s as ``point_x_m``, ``normal_x``, ``force_x_N``, ``slip_x_m_s``
-        and so on, then normal_force_N and gap_m."""
+        """One row per candidate contact.
+
+        Columns are k, body and partner (names), the components of point_m, normal, force_N
+        and slip_m_s as ``point_x_m``, ``normal_x``, ``force_x_N``, ``slip_x_m_s`` and so on,
+        then normal_force_N and gap_m.
+        """
         frame = contacts_frame(self.scene, self.contacts)
         frame.insert(0, "k", self.contacts["k"])
         return frame
 
     def joints_to_pandas(self) -> "pd.DataFrame":
-        """One row a state and joint: k, time_s, joint (its name), and the columns of joints.csv, rates,
-        forces and torques being 0 in the last state."""
+        """One row per state and joint.
+
+        Columns are k, time_s, joint (its name), and those of joints.csv. Rates, forces and
+        torques are 0 in the last state.
+        """
         import numpy as np
         import pandas as pd
 
@@ -279,15 +312,20 @@ class Trajectory:
         return frame
 
     def to_csv(self, folder: Location, overwrite: bool = False) -> List[Path]:
-        """Writes states.csv, contacts.csv, steps.csv, of a scene with joints joints.csv, and of one with
-        gears gears.csv, which read back to the same doubles; and run.json, with which the command line verifies and shows them.
-        Of a scene written with ``[body]`` this is the run.json of a table more, trajectory.csv, as the command line writes both.
+        """Writes the run as tables and run.json.
 
-        Where more moved the run than the scene says (wrenches, motors or states set on the way, bodies that came or
-        went), the run.json says that (``pushed``): the command line shows such a run and cannot verify it.
+        The tables are states.csv, contacts.csv and steps.csv, plus joints.csv and gears.csv
+        for scenes that have them. Numbers are written without loss. The command line verifies
+        and displays the run from run.json. A scene with ``[body]`` also writes
+        trajectory.csv, as the command line does.
 
-        Files of another run in the folder, which its run.json lists, are replaced or removed. Any other file in the way is
-        refused, unless ``overwrite`` is true."""
+        run.json marks a run as ``pushed`` if inputs outside the scene moved it: wrenches,
+        motors or states set during the run, or added or removed bodies. The command line
+        displays such a run but cannot verify it.
+
+        Files in the folder's run.json belong to an earlier run and are replaced or removed.
+        Any other file with one of the names is refused, unless ``overwrite`` is true.
+        """
         self._need_contacts("to_csv")
         folder, recording = Path(folder), self.recording
         tables = {f"{name}.csv": table for name, table in zip(_TABLES, recording.tables())}
@@ -301,9 +339,11 @@ class Trajectory:
 
     @classmethod
     def from_csv(cls, scene: Scene, folder: Location) -> "Trajectory":
-        """Reads the tables that to_csv or the command line has written of a run of ``scene``, or of a
-        part of one; or trajectory.csv, the one table that the command line writes of a run of ``[body]``,
-        in its folder or by its own name."""
+        """Reads the tables of a run of ``scene`` or of a part of one.
+
+        ``folder`` contains tables of to_csv or the command line. Or it is, or contains, the
+        only table trajectory.csv of a run of ``[body]``.
+        """
         scene, folder = made("scene", scene, Scene), Path(folder)
         of_one = folder if folder.is_file() else folder / _OF_ONE
         if of_one.is_file():
@@ -315,7 +355,7 @@ class Trajectory:
         names = _TABLES[: 5 if scene.gears else 4 if scene.joints else 3]
         tables = [(folder / f"{name}.csv").read_bytes() for name in names]
         run = cls(scene, _recording(scene, tables))
-        # The tables have more of the same run.
+        # The tables contain more of the same run.
         if trajectory is not None and run.states.tobytes() != trajectory.states.tobytes():
             raise TumbleError(
                 f"{folder}: states.csv and {_OF_ONE} are of two runs; {of_one} names the second, "
@@ -324,10 +364,11 @@ class Trajectory:
         return run
 
     def plot(self, path: Optional[Location] = None, *, sheet: str = "motion", body: Any = 0) -> Any:
-        """Plots of a body over time, as SVG: motion and contact forces, or the "energy" sheet.
+        """Plots of a body over time as SVG.
 
-        ``body`` is an index or a name. With a ``path`` that ends in .svg or .png the plot is
-        written there; without, an object comes back that a notebook shows.
+        ``sheet`` is "motion", with contact forces, or "energy". ``body`` is an index or a
+        name. The plot is written to ``path``, which ends in .svg or .png. Without a path, the
+        result is an object that a notebook shows.
         """
         ends = Path(path).suffix if path is not None else ".svg"
         if ends not in (".svg", ".png"):
@@ -348,10 +389,13 @@ class Trajectory:
         camera: Optional[Tuple[float, float]] = None,
         progress: Progress = False,
     ) -> Any:
-        """The motion as an animation: ``speed`` times real time, ``size`` pixels wide, seen from
-        ``camera`` (azimuth and elevation, degrees; without, from azimuth -32 and the lowest of some elevations, from
-        20 on, from which what moves is seen). Written to ``path``, a GIF; without a path, the result is an object that a
-        notebook shows."""
+        """Animation of the motion as a GIF.
+
+        It runs at ``speed`` times real time and is ``size`` pixels wide. ``camera`` is
+        azimuth and elevation in degrees. The default is azimuth -32 and the lowest tested
+        elevation, from 20 on, with a clear view of the motion. The GIF is written to
+        ``path``. Without a path, the result is an object that a notebook shows.
+        """
         ends = Path(path).suffix if path is not None else ".gif"
         if ends != ".gif":
             raise TumbleError(f"{path}: a name that ends in .gif is needed")
@@ -372,14 +416,18 @@ class Trajectory:
         return Picture("image/gif", content) if path is None else written(Path(path), content)
 
     def page(self, other: Optional["Trajectory"] = None) -> str:
-        """The motion as one HTML page that plays it and loads nothing, beside that of ``other``."""
+        """Self-contained HTML page that plays the motion, side by side with ``other``."""
         runs = [self] if other is None else [self, made("other", other, Trajectory)]
         for run in runs:
             run._need_contacts("the page")
         return self.recording.page(None if other is None else other.recording)
 
     def view(self, path: Optional[Location] = None, other: Optional["Trajectory"] = None) -> Any:
-        """The page, written to ``path``, whose name ends in .html, or as an object that a notebook shows."""
+        """Page that plays the motion.
+
+        It is written to ``path``, which ends in .html. Without a path, the result is an
+        object that a notebook shows.
+        """
         if path is not None and Path(path).suffix not in (".html", ".htm"):
             raise TumbleError(f"{path}: a name that ends in .html is needed")
         page = self.page(other)
@@ -418,7 +466,7 @@ class Trajectory:
 
 
 def contacts_frame(scene: Scene, contacts: Mapping[str, Any]) -> "pd.DataFrame":
-    """Columns of contacts as a table with a row each."""
+    """Table of contacts from their columns, one row each."""
     import pandas as pd
 
     bodies = scene.bodies
@@ -448,7 +496,10 @@ def _recording(scene: Scene, tables: List[bytes], forces: Any = None) -> Recordi
 def by_name(
     scene: Scene, columns: Dict[str, "Floats"], steps: Any
 ) -> Dict[str, Dict[str, "Floats"]]:
-    """Columns of all joints, (…, J, 3), as columns of each; what is of steps has those of ``steps``."""
+    """Columns of all joints, (…, J, 3), by joint.
+
+    ``steps`` selects the rows of quantities that belong to steps.
+    """
     import numpy as np
 
     places = np.concatenate([columns["place"], columns["angles"]], axis=-1)
@@ -470,7 +521,7 @@ def by_name(
 
 
 class Page:
-    """A page for the browser, as text in ``html``."""
+    """Page for the browser, as text in ``html``."""
 
     def __init__(self, text: str) -> None:
         self.html = text
@@ -483,7 +534,7 @@ class Page:
 
 
 class Picture:
-    """A picture: its ``data``, and what kind it is, ``media_type``."""
+    """Picture with its ``data`` and its type, ``media_type``."""
 
     def __init__(self, media_type: str, data: bytes) -> None:
         self.media_type = media_type

@@ -252,7 +252,7 @@ class Recording:
     def page(self, other: Optional[Recording] = None) -> str: ...
     def __len__(self) -> int: ...
 
-# Scene, B, T, starts, controls, motors, forces of joints, constants by name.
+# Scene, B, T, starts, controls, motors, joint forces, constants by name.
 _Inputs = Tuple[
     CoreScene,
     int,

@@ -1,11 +1,11 @@
-"""Environments for Gymnasium: a cube that is pushed over the ground to a target.
+"""Environments for Gymnasium: a cube is pushed over the ground to a target.
 
     >>> import gymnasium, tumble.gym
     >>> env = gymnasium.make("tumble/PushCube-v0")
 
-``PushCube`` is one environment, ``PushCubeVector`` many of them over one batch of rollouts; both
-take the same steps, to the last bit. Every step is exact and certified: what was not solved is named in
-``info["unsolved"]``.
+``PushCube`` is one environment. ``PushCubeVector`` simulates many of them in one batch of
+rollouts, with the same steps to the last bit. Every step is exact and certified. Steps that did
+not converge are counted in ``info["unsolved"]``.
 """
 
 from __future__ import annotations
@@ -29,25 +29,25 @@ Flags = npt.NDArray[np.bool_]
 Info = Dict[str, Any]
 
 SIDE = 0.1
-"""Of the cube, m; it weighs 1 kg."""
+"""Side of the cube, m. Its mass is 1 kg."""
 LARGEST_FORCE = 20.0
-"""Of a push along x or y, N: twice the weight, five times the friction."""
+"""Largest push along x or y, N: twice the weight, five times the friction."""
 SUBSTEPS = 10
-"""Steps of the simulation, of 5 ms, in one of the environment."""
+"""Simulation steps of 5 ms per step of the environment."""
 EPISODE = 200
-"""Steps of the environment until an episode is cut off: 10 s."""
+"""Steps of the environment until an episode is truncated: 10 s."""
 NEAR = 0.02
-"""At the target is what is nearer than this, m, and slower than SLOW."""
+"""Largest distance from the target, m, for a cube at the target. It is also slower than SLOW."""
 SLOW = 0.05
-"""m/s."""
+"""Largest speed of a cube at the target, m/s."""
 FARTHEST = 2.0
-"""A cube that is farther than this from the origin, m, has left the table."""
+"""Distance from the origin, m, beyond which the cube is lost."""
 RANGE = 0.5
-"""Starts and targets are drawn from -RANGE to RANGE along x and y, m."""
+"""Half the range of starts and targets along x and y, m."""
 
 
 def scene(friction: float = 0.4) -> Scene:
-    """The cube on the ground."""
+    """Scene of the cube on the ground."""
     return Scene(
         bodies=[{"name": "cube", "box": SIDE, "mass": 1.0, "position": [0.0, 0.0, SIDE / 2]}],
         ground={"friction": friction},
@@ -57,9 +57,9 @@ def scene(friction: float = 0.4) -> Scene:
 
 
 def _observation_space() -> spaces.Box:
-    """Far beyond what 20 N can do to the cube before it is lost."""
+    """Observation space, far larger than 20 N can move the cube before it is lost."""
     largest = np.array([10.0] * 3 + [1.0] * 4 + [100.0] * 3 + [1000.0] * 3 + [20.0] * 2, np.float32)
-    # A unit quaternion in single precision may be a little longer.
+    # A unit quaternion in single precision may be slightly longer.
     largest[3:7] += np.float32(1e-6)
     return spaces.Box(-largest, largest, dtype=np.float32)
 
@@ -69,14 +69,14 @@ def _action_space() -> spaces.Box:
 
 
 def _observed(states: Floats, targets: Floats) -> Observation:
-    """(B, 15): the state of the cube (13) and the way from it to the target (x, y)."""
+    """Observations (B, 15): state of the cube (13) and vector from it to the target (x, y)."""
     way = targets - states[:, 0:2]
     observed: Observation = np.concatenate([states, way], axis=1).astype(np.float32)
     return observed
 
 
 def _drawn(rng: np.random.Generator) -> Tuple[Floats, Floats]:
-    """A start, turned about the vertical, and a target at least 0.1 m away."""
+    """Random start, turned about the vertical, and random target at least 0.1 m away."""
     position, target = rng.uniform(-RANGE, RANGE, (2, 2))
     while np.hypot(*(target - position)) < 0.1:
         target = rng.uniform(-RANGE, RANGE, 2)
@@ -88,7 +88,7 @@ def _drawn(rng: np.random.Generator) -> Tuple[Floats, Floats]:
 
 
 def _pushed(scene: Scene, states: Floats, actions: Any, threads: int) -> Rollouts:
-    """What SUBSTEPS steps make of ``states`` (B, 13) under ``actions`` (B, 2)."""
+    """Simulates SUBSTEPS steps from ``states`` (B, 13) under ``actions`` (B, 2)."""
     forces = LARGEST_FORCE * np.clip(np.asarray(actions, dtype=np.float64), -1.0, 1.0)
     controls = np.zeros((len(states), SUBSTEPS, 6))
     controls[:, :, 0:2] = forces[:, np.newaxis, :]
@@ -96,7 +96,7 @@ def _pushed(scene: Scene, states: Floats, actions: Any, threads: int) -> Rollout
 
 
 def _judged(states: Floats, targets: Floats) -> Tuple[Floats, Flags, Flags]:
-    """Reward, whether the cube is at the target, and whether it is lost: each (B,).
+    """Reward, True if the cube is at the target, and True if it is lost: each (B,).
 
     The reward is minus the distance in m, and 1 more at the target.
     """
@@ -109,13 +109,14 @@ def _judged(states: Floats, targets: Floats) -> Tuple[Floats, Flags, Flags]:
 
 
 class PushCube(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
-    """A cube of 0.1 m and 1 kg that is pushed to a target on the ground.
+    """A cube of 0.1 m and 1 kg is pushed to a target on the ground.
 
-    The action is a horizontal force at its centre, (2,) from -1 to 1 times 20 N, in the world's
-    frame, for 50 ms. The observation, (15,), is the cube's state (position m, quaternion w x y z,
-    velocity m/s, spin rad/s in the body's frame) and the way to the target (x, y, m). The reward is
-    minus the distance to the target in m, and 1 more where the cube is there and slow, which ends
-    the episode, as does the loss of the cube, 2 m from the origin.
+    - Action (2,): horizontal force at its centre for 50 ms, world frame, from -1 to 1 times
+      20 N.
+    - Observation (15,): the cube's state (position m, quaternion w x y z, velocity m/s, spin
+      rad/s in the body frame) and the vector to the target (x, y, m).
+    - Reward: minus the distance to the target in m, and 1 more at the target.
+    - End: the cube is slow at the target, or lost at 2 m from the origin.
     """
 
     metadata: Dict[str, Any] = {"render_modes": []}
@@ -130,18 +131,20 @@ class PushCube(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
     def reset(
         self, *, seed: Optional[int] = None, options: Optional[Info] = None
     ) -> Tuple[Observation, Info]:
-        """A new start and target, from the seed if there is one. The info has ``target``, (2,), m.
+        """Draws a new start and target, from the seed if there is one.
 
-        Of ``options`` there are none.
+        The info has ``target``, (2,), m. ``options`` are ignored.
         """
         super().reset(seed=seed)
         self._state, self._target = _drawn(self.np_random)
         return self._observation(), {"target": self._target.copy()}
 
     def step(self, action: Any) -> Tuple[Observation, float, bool, bool, Info]:
-        """Pushes for 50 ms: observation, reward, whether the episode has ended, and False, as
-        ``gymnasium.make`` cuts it off. The info has ``unsolved``, how many steps of the simulation
-        have no answer that counts, and ``is_success``.
+        """Pushes for 50 ms.
+
+        Returns observation, reward, True at the end of the episode, False (``gymnasium.make``
+        truncates), and info. The info has ``unsolved``, the number of steps that failed or
+        are wild, and ``is_success``.
         """
         pushed = _pushed(self.scene, self._state[np.newaxis], np.asarray(action)[np.newaxis], 1)
         self._state = pushed.states[0, -1, 0].copy()
@@ -156,10 +159,10 @@ class PushCube(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
 
 
 class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
-    """Many cubes, pushed at once on ``threads`` threads: one batch of rollouts a step.
+    """Many cubes, pushed together on ``threads`` threads: one batch of rollouts per step.
 
-    Autoreset is gymnasium's ``NEXT_STEP``: where an episode has ended, the next step takes no
-    action, draws a new start and target there, and has reward 0. Episodes are cut off after
+    Autoreset is gymnasium's ``NEXT_STEP``: the step after an episode's end ignores the
+    action, draws a new start and target, and has reward 0. Episodes are truncated after
     ``max_episode_steps``. Environment i draws its starts from seed + i.
     """
 
@@ -189,7 +192,10 @@ class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
     def reset(
         self, *, seed: Any = None, options: Optional[Info] = None
     ) -> Tuple[Observation, Info]:
-        """New starts and targets, from a seed for all or one for each; there are no ``options``."""
+        """Draws new starts and targets, from one seed for all or one for each.
+
+        ``options`` are ignored.
+        """
         if seed is not None:
             one = isinstance(seed, (int, np.integer))
             seeds = [int(seed) + i for i in range(self.num_envs)] if one else list(seed)
@@ -201,8 +207,10 @@ class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
     def step(
         self, actions: Any
     ) -> Tuple[Observation, Floats, Flags, Flags, Info]:
-        """Pushes each for 50 ms: observations (B, 15), rewards, which episodes have ended, which
-        were cut off. The info has ``unsolved`` and ``is_success`` of PushCube, each (B,).
+        """Pushes each cube for 50 ms.
+
+        Returns observations (B, 15), rewards, terminated and truncated flags, and info. The
+        info has ``unsolved`` and ``is_success`` of PushCube, each (B,).
         """
         fresh = self._ended.copy()
         unsolved = np.zeros(self.num_envs, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Rollouts as a function that jax differentiates: ``tumble.jax.rollout``. Needs jax, which stays optional.
+"""Rollouts as a differentiable function for jax: ``tumble.jax.rollout``. Needs jax.
 
     >>> import jax, tumble.jax
     >>> jax.config.update("jax_enable_x64", True)
@@ -6,8 +6,9 @@
     ...     return tumble.jax.rollout(scene, steps=100, parameters={"friction": friction})[0, -1, 0, 0]
     >>> jax.grad(far)(jax.numpy.array([0.3]))
 
-Backwards alone (``jax.grad``, ``jax.vjp``), under ``jax.jit`` too. Derivatives are exact, and say nothing beyond the next
-kink: docs/gradients.md. Without ``jax_enable_x64`` jax rounds all numbers to single precision.
+Only reverse mode is supported (``jax.grad``, ``jax.vjp``), also under ``jax.jit``. Derivatives
+are exact and valid up to the next kink: docs/gradients.md. Without ``jax_enable_x64`` jax rounds
+all numbers to single precision.
 """
 
 from __future__ import annotations
@@ -37,12 +38,14 @@ def rollout(
     central_path: Optional[float] = None,
     threads: Optional[int] = None,
 ) -> Any:
-    """The states after each step, (B, T, N, 13), as a differentiable function of arrays: arguments are those of
-    ``tumble.rollout``. An attitude's derivative is along the unit quaternions. With a
-    ``compliance`` or a ``central_path`` derivatives are smoothed, as those of ``Scene.jacobian``; the states are the exact ones.
+    """States after each step, (B, T, N, 13), as a differentiable function of arrays.
 
-    :raises TumbleError: as ``tumble.rollout``; of numbers, jax
-        raises it as an error of its own where it comes from a compiled function.
+    Arguments are those of ``tumble.rollout``. Derivatives with respect to attitudes are tangent to
+    the unit quaternions. ``compliance`` and ``central_path`` smooth the derivatives as in
+    ``Scene.jacobian``; the states are exact.
+
+    :raises TumbleError: see ``tumble.rollout``. In a compiled function, jax converts errors about
+        values to its own.
     """
     import numpy as np
 

@@ -3,10 +3,11 @@
     >>> import gymnasium, tumble.locomotion
     >>> env = gymnasium.make("tumble/Hopper-v0")
 
-Observations, actions, rewards and ends of episodes are those that Gymnasium documents of its environments of these
-names, version 5; the models are the files that come with it, and every step is an exact and certified one: what was not
-solved is counted in ``info["unsolved"]``. The ant is observed without contact forces and pays nothing for them, as
-with ``include_cfrc_ext_in_observation=False`` and ``contact_cost_weight=0`` there. ``RobotEnv`` is the base of one's own.
+Observations, actions, rewards and ends of episodes follow Gymnasium's environments of these names,
+version 5, with its model files. Every step is exact and certified. Steps that did not converge are
+counted in ``info["unsolved"]``. The ant has no contact forces in its observation and no contact
+cost, as with ``include_cfrc_ext_in_observation=False`` and ``contact_cost_weight=0``. ``RobotEnv``
+is the base class for custom environments.
 """
 
 from __future__ import annotations
@@ -29,25 +30,25 @@ Floats = npt.NDArray[np.float64]
 Info = Dict[str, Any]
 
 EPISODE = 1000
-"""Steps of an environment until an episode is cut off."""
+"""Steps of an environment until an episode is truncated."""
 
 
 def model(name: str) -> Path:
-    """The file of a model that comes with Gymnasium."""
+    """File of a model that comes with Gymnasium."""
     return Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets" / name
 
 
 class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
-    """A robot whose actuators get the action, and then ``frame_skip`` times as many ``substeps`` are taken, of
-    which as many make a time step of the file.
+    """Environment of a robot with actuators.
 
-    A subclass says what is observed, what is rewarded and when it is over: ``observe``, ``judge``. Coordinates
-    at the start are those of the file with what ``draw`` adds, within their ranges.
+    One action lasts ``frame_skip`` time steps of the file, each divided into ``substeps``.
+    Subclasses define observation and reward: ``observe``, ``judge``. The initial coordinates
+    are those of ``draw``, clipped to the joints' ranges.
     """
 
     metadata: Dict[str, Any] = {"render_modes": []}
     up: Optional[int] = None
-    """Which coordinate lifts the robot: what would start below the ground is put upon it."""
+    """Index of the coordinate that lifts the robot. A start below the ground is lifted to it."""
 
     def __init__(
         self,
@@ -76,26 +77,29 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
 
     @property
     def dt(self) -> float:
-        """The time of a step of the environment, s."""
+        """Duration of a step of the environment, s."""
         return self.frame_skip * self.scene.time_step
 
     def observe(self) -> Floats:
-        """What is observed: all coordinates and rates."""
+        """Observation: all coordinates and rates."""
         return np.concatenate([self.robot.q, self.robot.v])
 
     def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
-        """Coordinates and rates at the start."""
+        """Random coordinates and rates at the start."""
         q, v = self.robot.start, np.zeros(self.robot.counts[1])
         return q + rng.uniform(-self.noise, self.noise, len(q)), v
 
     def judge(self, before: Floats, action: Floats) -> Tuple[float, bool, Info]:
-        """The reward of a step from the coordinates ``before``, whether the episode is over, and its parts."""
+        """Reward of a step, True at the end of the episode, and info.
+
+        ``before`` are the coordinates at the start of the step.
+        """
         return 0.0, False, {}
 
     def reset(
         self, *, seed: Optional[int] = None, options: Optional[Info] = None
     ) -> Tuple[Floats, Info]:
-        """A new start, from the seed if there is one. Of ``options`` there are none."""
+        """Draws a new start, from the seed if there is one. ``options`` are ignored."""
         super().reset(seed=seed)
         self.simulation = self.scene.simulate()
         q, v = self.draw(self.np_random)
@@ -111,8 +115,11 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         return self.observe(), {}
 
     def step(self, action: Any) -> Tuple[Floats, float, bool, bool, Info]:
-        """Takes the steps of one action: observation, reward, whether it is over, and False, as
-        ``gymnasium.make`` cuts it off."""
+        """Takes the steps of one action.
+
+        Returns observation, reward, True at the end of the episode, False (``gymnasium.make``
+        truncates), and info.
+        """
         before = self.robot.q
         action = np.asarray(action, dtype=np.float64)
         self.robot.controls = action
@@ -123,30 +130,33 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
 
 
 class Runner(RobotEnv):
-    """What is rewarded for going along x, pays for its controls, and may have to stay well."""
+    """Environment with a reward for speed along x and a control cost.
+
+    Subclasses can require a healthy state.
+    """
 
     forward = 0
-    """Which coordinate goes along x."""
+    """Index of the coordinate along x."""
     hidden = 1
-    """How many coordinates are not observed: those along the ground."""
+    """Number of coordinates along the ground, which are not observed."""
     up = 1
     control_cost = 1e-3
     healthy_reward = 0.0
     ends_unwell = True
     fastest = np.inf
-    """What rates are observed up to."""
+    """Largest observed rate."""
 
     def observe(self) -> Floats:
-        """The coordinates but those along the ground, and the rates."""
+        """Coordinates except those along the ground, and rates."""
         rates = np.clip(self.robot.v, -self.fastest, self.fastest)
         return np.concatenate([self.robot.q[self.hidden :], rates])
 
     def is_healthy(self) -> bool:
-        """Whether it is well."""
+        """True if the robot is healthy."""
         return True
 
     def judge(self, before: Floats, action: Floats) -> Tuple[float, bool, Info]:
-        """Its speed along x, what being well is worth, and what its controls cost."""
+        """Reward: speed along x, plus the healthy reward, minus the control cost."""
         after, well = self.robot.q, self.is_healthy()
         speed = float((after - before)[self.forward] / self.dt)
         survive = self.healthy_reward if well or not self.ends_unwell else 0.0
@@ -162,13 +172,13 @@ class Runner(RobotEnv):
 
 
 def _noisy(env: RobotEnv, rng: np.random.Generator) -> Tuple[Floats, Floats]:
-    """The start with even noise on the coordinates and normal noise on the rates."""
+    """Start with uniform noise on the coordinates and normal noise on the rates."""
     q, v = RobotEnv.draw(env, rng)
     return q, env.noise * rng.standard_normal(len(v))
 
 
 class Hopper(Runner):
-    """A hopper of four links in a plane, that is over when it falls."""
+    """Planar hopper of four links. The episode ends when it falls."""
 
     healthy_reward = 1.0
     fastest = 10.0
@@ -180,19 +190,19 @@ class Hopper(Runner):
         super().__init__(file, frame_skip, noise, substeps)
 
     def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
-        """Even noise on coordinates and rates."""
+        """Uniform noise on coordinates and rates."""
         q, v = super().draw(rng)
         return q, rng.uniform(-self.noise, self.noise, len(v))
 
     def is_healthy(self) -> bool:
-        """Upright, and nothing beyond 100."""
+        """True if it is upright and no number exceeds 100."""
         q, v = self.robot.q, self.robot.v
         state = np.concatenate([q[2:], v])
         return bool(np.all(np.abs(state) < 100.0) and q[1] > 0.7 and abs(q[2]) < 0.2)
 
 
 class Walker2d(Hopper):
-    """A walker of two legs in a plane, that is over when it falls."""
+    """Planar walker with two legs. The episode ends when it falls."""
 
     def __init__(
         self, file: Any = None, frame_skip: int = 4, noise: float = 5e-3, substeps: int = 1
@@ -201,13 +211,13 @@ class Walker2d(Hopper):
         super().__init__(file, frame_skip, noise, substeps)
 
     def is_healthy(self) -> bool:
-        """Upright."""
+        """True if it is upright."""
         q = self.robot.q
         return bool(0.8 < q[1] < 2.0 and -1.0 < q[2] < 1.0)
 
 
 class HalfCheetah(Runner):
-    """A half-cheetah in a plane, that is never over. Its motors turn its feet too far for steps of 10 ms."""
+    """Planar half-cheetah. The episode never ends. Its fast feet need steps shorter than 10 ms."""
 
     control_cost = 0.1
     ends_unwell = False
@@ -219,12 +229,12 @@ class HalfCheetah(Runner):
         super().__init__(file, frame_skip, noise, substeps)
 
     def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
-        """Even noise on the coordinates, normal noise on the rates."""
+        """Uniform noise on the coordinates, normal noise on the rates."""
         return _noisy(self, rng)
 
 
 class Ant(Runner):
-    """An ant of four legs, that is over when its torso is too low or too high."""
+    """Ant with four legs. The episode ends when its torso is too low or too high."""
 
     hidden = 2
     up = 2
@@ -238,11 +248,11 @@ class Ant(Runner):
         super().__init__(file, frame_skip, noise, substeps)
 
     def draw(self, rng: np.random.Generator) -> Tuple[Floats, Floats]:
-        """Even noise on the coordinates, normal noise on the rates."""
+        """Uniform noise on the coordinates, normal noise on the rates."""
         return _noisy(self, rng)
 
     def is_healthy(self) -> bool:
-        """Its torso between 0.2 and 1 m high."""
+        """True if its torso is 0.2 to 1 m high."""
         return bool(0.2 <= self.robot.q[2] <= 1.0)
 
 

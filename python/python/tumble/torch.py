@@ -1,4 +1,4 @@
-"""Rollouts as a function that torch differentiates: ``tumble.torch.rollout``. Needs torch, which stays optional.
+"""Rollouts as a differentiable function for torch: ``tumble.torch.rollout``. Needs torch.
 
     >>> import torch, tumble.torch
     >>> friction = torch.tensor([0.3], dtype=torch.float64, requires_grad=True)
@@ -6,7 +6,7 @@
     >>> states[0, -1, 0, 0].backward()
     >>> friction.grad
 
-Derivatives are exact, and say nothing beyond the next kink: docs/gradients.md.
+Derivatives are exact and valid up to the next kink: docs/gradients.md.
 """
 
 from __future__ import annotations
@@ -58,11 +58,13 @@ def rollout(
     central_path: Optional[float] = None,
     threads: Optional[int] = None,
 ) -> Any:
-    """The states after each step, a tensor (B, T, N, 13) of float64 on the CPU, as a differentiable function of tensors:
-    arguments are those of ``tumble.rollout``. An attitude's derivative is along the unit quaternions. With a
-    ``compliance`` or a ``central_path`` derivatives are smoothed, as those of ``Scene.jacobian``; the states are the exact ones.
+    """States after each step, (B, T, N, 13), as a differentiable function of tensors.
 
-    :raises TumbleError: as ``tumble.rollout``.
+    The result is a float64 tensor on the CPU. Arguments are those of ``tumble.rollout``.
+    Derivatives with respect to attitudes are tangent to the unit quaternions. ``compliance`` and
+    ``central_path`` smooth the derivatives as in ``Scene.jacobian``; the states are exact.
+
+    :raises TumbleError: see ``tumble.rollout``.
     """
     names = names_of(initial_states, controls, parameters)
     given = {"initial_states": initial_states, "controls": controls, **(parameters or {})}

@@ -1,5 +1,4 @@
-//! The functions that Ipopt calls back. (A) and (B) are the invariants of the parent
-//! module.
+//! Callbacks for Ipopt. (A) and (B) are the invariants of the parent module.
 
 use super::Context;
 use crate::ipopt::IpoptProgress;
@@ -8,10 +7,11 @@ use std::ffi::c_int;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::slice;
 
-/// Magnitudes from here on are taken for the result of a breakdown, not a number.
+/// Limit of usable magnitudes. Larger values indicate a numerical breakdown.
 const LARGEST: f64 = 1e100;
 
-/// Runs a callback's work. Once one has panicked, all refuse until the solve ends.
+/// Runs a callback's work. After a panic in one callback, all callbacks refuse until the solve
+/// ends.
 ///
 /// # Safety
 /// `user` must satisfy (B).
@@ -19,7 +19,7 @@ unsafe fn guarded(
     user: sys::UserDataPtr,
     work: impl FnOnce(&mut Context<'_>) -> bool,
 ) -> sys::Bool {
-    // SAFETY: (B), promised by the caller.
+    // SAFETY: (B), guaranteed by the caller.
     let context = unsafe { &mut *user.cast::<Context<'_>>() };
     if context.panic.is_some() {
         return sys::to_bool(false);
@@ -38,25 +38,25 @@ fn all_usable(values: &[f64]) -> bool {
     values.iter().all(|value| value.abs() < LARGEST)
 }
 
-/// A read-only view of one of Ipopt's arrays.
+/// Read-only view of one of Ipopt's arrays.
 ///
 /// # Safety
 /// `data` must point to `count` numbers that live and stay unwritten for `'a`.
 unsafe fn view<'a>(data: *const f64, count: c_int) -> &'a [f64] {
     match usize::try_from(count) {
-        // SAFETY: promised by the caller.
+        // SAFETY: guaranteed by the caller.
         Ok(count) if count > 0 => unsafe { slice::from_raw_parts(data, count) },
         _ => &[],
     }
 }
 
-/// A writable view of one of Ipopt's arrays.
+/// Writable view of one of Ipopt's arrays.
 ///
 /// # Safety
 /// `data` must point to `count` numbers that live and are not aliased for `'a`.
 unsafe fn view_mut<'a, T>(data: *mut T, count: c_int) -> &'a mut [T] {
     match usize::try_from(count) {
-        // SAFETY: promised by the caller.
+        // SAFETY: guaranteed by the caller.
         Ok(count) if count > 0 => unsafe { slice::from_raw_parts_mut(data, count) },
         _ => &mut [],
     }
@@ -124,8 +124,8 @@ pub(super) unsafe extern "C" fn eval_jac_g(
     values: *mut f64,
     user: sys::UserDataPtr,
 ) -> sys::Bool {
-    // SAFETY: (A), (B); Ipopt asks for the structure with `values` null, where x may
-    // be null too, and for values with x valid.
+    // SAFETY: (A), (B). Ipopt requests the structure with `values` null, and x may then be null
+    // too. It requests values with x valid.
     unsafe {
         guarded(user, |context| {
             if values.is_null() {
@@ -154,7 +154,7 @@ pub(super) unsafe extern "C" fn eval_h(
     values: *mut f64,
     user: sys::UserDataPtr,
 ) -> sys::Bool {
-    // SAFETY: as in eval_jac_g; the multipliers are valid with the values.
+    // SAFETY: as in eval_jac_g; the multipliers are valid together with the values.
     unsafe {
         guarded(user, |context| {
             if values.is_null() {

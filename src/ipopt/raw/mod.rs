@@ -1,12 +1,12 @@
-//! Solving: the only module of this package with `unsafe`.
+//! Solve through the C interface: the only module of this package with `unsafe` code.
 //!
-//! Invariants that the `SAFETY` notes refer to:
+//! Invariants of the `SAFETY` notes:
 //!
-//! - (A) *lengths*: n, m and the entry counts that Ipopt is told are those of the
-//!   [`RawSolver`], and the arrays that it hands to the callbacks have the lengths they imply.
-//! - (B) *context*: `user_data` is a pointer to the [`Context`] on the stack of
-//!   [`RawSolver::solve`], which outlives the call and is not touched by it meanwhile;
-//!   Ipopt calls back on the same thread, one callback at a time.
+//! - (A) *lengths*: Ipopt receives n, m and the entry counts of the [`RawSolver`]. The arrays that
+//!   it passes to the callbacks have the corresponding lengths.
+//! - (B) *context*: `user_data` points to the [`Context`] on the stack of [`RawSolver::solve`]. The
+//!   context outlives the call, and `solve` does not touch it during the call. Ipopt calls back on
+//!   the same thread, one callback at a time.
 
 mod callbacks;
 
@@ -19,17 +19,17 @@ use std::collections::HashSet;
 use std::ffi::{CString, c_int};
 use std::panic::resume_unwind;
 
-/// Ipopt reads bounds beyond ±1e19 as infinite.
+/// Bound value that Ipopt reads as infinite: its limit is ±1e19.
 const NO_BOUND: f64 = 2e19;
 
-/// A checked pattern as C sees it.
+/// Checked sparsity pattern with C integers.
 struct CPattern {
     rows: Vec<c_int>,
     cols: Vec<c_int>,
 }
 
-/// A solver for problems of one structure: owns the checked patterns, the options
-/// and all scratch arrays, so that repeated solves allocate little.
+/// Solver for problems of one structure. It owns the checked patterns, the options and all scratch
+/// arrays, so that repeated solves allocate little.
 pub struct RawSolver {
     n: usize,
     m: usize,
@@ -44,19 +44,19 @@ pub struct RawSolver {
     c_bounds: [Vec<f64>; 4],
 }
 
-/// The end of a solve.
+/// Result of a solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SolveOutcome<'a> {
-    /// What Ipopt said.
+    /// Return status of Ipopt.
     pub status: ReturnStatus,
-    /// Iterations taken.
+    /// Number of iterations.
     pub iterations: u32,
-    /// The last iterate, where Ipopt iterated at all and every number is finite.
+    /// Last iterate, if Ipopt iterated and every number is finite.
     pub point: Option<IteratePoint<'a>>,
 }
 
-/// The last iterate of a solve; borrowed from the [`RawSolver`]. Ipopt projects x onto its
-/// bounds at the very end: objective and constraints are those of x just before.
+/// Last iterate of a solve, borrowed from the [`RawSolver`]. Ipopt finally projects x onto its
+/// bounds; objective and constraints belong to x before this projection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IteratePoint<'a> {
     /// Objective value.
@@ -73,7 +73,7 @@ pub struct IteratePoint<'a> {
     pub upper_multipliers: &'a [f64],
 }
 
-/// What the callbacks share during one solve.
+/// Data shared by the callbacks during one solve.
 struct Context<'a> {
     program: &'a mut dyn NonlinearProgram,
     jacobian: &'a CPattern,
@@ -83,7 +83,7 @@ struct Context<'a> {
 }
 
 impl RawSolver {
-    /// Checks the structure of `program` and makes room for its solves.
+    /// Checks the structure of `program` and allocates memory for its solves.
     ///
     /// # Errors
     /// [`IpoptError::Size`], [`IpoptError::Structure`] or [`IpoptError::Option`].
@@ -108,16 +108,16 @@ impl RawSolver {
         })
     }
 
-    /// The settings in use.
+    /// Current settings.
     #[must_use]
     pub fn options(&self) -> &Options {
         &self.options
     }
 
-    /// Changes the iteration limit and the tolerance of the solves to come.
+    /// Changes the iteration limit and the tolerance of later solves.
     ///
     /// # Errors
-    /// [`IpoptError::Option`] for one that [`Options::validate`] refuses.
+    /// [`IpoptError::Option`] for a value that [`Options::validate`] refuses.
     pub fn set_limits(&mut self, max_iterations: u32, tolerance: f64) -> Result<(), IpoptError> {
         let options = Options { max_iterations, tolerance, ..self.options.clone() };
         options.validate()?;
@@ -125,15 +125,14 @@ impl RawSolver {
         Ok(())
     }
 
-    /// Solves `program`, which must have the structure given to [`RawSolver::new`].
-    /// Waits while another thread solves.
+    /// Solves `program`, which must have the structure passed to [`RawSolver::new`]. Waits while
+    /// another thread solves.
     ///
     /// # Errors
-    /// Refusals before Ipopt runs. How the solve itself ended is in
-    /// [`SolveOutcome::status`].
+    /// Refusals before Ipopt runs. [`SolveOutcome::status`] holds the result of the solve itself.
     ///
     /// # Panics
-    /// Only with a panic of `program`'s own, resumed here; the solver stays usable.
+    /// Resumes a panic of `program`. The solver stays usable.
     pub fn solve(
         &mut self,
         program: &mut dyn NonlinearProgram,
@@ -181,9 +180,8 @@ impl RawSolver {
             mult_x_lower: &mut self.lower_multipliers,
             mult_x_upper: &mut self.upper_multipliers,
         };
-        // SAFETY: (A), (B); the callbacks catch every panic, fill in the checked patterns, and
-        // refuse numbers that are not finite; `Options::validate` refuses what 3.11 does not
-        // survive.
+        // SAFETY: (A), (B). The callbacks catch every panic, fill in the checked patterns and
+        // refuse numbers that are not finite. `Options::validate` refuses values that crash 3.11.
         let code = unsafe { problem.solve(arrays, (&raw mut context).cast()) };
         let Context { iterations, panic, .. } = context;
         drop(problem);
@@ -195,8 +193,8 @@ impl RawSolver {
         Ok(SolveOutcome { status, iterations, point: self.point(status, objective) })
     }
 
-    /// Ipopt copies the bounds here and offers no way to change them later: a
-    /// problem is created for every solve (100 µs, a few per cent of a solve).
+    /// Creates the C problem. Ipopt copies the bounds here and cannot change them later, so every
+    /// solve creates a problem (100 µs, a few per cent of a solve).
     fn create<'lock>(
         &self,
         lock: &'lock mut sys::Exclusive,
@@ -218,7 +216,7 @@ impl RawSolver {
         lock.create(&definition).ok_or(IpoptError::Create)
     }
 
-    /// The arrays that the solve wrote, if they mean something.
+    /// Last iterate, if the status has a point and all numbers are finite.
     fn point(&self, status: ReturnStatus, objective: f64) -> Option<IteratePoint<'_>> {
         let arrays = [
             &self.x,
@@ -239,7 +237,7 @@ impl RawSolver {
         })
     }
 
-    /// Bounds in Ipopt's convention for infinity.
+    /// Copies the bounds in Ipopt's convention for infinity.
     fn load_bounds(&mut self, bounds: &Bounds) {
         let sources =
             [&bounds.lower, &bounds.upper, &bounds.constraint_lower, &bounds.constraint_upper];
@@ -273,7 +271,7 @@ impl RawSolver {
     }
 }
 
-/// Ranges, triangle and doubles of a pattern; then as C integers.
+/// Checks ranges, triangle and duplicates of a pattern and converts it to C integers.
 fn check_pattern(
     what: &'static str,
     pattern: &SparsityPattern,
@@ -300,12 +298,12 @@ fn check_pattern(
     Ok(checked)
 }
 
-/// An index already known to be below a count that fits C's int.
+/// Converts an index below a count that fits C's int.
 fn c_index(index: usize) -> c_int {
     c_int::try_from(index).unwrap_or(c_int::MAX)
 }
 
-/// Hands one option to Ipopt.
+/// Passes one option to Ipopt.
 fn set(problem: &mut sys::Problem<'_>, setting: OptionValue) -> Result<(), IpoptError> {
     let (OptionValue::Text(name, _) | OptionValue::Number(name, _) | OptionValue::Integer(name, _)) =
         setting;

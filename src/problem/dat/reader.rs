@@ -1,61 +1,62 @@
-//! Text in.
+//! Reader of the text format.
 
 use crate::problem::{ContactProblem, Law, ProblemError, SparseMatrix};
 
-/// Why a text is no problem. Each message says where, and what is wanted.
+/// Parse error. Each message names the line and the expected word.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DatError {
-    /// A word that is not what comes at its place.
+    /// A word is not the expected one.
     #[error("line {line}: {found:?} where {wanted} is wanted")]
     Word {
-        /// Counted from 1.
+        /// Line, counted from 1.
         line: usize,
-        /// The word.
+        /// Word in the text.
         found: String,
-        /// What should be there.
+        /// Expected word.
         wanted: &'static str,
     },
     /// The text ends too early.
     #[error("it ends where {0} is wanted")]
     End(&'static str),
-    /// Entries of a sparse matrix that are not as many as it is said to have.
+    /// The number of entries of a sparse matrix differs from its header.
     #[error("line {line}: {said} entries are announced, and {found} follow")]
     Entries {
-        /// Of the announcement, counted from 1.
+        /// Line of the header, counted from 1.
         line: usize,
-        /// As many are said.
+        /// Number of entries in the header.
         said: String,
-        /// As many there are.
+        /// Number of entries in the text.
         found: usize,
     },
-    /// Something is left after the last number.
+    /// The text continues after the last number.
     #[error(
         "line {line}: {found:?} after the last coefficient of friction, where nothing is wanted"
     )]
     Rest {
-        /// Counted from 1.
+        /// Line, counted from 1.
         line: usize,
-        /// The word.
+        /// Word in the text.
         found: String,
     },
-    /// A problem that cannot be posed, whose matrices are those of the text.
+    /// The matrices form an invalid problem.
     #[error(transparent)]
     Problem(#[from] ProblemError),
 }
 
-/// Reads a problem.
+/// Parses a problem.
 ///
 /// # Errors
-/// A text that is none, with the line; a problem that [cannot be posed](ProblemError).
+/// A text that does not follow the format, with the line; a problem that is
+/// [invalid](ProblemError).
 pub fn read(text: &str) -> Result<ContactProblem, DatError> {
     let mut words = Words::of(text);
     let dimension = words.count("the dimension of a contact")?;
     let contacts = words.count("the number of contacts")?;
     let rows = dimension.saturating_mul(contacts);
     let first = words.matrix("M")?;
-    // A local problem goes on with q and μ, and perhaps a mark; a global one with another matrix. Numbers may look like
-    // the head of one: then their count decides.
+    // A local problem continues with q, μ and perhaps a mark. A global one continues with another
+    // matrix. Numbers can look like the head of a matrix; then their count decides.
     let left = words.left();
     let of_local = first.rows().saturating_add(contacts);
     let is_local = first.rows() == rows
@@ -75,7 +76,7 @@ pub fn read(text: &str) -> Result<ContactProblem, DatError> {
     Ok(problem)
 }
 
-/// The words of a text, with their lines.
+/// Words of a text with their lines.
 struct Words<'a> {
     words: Vec<(usize, &'a str)>,
     at: usize,
@@ -89,7 +90,7 @@ impl<'a> Words<'a> {
         Self { words: words.collect(), at: 0 }
     }
 
-    /// How many words are left.
+    /// Number of words left.
     fn left(&self) -> usize {
         self.words.len() - self.at
     }
@@ -106,7 +107,7 @@ impl<'a> Words<'a> {
         word.parse().map_err(|_| refusal())
     }
 
-    /// A count: never more than the words of the text, since each of what it counts has one.
+    /// Parses a count. It is at most the number of words, since each counted item has a word.
     fn count(&mut self, wanted: &'static str) -> Result<usize, DatError> {
         let count = self.parsed(wanted)?;
         if count > self.words.len() {
@@ -133,7 +134,7 @@ impl<'a> Words<'a> {
         (0..count).map(|_| self.count(wanted)).collect()
     }
 
-    /// Whether a matrix of so many rows and columns comes: its storage, its rows, its columns.
+    /// True if a matrix of this size follows: its storage, its rows, its columns.
     fn begins_matrix(&self, rows: usize, columns: usize) -> bool {
         let is = |at: usize, known: &dyn Fn(&str) -> bool| {
             self.words.get(self.at + at).is_some_and(|(_, word)| known(word))
@@ -144,7 +145,7 @@ impl<'a> Words<'a> {
             && is(2, &counts(columns))
     }
 
-    /// Goes past a word if it is this.
+    /// Skips the next word if it equals `word`.
     fn passes(&mut self, word: &str) -> bool {
         let is_there = self.words.get(self.at).is_some_and(|(_, found)| *found == word);
         self.at += usize::from(is_there);
@@ -184,7 +185,7 @@ impl<'a> Words<'a> {
         Ok(SparseMatrix::from_triplets(rows, columns, entries)?)
     }
 
-    /// All entries, column after column.
+    /// Parses all entries in column-major order.
     fn dense(&mut self, rows: usize, columns: usize) -> Result<MatrixEntries, DatError> {
         for (wanted, count) in
             [("the number of rows again", rows), ("the number of columns again", columns)]
@@ -204,7 +205,7 @@ impl<'a> Words<'a> {
         Ok(entries)
     }
 
-    /// Blocks, row after row, each with its number before its entries column after column.
+    /// Parses blocks, row by row. Each has its number before its entries in column-major order.
     fn blocks(&mut self) -> Result<MatrixEntries, DatError> {
         if self.count("the number of blocks")? == 0 {
             return Ok(Vec::new());
@@ -241,7 +242,7 @@ impl<'a> Words<'a> {
         Ok(entries)
     }
 
-    /// Ranges of numbers, by their ends.
+    /// Parses index ranges from their ends.
     fn ends(
         &mut self,
         count: usize,
@@ -256,10 +257,10 @@ impl<'a> Words<'a> {
         Ok(ranges)
     }
 
-    /// CSparse's print: a line of its version, a line of sizes, and triplets or columns.
+    /// Parses CSparse's print: a version line, a line of sizes, and triplets or columns.
     fn sparse(&mut self, rows: usize, columns: usize) -> Result<MatrixEntries, DatError> {
         if !self.passes("CSparse") {
-            // Which form is the original one; the print tells it.
+            // A first number says which form is the original one. The print shows the form too.
             self.number("the origin of a sparse matrix")?;
             self.expect("CSparse")?;
         }
@@ -288,7 +289,7 @@ impl<'a> Words<'a> {
         Ok(entries)
     }
 
-    /// Row, column and value of entries, as many as there are.
+    /// Parses row, column and value of all following entries.
     fn triplets(&mut self) -> Result<MatrixEntries, DatError> {
         let mut entries = Vec::new();
         while self.words.get(self.at + 2).is_some_and(|(_, word)| *word == ":") {
@@ -300,7 +301,7 @@ impl<'a> Words<'a> {
         Ok(entries)
     }
 
-    /// Every column, with its places among the entries, and its entries.
+    /// Parses every column: its range of entries and the entries.
     fn columns_of_entries(&mut self, columns: usize) -> Result<MatrixEntries, DatError> {
         if self.passes("1-norm:") {
             self.number("the norm of a sparse matrix")?;
@@ -333,7 +334,8 @@ impl<'a> Words<'a> {
         Ok(entries)
     }
 
-    /// A mark may be left, which says whether a solution follows elsewhere.
+    /// Checks the end of the text. One mark may follow, which says that a solution is stored
+    /// elsewhere.
     fn end(&mut self) -> Result<(), DatError> {
         let mark = self.left() == 1 && (self.passes("0") || self.passes("1"));
         if mark || self.left() == 0 {
@@ -346,7 +348,7 @@ impl<'a> Words<'a> {
 
 type MatrixEntries = Vec<(usize, usize, f64)>;
 
-/// Whether a word is a count as C prints it, with six digits.
+/// True if a word is the count as C prints it, with six digits.
 fn is_printed(word: &str, count: usize) -> bool {
     let rounded = |printed: f64| {
         let apart = (printed - count as f64).abs();
@@ -355,7 +357,7 @@ fn is_printed(word: &str, count: usize) -> bool {
     word.parse().is_ok_and(rounded)
 }
 
-/// A word as it is shown.
+/// Shortens a word for an error message.
 fn shortened(word: &str) -> String {
     const MOST: usize = 40;
     if word.chars().count() <= MOST {

@@ -1,16 +1,17 @@
-//! Text out.
+//! Writer of the text format.
 
 use crate::problem::{ContactProblem, Form, Law, ProblemError, SparseMatrix};
 use std::fmt::Write as _;
 
-/// Writes a problem of contacts, as Siconos 4.4 reads it: a local one with blocks, a global one with sparse
-/// matrices. Every number keeps its bits.
+/// Writes a contact problem in the format of Siconos 4.4. A local problem has a block matrix, a
+/// global one sparse matrices. Numbers are written without loss.
 ///
 /// # Errors
-/// Groups that are no contacts, or contacts of different dimensions: the text has no words for them.
+/// Groups that are not contacts, or contacts of different dimensions: the format cannot express
+/// them.
 pub fn write(problem: &ContactProblem) -> Result<String, ProblemError> {
     let (count, first) = (problem.laws().len(), problem.laws().first());
-    // Without a contact any dimension is as good.
+    // Without contacts any dimension is valid.
     let dimension = first.map_or(3, Law::rows);
     let fits = |law: &Law| matches!(law, Law::Contact { .. }) && law.rows() == dimension;
     if let Some(group) = problem.laws().iter().position(|law| !fits(law)) {
@@ -51,10 +52,10 @@ fn write_counts(text: &mut String, counts: impl Iterator<Item = usize>) {
     text.push('\n');
 }
 
-/// The blocks that are not all zero, row after row.
+/// Writes the blocks that are not all zero, row by row.
 fn write_blocks(text: &mut String, matrix: &SparseMatrix, size: usize) {
     let count = matrix.rows() / size;
-    // Of every row of blocks the columns; the matrix goes column after column.
+    // Block columns of every block row. The matrix itself is in column-major order.
     let mut rows: Vec<Vec<usize>> = vec![Vec::new(); count];
     for (row, column, _) in matrix.triplets() {
         rows[row / size].push(column / size);
@@ -91,7 +92,7 @@ fn write_blocks(text: &mut String, matrix: &SparseMatrix, size: usize) {
     }
 }
 
-/// As CSparse prints triplets, which Siconos reads back; 1 is its word for them.
+/// Writes triplets as CSparse prints them, which Siconos reads. The origin 1 means triplets.
 fn write_sparse(text: &mut String, matrix: &SparseMatrix) {
     let (rows, columns, entries) = (matrix.rows(), matrix.columns(), matrix.entries());
     let _ = write!(text, "2\n{rows}\n{columns}\n1\n");

@@ -1,21 +1,20 @@
-//! The tutorial's program as Ipopt gets it: which of its variables a contact has, and its bounds.
+//! The tutorial's program for Ipopt: indices of a contact's variables, and bounds.
 
 use crate::ipopt::Bounds;
 use crate::step_nlp::layout::{Layout, STATE};
 use crate::step_nlp::several::{ContactVariables, Friction, Normal};
 use tumble_core::contact::Contact;
 
-/// The variables of `contact`.
+/// Variable indices of `contact`.
 pub(super) fn place(layout: Layout, contact: &Contact) -> ContactVariables {
     let [fx, fy, fz, s1, s2, slip_speed] = layout.contact_variables(contact.key.point);
     let friction = Friction { force: [fx, fy], slack: s2, slip_speed };
     ContactVariables { normal: Normal { first: fz, second: s1 }, friction: Some(friction) }
 }
 
-/// The tutorial's bounds (eq. 17) where the points that are `active` take part: X⁺, f_x and f_y
-/// free, the other variables ≥ 0, equations = 0, inequalities ≥ 0. The variables of the other points
-/// are clamped to zero, because an interior-point method would not let their force touch the bound it
-/// should rest on.
+/// Bounds of the tutorial (eq. 17) for the `active` points. X⁺, f_x and f_y are free, the other
+/// variables ≥ 0, equations = 0, inequalities ≥ 0. Variables of inactive points are clamped to
+/// zero. Otherwise an interior-point method would keep their forces away from the zero bound.
 pub(super) fn bounds(layout: Layout, active: &[f64]) -> Bounds {
     let (n, m) = (layout.variables(), layout.constraints());
     let mut bounds = Bounds {

@@ -1,5 +1,5 @@
-//! What is tried when Ipopt does not solve a step from its first start: a ladder of
-//! rungs, each with its reason, the last of which always holds.
+//! Retry ladder: a sequence of start points ("rungs") for a step that Ipopt does not solve from its
+//! first one. The last rung always has a solution.
 
 use super::memory::Multipliers;
 use super::posed::PosedProgram;
@@ -14,90 +14,87 @@ use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
 use tumble_core::world::World;
 
-/// A step counts as solved only with a residual of at most this, m/s, whatever Ipopt says
-/// of it: a hundred times what its solutions usually have. The number is that of the
-/// tutorial's cube, and scaled with the world's [speed](World::speed_scale).
+/// Largest residual of a solved step, m/s, whatever status Ipopt reports. It is 100 times the usual
+/// residual. The number holds for the tutorial's cube and is scaled with the world's
+/// [speed](World::speed_scale).
 pub const LADDER_RESIDUAL: f64 = 1e-3;
 
-/// The iterations of a step, all rungs together, that are waited for before the native solution
-/// stands in; more where one solve may take more. From good starts Ipopt takes a tenth.
+/// Iteration limit of a step over all rungs, unless the limit of one solve is larger. After it, the
+/// native solution is used. From good start points Ipopt needs a tenth.
 const STEP_BUDGET: u32 = 300;
 
-/// With more candidates than this an iteration takes so long (10 ms with 100, 110 ms with 961) that
-/// fewer of them are waited for, as many as cost the same.
+/// Number of candidates above which the iteration limit shrinks in proportion: iterations are then
+/// slow (10 ms with 100 candidates, 110 ms with 961).
 const MANY_CANDIDATES: usize = 64;
 
-/// The budget of a step with `candidates`, where one solve may take `max_iterations`.
+/// Iteration limit of a step with `candidates`, where one solve may use `max_iterations`.
 fn budget(max_iterations: u32, candidates: usize) -> u32 {
     let usual = max_iterations.max(STEP_BUDGET);
     let share = MANY_CANDIDATES as f64 / candidates.max(MANY_CANDIDATES) as f64;
     ((f64::from(usual) * share) as u32).max(1)
 }
 
-/// The tolerances, as parts of the usual one, with which Ipopt goes on where it has met the usual
-/// one and the residual is too large.
+/// Factors of the usual tolerance for further solves, if Ipopt met the usual tolerance and the
+/// residual is still too large.
 const TIGHTER: [f64; 3] = [1e-2, 1e-4, 1e-6];
 
-/// Iterations with each of them.
+/// Iteration limit with each tighter tolerance.
 const PATIENCE_TIGHTER: u32 = 25;
 
-/// How firmly the ladder holds on to the forces of a start, and how exact it asks Ipopt to be.
+/// Parameters of the ladder: regularisation towards the forces of the start, and accuracy.
 struct Manner {
-    /// Friction's part of [`Hold`].
+    /// Friction regularisation, see [`Hold`].
     friction: f64,
-    /// That of normal forces where those of the start have settled; where they have not, they are
-    /// free: an impact is far from what was before it.
+    /// Normal-force regularisation for starts with settled forces. Other starts have none: an
+    /// impact changes the forces too much.
     normal: f64,
-    /// A residual above this part of the [accepted](LADDER_RESIDUAL) one is worth going on for with a
-    /// tighter tolerance.
+    /// Fraction of the [accepted](LADDER_RESIDUAL) residual above which a tighter tolerance is
+    /// worth further iterations.
     worth_it: f64,
 }
 
-/// Where bodies touch the ground alone. Friction that has settled is exact; where it has not, and the residual
-/// says so, Ipopt goes on from the end with this as the start, and what is left is this part of it. A
-/// cost for normal forces takes a cube that slides or tips from 2 iterations a step to 21. Worth going
-/// on for is ten times what settled steps have; steps of friction that has just stopped or begun are
-/// above it (docs/ipopt-path.md).
+/// Parameters for bodies that touch only the ground. A cost for normal forces makes tipping cubes
+/// ten times slower. The residual of settled steps is a tenth of `worth_it` (docs/ipopt-path.md).
 const APART: Manner = Manner { friction: 1e-2, normal: 0.0, worth_it: 1e-2 };
 
-/// Where bodies touch each other or fixed pieces, in more points than carry them. Without a cost a stack of five at
-/// rest takes 59 iterations a step, with 10⁻⁶ 33, with 10⁻³ 4, with 10⁻² and more 2. Whatever is solved
-/// is good enough (docs/ipopt-path.md).
+/// Parameters for bodies that touch each other or fixed pieces, with hyperstatic normal forces.
+/// Without a cost for normal forces a resting stack of five needs 30 times as many iterations
+/// (docs/ipopt-path.md).
 const TOGETHER: Manner = Manner { friction: 0.1, normal: 0.1, worth_it: 1.0 };
 
 impl Manner {
-    /// That of what is `posed` of `candidates`.
+    /// Selects the parameters for the contacts in `posed`.
     fn of(candidates: &[Contact], posed: &PosedProgram) -> &'static Self {
         let mut partners = posed.contacts.iter().map(|&index| candidates[index].key.partner);
         if partners.any(|partner| partner != Partner::Ground) { &TOGETHER } else { &APART }
     }
 
-    /// How firmly to hold on to forces that have `settled`, or have not.
+    /// Regularisation towards the start's forces, depending on whether they have `settled`.
     fn hold(&self, settled: bool) -> Hold {
         Hold { friction: self.friction, normal: if settled { self.normal } else { 0.0 } }
     }
 }
 
-/// Ipopt with the ladder behind it.
+/// Ipopt with the retry ladder.
 pub struct Ladder {
     ipopt: IpoptSolver,
     native: NativeSolver,
     rungs: Vec<Rung>,
     accepted: f64,
     certifier: Certifier,
-    /// The native solution of the step, and whether it was asked for.
+    /// Native solution of the step, and whether it has been computed.
     native_solution: StepSolution,
     is_asked: bool,
-    /// The end of the rung that was tried last.
+    /// Result of the last rung.
     tried: StepSolution,
-    /// The best end of the step: as a solution, as a point, and what Ipopt ended there with.
+    /// Best result of the step: its solution, its point, and Ipopt's multipliers there.
     best: StepSolution,
     best_end: ProgramStart,
     multipliers: Option<Multipliers>,
 }
 
 impl Ladder {
-    /// Ipopt and the rungs to try, in order; [`Rung::ALL`] is the recommended ladder.
+    /// Creates a ladder with the rungs in order; [`Rung::ALL`] is recommended.
     #[must_use]
     pub fn new(world: &World, ipopt: IpoptSolver, rungs: &[Rung]) -> Self {
         Self {
@@ -115,13 +112,14 @@ impl Ladder {
         }
     }
 
-    /// How many iterations to wait for from `rung`: without end from the last start that there is.
+    /// Iteration limit of `rung`; unlimited for the last rung with Ipopt.
     fn patience(&self, rung: Rung) -> u32 {
         let last = self.rungs.iter().rfind(|rung| **rung != Rung::Native);
         if last == Some(&rung) { u32::MAX } else { rung.patience() }
     }
 
-    /// One rung; leaves its end in `tried`. `None` where the rung has nothing to start from.
+    /// Runs one rung and leaves its result in `tried`. Returns `None` if the rung has no start
+    /// point.
     fn climb(
         &mut self,
         rung: Rung,
@@ -133,7 +131,8 @@ impl Ladder {
             let (solution, units) = (&self.native_solution, &self.ipopt.program.units);
             self.ipopt.end.set_solution(step, candidates.contacts(), solution, units);
             self.tried.copy_from(solution);
-            // The residual decides: what the native solver fails may be within what the ladder promises.
+            // The residual decides: a failed native solution can still be within the ladder's
+            // limit.
             return Ok(Some(Attempted::free()));
         }
         let limit = self.patience(rung).min(self.ipopt.program.max_iterations()).min(left);
@@ -146,8 +145,8 @@ impl Ladder {
         Ok(Some(attempted))
     }
 
-    /// Solves from the start of `rung` in at most `limit` iterations. `None` where the rung has nothing
-    /// to start from.
+    /// Solves from the start of `rung` in at most `limit` iterations. Returns `None` if the rung
+    /// has no start point.
     fn start_from(
         &mut self,
         rung: Rung,
@@ -190,9 +189,9 @@ impl Ladder {
         solve_posed(program, step, start, effort, candidates, posed, end).map(Some)
     }
 
-    /// Where Ipopt meets its tolerance and the step is not solved, goes on from the end with
-    /// smaller ones: a contact that is lighter than the body needs more than the program's scale
-    /// asks for. The better end stays.
+    /// Continues with tighter tolerances if Ipopt met its tolerance and the residual is too large.
+    /// A contact lighter than the body needs a tighter tolerance than the program's scale. Keeps
+    /// the better result.
     fn tighten(
         &mut self,
         step: &Step<'_>,
@@ -233,13 +232,13 @@ impl Ladder {
         Ok(())
     }
 
-    /// Writes Ipopt's end to `tried`.
+    /// Writes Ipopt's result to `tried`.
     fn write(&mut self, step: &Step<'_>, contacts: &[Contact]) {
         let IpoptSolver { program, end, .. } = &self.ipopt;
         end.write(step, contacts, &program.units, &mut self.tried);
     }
 
-    /// Whether the end that was tried last solves the step.
+    /// True if the last result solves the step.
     fn is_solved(&mut self, step: &Step<'_>, contacts: &[Contact], converged: bool) -> bool {
         let residual = self.residual(step, contacts);
         converged && (residual <= self.accepted || self.is_rounding(step, residual))
@@ -249,8 +248,8 @@ impl Ladder {
         residual <= rounding::residual(step.world, step.states, &self.tried.states)
     }
 
-    /// Asks the native solver, once a step. It may admit contacts that detection missed; they
-    /// then are contacts of the step.
+    /// Computes the native solution once per step. The native solver may admit contacts that
+    /// detection missed; they become contacts of the step.
     fn ask_native(&mut self, step: &Step<'_>, candidates: &mut Candidates) -> Result<(), Error> {
         if !self.is_asked {
             self.native.solve(step, candidates, &mut self.native_solution)?;
@@ -260,7 +259,7 @@ impl Ladder {
         Ok(())
     }
 
-    /// The residual of the rung tried last, m/s.
+    /// Residual of the last rung, m/s.
     fn residual(&mut self, step: &Step<'_>, contacts: &[Contact]) -> f64 {
         let (states, wrenches, tried) = (step.states, step.wrenches, &self.tried);
         let next = &tried.states;
@@ -269,7 +268,7 @@ impl Ladder {
     }
 }
 
-/// Contacts that were admitted after `solution` was found have no force in it.
+/// Appends contacts that were admitted after `solution` was found, with zero force.
 fn add_late(contacts: &[Contact], solution: &mut StepSolution) {
     let late = &contacts[solution.contacts.len()..];
     solution.contacts.extend(late.iter().map(|contact| ContactForce::none(contact.key)));
@@ -288,7 +287,7 @@ impl StepSolver for Ladder {
     ) -> Result<StepReport, Error> {
         self.is_asked = false;
         self.ipopt.begin(step, candidates.contacts())?;
-        // Where no rung has an end to show, free flight is at least a motion.
+        // If no rung has a result, free flight is reported.
         self.best.set_free(step.free);
         self.best_end.reset(step.free, 0);
         self.multipliers = None;

@@ -1,21 +1,20 @@
-//! What Ipopt's next step can start from: the last solutions with all that the program knows of
-//! them, slacks and multipliers included.
+//! Warm-start memory of Ipopt: the last solutions with slacks and multipliers.
 
 use super::start::ProgramStart;
 use crate::ipopt::IteratePoint;
 use tumble_core::contact::ContactKey;
 use tumble_core::step::StepSolution;
 
-/// A solution with what the program knows of it.
+/// A solution with its point of the program.
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 struct Remembered {
     solution: StepSolution,
     point: ProgramStart,
-    /// Where Ipopt converged to the point itself.
+    /// Multipliers, if Ipopt itself converged to this point.
     multipliers: Option<Multipliers>,
 }
 
-/// The multipliers of a point that Ipopt converged to, for the contacts it was posed with.
+/// Multipliers of a converged point, for the contacts of its program.
 #[derive(Clone)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Multipliers {
@@ -35,21 +34,20 @@ impl Multipliers {
         }
     }
 
-    /// Whether they are of a program of so many `variables` and `rows`.
+    /// True if the multipliers fit a program of this size.
     pub(super) fn fits(&self, variables: usize, rows: usize) -> bool {
         self.constraints.len() == rows && self.lower.len() == variables
     }
 }
 
-/// The last solution and the one before it: a step that is taken back starts again from the
-/// earlier one.
+/// Last two solutions. If a step is undone, the next one starts from the earlier solution.
 #[derive(Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct IpoptMemory(Vec<Remembered>);
 
 #[cfg(feature = "save")]
 impl IpoptMemory {
-    /// Whether it can be what a solver kept: at most two solutions, each with the values of its contacts.
+    /// True if the memory is valid: at most two solutions, each with the values of its contacts.
     pub(super) fn is_whole(&self) -> bool {
         let is_whole = |known: &Remembered| {
             let values = known.point.values.len();
@@ -61,7 +59,7 @@ impl IpoptMemory {
 }
 
 impl IpoptMemory {
-    /// Forgets all.
+    /// Deletes all solutions.
     pub(super) fn clear(&mut self) {
         self.0.clear();
     }
@@ -70,17 +68,17 @@ impl IpoptMemory {
         self.0.iter().find(|known| known.solution == *solution)
     }
 
-    /// `solution` as a point, if it is one of the last two.
+    /// Point of `solution`, if it is one of the last two.
     pub(super) fn point(&self, solution: &StepSolution) -> Option<&ProgramStart> {
         self.find(solution).map(|known| &known.point)
     }
 
-    /// What Ipopt ended with at `solution`, if that is known.
+    /// Ipopt's multipliers at `solution`, if known.
     pub(super) fn multipliers(&self, solution: &StepSolution) -> Option<&Multipliers> {
         self.find(solution).and_then(|known| known.multipliers.as_ref())
     }
 
-    /// Keeps `solution` of the step that followed `previous`, and what is known of that one.
+    /// Stores `solution` of the step after `previous`, and keeps the entry of `previous`.
     pub(super) fn keep(
         &mut self,
         previous: &StepSolution,

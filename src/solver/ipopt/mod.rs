@@ -1,10 +1,9 @@
-//! The step problem solved by Ipopt: the adapter between [`crate::step_nlp`] and
-//! [`crate::ipopt`], started from the previous solution.
+//! Contact steps solved by Ipopt: the adapter between [`crate::step_nlp`] and [`crate::ipopt`],
+//! started from the previous solution.
 //!
-//! There are two programs of a step. The reduced one is that of [several
-//! bodies](crate::step_nlp::several), for one body as for ten; the tutorial's own, of one body, is there
-//! to repeat what the tutorial does. What is posed, where Ipopt starts, what is remembered and what is
-//! tried next stand once, for both.
+//! A step has two programs. The reduced program handles one or [several
+//! bodies](crate::step_nlp::several). The tutorial's program handles one body and reproduces the
+//! tutorial. Both share the choice of contacts, start points, memory and retries.
 
 mod clamped;
 mod ladder;
@@ -38,31 +37,31 @@ use units::ProgramUnits;
 
 /// Ipopt's tolerance in the tutorial.
 pub const TOLERANCE: f64 = 1e-6;
-/// The tutorial's iteration limit.
+/// Iteration limit in the tutorial.
 pub const MOST_ITERATIONS: u32 = 300;
 
-/// More bodies than this are refused: see [`IpoptSolver::new`].
+/// Largest number of bodies: see [`IpoptSolver::new`].
 pub const MOST_BODIES: usize = 10;
 
-/// The body that the tutorial's program is of.
+/// Index of the body in the tutorial's program.
 const BODY: usize = 0;
 
-/// Which program Ipopt sees. Both have the same solutions.
+/// Nonlinear program of a step. Both formulations have the same solutions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Formulation {
-    /// The tutorial's, of one body, in SI units: all variables and rows; the variables of a contact
-    /// that is not flagged are clamped, both bounds zero. Its rows without a free variable, and the row
-    /// ‖q⁺‖² = 1, which the attitude rows imply, make the Jacobian rank-deficient everywhere.
+    /// The tutorial's program of one body in SI units, with all variables and rows. The variables
+    /// of an unflagged contact are clamped with both bounds zero. The Jacobian is rank-deficient
+    /// everywhere: some rows have no free variable, and the attitude rows imply the row ‖q⁺‖² = 1.
     Clamped,
-    /// That of any bodies: only variables and rows of the candidates that free flight closes, no row
-    /// ‖q⁺‖² = 1, and nothing of friction where μ = 0; in the scene's own units, in which scaled
-    /// copies of a scene are one program.
+    /// Program of any number of bodies. It has variables and rows only for candidates that free
+    /// flight closes. It has no row ‖q⁺‖² = 1, and no friction where μ = 0. It uses the scene's own
+    /// units, in which scaled copies of a scene are one program.
     #[default]
     Reduced,
 }
 
 impl Formulation {
-    /// The word of the command line.
+    /// Name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -72,40 +71,39 @@ impl Formulation {
     }
 }
 
-/// Ipopt for the steps of one world; by itself, from the previous solution without multipliers, as the
-/// tutorial does it.
+/// Ipopt solver for the steps of one world. Alone, it starts from the previous solution without
+/// multipliers, as in the tutorial.
 pub struct IpoptSolver {
     program: IpoptProgram,
     accepted: f64,
     memory: IpoptMemory,
-    /// What was posed last.
+    /// Bodies and contacts of the last program.
     posed: PosedProgram,
-    /// The start and the end of the last solve.
+    /// Start and result of the last solve.
     start: ProgramStart,
     end: ProgramStart,
 }
 
-/// What the objective is multiplied with: 10⁷/(m g ℓ)² in the [scene's units](units), the middle
-/// of the range, 10⁶ to 10⁸ and more, in which iterations and residuals hardly change.
+/// Factor of the objective: 10⁷/(m g ℓ)² in the [scene's units](units). It is in the middle of the
+/// range 10⁶ to 10⁸ in which iterations and residuals hardly change.
 const OBJECTIVE_SCALE: f64 = 1e7 / (98.1 * 98.1);
 
-/// A step of Ipopt alone counts as failed with a residual above this, m/s, whatever Ipopt
-/// says of it: its tolerance can be met by points that violate the contact law grossly. Of the
-/// steps that it solves with these settings all but one in a hundred are below 0.02. The number
-/// is that of the tutorial's cube, and scaled with the world's [speed](World::speed_scale).
+/// Residual above which a step of Ipopt alone counts as failed, m/s. Ipopt's tolerance can be met
+/// by points that grossly violate the contact law. The number holds for the tutorial's cube and is
+/// scaled with the world's [speed](World::speed_scale).
 pub const ACCEPTED_RESIDUAL: f64 = 0.1;
 
-/// What Ipopt refused before it ran.
+/// Converts a refusal of Ipopt's wrapper.
 impl From<IpoptError> for Error {
     fn from(error: IpoptError) -> Self {
         Self::Solver { solver: "Ipopt", why: error.to_string() }
     }
 }
 
-/// Ipopt with the recommended ladder for `world`.
+/// Creates Ipopt with the recommended ladder for `world`.
 ///
 /// # Errors
-/// As [`IpoptSolver::new`].
+/// See [`IpoptSolver::new`].
 pub fn ladder_for(
     world: &World,
     formulation: Formulation,
@@ -115,12 +113,12 @@ pub fn ladder_for(
     Ok(Box::new(Ladder::new(world, ipopt, &Rung::ALL)))
 }
 
-/// Ipopt from the previous solution alone: what it does not solve from there is failed. In a world that
-/// the tutorial's program is [not of](crate::step_nlp::StepNlp::unsuitable) its steps are held to the
-/// ladder's residual.
+/// Creates Ipopt with the previous solution as the only start. A step that this does not solve is
+/// failed. In a world [unsuitable](crate::step_nlp::StepNlp::unsuitable) for the tutorial's program
+/// the ladder's residual limit applies.
 ///
 /// # Errors
-/// As [`IpoptSolver::new`].
+/// See [`IpoptSolver::new`].
 pub fn alone_for(
     world: &World,
     formulation: Formulation,
@@ -134,12 +132,12 @@ pub fn alone_for(
 }
 
 impl IpoptSolver {
-    /// A solver for steps of `world`.
+    /// Creates a solver for steps of `world`.
     ///
     /// # Errors
-    /// An option out of its range; more than [`MOST_BODIES`] bodies, which the native solver is made
-    /// for; with [`Formulation::Clamped`], a world that
-    /// [`StepNlp::new`](crate::step_nlp::StepNlp::new) refuses.
+    /// An option out of its range; more than [`MOST_BODIES`] bodies, which need the native solver;
+    /// with [`Formulation::Clamped`], a world that [`StepNlp::new`](crate::step_nlp::StepNlp::new)
+    /// refuses.
     pub fn new(world: &World, formulation: Formulation, options: Options) -> Result<Self, Error> {
         let bodies = world.bodies().len();
         if bodies > MOST_BODIES {
@@ -162,12 +160,14 @@ impl IpoptSolver {
         })
     }
 
-    /// The recommended settings: the barrier is chosen anew in every iteration, the
-    /// multipliers' step by dual infeasibility, and the objective, a sum of squared slacks
-    /// (N m, W in SI units), is multiplied with 10⁷/(m g ℓ)² of the tutorial's cube. Its square makes the objective flat, so that the tolerance is met while slacks are
-    /// still large: forces act at a distance and things that should stick creep. Scaled,
-    /// Ipopt goes on to residuals of some 10⁻⁶ m/s, and from its warm starts in fewer
-    /// iterations, because the next step begins nearer to its solution (docs/ipopt-path.md).
+    /// Recommended settings: adaptive barrier, multiplier steps by dual infeasibility, and a scaled
+    /// objective.
+    ///
+    /// The objective is a sum of squared slacks (N m, W in SI units). The squares make it flat:
+    /// unscaled, the tolerance is met while slacks are still large, so forces act at a distance and
+    /// sticking contacts creep. The factor is 10⁷/(m g ℓ)² of the tutorial's cube. With it Ipopt
+    /// reaches residuals of about 10⁻⁶ m/s, and warm starts need fewer iterations
+    /// (docs/ipopt-path.md).
     #[must_use]
     pub fn options(tolerance: f64, max_iterations: u32) -> Options {
         Options {
@@ -182,7 +182,7 @@ impl IpoptSolver {
 }
 
 impl IpoptSolver {
-    /// The tutorial's settings: its tolerance and its limit, and Ipopt's defaults.
+    /// Settings of the tutorial: its tolerance, its iteration limit, and Ipopt's defaults.
     #[must_use]
     pub fn tutorial_options() -> Options {
         Options {
@@ -198,11 +198,11 @@ impl IpoptSolver {
         }
     }
 
-    /// Solves `step` from the point `start` of the program, slacks and multipliers λ included,
-    /// instead of the previous solution's: to repeat a step that another program recorded.
+    /// Solves `step` from the point `start` of the program, including slacks and multipliers λ.
+    /// This repeats a step that another program recorded.
     ///
     /// # Errors
-    /// As [`StepSolver::solve`]; a start of another number of contact points.
+    /// See [`StepSolver::solve`]; a start with another number of contact points.
     pub fn solve_from(
         &mut self,
         step: &Step<'_>,
@@ -223,8 +223,8 @@ impl IpoptSolver {
         self.solve_from_start(step, candidates, solution)
     }
 
-    /// Takes the units of `step`, if it is one of the solver's world. What is known in others is
-    /// forgotten.
+    /// Updates the units for `step` and checks that it belongs to the solver's world. A change of
+    /// units clears the memory.
     fn begin(&mut self, step: &Step<'_>, contacts: &[Contact]) -> Result<(), Error> {
         step.check(contacts)?;
         let points = |world: &World| -> Vec<usize> {
@@ -240,14 +240,14 @@ impl IpoptSolver {
         Ok(())
     }
 
-    /// The memory and the units that it is in.
+    /// Serialises the units and the memory.
     #[cfg(feature = "save")]
     fn remembered(&self) -> Vec<u8> {
-        // Numbers, which always have bytes.
+        // Serialisation of plain numbers cannot fail.
         to_bytes(&(&self.program.units, &self.memory)).unwrap_or_default()
     }
 
-    /// Goes on from what was [remembered](IpoptSolver::remembered) in `world`.
+    /// Restores the [serialised](IpoptSolver::remembered) memory in `world`.
     #[cfg(feature = "save")]
     fn remember(&mut self, world: &World, remembered: &[u8]) -> Result<(), Error> {
         if remembered.is_empty() {
@@ -264,7 +264,7 @@ impl IpoptSolver {
         Ok(())
     }
 
-    /// Solves `step` from the start that has been set.
+    /// Solves `step` from the start stored in `self.start`.
     fn solve_from_start(
         &mut self,
         step: &Step<'_>,
@@ -288,8 +288,8 @@ impl IpoptSolver {
     }
 }
 
-/// A contact that ends a step no deeper than this need not have been posed, m: a tenth of what the
-/// residual of the step may be.
+/// Penetration at the end of a step below which a contact need not be in the program, m. It is a
+/// tenth of the accepted residual times h.
 fn missed_depth(step: &Step<'_>, accepted: f64) -> f64 {
     0.1 * accepted * step.world.time_step()
 }

@@ -1,9 +1,8 @@
-//! Which bodies and contacts of a step its program has.
+//! Bodies and contacts in the program of a step.
 
 use tumble_core::contact::{Contact, ContactKey};
 
-/// The bodies and contacts that take part, indices of the world and of the candidates, both in
-/// ascending order.
+/// Indices of the bodies of the world and of the candidates in the program, both ascending.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct PosedProgram {
     pub(super) bodies: Vec<usize>,
@@ -11,7 +10,7 @@ pub(super) struct PosedProgram {
 }
 
 impl PosedProgram {
-    /// The candidates of which `takes_part` is true, and their bodies.
+    /// Selects the candidates for which `takes_part` is true, and their bodies.
     pub(super) fn of(
         candidates: &[Contact],
         mut takes_part: impl FnMut(usize, &Contact) -> bool,
@@ -31,7 +30,7 @@ impl PosedProgram {
         self.contacts.binary_search(&index).is_ok()
     }
 
-    /// Which features touch.
+    /// Contact keys of the selected candidates.
     pub(super) fn keys(&self, candidates: &[Contact]) -> Vec<ContactKey> {
         self.contacts.iter().map(|&index| candidates[index].key).collect()
     }

@@ -1,13 +1,14 @@
-//! Which of the candidates the program is posed with, and what happens to one that should have been
-//! among them.
+//! Choice of the contacts in the program, and repeated solves with contacts that were missing.
 //!
-//! A candidate without force that moves sideways leaves the program without a feasible optimum
-//! (docs/formulation.md, section 8), and every one of them costs six variables and six rows. So
-//! [`Formulation::Reduced`](super::Formulation::Reduced) poses the candidates that free flight closes
-//! and, between bodies, those that carried a force in the step before. Where the end takes another one
-//! into each other, that one joins and the step is solved again: a contact that ends open with no force
-//! obeys the contact law, whether it was posed or not. Bodies without such a contact are in free flight.
-//! The tutorial's program is posed with all candidates.
+//! A candidate that moves sideways without force leaves the program without a feasible optimum
+//! (docs/formulation.md, section 8). Every candidate also costs six variables and six rows.
+//! [`Formulation::Reduced`](super::Formulation::Reduced) therefore includes only the candidates
+//! that free flight closes. Between bodies it also includes those with a force in the previous
+//! step.
+//!
+//! If the result penetrates at another candidate, that one is added and the step is solved again.
+//! An open contact without force obeys the contact law, in the program or not. Bodies without
+//! contacts in the program are in free flight. The tutorial's program includes all candidates.
 
 use super::posed::PosedProgram;
 use super::program::{Attempted, Hold, IpoptEffort, IpoptProgram, StartMultipliers};
@@ -16,8 +17,8 @@ use tumble_core::contact::{Candidates, Contact, KeyIndex, Partner};
 use tumble_core::error::Error;
 use tumble_core::step::{ContactForce, Step};
 
-/// What `program` is posed with in `step`: a contact that free flight leaves open by no more than
-/// `near` (m) counts as closed.
+/// Selects the contacts of `program` in `step`. A contact counts as closed if free flight leaves a
+/// gap of at most `near` (m).
 pub(super) fn posed_in(
     program: &IpoptProgram,
     step: &Step<'_>,
@@ -33,8 +34,9 @@ pub(super) fn posed_in(
     })
 }
 
-/// Solves `step` with what is `posed`, from `start`, and again with the contacts that it missed, in
-/// all within `effort`. `posed` is that of the last solve.
+/// Solves `step` with the contacts `posed` from `start`, and repeats with contacts that were
+/// missing. All solves share the limit in `effort`. On return `posed` holds the contacts of the
+/// last solve.
 pub(super) fn solve_posed(
     program: &mut IpoptProgram,
     step: &Step<'_>,
@@ -46,7 +48,7 @@ pub(super) fn solve_posed(
 ) -> Result<Attempted, Error> {
     let IpoptEffort { limit, depth, hold, .. } = effort;
     let contacts = candidates.contacts();
-    // The tutorial's program has the heights of all points, of candidates or not.
+    // The tutorial's program has height rows of all points, so it is never skipped.
     let mut attempted = if posed.bodies.is_empty() && !program.is_tutorials() {
         end.reset(step.free, contacts.len());
         Attempted::free()
@@ -65,7 +67,7 @@ pub(super) fn solve_posed(
         }
         *posed = wider;
         start.values.resize_with(contacts.len(), Default::default);
-        // What was missed has no force to hold on to.
+        // A missing contact has no force at the start, so normal forces must be free.
         let (limit, hold) = (limit - attempted.iterations, Hold { normal: 0.0, ..hold });
         let multipliers = StartMultipliers::Estimated;
         let effort = IpoptEffort { multipliers, limit, hold, ..effort };

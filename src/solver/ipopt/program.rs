@@ -1,4 +1,4 @@
-//! One solve of the step's program by Ipopt: contacts, start and limit in, a point out.
+//! One solve of a step's program by Ipopt, from contacts and a start to a result.
 
 use super::memory::Multipliers;
 use super::posed::PosedProgram;
@@ -19,27 +19,27 @@ use tumble_core::mechanics::{State, Wrench};
 use tumble_core::step::Step;
 use tumble_core::world::World;
 
-/// Ipopt for the programs of one world.
+/// Ipopt solver for the programs of one world.
 pub(super) struct IpoptProgram {
-    /// The world in `units`.
+    /// World in `units`.
     world: World,
     pub(super) units: ProgramUnits,
-    /// The tutorial's program, where that is the one.
+    /// The tutorial's program, for [`Formulation::Clamped`].
     tutorial: Option<StepNlp>,
     options: Options,
-    /// The solver of the last structure, kept for as long as that does not change.
+    /// Solver of the last sparsity structure, reused until the structure changes.
     prepared: Option<Prepared>,
     scratch: ProgramScratch,
 }
 
-/// A solver and the structure that it is for.
+/// A solver with its sparsity structure.
 struct Prepared {
     jacobian: SparsityPattern,
     hessian: SparsityPattern,
     solver: RawSolver,
 }
 
-/// Memory of a solve.
+/// Scratch memory of a solve.
 #[derive(Default)]
 struct ProgramScratch {
     states: Vec<State>,
@@ -50,57 +50,57 @@ struct ProgramScratch {
     zeros: Vec<f64>,
 }
 
-/// How far a program holds on to the forces of the start.
+/// Strength of the regularisation towards the forces of the start.
 #[derive(Clone, Copy)]
 pub(super) struct Hold {
-    /// How much friction yields to what differs from them, as a part of both bodies' own answer h/m.
+    /// Compliance of friction against deviations, as a fraction of both bodies' own response h/m.
     pub(super) friction: f64,
-    /// What a normal force costs that differs, in squares of the program's unit of length.
+    /// Cost of a normal force's deviation, in squares of the program's unit of length.
     pub(super) normal: f64,
 }
 
 impl Hold {
-    /// Not at all: the laws themselves.
+    /// No regularisation: the contact laws themselves.
     pub(super) const NOT: Self = Self { friction: 0.0, normal: 0.0 };
 }
 
-/// With which multipliers a solve starts, how exact it is, and how long it may take.
+/// Multipliers, accuracy and iteration limit of a solve.
 #[derive(Clone, Copy)]
 pub(super) struct IpoptEffort<'a> {
     pub(super) multipliers: StartMultipliers<'a>,
-    /// Iterations.
+    /// Largest number of iterations.
     pub(super) limit: u32,
-    /// A contact that ends no deeper need not have been posed, m.
+    /// Penetration up to which a contact may be missing from the program, m.
     pub(super) depth: f64,
-    /// Ipopt's tolerance, as a part of that of the options.
+    /// Factor of the tolerance of the options.
     pub(super) tightness: f64,
-    /// The tutorial's program holds on to nothing.
+    /// Regularisation; the tutorial's program ignores it.
     pub(super) hold: Hold,
 }
 
-/// The multipliers of a start.
+/// Multipliers of a start.
 #[derive(Clone, Copy)]
 pub(super) enum StartMultipliers<'a> {
-    /// Ipopt's own estimate, from a point that it first moves away from its bounds.
+    /// Ipopt's estimate. Ipopt first moves the point away from its bounds.
     Estimated,
-    /// Zero: those of a solution whose slacks are zero, because the objective's gradient is zero
-    /// there.
+    /// Zero multipliers. They are correct at a solution with zero slacks, where the objective's
+    /// gradient is zero.
     Zero,
-    /// Those that Ipopt ended with.
+    /// Multipliers of an earlier solve.
     Known(&'a Multipliers),
 }
 
-/// How a solve ended.
+/// Result of a solve.
 pub(super) struct Attempted {
     pub(super) converged: bool,
     pub(super) iterations: u32,
     pub(super) status: ReturnStatus,
-    /// Where it converged.
+    /// Multipliers of a converged solve.
     pub(super) multipliers: Option<Multipliers>,
 }
 
 impl Attempted {
-    /// Free flight, where no contact is posed: exact without Ipopt.
+    /// Result of free flight: without contacts it is exact, and Ipopt is not needed.
     pub(super) fn free() -> Self {
         let status = ReturnStatus::SolveSucceeded;
         Self { converged: true, iterations: 0, status, multipliers: None }
@@ -124,7 +124,7 @@ impl IpoptProgram {
         Ok(Self { world, units, tutorial, options, prepared: None, scratch })
     }
 
-    /// Which of the two it is.
+    /// Formulation of the program.
     pub(super) fn formulation(&self) -> Formulation {
         if self.is_tutorials() { Formulation::Clamped } else { Formulation::Reduced }
     }
@@ -133,17 +133,17 @@ impl IpoptProgram {
         &self.options
     }
 
-    /// The world that it is of, in the program's units.
+    /// World in the program's units.
     pub(super) fn world(&self) -> &World {
         &self.world
     }
 
-    /// Whether it is the tutorial's.
+    /// True for the tutorial's program.
     pub(super) fn is_tutorials(&self) -> bool {
         self.tutorial.is_some()
     }
 
-    /// Takes the units that `step` asks for; says whether they are others than before.
+    /// Updates the units for `step`. Returns true if they changed.
     pub(super) fn set_units(&mut self, step: &Step<'_>) -> bool {
         if self.is_tutorials() {
             return false;
@@ -156,19 +156,19 @@ impl IpoptProgram {
         true
     }
 
-    /// Poses steps of `world` in `units`.
+    /// Sets the units in which steps of `world` are posed.
     pub(super) fn take_units(&mut self, world: &World, units: ProgramUnits) {
         self.world = units.world(world);
         self.units = units;
     }
 
-    /// The most iterations of one solve.
+    /// Iteration limit of one solve.
     pub(super) fn max_iterations(&self) -> u32 {
         self.options.max_iterations
     }
 
-    /// Solves `step` with what is `posed` of `candidates` from `start`, and writes the end to
-    /// `end`; free flight where Ipopt has no iterate to report.
+    /// Solves `step` with the `posed` part of `candidates` from `start`, and writes the result to
+    /// `end`. The result is free flight if Ipopt reports no iterate.
     pub(super) fn attempt(
         &mut self,
         step: &Step<'_>,
@@ -226,7 +226,7 @@ impl IpoptProgram {
                     upper_multipliers: &known.upper,
                 }
             }
-            // Of joints with other drives.
+            // The multipliers belong to a program of another size.
             StartMultipliers::Known(_) => ipopt::StartPoint::Cold { x },
         };
         let mut program = Bound { nlp, interrupt: step.interrupt };
@@ -265,7 +265,7 @@ impl IpoptProgram {
 }
 
 impl ProgramScratch {
-    /// Takes the step and what is `posed` of `candidates`, in `units`.
+    /// Converts the step and the `posed` part of `candidates` to `units`.
     fn take(
         &mut self,
         step: &Step<'_>,
@@ -283,7 +283,7 @@ impl ProgramScratch {
     }
 }
 
-/// What takes part, indices of the world and of the candidates, and where the contacts' variables are.
+/// Indices of the bodies and candidates in the program, and of the contacts' variables.
 #[derive(Clone, Copy)]
 struct ProgramPart<'a> {
     bodies: &'a [usize],
@@ -291,13 +291,13 @@ struct ProgramPart<'a> {
     places: &'a [ContactVariables],
 }
 
-/// The variables of a body that takes part as number `place`: the same in both programs.
+/// Variables of the `place`-th body of the program, equal in both programs.
 fn state_at(place: usize) -> std::ops::Range<usize> {
     SeveralLayout::new(place + 1, []).state(place)
 }
 
-/// X⁺ and the values of the contacts at `start` as a point of the program, the other of its
-/// `variables` those of the tutorial's start, or zero.
+/// Writes X⁺ and the contact values of `start` as a point x of the program. Other variables come
+/// from the tutorial's start, or are zero.
 fn gather(
     ProgramPart { bodies, contacts, places }: ProgramPart<'_>,
     start: &ProgramStart,
@@ -322,7 +322,7 @@ fn gather(
     }
 }
 
-/// The other way round; what takes no part stays as it is.
+/// Copies a point x of the program to `end`. Other bodies and candidates stay unchanged.
 fn scatter(
     ProgramPart { bodies, contacts, places }: ProgramPart<'_>,
     x: &[f64],
@@ -347,8 +347,8 @@ fn scatter(
     }
 }
 
-/// Makes attitudes turns, which those of an iterate are to its tolerance only, and those of one that is
-/// no solution not at all: then they are those of `free`.
+/// Normalises attitudes, which an iterate satisfies only to its tolerance. An attitude far from
+/// unit length is replaced by the one of `free`.
 fn normalise(free: &[State], end: &mut ProgramStart) {
     for (state, free) in end.states.iter_mut().zip(free) {
         let norm = state.attitude.norm();
@@ -357,7 +357,7 @@ fn normalise(free: &[State], end: &mut ProgramStart) {
     }
 }
 
-/// States and friction forces free, the other variables ≥ 0, equations = 0, inequalities ≥ 0.
+/// Bounds: states and friction forces free, other variables ≥ 0, equations = 0, inequalities ≥ 0.
 fn bounds(nlp: &SeveralNlp) -> Bounds {
     let layout = nlp.layout();
     let (n, m) = (layout.variables(), layout.constraints());
@@ -372,13 +372,13 @@ fn bounds(nlp: &SeveralNlp) -> Bounds {
     bounds
 }
 
-/// The program of a step.
+/// Program of a step.
 enum Nlp<'a> {
     Clamped(&'a StepNlp),
     Reduced(Box<SeveralNlp>),
 }
 
-/// The same of either program.
+/// Evaluates one expression on either program.
 macro_rules! of {
     ($nlp:expr, $program:ident => $what:expr) => {
         match &$nlp {
@@ -388,10 +388,10 @@ macro_rules! of {
     };
 }
 
-/// The program as Ipopt's wrapper takes it.
+/// Program in the form of Ipopt's wrapper.
 struct Bound<'a> {
     nlp: Nlp<'a>,
-    /// Ends the solve when it is raised.
+    /// Ends the solve when set.
     interrupt: Option<&'a AtomicBool>,
 }
 

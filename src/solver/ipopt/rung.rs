@@ -1,23 +1,23 @@
-//! The rungs of the ladder, each with its reason.
+//! Rungs of the ladder, each with its reason.
 
 use tumble_core::step::StepStatus;
 
-/// How a step came to be solved.
+/// Start point of a solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Rung {
-    /// Ipopt from the previous step's solution with its multipliers, where Ipopt found that
-    /// solution itself for the same flags: at rest and in sliding little changes.
+    /// Ipopt from the previous step's solution and multipliers, if Ipopt found that solution with
+    /// the same contacts. Suits rest and sliding, where little changes.
     Warm,
     /// Ipopt from the previous step's solution alone, the tutorial's start.
     Previous,
-    /// Ipopt from the native solver's point, with the flags of the contacts that carry a
-    /// force there: a flagged contact that lifts off while it slips leaves the program
-    /// without a feasible optimum (docs/formulation.md, section 8).
+    /// Ipopt from the native solver's point, with the contacts that carry a force there. A contact
+    /// that lifts off while it slips leaves the program without a feasible optimum
+    /// (docs/formulation.md, section 8).
     NativeStart,
-    /// Ipopt from free flight without forces: forgets a bad previous solution.
+    /// Ipopt from free flight without forces. Discards a bad previous solution.
     FreeFlight,
-    /// Ipopt from free flight with the body's weight shared by the flagged contacts: off
-    /// the corner of the cone, where the program's derivatives bend most.
+    /// Ipopt from free flight with the body's weight shared by its contacts. Avoids the apex of the
+    /// friction cone, where the derivatives change most.
     SharedWeight,
     /// The native solver's own solution, marked [`StepStatus::Fallback`].
     Native,
@@ -34,7 +34,7 @@ impl Rung {
         Self::Native,
     ];
 
-    /// The word of run.json.
+    /// Name in run.json.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -47,10 +47,9 @@ impl Rung {
         }
     }
 
-    /// How many iterations to wait for. A warm start that is near enough takes few; where the previous
-    /// solution alone has not led to the end in 30, the native start mostly does in less than five, and
-    /// where that has taken 60 it mostly goes on to its limit, and another start is cheaper
-    /// (docs/ipopt-path.md).
+    /// Iteration limit. A good warm start needs few iterations. After 30 iterations from the
+    /// previous solution the native start mostly needs fewer than five. After 60 from the native
+    /// start another start is cheaper (docs/ipopt-path.md).
     pub(super) fn patience(self) -> u32 {
         match self {
             Self::Warm => 25,
@@ -60,12 +59,12 @@ impl Rung {
         }
     }
 
-    /// Whether the forces of its start have settled, so that Ipopt is to stay near them.
+    /// True if the forces of the start have settled, so that Ipopt should stay near them.
     pub(super) fn has_settled(self) -> bool {
         matches!(self, Self::Warm | Self::NativeStart)
     }
 
-    /// How the step counts that this rung solved.
+    /// Status of a step solved by this rung.
     pub(super) fn status(self) -> StepStatus {
         match self {
             Self::Warm | Self::Previous => StepStatus::Converged,

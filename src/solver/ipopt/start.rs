@@ -1,5 +1,5 @@
-//! Points of the program, told by bodies and candidates, so that they outlive it: where Ipopt starts
-//! and where it ends.
+//! Start and end points of Ipopt, stored by body and candidate. This form is independent of the
+//! program's layout.
 
 use super::posed::PosedProgram;
 use super::units::ProgramUnits;
@@ -11,31 +11,32 @@ use tumble_core::mechanics::quaternion::advance;
 use tumble_core::mechanics::{Pose, State};
 use tumble_core::step::{ContactForce, Step, StepSolution};
 
-/// What the program has of a contact, in its units.
+/// Values of a contact in the program's units.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct ContactValues {
-    /// f along the contact's frame.
+    /// Force f in the contact frame.
     pub(super) force: Vector3<f64>,
-    /// s1, s2, λ.
+    /// Slacks s1 and s2, and multiplier λ.
     pub(super) normal_slack: f64,
     pub(super) friction_slack: f64,
     pub(super) slip_speed: f64,
 }
 
-/// A point: X⁺ of every body (SI), and the values of every candidate (the program's units).
+/// A point: X⁺ of every body (SI) and the values of every candidate (program units).
 #[derive(Debug, Clone, Default)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct ProgramStart {
     pub(super) states: Vec<State>,
     pub(super) values: Vec<ContactValues>,
-    /// All variables of the tutorial's program, also those of points that are no candidates: where few
-    /// are free, Ipopt relaxes the bounds that clamp them, and the next start has what it leaves.
+    /// All variables of the tutorial's program, including points that are not candidates. Ipopt
+    /// relaxes the bounds of clamped variables if few are free; the next start keeps the resulting
+    /// values.
     pub(super) whole: Vec<f64>,
 }
 
 impl ProgramStart {
-    /// Makes this `states` without any force.
+    /// Sets `states` and zero contact values.
     pub(super) fn reset(&mut self, states: &[State], candidates: usize) {
         self.states.clear();
         self.states.extend_from_slice(states);
@@ -44,7 +45,8 @@ impl ProgramStart {
         self.whole.clear();
     }
 
-    /// Makes this X at step k with the contacts' values of the last solution, which is `known` as a point.
+    /// Sets X of step k, and the contact values of the last solution. `known` is that solution as a
+    /// point.
     pub(super) fn set_previous(
         &mut self,
         step: &Step<'_>,
@@ -65,7 +67,7 @@ impl ProgramStart {
         }
     }
 
-    /// Makes this a point of the tutorial's program (SI).
+    /// Sets a point of the tutorial's program (SI).
     pub(super) fn set_point(
         &mut self,
         candidates: &[Contact],
@@ -88,8 +90,8 @@ impl ProgramStart {
         }
     }
 
-    /// Moves the states of the bodies that take part, those of step k, on by one step at their own
-    /// velocities: what slides steadily is then where it will be.
+    /// Moves the states of the `posed` bodies from step k by one step at their own velocities.
+    /// Steadily sliding bodies are then at their solution.
     pub(super) fn coast(&mut self, step: &Step<'_>, posed: &PosedProgram) {
         let h = step.world.time_step();
         for &body in &posed.bodies {
@@ -99,7 +101,7 @@ impl ProgramStart {
         }
     }
 
-    /// Makes this a solution of `step`.
+    /// Sets a solution of `step`.
     pub(super) fn set_solution(
         &mut self,
         step: &Step<'_>,
@@ -116,8 +118,7 @@ impl ProgramStart {
         }
     }
 
-    /// Makes this free flight with the weight of each body on the contacts of its own that take
-    /// part.
+    /// Sets free flight with each body's weight shared by its contacts in `posed`.
     pub(super) fn share_weight(
         &mut self,
         step: &Step<'_>,
@@ -134,7 +135,7 @@ impl ProgramStart {
         }
     }
 
-    /// Makes `solution` that of this point.
+    /// Writes this point to `solution`.
     pub(super) fn write(
         &self,
         step: &Step<'_>,
@@ -158,7 +159,7 @@ impl ProgramStart {
     }
 }
 
-/// The values of a contact with `force` that ends with the gap `gap` (m).
+/// Values of a contact with `force` and the end gap `gap` (m).
 fn values_of(
     contact: &Contact,
     force: &ContactForce,
@@ -179,7 +180,7 @@ fn values_of(
 }
 
 impl ContactValues {
-    /// Brings these from SI units to `units`.
+    /// Converts from SI units to `units`.
     fn convert(&mut self, units: &ProgramUnits) {
         self.force /= units.force();
         self.normal_slack /= units.force() * units.length();
@@ -188,7 +189,7 @@ impl ContactValues {
     }
 }
 
-/// Where all bodies are at both ends of a step.
+/// Poses of all bodies at both ends of a step.
 pub(super) struct ProgramPoses(Vec<(Pose, Pose)>);
 
 impl ProgramPoses {
@@ -203,12 +204,12 @@ impl ProgramPoses {
         }
     }
 
-    /// φ⁺ of a contact, m.
+    /// Gap φ⁺ of a contact at the end of the step, m.
     pub(super) fn gap(&self, contact: &Contact) -> f64 {
         contact.gap_at(&self.0[contact.key.body].1, self.partner(contact).map(|b| &b.1))
     }
 
-    /// u of a contact, m/s.
+    /// Mean relative motion u of a contact over the step, m/s.
     fn motion(&self, contact: &Contact, h: f64) -> Vector3<f64> {
         let a = &self.0[contact.key.body];
         contact.motion([&a.0, &a.1], self.partner(contact).map(|b| [&b.0, &b.1]), h)

@@ -1,24 +1,25 @@
-//! The units in which the program is posed.
+//! Units of the program.
 //!
-//! Ipopt's tolerances, its pushes from the bounds and the smoothing ε are plain numbers: they
-//! mean something else for a dice than for a container. So the program is posed in the scene's
-//! own units of mass M, length L and time T, in which a body weighs 10, reaches as far as 1
-//! and falls with 9.81, as the tutorial's cube does in kg, m and s:
+//! Ipopt's tolerances, its bound pushes and the smoothing ε are plain numbers. Their effect depends
+//! on the units. The program is therefore posed in the scene's own units of mass M, length L and
+//! time T. In these units a body has mass 10, reach 1 and gravity 9.81, as the tutorial's cube has
+//! in kg, m and s:
 //!
 //! ```text
 //! M = m/10,   L = ℓ,   T = √(ℓ · 9.81/|g|)
 //! ```
 //!
-//! Of several bodies m is the geometric mean of their masses and ℓ their largest reach. T is L over the world's [speed scale](World::speed_scale). Under a load that is stronger than
-//! gravity, T is halved until an acceleration of 9.81 is about the load's. Scaled copies of a scene
-//! (masses times a, lengths times b, gravity times c, times times √(b/c), loads accordingly) are then one program, to
-//! rounding.
+//! For several bodies, m is the geometric mean of the masses and ℓ the largest reach. T is L over
+//! the world's [speed scale](World::speed_scale). Under a load stronger than gravity, T is halved
+//! until 9.81 is about the acceleration by the load. Scaled copies of a scene are then one program
+//! up to rounding. Such copies have masses times a, lengths times b, gravity times c, times times
+//! √(b/c), and loads accordingly.
 
 use tumble_core::contact::{Contact, Features};
 use tumble_core::mechanics::{State, Wrench};
 use tumble_core::world::World;
 
-/// The mass of the tutorial's cube, kg.
+/// Mass of the tutorial's cube, kg.
 const USUAL_MASS: f64 = 10.0;
 
 /// Units of mass (kg), length (m) and time (s).
@@ -34,7 +35,7 @@ impl ProgramUnits {
     /// SI units.
     pub(crate) const SI: Self = Self { mass: 1.0, length: 1.0, time: 1.0 };
 
-    /// Those of `world` under the loads `wrenches` (none, or one a body), of which the strongest
+    /// Units of `world` under the loads `wrenches` (none, or one per body). The strongest load
     /// counts.
     pub(crate) fn of(world: &World, wrenches: &[Wrench]) -> Self {
         let bodies = world.bodies();
@@ -46,7 +47,7 @@ impl ProgramUnits {
         });
         let pull = pulls.fold(0.0, f64::max);
         let time = length / world.speed_scale();
-        // 9.81 in these units, whatever stands in for gravity where there is none.
+        // Gravity in these units: 9.81, or a substitute in a world without gravity.
         let gravity = 9.81 * length / (time * time);
         let mut shorter = 1.0;
         while 2.0 * shorter * shorter * gravity < pull {
@@ -55,33 +56,33 @@ impl ProgramUnits {
         Self { mass, length, time: time / shorter }
     }
 
-    /// Whether there is something to measure with them.
+    /// True if all units are positive, normal numbers.
     #[cfg(feature = "save")]
     pub(crate) fn are_possible(&self) -> bool {
         [self.mass, self.length, self.time].into_iter().all(|unit| unit.is_normal() && unit > 0.0)
     }
 
-    /// `world`, its constants in these units.
+    /// Converts the constants of `world` to these units.
     pub(crate) fn world(&self, world: &World) -> World {
         world.in_units(self.mass, self.length, self.time)
     }
 
-    /// m.
+    /// Unit of length, m.
     pub(crate) fn length(&self) -> f64 {
         self.length
     }
 
-    /// m/s.
+    /// Unit of speed, m/s.
     pub(crate) fn speed(&self) -> f64 {
         self.length / self.time
     }
 
-    /// N.
+    /// Unit of force, N.
     pub(crate) fn force(&self) -> f64 {
         self.mass * self.length / (self.time * self.time)
     }
 
-    /// A state, in these units.
+    /// Converts a state to these units.
     pub(crate) fn state(&self, state: &State) -> State {
         State {
             position: state.position / self.length,
@@ -91,7 +92,7 @@ impl ProgramUnits {
         }
     }
 
-    /// A state in these units, in SI units.
+    /// Converts a state from these units to SI units.
     pub(crate) fn si_state(&self, state: &State) -> State {
         State {
             position: state.position * self.length,
@@ -101,7 +102,7 @@ impl ProgramUnits {
         }
     }
 
-    /// A wrench, in these units.
+    /// Converts a wrench to these units.
     pub(crate) fn wrench(&self, wrench: &Wrench) -> Wrench {
         Wrench {
             force: wrench.force / self.force(),
@@ -109,7 +110,7 @@ impl ProgramUnits {
         }
     }
 
-    /// A contact, in these units.
+    /// Converts a contact to these units.
     pub(crate) fn contact(&self, contact: &Contact) -> Contact {
         let features = Features {
             point: contact.features.point / self.length,

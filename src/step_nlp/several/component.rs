@@ -1,20 +1,20 @@
-//! A component of a motion in the program: its value, and its first and second derivatives by where the
-//! bodies are.
+//! A component of a contact's motion: its value, and its first and second derivatives with respect
+//! to the poses.
 
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
 use tumble_core::mechanics::State;
 
-/// Q_x, Q_y, Q_z of a vector (eq. 3).
+/// Forms Q_x, Q_y, Q_z of a vector (eq. 3).
 pub(crate) type Forms = [Matrix4<f64>; 3];
 
-/// Where a body is in the program: r⁺ and q⁺, which need not have unit length.
+/// Pose of a body in the program: r⁺ and q⁺. q⁺ need not have unit length.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ProgramPose {
     pub(crate) position: Vector3<f64>,
     pub(crate) attitude: Vector4<f64>,
 }
 
-/// Where the bodies of a contact are: A, and B unless it is fixed.
+/// Poses of the bodies of a contact: A, and B unless it is fixed.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PosePair {
     pub(crate) a: ProgramPose,
@@ -27,15 +27,15 @@ impl ProgramPose {
     }
 }
 
-/// g = m·s, the component along a direction e of B of a point c of A, seen from B (eq. 24), and
-/// what its derivatives are made of.
+/// Component g = m·s of a point c of A along a direction e of B, seen from B (eq. 24), and its
+/// first derivatives.
 ///
 /// ```text
 /// m = A(q_B) e,   s = r_A + A(q_A) c − r_B,   g = m·s
 /// ∂g/∂r_A = m = −∂g/∂r_B,   ∂g/∂q_A = J_Aᵀ m,   ∂g/∂q_B = J_Bᵀ s           (eq. D7)
 /// ```
 ///
-/// with J_A the rows (Q_k(c) q_A)ᵀ and J_B the rows (Q_k(e) q_B)ᵀ. (Of round features: eq. D12.)
+/// J_A has the rows (Q_k(c) q_A)ᵀ and J_B the rows (Q_k(e) q_B)ᵀ. Round features use eq. D12.
 pub(crate) struct MotionComponent {
     pub(crate) value: f64,
     /// ∂g/∂r_A.
@@ -46,8 +46,8 @@ pub(crate) struct MotionComponent {
     pub(crate) by_b: Vector4<f64>,
 }
 
-/// The second derivatives of a [`MotionComponent`] (eq. D8, D13); those by r_B are the negative of those by
-/// r_A.
+/// Second derivatives of a [`MotionComponent`] (eq. D8, D13). Derivatives with respect to r_B are
+/// the negative of those with respect to r_A.
 #[derive(Default)]
 pub(crate) struct Curvature {
     /// ∂²g/∂q_A².
@@ -69,7 +69,7 @@ pub(crate) fn weighted(forms: &Forms, weights: &Vector3<f64>) -> Matrix4<f64> {
     forms.iter().zip(weights).map(|(form, weight)| form * *weight).sum()
 }
 
-/// The rows (Q_k q)ᵀ.
+/// Matrix with the rows (Q_k q)ᵀ.
 pub(crate) fn rows(forms: &Forms, q: &Vector4<f64>) -> Matrix3x4<f64> {
     let [x, y, z] = [0, 1, 2].map(|k| (forms[k] * q).transpose());
     Matrix3x4::from_rows(&[x, y, z])

@@ -1,8 +1,11 @@
 //! The Hessian of the Lagrangian of the program of several bodies, lower triangle.
 //!
-//! Its blocks: q⁺ and ω⁺ of a body with themselves, r⁺ with q⁺ of a body whose plane is touched, both
-//! also with themselves where round features touch, the poses of two bodies that touch with each other, and the variables of a contact with
-//! themselves and with the poses of its bodies (eq. D9).
+//! Its blocks (eq. D9):
+//!
+//! - q⁺ and ω⁺ of a body with themselves;
+//! - r⁺ with q⁺ of a body whose plane is touched, and both with themselves for round features;
+//! - the poses of two touching bodies with each other;
+//! - the variables of a contact with themselves and with the poses of its bodies.
 
 use super::SeveralNlp;
 use super::component::Curvature;
@@ -10,20 +13,20 @@ use crate::step_nlp::entries::EntrySink;
 use crate::step_nlp::layout::{ATTITUDE, ATTITUDE_ROWS, POSITION, SPIN, SPIN_ROWS};
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector2, Vector3, Vector4};
 
-/// Second derivatives of two touching bodies i < j by each other's poses.
+/// Second derivatives of two touching bodies i < j with respect to each other's poses.
 struct BodyPair {
     bodies: (usize, usize),
-    /// q_j × q_i.
+    /// Block q_j × q_i.
     turning: Matrix4<f64>,
-    /// r_i × q_j, where a plane of j is touched, and r_j × q_i, where one of i is; both, where round
-    /// features of both are.
+    /// Block r_i × q_j if a plane of j is touched, and r_j × q_i if a plane of i is touched. Round
+    /// features need both.
     first_moves: Option<Matrix3x4<f64>>,
     second_moves: Option<Matrix3x4<f64>>,
-    /// r_j × r_i, where round features are touched.
+    /// Block r_j × r_i for round features.
     positions: Option<Matrix3<f64>>,
 }
 
-/// q × q, r × q and r × r of a body.
+/// Blocks q × q, r × q and r × r of a body.
 #[derive(Default, Clone, Copy)]
 struct OwnCurvature {
     turning: Matrix4<f64>,
@@ -31,15 +34,15 @@ struct OwnCurvature {
     positions: Matrix3<f64>,
 }
 
-/// The pose blocks of all bodies and pairs.
+/// Pose blocks of all bodies and pairs.
 struct HessianPoses {
     bodies: Vec<OwnCurvature>,
-    /// In ascending order.
+    /// Body pairs in ascending order.
     pairs: Vec<BodyPair>,
 }
 
 impl SeveralNlp {
-    /// All entries; the pattern depends on the step alone.
+    /// Emits all entries. The pattern depends on the step alone.
     pub(super) fn emit_hessian(
         &self,
         x: &[f64],
@@ -53,7 +56,7 @@ impl SeveralNlp {
         }
         for i in 0..self.touches.len() {
             let (of, row) = (self.layout.normal(i), self.layout.normal_rows(i));
-            // f_n × the poses: −y ∂φ⁺ of s1 − f_n φ⁺.
+            // f_n × poses: −y ∂φ⁺ of s1 − f_n φ⁺.
             self.emit_gap(x, i, of.first, -multipliers[row.second], sink);
             // Eqs. 16 and 27: ∇²(s1² + s2²) = 2, and 2 σ.
             sink.put(of.first, of.first, 2.0 * self.stiffness * objective_factor);
@@ -62,8 +65,8 @@ impl SeveralNlp {
         }
     }
 
-    /// The curvatures (eq. D8) of slips and gaps with the multipliers of their rows: those of eq.
-    /// 10 over h, of the gap and of s1 − f_n φ⁺ times −f_n.
+    /// Curvatures (eq. D8) of slips and gaps, weighted with the multipliers of their rows: eq. 10
+    /// over h, the gap, and s1 − f_n φ⁺ times −f_n.
     fn poses(&self, x: &[f64], multipliers: &[f64]) -> HessianPoses {
         let bodies = vec![OwnCurvature::default(); self.members.len()];
         let mut poses = HessianPoses { bodies, pairs: self.pairs() };
@@ -86,7 +89,7 @@ impl SeveralNlp {
         poses
     }
 
-    /// The pairs of bodies that touch, without values.
+    /// Pairs of touching bodies with zero blocks.
     fn pairs(&self) -> Vec<BodyPair> {
         let mut pairs: Vec<BodyPair> = Vec::new();
         for touch in &self.touches {
@@ -146,7 +149,7 @@ impl SeveralNlp {
         }
     }
 
-    /// What ω̃⁺ of a body is multiplied by in the rows of its contacts that bounce (eq. 25d).
+    /// Factor of ω̃⁺ of a body in the rows of its bouncing contacts (eq. 25d).
     fn rebound_weights(&self, x: &[f64], multipliers: &[f64], body: usize) -> Vector3<f64> {
         let mut weights = Vector3::zeros();
         for (i, touch) in self.touches.iter().enumerate().filter(|(_, touch)| touch.bounces()) {
@@ -159,7 +162,8 @@ impl SeveralNlp {
         weights
     }
 
-    /// ω⁺ × ω⁺ of a body: Bᵀ ∇²(y·u) B of eq. 8b (eq. D2) and −h ∇²(y·I⁻¹ G) of eq. 8d (eq. D6).
+    /// Emits ω⁺ × ω⁺ of a body: Bᵀ ∇²(y·u) B of eq. 8b (eq. D2) and −h ∇²(y·I⁻¹ G) of eq. 8d (eq.
+    /// D6).
     fn emit_spin_block(
         &self,
         x: &[f64],
@@ -180,7 +184,7 @@ impl SeveralNlp {
         sink.put_lower(first + SPIN.start, &block);
     }
 
-    /// The variables of a contact's friction with each other and with f_n, as in the tutorial's
+    /// Emits the friction variables of a contact with each other and with f_n, as in the tutorial's
     /// program.
     fn emit_friction_block(
         &self,
@@ -212,7 +216,7 @@ impl SeveralNlp {
 }
 
 impl HessianPoses {
-    /// Adds `weight` times the curvature of a component of a contact of A and B.
+    /// Adds `weight` times the curvature of a motion component of a contact between A and B.
     fn add(&mut self, a: usize, b: Option<usize>, curvature: &Curvature, weight: f64) {
         let own = &mut self.bodies[a];
         own.turning += curvature.aa * weight;

@@ -10,7 +10,7 @@ use crate::step_nlp::layout::{
 use nalgebra::Matrix2;
 
 impl SeveralNlp {
-    /// All entries. Which entries exist depends on the step alone, never on x.
+    /// Emits all entries. The pattern depends on the step alone, never on x.
     pub(super) fn emit_jacobian(&self, x: &[f64], sink: &mut impl EntrySink) {
         for body in 0..self.members.len() {
             self.emit_motion_rows(x, body, sink);
@@ -28,7 +28,7 @@ impl SeveralNlp {
         }
     }
 
-    /// Eq. 8 of one body by its X⁺, as in the tutorial's program.
+    /// Emits eq. 8 of one body with respect to its X⁺, as in the tutorial's program.
     fn emit_motion_rows(&self, x: &[f64], body: usize, sink: &mut impl EntrySink) {
         let (member, first, h) =
             (&self.members[body], self.layout.state(body).start, self.time_step);
@@ -58,7 +58,7 @@ impl SeveralNlp {
         }
     }
 
-    /// Eqs. 8c and 8d of one side of a contact by its force (eq. D5).
+    /// Emits eqs. 8c and 8d of one side of a contact with respect to its force (eq. D5).
     fn emit_forces(&self, i: usize, side: &ProgramSide, sink: &mut impl EntrySink) {
         let first = self.layout.state(side.body).start;
         let normal = self.layout.normal(i).first;
@@ -78,7 +78,7 @@ impl SeveralNlp {
         }
     }
 
-    /// φ⁺ and s1 − f_n φ⁺ of a contact.
+    /// Emits φ⁺ and s1 − f_n φ⁺ of a contact.
     fn emit_normal_rows(&self, x: &[f64], i: usize, sink: &mut impl EntrySink) {
         let (of, row) = (self.layout.normal(i), self.layout.normal_rows(i));
         let touch = &self.touches[i];
@@ -92,8 +92,8 @@ impl SeveralNlp {
         sink.put(row.second, of.second, 1.0);
     }
 
-    /// `factor` times the derivatives of φ⁺, or of what stands in its place where the contact bounces,
-    /// in `row`: of a constraint, or of the Hessian's f_n.
+    /// Emits `factor` times the derivatives of φ⁺ in `row`, or of its replacement for a bouncing
+    /// contact. The row belongs to a constraint or to the Hessian's f_n.
     pub(super) fn emit_gap(
         &self,
         x: &[f64],
@@ -120,8 +120,8 @@ impl SeveralNlp {
         }
     }
 
-    /// Maximum dissipation, cone and friction complementarity of a contact, as in the tutorial's
-    /// program.
+    /// Emits maximum dissipation, cone and friction complementarity of a contact, as in the
+    /// tutorial's program.
     fn emit_friction_rows(
         &self,
         x: &[f64],
@@ -158,8 +158,8 @@ impl SeveralNlp {
         sink.put(row.complementarity, friction.slip_speed, force.norm - mu * x[normal]);
     }
 
-    /// `factor` times the derivatives of a component of the contact's motion (eq. D7) in `row`: of
-    /// a constraint, or of the Hessian's f_n.
+    /// Emits `factor` times the derivatives of a component of the contact's motion (eq. D7) in
+    /// `row`. The row belongs to a constraint or to the Hessian's f_n.
     pub(super) fn emit_motion(
         &self,
         i: usize,

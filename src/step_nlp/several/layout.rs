@@ -1,62 +1,62 @@
-//! The order of variables and rows of the program of several bodies (eqs. 23 and 26 of
+//! Order of variables and rows of the program of several bodies (eqs. 23 and 26 of
 //! `docs/formulation.md`).
 
 use crate::step_nlp::layout::STATE;
 use std::ops::Range;
 
-/// Where variables and rows stand: bodies one after the other, then contacts, kind by kind. A
-/// contact without friction has a normal force and its slack only.
+/// Indices of variables and rows: first the bodies, then the contacts by kind of quantity. A
+/// contact without friction has only a normal force and its slack.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SeveralLayout {
     bodies: usize,
-    /// For each contact, which of those with friction it is.
+    /// Index of each contact among those with friction.
     rubbing: Vec<Option<usize>>,
-    /// How many contacts have friction.
+    /// Number of contacts with friction.
     rough: usize,
 }
 
-/// The variables of a contact, or its rows.
+/// Normal variables of a contact, or its normal rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Normal {
-    /// f_n, N; the gap's row.
+    /// Variable f_n, N; or the row of the gap.
     pub first: usize,
-    /// s1, N m; the row of the normal complementarity.
+    /// Variable s1, N m; or the row of the normal complementarity.
     pub second: usize,
 }
 
-/// The variables of a contact's friction.
+/// Friction variables of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Friction {
-    /// The components of f_t along both tangents, N.
+    /// Components of f_t along both tangents, N.
     pub force: [usize; 2],
-    /// s2, W.
+    /// Slack s2, W.
     pub slack: usize,
-    /// λ, m/s.
+    /// Slip speed λ, m/s.
     pub slip_speed: usize,
 }
 
-/// The variables of a contact.
+/// Variables of a contact.
 #[derive(Debug, Clone, Copy)]
 pub struct ContactVariables {
-    /// The normal force and its slack.
+    /// Normal force and its slack.
     pub normal: Normal,
-    /// Those of the friction, if it has any.
+    /// Friction variables, if the contact has friction.
     pub friction: Option<Friction>,
 }
 
-/// The rows of a contact's friction.
+/// Friction rows of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrictionRows {
-    /// The first row of maximum dissipation, of two (= 0).
+    /// First of two rows of maximum dissipation (= 0).
     pub dissipation: usize,
-    /// μ f_n − ‖f_t‖_ε (≥ 0).
+    /// Row of μ f_n − ‖f_t‖_ε (≥ 0).
     pub cone: usize,
-    /// s2 − λ (μ f_n − ‖f_t‖_ε) (≥ 0).
+    /// Row of s2 − λ (μ f_n − ‖f_t‖_ε) (≥ 0).
     pub complementarity: usize,
 }
 
 impl SeveralLayout {
-    /// The layout of `bodies` bodies and of contacts that have `friction` or not.
+    /// Creates the layout of `bodies` bodies and of contacts with or without `friction`.
     #[must_use]
     pub fn new(bodies: usize, friction: impl IntoIterator<Item = bool>) -> Self {
         let mut rough = 0;
@@ -70,31 +70,31 @@ impl SeveralLayout {
         Self { bodies, rubbing, rough }
     }
 
-    /// n.
+    /// Number of bodies n.
     #[must_use]
     pub fn bodies(&self) -> usize {
         self.bodies
     }
 
-    /// K.
+    /// Number of contacts K.
     #[must_use]
     pub fn contacts(&self) -> usize {
         self.rubbing.len()
     }
 
-    /// 13 n + 6 K where all contacts have friction, four less for each that has none.
+    /// Number of variables: 13 n + 6 K, less four for each contact without friction.
     #[must_use]
     pub fn variables(&self) -> usize {
         STATE.end * self.bodies + 2 * self.contacts() + 4 * self.rough
     }
 
-    /// The number of rows: that of the variables.
+    /// Number of rows, equal to the number of variables.
     #[must_use]
     pub fn constraints(&self) -> usize {
         self.variables()
     }
 
-    /// The number of equations of motion and friction, which come first.
+    /// Number of equations of motion and friction, which come first.
     #[must_use]
     pub fn equalities(&self) -> usize {
         STATE.end * self.bodies + 2 * self.rough
@@ -106,20 +106,20 @@ impl SeveralLayout {
         STATE.end * body..STATE.end * (body + 1)
     }
 
-    /// The variables of contact `i`.
+    /// Variables of contact `i`.
     #[must_use]
     pub fn contact(&self, i: usize) -> ContactVariables {
         ContactVariables { normal: self.normal(i), friction: self.friction(i) }
     }
 
-    /// The normal force of contact `i` and its slack.
+    /// Normal force of contact `i` and its slack.
     #[must_use]
     pub fn normal(&self, i: usize) -> Normal {
         let first = STATE.end * self.bodies + 2 * self.rough + i;
         Normal { first, second: first + self.contacts() }
     }
 
-    /// The variables of contact `i`'s friction, if it has any.
+    /// Friction variables of contact `i`, if it has friction.
     #[must_use]
     pub fn friction(&self, i: usize) -> Option<Friction> {
         self.rubbing.get(i).copied().flatten().map(|place| {
@@ -130,14 +130,14 @@ impl SeveralLayout {
         })
     }
 
-    /// The rows of contact `i`: its gap and its normal complementarity.
+    /// Gap row and normal complementarity row of contact `i`.
     #[must_use]
     pub fn normal_rows(&self, i: usize) -> Normal {
         let first = self.equalities() + i;
         Normal { first, second: first + self.contacts() + self.rough }
     }
 
-    /// The rows of contact `i`'s friction, if it has any.
+    /// Friction rows of contact `i`, if it has friction.
     #[must_use]
     pub fn friction_rows(&self, i: usize) -> Option<FrictionRows> {
         self.rubbing.get(i).copied().flatten().map(|place| {
@@ -148,7 +148,7 @@ impl SeveralLayout {
         })
     }
 
-    /// The variables without a bound: states and friction forces.
+    /// Variables without a bound: states and friction forces.
     #[must_use]
     pub fn free(&self) -> Range<usize> {
         0..self.equalities()
@@ -159,7 +159,7 @@ impl SeveralLayout {
 mod tests {
     use super::*;
 
-    /// Every variable and every row is someone's, and no one's twice.
+    /// Every variable and every row belongs to exactly one body or contact.
     #[test]
     fn variables_and_rows_are_numbered_without_a_gap() {
         for friction in [vec![true; 3], vec![false, true, false, true], vec![false; 2], vec![]] {

@@ -1,5 +1,5 @@
-//! The nonlinear program of a contact step of several bodies: the [tutorial's](super), with the
-//! gap and the slip of each contact as functions of both its bodies' next states.
+//! The nonlinear program of a contact step of several bodies. It generalises the
+//! [tutorial's](super): gap and slip of a contact depend on the next states of both its bodies.
 //!
 //! ```text
 //! min  s1ᵀs1 + s2ᵀs2
@@ -11,16 +11,14 @@
 //!      s2_i − λ_i (μ_i f_n,i − ‖f_t,i‖_ε)                      K rows  (eq. 15)  ≥ 0
 //! ```
 //!
-//! A contact that bounces has h (ċ⁺ − e c_n⁻) in the place of φ⁺ (eq. 25d): of both rows of eq. 29 that
-//! which holds where bodies turn by little in a step; where the other one does, the certificate says
-//! so.
+//! For a bouncing contact h (ċ⁺ − e c_n⁻) replaces φ⁺ (eq. 25d). Of both rows of eq. 29, this one
+//! holds if bodies turn little in a step. If the other one holds, the certificate shows it.
 //!
-//! A contact is a point of A, rounded or not, against a plane of B or of something fixed. Only
-//! contacts that take part are in it, so that no row needs a flag; the rows |q⁺|² = 1, which the
-//! dynamics imply, are left out, and so is all of friction where μ = 0. For one body on the ground
-//! the rows are those of the reduced program (section 6 of `docs/formulation.md`), number for
-//! number. Worlds with joints are not supported. Its matrices are written once, as a sequence of entries, as the
-//! tutorial's are.
+//! A contact is a point of A, rounded or not, against a plane of B or of a fixed piece. The program
+//! contains only selected contacts, so no row needs a flag. It omits the rows |q⁺|² = 1, which the
+//! dynamics imply, and all friction where μ = 0. For one body on the ground the rows equal those of
+//! the reduced program (section 6 of `docs/formulation.md`) to the last digit. Worlds with joints
+//! are not supported. Its matrices are implemented as sequences of entries, like the tutorial's.
 
 pub(crate) mod component;
 mod hessian;
@@ -45,33 +43,33 @@ use tumble_core::mechanics::quaternion::attitude_map;
 use tumble_core::mechanics::{State, Wrench};
 use tumble_core::world::World;
 
-/// One step that the program is of; lists go over the bodies of the world.
+/// Input of the program for one step. States and wrenches cover all bodies of the world.
 #[derive(Debug, Clone, Copy)]
 pub struct PosedStep<'a> {
-    /// The constants.
+    /// World constants.
     pub world: &'a World,
-    /// X at step k.
+    /// States X at step k.
     pub states: &'a [State],
     /// External wrenches, without gravity.
     pub wrenches: &'a [Wrench],
-    /// The bodies that take part, indices of the world in ascending order.
+    /// Bodies in the program: ascending indices of the world.
     pub bodies: &'a [usize],
-    /// The contacts that take part, between those bodies and with what is fixed.
+    /// Contacts in the program, between those bodies and with fixed pieces.
     pub contacts: &'a [Contact],
 }
 
-/// The program of one step. Points x have [`SeveralLayout::variables`] numbers, rows and multipliers
-/// [`SeveralLayout::constraints`]; methods panic on shorter slices.
+/// Program of one step. Points x have [`SeveralLayout::variables`] numbers, rows and multipliers
+/// [`SeveralLayout::constraints`]. Methods panic on shorter slices.
 #[derive(Debug, Clone)]
 pub struct SeveralNlp {
     time_step: f64,
-    /// ε, N.
+    /// Smoothing ε, N.
     smoothing: f64,
     members: Vec<ProgramBody>,
     touches: Vec<ProgramContact>,
-    /// κ, m/s a N, and f_0 of every contact.
+    /// Friction compliance κ, (m/s)/N, and anchor force f_0 of every contact.
     yielding: Vec<(f64, Vector3<f64>)>,
-    /// σ, m²: what a normal force costs that differs from f_0.
+    /// σ, m²: cost of a normal force's deviation from f_0.
     stiffness: f64,
     layout: SeveralLayout,
     jacobian_pattern: SparsityPattern,
@@ -90,14 +88,15 @@ struct ProgramBody {
     gyroscopic: Gyroscopic,
     /// ½ h L(q) H.
     attitude_rate: Matrix4x3<f64>,
-    /// Whether a plane of the body meets a point of another, or a round feature of it any other.
+    /// True if a plane of the body touches a point of another body, or a round feature of it
+    /// touches any other.
     holds: bool,
-    /// Whether it has a round feature that meets another.
+    /// True if the body has a round feature that touches another round feature.
     is_round: bool,
 }
 
 impl SeveralNlp {
-    /// Why the program cannot have steps of `world`, if it cannot.
+    /// Reason why the program does not support `world`, or `None`.
     #[must_use]
     pub fn unsuitable(world: &World) -> Option<&'static str> {
         if !world.joints().is_empty() {
@@ -109,10 +108,11 @@ impl SeveralNlp {
         }
     }
 
-    /// The program of `step` with the smoothing ε (N).
+    /// Creates the program of `step` with the smoothing ε (N).
     ///
     /// # Errors
-    /// A smoothing outside 1e-12…1 N, a world with joints or moving surfaces, a body of a contact that does not take part.
+    /// A smoothing outside 1e-12…1 N; a world with joints or moving surfaces; a contact of a body
+    /// that is not in the program.
     pub fn new(step: &PosedStep<'_>, smoothing: f64) -> Result<Self, Error> {
         in_range("smoothing epsilon (N)", smoothing, 1e-12, 1.0, "1e-12 to 1")?;
         let (world, h) = (step.world, step.world.time_step());
@@ -185,18 +185,19 @@ impl SeveralNlp {
         Ok(nlp)
     }
 
-    /// Makes friction yield to what differs from the forces f_0 (N, along each contact's frame) by
-    /// κ = `share` h (1/m_A + 1/m_B), m/s a N: row (10) becomes (25a). Points that stick leave their
-    /// forces open where they pull against each other, and these rows dependent; with κ > 0 they are
-    /// neither, and a solution with f_t = f_0 is one of (10). And adds
+    /// Regularises forces towards the anchor forces f_0 (N, in each contact's frame).
+    ///
+    /// Friction becomes compliant with κ = `share` h (1/m_A + 1/m_B), (m/s)/N: row (10) becomes
+    /// (25a). Sticking points leave internal friction forces undetermined and these rows dependent.
+    /// With κ > 0 both problems vanish, and a solution with f_t = f_0 is one of (10). The objective
+    /// becomes
     ///
     /// ```text
-    /// σ Σ (f_n,i − f_0,n,i)²,   σ = `stiffness`, m²                         (eq. 27)
+    /// … + σ Σ (f_n,i − f_0,n,i)²,   σ = `stiffness`, m²                     (eq. 27)
     /// ```
     ///
-    /// to the objective: where bodies touch in more points than carry them, their normal forces are
-    /// not determined, and without this Ipopt wanders among them. Both are 0 until this is called,
-    /// and both are nothing where the forces are those of f_0.
+    /// Hyperstatic normal forces are otherwise undetermined, and Ipopt converges slowly. Both terms
+    /// are 0 until this is called, and vanish at the forces f_0.
     pub fn anchor(
         &mut self,
         share: f64,
@@ -205,32 +206,32 @@ impl SeveralNlp {
     ) {
         self.stiffness = stiffness;
         for ((slot, touch), force) in self.yielding.iter_mut().zip(&self.touches).zip(forces) {
-            // h/m of a side: the velocity by a unit of force.
+            // h/m of a side: the velocity change per unit of force.
             let answer = |side: &touch::ProgramSide| side.velocity_per_force.column(2).norm();
             let both = answer(&touch.a) + touch.b.as_ref().map_or(0.0, answer);
             *slot = (share * both, force);
         }
     }
 
-    /// The order of variables and rows.
+    /// Order of variables and rows.
     #[must_use]
     pub fn layout(&self) -> &SeveralLayout {
         &self.layout
     }
 
-    /// Where the Jacobian can be non-zero.
+    /// Structural non-zeros of the Jacobian.
     #[must_use]
     pub fn jacobian_pattern(&self) -> &SparsityPattern {
         &self.jacobian_pattern
     }
 
-    /// Where the Hessian of the Lagrangian can be non-zero, lower triangle.
+    /// Structural non-zeros of the Hessian of the Lagrangian, lower triangle.
     #[must_use]
     pub fn hessian_pattern(&self) -> &SparsityPattern {
         &self.hessian_pattern
     }
 
-    /// s1ᵀs1 + s2ᵀs2 (eq. 16) and what is added to it (eq. 27) at the point `x`, N²m² + W².
+    /// Objective s1ᵀs1 + s2ᵀs2 (eq. 16) plus the anchor term (eq. 27) at the point `x`, N²m² + W².
     #[must_use]
     pub fn objective(&self, x: &[f64]) -> f64 {
         let slacks: f64 = self.slacks().map(|slack| x[slack] * x[slack]).sum();
@@ -239,7 +240,7 @@ impl SeveralNlp {
         slacks + self.stiffness * apart.map(|apart| apart * apart).sum::<f64>()
     }
 
-    /// The gradient of the objective at the point `x`, one number per variable.
+    /// Gradient of the objective at the point `x`, one number per variable.
     pub fn gradient(&self, x: &[f64], gradient: &mut [f64]) {
         gradient.fill(0.0);
         for slack in self.slacks() {
@@ -258,7 +259,7 @@ impl SeveralNlp {
         })
     }
 
-    /// All constraint rows at the point `x`, in the layout's order.
+    /// Writes all constraint rows at the point `x` in the layout's order.
     pub fn constraints(&self, x: &[f64], rows: &mut [f64]) {
         self.dynamics_rows(x, rows);
         for i in 0..self.touches.len() {
@@ -266,14 +267,13 @@ impl SeveralNlp {
         }
     }
 
-    /// The Jacobian's values at the point `x` in the order of its pattern, as many as it has
-    /// entries.
+    /// Writes the Jacobian's values at the point `x` in the order of its pattern.
     pub fn jacobian(&self, x: &[f64], values: &mut [f64]) {
         self.emit_jacobian(x, &mut ValueSink::new(values));
     }
 
-    /// The values of σ∇²f + Σ yⱼ∇²gⱼ at the point `x` in the order of its pattern, with σ the
-    /// `objective_factor` and y the `multipliers`, one a row.
+    /// Writes the values of σ∇²f + Σ yⱼ∇²gⱼ at the point `x` in the order of its pattern. σ is the
+    /// `objective_factor` and y the `multipliers`, one per row.
     pub fn hessian(
         &self,
         x: &[f64],
@@ -343,7 +343,7 @@ impl SeveralNlp {
         rows[row.complementarity] = x[friction.slack] - x[friction.slip_speed] * room;
     }
 
-    /// What the spins add to the slip of a rounded feature, m/s (eq. 10a, 10b).
+    /// Contribution of the spins to the slip of a rounded feature, m/s (eq. 10a, 10b).
     fn rolled(&self, x: &[f64], i: usize, axis: usize) -> f64 {
         let touch = &self.touches[i];
         let of_side = |side: &touch::ProgramSide| {
@@ -353,7 +353,7 @@ impl SeveralNlp {
         touch.sides().map(of_side).sum()
     }
 
-    /// h (ċ⁺ − e c_n⁻) of a contact that bounces, m: what stands in the place of its gap (eq. 25d).
+    /// h (ċ⁺ − e c_n⁻) of a bouncing contact, m: the replacement of its gap (eq. 25d).
     fn rebounded(&self, x: &[f64], i: usize) -> f64 {
         let touch = &self.touches[i];
         let of_side = |side: &touch::ProgramSide| {
@@ -364,19 +364,19 @@ impl SeveralNlp {
         self.time_step * (touch.sides().map(of_side).sum::<f64>() - touch.rebound)
     }
 
-    /// X⁺ of a body.
+    /// State X⁺ of a body.
     fn next_state(&self, x: &[f64], body: usize) -> State {
         State::from_vector(&SVector::from_column_slice(&x[self.layout.state(body)]))
     }
 
-    /// Where the bodies of a contact end.
+    /// End poses of the bodies of a contact.
     fn places(&self, x: &[f64], i: usize) -> PosePair {
         let touch = &self.touches[i];
         let place = |side: &touch::ProgramSide| ProgramPose::of(&self.next_state(x, side.body));
         PosePair { a: place(&touch.a), b: touch.b.as_ref().map(place) }
     }
 
-    /// f_i along the contact's frame.
+    /// Force f_i in the contact's frame.
     fn force(&self, x: &[f64], i: usize) -> Vector3<f64> {
         let [t1, t2] = match self.layout.friction(i) {
             Some(friction) => friction.force.map(|variable| x[variable]),
@@ -385,7 +385,7 @@ impl SeveralNlp {
         Vector3::new(t1, t2, x[self.layout.normal(i).first])
     }
 
-    /// f_t with the smoothed norm.
+    /// Tangential force f_t with the smoothed norm.
     fn smooth_force(&self, x: &[f64], friction: Friction) -> SmoothForce {
         let [t1, t2] = friction.force;
         SmoothForce::new(Vector2::new(x[t1], x[t2]), self.smoothing)

@@ -1,13 +1,14 @@
-//! The motion of two round features in the program, with its derivatives.
+//! Motion of two round features in the program, with its derivatives.
 //!
-//! With D the shortest way between their cores (eq. 4a), s and t the best shares along them,
+//! With D the shortest vector between their cores (eq. 4a), and s and t the optimal parameters
+//! along them,
 //!
 //! ```text
 //! D = r_A + A(q_A)(a + s u) − r_B − A(q_B)(b + t v),   g = |D|_n
 //! ```
 //!
-//! s and t move with the bodies. Because they are the best ones they do not count in the first
-//! derivatives; in the second they do.
+//! s and t depend on the poses. They are optimal, so they do not contribute to the first
+//! derivatives. They do contribute to the second derivatives.
 
 use super::component::{Curvature, Forms, MotionComponent, PosePair, ProgramPose, rows, weighted};
 use nalgebra::{Matrix3x4, SMatrix, SVector, Vector3};
@@ -15,7 +16,7 @@ use tumble_core::contact::Contact;
 use tumble_core::contact::curved::{Core, Reach, shortest_way};
 use tumble_core::mechanics::quaternion::rotated_point_forms;
 
-/// A point of a core, or its direction, with its forms (eq. 3).
+/// A point of a core or its direction, with its forms (eq. 3).
 #[derive(Debug, Clone)]
 struct TurnedPoint {
     vector: Vector3<f64>,
@@ -28,32 +29,32 @@ impl TurnedPoint {
     }
 }
 
-/// Two round features.
+/// Two round features in contact.
 #[derive(Debug, Clone)]
 pub(crate) struct RoundFeatures {
     of_a: Core,
     of_b: Core,
-    /// The middles that are nearest at k: those that slip.
+    /// Nearest points of both cores at step k, which define the slip.
     point: TurnedPoint,
     foot: TurnedPoint,
-    /// u and v.
+    /// Core directions u and v.
     along_a: TurnedPoint,
     along_b: TurnedPoint,
-    /// n at k, world.
+    /// Normal n at step k, world.
     normal: Vector3<f64>,
     /// Forms of a vector that is zero only where no point of A's core turns.
     pub(crate) widest: Forms,
 }
 
-/// Derivatives by (r_A − r_B, q_A, q_B).
+/// Derivatives with respect to (r_A − r_B, q_A, q_B).
 type ByPoses = SVector<f64, 11>;
 
-/// Where the bodies have brought both cores.
+/// Nearest points of both cores at given poses.
 struct Met {
     shares: (f64, f64),
     way: Vector3<f64>,
     reach: Reach,
-    /// (E, J_A, −J_B) at the nearest points, and those points' forms.
+    /// (E, J_A, −J_B) at the nearest points, and the forms of these points.
     slope: SMatrix<f64, 3, 11>,
     forms: (Forms, Forms),
     /// A(q_A) u and A(q_B) v.
@@ -61,7 +62,7 @@ struct Met {
 }
 
 impl RoundFeatures {
-    /// That of a contact of two round features.
+    /// Creates the features of a contact if both are round.
     pub(crate) fn new(contact: &Contact) -> Option<Self> {
         let curved = contact.features.curved.as_ref()?;
         let farthest = [curved.of_a.from, curved.of_a.at(1.0)];
@@ -78,7 +79,7 @@ impl RoundFeatures {
         })
     }
 
-    /// e·(p_A − p_B) of the middles, along a direction e of the world:
+    /// Component e·(p_A − p_B) of the nearest points at step k along a world direction e:
     ///
     /// ```text
     /// ∂g/∂r_A = e,   ∂g/∂q_A = J_Aᵀ e,   ∂g/∂q_B = −J_Bᵀ e                     (eq. D12)
@@ -103,7 +104,7 @@ impl RoundFeatures {
         }
     }
 
-    /// Its second derivatives: Σ e_k Q_k(a) by q_A, −Σ e_k Q_k(b) by q_B.
+    /// Second derivatives of [`Self::along`]: Σ e_k Q_k(a) for q_A, −Σ e_k Q_k(b) for q_B.
     pub(crate) fn along_curvature(&self, e: &Vector3<f64>) -> Curvature {
         Curvature {
             aa: weighted(&self.point.forms, e),
@@ -112,7 +113,8 @@ impl RoundFeatures {
         }
     }
 
-    /// |D|_n: with m its direction, m by r_A, J_Aᵀ m by q_A and −J_Bᵀ m by q_B, at the nearest points.
+    /// Distance |D|_n with its direction m. Its derivatives are m for r_A, J_Aᵀ m for q_A and −J_Bᵀ
+    /// m for q_B, at the nearest points.
     pub(crate) fn distance(&self, at: PosePair) -> MotionComponent {
         let met = self.meet(at.a, at.b);
         let by: ByPoses = met.slope.tr_mul(&met.reach.direction);
@@ -124,8 +126,9 @@ impl RoundFeatures {
         }
     }
 
-    /// Its second derivatives. With J = (E, J_A, −J_B), P = ∂²|D|_n/∂D² and, of each core along which
-    /// the nearest point is free to move, w = A(q_A) u, or −A(q_B) v, and ẇ its derivative,
+    /// Second derivatives of [`Self::distance`], with J = (E, J_A, −J_B) and P = ∂²|D|_n/∂D². For
+    /// each core along which the nearest point is free to move, w = A(q_A) u or −A(q_B) v, and ẇ is
+    /// its derivative:
     ///
     /// ```text
     /// Jᵀ P J + Σ m_k ∇²D_k − C S⁻¹ Cᵀ,   C = Jᵀ P w + ẇᵀ m,   S = wᵀ P w       (eq. D13)
@@ -153,7 +156,7 @@ impl RoundFeatures {
         }
     }
 
-    /// C S⁻¹ Cᵀ of the nearest points that are inside their segments.
+    /// C S⁻¹ Cᵀ of the nearest points in the interior of their segments.
     fn sliding(
         &self,
         met: &Met,
@@ -185,7 +188,7 @@ impl RoundFeatures {
                 let (ww, wz, zz) = (w.dot(&(round * w)), w.dot(&(round * z)), z.dot(&(round * z)));
                 let determinant = ww * zz - wz * wz;
                 if determinant <= 1e-12 * ww * zz {
-                    // Parallel: one slides, the other follows.
+                    // Parallel segments: one parameter determines the other.
                     return first * first.transpose() / ww;
                 }
                 let mixed = first * second.transpose();

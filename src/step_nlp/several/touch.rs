@@ -1,5 +1,5 @@
-//! One contact of the program: what is constant in a step, and the three components of its motion
-//! with their derivatives.
+//! One contact of the program: its constants in a step, and the three components of its motion with
+//! derivatives.
 
 use super::component::{Curvature, Forms, MotionComponent, PosePair, ProgramPose, rows, weighted};
 use super::round::RoundFeatures;
@@ -11,17 +11,18 @@ use tumble_core::mechanics::{RigidBody, State};
 /// One side of a contact.
 #[derive(Debug, Clone)]
 pub(crate) struct ProgramSide {
-    /// The place of the body among those of the program.
+    /// Index of the body in the program.
     pub(crate) body: usize,
-    /// ±h/m F: the change of v⁺ by the force along the contact's frame.
+    /// ±h/m F: the change of v⁺ by the force in the contact's frame.
     pub(crate) velocity_per_force: Matrix3<f64>,
-    /// ±h I⁻¹ [y]× Aᵀ F: the change of ω⁺.
+    /// ±h I⁻¹ [y]× Aᵀ F: the change of ω⁺ by the force.
     pub(crate) spin_per_force: Matrix3<f64>,
-    /// ∂c_j/∂ω⁺: what the spin adds to the slips of a rounded feature; `None` without a radius.
+    /// ∂c_j/∂ω⁺: contribution of the spin to the slips of a rounded feature; `None` without a
+    /// radius.
     pub(crate) rolling: Option<Matrix2x3<f64>>,
-    /// ±G n, m, frame of the body: ∂ċ/∂ω̃ (eq. 29); ∂ċ/∂v is ±n.
+    /// ±G n, m, body frame: ∂ċ/∂ω̃ (eq. 29). ∂ċ/∂v is ±n.
     pub(crate) lever: Vector3<f64>,
-    /// ±1.
+    /// Sign of the force on this side: ±1.
     pub(crate) sign: f64,
 }
 
@@ -29,35 +30,35 @@ pub(crate) struct ProgramSide {
 #[derive(Debug, Clone)]
 pub(crate) struct ProgramContact {
     pub(crate) a: ProgramSide,
-    /// Where B is no fixed thing.
+    /// Side B, unless it is fixed.
     pub(crate) b: Option<ProgramSide>,
     pub(crate) friction: f64,
-    /// d + ρ, m; of round features ρ_A + ρ_B.
+    /// d + ρ, m; for round features ρ_A + ρ_B.
     offset: f64,
-    /// The feature's middle along the tangents at step k, seen from B, m.
+    /// Tangential coordinates of the feature's centre at step k, seen from B, m.
     old: Vector2<f64>,
-    /// The point a along t₁, t₂ and n in the frame of B; of round features in the world.
+    /// Point a along t₁, t₂ and n in the frame of B; for round features in the world frame.
     sight: Sight,
-    /// Where both features are round.
+    /// Round features, if both are round.
     round: Option<RoundFeatures>,
-    /// n, world, at k.
+    /// Normal n, world, at step k.
     pub(crate) normal: Vector3<f64>,
-    /// e c_n⁻, m/s (eq. 29); 0 where the contact does not bounce.
+    /// e c_n⁻, m/s (eq. 29); 0 if the contact does not bounce.
     pub(crate) rebound: f64,
 }
 
 /// A body of a contact.
 #[derive(Clone, Copy)]
 pub(crate) struct ContactBody<'a> {
-    /// Its place in the program.
+    /// Index of the body in the program.
     pub(crate) place: usize,
     pub(crate) body: &'a RigidBody,
-    /// Its state at step k.
+    /// State of the body at step k.
     pub(crate) state: &'a State,
 }
 
 impl ProgramContact {
-    /// The contact `contact` of the bodies `a` and `b` in a step of `time_step`.
+    /// Creates the contact `contact` of the bodies `a` and `b` in a step of `time_step`.
     pub(crate) fn new(
         contact: &Contact,
         a: ContactBody<'_>,
@@ -65,7 +66,7 @@ impl ProgramContact {
         time_step: f64,
     ) -> Self {
         let round = RoundFeatures::new(contact);
-        // Round features move along the tangents of the world.
+        // Round features use the tangents of the world.
         let frame = if round.is_some() { contact.frame } else { contact.features.frame };
         let rolling = |state: &State, factor: f64| {
             let normal = contact.normal();
@@ -77,7 +78,7 @@ impl ProgramContact {
             let ContactBody { place, body, state } = of;
             let factor = sign * time_step;
             let torques: Matrix3<f64> = torque_map * contact.frame;
-            // Of a plane's owner the spin counts against A's, of a round feature with it.
+            // The spin of B subtracts if B has the plane, and adds if B has a round feature.
             let radius = match (sign > 0.0, &contact.features.curved) {
                 (true, _) => -contact.features.radius,
                 (false, None) => contact.features.radius,
@@ -114,8 +115,8 @@ impl ProgramContact {
         touch
     }
 
-    /// The component along t₁, t₂ or n of the point a where A and B are at `at`; of round features the
-    /// way between them along t₁ and t₂, and how long it is.
+    /// Component of the point a along t₁, t₂ or n at the poses `at`. For round features: their
+    /// relative position along t₁ and t₂, and their distance.
     pub(crate) fn component(&self, axis: usize, at: PosePair) -> MotionComponent {
         match &self.round {
             Some(round) if axis == 2 => round.distance(at),
@@ -124,7 +125,7 @@ impl ProgramContact {
         }
     }
 
-    /// Its second derivatives.
+    /// Second derivatives of [`Self::component`].
     pub(crate) fn curvature(&self, axis: usize, at: PosePair) -> Curvature {
         match &self.round {
             Some(round) if axis == 2 => round.distance_curvature(at),
@@ -133,37 +134,37 @@ impl ProgramContact {
         }
     }
 
-    /// φ (eq. 4, 4a) of the normal's component.
+    /// Gap φ (eq. 4, 4a) from the normal component.
     pub(crate) fn gap(&self, component: &MotionComponent) -> f64 {
         component.value - self.offset
     }
 
-    /// How far the feature's middle has moved, m, from the component along a tangent.
+    /// Tangential displacement of the feature's centre, m, from the component along a tangent.
     pub(crate) fn slipped(&self, axis: usize, component: &MotionComponent) -> f64 {
         component.value - self.old[axis]
     }
 
-    /// Whether its row is that of the rebound.
+    /// True if the contact has the rebound row.
     pub(crate) fn bounces(&self) -> bool {
         self.rebound != 0.0
     }
 
-    /// A, and B where it is no fixed thing.
+    /// Side A, and side B unless it is fixed.
     pub(crate) fn sides(&self) -> impl Iterator<Item = &ProgramSide> {
         std::iter::once(&self.a).chain(&self.b)
     }
 
-    /// Whether both features are round, so that positions enter the gap in squares.
+    /// True if both features are round, so that the gap is quadratic in positions.
     pub(crate) fn is_round(&self) -> bool {
         self.round.is_some()
     }
 
-    /// Whether ∂g/∂r_A can differ from zero in its component `k`.
+    /// True if component `k` of ∂g/∂r_A can be non-zero.
     pub(crate) fn moves(&self, axis: usize, k: usize) -> bool {
         self.b.is_some() || (self.is_round() && axis == 2) || self.sight.moves(axis, k)
     }
 
-    /// Whether ∂g/∂q_A can differ from zero in its component `k`: not for a point in the centre of
+    /// True if component `k` of ∂g/∂q_A can be non-zero. It is zero for a point at the centre of
     /// mass.
     pub(crate) fn turns(&self, axis: usize, k: usize) -> bool {
         if self.b.is_some() || self.is_round() {
@@ -177,15 +178,15 @@ impl ProgramContact {
 /// A point of A along three directions of B, which may be fixed.
 #[derive(Debug, Clone)]
 pub(crate) struct Sight {
-    /// In the frame of B.
+    /// Directions in the frame of B.
     pub(crate) directions: [Vector3<f64>; 3],
-    /// Those of the point a.
+    /// Forms of the point a.
     point_forms: Forms,
     direction_forms: [Forms; 3],
 }
 
 impl Sight {
-    /// Of the point `point` of A along the columns of `frame`.
+    /// Creates the components of `point` of A along the columns of `frame`.
     pub(crate) fn new(point: &Vector3<f64>, frame: &Matrix3<f64>) -> Self {
         let directions = [0, 1, 2].map(|axis| frame.column(axis).into_owned());
         Self {
@@ -195,12 +196,12 @@ impl Sight {
         }
     }
 
-    /// The component along direction `axis` where A and B are at `at`.
+    /// Component along direction `axis` at the poses `at`.
     pub(crate) fn component(&self, axis: usize, at: PosePair) -> MotionComponent {
         self.seen(axis, at).component()
     }
 
-    /// Its second derivatives.
+    /// Second derivatives of [`Self::component`].
     pub(crate) fn curvature(&self, axis: usize, at: PosePair) -> Curvature {
         self.seen(axis, at).curvature(&self.point_forms, &self.direction_forms[axis])
     }
@@ -210,12 +211,12 @@ impl Sight {
         ComponentFactors::new(&self.point_forms, direction, forms, at)
     }
 
-    /// Whether ∂g/∂r_A can differ from zero in its component `k` where B is fixed.
+    /// True if component `k` of ∂g/∂r_A can be non-zero for a fixed B.
     pub(crate) fn moves(&self, axis: usize, k: usize) -> bool {
         self.directions[axis][k] != 0.0
     }
 
-    /// Whether ∂g/∂q_A can differ from zero in its component `k` where B is fixed.
+    /// True if component `k` of ∂g/∂q_A can be non-zero for a fixed B.
     pub(crate) fn turns(&self, axis: usize, k: usize) -> bool {
         let weighted = self.point_forms.iter().zip(&self.directions[axis]);
         let weighted = weighted.map(|(form, e)| form.row(k) * *e);
@@ -223,7 +224,7 @@ impl Sight {
     }
 }
 
-/// The factors of a component seen from B: m, s, J_A and J_B of eq. D7.
+/// Factors m, s, J_A and J_B of a component seen from B (eq. D7).
 pub(super) struct ComponentFactors {
     direction: Vector3<f64>,
     apart: Vector3<f64>,
@@ -232,7 +233,8 @@ pub(super) struct ComponentFactors {
 }
 
 impl ComponentFactors {
-    /// Those of the point of A and the direction of B that have these forms, where both are at `at`.
+    /// Computes the factors of a point of A and a direction of B, both by their forms, at the poses
+    /// `at`.
     pub(super) fn new(
         point: &Forms,
         direction: &Vector3<f64>,
@@ -260,6 +262,8 @@ impl ComponentFactors {
         }
     }
 
+    /// Second derivatives of the component:
+    ///
     /// ```text
     /// ∂²g/∂q_A² = Σ m_k Q_k(c),   ∂²g/∂q_B² = Σ s_k Q_k(e),
     /// ∂²g/∂r_A ∂q_B = J_B,   ∂²g/∂q_A ∂q_B = J_Aᵀ J_B                     (eq. D8)

@@ -1,4 +1,4 @@
-//! The rows of joints and gears, held against their bodies.
+//! Checks of joint and gear rows against their bodies.
 
 use super::{ROUNDED, StepJudge, is_near};
 use tumble_core::joint::{Axis, Drive, JointForce};
@@ -6,9 +6,9 @@ use tumble_core::mechanics::State;
 use tumble_scene::output::tables::{GearTableRow, JointRow, TableStep};
 
 impl StepJudge {
-    /// Which joint's row is not what states and forces make it, in a step that leads to `next` under the
-    /// forces, or at the end. Numbers of it are computed of the same doubles: what differs is of another
-    /// machine's rounding.
+    /// Finds a joint whose row does not follow from states and forces. `next` has the states and
+    /// forces of the step, or is `None` for the last state. Both computations use the same doubles,
+    /// so only rounding errors may differ.
     pub(super) fn another_joint(
         &self,
         step: &TableStep,
@@ -52,7 +52,7 @@ impl StepJudge {
         })
     }
 
-    /// The same of a gear.
+    /// Finds a gear whose row does not follow from states and forces.
     pub(super) fn another_gear(
         &self,
         step: &TableStep,

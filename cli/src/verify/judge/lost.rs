@@ -1,4 +1,4 @@
-//! What rounding may make of a step that is computed once more.
+//! Rounding errors of a recomputed step.
 
 use super::{ROUNDED, RecordedStep, StepContacts, StepJudge};
 use nalgebra::Vector3;
@@ -7,8 +7,8 @@ use tumble_core::joint::{Gear, GearAxis, Joint, JointForce};
 use tumble_core::mechanics::State;
 
 impl StepJudge {
-    /// What rounding may make of a residual, m/s: of the step's own (eq. 22) where contacts follow
-    /// from the states; where they are rebuilt from rows, of theirs too.
+    /// Rounding error of a residual, m/s: that of the step itself (eq. 22), plus the one of
+    /// contacts rebuilt from tables.
     pub(super) fn lost(&self, step: &RecordedStep, contacts: &[Contact], next: &[State]) -> f64 {
         match step {
             RecordedStep::Trajectory(_) => rounding::residual(&self.world, step.states(), next),
@@ -16,8 +16,8 @@ impl StepJudge {
         }
     }
 
-    /// The same of rebuilt contacts: as a contact's plane is rebuilt from a gap and a gap computed
-    /// from it, twice of a gap's (eq. 21) comes to it.
+    /// Rounding error with rebuilt contacts, m/s. A contact's plane is rebuilt from a gap, and a
+    /// gap computed from the plane, which adds two rounding errors of a gap (eq. 21).
     pub(super) fn lost_in(&self, contacts: &[Contact], states: &[State], next: &[State]) -> f64 {
         let lost = rounding::residual(&self.world, states, next);
         let of_gaps = contacts.iter().map(|contact| {
@@ -29,15 +29,16 @@ impl StepJudge {
         (lost + 2.0 * of_gap / self.world.time_step()).min(rounding::LARGEST)
     }
 
-    /// What rounding makes of a residual where forces are large, m/s: a force is known to 16 ε of
-    /// itself, and the arm of its torque to 16 ε of the coordinates that it is the difference of,
+    /// Rounding error of a residual with large forces, m/s. A force has an error of 16 ε of itself.
+    /// The arm of its torque has an error of 16 ε of the coordinates whose difference it is:
     ///
     /// ```text
     /// δu ≤ 16 ε h Σ |f| (1/m + ‖I⁻¹‖ (|r| + ℓ) ℓ)
     /// ```
     ///
-    /// of both bodies of each contact and joint, a torque as a force at the joint's length. It is what two computations of one residual may differ by; no
-    /// step is called exact for it.
+    /// The sum is over both bodies of each contact and joint. A torque counts as a force at the
+    /// joint's length. Two computations of one residual may differ by this much; it never makes a
+    /// step exact.
     pub(super) fn lost_of_forces(&self, touching: &StepContacts, states: &[State]) -> f64 {
         let StepContacts { contacts, forces, joints, gears, .. } = touching;
         let give = |index: usize| {

@@ -1,11 +1,17 @@
-//! A step judged by the files alone.
+//! Verification of a step from the files alone.
 //!
-//! The world comes from run.json. A row of the tutorial's table has the forces of all points, whose
-//! contacts follow from the state; tables have contacts, which are rebuilt from their rows and held
-//! against the shapes ([`tumble_scene::output::tables`]). What the step then comes to must be what the
-//! files say: the residual, and of tables its parts, the slips, all of the joints but their forces, which
-//! the residual is of, the overlap of all pairs after the step and the energy; of the tutorial's table what its program has of each point. The status is
-//! what such a step can have.
+//! The world comes from run.json. A row of the tutorial's table has the forces of all points, and
+//! the contacts follow from the state. Tables have contacts, which are rebuilt from their rows and
+//! checked against the shapes ([`tumble_scene::output::tables`]).
+//!
+//! The following recomputed values must equal those in the files:
+//!
+//! - the residual, and for tables its parts;
+//! - for tables the slips, the joint rows without forces, the overlap after the step and the
+//!   energy;
+//! - for the tutorial's table the program's variables of each point.
+//!
+//! The status must be possible for such a step.
 
 mod joints;
 mod lost;
@@ -28,39 +34,39 @@ use tumble_scene::joints_summary::Taut;
 use tumble_scene::output::tables::{JointRow, TableStep};
 use tumble_scene::output::trajectory::{TrajectoryRow, program_columns};
 
-/// What is recomputed may differ from its column by this part of it, and by what rounding makes of
-/// an exact step.
+/// Relative tolerance of recomputed values, in addition to the rounding error of an exact step.
 const RELATIVE_TOLERANCE: f64 = 1e-9;
 
-/// The search for the axis of the smallest overlap ends where the next one is no better by this
-/// part of the reach, so that it depends so far on where it began.
+/// Tolerance of overlaps relative to the reach. The search for the axis of the smallest overlap
+/// stops below this improvement, so its result depends on its start.
 const OVERLAP_FOUND_TO: f64 = 1e-9;
 
-/// The part of its energy that a step taken in parts may gain: the parts turn by angles that one step does not have.
+/// Relative energy gain allowed for a substepped step. Its parts rotate by angles that a single
+/// step does not have.
 const ENERGY_MADE: f64 = 1e-6;
 
-/// What is lost of a sum of some products, in parts of the largest of them.
+/// Rounding error of a sum of some products, relative to the largest of them.
 const ROUNDED: f64 = 16.0 * f64::EPSILON;
 
-/// One verified step.
+/// Result of verifying a step.
 pub struct Verified {
     pub index: u64,
     pub status: StepStatus,
-    /// m/s.
+    /// Residual, m/s.
     pub residual: f64,
-    /// The largest part of the residual.
+    /// Largest part of the residual.
     pub part: &'static str,
-    /// The residual that the file has, m/s.
+    /// Residual in the file, m/s.
     pub column: f64,
-    /// What is not as the files say, if anything.
+    /// Difference from the file, if any.
     pub differs: Option<String>,
-    /// Whether the step is less exact than one that counts as solved, whatever its status says.
+    /// True if the step exceeds the residual limit of solved steps, whatever its status.
     pub inexact: bool,
-    /// m, after the step.
+    /// Overlap after the step, m.
     pub overlap: f64,
 }
 
-/// A run that is being verified.
+/// Verifier of a run.
 pub struct StepJudge {
     world: World,
     loads: Vec<Load>,
@@ -69,42 +75,43 @@ pub struct StepJudge {
     certifier: Certifier,
     stiffness: Stiffness,
     candidates: Candidates,
-    /// What a contact step that counts as solved may have, m/s.
+    /// Largest residual of a solved contact step, m/s.
     pub accepted: f64,
-    /// By which points become candidates, where the files say it.
+    /// Detection rule of the contact candidates, if known.
     detection: Option<Detection>,
-    /// The angles of joints at the step's start, as the steps before have turned them, rad; empty before the first.
+    /// Joint angles at the start of the step including full turns, rad; empty before the first
+    /// step.
     angles: Vec<Vector3<f64>>,
-    /// Whether the joints may have turned before the first step.
+    /// True if joints may have turned before the first step.
     turned_before: bool,
-    /// Whether there are steps between those of the rows.
+    /// True if rows between steps are omitted.
     has_gaps: bool,
-    /// The joints that were too stiff for the time step.
+    /// Joints that were too stiff for the time step.
     pub taut: Taut,
 }
 
-/// The contacts of a step and their forces.
+/// Contacts of a step and their forces.
 #[derive(Default)]
 struct StepContacts {
     contacts: Vec<Contact>,
     forces: Vec<Vector3<f64>>,
     joints: Vec<JointForce>,
     gears: Vec<f64>,
-    /// What is wrong with a row of which no contact could be made.
+    /// Error in the first row that cannot be a contact.
     wrong: Option<String>,
 }
 
-/// Whether all columns of the points are zero.
+/// True if all columns of the points are zero.
 fn is_blank(row: &TrajectoryRow) -> bool {
     row.step.iter().all(|number| *number == 0.0) && !row.carrying.contains(&true)
 }
 
-/// Whether the column `start` may have this word.
+/// True if the column `start` may have this value.
 fn is_start(word: &str) -> bool {
     word.is_empty() || STARTS.contains(&word) || Rung::ALL.iter().any(|rung| rung.name() == word)
 }
 
-/// Whether a number found again is its column.
+/// True if a recomputed number equals its column within the tolerances.
 fn is_near(found: f64, column: f64, lost: f64) -> bool {
     (found - column).abs() <= lost + RELATIVE_TOLERANCE * column.abs()
 }
@@ -128,8 +135,8 @@ impl StepJudge {
         })
     }
 
-    /// Counts the turns of joints from `step` on, where the rows begin: on from those of its rows, where the joints may
-    /// have turned before.
+    /// Initialises the full turns of joints at `step`, the first row or a row after omitted ones.
+    /// They come from its rows if joints may have turned before.
     fn count(&mut self, step: &RecordedStep) {
         if !self.angles.is_empty() && !self.has_gaps {
             return;
@@ -147,7 +154,7 @@ impl StepJudge {
         };
     }
 
-    /// The step that ends at `next`.
+    /// Verifies the step that ends at `next`.
     pub fn step(&mut self, step: &RecordedStep, next: &[State]) -> Verified {
         let states = step.states();
         self.world.follow(&self.courses, (step.index() + 1) as f64 * self.world.time_step());
@@ -180,10 +187,10 @@ impl StepJudge {
             }
         };
         self.angles = joints.iter().map(|joint| joint.angles).collect();
-        // Free flight is exact, whoever solves the contacts.
+        // Free flight is exact for every solver of contacts.
         let flies = step.status() == StepStatus::Free && forces.iter().all(|f| f.amax() == 0.0);
         let accepted = if flies { 0.0 } else { self.accepted };
-        // A NaN is within nothing.
+        // NaN is never within a limit.
         let is_exact = residual <= accepted.max(lost);
         Verified {
             index: step.index(),
@@ -192,13 +199,14 @@ impl StepJudge {
             part: certificate.worst_part(),
             column: step.residual(),
             differs,
-            // Its parts were exact, which no row shows.
+            // The substeps were exact, but the rows do not show them.
             inexact: !is_exact && step.status() != StepStatus::Substepped,
             overlap,
         }
     }
 
-    /// The last state, if it has another energy than its row says, or anything of a step.
+    /// Verifies the last state: its energy, and that its row has no step. Returns `None` if it is
+    /// correct.
     pub fn end(&mut self, end: &RecordedStep) -> Option<Verified> {
         self.world.follow(&self.courses, end.index() as f64 * self.world.time_step());
         let is_bare = match end {
@@ -251,7 +259,7 @@ impl StepJudge {
         })
     }
 
-    /// Why a step that is what its row says cannot have the status that its row has.
+    /// Reason why a step, correct otherwise, cannot have the status in its row.
     fn another_status(
         &mut self,
         step: &RecordedStep,
@@ -268,7 +276,7 @@ impl StepJudge {
             RecordedStep::Tables(step) => (step.row.iterations, Some(!step.row.start.is_empty())),
         };
         let touches = match step {
-            // A state that no body may have has no candidates.
+            // An invalid state has no candidates.
             RecordedStep::Trajectory(row) => row.state.checked().ok().and_then(|_| {
                 let (states, rule) = (step.states(), self.detection?);
                 let free = self.free_flight(states, wrenches);
@@ -303,7 +311,7 @@ impl StepJudge {
         Some(format!("its status is `{}`, and {why}", status.name()))
     }
 
-    /// Which of the program's columns is not what force and motion make it.
+    /// Finds a column of the program that does not follow from force and motion.
     fn another_column(
         &self,
         row: &TrajectoryRow,
@@ -321,8 +329,8 @@ impl StepJudge {
             let (force, slip) = (row.force(point), contact.slip(&self.world, states, next).norm());
             let found = program_columns(&self.world, contact, states, next, force, slip);
             let has = row.products(point);
-            // What is lost of a gap and of a speed, times the forces that they are multiplied by;
-            // λ is the slip times √(f² + ε²)/f.
+            // Rounding errors of gaps and speeds, times the forces that multiply them. λ is the
+            // slip times √(f² + ε²)/f.
             let size = force.norm();
             let gap_lost = self.world.time_step() * speed_lost
                 + rounding::gap(&normal, &next[0].position, contact.features.offset, &contact.arm);
@@ -344,7 +352,7 @@ impl StepJudge {
         })
     }
 
-    /// Every point of the one body, at the forces of the row.
+    /// Contacts at every point of the single body, with the forces of the row.
     fn of_points(&self, row: &TrajectoryRow, next: &[State], wrenches: &[Wrench]) -> StepContacts {
         let contacts = match self.floating {
             true => Vec::new(),
@@ -354,7 +362,7 @@ impl StepJudge {
         StepContacts { contacts, forces, ..StepContacts::default() }
     }
 
-    /// What of a step is not what its tables say, and how deep pieces overlap after it, m.
+    /// First difference between a step and its tables, and the overlap after the step, m.
     fn compare(
         &mut self,
         step: &TableStep,
@@ -414,8 +422,8 @@ impl StepJudge {
         (differs, overlap)
     }
 
-    /// Whether a contact must part more slowly than the step's share of the restitution says, or
-    /// faster than all of it does.
+    /// True if a contact's rebound speed is not between the step's share of the restitution and
+    /// full restitution.
     fn has_another_rebound(
         &self,
         StepContacts { contacts, forces, .. }: &StepContacts,
@@ -437,7 +445,8 @@ impl StepJudge {
             let speed = contact.pushed_by(world, force);
             contact.key.bodies().for_each(|body| pushed[body] += speed);
         }
-        // What another's impulse closes: only where one arrives, and what was near enough.
+        // A contact without own impact can be struck by another's impulse, if one arrives and it
+        // was near.
         let arrives = contacts.iter().any(|contact| range(contact)[1] > 0.0);
         contacts.iter().any(|contact| {
             let mut ends = range(contact);
@@ -457,13 +466,14 @@ impl StepJudge {
         pairs.map(|(load, state)| load.wrench(index, h, &state.attitude)).collect()
     }
 
-    /// Where the bodies would be without contact.
+    /// End states of the bodies without contact.
     fn free_flight(&self, states: &[State], wrenches: &[Wrench]) -> Vec<State> {
         let flights = states.iter().zip(wrenches).enumerate();
         flights.map(|(i, (state, wrench))| self.world.free_flight(i, state, wrench)).collect()
     }
 
-    /// Rounding is of the largest of the terms, and of the energies of which D is a difference.
+    /// True if the energy terms equal their columns. The rounding error is relative to the largest
+    /// term and to the energies whose difference is D.
     fn has_its_works(
         &self,
         step: &TableStep,
@@ -478,7 +488,7 @@ impl StepJudge {
         pairs.all(|(found, column)| (found - column).abs() <= RELATIVE_TOLERANCE * scale)
     }
 
-    /// Whether a step ends with more energy than it begins with and loads and drives give.
+    /// True if a step gains more energy than loads and drives supply.
     fn makes_energy(
         &self,
         states: &[State],
@@ -489,7 +499,7 @@ impl StepJudge {
         let EnergyBalance { loads, drives, .. } = self.balance((states, next), wrenches, touching);
         let [before, after] = [states, next].map(|states| energy::total(&self.world, states));
         let scale = self.energy_scale(states) + self.energy_scale(next);
-        // A NaN is no small gain.
+        // NaN is not a small gain.
         let is_small = after - before <= loads.abs() + drives.abs() + ENERGY_MADE * scale;
         !is_small
     }
@@ -509,7 +519,7 @@ impl StepJudge {
         (found - step.row.energy).abs() <= RELATIVE_TOLERANCE * self.energy_scale(&step.states)
     }
 
-    /// The energy is a sum of large parts of both signs; rounding is of the largest of them.
+    /// Scale of the energy's rounding error: the sum of the absolute values of its terms.
     fn energy_scale(&self, states: &[State]) -> f64 {
         let (gravity, h) = (self.world.gravity(), self.world.time_step());
         let parts = self.world.bodies().iter().zip(states).map(|(body, state)| {

@@ -1,4 +1,4 @@
-//! The contacts of tables, rebuilt from their rows.
+//! Contacts rebuilt from rows of tables.
 
 use super::{StepContacts, StepJudge};
 use nalgebra::Vector3;
@@ -10,7 +10,7 @@ use tumble_core::mechanics::{State, Wrench};
 use tumble_scene::output::tables::{Misplaced, TableStep};
 
 impl StepJudge {
-    /// The contacts and the forces of joints that the tables have.
+    /// Contacts and joint forces in the tables.
     pub(super) fn of_rows(
         &self,
         step: &TableStep,
@@ -45,8 +45,9 @@ impl StepJudge {
         touching
     }
 
-    /// How far a point of any body goes at most on the ways on which contacts of the step were found, m: to where it
-    /// ends, to where it flies, or, pushed by another that is pushed back later, as far again.
+    /// Largest distance of a body's point during the step's contact detection, m. The point moves
+    /// to its end or along free flight. The factor 2 covers bodies that are first pushed and later
+    /// pushed back.
     fn moved(&self, step: &TableStep, next: &[State], wrenches: &[Wrench]) -> f64 {
         let free = self.free_flight(&step.states, wrenches);
         let pairs = step.states.iter().zip(next).chain(step.states.iter().zip(&free));
@@ -60,8 +61,8 @@ impl StepJudge {
     }
 }
 
-/// Counts the planes that features have met in a step, which the key of each says: of round features, which are
-/// known without one, from 1 on.
+/// Checks the plane counter in a contact's key against the number of planes seen for these
+/// features. Round features have no plane; their counter starts at 1.
 fn is_next_plane(
     key: &ContactKey,
     planes: &mut BTreeMap<ContactKey, u32>,

@@ -1,4 +1,4 @@
-"""The search for the values of least loss, and how well they are known."""
+"""Search for the values with the least loss, and their uncertainty."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SAMPLES = 1000  # Samples of the bootstrap.
 
 
 class Fold(NamedTuple):
-    """A fit without the recordings that are ``kept``, and the errors of these."""
+    """Fit without the recordings ``kept``, and the errors on these."""
 
     kept: List[int]
     values: Dict[str, float]
@@ -31,11 +31,11 @@ class Fold(NamedTuple):
 
 @dataclass(frozen=True)
 class Fit:
-    """The ``values`` of least loss by the names of parameters, with the errors of all recordings.
+    """Parameter ``values`` with the least loss, and the errors on all recordings.
 
-    ``progress`` is the least loss at the start, after each generation of the search, and after the polish. ``intervals``
-    has 95 % of the bootstrap of each parameter: of all values that were tried, those that are best on recordings drawn
-    anew.
+    ``progress`` is the least loss at the start, after each generation of the search, and
+    after the polish. ``intervals`` has a 95 % bootstrap interval of each parameter. A
+    bootstrap sample takes the best of all evaluated values on resampled recordings.
     """
 
     values: Dict[str, float]
@@ -48,7 +48,7 @@ class Fit:
 
     @property
     def constants(self) -> Dict[str, Floats]:
-        """The constants with the found values, as ``rollout(parameters=...)`` takes them."""
+        """Constants with the fitted values, in the form of ``rollout(parameters=...)``."""
         return self._simulations.constants(self._simulations.vector(self.values)[None])
 
     def __str__(self) -> str:
@@ -66,7 +66,10 @@ class Fit:
         return "\n".join(lines)
 
     def plot(self, path: Union[str, "os.PathLike[str]"]) -> None:
-        """Writes a picture: errors, progress of the search, and heights in six recordings from the best to the worst."""
+        """Writes a figure of the errors and the search progress.
+
+        It also has the heights in six recordings from best to worst.
+        """
         from matplotlib.figure import Figure
 
         figure = Figure(figsize=(14, 7), layout="constrained")
@@ -109,21 +112,25 @@ def fit(
     seed: int = 1,
     threads: Optional[int] = None,
 ) -> Fit:
-    """The constants of a scene with which its simulations are nearest to recordings.
+    """Constants of a scene with which its simulations are nearest to recordings.
 
-    Differential evolution over the bounds, then L-BFGS with the exact derivatives of all steps. The same input gives the
-    same numbers on any number of threads.
+    The search is differential evolution over the bounds, then L-BFGS with the exact derivatives of
+    all steps. The result does not depend on the number of threads.
 
-    :param parameters: names of constants as ``rollout`` has them, ``friction``, or of one number, ``mass:bob``.
-    :param values: where the search starts, and values of constants that stay, by the same names.
-    :param bounds: lowest and highest values. There are usual ones, except for single numbers that may be negative.
-    :param begin: "touch" starts a toss shortly before the body may touch the ground, "first" at the first frame. Without
-        it "touch" for one body without joints and fixed pieces.
-    :param substeps: steps of the simulation for each frame.
-    :param loss: "robust" for chaotic motions, "mean" for the mean error, "squares" for least squares.
+    :param parameters: names of constants in ``rollout``, ``friction``, or of one number,
+        ``mass:bob``.
+    :param values: initial values of the search, and values of other constants, by the same names.
+    :param bounds: lowest and highest values. Defaults exist, except for single numbers that may be
+        negative.
+    :param begin: "touch" starts a toss shortly before the body may touch the ground, "first" at the
+        first frame. The default is "touch" for one body without joints and fixed pieces.
+    :param substeps: simulation steps per frame.
+    :param loss: "robust" for chaotic motions, "mean" for the mean error, "squares" for least
+        squares.
     :param evaluations: simulations of all recordings in the search.
-    :param polish: most evaluations with derivatives after it.
-    :param folds: parts of the recordings that are kept back in turn, with a fit to the others.
+    :param polish: largest number of evaluations with derivatives after it.
+    :param folds: number of parts of the recordings for cross-validation. Each part is held out
+        once, with a fit to the others.
     """
     made("scene", scene, Scene)
     listed = [made("a recording", recording, Recording) for recording in recordings]
@@ -173,7 +180,7 @@ def _bounds(of: Parameter, start: float, given: Dict[str, Tuple[float, float]]) 
 
 
 def _parts(recordings: List[Recording], folds: int, seed: int) -> List[List[int]]:
-    """Parts of the recordings, drawn; copies of one recording are in one part, else a kept one would have been seen."""
+    """Random parts of the recordings. Copies of one recording stay in one part."""
     different: List[List[int]] = []
     for place, recording in enumerate(recordings):
         for known in different:
@@ -202,7 +209,7 @@ def _bootstrap(sought: List[str], tried: Tried, seed: int) -> Dict[str, Tuple[fl
 
 
 class _Search(NamedTuple):
-    """A search from ``start``, whose first values are sought within their bounds ``box`` (S, 2)."""
+    """Search from ``start``, with the first values varied within the bounds ``box`` (S, 2)."""
 
     simulations: Simulations
     start: Floats
@@ -219,7 +226,10 @@ class _Search(NamedTuple):
         return values
 
     def run(self, places: List[int], at_start: Floats) -> Tuple[Floats, List[float], Tried]:
-        """The values of least loss on some recordings, the progress, and all that was tried; ``at_start``: losses there."""
+        """Values with the least loss on some recordings, progress, and all evaluations.
+
+        ``at_start`` are the losses at the start.
+        """
         count, width, simulations = len(self.box), np.ptp(self.box, axis=1), self.simulations
         tried, progress, size = [(self.start, at_start)], [float(at_start.mean())], 4 + 4 * count
 

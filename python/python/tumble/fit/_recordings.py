@@ -1,4 +1,4 @@
-"""Recorded motions: read from files, and checked before they are used."""
+"""Recorded motions: reading and checks."""
 
 from __future__ import annotations
 
@@ -25,16 +25,20 @@ _UNIT = 1e-3  # Largest deviation of a quaternion's length from 1: single precis
 _LATE = 0.01  # Largest deviation of a frame's time, in intervals: the digits of a file.
 _APART = 0.5  # Largest lower quartile of relative deviations of velocities from poses. Filters leave hundredths, impacts 1.
 _SLOW, _SLOW_SPIN = 0.05, 0.5  # Speeds, m/s and rad/s, below which velocities are not compared.
-# Places of a state's numbers in a row of a tensor: quaternion, position, spin, velocity.
+# Indices of a state's numbers in a row of a tensor: quaternion, position, spin, velocity.
 _TENSOR_COLUMNS = [4, 5, 6, 0, 1, 2, 3, 10, 11, 12, 7, 8, 9]
 _KINDS = (".csv", ".csv.gz", ".pt")
 
 
 @dataclass(frozen=True)
 class Recording:
-    """The recorded motion of N bodies: ``rate`` frames a second from the time ``begin`` (s) on, ``states`` (F, N, 13) as in
-    Trajectory.states. Raises TumbleError for fewer than 5 frames, numbers that are not finite, quaternions whose length is
-    not 1, and velocities that contradict the poses."""
+    """Recorded motion of N bodies.
+
+    ``states`` (F, N, 13) have the columns of Trajectory.states, at ``rate`` frames per second
+    from the time ``begin`` (s) on. Raises TumbleError for fewer than 5 frames, numbers that
+    are not finite, quaternions whose length is not 1, and velocities that contradict the
+    poses.
+    """
 
     name: str
     rate: float
@@ -69,7 +73,10 @@ class Recording:
 
 
 def turn_between(first: Floats, second: Floats) -> Floats:
-    """Rotation vectors from attitudes ``first`` to ``second``, (..., 4), the shorter way: rad, in the frames of ``first``."""
+    """Shortest rotation vectors from attitudes ``first`` to ``second``, (..., 4).
+
+    The unit is rad, in the frames of ``first``.
+    """
     (a, u), (b, v) = ((of[..., :1], of[..., 1:]) for of in (first, second))
     scalar = a * b + (u * v).sum(axis=-1, keepdims=True)
     vector = np.where(scalar < 0, -1.0, 1.0) * (a * v - b * u - np.cross(u, v))
@@ -78,7 +85,7 @@ def turn_between(first: Floats, second: Floats) -> Floats:
 
 
 def _contradicts(recorded: Floats, expected: Floats, slow: float) -> bool:
-    """Whether most velocities (F, N, 3) of a body deviate from what is expected."""
+    """True if most velocities (F, N, 3) of a body deviate from the expected ones."""
     found, sizes = np.linalg.norm(recorded, axis=-1), np.linalg.norm(expected, axis=-1)
     off = np.linalg.norm(recorded - expected, axis=-1) / np.maximum(sizes, slow)
     fast = np.maximum(found, sizes) > slow
@@ -87,12 +94,15 @@ def _contradicts(recorded: Floats, expected: Floats, slow: float) -> bool:
 
 
 def read(path: Union[str, "os.PathLike[str]"], scene: Scene, *, rate: float = 148.0) -> List[Recording]:
-    """The recordings of a scene's bodies in a file, or in all such files of a folder.
+    """Recordings of a scene's bodies in a file, or in all such files of a folder.
 
-    A table (``.csv``, ``.csv.gz``) has a column ``t_s``, the columns of ``tumble.STATE_COLUMNS``, for several bodies
-    ``body`` with their names or places, and ``toss_id`` where it has several recordings; other columns are ignored. A tensor
-    (``.pt``), which torch reads, has T × 13 numbers of one body: quaternion, position, spin (body), velocity (world), at
-    ``rate`` frames a second. Raises TumbleError for a file that is not a recording."""
+    A table (``.csv``, ``.csv.gz``) has a column ``t_s`` and the columns of
+    ``tumble.STATE_COLUMNS``. It also has ``body``, names or indices, for several bodies, and
+    ``toss_id`` for several recordings. Other columns are ignored. A tensor (``.pt``), read by
+    torch, has T × 13 numbers of one body: quaternion, position, spin (body), velocity
+    (world), at ``rate`` frames per second. Raises TumbleError for a file that is not a
+    recording.
+    """
     made("scene", scene, Scene)
     folder = Path(path)
     files = sorted(folder.iterdir()) if folder.is_dir() else [folder]
@@ -134,7 +144,7 @@ def _tensor(file: Path) -> Floats:
 
 
 def _of_table(table: Any, bodies: List[str], name: str) -> List[Recording]:
-    """The recordings of a structured array with the columns of a table."""
+    """Recordings of a structured array with the columns of a table."""
     needed = ["t_s", *(["body"] if len(bodies) > 1 else []), *STATE_COLUMNS]
     missing = [column for column in needed if column not in (table.dtype.names or ())]
     if missing:
@@ -172,6 +182,6 @@ def _of_rows(name: str, table: Any, bodies: List[str]) -> Recording:
     if not late.max() <= _LATE:
         frame = int(np.argmin(late <= _LATE))
         raise refused(f"frame {frame} is at t_s = {times[frame, 0]}; equal intervals are needed")
-    # The digits of a file: 148 frames a second, not 148.00003.
+    # Removes rounding errors of the file: 148 frames per second, not 148.00003.
     rate = float(round(rate)) if abs(rate - round(rate)) < 1e-4 * rate else float(rate)
     return Recording(name, rate, frames[..., 1:], float(times[0, 0]))

@@ -1,4 +1,4 @@
-"""Parameters of a scene, and simulations beside recordings."""
+"""Parameters of a scene, and simulations of recordings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ._recordings import Recording, turn_between
 
 Floats = npt.NDArray[np.float64]
 
-# Scales of both errors, in the longest side and rad: what good engines reach on the recorded cube.
+# Scales of both errors, in longest sides and rad: accuracy of good engines on the recorded cube.
 _DISTANCE, _ANGLE = 0.13, np.radians(17.0)
 _BEND = 6.0  # Error at which the robust loss is half of the error.
 _LEAD = 3  # Frames between the start of a toss and the first frame in which the body may touch the ground.
@@ -26,9 +26,13 @@ _OFFSETS = "joint_rest joint_force joint_limits motor_target anchor gear_ratio g
 
 
 class Errors(NamedTuple):
-    """Deviations of simulations from R recordings: mean distances ``position`` (in the longest side of a body) and angles
-    ``rotation`` (degrees) over frames and bodies, the largest angle at the ``end``, and the ``loss``, each (R,); how many
-    steps ``failed``, and the largest ``residual`` of a step, m/s."""
+    """Deviations of simulations from R recordings.
+
+    ``position`` (in longest sides of a body) and ``rotation`` (degrees) are means over frames
+    and bodies. ``end`` is the largest angle at the end. These and the ``loss`` are (R,).
+    ``failed`` is the number of failed steps, and ``residual`` the largest residual of a step,
+    m/s.
+    """
 
     position: Floats
     rotation: Floats
@@ -39,7 +43,10 @@ class Errors(NamedTuple):
 
 
 class Parameter(NamedTuple):
-    """A number that varies a constant of a scene, whose numbers change by its ``slope``; the scene's ``own`` value."""
+    """Scalar that varies a constant of a scene.
+
+    ``slope`` is the derivative of the constant's numbers, and ``own`` the scene's value.
+    """
 
     name: str
     constant: str
@@ -49,7 +56,7 @@ class Parameter(NamedTuple):
 
 
 def parameter(name: str, scene: Scene) -> Parameter:
-    """The parameter of a name, as ``friction`` or ``joint_damping:elbow``."""
+    """Parameter with a name such as ``friction`` or ``joint_damping:elbow``."""
     constant, _, owner = (part.strip() for part in name.partition(":"))
     if constant not in PARAMETERS or constant == "time_step":
         known = ", ".join(known for known in PARAMETERS if known != "time_step")
@@ -102,7 +109,7 @@ class Simulations:
                 scenes[key] = Scene.from_text(text, path, **{**settings, **timed})
             groups.setdefault(key, []).append(place)
             self.starts.append(_at_touch(recording, scene) if begin == "touch" else (0, _first(recording, scenes[key])))
-        # Recordings of like length go together, because a batch is as long as its longest.
+        # A batch is as long as its longest recording, so recordings are batched by length.
         self.batches: List[Tuple[Scene, List[int]]] = []
         for key, places in groups.items():
             places.sort(key=self.frames)
@@ -113,11 +120,11 @@ class Simulations:
         return len(self.recordings[place].states) - 1 - self.starts[place][0]
 
     def vector(self, values: Mapping[str, float]) -> Floats:
-        """Values in the order of the parameters; the scene's where there are none."""
+        """Values in the order of the parameters, with the scene's as defaults."""
         return np.array([values.get(of.name, of.own) for of in self.parameters], dtype=float)
 
     def constants(self, values: Floats) -> Dict[str, Floats]:
-        """The numbers of constants with V sets of ``values``, (V, P)."""
+        """Numbers of constants with V sets of ``values``, (V, P)."""
         found = {name: np.repeat(base[None], len(values), axis=0) for name, base in self.base.items()}
         for place, of in enumerate(self.parameters):
             found[of.constant] += values[:, place, None] * of.slope
@@ -125,8 +132,11 @@ class Simulations:
         return {name: array.reshape(len(values), *shapes[name]) for name, array in found.items()}
 
     def run(self, values: Floats, chosen: Sequence[int], by: Any = None) -> Iterator[Tuple[List[int], Floats, Rollouts]]:
-        """Batches of simulations with V sets of ``values``: their recordings, the states at frames (V, R, F, N, 13) from
-        the start on, and the rollouts. ``by`` makes cotangents of recordings and such states."""
+        """Batches of simulations with V sets of ``values``.
+
+        Yields the recordings, the states at frames (V, R, F, N, 13) from the start on, and
+        the rollouts. ``by`` computes cotangents from recordings and such states.
+        """
         wanted, every = set(chosen), slice(self.substeps - 1, None, self.substeps)
         for scene, batch in self.batches:
             places = [place for place in batch if place in wanted]
@@ -149,7 +159,7 @@ class Simulations:
             yield places, frames(done.states), done
 
     def deviations(self, places: Sequence[int], states: Floats) -> Tuple[Floats, Floats, Floats]:
-        """Shifts and turns (V, R, F, N, 3) in the units of the loss, and the weights (R, F, N) of frames in a mean."""
+        """Scaled position and rotation errors (V, R, F, N, 3), and weights (R, F, N) of frames."""
         recorded, weights = np.zeros(states.shape[1:]), np.zeros(states.shape[1:4])
         for row, place in enumerate(places):
             rest = self.recordings[place].states[self.starts[place][0] :]
@@ -160,14 +170,14 @@ class Simulations:
         return shifts, turns / _ANGLE, weights
 
     def losses(self, shifts: Floats, turns: Floats, weights: Floats) -> Floats:
-        """The loss of each recording, (V, R)."""
+        """Loss of each recording, (V, R)."""
         if self.loss == "squares":
             return _mean((shifts**2 + turns**2).sum(axis=-1), weights)
         error = _mean(_norm(shifts) + _norm(turns), weights)
         return error / (1 + error / _BEND) if self.loss == "robust" else error
 
     def errors(self, values: Floats, chosen: Sequence[int]) -> List[Errors]:
-        """The errors of the chosen recordings, in their order, with each of V sets of ``values``."""
+        """Errors of the chosen recordings, in their order, with each of V sets of ``values``."""
         row = {place: k for k, place in enumerate(chosen)}
         table = np.zeros((4, len(values), len(chosen)))
         failed, residual = np.zeros((2, len(values)))
@@ -183,7 +193,7 @@ class Simulations:
         return [Errors._make(of) for of in zip(*table, failed.astype(int).tolist(), residual.tolist())]
 
     def losses_or_worst(self, values: Floats, chosen: Sequence[int]) -> Floats:
-        """The losses (V, R) with each of V sets of ``values``; large ones where they cannot be simulated."""
+        """Losses (V, R) with each of V sets of ``values``; large ones for refused values."""
         try:
             return np.array([errors.loss for errors in self.errors(values, chosen)])
         except TumbleError:
@@ -192,7 +202,7 @@ class Simulations:
             return np.asarray(np.concatenate([self.losses_or_worst(one[None], chosen) for one in values]))
 
     def gradient(self, value: Floats, chosen: Sequence[int]) -> Tuple[Floats, Floats]:
-        """The losses (R,) with one set of values, and the derivatives (P,) of their mean."""
+        """Losses (R,) with one set of values, and the derivatives (P,) of their mean."""
         found, slopes, row = np.zeros(len(chosen)), np.zeros(len(value)), {place: k for k, place in enumerate(chosen)}
 
         def cotangents(places: List[int], states: Floats) -> Any:
@@ -203,17 +213,18 @@ class Simulations:
             if self.loss != "squares":
                 by_shifts, by_turns = (of / np.maximum(_norm(of), 1e-300)[..., None] for of in (shifts, turns))
             if self.loss == "robust":
-                # The derivative of e/(1 + e/b) by e.
+                # Derivative of e/(1 + e/b) with respect to e.
                 share = (1 - losses / _BEND) ** 2
             factor = (share[..., None, None] * weights)[..., None]
-            # A turn is an eigenvector of its own derivative by a further turn, with the eigenvalue 1.
+            # A rotation vector is an eigenvector of its derivative by a further rotation,
+            # eigenvalue 1.
             both = [factor * by_shifts / (_DISTANCE * self.length), factor * by_turns / _ANGLE]
             return np.concatenate(both, axis=-1)[0, :, 1:]
 
         for _, _, done in self.run(value[None], chosen, cotangents):
             assert done.gradients is not None
             for place, of in enumerate(self.parameters):
-                # Derivatives by a size are in the size that the body has.
+                # Derivatives with respect to a size are relative to the body's current size.
                 scale = 1 / value[place] if of.constant == "size" else 1.0
                 slopes[place] += scale * (done.gradients[of.constant].sum(axis=0).ravel() @ of.slope)
         return found, np.asarray(slopes / len(chosen))
@@ -229,7 +240,7 @@ def _mean(of: Floats, weights: Floats) -> Floats:
 
 
 def _at_touch(recording: Recording, scene: Scene) -> Tuple[int, Floats]:
-    """Frame and state (1, 13) from which a toss is simulated: the protocol of docs/reality.md."""
+    """Start frame and state (1, 13) of a toss: the protocol of docs/reality.md."""
     extents, gravity = scene.extents[0], float(np.linalg.norm(scene.gravity))
     states, reach = recording.states[:, 0], float(np.linalg.norm(extents))
     heights = states[:, 2]
@@ -250,7 +261,7 @@ def _at_touch(recording: Recording, scene: Scene) -> Tuple[int, Floats]:
 
 
 def _first(recording: Recording, scene: Scene) -> Floats:
-    """The first frame; where its joints do not fit, as a camera sees them, the nearest states at which they do."""
+    """First frame, or the nearest states with closed joints if a camera recorded them open."""
     first: Floats = recording.states[0].copy()
     try:
         scene.simulate(first)
