@@ -1,8 +1,8 @@
 //! Many steps of random mechanisms. Almost all are certified, and none gains energy without being
 //! marked as unphysical.
 
-use super::random::{Numbers, mechanism, smooth, uneven};
 use super::made;
+use super::random::{Numbers, mechanism, smooth, uneven};
 use tumble_core::joint::{Axis, Drive, Joint};
 use tumble_core::mechanics::State;
 use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
