@@ -154,7 +154,7 @@ impl IslandBody {
     ///
     /// ```text
     /// rhs_v = δv + h/m δF + h δg + (F/m + g) δh − (v⁺ − v − h g) δm/m
-    /// rhs_ω = (∂P⁻/∂ω δω + h δτ + (τ + ∂P⁻/∂h − ∂P⁺/∂h) δh − P⁺(δI, ω⁺) + P⁻(δI, ω))/m   (G3)
+    /// rhs_ω = (∂P⁻/∂ω δω + h δτ + (τ + ∂P⁻/∂h − ∂P⁺/∂h) δh − P⁺(δI, ω⁺) + P⁻(δI, ω))/m      (G3)
     /// ```
     pub(super) fn change(
         &self,

@@ -126,7 +126,7 @@ impl Island {
     /// H is M/m (E; G) for A and −M/m (E; G) for B:
     ///
     /// ```text
-    /// rhs_i += H_i d,   block (i, j) −= H_i D ∂u/∂V_j                         (N12)
+    /// rhs_i += H_i d,   block (i, j) −= H_i D ∂u/∂V_j                            (N12)
     /// ```
     pub(super) fn add_offset(
         &self,

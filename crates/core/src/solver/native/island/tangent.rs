@@ -73,7 +73,7 @@ impl Island {
     /// H is that of (N12), and impulses come in C columns:
     ///
     /// ```text
-    /// rhs_A += H_A δp̂,   rhs_B += H_B δp̂                                     (G6)
+    /// rhs_A += H_A δp̂,   rhs_B += H_B δp̂                                         (G6)
     /// ```
     #[inline]
     pub(in super::super) fn add_impulses<const C: usize>(

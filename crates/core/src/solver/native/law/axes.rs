@@ -171,7 +171,7 @@ impl AxesProjection {
     /// For the piece through (u₀, p₀) along (u′, p′), with δû = δu + ε δp̂,
     ///
     /// ```text
-    /// δp̂ (u′ − ε p′) = p′ (û − u₀) − u′ (p̂ − p₀) + p′ δu      (J5)
+    /// δp̂ (u′ − ε p′) = p′ (û − u₀) − u′ (p̂ − p₀) + p′ δu                     (J5)
     /// ```
     pub(super) fn answer(&self, pieces: [u8; 3], of: LawRows<'_>, compliance: f64) -> Answer {
         let LawRows { rows, graphs } = of;

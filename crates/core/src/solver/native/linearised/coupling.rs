@@ -196,7 +196,7 @@ impl LinearCoupling {
     /// The frame turns with the normal, δn = φ × n:
     ///
     /// ```text
-    /// δp̂ = D (δu − φ × u) + φ × p̂,   δτ = A_Bᵀ (δarm × p̂ − δθ × (arm × p̂))     (G6)
+    /// δp̂ = D (δu − φ × u) + φ × p̂,   δτ = A_Bᵀ (δarm × p̂ − δθ × (arm × p̂))           (G6)
     /// ```
     pub(super) fn change(
         &self,

@@ -3,7 +3,7 @@
 //! With motions m of the rows at fixed V⁺ and all other terms in b,
 //!
 //! ```text
-//! A δV − Σ H D (m + J δV) = b,   K = A − Σ H D J                       (G2)
+//! A δV − Σ H D (m + J δV) = b,   K = A − Σ H D J                                   (G2)
 //! ```
 //!
 //! D is as large as 1/ε, so forming K loses 1e-16/ε of A and b. The motions m are as large as 1/h.
@@ -12,7 +12,7 @@
 //! them:
 //!
 //! ```text
-//! δV = x + K⁻¹ (b − A x + Σ H D (m + J x)),   x = K⁻¹ (b + Σ H D m)       (G11)
+//! δV = x + K⁻¹ (b − A x + Σ H D (m + J x)),   x = K⁻¹ (b + Σ H D m)                (G11)
 //! ```
 //!
 //! If the limit of vanishing compliance is taken at one point, compliance acts on changes only. The
@@ -20,7 +20,7 @@
 //! δp̂₁) with δp̂₁ = D (m + J x):
 //!
 //! ```text
-//! δV = x + K⁻¹ (b − A x + Σ H D C (m + J x)),   C = E − ε D           (G14)
+//! δV = x + K⁻¹ (b − A x + Σ H D C (m + J x)),   C = E − ε D                        (G14)
 //! ```
 //!
 //! The remaining error is of second order in the compliance. For nearly dependent rows it is not

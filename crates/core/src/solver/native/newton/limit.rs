@@ -150,7 +150,7 @@ impl<E: Equations> Newton<E> {
     /// the constraining rows,
     ///
     /// ```text
-    /// r ← (W + ε E)⁻¹ ε r,   r = p̂ at first,           (J16)
+    /// r ← (W + ε E)⁻¹ ε r,   r = p̂ at first,                                   (J16)
     /// ```
     ///
     /// This is the step from u = 0 to u = −ε r. It keeps the part of r in the null space of W and

@@ -151,7 +151,7 @@ impl<E: Equations> Newton<E> {
     /// Solves the law from `iterate`, with compliance on changes from its impulses p̂_0 only:
     ///
     /// ```text
-    /// û = u + ε D (p̂ − p̂_0)               (N13)
+    /// û = u + ε D (p̂ − p̂_0)                                                   (N13)
     /// ```
     ///
     /// `is_evaluated` is true if the iterate was evaluated for some law. Returns true on
