@@ -275,8 +275,8 @@ pub(super) trait Equations {
     }
     /// Appends the last impulses of the joints to those of the contacts.
     fn extend_previous(&self, _: &Step<'_>, _: &mut Vec<Vector3<f64>>) {}
-    /// Restores quantities that changed by no more than rounding to their values at the start of
-    /// the step: spins, velocities, or their normal parts at contacts.
+    /// Restores quantities that changed by rounding only to their values at the start of the step:
+    /// spins, velocities, or their normal parts at contacts.
     fn keep_velocity(&self, velocity: &mut Self::Velocity);
     /// True if a body rotates by more than a large angle and by more than a multiple of its initial
     /// spin.

@@ -254,7 +254,7 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     /// Random patterns of nodes with one to six values, against a dense factorisation. Some columns
-    /// are those of an identity matrix.
+    /// belong to an identity matrix.
     #[test]
     fn the_solution_is_that_of_a_dense_system() {
         let mut twister = rand_mt::Mt::new(7);

@@ -96,7 +96,7 @@ pub(super) const LEAST_SCALE: f64 = 1e-6;
 /// Largest number of iterations of one stage. Successful stages take at most a few hundred.
 pub(super) const STAGE_ITERATIONS: u32 = 1500;
 /// Rotation in one step (rad) that is too large for a body with less than half of it at the start.
-/// A lever then no longer resembles its velocity, and such discrete solutions gain energy.
+/// Lever arms then rotate too far, and such discrete solutions gain energy.
 pub(super) const LARGE_TURN: f64 = 1.0;
 /// Energy gain in one step that is too large, relative to the kinetic energy.
 pub(super) const LARGE_GAIN: f64 = 1e-3;

@@ -100,7 +100,7 @@ fn runs(
 pub(super) struct StageOutcome {
     pub(super) solved: bool,
     pub(super) run: StageRun,
-    /// True if the law with compliance led to it: it is the solution of the selection rule.
+    /// True if found by the law with compliance: it is the solution of the selection rule.
     pub(super) selected: bool,
     /// True if another stage failed before.
     pub(super) retried: bool,

@@ -90,8 +90,7 @@ impl Tolerances {
     /// `residual` are relative to its own speed.
     pub(super) fn of_problem(residual: f64) -> Self {
         let scale = (residual / ACCEPTED_RESIDUAL).max(ROUNDING / EXACT);
-        // Closeness to a solution hardly depends on the tolerance: values from 1e-4 to 2e-2 perform
-        // alike.
+        // Closeness to a solution hardly depends on the tolerance: 1e-4 to 2e-2 perform similarly.
         let near = 5e-3_f64.max(10.0 * residual);
         let (solved, exact) = (3e-10 * scale, EXACT * scale);
         Self {

@@ -47,8 +47,8 @@ impl BodyTurning {
         sweep: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
-    /// Sets `there` to the sweep of the spin ω and `back` to that of −ω. They share the even part
-    /// of K. Written in place, because they are large.
+    /// Sets `there` to the sweep of the spin ω and `back` to the sweep of −ω. They share the even
+    /// part of K. Written in place, because they are large.
     #[inline]
     pub(super) fn set_there_and_back(
         rotation: &Matrix3<f64>,

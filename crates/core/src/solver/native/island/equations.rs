@@ -159,7 +159,7 @@ impl Equations for Island {
             }
         }
         // Bodies tied by joints come to rest together or not at all. Otherwise a resting body would
-        // pull its joint apart.
+        // break its joint.
         let slow = |(member, velocity): (&IslandBody, &Velocity)| member.is_slow(rest, velocity);
         if self.joints.is_empty() || self.members.iter().zip(&*velocity).all(slow) {
             for (member, velocity) in self.members.iter().zip(velocity) {

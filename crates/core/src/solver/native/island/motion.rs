@@ -248,8 +248,8 @@ impl Island {
 
 /// Rotation of a body and its inverse.
 ///
-/// The inverse has the spin −ω: w = A_Bᵀ (…), and the Cayley map of −a is the transpose of that of
-/// a.
+/// The inverse has the spin −ω: w = A_Bᵀ (…), and the Cayley map of −a is the transposed Cayley map
+/// of a.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Both {
     pub(super) there: BodyTurning,

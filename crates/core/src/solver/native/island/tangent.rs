@@ -70,7 +70,7 @@ impl Island {
 
     /// Adds impulses of a coupling to right-hand sides of the equations of motion, per body mass.
     ///
-    /// H is that of (N12), and impulses come in C columns:
+    /// H is defined in (N12). The impulses are C columns:
     ///
     /// ```text
     /// rhs_A += H_A δp̂,   rhs_B += H_B δp̂                                         (G6)

@@ -17,8 +17,8 @@ pub(in super::super) struct AxesLaw {
     places: [u32; 3],
     /// True for each locked row.
     locked: [bool; 3],
-    /// True if the rows have axes other than the coupling's own. Three locked rows may use any
-    /// axes.
+    /// True if the rows have their own axes, not those of the coupling's motion. Any axes suit
+    /// three locked rows.
     turned: bool,
 }
 
@@ -76,7 +76,7 @@ impl AxesLaw {
 
 /// Projection arguments of three rows, y = p̂ − ρ û, in their axes.
 ///
-/// Three locked rows use the axes of the coupling.
+/// Three locked rows use the axes of the coupling's motion.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct AxesProjection {
     axes: AxesLaw,

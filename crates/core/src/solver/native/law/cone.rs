@@ -251,7 +251,7 @@ mod tests {
         (rows, pull, impulse)
     }
 
-    /// With its own gain, the offset equals the one of the local solution.
+    /// The offset for use with the point's own gain equals the one of the local solution.
     #[test]
     fn an_offset_beside_its_own_gain_is_the_answers() {
         let (rows, pull, _) = slipping(0.7, 1e-4);
@@ -260,7 +260,7 @@ mod tests {
         assert!((found - offset).norm() <= 1e-13 * offset.norm(), "{found} {offset}");
     }
 
-    /// With the gain of another direction, the normal motion −û_n cancels the term û_n/ε
+    /// Next to the gain of another direction, the normal motion −û_n cancels the term û_n/ε
     /// completely. The term is a thousand times the impulse here. No part remains in either
     /// direction.
     #[test]

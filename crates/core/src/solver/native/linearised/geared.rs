@@ -5,14 +5,14 @@
 //! along it
 //!
 //! ```text
-//! δu = −ℓ/h (q₂⁺ δr + δq₀),   along the row of the second coordinate δp̂₂ = −ℓ/ℓ₂ p̂ δr             (G15)
+//! δu = −ℓ/h (q₂⁺ δr + δq₀),   along the row of the second coordinate δp̂₂ = −ℓ/ℓ₂ p̂ δr      (G15)
 //! ```
 //!
 //! Under a drive the row is s⁺ − s, without q₀. The drive responds to s = q₁ − r q₂ − q₀ like the
 //! drive of a joint to its coordinate (G10):
 //!
 //! ```text
-//! δu = −ℓ/h (q₂⁺ − q₂) δr,   δs = −q₂ δr − δq₀                                                       (G17)
+//! δu = −ℓ/h (q₂⁺ − q₂) δr,   δs = −q₂ δr − δq₀                                               (G17)
 //! ```
 //!
 //! Equation numbers refer to `docs/gradients.md`.

@@ -151,7 +151,8 @@ impl LinearIsland {
     /// Independent rows can follow any change. Sticking contacts in a loop may be unable to. With
     /// bounces, velocity changes are tested too.
     fn probe(&mut self, step: &Step<'_>) {
-        /// Residual motion of rows that can follow, relative to the compliance's order.
+        /// Tolerance of the remaining row motion. Rows that can follow leave one of the order of
+        /// the compliance.
         const LEFT: f64 = 1e-3;
         let Self { bodies, island, points: [point, _], moved, .. } = self;
         let bounces = point.couplings.iter().any(|coupling| coupling.tangent.bounces());

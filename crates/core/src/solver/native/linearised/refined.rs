@@ -27,7 +27,7 @@
 //! small, and further solves follow. With δp̂ = D s and s₁ = m + J x₁,
 //!
 //! ```text
-//! xₖ₊₁ = xₖ + K⁻¹ (b − A xₖ + Σ H D (m + J xₖ − ε D sₖ)),   sₖ₊₁ = m + J xₖ₊₁ − ε D sₖ          (G19)
+//! xₖ₊₁ = xₖ + K⁻¹ (b − A xₖ + Σ H D (m + J xₖ − ε D sₖ)),   sₖ₊₁ = m + J xₖ₊₁ − ε D sₖ       (G19)
 //! ```
 //!
 //! The first of these is (G14). The transposed solve runs in reverse order. Next to y it keeps λ,
@@ -153,8 +153,8 @@ impl Held {
 
 /// Random numbers from −½ to ½ (SplitMix64: G. L. Steele, D. Lea, C. H. Flood, 2014).
 ///
-/// No small subset sums to zero. Multiples of a fixed angle would: a − b − c + d vanishes for four of
-/// them, as for the impulses that a face's corners can share.
+/// No small subset sums to zero. Multiples of a fixed angle would: a − b − c + d vanishes for four
+/// of them, as for the impulses that a face's corners can share.
 #[derive(Default)]
 pub(super) struct Drawn(u64);
 

@@ -5,7 +5,7 @@
 //! compliance,
 //!
 //! ```text
-//! where it is vertical δp̂ = −(δu − δu₀)/ε,   of p = v − s u δp̂ = (δv − û δs − s δu)/(1 + ε s)        (G10)
+//! where it is vertical δp̂ = −(δu − δu₀)/ε,   of p = v − s u δp̂ = (δv − û δs − s δu)/(1 + ε s)  (G10)
 //! ```
 //!
 //! The torque of the impulse changes with the poses of the bodies. Equation numbers refer to
