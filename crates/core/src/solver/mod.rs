@@ -1,4 +1,5 @@
-//! Who solves the contact step: [`native`], tumble's own solver. Others are
-//! [`StepSolver`](crate::step::StepSolver)s of other crates.
+//! Solvers of the contact step.
+//!
+//! [`native`] is tumble's own. Other crates implement [`StepSolver`](crate::step::StepSolver).
 
 pub mod native;

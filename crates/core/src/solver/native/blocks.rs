@@ -1,13 +1,12 @@
-//! A sparse linear system of 6 × 6 blocks, one row of blocks a body, with a block where two
-//! bodies are coupled.
+//! Sparse linear system of 6 × 6 blocks, one block row per body and one off-diagonal block pair per
+//! coupled pair of bodies.
 //!
-//! The [pattern](Pattern) is symmetric, the numbers are not. Pivots are
-//! sought inside a body's own block. Between the bodies none are needed as a rule, because the
-//! block of a body holds its own mass and every spring that holds it; where one fails all the same
-//! the system counts as singular, and the caller looks for another direction.
+//! The [pattern](Pattern) is symmetric, the values are not. Pivoting is restricted to a body's own
+//! block. It suffices in practice, because the block contains the body's mass and all springs
+//! acting on it. A singular pivot block makes the whole system count as singular.
 //!
-//! Where much is to be eliminated, the [fronts](super::fronts) of the same order do it, with the same pattern and pivots
-//! inside a front.
+//! Large eliminations use the multifrontal [solver](super::fronts), with the same pattern and order
+//! and with pivoting inside a front.
 
 use super::fronts::Fronts;
 use super::pattern::Pattern;
@@ -15,36 +14,37 @@ use super::plan::FrontPlan;
 use super::six::{SixFactors, subtract_product};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 
-/// The matrix, and its factors in its place after [`BlockSystem::factorise`]:
+/// Matrix, overwritten with its factors by [`BlockSystem::factorise`]:
 ///
 /// ```text
 /// M = (D + L) (E + D⁻¹ U)
 /// ```
 ///
-/// with the pivot blocks D, what is below them, L, and what is above, U.
+/// D are the pivot blocks, L the blocks below them and U those above.
 #[derive(Debug, Clone, Default)]
 pub(super) struct BlockSystem {
     diagonal: Vec<Matrix6<f64>>,
-    /// D, each factorised.
+    /// Factors of each block of D.
     pivots: Vec<SixFactors>,
-    /// The blocks (place, later) and (later, place), by their number in the pattern; D⁻¹ U and L at
-    /// last.
+    /// Blocks (place, later) and (later, place), by their index in the pattern. After factorisation
+    /// D⁻¹ U and L.
     upper: Vec<Matrix6<f64>>,
     lower: Vec<Matrix6<f64>>,
-    /// In place of all this where the pattern has a plan for it, and a vector by its places.
+    /// Replaces the fields above if the pattern has a front plan.
     fronts: Fronts,
     numbers: Vec<f64>,
     behind: Vec<f64>,
-    /// Blocks of the fronts that are added to, with their row and column: contacts of the same bodies come one after another.
+    /// Cached blocks of the fronts with row and column. Contacts of the same bodies follow each
+    /// other.
     open: [(usize, usize, Matrix6<f64>); OPEN],
     opened: usize,
 }
 
-/// As many blocks as two bodies have.
+/// Number of blocks of two bodies.
 const OPEN: usize = 4;
 
 impl BlockSystem {
-    /// A matrix of this pattern, all of it zero.
+    /// Resets the matrix to zero, with this pattern.
     pub(super) fn begin(&mut self, pattern: &Pattern) {
         if let Some(plan) = pattern.plan() {
             self.opened = 0;
@@ -58,7 +58,7 @@ impl BlockSystem {
         self.lower.resize(pattern.order.blocks(), Matrix6::zeros());
     }
 
-    /// Adds to the block (row, column), which must be of the pattern.
+    /// Adds to the block (row, column), which the pattern must contain.
     pub(super) fn add(
         &mut self,
         pattern: &Pattern,
@@ -83,7 +83,7 @@ impl BlockSystem {
         }
     }
 
-    /// The block (row, column), which must be of the pattern, to be added to.
+    /// Returns the block (row, column) for accumulation. The pattern must contain it.
     pub(super) fn block_of(
         &mut self,
         pattern: &Pattern,
@@ -107,7 +107,7 @@ impl BlockSystem {
         &mut self.open[place].2
     }
 
-    /// Writes the blocks that were added to.
+    /// Writes the cached blocks back.
     fn close(&mut self, plan: &FrontPlan) {
         for (row, column, block) in &self.open[..self.opened] {
             self.fronts.set_block(plan, plan.place(*row), plan.place(*column), block);
@@ -115,7 +115,7 @@ impl BlockSystem {
         self.opened = 0;
     }
 
-    /// The block of two places.
+    /// Block at two places of the elimination order.
     fn block(&mut self, pattern: &Pattern, row: usize, column: usize) -> &mut Matrix6<f64> {
         match row.cmp(&column) {
             std::cmp::Ordering::Equal => &mut self.diagonal[row],
@@ -124,7 +124,7 @@ impl BlockSystem {
         }
     }
 
-    /// Factorises the matrix; `false` where a pivot block is singular.
+    /// Factorises the matrix. Returns false if a pivot block is singular.
     pub(super) fn factorise(&mut self, pattern: &Pattern) -> bool {
         if let Some(plan) = pattern.plan() {
             self.close(plan);
@@ -135,7 +135,7 @@ impl BlockSystem {
         for (pivot, row) in (0..pattern.order.len()).map(|pivot| (pivot, pattern.order.row(pivot)))
         {
             let Some(factors) = SixFactors::new(&diagonal[pivot]) else { return false };
-            // What is updated is in later rows.
+            // Updates affect later rows only.
             let (upper, later_upper) = upper.split_at_mut(row.end);
             let (lower, later_lower) = lower.split_at_mut(row.end);
             for upper in &mut upper[row.clone()] {
@@ -155,8 +155,8 @@ impl BlockSystem {
         true
     }
 
-    /// Solves the factorised system, or that of the transposed matrix, for a right-hand side by places,
-    /// in its memory.
+    /// Solves the factorised system, or its transpose, in place. The right-hand side is in
+    /// elimination order.
     pub(super) fn solve<const TRANSPOSED: bool>(
         &mut self,
         pattern: &Pattern,
@@ -199,7 +199,7 @@ impl BlockSystem {
         }
     }
 
-    /// Solves the factorised system for several right-hand sides by places, in their memory.
+    /// Solves the factorised system in place for several right-hand sides, in elimination order.
     pub(super) fn solve_all<const C: usize>(
         &mut self,
         pattern: &Pattern,
@@ -223,7 +223,7 @@ impl BlockSystem {
             }
             return;
         }
-        // Nothing comes before the first places that have numbers.
+        // Leading zero blocks remain zero.
         let first = values.iter().position(|value| *value != SMatrix::<f64, 6, C>::zeros());
         let first = first.unwrap_or(values.len());
         for (pivot, factors) in self.pivots.iter().enumerate().skip(first) {
@@ -242,7 +242,7 @@ impl BlockSystem {
         }
     }
 
-    /// Mᵀ x = b: first (E + D⁻¹ U)ᵀ, then (D + L)ᵀ.
+    /// Solves Mᵀ x = b: first (E + D⁻¹ U)ᵀ, then (D + L)ᵀ.
     fn solve_transposed(&self, pattern: &Pattern, values: &mut [Vector6<f64>]) {
         for pivot in 0..pattern.order.len() {
             let value = values[pivot];
@@ -266,7 +266,7 @@ mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector};
 
-    /// A few patterns, with numbers of a fixed sequence, against a dense factorisation.
+    /// Several patterns with fixed random values, against a dense factorisation.
     #[test]
     fn the_solution_is_that_of_a_dense_system() {
         let patterns: [(usize, &[(usize, usize)]); 4] = [
@@ -294,7 +294,7 @@ mod tests {
             }
             assert!(system.factorise(&pattern));
             let (of_transposed, factors) = (dense.transpose().lu(), dense.lu());
-            // With the same factors, for one right-hand side after another.
+            // Same factors for several right-hand sides in turn.
             for transposed in [false, true, false] {
                 let mut values = vec![Vector6::zeros(); bodies];
                 let mut rhs = DVector::zeros(6 * bodies);

@@ -1,6 +1,7 @@
-//! A coupling: three rows between two bodies, or between a body and what is fixed, with one law.
+//! Coupling: constraint of three rows with one law, between two bodies or a body and a fixed
+//! object.
 //!
-//! Equation numbers are those of `docs/native-solver.md`.
+//! Equation numbers refer to `docs/native-solver.md`.
 
 use super::law::{Cone, CouplingLaw, CouplingRows, LawRows, NaturalMap, Projection};
 use super::settings::{COMPLIANCE, ROLLING_COMPLIANCE};
@@ -8,37 +9,39 @@ use crate::contact::Contact;
 use crate::joint::Graph;
 use nalgebra::{Matrix3, Vector3};
 
-/// Three rows u and their impulse p̂ in a step, as the solver needs them. Vectors are in the world's
-/// axes where no frame is named.
+/// Three rows u and their impulse p̂ in a step, as input of the solver. Vectors are in world axes
+/// unless a frame is named.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Coupling {
-    /// Where it acts.
+    /// Point of action.
     pub(super) lever: Lever,
-    /// What the rows are off by at step k over h, m/s: of a contact φ/h along the normal, and across it
-    /// what surfaces carry.
+    /// Position error of the rows at step k, over h (m/s). For a contact: φ/h along the normal and
+    /// the surface velocity across it.
     pub(super) offset: Vector3<f64>,
-    /// e c_n⁻, m/s, where a contact bounces; 0 elsewhere.
+    /// e c_n⁻ (m/s) of a bouncing contact, otherwise 0.
     pub(super) rebound: f64,
     pub(super) rows: CouplingRows,
     pub(super) law: CouplingLaw,
 }
 
-/// The point at which a coupling acts, of a body A.
+/// Point of a body A at which a coupling acts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lever {
-    /// a, m, frame of A: the middle of the feature that touches, its point where nothing is rounded.
+    /// a (m, frame of A): centre of the touching feature, or its point if not rounded.
     pub(super) centre: Vector3<f64>,
-    /// A a, m.
+    /// A a (m).
     pub(super) arm: Vector3<f64>,
-    /// ρ, m.
+    /// ρ (m).
     pub(super) radius: f64,
-    /// G = [y]× Aᵀ, m: the torque (frame of A) of an impulse (world) at the touching point y.
+    /// G = [y]× Aᵀ (m): maps an impulse (world) at the touching point y to its torque (frame of A).
     pub(super) torque_map: Matrix3<f64>,
 }
 
 impl Coupling {
-    /// The coupling of `contact`. `share` is M over the mass of its body A; a gap that opens or closes
-    /// at most at the speed `level` (m/s) counts as none.
+    /// Coupling of `contact`.
+    ///
+    /// `share` is M over the mass of its body A. A gap that opens or closes at most at the speed
+    /// `level` (m/s) is treated as zero.
     pub(super) fn of_contact(contact: &Contact, time_step: f64, share: f64, level: f64) -> Self {
         let (normal, radius) = (contact.normal(), contact.features.radius);
         let tangential = share * contact.response.tangential;
@@ -63,8 +66,10 @@ impl Coupling {
         }
     }
 
-    /// The coupling of the anchor of a joint: it acts at `lever` along the axes `frame`, its rows are
-    /// off by `offset` (m/s, in these axes) and respond with `response`.
+    /// Coupling of a joint's anchor, acting at `lever` along the axes `frame`.
+    ///
+    /// `offset` is the position error over h (m/s) in these axes. `response` is the response of
+    /// each row.
     pub(super) fn of_place(
         lever: Lever,
         frame: Matrix3<f64>,
@@ -76,7 +81,7 @@ impl Coupling {
         Self { lever, offset: frame * offset, rebound: 0.0, rows, law }
     }
 
-    /// That of the turn of a joint, whose impulse about its rows is a torque on A by `torque_map`.
+    /// Coupling of a joint's rotation. `torque_map` maps its impulse to a torque on A.
     pub(super) fn of_turn(
         torque_map: Matrix3<f64>,
         response: &Vector3<f64>,
@@ -88,14 +93,14 @@ impl Coupling {
         Self { lever, offset: zero, rebound: 0.0, rows, law }
     }
 
-    /// That of rows of which nothing is known but their motion without bodies, `offset` (m/s), and their law.
+    /// Coupling of abstract rows with a law. `offset` is their motion without bodies (m/s).
     pub(super) fn of_rows(rows: CouplingRows, offset: Vector3<f64>, law: CouplingLaw) -> Self {
         let (zero, nothing) = (Vector3::zeros(), Matrix3::zeros());
         let lever = Lever { centre: zero, arm: zero, radius: 0.0, torque_map: nothing };
         Self { lever, offset, rebound: 0.0, rows, law }
     }
 
-    /// The arguments of its law's projections at its motion u and impulse p̂ (m/s, world).
+    /// Projection arguments of the law at the motion u and the impulse p̂ (m/s, world).
     #[inline]
     pub(super) fn pull(
         &self,
@@ -106,7 +111,7 @@ impl Coupling {
         self.law.pull(map, &self.rows, u, impulse)
     }
 
-    /// The same, and the natural map (N4) there as a velocity, m/s.
+    /// Projection arguments and the natural map (N4) as a velocity (m/s).
     #[inline(always)]
     pub(super) fn evaluated(
         &self,
@@ -118,19 +123,20 @@ impl Coupling {
         self.law.evaluated(map, LawRows { rows: &self.rows, graphs }, u, impulse)
     }
 
-    /// Whether it is a contact.
+    /// True for a contact.
     pub(super) fn is_contact(&self) -> bool {
         matches!(self.law, CouplingLaw::Cone(_))
     }
 
-    /// Whether a contact bounces.
+    /// True for a bouncing contact.
     pub(super) fn bounces(&self) -> bool {
         self.rebound != 0.0
     }
 
-    /// u where `departing` is the velocity with which the touching points part after the impulses, of a
-    /// contact that bounces: along the normal the smaller one of the gap speed and of what is left of
-    /// the rebound (eq. 29). The second is whether that is the latter.
+    /// u of a bouncing contact (eq. 29), and true if the rebound determines its normal part.
+    ///
+    /// The normal part is the smaller of the gap speed and the remaining rebound. `departing` is
+    /// the relative velocity of the touching points after the impulses (m/s).
     pub(super) fn bounded(
         &self,
         u: Vector3<f64>,
@@ -142,7 +148,7 @@ impl Coupling {
     }
 }
 
-/// φ/h of a contact at step k, m/s; 0 where it is at most `level`.
+/// φ/h of a contact at step k (m/s), set to zero up to `level`.
 pub(super) fn approach(contact: &Contact, time_step: f64, level: f64) -> f64 {
     let approach = contact.gap / time_step;
     if approach.abs() <= level { 0.0 } else { approach }

@@ -1,13 +1,13 @@
-//! Dense kernels of a front: columns stored one after another, pivots sought in the first rows alone.
+//! Dense kernels of a front, with column-major storage and pivoting in the leading rows.
 
 use std::ops::Range;
 
-/// Rows and columns of the product's tiles.
+/// Tile size of the matrix product.
 const TILE: usize = 4;
-/// Columns that are eliminated before the rest is updated.
+/// Number of columns eliminated before the rest is updated.
 const PANEL: usize = 24;
 
-/// Packed factors of a product, which pivots and columns take part, and the triangle of a panel.
+/// Packed factors of a product with their pivots and columns, and the triangle of a panel.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PackedBlocks {
     left: Vec<f64>,
@@ -18,7 +18,7 @@ pub(super) struct PackedBlocks {
 }
 
 impl PackedBlocks {
-    /// Packs columns `pivots` of `from` (with `stride` rows), rows `rows`: those that are not all zero.
+    /// Packs rows `rows` of the nonzero columns `pivots` of `from`, which has `stride` rows.
     fn pack_left(&mut self, from: &[f64], stride: usize, rows: Range<usize>, pivots: Range<usize>) {
         let column = |k: usize| &from[k * stride + rows.start..k * stride + rows.end];
         self.pivots.clear();
@@ -34,8 +34,8 @@ impl PackedBlocks {
         }
     }
 
-    /// Packs the rows of the pivots of `from` (with `stride` rows), of the columns in which they are not all
-    /// zero.
+    /// Packs the pivot rows of `from`, which has `stride` rows, for the columns where they are not
+    /// all zero.
     fn pack_right(&mut self, from: &[f64], stride: usize, columns: Range<usize>) {
         let Self { right, pivots, columns: taken, .. } = self;
         taken.clear();
@@ -51,8 +51,8 @@ impl PackedBlocks {
         }
     }
 
-    /// to −= left · right, in the rows `rows` of a matrix with `stride` rows, which are the first of the
-    /// left factor's.
+    /// Computes to −= left · right in the rows `rows` of a matrix with `stride` rows. These rows
+    /// are the first of the left factor.
     fn subtract(&self, to: &mut [f64], stride: usize, rows: Range<usize>) {
         let step = TILE * self.pivots.len();
         if step == 0 || rows.is_empty() {
@@ -75,7 +75,7 @@ impl PackedBlocks {
     }
 }
 
-/// A tile of a product: four rows of packed columns times four columns of packed rows.
+/// Tile of a product: four rows of packed columns times four columns of packed rows.
 #[inline(always)]
 fn product(left: &[f64], right: &[f64]) -> [[f64; TILE]; TILE] {
     let mut sums = [[0.0; TILE]; TILE];
@@ -89,27 +89,28 @@ fn product(left: &[f64], right: &[f64]) -> [[f64; TILE]; TILE] {
     sums
 }
 
-/// A front: its own columns in `low`, with all its rows, and in `up` what its own rows have behind them.
+/// View of a front. `low` has its own columns with all rows, `up` its own rows in the columns
+/// behind.
 #[derive(Debug)]
 pub(super) struct FrontView<'a> {
     pub(super) low: &'a mut [f64],
     pub(super) up: &'a mut [f64],
-    /// How many rows and columns are its own, and how many come behind.
+    /// Numbers of its own rows and columns, and of those behind.
     pub(super) own: usize,
     pub(super) behind: usize,
-    /// The row that each of its own was exchanged with.
+    /// Row exchanged with each own row.
     pub(super) swaps: &'a mut [usize],
 }
 
 impl FrontView<'_> {
-    /// Factorises it in its place, pivots sought in its own rows alone:
+    /// Factorises the front in place, with pivoting in its own rows:
     ///
     /// ```text
     /// P ⎡ low's own rows   up ⎤ = ⎡ L ⎤ (U   L⁻¹ P up)
     ///   ⎣ low's last rows   · ⎦   ⎣ B ⎦
     /// ```
     ///
-    /// `false` where a pivot is zero.
+    /// Returns false if a pivot is zero.
     pub(super) fn factorise(&mut self, packed: &mut PackedBlocks) -> bool {
         let (own, rows) = (self.own, self.own + self.behind);
         let mut begin = 0;
@@ -121,7 +122,7 @@ impl FrontView<'_> {
             let panel = begin..end;
             packed.pack_triangle(self.low, rows, panel.clone());
             packed.pack_left(self.low, rows, end..rows, begin..end);
-            // Rows of earlier panels are exchanged with them.
+            // The row exchanges also apply to earlier panels.
             for column in self.low.chunks_exact_mut(rows).take(begin) {
                 exchange(column, self.swaps, panel.clone());
             }
@@ -142,7 +143,8 @@ impl FrontView<'_> {
         true
     }
 
-    /// Subtracts from `rest`, of the rows and columns behind, what the front makes of them: B L⁻¹ P up.
+    /// Subtracts the contribution of the front, B L⁻¹ P up, from the rows and columns behind in
+    /// `rest`.
     pub(super) fn subtract_from(&self, rest: &mut [f64], packed: &mut PackedBlocks) {
         let rows = self.own + self.behind;
         packed.pack_left(self.low, rows, self.own..rows, 0..self.own);
@@ -150,7 +152,7 @@ impl FrontView<'_> {
         packed.subtract(rest, self.behind, 0..self.behind);
     }
 
-    /// Eliminates the columns of a panel within itself.
+    /// Eliminates the columns of a panel within the panel.
     fn factorise_panel(&mut self, panel: Range<usize>) -> bool {
         let rows = self.own + self.behind;
         let own = self.own;
@@ -190,7 +192,7 @@ impl FrontView<'_> {
     }
 }
 
-/// Exchanges rows of a column as the pivots of a panel were.
+/// Applies the row exchanges of a panel to a column.
 fn exchange(column: &mut [f64], swaps: &[usize], panel: Range<usize>) {
     for (pivot, other) in swaps.iter().enumerate().take(panel.end).skip(panel.start) {
         column.swap(pivot, *other);
@@ -198,7 +200,7 @@ fn exchange(column: &mut [f64], swaps: &[usize], panel: Range<usize>) {
 }
 
 impl PackedBlocks {
-    /// Keeps the triangle below the diagonal of a panel.
+    /// Stores the triangle below the diagonal of a panel.
     fn pack_triangle(&mut self, from: &[f64], stride: usize, panel: Range<usize>) {
         self.triangle.clear();
         for k in panel.clone() {
@@ -207,7 +209,7 @@ impl PackedBlocks {
         }
     }
 
-    /// L⁻¹ of the panel, in its rows of a column.
+    /// Applies L⁻¹ of the panel to its rows of a column.
     fn solve_triangle(&self, column: &mut [f64], panel: Range<usize>) {
         let count = panel.len();
         let part = &mut column[panel];

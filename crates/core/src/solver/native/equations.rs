@@ -1,9 +1,9 @@
-//! What Newton's method and the interior point ask of the equations of a step, whether of one
-//! body ([`super::single`]) or of several that touch each other ([`super::island`]).
+//! Interface between the methods (Newton, interior point) and the equations of a step.
 //!
-//! Impulses are divided by one mass M, p̂ = h f/M in m/s, so that every unknown is a velocity:
-//! that of the body, or a reference for all bodies of an island. Equation numbers are those of
-//! `docs/native-solver.md`.
+//! The equations belong to one body ([`super::single`]) or to several in contact
+//! ([`super::island`]). Impulses are divided by one mass M, p̂ = h f/M in m/s, so that every
+//! unknown is a velocity. M is the mass of the body, or a reference mass of the island. Equation
+//! numbers refer to `docs/native-solver.md`.
 
 use super::coupling::Coupling;
 use super::islands::IslandView;
@@ -14,12 +14,12 @@ use crate::joint::Graph;
 use crate::step::Step;
 use nalgebra::Vector3;
 
-/// The new velocities of a body, V = (v⁺, ω⁺).
+/// New velocities of a body, V = (v⁺, ω⁺).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Velocity {
-    /// v⁺, m/s, world.
+    /// v⁺ (m/s, world).
     pub(super) linear: Vector3<f64>,
-    /// ω⁺, rad/s, body.
+    /// ω⁺ (rad/s, body).
     pub(super) spin: Vector3<f64>,
 }
 
@@ -28,7 +28,7 @@ impl Velocity {
         Self { linear: Vector3::zeros(), spin: Vector3::zeros() }
     }
 
-    /// This and `length` times `step`.
+    /// This plus `length` times `step`.
     #[inline]
     pub(super) fn moved(&self, length: f64, step: &Self) -> Self {
         Self { linear: self.linear + length * step.linear, spin: self.spin + length * step.spin }
@@ -39,13 +39,13 @@ impl Velocity {
     }
 }
 
-/// The velocities of all bodies of a part of the step.
+/// Velocities of all bodies of an island.
 pub(super) trait Velocities: Clone + PartialEq + std::fmt::Debug {
-    /// Room for them.
+    /// Empty value as memory.
     fn empty() -> Self;
-    /// Makes this `from` and `length` times `step`.
+    /// Sets this to `from` plus `length` times `step`.
     fn set_moved(&mut self, from: &Self, length: f64, step: &Self);
-    /// Makes this the same as `from`.
+    /// Copies `from`.
     fn copy_from(&mut self, from: &Self);
     fn is_finite(&self) -> bool;
 }
@@ -89,22 +89,22 @@ impl Velocities for Vec<Velocity> {
     }
 }
 
-/// Makes room for `count` entries in all, whatever a list holds.
+/// Reserves memory for `count` entries in total.
 pub(super) fn reserve<T>(list: &mut Vec<T>, count: usize) {
     list.reserve(count.saturating_sub(list.len()));
 }
 
-/// Size of all residuals at a point.
+/// Norms of all residuals at a point.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct MapResidual {
-    /// Largest entry, m/s.
+    /// Largest entry (m/s).
     pub(super) largest: f64,
-    /// Sum of squares, m²/s².
+    /// Sum of squares (m²/s²).
     pub(super) squared: f64,
 }
 
 impl MapResidual {
-    /// Adds numbers that have no axes.
+    /// Adds scalar residuals.
     pub(super) fn add_all(&mut self, numbers: &[f64]) {
         for number in numbers {
             self.largest = self.largest.max(number.abs());
@@ -127,11 +127,11 @@ pub(super) trait Slope: Copy + std::fmt::Debug {
     fn point_step(&self, change: &Self::Velocity) -> Vector3<f64>;
 }
 
-/// A coupling eliminated: its answer, and what its rows answer to the velocities.
+/// Eliminated coupling: its local solution and the derivative of its rows by the velocities.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Elimination<S> {
     pub(super) answer: Answer,
-    /// Unused where the gain is zero.
+    /// Unused for a zero gain.
     pub(super) slope: S,
 }
 
@@ -154,22 +154,21 @@ impl<S: Slope> Elimination<S> {
     }
 }
 
-/// What the equations of one body and of several have alike: the couplings, and what a solver is to
-/// know of the step.
+/// Data shared by all kinds of equations: couplings and step parameters.
 #[derive(Debug, Clone)]
 pub(super) struct StepSetting {
     pub(super) couplings: Vec<Coupling>,
-    /// The graphs of joints' axes.
+    /// Graphs of joint axes.
     pub(super) graphs: Vec<Graph>,
-    /// Whether all of them give in all directions alike (N6).
+    /// True if the compliance of all couplings is isotropic (N6).
     pub(super) all_give_alike: bool,
     pub(super) tolerances: Tolerances,
-    /// How much the impulses changed in the steps before, in parts of the largest.
+    /// Change of the impulses over the last steps, relative to the largest.
     pub(super) unsettled: f64,
 }
 
 impl StepSetting {
-    /// No couplings yet.
+    /// Setting without couplings.
     pub(super) fn new(tolerances: Tolerances) -> Self {
         Self {
             couplings: Vec::new(),
@@ -180,7 +179,7 @@ impl StepSetting {
         }
     }
 
-    /// Begins a step: no couplings yet.
+    /// Begins a step without couplings.
     pub(super) fn begin(&mut self, tolerances: Tolerances, unsettled: f64) {
         self.couplings.clear();
         self.graphs.clear();
@@ -189,7 +188,7 @@ impl StepSetting {
         self.unsettled = unsettled;
     }
 
-    /// Has the step solved to `factor` times the usual residual.
+    /// Multiplies the residual tolerances by `factor`.
     pub(super) fn loosen(&mut self, factor: f64) {
         if factor > 1.0 {
             self.tolerances = self.tolerances.loosened(factor);
@@ -201,110 +200,118 @@ impl StepSetting {
         self.couplings.push(coupling);
     }
 
-    /// Adds what surfaces carry to the motion of the coupling that was admitted last, m/s.
+    /// Adds a surface velocity to the motion of the coupling added last (m/s).
     pub(super) fn carry(&mut self, carried: &Vector3<f64>) {
         if let Some(coupling) = self.couplings.last_mut() {
             coupling.offset += carried;
         }
     }
 
-    /// Makes all couplings give in all directions alike.
+    /// Makes the compliance of all couplings isotropic.
     pub(super) fn give_alike(&mut self) {
         self.all_give_alike = true;
         self.couplings.iter_mut().for_each(|coupling| coupling.rows.give = 1.0);
     }
 }
 
-/// What is known of whether the rows are independent of each other.
+/// Knowledge about the independence of the rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Determined {
-    /// They are.
+    /// Certainly independent.
     Surely,
-    /// It is to be seen of the solution.
+    /// Possibly independent, to be decided at the solution.
     Maybe,
 }
 
-/// The equations of bodies that move together in a step: what is constant during the step, and
-/// the motion of the couplings' rows as a function of the new velocities.
+/// Equations of bodies that are solved together in a step.
+///
+/// They hold the constants of the step and the motion of the coupling rows as a function of the new
+/// velocities.
 pub(super) trait Equations {
     /// V of all bodies.
     type Velocity: Velocities;
     type Slope: Slope<Velocity = Self::Velocity>;
-    /// The linear system, factorised, and its memory.
+    /// Factorised linear system and its memory.
     type System: Clone + std::fmt::Debug + Default;
-    /// Memory of an evaluation: [`motion_residual`](Self::motion_residual), then
+    /// Scratch of an evaluation: [`motion_residual`](Self::motion_residual), then
     /// [`set_points`](Self::set_points) at the same velocities.
     type Scratch: Clone + std::fmt::Debug + Default;
 
-    /// Whether joints may tie the bodies.
+    /// True if the bodies may have joints.
     const MAY_BE_TIED: bool = false;
 
     fn setting(&self) -> &StepSetting;
     fn setting_mut(&mut self) -> &mut StepSetting;
-    /// How their solution is sought.
+    /// Solver settings for these equations.
     fn settings(&self) -> &'static Settings;
-    /// How many bodies bring the momentum that the impulses share.
+    /// Number of bodies whose momentum the impulses share.
     fn bodies(&self) -> usize {
         1
     }
-    /// The speed of the motion before any impulse, m/s: the scale of the step.
+    /// Speed of the motion without impulses (m/s), the scale of the step.
     fn speed(&self) -> f64;
-    /// Sets the velocities to those that the impulses p̂ leave, the gyroscopic term as in free
-    /// flight: the start of an iteration.
+    /// Sets the velocities that result from the impulses p̂, as the start of an iteration. The
+    /// gyroscopic term is the one of free flight.
     fn set_velocity_after(&self, impulses: &[Vector3<f64>], velocity: &mut Self::Velocity);
-    /// Sets the velocities from which the impulses of the last step are gone on from: those that they
-    /// leave; where joints tie bodies those of the last step, because the reaction of a light hinge
-    /// turns with it, and its old impulse leads astray.
+    /// Sets the initial velocities for the impulses of the last step.
+    ///
+    /// By default they result from these impulses. With joints they are the velocities of the last
+    /// step. The reaction of a light hinge turns with it, so that its old impulse would mislead.
     fn set_first_velocity(&self, impulses: &[Vector3<f64>], velocity: &mut Self::Velocity) {
         self.set_velocity_after(impulses, velocity);
     }
-    /// Finds where the last two steps of its `island` lead, `previous` being the impulses p̂ of the last one.
+    /// Extrapolates the last two steps of the `island`. `previous` are the impulses p̂ of the last
+    /// one.
     fn foresee(&mut self, _: &Step<'_>, _island: &IslandView<'_>, _previous: &[Vector3<f64>]) {}
-    /// Sets the velocities and the impulses p̂ to that, with which an iteration may start, and tells how far it is from
-    /// the last step's velocities, m/s. `None` where it is not known.
+    /// Sets velocities and impulses p̂ to the extrapolation of the last two steps.
+    ///
+    /// Returns its distance from the last velocities (m/s). `None` if there is no extrapolation.
     fn set_foreseen(&self, _: &mut Self::Velocity, _: &mut Vec<Vector3<f64>>) -> Option<f64> {
         None
     }
-    /// Whether all rows are independent of each other, so that there is nothing to select, or may be: `None` where they are
-    /// not.
+    /// Independence of the rows. `None` if they are dependent.
     fn determined(&self) -> Option<Determined> {
         None
     }
-    /// Adds the impulses that joints had in the last step to those of the contacts.
+    /// Appends the last impulses of the joints to those of the contacts.
     fn extend_previous(&self, _: &Step<'_>, _: &mut Vec<Vector3<f64>>) {}
-    /// Of velocities, makes what is as it was at the step's start, to rounding, exactly so: spins,
-    /// velocities, or their parts along a contact's normal.
+    /// Restores quantities that changed by rounding only to their values at the start of the step:
+    /// spins, velocities, or their normal parts at contacts.
     fn keep_velocity(&self, velocity: &mut Self::Velocity);
-    /// Whether a body turns by more than a large angle in the step, and by more than a multiple of
-    /// what it came with: the discrete equations have such solutions for slender bodies, and they
-    /// make energy from nothing.
+    /// True if a body rotates by more than a large angle and by more than a multiple of its initial
+    /// spin.
+    ///
+    /// The discrete equations have such solutions for slender bodies. They gain energy from
+    /// nothing.
     fn turns_too_far(&self, velocity: &Self::Velocity) -> bool;
-    /// What is made of energy where joints tie bodies, in parts of what they have, where it is a
-    /// large part; 0 elsewhere. Their equations have such solutions, also without a large turn. `points` are
-    /// u of every coupling there (N2).
+    /// Relative energy gain of bodies with joints, or 0 if small.
+    ///
+    /// The discrete equations have such solutions even without a large rotation. `points` are u of
+    /// every coupling (N2).
     fn energy_made(
         &self,
         velocity: &Self::Velocity,
         impulses: &[Vector3<f64>],
         points: &[Vector3<f64>],
     ) -> f64;
-    /// The residual of the equations of motion (N1), as speeds.
+    /// Residual of the equations of motion (N1), as speeds.
     fn motion_residual(
         &self,
         velocity: &Self::Velocity,
         impulses: &[Vector3<f64>],
         scratch: &mut Self::Scratch,
     ) -> MapResidual;
-    /// u of every coupling (N2), m/s, world.
+    /// Computes u of every coupling (N2) (m/s, world).
     fn set_points(
         &self,
         velocity: &Self::Velocity,
         scratch: &mut Self::Scratch,
         points: &mut Vec<Vector3<f64>>,
     );
-    /// Linearises at a point that was evaluated, where `answer` solves each coupling for its impulse,
-    /// and factorises the system of the velocities (N8). The eliminations of all couplings are left
-    /// behind. `false` where an answer is missing or the system is singular.
+    /// Linearises at an evaluated point and factorises the system of the velocities (N8).
+    ///
+    /// `answer` returns the local solution of each coupling. `eliminations` receives all eliminated
+    /// couplings. Returns false if a local solution is missing or the system is singular.
     fn linearise(
         &self,
         at: EvaluatedPoint<'_, Self>,
@@ -312,8 +319,10 @@ pub(super) trait Equations {
         eliminations: &mut Vec<Elimination<Self::Slope>>,
         system: &mut Self::System,
     ) -> bool;
-    /// The direction of the velocities (N8) with the matrix that was factorised last, the residuals
-    /// of the motion evaluated last, and the offsets of `eliminations`. `false` where it is not finite.
+    /// Computes the direction of the velocities (N8).
+    ///
+    /// Uses the matrix factorised last, the motion residuals evaluated last and the offsets of
+    /// `eliminations`. Returns false if the direction is not finite.
     fn direction(
         &self,
         scratch: &Self::Scratch,
@@ -336,8 +345,7 @@ pub(super) trait Equations {
     }
 }
 
-/// A point of an iteration that was evaluated: the velocities, u of every coupling, and
-/// what the evaluation left in its memory.
+/// Evaluated point of an iteration: velocities, u of every coupling and scratch of the evaluation.
 pub(super) struct EvaluatedPoint<'a, E: Equations + ?Sized> {
     pub(super) velocity: &'a E::Velocity,
     pub(super) points: &'a [Vector3<f64>],

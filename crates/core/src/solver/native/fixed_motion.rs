@@ -1,12 +1,16 @@
-//! How the touching point of a body moves over a fixed plane in a step (N2), and how that depends on
-//! its spin (N3). Equation numbers are those of `docs/native-solver.md`.
+//! Motion of a body's touching point relative to a fixed plane in a step (N2), and its derivative
+//! by the spin (N3).
+//!
+//! Equation numbers refer to `docs/native-solver.md`.
 
 use super::coupling::{Coupling, Lever};
 use super::turning::BodyTurning;
 use nalgebra::{Matrix3, Vector3};
 
-/// u (N2) of a coupling of a body that ends with the velocity `linear` (m/s, world) and turns as
-/// told: what rolls moves with its middle and with its spin,
+/// u (N2) of a coupling of a body with the final velocity `linear` (m/s, world) and the rotation
+/// `turning`.
+///
+/// A rolling feature moves with its centre and with its spin:
 ///
 /// ```text
 /// u = v⁺ + A K a − ρ (A ω⁺) × n + n φ/h
@@ -25,7 +29,7 @@ pub(super) fn point_velocity(
     u + coupling.offset
 }
 
-/// ∂u/∂ω⁺ (N3), from A K a; ∂u/∂v⁺ is E.
+/// ∂u/∂ω⁺ (N3), from A K a. The derivative ∂u/∂v⁺ is E.
 ///
 /// ```text
 /// ∂(−ρ (A ω) × n)/∂ω = ρ [n]× A

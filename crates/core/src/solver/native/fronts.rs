@@ -1,27 +1,29 @@
-//! A sparse linear system of nodes of any size, eliminated in the fronts of a [plan](FrontPlan) by dense kernels on contiguous columns.
+//! Multifrontal solver of a sparse linear system with nodes of any size, along a [plan](FrontPlan).
 //!
-//! The pattern is symmetric, the numbers are not. Pivots are sought inside a front's own rows.
+//! The pattern is symmetric, the values are not. Dense kernels work on contiguous columns. Pivoting
+//! is restricted to a front's own rows.
 
 use super::dense::{FrontView, PackedBlocks};
 use super::plan::{FrontPlan, RowRun};
 use nalgebra::Matrix6;
 
-/// The numbers of a system of a [`FrontPlan`], and their factors in their place after
+/// Values of a system with a [`FrontPlan`], overwritten with their factors by
 /// [`Fronts::factorise`].
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Fronts {
-    /// The columns of all fronts, each with all its rows, and what its own rows have behind it.
+    /// Columns of all fronts with all their rows. `up` has each front's own rows in the columns
+    /// behind.
     low: Vec<f64>,
     up: Vec<f64>,
     swaps: Vec<usize>,
-    /// What fronts leave behind that did not go into another one yet, and that of the front at hand.
+    /// Contribution blocks not yet assembled, and the one of the current front.
     stack: Vec<f64>,
     rest: Vec<f64>,
     packed: PackedBlocks,
 }
 
 impl Fronts {
-    /// A matrix with ones on its diagonal.
+    /// Sets an identity matrix.
     pub(crate) fn begin_unit(&mut self, plan: &FrontPlan) {
         self.begin(plan);
         for front in &plan.fronts {
@@ -31,7 +33,7 @@ impl Fronts {
         }
     }
 
-    /// A matrix of zeros.
+    /// Sets a zero matrix.
     pub(crate) fn begin(&mut self, plan: &FrontPlan) {
         self.low.clear();
         self.low.resize(plan.entries.0, 0.0);
@@ -41,8 +43,8 @@ impl Fronts {
         self.swaps.resize(plan.size(), 0);
     }
 
-    /// Adds a block at the places `row` and `column`, which must be of the plan, its `rows` × `columns` numbers
-    /// column after column.
+    /// Adds a block with `rows` rows at the places `row` and `column` of the plan. Its values are
+    /// column-major.
     pub(crate) fn add(
         &mut self,
         plan: &FrontPlan,
@@ -58,8 +60,7 @@ impl Fronts {
         }
     }
 
-    /// Where the numbers of a block at the places `row` and `column` are: the first one, how far columns are apart, and in which
-    /// list.
+    /// Storage of a block at the places `row` and `column`: first index, column stride and list.
     fn at(&mut self, plan: &FrontPlan, row: usize, column: usize) -> (usize, usize, &mut [f64]) {
         let front = &plan.fronts[plan.front_of[row.min(column)]];
         if front.numbers().contains(&column) {
@@ -71,7 +72,7 @@ impl Fronts {
         }
     }
 
-    /// A block of six at places of the plan.
+    /// Reads a 6 × 6 block at places of the plan.
     pub(super) fn block(&mut self, plan: &FrontPlan, row: usize, column: usize) -> Matrix6<f64> {
         let (first, stride, from) = self.at(plan, row, column);
         let mut block = Matrix6::zeros();
@@ -81,7 +82,7 @@ impl Fronts {
         block
     }
 
-    /// Overwrites a block of six at places of the plan.
+    /// Overwrites a 6 × 6 block at places of the plan.
     pub(super) fn set_block(
         &mut self,
         plan: &FrontPlan,
@@ -95,7 +96,7 @@ impl Fronts {
         }
     }
 
-    /// Factorises the matrix; `false` where a front is singular.
+    /// Factorises the matrix. Returns false if a front is singular.
     pub(crate) fn factorise(&mut self, plan: &FrontPlan) -> bool {
         let Self { low, up, swaps, stack, rest, packed } = self;
         stack.clear();
@@ -110,7 +111,7 @@ impl Fronts {
                 behind,
                 swaps: &mut swaps[front.numbers()],
             };
-            // The last one is on top.
+            // The last child is on top of the stack.
             for &child in front.children.iter().rev() {
                 let (size, runs) = (plan.fronts[child].behind(), plan.fronts[child].runs);
                 let left = stack.len() - size * size;
@@ -126,13 +127,13 @@ impl Fronts {
         true
     }
 
-    /// Solves the factorised system for a right-hand side by places, in its memory.
-    /// What is behind a front is gathered in `behind`.
+    /// Solves the factorised system in place, for a right-hand side by place. `behind` is scratch
+    /// for the rows behind a front.
     pub(crate) fn solve(&self, plan: &FrontPlan, values: &mut [f64], behind: &mut Vec<f64>) {
         self.solve_all::<1>(plan, values.as_chunks_mut().0, behind);
     }
 
-    /// The same for several right-hand sides, the numbers of a place beside each other.
+    /// Solves for C right-hand sides at once. The values of a place are contiguous.
     pub(crate) fn solve_all<const C: usize>(
         &self,
         plan: &FrontPlan,
@@ -188,7 +189,7 @@ impl Fronts {
 }
 
 impl Fronts {
-    /// The same for the transposed matrix: the ways there and back in the other order, each transposed.
+    /// Solves the transposed system: transposed forward and backward passes in reverse order.
     pub(super) fn solve_transposed(&self, plan: &FrontPlan, values: &mut [f64]) {
         for front in &plan.fronts {
             let (low, up) = (&self.low[front.columns()], &self.up[front.across()]);
@@ -223,8 +224,7 @@ impl Fronts {
 }
 
 impl FrontView<'_> {
-    /// Adds what a front before left behind it, `size` rows and columns, to the front's own rows and columns and to
-    /// `rest` behind them.
+    /// Adds a child's contribution block of order `size` to the front, and to `rest` behind it.
     fn assemble(&mut self, rest: &mut [f64], left: &[f64], size: usize, runs: &[RowRun]) {
         let (own, rows) = (self.own, self.own + self.behind);
         for columns in runs {
@@ -253,8 +253,8 @@ mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector};
 
-    /// Random patterns of nodes of one to six numbers, with numbers of a fixed sequence, some columns of them
-    /// those of a unit matrix, against a dense factorisation.
+    /// Random patterns of nodes with one to six values, against a dense factorisation. Some columns
+    /// belong to an identity matrix.
     #[test]
     fn the_solution_is_that_of_a_dense_system() {
         let mut twister = rand_mt::Mt::new(7);
@@ -284,7 +284,7 @@ mod tests {
                 let mut view = dense.view_mut(at, (sizes[i], sizes[j]));
                 view += DMatrix::from_column_slice(sizes[i], sizes[j], &block);
             }
-            // Its diagonal outweighs the rest, so that pivots inside a front do.
+            // A dominant diagonal makes pivots inside a front sufficient.
             for k in 0..size {
                 let more = 0.5 * size as f64;
                 fronts.add(&plan, k, k, 1, &[more]);

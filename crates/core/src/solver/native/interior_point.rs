@@ -1,7 +1,7 @@
-//! A primal–dual interior point on the laws' own [barriers](Barrier): slower than Newton's method,
-//! but with a large region of convergence. Its answer is where Newton's method starts again.
+//! Primal–dual interior point method on the laws' [barriers](Barrier).
 //!
-//! Equation numbers are those of `docs/native-solver.md`.
+//! It is slower than Newton's method but has a large region of convergence. Newton's method
+//! continues from its result. Equation numbers refer to `docs/native-solver.md`.
 
 use super::effort::SolveEffort;
 use super::equations::{Elimination, Equations, EvaluatedPoint, Velocities, reserve};
@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 pub(super) struct InteriorPoint<E: Equations> {
     barriers: Vec<Barrier>,
     steps: Vec<Barrier>,
-    /// What the steps of the barriers still need of the last elimination.
+    /// Data of the last elimination for the steps of the barriers.
     pending: Vec<Pending>,
     eliminations: Vec<Elimination<E::Slope>>,
     points: Vec<Vector3<f64>>,
@@ -40,7 +40,7 @@ impl<E: Equations> InteriorPoint<E> {
         }
     }
 
-    /// Room for so many contacts.
+    /// Reserves memory for `contacts` contacts.
     pub(super) fn reserve(&mut self, contacts: usize) {
         reserve(&mut self.barriers, contacts);
         reserve(&mut self.steps, contacts);
@@ -49,8 +49,10 @@ impl<E: Equations> InteriorPoint<E> {
         reserve(&mut self.points, contacts);
     }
 
-    /// Brings `iterate` near a solution from a centred start with normal impulses of
-    /// `centre` times the momentum of all bodies over the number of contacts.
+    /// Moves `iterate` near a solution from a centred start.
+    ///
+    /// The initial normal impulses are `centre` times the momentum of all bodies, divided by the
+    /// number of contacts.
     pub(super) fn solve(
         &mut self,
         equations: &E,
@@ -66,7 +68,7 @@ impl<E: Equations> InteriorPoint<E> {
             if there || !effort.spend() {
                 return;
             }
-            // The predictor's progress says how much to centre (Mehrotra).
+            // The progress of the predictor determines the centring (Mehrotra).
             if !self.predict(equations, iterate) {
                 return;
             }
@@ -79,8 +81,8 @@ impl<E: Equations> InteriorPoint<E> {
         }
     }
 
-    /// Brings `iterate` to where every product is `kappa` (m²/s²), from a centred start as before: a point of the central path.
-    /// Whether it came there.
+    /// Moves `iterate` from a centred start to the point of the central path where every product is
+    /// `kappa` (m²/s²). Returns true on success.
     pub(super) fn centre(
         &mut self,
         equations: &E,
@@ -89,16 +91,16 @@ impl<E: Equations> InteriorPoint<E> {
         iterate: &mut Iterate<E>,
         effort: &mut SolveEffort<'_>,
     ) -> bool {
-        /// What products may miss, as a part of κ.
+        /// Tolerance of the products, relative to κ.
         const CENTRED: f64 = 1e-10;
-        /// Above so many κ the products are brought down as for a solution.
+        /// Multiple of κ above which the products are reduced as for a solution.
         const FAR: f64 = 4.0;
         self.start(equations, scale, iterate);
         let (tolerances, mut before) = (equations.tolerances(), f64::INFINITY);
         for _ in 0..INTERIOR_ITERATIONS {
             let off = self.barriers.iter().map(|at| at.off_centre(kappa)).fold(0.0, f64::max);
             let error = self.error(equations, iterate);
-            // Between masses that differ by much, rounding is above its usual bound.
+            // Very different masses raise the rounding level above its usual bound.
             let is_least = error <= tolerances.newton && error > 0.5 * before;
             if off <= CENTRED * kappa && (error <= tolerances.rounding || is_least) {
                 return true;
@@ -112,7 +114,7 @@ impl<E: Equations> InteriorPoint<E> {
                 let after = self.complementarity(self.longest_step());
                 ((after / gap).clamp(0.0, 1.0).powi(3) * gap).max(kappa)
             } else {
-                // Newton's method, without what the predictor has of second order.
+                // Newton's method, without the second-order term of the predictor.
                 self.steps.iter_mut().for_each(|step| *step = step.nothing());
                 kappa
             };
@@ -124,12 +126,12 @@ impl<E: Equations> InteriorPoint<E> {
         false
     }
 
-    /// The variables of coupling `index`.
+    /// Variables of coupling `index`.
     pub(super) fn barrier(&self, index: usize) -> &Barrier {
         &self.barriers[index]
     }
 
-    /// The centred start; returns the speed scale.
+    /// Sets the centred start. Returns the speed scale (m/s).
     fn start(&mut self, equations: &E, scale: f64, iterate: &mut Iterate<E>) -> f64 {
         let couplings = equations.couplings();
         let speed = equations.speed().max(LEAST_SCALE);
@@ -151,11 +153,11 @@ impl<E: Equations> InteriorPoint<E> {
             total += sum;
             count += products;
         }
-        // Of joints alone there is none.
+        // Joints have no products.
         if count > 0 { total / count as f64 } else { 0.0 }
     }
 
-    /// Largest error of the equations of motion and of the rows' speeds against û, m/s.
+    /// Largest error of the equations of motion and of the rows' speeds against û (m/s).
     fn error(&mut self, equations: &E, iterate: &Iterate<E>) -> f64 {
         let Self { barriers, points, scratch, .. } = self;
         let motion = equations.motion_residual(&iterate.velocity, &iterate.impulses, scratch);
@@ -168,8 +170,11 @@ impl<E: Equations> InteriorPoint<E> {
         largest
     }
 
-    /// Linearises at the iterate and sets the predictor: the direction of the velocities to `step` and
-    /// that of the barriers' variables to `steps`. `false` where there is none.
+    /// Linearises at the iterate and computes the predictor. Returns false if the system is
+    /// singular.
+    ///
+    /// `step` receives the direction of the velocities, `steps` the direction of the barriers'
+    /// variables.
     fn predict(&mut self, equations: &E, iterate: &Iterate<E>) -> bool {
         let Self { barriers, pending, eliminations, points, scratch, system, .. } = self;
         let velocity = &iterate.velocity;
@@ -192,7 +197,7 @@ impl<E: Equations> InteriorPoint<E> {
         linearised && self.set_direction(equations)
     }
 
-    /// The same direction to products of `kappa`, to second order along the predictor found before.
+    /// Computes the direction to products of `kappa`, to second order along the last predictor.
     fn correct(&mut self, equations: &E, kappa: f64) -> bool {
         let Self { barriers, steps, pending, eliminations, points, .. } = self;
         let (couplings, graphs) = (equations.couplings().iter().zip(&*points), equations.graphs());
@@ -211,7 +216,7 @@ impl<E: Equations> InteriorPoint<E> {
         self.set_direction(equations)
     }
 
-    /// Solves the system that was linearised for the offsets of the eliminations.
+    /// Solves the linearised system for the offsets of the eliminations.
     fn set_direction(&mut self, equations: &E) -> bool {
         let Self { barriers, steps, pending, eliminations, step, scratch, system, .. } = self;
         if !equations.direction(scratch, eliminations, system, step) {
@@ -230,7 +235,7 @@ impl<E: Equations> InteriorPoint<E> {
         true
     }
 
-    /// The longest step that keeps every barrier's variables strictly inside.
+    /// Longest step that keeps every barrier's variables strictly inside.
     fn longest_step(&self) -> f64 {
         let steps = self.barriers.iter().zip(&self.steps);
         steps.map(|(barrier, step)| barrier.longest_step(step)).fold(1.0, f64::min)
@@ -245,7 +250,7 @@ impl<E: Equations> InteriorPoint<E> {
         self.set_impulses(equations, iterate);
     }
 
-    /// The barriers' impulses in the world's axes.
+    /// Sets the impulses of the barriers, in world axes.
     fn set_impulses(&self, equations: &E, iterate: &mut Iterate<E>) {
         let couplings = equations.couplings().iter().zip(&self.barriers);
         iterate.impulses.clear();

@@ -1,5 +1,6 @@
-//! Islands: sets of bodies that touch each other or are tied by joints, directly or through others. What
-//! is fixed joins nothing. Islands are independent problems.
+//! Islands: sets of bodies connected by contacts or joints, directly or through other bodies.
+//!
+//! Fixed objects connect nothing. Islands are independent problems.
 
 use crate::contact::{Contact, KeyIndex, Partner};
 use crate::joint::{Gear, Joint};
@@ -7,33 +8,32 @@ use crate::step::{Step, StepSolution};
 use crate::world::World;
 use nalgebra::Vector3;
 
-/// The islands of a step, in the order of their first bodies, and what each consists of.
+/// Islands of a step, ordered by their first bodies, with their contents.
 #[derive(Debug, Clone, Default)]
 pub(super) struct IslandParts {
-    /// For each body, another one of its island, at last the first one (union–find).
+    /// Union–find parent of each body. The root is the first body of the island.
     parents: Vec<usize>,
-    /// For each body, its island; [`NONE`] for a body without contact.
+    /// Island of each body, [`NONE`] without contact.
     islands: Vec<usize>,
-    /// For each body, its place in the island.
+    /// Index of each body in its island.
     places: Vec<usize>,
     bodies: Groups,
     contacts: Groups,
     joints: Groups,
     gears: Groups,
-    /// Whether an island is to be solved: it has a contact that the last call did not know, or a
-    /// body that was marked.
+    /// True if the island must be solved: it has a new contact or a marked body.
     changed: Vec<bool>,
     unsettled: Vec<f64>,
     changes: Vec<(f64, f64)>,
     known: KnownForces,
-    /// The contacts of the step before, and of the one before that.
+    /// Contacts of the last step; `earlier` has those of the step before.
     previous: KeyIndex,
     earlier: KeyIndex,
 }
 
 const NONE: usize = usize::MAX;
 
-/// Lists of indices, one a group, in one memory.
+/// Lists of indices, one per group, in one allocation.
 #[derive(Debug, Clone, Default)]
 struct Groups {
     starts: Vec<usize>,
@@ -41,7 +41,7 @@ struct Groups {
 }
 
 impl Groups {
-    /// Sorts the numbers 0, 1, … by the group that each is of, in their order.
+    /// Sorts the numbers 0, 1, … into groups. `of` has the group of each number.
     fn sort(&mut self, groups: usize, of: impl Iterator<Item = usize> + Clone) {
         self.starts.clear();
         self.starts.resize(groups + 1, 0);
@@ -54,7 +54,7 @@ impl Groups {
         }
         self.entries.clear();
         self.entries.resize(self.starts[groups], 0);
-        // Each start is moved to the end of its group, and back by one group at the end.
+        // Each start moves to the end of its group, and back by one group afterwards.
         for (entry, group) in grouped() {
             self.entries[self.starts[group]] = entry;
             self.starts[group] += 1;
@@ -63,7 +63,7 @@ impl Groups {
         self.starts[0] = 0;
     }
 
-    /// One group of the numbers 0, 1, … up to `count`.
+    /// Sets one group with the numbers 0, 1, … below `count`.
     fn set_only_one(&mut self, count: usize) {
         self.starts.clear();
         self.starts.extend([0, count]);
@@ -73,7 +73,7 @@ impl Groups {
         }
     }
 
-    /// Whether it is one group of so many.
+    /// True if there is one group of `count` numbers.
     fn has_only_one(&self, count: usize) -> bool {
         self.starts == [0, count]
     }
@@ -87,7 +87,7 @@ impl Groups {
     }
 }
 
-/// The bodies whose islands are to be solved again; those without an entry are, too.
+/// Bodies whose islands must be solved again. Bodies without an entry are marked.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Marked<'a>(pub(super) Option<&'a [bool]>);
 
@@ -99,16 +99,16 @@ impl Marked<'_> {
     }
 }
 
-/// The forces of all candidates as the steps before leave them, N.
+/// Forces of all candidates in the last steps (N).
 #[derive(Debug, Clone, Default)]
 pub(super) struct KnownForces {
-    /// Those in the step before.
+    /// Forces in the last step.
     pub(super) before: Vec<Vector3<f64>>,
-    /// To which the two steps before lead on, in a world with joints; empty elsewhere.
+    /// Extrapolation of the last two steps, in worlds with joints. Empty otherwise.
     pub(super) ahead: Vec<Vector3<f64>>,
 }
 
-/// The contacts of a step, of which the first `known` were there in the last call in the same step.
+/// Contacts of a step. The first `known` were present in the last call for the same step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StepContacts<'a> {
     pub(super) contacts: &'a [Contact],
@@ -118,26 +118,27 @@ pub(super) struct StepContacts<'a> {
 /// One island.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct IslandView<'a> {
-    /// Its bodies, indices of the world.
+    /// Bodies, as world indices.
     pub(super) bodies: &'a [usize],
-    /// Its contacts, indices of the candidates.
+    /// Contacts, as candidate indices.
     pub(super) contacts: &'a [usize],
-    /// Its joints, indices of the world.
+    /// Joints, as world indices.
     pub(super) joints: &'a [usize],
-    /// Its gears, indices of the world.
+    /// Gears, as world indices.
     pub(super) gears: &'a [usize],
-    /// For every body of the world, its place among `bodies`.
+    /// Index of every body of the world in `bodies`.
     pub(super) places: &'a [usize],
-    /// What is known of the candidates' forces from the steps before.
+    /// Forces of the candidates in the last steps.
     pub(super) known: &'a KnownForces,
-    /// How much its impulses changed from the step before the last one to the last, in parts of
-    /// the largest; infinite where none pressed.
+    /// Relative change of the impulses between the last two steps. Infinite if no impulse acted.
     pub(super) unsettled: f64,
 }
 
 impl IslandParts {
-    /// Finds the islands of a step. Those with new contacts are to be solved, those with joints if
-    /// `joints_are_new`, and those with a `marked` body.
+    /// Finds the islands of a step and those to be solved.
+    ///
+    /// An island must be solved if it has a new contact or a `marked` body. With `joints_are_new`
+    /// every island with joints must be solved.
     #[inline]
     pub(super) fn find(
         &mut self,
@@ -168,9 +169,10 @@ impl IslandParts {
         self.set_unsettled(step, islands);
     }
 
-    /// Has the islands to be solved whose bodies all rest keep the solution of the step before, if
-    /// their contacts are the same and none was known in a call before. No other body that is to be
-    /// solved `rests` any more.
+    /// Copies the last solution for islands whose bodies all rest.
+    ///
+    /// Their contacts must be unchanged and not from an earlier call. The flag in `rests` is
+    /// cleared for all other bodies to be solved.
     pub(super) fn keep(
         &mut self,
         step: &Step<'_>,
@@ -215,7 +217,7 @@ impl IslandParts {
         }
     }
 
-    /// The island of a world of one body, without a search.
+    /// Sets the island of a world of one body, without a search.
     fn set_only_one(&mut self, contacts: usize) {
         let listed = self.contacts.has_only_one(contacts) && self.joints.has_only_one(0);
         if !(listed && self.islands == [0]) {
@@ -250,7 +252,7 @@ impl IslandParts {
         for [a, b] in gears.iter().map(tied) {
             self.join(a, b);
         }
-        // Marks the roots: something holds them.
+        // Marks the roots of all bodies with a contact or joint.
         let held = contacts.iter().map(|contact| contact.key.body);
         for body in held.chain(joints.iter().map(Joint::body)) {
             let root = self.root(body);
@@ -286,7 +288,7 @@ impl IslandParts {
         }
     }
 
-    /// The first body of a body's island.
+    /// First body of a body's island.
     fn root(&mut self, body: usize) -> usize {
         let mut root = body;
         while self.parents[root] != root {
@@ -304,7 +306,7 @@ impl IslandParts {
         self.parents[a.max(b)] = a.min(b);
     }
 
-    /// Finds the forces of the step before, of the contacts that the last call did not know.
+    /// Looks up the last forces of the new contacts.
     fn find_before(&mut self, step: &Step<'_>, contacts: &[Contact], known: usize) {
         let Self { known: KnownForces { before, .. }, previous, .. } = self;
         if known == 0 {
@@ -319,7 +321,8 @@ impl IslandParts {
         }));
     }
 
-    /// Finds where the forces of the two steps before lead. A contact that was not in both has that of the last one.
+    /// Extrapolates the forces of the last two steps. A contact absent in one of them keeps its
+    /// last force.
     fn find_ahead(&mut self, step: &Step<'_>, contacts: &[Contact]) {
         self.known.ahead.clear();
         let Some(before) = step.earlier.filter(|_| !step.world.joints().is_empty()) else { return };
@@ -336,18 +339,18 @@ impl IslandParts {
         }));
     }
 
-    /// How much the impulses of each island changed.
+    /// Computes the relative impulse change of each island.
     fn set_unsettled(&mut self, step: &Step<'_>, islands: usize) {
         self.unsettled.clear();
         self.unsettled.resize(islands, f64::INFINITY);
         let Some(earlier) = step.earlier else { return };
-        // The largest change and the largest impulse of each.
+        // Largest change and largest impulse of each island.
         self.changes.clear();
         self.changes.resize(islands, (0.0, 0.0));
         self.earlier.clear();
         self.earlier.reserve(step.previous.contacts.len());
         for (place, contact) in step.previous.contacts.iter().enumerate() {
-            // The previous solutions may be of anything.
+            // The last solutions may belong to another world.
             let island = self.islands.get(contact.key.body);
             let Some((apart, largest)) = island.and_then(|island| self.changes.get_mut(*island))
             else {
@@ -391,12 +394,12 @@ impl IslandParts {
         self.changed.len()
     }
 
-    /// The first body of every island.
+    /// First body of every island.
     pub(super) fn first_bodies(&self) -> impl Iterator<Item = usize> {
         (0..self.len()).map(|number| self.bodies.get(number)[0])
     }
 
-    /// Island `number`, if it is to be solved.
+    /// Island `number`, if it must be solved.
     pub(super) fn changed_one(&self, number: usize) -> Option<IslandView<'_>> {
         self.changed[number].then(|| self.get(number))
     }
@@ -413,12 +416,12 @@ impl IslandParts {
         }
     }
 
-    /// All islands, each with its number.
+    /// All islands with their numbers.
     pub(super) fn all(&self) -> impl Iterator<Item = (usize, IslandView<'_>)> {
         (0..self.len()).map(|number| (number, self.get(number)))
     }
 
-    /// All islands to be solved, each with its number.
+    /// All islands to be solved, with their numbers.
     pub(super) fn changed(&self) -> impl Iterator<Item = (usize, IslandView<'_>)> {
         (0..self.len()).filter_map(|number| Some((number, self.changed_one(number)?)))
     }

@@ -1,6 +1,6 @@
-//! A body in the equations of a step: its constants, and how it moves without couplings.
+//! Body in the equations of a step: its constants and its motion without couplings.
 //!
-//! Equation numbers are those of `docs/native-solver.md`.
+//! Equation numbers refer to `docs/native-solver.md`.
 
 use super::equations::Velocity;
 use super::settings::LARGE_TURN;
@@ -10,20 +10,20 @@ use crate::mechanics::{Rotation, Wrench};
 use crate::step::Step;
 use nalgebra::{Matrix3, Matrix6, RowVector3, Vector3, Vector6};
 
-/// What may change of a body by itself.
+/// Change of the data of one body.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BodyGiven {
-    /// δv, m/s, world, and δω, rad/s, body, at k.
+    /// δv at k (m/s, world). `spin` is δω at k (rad/s, body).
     pub(super) velocity: Vector3<f64>,
     pub(super) spin: Vector3<f64>,
     pub(super) wrench: Wrench,
-    /// δg, m/s².
+    /// δg (m/s²).
     pub(super) gravity: Vector3<f64>,
-    /// δm, kg.
+    /// δm (kg).
     pub(super) mass: f64,
-    /// δI, kg m².
+    /// δI (kg m²).
     pub(super) inertia: Matrix3<f64>,
-    /// δh, s.
+    /// δh (s).
     pub(super) time_step: f64,
 }
 
@@ -45,35 +45,35 @@ impl BodyGiven {
 /// One body of an island.
 #[derive(Debug, Clone)]
 pub(super) struct IslandBody {
-    /// h, s.
+    /// h (s).
     time_step: f64,
-    /// By which equation it turns.
+    /// Form of the equation of rotation.
     form: Rotation,
-    /// Whether the gyroscopic term of that equation is nothing.
+    /// True if the gyroscopic term of that equation vanishes.
     turns_alike: bool,
-    /// ℓ, m.
+    /// ℓ (m).
     reach: f64,
-    /// r at step k.
+    /// r at step k (m).
     pub(super) position: Vector3<f64>,
     /// A(q) at step k, body → world.
     pub(super) rotation: Matrix3<f64>,
-    /// V of free flight, and at step k.
+    /// V of free flight; `old` is V at step k.
     pub(super) free: Velocity,
     old: Velocity,
-    /// Î = I/m, m².
+    /// Î = I/m (m²).
     inertia: Matrix3<f64>,
-    /// Î⁻¹.
+    /// Î⁻¹ (1/m²).
     pub(super) inertia_inverse: Matrix3<f64>,
-    /// h τ/m of the external torque, m²/s.
+    /// h τ/m of the external torque (m²/s).
     pub(super) torque_impulse: Vector3<f64>,
-    /// M/m, M being the mass that impulses are divided by.
+    /// M/m, with M the mass that impulses are divided by.
     pub(super) share: f64,
-    /// m, kg.
+    /// m (kg).
     mass: f64,
 }
 
 impl IslandBody {
-    /// Room for one.
+    /// Placeholder body as memory.
     pub(super) fn room() -> Self {
         let (zero, nothing) = (Vector3::zeros(), Velocity::zero());
         let unit = Matrix3::identity();
@@ -117,23 +117,23 @@ impl IslandBody {
         }
     }
 
-    /// The speed of its points before any impulse, m/s.
+    /// Speed of its points without impulses (m/s).
     pub(super) fn speed(&self) -> f64 {
         self.free.linear.norm() + self.free.spin.norm() * self.reach
     }
 
-    /// An angular residual of (N1) as the speed of a point at the body's reach, m/s.
+    /// Converts an angular residual of (N1) to the speed of a point at the body's reach (m/s).
     pub(super) fn as_speed(&self, angular: &Vector3<f64>) -> Vector3<f64> {
         self.inertia_inverse * angular * self.reach
     }
 
-    /// Î (ω⁺ − ω), m²/s.
+    /// Î (ω⁺ − ω) (m²/s).
     #[inline]
     pub(super) fn turned(&self, spin: &Vector3<f64>) -> Vector3<f64> {
         self.inertia * (spin - self.old.spin)
     }
 
-    /// h Ĝ(ω, ω⁺), m²/s; `None` where it is nothing.
+    /// h Ĝ(ω, ω⁺) (m²/s). `None` if it vanishes.
     #[inline]
     pub(super) fn gyroscopic(&self, spin: &Vector3<f64>) -> Option<Vector3<f64>> {
         let (h, old) = (self.time_step, &self.old.spin);
@@ -149,8 +149,8 @@ impl IslandBody {
         self.inertia + h * self.form.gyroscopic_slope(&self.inertia, spin, h)
     }
 
-    /// What changes of the body, of its state at k and of what acts on it from outside make of the right-hand
-    /// sides of its equations of motion (N1), each over its mass:
+    /// Right-hand side of the equations of motion (N1), per mass, for changes of the body's data,
+    /// its state at k and its loads:
     ///
     /// ```text
     /// rhs_v = δv + h/m δF + h δg + (F/m + g) δh − (v⁺ − v − h g) δm/m
@@ -193,7 +193,8 @@ impl IslandBody {
         both
     }
 
-    /// The same by the velocities at k alone, as columns of v and ω; of the place and the turn they are zero.
+    /// Right-hand sides for unit changes of v and ω at k, as columns. Those of position and
+    /// rotation are zero.
     pub(super) fn change_by_velocity(&self) -> Matrix6<f64> {
         let slope = self.form.momentum_slope(&self.inertia, &self.old.spin, self.time_step);
         let mut columns = Matrix6::identity();
@@ -201,8 +202,8 @@ impl IslandBody {
         columns
     }
 
-    /// The transpose, as far as the state at k and the wrench go: derivatives by v, ω, F and τ, of those by the
-    /// right-hand sides.
+    /// Transpose of [`change`](Self::change) for the state at k and the wrench. Maps derivatives
+    /// with respect to the right-hand sides to those by v, ω, F and τ.
     pub(super) fn change_pulled(&self, rhs: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>, Wrench) {
         let (linear, angular) = (rhs.fixed_rows::<3>(0), rhs.fixed_rows::<3>(3).into_owned());
         let slope = self.form.momentum_slope(&self.inertia, &self.old.spin, self.time_step);
@@ -211,18 +212,19 @@ impl IslandBody {
         (linear.into(), slope.tr_mul(&angular), wrench)
     }
 
-    /// Derivatives by F and τ, of those by v and ω where these act by the momentum alone.
+    /// Derivatives with respect to F and τ, from those by v and ω if these act as momenta only.
     #[cfg(feature = "save")]
     pub(super) fn wrench_pulled(&self, velocity: &Vector3<f64>, spin: &Vector3<f64>) -> Wrench {
         let slope = self.form.momentum_slope(&self.inertia, &self.old.spin, self.time_step);
         let per_mass = self.time_step / self.mass;
-        // Of a body at rest the slope is its inertia over its mass.
+        // The slope of a body at rest is its inertia over its mass.
         let angular = slope.transpose().lu().solve(spin).unwrap_or_default();
         Wrench { force: velocity * per_mass, torque: angular * per_mass }
     }
 
-    /// What a unit impulse along the rows of a joint makes of their speed by this body, each by itself: the columns of
-    /// `torques` are what it turns the body with, t_k.
+    /// Responses of this body to unit impulses along the rows of a joint, each on its own.
+    ///
+    /// The columns t_k of `torques` are the torques of the rows:
     ///
     /// ```text
     /// w_k = M/m (1 + t_k·Î⁻¹ t_k);   without the 1 where it is a torque alone
@@ -233,42 +235,42 @@ impl IslandBody {
         Vector3::from_fn(|k, _| self.share * (along + torques.column(k).dot(&turned.column(k))))
     }
 
-    /// The kinetic energy over the mass (35), but for what is constant, m²/s².
+    /// Kinetic energy over the mass (35), up to a constant (m²/s²).
     pub(super) fn energy(&self, velocity: &Velocity) -> f64 {
         let momentum = self.form.momentum(&self.inertia, &velocity.spin, self.time_step);
         0.5 * (velocity.linear.norm_squared() + momentum.dot(&(self.inertia_inverse * momentum)))
     }
 
-    /// The work of gravity and of the external wrench over the mass, on the mean of the velocities
-    /// before and after (32), m²/s².
+    /// Work of gravity and of the external wrench over the mass (32), on the mean of the velocities
+    /// before and after (m²/s²).
     pub(super) fn work_from_outside(&self, velocity: &Velocity) -> f64 {
         let Self { free, old, torque_impulse, .. } = self;
         let along = (free.linear - old.linear).dot(&(old.linear + velocity.linear));
         0.5 * (along + torque_impulse.dot(&(old.spin + velocity.spin)))
     }
 
-    /// The velocities at step k.
+    /// Velocities at step k.
     pub(super) fn old(&self) -> &Velocity {
         &self.old
     }
 
-    /// How far a velocity is from that at step k, as the speed of its points, m/s.
+    /// Distance of a velocity from the one at step k, as the speed of the body's points (m/s).
     pub(super) fn way_from_old(&self, velocity: &Velocity) -> f64 {
         self.way(&self.old, velocity)
     }
 
-    /// The same from any velocity.
+    /// Distance between two velocities, as the speed of the body's points (m/s).
     pub(super) fn way(&self, from: &Velocity, to: &Velocity) -> f64 {
         let turned = (to.spin - from.spin).amax() * self.reach;
         (to.linear - from.linear).amax().max(turned)
     }
 
-    /// How its points turn in a step that ends with a `spin`.
+    /// Rotation of its points in a step that ends with `spin` (rad/s).
     pub(super) fn turning(&self, spin: Vector3<f64>) -> BodyTurning {
         BodyTurning::new(&self.rotation, spin, self.time_step)
     }
 
-    /// The same, and how its frame turns back.
+    /// Sets that rotation and the inverse one of its frame.
     #[inline]
     pub(super) fn set_turnings(
         &self,
@@ -279,14 +281,14 @@ impl IslandBody {
         BodyTurning::set_there_and_back(&self.rotation, spin, self.time_step, there, back);
     }
 
-    /// v⁺ + Gᵀ ω̃⁺ (eq. 29): how the point with this torque map moves after the impulses.
+    /// v⁺ + Gᵀ ω̃⁺ (eq. 29): velocity of the point with this torque map after the impulses.
     pub(super) fn departing(&self, velocity: &Velocity, torque_map: &Matrix3<f64>) -> Vector3<f64> {
         let Self { inertia, inertia_inverse: inverse, time_step, .. } = self;
         let spin = self.form.departing_spin(inertia, inverse, &velocity.spin, *time_step);
         velocity.linear + torque_map.tr_mul(&spin)
     }
 
-    /// nᵀ ∂/∂ω⁺ of that.
+    /// nᵀ ∂/∂ω⁺ of [`departing`](Self::departing).
     pub(super) fn departing_slope(
         &self,
         velocity: &Velocity,
@@ -298,7 +300,7 @@ impl IslandBody {
         (torque_map * normal).tr_mul(&slope)
     }
 
-    /// Makes the spin and the velocity what they were where they changed by at most `exact` (m/s).
+    /// Restores spin and velocity if they changed by at most `exact` (m/s).
     pub(super) fn keep(&self, exact: f64, velocity: &mut Velocity) {
         let old = &self.old;
         if (velocity.spin - old.spin).amax() * self.reach <= exact {
@@ -309,7 +311,7 @@ impl IslandBody {
         }
     }
 
-    /// The same for the part of the velocity along a normal.
+    /// Restores the velocity along a normal if it changed by at most `exact` (m/s).
     pub(super) fn keep_along(&self, normal: &Vector3<f64>, exact: f64, velocity: &mut Velocity) {
         let along = normal.dot(&(velocity.linear - self.old.linear));
         if along.abs() <= exact {
@@ -317,7 +319,7 @@ impl IslandBody {
         }
     }
 
-    /// Whether the velocities were at most `rest` (m/s) and are.
+    /// True if the velocities before and after are at most `rest` (m/s).
     pub(super) fn is_slow(&self, rest: f64, velocity: &Velocity) -> bool {
         let slow = |velocity: &Velocity| {
             velocity.linear.amax().max(velocity.spin.amax() * self.reach) <= rest
@@ -325,15 +327,15 @@ impl IslandBody {
         slow(velocity) && slow(&self.old)
     }
 
-    /// Makes them zero where they are so slow.
+    /// Sets the velocities to zero if they are at most `rest` (m/s).
     pub(super) fn rest(&self, rest: f64, velocity: &mut Velocity) {
         if self.is_slow(rest, velocity) {
             *velocity = Velocity::zero();
         }
     }
 
-    /// Whether it turns by more than [`LARGE_TURN`] in the step, and by more than twice what it came
-    /// with.
+    /// True if it rotates by more than [`LARGE_TURN`] in the step and by more than twice its
+    /// initial rotation.
     pub(super) fn turns_too_far(&self, velocity: &Velocity) -> bool {
         let turn = self.time_step * velocity.spin.norm();
         turn > LARGE_TURN && turn > 2.0 * self.time_step * self.old.spin.norm()

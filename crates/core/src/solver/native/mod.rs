@@ -1,17 +1,17 @@
-//! tumble's own solver of the contact step: exact, in about a microsecond for one body.
+//! Native solver of the contact step: exact, in about a microsecond for one body.
 //!
-//! Newton's method on the natural map of the contact law, started from the impulses of the last
-//! step. Where that does not lead to a solution, further stages do: the proximal point
-//! method, an interior point. `docs/native-solver.md` has the algorithm on one page and the
-//! derivation; the code cites its equation numbers (N1, N2, …).
+//! Newton's method on the natural map of the contact law starts from the impulses of the last step.
+//! If it does not converge, further stages follow: the proximal point method and an interior point
+//! method. `docs/native-solver.md` has the algorithm on one page and the derivation. The code cites
+//! its equation numbers (N1, N2, …).
 //!
-//! Bodies that touch each other, directly or through others, are an island. Islands are
-//! independent problems, and each is solved alone: a body that touches fixed things only with
-//! six unknowns on the stack (`single`), several bodies with a sparse system (`island`).
+//! Bodies connected by contacts form an island. Islands are independent problems. A body that
+//! touches only fixed objects is solved with six unknowns on the stack (`single`). Several bodies
+//! are solved with a sparse system (`island`).
 //!
-//! Where a face slides, the laws alone leave the motion undetermined. This solver takes
-//! the limit of an equal, vanishing compliance at every contact point (N6): what very
-//! stiff, equal springs would do.
+//! For a sliding face the laws alone do not determine the motion. This solver takes the limit of an
+//! equal, vanishing compliance at every contact point (N6). It is the limit of very stiff, equal
+//! springs.
 
 mod blocks;
 mod coupling;
@@ -69,29 +69,31 @@ use threads::Threads;
 use tolerances::Tolerances;
 pub use tolerances::{ACCEPTED_RESIDUAL, LARGEST_RESIDUAL};
 
-/// The native solver of the steps of a world. Owns all scratch memory: a step allocates
-/// nothing once its contacts have been seen.
+/// Native solver of the steps of a world.
+///
+/// It owns all scratch memory. A step allocates nothing once its contacts have occurred before.
 #[derive(Debug, Clone)]
 pub struct NativeSolver {
-    /// What steps are solved to, in a world of the speed scale 1, and times the speed scale of the last one, m/s.
+    /// Accepted residual in a world with speed scale 1 (m/s). `accepted` includes the last speed
+    /// scale.
     residual: f64,
     accepted: f64,
     islands: IslandParts,
-    /// The problems of the islands; memory is kept from step to step.
+    /// Problems of the islands, with memory kept from step to step.
     parts: Parts,
-    /// Of every body, how the problem of its island ended.
+    /// Solve result of each body's island.
     ends: Vec<IslandEnd>,
-    /// Memory of [`NativeSolver::reached`] and [`NativeSolver::admit_foreseen`].
+    /// Scratch of [`NativeSolver::reached`] and [`NativeSolver::admit_foreseen`].
     reached: Vec<State>,
-    /// Which bodies rest in the step at hand, as told, and as they were left.
+    /// Bodies expected to rest in the current step; after the step, those kept at rest.
     rests: Vec<bool>,
-    /// Where islands are solved at the same time; `None` for the caller's thread alone.
+    /// Thread pool for islands. `None` if only the caller's thread is used.
     #[cfg(feature = "threads")]
     threads: Option<Threads>,
 }
 
 impl NativeSolver {
-    /// A solver for steps of `world`.
+    /// Solver for steps of `world`.
     #[must_use]
     pub fn new(world: &World) -> Self {
         let mut first = IslandPart::default();
@@ -110,10 +112,12 @@ impl NativeSolver {
         }
     }
 
-    /// The same, for steps that count as solved with a residual of `residual` (m/s, times the world's
-    /// [speed scale](World::speed_scale)) in place of [`ACCEPTED_RESIDUAL`]: iterations end so much earlier, gaps that a
-    /// step opens or closes at half of it count as none, and what moves no faster than a third of it comes to rest.
-    /// The certificate of each step has what was reached.
+    /// Sets the accepted residual of a step (m/s, times the world's [speed
+    /// scale](World::speed_scale)), instead of [`ACCEPTED_RESIDUAL`].
+    ///
+    /// Iterations end accordingly earlier. Gaps that a step opens or closes at half of this speed
+    /// are treated as zero. Bodies no faster than a third of it come to rest. The certificate of
+    /// each step contains the actual residual.
     ///
     /// # Errors
     /// A residual outside 1e-9…1e-2 m/s.
@@ -125,18 +129,17 @@ impl NativeSolver {
         Ok(self)
     }
 
-    /// How many times the usual residual steps may have.
+    /// Factor on the usual residual tolerances.
     fn loosened(&self) -> f64 {
         self.residual / ACCEPTED_RESIDUAL
     }
 
-    /// The same, on up to `count` threads: islands are solved at the same time. Numbers, reports
-    /// and errors are the same on any number of threads.
+    /// Solves islands in parallel on up to `count` threads. Numbers, reports and errors do not
+    /// depend on the number of threads.
     ///
-    /// The threads are this solver's own and wait between steps; copies of it share them. With one
-    /// there are none. Nor are they asked where it would not be worth it: in a step of one island,
-    /// or of little to solve. A program that simulates many scenes uses cores better by
-    /// one simulation a core.
+    /// The threads belong to this solver, wait between steps and are shared by its copies. A count
+    /// of one creates no threads. They are not used for a step with one island or little work. To
+    /// simulate many scenes, one simulation per core is more efficient.
     ///
     /// # Errors
     /// More than 1024 threads; threads that cannot be started.
@@ -146,9 +149,11 @@ impl NativeSolver {
         Ok(self)
     }
 
-    /// Of every contact of the last step, in the candidates' order, the piece of its law that the
-    /// solution is on: also where the impulses of the step before were accepted as they were. Empty
-    /// before the first step with contacts.
+    /// Pieces of the law at the solution, for every contact of the last step in the candidates'
+    /// order.
+    ///
+    /// Includes contacts whose last impulses were accepted unchanged. Empty before the first step
+    /// with contacts.
     #[must_use]
     pub fn pieces(&self) -> Vec<ContactPiece> {
         let contacts = self.islands.all().map(|(_, island)| island.contacts.len()).sum();
@@ -160,8 +165,8 @@ impl NativeSolver {
         pieces
     }
 
-    /// Finds the islands, of which those are to be solved that are `marked` or have contacts that
-    /// `solution` does not have yet.
+    /// Finds the islands. Those that are `marked` or have contacts missing in `solution` are to be
+    /// solved.
     fn find_islands(
         &mut self,
         step: &Step<'_>,
@@ -174,8 +179,10 @@ impl NativeSolver {
         self.islands.find(step, contacts, joints_are_new, marked);
     }
 
-    /// Admits the contacts that the bodies of large islands whose forces change meet half-way between going
-    /// on as now and falling freely. Returns whether there are any.
+    /// Adds contacts predicted for large islands whose forces change. Returns true if there are
+    /// any.
+    ///
+    /// The prediction is the mean of the current motion and of free flight.
     fn admit_foreseen(&mut self, step: &Step<'_>, candidates: &mut Candidates) -> bool {
         let moves = |island: &IslandView<'_>| {
             let (bodies, contacts) = (island.bodies.len(), island.contacts.len());
@@ -206,7 +213,8 @@ impl NativeSolver {
         candidates.admit_missed(step.world, step.states, &self.reached, depth)
     }
 
-    /// Solves every island that was found to need it, and writes its states and forces. Returns the iterations.
+    /// Solves every island that needs it, and writes its states and forces. Returns the number of
+    /// iterations.
     fn solve_islands(
         &mut self,
         step: &Step<'_>,
@@ -222,7 +230,7 @@ impl NativeSolver {
         self.parts.assign(&self.islands, step.states.len());
         let asked = PartRequest { accepted: self.accepted, loosened: self.loosened() };
         let is_solved = self.solve_on_threads(step, contacts, asked)?;
-        // In the order of the islands, on whichever threads they were solved.
+        // The order of the islands is independent of the threads.
         let mut iterations = 0_u32;
         for (number, island) in self.islands.changed() {
             let part = self.parts.of(number);
@@ -242,8 +250,8 @@ impl NativeSolver {
         Ok(iterations)
     }
 
-    /// Solves every island that is `marked` or has contacts that `solution` does not have yet, until
-    /// no more contacts are found.
+    /// Solves every island that is `marked` or has contacts missing in `solution`, until no more
+    /// contacts are found.
     fn solve_marked(
         &mut self,
         step: &Step<'_>,
@@ -278,8 +286,7 @@ impl NativeSolver {
         Ok(StepReport { status, iterations, start: Some(run.name()), message: None })
     }
 
-    /// Where contacts are looked for: X⁺, or X of a body whose problem was not solved, since that says
-    /// nothing about what will meet.
+    /// States where contacts are searched: X⁺, or X for a body in an unsolved island.
     fn reached<'a>(&'a mut self, step: &Step<'_>, solution: &'a StepSolution) -> &'a [State] {
         if self.ends.iter().all(|end| end.solved) {
             return &solution.states;
@@ -291,8 +298,8 @@ impl NativeSolver {
         &self.reached
     }
 
-    /// Solves the problems of the islands that changed at the same time, each in the memory of its part, where there are
-    /// threads and it is worth it. Returns whether it did.
+    /// Solves the changed islands in parallel, each in the memory of its part, if worthwhile.
+    /// Returns true if it did.
     #[cfg(feature = "threads")]
     fn solve_on_threads(
         &mut self,
@@ -309,7 +316,7 @@ impl NativeSolver {
         }
     }
 
-    /// There are no threads.
+    /// Returns false: there are no threads.
     #[cfg(not(feature = "threads"))]
     fn solve_on_threads(
         &mut self,
@@ -321,39 +328,40 @@ impl NativeSolver {
     }
 }
 
-/// Where on its law a contact of a solved step is.
+/// Piece of the law for a contact of a solved step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactPiece {
-    /// The piece of the natural map, with the compliance of the selection rule.
+    /// Piece of the natural map, with the compliance of the selection rule.
     pub piece: MapPiece,
-    /// How far the next piece is, m/s, in the contact's own scale: where it is small against what a
-    /// change of the step's data moves, the solution has a kink.
+    /// Distance to the next piece (m/s), in the contact's own scale. The solution has a kink nearby
+    /// if a change of the step's data moves it by more.
     pub margin: f64,
 }
 
-/// How the problem of a body's island ended.
+/// Solve result of a body's island.
 #[derive(Debug, Clone, Copy)]
 struct IslandEnd {
     solved: bool,
     run: StageRun,
-    /// Whether it, or one that it grew out of in the same call, needed another stage than its first.
+    /// True if it, or an island merged into it in the same call, needed more than its first stage.
     retried: bool,
-    /// Whether the last impulses were the solution, without an iteration.
+    /// True if the last impulses were the solution, without an iteration.
     is_quiet: bool,
 }
 
 impl IslandEnd {
-    /// That of free flight.
+    /// Result for a body in free flight.
     const FREE: Self =
         Self { solved: true, run: StageRun::PREVIOUS, retried: false, is_quiet: true };
 }
 
-/// How deep a body may be in another at the end of the step before the contact counts as
-/// missed, m: what no certificate sees of steps that may have `loosened` times the usual residual,
-/// or what rounding leaves of a gap.
+/// Depth (m) at the end of the step above which a contact counts as missed.
+///
+/// It is below the resolution of the certificate for steps with `loosened` times the usual
+/// residual. It is at least the rounding of a gap.
 fn deepest_miss(step: &Step<'_>, next: &[State], loosened: f64) -> f64 {
     let world = step.world;
-    // Without a ground a gap may be along any direction.
+    // Without a ground a gap may have any direction.
     let (normal, arm, offset) = match world.ground() {
         Some(ground) => (*ground.normal(), ground.normal() * world.reach(), ground.offset()),
         None => (Vector3::repeat(1.0), Vector3::x() * world.reach(), 0.0),
@@ -382,7 +390,7 @@ impl StepSolver for NativeSolver {
         step.check(candidates.contacts())?;
         self.accepted = self.residual * step.world.speed_scale();
         solution.set_free(step.free);
-        // What was not solved at once has a report of its own.
+        // Islands that were not solved immediately have reports of their own.
         self.rests.truncate(self.ends.len());
         for (rests, end) in self.rests.iter_mut().zip(&self.ends) {
             *rests &= end.is_quiet && end.run == StageRun::PREVIOUS;
@@ -396,7 +404,7 @@ impl StepSolver for NativeSolver {
         Some(self)
     }
 
-    /// Its memory is for the steps of any world.
+    /// Does nothing: the memory serves steps of any world.
     fn change_world(&mut self, _: &World) -> Result<(), Error> {
         Ok(())
     }

@@ -1,35 +1,38 @@
-//! The order in which the nodes of a sparse symmetric pattern are eliminated, and the fill that this makes.
+//! Elimination order of a sparse symmetric pattern and the resulting fill.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Nodes are eliminated in the order of least degree, of several the first; order and fill are kept as long as nodes and pairs
-/// are the same.
+/// Minimum-degree elimination order with fill. Ties go to the first node.
+///
+/// Order and fill are kept while nodes and pairs are unchanged.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Order {
-    /// The pairs (i < j) that the order was made for, in ascending order.
+    /// Pairs (i < j) of the current order, in ascending order.
     pairs: Vec<(usize, usize)>,
     wanted: Vec<(usize, usize)>,
-    /// The place of each node in the order of elimination.
+    /// Place of each node in the elimination order.
     places: Vec<usize>,
-    /// For each place, where its list in `later` begins; one more at the end.
+    /// Start of each place's list in `later`, with one more entry at the end.
     starts: Vec<usize>,
-    /// For each place, in ascending order, the later places that it is coupled to when its turn
-    /// comes.
+    /// Later places coupled to each place at its elimination, in ascending order.
     later: Vec<usize>,
-    /// Which blocks the elimination of a place updates beside the diagonal: those of every two of its row; and where they begin.
+    /// Off-diagonal blocks updated by the elimination of each place, for all pairs of its row.
+    /// `first_updates` has the start of each list.
     updates: Vec<usize>,
     first_updates: Vec<usize>,
     neighbours: Vec<Vec<usize>>,
-    /// Of each node, the node whose neighbours it was last found among.
+    /// Last node in whose neighbourhood each node was found.
     marks: Vec<usize>,
-    /// Nodes that wait for their turn, by their degree; entries of a degree that has changed are stale.
+    /// Uneliminated nodes by degree. Entries with an outdated degree are stale.
     queue: BinaryHeap<Reverse<(usize, usize)>>,
 }
 
 impl Order {
-    /// Makes this that of so many `nodes` with blocks at the `pairs`, which may come
-    /// more than once; those of a node with itself are no others than its own. Returns whether anything changed.
+    /// Sets the order for `nodes` nodes with off-diagonal blocks at the `pairs`. Returns true if
+    /// anything changed.
+    ///
+    /// Pairs may repeat. Pairs of a node with itself are ignored.
     pub(super) fn set(
         &mut self,
         nodes: usize,
@@ -47,7 +50,7 @@ impl Order {
         false
     }
 
-    /// Chooses the order of elimination and finds the fill.
+    /// Computes the elimination order and the fill.
     fn order(&mut self, nodes: usize) {
         const OPEN: usize = usize::MAX;
         for list in &mut self.neighbours {
@@ -73,7 +76,7 @@ impl Order {
             self.places[node] = self.starts.len();
             self.starts.push(self.later.len());
             let list = std::mem::take(&mut self.neighbours[node]);
-            // The neighbours left become neighbours of each other.
+            // The remaining neighbours become neighbours of each other.
             for &i in &list {
                 let neighbours = &mut self.neighbours[i];
                 neighbours.retain(|&j| j != node);
@@ -117,38 +120,38 @@ impl Order {
         }
     }
 
-    /// Which blocks the elimination of a place updates beside those of the diagonal: that of the first two of its row, of the first
-    /// and third, and so on.
+    /// Indices of the off-diagonal blocks updated by the elimination of a place. They belong to the
+    /// pairs of its row: first and second, first and third, and so on.
     pub(super) fn updated(&self, place: usize) -> impl Iterator<Item = usize> + '_ {
         self.updates[self.first_updates[place]..].iter().copied()
     }
 
-    /// How many nodes there are.
+    /// Number of nodes.
     pub(super) fn len(&self) -> usize {
         self.places.len()
     }
 
-    /// How many blocks there are above the diagonal, fill and all.
+    /// Number of blocks above the diagonal, including fill.
     pub(super) fn blocks(&self) -> usize {
         self.later.len()
     }
 
-    /// The place of a node in the order of elimination.
+    /// Place of a node in the elimination order.
     pub(super) fn place(&self, node: usize) -> usize {
         self.places[node]
     }
 
-    /// Which of the [`blocks`](Self::blocks) are in the row of a place.
+    /// Range of the [`blocks`](Self::blocks) in the row of a place.
     pub(super) fn row(&self, place: usize) -> std::ops::Range<usize> {
         self.starts[place]..self.starts[place + 1]
     }
 
-    /// The later place that block `index` couples its row to.
+    /// Later place that block `index` couples its row to.
     pub(super) fn column(&self, index: usize) -> usize {
         self.later[index]
     }
 
-    /// Which block is that of these places (first < second).
+    /// Index of the block of two places (first < second).
     pub(super) fn find(&self, first: usize, second: usize) -> usize {
         let row = self.row(first);
         row.start + self.later[row].partition_point(|&place| place < second)

@@ -1,6 +1,6 @@
-//! How the touching point of two bodies moves in a step, and how that depends on their velocities.
+//! Motion of the touching point of two bodies in a step, and its derivative by their velocities.
 //!
-//! Equation numbers are those of `docs/native-solver.md`.
+//! Equation numbers refer to `docs/native-solver.md`.
 
 use super::coupling::{Coupling, Lever};
 use super::equations::Velocity;
@@ -8,38 +8,41 @@ use super::fixed_motion::rolling;
 use super::turning::BodyTurning;
 use nalgebra::{ArrayStorage, Matrix3, Matrix3x6, Vector3, Vector6};
 
-/// The motion of a pair's touching point, seen from B.
+/// Motion of a pair's touching point, relative to B.
 ///
-/// With s⁺ = r_A⁺ + A_A⁺ a − r_B⁺ and the sweeps K (see [`BodyTurning`]) of A and of B backwards,
+/// With s⁺ = r_A⁺ + A_A⁺ a − r_B⁺ and the sweeps K (see [`BodyTurning`]) of A and of B with
+/// reversed spin,
 ///
 /// ```text
 /// A_B (w⁺ − w)/h = v_A − v_B + A_A K_A a + A_B K_B(−ω_B) A_Bᵀ s⁺            (N10)
 /// ```
 ///
-/// of the middle of a feature rounded by ρ; to it comes −ρ (A_A ω_A − A_B ω_B) × n.
+/// This is the motion of the centre of a feature rounded by ρ. The rolling term −ρ (A_A ω_A − A_B
+/// ω_B) × n is added.
 pub(super) struct PairMotion<'a> {
     coupling: &'a Coupling,
     a: PairSide<'a>,
     b: PairSide<'a>,
     time_step: f64,
-    /// v_A − v_B + A_A K_A a.
+    /// v_A − v_B + A_A K_A a (m/s).
     relative: Vector3<f64>,
-    /// A_Bᵀ s⁺.
+    /// A_Bᵀ s⁺ (m).
     seen: Vector3<f64>,
 }
 
 /// One of the two bodies.
 #[derive(Clone, Copy)]
 pub(super) struct PairSide<'a> {
-    /// A(q) at the step's start, body → world.
+    /// A(q) at the start of the step, body → world.
     pub(super) rotation: &'a Matrix3<f64>,
-    /// The turn of A, or of B's frame backwards.
+    /// Rotation of A, or inverse rotation of B.
     pub(super) turning: &'a BodyTurning,
 }
 
 impl<'a> PairMotion<'a> {
-    /// The pair of a coupling over a step of `time_step` (s). `arm` is r_A + A_A a − r_B at its start
-    /// (m, world), `apart` is v_A − v_B at its end.
+    /// Motion of the pair of a coupling in a step of `time_step` (s).
+    ///
+    /// `arm` is r_A + A_A a − r_B at the start (m, world). `apart` is v_A − v_B at the end (m/s).
     pub(super) fn new(
         coupling: &'a Coupling,
         arm: &Vector3<f64>,
@@ -53,24 +56,26 @@ impl<'a> PairMotion<'a> {
         Self { coupling, a, b, time_step, relative, seen }
     }
 
-    /// u (N2).
+    /// u (N2) (m/s).
     pub(super) fn u(&self) -> Vector3<f64> {
         let (normal, radius) = (&self.coupling.rows.normal(), self.coupling.lever.radius);
         let mut u = self.relative + self.b.turning.swept(&self.seen);
         if radius > 0.0 {
-            // B turns back with −ω_B.
+            // The inverse rotation of B has the spin −ω_B.
             u -= radius * (self.a.turning.spin_world() + self.b.turning.spin_world()).cross(normal);
         }
         u + self.coupling.offset
     }
 
-    /// ∂u/∂(v_A, ω_A) and ∂u/∂(v_B, ω_B). With L = E + h A_B K_B(−ω_B) A_Bᵀ,
+    /// ∂u/∂(v_A, ω_A) and ∂u/∂(v_B, ω_B).
+    ///
+    /// With L = E + h A_B K_B(−ω_B) A_Bᵀ,
     ///
     /// ```text
     /// ∂u/∂v_A = L,   ∂u/∂ω_A = L S_A(a),   ∂u/∂v_B = −L,   ∂u/∂ω_B = −S_B(A_Bᵀ s⁺)  (N11)
     /// ```
     ///
-    /// with S(c) = ∂(A K c)/∂ω; to the spins' come ±ρ [n]× A.
+    /// and S(c) = ∂(A K c)/∂ω. Rolling adds ±ρ [n]× A to the derivatives by the spins.
     pub(super) fn slopes(&self) -> (Matrix3x6<f64>, Matrix3x6<f64>) {
         let Lever { centre, arm, radius, .. } = &self.coupling.lever;
         let normal = &self.coupling.rows.normal();
@@ -98,7 +103,7 @@ pub(super) fn beside(left: &Matrix3<f64>, right: &Matrix3<f64>) -> Matrix3x6<f64
     both
 }
 
-/// ∂u/∂V of a coupling of two bodies of an island at most, for each of them: its place, and the slope.
+/// ∂u/∂V of a coupling of one or two bodies of an island: index and slope of each body.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PairSlope {
     pub(super) a: (usize, Matrix3x6<f64>),
@@ -106,7 +111,7 @@ pub(super) struct PairSlope {
 }
 
 impl PairSlope {
-    /// That of a row that no velocity moves.
+    /// Slope of a row that no velocity moves.
     pub(super) const NONE: Self =
         Self { a: (0, Matrix3x6::from_array_storage(ArrayStorage([[0.0; 3]; 6]))), b: None };
 

@@ -1,4 +1,4 @@
-//! The problem of one island: its equations, of one body or of several, and their solution.
+//! Problem of one island: its equations, for one body or several, and their solution.
 
 use super::ContactPiece;
 use super::effort::SolveEffort;
@@ -15,37 +15,38 @@ use crate::step::{Step, StepSolution};
 use crate::world::World;
 use nalgebra::Vector3;
 
-/// The memory of an island's problem. What it keeps from step to step, the order of elimination above
-/// all, is of the island that it served last.
+/// Memory of an island's problem.
+///
+/// Data kept between steps, such as the elimination order, belongs to the last island solved here.
 #[derive(Debug, Clone, Default)]
 pub(super) struct IslandPart {
-    /// The island that it serves in this step, by its number, and the first body of the last one.
+    /// Index of the current island. `first` is the first body of the last one.
     island: Option<usize>,
     first: Option<usize>,
     alone: Option<Box<IslandProblem<Single>>>,
     together: Option<Box<IslandProblem<Island>>>,
-    /// The body that the last solve was of, where it was solved alone.
+    /// Body of the last solve, if solved as a single body.
     only: Option<usize>,
     ended: PartResult,
 }
 
-/// How well an island is to be solved.
+/// Required accuracy of an island's solution.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PartRequest {
-    /// A residual that is no failure, m/s.
+    /// Largest residual that is not a failure (m/s).
     pub(super) accepted: f64,
-    /// How many times the usual residual it may have.
+    /// Factor on the usual residual tolerances.
     pub(super) loosened: f64,
 }
 
-/// How the last solve of an island ended.
+/// Result of the last solve of an island.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PartResult {
     pub(super) outcome: StageOutcome,
     pub(super) iterations: u32,
 }
 
-/// Nothing was solved.
+/// Result without a solve.
 impl Default for PartResult {
     fn default() -> Self {
         Self { outcome: StageOutcome::UNSOLVED, iterations: 0 }
@@ -56,9 +57,9 @@ impl Default for PartResult {
 struct IslandProblem<E: Equations> {
     equations: E,
     solver: StageSolver<E>,
-    /// p̂ of the last step.
+    /// p̂ of the last step (m/s).
     previous: Vec<Vector3<f64>>,
-    /// How many contacts there is room for.
+    /// Number of contacts with reserved memory.
     room: usize,
 }
 
@@ -67,7 +68,7 @@ impl<E: Equations> IslandProblem<E> {
         Self { equations, solver: StageSolver::new(), previous: Vec::new(), room: 0 }
     }
 
-    /// Room for so many contacts.
+    /// Reserves memory for `contacts` contacts.
     fn reserve(&mut self, contacts: usize) {
         if contacts > self.room {
             self.room = contacts;
@@ -95,7 +96,7 @@ impl<E: Equations> IslandProblem<E> {
         self.solver.solve(&mut self.equations, &self.previous, asked.accepted, effort)
     }
 
-    /// Writes the piece that every contact of the island is on.
+    /// Writes the piece of every contact of the island.
     fn write_pieces(&self, island: &IslandView<'_>, pieces: &mut [ContactPiece]) {
         let solved = self.solver.pieces(&self.equations);
         for (&place, (piece, margin)) in island.contacts.iter().zip(solved) {
@@ -103,7 +104,7 @@ impl<E: Equations> IslandProblem<E> {
         }
     }
 
-    /// Writes the force and slip of every contact of the island.
+    /// Writes force and slip of every contact of the island.
     fn write_forces(
         &self,
         step: &Step<'_>,
@@ -125,23 +126,23 @@ impl<E: Equations> IslandProblem<E> {
 }
 
 impl IslandPart {
-    /// The number of the island that it serves.
+    /// Index of the current island.
     #[cfg(feature = "threads")]
     pub(super) fn island(&self) -> Option<usize> {
         self.island
     }
 
-    /// Room for the problems of one body with up to so many contacts.
+    /// Reserves memory for problems of one body with up to `contacts` contacts.
     pub(super) fn reserve(&mut self, world: &World, contacts: usize) {
         let problem = alone(&mut self.alone, world);
         problem.equations.reserve(contacts);
         problem.reserve(contacts);
     }
 
-    /// Solves the problem of `island` for the contacts found so far.
+    /// Solves the problem of `island` with the contacts found so far.
     ///
     /// # Errors
-    /// [`Error::Interrupted`] if the step was.
+    /// [`Error::Interrupted`] if the step was interrupted.
     pub(super) fn solve(
         &mut self,
         step: &Step<'_>,
@@ -189,8 +190,8 @@ impl IslandPart {
         effort.check()
     }
 
-    /// Writes what the last solve came to: the states of the island's bodies at k+1, and the force
-    /// of its contacts. Returns how it ended.
+    /// Writes the last solution: states of the island's bodies at k+1 and forces of its contacts.
+    /// Returns the result.
     pub(super) fn write(
         &mut self,
         step: &Step<'_>,
@@ -217,7 +218,7 @@ impl IslandPart {
         self.ended
     }
 
-    /// Writes the pieces that the last solve of the island ended on.
+    /// Writes the pieces of the last solution of the island.
     pub(super) fn write_pieces(&self, island: &IslandView<'_>, pieces: &mut [ContactPiece]) {
         match (&self.alone, &self.together) {
             (Some(problem), _) if self.only.is_some() => problem.write_pieces(island, pieces),
@@ -227,13 +228,13 @@ impl IslandPart {
     }
 }
 
-/// The parts of a solver, and which of them serves which island.
+/// Problem memories of a solver and their assignment to islands.
 #[derive(Debug, Clone)]
 pub(super) struct Parts {
     list: Vec<IslandPart>,
-    /// Of each island, its part.
+    /// Part of each island.
     serving: Vec<usize>,
-    /// Of each body, the part whose last island began with it; [`NONE`] without one.
+    /// Part whose last island began with the body, for each body. [`NONE`] without one.
     of_first: Vec<usize>,
 }
 
@@ -244,8 +245,8 @@ impl Parts {
         Self { list: vec![first], serving: Vec::new(), of_first: Vec::new() }
     }
 
-    /// Gives every island the part that served it in the step before, the one that begins with the same
-    /// body; of others one that is left over.
+    /// Assigns a part to every island: the one whose last island began with the same body,
+    /// otherwise a free one.
     pub(super) fn assign(&mut self, islands: &IslandParts, bodies: usize) {
         if bodies == 1 && self.serving == [0] && self.list[0].island == Some(0) {
             return;
@@ -255,7 +256,7 @@ impl Parts {
         self.of_first.resize(bodies, NONE);
         for (place, part) in self.list.iter_mut().enumerate() {
             part.island = None;
-            // The last step may have been one of another world.
+            // The last step may belong to another world.
             if let Some(known) = part.first.and_then(|first| self.of_first.get_mut(first)) {
                 *known = place;
             }
@@ -284,24 +285,25 @@ impl Parts {
         }
     }
 
-    /// That of an island, as it is.
+    /// Part of an island.
     pub(super) fn get(&self, island: usize) -> &IslandPart {
         &self.list[self.serving[island]]
     }
 
-    /// That of an island.
+    /// Part of an island, mutable.
     pub(super) fn of(&mut self, island: usize) -> &mut IslandPart {
         &mut self.list[self.serving[island]]
     }
 
-    /// All of them, whether they serve an island or not.
+    /// All parts, assigned or not.
     #[cfg(feature = "threads")]
     pub(super) fn all(&mut self) -> &mut [IslandPart] {
         &mut self.list
     }
 }
 
-/// The body of an island that has no other, where planes are all that it touches and no joint holds it.
+/// Body of an island that can be solved as a single body: it has no joints and touches only planes
+/// of fixed objects.
 fn only(contacts: &[Contact], island: &IslandView<'_>) -> Option<usize> {
     let [body] = *island.bodies else { return None };
     if !island.joints.is_empty() {

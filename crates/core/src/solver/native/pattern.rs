@@ -1,24 +1,23 @@
-//! Where a system of blocks has numbers: its pairs, the order of elimination, and the fill.
+//! Sparsity pattern of a block system: pairs, elimination order and fill.
 
 use super::order::Order;
 use super::plan::FrontPlan;
 
-/// Fronts are worth it from so many updates of blocks for each body on: the first step of a wall of 1000 bricks takes two
-/// thirds of the processor time with them, that of a pyramid of 1275 cubes nine tenths.
+/// Number of block updates per body from which fronts save time: a third for a wall of 1000 bricks.
 const HEAVY: usize = 60;
 
-/// The pattern of a symmetric sparse matrix of blocks, one row a body: a block on every diagonal, and one
-/// at (i, j) and (j, i) of every pair.
+/// Pattern of a symmetric sparse block matrix with one row per body. Every diagonal has a block,
+/// and every pair has blocks at (i, j) and (j, i).
 #[derive(Debug, Clone, Default)]
 pub(super) struct Pattern {
     pub order: Order,
-    /// Where so much is to be eliminated that it is worth it, the fronts of blocks of six.
+    /// Plan of fronts of 6 × 6 blocks, for large eliminations only.
     plan: Option<Box<FrontPlan>>,
 }
 
 impl Pattern {
-    /// Makes this that of `bodies` rows with blocks at the `pairs` of different bodies, which may come
-    /// more than once.
+    /// Sets the pattern for `bodies` rows with blocks at the `pairs` of different bodies. Pairs may
+    /// repeat.
     pub(super) fn set(&mut self, bodies: usize, pairs: impl Iterator<Item = (usize, usize)>) {
         if self.order.set(bodies, pairs) {
             let each = (0..bodies).map(|place| self.order.row(place).len());
@@ -31,7 +30,7 @@ impl Pattern {
         }
     }
 
-    /// The fronts of its blocks, where it is worth to eliminate in fronts.
+    /// Plan of its fronts, if they pay off.
     pub(super) fn plan(&self) -> Option<&FrontPlan> {
         self.plan.as_deref()
     }

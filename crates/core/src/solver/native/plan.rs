@@ -1,33 +1,33 @@
-//! The fronts of a sparse system of nodes of any size: nodes that have the same neighbours left are eliminated
-//! together.
+//! Plan of a multifrontal elimination with nodes of any size. Nodes with the same remaining
+//! neighbours share a front.
 
 use super::order::Order;
 
-/// Nodes whose fronts together stay this small are eliminated together, zeros and all.
+/// Total size up to which fronts are merged regardless of zeros.
 const SMALL: usize = 24;
-/// So are others where zeros are no more than this part of the front.
+/// Largest fraction of zeros in a merged front.
 const PADDING: f64 = 0.15;
 
-/// The order of elimination and the fronts. Numbers of vectors stand at the [place](FrontPlan::place) of their
-/// node.
+/// Elimination order and fronts. Vectors store the values of a node at its
+/// [place](FrontPlan::place).
 #[derive(Debug, Clone, Default)]
 pub(crate) struct FrontPlan {
-    /// The first number of each node.
+    /// First index of each node.
     places: Vec<usize>,
     size: usize,
     pub(super) fronts: Vec<Front>,
-    /// The numbers behind each front, rising.
+    /// Indices behind each front, in ascending order.
     pub(super) behind: Vec<usize>,
-    /// Where they are among the rows of the front that their front goes into, in runs.
+    /// Positions of these indices among the rows of the parent front, as runs.
     pub(super) runs: Vec<RowRun>,
-    /// The front of each number.
+    /// Front of each index.
     pub(super) front_of: Vec<usize>,
-    /// How many entries the columns and the rows of all fronts have.
+    /// Number of entries of `low` and of `up` over all fronts.
     pub(super) entries: (usize, usize),
 }
 
-/// Rows of what a front leaves behind that follow each other in the front that it goes into too: the
-/// first of them there and here, and how many.
+/// Run of contribution rows that are also contiguous in the parent front: first row in the child
+/// and in the parent, and length.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RowRun {
     pub from: usize,
@@ -35,20 +35,20 @@ pub(super) struct RowRun {
     pub count: usize,
 }
 
-/// A front: numbers that are eliminated together.
+/// Front: indices that are eliminated together.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Front {
-    /// Its own numbers.
+    /// First own index; `own` is their number.
     pub begin: usize,
     pub own: usize,
-    /// Where those behind it are listed.
+    /// Range of the indices behind it in `FrontPlan::behind`.
     pub list: (usize, usize),
-    /// Where its columns and its rows are.
+    /// Start of its columns in `low`; `up` likewise for its rows.
     pub low: usize,
     pub up: usize,
-    /// Which fronts go into it.
+    /// Child fronts.
     pub children: Vec<usize>,
-    /// The runs of what it leaves behind.
+    /// Range of the runs of its contribution block.
     pub runs: (usize, usize),
 }
 
@@ -75,30 +75,30 @@ impl Front {
 }
 
 impl FrontPlan {
-    /// For nodes with so many numbers each and blocks at the `pairs` of different nodes, which may come
-    /// more than once.
+    /// Plan for nodes of the given sizes with blocks at the `pairs` of different nodes. Pairs may
+    /// repeat.
     pub(crate) fn new(sizes: &[usize], pairs: impl Iterator<Item = (usize, usize)>) -> Self {
         let mut order = Order::default();
         order.set(sizes.len(), pairs);
         Self::of(&order, sizes)
     }
 
-    /// For nodes in an order that is known.
+    /// Plan for nodes with a known elimination order.
     pub(super) fn of(order: &Order, sizes: &[usize]) -> Self {
         FrontTree::of(order, sizes).merged().plan()
     }
 
-    /// How many numbers there are.
+    /// Total number of values.
     pub(crate) fn size(&self) -> usize {
         self.size
     }
 
-    /// The place of the first number of a node; the others follow.
+    /// Place of the first value of a node. The others follow.
     pub(crate) fn place(&self, node: usize) -> usize {
         self.places[node]
     }
 
-    /// Where a place is among the rows of a front.
+    /// Position of a place among the rows of a front.
     pub(super) fn within(&self, front: &Front, place: usize) -> usize {
         if front.numbers().contains(&place) {
             return place - front.begin;
@@ -108,16 +108,15 @@ impl FrontPlan {
     }
 }
 
-/// The tree of elimination. Nodes are named by their places in the order; what is merged by the last
-/// of its nodes.
+/// Elimination tree. Nodes are named by their place in the order, merged nodes by their last one.
 struct FrontTree<'a> {
     order: &'a Order,
-    /// How many numbers a node has, and which it is of those given.
+    /// Size of each node; `nodes` has the original index.
     sizes: Vec<usize>,
     nodes: Vec<usize>,
-    /// What goes into it first.
+    /// Children of each node.
     children: Vec<Vec<usize>>,
-    /// What is merged with it, and comes before it.
+    /// Earlier nodes merged into each node.
     merged: Vec<Vec<usize>>,
     roots: Vec<usize>,
 }
@@ -133,7 +132,7 @@ impl<'a> FrontTree<'a> {
         let (mut children, mut roots) = (vec![Vec::new(); count], Vec::new());
         for place in 0..count {
             match order.row(place).next() {
-                // They rise: the first is what it goes into.
+                // The row is ascending: its first entry is the parent.
                 Some(first) => children[order.column(first)].push(place),
                 None => roots.push(place),
             }
@@ -141,7 +140,7 @@ impl<'a> FrontTree<'a> {
         Self { order, sizes, nodes, children, merged: vec![Vec::new(); count], roots }
     }
 
-    /// Merges nodes with what they go into, where that costs little.
+    /// Merges nodes with their parents where that costs little.
     fn merged(mut self) -> Self {
         let count = self.sizes.len();
         let mut own = self.sizes.clone();
@@ -149,7 +148,7 @@ impl<'a> FrontTree<'a> {
         let behind: Vec<usize> =
             (0..count).map(|place| self.order.row(place).map(numbers).sum()).collect();
         for place in 0..count {
-            // What did not fit a child is not asked again.
+            // Children of a merged child are not considered again here.
             let mut adopted = Vec::new();
             loop {
                 let front = own[place] + behind[place];
@@ -173,13 +172,13 @@ impl<'a> FrontTree<'a> {
         self
     }
 
-    /// The fronts, each behind those that go into it.
+    /// Builds the fronts, children before parents.
     fn plan(&self) -> FrontPlan {
         let count = self.sizes.len();
         let mut plan = FrontPlan { places: vec![0; count], ..FrontPlan::default() };
         let mut lasts = Vec::new();
         let mut numbers_of = vec![(0, 0); count];
-        // Each with the fronts that went into it so far.
+        // Open nodes with their finished child fronts.
         let mut open: Vec<(usize, Vec<usize>)> = Vec::new();
         for &root in &self.roots {
             open.push((root, Vec::new()));

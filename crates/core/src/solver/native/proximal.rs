@@ -1,6 +1,6 @@
-//! The proximal point method: compliance that acts on changes alone, again and again.
+//! Proximal point method: repeated solves with compliance on changes only.
 //!
-//! Equation numbers are those of `docs/native-solver.md`.
+//! Equation numbers refer to `docs/native-solver.md`.
 
 use super::effort::SolveEffort;
 use super::equations::Equations;
@@ -14,9 +14,9 @@ use super::settings::{
 /// Memory of the method.
 #[derive(Debug, Clone)]
 pub(super) struct Proximal<E: Equations> {
-    /// Where the last proximal step ended.
+    /// End of the last successful proximal step.
     last: Iterate<E>,
-    /// The point with the least residual.
+    /// Point with the smallest residual.
     best: Iterate<E>,
 }
 
@@ -25,20 +25,20 @@ impl<E: Equations> Proximal<E> {
         Self { last: Iterate::new(), best: Iterate::new() }
     }
 
-    /// Makes room for so many couplings.
+    /// Reserves memory for `couplings` couplings.
     pub(super) fn reserve(&mut self, couplings: usize) {
         self.last.reserve(couplings);
         self.best.reserve(couplings);
     }
 
-    /// Solves the law with compliance on changes from where the last such step ended (N13), until
-    /// nothing changes: a solution of it with p̂ = p̂_0 is one of the law without compliance, and
-    /// contacts may change their pieces on the way. `compliance` is the first ε. Leaves `iterate` at
-    /// the best point and returns its residual, m/s.
+    /// Solves the law with compliance on changes from the last proximal step (N13) repeatedly.
     ///
-    /// A step changes impulses by about the residual over ε, so that the ε to take is the smallest
-    /// with which Newton's method still follows: less after an easy step, more after one whose end
-    /// was not found.
+    /// A solution with p̂ = p̂_0 solves the law without compliance. Contacts may change their
+    /// pieces on the way. `compliance` is the first ε. Leaves `iterate` at the best point and
+    /// returns its residual (m/s).
+    ///
+    /// A step changes the impulses by about the residual over ε. The best ε is the smallest with
+    /// which Newton's method converges. It shrinks after an easy step and grows after a failed one.
     pub(super) fn solve(
         &mut self,
         equations: &E,

@@ -1,5 +1,7 @@
-//! How two round features move against each other in a step, and how that depends on the velocities
-//! of their bodies. Equation numbers are those of `docs/native-solver.md`.
+//! Relative motion of two round features in a step, and its derivative by the velocities of their
+//! bodies.
+//!
+//! Equation numbers refer to `docs/native-solver.md`.
 
 use super::coupling::Coupling;
 use super::fixed_motion::rolling;
@@ -9,30 +11,30 @@ use crate::contact::Curved;
 use crate::contact::curved::{Core, Reach, shortest_way};
 use nalgebra::{Matrix3, Matrix3x6, Vector3};
 
-/// What a coupling of two round features has beyond others.
+/// Additional data of a coupling of two round features.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RoundRows {
     pub(super) curved: Curved,
-    /// d, m, world: from the middle of B's feature to that of A's at step k.
+    /// d (m, world): from the centre of B's feature to that of A's at step k.
     pub(super) way: Vector3<f64>,
-    /// φ/h at step k, m/s.
+    /// φ/h at step k (m/s).
     pub(super) approach: f64,
-    /// What surfaces carry, m/s, world.
+    /// Surface velocity (m/s, world).
     pub(super) carried: Vector3<f64>,
 }
 
 /// One of the two bodies.
 #[derive(Clone, Copy)]
 pub(super) struct RoundSide<'a> {
-    /// A(q) at the step's start, body → world.
+    /// A(q) at the start of the step, body → world.
     pub(super) rotation: &'a Matrix3<f64>,
     pub(super) turning: &'a BodyTurning,
-    /// v⁺.
+    /// v⁺ (m/s, world).
     pub(super) linear: &'a Vector3<f64>,
 }
 
 impl RoundSide<'_> {
-    /// The mean velocity of the body's point c, v + A K c.
+    /// Mean velocity of the body's point c, v + A K c (m/s).
     fn velocity(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.linear + self.turning.swept(point)
     }
@@ -43,15 +45,17 @@ impl RoundSide<'_> {
     }
 }
 
-/// The motion of two round features. With a and b the middles that are nearest at k, d = a − b, and D
-/// the shortest way between the cores at the end,
+/// Motion of two round features.
+///
+/// a and b are the nearest centres at k, d = a − b, and D is the shortest distance vector of the
+/// cores at the end:
 ///
 /// ```text
 /// u_t = (E − n nᵀ) (v_A + A_A K_A a − v_B − A_B K_B b) − (ρ_A A_A ω_A + ρ_B A_B ω_B) × n
 /// u_n = (|D|_n − |d| + φ)/h                                                  (N14)
 /// ```
 ///
-/// of which, with m the direction of D (eq. 4b) and a⁺, b⁺ the middles that are nearest then,
+/// With m the direction of D (eq. 4b) and a⁺, b⁺ the nearest centres at the end,
 ///
 /// ```text
 /// ∂u_n/∂(v_A, ω_A) = mᵀ (E, S_A(a⁺)),   ∂u_n/∂(v_B, ω_B) = −mᵀ (E, S_B(b⁺))
@@ -62,17 +66,17 @@ pub(super) struct RoundMotion<'a> {
     curved: &'a Curved,
     a: RoundSide<'a>,
     b: Option<RoundSide<'a>>,
-    /// (E − n nᵀ) …: the difference of the middles' velocities.
+    /// Difference of the centres' velocities, before the projection (E − n nᵀ) (m/s).
     apart: Vector3<f64>,
-    /// Shares along the cores at the end.
+    /// Relative positions of the nearest points along both cores at the end.
     shares: (f64, f64),
     reach: Reach,
-    /// (|D|_n − |d|)/h.
+    /// (|D|_n − |d|)/h (m/s).
     opening: f64,
 }
 
 impl<'a> RoundMotion<'a> {
-    /// Those of a coupling over a step of `time_step` (s).
+    /// Motion of a coupling in a step of `time_step` (s).
     pub(super) fn new(
         coupling: &'a Coupling,
         round: &'a RoundRows,
@@ -89,7 +93,7 @@ impl<'a> RoundMotion<'a> {
         }
         let of_a = a.turned(&curved.of_a.along, time_step);
         let was = round.way;
-        // From the middle of B at k on, moved along: no place of the world enters.
+        // Relative to the centre of B at k, without world positions.
         let middle = was + apart * time_step;
         let core_a = Core { from: middle - of_a * curved.shares.0, along: of_a };
         let core_b = Core { from: of_b * -curved.shares.1, along: of_b };
@@ -99,7 +103,7 @@ impl<'a> RoundMotion<'a> {
         Self { coupling, round, curved, a, b, apart, shares, reach, opening }
     }
 
-    /// u (N14).
+    /// u (N14) (m/s).
     pub(super) fn u(&self) -> Vector3<f64> {
         let normal = &self.coupling.rows.normal();
         let mut rolling = self.a.turning.spin_world() * self.coupling.lever.radius;

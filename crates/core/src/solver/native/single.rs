@@ -1,4 +1,4 @@
-//! The equations of one body that touches fixed things alone: six unknowns, on the stack.
+//! Equations of one body that touches only fixed objects: six unknowns, on the stack.
 
 use super::coupling::Coupling;
 use super::equations::{
@@ -16,41 +16,41 @@ use crate::step::Step;
 use crate::world::World;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-/// The step of one body; M is its mass.
+/// Step equations of one body. M is its mass.
 #[derive(Debug, Clone)]
 pub(super) struct Single {
-    /// h, s.
+    /// h (s).
     time_step: f64,
     body: IslandBody,
     setting: StepSetting,
 }
 
 impl Single {
-    /// Room for the steps of a body.
+    /// Empty equations for steps of a body.
     pub(super) fn new(world: &World) -> Self {
         let setting = StepSetting::new(Tolerances::of(world, 0.0));
         Self { time_step: world.time_step(), body: IslandBody::room(), setting }
     }
 
-    /// Sets the step's constants for body `index`, whose impulses changed by `unsettled` in the
-    /// steps before; no couplings yet.
+    /// Sets the step's constants for body `index`, without couplings. `unsettled` is the relative
+    /// change of its impulses over the last steps.
     pub(super) fn begin(&mut self, step: &Step<'_>, index: usize, unsettled: f64) {
         self.time_step = step.world.time_step();
         self.body = IslandBody::new(step, index, step.world.bodies()[index].mass());
         self.setting.begin(Tolerances::of(step.world, self.body.speed()), unsettled);
     }
 
-    /// Room for so many contacts.
+    /// Reserves memory for `contacts` contacts.
     pub(super) fn reserve(&mut self, contacts: usize) {
         reserve(&mut self.setting.couplings, contacts);
     }
 
-    /// Adds a contact of the body with something fixed.
+    /// Adds a contact of the body with a fixed object.
     pub(super) fn admit(&mut self, contact: &Contact) {
         self.setting.admit(Coupling::of_contact(contact, self.time_step, 1.0, 0.0));
     }
 
-    /// The linear and angular parts of the equations of motion (N1):
+    /// Linear and angular residuals of the equations of motion (N1):
     ///
     /// ```text
     /// v⁺ − v_free − Σ p̂,   Î (ω⁺ − ω) + h Ĝ(ω, ω⁺) − h τ/m − Σ [c]× Aᵀ p̂
@@ -85,7 +85,7 @@ impl Single {
         coupling.bounded(u, &self.body.departing(velocity, &coupling.lever.torque_map)).0
     }
 
-    /// ∂u/∂ω⁺, `u` being the coupling's; ∂u/∂v⁺ is E.
+    /// ∂u/∂ω⁺ of a coupling with the motion `u`. The derivative ∂u/∂v⁺ is E.
     #[inline(always)]
     fn point_slope(
         &self,
@@ -239,10 +239,10 @@ impl Equations for Single {
     }
 }
 
-/// What an evaluation leaves behind for the direction.
+/// Results of an evaluation that the direction needs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Evaluated {
-    /// The residuals of the equations of motion.
+    /// Residuals of the equations of motion.
     residual: Velocity,
     turning: BodyTurning,
 }
@@ -254,7 +254,7 @@ impl Default for Evaluated {
     }
 }
 
-/// ∂u/∂ω⁺; ∂u/∂v⁺ is E.
+/// ∂u/∂ω⁺. The derivative ∂u/∂v⁺ is E.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SpinSlope(Matrix3<f64>);
 
@@ -267,7 +267,7 @@ impl Slope for SpinSlope {
     }
 }
 
-/// The matrix of the linearised equations of motion, to which the couplings are added one by one (N8):
+/// Matrix of the linearised equations of motion, with couplings added one by one (N8):
 ///
 /// ```text
 /// ⎡ E − Σ D        − Σ D J          ⎤ ⎡δv⎤   ⎡ −r_v + Σ d          ⎤
@@ -319,7 +319,7 @@ impl MotionMatrix {
     }
 }
 
-/// (δv, δω), `None` where they are not finite.
+/// (δv, δω). `None` if not finite.
 #[inline]
 fn solve(factors: &SixFactors, linear: &Vector3<f64>, angular: &Vector3<f64>) -> Option<Velocity> {
     let mut rhs = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];

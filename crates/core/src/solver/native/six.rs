@@ -1,17 +1,17 @@
-//! Blocks of six: their factors, and what is done with them.
+//! LU factors of 6 × 6 blocks and operations on them.
 //!
-//! The numbers are those of `nalgebra`'s LU to the last bit, in less than half of its instructions.
+//! The results equal `nalgebra`'s LU bit by bit, with less than half of the instructions.
 
 use nalgebra::{Matrix6, SMatrix, Vector6};
 
 type SixColumn = [f64; 6];
 
-/// P A = L U of a block, with the largest number of each column as pivot.
+/// P A = L U of a block, with column pivoting by magnitude.
 #[derive(Debug, Clone)]
 pub(super) struct SixFactors {
-    /// By columns: U, and L below its diagonal of ones.
+    /// Columns of U, and L below its unit diagonal.
     columns: [SixColumn; 6],
-    /// The row that each row was exchanged with, one after the other.
+    /// Row exchanged with each row, in sequence.
     rows: [usize; 6],
 }
 
@@ -24,7 +24,7 @@ fn add(y: &mut SixColumn, a: f64, x: &SixColumn) {
 }
 
 impl SixFactors {
-    /// Those of `block`; `None` where it is singular.
+    /// Factors of `block`. `None` if it is singular.
     #[inline]
     pub(super) fn new(block: &Matrix6<f64>) -> Option<Self> {
         let mut of = Self { columns: block.data.0, rows: [0; 6] };
@@ -37,8 +37,8 @@ impl SixFactors {
         invertible.then_some(of)
     }
 
-    /// Column `I`, with the largest number at or below its diagonal as pivot; `false` where that is zero. Loops have a
-    /// length that is known where they are compiled.
+    /// Eliminates column `I`, with the largest entry on or below the diagonal as pivot. Returns
+    /// false if it is zero. Loop lengths are known at compile time.
     #[inline(always)]
     fn eliminate<const I: usize>(&mut self) -> bool {
         let mut pivot = I;
@@ -68,7 +68,7 @@ impl SixFactors {
         true
     }
 
-    /// A x = b, in the memory of b.
+    /// Solves A x = b in the memory of b.
     #[inline(always)]
     pub(super) fn solve(&self, b: &mut SixColumn) {
         for (k, &row) in self.rows.iter().enumerate() {
@@ -87,7 +87,7 @@ impl SixFactors {
         }
     }
 
-    /// The same for every column of a block, for all of them at once.
+    /// Solves for all columns of a block at once.
     #[inline]
     pub(super) fn solve_block<const C: usize>(&self, block: &mut SMatrix<f64, 6, C>) {
         let mut places = [0, 1, 2, 3, 4, 5];
@@ -114,7 +114,7 @@ impl SixFactors {
         }
     }
 
-    /// Aᵀ x = b: Uᵀ, then Lᵀ, then Pᵀ.
+    /// Solves Aᵀ x = b: Uᵀ, then Lᵀ, then Pᵀ.
     pub(super) fn solve_transposed(&self, b: &mut Vector6<f64>) {
         let b = &mut b.data.0[0];
         for i in 0..6 {
@@ -130,7 +130,7 @@ impl SixFactors {
     }
 }
 
-/// A − B C, in the memory of A.
+/// Computes A − B C in the memory of A.
 #[inline]
 pub(super) fn subtract_product<const C: usize>(
     a: &mut SMatrix<f64, 6, C>,
@@ -155,7 +155,8 @@ pub(super) fn subtract_product<const C: usize>(
 mod tests {
     use super::*;
 
-    /// The bits of `nalgebra`'s for matrices of all pivots; the transposed system by its residual.
+    /// Equality of bits with `nalgebra` for matrices with all pivots. The transposed system is
+    /// tested by its residual.
     #[test]
     fn numbers_are_those_of_the_library() {
         let mut twister = rand_mt::Mt::new(7);
@@ -163,7 +164,7 @@ mod tests {
         for round in 0..1000 {
             let mut matrix = Matrix6::from_fn(|_, _| number());
             if round % 3 == 0 {
-                // Exact zeros, ties and infinities of products.
+                // Exact zeros, ties and infinite products.
                 matrix.row_mut(round % 6).fill(0.25);
                 matrix[(round % 5, round % 6)] = 0.0;
             }
@@ -183,7 +184,7 @@ mod tests {
             assert!(twice.amax() < 1e-9);
             let mut x = b;
             factors.solve_transposed(&mut x);
-            // Of condition numbers up to 1e5 with numbers of 1.
+            // Condition numbers reach 1e5 with entries of order 1.
             assert!((matrix.tr_mul(&x) - b).amax() < 1e-13 * (1.0 + x.amax()));
         }
         assert!(SixFactors::new(&Matrix6::zeros()).is_none());

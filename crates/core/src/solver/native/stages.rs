@@ -1,12 +1,12 @@
-//! The stages of the solution of an island, in their order, and the loop over them.
+//! Stages of an island's solution, in order, and the loop over them.
 //!
-//! 1. Newton's method from the last impulses, unless these are the solution already (`previous`);
-//! 2. the proximal point method from the last impulses (`proximal point`; of one body at the end);
-//! 3. Newton's method from no impulses (`zero`);
-//! 4. an interior point at several centres, then Newton's method from it (`interior point`);
+//! 1. Newton's method from the last impulses, unless these are already the solution (`previous`);
+//! 2. the proximal point method from the last impulses (`proximal point`; for one body at the end);
+//! 3. Newton's method from zero impulses (`zero`);
+//! 4. an interior point method from several centres, then Newton's method (`interior point`);
 //! 5. the proximal point method from the best point so far (`best point`).
 //!
-//! The first stage that leads to a solution ends the loop. Equation numbers are those of
+//! The first stage that leads to a solution ends the loop. Equation numbers refer to
 //! `docs/native-solver.md`.
 
 use super::effort::SolveEffort;
@@ -21,32 +21,32 @@ use super::settings::{
 };
 use nalgebra::Vector3;
 
-/// The words of reports for the stages: all that
-/// [`StepReport::start`](crate::step::StepReport::start) has of the native solver.
+/// Names of the stages in reports: all values of
+/// [`StepReport::start`](crate::step::StepReport::start) for the native solver.
 pub const STARTS: [&str; 6] =
     ["previous", "proximal point", "zero", "interior point", "best point", "equal compliance"];
 
-/// A method and where it starts.
+/// Method and its initial point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Stage {
-    /// Newton's method from the last impulses: enough for more than 99.9 % of the steps of one body.
+    /// Newton's method from the last impulses. Solves more than 99.9 % of the steps of one body.
     Previous,
-    /// The proximal point method from the last impulses.
+    /// Proximal point method from the last impulses.
     Proximal,
-    /// Newton's method from no impulses.
+    /// Newton's method from zero impulses.
     Zero,
-    /// An interior point from impulses of this multiple of the momentum, then Newton's method: finds
-    /// jams, where one point takes all momentum.
+    /// Interior point method from impulses of this multiple of the momentum, then Newton's method.
+    /// Finds jams, where one point takes all momentum.
     InteriorPoint(f64),
-    /// The proximal point method from the best point of the stages before.
+    /// Proximal point method from the best point of the earlier stages.
     Best,
 }
 
-/// A stage as it is run.
+/// Stage with its compliance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct StageRun {
     stage: Stage,
-    /// Whether contacts that can roll have the same compliance in all directions (N6).
+    /// True if rolling contacts have isotropic compliance (N6).
     equal_compliance: bool,
 }
 
@@ -54,10 +54,10 @@ impl StageRun {
     /// Newton's method from the last impulses.
     pub(super) const PREVIOUS: Self = Self { stage: Stage::Previous, equal_compliance: false };
 
-    /// Newton's method from no impulses.
+    /// Newton's method from zero impulses.
     pub(super) const ZERO: Self = Self { stage: Stage::Zero, equal_compliance: false };
 
-    /// The word of a report.
+    /// Name in reports.
     pub(super) fn name(self) -> &'static str {
         STARTS[match self.stage {
             _ if self.equal_compliance => 5,
@@ -69,15 +69,15 @@ impl StageRun {
         }]
     }
 
-    /// Whether compliance in all impulses selects its solution (N6), not compliance in their
+    /// True if compliance in all impulses selects its solution (N6), not compliance in their
     /// changes (N13).
     fn selects(self) -> bool {
         !matches!(self.stage, Stage::Proximal | Stage::Best)
     }
 }
 
-/// All stages in their order, `first` before the others. Where contacts can roll, the first few are
-/// run with their larger compliance, then all with an equal one.
+/// All stages in order, with `first` before the others. With rolling contacts the first few stages
+/// run with their larger compliance, then all stages with isotropic compliance.
 fn runs(
     settings: &Settings,
     first: Option<Stage>,
@@ -95,55 +95,55 @@ fn runs(
     rolling.chain(all.map(move |stage| StageRun { stage, equal_compliance: can_roll }))
 }
 
-/// The result of all stages.
+/// Result of all stages.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StageOutcome {
     pub(super) solved: bool,
     pub(super) run: StageRun,
-    /// Whether the law with compliance led to it, so that it is the solution of the selection rule.
+    /// True if found by the law with compliance: it is the solution of the selection rule.
     pub(super) selected: bool,
-    /// Whether another stage had failed before.
+    /// True if another stage failed before.
     pub(super) retried: bool,
 }
 
 impl StageOutcome {
-    /// Nothing was solved.
+    /// Result without a solution.
     pub(super) const UNSOLVED: Self =
         Self { solved: false, run: StageRun::PREVIOUS, selected: false, retried: false };
 }
 
-/// The quality of the end of a stage; the least is best.
+/// Quality of a stage's end point. Smaller is better.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 struct Rank {
     unsolved: bool,
-    /// A solution that turns a body further in one step than its motion explains.
+    /// True if the solution rotates a body further than its initial motion explains.
     turns_too_far: bool,
-    /// The energy that a solution gains from nothing, in parts of what it has; 0 where it is little.
+    /// Relative energy gain of a solution, or 0 if small.
     gain: f64,
-    /// The residual of the law without compliance, m/s.
+    /// Residual of the law without compliance (m/s).
     residual: f64,
 }
 
-/// The end of a stage.
+/// End of a stage.
 #[derive(Debug, Clone, Copy)]
 struct StageEnd {
-    /// The residual of the law without compliance, m/s.
+    /// Residual of the law without compliance (m/s).
     residual: f64,
-    /// Whether the point is one to take: the law with compliance was solved on the way, or the
+    /// True if the point is acceptable: the law with compliance was solved on the way, or the
     /// change from a known point is small.
     selected: bool,
 }
 
-/// The methods of the stages and their memory.
+/// Methods of the stages and their memory.
 #[derive(Debug, Clone)]
 pub(super) struct StageSolver<E: Equations> {
     newton: Newton<E>,
     interior_point: InteriorPoint<E>,
     proximal: Proximal<E>,
     iterate: Iterate<E>,
-    /// The best end of a stage.
+    /// Best end point of a stage.
     best: Iterate<E>,
-    /// A point to compare with or to go back to.
+    /// Point to compare with or to return to.
     other: Iterate<E>,
 }
 
@@ -159,7 +159,7 @@ impl<E: Equations> StageSolver<E> {
         }
     }
 
-    /// Makes room for so many couplings, in all that any stage needs.
+    /// Reserves memory for `couplings` couplings in all stages.
     pub(super) fn reserve(&mut self, couplings: usize) {
         self.newton.reserve(couplings);
         self.interior_point.reserve(couplings);
@@ -174,18 +174,18 @@ impl<E: Equations> StageSolver<E> {
         &self.iterate.velocity
     }
 
-    /// p̂ of every coupling in the last solution, m/s, world.
+    /// p̂ of every coupling in the last solution (m/s, world).
     pub(super) fn impulses(&self) -> &[Vector3<f64>] {
         &self.iterate.impulses
     }
 
-    /// u of every coupling in the last solution, m/s, world.
+    /// u of every coupling in the last solution (m/s, world).
     pub(super) fn points(&self) -> &[Vector3<f64>] {
         self.iterate.points()
     }
 
-    /// The piece of the natural map with compliance that each coupling of the last solution is on, and
-    /// the distance to the next piece, m/s.
+    /// Piece of the natural map with compliance and distance to the next piece (m/s), for each
+    /// coupling of the last solution.
     pub(super) fn pieces(&self, equations: &E) -> impl Iterator<Item = (MapPiece, f64)> {
         const MAP: NaturalMap = NaturalMap::with_compliance(COMPLIANCE);
         let couplings = equations.couplings().iter().zip(self.impulses()).zip(self.points());
@@ -195,12 +195,13 @@ impl<E: Equations> StageSolver<E> {
         })
     }
 
-    /// Runs one stage after another until one leads to a solution; otherwise leaves the best point
-    /// found. `previous` are p̂ of the last step, m/s, world, and `accepted` is the residual of a point
-    /// that is no failure, m/s.
+    /// Runs the stages until one leads to a solution. Otherwise leaves the best point found.
     ///
-    /// A solution that the law with compliance did not select, or that turns a body too far or
-    /// gains energy from nothing, is kept, and another one is preferred to it.
+    /// `previous` are p̂ of the last step (m/s, world). `accepted` is the largest residual that is
+    /// not a failure (m/s).
+    ///
+    /// Some solutions are only kept as a fallback: those not selected by the law with compliance,
+    /// and those that rotate a body too far or gain energy from nothing.
     pub(super) fn solve(
         &mut self,
         equations: &mut E,
@@ -239,7 +240,7 @@ impl<E: Equations> StageSolver<E> {
         }
         self.iterate.copy_from(&self.best);
         if !self.iterate.is_finite() {
-            // Only where the step's own numbers overflow: free flight is at least finite.
+            // Occurs only if the step's data overflow. Free flight is finite at least.
             self.begin_from_zero(equations);
             self.iterate.evaluate_points(equations);
         }
@@ -293,7 +294,7 @@ impl<E: Equations> StageSolver<E> {
         equations.set_first_velocity(impulses, velocity);
     }
 
-    /// Sets the iterate to no impulses.
+    /// Sets the iterate to zero impulses.
     fn begin_from_zero(&mut self, equations: &E) {
         let Iterate { impulses, velocity, .. } = &mut self.iterate;
         impulses.clear();
@@ -301,14 +302,15 @@ impl<E: Equations> StageSolver<E> {
         equations.set_velocity_after(impulses, velocity);
     }
 
-    /// Whether the last impulses are this step's as they are: they did not change in the last step,
-    /// so that compliance has nothing left to select between them, and they obey the law without
-    /// compliance to rounding. A residual alone does not say so: it hardly feels the shares that the
-    /// law leaves open.
+    /// Accepts the last impulses if they are this step's solution. Returns the residual (m/s).
     ///
-    /// If so, returns the residual, m/s, and keeps velocities that the impulses leave as they were,
-    /// to the last bit: rounding in the sum of the impulses would add up from step to step, until
-    /// the face of a body at rest is warped by it. With several bodies, what is at rest stays there.
+    /// They must not have changed in the last step, so that compliance has nothing left to select.
+    /// They must obey the law without compliance to rounding. The residual alone is not sufficient:
+    /// it is insensitive to undetermined force distributions.
+    ///
+    /// Unchanged velocities are then kept to the last bit. Rounding in the sum of the impulses
+    /// would accumulate from step to step and tilt the face of a body at rest. Of several bodies,
+    /// those at rest stay at rest.
     fn repeat(&mut self, equations: &E) -> Option<f64> {
         if equations.setting().unsettled > SETTLED {
             return None;
@@ -324,8 +326,8 @@ impl<E: Equations> StageSolver<E> {
         None
     }
 
-    /// Moves the iterate to the extrapolation of the last two steps, if that is nearer to a
-    /// solution. Returns whether the iterate was evaluated.
+    /// Moves the iterate to the extrapolation of the last two steps, if that is closer to a
+    /// solution. Returns true if the iterate was evaluated.
     fn extrapolate(&mut self, equations: &E) -> bool {
         let ahead = &mut self.other;
         let Some(way) = equations.set_foreseen(&mut ahead.velocity, &mut ahead.impulses) else {
@@ -339,8 +341,10 @@ impl<E: Equations> StageSolver<E> {
     }
 
     /// Newton's method with compliance from the iterate, then the limit of vanishing compliance
-    /// (N9); where that misses the law by little, the proximal point method from there. Where the
-    /// rows may determine all impulses, the law without compliance goes first.
+    /// (N9).
+    ///
+    /// If the limit narrowly misses the law, the proximal point method continues. If the rows may
+    /// determine all impulses, the law without compliance goes first.
     fn descend(
         &mut self,
         equations: &E,
@@ -373,7 +377,7 @@ impl<E: Equations> StageSolver<E> {
         StageEnd { residual, selected }
     }
 
-    /// The proximal point method from the iterate. What it ends at is near, and is taken although
+    /// Proximal point method from the iterate. Its result is close and is accepted although
     /// compliance in all impulses did not select it.
     fn change_little(&mut self, equations: &E, effort: &mut SolveEffort<'_>) -> StageEnd {
         let Self { proximal, newton, iterate, .. } = self;
@@ -381,8 +385,8 @@ impl<E: Equations> StageSolver<E> {
         StageEnd { residual, selected: true }
     }
 
-    /// Ranks the iterate, whose `residual` is known (m/s). A solution's bodies at rest are kept at rest.
-    /// For points that are no solution only the residual counts.
+    /// Ranks the iterate with this `residual` (m/s). Keeps a solution's resting bodies at rest.
+    /// Points that are not solutions are ranked by the residual only.
     fn rank(&mut self, equations: &E, residual: f64) -> Rank {
         if residual > equations.tolerances().solved {
             return Rank { unsolved: true, turns_too_far: false, gain: 0.0, residual };
@@ -399,7 +403,7 @@ impl<E: Equations> StageSolver<E> {
         }
     }
 
-    /// Keeps what is at rest at rest, unless the residual grows by it.
+    /// Keeps resting bodies at rest, unless the residual grows.
     fn keep_rest(&mut self, equations: &E, residual: f64) {
         let Self { iterate, other: moved, .. } = self;
         moved.velocity.copy_from(&iterate.velocity);
@@ -413,8 +417,8 @@ impl<E: Equations> StageSolver<E> {
     }
 }
 
-/// The stage that goes before all others. In a large island it is an interior point if nothing
-/// pressed in the last step, and the proximal point method if the forces change.
+/// Stage that goes before all others. In a large island it is the interior point method if no
+/// impulse acted in the last step, and the proximal point method if the forces change.
 fn first_stage<E: Equations>(equations: &E, previous: &[Vector3<f64>]) -> Option<Stage> {
     if !equations.settings().is_large {
         return None;

@@ -1,5 +1,6 @@
-//! Islands solved at the same time, on threads that wait between steps. Each is a problem of its own
-//! in memory of its own, so that what comes out does not depend on who solves it.
+//! Islands solved in parallel, on threads that wait between steps.
+//!
+//! Each island is a separate problem with its own memory. Results do not depend on the thread.
 
 use super::islands::{IslandParts, IslandView};
 use super::part::{IslandPart, PartRequest, Parts};
@@ -12,14 +13,14 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
-/// How much there must be to solve, in contacts at rest: these take 0.12 µs each, and asking the
-/// threads takes 10 µs until they are awake and what they did is known (`examples/islands.rs`).
+/// Smallest amount of work for threads, in resting contacts. One takes 0.12 µs, and waking the
+/// threads takes 10 µs (`examples/islands.rs`).
 const LEAST_WORK: usize = 512;
-/// How many contacts at rest one of an island that has not settled is like, at least: 0.5 µs for a
-/// box that slides, 6 µs in a heap.
+/// Cost of a contact in an unsettled island, in resting contacts. It is at least 0.5 µs for a
+/// sliding box, and 6 µs in a heap.
 const UNSETTLED: usize = 8;
 
-/// More threads than this are a mistake.
+/// Largest number of threads.
 const MOST_THREADS: usize = 1024;
 
 /// Threads of a solver and its copies.
@@ -29,10 +30,10 @@ pub(super) struct Threads {
 }
 
 impl Threads {
-    /// So many threads; `None` for one, which is the caller's.
+    /// Starts `count` threads. `None` for one, which is the caller's.
     ///
     /// # Errors
-    /// Too many, or threads that cannot be started.
+    /// Too many threads, or threads that cannot be started.
     pub(super) fn new(count: NonZeroUsize) -> Result<Option<Self>, Error> {
         let count = count.get();
         if count > MOST_THREADS {
@@ -49,24 +50,24 @@ impl Threads {
         Ok(Some(Self { pool: Arc::new(pool) }))
     }
 
-    /// Whether what is to be solved takes longer than asking the threads.
+    /// True if solving takes longer than waking the threads.
     pub(super) fn are_worth_it(&self, islands: &IslandParts) -> bool {
         let mut work = 0;
         let of = |island: &IslandView<'_>| match island.unsettled > SETTLED {
             true => UNSETTLED * island.contacts.len(),
             false => island.contacts.len(),
         };
-        // From the second island on.
+        // True from the second island on.
         islands.changed().enumerate().any(|(index, (_, island))| {
             work += of(&island);
             index > 0 && work >= LEAST_WORK
         })
     }
 
-    /// Solves the problem of every island that changed, each in its part.
+    /// Solves the problem of every changed island, each in its part.
     ///
     /// # Errors
-    /// [`Error::Interrupted`] if the step was.
+    /// [`Error::Interrupted`] if the step was interrupted.
     pub(super) fn solve(
         &self,
         step: &Step<'_>,

@@ -1,10 +1,10 @@
-//! How the points of a body move in a step that ends with a spin (N2, N3).
+//! Motion of a body's points in a step that ends with a given spin (N2, N3).
 
 use nalgebra::{Matrix3, Vector3};
 
-/// The sweep of a body's points at one spin.
+/// Sweep of a body's points at one spin.
 ///
-/// The attitude step turns the body by the Cayley map of h ω/2, so that
+/// The attitude step rotates the body by the Cayley map of h ω/2, so that
 ///
 /// ```text
 /// (A(q⁺) − A(q)) c / h = A K c,   K c = (ω × c + (h/2) ω × (ω × c)) / (1 + h²ω²/4)
@@ -12,18 +12,18 @@ use nalgebra::{Matrix3, Vector3};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BodyTurning {
     spin: Vector3<f64>,
-    /// A ω.
+    /// A ω (rad/s, world).
     spin_world: Vector3<f64>,
-    /// h/2.
+    /// h/2 (s).
     half: f64,
     /// 1/(1 + h²ω²/4).
     shrink: f64,
-    /// A K.
+    /// A K (1/s).
     sweep: Matrix3<f64>,
 }
 
 impl BodyTurning {
-    /// That of a body with the `rotation` A(q) at the step's start, at the spin ω⁺ (rad/s,
+    /// Sweep of a body with the `rotation` A(q) at the start of the step and the spin ω⁺ (rad/s,
     /// body), over a step of `time_step` (s).
     #[inline]
     pub(super) fn new(rotation: &Matrix3<f64>, spin: Vector3<f64>, time_step: f64) -> Self {
@@ -38,7 +38,7 @@ impl BodyTurning {
         Self { spin, spin_world: rotation * spin, half, shrink, sweep }
     }
 
-    /// That of what does not turn.
+    /// Sweep without rotation.
     pub(super) const STILL: Self = Self {
         spin: Vector3::new(0.0, 0.0, 0.0),
         spin_world: Vector3::new(0.0, 0.0, 0.0),
@@ -47,8 +47,8 @@ impl BodyTurning {
         sweep: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
-    /// Sets the first of `both` to the same, and the second to that of the spin −ω, which has the even part of K alike. In their
-    /// place: they are large.
+    /// Sets `there` to the sweep of the spin ω and `back` to the sweep of −ω. They share the even
+    /// part of K. Written in place, because they are large.
     #[inline]
     pub(super) fn set_there_and_back(
         rotation: &Matrix3<f64>,
@@ -70,7 +70,7 @@ impl BodyTurning {
         back.sweep = rotation * (even - odd) * shrink;
     }
 
-    /// A K c of one point c, without A K.
+    /// A K c of one point c, without forming A K.
     #[inline]
     pub(super) fn swept_once(
         rotation: &Matrix3<f64>,
@@ -84,24 +84,25 @@ impl BodyTurning {
         rotation * ((turned + spin.cross(&turned) * half) * shrink)
     }
 
-    /// A K c of the body's point c.
+    /// A K c of the body's point c (m/s, world).
     #[inline]
     pub(super) fn swept(&self, point: &Vector3<f64>) -> Vector3<f64> {
         self.sweep * point
     }
 
-    /// A ω, rad/s.
+    /// A ω (rad/s, world).
     pub(super) fn spin_world(&self) -> &Vector3<f64> {
         &self.spin_world
     }
 
-    /// A K.
+    /// A K (1/s).
     pub(super) fn sweep(&self) -> &Matrix3<f64> {
         &self.sweep
     }
 
-    /// ∂(A K c)/∂ω⁺ of the body's point c, from A, c, A c, −A [c]× and A K c. With
-    /// ∂/∂ω (ω × c) = −[c]× and ∂/∂ω (ω × (ω × c)) = ω cᵀ + (ω·c) E − 2 c ωᵀ:
+    /// ∂(A K c)/∂ω⁺ of the body's point c, from A, c, A c, −A [c]× and A K c.
+    ///
+    /// With ∂/∂ω (ω × c) = −[c]× and ∂/∂ω (ω × (ω × c)) = ω cᵀ + (ω·c) E − 2 c ωᵀ:
     ///
     /// ```text
     /// (−A [c]× + (h/2) (A ω cᵀ + (ω·c) A − 2 A c ωᵀ)) / (1 + h²ω²/4)
@@ -125,7 +126,7 @@ impl BodyTurning {
         slope * self.shrink
     }
 
-    /// The same of any point c.
+    /// ∂(A K c)/∂ω⁺ of the body's point c, from A and c alone.
     pub(super) fn slope_of(&self, rotation: &Matrix3<f64>, point: &Vector3<f64>) -> Matrix3<f64> {
         let turned = -rotation * point.cross_matrix();
         self.slope(rotation, point, &(rotation * point), turned, &self.swept(point))

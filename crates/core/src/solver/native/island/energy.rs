@@ -1,6 +1,6 @@
-//! Whether a point makes energy in what joints tie: the discrete equations have solutions that do.
+//! Energy check for islands with joints: the discrete equations have solutions that gain energy.
 //!
-//! Equation numbers are those of `docs/formulation.md` and `docs/joints.md`.
+//! Equation numbers refer to `docs/formulation.md` and `docs/joints.md`.
 
 use super::{CouplingKind, CouplingLink, Island};
 use crate::joint::Axis;
@@ -8,19 +8,19 @@ use crate::solver::native::equations::Velocity;
 use crate::solver::native::settings::LARGE_GAIN;
 use nalgebra::Vector3;
 
-/// What a coupling of a joint has to do with energy.
+/// Contribution of a coupling to the energy balance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Source {
-    /// A contact.
+    /// Contact.
     Contact,
-    /// A joint, whose drives work along these of its rows.
+    /// Joint whose drives do work along the flagged rows.
     Drives([bool; 3]),
-    /// A joint whose frame in the world moves.
+    /// Joint to a frame with a prescribed motion in the world.
     Course,
 }
 
 impl Source {
-    /// That of a joint's rows under `axes`.
+    /// Source type of joint rows with these `axes`. `moves` is true for a prescribed motion.
     pub(super) fn of(axes: &[Axis; 3], moves: bool) -> Self {
         match moves {
             true => Self::Course,
@@ -30,9 +30,10 @@ impl Source {
 }
 
 impl Island {
-    /// How much more energy an island ends with than forces from outside, drives and surfaces
-    /// have put into it, in parts of what it has, where it is a large part: (32), with (J6), on the mean of the velocities
-    /// before and after, over the mass M. `points` are u of every coupling after.
+    /// Relative energy gain of the island beyond the work of external forces, drives and surfaces.
+    ///
+    /// Uses (32) and (J6) with the mean of the velocities before and after, over the mass M.
+    /// Returns 0 for a small gain. `points` are u of every coupling after the step.
     pub(super) fn made(
         &self,
         velocity: &Vec<Velocity>,
@@ -78,8 +79,7 @@ impl Island {
         if gained > LARGE_GAIN * kinetic + least { gained / (kinetic + least) } else { 0.0 }
     }
 
-    /// The rate at which the point of a coupling of A with the world moves, on the mean of the velocities before and
-    /// after.
+    /// Velocity of A's point at a coupling to the world, mean of before and after (m/s).
     fn mean_rate(&self, link: &CouplingLink, index: usize, velocity: &[Velocity]) -> Vector3<f64> {
         let (old, new) = (self.members[link.a].old(), &velocity[link.a]);
         let turned = self.setting.couplings[index].lever.torque_map.tr_mul(&(old.spin + new.spin));

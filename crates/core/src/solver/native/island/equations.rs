@@ -1,6 +1,6 @@
-//! An island as equations, with the linear system of its bodies.
+//! Equations of an island and the linear system of its bodies.
 //!
-//! Equation numbers are those of `docs/native-solver.md`.
+//! Equation numbers refer to `docs/native-solver.md`.
 
 use super::{Both, CouplingKind, Island, IslandSlope, LinkTurnings};
 use crate::solver::native::blocks::BlockSystem;
@@ -18,14 +18,14 @@ use crate::solver::native::tolerances::Tolerances;
 use crate::step::Step;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 
-/// Memory of an evaluation: residuals, and, where no joints tie them, how the bodies turn and turn back.
+/// Scratch of an evaluation: residuals and, without joints, the rotations of the bodies.
 #[derive(Debug, Clone, Default)]
 pub(in super::super) struct IslandScratch {
     residuals: Vec<Velocity>,
     turnings: Vec<Both>,
 }
 
-/// The linear system, the velocities by their places in it, and how bodies that joints tie turn where it is made.
+/// Linear system, velocities in elimination order, and rotations of bodies with joints.
 #[derive(Debug, Clone, Default)]
 pub(in super::super) struct IslandSystem {
     pub(super) blocks: BlockSystem,
@@ -34,7 +34,7 @@ pub(in super::super) struct IslandSystem {
 }
 
 impl Island {
-    /// Adds to the velocities what an impulse p̂ more at coupling `index` makes of them.
+    /// Adds the velocity changes of an additional impulse p̂ at coupling `index`.
     fn push(&self, index: usize, impulse: &Vector3<f64>, velocity: &mut [Velocity]) {
         let link = &self.links[index];
         if let CouplingKind::Gear(gear) = link.kind {
@@ -158,7 +158,8 @@ impl Equations for Island {
                 self.members[index].keep_along(normal, exact, &mut velocity[index]);
             }
         }
-        // What joints tie moves together or not at all: one of two at rest would take its joint apart.
+        // Bodies tied by joints come to rest together or not at all. Otherwise a resting body would
+        // break its joint.
         let slow = |(member, velocity): (&IslandBody, &Velocity)| member.is_slow(rest, velocity);
         if self.joints.is_empty() || self.members.iter().zip(&*velocity).all(slow) {
             for (member, velocity) in self.members.iter().zip(velocity) {
@@ -205,9 +206,10 @@ impl Equations for Island {
         points.clear();
         if !self.joints.is_empty() {
             let count = self.links.len() - self.gears.len();
-            // Of what joints tie most rows are theirs, and most points are not linearised at.
+            // With joints, most rows belong to joints, and most evaluations are not linearised.
+            // Rotations are computed for each point alone.
             points.extend((0..count).map(|index| self.point_at(index, velocity)));
-            // Gears come last: what they tie is known.
+            // Gears come last: the rows that they combine are known.
             for gear in &self.gears {
                 points.push(gear.u(&self.setting.couplings, |index| points[index]));
             }

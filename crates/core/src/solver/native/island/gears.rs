@@ -1,7 +1,8 @@
-//! The gears of an island as couplings of one row, which up to four bodies take part in.
+//! Gears of an island as couplings of one row with up to four bodies.
 //!
-//! A gear is a sum of rows of couplings that are there, held or under a law: u = Σ c u_i + q̇₀, of the places and the turns of its joints. So are its
-//! slopes, and its impulse is one on each of them. Equation numbers are those of `docs/joints.md`.
+//! The row of a gear is a sum of rows of other couplings, u = Σ c u_i + q̇₀. These are the anchors
+//! and rotations of its joints, rigid or under a drive. The derivatives are the same sum, and the
+//! impulse acts on each of these rows. Equation numbers refer to `docs/joints.md`.
 
 use super::{Both, CouplingKind, CouplingLink, GearTangent, Island, Source};
 use crate::joint::{Axis, AxisStart, Drive, GearAxis, JointAxis, at_rest};
@@ -12,10 +13,10 @@ use crate::solver::native::pair_motion::{PairSlope, stacked};
 use crate::step::{Step, StepSolution};
 use nalgebra::{Matrix3, RowVector6, Vector3, Vector6};
 
-/// The most bodies of a gear.
+/// Largest number of bodies of a gear.
 const MOST: usize = 4;
 
-/// Numbers of bodies, up to four different ones.
+/// Values for up to four different bodies.
 #[derive(Debug, Clone, Copy)]
 struct Bodies<T> {
     of: [(usize, T); MOST],
@@ -27,7 +28,7 @@ impl<T: Copy + std::ops::AddAssign> Bodies<T> {
         Self { of: [(0, zero); MOST], count: 0 }
     }
 
-    /// Adds to that of a body.
+    /// Adds to the value of a body.
     fn add(&mut self, body: usize, more: T) {
         match self.of[..self.count].iter_mut().find(|(known, _)| *known == body) {
             Some((_, sum)) => *sum += more,
@@ -43,29 +44,29 @@ impl<T: Copy + std::ops::AddAssign> Bodies<T> {
     }
 }
 
-/// A gear of the island.
+/// Gear of the island.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Train {
-    /// Its index in the world.
+    /// Index in the world.
     gear: usize,
-    /// The coupling and the row of each coordinate, and c.
+    /// Coupling, row and factor c of each coordinate.
     parts: [(usize, usize, f64); 2],
-    /// q̇₀: what it is off by at the step's start, over h, m/s; 0 under a drive.
+    /// q̇₀: position error at the start of the step, over h (m/s). Zero under a drive.
     offset: f64,
     /// ℓ of the first coordinate.
     length: f64,
-    /// What an impulse of one does to the momentum of each body, over its mass.
+    /// Change of each body's momentum by a unit impulse, over the body's mass.
     sides: Bodies<Vector6<f64>>,
 }
 
 impl Train {
-    /// Its row, as the coupling in this place.
+    /// Row of the gear, with the index of its coupling.
     pub(super) fn row(&self, coupling: usize) -> GearTangent {
         let Self { gear, parts, offset, length, .. } = *self;
         GearTangent { coupling, gear, parts, offset, length }
     }
 
-    /// The bodies that it acts on, and what an impulse of one is there: M/m times force and torque.
+    /// Bodies of the gear and the effect of a unit impulse: M/m times force and torque.
     pub(super) fn sides(&self) -> impl Iterator<Item = (usize, Vector6<f64>)> + '_ {
         self.sides.iter()
     }
@@ -76,7 +77,7 @@ impl Train {
         bodies().flat_map(move |a| bodies().filter(move |b| a < *b).map(move |b| (a, b)))
     }
 
-    /// u, where those of the couplings are `points`, in the first of three rows.
+    /// u of the gear in the first of three rows, from u of the other couplings in `points`.
     pub(super) fn u(
         &self,
         couplings: &[Coupling],
@@ -92,17 +93,17 @@ impl Train {
 /// ∂u/∂V of a coupling of an island.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) enum IslandSlope {
-    /// Of two bodies at most.
+    /// One or two bodies.
     Pair(PairSlope),
     Gear(GearSlope),
 }
 
 impl IslandSlope {
-    /// That of what does not answer to the velocities.
+    /// Slope of a coupling that does not depend on the velocities.
     pub(super) const NONE: Self = Self::Pair(PairSlope::NONE);
 }
 
-/// That of the row of a gear.
+/// Slope of a gear row.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct GearSlope(Bodies<RowVector6<f64>>);
 
@@ -133,7 +134,7 @@ impl Island {
     pub(in super::super) fn admit_gear(&mut self, step: &Step<'_>, index: usize) {
         let gear = &step.world.gears()[index];
         let length = gear.length(step.world.joints(), step.world.bodies());
-        // The coupling, the row, the length and the coordinate of an axis.
+        // Coupling, row, length and coordinate of an axis.
         let found = |GearAxis { joint, axis }: GearAxis| {
             let place = self.joints.binary_search_by_key(&joint, |at| at.joint).ok()?;
             let at = &self.joints[place];
@@ -185,7 +186,7 @@ impl Island {
         self.setting.admit(Coupling::of_turn(Matrix3::zeros(), &response, CouplingLaw::Axes(axes)));
     }
 
-    /// ∂u/∂V of a gear: the sum of those of its parts.
+    /// ∂u/∂V of a gear: sum of the slopes of its parts.
     pub(super) fn gear_slope(
         &self,
         gear: usize,
@@ -204,7 +205,7 @@ impl Island {
         GearSlope(sum)
     }
 
-    /// The impulses p̂ of the gears under their forces in the last step, in their order.
+    /// Impulses p̂ of the gears from their forces in the last step, in order (m/s).
     pub(super) fn gear_impulses<'a>(
         &'a self,
         step: &'a Step<'_>,
@@ -216,7 +217,7 @@ impl Island {
         })
     }
 
-    /// Writes the forces of the gears where the impulses of all couplings are `impulses`.
+    /// Writes the forces of the gears from the impulses of all couplings.
     pub(in super::super) fn write_gears(
         &self,
         impulses: &[Vector3<f64>],

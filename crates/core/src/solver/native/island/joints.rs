@@ -1,6 +1,6 @@
-//! The joints of an island as couplings: one of the anchor, and one of the turn.
+//! Joints of an island as couplings: one for the anchor and one for the rotation.
 //!
-//! Equation numbers are those of `docs/joints.md`.
+//! Equation numbers refer to `docs/joints.md`.
 
 use super::{CouplingKind, CouplingLink, Island, Other, Source};
 use crate::contact::torque_map_of;
@@ -10,26 +10,27 @@ use crate::solver::native::law::{AxesLaw, CouplingLaw};
 use crate::step::{Step, StepSolution};
 use nalgebra::Vector3;
 
-/// Where a joint of the world is in its island.
+/// Couplings and initial coordinates of a joint of the island.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct JointPlace {
-    /// Its index in the world.
+    /// Index in the world.
     pub(in super::super) joint: usize,
-    /// The coupling of its anchor, where it holds that.
+    /// Coupling of the anchor, if constrained.
     pub(in super::super) place: Option<usize>,
-    /// The coupling of its turn, where it holds that.
+    /// Coupling of the rotation, if constrained.
     pub(in super::super) turn: Option<usize>,
-    /// ℓ, m.
+    /// ℓ (m).
     pub(in super::super) length: f64,
-    /// Whether it ties two bodies.
+    /// True for a joint between two bodies.
     pub(super) is_of_two: bool,
-    /// Its coordinates at the step's start: the place, m, and the angles, rad.
+    /// Translations at the start of the step (m); `angles` are the rotations (rad).
     pub(in super::super) along: Vector3<f64>,
     pub(in super::super) angles: Vector3<f64>,
 }
 
 impl Island {
-    /// Adds joint `index` of the world; `place` gives the place of a body of the world in the island.
+    /// Adds joint `index` of the world. `place` maps a body of the world to its index in the
+    /// island.
     pub(in super::super) fn admit_joint(
         &mut self,
         step: &Step<'_>,
@@ -49,7 +50,7 @@ impl Island {
         self.joints.push(JointPlace { joint, place, turn, length, is_of_two, along, angles });
     }
 
-    /// Adds the coupling of its anchor.
+    /// Adds the coupling of the anchor.
     fn admit_place(
         &mut self,
         joint: &Joint,
@@ -83,7 +84,7 @@ impl Island {
         self.links.len() - 1
     }
 
-    /// Adds the coupling of its turn.
+    /// Adds the coupling of the rotation.
     fn admit_turn(
         &mut self,
         joint: &Joint,
@@ -102,7 +103,7 @@ impl Island {
             response += other.response(&torque_map, false);
             Other { index, torque_map, arm: Vector3::zeros() }
         });
-        // Where nothing acts about an axis its row may turn nothing: its scale is that of z.
+        // The row of an idle axis may have no response. It takes the scale of z.
         for k in (0..2).filter(|k| joint.angular()[*k].is_idle()) {
             response[k] = response[2];
         }
@@ -117,8 +118,9 @@ impl Island {
         self.links.len() - 1
     }
 
-    /// The impulses p̂ of the couplings of all joints under the forces of a step before, one a joint of the world, in their
-    /// order.
+    /// Impulses p̂ of the couplings of all joints from the joint `forces` of an earlier step (m/s).
+    ///
+    /// `forces` has one entry per joint of the world, in order.
     pub(in super::super) fn joint_impulses<'a>(
         &'a self,
         forces: &'a [JointForce],
@@ -134,8 +136,8 @@ impl Island {
         })
     }
 
-    /// Writes the forces of the joints where the impulses of all couplings are `impulses`, and the states
-    /// those of the solution.
+    /// Writes the forces of the joints from the impulses of all couplings. `solution` has the final
+    /// states.
     pub(in super::super) fn write_joints(
         &self,
         step: &Step<'_>,
@@ -145,7 +147,7 @@ impl Island {
         let to_force = self.mass / self.time_step;
         for at in &self.joints {
             let of = &step.world.joints()[at.joint];
-            // What turns freely counts nothing.
+            // The angles of a free rotation are not counted.
             let end = match at.turn {
                 Some(_) => of.coordinates(&solution.states),
                 None => None,

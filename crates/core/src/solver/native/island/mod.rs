@@ -1,9 +1,9 @@
-//! The equations of several bodies that touch each other: six unknowns a body, a block of the
-//! linear system for every pair that touches.
+//! Equations of several bodies in contact: six unknowns per body and a block of the linear system
+//! for every coupled pair.
 //!
-//! Impulses are divided by one mass M for all bodies of the island, the geometric mean of
-//! theirs, so that equal compliance in (N6) is equal for all contacts whatever they join.
-//! Equation numbers are those of `docs/native-solver.md`.
+//! All impulses of an island are divided by one mass M, the geometric mean of the bodies' masses.
+//! The compliance (N6) is then equal for all contacts. Equation numbers refer to
+//! `docs/native-solver.md`.
 
 mod energy;
 mod equations;
@@ -35,32 +35,32 @@ pub(super) use joints::JointPlace;
 use motion::{Both, LinkTurnings};
 pub(super) use tangent::{GearTangent, HeldSide};
 
-/// Which bodies of the island a coupling joins.
+/// Bodies of the island that a coupling joins.
 #[derive(Debug, Clone, Copy)]
 struct CouplingLink {
-    /// A; of a gear one of its bodies.
+    /// Index of A, or of any body of a gear.
     a: usize,
     kind: CouplingKind,
-    /// B, where it is no fixed thing.
+    /// B. `None` if fixed.
     b: Option<Other>,
-    /// What it has to do with energy.
+    /// Contribution to the energy balance.
     source: Source,
 }
 
-/// What a coupling is of, with its place among those of its kind.
+/// Kind of a coupling, with its index in the list of that kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum CouplingKind {
-    /// A point.
+    /// Point contact or joint anchor.
     Point,
     /// Two round features.
     Round(usize),
-    /// The turn of a joint.
+    /// Rotation of a joint.
     Turn(usize),
-    /// A gear.
+    /// Gear.
     Gear(usize),
 }
 
-/// A coupling and the bodies that it joins.
+/// Coupling and the bodies that it joins.
 #[derive(Debug, Clone, Copy)]
 struct LinkedCoupling<'a> {
     link: &'a CouplingLink,
@@ -68,52 +68,52 @@ struct LinkedCoupling<'a> {
 }
 
 impl CouplingLink {
-    /// Whether the impulse is one of forces; that of a turn is one of torques alone.
+    /// True if the impulse acts as a force. The impulse of a rotation is a torque only.
     fn pushes(&self) -> bool {
         !matches!(self.kind, CouplingKind::Turn(_))
     }
 }
 
-/// The other side of a contact between two bodies.
+/// B of a coupling between two bodies.
 #[derive(Debug, Clone, Copy)]
 struct Other {
     index: usize,
-    /// G_B, m: the torque (frame of B) of an impulse (world) at the touching point.
+    /// G_B (m): maps an impulse (world) at the touching point to its torque (frame of B).
     torque_map: Matrix3<f64>,
-    /// r_A + A_A a − r_B at step k, m, world.
+    /// r_A + A_A a − r_B at step k (m, world).
     arm: Vector3<f64>,
 }
 
-/// The step of the bodies of one island.
+/// Step equations of the bodies of one island.
 #[derive(Debug, Clone)]
 pub(super) struct Island {
     time_step: f64,
-    /// M, kg.
+    /// M (kg).
     mass: f64,
     members: Vec<IslandBody>,
     setting: StepSetting,
     links: Vec<CouplingLink>,
-    /// What couplings of two round features have beyond others.
+    /// Additional data of couplings between two round features.
     rounds: Vec<RoundRows>,
-    /// The turns of joints.
+    /// Rotations of joints.
     turns: Vec<Turn>,
-    /// The joints of the island, and where their couplings are.
+    /// Joints of the island and their couplings.
     joints: Vec<JointPlace>,
     gears: Vec<Train>,
-    /// Whether the rows are independent, as those of joints without a loop are.
+    /// Independence of the rows. `None` if they are dependent.
     determined: Option<Determined>,
-    /// −V of all members at step k, where joints tie them.
+    /// −V of all bodies at step k. Only with joints.
     back: Vec<Velocity>,
-    /// V and p̂ to which the last two steps lead on, where joints tie them and both are known.
+    /// V and p̂ extrapolated from the last two steps. Only with joints, and if both are known.
     ahead: (Vec<Velocity>, Vec<Vector3<f64>>),
-    /// A motion slower than this has no energy to speak of, m/s.
+    /// Speed below which kinetic energy is ignored (m/s).
     slow: f64,
-    /// Where the linear system has numbers.
+    /// Sparsity pattern of the linear system.
     pattern: Pattern,
 }
 
 impl Island {
-    /// Room for islands of `world`.
+    /// Empty island for steps of `world`.
     pub(super) fn new(world: &World) -> Self {
         Self {
             time_step: world.time_step(),
@@ -133,7 +133,7 @@ impl Island {
         }
     }
 
-    /// Sets the step's constants for the bodies of `island`; no couplings yet.
+    /// Sets the step's constants for the bodies of `island`, without couplings.
     pub(super) fn begin(&mut self, step: &Step<'_>, island: &IslandView<'_>) {
         let (bodies, indices) = (step.world.bodies(), island.bodies);
         self.time_step = step.world.time_step();
@@ -166,17 +166,17 @@ impl Island {
         couplings.map(|(link, coupling)| LinkedCoupling { link, coupling })
     }
 
-    /// Its bodies, in their order.
+    /// Bodies of the island, in order.
     pub(super) fn members(&self) -> &[IslandBody] {
         &self.members
     }
 
-    /// M, kg: the mass that impulses are divided by.
+    /// M (kg): the mass that impulses are divided by.
     pub(super) fn mass(&self) -> f64 {
         self.mass
     }
 
-    /// Adds a contact; `place` gives the place of a body of the world in the island.
+    /// Adds a contact. `place` maps a body of the world to its index in the island.
     pub(super) fn admit(&mut self, contact: &Contact, place: impl Fn(usize) -> usize) {
         let a = place(contact.key.body);
         let b = match contact.key.partner {
@@ -206,7 +206,7 @@ impl Island {
         self.setting.admit(Coupling::of_contact(contact, h, share, level));
     }
 
-    /// Has surfaces carry what touches at the contact that was admitted last with `carried` (m/s, world).
+    /// Sets the surface velocity `carried` of the contact added last (m/s, world).
     pub(super) fn carry(&mut self, carried: Vector3<f64>) {
         self.setting.carry(&carried);
         if let Some(CouplingKind::Round(round)) = self.links.last().map(|link| link.kind) {
@@ -214,7 +214,7 @@ impl Island {
         }
     }
 
-    /// Ties the bodies by the couplings that were admitted: no more are to come.
+    /// Completes the island: all couplings have been added.
     pub(super) fn tie(&mut self) {
         let pair = |link: &CouplingLink| link.b.as_ref().map(|other| (link.a, other.index));
         let of_gears = self.gears.iter().flat_map(Train::pairs);
@@ -227,13 +227,15 @@ impl Island {
         }
     }
 
-    /// Where the couplings of its joints begin, behind those of contacts.
+    /// Index of the first joint coupling. Contacts come first.
     fn first_of_joints(&self) -> usize {
         self.links.iter().take_while(|link| link.source == Source::Contact).count()
     }
 
-    /// Joints that hang all bodies together without a loop have independent rows; with contacts or gears beside them it is to be
-    /// seen. There are more joints than bodies where they have a loop.
+    /// Classifies the independence of the rows.
+    ///
+    /// Rows of a joint tree that spans all bodies are independent. With contacts or gears they may
+    /// be. More joints than bodies form a loop.
     fn find_determined(&self) -> Option<Determined> {
         let between = self.joints.iter().filter(|joint| joint.is_of_two).count();
         let has_loop = self.joints.len() > self.members.len();

@@ -1,6 +1,6 @@
-//! How the bodies of an island and the rows of its couplings move.
+//! Motion of an island's bodies and of its coupling rows.
 //!
-//! Equation numbers are those of `docs/native-solver.md`.
+//! Equation numbers refer to `docs/native-solver.md`.
 
 use super::{CouplingKind, CouplingLink, Island, LinkedCoupling, Other};
 use crate::solver::native::equations::{Equations, Velocity};
@@ -12,8 +12,8 @@ use crate::solver::native::turning::BodyTurning;
 use nalgebra::{Matrix3, Vector3};
 
 impl Island {
-    /// The residuals of the equations of motion (N1) of all bodies: linear and
-    /// angular, per unit of a body's own mass.
+    /// Residuals of the equations of motion (N1) of all bodies: linear (m/s) and angular (m²/s),
+    /// per unit of the body's mass.
     pub(super) fn motion(
         &self,
         velocity: &[Velocity],
@@ -56,8 +56,10 @@ impl Island {
         }
     }
 
-    /// Sets the velocities to those that the impulses leave, with the gyroscopic term to second order in h: a digit or two more
-    /// than [`set_velocity_after`](Equations::set_velocity_after), which takes it as in free flight.
+    /// Sets the velocities that result from the impulses.
+    ///
+    /// The gyroscopic term is of second order in h, one or two digits better than in
+    /// [`set_velocity_after`](Equations::set_velocity_after), which takes it from free flight.
     pub(super) fn set_velocity_under(
         &self,
         impulses: &[Vector3<f64>],
@@ -72,8 +74,10 @@ impl Island {
         }
     }
 
-    /// Where velocities are not near those to which the last step and the velocities `before` it lead on, in parts of the way
-    /// there, makes them these: impulses of light bodies turn with them. None are left where one is missing.
+    /// Replaces velocities that are far from the extrapolation of the last two steps.
+    ///
+    /// The distance is relative to the length of the extrapolation. Impulses of light bodies turn
+    /// with their velocities. The list is cleared if the velocity `before` of a body is missing.
     pub(super) fn follow(
         &self,
         before: impl Iterator<Item = Velocity> + Clone,
@@ -90,7 +94,7 @@ impl Island {
             apart = apart.max(member.way(velocity, &led));
             count += 1;
         }
-        // A NaN is near nothing.
+        // False for NaN.
         let is_near = apart <= way;
         if count < self.members.len() {
             velocity.clear();
@@ -100,7 +104,7 @@ impl Island {
         }
     }
 
-    /// Those of all bodies.
+    /// Computes the rotations of all bodies.
     pub(super) fn set_turnings(&self, velocity: &[Velocity], turnings: &mut Vec<Both>) {
         turnings.resize(self.members.len(), Both::STILL);
         for ((member, velocity), both) in self.members.iter().zip(velocity).zip(turnings) {
@@ -108,7 +112,7 @@ impl Island {
         }
     }
 
-    /// The motion of a coupling of A with a plane of the body `other`, whose turns are `a` and `b`.
+    /// Motion of a coupling of A with a plane of the body `other`. Their rotations are `a` and `b`.
     pub(super) fn pair_motion<'a>(
         &'a self,
         linked: LinkedCoupling<'a>,
@@ -124,7 +128,7 @@ impl Island {
         PairMotion::new(coupling, &other.arm, &apart, a, b, self.time_step)
     }
 
-    /// The motion of a coupling of two round features; `round` is its place among those.
+    /// Motion of a coupling of two round features, with index `round` among these.
     pub(super) fn round_motion<'a>(
         &'a self,
         linked: LinkedCoupling<'a>,
@@ -158,7 +162,7 @@ impl Island {
         self.point_velocity(linked, velocity, LinkTurnings { a: &a, b: b.as_ref() })
     }
 
-    /// u of a joint's anchor, (N10) point by point.
+    /// u of a joint's anchor, (N10) for one point.
     fn anchor_velocity(&self, linked: LinkedCoupling<'_>, velocity: &[Velocity]) -> Vector3<f64> {
         let LinkedCoupling { link, coupling } = linked;
         let swept = |index: usize, spin: &Vector3<f64>, point: &Vector3<f64>| {
@@ -174,7 +178,7 @@ impl Island {
         relative + swept(other.index, &-of_b.spin, &seen) + coupling.offset
     }
 
-    /// u of a joint's turn; `None` of another coupling.
+    /// u of a joint's rotation. `None` for another coupling.
     pub(super) fn turned_velocity(
         &self,
         link: &CouplingLink,
@@ -185,7 +189,7 @@ impl Island {
         Some(self.turns[turn].u(&velocity[link.a].spin, other))
     }
 
-    /// u of a coupling (N2) whose bodies turn by `turnings`.
+    /// u of a coupling (N2) whose bodies rotate by `turnings`.
     pub(super) fn point_velocity(
         &self,
         linked: LinkedCoupling<'_>,
@@ -199,7 +203,7 @@ impl Island {
         linked.coupling.bounded(u, &self.departing(linked, velocity)).0
     }
 
-    /// u with the gap speed along the normal, also where the contact bounces.
+    /// u with the gap speed along the normal, also for a bouncing contact.
     pub(super) fn gap_velocity(
         &self,
         linked: LinkedCoupling<'_>,
@@ -226,7 +230,8 @@ impl Island {
         }
     }
 
-    /// v⁺ + Gᵀ ω̃⁺ of A less that of B (eq. 29): how the touching points part after the impulses.
+    /// Difference of v⁺ + Gᵀ ω̃⁺ between A and B (eq. 29): relative velocity of the touching points
+    /// after the impulses.
     pub(super) fn departing(
         &self,
         linked: LinkedCoupling<'_>,
@@ -241,24 +246,26 @@ impl Island {
     }
 }
 
-/// How a body turns, and how its frame turns back: with the spin −ω, because w = A_Bᵀ (…) and the
-/// Cayley map of −a is the transpose of that of a.
+/// Rotation of a body and its inverse.
+///
+/// The inverse has the spin −ω: w = A_Bᵀ (…), and the Cayley map of −a is the transposed Cayley map
+/// of a.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Both {
     pub(super) there: BodyTurning,
     pub(super) back: BodyTurning,
 }
 
-/// The turns of the bodies of a coupling.
+/// Rotations of the bodies of a coupling.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LinkTurnings<'a> {
     pub(super) a: &'a Both,
-    /// `None` where B is fixed.
+    /// `None` if B is fixed.
     pub(super) b: Option<&'a Both>,
 }
 
 impl<'a> LinkTurnings<'a> {
-    /// Those of the bodies of `link` among those of all members.
+    /// Selects the rotations of the bodies of `link` from the list of all bodies.
     pub(super) fn of(link: &CouplingLink, turnings: &'a [Both]) -> Self {
         let b = link.b.as_ref().map(|other| &turnings[other.index]);
         Self { a: &turnings[link.a], b }
@@ -266,7 +273,7 @@ impl<'a> LinkTurnings<'a> {
 }
 
 impl Both {
-    /// Those of what does not turn.
+    /// No rotation.
     const STILL: Self = Self { there: BodyTurning::STILL, back: BodyTurning::STILL };
 
     pub(super) fn of(member: &IslandBody, velocity: &Velocity) -> Self {

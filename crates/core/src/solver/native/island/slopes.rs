@@ -1,7 +1,7 @@
-//! How the points of an island's contacts answer to the velocities of its bodies, and what that makes of
-//! the linear system.
+//! Derivatives of an island's coupling rows with respect to the velocities, and their blocks in the
+//! linear system.
 //!
-//! Equation numbers are those of `docs/native-solver.md`.
+//! Equation numbers refer to `docs/native-solver.md`.
 
 use super::{Both, CouplingKind, Island, IslandSlope, LinkTurnings, LinkedCoupling};
 use crate::solver::native::blocks::BlockSystem;
@@ -55,7 +55,7 @@ impl Island {
         slope
     }
 
-    /// nᵀ ∂/∂V of what [`departing`](Self::departing) is, for one side of a coupling.
+    /// nᵀ ∂/∂V of [`departing`](Self::departing) for one side of a coupling.
     fn departing_slope(
         &self,
         normal: &Vector3<f64>,
@@ -108,7 +108,7 @@ impl Island {
         }
     }
 
-    /// The bodies that a coupling's impulse acts on: which, M/m with its sign, and the torque map.
+    /// Bodies that a coupling's impulse acts on: index, M/m with its sign, and torque map.
     pub(super) fn sides<'a>(
         &self,
         linked: LinkedCoupling<'a>,
@@ -120,8 +120,10 @@ impl Island {
         std::iter::once(a).chain(b)
     }
 
-    /// Adds to the right-hand side what the offset d of a coupling's answer δp̂ = d + D δu makes of the
-    /// equations of motion: with H = M/m (E; G) of A and −M/m (E; G) of B,
+    /// Adds the offset d of a local solution δp̂ = d + D δu to the right-hand side of the equations
+    /// of motion.
+    ///
+    /// H is M/m (E; G) for A and −M/m (E; G) for B:
     ///
     /// ```text
     /// rhs_i += H_i d,   block (i, j) −= H_i D ∂u/∂V_j                            (N12)
@@ -148,7 +150,7 @@ impl Island {
         }
     }
 
-    /// Adds to the matrix what the gain D of a turn makes of them (N12): torques alone, by spins alone.
+    /// Adds the gain D of a joint's rotation to the matrix (N12): torques by spins only.
     fn add_turning_gain(
         &self,
         linked: LinkedCoupling<'_>,
@@ -170,7 +172,7 @@ impl Island {
         }
     }
 
-    /// Adds to the matrix what its gain D makes of them (N12).
+    /// Adds the gain D of a coupling to the matrix (N12).
     pub(super) fn add_gain(
         &self,
         linked: LinkedCoupling<'_>,

@@ -1,7 +1,6 @@
-//! The linearised equations of an island, for any right-hand side, and transposed: what a derivative of the
-//! step is solved by.
+//! Solves with the linearised equations of an island for any right-hand side, also transposed.
 //!
-//! Equation numbers are those of `docs/gradients.md`.
+//! These are the systems of a step's derivatives. Equation numbers refer to `docs/gradients.md`.
 
 use super::{CouplingKind, Island, IslandSlope, IslandSystem, JointPlace};
 use crate::joint::Segment;
@@ -9,22 +8,24 @@ use crate::solver::native::law::{CouplingLaw, Factored};
 use crate::solver::native::pair_motion::PairSlope;
 use nalgebra::{Matrix3, Matrix3x6, Matrix6x3, SMatrix, Vector3, Vector6};
 
-/// The row of a gear.
+/// Row of a gear.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct GearTangent {
-    /// Its coupling, and its index in the world.
+    /// Index of its coupling; `gear` is the index in the world.
     pub(in super::super) coupling: usize,
     pub(in super::super) gear: usize,
-    /// Of each coordinate its coupling, the row there, and the factor of that row's speed.
+    /// Coupling, row and factor of each coordinate.
     pub(in super::super) parts: [(usize, usize, f64); 2],
-    /// What it is off by at the step's start, over h, m/s.
+    /// Position error at the start of the step, over h (m/s).
     pub(in super::super) offset: f64,
-    /// ℓ of the first coordinate, m of a turn.
+    /// ℓ of the first coordinate (m if it is a rotation).
     pub(in super::super) length: f64,
 }
 
-/// What the rows of a coupling see of a body of it, and what a motion along them makes of the right-hand sides of that body's
-/// equations of motion: with the gain D = T diag(g) Fᵀ, Fᵀ J and H T diag(g).
+/// One body of a coupling with the factored gain D = T diag(g) Fᵀ.
+///
+/// `rows` is Fᵀ J, the motion along the rows by the body's velocities. `effect` is H T diag(g), the
+/// right-hand side of the body's equations by that motion.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct HeldSide {
     pub(in super::super) body: usize,
@@ -33,7 +34,7 @@ pub(in super::super) struct HeldSide {
 }
 
 impl Island {
-    /// The sides of a coupling of this slope and gain.
+    /// Adds the sides of a coupling with this slope and gain.
     pub(in super::super) fn hold(
         &self,
         coupling: usize,
@@ -67,8 +68,9 @@ impl Island {
         }
     }
 
-    /// Adds to columns of right-hand sides of the equations of motion, each over its body's mass, what columns of impulses of
-    /// a coupling make of them: with H of (N12)
+    /// Adds impulses of a coupling to right-hand sides of the equations of motion, per body mass.
+    ///
+    /// H is defined in (N12). The impulses are C columns:
     ///
     /// ```text
     /// rhs_A += H_A δp̂,   rhs_B += H_B δp̂                                         (G6)
@@ -102,7 +104,8 @@ impl Island {
         }
     }
 
-    /// The same of columns of torques on its two bodies, each in its own frame: M/m (0, δτ_A) and −M/m (0, δτ_B).
+    /// Adds torques on the two bodies of a coupling, each in its own frame: M/m (0, δτ_A) and −M/m
+    /// (0, δτ_B).
     pub(in super::super) fn add_torques<const C: usize>(
         &self,
         coupling: usize,
@@ -120,8 +123,8 @@ impl Island {
         }
     }
 
-    /// The transpose of [`add_impulses`](Self::add_impulses): derivatives by the impulse of a coupling, of those by the
-    /// right-hand sides.
+    /// Transpose of [`add_impulses`](Self::add_impulses): maps derivatives with respect to the
+    /// right-hand sides to those with respect to the coupling's impulse.
     pub(in super::super) fn impulse_pulled(
         &self,
         coupling: usize,
@@ -144,7 +147,7 @@ impl Island {
         impulse
     }
 
-    /// The same of the torques on its two bodies.
+    /// Transpose of [`add_torques`](Self::add_torques).
     pub(in super::super) fn torques_pulled(
         &self,
         coupling: usize,
@@ -162,8 +165,8 @@ impl Island {
         torques
     }
 
-    /// Solves the system that was factorised last for columns of right-hand sides by members, in their memory; `values`
-    /// are scratch.
+    /// Solves the system factorised last for right-hand sides by body, in place. `values` is
+    /// scratch.
     pub(in super::super) fn solve_all<const C: usize>(
         &self,
         system: &mut IslandSystem,
@@ -173,7 +176,7 @@ impl Island {
         self.by_places(rhs, values, |values| system.blocks.solve_all(&self.pattern, values));
     }
 
-    /// The same of the transposed system.
+    /// Solves the transposed system likewise.
     pub(in super::super) fn solve_transposed(
         &self,
         system: &mut IslandSystem,
@@ -183,7 +186,7 @@ impl Island {
         self.by_places(rhs, values, |values| system.blocks.solve::<true>(&self.pattern, values));
     }
 
-    /// Has numbers by members dealt with in the order of elimination.
+    /// Permutes values by body into elimination order, applies `solve` and permutes back.
     fn by_places<T: Copy>(
         &self,
         members: &mut [T],
@@ -201,23 +204,23 @@ impl Island {
         }
     }
 
-    /// Whether it has no row at all.
+    /// True if the island has no couplings.
     pub(in super::super) fn is_plain(&self) -> bool {
         self.links.is_empty()
     }
 
-    /// Its joints.
+    /// Joints of the island.
     pub(in super::super) fn joint_places(&self) -> &[JointPlace] {
         &self.joints
     }
 
-    /// Its gears.
+    /// Gears of the island.
     pub(in super::super) fn gear_rows(&self) -> impl Iterator<Item = GearTangent> {
         let first = self.links.len() - self.gears.len();
         self.gears.iter().enumerate().map(move |(place, train)| train.row(first + place))
     }
 
-    /// The impulse p̂ that gears add along the rows of a joint's coupling, m/s.
+    /// Impulse p̂ that gears add along the rows of a joint's coupling (m/s).
     pub(in super::super) fn geared(
         &self,
         coupling: usize,
@@ -232,7 +235,7 @@ impl Island {
         along
     }
 
-    /// A piece of the law of row k of a joint's coupling.
+    /// Piece of the law of row k of a joint's coupling.
     pub(in super::super) fn segment(&self, coupling: usize, k: usize, piece: u8) -> Segment {
         match &self.setting.couplings[coupling].law {
             CouplingLaw::Axes(axes) => axes.segment(&self.setting.graphs, k, piece),
@@ -240,7 +243,7 @@ impl Island {
         }
     }
 
-    /// The rows of a coupling, as columns.
+    /// Rows of a coupling, as columns.
     pub(in super::super) fn rows(&self, coupling: usize) -> &Matrix3<f64> {
         &self.setting.couplings[coupling].rows.frame
     }

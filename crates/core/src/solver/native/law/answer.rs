@@ -1,43 +1,43 @@
-//! What a law answers: a coupling solved for its impulse, and the gain of that.
+//! Local solution of a coupling: its law solved for the impulse.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// One coupling solved for its impulse (N5): δp̂ = offset + gain · δu.
+/// Local solution of one coupling for its impulse (N5): δp̂ = offset + gain · δu.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Answer {
     pub(in super::super) offset: Vector3<f64>,
     pub(in super::super) gain: Gain,
 }
 
-/// What an impulse gains by a change of its point's motion.
+/// Slope of the impulse with respect to the motion of the point: the gain D of (N5).
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) enum Gain {
-    /// An open coupling: nothing.
+    /// Open coupling.
     Zero,
-    /// A sticking one: −k E.
+    /// Sticking coupling with isotropic stiffness k: −k E.
     Spring(f64),
     Full(Matrix3<f64>),
 }
 
 impl Answer {
-    /// p̂ = 0.
+    /// Open coupling: p̂ = 0.
     pub(in super::super) fn open(impulse: &Vector3<f64>) -> Self {
         Self { offset: -impulse, gain: Gain::Zero }
     }
 
-    /// A spring of `stiffness` in all directions.
+    /// Spring with the same `stiffness` in all directions.
     pub(in super::super) fn stick(offset: Vector3<f64>, stiffness: f64) -> Self {
         Self { offset, gain: Gain::Spring(stiffness) }
     }
 
-    /// Any gain.
+    /// Local solution with a full gain.
     pub(in super::super) fn full(offset: Vector3<f64>, gain: Matrix3<f64>) -> Self {
         Self { offset, gain: Gain::Full(gain) }
     }
 }
 
 impl Gain {
-    /// That of the first row by itself.
+    /// Gain of the first row alone.
     pub(in super::super) fn first(&self) -> f64 {
         match self {
             Self::Zero => 0.0,
@@ -47,11 +47,13 @@ impl Gain {
     }
 }
 
-/// A gain in its factors, D = T diag(g) Fᵀ, where what is large and what is nothing stand apart: a motion that a stiff row does
-/// not see makes exactly nothing of it, which of the entries of D is only so to rounding.
+/// Factored gain D = T diag(g) Fᵀ.
+///
+/// A motion that a stiff row does not measure then contributes exactly zero. The entries of D would
+/// leave a rounding error.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Factored {
-    /// T: the impulses of the rows.
+    /// T: impulse directions of the rows.
     pub(in super::super) to: Matrix3<f64>,
     pub(in super::super) gains: Vector3<f64>,
     /// F: the rows, an orthonormal frame.
@@ -59,12 +61,12 @@ pub(in super::super) struct Factored {
 }
 
 impl Factored {
-    /// That of an open coupling.
+    /// Zero gain of an open coupling.
     pub(in super::super) fn nothing() -> Self {
         Self::along(&Matrix3::identity(), Vector3::zeros())
     }
 
-    /// Gains along the axes `frame`, each by itself.
+    /// Independent gains along the axes `frame`.
     pub(in super::super) fn along(frame: &Matrix3<f64>, gains: Vector3<f64>) -> Self {
         Self { to: *frame, gains, from: *frame }
     }

@@ -1,6 +1,6 @@
-//! The law of a joint's rows: on each axis a graph of its own.
+//! Law of joint rows: one graph for each axis.
 //!
-//! Equation numbers are those of `docs/joints.md`.
+//! Equation numbers refer to `docs/joints.md`.
 
 use super::answer::{Answer, Factored};
 use super::cone_barrier::Pending;
@@ -10,22 +10,25 @@ use crate::joint::{Graph, Segment};
 use crate::solver::native::settings::COMPLIANCE;
 use nalgebra::{Matrix3, Vector3};
 
-/// Three rows, each under a graph.
+/// Law of three rows, each with its own graph.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct AxesLaw {
-    /// The place of the graph of each row that is not locked among those of the step.
+    /// Index of each unlocked row's graph in the graphs of the step.
     places: [u32; 3],
-    /// Which of them are locked.
+    /// True for each locked row.
     locked: [bool; 3],
-    /// Whether the rows are in axes of their own, not in those in which the coupling moves. Where all are locked, any axes will do.
+    /// True if the rows have their own axes, not those of the coupling's motion. Any axes suit
+    /// three locked rows.
     turned: bool,
 }
 
 static LOCKED: Graph = Graph::locked();
 
 impl AxesLaw {
-    /// Those of three graphs, `None` of a row that is locked; the others join the `graphs` of a step. `turned` tells whether
-    /// the frame of the rows is another one than the identity.
+    /// Law of three graphs. `None` means a locked row.
+    ///
+    /// The other graphs are appended to the `graphs` of the step. `turned` is true if the frame of
+    /// the rows is not the identity.
     pub(in super::super) fn new(
         graphs: &mut Vec<Graph>,
         turned: bool,
@@ -43,48 +46,49 @@ impl AxesLaw {
         axes
     }
 
-    /// A piece of the graph of row k.
+    /// Piece of the graph of row k.
     pub(in super::super) fn segment(&self, graphs: &[Graph], k: usize, piece: u8) -> Segment {
         self.of(graphs, k).segment(usize::from(piece))
     }
 
-    /// That of row k.
+    /// Graph of row k.
     fn of<'a>(&self, graphs: &'a [Graph], k: usize) -> &'a Graph {
         if self.locked[k] { &LOCKED } else { &graphs[self.places[k] as usize] }
     }
 
-    /// What has these parts along the rows.
+    /// Rotates components along the rows to the coupling's axes.
     #[inline]
     fn out(&self, rows: &CouplingRows, along: Vector3<f64>) -> Vector3<f64> {
         if self.turned { rows.frame * along } else { along }
     }
 
-    /// The parts along the rows.
+    /// Components along the rows.
     #[inline]
     fn along(&self, rows: &CouplingRows, of: Vector3<f64>) -> Vector3<f64> {
         if self.turned { rows.frame.tr_mul(&of) } else { of }
     }
 
-    /// Whether all of them are locked.
+    /// True if all rows are locked.
     fn all_locked(&self) -> bool {
         self.locked == [true; 3]
     }
 }
 
-/// The arguments of the projections of three rows, y = p̂ − ρ û, in their axes; those of three that are locked in the axes in which
-/// the coupling moves.
+/// Projection arguments of three rows, y = p̂ − ρ û, in their axes.
+///
+/// Three locked rows use the axes of the coupling's motion.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct AxesProjection {
     axes: AxesLaw,
-    /// û.
+    /// û (m/s).
     u: Vector3<f64>,
-    /// p̂.
+    /// p̂ (m/s).
     p: Vector3<f64>,
     rho: Vector3<f64>,
 }
 
 impl AxesProjection {
-    // Not within the loops over the contacts of one body, which have none.
+    // Not inlined, to keep the loops over the contacts of one body small.
     #[inline(never)]
     pub(super) fn new(
         map: &NaturalMap,
@@ -105,7 +109,7 @@ impl AxesProjection {
         Vector3::new(of(0), of(1), of(2))
     }
 
-    /// (p̂ − P(y))/ρ of each row.
+    /// Natural map (p̂ − P(y))/ρ of each row (m/s).
     pub(super) fn natural_map(&self, rows: &CouplingRows, graphs: &[Graph]) -> Vector3<f64> {
         if self.axes.all_locked() {
             return self.axes.out(rows, self.u);
@@ -119,7 +123,7 @@ impl AxesProjection {
     }
 
     pub(super) fn pieces(&self, graphs: &[Graph]) -> [u8; 3] {
-        // A locked row has one piece, on both sides of its corner, and so has every straight line.
+        // A locked row has one piece, on both sides of its corner. So has a straight line.
         let piece = |k: usize| match self.axes.of(graphs, k) {
             graph if graph.is_straight() => 0,
             graph => graph.piece(self.pull(k), self.rho[k]) as u8,
@@ -127,20 +131,20 @@ impl AxesProjection {
         [piece(0), piece(1), piece(2)]
     }
 
-    /// How many of the `pieces` are vertical.
+    /// Number of vertical `pieces`.
     pub(super) fn stiff_rows(&self, pieces: [u8; 3], graphs: &[Graph]) -> usize {
         let piece = |k: usize| self.axes.of(graphs, k).segment(usize::from(pieces[k]));
         (0..3).filter(|&k| piece(k).is_vertical()).count()
     }
 
-    /// The nearest change of a row that is not locked.
+    /// Smallest distance of an unlocked row to its next piece (m/s).
     pub(super) fn margin(&self, graphs: &[Graph]) -> f64 {
         let free = (0..3).filter(|k| !self.axes.locked[*k]);
         let margin = |k: usize| self.axes.of(graphs, k).margin(self.pull(k), self.rho[k]);
         free.map(margin).fold(f64::INFINITY, f64::min)
     }
 
-    /// The nearest corner of a row, which no straight line has.
+    /// Smallest distance of a row to a corner of its graph (m/s). Straight lines have none.
     pub(super) fn clearance(&self, graphs: &[Graph]) -> f64 {
         let graph = |k: usize| self.axes.of(graphs, k);
         let bent = (0..3).filter(|k| !graph(*k).is_straight());
@@ -148,8 +152,10 @@ impl AxesProjection {
         bent.map(margin).fold(f64::INFINITY, f64::min)
     }
 
-    /// The largest speed of a row that a stop or friction holds. That of a locked one is where its joint ends over h, and adds
-    /// nothing up from step to step.
+    /// Largest speed of a row held by a stop or by friction (m/s).
+    ///
+    /// A locked row is excluded. Its speed is the joint's position error over h, which does not
+    /// accumulate.
     pub(super) fn held_speed(&self, graphs: &[Graph]) -> f64 {
         let held = (0..3).filter(|k| !self.axes.locked[*k]);
         let speed = |k: usize| {
@@ -160,8 +166,9 @@ impl AxesProjection {
         held.map(speed).fold(0.0, f64::max)
     }
 
-    /// The `pieces` linearised and solved for the impulse, with ε = `compliance`. Of the piece through (u₀, p₀)
-    /// along (u′, p′), with δû = δu + ε δp̂,
+    /// Local solution on the `pieces`, with ε = `compliance`.
+    ///
+    /// For the piece through (u₀, p₀) along (u′, p′), with δû = δu + ε δp̂,
     ///
     /// ```text
     /// δp̂ (u′ − ε p′) = p′ (û − u₀) − u′ (p̂ − p₀) + p′ δu                     (J5)
@@ -181,7 +188,7 @@ impl AxesProjection {
         Answer::full(self.axes.out(rows, offset), gain)
     }
 
-    /// The offset of that alone.
+    /// Offset of the local solution alone.
     pub(super) fn offset(&self, pieces: [u8; 3], of: LawRows<'_>, compliance: f64) -> Vector3<f64> {
         let LawRows { rows, graphs } = of;
         match self.axes.all_locked() {
@@ -190,7 +197,7 @@ impl AxesProjection {
         }
     }
 
-    /// The gains of the `pieces` in their axes, with ε = `compliance`.
+    /// Gains of the `pieces` in their axes, with ε = `compliance`.
     pub(super) fn factored(&self, pieces: [u8; 3], of: LawRows<'_>, compliance: f64) -> Factored {
         Factored::along(&of.rows.frame, self.along_axes(pieces, of.graphs, compliance).1)
     }
@@ -213,8 +220,9 @@ impl AxesProjection {
     }
 }
 
-/// The rows of a joint in an interior point: they have no interior, and are solved there as by Newton's
-/// method.
+/// Joint rows in an interior point method.
+///
+/// They have no interior and are solved as in Newton's method.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct AxesBarrier {
     pull: AxesProjection,
@@ -238,7 +246,7 @@ impl AxesBarrier {
         AxesProjection { u: u + COMPLIANCE * self.pull.p, ..self.pull }
     }
 
-    /// How far the rows are from their graphs where they move by u, m/s.
+    /// Largest distance of a row from its graph at the motion u (m/s).
     pub(super) fn error(&self, u: &Vector3<f64>, graphs: &[Graph]) -> f64 {
         let at = self.at(u);
         let missed = |k: usize| at.axes.of(graphs, k).residual(at.u[k], at.p[k], at.rho[k]);

@@ -1,45 +1,46 @@
-//! The law of a contact. Its natural map (N4) is that of Alart and Curnier (1991): the pieces that it
-//! has, and each of them linearised (N5).
+//! Law of a contact: natural map (N4) of Alart and Curnier (1991), its pieces and their
+//! linearisation (N5).
 //!
-//! Equation numbers are those of `docs/native-solver.md`.
+//! Equation numbers refer to `docs/native-solver.md`.
 
 use super::answer::{Answer, Factored};
 use super::map::{MapPiece, NaturalMap};
 use super::rows::CouplingRows;
 use nalgebra::{Matrix3, Vector3};
 
-/// Hard contact and Coulomb's round cone, with maximum dissipation.
+/// Hard contact with Coulomb's circular friction cone and maximum dissipation.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Cone {
-    /// μ.
+    /// Friction coefficient μ.
     pub(in super::super) friction: f64,
 }
 
-/// One contact's arguments of the projections in the natural map (N4), with û = u + ε D p̂
-/// and both split along and across the normal, p̂ = γ n + β:
+/// Projection arguments of one contact in the natural map (N4).
+///
+/// With û = u + ε D p̂, both split along and across the normal, p̂ = γ n + β:
 ///
 /// ```text
 /// γ − ρ_n û_n   and   β − ρ_t û_t
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct ConeProjection {
-    /// û.
+    /// û (m/s).
     u: Vector3<f64>,
-    /// û_n.
+    /// û_n (m/s).
     u_n: f64,
-    /// γ.
+    /// γ (m/s).
     gamma: f64,
-    /// β.
+    /// β (m/s).
     beta: Vector3<f64>,
     rho_n: f64,
     rho_t: f64,
-    /// γ − ρ_n û_n.
+    /// γ − ρ_n û_n (m/s).
     normal: f64,
-    /// β − ρ_t û_t.
+    /// β − ρ_t û_t (m/s).
     tangential: Vector3<f64>,
-    /// Its length.
+    /// Length of `tangential` (m/s).
     size: f64,
-    /// μ.
+    /// Friction coefficient μ.
     friction: f64,
 }
 
@@ -63,7 +64,7 @@ impl ConeProjection {
         Self { u, u_n, gamma, beta, rho_n, rho_t, normal, tangential, size, friction }
     }
 
-    /// The natural map (N4), as a velocity:
+    /// Natural map (N4) as a velocity (m/s):
     ///
     /// ```text
     /// n (γ − max(0, γ − ρ_n û_n))/ρ_n + (β − Π_{μ max(0, γ − ρ_n û_n)}(β − ρ_t û_t))/ρ_t
@@ -77,7 +78,7 @@ impl ConeProjection {
         tangential + rows.normal() * ((self.gamma - normal) / self.rho_n)
     }
 
-    /// The piece of the natural map.
+    /// Piece of the natural map.
     pub(super) fn piece(&self) -> MapPiece {
         if self.normal <= 0.0 {
             MapPiece::Open
@@ -88,12 +89,12 @@ impl ConeProjection {
         }
     }
 
-    /// How fast a contact that presses changes its gap, up or down, m/s.
+    /// Absolute gap speed of a loaded contact (m/s).
     pub(super) fn held_speed(&self) -> f64 {
         if self.gamma > 0.0 { self.u_n.abs() } else { 0.0 }
     }
 
-    /// How far the arguments are from the next piece, each in its own scale, m/s.
+    /// Distance of the arguments to the next piece, each in its own scale (m/s).
     pub(super) fn margin(&self) -> f64 {
         let open = self.normal.abs() / self.rho_n;
         if self.normal <= 0.0 {
@@ -102,7 +103,7 @@ impl ConeProjection {
         open.min((self.size - self.friction * self.normal).abs() / self.rho_t)
     }
 
-    /// The `piece` linearised and solved for the impulse, with ε = `compliance`.
+    /// Local solution on the `piece`, with ε = `compliance`.
     #[inline(always)]
     pub(super) fn answer(
         &self,
@@ -132,11 +133,12 @@ impl ConeProjection {
         }
     }
 
-    /// The slip piece linearised and solved for the impulse (N5): (offset, gain) of
-    /// δp̂ = offset + gain · δu, with δû = δu + ε D δp̂ and ε = `compliance`.
+    /// Local solution on the slip piece (N5): (offset, gain) of δp̂ = offset + gain · δu, with δû =
+    /// δu + ε D δp̂ and ε = `compliance`.
     ///
-    /// û_n = 0, and β = μ (γ − ρ_n û_n) t with t the direction of the pull β − ρ_t û_t. By
-    /// δû_n = −û_n and δt = s sᵀ (δβ − ρ_t δû_t)/|pull|, s = n × t.
+    /// The piece is û_n = 0 and β = μ (γ − ρ_n û_n) t, with t the direction of the projection
+    /// argument β − ρ_t û_t. Its changes are δû_n = −û_n and δt = s sᵀ (δβ − ρ_t δû_t)/|β − ρ_t
+    /// û_t|, s = n × t.
     fn linearise_slip(&self, rows: &CouplingRows, compliance: f64) -> (Vector3<f64>, Matrix3<f64>) {
         let Slip { t, s, n, across, turn, stiffness } = self.slip(rows, compliance);
         let friction = self.friction;
@@ -150,13 +152,15 @@ impl ConeProjection {
         )
     }
 
-    /// The offset of that beside the `gain` D of another point, whose direction t is another one:
+    /// Offset of the slip piece for use with the `gain` D of another point, whose direction t
+    /// differs:
     ///
     /// ```text
     /// μ (γ − û_n/ε) t − û_n/ε n  →  μ γ t + D n û_n
     /// ```
     ///
-    /// What û_n/ε presses, D δu takes back along the old t: along the new one their difference would be an impulse.
+    /// The term D δu cancels û_n/ε along the old t. An offset along the new t would leave the
+    /// difference as an impulse.
     pub(super) fn slip_offset(
         &self,
         rows: &CouplingRows,
@@ -169,7 +173,7 @@ impl ConeProjection {
         along * t + sideways * s + gain * (n * self.u_n)
     }
 
-    /// The axes of the slip piece, and its numbers along them.
+    /// Axes of the slip piece and its coefficients along them.
     #[inline(always)]
     fn slip(&self, rows: &CouplingRows, compliance: f64) -> Slip {
         let (n, friction) = (rows.normal(), self.friction);
@@ -181,8 +185,10 @@ impl ConeProjection {
         Slip { t, s: n.cross(&t), n, across, turn, stiffness: 1.0 / compliance }
     }
 
-    /// The gain of the `piece` in its factors, with ε = `compliance`: of what sticks
-    /// springs along n and across it, of what slips with t, s and n as above
+    /// Factored gain of the `piece`, with ε = `compliance`.
+    ///
+    /// A sticking contact has springs along n and across it. A slipping contact has, with t, s and
+    /// n as above,
     ///
     /// ```text
     /// D = (−ρ_t bend/across) s sᵀ − (n + μ t) nᵀ/ε
@@ -212,7 +218,12 @@ impl ConeProjection {
     }
 }
 
-/// The slip piece: the direction t of the pull, s = n × t, n, and of (N5) the factor of what is sideways, the gain along s and 1/ε.
+/// Slip piece of (N5).
+///
+/// - `t`: direction of the projection argument; `s` = n × t.
+/// - `across`: divisor of the sideways offset.
+/// - `turn`: gain along s.
+/// - `stiffness`: 1/ε.
 struct Slip {
     t: Vector3<f64>,
     s: Vector3<f64>,
@@ -228,7 +239,8 @@ mod tests {
 
     const COMPLIANCE: f64 = 1e-6;
 
-    /// A slipping contact that presses by 0.02 m/s along `direction` (rad), and moves on by u_n along its normal.
+    /// Slipping contact with a normal impulse of 0.02 m/s. It slips along `direction` (rad) and
+    /// moves with u_n along its normal.
     fn slipping(direction: f64, u_n: f64) -> (CouplingRows, ConeProjection, Vector3<f64>) {
         let rows = CouplingRows::of_contact(Matrix3::identity(), 2.0, 1.5);
         let (sin, cos) = direction.sin_cos();
@@ -239,7 +251,7 @@ mod tests {
         (rows, pull, impulse)
     }
 
-    /// Beside its own gain it is the offset of the answer.
+    /// The offset for use with the point's own gain equals the one of the local solution.
     #[test]
     fn an_offset_beside_its_own_gain_is_the_answers() {
         let (rows, pull, _) = slipping(0.7, 1e-4);
@@ -248,8 +260,9 @@ mod tests {
         assert!((found - offset).norm() <= 1e-13 * offset.norm(), "{found} {offset}");
     }
 
-    /// Beside the gain of another direction, what the normal's own motion presses is taken back whole where that motion is:
-    /// no part of û_n/ε, a thousand times the impulse here, is left along either direction.
+    /// Next to the gain of another direction, the normal motion −û_n cancels the term û_n/ε
+    /// completely. The term is a thousand times the impulse here. No part remains in either
+    /// direction.
     #[test]
     fn an_offset_beside_another_gain_makes_no_impulse_of_compliance() {
         let u_n = 1e-5;

@@ -1,39 +1,39 @@
-//! The interior of Coulomb's cone: the variables of a contact in an interior point (N7).
+//! Interior of Coulomb's cone: variables of a contact in the interior point method (N7).
 //!
-//! Equation numbers are those of `docs/native-solver.md`.
+//! Equation numbers refer to `docs/native-solver.md`.
 
 use super::cone::Cone;
 use crate::solver::native::settings::{COMPLIANCE, LEAST_SCALE, TO_BOUNDARY};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
-/// The variables of one contact besides V, in its own frame (t₁, t₂, n), or their change.
+/// Variables of one contact besides V, in its frame (t₁, t₂, n), or their change.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct ConeBarrier {
-    /// μ.
+    /// Friction coefficient μ.
     friction: f64,
-    /// γ > 0, normal impulse.
+    /// Normal impulse γ > 0 (m/s).
     normal: f64,
-    /// β, |β| < μγ.
+    /// Tangential impulse β, |β| < μγ (m/s).
     tangential: Vector2<f64>,
-    /// s > 0, gap speed.
+    /// Gap speed s > 0 (m/s).
     gap: f64,
-    /// ψ > |η|, dual speed.
+    /// Dual speed ψ > |η| (m/s).
     dual: f64,
-    /// η, tangential speed.
+    /// Tangential speed η (m/s).
     slip: Vector2<f64>,
 }
 
-/// What the step of the speeds still needs where that of the impulse is known.
+/// Data for the step of the speeds, once the step of the impulse is known.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct Pending {
     /// (η, s) − û.
     gap_error: Vector3<f64>,
-    /// The right-hand side of (N7b).
+    /// Right-hand side of (N7b).
     dual_target: f64,
 }
 
 impl Pending {
-    /// Nothing.
+    /// Zero data.
     pub(super) const NONE: Self = Self { gap_error: Vector3::new(0.0, 0.0, 0.0), dual_target: 0.0 };
 }
 
@@ -55,7 +55,7 @@ impl ConeBarrier {
         slip: Vector2::new(0.0, 0.0),
     };
 
-    /// How many products go to κ.
+    /// Number of products that converge to κ.
     pub(super) const PRODUCTS: usize = 2;
 
     pub(super) fn centred(cone: &Cone, speed: f64, strength: f64) -> Self {
@@ -68,17 +68,17 @@ impl ConeBarrier {
         }
     }
 
-    /// p̂.
+    /// p̂ (m/s).
     pub(super) fn impulse(&self) -> Vector3<f64> {
         Vector3::new(self.tangential[0], self.tangential[1], self.normal)
     }
 
-    /// |(η, s) − û| where the rows move by u.
+    /// |(η, s) − û| at the motion u of the rows (m/s).
     pub(super) fn error(&self, u: &Vector3<f64>) -> f64 {
         (self.speeds() - (u + COMPLIANCE * self.impulse())).amax()
     }
 
-    /// (η, s).
+    /// (η, s) (m/s).
     fn speeds(&self) -> Vector3<f64> {
         Vector3::new(self.slip[0], self.slip[1], self.gap)
     }
@@ -95,7 +95,7 @@ impl ConeBarrier {
         friction * self.normal * self.slip + self.dual * self.tangential
     }
 
-    /// (κ, κ, 0) less the products here and the quadratic terms of `predictor`.
+    /// (κ, κ, 0) minus the current products and the quadratic terms of `predictor`.
     fn targets(&self, kappa: f64, predictor: &Self) -> Targets {
         let friction = self.friction;
         let dual_product =
@@ -107,7 +107,7 @@ impl ConeBarrier {
         }
     }
 
-    /// (N7) linearised and solved for the impulse: (δγ, δβ) = offset + gain δu.
+    /// Linearises (N7) and solves it for the impulse: (δγ, δβ) = offset + gain δu.
     pub(super) fn eliminate(
         &self,
         kappa: f64,
@@ -120,7 +120,8 @@ impl ConeBarrier {
         Some((offset, gain, Pending { gap_error, dual_target: targets.dual }))
     }
 
-    /// (N7) linearised with these right-hand sides, solved for the impulse: offset and gain by δu.
+    /// Solves the linearised (N7) with these right-hand sides: offset and gain of the impulse by
+    /// δu.
     fn solved(
         &self,
         targets: &Targets,
@@ -135,8 +136,8 @@ impl ConeBarrier {
             let gain = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, normal_gain));
             return Some((Vector3::new(0.0, 0.0, normal_offset), gain));
         }
-        // δψ = (r_b − μψ δγ − η·δβ − β·δη)/(μγ), put into
-        // μη δγ + μγ δη + β δψ + ψ δβ = r_c with δη = δu_xy + ε δβ − e_xy.
+        // δψ = (r_b − μψ δγ − η·δβ − β·δη)/(μγ) is inserted into μη δγ + μγ δη + β δψ + ψ δβ = r_c
+        // with δη = δu_xy + ε δβ − e_xy.
         let radius = friction * self.normal;
         let (beta, eta) = (&self.tangential, &self.slip);
         let by_slip = Matrix2::from_diagonal_element(radius) - beta * beta.transpose() / radius;
@@ -164,13 +165,13 @@ impl ConeBarrier {
         ))
     }
 
-    /// The largest of what the products here miss of κ, m²/s², beyond the rounding of what they are sums of.
+    /// Largest deviation of the products from κ (m²/s²), beyond the rounding of their terms.
     pub(super) fn off_centre(&self, kappa: f64) -> f64 {
-        /// As a part of the summands.
+        /// Rounding relative to the terms.
         const ROUNDING: f64 = 1e-14;
         let Targets { gap, dual, slip } = self.targets(kappa, &Self::ZERO);
         if self.friction <= 0.0 {
-            // There is but the one product.
+            // Without friction there is only one product.
             return gap.abs();
         }
         let radius = self.friction * self.normal;
@@ -181,15 +182,15 @@ impl ConeBarrier {
         beyond.into_iter().fold(gap.abs(), f64::max)
     }
 
-    /// δp̂ by δμ where the rows move as they do: (N7) has −γψ δμ and −γη δμ on the right.
+    /// δp̂ by δμ at fixed motion of the rows: the right-hand sides of (N7) are −γψ δμ and −γη δμ.
     pub(super) fn by_friction(&self) -> Option<Vector3<f64>> {
         let (dual, slip) = (-self.normal * self.dual, -self.normal * self.slip);
         let (offset, _) = self.solved(&Targets { gap: 0.0, dual, slip }, &Vector3::zeros())?;
         Some(offset)
     }
 
-    /// The step of all variables of this contact for the steps of its impulse and of its point,
-    /// both in its frame.
+    /// Step of all variables for given steps of the impulse and of the point, both in the contact's
+    /// frame.
     pub(super) fn step(
         &self,
         impulse: &Vector3<f64>,
@@ -227,7 +228,7 @@ impl ConeBarrier {
         }
     }
 
-    /// The longest step that keeps γ, s and both cones inside, at most 1.
+    /// Longest step, at most 1, that keeps γ, s and both cone variables inside.
     pub(super) fn longest_step(&self, step: &Self) -> f64 {
         let friction = self.friction;
         let mut length = 1.0_f64;
@@ -250,7 +251,7 @@ impl ConeBarrier {
     }
 }
 
-/// The smallest positive t with |x + t dx| = a + t da, for |x| < a.
+/// Smallest positive t with |x + t dx| = a + t da, for |x| < a.
 fn to_cone_boundary(a: f64, x: Vector2<f64>, da: f64, dx: Vector2<f64>) -> f64 {
     // (a + t da)² − |x + t dx|² = p t² + 2 q t + r = 0 with r > 0.
     let p = da * da - dx.norm_squared();
@@ -261,7 +262,7 @@ fn to_cone_boundary(a: f64, x: Vector2<f64>, da: f64, dx: Vector2<f64>) -> f64 {
         return f64::INFINITY;
     }
     let root = discriminant.sqrt();
-    // The numerically stable pair of roots.
+    // Numerically stable pair of roots.
     let sum = if q >= 0.0 { -(q + root) } else { -q + root };
     let roots = [sum / p, r / sum];
     roots.into_iter().filter(|t| *t > 0.0 && t.is_finite()).fold(f64::INFINITY, f64::min)

@@ -1,6 +1,6 @@
-//! The natural map (N4), and the pieces that it has.
+//! Natural map (N4) and its pieces.
 
-/// The natural map whose zero is sought.
+/// Natural map whose zero is computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in super::super) struct NaturalMap {
     /// ε in û = u + ε D p̂ (N6).
@@ -8,7 +8,7 @@ pub(in super::super) struct NaturalMap {
 }
 
 impl NaturalMap {
-    /// No compliance.
+    /// Map without compliance.
     pub(in super::super) const EXACT: Self = Self::with_compliance(0.0);
 
     pub(in super::super) const fn with_compliance(compliance: f64) -> Self {
@@ -16,15 +16,15 @@ impl NaturalMap {
     }
 }
 
-/// The piece of the natural map that a coupling is on.
+/// Piece of the natural map that a coupling is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MapPiece {
     /// No impulse.
     Open,
-    /// It presses, and its point does not slip.
+    /// Loaded contact without slip.
     Stick,
-    /// It presses, and its friction is on the edge of the cone.
+    /// Loaded contact with its friction on the boundary of the cone.
     Slip,
-    /// Of the rows of a joint, which straight piece of its graph each is on.
+    /// Index of the straight graph piece of each joint row.
     Axes([u8; 3]),
 }

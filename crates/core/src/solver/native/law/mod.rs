@@ -1,12 +1,15 @@
-//! The laws that couplings obey, behind one set of functions.
+//! Laws of couplings behind a common interface.
 //!
-//! Solvers know a law by what it answers here: the arguments of its projection and the residual
-//! ([`CouplingLaw::pull`], [`CouplingLaw::evaluated`]), the piece of the natural map that a point is
-//! on and how far the next one is ([`Projection::piece`], [`Projection::margin`]), that piece solved
-//! for the impulse ([`Projection::answer`]), and the variables of an interior point ([`Barrier`]). A
-//! new law is a file beside [`cone`] and a variant of [`CouplingLaw`], [`Projection`] and [`Barrier`].
+//! A solver uses
 //!
-//! Equation numbers are those of `docs/native-solver.md`.
+//! - the projection arguments and the residual: [`CouplingLaw::pull`], [`CouplingLaw::evaluated`],
+//! - the piece of the natural map and the distance to the next: [`Projection::piece`],
+//!   [`Projection::margin`],
+//! - the local solution for the impulse on a piece: [`Projection::answer`],
+//! - the variables of the interior point method: [`Barrier`].
+//!
+//! A new law is a file next to [`cone`] and a variant of [`CouplingLaw`], [`Projection`] and
+//! [`Barrier`]. Equation numbers refer to `docs/native-solver.md`.
 
 mod answer;
 mod axes;
@@ -28,23 +31,23 @@ use axes::AxesBarrier;
 use cone_barrier::ConeBarrier;
 use nalgebra::{Matrix3, Vector3};
 
-/// A law of three rows, with its constants.
+/// Law of three rows, with its constants.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum CouplingLaw {
-    /// Hard contact and Coulomb's round cone, with maximum dissipation.
+    /// Hard contact with Coulomb's circular friction cone and maximum dissipation.
     Cone(Cone),
-    /// A graph for each row: what a joint does along its axes.
+    /// Graph for each row: response of a joint along its axes.
     Axes(AxesLaw),
 }
 
-/// A coupling's arguments of the projections in the natural map.
+/// Projection arguments of a coupling in the natural map.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Projection {
     Cone(cone::ConeProjection),
     Axes(axes::AxesProjection),
 }
 
-/// The variables of a coupling in an interior point, besides V.
+/// Variables of a coupling in the interior point method, besides V.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Barrier {
     Cone(ConeBarrier),
@@ -52,7 +55,8 @@ pub(super) enum Barrier {
 }
 
 impl CouplingLaw {
-    /// The arguments of the projections of a coupling with these `rows` at its motion u and impulse p̂ (m/s, world).
+    /// Projection arguments of a coupling with these `rows` at its motion u and impulse p̂ (m/s,
+    /// world).
     #[inline]
     pub(super) fn pull(
         &self,
@@ -71,7 +75,7 @@ impl CouplingLaw {
         }
     }
 
-    /// The same, and the natural map (N4) there as a velocity, m/s.
+    /// Projection arguments and the natural map (N4) as a velocity (m/s).
     #[inline(always)]
     pub(super) fn evaluated(
         &self,
@@ -95,8 +99,8 @@ impl CouplingLaw {
         }
     }
 
-    /// The centred variables of an interior point: rows that move at the speed `speed`, and an impulse
-    /// of the size `strength` (m/s).
+    /// Centred variables of an interior point: rows with the speed `speed` and an impulse of size
+    /// `strength` (m/s).
     pub(super) fn centred(&self, rows: &CouplingRows, speed: f64, strength: f64) -> Barrier {
         match self {
             Self::Cone(cone) => Barrier::Cone(ConeBarrier::centred(cone, speed, strength)),
@@ -106,7 +110,7 @@ impl CouplingLaw {
 }
 
 impl Projection {
-    /// The piece of the natural map.
+    /// Piece of the natural map.
     #[inline]
     pub(super) fn piece(&self, graphs: &[Graph]) -> MapPiece {
         match self {
@@ -115,7 +119,7 @@ impl Projection {
         }
     }
 
-    /// At least so many rows are held wherever they are: not those that slip nearly sideways.
+    /// Lower bound of the number of stiff rows. Excludes the sideways row of a slipping contact.
     pub(super) fn stiff_rows(&self, graphs: &[Graph]) -> usize {
         match (self, self.piece(graphs)) {
             (Self::Axes(pull), MapPiece::Axes(pieces)) => pull.stiff_rows(pieces, graphs),
@@ -125,7 +129,7 @@ impl Projection {
         }
     }
 
-    /// How far the pull is from the next piece, m/s.
+    /// Distance to the next piece (m/s).
     pub(super) fn margin(&self, graphs: &[Graph]) -> f64 {
         match self {
             Self::Cone(pull) => pull.margin(),
@@ -133,7 +137,7 @@ impl Projection {
         }
     }
 
-    /// How far it is from where its law bends, m/s.
+    /// Distance to the nearest kink of the law (m/s).
     pub(super) fn clearance(&self, graphs: &[Graph]) -> f64 {
         match self {
             Self::Cone(pull) => pull.margin(),
@@ -141,7 +145,7 @@ impl Projection {
         }
     }
 
-    /// How fast the rows move that the impulse holds, m/s.
+    /// Largest speed of a row that the impulse holds (m/s).
     pub(super) fn held_speed(&self, graphs: &[Graph]) -> f64 {
         match self {
             Self::Cone(pull) => pull.held_speed(),
@@ -149,7 +153,7 @@ impl Projection {
         }
     }
 
-    /// A piece linearised and solved for the impulse (N5), with ε = `compliance`.
+    /// Local solution on a piece (N5), with ε = `compliance`.
     #[inline(always)]
     pub(super) fn answer(
         &self,
@@ -165,7 +169,8 @@ impl Projection {
         }
     }
 
-    /// The offset of that answer beside the `gain` of another point on the same piece, which is kept.
+    /// Offset of the local solution for use with the retained `gain` of another point on the same
+    /// piece.
     #[inline]
     pub(super) fn offset(
         &self,
@@ -184,7 +189,7 @@ impl Projection {
         }
     }
 
-    /// The gain of that answer in its factors.
+    /// Factored gain of the local solution.
     pub(super) fn factored(&self, piece: MapPiece, of: LawRows<'_>, compliance: f64) -> Factored {
         match (self, piece) {
             (Self::Axes(pull), MapPiece::Axes(pieces)) => pull.factored(pieces, of, compliance),
@@ -195,7 +200,7 @@ impl Projection {
 }
 
 impl Barrier {
-    /// No change.
+    /// Zero change.
     pub(super) fn nothing(&self) -> Self {
         match self {
             Self::Cone(_) => Self::Cone(ConeBarrier::ZERO),
@@ -203,7 +208,7 @@ impl Barrier {
         }
     }
 
-    /// p̂, m/s, in the axes of the rows.
+    /// p̂ in the axes of the rows (m/s).
     pub(super) fn impulse(&self) -> Vector3<f64> {
         match self {
             Self::Cone(cone) => cone.impulse(),
@@ -211,7 +216,7 @@ impl Barrier {
         }
     }
 
-    /// How far the speeds of the rows here are from û, m/s, where they move by u, in their axes.
+    /// Distance of the speeds from û at the motion u of the rows, in their axes (m/s).
     pub(super) fn error(&self, u: &Vector3<f64>, graphs: &[Graph]) -> f64 {
         match self {
             Self::Cone(cone) => cone.error(u),
@@ -219,7 +224,7 @@ impl Barrier {
         }
     }
 
-    /// The sum of the products that go to κ, m²/s², and how many there are.
+    /// Sum of the products that converge to κ (m²/s²), and their number.
     pub(super) fn products(&self) -> (f64, usize) {
         match self {
             Self::Cone(cone) => (cone.products(), ConeBarrier::PRODUCTS),
@@ -227,8 +232,10 @@ impl Barrier {
         }
     }
 
-    /// The equations linearised, with products of `kappa` to second order along `predictor`, and solved for the impulse:
-    /// offset and gain of δp̂ by δu, in the axes of the rows, where these move by u. `None` where there is none.
+    /// Linearises the equations and solves them for the impulse: offset and gain of δp̂ by δu.
+    ///
+    /// The products go to `kappa`, to second order along `predictor`. Row motion u and results are
+    /// in the axes of the rows. `None` if the system is singular.
     pub(super) fn eliminate(
         &self,
         kappa: f64,
@@ -243,7 +250,7 @@ impl Barrier {
         }
     }
 
-    /// The largest of what the products miss of κ, m²/s².
+    /// Largest deviation of the products from κ (m²/s²).
     pub(super) fn off_centre(&self, kappa: f64) -> f64 {
         match self {
             Self::Cone(cone) => cone.off_centre(kappa),
@@ -251,7 +258,7 @@ impl Barrier {
         }
     }
 
-    /// δp̂ by δμ on the central path, in the axes of the rows; `None` of rows that do not rub.
+    /// δp̂ by δμ on the central path, in the axes of the rows. `None` for rows without friction.
     pub(super) fn by_friction(&self) -> Option<Vector3<f64>> {
         match self {
             Self::Cone(cone) => cone.by_friction(),
@@ -259,7 +266,7 @@ impl Barrier {
         }
     }
 
-    /// The step of all variables for those of the impulse and of the rows' motion, in their axes.
+    /// Step of all variables for given steps of the impulse and of the rows' motion, in their axes.
     pub(super) fn step(
         &self,
         impulse: &Vector3<f64>,
@@ -272,7 +279,7 @@ impl Barrier {
         }
     }
 
-    /// These and `length` times `step`.
+    /// These variables plus `length` times `step`.
     pub(super) fn moved(&self, step: &Self, length: f64) -> Self {
         match (self, step) {
             (Self::Cone(cone), Self::Cone(step)) => Self::Cone(cone.moved(step, length)),
@@ -281,7 +288,7 @@ impl Barrier {
         }
     }
 
-    /// The longest step that stays inside, at most 1.
+    /// Longest step that stays inside, at most 1.
     pub(super) fn longest_step(&self, step: &Self) -> f64 {
         match (self, step) {
             (Self::Cone(cone), Self::Cone(step)) => cone.longest_step(step),

@@ -1,20 +1,20 @@
-//! The rows of a coupling, as a law sees them.
+//! Rows of a coupling, as input of its law.
 
 use crate::joint::Graph;
 use nalgebra::{Matrix3, Vector3};
 
-/// The axes of a coupling's rows, and the scales of each.
+/// Axes of a coupling's rows and their scales.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct CouplingRows {
-    /// The axes as columns: (t₁, t₂, n) of a contact.
+    /// Axes as columns: (t₁, t₂, n) of a contact.
     pub(in super::super) frame: Matrix3<f64>,
-    /// ρ of each row: the inverse of its own response, which scales the natural map.
+    /// ρ of each row: inverse of its own response. Scales the natural map.
     pub(in super::super) scale: Vector3<f64>,
-    /// κ: how much more the coupling gives across the normal than along it (N6).
+    /// κ: ratio of the compliance across the normal to the one along it (N6).
     pub(in super::super) give: f64,
 }
 
-/// The rows of a coupling, and the graphs of the step, which rows of joints obey.
+/// Rows of a coupling, and the graphs of the step for joint rows.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct LawRows<'a> {
     pub(in super::super) rows: &'a CouplingRows,
@@ -22,30 +22,30 @@ pub(in super::super) struct LawRows<'a> {
 }
 
 impl CouplingRows {
-    /// The rows of a contact along the axes `frame`, (t₁, t₂, n), whose responses are `tangential` and
+    /// Rows of a contact along the axes `frame`, (t₁, t₂, n), with the responses `tangential` and
     /// `normal`.
     pub(in super::super) fn of_contact(frame: Matrix3<f64>, tangential: f64, normal: f64) -> Self {
         let across = 1.0 / tangential;
         Self { frame, scale: Vector3::new(across, across, 1.0 / normal), give: 1.0 }
     }
 
-    /// Those of a joint, which respond with `response` each and give alike.
+    /// Rows of a joint with isotropic compliance and the given `response` of each row.
     pub(in super::super) fn of_joint(frame: Matrix3<f64>, response: &Vector3<f64>) -> Self {
         Self { frame, scale: response.map(f64::recip), give: 1.0 }
     }
 
-    /// The last axis: n.
+    /// Last axis: the normal n of a contact.
     #[inline(always)]
     pub(in super::super) fn normal(&self) -> Vector3<f64> {
         self.frame.column(2).into_owned()
     }
 
-    /// Whether they give in all directions alike.
+    /// True if the compliance is isotropic.
     pub(in super::super) fn give_alike(&self) -> bool {
         self.give == 1.0
     }
 
-    /// The same, giving in all directions alike.
+    /// Same rows with isotropic compliance.
     pub(in super::super) fn giving_alike(&self) -> Self {
         Self { give: 1.0, ..*self }
     }

@@ -1,4 +1,4 @@
-//! Changes of constants of the world, as what they change of bodies and of the sides of contacts.
+//! Changes of world constants, converted to changes of bodies and of contact sides.
 
 use crate::derivative::SideChangeInput;
 use crate::mechanics::RigidBody;
@@ -8,12 +8,12 @@ use crate::world::constants::extents;
 use nalgebra::{Matrix3, Vector3, Vector6};
 use std::ops::Range;
 
-/// What constants of a body are counted from.
+/// Reference values that changes of a body's constants are relative to.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ConstantsBase {
     pub(super) mass: f64,
     pub(super) inertia: Matrix3<f64>,
-    /// Half the extents, m, and the radius.
+    /// Half the extents (m).
     pub(super) extents: Vector3<f64>,
     pub(super) radius: f64,
 }
@@ -26,14 +26,14 @@ impl ConstantsBase {
     }
 }
 
-/// Changes of constants, by their places among the numbers of each.
+/// Changes of constants, addressed by constant and index.
 pub(super) struct ConstantChanges<'a, F: Fn(Constant, usize) -> f64> {
     pub(super) shapes: &'a [ConstantsBase],
     pub(super) numbers: &'a F,
 }
 
 impl<F: Fn(Constant, usize) -> f64> ConstantChanges<'_, F> {
-    /// δm and δI: inertia goes with the mass.
+    /// δm (kg) and δI (kg m²). The inertia scales with the mass.
     pub(super) fn mass(&self, body: usize) -> (f64, Matrix3<f64>) {
         let (shape, of) = (&self.shapes[body], self.numbers);
         let mass = of(Constant::Mass, body);
@@ -41,7 +41,7 @@ impl<F: Fn(Constant, usize) -> f64> ConstantChanges<'_, F> {
         (mass, shape.inertia * (mass / shape.mass) + own)
     }
 
-    /// Of a body by itself.
+    /// Change of the body's own equations of motion.
     pub(super) fn body(&self, body: usize) -> BodyGiven {
         let of = self.numbers;
         let (mass, inertia) = self.mass(body);
@@ -54,12 +54,15 @@ impl<F: Fn(Constant, usize) -> f64> ConstantChanges<'_, F> {
         }
     }
 
-    /// Of the side of a contact: with half the extents a and the radius ρ, a size s and a radius stretch by
-    /// (see [`corners`](crate::world::constants::corners))
+    /// Change of one side of a contact.
+    ///
+    /// With half the extents a and the radius ρ, a change of size s and radius stretches by
     ///
     /// ```text
     /// σ = (a δs − δρ)/(a − ρ)
     /// ```
+    ///
+    /// See [`corners`](crate::world::constants::corners).
     pub(super) fn side(&self, body: usize) -> SideChangeInput {
         let (shape, of) = (&self.shapes[body], self.numbers);
         let (size, radius) = (of(Constant::Size, body), of(Constant::Radius, body));
@@ -77,7 +80,7 @@ impl<F: Fn(Constant, usize) -> f64> ConstantChanges<'_, F> {
     }
 }
 
-/// The places among a constant's numbers that a body has a part in by itself.
+/// Indices of a constant's numbers that enter the body's own equations of motion.
 pub(super) fn places(constant: Constant, body: usize) -> Range<usize> {
     match constant {
         Constant::Mass => body..body + 1,
@@ -88,7 +91,8 @@ pub(super) fn places(constant: Constant, body: usize) -> Range<usize> {
     }
 }
 
-/// Those that it has a part in as the side of a contact, which `bounces` or not.
+/// Indices of a constant's numbers that enter through the body's side of a contact. Mass and
+/// inertia enter only if the contact `bounces`.
 pub(super) fn side_places(constant: Constant, body: usize, bounces: bool) -> Range<usize> {
     match constant {
         Constant::Size | Constant::Radius => body..body + 1,
@@ -97,17 +101,17 @@ pub(super) fn side_places(constant: Constant, body: usize, bounces: bool) -> Ran
     }
 }
 
-/// One number of one constant changes by 1.
+/// Unit change of one number of one constant.
 pub(super) fn unit(constant: Constant, place: usize) -> impl Fn(Constant, usize) -> f64 {
     move |of, at| if of == constant && at == place { 1.0 } else { 0.0 }
 }
 
-/// The changes of the anchors of a joint, in A and in B.
+/// Changes of a joint's anchors, in A and then in B (m).
 pub(super) fn anchors_of(joint: usize, of: &impl Fn(Constant, usize) -> f64) -> Vector6<f64> {
     Vector6::from_fn(|k, _| of(Constant::Anchor, 6 * joint + k))
 }
 
-/// Adds derivatives by them.
+/// Adds derivatives with respect to a joint's anchors.
 pub(super) fn add_anchors(joint: usize, moved: &Vector6<f64>, sums: &mut [f64]) {
     sums[6 * joint..].iter_mut().zip(moved.iter()).for_each(|(sum, moved)| *sum += moved);
 }

@@ -1,6 +1,7 @@
-//! A contact, linearised: what the bodies at the start of the step, and constants, make of its impulse.
+//! Linearised contact: change of its impulse with the initial states of the bodies and with
+//! constants.
 //!
-//! Equation numbers are those of `docs/gradients.md`.
+//! Equation numbers refer to `docs/gradients.md`.
 
 use super::constants::{ConstantChanges, ConstantsBase, side_places, unit};
 use super::slopes::{LinearisedSlopes, RowsChange};
@@ -12,39 +13,41 @@ use crate::step::Step;
 use crate::world::{Constant, LawSlopes};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-/// A contact, linearised.
+/// Linearised contact.
 #[derive(Debug, Clone)]
 pub(super) struct LinearCoupling {
-    /// Its place among the couplings of the island.
+    /// Index among the couplings of the island.
     pub(super) index: usize,
     pub(super) slopes: LinearisedSlopes,
     pub(super) rotations: [Matrix3<f64>; 2],
     pub(super) tangent: ContactTangent,
-    /// The rows along which D of (N5) sees motions.
+    /// Rows F along which the gain D of (N5) measures motions.
     from: Matrix3<f64>,
-    /// p̂.
+    /// p̂ (m/s, world).
     pub(super) impulse: Vector3<f64>,
-    /// By δμ at fixed u.
+    /// Derivative with respect to μ at fixed u.
     by_friction: RowsChange<1>,
-    /// What μ and e follow.
+    /// Derivatives of μ and e with respect to world constants.
     law: [LawSlopes; 2],
     is_ground: bool,
 }
 
-/// A contact where its law is linearised.
+/// Contact on the piece of its law where it is linearised.
 pub(super) struct ContactOnPiece<'a> {
     pub(super) piece: MapPiece,
-    /// δp̂ by δμ, on the central path alone.
+    /// δp̂ by δμ. Present on the central path only.
     pub(super) by_friction: Option<Vector3<f64>>,
-    /// The rows that its gain acts on, an orthonormal frame.
+    /// Rows that the gain acts on, an orthonormal frame.
     pub(super) from: &'a Matrix3<f64>,
-    /// p̂, m/s, world.
+    /// p̂ (m/s, world).
     pub(super) impulse: Vector3<f64>,
 }
 
 impl LinearCoupling {
-    /// The coupling of `contact`, number `index` of the island, on a piece of its law. `limit` is the ε
-    /// of which the limit is taken, or 0: the law's own part of the impulse does not give way (G14).
+    /// Linearises `contact`, coupling `index` of the island, on a piece of its law.
+    ///
+    /// `limit` is the ε whose limit is taken, or 0. With a limit, the law's own part of the impulse
+    /// has no compliance (G14).
     pub(super) fn new(
         step: &Step<'_>,
         contact: &Contact,
@@ -61,7 +64,7 @@ impl LinearCoupling {
         let n = contact.normal();
         let pressed = n.dot(&impulse);
         let across = |v: &Vector3<f64>| v - n * n.dot(v);
-        // Along the friction, or against the slip where there is none.
+        // Along the friction impulse. Without friction: against the slip.
         let by_friction = by_friction.unwrap_or_else(|| match piece {
             MapPiece::Slip => {
                 let along = match contact.law.friction > 0.0 {
@@ -94,12 +97,12 @@ impl LinearCoupling {
         coupling
     }
 
-    /// Whether it has an impulse.
+    /// True if the contact carries an impulse.
     pub(super) fn presses(&self) -> bool {
         self.impulse != Vector3::zeros()
     }
 
-    /// Fills the derivatives by poses and velocities.
+    /// Computes the derivatives with respect to poses and velocities.
     fn set_slopes(&mut self, contact: &Contact) {
         match self.tangent.rigid_slopes() {
             Some(slopes) => self.set_rigid_slopes(&slopes),
@@ -107,7 +110,8 @@ impl LinearCoupling {
         }
     }
 
-    /// (G6) of the place of A, of its turn and of that of B.
+    /// Computes the pose columns from closed forms (G6): position of A, rotation of A, rotation of
+    /// B.
     fn set_rigid_slopes(&mut self, [place, turn, of_b]: &[RowSlopes; 3]) {
         let (p, arms) = (self.impulse.cross_matrix(), self.tangent.arms());
         let u = self.tangent.motion().cross_matrix();
@@ -149,14 +153,14 @@ impl LinearCoupling {
         }
     }
 
-    /// Fills them column by column.
+    /// Computes the pose and velocity columns one by one.
     fn set_columns(&mut self, contact: &Contact) {
         let mut by_velocity = contact.bounces().then(|| Box::new(SMatrix::<f64, 6, 12>::zeros()));
         for side in (0..2).filter(|&side| self.slopes.bodies[side].is_some()) {
             for k in 0..6 {
                 let (unit, nothing) = (Vector3::ith(k % 3, 1.0), SideChangeInput::nothing());
                 let column = match (k, side) {
-                    // Where both move alike, nothing changes.
+                    // A common translation of both bodies changes nothing.
                     (0..3, 1) => self.slopes.by_pose.columns(k).negated(),
                     (0..3, _) => self.changed(side, &SideChangeInput { position: unit, ..nothing }),
                     _ => {
@@ -179,15 +183,17 @@ impl LinearCoupling {
         self.slopes.by_velocity = by_velocity;
     }
 
-    /// What a change of one side makes.
+    /// Change of the rows for a change of one side.
     fn changed(&self, side: usize, given: &SideChangeInput) -> RowsChange<1> {
         let nothing = SideChangeInput::nothing();
         let sides = if side == 0 { [given, &nothing] } else { [&nothing, given] };
         self.change(sides, 0.0, 0.0)
     }
 
-    /// What a change of both sides, of h and of e makes of the rows at fixed V⁺, of the impulse beside, and of the torques of
-    /// what it is: in the frame that turns with the normal, δn = φ × n,
+    /// Change of the rows at fixed V⁺, of the impulse and of its torques, for changes of both
+    /// sides, of h and of e.
+    ///
+    /// The frame turns with the normal, δn = φ × n:
     ///
     /// ```text
     /// δp̂ = D (δu − φ × u) + φ × p̂,   δτ = A_Bᵀ (δarm × p̂ − δθ × (arm × p̂))           (G6)
@@ -212,7 +218,7 @@ impl LinearCoupling {
         change
     }
 
-    /// By changes of constants.
+    /// Change of the rows for changes of constants.
     pub(super) fn by_constants<F: Fn(Constant, usize) -> f64>(
         &self,
         constants: &ConstantChanges<'_, F>,
@@ -232,7 +238,7 @@ impl LinearCoupling {
         change.plus(friction, &self.by_friction)
     }
 
-    /// The transpose.
+    /// Adds the transposed product: derivatives with respect to `constants`.
     pub(super) fn pull_constants(
         &self,
         by: &RowsChange<1>,

@@ -1,20 +1,21 @@
-//! What gears hold and what drives of their sums pull, linearised by the states at the start of the step, by their ratios and
-//! offsets, and by anchors.
+//! Linearised gear rows, rigid or under a drive of the sum of their coordinates.
 //!
-//! The row of a gear is a sum of rows of joints, and so are its slopes; at fixed V⁺ and impulse p̂ along it
-//!
-//! ```text
-//! δu = −ℓ/h (q₂⁺ δr + δq₀),   along the row of the second coordinate δp̂₂ = −ℓ/ℓ₂ p̂ δr             (G15)
-//! ```
-//!
-//! Under a drive the row is that of s⁺ − s, without q₀, and the drive answers to s = q₁ − r q₂ − q₀ as that of a joint to its
-//! coordinate (G10):
+//! The derivatives are by the initial states, the ratio, the offset and the joints' anchors. The
+//! row of a gear is a sum of joint rows, and so are its derivatives. At fixed V⁺ and impulse p̂
+//! along it
 //!
 //! ```text
-//! δu = −ℓ/h (q₂⁺ − q₂) δr,   δs = −q₂ δr − δq₀                                                       (G17)
+//! δu = −ℓ/h (q₂⁺ δr + δq₀),   along the row of the second coordinate δp̂₂ = −ℓ/ℓ₂ p̂ δr      (G15)
 //! ```
 //!
-//! Equation numbers are those of `docs/gradients.md`.
+//! Under a drive the row is s⁺ − s, without q₀. The drive responds to s = q₁ − r q₂ − q₀ like the
+//! drive of a joint to its coordinate (G10):
+//!
+//! ```text
+//! δu = −ℓ/h (q₂⁺ − q₂) δr,   δs = −q₂ δr − δq₀                                               (G17)
+//! ```
+//!
+//! Equation numbers refer to `docs/gradients.md`.
 
 use super::constants::{add_anchors, anchors_of};
 use super::slopes::RowsChange;
@@ -27,7 +28,7 @@ use crate::step::Step;
 use crate::world::Constant;
 use nalgebra::{Matrix3, RowSVector, SVector, Vector3};
 
-/// A change of the row of a gear: of its motion and of its impulse, m/s.
+/// Change of a gear row: its motion and its impulse (m/s).
 #[derive(Debug, Clone, Copy, Default)]
 struct Along {
     motion: f64,
@@ -53,7 +54,7 @@ impl Along {
     }
 }
 
-/// The row of a gear by so many numbers: its motion and its impulse.
+/// Derivatives of a gear row with respect to C numbers: motion and impulse.
 #[derive(Debug, Clone, Copy)]
 struct AlongRow<const C: usize> {
     motion: RowSVector<f64, C>,
@@ -65,7 +66,7 @@ impl<const C: usize> AlongRow<C> {
         Self { motion: RowSVector::zeros(), impulse: RowSVector::zeros() }
     }
 
-    /// By what moves the row so, and the sum so that a drive answers to.
+    /// Combines the direct motion of the row with the response of its drive to the `sum`.
     fn of(motion: RowSVector<f64, C>, sum: RowSVector<f64, C>, answer: Along) -> Self {
         Self { motion: motion + sum * answer.motion, impulse: sum * answer.impulse }
     }
@@ -87,38 +88,41 @@ impl<const C: usize> AlongRow<C> {
     }
 }
 
-/// The row of a gear, linearised, by the poses of the bodies of its two coordinates.
+/// Linearised gear row, by the poses of the bodies of its two coordinates.
 #[derive(Debug, Clone)]
 pub(super) struct LinearGear {
     pub(super) coupling: usize,
     by_pose: [([Option<usize>; 2], AlongRow<12>); 2],
     by_time_step: Along,
-    /// Its index in the world; by its ratio and its offset, and which coupling's impulse (m/s, world) by the ratio.
+    /// Index of the gear in the world.
     gear: usize,
     by_ratio: Along,
     by_offset: Along,
+    /// Coupling of the second coordinate, and its impulse by the ratio (m/s, world).
     turned: (usize, Vector3<f64>),
-    /// By the anchors of the joints that have them.
+    /// Derivatives with respect to the anchors of both joints, with the joints' indices.
     by_anchors: [(usize, AlongRow<6>); 2],
 }
 
-/// Rows of a joint, of which gears may be made.
+/// Three linearised rows of a joint, from which gear rows are summed.
 pub(super) struct TiedRows {
     pub(super) coupling: usize,
     pub(super) joint: usize,
     pub(super) bodies: [Option<usize>; 2],
-    /// ℓ, m.
+    /// ℓ (m).
     pub(super) length: f64,
-    /// Its angles at the step's start, rad.
+    /// Joint angles at the start of the step (rad).
     pub(super) angles: Vector3<f64>,
-    /// The rows' axes.
+    /// Axes of the rows.
     pub(super) frame: Matrix3<f64>,
     pub(super) of: RowsTangent,
 }
 
 impl LinearGear {
-    /// The row u = ℓ (q₁⁺ − r q₂⁺ − q₀)/h of which the coordinates are rows of joints, under the `impulse` p̂ along it, or that of a drive of their
-    /// sum, which has a `law` where the sum is that at the start; `next` are the states at the end.
+    /// Linearises the row u = ℓ (q₁⁺ − r q₂⁺ − q₀)/h of a gear under the `impulse` p̂.
+    ///
+    /// The coordinates are rows of the joints in `tangents`. A drive of the sum has the `law` at
+    /// the initial sum. `next` are the states at the end of the step.
     pub(super) fn new(
         row: &GearTangent,
         tangents: &[TiedRows],
@@ -139,7 +143,8 @@ impl LinearGear {
             |axis: &GearAxis, tied: &TiedRows| axis.coordinate(joints, step.states, &tied.angles);
         let (q1, q2) = (start(one, first), start(two, second));
         let end = two.coordinate(joints, next, &second.angles);
-        // What answers to the sum: nothing of one that is held, which the row counts whole.
+        // Response to the sum of coordinates. A rigid gear has none: its row contains the whole
+        // sum.
         let law = gear.drive().map(|_| law(gear.missed([q1, q2])));
         let answer = |change: &AxisChange| {
             law.map_or(Along::default(), |law| {
@@ -182,7 +187,7 @@ impl LinearGear {
         })
     }
 
-    /// By changes of states.
+    /// Change of the row for changes of states.
     pub(super) fn pushed(&self, states: &[StateChange]) -> RowsChange<1> {
         let mut along = Along::default();
         for (bodies, row) in &self.by_pose {
@@ -196,7 +201,7 @@ impl LinearGear {
         along.rows()
     }
 
-    /// By the pose of a body of the world.
+    /// Derivative of the row with respect to the pose of a body of the world.
     pub(super) fn by_state(&self, body: usize) -> Option<RowsChange<6>> {
         let mut found = None;
         for (bodies, row) in &self.by_pose {
@@ -212,7 +217,8 @@ impl LinearGear {
         found
     }
 
-    /// By changes of constants: of its own row, and of those of another coupling.
+    /// Changes of the gear's own row and of the coupling that the ratio acts on, each with its
+    /// index.
     pub(super) fn by_constants(
         &self,
         of: &impl Fn(Constant, usize) -> f64,
@@ -229,7 +235,7 @@ impl LinearGear {
         [(self.coupling, own.rows()), (coupling, other)]
     }
 
-    /// The transpose.
+    /// Adds the transposed product: derivatives with respect to states.
     pub(super) fn pull(&self, by: &RowsChange<1>, states: &mut [StateChange]) {
         for (bodies, row) in &self.by_pose {
             for (side, body) in bodies.iter().enumerate() {
@@ -240,7 +246,8 @@ impl LinearGear {
         }
     }
 
-    /// The transpose; `pulled` has the derivatives by the rows of a coupling.
+    /// Adds the transposed product: derivatives with respect to `constants`. `pulled` returns the
+    /// derivatives with respect to the rows of a coupling.
     pub(super) fn pull_constants(
         &self,
         pulled: impl Fn(usize) -> RowsChange<1>,

@@ -1,6 +1,6 @@
-//! An island, linearised at its solutions with two compliances.
+//! Linearised island: equations at one or two solutions, solved for derivatives.
 //!
-//! Equation numbers are those of `docs/gradients.md`.
+//! Equation numbers refer to `docs/gradients.md`.
 
 use super::constants::{ConstantChanges, ConstantsBase, places, unit};
 use super::point::{IslandStep, LinearPoint, PointCompliance};
@@ -19,28 +19,31 @@ use crate::step::Step;
 use crate::world::{Constant, World};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-/// One island at the solution, where its rows are independent or it keeps its shares, or at those with the compliances ε and 2ε.
+/// Linearised island, at one or two points.
+///
+/// One point suffices if the rows are independent or if the force distribution is kept. Otherwise
+/// the two points are the solutions with the compliances ε and 2ε.
 #[derive(Debug, Clone)]
 pub(super) struct LinearIsland {
     pub(super) bodies: Vec<usize>,
     pub(super) island: Island,
     pub(super) points: [LinearPoint; 2],
-    /// Whether rows are independent.
+    /// True if the rows are independent.
     is_determined: bool,
-    /// Whether the first point is all: where its limit is taken by itself, or the compliance is no limit.
+    /// True if only the first point is used: its own limit is taken, or the compliance is finite.
     is_one: bool,
-    /// With what each is linearised.
+    /// Compliance of each point.
     given: [PointCompliance; 2],
-    /// The impulses of the solution that was found.
+    /// Impulses of the step's own solution.
     found: Vec<Vector3<f64>>,
-    /// (∂(angular part)/∂ω⁺)⁻¹ of a body by itself, which is all that its system has.
+    /// (∂(angular part)/∂ω⁺)⁻¹ of a body without couplings: its whole linear system.
     free: Option<Matrix3<f64>>,
-    /// How the features of its contacts follow the bodies, where it was asked.
+    /// Dependence of each contact's features on the bodies, once computed.
     placed: Vec<Option<PlacedFeatures>>,
-    /// Whether the rows that hold can follow any changes of the bodies' poses, and of their velocities.
+    /// True if the constraining rows can follow any change of the bodies' poses.
     pub(super) follows_poses: bool,
     pub(super) follows_velocities: bool,
-    /// Memory: such changes, of all bodies of the world.
+    /// Scratch: random state changes of all bodies of the world.
     moved: Vec<StateChange>,
 }
 
@@ -49,12 +52,12 @@ const SINGULAR: Error = Error::Unsupported {
     why: "contacts hold each other in a way that compliance does not resolve",
 };
 
-/// The points that count.
+/// The points in use.
 fn points(all: &mut [LinearPoint; 2], is_one: bool) -> impl Iterator<Item = &mut LinearPoint> {
     all.iter_mut().take(if is_one { 1 } else { 2 })
 }
 
-/// The same with what their results count: what is linear in ε vanishes.
+/// The points in use with their weights. The weights cancel terms linear in ε.
 fn weighed(
     all: &mut [LinearPoint; 2],
     is_one: bool,
@@ -65,10 +68,10 @@ fn weighed(
 /// ε and 2ε.
 const COMPLIANCES: [f64; 2] = [COMPLIANCE, 2.0 * COMPLIANCE];
 
-/// The compliance on changes where the limit is taken at one point: it leaves the system half of its digits.
+/// Compliance on changes for the limit at one point. It leaves the system half of its digits.
 const FINE: f64 = 1e-8;
 
-/// What the results at the two compliances are multiplied with.
+/// Weights of the results at the two compliances (G7).
 const WEIGHTS: [f64; 2] = [2.0, -1.0];
 
 impl LinearIsland {
@@ -89,8 +92,9 @@ impl LinearIsland {
         }
     }
 
-    /// Linearises it; whether it keeps its shares. `next` are states of the world, of which those of its bodies are
-    /// changed.
+    /// Linearises the island at a solution. Returns true if the force distribution is kept.
+    ///
+    /// The final states of the island's bodies are written to `next`, a list over the world.
     pub(super) fn linearise(
         &mut self,
         at: IslandStep<'_>,
@@ -142,10 +146,13 @@ impl LinearIsland {
         Ok(kept)
     }
 
-    /// Finds out which changes the rows that hold can follow: whether with drawn ones they hold as they did. Rows that are independent follow all. What
-    /// sticks asks more than that bodies go back where they were, and what bounces that they leave as they came.
+    /// Tests if the constraining rows can follow random changes of poses and of velocities.
+    ///
+    /// Independent rows can follow any change. Sticking contacts in a loop may be unable to. With
+    /// bounces, velocity changes are tested too.
     fn probe(&mut self, step: &Step<'_>) {
-        /// What is left of motions that rows can follow is of the order of the compliance.
+        /// Tolerance of the remaining row motion. Rows that can follow leave one of the order of
+        /// the compliance.
         const LEFT: f64 = 1e-3;
         let Self { bodies, island, points: [point, _], moved, .. } = self;
         let bounces = point.couplings.iter().any(|coupling| coupling.tangent.bounces());
@@ -155,7 +162,7 @@ impl LinearIsland {
             let mut draws = Drawn::default();
             for &body in &*bodies {
                 let of = &step.world.bodies()[body];
-                // A turn moves what is in the body as far as its place does.
+                // Scales rotations so that they move the body's material as far as translations.
                 let across = libm::sqrt(of.mass() / of.inertia().trace());
                 let mut draw = || Vector3::from_fn(|_, _| draws.next());
                 let (place, turn) = (draw(), draw() * across);
@@ -177,7 +184,8 @@ impl LinearIsland {
         self.follows_velocities = !bounces || follows(false);
     }
 
-    /// Moves its points to where the step is linearised, and factorises it there; whether it keeps its shares.
+    /// Moves the points to where the step is linearised and factorises there. Returns true if the
+    /// force distribution is kept.
     fn settle(
         &mut self,
         step: &Step<'_>,
@@ -201,7 +209,7 @@ impl LinearIsland {
         let Self { island, points: [near, _], .. } = self;
         let residual = near.keep(island, step, view, COMPLIANCE);
         let is_solved = rolls || residual <= island.tolerances().newton;
-        // More rows than bodies have ways to move are not independent.
+        // More rows than degrees of freedom are dependent.
         if is_solved && near.stiff_rows(island) <= 6 * view.bodies.len() {
             let on = PointCompliance { compliance: FINE, is_limit: true };
             near.keep(island, step, view, FINE);
@@ -221,7 +229,7 @@ impl LinearIsland {
         self.factorise().map(|()| true)
     }
 
-    /// Factorises the equations at its points.
+    /// Factorises the equations at the points in use.
     fn factorise(&mut self) -> Result<(), Error> {
         let found = points(&mut self.points, self.is_one)
             .zip(self.given)
@@ -229,7 +237,8 @@ impl LinearIsland {
         found.ok_or(SINGULAR)
     }
 
-    /// Moves the first point to that of the central path where products are `kappa` (m²/s²), and factorises it there.
+    /// Moves the first point to the central path, with all products `kappa` (m²/s²), and factorises
+    /// there.
     fn centre(&mut self, step: &Step<'_>, view: &IslandView<'_>, kappa: f64) -> Result<(), Error> {
         let Self { island, points: [point, _], .. } = self;
         if !point.centre(island, step, view, kappa)? {
@@ -240,10 +249,12 @@ impl LinearIsland {
         point.factorise_centred(island).ok_or(SINGULAR)
     }
 
-    /// Moves both points to the solutions with compliance; whether the solution that was found is their limit, and so
-    /// that of the selection rule: then they leave it as the compliance grows.
+    /// Moves both points to the solutions with compliance.
+    ///
+    /// Returns true if the step's solution is their limit, as the selection rule demands. The
+    /// solutions then depart from it in proportion to the compliance.
     fn selects(&mut self, step: &Step<'_>, view: &IslandView<'_>) -> Result<bool, Error> {
-        /// Impulses that differ by less than this part of the largest are the same.
+        /// Relative difference below which impulses count as equal.
         const SAME: f64 = 1e-8;
         let Self { island, points: [near, far], found, .. } = self;
         near.begin(island, step, view);
@@ -254,7 +265,7 @@ impl LinearIsland {
         if island.is_plain() {
             return Ok(true);
         }
-        // As far again from the solution that was found, where the second one is but for terms of second order.
+        // Extrapolates by the same distance again, which is correct to second order.
         far.begin(island, step, view);
         far.go_on(near);
         if !far.solve(island, step, COMPLIANCES[1])? {
@@ -269,14 +280,14 @@ impl LinearIsland {
         Ok(apart(found, near) <= 2.0 * apart(near, far) + SAME * largest)
     }
 
-    /// Moves the first point to the solution with this compliance, from the one that was found by way of smaller ones.
+    /// Moves the first point to the solution with this compliance, through smaller compliances.
     fn soften(
         &mut self,
         step: &Step<'_>,
         view: &IslandView<'_>,
         compliance: f64,
     ) -> Result<(), Error> {
-        /// Of these parts of the compliance, the first from which the rest of the way is found.
+        /// Fractions of the compliance to start from. The first that leads to a solution is used.
         const WAYS: [f64; 4] = [1.0, 1e-1, 1e-2, 1e-4];
         let Self { island, points: [point, _], .. } = self;
         for begun in WAYS {
@@ -296,8 +307,10 @@ impl LinearIsland {
         Err(Error::Unsupported { what: "the derivative with this compliance", why })
     }
 
-    /// How far its rows are from the next pieces of their laws, m/s: the least, without those of its first couplings that
-    /// are `smooth`; and what bounces from where another of its rows counts.
+    /// Smallest distance of a row to the next piece of its law (m/s).
+    ///
+    /// Ignores the first `smooth` couplings. Includes the distance between the two rows of a
+    /// bouncing contact.
     pub(super) fn margin(&self, smooth: usize) -> f64 {
         match self.free {
             Some(_) => f64::INFINITY,
@@ -355,8 +368,8 @@ impl LinearIsland {
         }
     }
 
-    /// Adds to ∂X⁺/∂X of the bodies of the world, by the state of `body`, what V⁺ has a part in; whether it is of this
-    /// island.
+    /// Adds the contribution of V⁺ to ∂X⁺/∂X with respect to the state of `body`. Returns false if
+    /// the body is in another island.
     pub(super) fn by_state(
         &mut self,
         body: usize,

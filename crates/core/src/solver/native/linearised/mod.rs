@@ -1,20 +1,22 @@
-//! The derivative of a step: by the states at its start, by the wrenches, and by the constants of the world.
+//! Derivatives of a step with respect to its initial states, wrenches and world constants.
 //!
-//! At a solution every contact is on a piece of its law, where the step's equations are smooth. With V⁺ and
-//! the impulses p̂ as unknowns, R(V⁺, p̂; x) = 0 gives
+//! At a solution every contact is on a piece of its law, where the step's equations are smooth.
+//! With V⁺ and the impulses p̂ as unknowns, R(V⁺, p̂; x) = 0 implies
 //!
 //! ```text
 //! R_V δV⁺ + R_p δp̂ + R_x δx = 0                                           (G2)
 //! ```
 //!
-//! of which the matrix is that of Newton's method (N8), and every coupling is eliminated by its gain (N5):
-//! one factorisation, and a solution of a triangular system for each change. The transposed
-//! system gives products with the transposed derivative. The compliance of the selection rule (N6) stays in
-//! the equations, at the solution that *it* has, because the limit's forces alone do not say how the undetermined
-//! part turns; from ε and 2ε the limit of the derivative is extrapolated. Where rows are independent, the limit is taken at the step's own
-//! solution.
+//! The matrix is the one of Newton's method (N8), with every coupling eliminated by its gain (N5).
+//! It is factorised once, and each change costs one triangular solve. The transposed system yields
+//! products with the transposed derivative.
 //!
-//! Equation numbers G1, G2, … are those of `docs/gradients.md`.
+//! The compliance of the selection rule (N6) stays in the equations, at the solution with
+//! compliance. The forces of the limit alone do not determine how their undetermined part changes.
+//! The derivative of the limit is extrapolated from ε and 2ε. If rows are independent, the limit is
+//! taken at the step's own solution.
+//!
+//! Equation numbers G1, G2, … refer to `docs/gradients.md`.
 
 mod constants;
 mod coupling;
@@ -40,39 +42,45 @@ use point::IslandStep;
 use rest::{FEW_BODIES, RestingStep};
 use tied::Slots;
 
-/// A change of a step's data, lists over the bodies of the world; an empty list is no change.
+/// Change of a step's data. Lists have one entry per body of the world. An empty list means no
+/// change.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct StepChange<'a> {
-    /// Of the states at k.
+    /// Changes of the states at k.
     pub states: &'a [StateChange],
-    /// Of the wrenches (N, world; N m, body).
+    /// Changes of the wrenches (N, world; N m, body).
     pub wrenches: &'a [Wrench],
-    /// Of constants of the world: of each as many numbers as it [has](Constant::shape).
+    /// Changes of world constants, each with as many numbers as its [shape](Constant::shape).
     pub constants: &'a [(Constant, &'a [f64])],
 }
 
-/// Derivatives of one number by a step's data, lists over the bodies of the world.
+/// Derivatives of a scalar with respect to a step's data. Lists have one entry per body of the
+/// world.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StepGradient {
-    /// By the states at k.
+    /// Derivatives with respect to the states at k.
     pub states: Vec<StateChange>,
-    /// By the wrenches (per N, per N m).
+    /// Derivatives with respect to the wrenches (per N, per N m).
     pub wrenches: Vec<Wrench>,
-    /// By the constants that were asked for, in their order.
+    /// Derivatives with respect to the requested constants, in the order of the request.
     pub constants: Vec<Vec<f64>>,
 }
 
-/// A step that is smoother than the exact one from the same states.
+/// Smoothed variant of the step, from the same states.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Smoothing {
-    /// Every contact and every row of a joint gives way by this compliance ε (N6), û = u + ε p̂ with p̂ the impulse over the
-    /// island's mean mass. What sticks creeps, and what presses gives way; kinks stay, and what is open by more than
-    /// it gives way is not felt.
+    /// Compliance ε (N6) of every contact and every joint row: û = u + ε p̂, with p̂ the impulse
+    /// over the island's mean mass.
+    ///
+    /// Sticking contacts creep and loaded contacts yield. Kinks remain. A contact whose gap exceeds
+    /// its deflection has no effect.
     Compliance(f64),
-    /// Every contact is on the central path of (N7), of products κ = σ² with this speed σ, m/s: normal impulse over the island's mean
-    /// mass times gap speed, and the same of the friction within its cone. What presses by p̂ stays σ²/p̂ off, what is open by a
-    /// speed u is pushed by σ²/u, as far as it is a contact of the step: there are no kinks but of joints, and no plateaus. Joints
-    /// hold as they do.
+    /// Central path of (N7) for every contact, with products κ = σ² of this speed σ (m/s).
+    ///
+    /// The products are normal impulse over mean mass times gap speed, and the same for the
+    /// friction inside its cone. A contact with impulse p̂ keeps a gap speed σ²/p̂. A contact of
+    /// the step that opens at the speed u is pushed by σ²/u. There are no kinks except those of
+    /// joints, and no plateaus. Joints are exact.
     CentralPath(f64),
 }
 
@@ -85,59 +93,62 @@ impl std::fmt::Display for Smoothing {
     }
 }
 
-/// The derivative of the last step that it was [made](StepDerivative::linearise) for. Keeps its memory.
+/// Derivative of the last step passed to [`linearise`](StepDerivative::linearise). Its memory is
+/// reused.
 #[derive(Debug, Clone, Default)]
 pub struct StepDerivative {
     islands: Vec<LinearIsland>,
-    /// How many of them are of this step.
+    /// Number of islands of this step, the first ones in the list.
     count: usize,
-    /// X⁺ by X, V⁺ and h of every body; `None` of one that is held.
+    /// Map from X, V⁺ and h to X⁺ for every body. `None` for a held body.
     ends: Vec<Option<EndMap>>,
     shapes: Vec<ConstantsBase>,
     slots: Slots,
-    /// How many numbers each constant has, in the order of [`Constant::ALL`].
+    /// Number of values of each constant, in the order of [`Constant::ALL`].
     widths: [usize; Constant::ALL.len()],
-    /// Memory of the search for islands.
+    /// Scratch of the island search.
     found: IslandParts,
     alone: Vec<bool>,
     places: Vec<usize>,
-    /// The states at the end with compliance, of the island at hand.
+    /// Final states of the current island, with compliance.
     next: Vec<State>,
     flights: Vec<State>,
-    /// Derivatives by V⁺.
+    /// Derivatives with respect to V⁺.
     by_velocity: Vec<ByVelocity>,
     gravity: Vector3<f64>,
     margin: f64,
     room: f64,
     unknown: usize,
     kept: bool,
-    /// By what the step that is differentiated differs from the exact one.
+    /// Difference between the differentiated step and the exact one.
     smoothing: Option<Smoothing>,
-    /// What it is the derivative of, where nothing moved.
+    /// The differentiated step, if nothing moved in it.
     rest: Option<Box<RestingStep>>,
-    /// Of such a step what was found of the bodies [asked](StepDerivative::by_state) for.
+    /// Cached [`by_state`](StepDerivative::by_state) results of a step at rest, by body.
     at_rest: Vec<Vec<SMatrix<f64, 12, 12>>>,
-    /// Of all bodies the transposed slopes of V⁺ in it, once they were asked for.
+    /// Transposed derivatives of V⁺ in a step at rest, for all bodies, once requested.
     pulling: Vec<Vec<SMatrix<f64, 12, 6>>>,
-    /// How often it was asked for the product with the transposed one.
+    /// Number of transposed products requested so far.
     pulls_at_rest: usize,
 }
 
-/// Derivatives by v⁺ and ω⁺ of a body.
+/// Derivatives with respect to v⁺ and ω⁺ of a body.
 type ByVelocity = (Vector3<f64>, Vector3<f64>);
 
-/// Things that are farther apart than this part of the world's reach are no matter.
+/// Largest gap that enters the margin, relative to the world's reach.
 const FARTHEST: f64 = 0.1;
 
 impl StepDerivative {
-    /// Of no step yet.
+    /// Derivative without a step.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Of steps from the same states that are smoother than the exact ones, so that there are derivatives where those of the exact
-    /// ones are zero: a direction for a search, and derivatives of another step.
+    /// Derivative of smoothed steps from the same states.
+    ///
+    /// It is nonzero where the exact derivative vanishes, for example at sticking contacts. It
+    /// serves as a search direction and belongs to a different step.
     ///
     /// # Errors
     /// A compliance outside 1e-9…1, a speed outside 1e-6…10 m/s.
@@ -154,29 +165,30 @@ impl StepDerivative {
         Ok(Self { smoothing: Some(smoothing), ..Self::default() })
     }
 
-    /// Memory for the free flights of a step.
+    /// Takes the memory for the free flights of a step.
     pub(crate) fn take_flights(&mut self) -> Vec<State> {
         std::mem::take(&mut self.flights)
     }
 
-    /// Takes it back.
+    /// Returns the memory for free flights.
     pub(crate) fn keep_flights(&mut self, memory: Vec<State>) {
         self.flights = memory;
     }
 
-    /// By what the step that is differentiated differs from the exact one; `None` of that itself.
+    /// Difference between the differentiated step and the exact one. `None` for the exact step.
     #[must_use]
     pub fn smoothing(&self) -> Option<Smoothing> {
         self.smoothing
     }
 
-    /// Makes this the derivative of `step`, whose `solution` was found, by whichever solver, with these
-    /// `contacts`: those of the record of the step. Where all of it is the same as the last time, as of bodies at rest, it
-    /// is already.
+    /// Linearises `step` at its `solution`, found by any solver with these `contacts`.
+    ///
+    /// The contacts are those in the record of the step. Does nothing if the arguments equal the
+    /// last ones, as for bodies at rest.
     ///
     /// # Errors
-    /// Lists that do not belong together; an island whose linear system is singular, or that has no solution with the
-    /// [smoothing](StepDerivative::smoothed) asked for; an interrupt.
+    /// Lists of inconsistent lengths; an island whose linear system is singular or that has no
+    /// solution with the [smoothing](StepDerivative::smoothed); an interrupt.
     pub fn linearise(
         &mut self,
         step: &Step<'_>,
@@ -191,7 +203,7 @@ impl StepDerivative {
         Ok(())
     }
 
-    /// The same without a look at the last time.
+    /// Linearises without comparing with the last step.
     fn linearise_anew(
         &mut self,
         step: &Step<'_>,
@@ -224,7 +236,7 @@ impl StepDerivative {
         });
         (self.count, self.unknown, self.kept) = (0, 0, false);
         (self.margin, self.room) = (f64::INFINITY, f64::INFINITY);
-        // Where iterations start: at the solution.
+        // Iterations start at the solution.
         let at = Step { previous: solution, earlier: None, ..*step };
         let mut islands = std::mem::take(&mut self.found);
         islands.find(&at, StepContacts { contacts, known: 0 }, true, Marked::NONE);
@@ -291,13 +303,13 @@ impl StepDerivative {
                 self.ends[body] = Some(EndMap::new(&end.linear, &end.spin, h));
             }
         }
-        // On the central path no contact has a kink.
+        // Contacts on the central path have no kinks.
         let is_central = matches!(self.smoothing, Some(Smoothing::CentralPath(_)));
         let smooth = if is_central { view.contacts.len() } else { 0 };
         self.margin = self.margin.min(linear.margin(smooth));
         let pressing = point.couplings.iter().filter(|coupling| coupling.presses());
         self.room = pressing.map(|c| c.tangent.room() / h).fold(self.room, f64::min);
-        // However small such changes are, some of what sticks slips.
+        // Some sticking contacts slip under arbitrarily small changes.
         if !linear.follows_poses {
             self.room = 0.0;
         }
@@ -309,42 +321,52 @@ impl StepDerivative {
         Ok(())
     }
 
-    /// How far the step is from its next kink, m/s: of every contact how far the next piece of its law is, in the
-    /// contact's own scale, and from beginning or ceasing to bounce; of what was no contact how far it is apart at the end, over h. Infinite where
-    /// nothing is near. Where it is small against what a change of the data moves, the derivative
-    /// is that of one side.
+    /// Distance of the step to its next kink (m/s). Infinite if no kink is near.
+    ///
+    /// It is the smallest of
+    ///
+    /// - the distance of a contact to the next piece of its law, in the contact's own scale,
+    /// - the distance of a contact to the start or end of bouncing,
+    /// - the final distance over h between bodies that are not in contact.
+    ///
+    /// If a change of the data moves the step by more than this, the derivative is one-sided.
     #[must_use]
     pub fn margin(&self) -> f64 {
         self.margin
     }
 
-    /// The same of the features of the contacts that press, m/s: how far the points are inside their faces, and from
-    /// the ends of their edges, over h. A kink of what moves or stretches the bodies at the start of the step; 0
-    /// where boxes of the same width stand flush on each other, and where bodies stick in a loop of contacts that cannot follow every such change:
-    /// however small it is, some of them slip.
+    /// Smallest distance over h of a loaded contact point to the boundary of its feature (m/s).
+    ///
+    /// The boundary is the edge of a face or the end of an edge. It is a kink for changes that move
+    /// or stretch the bodies at the start of the step. The margin is 0 for flush boxes of equal
+    /// width. It is also 0 for bodies that stick in a loop of contacts which cannot follow every
+    /// such change.
     #[must_use]
     pub fn feature_margin(&self) -> f64 {
         self.room
     }
 
-    /// How many contacts press of which it is not known how their points and planes follow the bodies: they are taken
-    /// for fixed in them.
+    /// Number of loaded contacts with unknown dependence on the bodies' poses. Their points and
+    /// planes are treated as fixed in the bodies.
     #[must_use]
     pub fn unknown(&self) -> usize {
         self.unknown
     }
 
-    /// Whether somewhere the shares of forces are not those of the selection rule, but were kept from the steps
-    /// before: they then depend on the history, and the derivative has them change as little as it takes.
+    /// True if some force distribution was kept from earlier steps and not chosen by the selection
+    /// rule.
+    ///
+    /// It then depends on the history. The derivative assumes the smallest possible change of the
+    /// distribution.
     #[must_use]
     pub fn keeps_shares(&self) -> bool {
         self.kept
     }
 
-    /// δX⁺ of every body for a change of the step's data: the product with the derivative.
+    /// Computes the Jacobian-vector product: δX⁺ of every body for a change of the step's data.
     ///
     /// # Errors
-    /// Lists of other lengths than the world's.
+    /// Lists whose lengths differ from the world's.
     pub fn push(
         &mut self,
         change: &StepChange<'_>,
@@ -376,12 +398,14 @@ impl StepDerivative {
         Ok(())
     }
 
-    /// ∂X⁺/∂X of every body by the state of `body`, in the order of [`StateChange::to_array`]: what [`push`](Self::push)
-    /// makes of twelve changes, with one solution for all of them. Of bodies that its island does not have it is
-    /// zero.
+    /// Computes ∂X⁺/∂X of every body with respect to the state of `body`, in the order of
+    /// [`StateChange::to_array`].
+    ///
+    /// Equals [`push`](Self::push) of twelve unit changes, with one solve for all. Bodies of other
+    /// islands have zero blocks.
     ///
     /// # Errors
-    /// A body that the world does not have.
+    /// A body index outside the world.
     pub fn by_state(
         &mut self,
         body: usize,
@@ -408,7 +432,8 @@ impl StepDerivative {
         Ok(())
     }
 
-    /// What of a product with the transposed derivative goes through the ends of the bodies' own flights: by V⁺ of each, and by h.
+    /// Propagates a vector–Jacobian product back through the position update of every body. Returns
+    /// the derivatives with respect to each V⁺ and to h.
     fn begin_pull(
         &mut self,
         end: &[StateChange],
@@ -435,11 +460,13 @@ impl StepDerivative {
         Ok((by_velocity, by_time_step))
     }
 
-    /// The derivatives of a number by the step's data where `end` are those by X⁺: the product with the
-    /// transposed derivative. `constants` are those asked for.
+    /// Computes the vector–Jacobian product: derivatives of a scalar with respect to the step's
+    /// data.
+    ///
+    /// `end` are its derivatives with respect to X⁺. `constants` are the requested constants.
     ///
     /// # Errors
-    /// A list of another length than the world's.
+    /// A list whose length differs from the world's.
     pub fn pull(
         &mut self,
         end: &[StateChange],

@@ -1,6 +1,6 @@
-//! An island at a solution with compliance, linearised there.
+//! Linearisation of an island at one solution, with or without compliance.
 //!
-//! Equation numbers are those of `docs/gradients.md`.
+//! Equation numbers refer to `docs/gradients.md`.
 
 use super::StepChange;
 use super::coupling::{ContactOnPiece, LinearCoupling};
@@ -25,7 +25,7 @@ use crate::solver::native::settings::{CENTRES, COMPLIANCE};
 use crate::step::Step;
 use nalgebra::{Matrix3, Vector3};
 
-/// An island of a step.
+/// Island of a step, with its contacts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct IslandStep<'a> {
     pub(super) step: &'a Step<'a>,
@@ -34,31 +34,31 @@ pub(super) struct IslandStep<'a> {
     pub(super) view: &'a IslandView<'a>,
 }
 
-/// With which compliance a point is linearised.
+/// Compliance that a point is linearised with.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PointCompliance {
-    /// ε of the matrix, and of the law that was evaluated last.
+    /// ε of the matrix and of the law evaluated last.
     pub(super) compliance: f64,
-    /// Whether its limit is taken there (G14): the law is that of changes alone.
+    /// True if the limit ε → 0 is taken at this point (G14). Compliance then acts on changes only.
     pub(super) is_limit: bool,
 }
 
-/// One island at a solution, with compliance or without.
+/// Island at one solution, with or without compliance.
 #[derive(Debug, Clone)]
 pub(super) struct LinearPoint {
     pub(super) newton: Newton<Island>,
     pub(super) iterate: Iterate<Island>,
     pub(super) held: Held,
-    /// Where it is a point of the central path, its barriers.
+    /// Barriers of a point on the central path.
     interior: InteriorPoint<Island>,
-    /// Of the couplings that have a gain, in its factors.
+    /// Factored gain of each coupling with a nonzero gain, with its index.
     gains: Vec<(usize, Factored)>,
-    /// Of contacts on the central path, δp̂ by δμ, world.
+    /// δp̂ by δμ of each contact on the central path (m/s, world).
     by_friction: Vec<Vector3<f64>>,
     pub(super) couplings: Vec<LinearCoupling>,
     pub(super) joints: Vec<LinearRows>,
     pub(super) gears: Vec<LinearGear>,
-    /// One change, and those by the pose of a body and by its velocities.
+    /// Right-hand sides of a single change, of a body's pose and of a body's velocities.
     pub(super) one: RefinedColumns<1>,
     pub(super) by_pose: RefinedColumns<6>,
     pub(super) by_velocity: RefinedColumns<6>,
@@ -82,7 +82,7 @@ impl LinearPoint {
         }
     }
 
-    /// Starts at the solution.
+    /// Starts at the step's solution.
     pub(super) fn begin(&mut self, island: &Island, step: &Step<'_>, view: &IslandView<'_>) {
         let to_impulse = step.world.time_step() / island.mass();
         let states = &step.previous.states;
@@ -98,7 +98,7 @@ impl LinearPoint {
         island.extend_previous(step, impulses);
     }
 
-    /// Goes from the solution where it is to `other` and as far again.
+    /// Extrapolates the iterate through `other`, by the same distance again.
     pub(super) fn go_on(&mut self, other: &Self) {
         let (own, to) = (&mut self.iterate, &other.iterate);
         for (own, to) in own.velocity.iter_mut().zip(&to.velocity) {
@@ -110,7 +110,7 @@ impl LinearPoint {
         }
     }
 
-    /// Makes it that of a body by itself, of which the solution is that which was found.
+    /// Initialises a body without couplings. Returns the inverse of its angular slope, if regular.
     pub(super) fn set_free(
         &mut self,
         island: &Island,
@@ -125,14 +125,14 @@ impl LinearPoint {
         slope.try_inverse()
     }
 
-    /// Finds the solution with `compliance` from here; whether it did.
+    /// Solves with `compliance` from the current iterate. Returns true on success.
     pub(super) fn solve(
         &mut self,
         island: &Island,
         step: &Step<'_>,
         compliance: f64,
     ) -> Result<bool, Error> {
-        /// Iterations: as the start is as near as the compliance, two or three are enough.
+        /// Iteration limit. Two or three are typical, since the start is within the compliance.
         const ITERATIONS: u32 = 20;
         let map = NaturalMap::with_compliance(compliance);
         let mut effort = SolveEffort::new(step.interrupt);
@@ -141,11 +141,12 @@ impl LinearPoint {
         let Self { newton, iterate, .. } = self;
         let converged = newton.solve(island, &map, run, iterate, &mut effort);
         effort.check()?;
-        // What did not converge to rounding may have to what is asked of a solution with compliance.
+        // Accepts the tolerance for solutions with compliance if rounding level was not reached.
         Ok(converged || evaluate(island, &map, iterate).largest <= tolerances.newton)
     }
 
-    /// Finds the point of the central path where all products are `kappa` (m²/s²); whether it did.
+    /// Finds the point of the central path where all products are `kappa` (m²/s²). Returns true on
+    /// success.
     pub(super) fn centre(
         &mut self,
         island: &Island,
@@ -166,7 +167,8 @@ impl LinearPoint {
         Ok(false)
     }
 
-    /// Stays at the solution that was found: compliance acts on changes alone (N13). Returns by how much it misses the laws, m/s.
+    /// Stays at the step's solution, with compliance on changes only (N13). Returns the residual of
+    /// the laws (m/s).
     pub(super) fn keep(
         &mut self,
         island: &Island,
@@ -182,12 +184,13 @@ impl LinearPoint {
         residual.largest
     }
 
-    /// At least so many rows are stiff here.
+    /// Lower bound of the number of stiff rows at this point.
     pub(super) fn stiff_rows(&self, island: &Island) -> usize {
         self.iterate.stiff_rows(island)
     }
 
-    /// Factorises the equations here, where ε = `compliance` has been evaluated last; `None` where they are singular.
+    /// Factorises the equations at this point, which was evaluated last with ε = `compliance`.
+    /// `None` if they are singular.
     pub(super) fn factorise(&mut self, island: &Island, on: PointCompliance) -> Option<()> {
         let compliance = on.compliance;
         let Self { newton, iterate, held, gains, by_friction, .. } = self;
@@ -198,7 +201,7 @@ impl LinearPoint {
         gains.clear();
         for (index, piece) in pieces.iter().enumerate() {
             let gain = iterate.factored(island, index, *piece, compliance);
-            // What is open has no part in anything.
+            // Open contacts have no effect.
             if gain.gains != Vector3::zeros() {
                 held.add(island, index, &eliminations[index].slope, &gain, on);
                 gains.push((index, gain));
@@ -207,14 +210,15 @@ impl LinearPoint {
         Some(())
     }
 
-    /// Factorises the equations here, on the central path: gains of contacts are those of (N7), which are nowhere nothing, those of
-    /// joints the laws' own. `None` where they are singular.
+    /// Factorises the equations on the central path. `None` if they are singular.
+    ///
+    /// Contacts have the gains of (N7), which are never zero. Joints have the gains of their laws.
     pub(super) fn factorise_centred(&mut self, island: &Island) -> Option<()> {
         let map = NaturalMap::with_compliance(COMPLIANCE);
         let Self { newton, iterate, held, interior, gains, by_friction, .. } = self;
         evaluate(island, &map, iterate);
         let graphs = island.graphs();
-        // (N7) in the axes of the rows: of contacts alone, as joints have no interior.
+        // (N7) in the axes of the rows. Joints have no interior.
         let gain = |index: usize, u: &Vector3<f64>| {
             let (barrier, frame) = (interior.barrier(index), &island.couplings()[index].rows.frame);
             let u = &frame.tr_mul(u);
@@ -246,7 +250,8 @@ impl LinearPoint {
         Some(())
     }
 
-    /// Puts on the right-hand sides of `one` what a change of states and wrenches makes, and what is `given` to each body beside.
+    /// Writes the right-hand sides of a change of states and wrenches to `one`. `given` returns the
+    /// further changes of each body.
     pub(super) fn change(
         &mut self,
         island: &Island,
@@ -282,13 +287,13 @@ impl LinearPoint {
         }
     }
 
-    /// Whether the rows that hold here are independent, of the system that was factorised last.
+    /// True if the constraining rows are independent, according to the system factorised last.
     pub(super) fn is_determined(&mut self, island: &Island) -> bool {
         let Self { newton, held, one, .. } = self;
         held.is_determined(island, one, newton.system())
     }
 
-    /// Linearises by what they depend on all contacts and joints of what was factorised.
+    /// Linearises the factorised contacts, joints and gears with respect to their data.
     pub(super) fn linearise(
         &mut self,
         island: &Island,

@@ -1,36 +1,39 @@
-//! The linear systems of an island at a point, solved to the digits of what they are made of.
+//! Linear systems of an island at one point, solved with iterative refinement.
 //!
-//! With motions m of the rows at fixed V⁺ and everything else in b,
+//! With motions m of the rows at fixed V⁺ and all other terms in b,
 //!
 //! ```text
 //! A δV − Σ H D (m + J δV) = b,   K = A − Σ H D J                                   (G2)
 //! ```
 //!
-//! D is as large as 1/ε, so that A and b lose 1e-16/ε where K is formed, and m is as large as 1/h. What they lose shows
-//! where the couplings hold nothing. A residual in which the rows are not summed up, of which each D is multiplied with a sum that
-//! nearly vanishes, has all digits, and a second solution with the same factors gives them back:
+//! D is as large as 1/ε, so forming K loses 1e-16/ε of A and b. The motions m are as large as 1/h.
+//! The loss matters for motions that no coupling constrains. The residual keeps all digits if each
+//! D multiplies the nearly vanishing sum m + J x. A second solve with the same factors restores
+//! them:
 //!
 //! ```text
 //! δV = x + K⁻¹ (b − A x + Σ H D (m + J x)),   x = K⁻¹ (b + Σ H D m)                (G11)
 //! ```
 //!
-//! Where the limit of vanishing compliance is taken at one point, at which compliance acts on changes alone, that residual counts what
-//! gives way from the impulse of the first solution on, û = u + ε (δp̂ − δp̂₁) with δp̂₁ = D (m + J x):
+//! If the limit of vanishing compliance is taken at one point, compliance acts on changes only. The
+//! residual then measures the deflection from the impulse of the first solve, û = u + ε (δp̂ −
+//! δp̂₁) with δp̂₁ = D (m + J x):
 //!
 //! ```text
 //! δV = x + K⁻¹ (b − A x + Σ H D C (m + J x)),   C = E − ε D                        (G14)
 //! ```
 //!
-//! with what is left of the compliance of second order. Where the rows are nearly dependent that is not little, and as many
-//! solutions follow as it takes: with what the impulses δp̂ = D s are of, s₁ = m + J x₁,
+//! The remaining error is of second order in the compliance. For nearly dependent rows it is not
+//! small, and further solves follow. With δp̂ = D s and s₁ = m + J x₁,
 //!
 //! ```text
-//! xₖ₊₁ = xₖ + K⁻¹ (b − A xₖ + Σ H D (m + J xₖ − ε D sₖ)),   sₖ₊₁ = m + J xₖ₊₁ − ε D sₖ          (G19)
+//! xₖ₊₁ = xₖ + K⁻¹ (b − A xₖ + Σ H D (m + J xₖ − ε D sₖ)),   sₖ₊₁ = m + J xₖ₊₁ − ε D sₖ       (G19)
 //! ```
 //!
-//! of which the first is (G14). Transposed the same in the other order, with what the rows' motions have a part in, λ, kept beside y.
+//! The first of these is (G14). The transposed solve runs in reverse order. Next to y it keeps λ,
+//! the derivatives with respect to the row motions.
 //!
-//! Equation numbers are those of `docs/gradients.md`.
+//! Equation numbers refer to `docs/gradients.md`.
 
 use super::point::PointCompliance;
 use super::slopes::RowsChange;
@@ -39,31 +42,31 @@ use crate::solver::native::island::{HeldSide, Island, IslandSlope, IslandSystem}
 use crate::solver::native::law::Factored;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
 
-/// What the system at a point consists of.
+/// Terms of the linear system at a point, kept separate for residuals.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Held {
     couplings: Vec<HeldRows>,
     sides: Vec<HeldSide>,
-    /// Of A of every body the part that turns; the other is one.
+    /// Angular block of A for every body. The linear block is the identity.
     turning: Vec<Matrix3<f64>>,
-    /// How many solutions follow the first.
+    /// Number of solves after the first.
     passes: usize,
 }
 
-/// A coupling that has a gain.
+/// Coupling with a nonzero gain.
 #[derive(Debug, Clone)]
 struct HeldRows {
     index: usize,
-    /// Where its sides end.
+    /// End of its range in the list of sides.
     end: usize,
-    /// ε |g| of each row: 1 of what is stiff.
+    /// ε |g| of each row: 1 for a stiff row.
     stiffness: Vector3<f64>,
-    /// ε D, along the rows; where no limit is taken, nothing.
+    /// ε D along the rows. Zero without a limit.
     gives: Matrix3<f64>,
 }
 
 impl Held {
-    /// No coupling, and these parts of A.
+    /// Starts a system without couplings, with these angular blocks of A.
     pub(super) fn begin(&mut self, turning: impl Iterator<Item = Matrix3<f64>>) {
         self.couplings.clear();
         self.sides.clear();
@@ -91,7 +94,7 @@ impl Held {
         self.couplings.push(HeldRows { index, end, stiffness, gives });
     }
 
-    /// The couplings with their sides.
+    /// Couplings with their sides.
     fn couplings(&self) -> impl Iterator<Item = (&HeldRows, &[HeldSide])> {
         let mut begin = 0;
         self.couplings.iter().map(move |rows| {
@@ -101,26 +104,29 @@ impl Held {
         })
     }
 
-    /// Whether the system decides the impulses of all rows, and how many solutions have to follow the first (G19): what gives way from
-    /// any impulses on leaves them, but for a part that is less each time,
+    /// Tests if the system determines the impulses of all rows, and sets the number of further
+    /// solves (G19).
+    ///
+    /// Random impulses are relaxed by
     ///
     /// ```text
     /// δp̂ ← D (J δV − ε δp̂),   K δV = −ε Σ H D δp̂
     /// ```
     ///
-    /// The impulses are without a pattern, so that no direction is missed. What is left after the first solution and one that follows is its square.
+    /// Determined impulses shrink in every pass. Random numbers miss no direction. One solve and
+    /// one refinement leave the square of this reduction.
     pub(super) fn is_determined(
         &mut self,
         island: &Island,
         columns: &mut RefinedColumns<1>,
         system: &mut IslandSystem,
     ) -> bool {
-        /// What may be left of the drawn impulses after the first solution, if one follows; and after the last.
+        /// Largest remainder of the random impulses after the first solve and after the last.
         const FEW: f64 = 1e-5;
         const LEFT: f64 = 1e-10;
-        /// What is left has to be less than this part of what was, each time.
+        /// Required reduction per pass.
         const LESS: f64 = 0.1;
-        /// Solutions that may follow the first.
+        /// Largest number of solves after the first.
         const MOST: usize = 12;
         columns.begin(self.turning.len(), island.couplings().len());
         let mut draws = Drawn::default();
@@ -135,7 +141,7 @@ impl Held {
                 self.passes = passes.max(1);
                 return true;
             }
-            // What does not become less is decided by nothing.
+            // No equation determines a remainder that does not shrink.
             if left > LESS * before {
                 return false;
             }
@@ -145,8 +151,10 @@ impl Held {
     }
 }
 
-/// Numbers from −½ to ½ of which no few sum up to nothing (SplitMix64: G. L. Steele, D. Lea, C. H. Flood, 2014): of the
-/// parts of a turn by one angle four do, a − b − c + d, as the impulses do that a face's corners can share.
+/// Random numbers from −½ to ½ (SplitMix64: G. L. Steele, D. Lea, C. H. Flood, 2014).
+///
+/// No small subset sums to zero. Multiples of a fixed angle would: a − b − c + d vanishes for four
+/// of them, as for the impulses that a face's corners can share.
 #[derive(Default)]
 pub(super) struct Drawn(u64);
 
@@ -161,7 +169,7 @@ impl Drawn {
 }
 
 impl HeldSide {
-    /// Adds what a change of the body's velocities is along the rows.
+    /// Adds the motion along the rows for a change of the body's velocities.
     #[inline(always)]
     fn see(&self, change: &[f64; 6], along: &mut [f64; 3]) {
         for (column, change) in self.rows.data.0.iter().zip(change) {
@@ -169,7 +177,7 @@ impl HeldSide {
         }
     }
 
-    /// Adds what motions along the rows make of the right-hand sides.
+    /// Adds the right-hand side of motions along the rows.
     #[inline(always)]
     fn press(&self, along: &[f64; 3], rhs: &mut [f64; 6]) {
         for (column, along) in self.effect.data.0.iter().zip(along) {
@@ -178,19 +186,19 @@ impl HeldSide {
     }
 }
 
-/// Columns of right-hand sides by members and by couplings, of their solutions, and scratch.
+/// Right-hand sides by body and coupling, their solutions and scratch, for C columns.
 #[derive(Debug, Clone)]
 pub(super) struct RefinedColumns<const C: usize> {
-    /// b, or c; then what is left of it.
+    /// b, or c of the transposed system; then its residual.
     pub(super) rhs: Vec<SMatrix<f64, 6, C>>,
-    /// m of every coupling along its rows, m/s; or λ.
+    /// m of every coupling along its rows (m/s), or λ.
     pub(super) motions: Vec<SMatrix<f64, 3, C>>,
     /// δV, or y.
     pub(super) solved: Vec<SMatrix<f64, 6, C>>,
     values: Vec<SMatrix<f64, 6, C>>,
-    /// b, or c, where more than one solution follows the first.
+    /// Copy of b or c, for more than one further solve.
     begun: Vec<SMatrix<f64, 6, C>>,
-    /// s of (G19), or what it is by.
+    /// s of (G19), or its derivative.
     given: Vec<SMatrix<f64, 3, C>>,
 }
 
@@ -200,7 +208,7 @@ impl<const C: usize> RefinedColumns<C> {
         Self { rhs, motions: Vec::new(), solved, values, begun, given: Vec::new() }
     }
 
-    /// Nothing on the right.
+    /// Resets the right-hand sides to zero.
     pub(super) fn begin(&mut self, members: usize, couplings: usize) {
         self.rhs.clear();
         self.rhs.resize(members, SMatrix::zeros());
@@ -208,7 +216,7 @@ impl<const C: usize> RefinedColumns<C> {
         self.motions.resize(couplings, SMatrix::zeros());
     }
 
-    /// Adds what changes of the rows of a coupling make.
+    /// Adds the changes of a coupling's rows.
     pub(super) fn add(&mut self, island: &Island, coupling: usize, change: &RowsChange<C>) {
         self.motions[coupling] += change.motion;
         if change.impulse != SMatrix::<f64, 3, C>::zeros() {
@@ -217,7 +225,7 @@ impl<const C: usize> RefinedColumns<C> {
         island.add_torques(coupling, &change.torques, &mut self.rhs);
     }
 
-    /// Solves the equations of bodies by themselves, for the spins.
+    /// Solves for bodies without couplings.
     pub(super) fn turn(&mut self, inverse: &Matrix3<f64>) {
         self.solved.clone_from(&self.rhs);
         for solved in &mut self.solved {
@@ -226,7 +234,7 @@ impl<const C: usize> RefinedColumns<C> {
         }
     }
 
-    /// b + Σ H D m, where the solutions will be.
+    /// Writes b + Σ H D m to the solution's memory.
     fn press_motions(&mut self, held: &Held) {
         let Self { rhs, motions, solved, .. } = self;
         solved.clone_from(rhs);
@@ -241,7 +249,8 @@ impl<const C: usize> RefinedColumns<C> {
         }
     }
 
-    /// Has rows give way from impulses of which the motions are −ε δp̂, and leaves those of what is left of them; the largest.
+    /// Relaxes the rows from impulses δp̂, given as motions −ε δp̂. Leaves the motions of the
+    /// remainder and returns its largest entry.
     fn give_way(&mut self, held: &Held, island: &Island, system: &mut IslandSystem) -> f64 {
         self.rhs.iter_mut().for_each(|rhs| rhs.fill(0.0));
         self.press_motions(held);
@@ -310,7 +319,7 @@ impl<const C: usize> RefinedColumns<C> {
 }
 
 impl RefinedColumns<1> {
-    /// What of the motions of rows that are stiff the solution does not take back, m/s: the largest.
+    /// Largest motion of a stiff row that the solution does not cancel (m/s).
     pub(super) fn left(&self, held: &Held) -> f64 {
         let left = |(rows, sides): (&HeldRows, &[HeldSide])| {
             let mut along: [f64; 3] = self.motions[rows.index].into();
@@ -320,7 +329,7 @@ impl RefinedColumns<1> {
         held.couplings().map(left).fold(0.0, f64::max)
     }
 
-    /// Solves the transposed system: for y, and λ in the place of the motions.
+    /// Solves the transposed system for y. λ replaces the motions.
     pub(super) fn solve_transposed(
         &mut self,
         island: &Island,
@@ -336,7 +345,8 @@ impl RefinedColumns<1> {
         motions.iter_mut().for_each(|by| *by = Vector3::zeros());
         given.clear();
         given.resize(motions.len(), Vector3::zeros());
-        // From the last solution to the second: on the right is what the one that was there has a part in.
+        // From the last solve to the second. The right-hand side is the dependence on the solve
+        // before.
         for _ in 0..held.passes {
             z.clone_from(rhs);
             island.solve_transposed(system, z, values);
@@ -361,7 +371,7 @@ impl RefinedColumns<1> {
         solved.iter_mut().zip(&*rhs).for_each(|(sum, z)| *sum += z);
     }
 
-    /// What the solution of the transposed system makes derivatives by changes of the rows of a coupling.
+    /// Derivatives with respect to changes of a coupling's rows, from the transposed solution.
     pub(super) fn pulled(&self, island: &Island, coupling: usize) -> RowsChange<1> {
         RowsChange {
             motion: self.motions[coupling],
@@ -375,8 +385,8 @@ impl RefinedColumns<1> {
 mod tests {
     use super::Drawn;
 
-    /// The rows of a face's corners depend on each other by ±1, those of points along an edge by 1, −2, 1: what is drawn
-    /// for such points must not be blind to it, wherever in the list they are.
+    /// The rows of a face's corners depend on each other by ±1, those of points along an edge by
+    /// 1, −2, 1. Random numbers must reveal both, at any position in the list.
     #[test]
     fn no_few_numbers_sum_up_to_nothing() {
         let mut draws = Drawn::default();

@@ -1,4 +1,4 @@
-//! Derivatives of steps in which nothing moved, as of bodies at rest: the next step may be the same.
+//! Derivatives of steps in which nothing moves, cached for the next step.
 
 use super::StepDerivative;
 #[cfg(feature = "save")]
@@ -14,10 +14,11 @@ use crate::mechanics::Wrench;
 use crate::step::{Step, StepSolution};
 use crate::world::World;
 
-/// Of worlds of so many bodies the derivatives by states of a step at rest are kept: five megabytes at most.
+/// Largest number of bodies for which derivatives of a step at rest are cached: at most five
+/// megabytes.
 pub(super) const FEW_BODIES: usize = 64;
 
-/// A step in which nothing moved, so that the next one may be the same.
+/// Step in which nothing moved. The next step may be identical.
 #[derive(Debug, Clone)]
 pub(super) struct RestingStep {
     world: World,
@@ -27,7 +28,7 @@ pub(super) struct RestingStep {
 }
 
 impl RestingStep {
-    /// That of a step, if it is one.
+    /// Records the step, if nothing moved in it.
     pub(super) fn of(
         step: &Step<'_>,
         contacts: &[Contact],
@@ -43,7 +44,7 @@ impl RestingStep {
         })
     }
 
-    /// Whether a step is this one.
+    /// True if the step equals this one.
     fn is(&self, step: &Step<'_>, contacts: &[Contact], solution: &StepSolution) -> bool {
         let Self { world, wrenches, contacts: own, solution: found } = self;
         found.states == step.states
@@ -55,7 +56,7 @@ impl RestingStep {
 }
 
 impl StepDerivative {
-    /// Whether it is that of a step in which nothing moved, and of this one.
+    /// True if this is the derivative of exactly this step and nothing moved in it.
     pub(crate) fn is_at_rest_in(
         &self,
         step: &Step<'_>,
@@ -68,22 +69,22 @@ impl StepDerivative {
 
 #[cfg(feature = "save")]
 impl StepDerivative {
-    /// Whether it is that of a step in which nothing moved.
+    /// True if nothing moved in the differentiated step.
     pub(crate) fn is_at_rest(&self) -> bool {
         self.rest.is_some()
     }
 
-    /// The same by states and wrenches, of a step at rest that is asked for often: a product with the whole matrix, and
-    /// nothing is solved. Whether that was done.
+    /// Computes the product of [`pull`](Self::pull) with states and wrenches, from a cached matrix
+    /// of a step at rest. Returns false if the matrix does not pay off.
     ///
     /// # Errors
-    /// A list of another length than the world's.
+    /// A list whose length differs from the world's.
     pub(crate) fn pull_at_rest(
         &mut self,
         end: &[StateChange],
         gradient: &mut StepGradient,
     ) -> Result<bool, Error> {
-        /// The whole matrix takes as long as so many products for each body.
+        /// Number of products per body that cost as much as the whole matrix.
         const ENOUGH: usize = 4;
         let bodies = self.ends.len();
         self.pulls_at_rest += 1;
@@ -122,8 +123,8 @@ impl StepDerivative {
 
 #[cfg(feature = "save")]
 impl LinearIsland {
-    /// Whether the velocities at the start have a part in its step by their momenta alone, as wrenches have: nothing bounces, and no
-    /// drive asks for a rate.
+    /// True if the initial velocities act only as momenta, like wrenches: no contact bounces and no
+    /// drive controls a rate.
     fn moves_by_momentum(&self) -> bool {
         let [point, _] = &self.points;
         let of_contacts = point.couplings.iter().map(|coupling| &coupling.slopes);
@@ -131,7 +132,7 @@ impl LinearIsland {
         all.all(|slopes| slopes.by_velocity.is_none())
     }
 
-    /// What derivatives by velocities and spins make, then, of those by wrenches.
+    /// Derivatives with respect to wrenches, from those with respect to velocities and spins.
     fn push_wrenches(&self, states: &[StateChange], wrenches: &mut [Wrench]) {
         for (&body, member) in self.bodies.iter().zip(self.island.members()) {
             let StateChange { velocity, spin, .. } = &states[body];

@@ -1,13 +1,16 @@
-//! What the rows of a coupling and what it presses with change by, with the states at the start of the step.
+//! Derivatives of a coupling's rows and loads with respect to the initial states.
 //!
-//! The motion of the rows is kept apart from the impulse that a stiff gain makes of it: products of 1/ε with a sum that nearly
-//! vanishes are formed of the sum.
+//! The motion of the rows is kept apart from the impulse that a stiff gain makes of it. The factor
+//! 1/ε then multiplies a nearly vanishing sum, not its terms.
 
 use crate::derivative::StateChange;
 use nalgebra::{SMatrix, Vector3, Vector6};
 
-/// Changes at fixed V⁺, by columns: of the motion along a coupling's rows (m/s), and beside what its gain makes of that, of its
-/// impulse (m/s, world) and of the torques of it on A and on B, each in its body's frame.
+/// Changes of a coupling at fixed V⁺, C columns.
+///
+/// - `motion`: motion along the rows (m/s).
+/// - `impulse`: impulse beyond the gain's response to the motion (m/s, world).
+/// - `torques`: torques of the impulse on A and on B, each in its body's frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RowsChange<const C: usize> {
     pub(super) motion: SMatrix<f64, 3, C>,
@@ -21,14 +24,14 @@ impl<const C: usize> RowsChange<C> {
         Self { motion: three, impulse: three, torques: SMatrix::zeros() }
     }
 
-    /// The other way round.
+    /// Change with the opposite sign.
     pub(super) fn negated(&self) -> Self {
         Self { motion: -self.motion, impulse: -self.impulse, torques: -self.torques }
     }
 }
 
 impl RowsChange<1> {
-    /// This and `factor` times `other`.
+    /// This plus `factor` times `other`.
     pub(super) fn plus(&self, factor: f64, other: &Self) -> Self {
         Self {
             motion: self.motion + other.motion * factor,
@@ -37,7 +40,7 @@ impl RowsChange<1> {
         }
     }
 
-    /// The sum of the products of all numbers.
+    /// Inner product of all numbers.
     pub(super) fn dot(&self, other: &Self) -> f64 {
         self.motion.dot(&other.motion)
             + self.impulse.dot(&other.impulse)
@@ -46,7 +49,7 @@ impl RowsChange<1> {
 }
 
 impl RowsChange<12> {
-    /// Columns from this one on.
+    /// Columns from index `column` on.
     pub(super) fn columns<const C: usize>(&self, column: usize) -> RowsChange<C> {
         RowsChange {
             motion: self.motion.fixed_columns::<C>(column).into(),
@@ -55,7 +58,7 @@ impl RowsChange<12> {
         }
     }
 
-    /// Sets columns from this one on.
+    /// Sets the columns from index `column` on.
     pub(super) fn set<const C: usize>(&mut self, column: usize, part: &RowsChange<C>) {
         self.motion.fixed_columns_mut::<C>(column).copy_from(&part.motion);
         self.impulse.fixed_columns_mut::<C>(column).copy_from(&part.impulse);
@@ -63,18 +66,18 @@ impl RowsChange<12> {
     }
 }
 
-/// Of a coupling, by the states of A and B.
+/// Derivatives of a coupling with respect to the states of A and B.
 #[derive(Debug, Clone)]
 pub(super) struct LinearisedSlopes {
     /// A and B, bodies of the world.
     pub(super) bodies: [Option<usize>; 2],
-    /// By δr (world) and δθ (body) of A and of B.
+    /// Derivative with respect to δr (world) and δθ (body) of A and of B.
     pub(super) by_pose: RowsChange<12>,
-    /// Of the motion and of the impulse by δv (world) and δω (body) at k of A and of B, where these have a part in it.
+    /// Motion and impulse by δv (world) and δω (body) at k of A and of B. `None` if independent.
     pub(super) by_velocity: Option<Box<SMatrix<f64, 6, 12>>>,
 }
 
-/// What a state has of the columns of a side.
+/// Stacks position and rotation, or velocity and spin.
 fn six(position: &Vector3<f64>, turn: &Vector3<f64>) -> Vector6<f64> {
     let (r, t) = (position, turn);
     Vector6::new(r[0], r[1], r[2], t[0], t[1], t[2])
@@ -85,7 +88,7 @@ impl LinearisedSlopes {
         Self { bodies, by_pose: RowsChange::zero(), by_velocity: None }
     }
 
-    /// By changes of states.
+    /// Change of the rows for changes of states.
     pub(super) fn pushed(&self, states: &[StateChange]) -> RowsChange<1> {
         let mut change = RowsChange::zero();
         for (side, body) in self.bodies.into_iter().enumerate() {
@@ -103,7 +106,8 @@ impl LinearisedSlopes {
         change
     }
 
-    /// By the pose of one of its bodies, and by its velocities where these have a part in it: nothing of others.
+    /// Derivatives with respect to the pose of `body`, and to its velocities if they matter. `None`
+    /// for other bodies.
     pub(super) fn by_state(&self, body: usize) -> Option<(RowsChange<6>, Option<RowsChange<6>>)> {
         let first = 6 * (0..2).find(|side| self.bodies[*side] == Some(body))?;
         let by_velocity = self.by_velocity.as_ref().map(|slopes| RowsChange {
@@ -114,7 +118,7 @@ impl LinearisedSlopes {
         Some((self.by_pose.columns(first), by_velocity))
     }
 
-    /// The transpose.
+    /// Adds the transposed product: derivatives with respect to states.
     pub(super) fn pull(&self, by: &RowsChange<1>, states: &mut [StateChange]) {
         let RowsChange { motion, impulse, torques } = &self.by_pose;
         for (side, body) in self.bodies.into_iter().enumerate() {

@@ -1,13 +1,15 @@
-//! What joints hold, linearised by the states at the start of the step, by the constants of
-//! their drives, and by their anchors; gears are sums of their rows.
+//! Linearised joint rows, by the initial states, the drives' constants and the anchors. Gear rows
+//! are sums of them.
 //!
-//! At fixed V⁺ the impulse along row k of a joint changes by what its piece asks for (J5), with ε the compliance,
+//! At fixed V⁺ the impulse along row k of a joint changes with its piece (J5). With ε the
+//! compliance,
 //!
 //! ```text
-//! where it is vertical δp̂ = −(δu − δu₀)/ε,   of p = v − s u δp̂ = (δv − û δs − s δu)/(1 + ε s)        (G10)
+//! where it is vertical δp̂ = −(δu − δu₀)/ε,   of p = v − s u δp̂ = (δv − û δs − s δu)/(1 + ε s)  (G10)
 //! ```
 //!
-//! and the impulse acts where and how its bodies have it then. Equation numbers are those of `docs/gradients.md`.
+//! The torque of the impulse changes with the poses of the bodies. Equation numbers refer to
+//! `docs/gradients.md`.
 
 use super::constants::{add_anchors, anchors_of, unit};
 use super::geared::{LinearGear, TiedRows};
@@ -24,49 +26,49 @@ use crate::world::{Constant, World};
 use nalgebra::{Matrix3, RowSVector, SMatrix, Vector3, Vector6};
 use std::ops::Range;
 
-/// The impulse of three rows of a joint, linearised.
+/// Three linearised rows of a joint.
 #[derive(Debug, Clone)]
 pub(super) struct LinearRows {
-    /// The coupling in the island.
+    /// Index of the coupling in the island.
     pub(super) coupling: usize,
     pub(super) slopes: LinearisedSlopes,
     by_time_step: RowsChange<1>,
-    /// The joint in the world, and by its anchors in A and in B.
+    /// Index of the joint in the world.
     joint: usize,
     by_anchors: Option<Box<RowsChange<6>>>,
-    /// The rows' axes, and what each answers to.
+    /// Axes of the rows. `laws` has the law of each.
     frame: Matrix3<f64>,
     laws: [TiedRowLaw; 3],
 }
 
-/// A row on a piece of its law.
+/// Joint row on a piece of its law.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TiedRowLaw {
     axis: Axis,
     start: AxisStart,
     time_step: f64,
-    /// ℓ, m, and M, kg, of the row's scale.
+    /// ℓ (m) of the row's scale; `mass` is M (kg).
     length: f64,
     mass: f64,
-    /// û, or u₀ of a piece that is vertical; whether it is.
+    /// û, or u₀ of a vertical piece, with a flag for the latter.
     at: GraphPlace,
-    /// s; of what is vertical nothing.
+    /// s. Zero for a vertical piece.
     slope: f64,
     compliance: f64,
     limit: f64,
     slots: AxisSlots,
 }
 
-/// A row of a coupling of a joint or a gear.
+/// Row of a coupling of a joint or a gear.
 #[derive(Debug, Clone, Copy)]
 struct TiedRow {
     coupling: usize,
     k: usize,
-    /// ℓ, m, of a turn.
+    /// ℓ of a rotation (m).
     length: f64,
 }
 
-/// The end of a step.
+/// End of a step.
 pub(super) struct TiedEnds<'a, V: Fn(usize) -> (Vector3<f64>, Vector3<f64>)> {
     /// v⁺ and ω⁺ of a body of the world.
     pub(super) velocity: V,
@@ -75,7 +77,7 @@ pub(super) struct TiedEnds<'a, V: Fn(usize) -> (Vector3<f64>, Vector3<f64>)> {
 }
 
 impl TiedRowLaw {
-    /// The law of a `row` whose axis begins with `start` in a step of `time_step` (s).
+    /// Law of a `row` whose axis has the initial values `start`, in a step of `time_step` (s).
     fn new(
         solved: &SolvedRows<'_>,
         island: &Island,
@@ -89,7 +91,7 @@ impl TiedRowLaw {
         let on = solved.segment(island, coupling, k);
         let is_vertical = on.is_vertical();
         let p = &solved.impulses[coupling];
-        // Where its limit is taken, compliance acts on changes alone.
+        // With a limit, compliance acts on changes only.
         let given = p * (solved.compliance - solved.limit);
         let u = island.rows(coupling).column(k).dot(&(solved.points[coupling] + given));
         Self {
@@ -106,8 +108,8 @@ impl TiedRowLaw {
         }
     }
 
-    /// What a change of what its graph is made of makes of the motion along it, and of the impulse beside (G10), which does not
-    /// give way where the limit is taken (G14).
+    /// Motion along the row and impulse for a change of the graph's data (G10). The impulse has no
+    /// compliance if the limit is taken (G14).
     pub(super) fn answer(&self, change: &AxisChange) -> (f64, f64) {
         let Self { axis, start, time_step, length, mass, at, slope, compliance, limit, .. } = self;
         match axis.piece_change(start, *time_step, *length, *mass, *at, change) {
@@ -119,7 +121,7 @@ impl TiedRowLaw {
         }
     }
 
-    /// The numbers of constants that are its own, as a change.
+    /// Change of the axis by its own constants. `None` if it has none.
     fn given(&self, of: &impl Fn(Constant, usize) -> f64) -> Option<AxisChange> {
         if self.slots == AxisSlots::default() {
             return None;
@@ -143,7 +145,7 @@ impl TiedRowLaw {
         })
     }
 
-    /// Its places among the numbers of a constant.
+    /// Indices of the row among the numbers of a constant.
     fn places(&self, constant: Constant) -> Range<usize> {
         let AxisSlots { axis, motor, limits } = self.slots;
         let found = match constant {
@@ -156,7 +158,7 @@ impl TiedRowLaw {
     }
 }
 
-/// Which of the world's axes that drives can act on it is, of those with a motor, and of those with limits.
+/// Indices of an axis among the axes with drives, with motors and with limits.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct AxisSlots {
     axis: Option<usize>,
@@ -164,12 +166,12 @@ struct AxisSlots {
     limits: Option<usize>,
 }
 
-/// The places of the axes of joints among the numbers of constants.
+/// Indices of joint axes among the numbers of constants.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Slots {
-    /// Of all that have any the joint and the axis.
+    /// Joint, axis and indices of every axis that has constants.
     axes: Vec<(usize, JointAxis, AxisSlots)>,
-    /// How many there are of each, and of gears.
+    /// Number of axes with drives. `motors`, `limited` and `gears` count likewise.
     driven: usize,
     motors: usize,
     limited: usize,
@@ -199,7 +201,7 @@ impl Slots {
         self.gears = world.gears().len();
     }
 
-    /// How many numbers a constant of drives or of gears has.
+    /// Number of values of a constant of drives or gears.
     pub(super) fn width(&self, constant: Constant) -> usize {
         match constant {
             Constant::JointLimits => 2 * self.limited,
@@ -209,7 +211,7 @@ impl Slots {
         }
     }
 
-    /// Those of an axis.
+    /// Indices of an axis.
     fn of(&self, joint: usize, axis: JointAxis) -> AxisSlots {
         let first = self.axes.partition_point(|(known, ..)| *known < joint);
         let mut own = self.axes[first..].iter().take_while(|(known, ..)| *known == joint);
@@ -217,34 +219,33 @@ impl Slots {
     }
 }
 
-/// The next place, where it has one.
+/// Next index, if `has` is true.
 fn next(has: bool, count: &mut usize) -> Option<usize> {
     let place = has.then_some(*count);
     *count += usize::from(has);
     place
 }
 
-/// What of the solution the rows of an island are linearised at.
+/// Solution at which the rows of an island are linearised.
 pub(super) struct SolvedRows<'a> {
     pub(super) pieces: &'a [MapPiece],
-    /// p̂ and u of every coupling, m/s, world.
+    /// p̂ of every coupling (m/s, world). `points` has u.
     pub(super) impulses: &'a [Vector3<f64>],
     pub(super) points: &'a [Vector3<f64>],
     pub(super) compliance: f64,
-    /// The same where its limit is taken, otherwise 0.
+    /// `compliance` if its limit is taken, otherwise 0.
     pub(super) limit: f64,
 }
 
 impl SolvedRows<'_> {
-    /// The piece of row k of a coupling.
+    /// Piece of row k of a coupling.
     fn segment(&self, island: &Island, coupling: usize, k: usize) -> Segment {
         let MapPiece::Axes(pieces) = self.pieces[coupling] else { return Segment::NONE };
         island.segment(coupling, k, pieces[k])
     }
 }
 
-/// Linearises what joints and gears of an island hold; `velocity` has V⁺ of bodies of the world, `next` their states
-/// at the end.
+/// Linearises the rows of an island's joints and gears.
 pub(super) fn linearise(
     step: &Step<'_>,
     island: &Island,
@@ -257,7 +258,7 @@ pub(super) fn linearise(
     let TiedEnds { velocity, next } = ends;
     rows.clear();
     gears.clear();
-    // By their couplings.
+    // All joint rows, in the order of their couplings.
     let mut tangents: Vec<TiedRows> = Vec::new();
     for place in island.joint_places() {
         let JointPlace { joint: number, place: at_place, turn, length, angles, .. } = place;
@@ -330,7 +331,7 @@ impl LinearRows {
         let mut by_velocity = of.rates.as_ref().map(|_| Box::new(SMatrix::<f64, 6, 12>::zeros()));
         for (k, law) in laws.iter().enumerate() {
             let unit = AxisChange::default();
-            // Adds rows, by columns, of which a change of one makes this answer.
+            // Adds columns `by`, and `longer` by h, through the response of row k.
             let mut add = |(motion, impulse): (f64, f64), by: RowSVector<f64, 12>, longer: f64| {
                 let mut row = pose.motion.row_mut(k);
                 row += by * motion;
@@ -367,7 +368,7 @@ impl LinearRows {
         Self { coupling, slopes, by_time_step, joint, by_anchors, frame, laws }
     }
 
-    /// By changes of constants.
+    /// Change of the rows for changes of constants.
     pub(super) fn by_constants(&self, of: &impl Fn(Constant, usize) -> f64) -> RowsChange<1> {
         let mut change = RowsChange::zero().plus(of(Constant::TimeStep, 0), &self.by_time_step);
         for (k, law) in self.laws.iter().enumerate() {
@@ -388,7 +389,7 @@ impl LinearRows {
         change
     }
 
-    /// The transpose.
+    /// Adds the transposed product: derivatives with respect to `constants`.
     pub(super) fn pull_constants(
         &self,
         by: &RowsChange<1>,

@@ -1,28 +1,28 @@
-//! A point of the iteration, and its residuals.
+//! Iterate of Newton's method and its residuals.
 //!
-//! Equation numbers are those of `docs/native-solver.md`.
+//! Equation numbers refer to `docs/native-solver.md`.
 
 use crate::solver::native::equations::{Equations, MapResidual, Velocities, reserve};
 use crate::solver::native::law::{Factored, LawRows, MapPiece, NaturalMap, Projection};
 use nalgebra::Vector3;
 
-/// A point of the iteration.
+/// Iterate of Newton's method.
 #[derive(Debug, Clone)]
 pub(in super::super) struct Iterate<E: Equations> {
     pub(in super::super) velocity: E::Velocity,
-    /// p̂ of every coupling, m/s, world.
+    /// p̂ of every coupling (m/s, world).
     pub(in super::super) impulses: Vec<Vector3<f64>>,
-    /// u of every coupling (N2), kept from the last evaluation; without shifts.
+    /// u of every coupling (N2) at the last evaluation, without shifts (m/s, world).
     pub(super) points: Vec<Vector3<f64>>,
-    /// The arguments of every coupling's projections, for the map evaluated last.
+    /// Projection arguments of every coupling for the map evaluated last.
     pub(super) pulls: Vec<Projection>,
-    /// The residual of the equations of motion, which no map of the laws changes.
+    /// Residual of the equations of motion. Independent of the natural map.
     pub(super) motion: MapResidual,
-    /// The map evaluated last, and the residual.
+    /// Map evaluated last; `residual` belongs to it.
     pub(super) map: NaturalMap,
     pub(super) residual: MapResidual,
-    /// ε D p̂_0 of every coupling, m/s, where the compliance acts on changes from impulses p̂_0
-    /// (N13); empty otherwise.
+    /// ε D p̂_0 of every coupling (m/s), for compliance on changes from impulses p̂_0 (N13). Empty
+    /// otherwise.
     pub(super) shifts: Vec<Vector3<f64>>,
     pub(super) scratch: E::Scratch,
 }
@@ -49,23 +49,23 @@ impl<E: Equations> Iterate<E> {
         reserve(&mut self.shifts, contacts);
     }
 
-    /// The largest speed of a row that an impulse holds, m/s; of the last residual's point.
+    /// Largest speed of a row that an impulse holds, at the last evaluation (m/s).
     pub(in super::super) fn held_speed(&self, equations: &E) -> f64 {
         self.pulls.iter().map(|pull| pull.held_speed(equations.graphs())).fold(0.0, f64::max)
     }
 
-    /// How far every coupling is from the next piece of its law, m/s; of the last evaluation.
+    /// Distance of every coupling to the nearest kink of its law, at the last evaluation (m/s).
     pub(in super::super) fn margins(&self, equations: &E) -> impl Iterator<Item = f64> {
         self.pulls.iter().map(|pull| pull.clearance(equations.graphs()))
     }
 
-    /// At least so many rows are held wherever they are, of the last evaluation.
+    /// Lower bound of the number of stiff rows, at the last evaluation.
     pub(in super::super) fn stiff_rows(&self, equations: &E) -> usize {
         let rows = |pull: &Projection| pull.stiff_rows(equations.graphs());
         self.pulls.iter().map(rows).sum()
     }
 
-    /// The gain of coupling `index` on a piece in its factors, with ε = `compliance`; of the last evaluation.
+    /// Factored gain of coupling `index` on a piece, with ε = `compliance`, at the last evaluation.
     pub(in super::super) fn factored(
         &self,
         equations: &E,
@@ -77,7 +77,7 @@ impl<E: Equations> Iterate<E> {
         self.pulls[index].factored(piece, of, compliance)
     }
 
-    /// u of every coupling, m/s, of the last evaluation.
+    /// u of every coupling at the last evaluation (m/s).
     pub(in super::super) fn points(&self) -> &[Vector3<f64>] {
         &self.points
     }
@@ -87,7 +87,7 @@ impl<E: Equations> Iterate<E> {
         equations.set_points(&self.velocity, &mut self.scratch, &mut self.points);
     }
 
-    /// Has the compliance of `map` act on changes from the impulses alone (N13), from here on.
+    /// Lets the compliance of `map` act on changes from the current impulses only (N13).
     pub(in super::super) fn keep_impulses(&mut self, equations: &E, map: &NaturalMap) {
         let contacts = self.impulses.iter().zip(equations.couplings());
         self.shifts.clear();
@@ -96,7 +96,7 @@ impl<E: Equations> Iterate<E> {
         );
     }
 
-    /// Has it act on the impulses again, in what is evaluated from here on.
+    /// Lets the compliance act on the whole impulses again, from the next evaluation on.
     pub(in super::super) fn forget_impulses(&mut self) {
         self.shifts.clear();
     }
@@ -120,7 +120,7 @@ impl<E: Equations> Iterate<E> {
     }
 }
 
-/// The residual of the law without compliance, m/s.
+/// Residual of the law without compliance (m/s).
 pub(in super::super) fn exact_residual<E: Equations>(
     equations: &E,
     iterate: &mut Iterate<E>,
@@ -128,7 +128,7 @@ pub(in super::super) fn exact_residual<E: Equations>(
     evaluate(equations, &NaturalMap::EXACT, iterate).largest
 }
 
-/// The equations of motion (N1) and the natural map (N4) at a point, all as velocities.
+/// Evaluates the equations of motion (N1) and the natural map (N4), all as velocities.
 pub(in super::super) fn evaluate<E: Equations>(
     equations: &E,
     map: &NaturalMap,
@@ -140,7 +140,7 @@ pub(in super::super) fn evaluate<E: Equations>(
     evaluate_again(equations, map, iterate)
 }
 
-/// The same for another law at the point that was evaluated last.
+/// Evaluates another law at the point evaluated last.
 pub(in super::super) fn evaluate_again<E: Equations>(
     equations: &E,
     map: &NaturalMap,
@@ -166,7 +166,7 @@ pub(in super::super) fn evaluate_again<E: Equations>(
     size
 }
 
-/// The same where compliance acts on changes: a function of its own, so that what has none pays for none.
+/// Variant for compliance on changes. A separate function keeps the common case fast.
 #[inline(never)]
 fn evaluate_shifted<E: Equations>(
     equations: &E,

@@ -1,6 +1,6 @@
-//! The law without compliance: as the limit of the law with less and less of it, or at once, where the laws leave nothing open.
+//! Law without compliance: limit of vanishing compliance, or direct solution for independent rows.
 //!
-//! Equation numbers are those of `docs/native-solver.md` and, from J on, of `docs/joints.md`.
+//! Equation numbers refer to `docs/native-solver.md`. Numbers from J on refer to `docs/joints.md`.
 
 use super::{Iterate, Newton, NewtonRun, evaluate, evaluate_again, keeps};
 use crate::solver::native::effort::SolveEffort;
@@ -12,23 +12,24 @@ use crate::solver::native::settings::{
 };
 use nalgebra::Vector3;
 
-/// Newton steps on the pieces found last, towards the law without compliance.
+/// Newton steps on fixed pieces towards the law without compliance.
 struct Correction {
     /// ε in the matrix.
     compliance: f64,
-    /// ε in the matrix once the steps are slow.
+    /// ε in the matrix once convergence is slow.
     least_compliance: f64,
-    /// The residual to reach, m/s.
+    /// Residual to reach (m/s).
     residual: f64,
-    /// The most steps that leave more than a small part of the residual.
+    /// Largest number of steps that reduce the residual slowly.
     slow_steps: u32,
 }
 
 impl<E: Equations> Newton<E> {
-    /// Moves a solution of the law of `map` to the limit of vanishing compliance (N9): the law without
-    /// compliance, every contact on its present piece, and the compliance in the matrix alone,
-    /// which leaves the undetermined part of the impulses where it is. Returns the residual of the
-    /// law without compliance, m/s. The iterate must have been evaluated.
+    /// Moves a solution of the law of `map` to the limit of vanishing compliance (N9).
+    ///
+    /// The law has no compliance, and every contact stays on its piece. The compliance in the
+    /// matrix leaves the undetermined part of the impulses unchanged. Returns the residual of the
+    /// law without compliance (m/s). The iterate must have been evaluated.
     pub(in super::super) fn take_limit(
         &mut self,
         equations: &E,
@@ -41,9 +42,9 @@ impl<E: Equations> Newton<E> {
         }
         self.find_pieces(equations, iterate);
         evaluate_again(equations, &NaturalMap::EXACT, iterate);
-        // Any multiple of the compliance leaves the same part of the impulses where it is. With less
-        // of it they feel more of rounding, so that what settles would not come to rest. The law's
-        // own goes first where nothing gives more than it: the matrix is factorised with it.
+        // Any multiple of the compliance leaves the same part of the impulses unchanged. A smaller
+        // one amplifies rounding, so that settling impulses would not come to rest. With isotropic
+        // compliance the law's own goes first: the matrix is factorised with it.
         let (setting, own) = (equations.setting(), map.compliance);
         let settles = setting.unsettled <= SETTLING;
         let part = if settles { 1.0 } else { equations.settings().limit_compliance };
@@ -56,8 +57,8 @@ impl<E: Equations> Newton<E> {
         self.correct(equations, correction, iterate, effort)
     }
 
-    /// Moves a point near a solution of the law without compliance, which was evaluated, to the
-    /// solution. Returns the residual, m/s.
+    /// Moves an evaluated point near a solution of the law without compliance to the solution.
+    /// Returns the residual (m/s).
     fn correct(
         &mut self,
         equations: &E,
@@ -96,9 +97,10 @@ impl<E: Equations> Newton<E> {
         merit.largest
     }
 
-    /// Solves the law without compliance, where nothing is to be selected. `is_evaluated` tells that
-    /// the iterate was, for that law. Returns the residual, m/s; infinite where something turns out
-    /// to be to select.
+    /// Solves the law without compliance for independent rows.
+    ///
+    /// `is_evaluated` is true if the iterate was evaluated for that law. Returns the residual
+    /// (m/s). Returns infinity if the rows turn out to be dependent.
     pub(in super::super) fn solve_determined(
         &mut self,
         equations: &E,
@@ -119,14 +121,15 @@ impl<E: Equations> Newton<E> {
         if !is_sure && !is_clear(equations, iterate, iterate.residual.largest) {
             return f64::INFINITY;
         }
-        // What rolls gives more across only for the rule's sake: in the matrix it would make this
-        // slow.
+        // The larger compliance of rolling contacts serves only the selection rule. In the matrix
+        // it would slow convergence.
         self.gives_alike = true;
         let mut residual = f64::INFINITY;
         if self.go_on(equations, &map, run, iterate, effort) {
             self.find_pieces(equations, iterate);
-            // Kept factors gain a digit or two a step, where Newton's method doubles them: not the
-            // first below the limit. What one correction does not shrink by much is rounding.
+            // Retained factors gain one or two digits per step, while Newton's method doubles the
+            // digits. The residual must fall clearly below the limit. Slow progress means rounding
+            // level.
             let residual_to_reach = KEPT_CORRECTION * limit(equations);
             let correction = Correction {
                 compliance,
@@ -143,14 +146,16 @@ impl<E: Equations> Newton<E> {
         residual
     }
 
-    /// Whether the laws leave nothing of the impulses of `iterate`, a solution, open. With the response W of the rows that hold,
+    /// Tests if the laws determine the impulses of the solution `iterate`. With the response W of
+    /// the constraining rows,
     ///
     /// ```text
     /// r ← (W + ε E)⁻¹ ε r,   r = p̂ at first,                                   (J16)
     /// ```
     ///
-    /// the step from u = 0 to u = −ε r, leaves of r what W does not see, and of all else little. What is open, and would not be where
-    /// others give way, has a say too: no row may be so near to another piece of its law.
+    /// This is the step from u = 0 to u = −ε r. It keeps the part of r in the null space of W and
+    /// shrinks all else. Compliance could also load an open row. So no row may be close to another
+    /// piece of its law.
     fn is_selected(&mut self, equations: &E, matrix: f64, iterate: &mut Iterate<E>) -> bool {
         if !is_clear(equations, iterate, 0.0) {
             return false;
@@ -164,7 +169,7 @@ impl<E: Equations> Newton<E> {
             let points = iterate.points.iter_mut().zip(&trial.points).zip(&trial.impulses);
             points.for_each(|((point, u), left)| *point = u + matrix * left);
             evaluate_again(equations, &NaturalMap::EXACT, iterate);
-            // The factors are those of a point near it, as long as the pieces are the same.
+            // The factors belong to a nearby point. They stay valid while the pieces are the same.
             self.kept.are_good = true;
             if !self.set_direction(equations, matrix, iterate) {
                 break;
@@ -185,22 +190,22 @@ impl<E: Equations> Newton<E> {
     }
 }
 
-/// Whether no row of a point is so near to another piece of its law that compliance has a say in which it is on, or may be where
-/// the solution is `apart` from it, m/s.
+/// True if no row is so close to another piece that compliance could change its piece. The solution
+/// may be `apart` from the point (m/s).
 fn is_clear<E: Equations>(equations: &E, iterate: &Iterate<E>, apart: f64) -> bool {
     let near = CLEARANCE * largest(&iterate.impulses) - apart;
     iterate.pulls.iter().all(|pull| pull.clearance(equations.graphs()) > near)
 }
 
-/// The largest entry; infinite where one is no number.
+/// Largest entry. Infinite if an entry is NaN.
 fn largest(impulses: &[Vector3<f64>]) -> f64 {
     let largest = impulses.iter().map(Vector3::amax).fold(0.0, f64::max);
     let is_known = impulses.iter().flatten().all(|number| !number.is_nan());
     if is_known { largest } else { f64::INFINITY }
 }
 
-/// The residual at which the limit of vanishing compliance is reached: to rounding where the
-/// impulses are settling, because they may be kept for many steps.
+/// Residual at which the limit of vanishing compliance is reached (m/s). Settling impulses are
+/// solved to rounding, because they may be kept for many steps.
 fn limit(equations: &impl Equations) -> f64 {
     let tolerances = equations.tolerances();
     if equations.setting().unsettled <= SETTLING { tolerances.rounding } else { tolerances.exact }

@@ -1,6 +1,6 @@
-//! Semismooth Newton on the natural map of the contact law, with every contact eliminated.
+//! Semismooth Newton method on the natural map of the contact law, with every contact eliminated.
 //!
-//! Equation numbers are those of `docs/native-solver.md` and, from J on, of `docs/joints.md`.
+//! Equation numbers refer to `docs/native-solver.md`. Numbers from J on refer to `docs/joints.md`.
 
 mod iterate;
 mod limit;
@@ -14,22 +14,22 @@ use nalgebra::Vector3;
 
 pub(super) use iterate::{Iterate, evaluate, evaluate_again, exact_residual};
 
-/// Every coupling eliminated, and the piece that it is on.
+/// Elimination and piece of every coupling.
 pub(super) type Linearised<'a, E> = (&'a [Elimination<<E as Equations>::Slope>], &'a [MapPiece]);
 
-/// How an iteration is run.
+/// Parameters of a Newton iteration.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NewtonRun {
-    /// ε in the Newton matrix: that of the law, or any where the law has none.
+    /// ε in the Newton matrix: the one of the law, or any value for a law without compliance.
     pub(super) compliance: f64,
-    /// The most iterations.
+    /// Largest number of iterations.
     pub(super) iterations: u32,
-    /// The residual of the law at which it has converged, m/s.
+    /// Residual of the law at convergence (m/s).
     pub(super) residual: f64,
 }
 
 impl NewtonRun {
-    /// That of the law with [`COMPLIANCE`].
+    /// Parameters for the law with [`COMPLIANCE`].
     pub(super) fn with_compliance(equations: &impl Equations) -> Self {
         let residual = equations.tolerances().newton;
         Self { compliance: COMPLIANCE, iterations: NEWTON_ITERATIONS, residual }
@@ -45,17 +45,17 @@ pub(super) struct Newton<E: Equations> {
     eliminations: Vec<Elimination<E::Slope>>,
     system: E::System,
     kept: KeptFactor,
-    /// Whether the compliance in the matrix is alike in all directions, also of contacts that can roll.
+    /// True if the matrix uses isotropic compliance, also for rolling contacts.
     gives_alike: bool,
 }
 
-/// Of which point the eliminations and the factorised system are.
+/// Point that the eliminations and the factorised system belong to.
 #[derive(Debug, Clone, Default)]
 struct KeptFactor {
-    /// The pieces there, and the compliance.
+    /// Pieces at that point; `compliance` is the ε of the matrix.
     pieces: Vec<MapPiece>,
     compliance: f64,
-    /// Whether they are good enough for the next step, too.
+    /// True if the factors may be used for the next step.
     are_good: bool,
 }
 
@@ -72,7 +72,7 @@ impl<E: Equations> Newton<E> {
         }
     }
 
-    /// Room for so many contacts.
+    /// Reserves memory for `contacts` contacts.
     pub(super) fn reserve(&mut self, contacts: usize) {
         self.trial.reserve(contacts);
         reserve(&mut self.pieces, contacts);
@@ -80,7 +80,7 @@ impl<E: Equations> Newton<E> {
         reserve(&mut self.eliminations, contacts);
     }
 
-    /// Solves the law of `map` from `iterate`. Returns whether it converged.
+    /// Solves the law of `map` from `iterate`. Returns true on convergence.
     pub(super) fn solve(
         &mut self,
         equations: &E,
@@ -93,7 +93,7 @@ impl<E: Equations> Newton<E> {
         self.go_on(equations, map, run, iterate, effort)
     }
 
-    /// The same from a point that was evaluated for `map`; leaves the last point evaluated.
+    /// Iterates from a point evaluated for `map`. Leaves the last point evaluated.
     fn go_on(
         &mut self,
         equations: &E,
@@ -104,7 +104,7 @@ impl<E: Equations> Newton<E> {
     ) -> bool {
         let tolerances = equations.tolerances();
         let mut merit = iterate.residual;
-        // Without compliance the iteration is near a solution, and to stay there.
+        // Without compliance the iteration starts near a solution and must stay there.
         let mut jumps = if map.compliance > 0.0 { equations.settings().jumps } else { 0 };
         let mut whole_steps = WHOLE_STEPS;
         self.kept.are_good = false;
@@ -148,14 +148,14 @@ impl<E: Equations> Newton<E> {
         merit.largest <= run.residual
     }
 
-    /// Solves the law with a compliance that acts on changes from the impulses p̂_0 of `iterate`
-    /// alone, from there:
+    /// Solves the law from `iterate`, with compliance on changes from its impulses p̂_0 only:
     ///
     /// ```text
     /// û = u + ε D (p̂ − p̂_0)                                                   (N13)
     /// ```
     ///
-    /// `is_evaluated` tells that the iterate was, for any law. Returns whether it converged.
+    /// `is_evaluated` is true if the iterate was evaluated for some law. Returns true on
+    /// convergence.
     pub(super) fn solve_from_here(
         &mut self,
         equations: &E,
@@ -179,8 +179,9 @@ impl<E: Equations> Newton<E> {
     }
 
     /// Linearises the law evaluated last at `iterate` with the compliance `matrix`, and factorises
-    /// the system of the velocities. Returns every coupling eliminated and the piece that it is on;
-    /// `None` where the system is singular.
+    /// the system of the velocities.
+    ///
+    /// Returns the elimination and the piece of every coupling. `None` if the system is singular.
     pub(super) fn linearise(
         &mut self,
         equations: &E,
@@ -193,7 +194,8 @@ impl<E: Equations> Newton<E> {
         is_regular.then_some((&self.eliminations, &self.pieces))
     }
 
-    /// The same with what `answer` makes of every coupling in place of the law's answers; the pieces are the law's.
+    /// Linearises with the local solutions of `answer` instead of the law's. The pieces are the
+    /// law's.
     pub(super) fn linearise_as(
         &mut self,
         equations: &E,
@@ -208,27 +210,28 @@ impl<E: Equations> Newton<E> {
         is_regular.then_some((&self.eliminations, &self.pieces))
     }
 
-    /// The pieces that were found last.
+    /// Pieces found last.
     pub(super) fn pieces(&self) -> &[MapPiece] {
         &self.pieces
     }
 
-    /// The system that was factorised last.
+    /// System factorised last.
     pub(super) fn system(&mut self) -> &mut E::System {
         &mut self.system
     }
 
-    /// Finds the pieces that the map evaluated last puts the couplings on.
+    /// Finds the pieces of all couplings for the map evaluated last.
     fn find_pieces(&mut self, equations: &E, iterate: &Iterate<E>) {
         self.pieces.clear();
         self.pieces.extend(iterate.pulls.iter().map(|pull| pull.piece(equations.graphs())));
     }
 
-    /// The Newton direction of the velocities for the law evaluated last and the modes found
-    /// before; the impulses' part follows from the eliminations. `false` where there is none.
+    /// Computes the Newton direction of the velocities for the law evaluated last and the pieces
+    /// found last. The direction of the impulses follows from the eliminations. Returns false if
+    /// the matrix is singular.
     ///
-    /// Where the eliminations and the factorised system of a point before are still good, they are kept: what they ask for is found anew
-    /// from the residuals here.
+    /// Retained factors are reused while they are good. Only the offsets are then recomputed, from
+    /// the current residuals.
     fn set_direction(&mut self, equations: &E, matrix: f64, iterate: &Iterate<E>) -> bool {
         let Iterate { velocity, impulses, points, pulls, scratch, .. } = iterate;
         let gives_alike = self.gives_alike;
@@ -265,7 +268,7 @@ impl<E: Equations> Newton<E> {
             && equations.direction(scratch, eliminations, system, step)
     }
 
-    /// Halves the step until the residual falls enough; moves `iterate` there.
+    /// Halves the step until the residual falls enough, and moves `iterate` there.
     fn search(
         &mut self,
         equations: &E,
@@ -286,7 +289,7 @@ impl<E: Equations> Newton<E> {
         None
     }
 
-    /// The trial point `length` along the direction.
+    /// Sets the trial point at `length` along the direction.
     fn try_step(&mut self, iterate: &Iterate<E>, length: f64) {
         let Self { trial, step, eliminations, .. } = self;
         trial.velocity.set_moved(&iterate.velocity, length, step);
@@ -300,7 +303,7 @@ impl<E: Equations> Newton<E> {
     }
 }
 
-/// Whether a step that made of a residual another one, at most a `part` of it, may be followed by one with the same factors.
+/// True if the factors may be reused: the step left at most a `part` of the residual.
 fn keeps(equations: &impl Equations, before: f64, after: f64, part: f64) -> bool {
     equations.settings().keeps_factors && after <= part * before
 }

@@ -1,15 +1,16 @@
-//! Contact problems that are given by matrices, as the equations of [`super::equations`]: every part of a
-//! problem that is coupled to nothing else by itself.
+//! Contact problems given by matrices, as [`super::equations`]. Uncoupled parts of a problem are
+//! solved separately.
 //!
-//! Whatever the form, the unknowns V are numbers of nodes, which impulses change at once and rows see:
+//! The unknowns V are values at nodes. Impulses change them directly, and rows depend on them:
 //!
 //! ```text
 //! V = V_free + Σ B_i p̂_i,   u_i = C_i V + c_i,   (E − Σ B_i D_i C_i) δV = −r + Σ B_i d_i   (C5)
 //! ```
 //!
-//! In the local form a node is a group of rows, with B a column of blocks of W and C = E. In the global one it is what
-//! M couples, with B = M⁻¹ H and C = Hᵀ; a part of M that has more numbers than rows touch it is taken
-//! in these rows, as in the local form. Equation numbers are those of `docs/contact-problem.md`.
+//! In the local form a node is a group of rows, with B a block column of W and C = E. In the global
+//! form it is a connected component of M, with B = M⁻¹ H and C = Hᵀ. A component with more values
+//! than rows is condensed to these rows, as in the local form. Equation numbers refer to
+//! `docs/contact-problem.md`.
 
 mod parts;
 
@@ -26,7 +27,7 @@ use super::stages::{StageRun, StageSolver};
 use crate::problem::{ContactProblem, ProblemError, Selection, Solution, SolveOptions};
 use nalgebra::{Matrix3, Vector3};
 
-/// Solves a problem, part by part.
+/// Solves a problem part by part.
 ///
 /// # Errors
 /// [`ProblemError::Interrupted`].
@@ -58,7 +59,7 @@ pub(crate) fn solve(
     Ok(Solution {
         iterations,
         parts: parts.len(),
-        // Without a start of the caller's the first stage begins from no impulses.
+        // Without an initial guess the first stage starts from zero impulses.
         start: match options.start {
             None if run == StageRun::PREVIOUS => StageRun::ZERO.name(),
             _ => run.name(),
@@ -71,9 +72,9 @@ pub(crate) fn solve(
 /// Velocities of nodes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct PosedMotion {
-    /// By their places in the plan.
+    /// Values by place in the plan.
     numbers: Vec<f64>,
-    /// What the rows of every coupling see of a direction; empty of a point.
+    /// Motion of each coupling's rows, for a direction. Empty for a point.
     seen: Vec<Vector3<f64>>,
 }
 
@@ -99,7 +100,7 @@ impl Velocities for PosedMotion {
     }
 }
 
-/// ∂u/∂V of a coupling, by its index: what its rows see of a direction was found with it.
+/// ∂u/∂V of a coupling, by its index. The row motion is computed together with the direction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CouplingSlope(usize);
 
@@ -111,10 +112,10 @@ impl Slope for CouplingSlope {
     }
 }
 
-/// What couplings have to do with nodes: of each coupling some links, of each link a matrix.
+/// Relation of couplings to nodes: a list of links per coupling, and a matrix per link.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Links {
-    /// Where the links of each coupling end.
+    /// End of each coupling's links.
     ends: Vec<usize>,
     links: Vec<PosedLink>,
     numbers: Vec<f64>,
@@ -122,34 +123,34 @@ pub(super) struct Links {
 
 #[derive(Debug, Clone, Copy)]
 struct PosedLink {
-    /// The place of the node, and how many numbers it has.
+    /// Place of the node; `size` is its number of values.
     place: usize,
     size: usize,
-    /// Where its matrix begins: three numbers for each of the node's.
+    /// Start of its matrix: three entries for each value of the node.
     at: usize,
 }
 
 impl Links {
-    /// Adds a link to the coupling at hand; `by` are three numbers for each of the node's, of the coupling's
-    /// rows.
+    /// Adds a link to the current coupling. `by` has one entry per row of the coupling, three for
+    /// each value of the node.
     fn add(&mut self, place: usize, size: usize, by: &[f64]) {
         self.links.push(PosedLink { place, size, at: self.numbers.len() });
         self.numbers.extend_from_slice(by);
     }
 
-    /// The coupling at hand has no more of them.
+    /// Completes the current coupling.
     fn end(&mut self) {
         self.ends.push(self.links.len());
     }
 
-    /// The links of a coupling: place, size, and three numbers for each of the node's.
+    /// Links of a coupling: place, size, and three entries for each value of the node.
     fn of(&self, coupling: usize) -> impl Iterator<Item = (usize, usize, &[f64])> + Clone {
         let begin = if coupling == 0 { 0 } else { self.ends[coupling - 1] };
         let links = self.links[begin..self.ends[coupling]].iter();
         links.map(|link| (link.place, link.size, &self.numbers[link.at..link.at + 3 * link.size]))
     }
 
-    /// Adds to numbers by place what the rows' `along` makes of them.
+    /// Adds the effect of `along` the rows to values by place.
     fn push(&self, coupling: usize, along: &Vector3<f64>, numbers: &mut [f64]) {
         for (place, size, by) in self.of(coupling) {
             for (number, by) in numbers[place..place + size].iter_mut().zip(by.chunks_exact(3)) {
@@ -158,7 +159,7 @@ impl Links {
         }
     }
 
-    /// What the rows see of numbers by place.
+    /// Row motions for values by place.
     fn seen(&self, coupling: usize, numbers: &[f64]) -> Vector3<f64> {
         let mut seen = Vector3::zeros();
         for (place, size, by) in self.of(coupling) {
@@ -170,7 +171,7 @@ impl Links {
     }
 }
 
-/// The equations of a part of a problem (C5), in its own units of speed and of impulse.
+/// Equations of a part of a problem (C5), in its own units of speed and impulse.
 #[derive(Debug, Clone)]
 pub(super) struct PosedEquations {
     setting: StepSetting,
@@ -178,12 +179,12 @@ pub(super) struct PosedEquations {
     plan: FrontPlan,
     /// V_free.
     free: Vec<f64>,
-    /// B and C.
+    /// B; `sees` is C.
     pushes: Links,
     sees: Links,
 }
 
-/// The linear system, and memory of a block of it.
+/// Linear system and scratch.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PosedSystem {
     fronts: Fronts,
@@ -212,7 +213,7 @@ impl Equations for PosedEquations {
         self.settings
     }
 
-    /// Speeds are in parts of the part's own.
+    /// Returns 1: speeds are relative to the part's own.
     fn speed(&self) -> f64 {
         1.0
     }
@@ -225,7 +226,7 @@ impl Equations for PosedEquations {
         }
     }
 
-    /// Nothing is known of the motion before.
+    /// Does nothing: the last motion is unknown.
     fn keep_velocity(&self, _: &mut PosedMotion) {}
 
     fn turns_too_far(&self, _: &PosedMotion) -> bool {

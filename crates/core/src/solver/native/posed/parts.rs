@@ -1,4 +1,4 @@
-//! A problem taken apart, in nodes and in units of its own.
+//! Decomposition of a problem into parts, with nodes and units of their own.
 
 use super::{Links, PosedEquations};
 use crate::joint::Graph;
@@ -13,17 +13,17 @@ use nalgebra::{Matrix3, Vector3};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// A part of a problem: groups of rows that are coupled to no others.
+/// Part of a problem: groups of rows coupled to no others.
 #[derive(Debug, Clone)]
 pub(super) struct ProblemPart {
     pub(super) equations: PosedEquations,
     groups: Vec<usize>,
-    /// What speeds and impulses are divided by, m/s and N s.
+    /// Unit of speed (m/s); `impulse` is the unit of impulses (N s).
     pub(super) speed: f64,
     impulse: f64,
 }
 
-/// All parts, by their first groups. A solution to `residual` (m/s) is asked for.
+/// All parts, in the order of their first groups. They are solved to `residual` (m/s).
 pub(super) fn of(
     problem: &ContactProblem,
     residual: f64,
@@ -39,7 +39,7 @@ pub(super) fn of(
 }
 
 impl ProblemPart {
-    /// The impulses of a start in the part's unit; none where there is none.
+    /// Initial impulses in the part's unit. Zero without a start.
     pub(super) fn scaled(
         &self,
         problem: &ContactProblem,
@@ -53,7 +53,7 @@ impl ProblemPart {
         self.groups.iter().map(of).collect()
     }
 
-    /// Writes impulses of the part.
+    /// Writes the impulses of the part.
     pub(super) fn write(
         &self,
         problem: &ContactProblem,
@@ -67,17 +67,17 @@ impl ProblemPart {
     }
 }
 
-/// The nodes of a problem, and what groups of rows have to do with them.
+/// Nodes of a problem and their relation to groups of rows.
 #[derive(Debug, Default)]
 struct Nodes {
     sizes: Vec<usize>,
-    /// V_free of each.
+    /// V_free of each node.
     free: Vec<Vec<f64>>,
-    /// Of each group, what its impulses do to nodes, and what its rows see of them: three numbers for each
-    /// of the node's.
+    /// Effect of each group's impulses on nodes, and dependence of its rows on nodes (`sees`):
+    /// three entries for each value of the node.
     pushes: Vec<Vec<(usize, Vec<f64>)>>,
     sees: Vec<Vec<(usize, Vec<f64>)>>,
-    /// Of each group, what is added to what it sees.
+    /// Constant part of each group's motion.
     offsets: Vec<Vector3<f64>>,
 }
 
@@ -105,20 +105,20 @@ impl Nodes {
         nodes
     }
 
-    /// A node of so many rows, at rest without impulses.
+    /// Adds a node of `rows` rows, at rest without impulses.
     fn add_rows(&mut self, rows: usize) -> usize {
         self.sizes.push(rows);
         self.free.push(vec![0.0; rows]);
         self.sizes.len() - 1
     }
 
-    /// Has a group see the rows of a node as they are.
+    /// Makes the rows of a group equal to the values of a node.
     fn see_rows(&mut self, group: usize, node: usize, rows: usize) {
         let unit = (0..rows).flat_map(|k| (0..3).map(move |i| if i == k { 1.0 } else { 0.0 }));
         self.sees[group].push((node, unit.collect()));
     }
 
-    /// Has a group push the nodes `own` of groups by the blocks of its columns.
+    /// Adds the effect of a group on the nodes `own` of groups, by the blocks of its columns.
     fn add_blocks(
         &mut self,
         problem: &ContactProblem,
@@ -146,11 +146,11 @@ impl Nodes {
         }
     }
 
-    /// The nodes of a global problem.
+    /// Adds the nodes of a global problem.
     fn add_global(&mut self, problem: &ContactProblem, global: &problem::Global) {
         let count = problem.laws().len();
         let (mass, directions) = (global.factors(), &global.directions);
-        // Of each part of M the groups that touch it.
+        // Groups that touch each component of M.
         let mut touching = vec![Vec::new(); mass.components().len()];
         for group in 0..count {
             for (row, _) in columns_of(directions, problem.rows(group)).concat() {
@@ -160,7 +160,7 @@ impl Nodes {
         for groups in &mut touching {
             groups.dedup();
         }
-        // Parts that the same groups touch are one node.
+        // Components touched by the same groups form one node.
         let mut bundles: HashMap<&[usize], usize> = HashMap::new();
         let mut members: Vec<(&[usize], Vec<usize>)> = Vec::new();
         for (part, groups) in touching.iter().enumerate().filter(|(_, groups)| !groups.is_empty()) {
@@ -183,7 +183,7 @@ impl Nodes {
         }
     }
 
-    /// A node of numbers of the velocities.
+    /// Adds a node of some velocity components.
     fn add_body(
         &mut self,
         problem: &ContactProblem,
@@ -210,7 +210,7 @@ impl Nodes {
         }
     }
 
-    /// Numbers of the velocities as the rows of `groups` see them: a node for each of these.
+    /// Adds a node for each group instead of velocity components: their values are the row motions.
     fn add_condensed(
         &mut self,
         problem: &ContactProblem,
@@ -251,7 +251,7 @@ impl Nodes {
         }
     }
 
-    /// The groups of every part.
+    /// Groups of every part.
     fn parts(&self, count: usize) -> Vec<Vec<usize>> {
         let mut sets = Sets::new(count + self.sizes.len());
         for group in 0..count {
@@ -265,7 +265,7 @@ impl Nodes {
         lists
     }
 
-    /// A part, with what is asked of its solution.
+    /// Builds a part, with the required accuracy.
     fn part(
         &self,
         problem: &ContactProblem,
@@ -324,8 +324,10 @@ impl Nodes {
         }
     }
 
-    /// What speeds and impulses are divided by: the largest speed without impulses, and what makes the
-    /// mean response of a row one.
+    /// Units of speed and of impulse of a part.
+    ///
+    /// The speed is the largest one without impulses. The impulse makes the mean response of a row
+    /// one.
     fn units(&self, problem: &ContactProblem, groups: &[usize], responses: &[f64]) -> (f64, f64) {
         let free = |group: &usize| {
             let mut seen = self.offsets[*group];
@@ -344,7 +346,7 @@ impl Nodes {
     }
 }
 
-/// M⁻¹ in some numbers of the velocities alone, which nothing couples to others.
+/// M⁻¹ restricted to velocity components that are uncoupled from all others.
 struct OwnMass<'a> {
     global: &'a problem::Global,
     numbers: &'a [usize],
@@ -359,14 +361,14 @@ impl<'a> OwnMass<'a> {
         Self { global, numbers, moved, along: Vec::new(), answer: Vec::new() }
     }
 
-    /// M⁻¹ f.
+    /// Computes M⁻¹ f.
     fn free(&mut self) -> Vec<f64> {
         let entries = self.numbers.iter().map(|&k| (k, self.global.momentum[k]));
         self.solve(&entries.collect::<Vec<_>>());
         self.answer.clone()
     }
 
-    /// A column of H, and M⁻¹ of it.
+    /// Column of H, and M⁻¹ of it.
     fn column(&mut self, column: usize) -> (&[f64], &[f64]) {
         let of = |k: &usize| self.global.directions.at(*k, column);
         self.along = self.numbers.iter().map(of).collect();
@@ -385,12 +387,12 @@ impl<'a> OwnMass<'a> {
     }
 }
 
-/// The entries of some columns.
+/// Entries of some columns.
 fn columns_of(matrix: &SparseMatrix, columns: Range<usize>) -> Vec<Vec<(usize, f64)>> {
     columns.map(|column| matrix.column(column).collect()).collect()
 }
 
-/// A group as a coupling, in the units of its part.
+/// Converts a group to a coupling in the units of its part.
 fn coupling(
     law: &problem::Law,
     responses: &[f64],
