@@ -173,6 +173,8 @@ impl Sweeping<'_> {
             *pair.is_bound = false;
         }
         let is_deep = *pair.gap < -self.depth;
+        // The searches below move the hint.
+        let axis = if is_deep { pair.hint.axis_from(ends.0.1) } else { None };
         let mut goes_through = !is_deep;
         if is_deep && !stays_clear(&moving[0], &moving[1], passing, pair.hint) {
             goes_through = self.first(&moving, passing, pair.hint).is_some();
@@ -195,7 +197,6 @@ impl Sweeping<'_> {
             }
             self.first(&moving, most, pair.hint)?;
         }
-        let axis = if is_deep { pair.hint.axis_from(ends.0.1) } else { None };
         let was = (placed(self.world, self.start, a), placed(self.world, self.start, b));
         let (mut under, mut begins_near) = (0.0, false);
         if bound(was.0, was.1, pair.hint) <= near {
