@@ -6,6 +6,7 @@ mod common;
 mod curved;
 mod curved_common;
 mod curved_departures;
+mod elastic_symmetry;
 mod fast;
 #[path = "../common/interrupt.rs"]
 mod interrupt;
