@@ -9,8 +9,9 @@ use std::path::Path;
 const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
     ("", &[("Overview", "README.md"), ("Gallery", GALLERY), ("Reference", REFERENCE)]),
     (
-        "Using it",
+        "Use",
         &[
+            ("Command line", "docs/command-line.md"),
             ("Guide to the library", "docs/guide.md"),
             ("Python", "docs/python.md"),
             ("Scenario files", "scenarios/README.md"),
@@ -20,35 +21,36 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
         ],
     ),
     (
-        "How it works",
+        "Theory",
         &[
             ("Formulation", "docs/formulation.md"),
             ("The native solver", "docs/native-solver.md"),
             ("Joints", "docs/joints.md"),
             ("Derivatives", "docs/gradients.md"),
-            ("The contact problem by itself", "docs/contact-problem.md"),
+            ("The contact problem alone", "docs/contact-problem.md"),
             ("Plans", "docs/planning.md"),
             ("The Ipopt path", "docs/ipopt-path.md"),
-            ("Problems with closed-form answers", "docs/validation.md"),
+            ("Limits", "docs/limits.md"),
+            ("Problems with closed-form solutions", "docs/validation.md"),
         ],
     ),
     (
-        "What was measured",
+        "Measurements",
         &[
-            ("Against reality", "docs/reality.md"),
-            ("Beside other engines", "docs/comparison.md"),
-            ("Soak", "docs/soak.md"),
+            ("Recorded tosses", "docs/reality.md"),
+            ("Other engines", "docs/comparison.md"),
+            ("Long runs", "docs/soak.md"),
             ("Pictures and their cost", "docs/pictures/README.md"),
             ("Reference data", "data/README.md"),
         ],
     ),
     (
-        "Taking part",
+        "Project",
         &[
             ("Architecture", "ARCHITECTURE.md"),
             ("Contributing", "CONTRIBUTING.md"),
             ("Security", "SECURITY.md"),
-            ("Changes", "CHANGELOG.md"),
+            ("Changelog", "CHANGELOG.md"),
         ],
     ),
 ];
