@@ -48,6 +48,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
         "Project",
         &[
             ("Architecture", "ARCHITECTURE.md"),
+            ("Dependencies", "docs/dependencies.md"),
             ("Contributing", "CONTRIBUTING.md"),
             ("Security", "SECURITY.md"),
             ("Changelog", "CHANGELOG.md"),
