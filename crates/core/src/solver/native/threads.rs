@@ -14,7 +14,7 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 /// Smallest amount of work for threads, in resting contacts. One takes 0.12 µs, and waking the
-/// threads takes 10 µs (`examples/islands.rs`).
+/// threads takes 10 µs (`bench/measure/src/bin/islands.rs`).
 const LEAST_WORK: usize = 512;
 /// Cost of a contact in an unsettled island, in resting contacts. It is at least 0.5 µs for a
 /// sliding box, and 6 µs in a heap.
