@@ -6,9 +6,9 @@
 //! `docs/planning.md`.
 //!
 //! One loop serves two models of the cost about a run. The model of the stage `shoot` (Levenberg
-//! and Marquardt) has all controls at once. It uses the derivatives J of the rows (P4), the diagonal
-//! matrix E of the weights of effort, and D, the diagonal of JᵀJ + E. The controls x are in units of
-//! their bounds:
+//! and Marquardt) has all controls at once. It uses the derivatives J of the rows (P4), the
+//! diagonal matrix E of the weights of effort, and D, the diagonal of JᵀJ + E. The controls x are
+//! in units of their bounds:
 //!
 //! ```text
 //! (JᵀJ + E + κ D) d = −(Jᵀρ + E x),   x + d within its bounds                        (P5)
@@ -17,10 +17,10 @@
 //! Variables that would pass a bound are set to it, and the others are solved for again. The model
 //! of the stage `ddp` (`ddp.rs`) decides step by step.
 //!
-//! An iteration simulates the steps d of several κ and takes the cheapest run. The derivative is not
-//! valid beyond a kink, for example where a contact opens or begins to slip. If no run is cheaper,
-//! the next iteration uses *rougher* derivatives: differences of runs, or steps with compliance. The
-//! loop ends if all derivatives are zero.
+//! An iteration simulates the steps d of several κ and takes the cheapest run. The derivative is
+//! not valid beyond a kink, for example where a contact opens or begins to slip. If no run is
+//! cheaper, the next iteration uses *rougher* derivatives: differences of runs, or steps with
+//! compliance. The loop ends if all derivatives are zero.
 
 use super::boxed::{Quadratic, Room};
 use super::ddp::{DdpModel, ROUGH};
@@ -211,8 +211,8 @@ impl Shoot {
         Ok(format!("{} iterations", self.iterations))
     }
 
-    /// Model about the run of `controls`. Its derivatives are exact if `rough` is 0, otherwise of the
-    /// `rough`-th rougher kind.
+    /// Model about the run of `controls`. Its derivatives are exact if `rough` is 0, otherwise of
+    /// the `rough`-th rougher kind.
     ///
     /// `None` if steps of the run have no such derivatives.
     fn model(

@@ -89,7 +89,8 @@ attitude = { axis = [0.0, 1.0, 0.0], degrees = 45.0 }
 /// Checks the derivative with respect to the height of a ball in a groove: its feature margin is 0.
 ///
 /// If the ball starts higher, both contacts must slip to close their gaps. The derivative assumes
-/// that they stick, so it is wrong. Derivatives with respect to inputs that change no gap are valid.
+/// that they stick, so it is wrong. Derivatives with respect to inputs that change no gap are
+/// valid.
 #[test]
 fn a_ball_in_a_groove_cannot_follow_its_place() {
     let (world, states) = scene(GROOVE);

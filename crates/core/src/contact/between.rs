@@ -15,7 +15,8 @@ use nalgebra::Vector3;
 /// Converts the geometric contact points of two colliders to contacts.
 pub(super) struct Between<'a> {
     pub(super) world: &'a World,
-    /// Colliders A and B of the geometric contact points.
+    /// Colliders A and B of the geometric contact points. The first one is of the body with the
+    /// lower index, whichever owns the point.
     pub(super) proxies: [Proxy; 2],
     /// Poses of the bodies at which the geometric contact points were found.
     pub(super) at: &'a [Pose],
@@ -26,10 +27,10 @@ pub(super) struct Between<'a> {
 impl Between<'_> {
     /// Contact for the geometric contact point `touch`. `None` between two fixed pieces.
     ///
-    /// A step can need several planes for the same pair of features. `plane` numbers them from 0 and
-    /// becomes part of the key. For two round features, number 0 is a contact with the exact gap of
-    /// the features. It suffices unless a fast body passes through it ([`super::meeting`]). Higher
-    /// numbers are a point against a plane.
+    /// A step can need several planes for the same pair of features. `plane` numbers them from 0
+    /// and becomes part of the key. For two round features, number 0 is a contact with the exact
+    /// gap of the features. It suffices unless a fast body passes through it ([`super::meeting`]).
+    /// Higher numbers are a point against a plane.
     pub(super) fn contact(&self, touch: &Touch, plane: u32) -> Option<Contact> {
         let [of_point, of_plane] = match touch.point_of {
             PieceSide::A => self.proxies,
@@ -174,11 +175,11 @@ fn core(piece: &Piece, part: CorePart) -> Option<Core> {
     }
 }
 
-/// Exchanges point and plane: a fixed point against a plane of the body at `pose` becomes a point of
-/// the body against a fixed plane.
+/// Exchanges point and plane: a fixed point against a plane of the body at `pose` becomes a point
+/// of the body against a fixed plane.
 ///
-/// The new point is the projection of the fixed point's surface onto the body's plane. The new plane
-/// has the opposite normal. The gap is the same.
+/// The new point is the projection of the fixed point's surface onto the body's plane. The new
+/// plane has the opposite normal. The gap is the same.
 fn turned_about(touch: &Touch, pose: &Pose) -> Features {
     let normal = pose.rotation * touch.normal;
     let surface = touch.point - normal * touch.point_radius;
