@@ -1,10 +1,13 @@
 //! Contact problems with such large friction coefficients that a cone is almost a half-space.
+//!
+//! The problems are u = W p + q with Coulomb's law (`docs/contact-problem.md`). W maps impulses to
+//! velocities, and q are the velocities without impulses. A contact has the rows n, t₁, t₂.
 
 use nalgebra::{DMatrix, DVector};
 use tumble::problem::{ContactProblem, Law, Solution, SolveOptions, SparseMatrix};
 use tumble_core::simulation::random::Draws;
 
-/// Random W of full rank, and a random q. Every such problem has a solution for any coefficients.
+/// Random positive definite W and random q. Such a problem has a solution for any coefficients.
 fn drawn(seed: u32, count: usize) -> (DMatrix<f64>, DVector<f64>) {
     let mut draws = Draws::new(seed);
     let mut signed = || 2.0 * draws.unit() - 1.0;
@@ -24,7 +27,13 @@ fn solve((response, free): &(DMatrix<f64>, DVector<f64>), friction: &[f64]) -> S
     problem.solve(&SolveOptions::default()).unwrap()
 }
 
-/// Largest violation of the law [m/s], computed from the matrix alone. Each row has its own scale.
+/// Largest violation of the law (m/s), computed without the solver.
+///
+/// It is the natural map of each contact, with the diagonal entries w of W as scales:
+///
+/// ```text
+/// min(w_n p_n, u_n),   w_t p_t − proj(w_t p_t − u_t),   onto the disk of radius μ w_t p_n
+/// ```
 fn missed(
     (response, free): &(DMatrix<f64>, DVector<f64>),
     friction: &[f64],
@@ -44,9 +53,10 @@ fn missed(
     friction.iter().enumerate().map(|(contact, mu)| of(contact, mu)).fold(0.0, f64::max)
 }
 
-/// Checks friction coefficients up to 10⁵, as people write them where nothing should slip. An
-/// independent evaluation of the law must agree. With coefficients from 10⁴ on, at most 3 of 160
-/// problems are not solved.
+/// Checks friction coefficients up to 10⁵, as people write them where nothing should slip.
+///
+/// [`missed`] must confirm every result, solved or not. At most 3 problems with coefficients from
+/// 10⁴ on may stay unsolved.
 #[test]
 fn wide_cones_are_solved() {
     let mut unsolved = 0;
@@ -72,7 +82,7 @@ fn wide_cones_are_solved() {
 }
 
 /// Checks coefficients of 10⁸: at least four of five problems are solved. The others are reported
-/// as not converged, with impulses no worse than zero.
+/// as not converged, and their impulses violate the law at most as much as zero impulses do.
 #[test]
 fn the_widest_cones_are_solved_or_said() {
     let mut solved = 0;
@@ -90,7 +100,7 @@ fn the_widest_cones_are_solved_or_said() {
     assert!(solved >= 64, "{solved} of 80");
 }
 
-/// Checks problems without a solution. They are reported as such, with impulses no worse than zero.
+/// Checks problems without a solution: the reported residual is at most that of zero impulses.
 #[test]
 #[ignore = "slow"]
 fn the_best_point_is_no_worse_than_none() {

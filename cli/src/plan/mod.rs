@@ -1,4 +1,7 @@
-//! `tumble plan`: controls with which a scene meets its targets.
+//! `tumble plan`: searches controls with which a scene meets its targets, and writes their run.
+//!
+//! `controls` reads and writes controls.csv, `report` the results as JSON and text, `page` the HTML
+//! page.
 
 mod controls;
 mod page;
@@ -26,7 +29,9 @@ use tumble_scene::kept::KeptSteps;
 use tumble_scene::run_file::RunFile;
 use tumble_scene::written;
 
-/// `tumble plan`.
+/// Runs the command: search from the initial controls, simulation of the result, output files.
+///
+/// With `--replay` the initial controls are simulated without a search.
 pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let text = scenario::read_text(&args.file)?;
     let file = ProblemFile::of_text(&text, &args.file, &input::bytes)?;
@@ -69,7 +74,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         voice.say("interrupted before the first run was complete; nothing is written\n");
         return voice.end(Outcome::Interrupted);
     };
-    // An interrupt ends the search; the run that writes its plan ignores interrupts.
+    // An interrupt ends the search. The simulation that writes the plan ignores interrupts.
     let interrupted = interrupt.load(Ordering::Relaxed);
     let never = Arc::new(AtomicBool::new(false));
     let scene = problem.scene_of(&plan.replay)?;
@@ -89,7 +94,8 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
         Ok::<_, Failure>(())
     };
     let mut run_file = RunFile::of(&scene, &run.ended())?;
-    // Some scenes have no scenario text; the problem and the controls still describe the plan.
+    // Some scenes cannot be written as a scenario. The problem file and controls.csv still describe
+    // their plan.
     let [csv, json, html, toml] = OF_PLANS;
     let scenario = written::text(&scene).ok();
     names.retain(|name| name != toml || scenario.is_some());
@@ -119,10 +125,10 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     })
 }
 
-/// Searches the plan on the requested threads within the time limit. Also returns the cost of
+/// Searches the plan on the requested threads within the time limit. Also returns the cost after
 /// every iteration.
 ///
-/// `None` after an interrupt before the first run was complete.
+/// `None` if the search was interrupted before its first run was complete.
 fn search(
     args: &PlanArgs,
     file: &ProblemFile,
@@ -156,7 +162,7 @@ fn search(
     }
 }
 
-/// Failure of a problem, with the name of its file.
+/// Error about the planning problem, with the name of its file.
 fn refused(args: &PlanArgs, why: &PlanError) -> Failure {
     Failure::Input(format!("{}: {why}", shown::path(&args.file)))
 }

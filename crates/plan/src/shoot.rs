@@ -1,17 +1,26 @@
-//! Shooting with exact derivatives: every iterate is a run of the simulator, and only the controls are unknown.
+//! Shooting with exact derivatives: every iterate is a run of the simulator, and only the controls
+//! are unknown.
 //!
-//! One loop serves two models of the cost about a run. The model of the stage `shoot` (Levenberg and Marquardt) has all
-//! controls at once. With the rows ρ of a run, their derivatives J (P4) and the efforts E, in units of the bounds:
+//! The cost is the sum of squared *rows* ρ and a quadratic *effort* of the controls. The rows are
+//! deviations from the targets and violations of path constraints. Equation numbers refer to
+//! `docs/planning.md`.
+//!
+//! One loop serves two models of the cost about a run. The model of the stage `shoot` (Levenberg
+//! and Marquardt) has all controls at once. It uses the derivatives J of the rows (P4), the
+//! diagonal matrix E of the weights of effort, and D, the diagonal of JᵀJ + E. The controls x are
+//! in units of their bounds:
 //!
 //! ```text
 //! (JᵀJ + E + κ D) d = −(Jᵀρ + E x),   x + d within its bounds                        (P5)
 //! ```
 //!
-//! Variables that would pass a bound are set to it, and the others are solved for again. The model of the stage `ddp`
-//! (`ddp.rs`) decides step by step.
+//! Variables that would pass a bound are set to it, and the others are solved for again. The model
+//! of the stage `ddp` (`ddp.rs`) decides step by step.
 //!
-//! The loop runs several κ and takes the cheapest run, since the derivative is not valid beyond a kink. If no run is
-//! cheaper, the next iteration uses rougher derivatives. The loop ends if no derivative moves any row.
+//! An iteration simulates the steps d of several κ and takes the cheapest run. The derivative is
+//! not valid beyond a kink, for example where a contact opens or begins to slip. If no run is
+//! cheaper, the next iteration uses *rougher* derivatives: differences of runs, or steps with
+//! compliance. The loop ends if all derivatives are zero.
 
 use super::boxed::{Quadratic, Room};
 use super::ddp::{DdpModel, ROUGH};
@@ -35,12 +44,12 @@ pub struct Shoot {
 pub enum Method {
     /// All controls as one vector, after Levenberg and Marquardt: the stage `shoot`.
     ///
-    /// Its rougher derivatives are differences of runs.
+    /// The rougher derivatives are differences of runs.
     LevenbergMarquardt,
     /// Decisions step by step with feedback of the states: the stage `ddp`.
     ///
     /// The rougher derivatives use steps with compliance. They also replace exact derivatives that
-    /// move no row.
+    /// are all zero.
     DynamicProgramming,
 }
 
@@ -53,8 +62,8 @@ impl Method {
         }
     }
 
-    /// True if rougher derivatives may move rows that these do not. Derivatives with compliance
-    /// may, differences do not.
+    /// True if a rougher kind than `rough` remains that can be non-zero where the current
+    /// derivatives are zero. This holds for derivatives with compliance, not for differences.
     fn goes_on_after(self, rough: usize) -> bool {
         self == Self::DynamicProgramming && rough < self.roughest()
     }
@@ -66,16 +75,16 @@ impl Default for Shoot {
     }
 }
 
-/// Values of κ in an iteration, as factors of the last good one.
+/// Values of κ in an iteration, as factors of the κ of the last accepted step.
 const TRIED: [f64; 4] = [0.1, 1.0, 10.0, 100.0];
 
-/// Largest κ: a step with more damping is too short to lower the cost.
+/// Value of κ above which an iteration gives up: its steps are too short to lower the cost.
 const LARGEST_DAMPING: f64 = 1e10;
 
-/// Relative decrease of the cost that counts as none; two such iterations end the loop.
+/// Relative decrease of the cost that is negligible. Two such iterations in a row end the loop.
 const LITTLE: f64 = 1e-10;
 
-/// Largest number of variables: the matrix of (P5) has its square of entries.
+/// Largest number n of variables: the matrix of (P5) has n² entries.
 const MOST: usize = 4000;
 
 /// Largest number of entries of J, or of the derivatives of all steps: 1 GiB of numbers.
@@ -126,7 +135,8 @@ impl Stage for Shoot {
 }
 
 impl Shoot {
-    /// Iterates from `end.controls` and returns the reason of the end; `end` has the best controls at any time.
+    /// Iterates from `end.controls` and returns the reason for stopping. `end` holds the best
+    /// controls at any time.
     fn search(
         &self,
         problem: &PlanProblem,
@@ -182,7 +192,7 @@ impl Shoot {
                 if rough == self.method.roughest() {
                     return Ok("no step along the derivative lowers the cost".to_owned());
                 }
-                // Exact derivatives know one side of a kink alone.
+                // Exact derivatives describe only one side of a kink.
                 (rough, damping) = (rough + 1, 1e-3);
                 continue;
             };
@@ -201,9 +211,10 @@ impl Shoot {
         Ok(format!("{} iterations", self.iterations))
     }
 
-    /// Model about the run of `controls`, with exact derivatives (0) or the rougher ones of this index.
+    /// Model about the run of `controls`. Its derivatives are exact if `rough` is 0, otherwise of
+    /// the `rough`-th rougher kind.
     ///
-    /// `None` if its steps have no such derivatives.
+    /// `None` if steps of the run have no such derivatives.
     fn model(
         &self,
         controls: &[f64],
@@ -220,13 +231,15 @@ impl Shoot {
     }
 }
 
-/// The model of (P5).
+/// Model (P5) of all controls at once.
 struct Whole {
     centre: Centre,
+    /// JᵀJ + E.
     matrix: DMatrix<f64>,
 }
 
 impl Whole {
+    /// Model about the run of `controls`, from exact derivatives or from differences of runs.
     fn of(controls: &[f64], differences: bool, trials: &mut Trials<'_>) -> Result<Self, PlanError> {
         let problem = trials.problem;
         let scales = scales(problem);

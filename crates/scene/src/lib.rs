@@ -1,8 +1,16 @@
 //! Scenario files: simulations described in TOML. `scenarios/README.md` describes every field.
 //!
 //! A file is passed as text. The caller reads it and provides a function that reads mesh files.
-//! Command-line [`settings`] take precedence over the file. The result is a [`Scene`](scene::Scene)
-//! in both notations, `[body]` (`body.rs`) and `[[bodies]]` (`bodies/`).
+//! Command-line [`settings`] take precedence over the file. There are two notations, `[body]` for
+//! one body (`body.rs`) and `[[bodies]]` (`bodies/`). Both give a [`Scene`](scene::Scene):
+//!
+//! ```text
+//! text ─► ScenarioFile ─► Settings and SceneEntries ─► Model ─► Scene with its World
+//!         file.rs         file.rs                      bodies/build/   bodies/mod.rs
+//! ```
+//!
+//! An *entry* is one table of the file, such as a `[[bodies]]` table. It can describe several
+//! bodies by `copies`. A [`Model`](tumble_model::Model) lists each body.
 
 mod bodies;
 mod body;

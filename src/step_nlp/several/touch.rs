@@ -1,5 +1,8 @@
-//! One contact of the program: its constants in a step, and the three components of its motion with
-//! derivatives.
+//! One contact of the nonlinear program ([`super`]): its constants in a step, and the three
+//! components of its motion with derivatives.
+//!
+//! The components are the coordinates of A's point relative to B, along the tangents t₁, t₂ and the
+//! normal n. They depend on the poses at k+1. Forces are in the contact's frame F = (t₁, t₂, n).
 
 use super::component::{Curvature, Forms, MotionComponent, PosePair, ProgramPose, rows, weighted};
 use super::round::RoundFeatures;
@@ -8,46 +11,49 @@ use tumble_core::contact::{Contact, torque_map_of};
 use tumble_core::mechanics::quaternion::{rotated_point_forms, rotation};
 use tumble_core::mechanics::{RigidBody, State};
 
-/// One side of a contact.
+/// One of the two bodies of a contact, with its constants in a step.
 #[derive(Debug, Clone)]
 pub(crate) struct ProgramSide {
     /// Index of the body in the program.
     pub(crate) body: usize,
-    /// ±h/m F: the change of v⁺ by the force in the contact's frame.
+    /// ±(h/m) F: derivative of v⁺ with respect to the force (s/kg).
     pub(crate) velocity_per_force: Matrix3<f64>,
-    /// ±h I⁻¹ [y]× Aᵀ F: the change of ω⁺ by the force.
+    /// ±h I⁻¹ [y]× Aᵀ F: derivative of ω⁺ with respect to the force. y is the touching point (m,
+    /// body frame).
     pub(crate) spin_per_force: Matrix3<f64>,
-    /// ∂c_j/∂ω⁺: contribution of the spin to the slips of a rounded feature; `None` without a
-    /// radius.
+    /// ∂c_j/∂ω⁺ (m): derivative of the two slips c_j with respect to the spin, caused by the
+    /// rounding radius. `None` without a radius.
     pub(crate) rolling: Option<Matrix2x3<f64>>,
-    /// ±G n, m, body frame: ∂ċ/∂ω̃ (eq. 29). ∂ċ/∂v is ±n.
+    /// ±G n (m, body frame): derivative of the separation speed ċ with respect to ω̃ (eq. 29), with
+    /// G = [y]× Aᵀ. The derivative with respect to v is ±n.
     pub(crate) lever: Vector3<f64>,
-    /// Sign of the force on this side: ±1.
+    /// Sign of the force on this body: 1 for A, −1 for B.
     pub(crate) sign: f64,
 }
 
-/// A contact in the program.
+/// A contact of the program: a point of A against a plane of B, or two round features.
 #[derive(Debug, Clone)]
 pub(crate) struct ProgramContact {
     pub(crate) a: ProgramSide,
-    /// Side B, unless it is fixed.
+    /// Body B. `None` if B is fixed.
     pub(crate) b: Option<ProgramSide>,
     pub(crate) friction: f64,
-    /// d + ρ, m; for round features ρ_A + ρ_B.
+    /// Normal component at which the gap is zero (m): d + ρ, or ρ_A + ρ_B for round features.
     offset: f64,
-    /// Tangential coordinates of the feature's centre at step k, seen from B, m.
+    /// Tangential components at step k (m).
     old: Vector2<f64>,
-    /// Point a along t₁, t₂ and n in the frame of B; for round features in the world frame.
+    /// Point a of A, and the directions t₁, t₂, n in the frame of B. Round features use the
+    /// directions in the world frame.
     sight: Sight,
     /// Round features, if both are round.
     round: Option<RoundFeatures>,
-    /// Normal n, world, at step k.
+    /// Normal n at step k (unit, world).
     pub(crate) normal: Vector3<f64>,
-    /// e c_n⁻, m/s (eq. 29); 0 if the contact does not bounce.
+    /// e c_n⁻: least separation speed (m/s, eq. 29). 0 if the contact does not bounce.
     pub(crate) rebound: f64,
 }
 
-/// A body of a contact.
+/// A body of a contact and its state.
 #[derive(Clone, Copy)]
 pub(crate) struct ContactBody<'a> {
     /// Index of the body in the program.
@@ -58,7 +64,8 @@ pub(crate) struct ContactBody<'a> {
 }
 
 impl ProgramContact {
-    /// Creates the contact `contact` of the bodies `a` and `b` in a step of `time_step`.
+    /// Creates the contact of the bodies `a` and `b` in a step of `time_step` (s). `b` is `None` if
+    /// B is fixed.
     pub(crate) fn new(
         contact: &Contact,
         a: ContactBody<'_>,
@@ -78,7 +85,8 @@ impl ProgramContact {
             let ContactBody { place, body, state } = of;
             let factor = sign * time_step;
             let torques: Matrix3<f64> = torque_map * contact.frame;
-            // The spin of B subtracts if B has the plane, and adds if B has a round feature.
+            // Signs of (10a) and (10b): the spin of B subtracts from A's if B has the plane, and
+            // adds if both features are round.
             let radius = match (sign > 0.0, &contact.features.curved) {
                 (true, _) => -contact.features.radius,
                 (false, None) => contact.features.radius,
@@ -115,8 +123,10 @@ impl ProgramContact {
         touch
     }
 
-    /// Component of the point a along t₁, t₂ or n at the poses `at`. For round features: their
-    /// relative position along t₁ and t₂, and their distance.
+    /// Component g of the contact at the poses `at`, for `axis` 0 (t₁), 1 (t₂) or 2 (n).
+    ///
+    /// It is the coordinate of the point a along this direction (m). For round features it is their
+    /// relative position along t₁ or t₂, or their distance.
     pub(crate) fn component(&self, axis: usize, at: PosePair) -> MotionComponent {
         match &self.round {
             Some(round) if axis == 2 => round.distance(at),
@@ -134,22 +144,22 @@ impl ProgramContact {
         }
     }
 
-    /// Gap φ (eq. 4, 4a) from the normal component.
+    /// Gap φ (m; eq. 4, 4a) from the normal component.
     pub(crate) fn gap(&self, component: &MotionComponent) -> f64 {
         component.value - self.offset
     }
 
-    /// Tangential displacement of the feature's centre, m, from the component along a tangent.
+    /// Tangential displacement since step k (m), from the component along the tangent `axis`.
     pub(crate) fn slipped(&self, axis: usize, component: &MotionComponent) -> f64 {
         component.value - self.old[axis]
     }
 
-    /// True if the contact has the rebound row.
+    /// True if the contact has a row for the rebound (eq. 25d).
     pub(crate) fn bounces(&self) -> bool {
         self.rebound != 0.0
     }
 
-    /// Side A, and side B unless it is fixed.
+    /// Body A, and body B unless it is fixed.
     pub(crate) fn sides(&self) -> impl Iterator<Item = &ProgramSide> {
         std::iter::once(&self.a).chain(&self.b)
     }
@@ -159,13 +169,13 @@ impl ProgramContact {
         self.round.is_some()
     }
 
-    /// True if component `k` of ∂g/∂r_A can be non-zero.
+    /// True if entry `k` of ∂g/∂r_A can be non-zero, for the component g of `axis`.
     pub(crate) fn moves(&self, axis: usize, k: usize) -> bool {
         self.b.is_some() || (self.is_round() && axis == 2) || self.sight.moves(axis, k)
     }
 
-    /// True if component `k` of ∂g/∂q_A can be non-zero. It is zero for a point at the centre of
-    /// mass.
+    /// True if entry `k` of ∂g/∂q_A can be non-zero, for the component g of `axis`. It is zero for
+    /// a point at the centre of mass.
     pub(crate) fn turns(&self, axis: usize, k: usize) -> bool {
         if self.b.is_some() || self.is_round() {
             let forms = self.round.as_ref().map_or(&self.sight.point_forms, |round| &round.widest);
@@ -175,13 +185,14 @@ impl ProgramContact {
     }
 }
 
-/// A point of A along three directions of B, which may be fixed.
+/// Components of a point of A along three directions that are fixed in B (eq. 24).
 #[derive(Debug, Clone)]
 pub(crate) struct Sight {
     /// Directions in the frame of B.
     pub(crate) directions: [Vector3<f64>; 3],
-    /// Forms of the point a.
+    /// Quadratic forms of the point a (eq. 3).
     point_forms: Forms,
+    /// Quadratic forms of the directions.
     direction_forms: [Forms; 3],
 }
 
@@ -206,17 +217,18 @@ impl Sight {
         self.seen(axis, at).curvature(&self.point_forms, &self.direction_forms[axis])
     }
 
+    /// Factors of the component along direction `axis`.
     fn seen(&self, axis: usize, at: PosePair) -> ComponentFactors {
         let (direction, forms) = (&self.directions[axis], &self.direction_forms[axis]);
         ComponentFactors::new(&self.point_forms, direction, forms, at)
     }
 
-    /// True if component `k` of ∂g/∂r_A can be non-zero for a fixed B.
+    /// True if entry `k` of ∂g/∂r_A can be non-zero for a fixed B.
     pub(crate) fn moves(&self, axis: usize, k: usize) -> bool {
         self.directions[axis][k] != 0.0
     }
 
-    /// True if component `k` of ∂g/∂q_A can be non-zero for a fixed B.
+    /// True if entry `k` of ∂g/∂q_A can be non-zero for a fixed B.
     pub(crate) fn turns(&self, axis: usize, k: usize) -> bool {
         let weighted = self.point_forms.iter().zip(&self.directions[axis]);
         let weighted = weighted.map(|(form, e)| form.row(k) * *e);
@@ -224,17 +236,21 @@ impl Sight {
     }
 }
 
-/// Factors m, s, J_A and J_B of a component seen from B (eq. D7).
+/// Factors of a component g = m·s and of its derivatives (eq. D7).
 pub(super) struct ComponentFactors {
+    /// m: direction in the world.
     direction: Vector3<f64>,
+    /// s: point of A relative to the centre of B, or to the origin for a fixed B (m, world).
     apart: Vector3<f64>,
+    /// J_A = ∂s/∂q_A.
     turned_a: Matrix3x4<f64>,
+    /// J_B = ∂m/∂q_B; zero for a fixed B.
     turned_b: Matrix3x4<f64>,
 }
 
 impl ComponentFactors {
-    /// Computes the factors of a point of A and a direction of B, both by their forms, at the poses
-    /// `at`.
+    /// Computes the factors for a point of A and a direction of B at the poses `at`. Both are given
+    /// by their quadratic forms.
     pub(super) fn new(
         point: &Forms,
         direction: &Vector3<f64>,
@@ -253,6 +269,7 @@ impl ComponentFactors {
         Self { direction, apart, turned_a, turned_b }
     }
 
+    /// Component and its first derivatives.
     pub(super) fn component(&self) -> MotionComponent {
         MotionComponent {
             value: self.direction.dot(&self.apart),
@@ -279,7 +296,7 @@ impl ComponentFactors {
     }
 }
 
-/// `[y_B]× A_Bᵀ`: the torque (frame of B) of an impulse (world) at the touching point.
+/// `[y_B]× A_Bᵀ` (m): map from an impulse at the touching point (world) to its torque (frame of B).
 fn torque_map_of_b(contact: &Contact, a: &State, b: &State) -> Matrix3<f64> {
     let rotation = rotation(&b.attitude);
     let arm = a.position + contact.arm - b.position;

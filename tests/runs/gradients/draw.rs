@@ -3,14 +3,16 @@
 use nalgebra::{Vector3, Vector4};
 use rand_mt::Mt;
 
-/// Generator of a fixed sequence of numbers.
+/// Random numbers from a seeded Mersenne Twister. The sequence is the same on every machine.
 pub struct Draw(pub Mt);
 
 impl Draw {
+    /// Random number between `low` and `high`.
     pub fn within(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * f64::from(self.0.next_u32()) / f64::from(u32::MAX)
     }
 
+    /// Vector with random components between −`size` and `size`.
     pub fn vector(&mut self, size: f64) -> Vector3<f64> {
         Vector3::from_fn(|_, _| self.within(-size, size))
     }
@@ -20,6 +22,7 @@ impl Draw {
         self.within(-1.0, 1.0)
     }
 
+    /// Random unit quaternion. It is not uniformly distributed over all rotations.
     pub fn attitude(&mut self) -> Vector4<f64> {
         Vector4::from_fn(|_, _| self.unit()).normalize()
     }

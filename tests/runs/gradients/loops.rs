@@ -1,5 +1,7 @@
-//! Derivatives of bodies that stick in a loop of contacts, that nearly jam, and that are about to
-//! bounce, and their margins of validity.
+//! Step derivatives near kinks: sticking in a loop of contacts, near a jam, and before a bounce.
+//!
+//! `margin` is the distance of the step to its next kink (m/s). `feature_margin` is the distance to
+//! kinks that changes of the initial poses can reach. The derivative is valid for smaller changes.
 
 use super::compare::{Direction, apart, difference, directions, size, transposed};
 use super::step;
@@ -28,11 +30,13 @@ fn linearised(world: &World, states: &[State]) -> (StepDerivative, Vec<State>) {
     (derivative, base.solution.states)
 }
 
-/// Accuracy of solutions for one body [m/s].
+/// Accuracy of a step's solution for one body (m/s).
 const EXACT: f64 = 3e-11;
 
-/// Error of the derivative against differences, beyond the scatter of the solutions, and the size
-/// of the derivative. The best of some step sizes counts.
+/// Error of the derivative along a direction, and the size of the derivative.
+///
+/// The reference is a central difference of steps, the best of three step sizes. The error that the
+/// accuracy of the solutions explains is subtracted.
 fn off(world: &World, states: &[State], along: &Direction) -> (f64, f64) {
     let (mut derivative, base) = linearised(world, states);
     let constants: Vec<_> = along.constants.iter().map(|(c, n)| (*c, &n[..])).collect();
@@ -48,10 +52,12 @@ fn off(world: &World, states: &[State], along: &Direction) -> (f64, f64) {
     (differences.into_iter().fold(f64::INFINITY, f64::min), size(&end))
 }
 
+/// Direction that changes the state of the only body.
 fn by_states(name: &str, change: StateChange) -> Direction {
     Direction { name: name.into(), states: vec![change], wrenches: vec![], constants: vec![] }
 }
 
+/// Direction that changes a constant of a world with one body.
 fn by_constant(constant: Constant, numbers: &[f64]) -> Direction {
     let constants = vec![(constant, numbers.to_vec())];
     let states = vec![StateChange::zero()];
@@ -80,9 +86,11 @@ position = [-0.318198051533946, 0.0, 0.247487373415292]
 attitude = { axis = [0.0, 1.0, 0.0], degrees = 45.0 }
 "#;
 
-/// Checks that the derivative by the ball's height has no margin. If the ball is raised, both
-/// points have to slip to close their gaps. Contacts that stick cannot follow. Derivatives by
-/// arguments that move no gap are valid.
+/// Checks the derivative with respect to the height of a ball in a groove: its feature margin is 0.
+///
+/// If the ball starts higher, both contacts must slip to close their gaps. The derivative assumes
+/// that they stick, so it is wrong. Derivatives with respect to inputs that change no gap are
+/// valid.
 #[test]
 fn a_ball_in_a_groove_cannot_follow_its_place() {
     let (world, states) = scene(GROOVE);
@@ -106,8 +114,8 @@ fn a_ball_in_a_groove_cannot_follow_its_place() {
     }
 }
 
-/// Checks that the derivative by position is valid on a single plane, for any number of contact
-/// points.
+/// Checks that the derivative with respect to the position is valid on a single plane, although
+/// four corners touch.
 #[test]
 fn a_box_on_the_ground_follows_its_place() {
     let (world, states) = scene(
@@ -130,8 +138,10 @@ position = [0.0, 0.0, 0.2]
     assert!(off <= 1e-6 * size, "{off} of {size}");
 }
 
-/// Checks a ball that flies into the corner of two walls. As μ approaches 1, the rows of its two
-/// points become dependent. The derivative by μ stays correct.
+/// Checks a ball that flies into the corner of two walls.
+///
+/// As μ approaches 1, the rows of its two contacts become dependent: at μ = 1 it jams. The
+/// derivative with respect to μ stays correct.
 #[test]
 fn a_wedge_that_nearly_jams() {
     for restitution in [0.5, 0.0] {
@@ -164,7 +174,7 @@ position = [0.0, -0.05, 0.5]
             let mut draw = || f64::from(draws.next_u32()) / f64::from(u32::MAX) - 0.5;
             let all = directions(&world, &mut draw);
             let at = format!("{restitution}, {friction}");
-            // Factors of 1/(1 − μ) appear twice and amplify the rounding.
+            // The factor 1/(1 − μ) occurs twice and amplifies rounding errors.
             transposed(&mut derivative, &all, &mut draw, &at, 1e-7);
             let along = by_constant(Constant::Friction, &[1.0]);
             let (off, size) = off(&world, &states, &along);
@@ -175,8 +185,11 @@ position = [0.0, -0.05, 0.5]
     }
 }
 
-/// Checks the margins at a jump. A ball bounces if its free flight ends slightly inside the ground,
-/// and does not if it ends above. The speed threshold of the bounce is a jump too.
+/// Checks the margins next to a jump of the step.
+///
+/// A ball bounces if its free flight ends below the ground, and does not if it ends above. The
+/// margin is the distance to the ground over h. At the smallest speed that bounces there is another
+/// jump, and the margin is the distance of the speed.
 #[test]
 fn a_bounce_that_is_about_to_be_none() {
     let (h, g) = (0.002, 9.81);
@@ -213,8 +226,8 @@ velocity = [0.0, 0.0, -{speed}]
     }
 }
 
-/// Box on four hinged legs. Two of them strike the ground in one step, 0.26 mm apart in height.
-/// Their tangential rows are nearly dependent.
+/// Box on four hinged legs. Two of them hit the ground in the same step, with feet 0.26 mm apart in
+/// height. Their tangential rows are nearly dependent.
 const WALKER: &str = r#"
 steps = 2
 time_step = 0.001
@@ -241,7 +254,7 @@ motors = [
 ]
 "#;
 
-/// States r, q, v, ω of its bodies.
+/// States of the bodies of [`WALKER`] before the impact: r (m), q, v (m/s), ω (rad/s, body).
 const STRIKING: [[f64; 13]; 5] = [
     [
         -0.0029853151653302,
@@ -320,6 +333,7 @@ const STRIKING: [[f64; 13]; 5] = [
     ],
 ];
 
+/// Checks the derivatives with respect to all velocities of [`WALKER`] in the step of the impact.
 #[test]
 fn two_feet_that_strike_at_nearly_one_height() {
     let (world, _) = scene(WALKER);
@@ -340,8 +354,10 @@ fn two_feet_that_strike_at_nearly_one_height() {
     }
 }
 
-/// Checks two boxes on a hinge that land flat and bounce. If one of them is faster, the eight
-/// rebounds and the hinge cannot all be satisfied. So the margin is zero.
+/// Checks two boxes on a hinge that land flat and bounce: the margin is 0.
+///
+/// If one box were faster, the eight contacts could not all separate at their rebound speeds and
+/// satisfy the hinge.
 #[test]
 fn rebounds_that_bind_each_other() {
     let (world, states) = scene(

@@ -1,4 +1,8 @@
 //! Contacts from the geometric contact points of two pieces.
+//!
+//! The narrow phase returns [`Touch`]es: a point of one piece against a plane of the other. This
+//! module turns them into [`Contact`]s between two bodies, or a body and a fixed piece. Body A of a
+//! contact owns the point, and its partner B owns the plane.
 
 use super::curved::{Core, Curved};
 use super::proxy::{PieceOwner, Proxy, placed};
@@ -8,9 +12,11 @@ use crate::mechanics::{Pose, RigidBody};
 use crate::world::World;
 use nalgebra::Vector3;
 
-/// Converts the geometric contact points of two pieces to contacts.
+/// Converts the geometric contact points of two colliders to contacts.
 pub(super) struct Between<'a> {
     pub(super) world: &'a World,
+    /// Colliders A and B of the geometric contact points. The first one is of the body with the
+    /// lower index, whichever owns the point.
     pub(super) proxies: [Proxy; 2],
     /// Poses of the bodies at which the geometric contact points were found.
     pub(super) at: &'a [Pose],
@@ -19,12 +25,12 @@ pub(super) struct Between<'a> {
 }
 
 impl Between<'_> {
-    /// Contact of a geometric contact point, with the number `plane` among the planes of its
-    /// features.
+    /// Contact for the geometric contact point `touch`. `None` between two fixed pieces.
     ///
-    /// Two round features have a gap at every pose and need no further plane. If their first
-    /// contact lets them pass ([`super::meeting`]), the contacts with `plane` above 0 are a point
-    /// against a plane.
+    /// A step can need several planes for the same pair of features. `plane` numbers them from 0
+    /// and becomes part of the key. For two round features, number 0 is a contact with the exact
+    /// gap of the features. It suffices unless a fast body passes through it ([`super::meeting`]).
+    /// Higher numbers are a point against a plane.
     pub(super) fn contact(&self, touch: &Touch, plane: u32) -> Option<Contact> {
         let [of_point, of_plane] = match touch.point_of {
             PieceSide::A => self.proxies,
@@ -50,7 +56,7 @@ impl Between<'_> {
                 [piece(self.world, a.owner, a.piece)?, piece(self.world, b.owner, b.piece)?];
             let normal = match touch.point_of {
                 PieceSide::A => touch.normal,
-                // Normal of A, pointing away from A.
+                // The plane belongs to A: its normal is in A's frame and points away from A.
                 PieceSide::B => {
                     let [a, b] = [a, b].map(|proxy| placed(self.world, self.at, proxy).1.rotation);
                     -b.tr_mul(&(a * touch.normal))
@@ -78,6 +84,8 @@ impl Between<'_> {
                 ))
             }
             (fixed @ PieceOwner::Fixed(_), PieceOwner::Body(body)) => {
+                // The fixed piece owns the point. A contact needs a point on the body. The key
+                // has vertex 0 of the body's piece, because a face touches and not a vertex.
                 let pieces = (of_plane.piece, of_point.piece);
                 let key = ContactKey {
                     body,
@@ -102,6 +110,7 @@ impl Between<'_> {
         body.point_of(proxy.piece, vertex as usize)
     }
 
+    /// Contact of `features` with the poses at the start of the step.
     fn make(&self, key: ContactKey, features: Features) -> Contact {
         let law = self.world.law_between(key.body, key.partner);
         let bodies = self.world.bodies();
@@ -113,7 +122,9 @@ impl Between<'_> {
     }
 }
 
-/// Part of the piece that owns the point of a geometric contact.
+/// Vertex or edge at the point of a geometric contact, on the piece that owns the point.
+///
+/// Vertex 0 if the point is inside a face.
 fn part_of(touch: &Touch) -> CorePart {
     match (touch.feature, touch.point_of) {
         (Feature::Vertex(side, vertex), of) if side == of => CorePart::Vertex(vertex),
@@ -127,7 +138,7 @@ fn part_of(touch: &Touch) -> CorePart {
     }
 }
 
-/// Piece `number` of an owner, if it exists.
+/// Piece `number` of a body, or the only piece of a fixed owner. `None` if it does not exist.
 pub(super) fn piece(world: &World, owner: PieceOwner, number: usize) -> Option<&Piece> {
     match owner {
         PieceOwner::Body(index) => world.bodies().get(index)?.pieces().get(number),
@@ -135,7 +146,7 @@ pub(super) fn piece(world: &World, owner: PieceOwner, number: usize) -> Option<&
     }
 }
 
-/// Contact features of two round parts, the first one of A.
+/// Contact features of a vertex or edge of A and a vertex or edge of B, at least one rounded.
 ///
 /// `None` if the pieces lack these parts or if both have radius 0. If the cores coincide, the plane
 /// is perpendicular to `normal` (unit, frame of B).
@@ -164,11 +175,11 @@ fn core(piece: &Piece, part: CorePart) -> Option<Core> {
     }
 }
 
-/// Converts a fixed point against a plane of the body at `pose` to a point of the body against a
-/// fixed plane, which is the form of a contact.
+/// Exchanges point and plane: a fixed point against a plane of the body at `pose` becomes a point
+/// of the body against a fixed plane.
 ///
-/// The point is the projection of the fixed point onto the body's plane. The flipped plane stays
-/// fixed during the step.
+/// The new point is the projection of the fixed point's surface onto the body's plane. The new
+/// plane has the opposite normal. The gap is the same.
 fn turned_about(touch: &Touch, pose: &Pose) -> Features {
     let normal = pose.rotation * touch.normal;
     let surface = touch.point - normal * touch.point_radius;

@@ -14,6 +14,20 @@
 //! with the world, and no plane is special. The ground is a body B that never moves: r_B = 0, A_B =
 //! E.
 //!
+//! Terms, from shape to force:
+//!
+//! | type | meaning |
+//! |---|---|
+//! | [`Piece`](crate::geometry::Piece) | convex collision shape, a part of a body or fixed |
+//! | `Proxy` | collider: a piece with its owner |
+//! | [`Feature`] | touching vertex, edge or pair of these, by index |
+//! | [`Touch`](crate::geometry::Touch) | geometric contact point of two pieces |
+//! | [`Features`] | point, plane and radius of a contact, in the frames of the bodies |
+//! | [`ContactKey`] | bodies and features; identifies the contact from step to step |
+//! | [`Contact`] | features, law and derived data of one step |
+//! | [`Candidates`] | all contacts of a step, and the search for them |
+//! | [`ContactForce`](crate::step::ContactForce) | force of a contact in the solution |
+//!
 //! If both features are round (a vertex or an edge against another), the plane is the tangent plane
 //! at k. The gap at k+1 is then the gap of the [features themselves](curved). Equation numbers
 //! refer to `docs/formulation.md`.
@@ -60,7 +74,8 @@ pub struct PairFeatures {
     /// Indices of the piece of A and the piece of B in their [pieces](RigidBody::pieces); 0 for a
     /// fixed piece.
     pub pieces: (usize, usize),
-    /// The features.
+    /// The features. Their sides A and B follow the order of the bodies, not of the contact: A is
+    /// the body with the lower index, and a fixed piece is B.
     pub feature: Feature,
     /// Number of the plane among those that a step found for these features; 0 for the first.
     pub plane: u32,
@@ -71,12 +86,13 @@ pub struct PairFeatures {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactKey {
-    /// Body A, an index of [`World::bodies`](crate::world::World::bodies).
+    /// Body A, an index of [`World::bodies`](crate::world::World::bodies). It owns the point,
+    /// except for a corner of a fixed piece in a face of the body.
     pub body: usize,
     /// Index of A's touching [contact point](RigidBody::contact_points). An edge that touches
-    /// between its ends uses its first end.
+    /// between its ends uses its first end. A face that touches uses the first point of its piece.
     pub point: usize,
-    /// Body B, a fixed piece or the ground.
+    /// Partner B: a body, a fixed piece or the ground.
     pub partner: Partner,
     /// Touching pieces and features; `None` for the ground.
     pub pair: Option<PairFeatures>,

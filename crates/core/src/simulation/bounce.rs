@@ -175,6 +175,8 @@ impl ShareSearch {
 
 impl Bounce {
     /// Solves `step` and returns the report and the smallest share of restitution of all islands.
+    ///
+    /// Every contact step is solved here. Without bouncing contacts it is one call of the solver.
     pub(super) fn solve(
         &mut self,
         step: &Step<'_>,

@@ -104,22 +104,27 @@ impl Outside {
     }
 }
 
-/// Earlier solutions used by a step.
+/// Earlier solutions used by a step from k to k+1.
 #[derive(Clone, Copy)]
 struct Past<'a> {
+    /// Solution that ended at k: [`Step::previous`](crate::step::Step::previous).
     now: &'a StepSolution,
+    /// Solution that ended at k − 1: [`Step::earlier`](crate::step::Step::earlier).
     before: Option<&'a StepSolution>,
 }
 
 /// Scratch memory of steps.
 #[derive(Default)]
 struct StepScratch {
+    /// Sum of external wrench and load of each body.
     wrenches: Vec<Wrench>,
+    /// States at k+1 after free flight.
     free: Vec<State>,
     candidates: Candidates,
     /// Memory of the contact search before a step that can be interrupted.
     rewind: Memory,
     bounce: Bounce,
+    /// Solution of the step being computed.
     solution: StepSolution,
     certifier: Certifier,
     judge: wild::EnergyJudge,

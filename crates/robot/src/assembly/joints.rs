@@ -1,4 +1,7 @@
 //! Joints, gears and constraints between the bodies of a robot.
+//!
+//! A *link* belongs to the robot file, a *body* to the scene. One body can carry several links that
+//! are rigidly connected. Joint frames of the scene are relative to the centres of mass.
 
 use super::{Assembled, Carried, Placing, place_of};
 use crate::frame::{LinkFrame, conjugated};
@@ -13,7 +16,10 @@ use tumble_model::shape::ModelPlace;
 use tumble_model::{ApartModel, Model, PartnerModel};
 
 impl Assembled {
-    /// Adds the joints of all links.
+    /// Adds one joint per link that moves in its parent. It represents all joints of that link.
+    ///
+    /// The joint's first frame is on the link's body, the second on the parent's body or in the
+    /// world.
     pub(super) fn add_joints(&mut self, model: &mut Model) -> Result<(), String> {
         for place in 0..self.bodies.len() {
             let Carried { link, body, centre, .. } = self.bodies[place];
@@ -27,8 +33,8 @@ impl Assembled {
             let (other, frame) = self.links[self.robot.links[link].parent];
             let outer = frame.then(&self.robot.links[link].frame);
             let [attitude, mut of_above] = attitudes;
-            // A free joint uses the axes of the file's world. With a spring it uses the initial
-            // pose.
+            // The parent frame of a free joint has the axes of the file's world. With a spring it
+            // has the attitude of the link at the reference of the file.
             let flies = kind == JointKind::Free;
             if flies && self.robot.joints[first].stiffness == 0.0 {
                 of_above = conjugated(&self.robot.links[link].frame.attitude);
@@ -84,7 +90,8 @@ impl Assembled {
         Ok(())
     }
 
-    /// Fixes the bodies of each group to its first body.
+    /// Fixes the further bodies of each group of links to its first body. A group has one body for
+    /// each set of contact rules.
     pub(super) fn add_parts(&self, model: &mut Model) {
         for Carried { link, body, parts, .. } in &self.bodies {
             for number in 1..parts.len() {
@@ -105,8 +112,10 @@ impl Assembled {
         }
     }
 
-    /// Adds dependent joints and the forces on combinations of coordinates. Scene coordinates count
-    /// from the reference of the file.
+    /// Adds a gear for each dependent joint and for each force on a combination of coordinates.
+    ///
+    /// A coordinate of the scene is a coordinate of the file minus its reference value. The offset
+    /// of a gear changes accordingly.
     pub(super) fn add_gears(&mut self, model: &mut Model) -> Result<(), String> {
         let first = model.gears.len() + self.robot.follows.len();
         self.sums = first..first + self.robot.sums.len();
@@ -132,7 +141,9 @@ impl Assembled {
         Ok(())
     }
 
-    /// Adds loop constraints at the poses of the reference.
+    /// Adds the constraints that close loops (`connect` and `weld` of MJCF), as joints.
+    ///
+    /// Their frames are computed with all coordinates at the reference of the file.
     pub(super) fn add_ties(&mut self, model: &mut Model) -> Result<(), String> {
         if self.robot.ties.is_empty() {
             return Ok(());
@@ -147,7 +158,7 @@ impl Assembled {
                 RobotTie::Whole { links, at, .. } => (JointKind::Fixed, links, at),
             };
             let [first, second] = links.map(|link| motion.links()[link].frame);
-            // Constraint frame in the first and in the second link.
+            // Frame of the constraint, in the first link and in the second link.
             let (ours, theirs) = match tie {
                 RobotTie::Point { anchor, .. } => {
                     let frame = LinkFrame { position: *anchor, ..second.seen_from(&first) };
@@ -177,7 +188,8 @@ impl Assembled {
             if Some(own) == other {
                 return Err(format!("{at}: its bodies are one"));
             }
-            // A constraint to a `mocap` body keeps the initial pose if that body is elsewhere.
+            // A `mocap` body is fixed in the scene. If a constraint to it is violated at the start,
+            // the constraint holds the initial pose.
             let is_mocap = links.iter().any(|link| self.robot.links[*link].is_mocap);
             if is_mocap && other.is_none() {
                 let link = self.bodies[own].link;
@@ -223,14 +235,15 @@ impl Assembled {
         Ok(())
     }
 
-    /// Sets which jointed bodies collide, and removes redundant exclusions.
+    /// Sets the collision flag of every joint of the robot, and removes redundant exclusions.
     pub(super) fn join_pairs(&self, placing: &Placing, model: &mut Model) {
         let touching = placing.touches_itself && self.robot.options.neighbours_touch;
         let own = |body: usize| {
             let is_of = |one: &Carried| (one.body..one.body + one.parts.len()).contains(&body);
             self.bodies.iter().any(is_of)
         };
-        // Explicit pairs collide. Other pairs of their bodies are already excluded.
+        // An explicit pair of shapes lets their bodies collide. All shapes of a body have the same
+        // contact rules.
         let body_of = |shape: usize| {
             let Carried { body, parts, .. } =
                 &self.bodies[self.links[self.robot.shapes[shape].link].0?];
@@ -256,6 +269,7 @@ impl Assembled {
     }
 }
 
+/// Rotation without translation.
 fn turned(attitude: Vector4<f64>) -> LinkFrame {
     LinkFrame { attitude, ..LinkFrame::identity() }
 }

@@ -9,16 +9,20 @@ use tumble_model::shape::ModelPlace;
 /// A body needs some 25 kB while it runs and 1 kB in run.json, whose size is limited by
 /// [`LARGEST_FILE`](crate::run_file::LARGEST_FILE).
 pub const MOST_BODIES: usize = 200_000;
+
 /// Maximum number of fixed pieces of a scene.
 pub const MOST_FIXED: usize = 10_000;
-/// Place of a copy in its frame, and the rotation of its directions relative to the entry's.
+
+/// Pose of one copy of an entry.
 #[derive(Clone, Copy)]
 pub struct Copied {
+    /// Pose in the frame of the entry.
     pub place: ModelPlace,
+    /// Rotation relative to the entry. It also applies to the velocity.
     pub turned: ModelPlace,
 }
 
-/// Copies of an object at `place`, at most `room`; a single one without grid and ring.
+/// Poses of the copies of an object at `place`, at most `room`. Without grid and ring there is one.
 pub fn copies(
     place: ModelPlace,
     grid: Option<&CopiesTable>,

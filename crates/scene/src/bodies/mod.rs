@@ -83,6 +83,7 @@ pub fn scene_of_robot(
     of_built(name, settings, built)
 }
 
+/// Makes the world of a built model, and checks that a simulation can start from it.
 fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<Scene, Failure> {
     let world = tumble_robot::settled(&mut built.model, &mut built.robots)?;
     let BuiltScene { model, drawn, .. } = built;

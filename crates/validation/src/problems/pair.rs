@@ -1,4 +1,7 @@
 //! Two cubes that collide in empty space, and the momenta of free bodies.
+//!
+//! P⁻(ω) is the angular momentum of a state in the momentum form of the rotation (eq. 34 of
+//! `docs/formulation.md`). The discrete equations conserve it in free motion, unlike I ω.
 
 use crate::prelude::*;
 use tumble_core::simulation::random::random_attitude;
@@ -7,15 +10,20 @@ const HALF_SIDES: [f64; 2] = [0.2, 0.15]; // m
 const SECOND: f64 = 0.6; // The second cube, in masses of the first
 const HEIGHT: f64 = 40.0; // Far above the ground, m
 const WAY: f64 = 4.0; // The simulated distance at the speed of the start, m
-/// The first cube's place relative to the second, m.
+/// Initial position of the first cube relative to the second (m).
 const APART: Vector3<f64> = Vector3::new(-0.8, 0.08, 0.05);
 
-/// P⁻(ω), N m s, body.
+/// P⁻(ω): angular momentum about the centre of mass (N m s, body frame).
 fn turning(body: &RigidBody, state: &State, h: f64) -> Vector3<f64> {
     Rotation::Momentum.momentum(body.inertia(), &state.spin, h)
 }
 
-/// P = Σ m v and L = Σ r × m v + A P⁻(ω) about `middle` in state `k`.
+/// Total momentum P (kg m/s) and angular momentum L about `middle` (kg m²/s) at step `k`, in the
+/// world frame.
+///
+/// ```text
+/// P = Σ m v,   L = Σ (r − middle) × m v + A P⁻(ω)
+/// ```
 pub(crate) fn momenta(
     bodies: &[Subject],
     run: &TestRun,
@@ -33,7 +41,7 @@ pub(crate) fn momenta(
     (linear, angular)
 }
 
-/// The largest changes of P and L over the run.
+/// Largest changes of P (kg m/s) and L (kg m²/s) over the run.
 pub(crate) fn changes(bodies: &[Subject], run: &TestRun, middle: &Vector3<f64>) -> (f64, f64) {
     let (p, l) = momenta(bodies, run, 0, middle);
     (1..=run.steps()).fold((0.0_f64, 0.0_f64), |(strayed, turned), k| {
@@ -52,7 +60,8 @@ pub(crate) const PAIR_IN_FLIGHT: TestProblem = TestProblem {
     ..TestProblem::solved_by(pair_in_flight)
 };
 
-/// Σ m v and Σ r × m v + A P⁻(ω) are constant, in the scheme too.
+/// Checks that P and L are constant, which also holds for finite steps, and that energy does not
+/// grow.
 fn pair_in_flight(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let [mass, speed, friction] = inputs.all([Mass, Speed, Friction])?;
     let [first, second] = HALF_SIDES.map(Vector3::repeat);
@@ -82,8 +91,10 @@ fn pair_in_flight(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     };
     let start = energy(0);
     let gained = (1..=run.steps()).map(|k| energy(k) - start).fold(f64::NEG_INFINITY, f64::max);
-    // The residuals of velocities, and angles that lag behind spins. All impulses of the collision add up
-    // to about m v, each with the speed that its law misses.
+    // Tolerances from the residuals of all steps. `lacked` (m/s) is the velocity that the momentum
+    // equations miss, `astray` (m) the displacement that the velocities do not explain. The
+    // impulses of the collision add up to about m v. The energy that a step gains is at most this
+    // impulse times the speed by which the contact law is violated.
     let total = (1.0 + SECOND) * mass;
     let lacked = run.sum(|r| r.momentum) + 4.0 * run.flight_rounding();
     let astray = run.sum(|r| r.kinematics) * run.time_step;

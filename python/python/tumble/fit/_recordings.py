@@ -21,12 +21,19 @@ from .._tumble import TumbleError
 Floats = npt.NDArray[np.float64]
 
 _LEAST_FRAMES = 5
-_UNIT = 1e-3  # Largest deviation of a quaternion's length from 1: single precision and the digits of a file.
-_LATE = 0.01  # Largest deviation of a frame's time, in intervals: the digits of a file.
-_APART = 0.5  # Largest lower quartile of relative deviations of velocities from poses. Filters leave hundredths, impacts 1.
-_SLOW, _SLOW_SPIN = 0.05, 0.5  # Speeds, m/s and rad/s, below which velocities are not compared.
-# Indices of a state's numbers in a row of a tensor: quaternion, position, spin, velocity.
+# Largest deviation of a quaternion's length from 1. Files in single precision or with few digits pass.
+_UNIT = 1e-3
+# Largest deviation of a frame's time from equal spacing, in intervals between frames.
+_LATE = 0.01
+# Relative deviation of a recorded velocity from the differences of the poses that is a contradiction.
+# Filtered recordings deviate by hundredths, frames with impacts by about 1.
+_APART = 0.5
+# Speeds (m/s, rad/s) below which velocities are not compared with the poses.
+_SLOW, _SLOW_SPIN = 0.05, 0.5
+# Columns of a tensor in the order of a state: position, quaternion, velocity, spin.
+# The tensor itself has the order quaternion, position, spin, velocity.
 _TENSOR_COLUMNS = [4, 5, 6, 0, 1, 2, 3, 10, 11, 12, 7, 8, 9]
+# Endings of the files that are read.
 _KINDS = (".csv", ".csv.gz", ".pt")
 
 
@@ -34,8 +41,8 @@ _KINDS = (".csv", ".csv.gz", ".pt")
 class Recording:
     """Recorded motion of N bodies.
 
-    ``states`` (F, N, 13) have the columns of Trajectory.states, at ``rate`` frames per second
-    from the time ``begin`` (s) on. Raises TumbleError for fewer than 5 frames, numbers that
+    ``states`` (F, N, 13) have F frames with the columns of Trajectory.states. The first frame is at
+    the time ``begin`` (s), and ``rate`` is the number of frames per second. Raises TumbleError for fewer than 5 frames, numbers that
     are not finite, quaternions whose length is not 1, and velocities that contradict the
     poses.
     """
@@ -73,10 +80,11 @@ class Recording:
 
 
 def turn_between(first: Floats, second: Floats) -> Floats:
-    """Shortest rotation vectors from attitudes ``first`` to ``second``, (..., 4).
+    """Rotation vectors (..., 3) of the shortest rotations from attitudes ``first`` to ``second``.
 
-    The unit is rad, in the frames of ``first``.
+    Both are unit quaternions w, x, y, z (..., 4). The vectors are in rad, in the frame of ``first``.
     """
+    # Product conj(first) second = (scalar, vector) = (cos θ/2, sin θ/2 · axis).
     (a, u), (b, v) = ((of[..., :1], of[..., 1:]) for of in (first, second))
     scalar = a * b + (u * v).sum(axis=-1, keepdims=True)
     vector = np.where(scalar < 0, -1.0, 1.0) * (a * v - b * u - np.cross(u, v))
@@ -85,7 +93,10 @@ def turn_between(first: Floats, second: Floats) -> Floats:
 
 
 def _contradicts(recorded: Floats, expected: Floats, slow: float) -> bool:
-    """True if most velocities (F, N, 3) of a body deviate from the expected ones."""
+    """True if three quarters of the velocities (F, N, 3) of a body contradict the expected ones.
+
+    Frames in which both are below ``slow`` are ignored. At least 3 others are needed.
+    """
     found, sizes = np.linalg.norm(recorded, axis=-1), np.linalg.norm(expected, axis=-1)
     off = np.linalg.norm(recorded - expected, axis=-1) / np.maximum(sizes, slow)
     fast = np.maximum(found, sizes) > slow
@@ -94,13 +105,13 @@ def _contradicts(recorded: Floats, expected: Floats, slow: float) -> bool:
 
 
 def read(path: Union[str, "os.PathLike[str]"], scene: Scene, *, rate: float = 148.0) -> List[Recording]:
-    """Recordings of a scene's bodies in a file, or in all such files of a folder.
+    """Reads the recordings of a scene's bodies from a file, or from all such files of a folder.
 
     A table (``.csv``, ``.csv.gz``) has a column ``t_s`` and the columns of
     ``tumble.STATE_COLUMNS``. It also has ``body``, names or indices, for several bodies, and
     ``toss_id`` for several recordings. Other columns are ignored. A tensor (``.pt``), read by
     torch, has T × 13 numbers of one body: quaternion, position, spin (body), velocity
-    (world), at ``rate`` frames per second. Raises TumbleError for a file that is not a
+    (world). ``rate`` is the frame rate (1/s) of tensors; a table has its own times. Raises TumbleError for a file that is not a
     recording.
     """
     made("scene", scene, Scene)
@@ -131,6 +142,7 @@ def _read(file: Path, scene: Scene, rate: float) -> List[Recording]:
         raise TumbleError(f"{file}: {' '.join(str(error).split())}") from None
 
 
+# Reads a tensor (T, 13) of one body, with the columns in the order of the file.
 def _tensor(file: Path) -> Floats:
     try:
         import torch
@@ -144,7 +156,7 @@ def _tensor(file: Path) -> Floats:
 
 
 def _of_table(table: Any, bodies: List[str], name: str) -> List[Recording]:
-    """Recordings of a structured array with the columns of a table."""
+    """Splits a table into recordings at changes of ``toss_id``. Without ids it is one, ``name``."""
     needed = ["t_s", *(["body"] if len(bodies) > 1 else []), *STATE_COLUMNS]
     missing = [column for column in needed if column not in (table.dtype.names or ())]
     if missing:
@@ -158,6 +170,7 @@ def _of_table(table: Any, bodies: List[str], name: str) -> List[Recording]:
     return [_of_rows(str(ids[rows[0]]), table[rows], bodies) for rows in groups]
 
 
+# Recording of the rows of a table: one row per body and frame, frame after frame.
 def _of_rows(name: str, table: Any, bodies: List[str]) -> Recording:
     def refused(why: str) -> TumbleError:
         return TumbleError(f"recording {name}: {why}")

@@ -26,7 +26,7 @@ pub(super) struct IslandParts {
     unsettled: Vec<f64>,
     changes: Vec<(f64, f64)>,
     known: KnownForces,
-    /// Contacts of the last step; `earlier` has those of the step before.
+    /// Finds contacts of the last step by key. `earlier` finds contacts of the step before it.
     previous: KeyIndex,
     earlier: KeyIndex,
 }

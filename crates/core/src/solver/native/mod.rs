@@ -9,6 +9,19 @@
 //! touches only fixed objects is solved with six unknowns on the stack (`single`). Several bodies
 //! are solved with a sparse system (`island`).
 //!
+//! Calls of one step:
+//!
+//! ```text
+//! NativeSolver::solve       repeats the following until no contact is missed
+//!   IslandParts::find       islands of the candidates, with the last forces
+//!   IslandPart::solve       couplings of an island: contacts, joints and gears
+//!     StageSolver::solve    Newton, proximal point, interior point
+//!   IslandPart::write       new states, force and slip of every contact
+//! ```
+//!
+//! A *coupling* has three rows u and an impulse p̂: a contact, or an anchor or rotation of a joint.
+//! A *piece* of the law is open, stick or slip. It is unrelated to the convex pieces of bodies.
+//!
 //! For a sliding face the laws alone do not determine the motion. This solver takes the limit of an
 //! equal, vanishing compliance at every contact point (N6). It is the limit of very stiff, equal
 //! springs.
@@ -328,7 +341,7 @@ impl NativeSolver {
     }
 }
 
-/// Piece of the law for a contact of a solved step.
+/// Piece of the law (open, stick or slip) of a contact in a solved step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactPiece {
     /// Piece of the natural map, with the compliance of the selection rule.

@@ -15,7 +15,7 @@ use crate::step::{Step, StepSolution};
 use crate::world::World;
 use nalgebra::Vector3;
 
-/// Memory of an island's problem.
+/// Equations and solver of one island, with their memory.
 ///
 /// Data kept between steps, such as the elimination order, belongs to the last island solved here.
 #[derive(Debug, Clone, Default)]
@@ -23,7 +23,9 @@ pub(super) struct IslandPart {
     /// Index of the current island. `first` is the first body of the last one.
     island: Option<usize>,
     first: Option<usize>,
+    /// Problem of one body.
     alone: Option<Box<IslandProblem<Single>>>,
+    /// Problem of several bodies, or of one with joints.
     together: Option<Box<IslandProblem<Island>>>,
     /// Body of the last solve, if solved as a single body.
     only: Option<usize>,
@@ -53,6 +55,7 @@ impl Default for PartResult {
     }
 }
 
+/// Problem of an island with the equations `E`: of one body, or of several.
 #[derive(Debug, Clone)]
 struct IslandProblem<E: Equations> {
     equations: E,
@@ -77,7 +80,7 @@ impl<E: Equations> IslandProblem<E> {
         }
     }
 
-    /// Solves from the impulses of the last step. M is `mass` (kg).
+    /// Solves from the impulses of the last step, p̂ = h f/M with M = `mass` (kg).
     fn solve(
         &mut self,
         step: &Step<'_>,
@@ -104,7 +107,8 @@ impl<E: Equations> IslandProblem<E> {
         }
     }
 
-    /// Writes force and slip of every contact of the island.
+    /// Writes force f = M p̂/h and slip of every contact of the island. The slip is the tangential
+    /// part of u.
     fn write_forces(
         &self,
         step: &Step<'_>,

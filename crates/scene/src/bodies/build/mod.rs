@@ -1,4 +1,6 @@
-//! Conversion of the tables of `[[bodies]]` to a model, with checks.
+//! Conversion of the tables of a file with `[[bodies]]` to a model, with checks.
+//!
+//! The closures `named` put the place in the file before an error message, such as `bodies[0].`.
 
 mod names;
 
@@ -179,17 +181,22 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
     Ok(builder.model)
 }
 
+/// Model under construction.
 struct Builder<'a> {
     files: Files<'a>,
     /// Plane of the ground; `None` without a ground.
     plane: Option<Plane>,
+    /// Random numbers of the seed, for random attitudes and jitter.
     draws: Draws,
+    /// True if a start was drawn.
     drawn: bool,
+    /// Names of entries, each with the bodies or fixed pieces that it describes.
     names: Vec<Named>,
     model: Model,
 }
 
 impl Builder<'_> {
+    /// Adds the bodies of one `[[bodies]]` table: one body per copy.
     fn add_bodies(&mut self, at: &str, mut entry: BodyEntry) -> Result<(), String> {
         let named = |why: String| format!("{at}.{why}");
         let shape = self.shape(at, &mut entry)?;
@@ -267,6 +274,7 @@ impl Builder<'_> {
         self.register(entry.name, partners).map_err(named)
     }
 
+    /// Adds the pieces of one `[[fixed]]` table, for each copy.
     fn add_fixed(&mut self, at: &str, mut entry: FixedEntry) -> Result<(), String> {
         let named = |why: String| format!("{at}.{why}");
         let fields = entry.take_form();
@@ -302,7 +310,8 @@ impl Builder<'_> {
         self.register(entry.name, partners).map_err(named)
     }
 
-    /// State in the world of an object at `place` in `frame`; `centre` is its centre of mass (m).
+    /// State of the centre of mass in the world, for an object at `place` in `frame`. `centre` is
+    /// its centre of mass in its shape's frame (m).
     fn start(
         &self,
         frame: Option<StartFrame>,
@@ -319,6 +328,7 @@ impl Builder<'_> {
         Ok(state_at(ground, place, velocity, spin, centre))
     }
 
+    /// Collision shape of a `[[bodies]]` table: convex pieces or bare points.
     fn shape(&self, at: &str, entry: &mut BodyEntry) -> Result<ModelShape, String> {
         let named = |why: String| format!("{at}.{why}");
         let form = entry.take_form().form(&self.files).map_err(named)?;
@@ -339,7 +349,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Pieces of a single form or of a list.
+    /// Convex pieces: a single one at the origin, or the entries of the list `pieces`.
     fn pieces(
         &self,
         at: &str,

@@ -11,13 +11,17 @@ use tumble_core::geometry::{CorePart, Feature, PieceSide};
 ///   the piece of the body, the piece of the partner, the feature, and the number of the contact
 ///   plane.
 ///
+/// In the feature, piece A belongs to the body with the lower index, and piece B to the other body
+/// or to the fixed piece. So A can be the partner's piece: `2.0.0.B2.0` with body 1 and partner 0
+/// is vertex 2 of body 1.
+///
 /// | feature | meaning |
 /// |---|---|
-/// | `A3` | vertex 3 of the first piece |
-/// | `B3` | vertex 3 of the second piece |
-/// | `E3x7` | edge 3 of the first piece and edge 7 of the second |
-/// | `V3x7` | vertex 3 of the first piece and vertex 7 of the second |
-/// | `Rv3xe7` | vertex 3 of the first piece and edge 7 of the second; at least one is rounded |
+/// | `A3` | vertex 3 of piece A |
+/// | `B3` | vertex 3 of piece B |
+/// | `E3x7` | edge 3 of A and edge 7 of B |
+/// | `V3x7` | vertex 3 of A and vertex 7 of B |
+/// | `Rv3xe7` | vertex 3 of A and edge 7 of B; at least one is rounded |
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct KeyText {
     /// Contact point, see [`ContactKey::point`].
@@ -60,6 +64,7 @@ impl KeyText {
     }
 }
 
+/// Parses the feature of a key.
 fn feature_of(text: &str) -> Option<Feature> {
     let number = text.get(1..)?;
     match text.as_bytes().first()? {

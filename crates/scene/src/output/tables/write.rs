@@ -164,6 +164,7 @@ impl<W: Write> TablesWriter<W> {
     }
 }
 
+/// Writes one row per body.
 fn write_states<W: Write>(
     table: &mut RowWriter<W>,
     row: &StepRow,
@@ -179,6 +180,7 @@ fn write_states<W: Write>(
     Ok(())
 }
 
+/// Writes the row of contact `index` in step `k`, with the columns of `contacts`.
 fn write_contact<W: Write>(
     table: &mut RowWriter<W>,
     k: u64,
