@@ -78,8 +78,8 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let [run_json, state] = [RUN_JSON, continued::FILE].map(|name| PendingFile::create(&out, name));
     let (run_json, state) = (run_json?, state?);
     let pictures = Pictures::create(args, &out)?;
-    // Checkpoints contain a run.json with the outcome `unfinished`.
     let run = before.map_or_else(|| RunPlan::new(&scene), Continued::into_run);
+    // Checkpoints contain a run.json with the outcome `unfinished`.
     let mut run_file = RunFile::of(&scene, &RunPlan::new(&scene).ended())?;
     (run_file.kept, run_file.outcome) = (kept.clone(), UNFINISHED.to_owned());
     let run_text = run_file.text()?;
