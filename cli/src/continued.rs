@@ -247,7 +247,7 @@ fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
     })
 }
 
-/// Solver settings of a run; `None` without a ground.
+/// Solver settings of a run; `None` for a floating body.
 pub fn contact_of(solver: &SolverSettings) -> Result<Option<SolverChoice>, Failure> {
     if solver.name == "rk4" {
         return Ok(None);

@@ -252,7 +252,7 @@ impl<'a> Recording<'a> {
         self.run.as_ref().map(|run| run.kept.clone()).unwrap_or_default()
     }
 
-    /// True without a ground, so that the body floats.
+    /// True for a single floating body, integrated by the Runge–Kutta method without contacts.
     pub fn floating(&self) -> bool {
         self.run.as_ref().is_some_and(|run| run.solver.name == "rk4")
     }

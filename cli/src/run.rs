@@ -45,7 +45,7 @@ impl RunOutcome {
     }
 }
 
-/// Results of a run.
+/// Results of a run so far.
 pub struct RunPlan {
     pub end: RunOutcome,
     pub summary: RunSummary,

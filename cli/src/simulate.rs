@@ -25,6 +25,12 @@ use tumble_scene::kept::KeptSteps;
 use tumble_scene::output::tables::Table;
 use tumble_scene::run_file::RunFile;
 
+/// Runs the default command in four parts:
+///
+/// 1. The scene is made and checked, and the simulation created or restored from a checkpoint.
+/// 2. The output directory is locked, and temporary files are opened.
+/// 3. The steps are computed and written.
+/// 4. The files are completed and renamed. Pictures are drawn from them.
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let (scene, before) = match &args.continued {
         None => (scene::of_args(args)?, None),
@@ -73,6 +79,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let (run_json, state) = (run_json?, state?);
     let pictures = Pictures::create(args, &out)?;
     let run = before.map_or_else(|| RunPlan::new(&scene), Continued::into_run);
+    // Checkpoints contain a run.json with the outcome `unfinished`.
     let mut run_file = RunFile::of(&scene, &RunPlan::new(&scene).ended())?;
     (run_file.kept, run_file.outcome) = (kept.clone(), UNFINISHED.to_owned());
     let run_text = run_file.text()?;

@@ -1,5 +1,8 @@
 //! The nonlinear program of one contact step, with analytic derivatives.
 //!
+//! This is the program of the tutorial that `docs/formulation.md` derives: one body above the
+//! ground. The equation numbers are those of that page.
+//!
 //! ```text
 //! min  s1ᵀs1 + s2ᵀs2
 //! s.t. the semi-implicit dynamics                             13 rows  (eq. 8)   = 0
@@ -11,15 +14,23 @@
 //!      s2_i − λ_i (μ f_z,i − ‖f_xy,i‖_ε)                       n rows  (eq. 15)  ≥ 0
 //! ```
 //!
-//! `docs/formulation.md` derives the Jacobian and the Hessian of the Lagrangian. Each is
-//! implemented once as a sequence of entries (`entries.rs`). A pattern as the sink yields the
-//! structure, an array as the sink the values. The two therefore always agree.
+//! | symbol | meaning |
+//! |---|---|
+//! | X⁺ = (r⁺, q⁺, v⁺, ω⁺) | state at the end of the step; q⁺ is the attitude |
+//! | f_i | force on contact point i (N): f_xy,i along the ground's tangents, f_z,i along its normal |
+//! | c_xy,i | mean tangential velocity of the point over the step (m/s) |
+//! | z⁺_i | height of the point above the plane at the end of the step (m) |
+//! | λ_i | multiplier of the friction cone, at a solution the slip speed (m/s) |
+//! | s1_i, s2_i | slacks of the two complementarity conditions (N m, W) |
+//! | α_i | contact flag, 1 if the point may touch in this step, otherwise 0 |
+//! | ε, μ | smoothing of ‖f_xy‖ (N), coefficient of friction |
 //!
-//! This is the tutorial's program of one body and the ground. A contact is the point with its
-//! index. Its force and slip have the components (x, y, z) along the tangents and the normal of the
-//! ground's [frame](tumble_core::contact::Plane::frame). z_i is its height above the plane. On
-//! level ground these are the world's axes. Points x have [`Layout::variables`] numbers, rows and
-//! multipliers [`Layout::constraints`]. The methods of [`StepNlp`] panic on shorter slices.
+//! The unknowns are x = (X⁺, f_x, f_y, f_z, s1, s2, λ), see [`layout`]. Tangents and normal are the
+//! ground's [frame](tumble_core::contact::Plane::frame); on level ground they are the world's axes.
+//!
+//! The Jacobian and the Hessian of the Lagrangian are each implemented once, as a function that
+//! emits matrix entries in a fixed order (`entries.rs`). One receiver of these entries stores the
+//! positions, another the values. Structure and values therefore always agree.
 
 pub(crate) mod entries;
 pub(crate) mod gyroscopic;
@@ -45,28 +56,31 @@ use tumble_core::mechanics::quaternion::{attitude_map, rotated_point_forms, rota
 use tumble_core::mechanics::{RigidBody, State, Wrench};
 use tumble_core::world::World;
 
-/// Smoothing ε of the tutorial, N. It smooths the norm of the friction force (eq. 11) and is added
-/// to its denominator.
+/// Smoothing ε of the tutorial (N). It smooths the norm of the friction force (eq. 11) and keeps
+/// the denominator of eq. 10 positive.
 pub const SMOOTHING: f64 = 1e-6;
 
-/// Index of the body in the program.
+/// Index of the only body.
 const BODY: usize = 0;
 
-/// Reason for refusing worlds without a ground.
+/// Reason why a world without a ground is not supported.
 const NO_GROUND: &str = "it is of a body above a ground; give a world with one";
 
-/// Step problem of one world. Structure and constants are fixed. The parameters (X, external
-/// wrench, α) are set for each step. Points x have [`Layout::variables`] numbers, rows and
-/// multipliers [`Layout::constraints`]. Methods panic on shorter slices.
+/// Step problem of one world. Structure and constants are fixed. [`StepNlp::set_step`] sets the
+/// parameters of a step: the state X at its start, the external wrench and the contact flags α.
+///
+/// A point x has [`Layout::variables`] numbers. Rows and multipliers have [`Layout::constraints`].
+/// Methods panic on shorter slices.
 #[derive(Debug, Clone)]
 pub struct StepNlp {
     world: World,
     /// Ground plane of the world.
     ground: Plane,
-    /// Smoothing ε, N.
+    /// Smoothing ε (N).
     smoothing: f64,
     layout: Layout,
-    /// Q_1, Q_2, Q_n of every contact point: the forms of eq. 3 along the ground's frame.
+    /// Quadratic forms Q of every contact point (eq. 3), along both tangents and the normal of the
+    /// ground.
     forms: Vec<[Matrix4<f64>; 3]>,
     gyroscopic: Gyroscopic,
     jacobian_pattern: SparsityPattern,
@@ -75,7 +89,7 @@ pub struct StepNlp {
     step: StepData,
 }
 
-/// Constants of one step.
+/// Parameters of one step, with the terms that depend on them only.
 #[derive(Debug, Clone)]
 struct StepData {
     state: State,
@@ -83,15 +97,16 @@ struct StepData {
     alpha: Vec<f64>,
     /// ½ h L(q) H, the derivative of the unnormalised attitude with respect to ω⁺.
     attitude_rate: Matrix4x3<f64>,
-    /// C_xy of every contact point at step k, m, along the ground's tangents.
+    /// Position C_xy of every contact point at the start, along the ground's tangents (m).
     old_positions: Vec<Vector2<f64>>,
-    /// h I⁻¹ [c_i]× Aᵀ F, the derivative of ω⁺ with respect to f_i.
+    /// h I⁻¹ [c_i]× Aᵀ F, the derivative of ω⁺ with respect to f_i. A is the body's rotation, F the
+    /// ground's frame.
     spin_per_force: Vec<Matrix3<f64>>,
 }
 
 impl StepNlp {
-    /// Creates the step problem of `world` with the smoothing ε (N) and builds its structure. The
-    /// parameters are a body at rest at the origin until [`StepNlp::set_step`] is called.
+    /// Creates the step problem of `world` with the smoothing ε (N) and builds its structure. Until
+    /// [`StepNlp::set_step`] is called, the body rests at the origin and no flag is set.
     ///
     /// # Errors
     /// A world refused by [`StepNlp::unsuitable`]; a smoothing outside 1e-12…1 N.
@@ -200,7 +215,7 @@ impl StepNlp {
         &self.world
     }
 
-    /// Smoothing ε, N.
+    /// Smoothing ε (N).
     #[must_use]
     pub fn smoothing(&self) -> f64 {
         self.smoothing
@@ -228,7 +243,7 @@ impl StepNlp {
         &self.step.alpha
     }
 
-    /// Structural non-zeros of the Jacobian (62 × 61 for the cube).
+    /// Structural non-zeros of the Jacobian, a 62 × 61 matrix for the cube.
     #[must_use]
     pub fn jacobian_pattern(&self) -> &SparsityPattern {
         &self.jacobian_pattern
@@ -240,7 +255,8 @@ impl StepNlp {
         &self.hessian_pattern
     }
 
-    /// Objective s1ᵀs1 + s2ᵀs2 at the point `x` (eq. 16), N²m² + W².
+    /// Objective s1ᵀs1 + s2ᵀs2 at the point `x` (eq. 16). Its terms have different units, N²m² and
+    /// W², and are all zero at a solution.
     #[must_use]
     pub fn objective(&self, x: &[f64]) -> f64 {
         let (s1, s2) = (self.layout.slack_1(), self.layout.slack_2());
@@ -281,7 +297,7 @@ impl StepNlp {
         self.emit_hessian(x, objective_factor, multipliers, &mut ValueSink::new(values));
     }
 
-    /// Eq. 8: the semi-implicit step minus X⁺.
+    /// Writes the rows of the dynamics (eq. 8): the semi-implicit step minus X⁺.
     fn dynamics_rows(&self, x: &[f64], rows: &mut [f64]) {
         let (body, h) = (self.body(), self.world.time_step());
         let (old, next) = (&self.step.state, self.next_state(x));
@@ -305,7 +321,7 @@ impl StepNlp {
         rows[layout::SPIN_ROWS].copy_from_slice((-spin).as_slice());
     }
 
-    /// Eqs. 10 and 12–15 of every contact.
+    /// Writes the rows of every contact (eqs. 10 and 12–15).
     fn contact_rows(&self, x: &[f64], next: &State, rows: &mut [f64]) {
         let (h, friction) = (self.world.time_step(), self.world.friction());
         let (layout, rotation) = (self.layout, rotation(&next.attitude));
@@ -345,13 +361,14 @@ impl StepNlp {
         SmoothForce::new(self.force(x, i).xy(), self.smoothing)
     }
 
-    /// q + ½ h L(q) H ω⁺, normalised.
+    /// Attitude at the end of the step for the spin ω⁺ (eq. 8b): q + ½ h L(q) H ω⁺, normalised.
     fn advanced_attitude(&self, spin: &Vector3<f64>) -> Normalised {
         Normalised::new(self.step.state.attitude + self.step.attitude_rate * spin)
     }
 }
 
-/// Σ_k F_kj Q_k for the columns j of `frame` F: (Fᵀ A(q) c)_j = ½ qᵀ (Σ_k F_kj Q_k) q (eq. 3).
+/// Quadratic forms of every contact point c along the columns j of `frame` F (eq. 3). They are
+/// Σ_k F_kj Q_k, so that (Fᵀ A(q) c)_j = ½ qᵀ (Σ_k F_kj Q_k) q.
 fn forms_along(body: &RigidBody, frame: &Matrix3<f64>) -> Vec<[Matrix4<f64>; 3]> {
     let along = |forms: &[Matrix4<f64>; 3], j: usize| -> Matrix4<f64> {
         forms.iter().enumerate().map(|(k, form)| form * frame[(k, j)]).sum()

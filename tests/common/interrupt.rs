@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use tumble_core::error::Error;
 use tumble_core::simulation::{Simulation, StepRecord};
 
-/// Steps until an interrupt raised after `delay` ends the run. Returns the time from the interrupt
-/// to the end of the step. A thousand steps must take longer than `delay`.
+/// Steps the simulation and raises its interrupt flag after `delay`. Returns the time from the flag
+/// to the end of the interrupted step. A thousand steps must take longer than `delay`.
 pub fn interrupt_after(
     delay: Duration,
     simulation: &mut Simulation<'_>,

@@ -54,6 +54,8 @@ impl VerifyFindings {
     }
 }
 
+/// Reads the rows of a run in order and verifies every step. A step ends at the state of the next
+/// row, so it is verified when that row has been read.
 pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
     let mut recording = Recording::open(&args.file, &args.physics)?;
     refuse_partial(&recording)?;

@@ -1,8 +1,12 @@
-//! Core of tumble: bodies and collision geometry, the contact step as an optimisation problem, the
-//! native solver, the certificate that checks its solution, and the time-stepping loop.
+//! Core of tumble, a simulator of rigid bodies in hard frictional contact.
 //!
-//! This is a separate crate so that it compiles independently of the rest. Programs depend on the
-//! crate `tumble`. It re-exports these modules under the same paths and adds a guide.
+//! The core has bodies and collision geometry, joints, contact detection, the native solver of the
+//! contact step, and the time-stepping loop. It also has the certificate, an independent check of
+//! every step. The loop is [`Simulation::step`](simulation::Simulation::step), a good place to
+//! start reading.
+//!
+//! Programs depend on the crate `tumble`, which re-exports these modules under the same paths and
+//! adds a guide. The core is a separate crate so that it compiles independently of the rest.
 
 #![deny(unsafe_code)]
 

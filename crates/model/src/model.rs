@@ -38,7 +38,8 @@ pub struct Model {
     /// Approach speed below which contacts do not bounce (m/s); null for the core's default.
     #[serde(default)]
     pub rebound_speed: Option<f64>,
-    /// Plane of the ground; null without a ground.
+    /// Plane of the ground; null without a ground. A single floating body (solver `rk4`) has a
+    /// plane without effect.
     pub plane: Option<PlaneParameters>,
     /// Shapes that the bodies refer to.
     pub shapes: Vec<ModelShape>,

@@ -1,4 +1,7 @@
 //! Scene: the input of a simulation, independent of the notation of its file.
+//!
+//! A scene holds the same content twice: as [`Model`], the data written to run.json, and as
+//! [`World`], initial states and loads, the form of the core. The latter are made from the model.
 
 use super::solver_choice::SolverChoice;
 use std::num::NonZeroUsize;
@@ -22,7 +25,7 @@ pub struct Scene {
     pub changed: Vec<String>,
     /// Seed of the random start.
     pub seed: u32,
-    /// True if the start depends on the seed.
+    /// True if an initial state is drawn at random.
     pub drawn: bool,
     /// Start index k: the simulation starts at time k h, also for loads and prescribed motions.
     pub start_index: u64,
@@ -44,9 +47,10 @@ pub struct Scene {
     pub fixed: Vec<String>,
     /// Names of the joints.
     pub joints: Vec<String>,
-    /// Solver of contact steps; `None` without a ground.
+    /// Solver of contact steps. `None` for a scene of `[body]` without `[ground]`: its body floats
+    /// and is integrated by the Runge–Kutta method. Scenes of `[[bodies]]` always have a solver.
     pub contact: Option<SolverChoice>,
-    /// True if the solver was chosen by default.
+    /// True if neither flags nor file name a solver.
     pub usual_solver: bool,
     /// Robots read from files, with the indices of their bodies and joints in the scene.
     pub robots: Vec<tumble_robot::Assembled>,
@@ -181,7 +185,7 @@ impl Scene {
         Ok(self)
     }
 
-    /// Name of the solver: `native`, `ipopt`, or `rk4` without a ground.
+    /// Name of the solver: `native`, `ipopt`, or `rk4` for a body that floats.
     #[must_use]
     pub fn solver(&self) -> &'static str {
         self.contact.as_ref().map_or("rk4", SolverChoice::solver_name)

@@ -27,11 +27,11 @@ impl Scene {
         Self::told(text, path, flags, &[], SolverName::Native, read)
     }
 
-    /// Scene of a scenario file, as [`Scene::of_text`], with the names of the flags and a default
-    /// solver.
+    /// Scene of the scenario file `path` with the content `text`, for the command line.
     ///
-    /// Error messages use the flag's name for settings among `given`. `usual` is the default solver
-    /// of a scene with `[body]`.
+    /// Values in `flags` override those of the file. `given` names the flags on the command line,
+    /// so that an error about such a value names its flag. `usual` is the default solver of the
+    /// notation `[body]`. The default of `[[bodies]]` and of robots is the native solver.
     ///
     /// # Errors
     /// The errors of [`Scene::of_text`].

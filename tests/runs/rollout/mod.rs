@@ -1,4 +1,8 @@
-//! Batches of rollouts: equal to a loop over simulations, on any number of threads.
+//! Tests of batches of rollouts: many simulations of one scene, each with its own initial states,
+//! inputs and constants.
+//!
+//! The reference is a loop over single simulations. A batch must have the same bits on any number
+//! of threads.
 
 mod driven;
 
@@ -19,12 +23,16 @@ use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use tumble_core::world::{Parameters, Partner, Plane, World};
 
+/// Number of steps of a rollout.
 const T: usize = 150;
 
+/// Native solver with its default settings, for one thread of a batch.
 fn native_motion(world: &World) -> Result<Motion<'static>, Error> {
     Ok(Motion::native(world))
 }
 
+/// Batch without controls and with the constants of `world`. `starts` has one state per body, for
+/// each rollout or for all of them.
 fn batch<'a>(world: &'a World, starts: &'a [f64], rollouts: usize) -> Batch<'a> {
     Batch {
         world,
@@ -42,6 +50,7 @@ fn batch<'a>(world: &'a World, starts: &'a [f64], rollouts: usize) -> Batch<'a> 
     }
 }
 
+/// The 13 numbers of each state, one after another.
 fn numbers<'a>(states: impl IntoIterator<Item = &'a State>) -> Vec<f64> {
     states.into_iter().flat_map(|state| state.to_vector().as_slice().to_vec()).collect()
 }
@@ -56,6 +65,8 @@ struct Out {
     report: RolloutReport,
 }
 
+/// Runs the batch on `threads` threads with all outputs. Checks that the end states equal the last
+/// states.
 fn run(batch: &Batch<'_>, threads: usize) -> Result<Out, RolloutError> {
     let (rows, n) = (batch.rollouts * batch.steps, batch.world.bodies().len());
     let (mut states, mut forces) = (vec![0.0; rows * n * 13], vec![0.0; rows * n * 3]);
@@ -75,7 +86,8 @@ fn run(batch: &Batch<'_>, threads: usize) -> Result<Out, RolloutError> {
     Ok(Out { states, forces, residuals, statuses, report })
 }
 
-/// Outputs of a loop over the simulations.
+/// Outputs of a loop over the simulations, each with T steps. `push` is the wrench on the first
+/// body in each rollout and step.
 fn looped(simulations: Vec<Simulation<'static>>, push: impl Fn(usize, usize) -> Wrench) -> Out {
     let mut out = Out {
         states: Vec::new(),
@@ -110,8 +122,8 @@ fn looped(simulations: Vec<Simulation<'static>>, push: impl Fn(usize, usize) -> 
     out
 }
 
-/// Checks thrown and pushed cubes near the ground, each with its own friction, restitution, mass,
-/// gravity and time step.
+/// Checks cubes that are thrown near the ground and pushed, each with its own friction,
+/// restitution, mass, gravity and time step.
 #[test]
 fn a_batch_has_the_numbers_of_a_loop_on_any_number_of_threads() {
     const B: usize = 9;
@@ -157,6 +169,7 @@ fn a_batch_has_the_numbers_of_a_loop_on_any_number_of_threads() {
         native(&world.unwrap().with_restitution(restitution[b]).unwrap(), *start)
     });
     let expected = looped(simulations.collect(), push);
+    // 1 is the index of `Converged` in `StepStatus::ALL`: a solved step with contacts.
     let in_contact = expected.statuses.iter().filter(|status| **status == 1).count();
     assert!(in_contact > 200, "{in_contact} steps in contact");
     for threads in [1, 2, 3, 20] {
@@ -231,8 +244,8 @@ fn steps_that_fail_are_listed_by_rollout_and_step() {
         let found: Vec<_> = report.unsolved.iter().map(|u| (u.rollout, u.step, u.status)).collect();
         let failed = StepStatus::Failed;
         assert_eq!(found, [(1, 0, failed), (1, 1, failed), (3, 0, failed), (3, 1, failed)]);
-        // Residual g h in the first step. In the second it is 2 g h plus the first depth g h² over
-        // h.
+        // Falls from contact into the ground. The depth is g h² after the first step and g h² +
+        // 2 g h² after the second. The residual is the depth over h.
         let residual = |index: usize| report.unsolved[index].residual / (9.81 * 0.002);
         assert!((residual(0) - 1.0).abs() < 1e-9 && (residual(1) - 3.0).abs() < 1e-9, "{report:?}");
         assert_eq!((report.steps(), report.all.largest_residual), (8, report.unsolved[1].residual));
@@ -270,7 +283,8 @@ fn arrays_of_other_lengths_and_odd_rollouts_are_refused_by_name() {
     assert!(error.to_string().starts_with("numbers for states: 12 given"), "{error}");
 }
 
-/// Checks rollouts with varying shapes and ground. Each equals the simulation of its own world.
+/// Checks rollouts with varying size, radius and ground. Each must agree with a simulation of a
+/// world made with these values.
 #[test]
 fn size_radius_and_ground_are_those_of_worlds_of_their_own() {
     let world = cube_world(SOLID);
@@ -303,7 +317,7 @@ fn size_radius_and_ground_are_those_of_worlds_of_their_own() {
     let expected = looped(simulations.collect(), |_, _| Wrench::zero());
     let found = run(&batch, 2).unwrap();
     assert_eq!(found.statuses, expected.statuses);
-    // Corners are computed with another order of factors.
+    // Not bit by bit: the corners of the pieces are products in another order.
     for (found, expected) in found.states.iter().zip(&expected.states) {
         assert!((found - expected).abs() < 1e-9, "{found}, {expected}");
     }
@@ -365,7 +379,7 @@ fn a_batch_ends_when_its_flag_is_raised_and_counts_its_steps() {
     assert_eq!(error, RolloutError { rollout: None, error: Error::Interrupted });
 }
 
-/// Checks that steps do not allocate: ten times as many steps make as many allocations.
+/// Checks that steps do not allocate: ten times the steps need the same number of allocations.
 #[test]
 fn steps_of_a_rollout_allocate_nothing() {
     let world = cube_world(SOLID);
@@ -383,6 +397,7 @@ fn steps_of_a_rollout_allocate_nothing() {
     assert_eq!(few, many);
 }
 
+/// States from their numbers, the inverse of [`numbers`].
 fn batch_states(numbers: &[f64]) -> Vec<State> {
     let state = |numbers: &[f64]| {
         State::from_vector(&nalgebra::SVector::<f64, 13>::from_column_slice(numbers))

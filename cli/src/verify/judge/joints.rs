@@ -6,9 +6,13 @@ use tumble_core::mechanics::State;
 use tumble_scene::output::tables::{GearTableRow, JointRow, TableStep};
 
 impl StepJudge {
-    /// Finds a joint whose row does not follow from states and forces. `next` has the states and
-    /// forces of the step, or is `None` for the last state. Both computations use the same doubles,
-    /// so only rounding errors may differ.
+    /// Finds a joint whose row does not follow from states and forces. `next` has the states at
+    /// the end of the step and the joint forces of the rows, or is `None` for the last state. Both
+    /// computations use the same doubles, so only rounding errors may differ.
+    ///
+    /// Coordinates, rates and residuals are compared. Force and torque are inputs: a wrong one
+    /// shows in the residual of the bodies' motion. Full turns of angles are counted on from the
+    /// previous step.
     pub(super) fn another_joint(
         &self,
         step: &TableStep,

@@ -154,7 +154,10 @@ impl StepJudge {
         };
     }
 
-    /// Verifies the step that ends at `next`.
+    /// Verifies the step from the states of `step` to `next`.
+    ///
+    /// The states and forces of the rows are inserted in the equations of the step. The resulting
+    /// certificate, slips, joint rows and energy are compared with the rows. Nothing is solved.
     pub fn step(&mut self, step: &RecordedStep, next: &[State]) -> Verified {
         let states = step.states();
         self.world.follow(&self.courses, (step.index() + 1) as f64 * self.world.time_step());

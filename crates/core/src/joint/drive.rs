@@ -44,7 +44,7 @@ pub struct Drive {
 #[cfg_attr(any(feature = "save", feature = "serde"), derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(any(feature = "save", feature = "serde"), serde(rename_all = "lowercase"))]
 pub enum Motor {
-    /// Velocity motor: holds a speed.
+    /// Velocity motor: holds a speed exactly, up to its force limit.
     Speed {
         /// Target speed (m/s or rad/s).
         target: f64,

@@ -336,6 +336,9 @@ impl<'a> Simulation<'a> {
     /// Advances by one step and describes it in `record`. A step that did not converge is taken
     /// too, with its status in the report.
     ///
+    /// The order is: loads, a copy of the last step if everything rests, motions of joint frames,
+    /// the step itself, shorter steps if it failed, the record, and the new solution.
+    ///
     /// # Errors
     /// If a step cannot be posed or was interrupted; the simulation is then unchanged.
     pub fn step(&mut self, record: &mut StepRecord) -> Result<(), Error> {

@@ -82,7 +82,7 @@ pub(super) fn contact_step(
     let (joints, gears) = (&solution.joints, &solution.gears);
     let claim = Claim { states, next: &solution.states, wrenches, contacts, joints, gears };
     let certificate = certifier.step_beside(world, &claim, solution.forces(), rest.bodies());
-    // Overrides the solver's status if the residual is too large. A NaN fails every comparison.
+    // The certificate overrides the solver's status. A NaN fails every comparison.
     let residual = certificate.residual();
     let rounding = || rounding::residual(world, states, &solution.states);
     let within = residual <= accepted || residual <= rounding();

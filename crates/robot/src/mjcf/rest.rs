@@ -1,4 +1,7 @@
-//! Options, equality constraints and keyframes.
+//! Reader of the elements `<option>`, `<equality>` and `<keyframe>` of MJCF.
+//!
+//! An equality constraint is called a tie here. It becomes a joint between two links, or couples
+//! the coordinates of two joints.
 
 use super::MjcfReader;
 use super::compiler::SWITCH;
@@ -12,25 +15,33 @@ use crate::xml::{Attributes, Element};
 use nalgebra::{Vector3, Vector4};
 use tumble_model::shown;
 
-/// Effects that the file enables.
+/// Effects that the file enables, from `<flag>` in `<option>`. All are enabled by default.
 #[derive(Debug, Clone, Copy)]
 pub struct Flags {
+    /// Joint limits.
     pub limits: bool,
+    /// Dry friction of joints (`frictionloss`).
     pub friction: bool,
+    /// Equality constraints.
     pub ties: bool,
+    /// Springs of joints and tendons.
     pub springs: bool,
+    /// Damping of joints and tendons.
     pub dampers: bool,
+    /// Actuators.
     pub actuators: bool,
+    /// Limits of controls (`clampctrl`).
     pub clamps: bool,
 }
 
-/// Values `enable` and `disable`.
+/// Values of a flag.
 const ABLE: [(&str, bool); 2] = [("enable", true), ("disable", false)];
 
-/// Attributes of `<option>` that are read.
+/// Attributes of `<option>` that are read, or rejected with a message of their own.
 const READ: [&str; 5] = ["timestep", "gravity", "density", "viscosity", "actuatorgroupdisable"];
 
-/// Attributes that concern MuJoCo's solver, or a medium that is absent.
+/// Attributes of `<option>` without effect here. They configure MuJoCo's solver and contacts, a
+/// medium around the bodies, or a magnetic field.
 const IDLE: [&str; 26] = [
     "apirate",
     "impratio",
@@ -60,7 +71,7 @@ const IDLE: [&str; 26] = [
     "sdf_initpoints",
 ];
 
-/// Reads `<option>` and its flags.
+/// Reads all `<option>` elements in `root` and their flags.
 pub fn options(root: &Element, notes: &mut RobotNotes) -> Result<(RobotOptions, Flags), String> {
     let mut options = usual_options();
     let mut flags = Flags {
@@ -100,6 +111,7 @@ pub fn options(root: &Element, notes: &mut RobotNotes) -> Result<(RobotOptions, 
     Ok((options, flags))
 }
 
+/// Reads one `<flag>` element. Flags without effect here are ignored.
 fn set_flags(
     element: &Element,
     options: &mut RobotOptions,
@@ -133,6 +145,8 @@ fn set_flags(
 }
 
 impl MjcfReader<'_> {
+    /// Reads the constraints in `<equality>`. Inactive ones are skipped. MuJoCo's constraints are
+    /// soft, these are rigid, and a note says so.
     pub(super) fn read_equality(
         &mut self,
         section: &Element,
@@ -161,7 +175,7 @@ impl MjcfReader<'_> {
         Ok(())
     }
 
-    /// Both bodies of a constraint. The second is the world if it is not named.
+    /// Indices of both links of a constraint. Without a second body it is link 0, the world.
     fn tied(&self, read: &Defaulted<'_>) -> Result<[usize; 2], String> {
         let element = read.element();
         if read.get("site1").is_some() || read.get("site2").is_some() {
@@ -172,6 +186,7 @@ impl MjcfReader<'_> {
         Ok([first, second.transpose()?.unwrap_or(0)])
     }
 
+    /// Reads `<connect>`: a common point of two links.
     fn connected(&self, read: &Defaulted<'_>) -> Result<RobotTie, String> {
         const READ: [&str; 9] =
             ["name", "class", "active", "body1", "body2", "anchor", "site1", "site2", "solref"];
@@ -182,6 +197,7 @@ impl MjcfReader<'_> {
         Ok(RobotTie::Point { links, anchor: anchor.into(), at: read.element().at() })
     }
 
+    /// Reads `<weld>`: a fixed relative pose of two links.
     fn welded(&self, read: &Defaulted<'_>) -> Result<RobotTie, String> {
         const READ: [&str; 11] = [
             "name",
@@ -198,8 +214,8 @@ impl MjcfReader<'_> {
         ];
         read.refuse_others(&READ, &["solimp"])?;
         let links = self.tied(read)?;
-        // Pose of the second body in the first. A zero quaternion selects the pose at the
-        // reference.
+        // Pose of the second body in the first. Without it, or with a zero quaternion, the pose is
+        // that of the reference configuration.
         let frame = match read.exactly::<7>("relpose")? {
             Some([x, y, z, q @ ..]) if q != [0.0; 4] => {
                 let attitude = Vector4::from(q);
@@ -213,11 +229,14 @@ impl MjcfReader<'_> {
         Ok(RobotTie::Whole { links, frame, at: read.element().at() })
     }
 
-    /// Couples a joint to another one or fixes it. In coordinates relative to the references:
+    /// Reads `<joint>` in `<equality>`, with `polycoef` = (c₀, c₁, …) and the reference coordinates
+    /// q₁₀ and q₂₀:
     ///
     /// ```text
     /// q₁ − q₁₀ = c₀ + c₁ (q₂ − q₂₀)
     /// ```
+    ///
+    /// Without a second joint, the first one is fixed at q₁₀ + c₀ by equal limits.
     fn tie_joints(&mut self, element: &Element) -> Result<(), String> {
         let find = |field: &str, name: &str| {
             let joint = self.joint(element, field, name)?;
@@ -241,7 +260,7 @@ impl MjcfReader<'_> {
         self.follow(element, [first, second], [ratio, offset])
     }
 
-    /// Couples the first joint to the second.
+    /// Couples the first joint to the second: q₁ = `ratio` q₂ + `offset`.
     pub(super) fn follow(
         &mut self,
         element: &Element,
@@ -261,6 +280,7 @@ impl MjcfReader<'_> {
         Ok(())
     }
 
+    /// Reads the keyframes: named sets of coordinates, velocities and controls.
     pub(super) fn read_keys(&mut self, section: &Element) -> Result<(), String> {
         let (positions, rates) = self.robot.counts();
         for key in section.all("key") {

@@ -8,6 +8,8 @@ use crate::xml::{Attributes, Element};
 use nalgebra::Vector3;
 
 impl UrdfReader<'_> {
+    /// Reads the collision geometry of the link with index `link`. Shapes of size 0 are dropped
+    /// with a note.
     pub(super) fn read_shapes(&mut self, element: &Element, link: usize) -> Result<(), String> {
         for collision in element.all("collision") {
             let geometry = collision.one("geometry")?;
@@ -40,7 +42,8 @@ impl UrdfReader<'_> {
         Ok(())
     }
 
-    /// Reads the visual geometry of a link. It is dropped with a note if any part is invalid.
+    /// Reads the visual geometry of the link with index `link`. If any part of it is invalid, all
+    /// of it is dropped with a note: pictures then show the collision shapes.
     pub(super) fn read_looks(&mut self, element: &Element, link: usize) {
         let before = self.robot.looks.len();
         for visual in element.all("visual") {
@@ -76,7 +79,10 @@ impl UrdfReader<'_> {
         Ok(Some(RobotLook { link, seen, frame: origin(visual)? }))
     }
 
-    /// Geometry of a collision shape: one primitive, or the pieces of a mesh.
+    /// Geometry of a collision shape: one primitive, or the convex hull of a mesh.
+    ///
+    /// If the caller has named files of convex pieces for the mesh, it is one hull per piece. Hulls
+    /// are computed once per file and scale.
     fn forms(&mut self, element: &Element) -> Result<Vec<RobotForm>, String> {
         if element.tag != "mesh" {
             return Ok(vec![self.form(element)?]);
@@ -101,6 +107,7 @@ impl UrdfReader<'_> {
         Ok(forms)
     }
 
+    /// Primitive geometry. Boxes have half sides, cylinders and capsules a half length (m).
     fn form(&self, element: &Element) -> Result<RobotForm, String> {
         let length = |field: &str| {
             element.needed(field)?;

@@ -1,4 +1,13 @@
-//! Notation `[[bodies]]`: any number of bodies, fixed geometry and pairs.
+//! Scenes in the notation `[[bodies]]`: any number of bodies, with fixed geometry, joints and
+//! robots.
+//!
+//! A scene is made in three steps:
+//!
+//! 1. [`build`] converts the tables of the file to a [`Model`](tumble_model::Model), the data
+//!    written to run.json.
+//! 2. The robots' initial states are corrected, and the model makes a
+//!    [`World`](tumble_core::world::World).
+//! 3. The initial state is checked: loads, heights, overlaps, joints and gears.
 
 mod build;
 mod copies;
@@ -27,36 +36,39 @@ use tumble_core::joint::GEAR_AT_THE_START;
 use tumble_core::simulation::JOINT_AT_THE_START;
 use tumble_model::failure::{Failure, refuse_flags};
 
-/// Tables of the notation.
+/// Tables of a scenario file in this notation, as deserialised.
 pub struct SceneEntries {
-    /// Table `[[bodies]]`.
+    /// Entries of `[[bodies]]`.
     pub bodies: Vec<BodyEntry>,
-    /// Table `[[fixed]]`.
+    /// Entries of `[[fixed]]`: static geometry.
     pub fixed: Vec<FixedEntry>,
-    /// Table `[[friction]]`.
+    /// Entries of `[[friction]]`: coefficients of single pairs.
     pub friction: Vec<PairEntry>,
-    /// Table `[[restitution]]`.
+    /// Entries of `[[restitution]]`: coefficients of single pairs.
     pub restitution: Vec<PairEntry>,
-    /// Table `[[joints]]`.
+    /// Entries of `[[joints]]`.
     pub joints: Vec<JointEntry>,
-    /// Table `[[motors]]`.
+    /// Entries of `[[motors]]`, each on an axis of a joint.
     pub motors: Vec<MotorEntry>,
-    /// Table `[[gears]]`.
+    /// Entries of `[[gears]]`.
     pub gears: Vec<GearEntry>,
-    /// Table `[[driven]]`.
+    /// Entries of `[[driven]]`: bodies with a prescribed motion.
     pub driven: Vec<DrivenEntry>,
-    /// Table `[[surfaces]]`.
+    /// Entries of `[[surfaces]]`: conveyor belts.
     pub surfaces: Vec<SurfaceEntry>,
-    /// Table `[[apart]]`.
+    /// Entries of `[[apart]]`: pairs that do not collide.
     pub apart: Vec<ApartEntry>,
-    /// Table `[[robots]]`.
+    /// Entries of `[[robots]]`: URDF and MJCF files.
     pub robots: Vec<robots::RobotEntry>,
 }
 
 /// Default solver of these scenes.
 const USUAL_SOLVER: SolverName = SolverName::Native;
 
-/// Scene of complete settings and tables; meshes are in `files`.
+/// Makes the scene of a scenario file from its `settings` and its tables `entries`.
+///
+/// The settings are those of the file, overridden by the flags of the command line. `files` reads
+/// mesh files.
 ///
 /// # Errors
 /// The first invalid value.
@@ -70,7 +82,7 @@ pub fn scene(
     of_built(name, settings, built)
 }
 
-/// Scene of a single robot file.
+/// Makes the scene of a single robot file.
 ///
 /// # Errors
 /// The first invalid value.
@@ -83,14 +95,14 @@ pub fn scene_of_robot(
     of_built(name, settings, built)
 }
 
-/// Makes the world of a built model, and checks that a simulation can start from it.
+/// Makes the scene of a built model and checks its initial state.
 fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<Scene, Failure> {
     let world = tumble_robot::settled(&mut built.model, &mut built.robots)?;
     let BuiltScene { model, drawn, .. } = built;
     let place = "several bodies: the tutorial's program is of one";
     refuse_flags(place, &[("--preset", settings.preset.is_some())])?;
     let contact = SolverChoice::new(settings, USUAL_SOLVER)?;
-    // Reports an unsuitable solver before anything is written.
+    // Reports a solver that does not support this world before any file is written.
     contact.solver(&world)?;
     let scene = Scene {
         name,
@@ -121,7 +133,8 @@ fn of_built(name: String, settings: &Settings, mut built: BuiltScene) -> Result<
     Ok(scene)
 }
 
-/// Adds the body described by `entry` at the end of `scene`. Its start may overlap other bodies.
+/// Returns `scene` with the body described by `entry` added at the end. Overlaps of its start with
+/// other bodies are not checked.
 ///
 /// # Errors
 /// The first invalid value; a scene with `[body]`.
@@ -134,7 +147,7 @@ pub fn with_body(scene: &Scene, entry: BodyEntry, files: Files<'_>) -> Result<Sc
     Ok(scene)
 }
 
-/// Removes the body `index` and its joints from `scene`.
+/// Returns `scene` without the body `index` and its joints.
 ///
 /// # Errors
 /// The only body; a scene with `[body]`; a body of a robot, or one before it.
@@ -151,7 +164,8 @@ pub fn without_body(scene: &Scene, index: usize) -> Result<Scene, Failure> {
     scene.clone().with_model(model)
 }
 
-/// Rejects a scene with a trajectory, whose table has room for one body only.
+/// Rejects a scene of the notation `[body]`. Its run writes trajectory.csv, which has columns for
+/// one body only.
 fn refuse_trajectory(scene: &Scene) -> Result<(), Failure> {
     if scene.trajectory { Err(Failure::Input(ONE_FOR_GOOD.to_owned())) } else { Ok(()) }
 }
@@ -159,6 +173,7 @@ fn refuse_trajectory(scene: &Scene) -> Result<(), Failure> {
 const ONE_FOR_GOOD: &str =
     "a scene of [body] has one body for good; written with [[bodies]] it may have others";
 
+/// Rejects a load on the body `index` that would change its velocity too much in one step.
 fn refuse_violent_load(scene: &Scene, index: usize) -> Result<(), Failure> {
     let (body, load) = (&scene.world.bodies()[index], &scene.loads[index]);
     match violent_load(body, load, scene.world.time_step()) {
@@ -167,7 +182,10 @@ fn refuse_violent_load(scene: &Scene, index: usize) -> Result<(), Failure> {
     }
 }
 
-/// Rejects joints and gears that do not fit at the start: one step would move the bodies there.
+/// Rejects joints and gears that the initial poses violate, and poses beyond joint limits.
+///
+/// Constraints hold at the end of every step. The first step would move the bodies by the whole
+/// error.
 fn refuse_joints_apart(scene: &Scene) -> Result<(), Failure> {
     let angles = scene.world.angles_near(&scene.starts, &[]);
     for ((joint, name), angles) in scene.world.joints().iter().zip(&scene.joints).zip(&angles) {
@@ -233,7 +251,7 @@ fn refuse_overlap(scene: &Scene) -> Result<(), Failure> {
     Err(Failure::Input(format!("position: {overlap}")))
 }
 
-/// Rejects settings of the notation `[body]`, which the tables of the file replace.
+/// Rejects flags that set properties of a single body. Here the tables of the file have them.
 pub fn refuse_idle_settings(settings: &Settings) -> Result<(), Failure> {
     refuse_flags(
         "several bodies, which the scenario file describes",

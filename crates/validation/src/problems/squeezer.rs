@@ -1,11 +1,17 @@
 //! Andrews' squeezing mechanism: seven bars, three closed loops, and a driving torque.
+//!
+//! Problem and notation are those of the Test Set for IVP Solvers (Mazzia and Magherini). The bars
+//! K1 … K7 move in a plane. A constant torque turns the crank K1 about the origin. A spring from
+//! the fixed point C acts on K3, which hangs on the fixed point B. K5 and K7 hang on the fixed
+//! point A.
 
 use crate::planar::{Bar, Linkage, PlanarBody, PlanarLoad, PlanarPin, PlanarSurface};
 use crate::prelude::*;
 use crate::runner::Torque;
 use std::f64::consts::FRAC_PI_2;
 
-/// The parameters of the problem's statement in m, kg, kg m², N/m and N m.
+/// Parameters with the names of the problem statement, in m, kg, kg m², N/m and N m. MASSES and
+/// MOMENTS have one entry per bar, K1 … K7.
 const MASSES: [f64; 7] = [0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498];
 const MOMENTS: [f64; 7] = [2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5];
 const A: Vector2<f64> = Vector2::new(-0.06934, -0.00227);
@@ -34,7 +40,7 @@ const ZF: f64 = 0.02;
 const ZT: f64 = 0.04;
 const FA: f64 = 0.01421;
 
-/// Initial angles β, Θ, γ, Φ, δ, Ω and ε of the resting mechanism (rad).
+/// Initial joint angles β, Θ, γ, Φ, δ, Ω and ε (rad). The mechanism starts at rest.
 const START: [f64; 7] = [
     -0.061_713_890_014_276_45,
     0.0,
@@ -44,7 +50,7 @@ const START: [f64; 7] = [
     -0.222_668_390_165_885_9,
     1.230_547_444_549_821,
 ];
-/// Published final angles β, Θ, γ and Φ (rad).
+/// Published angles β, Θ, γ and Φ at the end (rad).
 const END: [f64; 4] = [
     15.810_771_196_299_04,
     -15.756_371_059_842_98,
@@ -52,7 +58,7 @@ const END: [f64; 4] = [
     -0.534_730_116_322_694_8,
 ];
 const DURATION: f64 = 0.03; // s
-/// The crank and the sprung bar, among the bars and among the pins that hold them in the plane.
+/// Indices of the crank K1 and of the sprung bar K3.
 const CRANK: usize = 0;
 const SPRUNG: usize = 2;
 const LONGEST_STEP: f64 = 1e-4; // The longest step, by the rotation of the crank, s
@@ -68,13 +74,13 @@ pub(crate) const SQUEEZER: TestProblem = TestProblem {
     ..TestProblem::solved_by(squeezer)
 };
 
-/// The bars K1 … K7 with their pins.
+/// The bars K1 … K7 (indices 0 … 6) with their ten pins, at the initial angles.
 fn mechanism() -> Linkage {
     let [beta, theta, gamma, phi, delta, omega, epsilon] = START;
     let v = Vector2::new;
     let bars = MASSES.iter().zip(MOMENTS).map(|(&mass, moment)| Bar { mass, moment }).collect();
     let pin = |a: usize, at, b, there| PlanarPin { a, at, b, there };
-    // The common point of K2, K3, K4 and K6.
+    // Positions of the common point of K2, K3, K4 and K6 in the axes of each bar (m).
     let joined = [v(DA - D, 0.0), v(-SB, SA - SS), v(EA, 0.0), v(FA, 0.0)];
     let pins = vec![
         pin(0, v(-RA, 0.0), None, v(0.0, 0.0)),
@@ -92,7 +98,7 @@ fn mechanism() -> Linkage {
         [beta, beta + theta, gamma, phi + delta - FRAC_PI_2, delta, omega + epsilon, epsilon];
     let mut start: Vec<_> =
         angles.iter().map(|angle| PlanarBody::at(v(0.0, 0.0), *angle)).collect();
-    // The first pin of each bar determines its position.
+    // Pairs (bar, pin): the bar's position follows from this pin and the bars placed before.
     for (body, pinned) in [(0, 0), (1, 1), (2, 2), (4, 3), (6, 4), (3, 5), (5, 6)] {
         let PlanarPin { at, b, there, .. } = pins[pinned];
         let held = b.map_or(there, |b: usize| start[b].point(&there));
@@ -101,7 +107,8 @@ fn mechanism() -> Linkage {
     Linkage { plane: PlanarSurface::Level, bars, pins, start }
 }
 
-/// The length of the spring from C to the corner D of K3 at the angle γ, and its moment about B.
+/// Length of the spring from C to the corner D of K3 at the angle γ (m), and its moment about B
+/// (N m).
 fn spring(gamma: f64) -> (f64, f64) {
     let (sin, cos) = gamma.sin_cos();
     let lever = Vector2::new(SD * cos + SC * sin, SD * sin - SC * cos);
@@ -111,8 +118,11 @@ fn spring(gamma: f64) -> (f64, f64) {
     (length, lever.perp(&force))
 }
 
-/// The published angles (Mazzia and Magherini, Test Set for IVP Solvers). The discrete angles are
-/// from [`Linkage::steps`] with the velocities half a step earlier than the start.
+/// Runs the mechanism and compares its angles with two references.
+///
+/// The published angles solve the differential equation. [`Linkage::steps`] solves the discrete
+/// scheme in the plane, and the run must agree with it up to its residuals. Velocities of the scheme belong to
+/// the middle of a step, so they start half a step before time 0.
 fn squeezer(_: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let h = runner.time_step;
     let why =
@@ -134,17 +144,17 @@ fn squeezer(_: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let run = runner.run(&Setup { torques, ..mechanism.setup(0.0, DURATION + h)? })?;
     let steps = run.steps();
     let (measured, discrete) = (mechanism.track(&run), mechanism.steps(h, steps, loads));
-    // β, Θ, γ and Φ.
+    // The joint angles β, Θ, γ and Φ from the angles of the bars.
     let [found, expected] = [&measured, &discrete].map(|track| {
         let a = |body: usize| track[steps - 1][body].angle;
         [a(0), a(1) - a(0), a(2), a(3) + FRAC_PI_2 - a(4)]
     });
-    // The potential less the work of the torque.
+    // Potential of the spring minus the work of the torque on the crank.
     let strayed = mechanism.energy_change(&measured, h, |at| {
         let stretch = spring(at[SPRUNG].angle).0 - SLACK_LENGTH;
         0.5 * SPRING * stretch * stretch - TORQUE * at[CRANK].angle
     });
-    // Residuals of velocities turn the crank.
+    // Error of the crank's angle by the residuals of all steps, velocities at the radius RR (rad).
     let lacked = run.sum(|r| r.joint + r.momentum) * h / RR;
     let angle = |name: &'static str, k: usize| {
         equal((name, "rad"), found[k], END[k], 1e2 * lacked + 1e-10)

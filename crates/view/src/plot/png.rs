@@ -1,16 +1,16 @@
-//! SVG to PNG with a built-in font, which makes the picture the same on every machine.
+//! Conversion of SVG to PNG. Fonts are compiled in, so that every machine makes the same picture.
 
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 use std::sync::Arc;
 
-/// Pixels per unit of the SVG, high enough for dense screens and print.
+/// Pixels per user unit of the SVG (1/96 inch): 192 dpi, enough for dense screens and print.
 pub const PIXELS_PER_UNIT: f32 = 2.0;
 
-/// Rasterises `svg`.
+/// Rasterises the text `svg` and returns the bytes of a PNG file.
 ///
 /// # Errors
-/// An invalid SVG, or a picture without size, in words.
+/// An invalid SVG, or a picture of width or height 0. The error is a message for the user.
 pub fn rasterise(svg: &str) -> Result<Vec<u8>, String> {
     let mut fonts = fontdb::Database::new();
     for font in [notosans::REGULAR_TTF, notosans::BOLD_TTF] {

@@ -81,7 +81,8 @@ impl Coupling {
         Self { lever, offset: frame * offset, rebound: 0.0, rows, law }
     }
 
-    /// Coupling of a joint's rotation. `torque_map` maps its impulse to a torque on A.
+    /// Coupling of a joint's rotation. `torque_map` maps its impulse to a torque on A. It has no
+    /// offset, because the rows (J4) contain the error at the start of the step.
     pub(super) fn of_turn(
         torque_map: Matrix3<f64>,
         response: &Vector3<f64>,

@@ -208,9 +208,9 @@ fn write_contact<W: Write>(
 impl TableStep {
     /// Rows of a step of a simulation of `world`.
     ///
-    /// Moving joint frames in `world` must be at their places at the end of the step. If the record
-    /// lacks the state of a body, its contact points and joint coordinates are NaN. A simulation
-    /// always has the states.
+    /// Joint frames with a prescribed motion must be in `world` at their pose at the end of the
+    /// step. A record without the state of a body gives NaN for its contact points and joint
+    /// coordinates. Records of a simulation have all states.
     #[must_use]
     pub fn of(world: &World, record: &StepRecord) -> Self {
         let is_end = record.report.status == StepStatus::End;

@@ -1,5 +1,14 @@
 //! Joints of an island as couplings: one for the anchor and one for the rotation.
 //!
+//! A coupling has three rows. For each row k the joint supplies
+//!
+//! - its motion u_k as a function of the new velocities, zero for a locked axis that holds,
+//! - its graph of impulse against speed: locked, or the sum of the drive's forces,
+//! - its response, the speed caused by a unit impulse, which scales the row.
+//!
+//! A coupling whose axes are all free without drives is left out. Couplings of joints follow the
+//! contacts in the lists of the island, in the order in which they are added.
+//!
 //! Equation numbers refer to `docs/joints.md`.
 
 use super::{CouplingKind, CouplingLink, Island, Other, Source};
@@ -13,18 +22,19 @@ use nalgebra::Vector3;
 /// Couplings and initial coordinates of a joint of the island.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct JointPlace {
-    /// Index in the world.
+    /// Index of the joint in the world.
     pub(in super::super) joint: usize,
-    /// Coupling of the anchor, if constrained.
+    /// Index of the coupling of the anchor, if it has one.
     pub(in super::super) place: Option<usize>,
-    /// Coupling of the rotation, if constrained.
+    /// Index of the coupling of the rotation, if it has one.
     pub(in super::super) turn: Option<usize>,
-    /// ℓ (m).
+    /// Length scale ℓ of the rotation (J2) (m).
     pub(in super::super) length: f64,
     /// True for a joint between two bodies.
     pub(super) is_of_two: bool,
-    /// Translations at the start of the step (m); `angles` are the rotations (rad).
+    /// Coordinates of the linear axes at the start of the step (m).
     pub(in super::super) along: Vector3<f64>,
+    /// Angles at the start of the step, with full turns (rad).
     pub(in super::super) angles: Vector3<f64>,
 }
 
@@ -50,7 +60,8 @@ impl Island {
         self.joints.push(JointPlace { joint, place, turn, length, is_of_two, along, angles });
     }
 
-    /// Adds the coupling of the anchor.
+    /// Adds the coupling of the anchor, with rows along the axes of B's joint frame. Returns its
+    /// index. `starts` are the linear axes at the start, `a` and `b` indices in the island.
     fn admit_place(
         &mut self,
         joint: &Joint,
@@ -84,7 +95,9 @@ impl Island {
         self.links.len() - 1
     }
 
-    /// Adds the coupling of the rotation.
+    /// Adds the coupling of the rotation with the rows (J4), and returns its index. `at` are the
+    /// coordinates and angles at the start, `starts` the angular axes, `a` and `b` indices in the
+    /// island.
     fn admit_turn(
         &mut self,
         joint: &Joint,

@@ -1,4 +1,4 @@
-//! Law of joint rows: one graph for each axis.
+//! Law of joint rows: one [`Graph`] of impulse against speed for each row.
 //!
 //! Equation numbers refer to `docs/joints.md`.
 
@@ -13,12 +13,12 @@ use nalgebra::{Matrix3, Vector3};
 /// Law of three rows, each with its own graph.
 #[derive(Debug, Clone, Copy)]
 pub(in super::super) struct AxesLaw {
-    /// Index of each unlocked row's graph in the graphs of the step.
+    /// Index of each row's graph in the list of the step. Unused for a locked row.
     places: [u32; 3],
     /// True for each locked row.
     locked: [bool; 3],
-    /// True if the rows have their own axes, not those of the coupling's motion. Any axes suit
-    /// three locked rows.
+    /// True if u and p̂ must be rotated to the axes of the rows. False for three locked rows, where
+    /// any axes will do.
     turned: bool,
 }
 

@@ -1,14 +1,19 @@
-//! Natural map (N4) and its pieces.
+//! Natural map of a contact or joint law, and its pieces.
+//!
+//! The natural map is a function of the motion u and the impulse p̂ of a coupling (both in m/s).
+//! It is zero exactly where u and p̂ obey the law. It is piecewise smooth, and Newton's method
+//! works on its pieces. Equation numbers refer to `docs/native-solver.md`.
 
-/// Natural map whose zero is computed.
+/// Parameters of the natural map (N4). The law itself is [`CouplingLaw`](super::CouplingLaw).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in super::super) struct NaturalMap {
-    /// ε in û = u + ε D p̂ (N6).
+    /// Compliance ε. The law holds for û = u + ε D p̂ instead of u (N6), which makes the impulses
+    /// unique. D is the identity, except at contacts that can roll.
     pub(in super::super) compliance: f64,
 }
 
 impl NaturalMap {
-    /// Map without compliance.
+    /// Map without compliance: the law itself.
     pub(in super::super) const EXACT: Self = Self::with_compliance(0.0);
 
     pub(in super::super) const fn with_compliance(compliance: f64) -> Self {
@@ -16,15 +21,15 @@ impl NaturalMap {
     }
 }
 
-/// Piece of the natural map that a coupling is on.
+/// Piece of the natural map at the values of a coupling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MapPiece {
-    /// No impulse.
+    /// Open contact without impulse.
     Open,
     /// Loaded contact without slip.
     Stick,
     /// Loaded contact with its friction on the boundary of the cone.
     Slip,
-    /// Index of the straight graph piece of each joint row.
+    /// Joint rows, each with the index of the straight piece of its graph of impulse against speed.
     Axes([u8; 3]),
 }
