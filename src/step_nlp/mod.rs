@@ -176,6 +176,8 @@ impl StepNlp {
             Some("it knows no joints; give a world without")
         } else if world.has_surfaces() {
             Some("it knows no surfaces that move; give a world without")
+        } else if !world.may_touch(BODY, Partner::Ground) {
+            Some("the body must be able to touch the ground; use the program of several bodies")
         } else {
             None
         }

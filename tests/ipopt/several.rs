@@ -240,6 +240,18 @@ fn a_ball_lies_on_the_ground() {
     assert!((height - 0.1).abs() < 1e-6, "{height}");
 }
 
+/// Checks that a body without contacts falls freely. The tutorial's program has rows for all points
+/// and is not used.
+#[test]
+fn a_body_without_contacts_falls_through_the_ground() {
+    let world = world(vec![cube(1.0)], 9.81, 0.5).with_untouched(0).unwrap();
+    let solver = ladder(&world, &Rung::ALL);
+    let scene = Scene { world, starts: vec![at([0.0, 0.0, 0.1])], push: Vector3::zeros() };
+    let steps = run(&scene, 20, Motion::contact(solver));
+    let end = steps.last().unwrap().next();
+    assert!(end.position.z < 0.1 - 1e-3, "{}", end.position.z);
+}
+
 /// Checks a ball that rolls without slip on a fixed block: Ipopt finds the native solver's motion.
 /// Sticking friction is a reaction, so the motion is determined.
 #[test]

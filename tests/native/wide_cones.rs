@@ -113,6 +113,7 @@ fn the_best_point_is_no_worse_than_none() {
         let problem = (singular, free);
         let found = solve(&problem, &friction);
         let none = missed(&problem, &friction, &[0.0; 12]);
+        assert!(!found.is_solved(), "{seed}");
         assert!(found.residual <= none.max(1e-9), "{seed}: {} {none}", found.residual);
     }
 }

@@ -131,6 +131,20 @@ fn plain(text: &str, files: &[(&str, &[u8])]) -> Result<Scene, String> {
     alone(text, "robot.xml", files, RobotSettings::default())
 }
 
+/// Checks that a flag which MuJoCo does not know is refused.
+#[test]
+fn unknown_flags_are_refused() {
+    let text = |flag: &str| {
+        format!(
+            "<mujoco><option><flag {flag}/></option><worldbody><body><freejoint/>\
+             <geom size='0.1'/></body></worldbody></mujoco>"
+        )
+    };
+    assert!(plain(&text("midphase='disable'"), &[]).is_ok());
+    let why = plain(&text("constraints='disable'"), &[]).err().unwrap_or_default();
+    assert!(why.contains("constraints"), "{why}");
+}
+
 fn of_mesh(asset: &str, shape: &str) -> String {
     format!(
         "<mujoco><asset><mesh name='m' {asset}/></asset><worldbody><body><freejoint/><geom type='mesh' mesh='m' {shape}/></body>\

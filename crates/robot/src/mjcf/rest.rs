@@ -34,6 +34,39 @@ pub struct Flags {
     pub clamps: bool,
 }
 
+/// Flags of MuJoCo 3 and 4. Some have no effect here.
+const FLAGS: [&str; 29] = [
+    "constraint",
+    "equality",
+    "frictionloss",
+    "limit",
+    "contact",
+    "passive",
+    "spring",
+    "damper",
+    "gravity",
+    "clampctrl",
+    "warmstart",
+    "filterparent",
+    "actuation",
+    "refsafe",
+    "sensor",
+    "midphase",
+    "eulerdamp",
+    "autoreset",
+    "nativeccd",
+    "island",
+    "override",
+    "energy",
+    "fwdinv",
+    "invdiscrete",
+    "multiccd",
+    "sleep",
+    "diagexact",
+    "ipc",
+    "speculative",
+];
+
 /// Values of a flag.
 const ABLE: [(&str, bool); 2] = [("enable", true), ("disable", false)];
 
@@ -122,6 +155,9 @@ fn set_flags(
     }
     for (name, _) in &element.attributes {
         let on = element.word(name, &ABLE)?.unwrap_or(true);
+        if !FLAGS.contains(&&**name) {
+            return Err(element.wrong(format!("the flag {name} is not known; leave it out")));
+        }
         match (&**name, on) {
             ("constraint", false) => {
                 (flags.limits, flags.friction, flags.ties) = (false, false, false);
