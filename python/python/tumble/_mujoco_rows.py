@@ -1,0 +1,278 @@
+"""Rows of a MuJoCo step: contacts, limits, friction losses and equality constraints in generalised coordinates."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, Iterator, List, Tuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ._problem import Law
+
+try:
+    import mujoco
+except ImportError as error:
+    raise ImportError("tumble.mujoco needs mujoco; install it with pip install mujoco") from error
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+_EQUALITY = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+_LOSSES = (int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF), int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON))
+_LIMIT_JOINT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
+_LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
+_PASSIVE = 2
+"""Values of ``contact.exclude`` from which a contact has no rows."""
+_LEAST_FRICTION = 1e-5
+"""MuJoCo raises coefficients to this one, mjMINMU."""
+
+
+@dataclass
+class JointRows:
+    """Rows of limits, friction losses and equality constraints, as MuJoCo makes them."""
+
+    index: Integers
+    """Place of each row in MuJoCo's list."""
+    kind: Integers
+    """mjtConstraint of each row."""
+    id: Integers
+    """Joint, degree of freedom, tendon or equality constraint of each row."""
+    J: Floats
+    """Directions (R, nv)."""
+    gap: Floats
+    """Distance from the limit, or position error, m or rad; zero for friction losses."""
+    loss: Floats
+    """Largest friction, N or N m; zero for other rows."""
+
+
+@dataclass
+class ContactRows:
+    """Contacts with a normal and two tangents each."""
+
+    index: Integers
+    """Place of each contact in MuJoCo's list."""
+    geoms: Integers
+    """Geoms of each contact (C, 2)."""
+    J: Floats
+    """Velocity of the second geom against the first along normal and tangents (C, 3, nv)."""
+    gap: Floats
+    """Distance beyond MuJoCo's margin (C,), m."""
+    friction: Floats
+    """Coefficient along the first tangent (C,); zero for contacts without friction."""
+    stretch: Floats
+    """Factor of the second tangent, μ₂ / μ₁ (C,)."""
+    surface: Floats
+    """Velocities of the surfaces along the tangents (C, 2), m/s."""
+
+
+@contextmanager
+def raised_margins(model: Any, travel: float, turns: Any) -> Iterator[None]:
+    """Detects contacts ``travel`` (m) ahead and joint limits ``turns`` (njnt,) ahead, and restores the model at the end."""
+    share = 0.5 if _margins_add_up() else 1.0
+    fields = ((model.geom_margin, share * travel), (model.pair_margin, travel), (model.jnt_margin, turns))
+    saved = [array.copy() for array, _ in fields]
+    override = model.opt.o_margin
+    try:
+        for array, change in fields:
+            array += change
+        model.opt.o_margin = override + travel
+        yield
+    finally:
+        for (array, _), value in zip(fields, saved):
+            array[:] = value
+        model.opt.o_margin = override
+
+
+class RowCollector:
+    """Collects the rows of a model's steps."""
+
+    def __init__(self, model: Any) -> None:
+        self.model = model
+        moved = np.zeros((model.nbody, model.nv))
+        for body in range(model.nbody):
+            own = np.flatnonzero(model.dof_bodyid == body)
+            if body:
+                moved[body] = moved[model.body_parentid[body]]
+            moved[body, own] = 1.0
+        self.moved = moved
+        """Whether a degree of freedom moves a body (nbody, nv)."""
+        self.notes = _notes(model)
+
+    def contacts(self, data: Any, travel: float = 0.0) -> ContactRows:
+        """Contacts of ``data``. ``travel`` is the raise of the margins with which they were detected."""
+        found, model = data.contact, self.model
+        geoms = np.asarray(found.geom, np.int64).reshape(-1, 2)
+        kept = np.flatnonzero((geoms >= 0).all(axis=1) & (np.asarray(found.exclude) < _PASSIVE))
+        geoms = geoms[kept]
+        bodies = model.geom_bodyid[geoms]
+        moved = self.moved[bodies]
+        points = np.asarray(found.pos).reshape(-1, 3)[kept]
+        frames = np.asarray(found.frame).reshape(-1, 3, 3)[kept]
+        turning, along = data.cdof[:, :3], data.cdof[:, 3:]
+        levers = points[:, None] - data.subtree_com[model.body_rootid[bodies]]
+        J = np.zeros((len(kept), 3, model.nv))
+        for side, sign in ((0, -1.0), (1, 1.0)):
+            # Velocity of the point by each degree of freedom: v + ω × lever.
+            turned = np.einsum("crk,ckd->crd", frames, np.swapaxes(_crossed(turning, levers[:, side]), 1, 2))
+            J += sign * moved[:, side, None, :] * (frames @ along.T + turned)
+        frictions = np.asarray(found.friction).reshape(-1, 5)[kept]
+        dims = np.asarray(found.dim)[kept]
+        first, second = frictions[:, 0], frictions[:, 1]
+        rough = (dims >= 3) & (first > _LEAST_FRICTION)
+        stretch = np.where(rough, second / np.where(rough, first, 1.0), 1.0)
+        if (stretch != 1.0).any():
+            J[:, 2] *= stretch[:, None]
+        surface = getattr(found, "surfacevel", None)
+        speeds = np.zeros((len(kept), 2)) if surface is None else np.asarray(surface).reshape(-1, 3)[kept, :2]
+        return ContactRows(
+            index=kept,
+            geoms=geoms,
+            J=J,
+            gap=np.asarray(found.dist)[kept] - (np.asarray(found.includemargin)[kept] - travel),
+            friction=np.where(rough, first, 0.0),
+            stretch=stretch,
+            surface=speeds * np.stack([np.ones(len(kept)), stretch], axis=1),
+        )
+
+    def joints(self, data: Any, turns: Any = None) -> JointRows:
+        """Rows of ``data`` that are not contacts. ``turns`` is the raise of the joint margins."""
+        kinds = np.asarray(data.efc_type, np.int64)
+        index = np.flatnonzero(kinds <= _LIMIT_TENDON)
+        kind, id_ = kinds[index], np.asarray(data.efc_id, np.int64)[index]
+        gap = np.asarray(data.efc_pos)[index] - np.asarray(data.efc_margin)[index]
+        if turns is not None:
+            limited = kind == _LIMIT_JOINT
+            gap[limited] += turns[id_[limited]]
+        loss = np.where(np.isin(kind, _LOSSES), np.asarray(data.efc_frictionloss)[index], 0.0)
+        gap[loss > 0.0] = 0.0
+        return JointRows(index=index, kind=kind, id=id_, J=self._directions(data, index), gap=gap, loss=loss)
+
+    def _directions(self, data: Any, index: Integers) -> Floats:
+        """Rows of MuJoCo's constraint Jacobian, dense."""
+        if not len(index):
+            return np.zeros((0, self.model.nv))
+        if not mujoco.mj_isSparse(self.model):
+            dense: Floats = np.array(data.efc_J).reshape(-1, self.model.nv)[index]
+            return dense
+        last = int(index[-1]) + 1
+        counts = np.asarray(data.efc_J_rownnz)[:last]
+        starts = np.asarray(data.efc_J_rowadr)[:last]
+        places = np.repeat(starts - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts) + np.arange(counts.sum())
+        J = np.zeros((last, self.model.nv))
+        columns = np.asarray(data.efc_J_colind)[places]
+        J[np.repeat(np.arange(last), counts), columns] = np.asarray(data.efc_J).ravel()[places]
+        return J[index]
+
+    def contact_name(self, geoms: Any) -> str:
+        """Names of both geoms, or of their bodies."""
+        return "–".join(self._geom_name(int(geom)) for geom in geoms)
+
+    def _geom_name(self, geom: int) -> str:
+        name = mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_GEOM, geom)
+        if name:
+            return str(name)
+        body = int(self.model.geom_bodyid[geom])
+        return mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_BODY, body) or f"geom {geom}"
+
+    def joint_name(self, kind: int, id_: int) -> str:
+        """Name of the joint, tendon or equality constraint of a row."""
+        if kind == _EQUALITY:
+            of, word = mujoco.mjtObj.mjOBJ_EQUALITY, "equality"
+        elif kind in (_LOSSES[1], _LIMIT_TENDON):
+            of, word = mujoco.mjtObj.mjOBJ_TENDON, "tendon"
+        else:
+            of, word = mujoco.mjtObj.mjOBJ_JOINT, "joint"
+            id_ = id_ if kind == _LIMIT_JOINT else int(self.model.dof_jntid[id_])
+        return mujoco.mj_id2name(self.model, of, id_) or f"{word} {id_}"
+
+
+def laws_of(rows: JointRows, time_step: float) -> List[Law]:
+    """Laws of the joint rows: equality constraints in groups of at most three rows, all others by themselves."""
+    laws: List[Law] = []
+    at, count = 0, len(rows.kind)
+    while at < count:
+        if rows.kind[at] == _EQUALITY:
+            size = 1
+            while size < 3 and at + size < count and rows.kind[at + size] == _EQUALITY and rows.id[at + size] == rows.id[at]:
+                size += 1
+            laws.append(["locked"] * size)
+            at += size
+            continue
+        if rows.loss[at] > 0.0:
+            laws.append([("box", -time_step * float(rows.loss[at]), time_step * float(rows.loss[at]))])
+        else:
+            laws.append(["limit"])
+        at += 1
+    return laws
+
+
+def groups_at(laws: List[Law]) -> List[int]:
+    """First row of every group of joint rows."""
+    sizes = [len(law) for law in laws if not isinstance(law, float)]
+    return [int(at) for at in np.concatenate([[0], np.cumsum(sizes)[:-1]])] if sizes else []
+
+
+def step_mass(model: Any, data: Any) -> Floats:
+    """Mass matrix of the last step: with damping where the integrator takes it implicitly, symmetric."""
+    mass = np.zeros((model.nv, model.nv))
+    try:
+        mujoco.mj_fullM(model, data, mass)
+    except TypeError:
+        mujoco.mj_fullM(model, mass, data.qM)
+    if np.isnan(data.qH).any() or not hasattr(model, "M_rownnz"):
+        return mass
+    return dense_of(model, data.qH)
+
+
+def dense_of(model: Any, factor: Any) -> Floats:
+    """Lᵀ D L of a factor in the sparse form of MuJoCo."""
+    L = np.zeros((model.nv, model.nv))
+    L[np.repeat(np.arange(model.nv), model.M_rownnz), model.M_colind] = factor
+    D = L.diagonal().copy()
+    np.fill_diagonal(L, 1.0)
+    product: Floats = L.T @ (D[:, None] * L)
+    return product
+
+
+@lru_cache(maxsize=1)
+def _margins_add_up() -> bool:
+    """Whether this version of MuJoCo adds the margins of two geoms. Older ones take the larger one."""
+    sphere = "<geom type='sphere' size='0.1' margin='1'/>"
+    model = mujoco.MjModel.from_xml_string(
+        f"<mujoco><worldbody>{sphere}<body pos='0 0 0.3'><freejoint/>{sphere}</body></worldbody></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return bool(data.contact.includemargin[0] > 1.5)
+
+
+def _crossed(turning: Floats, levers: Floats) -> Floats:
+    """ω × lever of every contact and degree of freedom (C, nv, 3)."""
+    a, b = turning[None], levers[:, None]
+    crossed: Floats = np.stack(
+        [
+            a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1],
+            a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2],
+            a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0],
+        ],
+        axis=-1,
+    )
+    return crossed
+
+
+def _notes(model: Any) -> Tuple[str, ...]:
+    notes = []
+    integrator = mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_")
+    if integrator not in ("EULER", "IMPLICITFAST"):
+        instead = "EULER" if integrator == "RK4" else "IMPLICITFAST"
+        notes.append(f"integrator {integrator} is replaced by {instead}")
+    if (model.geom_condim > 3).any() or (model.pair_dim > 3).any():
+        notes.append("torsional and rolling friction (condim 4 and 6) are left out")
+    if model.nflex:
+        notes.append(f"contacts of {model.nflex} flexes are left out")
+    if model.opt.enableflags & int(getattr(mujoco.mjtEnableBit, "mjENBL_SLEEP", 0)):
+        notes.append("sleeping bodies are stepped")
+    return tuple(notes)

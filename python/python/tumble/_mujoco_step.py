@@ -1,0 +1,360 @@
+"""Steps of MuJoCo models with hard contact and Coulomb's exact law."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from typing import Any, Dict, List, Optional, Tuple
+
+import numpy as np
+
+from ._certificate import Certificate
+from ._mujoco_rows import (
+    ContactRows,
+    Floats,
+    Integers,
+    JointRows,
+    RowCollector,
+    groups_at,
+    laws_of,
+    mujoco,
+    raised_margins,
+    step_mass,
+)
+from ._problem import ContactProblem, ContactSolution, Law
+from ._tumble import TumbleError
+
+RECOVERY = 0.2
+"""Speed at which overlaps and position errors of the start are removed, m/s or rad/s."""
+RESIDUAL = 1e-9
+"""Residual to which a step is solved, m/s."""
+_REACH = 2.0
+"""Contacts are detected this many times the distance ahead that the fastest body travels in a step."""
+_LEAST_REACH = 1e-4
+"""Least distance of that kind, m."""
+_NEAR = 0.05
+"""Contacts take part from the start if their gap speed without impulses is smaller than this, m/s."""
+_BOUNCE = 2.0
+"""Contacts bounce if they approach faster than this many steps of gravity."""
+_INTEGRATORS = {
+    int(mujoco.mjtIntegrator.mjINT_EULER): mujoco.mjtIntegrator.mjINT_EULER,
+    int(mujoco.mjtIntegrator.mjINT_RK4): mujoco.mjtIntegrator.mjINT_EULER,
+}
+"""Integrator that takes the place of a model's own; IMPLICITFAST for all others."""
+
+
+class UnsolvedStep(UserWarning):
+    """Warning about a step that was not solved to the residual."""
+
+
+def single_stage(integrator: int) -> int:
+    """Integrator with one stage and a symmetric matrix."""
+    return int(_INTEGRATORS.get(int(integrator), mujoco.mjtIntegrator.mjINT_IMPLICITFAST))
+
+
+@dataclass
+class HardStep:
+    """Report of a hard step."""
+
+    solved: bool
+    """Whether the residual is at most ``residual`` of the stepper."""
+    residual: float
+    """Largest residual of the contact laws, m/s."""
+    iterations: int
+    contacts: int
+    """Contacts that were detected."""
+    closed: int
+    """Contacts that carry a force."""
+    overlap: float
+    """Deepest overlap at the start of the step, m."""
+    notes: Tuple[str, ...] = ()
+    """Parts of the model that have no hard counterpart."""
+    _parts: Dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def certificate(self) -> Certificate:
+        """Certificate of this step, computed by ``tumble.referee`` from matrices, velocities and impulses alone."""
+        from .referee import certify
+
+        collector: RowCollector = self._parts["collector"]
+        contacts: ContactRows = self._parts["contacts"]
+        joints: JointRows = self._parts["joints"]
+        names = [collector.contact_name(geoms) for geoms in contacts.geoms]
+        names += [collector.joint_name(int(joints.kind[at]), int(joints.id[at])) for at in groups_at(laws_of(joints, 1.0))]
+        return certify(names=names, notes=self.notes, **self._parts["step"])
+
+
+class HardStepper:
+    """Steps of a MuJoCo model by tumble's solver: MuJoCo's forces, collision detection and integration, hard contacts.
+
+    The model is changed during a step (margins and integrator) and restored at its end. Threads need their own models.
+
+    :param restitution: Newton's coefficient of all contacts.
+    :param recovery: speed at which overlaps of the start are removed, m/s.
+    :param residual: residual to which a step is solved, m/s.
+    :param unsolved: "warn", "raise" or "ignore", for steps that are not solved.
+    """
+
+    def __init__(
+        self,
+        model: Any,
+        *,
+        restitution: float = 0.0,
+        recovery: float = RECOVERY,
+        residual: float = RESIDUAL,
+        unsolved: str = "warn",
+    ) -> None:
+        if not recovery > 0.0:
+            raise TumbleError(f"recovery is {recovery}; a positive number is needed")
+        self.model = model
+        self.recovery = float(recovery)
+        self.residual = float(residual)
+        self.configure(restitution=restitution, unsolved=unsolved)
+        self.collector = RowCollector(model)
+        self._radius = _body_radii(model)
+        self._last: Optional[Tuple[Dict[Any, Floats], Dict[Any, Floats]]] = None
+        self._last_time = np.nan
+
+    def configure(self, *, restitution: float, unsolved: str) -> None:
+        """Sets what the constructor was given."""
+        if unsolved not in ("warn", "raise", "ignore"):
+            raise TumbleError(f'unsolved is {unsolved!r}; "warn", "raise" or "ignore" is needed')
+        if not 0.0 <= restitution <= 1.0:
+            raise TumbleError(f"restitution is {restitution}; a number from 0 to 1 is needed")
+        self.restitution = float(restitution)
+        self.unsolved = unsolved
+
+    def step(self, data: Any) -> HardStep:
+        """Advances ``data`` by one time step."""
+        model, options = self.model, self.model.opt
+        integrator, time_step = options.integrator, options.timestep
+        if data.time != self._last_time:
+            self._last = None
+        options.integrator = single_stage(integrator)
+        try:
+            travel, turns = self.reach(data)
+            with raised_margins(model, travel, turns):
+                mujoco.mj_step1(model, data)
+            mujoco.mj_fwdActuation(model, data)
+            mujoco.mj_fwdAcceleration(model, data)
+            contacts = self.collector.contacts(data, travel)
+            joints = self.collector.joints(data, turns)
+            position, before = data.qpos.copy(), data.qvel.copy()
+            # The integrator without constraint forces: free velocities, activations, time and the implicit mass.
+            data.qfrc_constraint[:] = 0.0
+            data.qacc[:] = data.qacc_smooth
+            data.qH[:] = np.nan
+            _integrate(model, data)
+        finally:
+            options.integrator = integrator
+        free = data.qvel.copy()
+        mass = step_mass(model, data)
+        report, after = self._solve(data, mass, before, free, contacts, joints)
+        self._write_forces(data, report, contacts, joints, before)
+        data.qpos[:] = position
+        mujoco.mj_integratePos(model, data.qpos, after, time_step)
+        data.qvel[:] = after
+        self._last_time = data.time
+        return report
+
+    def reach(self, data: Any) -> Tuple[float, Floats]:
+        """Distance (m) and turns (njnt,) up to which contacts and joint limits are detected ahead."""
+        model = self.model
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_comVel(model, data)
+        spin, velocity = data.cvel[:, :3], data.cvel[:, 3:]
+        levers = data.xpos - data.subtree_com[model.body_rootid]
+        speeds = np.linalg.norm(velocity + np.cross(spin, levers), axis=1)
+        speeds += np.linalg.norm(spin, axis=1) * self._radius
+        time_step = model.opt.timestep
+        falling = time_step * float(np.linalg.norm(model.opt.gravity))
+        travel = time_step * _REACH * (float(speeds.max(initial=0.0)) + falling) + _LEAST_REACH
+        rates = np.zeros(model.njnt)
+        np.maximum.at(rates, model.dof_jntid, np.abs(data.qvel))
+        return travel, time_step * 3.0 * _REACH * rates + 1e-2
+
+    def _solve(
+        self, data: Any, mass: Floats, before: Floats, free: Floats, contacts: ContactRows, joints: JointRows
+    ) -> Tuple[HardStep, Floats]:
+        time_step, count, size = self.model.opt.timestep, len(contacts.gap), self.model.nv
+        offsets = np.zeros((count, 3))
+        offsets[:, 0] = np.maximum(contacts.gap / time_step, -self.recovery)
+        offsets[:, 1:] = contacts.surface
+        normals = contacts.J[:, 0]
+        if self.restitution > 0.0 and count:
+            approach = normals @ before
+            least = _BOUNCE * time_step * float(np.linalg.norm(self.model.opt.gravity))
+            hits = (approach < -least) & (contacts.gap + time_step * approach < 0.0)
+            rebound = np.where(hits, self.restitution * approach, np.inf)
+            offsets[:, 0] = np.minimum(offsets[:, 0], rebound)
+        fixed = np.maximum(joints.gap / time_step, -self.recovery)
+        locked = joints.kind == int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+        fixed[locked] = np.minimum(fixed[locked], self.recovery)
+        joint_laws = laws_of(joints, time_step)
+
+        near = offsets[:, 0] + np.minimum(normals @ free, 0.0) < _NEAR
+        start = self._start(contacts, joints)
+        impulses, tail = np.zeros((count, 3)), np.zeros(len(fixed))
+        solution: Optional[ContactSolution] = None
+        iterations, after = 0, free
+        while near.any() or len(fixed):
+            rows = np.concatenate([contacts.J[near].reshape(-1, size), joints.J])
+            w = np.concatenate([offsets[near].ravel(), fixed])
+            laws: List[Law] = [float(value) if value > 0.0 else _FRICTIONLESS for value in contacts.friction[near]]
+            guess = None if start is None else np.concatenate([start[0][near].ravel(), start[1]])
+            solution, after = _solved(mass, rows, free, w, laws + joint_laws, self.residual, guess)
+            iterations += solution.iterations
+            impulses[near] = solution.impulses[: 3 * int(near.sum())].reshape(-1, 3)
+            tail = solution.impulses[3 * int(near.sum()) :]
+            missed = ~near & (normals @ after + offsets[:, 0] < -0.1 * self.residual)
+            if not missed.any():
+                break
+            near |= missed
+        self._last = _by_key(contacts, joints, impulses, tail)
+        residual = 0.0 if solution is None else solution.residual
+        solved = residual <= self.residual and bool(np.isfinite(after).all())
+        step = dict(
+            M=mass,
+            J=np.concatenate([contacts.J.reshape(-1, size), joints.J]),
+            velocity_before=before,
+            velocity_after=after,
+            force=mass @ (free - before) / time_step,
+            impulses=np.concatenate([impulses.ravel(), tail]),
+            laws=[float(value) for value in contacts.friction] + joint_laws,
+            time_step=time_step,
+            w=np.concatenate([offsets.ravel(), fixed]),
+        )
+        report = HardStep(
+            solved=solved,
+            residual=residual,
+            iterations=iterations,
+            contacts=count,
+            closed=int((impulses[:, 0] > 0.0).sum()),
+            overlap=float(max(0.0, -contacts.gap.min(initial=0.0))),
+            notes=self.collector.notes,
+            _parts={"collector": self.collector, "contacts": contacts, "joints": joints, "step": step},
+        )
+        if not solved:
+            self._complain(f"the step at {data.time:.6g} s is not solved: residual {residual:.1e} m/s")
+        return report, after
+
+    def _complain(self, text: str) -> None:
+        if self.unsolved == "raise":
+            raise TumbleError(f'{text}; unsolved="warn" takes such steps')
+        if self.unsolved == "warn":
+            warnings.warn(text, UnsolvedStep, stacklevel=5)
+
+    def _start(self, contacts: ContactRows, joints: JointRows) -> Optional[Tuple[Floats, Floats]]:
+        """Impulses of the last step, for contacts and joint rows that it had too."""
+        if self._last is None:
+            return None
+        known, rows = self._last
+        none = np.zeros(3)
+        first = [known.get(key, none) for key in _contact_keys(contacts)]
+        second = [rows.get(key, 0.0) for key in _joint_keys(joints)]
+        return np.array(first).reshape(-1, 3), np.array(second, dtype=np.float64)
+
+    def _write_forces(
+        self, data: Any, report: HardStep, contacts: ContactRows, joints: JointRows, before: Floats
+    ) -> None:
+        """Forces and accelerations of the step, where MuJoCo has a place for them."""
+        model, step = self.model, report._parts["step"]
+        forces = step["impulses"] / step["time_step"]
+        count = len(contacts.gap)
+        pushes = forces[: 3 * count].reshape(-1, 3).copy()
+        pushes[:, 2] *= contacts.stretch
+        rows = np.zeros(len(data.efc_force))
+        rows[joints.index] = forces[3 * count :]
+        elliptic = model.opt.cone == int(mujoco.mjtCone.mjCONE_ELLIPTIC)
+        for index, force in zip(contacts.index, pushes):
+            contact = data.contact[int(index)]
+            if contact.efc_address >= 0:
+                _write_contact(rows, contact, force, elliptic)
+        data.efc_force[:] = rows
+        data.qfrc_constraint[:] = step["J"].T @ forces
+        mujoco.mj_solveM(model, data, data.qacc.reshape(1, -1), (data.qfrc_smooth + data.qfrc_constraint).reshape(1, -1))
+        data.qacc_warmstart[:] = data.qacc
+        if model.nsensor:
+            data.qvel[:] = before
+            mujoco.mj_sensorAcc(model, data)
+
+
+_FRICTIONLESS: Law = ["limit", "free", "free"]
+"""Law of a contact without friction, whose tangents are kept."""
+
+
+def _integrate(model: Any, data: Any) -> None:
+    if model.opt.integrator == int(mujoco.mjtIntegrator.mjINT_EULER):
+        mujoco.mj_Euler(model, data)
+    else:
+        mujoco.mj_implicit(model, data)
+
+
+def _solved(
+    mass: Floats, rows: Floats, free: Floats, w: Floats, laws: List[Law], residual: float, guess: Optional[Floats]
+) -> Tuple[ContactSolution, Floats]:
+    """Solution and velocities. The better one of two forms, where the first is not solved."""
+    pull = np.linalg.solve(mass, rows.T)
+    W = rows @ pull
+    problem = ContactProblem(W=0.5 * (W + W.T), q=rows @ free + w, laws=laws)
+    solution = problem.solve(residual=residual, start=guess)
+    if not solution.solved:
+        others = [ContactProblem(M=mass, H=rows.T, f=mass @ free, w=w, laws=laws).solve(residual=residual)]
+        others.append(problem.solve(residual=residual))
+        solution = min([solution, *others], key=lambda each: each.residual)
+    return solution, free + pull @ solution.impulses
+
+
+def _write_contact(rows: Floats, contact: Any, force: Floats, elliptic: bool) -> None:
+    """Force of a contact (normal and two tangents) in MuJoCo's rows."""
+    at, dim = contact.efc_address, contact.dim
+    if dim == 1:
+        rows[at] = force[0]
+    elif elliptic:
+        rows[at : at + 3] = force
+    else:
+        share = force[0] / (dim - 1)
+        pulls = np.zeros(dim - 1)
+        pulls[:2] = force[1:] / contact.friction[:2]
+        rows[at : at + 2 * (dim - 1) : 2] = 0.5 * (share + pulls)
+        rows[at + 1 : at + 2 * (dim - 1) : 2] = 0.5 * (share - pulls)
+
+
+def _body_radii(model: Any) -> Floats:
+    """Distance of the farthest point of each body's geoms from the body's origin."""
+    radii = np.zeros(model.nbody)
+    reach = np.linalg.norm(model.geom_pos, axis=1) + model.geom_rbound
+    np.maximum.at(radii, model.geom_bodyid, reach)
+    return radii
+
+
+def _contact_keys(contacts: ContactRows) -> List[Tuple[int, int, int]]:
+    """Geoms of each contact and its number among those of the same geoms."""
+    seen: Dict[Tuple[int, int], int] = {}
+    keys = []
+    for first, second in contacts.geoms.tolist():
+        number = seen.get((first, second), 0)
+        seen[first, second] = number + 1
+        keys.append((first, second, number))
+    return keys
+
+
+def _joint_keys(joints: JointRows) -> List[Tuple[int, int, int]]:
+    """Kind and id of each row and its number among those of the same id."""
+    return _numbered(joints.kind, joints.id)
+
+
+def _numbered(kinds: Integers, ids: Integers) -> List[Tuple[int, int, int]]:
+    seen: Dict[Tuple[int, int], int] = {}
+    keys = []
+    for pair in zip(kinds.tolist(), ids.tolist()):
+        number = seen.get(pair, 0)
+        seen[pair] = number + 1
+        keys.append((*pair, number))
+    return keys
+
+
+def _by_key(
+    contacts: ContactRows, joints: JointRows, impulses: Floats, tail: Floats
+) -> Tuple[Dict[Any, Floats], Dict[Any, Floats]]:
+    return dict(zip(_contact_keys(contacts), impulses)), dict(zip(_joint_keys(joints), tail))

@@ -1,0 +1,37 @@
+"""Hard steps and certificates for MuJoCo models. Needs mujoco, which stays optional.
+
+    >>> import mujoco, tumble.mujoco
+    >>> print(tumble.mujoco.certify(model, data))          # of MuJoCo's next step
+    >>> tumble.mujoco.hard_step(model, data)               # instead of mujoco.mj_step(model, data)
+
+How-to and limits: docs/referee.md.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from typing import Any
+
+from ._mujoco_step import HardStep, HardStepper, UnsolvedStep
+
+__all__ = ["HardStep", "HardStepper", "UnsolvedStep", "hard_step"]
+
+_MOST_STEPPERS = 8
+"""Models of which ``hard_step`` keeps a stepper."""
+_STEPPERS: "OrderedDict[int, HardStepper]" = OrderedDict()
+
+
+def hard_step(model: Any, data: Any, *, restitution: float = 0.0, unsolved: str = "warn") -> HardStep:
+    """Advances ``data`` by one step with hard contacts and Coulomb's exact law, instead of ``mujoco.mj_step``.
+
+    :param restitution: Newton's coefficient of all contacts.
+    :param unsolved: "warn", "raise" or "ignore", for a step that is not solved.
+    :raises TumbleError: if the step is not solved and ``unsolved`` is "raise".
+    """
+    stepper = _STEPPERS.get(id(model))
+    if stepper is None:
+        stepper = _STEPPERS[id(model)] = HardStepper(model)
+        if len(_STEPPERS) > _MOST_STEPPERS:
+            _STEPPERS.popitem(last=False)
+    stepper.configure(restitution=restitution, unsolved=unsolved)
+    return stepper.step(data)
